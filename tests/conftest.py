@@ -42,7 +42,7 @@ class GroupedFileScheduling(LoadFileScheduling):
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> GroupedFileScheduling | None:
-    """Distribute test files by `KernelScheduling` under ``--dist loadfile``."""
+    """Distribute test files by `GroupedFileScheduling` under ``--dist loadfile``."""
     return GroupedFileScheduling(config, log) if config.getoption("dist") == "loadfile" else None
 
 

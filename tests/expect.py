@@ -35,7 +35,7 @@ def skip_or_fail(reason: str) -> NoReturn:
     raise AssertionError
 
 
-def targets_to_compile(targets: Sequence[str]) -> Sequence[str]:
+def instruction_sets_to_compile_for(targets: Sequence[str]) -> Sequence[str]:
     """Return the instruction sets to compile for besides that of this machine: only the first, as compiling is slow.
 
     All targets are returned if ``OVERTURNING_EVERY_TARGET`` is set, as by ``make verify``.

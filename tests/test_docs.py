@@ -135,14 +135,14 @@ def test_each_image_in_the_docs_is_shown_on_a_page():
     assert [image.name for image in (DOCS / "images").iterdir() if f"images/{image.name})" not in shown] == []
 
 
-def extension_table_rows() -> list[str]:
+def rows_on_where_to_add_an_extension() -> list[str]:
     """Return the rows of the table in docs/method.md that states where each kind of extension is added."""
     section = (DOCS / "method.md").read_text(encoding="utf-8").split("## Where would I add", 1)[1]
     return [line for line in section.splitlines() if line.startswith("| a ")]
 
 
-@pytest.mark.parametrize("row", extension_table_rows(), ids=lambda row: row.split("|")[1].strip())
-def test_paths_in_the_extension_table_exist(row):
+@pytest.mark.parametrize("row", rows_on_where_to_add_an_extension(), ids=lambda row: row.split("|")[1].strip())
+def test_paths_in_the_docs_on_where_to_extend_the_package_exist(row):
     for name, path in re.findall(r"(?:`([A-Z]+)` in )?`([\w./-]+/[\w./-]*|\w+\.py)`", row):
         found = [base / path for base in (ROOT / "src" / "overturning", ROOT) if (base / path).exists()]
         assert found, path
@@ -233,7 +233,7 @@ def test_the_tutorial_shows_the_output_of_its_commands(command, monkeypatch, cap
 
 
 @each_page
-def test_docs_add_records_only_with_ids_missing_from_the_record_table(page):
+def test_records_added_in_docs_commands_have_ids_not_yet_in_the_table(page):
     shipped = subprocess.run(
         ["git", "show", ":config/records.tsv"], cwd=ROOT, capture_output=True, text=True, encoding="utf-8", check=False
     ).stdout  # without the records that a user has added

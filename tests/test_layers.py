@@ -65,12 +65,12 @@ def imported_project_modules(module: str) -> frozenset[str]:
             assert node.level == 0, f"{module} imports relatively; write the full name"
             below = {f"{node.module}.{alias.name}" for alias in node.names}
             names |= below & paths_by_module().keys() or {str(node.module)}
-        elif isinstance(node, ast.Call) and _name_of_function(node.func) == "import_module":
+        elif isinstance(node, ast.Call) and _last_name_of_called_function(node.func) == "import_module":
             names |= {one.value for one in node.args if isinstance(one, ast.Constant)}
     return frozenset((names & paths_by_module().keys()) - {module})
 
 
-def _name_of_function(function: ast.expr) -> str:
+def _last_name_of_called_function(function: ast.expr) -> str:
     """Return the last part of the name of a called function, such as ``import_module``; empty if it has none."""
     return (
         function.attr if isinstance(function, ast.Attribute) else function.id if isinstance(function, ast.Name) else ""

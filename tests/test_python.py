@@ -223,14 +223,14 @@ def test_motion_survives_conversion_to_obspy_and_back(up: float | None) -> None:
     assert Motion.from_obspy(record.to_obspy()).along(0).max() == record.north.max()
 
 
-def exit_status_of_command(*words: str) -> int:
+def run_command_and_return_exit_status(*words: str) -> int:
     """Run an `overturning` command in this process and return its exit status."""
     with pytest.raises(SystemExit) as stop:
         main(list(words))
     return int(stop.value.code or 0)
 
 
-def polar_map_heading_with_study_friction(cube: xr.Dataset, folder: Path, friction: float) -> str:
+def polar_map_heading_if_study_selects_friction(cube: xr.Dataset, folder: Path, friction: float) -> str:
     """Return height and friction in the heading of the polar map if the study next to the cube selects a friction.
 
     Check that the explorer page selects the same friction.
@@ -279,7 +279,7 @@ def test_each_cube_figure_is_drawn_without_changing_matplotlib_settings(cube_fil
         height_and_friction_in_heading(overturning.plot.fall_map(several.sel(friction=[0.5]), "b"))
         == "µ = 0.5, H = 0.6 m"
     )
-    assert [polar_map_heading_with_study_friction(several, tmp_path, mu) for mu in (0.5, 1.0)] == [
+    assert [polar_map_heading_if_study_selects_friction(several, tmp_path, mu) for mu in (0.5, 1.0)] == [
         "µ = 0.5, H = 0.6 m",
         "µ = 1, H = 0.6 m",
     ]
@@ -319,11 +319,11 @@ def test_output_of_a_variant_is_labelled_and_in_separate_files(
     records = [replace(one, fault_strike_deg=10.0) for one in (sine_cycle_record(), sine_cycle_record("b", 3.0))]
     path, stones = simulate_study_cube(settings, records, tmp_path, "stiff"), tmp_path / "stones.csv"
     (tmp_path / "explore.html").write_text("of the study itself", encoding="utf-8")
-    assert exit_status_of_command("explore", str(path), "--record", "b", "--record", "b") == 0
+    assert run_command_and_return_exit_status("explore", str(path), "--record", "b", "--record", "b") == 0
     assert capsys.readouterr().out == f"{tmp_path / 'explore.stiff.html'}\n"
     assert (tmp_path / "explore.html").read_text(encoding="utf-8") == "of the study itself"
     stones.write_text("octant\nN\n", encoding="utf-8")
-    assert exit_status_of_command("survey", str(stones), "--cube", str(path), "--record", "b") == 0
+    assert run_command_and_return_exit_status("survey", str(stones), "--cube", str(path), "--record", "b") == 0
     assert "\nstones.csv against b, variant stiff\n" in capsys.readouterr().out
     cube = overturning.open_cube(path)
     for draw in (
@@ -344,7 +344,12 @@ def test_the_polar_map_command_draws_each_named_friction(
     for words, titles in (((), ["1"]), (("0.5",), ["0.5"]), (("0.5", "1"), ["0.5", "1"])):
         path = tmp_path / "a.svg"
         named = [part for mu in words for part in ("--friction", mu)]
-        assert exit_status_of_command("figure", "polar", str(cube_file), "--record", "b", *named, "-o", str(path)) == 0
+        assert (
+            run_command_and_return_exit_status(
+                "figure", "polar", str(cube_file), "--record", "b", *named, "-o", str(path)
+            )
+            == 0
+        )
         assert re.findall(r"µ = ([\d.]+)", path.read_text(encoding="utf-8")) == titles
 
 
@@ -354,7 +359,7 @@ def test_a_figure_has_the_requested_width_and_font_size(
 ) -> None:
     path = tmp_path / f"b{kind}"
     words = ["figure", "polar", str(cube_file), "--record", "b", "-o", str(path), "--dpi", "300"]
-    assert exit_status_of_command(*words, "--width", "80mm", "--font", "6") == 0
+    assert run_command_and_return_exit_status(*words, "--width", "80mm", "--font", "6") == 0
     data = path.read_bytes()
     if kind == ".png":
         across = struct.unpack(">I", data[16:20])[0]
@@ -373,7 +378,7 @@ def test_figure_text_that_does_not_fit_gives_a_warning(
 ) -> None:
     words = ["figure", "boundary", str(cube_file), "--record", "b", "-o", str(tmp_path / "b.svg"), "--width", "80mm"]
     for font, told in (("4", False), ("12", True)):
-        assert exit_status_of_command(*words, "--font", font) == 0
+        assert run_command_and_return_exit_status(*words, "--font", font) == 0
         assert ("text is cut off" in capsys.readouterr().out) == told
 
 
@@ -394,7 +399,7 @@ def test_a_figure_for_a_paper_has_no_title_and_the_requested_font(cube_file: Pat
     path = tmp_path / "b.svg"
     words = ["figure", "intensity", str(cube_file), "--record", "b", "-o", str(path)]
     for font, title, said, width in (("DejaVu Serif 8", "none", [], ""), ("DejaVu Serif", "Ours", ["Ours"], "80mm")):
-        assert exit_status_of_command(*words, "--font", font, "--title", title, "--width", width) == 0
+        assert run_command_and_return_exit_status(*words, "--font", font, "--title", title, "--width", width) == 0
         text = path.read_text(encoding="utf-8")
         assert [name for name in ("Ours", "S, E", ">none<") if name in text] == said
         families = set(re.findall(r"(?:font-family: |font: [\d.]+px )'([^']+)'", text))
@@ -436,7 +441,12 @@ def test_the_font_option_takes_a_size_a_family_or_both(font: str, expected: tupl
 def test_wrong_figure_options_give_plain_errors(
     cube_file: Path, tmp_path: Path, words: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert exit_status_of_command("figure", words[0], str(cube_file), *words[1:], "-o", str(tmp_path / "a.svg")) == 1
+    assert (
+        run_command_and_return_exit_status(
+            "figure", words[0], str(cube_file), *words[1:], "-o", str(tmp_path / "a.svg")
+        )
+        == 1
+    )
     assert message in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
@@ -450,7 +460,7 @@ def test_polar_maps_of_several_records_share_one_radial_scale(cube_file: Path) -
     assert all(any(line.get_path_effects() for line in axes.lines) for axes in maps), "with their peak velocities"
 
 
-def test_simulated_outcomes_outside_a_study_are_drawn() -> None:
+def test_outcomes_of_the_simulate_function_are_drawn() -> None:
     motion = Motion.sine(6.0, 0.8)
     stone = {"height": 0.6, "b_over_h": 0.2}
     outcome = overturning.simulate(motion, "circle", orientation_deg=[0, 30], height=[0.6], b_over_h=[0.2, 0.3])
@@ -488,7 +498,7 @@ def test_motion_and_trajectory_figures_are_refused_for_simulated_outcomes(figure
         getattr(overturning.plot, figure)(outcome)
 
 
-def test_a_map_of_a_simulated_scene_needs_one_of_its_elements() -> None:
+def test_a_fall_map_of_a_scene_is_refused_unless_one_element_is_selected() -> None:
     outcome = overturning.simulate(
         overturning.Motion.sine(5.0, 0.8), overturning.load_scene("three-tier"), azimuth_deg=range(0, 360, 60),
         b_over_h=[0.2, 0.3],
@@ -500,7 +510,7 @@ def test_a_map_of_a_simulated_scene_needs_one_of_its_elements() -> None:
         overturning.plot.fall_rose(outcome.sel(element="shaft"))
 
 
-def drawn_values_by_azimuth_and_b_over_h(figure: Figure, azimuth: FloatArray, b_over_h: FloatArray) -> NDArray[np.int_]:
+def drawn_fall_probabilities_of_cells(figure: Figure, azimuth: FloatArray, b_over_h: FloatArray) -> NDArray[np.int_]:
     """Probability drawn at each azimuth and B/H in the first polar map of a figure; -1 where no colour is drawn."""
     (mesh,) = figure.axes[0].collections
     corner = mesh.get_coordinates()
@@ -530,11 +540,11 @@ def test_a_fall_map_does_not_depend_on_grid_order_or_full_turns_of_azimuth() -> 
         (azimuth[::-1], ratio[::-1]), (azimuth, ratio[[1, 0, 2, 1]]),
     ):  # fmt: skip
         figure = simulate_and_draw_fall_map(turned, sizes)
-        np.testing.assert_array_equal(drawn_values_by_azimuth_and_b_over_h(figure, azimuth, ratio), kinds)
+        np.testing.assert_array_equal(drawn_fall_probabilities_of_cells(figure, azimuth, ratio), kinds)
         assert figure.axes[0].get_ylim()[1] == pytest.approx(1.2)
     outcome = overturning.simulate(motion, azimuth_deg=azimuth, b_over_h=ratio[::-1], **stone)
     alone = overturning.plot.fall_map(outcome.isel(height=0, friction=0))  # a part of it, without these dimensions
-    np.testing.assert_array_equal(drawn_values_by_azimuth_and_b_over_h(alone, azimuth, ratio), kinds)
+    np.testing.assert_array_equal(drawn_fall_probabilities_of_cells(alone, azimuth, ratio), kinds)
     (edge, *_) = overturning.plot.overturning_boundary(outcome).axes[0].lines
     falls = np.abs(flags.to_numpy()) == 1
     last = np.where(falls[:, 1], 0.6, np.where(falls[:, 0], 0.25, np.nan))
@@ -554,7 +564,7 @@ def test_a_cube_is_exported_as_a_table_of_its_cases(
         cell = {name: table[name][row] for name in cube["overturned"].dims}
         assert table["overturned"][row] == cube["overturned"].sel(cell).item()
     assert set(overturning.to_dataframe(cube.sel(record="b"))["fault_normal"]) == {120.0}
-    assert exit_status_of_command("cube", "export", str(cube_file), str(tmp_path / "cases.csv")) == 0
+    assert run_command_and_return_exit_status("cube", "export", str(cube_file), str(tmp_path / "cases.csv")) == 0
     assert f"{len(table)} cases" in capsys.readouterr().out
     pd.testing.assert_frame_equal(
         pd.read_csv(tmp_path / "cases.csv")[["record", "overturned"]],
@@ -562,7 +572,7 @@ def test_a_cube_is_exported_as_a_table_of_its_cases(
         check_dtype=False,
     )
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    assert exit_status_of_command("cube", "export", str(cube_file), str(tmp_path / "cases.parquet")) == 1
+    assert run_command_and_return_exit_status("cube", "export", str(cube_file), str(tmp_path / "cases.parquet")) == 1
     assert "Parquet needs pyarrow; python -m pip install 'overturning[parquet]'" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["cases.csv"]
 
@@ -570,7 +580,7 @@ def test_a_cube_is_exported_as_a_table_of_its_cases(
 def test_a_cube_is_exported_as_a_parquet_table(cube_file: Path, tmp_path: Path) -> None:
     if importlib.util.find_spec("pyarrow") is None:
         skip_or_fail("pyarrow is not installed (`make parquet`)")
-    assert exit_status_of_command("cube", "export", str(cube_file), str(tmp_path / "cases.parquet")) == 0
+    assert run_command_and_return_exit_status("cube", "export", str(cube_file), str(tmp_path / "cases.parquet")) == 0
     expected = overturning.to_dataframe(overturning.open_cube(cube_file))
     pd.testing.assert_frame_equal(pd.read_parquet(tmp_path / "cases.parquet"), expected, check_dtype=False)
 
@@ -609,18 +619,21 @@ def test_python_help_shows_a_readable_signature(name: str) -> None:
 
 
 def test_options_have_the_same_names_in_commands_python_and_studies() -> None:
-    def field_names(*kinds: type) -> set[str]:
+    def dataclass_field_names(*kinds: type) -> set[str]:
         return {field.name for kind in kinds for field in fields(kind)}
 
     study, body, contact = (set(one.model_fields) for one in (Study, BodySettings, ContactSettings))
     assert (
-        field_names(declared.BodyOptions, declared.PlanarModelOptions, declared.StoneOptions) <= study | body | contact
+        dataclass_field_names(declared.BodyOptions, declared.PlanarModelOptions, declared.StoneOptions)
+        <= study | body | contact
     )
-    assert field_names(declared.RecordFileOptions) == {*FilePropertyColumns.model_fields}
-    assert field_names(declared.RecordFileOptions) <= {*DeclaredFileProperties.model_fields} & {
+    assert dataclass_field_names(declared.RecordFileOptions) == {*FilePropertyColumns.model_fields}
+    assert dataclass_field_names(declared.RecordFileOptions) <= {*DeclaredFileProperties.model_fields} & {
         *RecordTableRow.model_fields
     }
-    assert {"scheme", "time_step", "leave_out"} == field_names(NumericalOptions) & set(SimulationSettings.model_fields)
+    assert {"scheme", "time_step", "leave_out"} == dataclass_field_names(NumericalOptions) & set(
+        SimulationSettings.model_fields
+    )
     given = {name.removesuffix("_deg") for name in inspect.signature(overturning.simulate).parameters}
     assert given - {"motion", "model", "options"} <= study | body
     assert {*overturning.Contact.model_fields} - {"static_penetration"} == contact

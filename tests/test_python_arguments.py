@@ -93,7 +93,7 @@ def test_cases_hold_copies_of_the_arrays_they_are_made_from() -> None:
         np.asarray(cases.height)[0] = -3.0
 
 
-def test_records_and_cases_can_be_compared() -> None:
+def test_records_and_cases_are_equal_only_to_themselves() -> None:
     record = Record("x", np.arange(9.0), np.arange(9.0), None, 0.01)
     assert record in [record]
     assert record not in [deepcopy(record)]

@@ -20,7 +20,7 @@ class NestedResult:
 
 
 @dataclass(frozen=True)
-class StoredResult:
+class ResultWithNestedResultAndArrays:
     """Result with a nested result, arrays and an optional array."""
 
     name: str
@@ -32,11 +32,11 @@ class StoredResult:
 @pytest.mark.parametrize("counts", [None, np.array([[1, 2], [3, 4]])])
 def test_a_result_is_stored_as_plain_json_and_read_back_equal(tmp_path: Path, counts: np.ndarray | None) -> None:
     path, tenth = tmp_path / "folder" / "whole.json", 0.1 + 0.2
-    write_result_as_json(StoredResult("µ", NestedResult(), np.array([tenth, 1e-12]), counts), path)
+    write_result_as_json(ResultWithNestedResultAndArrays("µ", NestedResult(), np.array([tenth, 1e-12]), counts), path)
     plain = json.loads(path.read_text(encoding="utf-8"))
     rows = None if counts is None else [[1, 2], [3, 4]]
     assert plain == {"name": "µ", "part": {"p_value": None}, "shares": [tenth, 1e-12], "counts": rows}
-    back = read_json_result(StoredResult, path, "test")
+    back = read_json_result(ResultWithNestedResultAndArrays, path, "test")
     assert (back.name, back.shares.tolist()) == ("µ", [tenth, 1e-12])
     assert math.isnan(back.part.p_value)
     assert (back.counts is None) if counts is None else np.array_equal(back.counts, counts)
@@ -65,7 +65,7 @@ def test_an_invalid_result_file_is_refused_and_the_wrong_key_is_named(tmp_path: 
     path = tmp_path / "whole.json"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ResultError, match=r"run the study again to recreate the thing") as error:
-        read_json_result(StoredResult, path, "thing")
+        read_json_result(ResultWithNestedResultAndArrays, path, "thing")
     assert str(error.value).startswith(f"{path}: {why}")
     with pytest.raises(ResultError, match=r"none\.json: no result of the thing"):
-        read_json_result(StoredResult, tmp_path / "none.json", "thing")
+        read_json_result(ResultWithNestedResultAndArrays, tmp_path / "none.json", "thing")

@@ -69,7 +69,7 @@ ROWS_BY_STUDY: Final[dict[str, Callable[[Findings], Iterator[Row]]]] = {
 }
 
 
-def write_japanese_figure(path: Path) -> None:
+def write_japanese_copy_of_figure(path: Path) -> None:
     """Write a copy of a figure with Japanese texts for README.ja.md, as NAME.ja.svg next to NAME.svg."""
     translated = translate_svg(path.read_text(encoding="utf-8"), "ja")
     path.with_suffix(".ja.svg").write_text(translated, encoding="utf-8")
@@ -108,7 +108,7 @@ def main() -> None:
     for picture, study_name in STUDY_BY_PICTURE.items():
         drawn: Path = ROOT / "results" / study_name / "figures" / "polar" / "rinaldi.svg"
         shutil.copyfile(drawn, IMAGES / picture)
-        write_japanese_figure(IMAGES / picture)
+        write_japanese_copy_of_figure(IMAGES / picture)
     table = markdown_table(("question", "quantity", "result (95 % interval)", "earthquakes"), lines)
     publish_markdown({"found": table, "stack-3d": stack})
 

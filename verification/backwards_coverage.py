@@ -23,8 +23,8 @@ from overturning.findings.inferred_motion import inferred_motion_findings
 from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.model.cases import Cases
 from overturning.model.shapes import Cylinder, RectangularPrism
-from overturning.report.drawings import write_motion_posterior_figure
-from overturning.report.render import parse_markdown, render_markdown
+from overturning.report.drawings import write_ground_motion_posterior_figure
+from overturning.report.render import parse_markdown, render_template_as_markdown
 from overturning.report.terminal import plain_paragraphs
 from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval, exact_interval_if_all_0_or_all_1
 from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER, SurveyInversion
@@ -49,7 +49,7 @@ COVERED_COLUMNS: Final = ["pgv_holds", "pga_holds", "axis_holds"]
 
 
 @dataclass(frozen=True)
-class SimulatedSurvey:
+class SimulatedSurveyWithTrueMotion:
     """Simulated survey of fallen and standing stones, with its true motion, peak velocity and axis."""
 
     motion: CandidateMotion
@@ -63,7 +63,7 @@ def random_log_uniform(generator: np.random.Generator, low: float, high: float, 
     return np.asarray(np.exp(generator.uniform(np.log(low), np.log(high), count)))
 
 
-def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> SimulatedSurvey:
+def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> SimulatedSurveyWithTrueMotion:
     """Simulate a survey of 12 to 60 stones under a motion: columns, or in a third of the surveys square prisms."""
     draw, count = generator, int(generator.integers(12, 61))
     level, turn = float(random_log_uniform(draw, LEVELS[0], LEVELS[-1], 1)[0]), draw.uniform(0, 360)
@@ -101,10 +101,12 @@ def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> 
               face_azimuth_deg=float(face[i]), height=float(height[i]), round=columns)
         for i in range(count) if lapse[i] or result.overturned[i] in (0, 1)
     ]  # fmt: skip
-    return SimulatedSurvey(motion, level, (motion.axis + turn) % 180, stones)
+    return SimulatedSurveyWithTrueMotion(motion, level, (motion.axis + turn) % 180, stones)
 
 
-def interval_coverage_and_widths(posterior: MotionPosterior, survey: SimulatedSurvey) -> dict[str, float]:
+def check_intervals_against_true_motion(
+    posterior: MotionPosterior, survey: SimulatedSurveyWithTrueMotion
+) -> dict[str, float]:
     """Return, by name, whether the intervals of the inferred motion contain the true value, and their widths.
 
     The widths of the intervals of PGV and PGA are ratios of their bounds.
@@ -127,7 +129,7 @@ def interval_coverage_and_widths(posterior: MotionPosterior, survey: SimulatedSu
     return found | {"axis_width": width, "no_upper": strongest == np.inf, "no_lower": weakest == 0}
 
 
-def measure_coverage(survey_count: int, threads: int) -> pd.DataFrame:
+def measure_interval_coverage(survey_count: int, threads: int) -> pd.DataFrame:
     """Infer the motions of simulated surveys and check their intervals; return a row per survey and exponent.
 
     The true earthquake is excluded from the library by a zero prior. The exponent is that of the likelihood.
@@ -151,7 +153,7 @@ def measure_coverage(survey_count: int, threads: int) -> pd.DataFrame:
                 "round": truth.stones[0].round,
                 "fit": inversion.posterior_predictive_p_value(truth.stones, one) if checked else np.nan,
             }  # fmt: skip
-            rows.append(about | interval_coverage_and_widths(one, truth))
+            rows.append(about | check_intervals_against_true_motion(one, truth))
     return pd.DataFrame(rows)
 
 
@@ -171,7 +173,7 @@ def surveys_with_cross_validated_exponent(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.concat([rows[(rows["half"] == half) & (rows["power"] == power)] for half, power in halves])
 
 
-def covered_share_interval(rows: pd.DataFrame, column: str) -> ConfidenceInterval:
+def interval_of_covered_survey_share(rows: pd.DataFrame, column: str) -> ConfidenceInterval:
     """Compute the 95 % interval of the share of surveys for which a column is true, by earthquake.
 
     Surveys under one earthquake share its motions, so earthquakes are resampled (`bootstrap_interval`), each with all
@@ -195,9 +197,9 @@ def covered_share_interval(rows: pd.DataFrame, column: str) -> ConfidenceInterva
     return bootstrap_interval(covered_share_of_sample, of_event)
 
 
-def coverage_label(rows: pd.DataFrame, column: str) -> str:
+def covered_share_with_interval_text(rows: pd.DataFrame, column: str) -> str:
     """Return a label with the share of surveys for which a column is true, and its interval if there is one."""
-    low, high = covered_share_interval(rows, column)
+    low, high = interval_of_covered_survey_share(rows, column)
     bounds = "" if np.isnan(low) else f" ({100 * low:.0f} to {100 * high:.0f})"
     return f"{100 * rows[column].mean():.0f} %{bounds}"
 
@@ -205,7 +207,7 @@ def coverage_label(rows: pd.DataFrame, column: str) -> str:
 def coverage_table_row(group_name: str, rows: pd.DataFrame) -> tuple[str, ...]:
     """Return a table row with coverage and widths of the intervals for a group of surveys."""
     powers = " and ".join(f"{power:g}" for power in sorted(rows["power"].unique()))
-    held = (coverage_label(rows, each) for each in COVERED_COLUMNS)
+    held = (covered_share_with_interval_text(rows, each) for each in COVERED_COLUMNS)
     shares = (f"{100 * rows[each].mean():.0f} %" for each in ("no_upper", "no_lower"))
     widths = (f"{rows[each].median():.3g}" for each in ("pgv_ratio", "pga_ratio", "axis_width"))
     return (group_name, f"{len(rows)}", f"{rows['event'].nunique()}", powers, *held, *shares, *widths)
@@ -251,7 +253,7 @@ def markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
     return {"backwards-coverage": f"{wrap_text(text)}\n\n{markdown_table(head, lines)}"}
 
 
-def estimate_ruin_motion(threads: int) -> str:
+def estimate_ruin_motion_as_markdown(threads: int) -> str:
     """Estimate the motion of the example survey of a ruin; return it as a Markdown list, and draw its figure."""
     stones = read_stones(RUIN)
     inversion = SurveyInversion(
@@ -260,10 +262,10 @@ def estimate_ruin_motion(threads: int) -> str:
         )
     )
     result = inversion.invert_survey(RUIN.name, stones)
-    write_motion_posterior_figure(result, ROOT / "docs" / "images" / "example-ruin.svg")
+    write_ground_motion_posterior_figure(result, ROOT / "docs" / "images" / "example-ruin.svg")
     fit = f"The check whether any motion of the library fits the survey has the p-value {result.fit:.2g}."
     tree = parse_markdown(
-        render_markdown(
+        render_template_as_markdown(
             SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, stones)]), name="motions"
         )
     )
@@ -278,10 +280,10 @@ def main(
     """Simulate surveys, estimate their motions, and publish the tables."""
     named = select_parts(parts, PARTS)
     if "ruin" in named:
-        publish_markdown({"example-ruin": estimate_ruin_motion(threads)})
+        publish_markdown({"example-ruin": estimate_ruin_motion_as_markdown(threads)})
     if "coverage" not in named:
         return
-    rows = measure_coverage(surveys, threads)
+    rows = measure_interval_coverage(surveys, threads)
     write_csv(surveys_with_cross_validated_exponent(rows), RESULTS / "backwards-coverage.csv")
     publish_markdown(markdown_by_marker(rows))
     print(

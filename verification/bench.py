@@ -32,9 +32,16 @@ from overturning.units import GRANITE_DENSITY
 from verification import scalar
 from verification.inputs import NO_SLIDING, case_grid, default_study_groups, read_default_motions
 from verification.measures import compare_results, join_results, percentage, run_case_groups, wrong_outcome_percentages
-from verification.tables import RESULTS, MeasuredFigure, figures_table, publish_markdown, select_parts, write_figures
-from verification.timing import minimum_processor_time, run_program
-from verification.whole_run import WITH_SERVER, measure_whole_run, start_up_table
+from verification.tables import (
+    RESULTS,
+    MeasuredNumber,
+    measured_numbers_table,
+    publish_markdown,
+    select_parts,
+    write_measured_numbers,
+)
+from verification.timing import minimum_processor_time, run_python_program_and_time_it
+from verification.whole_run import WITH_SERVER, fork_server_comparison_table, measure_whole_run
 
 
 @njit
@@ -73,7 +80,7 @@ def operations_per_step(compiled_loop: Any) -> int:
     return len(re.findall(r"\bv?(?:add|sub|mul|div|min|max)pd", assembly))
 
 
-def python_callable_loop(inner_loop: Any) -> Any:
+def wrap_loop_for_calls_from_python(inner_loop: Any) -> Any:
     """Wrap a compiled loop, which only compiled code can call, so that Python can call it."""
 
     @njit
@@ -105,18 +112,18 @@ def scalar_loop_benchmark(
     )
 
 
-def measure_throughput() -> list[MeasuredFigure]:
+def measure_throughput() -> list[MeasuredNumber]:
     """Measure block steps per second and core, relative to a scalar loop and to the floating-point limit.
 
     Repeated steps are included; the limit is that of the processor.
     """
-    rows: list[MeasuredFigure] = []
+    rows: list[MeasuredNumber] = []
     motion, peak = motion_without_overturning(), peak_operations_per_second()
     many = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 512))
     how: dict[str, Any] = {"model": gravestone(SOFT_CONTACT), "leave_out": False}
     for scheme in ("centred", "cundall"):
         constants, loops = SCHEMES[IntegrationScheme[scheme.upper()]]
-        advance = python_callable_loop(loops(with_vertical=False, with_friction=True))
+        advance = wrap_loop_for_calls_from_python(loops(with_vertical=False, with_friction=True))
         advance(constants, np.zeros(ROWS.size), 8, 1, float(TICKS))
         wide = run_cases(motion, many, scheme=scheme, **how).block_steps.sum()
         plain_run, narrow = scalar_loop_benchmark(motion, scheme == "centred")
@@ -129,15 +136,15 @@ def measure_throughput() -> list[MeasuredFigure]:
             speeds.append(speed)
         operations = operations_per_step(advance)
         rows += [
-            MeasuredFigure(f"block steps per second and core, {scheme}", max(speeds) / 1e6, "million/s"),
-            MeasuredFigure(f"speed over that of the scalar kernel, {scheme}", float(np.median(ratios)), "x"),
-            MeasuredFigure(f"operations per block step, {scheme}", operations),
-            MeasuredFigure(f"share of the floating-point limit, {scheme}", max(speeds) * operations / peak),
+            MeasuredNumber(f"block steps per second and core, {scheme}", max(speeds) / 1e6, "million/s"),
+            MeasuredNumber(f"speed over that of the scalar kernel, {scheme}", float(np.median(ratios)), "x"),
+            MeasuredNumber(f"operations per block step, {scheme}", operations),
+            MeasuredNumber(f"share of the floating-point limit, {scheme}", max(speeds) * operations / peak),
         ]
-    return [MeasuredFigure("floating-point limit", peak / 1e9, "10^9/s"), *rows]
+    return [MeasuredNumber("floating-point limit", peak / 1e9, "10^9/s"), *rows]
 
 
-def measure_time_per_case() -> list[MeasuredFigure]:
+def measure_time_per_case() -> list[MeasuredNumber]:
     """Measure the time per case of about 1000 cases of 20 s, and the agreement with the exact rigid block."""
     motion = read_default_motions()["rinaldi"]
     axes = (np.arange(0.0, 360.0, 5.0), [0.6, 1.2], [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4], [NO_SLIDING])
@@ -152,11 +159,11 @@ def measure_time_per_case() -> list[MeasuredFigure]:
     default = minimum_processor_time(lambda: simulate_as_arrays(motion, **given), 15) / cases.case_count
     exact = minimum_processor_time(lambda: simulate_rigid_rocking(motion, cases)) / cases.case_count
     return [
-        MeasuredFigure("cases of the sweep", cases.case_count),
-        MeasuredFigure("time per case, nothing left out", whole * 1e3, "ms"),
-        MeasuredFigure("time per case, default", default * 1e3, "ms"),
-        MeasuredFigure("time per case, exact rigid block", exact * 1e3, "ms"),
-        MeasuredFigure(
+        MeasuredNumber("cases of the sweep", cases.case_count),
+        MeasuredNumber("time per case, nothing left out", whole * 1e3, "ms"),
+        MeasuredNumber("time per case, default", default * 1e3, "ms"),
+        MeasuredNumber("time per case, exact rigid block", exact * 1e3, "ms"),
+        MeasuredNumber(
             "agreement with the exact rigid block",
             100 * float((run_cases(motion, cases).overturned == rigid[0])[firm].mean()),
             "%",
@@ -164,7 +171,7 @@ def measure_time_per_case() -> list[MeasuredFigure]:
     ]
 
 
-def measure_compilation() -> list[MeasuredFigure]:
+def measure_compilation() -> list[MeasuredNumber]:
     """Measure the time of compilation (start with an empty cache minus start with a filled one) and of loading."""
     program = (
         "import time, numpy as np; from overturning import Motion, Cases, run_cases\n"
@@ -172,14 +179,14 @@ def measure_compilation() -> list[MeasuredFigure]:
         "run_cases(m, Cases(0, 0.6, 0.05, 1.0)); print(time.process_time() - t)"
     )
     with tempfile.TemporaryDirectory() as folder:
-        cold, warm = (float(run_program(program, NUMBA_CACHE_DIR=folder)[0]) for _ in range(2))
+        cold, warm = (float(run_python_program_and_time_it(program, NUMBA_CACHE_DIR=folder)[0]) for _ in range(2))
     return [
-        MeasuredFigure("compilation, cold", cold - warm, "s"),
-        MeasuredFigure("loading a compiled kernel", warm, "s"),
+        MeasuredNumber("compilation, cold", cold - warm, "s"),
+        MeasuredNumber("loading a compiled kernel", warm, "s"),
     ]
 
 
-def measure_default_study(azimuths: int = 36) -> list[MeasuredFigure]:
+def measure_default_study(azimuths: int = 36) -> list[MeasuredNumber]:
     """Measure kernel time and the share of wrong overturning flags of the default study, on two threads.
 
     The study has 133,056 cases.
@@ -192,21 +199,21 @@ def measure_default_study(azimuths: int = 36) -> list[MeasuredFigure]:
     fine = run_case_groups(groups, threads=2, time_step="0.125 stable").results
     far = compare_results(found, fine, (len(groups), azimuths, 2, -1, 3))
     rows = [
-        MeasuredFigure("default study: flags, mirrored half included", 2 * found.status.size),
-        MeasuredFigure("default study: kernel time on two threads", seconds, "s"),
-        MeasuredFigure("default study: processor time, both threads together", busy, "s"),
+        MeasuredNumber("default study: flags, mirrored half included", 2 * found.status.size),
+        MeasuredNumber("default study: kernel time on two threads", seconds, "s"),
+        MeasuredNumber("default study: processor time, both threads together", busy, "s"),
     ]
     for where, counts in (
         ("where the neighbours agree", far.firm),
         ("of all cells, against an eighth of the step", far.counts),
     ):
         flags, sides = wrong_outcome_percentages(counts)
-        rows.append(MeasuredFigure(f"default study: wrong flags {where}", flags, "%"))
-        rows.append(MeasuredFigure(f"default study: wrong sides {where}", sides, "%"))
+        rows.append(MeasuredNumber(f"default study: wrong flags {where}", flags, "%"))
+        rows.append(MeasuredNumber(f"default study: wrong sides {where}", sides, "%"))
     return rows
 
 
-def measure_work_saved_by_skipping_rest(azimuths: int = 18) -> list[MeasuredFigure]:
+def measure_work_saved_by_skipping_rest(azimuths: int = 18) -> list[MeasuredNumber]:
     """Measure the work saved in the default study by skipping samples at rest, and the outcomes that this changes."""
     groups = default_study_groups(azimuths)
     short = run_case_groups(groups, threads=2).results
@@ -216,32 +223,32 @@ def measure_work_saved_by_skipping_rest(azimuths: int = 18) -> list[MeasuredFigu
     below = np.tile(np.asarray(groups[0].cases.friction) < np.asarray(groups[0].cases.b_over_h), len(groups))
     moves, far = short.block_steps > 0, compare_results(short, full)
     return [
-        MeasuredFigure("cases, mirrored half left out", below.size),
-        MeasuredFigure("cases above a threshold, which are simulated", int(moves.sum())),
-        MeasuredFigure(
+        MeasuredNumber("cases, mirrored half left out", below.size),
+        MeasuredNumber("cases above a threshold, which are simulated", int(moves.sum())),
+        MeasuredNumber(
             "block steps, share of those with nothing left out",
             percentage(far.block_steps, full.block_steps.sum()),
             "%",
         ),
-        MeasuredFigure(
+        MeasuredNumber(
             "samples at rest and left out, mean per simulated case", float(short.samples_left_out[moves].mean())
         ),
-        MeasuredFigure("flags changed by leaving out", far.counts.flags),
-        MeasuredFigure("sides changed by leaving out", far.counts.flags + far.counts.sides),
-        MeasuredFigure("flags changed by amplitudes larger by 1e-9", other.flags),
-        MeasuredFigure("sides changed by amplitudes larger by 1e-9", other.flags + other.sides),
-        MeasuredFigure("simulated cases with μ < B/H", int((moves & below).sum())),
-        MeasuredFigure("simulated cases with μ < B/H that fall", int((short.overturned[below] != 0).sum())),
-        MeasuredFigure("largest rotation over α in cases with μ < B/H", float(short.peak_rotation[below].max())),
+        MeasuredNumber("flags changed by leaving out", far.counts.flags),
+        MeasuredNumber("sides changed by leaving out", far.counts.flags + far.counts.sides),
+        MeasuredNumber("flags changed by amplitudes larger by 1e-9", other.flags),
+        MeasuredNumber("sides changed by amplitudes larger by 1e-9", other.flags + other.sides),
+        MeasuredNumber("simulated cases with μ < B/H", int((moves & below).sum())),
+        MeasuredNumber("simulated cases with μ < B/H that fall", int((short.overturned[below] != 0).sum())),
+        MeasuredNumber("largest rotation over α in cases with μ < B/H", float(short.peak_rotation[below].max())),
     ]
 
 
-def measure_memory_and_time_growth() -> list[MeasuredFigure]:
+def measure_memory_and_time_growth() -> list[MeasuredNumber]:
     """Measure the memory of a million cases, and the time per case from 10⁴ to 10⁶ cases."""
     t = np.arange(60) * 0.02
     motion = Motion(6.0 * np.sin(2 * np.pi * t / 0.5), 0 * t, sampling_interval=0.02)
     rng = np.random.default_rng(2)
-    rows: list[MeasuredFigure] = []
+    rows: list[MeasuredNumber] = []
     each = {}
     run_cases(motion, Cases(0.0, 0.6, 0.3, 0.5))  # loads the compiled kernel
     for count in (10_000, 100_000, 1_000_000):
@@ -250,17 +257,17 @@ def measure_memory_and_time_growth() -> list[MeasuredFigure]:
         start = time.process_time()
         run_cases(motion, cases)
         each[count] = (time.process_time() - start) / count
-        rows.append(MeasuredFigure(f"time per case of {count} short cases", each[count] * 1e6, "us"))
+        rows.append(MeasuredNumber(f"time per case of {count} short cases", each[count] * 1e6, "us"))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     rows += [
-        MeasuredFigure("time per case at 10^6 over that at 10^4", each[1_000_000] / each[10_000], "x"),
-        MeasuredFigure("peak memory at 10^6 cases", peak / 2**20, "GiB"),
-        MeasuredFigure("peak memory added by the 10^6 cases", (peak - before) / 2**20, "GiB"),
+        MeasuredNumber("time per case at 10^6 over that at 10^4", each[1_000_000] / each[10_000], "x"),
+        MeasuredNumber("peak memory at 10^6 cases", peak / 2**20, "GiB"),
+        MeasuredNumber("peak memory added by the 10^6 cases", (peak - before) / 2**20, "GiB"),
     ]
     return rows
 
 
-PARTS: dict[str, Callable[[], list[MeasuredFigure]]] = {
+PARTS: dict[str, Callable[[], list[MeasuredNumber]]] = {
     "growth": measure_memory_and_time_growth, "throughput": measure_throughput, "sweep": measure_time_per_case,
     "compilation": measure_compilation, "study": measure_default_study,
     "whole-run": measure_whole_run, "left-out": measure_work_saved_by_skipping_rest
@@ -272,15 +279,23 @@ def main(
 ) -> None:
     """Measure the speed of the kernels; parts that are not named keep their figures."""
     machine = re.sub(r"[^a-z0-9]+", "-", f"{platform.machine()} {os.cpu_count()} cores".lower()).strip("-")
-    rows: list[MeasuredFigure] = []
+    rows: list[MeasuredNumber] = []
     for name in (names := select_parts(parts, PARTS)):
         measure = PARTS[name]
         found = measure()
-        print(body := figures_table(found), flush=True)
+        print(body := measured_numbers_table(found), flush=True)
         rows += found
-        known = write_figures(rows, RESULTS / f"{machine}.csv", keep_other_figures=bool(parts) or name != names[-1])
-        bodies = {"bench": figures_table(one for one in known if not one.quantity.startswith(WITH_SERVER))}
-        own = {"left-out": body} if name == "left-out" else {name: start_up_table(found)} if name == "whole-run" else {}
+        known = write_measured_numbers(
+            rows, RESULTS / f"{machine}.csv", keep_other_figures=bool(parts) or name != names[-1]
+        )
+        bodies = {"bench": measured_numbers_table(one for one in known if not one.quantity.startswith(WITH_SERVER))}
+        own = (
+            {"left-out": body}
+            if name == "left-out"
+            else {name: fork_server_comparison_table(found)}
+            if name == "whole-run"
+            else {}
+        )
         publish_markdown(bodies | own)
 
 

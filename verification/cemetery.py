@@ -21,7 +21,7 @@ from overturning.figures.style import (
     add_title_and_legend,
     create_panel_grid,
     label_axes,
-    package_matplotlib_settings,
+    use_package_matplotlib_settings,
 )
 from overturning.figures.write import save_figure_files
 from overturning.findings.causes import skill_of_published_criteria
@@ -35,25 +35,25 @@ from overturning.report.filters import percent
 from overturning.statistics.space import count_agreements_of_2d_and_3d_outcomes, shares_of_agreeing_2d_and_3d_outcomes
 from overturning.study.cube import open_cube
 from overturning.study.load import load_study
-from overturning.study.scenes import NOMINAL, motion_for_variant
+from overturning.study.scenes import NOMINAL, ground_motion_for_variant
 from overturning.study.sweep import scale_motion
 from overturning.surveys.population import sample_stones
 from verification.tables import (
     RESULTS,
     ROOT,
-    MeasuredFigure,
+    MeasuredNumber,
     iterate_rows,
     markdown_table,
     publish_markdown,
     wrap_text,
-    write_figures,
+    write_measured_numbers,
 )
 
 STUDY: Final = ROOT / "results" / "near-fault"
 PUBLISHED: Final = ROOT / "surveys" / "published.csv"
 
 
-def read_published_rates(path: Path = PUBLISHED) -> pd.DataFrame:
+def read_published_fall_rates(path: Path = PUBLISHED) -> pd.DataFrame:
     """Read the table of published fall rates."""
     return pd.read_csv(path)
 
@@ -63,7 +63,7 @@ def fall_rates_of_unscaled_records(findings: xr.Dataset) -> FloatArray:
     return np.asarray(100 * findings["fall_rate"].sel(amplitude=1.0).to_numpy())
 
 
-def compare_published_with_computed_rates(low: float, high: float, rates: FloatArray) -> str:
+def compare_published_with_computed_fall_rates(low: float, high: float, rates: FloatArray) -> str:
     """Compare a published range of fall rates, percent, with the middle half of the computed rates."""
     least, most = np.quantile(rates, [0.25, 0.75])
     if high < least:
@@ -73,7 +73,7 @@ def compare_published_with_computed_rates(low: float, high: float, rates: FloatA
     return "overlaps"
 
 
-def published_rate_label(low: float, high: float) -> str:
+def published_fall_rate_label(low: float, high: float) -> str:
     """Return the label of a published fall rate, percent; NaN for a missing end."""
     if np.isnan(low):
         return f"at most {high:g} %"
@@ -82,7 +82,7 @@ def published_rate_label(low: float, high: float) -> str:
     return f"{low:g} %" if low == high else f"{low:g} to {high:g} %"
 
 
-def published_rate_table(rows: pd.DataFrame, rates: FloatArray) -> str:
+def published_fall_rate_table(rows: pd.DataFrame, rates: FloatArray) -> str:
     """Return a Markdown table of published near-field fall rates, compared with the computed ones."""
     lines = []
     for row in iterate_rows(rows[rows["near_field"] == "yes"]):
@@ -92,15 +92,15 @@ def published_rate_table(rows: pd.DataFrame, rates: FloatArray) -> str:
             (
                 row.event,
                 row.where,
-                published_rate_label(low, high),
-                compare_published_with_computed_rates(*ends, rates),
+                published_fall_rate_label(low, high),
+                compare_published_with_computed_fall_rates(*ends, rates),
                 row.source,
             )
         )
     return markdown_table(("earthquake", "where", "stated", "compared with the computed rates", "source"), lines)
 
 
-def computed_rate_sentence(rates: FloatArray, found: xr.Dataset) -> str:
+def computed_fall_rate_sentence(rates: FloatArray, found: xr.Dataset) -> str:
     """Return a sentence on the computed fall rates."""
     low, middle, high = np.quantile(rates, [0.25, 0.5, 0.75])
     events = len(set(found["event"].to_numpy().astype(str)))
@@ -113,10 +113,10 @@ def computed_rate_sentence(rates: FloatArray, found: xr.Dataset) -> str:
     )
 
 
-def draw_published_and_computed_rates(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
+def draw_published_and_computed_fall_rates(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
     """Draw published fall rates as bars, and computed ones as points below them."""
     near = list(iterate_rows(rows[rows["near_field"] == "yes"]))
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure, panels = create_panel_grid(1, 1, 8.0, 0.32 * len(near) + 1.8)
         axes: Any = panels[0, 0]
         for place, row in enumerate(near[::-1], 1):
@@ -163,7 +163,7 @@ def population_fall_rate_markdown(results: StudyResults) -> str:
     return f"{text}\n\n{intensity_table}\n"
 
 
-def estimate_label(estimate: Estimate) -> str:
+def estimate_with_interval_text(estimate: Estimate) -> str:
     """Return a label with an estimate and its interval."""
     text = (
         f"{estimate.value:.2f}"
@@ -180,18 +180,21 @@ def criteria_tables(results: StudyResults) -> dict[str, str]:
     shutil.copy(STUDY / "figures" / "plane.svg", ROOT / "docs" / "images" / "criteria.svg")
     rows = [
         (one.criterion, one.rule, percent(one.hit_rate), percent(one.false_alarm_rate),
-         estimate_label(one.skill), estimate_label(one.skill_within_block_shape))
+         estimate_with_interval_text(one.skill), estimate_with_interval_text(one.skill_within_block_shape))
         for one in found.scores
     ]  # fmt: skip
     heads = ("criterion", "a block falls if", "hits", "false alarms", "skill, all blocks", "skill, blocks of one size")
-    leads = [(found.largest_skill_criterion, name, estimate_label(lead)) for name, lead in found.skill_lead.items()]
+    leads = [
+        (found.largest_skill_criterion, name, estimate_with_interval_text(lead))
+        for name, lead in found.skill_lead.items()
+    ]
     return {
         "criteria": markdown_table(heads, rows),
         "criteria-blocks": markdown_table(("criterion", "compared with", "difference of the skills"), leads),
     }
 
 
-def compare_grid_with_stone_simulations(results: StudyResults) -> str:
+def compare_grid_and_per_stone_fall_rates(results: StudyResults) -> str:
     """Return a text that compares fall rates from grid cells with those of individually simulated stones.
 
     For the rates from the grid, each stone takes the outcome of a neighbouring cell; otherwise it is simulated with
@@ -205,7 +208,9 @@ def compare_grid_with_stone_simulations(results: StudyResults) -> str:
     planes = np.concatenate([stones.face, stones.face + 90])
     cases = Cases(planes, np.tile(stones.height, 2), np.tile(stones.b_over_h, 2), np.tile(stones.friction, 2))
     for name in results.record_names:
-        motion = motion_for_variant(results.study, read_record_from_motion_file(STUDY / "motion" / f"{name.id}.nc"))
+        motion = ground_motion_for_variant(
+            results.study, read_record_from_motion_file(STUDY / "motion" / f"{name.id}.nc")
+        )
         for factor in found["amplitude"].to_numpy():
             flags = run_cases(scale_motion(motion, float(factor)), cases, threads=2).overturned
             rates.append(float((np.abs(flags) == 1).reshape(2, -1).any(axis=0).mean()))
@@ -221,7 +226,7 @@ def compare_grid_with_stone_simulations(results: StudyResults) -> str:
     )
 
 
-def planar_model_accuracy() -> list[MeasuredFigure]:
+def planar_model_accuracy() -> list[MeasuredNumber]:
     """Return the accuracy of the 2-D model in the planes of the faces, compared with the 3-D model."""
     with open_cube(ROOT / "results" / "in-space" / "cube.nc", chunks={"record": 1}) as cube:
         found = {
@@ -230,32 +235,32 @@ def planar_model_accuracy() -> list[MeasuredFigure]:
         }
     beside = 100 * found["flag_beside"]
     return [
-        MeasuredFigure("cases in space", int(found["cases"])),
-        MeasuredFigure("2-D model predicts correctly whether it falls", 100 * found["flag"], "%"),
-        MeasuredFigure(
+        MeasuredNumber("cases in space", int(found["cases"])),
+        MeasuredNumber("2-D model predicts correctly whether it falls", 100 * found["flag"], "%"),
+        MeasuredNumber(
             "2-D model predicts correctly whether it falls, a neighbour in B/H has another flag", beside, "%"
         ),
-        MeasuredFigure("2-D model predicts another edge than the one it falls over", 100 * (1 - found["face"]), "%"),
+        MeasuredNumber("2-D model predicts another edge than the one it falls over", 100 * (1 - found["face"]), "%"),
     ]
 
 
 def main() -> None:
     """Compare the rates, draw the figure and publish the tables."""
-    write_figures(planar_model_accuracy(), RESULTS / "in-space.csv")
+    write_measured_numbers(planar_model_accuracy(), RESULTS / "in-space.csv")
     study = load_study(ROOT / "config" / "near-fault.yaml")
     with open_study_results(STUDY, study) as results:
         found = results.populations[NOMINAL]
         comparison = population_fall_rate_markdown(results)
         publish_markdown(
-            {"population": f"{comparison}\n{wrap_text(compare_grid_with_stone_simulations(results), '- ')}"}
+            {"population": f"{comparison}\n{wrap_text(compare_grid_and_per_stone_fall_rates(results), '- ')}"}
         )
         publish_markdown(criteria_tables(results))
-        rows, rates = read_published_rates(), fall_rates_of_unscaled_records(found)
-        draw_published_and_computed_rates(rows, rates, ROOT / "docs" / "images" / "published-surveys.svg")
+        rows, rates = read_published_fall_rates(), fall_rates_of_unscaled_records(found)
+        draw_published_and_computed_fall_rates(rows, rates, ROOT / "docs" / "images" / "published-surveys.svg")
         publish_markdown(
             {
-                "published-surveys": published_rate_table(rows, rates),
-                "published-surveys-computed": computed_rate_sentence(rates, found),
+                "published-surveys": published_fall_rate_table(rows, rates),
+                "published-surveys-computed": computed_fall_rate_sentence(rates, found),
             }
         )
 

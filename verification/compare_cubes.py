@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.model.variables import INT8_MISSING
-from overturning.motion.direction import azimuth_difference
+from overturning.motion.direction import angle_between_azimuths
 from overturning.study.answers import MAX_AZIMUTH_DIFFERENCE_DEG, count_outcome_differences
 from overturning.study.cube import open_cube
 from verification.measures import MIN_ROCKING, percentage
@@ -30,11 +30,11 @@ MIN_SLIP_M = 1e-3
 def fall_azimuths_differ(first_azimuths: NDArray[Any], second_azimuths: NDArray[Any]) -> NDArray[np.bool_]:
     """True where the azimuths, degrees, of two falls differ by at least `MAX_AZIMUTH_DIFFERENCE_DEG`; False for NaN."""
     first, second = (np.asarray(azimuths, np.float64) for azimuths in (first_azimuths, second_azimuths))
-    return np.asarray(azimuth_difference(first, second) >= MAX_AZIMUTH_DIFFERENCE_DEG)
+    return np.asarray(angle_between_azimuths(first, second) >= MAX_AZIMUTH_DIFFERENCE_DEG)
 
 
 def neighbours_have_same_outcome(flags: xr.DataArray, fall_azimuths: NDArray[Any] | None = None) -> NDArray[np.bool_]:
-    """Return True for cells whose neighbours in azimuth (or orientation) and B/H have the same flag (falls or not).
+    """Return True for cells that fall or stand like their neighbours in azimuth (or orientation) and B/H.
 
     A full circle is closed. With fall azimuths `fall_azimuths` (3-D, degrees), these must agree as well.
     """
@@ -80,7 +80,7 @@ def peak_slip_of_cells(cube: xr.Dataset) -> FloatArray:
     return np.asarray(np.hypot(cube.residual_slip_north, cube.residual_slip_east), dtype=np.float64)
 
 
-def cube_changes(old_cube: xr.Dataset, new_cube: xr.Dataset) -> dict[str, str]:
+def outcome_changes_between_cubes(old_cube: xr.Dataset, new_cube: xr.Dataset) -> dict[str, str]:
     """Return the changes from one cube of outcomes of a study to another, as text by quantity."""
     both = [name for name in old_cube.record_id.values if name in new_cube.record_id.values]
     old_cube, new_cube = (
@@ -130,7 +130,7 @@ def comparison_table(cubes: Sequence[Path]) -> str:
     """Return a Markdown table with a column for each pair of successive cubes, and one for first and last."""
     opened = [open_cube(path, element=None, amplitude=None) for path in cubes]
     steps = [(i, i + 1) for i in range(len(cubes) - 1)] + [(0, len(cubes) - 1)] * (len(cubes) > 2)
-    columns = [cube_changes(opened[first], opened[last]) for first, last in steps]
+    columns = [outcome_changes_between_cubes(opened[first], opened[last]) for first, last in steps]
     names = [path.stem if len({one.stem for one in cubes}) == len(cubes) else str(path) for path in cubes]
     head = [f"{names[first]} → {names[last]}" for first, last in steps]
     return markdown_table(("", *head), [(name, *(column[name] for column in columns)) for name in columns[0]])

@@ -43,7 +43,7 @@ class PlanarBody(NamedTuple):
     inertia: float
 
 
-def rectangular_stone(height: float, b_over_h: float) -> PlanarBody:
+def rectangular_planar_body(height: float, b_over_h: float) -> PlanarBody:
     """Return a rectangular stone that stands on the ground, with unit mass."""
     b, h = 0.5 * height * b_over_h, 0.5 * height
     return PlanarBody(0.0, h, ((-b, -h), (b, -h), (b, h), (-b, h)), 1.0, (b * b + h * h) / 3.0)
@@ -264,7 +264,7 @@ def fall_side_of_block(
 ) -> int:  # fmt: skip
     """Return the side to which a block falls in a physics engine (±1; 0: none)."""
     ground = resample_acceleration(acceleration, interval, step, AFTER_BLOCK)
-    return engine([rectangular_stone(height, b_over_h)], ground, friction, step)[0]
+    return engine([rectangular_planar_body(height, b_over_h)], ground, friction, step)[0]
 
 
 def fall_sides_of_scene(

@@ -15,7 +15,14 @@ from typing import Annotated, Final, NamedTuple
 
 import typer
 
-from verification.tables import RESULTS, ROOT, MeasuredFigure, figures_table, publish_markdown, write_figures
+from verification.tables import (
+    RESULTS,
+    ROOT,
+    MeasuredNumber,
+    measured_numbers_table,
+    publish_markdown,
+    write_measured_numbers,
+)
 
 REPEATS: Final = 2
 """Number of measurements of each environment; the fastest one is reported."""
@@ -68,13 +75,13 @@ def measure_make_targets(checkout: Path, targets: list[str]) -> list[Environment
         return [install_environment(checkout, target, Path(scratch, "environment")) for target in targets]
 
 
-def environment_cost_figures(name: str, cost: EnvironmentCost) -> list[MeasuredFigure]:
-    """Return the cost of an environment as measured figures."""
+def environment_cost_figures(name: str, cost: EnvironmentCost) -> list[MeasuredNumber]:
+    """Return the cost of an environment as measured numbers."""
     return [
-        MeasuredFigure(f"{name}: time", cost.seconds, "s"),
-        MeasuredFigure(f"{name}: processor time", cost.processor_seconds, "s"),
-        MeasuredFigure(f"{name}: size", cost.size, "GB"),
-        MeasuredFigure(f"{name}: packages", cost.packages),
+        MeasuredNumber(f"{name}: time", cost.seconds, "s"),
+        MeasuredNumber(f"{name}: processor time", cost.processor_seconds, "s"),
+        MeasuredNumber(f"{name}: size", cost.size, "GB"),
+        MeasuredNumber(f"{name}: packages", cost.packages),
     ]
 
 
@@ -100,8 +107,8 @@ def main(
     ]
     if before:
         figures += environment_cost_figures(f"`make setup` at {before}, one lock for all", min(earlier))
-    written = write_figures(figures, RESULTS / "environments.csv", keep_other_figures=True)
-    publish_markdown({"environments": figures_table(written)})
+    written = write_measured_numbers(figures, RESULTS / "environments.csv", keep_other_figures=True)
+    publish_markdown({"environments": measured_numbers_table(written)})
 
 
 if __name__ == "__main__":

@@ -68,7 +68,7 @@ class InventedStone:
     fall_azimuth_deg: float
 
 
-def true_motion() -> CandidateMotion:
+def true_motion_of_example_survey() -> CandidateMotion:
     """Return the motion of Te Mara Farm, processed as in a study, with its velocity axis."""
     record = process_record(read_record(RecordTableRow(id="wtmc", format="geonet", source=SOURCE), Path()), None)
     return CandidateMotion.from_motion("Te Mara Farm", record.event, Motion.of(record))
@@ -102,7 +102,8 @@ def invent_stones() -> dict[str, list[InventedStone]]:
             drawn.append((face, height, shape, side, generator.normal(0.0, SPREAD_DEG)))
     face, height, shape, side, spread = np.array(drawn).T
     seen = (
-        fall_azimuths_of_stones(true_motion().motion, face, height, np.column_stack([shape, side])) + spread
+        fall_azimuths_of_stones(true_motion_of_example_survey().motion, face, height, np.column_stack([shape, side]))
+        + spread
     ) % 360.0
     rows = zip(drawn, seen.tolist(), strict=True)
     stones = [InventedStone(one[0], one[1], one[2], one[3], fall) for one, fall in rows]
@@ -152,7 +153,7 @@ def survey_text() -> str:
     return "\n".join(lines) + "\n"
 
 
-def command_output(*arguments: str) -> str:
+def output_of_overturning_command(*arguments: str) -> str:
     """Return what a command of `overturning` prints, with long lines wrapped."""
     text = io.StringIO()
     with contextlib.redirect_stdout(text), contextlib.suppress(SystemExit):
@@ -186,8 +187,8 @@ def comparison_outputs() -> dict[str, str]:
     with tempfile.TemporaryDirectory() as folder:
         cube = Path(folder) / "cube.nc"
         write_example_study_cube(cube)
-        compared = command_output("survey", str(SURVEY), "--cube", str(cube))
-    summary = command_output("survey", str(SURVEY))
+        compared = output_of_overturning_command("survey", str(SURVEY), "--cube", str(cube))
+    summary = output_of_overturning_command("survey", str(SURVEY))
     return {
         "example-survey": summary,
         "example-survey-compared": compared[compared.index("example-cemeteries.csv against") :],
@@ -196,14 +197,14 @@ def comparison_outputs() -> dict[str, str]:
 
 def inferred_motion_output() -> dict[str, str]:
     """Return the printed motion inferred from the survey, without the list of the likeliest motions, by marker."""
-    text = command_output("backwards", str(SURVEY))
+    text = output_of_overturning_command("backwards", str(SURVEY))
     return {"example-survey-backwards": text[text.index("\n\nFrom ") : text.index("  motion ")].strip()}
 
 
 def main() -> None:
     """Write the survey, the rose of its falls, and the output of the commands in the page."""
     write_text(SURVEY, survey_text())
-    command_output("survey", str(SURVEY), "--rose", str(ROSE))
+    output_of_overturning_command("survey", str(SURVEY), "--rose", str(ROSE))
     page = PAGE.read_text(encoding="utf-8")
     for mark, block in (comparison_outputs() | inferred_motion_output()).items():
         begin, end = f"<!-- {mark}:begin -->", f"<!-- {mark}:end -->"

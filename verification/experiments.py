@@ -45,13 +45,13 @@ from verification.measures import (
     wrong_outcome_percentages,
 )
 from verification.tables import RESULTS, ROOT, markdown_table, publish_markdown, select_parts, wrap_text, write_csv
-from verification.timing import TimedResults, run_in_subprocess
+from verification.timing import TimedResults, run_case_groups_in_subprocess
 
 MarkdownByMarker = dict[str, str]
 
 
-class ThinnedStudy(NamedTuple):
-    """Part of the default study that an experiment runs."""
+class PartOfDefaultStudy(NamedTuple):
+    """Part of the default study that an experiment runs: some azimuths under every n-th record."""
 
     azimuths: int
     every_record: int
@@ -65,7 +65,7 @@ class ThinnedStudy(NamedTuple):
         return default_study_groups(self.azimuths, self.every_record)
 
 
-def named_rows_table(first: str, rows: dict[str, dict[str, float]], heads: list[str]) -> str:
+def markdown_table_of_named_rows(first: str, rows: dict[str, dict[str, float]], heads: list[str]) -> str:
     """Return a Markdown table of named rows with the columns `heads`."""
     return markdown_table((first, *heads), [(name, *(row[head] for head in heads)) for name, row in rows.items()])
 
@@ -79,22 +79,22 @@ BOUNDARY_SHIFT: Final = "shift of the boundary, %"
 ERROR_COLUMNS: Final = ["median error of peak rotation", BOUNDARY_SHIFT, "wrong flags, %", "wrong sides, %"]
 
 
-def measure_error_over_step(thin: ThinnedStudy) -> MarkdownByMarker:
+def measure_error_over_step(thin: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure error and cost by scheme and time step, on which the choice of the defaults is based."""
     groups = thin.groups()
     ratios = np.unique(groups[0].cases.b_over_h)
     shape = (len(groups), thin.azimuths, -1, ratios.size, np.unique(groups[0].cases.friction).size)
 
-    def boundary_b_over_h(flags: Flags) -> FloatArray:
+    def overturning_boundary_b_over_h(flags: Flags) -> FloatArray:
         """Return the B/H below which the block falls, from the number of falling cells along B/H."""
         return np.asarray(ratios[0] + (flags.reshape(shape) != 0).sum(axis=3) * (ratios[1] - ratios[0]))
 
     exact, rows = run_case_groups(groups, threads=2, **FINEST_STEP).results, []
-    right = boundary_b_over_h(exact.overturned)
+    right = overturning_boundary_b_over_h(exact.overturned)
     for scheme, share in STEPS:
         found, seconds = run_case_groups(groups, threads=2, scheme=scheme, time_step=f"{share} stable")
         far = compare_results(found, exact)
-        shift = (np.abs(boundary_b_over_h(found.overturned) - right) / right)[right > ratios[0]]
+        shift = (np.abs(overturning_boundary_b_over_h(found.overturned) - right) / right)[right > ratios[0]]
         rows.append(
             {"scheme": scheme, "step": share, "cases": far.counts.cases}
             | far.cost_and_error_columns(seconds)
@@ -137,7 +137,7 @@ def cost_at_equal_error(error_curves: pd.DataFrame) -> str:
     )
 
 
-def measure_error_over_step_and_contact(thin: ThinnedStudy) -> MarkdownByMarker:
+def measure_wrong_flags_over_step_and_contact(thin: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure shares of unstable cases and wrong overturning flags by time step, contact stiffness and damping."""
     groups, lines = thin.groups(), []
     steps = {"automatic": "auto"} | {f"{share:g}": f"{share} stable" for share in (0.25, 0.5, 0.75, 1.0)}
@@ -180,19 +180,19 @@ CLOCK_RULES: Final = {
 """Statements that change one rule of the clock before the kernel is imported, by name."""
 
 
-def measure_step_control_rules(thin: ThinnedStudy) -> MarkdownByMarker:
+def measure_step_control_rules(thin: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure the effect of each rule of the step control; each is compiled in a separate process."""
     groups, rows = thin.groups(), {}
     exact = run_case_groups(groups, threads=2, time_step="0.125 stable").results
     with tempfile.TemporaryDirectory() as folder:
         for number, (name, before) in enumerate(CLOCK_RULES.items()):
-            (found,) = run_in_subprocess(groups, [{}], before=before, NUMBA_CACHE_DIR=f"{folder}/{number}")
+            (found,) = run_case_groups_in_subprocess(groups, [{}], before=before, NUMBA_CACHE_DIR=f"{folder}/{number}")
             rows[name] = compare_results(found.results, exact).cost_and_error_columns(found.seconds)
             print(name, rows[name], flush=True)
-    return {"fine-steps": named_rows_table("", rows, list(next(iter(rows.values()))))}
+    return {"fine-steps": markdown_table_of_named_rows("", rows, list(next(iter(rows.values()))))}
 
 
-def measure_error_over_stiffness(thin: ThinnedStudy) -> MarkdownByMarker:
+def measure_error_over_stiffness(thin: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure error and cost by contact stiffness and time step, and the share of chaotic cases.
 
     The outcome of a chaotic case changes with a tiny change of amplitude, stiffness or step.
@@ -205,7 +205,7 @@ def measure_error_over_stiffness(thin: ThinnedStudy) -> MarkdownByMarker:
         """Run groups of cases on contacts with a given static penetration, as a share of the width."""
         return run_case_groups(among, model=gravestone(Contact(static_penetration=contact)), **how)
 
-    def error_percentages(one: TimedResults, other: TimedResults) -> tuple[str, ...]:
+    def wrong_flag_and_side_percentages(one: TimedResults, other: TimedResults) -> tuple[str, ...]:
         """Return the shares of wrong flags and of wrong flags or sides, percent, as text."""
         return tuple(
             f"{share:.2f}" for share in wrong_outcome_percentages(compare_results(one.results, other.results).counts)
@@ -215,7 +215,7 @@ def measure_error_over_stiffness(thin: ThinnedStudy) -> MarkdownByMarker:
     reference = (2e-8, "0.125")
     exact, lines, costs = run_with_penetration(reference[0], time_step=steps[reference[1]]), [], {}
     if thin.checkout is not None:
-        (before,) = run_in_subprocess(groups, [{}], checkout=thin.checkout)
+        (before,) = run_case_groups_in_subprocess(groups, [{}], checkout=thin.checkout)
         costs["of the other checkout"] = compare_results(before.results, exact.results).cost_and_error_columns(
             before.seconds
         )
@@ -224,7 +224,9 @@ def measure_error_over_stiffness(thin: ThinnedStudy) -> MarkdownByMarker:
             name: exact if (penetration, name) == reference else run_with_penetration(penetration, time_step=step)
             for name, step in steps.items()
         }
-        cells = ("–" if one is exact else " / ".join(error_percentages(one, exact)) for one in found.values())
+        cells = (
+            "–" if one is exact else " / ".join(wrong_flag_and_side_percentages(one, exact)) for one in found.values()
+        )
         lines.append((f"{penetration:g}", *cells))
         costs[f"{penetration:g}"] = compare_results(found["auto"].results, exact.results).cost_and_error_columns(
             found["auto"].seconds
@@ -245,11 +247,11 @@ def measure_error_over_stiffness(thin: ThinnedStudy) -> MarkdownByMarker:
     }
     heads = ["million block steps", "processor time, s", *ERROR_COLUMNS[2:], ERROR_COLUMNS[0], "marked"]
     return {
-        "rigid-limit": named_rows_table("δ/B", costs, heads),
+        "rigid-limit": markdown_table_of_named_rows("δ/B", costs, heads),
         "rigid-limit-map": markdown_table(("δ/B", *steps), lines),
         "chaos": markdown_table(
             ("between", "flags that differ, %", "sides that differ, %"),
-            [(name, *error_percentages(*pair)) for name, pair in pairs.items()],
+            [(name, *wrong_flag_and_side_percentages(*pair)) for name, pair in pairs.items()],
         ),
     }
 
@@ -285,7 +287,7 @@ def run_square_prisms(group: CaseGroup, damping: float) -> KernelOutcomes:
     return KernelOutcomes(sides, np.radians(tilts) / np.arctan(np.asarray(cases.b_over_h)), steps)
 
 
-def measure_error_over_damping_ratio(thin: ThinnedStudy) -> MarkdownByMarker:
+def measure_error_over_damping_ratio(thin: PartOfDefaultStudy) -> MarkdownByMarker:
     """Compare blocks that do not slide with Housner's block, for several damping ratios, in the three kernels.
 
     A flag is firm if it does not change under a motion 1 % weaker or stronger. A peak rotation is wrong if its error
@@ -330,7 +332,7 @@ FRICTIONS_ABOVE_MAXIMUM: Final = (MAX_FRICTION, 300.0, 1e3, 1e4, 1e6)
 """Frictions from `MAX_FRICTION`, the largest that blocks are computed with."""
 
 
-def measure_effect_of_high_friction(thin: ThinnedStudy) -> MarkdownByMarker:
+def measure_effect_of_high_friction(thin: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure the effect of friction above `MAX_FRICTION` on results and number of steps."""
     shapes = half_circle_azimuths(thin.azimuths), [0.6, 2.0], np.arange(0.1, 0.61, 0.1)
     motions, lines, first = list(read_default_motions().values())[:: thin.every_record], [], None
@@ -359,13 +361,13 @@ def measure_effect_of_high_friction(thin: ThinnedStudy) -> MarkdownByMarker:
     return {"most-friction": f"{markdown_table(heads, lines)}\n\n{wrap_text(about)}"}
 
 
-EXPERIMENTS: Final[dict[str, tuple[Callable[[ThinnedStudy], MarkdownByMarker], ThinnedStudy]]] = {
-    "default-step": (measure_error_over_step, ThinnedStudy(2, 1)),
-    "step-and-contact": (measure_error_over_step_and_contact, ThinnedStudy(4, 10)),
-    "fine-steps": (measure_step_control_rules, ThinnedStudy(6, 4)),
-    "rigid-limit": (measure_error_over_stiffness, ThinnedStudy(18, 4)),
-    "damping-ratio": (measure_error_over_damping_ratio, ThinnedStudy(12, 4)),
-    "most-friction": (measure_effect_of_high_friction, ThinnedStudy(18, 4)),
+EXPERIMENTS: Final[dict[str, tuple[Callable[[PartOfDefaultStudy], MarkdownByMarker], PartOfDefaultStudy]]] = {
+    "default-step": (measure_error_over_step, PartOfDefaultStudy(2, 1)),
+    "step-and-contact": (measure_wrong_flags_over_step_and_contact, PartOfDefaultStudy(4, 10)),
+    "fine-steps": (measure_step_control_rules, PartOfDefaultStudy(6, 4)),
+    "rigid-limit": (measure_error_over_stiffness, PartOfDefaultStudy(18, 4)),
+    "damping-ratio": (measure_error_over_damping_ratio, PartOfDefaultStudy(12, 4)),
+    "most-friction": (measure_effect_of_high_friction, PartOfDefaultStudy(18, 4)),
 }
 """Experiment and the part of the default study that it runs, by name."""
 
@@ -381,7 +383,7 @@ def main(
     for name in select_parts(names, EXPERIMENTS):
         measure, thin = EXPERIMENTS[name]
         if trial:
-            thin = ThinnedStudy(1, 14, kept=ROOT / "results" / "trial")
+            thin = PartOfDefaultStudy(1, 14, kept=ROOT / "results" / "trial")
             print(*measure(thin._replace(checkout=checkout)).values(), sep="\n\n")
             continue
         publish_markdown(measure(thin._replace(checkout=checkout)))

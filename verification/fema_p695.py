@@ -56,8 +56,12 @@ def archive_texts_by_file_name(folder: Path) -> dict[str, str]:
         digest = hashlib.sha256(path.read_bytes()).hexdigest()
         sources.append({"package": package, "file": path.name, "sha256": digest})
         with h5py.File(path, "r") as file:
-            members[f"{record_set}/records.csv"] = _csv_text(_table_rows(file["records/table"], ID="index"))
-            components = _table_rows(file["groundmotions/table"], RecordID="RecordID", ComponentID="ComponentID")
+            members[f"{record_set}/records.csv"] = _csv_text(
+                _rows_of_pandas_hdf5_table(file["records/table"], ID="index")
+            )
+            components = _rows_of_pandas_hdf5_table(
+                file["groundmotions/table"], RecordID="RecordID", ComponentID="ComponentID"
+            )
             for row in components:
                 name = f"{row['RecordID']}{row['ComponentID']}"
                 series = file[f"_timeseries/{row['RecordID']}/{row['ComponentID']}"]
@@ -69,7 +73,7 @@ def archive_texts_by_file_name(folder: Path) -> dict[str, str]:
     return {"sources.csv": _csv_text(sources)} | members
 
 
-def _table_rows(table: Any, **keys: str) -> list[dict[str, Any]]:
+def _rows_of_pandas_hdf5_table(table: Any, **keys: str) -> list[dict[str, Any]]:
     """Return the rows of an HDF5 table written by pandas.
 
     `keys` gives the names of columns and their fields outside the value blocks of pandas.
@@ -77,13 +81,17 @@ def _table_rows(table: Any, **keys: str) -> list[dict[str, Any]]:
     blocks = [name for name in table.dtype.names if name.startswith("values_block_")]
     names = {block: re.findall(r"^a?V(\w+)$", table.attrs[f"{block}_kind"].decode(), re.MULTILINE) for block in blocks}
     return [
-        {key: _python_value(row[field]) for key, field in keys.items()}
-        | {name: _python_value(value) for block in blocks for name, value in zip(names[block], row[block], strict=True)}
+        {key: _hdf5_value_as_number_or_text(row[field]) for key, field in keys.items()}
+        | {
+            name: _hdf5_value_as_number_or_text(value)
+            for block in blocks
+            for name, value in zip(names[block], row[block], strict=True)
+        }
         for row in table[:]
     ]
 
 
-def _python_value(value: np.generic) -> Any:
+def _hdf5_value_as_number_or_text(value: np.generic) -> Any:
     """Return a value of an HDF5 table as a number or text."""
     plain = value.item()
     return plain.decode() if isinstance(plain, bytes) else plain

@@ -155,7 +155,7 @@ def every_nth_case(groups: Sequence[CaseGroup], every: int) -> list[CaseGroup]:
     return [group.subset(np.arange(0, group.cases.case_count, every)) for group in groups]
 
 
-def every_nth_value(groups: Sequence[CaseGroup], case_values: NDArray[Any], every: int) -> NDArray[Any]:
+def values_of_every_nth_case(groups: Sequence[CaseGroup], case_values: NDArray[Any], every: int) -> NDArray[Any]:
     """Return the values of the cases that `every_nth_case` selects; `case_values` are those of all groups in order."""
     ends = np.cumsum([group.cases.case_count for group in groups])[:-1]
     return np.concatenate([part[::every] for part in np.split(case_values, ends)])

@@ -14,12 +14,12 @@ from verification.stability import page as map_page
 from verification.tables import (
     RESULTS,
     ROOT,
-    MeasuredFigure,
-    figures_table,
+    MeasuredNumber,
+    measured_numbers_table,
     publish_markdown,
     read_table,
     write_csv,
-    write_figures,
+    write_measured_numbers,
 )
 from verification.work_precision import figures as error_figures
 from verification.work_precision import page as error_page
@@ -49,7 +49,7 @@ def publish_error_against_run_time(error_rows: pd.DataFrame, root: Path) -> dict
     error_figures.draw_errors_against_finer_steps(error_rows, images / "work-precision-steps.svg")
     error_figures.draw_errors_against_rigid_solutions(error_rows, images / "work-precision-rigid.svg")
     _publish_figures_and_tables(
-        error_page.summary_figures(error_rows, orders), error_page.markdown_by_marker(error_rows, orders), root
+        error_page.numbers_for_summary(error_rows, orders), error_page.markdown_by_marker(error_rows, orders), root
     )
     return orders
 
@@ -61,16 +61,16 @@ def publish_stability(block_rows: pd.DataFrame, scene_rows: pd.DataFrame, stack_
     map_figures.draw_outcome_shares(block_rows, images / "stability-shares.svg")
     map_figures.draw_scene_cases(scene_rows, images / "stability-scenes.svg")
     _publish_figures_and_tables(
-        map_page.summary_figures(block_rows, scene_rows, stack_rows),
+        map_page.numbers_for_summary(block_rows, scene_rows, stack_rows),
         map_page.markdown_by_marker(block_rows, scene_rows, stack_rows), root,
     )  # fmt: skip
 
 
-def _publish_figures_and_tables(figures: list[MeasuredFigure], bodies: dict[str, str], root: Path) -> None:
-    """Add measured figures to the summary file, and write all tables into the docs."""
+def _publish_figures_and_tables(figures: list[MeasuredNumber], bodies: dict[str, str], root: Path) -> None:
+    """Add measured numbers to the summary file, and write all tables into the docs."""
     kept = root / RESULTS.relative_to(ROOT)
-    known = write_figures(figures, kept / "exactness.csv", keep_other_figures=True)
-    publish_markdown(bodies | {"exactness": figures_table(known)}, root)
+    known = write_measured_numbers(figures, kept / "exactness.csv", keep_other_figures=True)
+    publish_markdown(bodies | {"exactness": measured_numbers_table(known)}, root)
 
 
 if __name__ == "__main__":

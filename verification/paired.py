@@ -14,7 +14,7 @@ import typer
 
 from verification.inputs import default_study_groups
 from verification.tables import ROOT, publish_markdown
-from verification.timing import run_in_subprocess
+from verification.timing import run_case_groups_in_subprocess
 from verification.whole_run import compare_whole_runs
 
 SCHEMES = ("centred", "cundall")
@@ -38,7 +38,8 @@ def main(
         return
     groups, settings = default_study_groups(12, 9)[:3], [{"scheme": scheme} for scheme in SCHEMES]
     runs = [
-        [run_in_subprocess(groups, settings, checkout=checkout) for checkout in (ROOT, folder)] for _ in range(pairs)
+        [run_case_groups_in_subprocess(groups, settings, checkout=checkout) for checkout in (ROOT, folder)]
+        for _ in range(pairs)
     ]
     for number, scheme in enumerate(SCHEMES):
         times = [[state[number].seconds for state in pair] for pair in runs]

@@ -25,7 +25,7 @@ CASES_PER_RECORD: Final = 24
 STEP: Final = 1.0 / 960.0
 
 
-def draw_random_cases() -> pd.DataFrame:
+def choose_random_three_tier_cases() -> pd.DataFrame:
     """Return record, azimuth (degrees), B/H of the shaft and µ of random cases, with a fixed seed."""
     generator = np.random.Generator(np.random.PCG64(3))
     rows = [
@@ -60,7 +60,7 @@ def fall_sides_of_shaft_by_engine(cases: pd.DataFrame) -> dict[str, np.ndarray]:
 
 def main() -> None:
     """Write the table of the sides to which the shaft of the three-tier grave falls in pymunk and Box2D."""
-    cases = draw_random_cases()
+    cases = choose_random_three_tier_cases()
     found = fall_sides_of_shaft_by_engine(cases)
     if len(found) < 2:
         raise ArgumentError("both engines are needed: make peers")

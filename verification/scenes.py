@@ -21,7 +21,7 @@ from overturning.model.cases import Cases
 from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION
 from overturning.model.geometry import place_elements, reference_element_height_and_b_over_h
 from overturning.model.results import CaseResults
-from overturning.model.scene import Scene, check_scene, gravestone, load_scene
+from overturning.model.scene import Scene, gravestone, load_scene, parse_scene_content
 from overturning.motion.motion import Motion
 from verification.engines import ENGINES, fall_sides_of_scene, installed_engines
 from verification.inputs import CaseGroup, case_grid, read_default_motions, read_near_field_motion
@@ -29,14 +29,14 @@ from verification.measures import join_results
 from verification.tables import (
     RESULTS,
     ROOT,
-    MeasuredFigure,
-    figures_table,
+    MeasuredNumber,
     markdown_table,
+    measured_numbers_table,
     publish_markdown,
     select_parts,
-    write_figures,
+    write_measured_numbers,
 )
-from verification.timing import minimum_processor_time, run_in_subprocess, time_run
+from verification.timing import minimum_processor_time, run_case_groups_in_subprocess, time_run
 
 SHAFT: Final = 2
 """Index of the compared element, the topmost of three."""
@@ -81,7 +81,7 @@ def median_error_percent(results: Any, reference_results_of_cases: Any, case_mas
     )
 
 
-def measure_speed() -> Iterator[MeasuredFigure]:
+def measure_element_steps_per_second() -> Iterator[MeasuredNumber]:
     """Measure element steps per second and core in cases that stand, without skipping samples at rest."""
     time_axis = np.arange(300) * 0.01
     motion = Motion(2.0 * np.sin(9 * time_axis), 0 * time_axis, sampling_interval=0.01)
@@ -89,18 +89,18 @@ def measure_speed() -> Iterator[MeasuredFigure]:
         scene = load_scene(name, ROOT)
         cases = Cases(0.0, *reference_element_height_and_b_over_h(scene), np.linspace(0.5, 1.0, 192))
         found, seconds = time_run(partial(simulate_cases, scene, motion, cases, NumericalOptions(leave_out=False)), 2)
-        yield MeasuredFigure(
+        yield MeasuredNumber(
             f"element steps per second and core, {name}", found.block_steps.sum() / seconds / 1e6, "million/s"
         )
 
 
-def scene_with_contact(scene: Scene, static_penetration: float, damping_ratio: float) -> Scene:
+def scene_with_other_contact_law(scene: Scene, static_penetration: float, damping_ratio: float) -> Scene:
     """Return a scene with the contact law replaced."""
     law = {"between": ("stone", "stone"), "static_penetration": static_penetration, "damping_ratio": damping_ratio}
     return Scene.model_validate(scene.model_dump() | {"contacts": [law]})
 
 
-def compare_with_other_engines(count: int) -> Iterator[MeasuredFigure]:
+def compare_with_other_engines(count: int) -> Iterator[MeasuredNumber]:
     """Measure time per case and correct outcomes of this program and of engines, for a shaft on two bases.
 
     The engines are physics engines; correct outcomes are given as a share of the cases.
@@ -108,28 +108,28 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredFigure]:
     scene, (motion, cases) = three_tier_scene_and_cases()
     fine, firm = reference_results(scene, motion, cases)
     right = fine.overturned[:, SHAFT]
-    yield MeasuredFigure("cases of the sweep", cases.case_count)
-    yield MeasuredFigure("cases in which the shaft falls", 100 * float((right != 0).mean()), "%")
-    yield MeasuredFigure("cases whose outcome changes with step or scheme", 100 * float((~firm).mean()), "%")
+    yield MeasuredNumber("cases of the sweep", cases.case_count)
+    yield MeasuredNumber("cases in which the shaft falls", 100 * float((right != 0).mean()), "%")
+    yield MeasuredNumber("cases whose outcome changes with step or scheme", 100 * float((~firm).mean()), "%")
     chosen = np.random.default_rng(1).choice(np.flatnonzero(firm), min(count, int(firm.sum())), replace=False)
     some = CaseGroup(motion, cases).subset(chosen)
     times, ended, found = {}, {}, {}
     for name, engine in installed_engines(ENGINES, "Box2D", "pymunk").items():
         _, ended[name] = time_run(partial(fall_sides_of_shaft, engine, scene, some, early=True), 1, int)
         found[name], times[name] = time_run(partial(fall_sides_of_shaft, engine, scene, some), 1, int)
-        yield MeasuredFigure(f"{name}: time per case", times[name] / chosen.size * 1e3, "ms")
-        yield MeasuredFigure(
+        yield MeasuredNumber(f"{name}: time per case", times[name] / chosen.size * 1e3, "ms")
+        yield MeasuredNumber(
             f"{name}: time per case, ended when the shaft has fallen", ended[name] / chosen.size * 1e3, "ms"
         )
-        yield MeasuredFigure(
+        yield MeasuredNumber(
             f"{name}: correct side of the shaft", 100 * float((found[name] == right[chosen]).mean()), "%"
         )
     if len(found) == 2:
         one, other = found.values()
-        yield MeasuredFigure("agreement of the other engines with each other", 100 * float((one == other).mean()), "%")
+        yield MeasuredNumber("agreement of the other engines with each other", 100 * float((one == other).mean()), "%")
     axes: dict[str, Any] = {name: np.unique(getattr(cases, name)) for name in ("azimuth_deg", "height", "b_over_h")}
     for label, penetration, damping, scheme, step in GROUPS:
-        stones = scene_with_contact(scene, penetration, damping)
+        stones = scene_with_other_contact_law(scene, penetration, damping)
         options: dict[str, Any] = {"scheme": scheme, "time_step": step}
         coarse, whole = time_run(
             partial(simulate_cases, stones, motion, cases, NumericalOptions(leave_out=False, **options)), 2
@@ -137,28 +137,28 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredFigure]:
         used = partial(simulate_as_arrays, motion, stones, friction=np.unique(cases.friction), **axes, **options)
         whole, left = whole / cases.case_count, minimum_processor_time(used, 2) / cases.case_count
         same = coarse.overturned[:, SHAFT] == right
-        yield MeasuredFigure(f"{label}: time per case, nothing left out", whole * 1e3, "ms")
-        yield MeasuredFigure(f"{label}: time per case, as a user runs it", left * 1e3, "ms")
-        yield MeasuredFigure(
+        yield MeasuredNumber(f"{label}: time per case, nothing left out", whole * 1e3, "ms")
+        yield MeasuredNumber(f"{label}: time per case, as a user runs it", left * 1e3, "ms")
+        yield MeasuredNumber(
             f"{label}: correct side of the shaft, cases of the other engines", 100 * float(same[chosen].mean()), "%"
         )
-        yield MeasuredFigure(f"{label}: correct side of the shaft, all firm cases", 100 * float(same[firm].mean()), "%")
+        yield MeasuredNumber(f"{label}: correct side of the shaft, all firm cases", 100 * float(same[firm].mean()), "%")
         stands = firm & same & (right == 0)
         error = median_error_percent(coarse.peak_rotation[:, SHAFT], fine.peak_rotation[:, SHAFT], stands)
-        yield MeasuredFigure(f"{label}: median error of the shaft's peak rotation", error, "%")
+        yield MeasuredNumber(f"{label}: median error of the shaft's peak rotation", error, "%")
         stands = firm[:, None] & (coarse.overturned == fine.overturned) & (fine.overturned == 0)
         error = median_error_percent(coarse.peak_rotation, fine.peak_rotation, stands)
-        yield MeasuredFigure(f"{label}: median error of all peak rotations", error, "%")
+        yield MeasuredNumber(f"{label}: median error of all peak rotations", error, "%")
         for name, each in times.items():
-            yield MeasuredFigure(
+            yield MeasuredNumber(
                 f"{label}: speed over that of {name}, nothing left out", each / chosen.size / whole, "x"
             )
-            yield MeasuredFigure(
+            yield MeasuredNumber(
                 f"{label}: speed over that of {name}, as a user runs it", each / chosen.size / left, "x"
             )
         for name, each in ended.items() if label == "default" else ():
             text = f"{label}: speed over that of {name} ended when the shaft has fallen"
-            yield MeasuredFigure(text, each / chosen.size / left, "x")
+            yield MeasuredNumber(text, each / chosen.size / left, "x")
 
 
 def fall_sides_of_shaft(
@@ -184,14 +184,14 @@ def reference_results(scene: Scene, motion: Motion, cases: Cases) -> tuple[CaseR
     return fine, firm
 
 
-def time_step_table() -> str:
+def table_of_errors_by_time_step() -> str:
     """Return a table of errors and run time by time step, without skipping samples at rest.
 
     The reference has 1/20 of the default step.
     """
     chosen, group, rows = ("auto", "0.9 stable", "0.5 stable", "0.25 stable"), three_tier_scene_and_cases()[1], []
     settings = [{"time_step": step, "leave_out": False} for step in (*chosen, "0.05 stable")]
-    found = run_in_subprocess([group], settings, scene="three-tier", repeats=2)
+    found = run_case_groups_in_subprocess([group], settings, scene="three-tier", repeats=2)
     exact = found[-1].results
     for step, (results, seconds) in zip(chosen, found, strict=False):
         stands = (exact.overturned == 0) & (results.overturned == 0)
@@ -204,7 +204,7 @@ def time_step_table() -> str:
     )
 
 
-def count_changed_flags_of_pillars() -> Iterator[MeasuredFigure]:
+def count_changed_flags_of_pillars() -> Iterator[MeasuredNumber]:
     """Count flags of three pillars that change if samples at rest are skipped or the amplitude changes by 1e-9.
 
     The flags are overturning flags.
@@ -219,7 +219,7 @@ def count_changed_flags_of_pillars() -> Iterator[MeasuredFigure]:
         elements: list[dict[str, Any]] = [{"name": "0", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}]
         for number, (width, height) in enumerate(sizes, 1):
             elements.append({"name": f"{number}", "width": width, "height": height, "stands_on": f"{number - 1}"})
-        scene = check_scene({"name": "pillar", "elements": elements})
+        scene = parse_scene_content({"name": "pillar", "elements": elements})
         cases = case_grid(np.arange(0, 360, 45.0), *reference_element_height_and_b_over_h(scene), 1.0)
         for motion in read_default_motions().values():
             full = simulate_cases(scene, motion, cases, NumericalOptions(leave_out=False)).overturned
@@ -229,12 +229,12 @@ def count_changed_flags_of_pillars() -> Iterator[MeasuredFigure]:
                     scene, motion.scaled_by(factor), cases, NumericalOptions(leave_out=short)
                 ).overturned
                 changed[way] += int((found != full).sum())
-    yield MeasuredFigure("three pillars under real records: flags", flags)
+    yield MeasuredNumber("three pillars under real records: flags", flags)
     for way, number in changed.items():
-        yield MeasuredFigure(f"three pillars under real records: flags changed by {way}", number)
+        yield MeasuredNumber(f"three pillars under real records: flags changed by {way}", number)
 
 
-def compare_block_and_general_kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[MeasuredFigure]:
+def compare_block_and_general_kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[MeasuredNumber]:
     """Compare flags, sides and rotations of a gravestone in the kernel for single blocks and in the general one.
 
     A cell is chaotic if either kernel gives another flag with the amplitude changed by ±1e-9 or with half the step; no
@@ -263,16 +263,16 @@ def compare_block_and_general_kernels(records: Sequence[int] = (6, 7, 8, 9, 10))
     rocked = np.maximum(other.peak_rotation, 1e-12)
     same, side = (100 * float(np.mean(one[~chaos])) for one in (~far, own.overturned == other.overturned))
     about = "a gravestone in both kernels"
-    yield MeasuredFigure(f"{about}: cells", own.status.size)
-    yield MeasuredFigure(f"{about}: share of cells that fall", 100 * float(fell.mean()), "%")
-    yield MeasuredFigure(f"{about}: chaotic cells", int(chaos.sum()))
-    yield MeasuredFigure(f"{about}: cells with different flags", int(far.sum()))
-    yield MeasuredFigure(f"{about}: cells with different flags, without chaotic cells", int((far & ~chaos).sum()))
-    yield MeasuredFigure(f"{about}: same flag, without chaotic cells", same, "%")
-    yield MeasuredFigure(f"{about}: same side, without chaotic cells", side, "%")
+    yield MeasuredNumber(f"{about}: cells", own.status.size)
+    yield MeasuredNumber(f"{about}: share of cells that fall", 100 * float(fell.mean()), "%")
+    yield MeasuredNumber(f"{about}: chaotic cells", int(chaos.sum()))
+    yield MeasuredNumber(f"{about}: cells with different flags", int(far.sum()))
+    yield MeasuredNumber(f"{about}: cells with different flags, without chaotic cells", int((far & ~chaos).sum()))
+    yield MeasuredNumber(f"{about}: same flag, without chaotic cells", same, "%")
+    yield MeasuredNumber(f"{about}: same side, without chaotic cells", side, "%")
     apart = float(np.median(np.abs(own.peak_rotation[stands] / rocked[stands] - 1)))
-    yield MeasuredFigure(f"{about}: median relative difference of peak rotation", apart)
-    yield MeasuredFigure(
+    yield MeasuredNumber(f"{about}: median relative difference of peak rotation", apart)
+    yield MeasuredNumber(
         f"{about}: time in the general kernel over that in the kernel for single blocks", general_seconds / seconds, "x"
     )
 
@@ -287,8 +287,8 @@ def main(
 
     Parts that are not named keep their stored figures.
     """
-    made: dict[str, tuple[str, Callable[[], Iterator[MeasuredFigure]]]] = {
-        "speed": ("scenes.csv", measure_speed),
+    made: dict[str, tuple[str, Callable[[], Iterator[MeasuredNumber]]]] = {
+        "speed": ("scenes.csv", measure_element_steps_per_second),
         "peers": ("scenes.csv", partial(compare_with_other_engines, peer_cases)),
         "pillars": ("scenes.csv", count_changed_flags_of_pillars),
         "kernels": ("both-kernels.csv", compare_block_and_general_kernels),
@@ -296,12 +296,12 @@ def main(
     others = tuple(f"{label}:" for label, *_ in GROUPS[1:])
     for name in select_parts(parts, (*made, "steps")):
         if name == "steps":
-            publish_markdown({"scene-steps": time_step_table()})
+            publish_markdown({"scene-steps": table_of_errors_by_time_step()})
             continue
         file, measure = made[name]
-        figures = write_figures(list(measure()), RESULTS / file, keep_other_figures=True)
+        figures = write_measured_numbers(list(measure()), RESULTS / file, keep_other_figures=True)
         shown = [figure for figure in figures if not figure.quantity.startswith(others)]
-        print(body := figures_table(shown), flush=True)
+        print(body := measured_numbers_table(shown), flush=True)
         publish_markdown({"both-kernels" if name == "kernels" else "scene-speed": body})
 
 

@@ -1,8 +1,9 @@
 """Measured figures within the sentences of README.md and docs/.
 
-A page contains ``<!--=name-->5<!--/-->``. `verification.tables.publish_markdown` calls `fill_markers`, which replaces
-the text between the markers by the figure `FIGURES[name]`, computed from the tables in verification/results. To state a
-new figure, add it to `FIGURES`, write its marker into the page, and run `python -m verification.tables`.
+A page contains ``<!--=name-->5<!--/-->``. `verification.tables.publish_markdown` calls
+`fill_measured_numbers_into_page`, which replaces the text between the markers by the figure `FIGURES[name]`, computed
+from the tables in verification/results. To state a new figure, add it to `FIGURES`, write its marker into the page,
+and run `python -m verification.tables`.
 """
 
 import re
@@ -16,10 +17,10 @@ import pandas as pd
 MARK: Final = re.compile(r"<!--=([\w-]+)-->(.*?)<!--/-->", flags=re.DOTALL)
 
 
-def formatted_measured_figure(file: str, quantity: str, number_format: str, results: Path) -> str:
-    """Return a measured number from a CSV file of `write_figures` as text in the format `number_format`.
+def formatted_measured_number(file: str, quantity: str, number_format: str, results: Path) -> str:
+    """Return a measured number from a CSV file of `write_measured_numbers` as text in the format `number_format`.
 
-    The function `write_figures` is in `verification.tables`.
+    The function `write_measured_numbers` is in `verification.tables`.
     """
     rows = pd.read_csv(results / file)
     return number_format.format(rows.loc[rows["quantity"] == quantity, "value"].item())
@@ -45,13 +46,13 @@ def format_rigid_block_disagreement_counts(number_format: str, results: Path) ->
     return number_format.format(at[0], at[1] + at[2], at[3])
 
 
-def boulder_test_count(results: Path) -> str:
+def predicted_boulder_test_count(results: Path) -> str:
     """Return the number of shaking-table tests that are predicted from tests with other motions."""
     rows = pd.read_csv(results / "shaking-table.csv")
     return str(rows.loc[rows["split"] == "motion left out", "tests"].max())
 
 
-def indented_output(file: str, results: Path) -> str:
+def printed_output_as_code_block(file: str, results: Path) -> str:
     """Return what a command printed, from a file, as a block of code between empty lines."""
     lines = (results / file).read_text(encoding="utf-8").splitlines()
     return "\n\n" + "\n".join(f"    {line}" if line else "" for line in lines) + "\n\n"
@@ -63,33 +64,33 @@ _PLANES: Final = "2-D model predicts correctly whether it falls"
 
 FIGURES: Final[dict[str, Callable[[Path], str]]] = {
     "study-cases": partial(
-        formatted_measured_figure, _BENCH, "default study: flags, mirrored half included", "{:,.0f}"
+        formatted_measured_number, _BENCH, "default study: flags, mirrored half included", "{:,.0f}"
     ),
-    "left-out-cases": partial(formatted_measured_figure, _BENCH, "cases, mirrored half left out", "{:,.0f}"),
-    "left-out-flags": partial(formatted_measured_figure, _BENCH, "flags changed by leaving out", "{:.0f}"),
-    "left-out-sides": partial(formatted_measured_figure, _BENCH, "sides changed by leaving out", "{:.0f}"),
-    "operations-centred": partial(formatted_measured_figure, _BENCH, "operations per block step, centred", "{:.0f}"),
-    "operations-cundall": partial(formatted_measured_figure, _BENCH, "operations per block step, cundall", "{:.0f}"),
+    "left-out-cases": partial(formatted_measured_number, _BENCH, "cases, mirrored half left out", "{:,.0f}"),
+    "left-out-flags": partial(formatted_measured_number, _BENCH, "flags changed by leaving out", "{:.0f}"),
+    "left-out-sides": partial(formatted_measured_number, _BENCH, "sides changed by leaving out", "{:.0f}"),
+    "operations-centred": partial(formatted_measured_number, _BENCH, "operations per block step, centred", "{:.0f}"),
+    "operations-cundall": partial(formatted_measured_number, _BENCH, "operations per block step, cundall", "{:.0f}"),
     "whole-step-flags": partial(format_errors_at_default_and_eighth_step, "{0:.1f} %"),
     "eighth-step-flags": partial(format_errors_at_default_and_eighth_step, "{1:.1f} %"),
     "eighth-step-time": partial(format_errors_at_default_and_eighth_step, "{2:.1f}"),
-    "planes-right": partial(formatted_measured_figure, "in-space.csv", _PLANES, "{:.0f} %"),
+    "planes-right": partial(formatted_measured_number, "in-space.csv", _PLANES, "{:.0f} %"),
     "planes-right-near": partial(
-        formatted_measured_figure, "in-space.csv", f"{_PLANES}, a neighbour in B/H has another flag", "{:.0f} %"
+        formatted_measured_number, "in-space.csv", f"{_PLANES}, a neighbour in B/H has another flag", "{:.0f} %"
     ),
     "planes-other-edge": partial(
-        formatted_measured_figure,
+        formatted_measured_number,
         "in-space.csv",
         "2-D model predicts another edge than the one it falls over",
         "{:.0f} %",
     ),
     "pillars-flags": partial(
-        formatted_measured_figure, "scenes.csv", "three pillars under real records: flags", "{:,.0f}"
+        formatted_measured_number, "scenes.csv", "three pillars under real records: flags", "{:,.0f}"
     ),
-    "box2d-right": partial(formatted_measured_figure, "scenes.csv", "Box2D: correct side of the shaft", "{:.0f} %"),
-    "pymunk-right": partial(formatted_measured_figure, "scenes.csv", "pymunk: correct side of the shaft", "{:.0f} %"),
+    "box2d-right": partial(formatted_measured_number, "scenes.csv", "Box2D: correct side of the shaft", "{:.0f} %"),
+    "pymunk-right": partial(formatted_measured_number, "scenes.csv", "pymunk: correct side of the shaft", "{:.0f} %"),
     "scene-right": partial(
-        formatted_measured_figure,
+        formatted_measured_number,
         "scenes.csv",
         "default: correct side of the shaft, cases of the other engines",
         "{:.0f} %",
@@ -97,43 +98,43 @@ FIGURES: Final[dict[str, Callable[[Path], str]]] = {
     "rigid-cases": partial(format_rigid_block_disagreement_counts, "{0:.0f}"),
     "rigid-otherwise": partial(format_rigid_block_disagreement_counts, "{1:.0f}"),
     "rigid-otherwise-shared": partial(format_rigid_block_disagreement_counts, "{2:.0f}"),
-    "boulder-tests": boulder_test_count,
-    "waiau-cases": partial(formatted_measured_figure, _TUTORIAL, "2-D: cases", "{:.0f}"),
+    "boulder-tests": predicted_boulder_test_count,
+    "waiau-cases": partial(formatted_measured_number, _TUTORIAL, "2-D: cases", "{:.0f}"),
     "waiau-with-only": partial(
-        formatted_measured_figure, _TUTORIAL, "2-D: falls with vertical motion only", "{:.1f} %"
+        formatted_measured_number, _TUTORIAL, "2-D: falls with vertical motion only", "{:.1f} %"
     ),
     "waiau-without-only": partial(
-        formatted_measured_figure, _TUTORIAL, "2-D: falls without vertical motion only", "{:.1f} %"
+        formatted_measured_number, _TUTORIAL, "2-D: falls without vertical motion only", "{:.1f} %"
     ),
-    "waiau-both": partial(formatted_measured_figure, _TUTORIAL, "2-D: falls in both", "{:.1f} %"),
-    "waiau-same-side": partial(formatted_measured_figure, _TUTORIAL, "2-D: same side, of falls in both", "{:.1f} %"),
+    "waiau-both": partial(formatted_measured_number, _TUTORIAL, "2-D: falls in both", "{:.1f} %"),
+    "waiau-same-side": partial(formatted_measured_number, _TUTORIAL, "2-D: same side, of falls in both", "{:.1f} %"),
     "waiau-slender-with": partial(
-        formatted_measured_figure, _TUTORIAL, "2-D: B/H 0.35, falls with vertical motion", "{:.0f} %"
+        formatted_measured_number, _TUTORIAL, "2-D: B/H 0.35, falls with vertical motion", "{:.0f} %"
     ),
     "waiau-slender-without": partial(
-        formatted_measured_figure, _TUTORIAL, "2-D: B/H 0.35, falls without vertical motion", "{:.0f} %"
+        formatted_measured_number, _TUTORIAL, "2-D: B/H 0.35, falls without vertical motion", "{:.0f} %"
     ),
     "waiau-stout-with": partial(
-        formatted_measured_figure, _TUTORIAL, "2-D: B/H 0.55, falls with vertical motion", "{:.0f} %"
+        formatted_measured_number, _TUTORIAL, "2-D: B/H 0.55, falls with vertical motion", "{:.0f} %"
     ),
     "waiau-stout-without": partial(
-        formatted_measured_figure, _TUTORIAL, "2-D: B/H 0.55, falls without vertical motion", "{:.0f} %"
+        formatted_measured_number, _TUTORIAL, "2-D: B/H 0.55, falls without vertical motion", "{:.0f} %"
     ),
-    "waiau-stones": partial(formatted_measured_figure, _TUTORIAL, "3-D: stones", "{:.0f}"),
-    "waiau-space-with": partial(formatted_measured_figure, _TUTORIAL, "3-D: falls with vertical motion", "{:.0f} %"),
+    "waiau-stones": partial(formatted_measured_number, _TUTORIAL, "3-D: stones", "{:.0f}"),
+    "waiau-space-with": partial(formatted_measured_number, _TUTORIAL, "3-D: falls with vertical motion", "{:.0f} %"),
     "waiau-space-without": partial(
-        formatted_measured_figure, _TUTORIAL, "3-D: falls without vertical motion", "{:.0f} %"
+        formatted_measured_number, _TUTORIAL, "3-D: falls without vertical motion", "{:.0f} %"
     ),
-    "waiau-space-changes": partial(formatted_measured_figure, _TUTORIAL, "3-D: another outcome", "{:.0f}"),
-    "waiau-space-both": partial(formatted_measured_figure, _TUTORIAL, "3-D: falls in both", "{:.0f}"),
-    "waiau-space-turned": partial(formatted_measured_figure, _TUTORIAL, "3-D: another direction", "{:.0f} %"),
-    "waiau-space-median": partial(formatted_measured_figure, _TUTORIAL, "3-D: median change of direction", "{:.0f}°"),
-    "tutorial-survey": partial(indented_output, "tutorial-survey.txt"),
+    "waiau-space-changes": partial(formatted_measured_number, _TUTORIAL, "3-D: another outcome", "{:.0f}"),
+    "waiau-space-both": partial(formatted_measured_number, _TUTORIAL, "3-D: falls in both", "{:.0f}"),
+    "waiau-space-turned": partial(formatted_measured_number, _TUTORIAL, "3-D: another direction", "{:.0f} %"),
+    "waiau-space-median": partial(formatted_measured_number, _TUTORIAL, "3-D: median change of direction", "{:.0f}°"),
+    "tutorial-survey": partial(printed_output_as_code_block, "tutorial-survey.txt"),
 }
 """Function that returns the text of a marker from the folder of the tables, by name."""
 
 
-def fill_markers(text: str, results_folder: Path) -> str:
+def fill_measured_numbers_into_page(text: str, results_folder: Path) -> str:
     """Return the text of a page with the measured numbers filled in between its markers.
 
     Raise a KeyError for an unknown marker.

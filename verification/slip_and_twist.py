@@ -74,7 +74,7 @@ def relative_errors(values: FloatArray, reference: FloatArray, least: float) -> 
     return np.asarray(np.abs(values[counted] / reference[counted] - 1.0))
 
 
-def error_table(rows: pd.DataFrame) -> str:
+def slip_and_twist_error_table(rows: pd.DataFrame) -> str:
     """Return the table of the errors of slip and twist with each step, as Markdown."""
     lines = []
     for name, mine in rows.groupby("model", sort=False):
@@ -104,7 +104,7 @@ def main(threads: Annotated[int, typer.Option(min=1, help="number of threads")] 
     height, b_over_h = reference_element_height_and_b_over_h(scene)
     models: Sequence[tuple[str, Stack | Body]] = [("on two bases", Stack(scene)), ("on the ground", Body())]
     rows = pd.concat([simulate_shafts(*one, height, b_over_h, threads) for one in models], ignore_index=True)
-    publish_markdown({"slip-and-twist": error_table(rows)})
+    publish_markdown({"slip-and-twist": slip_and_twist_error_table(rows)})
 
 
 if __name__ == "__main__":

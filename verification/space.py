@@ -27,7 +27,7 @@ from overturning.model.scene import load_scene
 from overturning.model.shapes import RectangularPrism
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
-from overturning.motion.direction import azimuth_difference
+from overturning.motion.direction import angle_between_azimuths
 from overturning.motion.motion import Motion
 from overturning.study.load import load_study
 from overturning.study.scenes import variant_grid
@@ -39,13 +39,13 @@ from verification.reference import body_cundall
 from verification.tables import (
     RESULTS,
     ROOT,
-    MeasuredFigure,
-    figures_table,
+    MeasuredNumber,
+    measured_numbers_table,
     publish_markdown,
     select_parts,
-    write_figures,
+    write_measured_numbers,
 )
-from verification.timing import run_program, time_run
+from verification.timing import run_python_program_and_time_it, time_run
 
 OutcomeArrays = dict[str, np.ndarray]
 
@@ -78,7 +78,7 @@ def run_grid_under_motions(
     return {name: np.stack([one[name] for one in found]) for name in found[0]}
 
 
-def measure_throughput() -> Iterator[MeasuredFigure]:
+def measure_throughput() -> Iterator[MeasuredNumber]:
     """Measure block steps per second and core of 3-D bodies on vertices or a rim, and the time to compile.
 
     The rim is circular; the time to compile the kernel is that of a first case with an empty cache, imports included.
@@ -93,10 +93,10 @@ def measure_throughput() -> Iterator[MeasuredFigure]:
         options: dict[str, Any] = {"friction": [0.6], "leave_out": False, "scheme": scheme}
         found, seconds = time_run(partial(simulate_as_arrays, rocking_motion(), body, **grid, **options), 2)
         rate = found["block_steps"].sum() / seconds / 1e6
-        yield MeasuredFigure(f"space: block steps per second and core, {name}", rate, "million")
+        yield MeasuredNumber(f"space: block steps per second and core, {name}", rate, "million")
     with tempfile.TemporaryDirectory() as folder:
-        cold = run_program(_SOME_CASES, 1, NUMBA_CACHE_DIR=folder)[1]
-    yield MeasuredFigure("space: processor time of the first case with an empty cache, imports included", cold, "s")
+        cold = run_python_program_and_time_it(_SOME_CASES, 1, NUMBA_CACHE_DIR=folder)[1]
+    yield MeasuredNumber("space: processor time of the first case with an empty cache, imports included", cold, "s")
 
 
 _SOME_CASES: Final = """
@@ -109,11 +109,11 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """
 
 
-def measure_memory() -> Iterator[MeasuredFigure]:
+def measure_memory() -> Iterator[MeasuredNumber]:
     """Measure how the peak memory grows with the number of cases; each number in a separate process."""
-    _, few, many = (int(run_program(_SOME_CASES, count)[0]) for count in (1000, 1000, 21000))
-    yield MeasuredFigure("space: memory of 1000 cases", few / 1024, "MB")
-    yield MeasuredFigure("space: memory of each further 1000", (many - few) / 1024 / 20, "MB")
+    _, few, many = (int(run_python_program_and_time_it(_SOME_CASES, count)[0]) for count in (1000, 1000, 21000))
+    yield MeasuredNumber("space: memory of 1000 cases", few / 1024, "MB")
+    yield MeasuredNumber("space: memory of each further 1000", (many - few) / 1024 / 20, "MB")
 
 
 def prism_outcomes(motion: Motion, cases: Cases, numerics: NumericalOptions) -> OutcomeArrays:
@@ -148,7 +148,7 @@ def convergence_orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
     stood = np.all([(one["overturned"] == 0) & (one["peak_tilt"] > 0.5) for one in found], axis=0)
     slopes = {}
     for name, chosen in (("peak_tilt", stood), ("fall_azimuth", fell)):
-        away = [np.radians(azimuth_difference(one[name], found[-1][name]))[chosen] for one in found[:-1]]
+        away = [np.radians(angle_between_azimuths(one[name], found[-1][name]))[chosen] for one in found[:-1]]
         errors = np.median(away, axis=1)
         # Errors below the rounding do not show the order: the first of them ends the fit.
         count = 1 + int(np.argmax(np.append(errors, 0.0) <= ROUNDING))
@@ -156,17 +156,17 @@ def convergence_orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
     return slopes
 
 
-def measure_convergence_order() -> Iterator[MeasuredFigure]:
+def measure_convergence_order() -> Iterator[MeasuredNumber]:
     """Measure the slope of the error over the step, for stones that stand and that fall."""
     for scheme in ("centred", "cundall"):
         for name, (slope, errors) in convergence_orders(scheme).items():
-            yield MeasuredFigure(f"space, {scheme}: order of convergence, {name}", slope)
-            yield MeasuredFigure(
+            yield MeasuredNumber(f"space, {scheme}: order of convergence, {name}", slope)
+            yield MeasuredNumber(
                 f"space, {scheme}: median error at its step, {name}", float(np.degrees(errors[0])), "°"
             )
 
 
-def measure_shipped_3d_study() -> Iterator[MeasuredFigure]:
+def measure_shipped_3d_study() -> Iterator[MeasuredNumber]:
     """Measure time, energy errors and reruns of the study config/in-space.yaml without its ensemble.
 
     The reruns are cases rerun with finer steps; cases marked unstable or undecided are counted, too.
@@ -189,36 +189,36 @@ def measure_shipped_3d_study() -> Iterator[MeasuredFigure]:
     with mock.patch("overturning.dem.plan.rerun_cases_until_energy_balances", rerun_and_count):
         found, seconds = time_run(partial(run_grid_under_motions, motions, grid=axes), 1, int)
     status, about = found["status"], "space, config/in-space.yaml"
-    yield MeasuredFigure(f"{about}: cases", status.size)
-    yield MeasuredFigure(f"{about}: processor time of two cores", seconds, "s")
-    yield MeasuredFigure(f"{about}: cases computed again because their energy did not balance", sum(again))
-    yield MeasuredFigure(f"{about}: cases marked unstable", int((status == CaseStatus.UNSTABLE).sum()))
-    yield MeasuredFigure(f"{about}: cases undecided", int((status == CaseStatus.UNDECIDED).sum()))
+    yield MeasuredNumber(f"{about}: cases", status.size)
+    yield MeasuredNumber(f"{about}: processor time of two cores", seconds, "s")
+    yield MeasuredNumber(f"{about}: cases computed again because their energy did not balance", sum(again))
+    yield MeasuredNumber(f"{about}: cases marked unstable", int((status == CaseStatus.UNSTABLE).sum()))
+    yield MeasuredNumber(f"{about}: cases undecided", int((status == CaseStatus.UNDECIDED).sum()))
     for name in ("energy_error", "angular_momentum_error"):
         worst = float(found[name][status == CaseStatus.SIMULATED].max())
-        yield MeasuredFigure(f"{about}: largest {name.replace('_', ' ')} of an answer", worst)
+        yield MeasuredNumber(f"{about}: largest {name.replace('_', ' ')} of an answer", worst)
 
 
-def measure_errors_and_sensitivity(chosen: list[Motion]) -> Iterator[MeasuredFigure]:
+def measure_energy_errors_and_sensitivity(chosen: list[Motion]) -> Iterator[MeasuredNumber]:
     """Measure energy errors, and how outcomes change with amplitude, finer time steps and other contacts.
 
     The amplitude changes by 1 %.
     """
     nominal, seconds = time_run(partial(run_grid_under_motions, chosen), 1, partial(run_grid_under_motions, chosen[:1]))
     fell = nominal["overturned"] == 1
-    yield MeasuredFigure("space: cases", fell.size)
-    yield MeasuredFigure("space: processor time per case", 1e3 * seconds / fell.size, "ms")
-    yield MeasuredFigure("space: largest energy error", float(nominal["energy_error"].max()))
-    yield MeasuredFigure("space: largest angular-momentum error", float(nominal["angular_momentum_error"].max()))
+    yield MeasuredNumber("space: cases", fell.size)
+    yield MeasuredNumber("space: processor time per case", 1e3 * seconds / fell.size, "ms")
+    yield MeasuredNumber("space: largest energy error", float(nominal["energy_error"].max()))
+    yield MeasuredNumber("space: largest angular-momentum error", float(nominal["angular_momentum_error"].max()))
     keep, firm = np.ones(fell.shape, bool), np.ones(fell.shape, bool)
     for factor in (0.99, 1.01):
         other = run_grid_under_motions(chosen, factor)
         same = other["overturned"] == nominal["overturned"]
         keep &= same
-        firm &= same & (~fell | (azimuth_difference(other["fall_azimuth"], nominal["fall_azimuth"]) < 15.0))
-    yield MeasuredFigure("space: cases that keep the flag under ±1 % of amplitude", 100.0 * keep.mean(), "%")
+        firm &= same & (~fell | (angle_between_azimuths(other["fall_azimuth"], nominal["fall_azimuth"]) < 15.0))
+    yield MeasuredNumber("space: cases that keep the flag under ±1 % of amplitude", 100.0 * keep.mean(), "%")
     text = "space: falls whose azimuth moves by more than 15° under ±1 % of amplitude"
-    yield MeasuredFigure(text, 100.0 * (~firm)[fell & keep].mean(), "%")
+    yield MeasuredNumber(text, 100.0 * (~firm)[fell & keep].mean(), "%")
     for name, options in (
         ("half the step", {"time_step": "0.5 stable"}),
         ("quarter of the step", {"time_step": "0.25 stable"}),
@@ -232,20 +232,20 @@ def measure_errors_and_sensitivity(chosen: list[Motion]) -> Iterator[MeasuredFig
         other, seconds = time_run(partial(run, chosen), 1, partial(run, chosen[:1]))
         other = {name: values.reshape(fell.shape) for name, values in other.items()}
         same = other["overturned"] == nominal["overturned"]
-        moved = azimuth_difference(other["fall_azimuth"], nominal["fall_azimuth"])[firm & fell & same]
-        yield MeasuredFigure(f"space, {name}: different flags, of firm cases", 100.0 * (~same)[firm].mean(), "%")
-        yield MeasuredFigure(
+        moved = angle_between_azimuths(other["fall_azimuth"], nominal["fall_azimuth"])[firm & fell & same]
+        yield MeasuredNumber(f"space, {name}: different flags, of firm cases", 100.0 * (~same)[firm].mean(), "%")
+        yield MeasuredNumber(
             f"space, {name}: azimuths more than 15° off, of firm falls", 100.0 * (moved > 15.0).mean(), "%"
         )
-        yield MeasuredFigure(f"space, {name}: median change of azimuth, of firm falls", float(np.median(moved)), "°")
-        yield MeasuredFigure(f"space, {name}: processor time per case", 1e3 * seconds / fell.size, "ms")
+        yield MeasuredNumber(f"space, {name}: median change of azimuth, of firm falls", float(np.median(moved)), "°")
+        yield MeasuredNumber(f"space, {name}: processor time per case", 1e3 * seconds / fell.size, "ms")
         if name == SINGLE_STONE_STACK:
             more = float(other["block_steps"].sum() / nominal["block_steps"].sum())
-            yield MeasuredFigure(f"space, {name}: time steps over those of a body", more)
-            yield MeasuredFigure(f"space, {name}: largest energy error", float(other["energy_error"].max()))
+            yield MeasuredNumber(f"space, {name}: time steps over those of a body", more)
+            yield MeasuredNumber(f"space, {name}: largest energy error", float(other["energy_error"].max()))
 
 
-def measure_time_of_three_tier_grave() -> Iterator[MeasuredFigure]:
+def measure_time_of_three_tier_grave() -> Iterator[MeasuredNumber]:
     """Measure the time of a case of the three-tier grave, and of its shaft alone, under records of about 20 s."""
     chosen = [
         one for one in read_default_motions().values() if 14.0 <= one.sample_count * one.sampling_interval <= 28.0
@@ -264,16 +264,16 @@ def measure_time_of_three_tier_grave() -> Iterator[MeasuredFigure]:
             spent[name] += time_run(one, 1, partial(run, motion, orientation_deg=[0.0]))[1]
     for name, seconds in spent.items():
         count = 2 * len(chosen) * orientations.size
-        yield MeasuredFigure(
+        yield MeasuredNumber(
             f"space, records of 14 to 28 s, {name}: processor time per case", 1e3 * seconds / count, "ms"
         )
-    yield MeasuredFigure(
+    yield MeasuredNumber(
         "space, records of 14 to 28 s: time of three stones over that of one",
         spent["three stones"] / spent["one stone"],
     )
 
 
-def compare_with_other_engines(chosen: list[Motion], count: int) -> Iterator[MeasuredFigure]:
+def compare_with_other_engines(chosen: list[Motion], count: int) -> Iterator[MeasuredNumber]:
     """Compare overturning flags and fall azimuths of some of the cases with those of physics engines."""
     ours, seconds = time_run(partial(run_grid_under_motions, chosen), 1, partial(run_grid_under_motions, chosen[:1]))
     fine = run_grid_under_motions(
@@ -290,23 +290,23 @@ def compare_with_other_engines(chosen: list[Motion], count: int) -> Iterator[Mea
             found.append(fall_azimuth_of_prism(engine, chosen[m], GRID["orientation_deg"][o], prism, PEER_STEP))
         azimuths[name], flags[name] = np.array(found), np.isfinite(found)
         theirs = (time.process_time() - begin) / len(found)
-        yield MeasuredFigure(f"{name} in space: processor time per case", theirs, "s")
-        yield MeasuredFigure(
+        yield MeasuredNumber(f"{name} in space: processor time per case", theirs, "s")
+        yield MeasuredNumber(
             f"{name} in space: its time per case over that of this program", theirs * ours["status"].size / seconds
         )
-    yield MeasuredFigure("space: cases that all engines run", cells[0].size)
+    yield MeasuredNumber("space: cases that all engines run", cells[0].size)
     stack = run_grid_under_motions(chosen, model=Stack())
     for name, one in (("this program", ours), (f"this program, {SINGLE_STONE_STACK}", stack)):
         flags[name] = one["overturned"].reshape(shape)[cells] == 1
         azimuths[name] = one["fall_azimuth"].reshape(shape)[cells]
     for name, own in flags.items():
         wrong = 100.0 * (own != (fine["overturned"][cells] == 1)).mean()
-        yield MeasuredFigure(f"space: flags different from the finest reference's, {name}", wrong, "%")
+        yield MeasuredNumber(f"space: flags different from the finest reference's, {name}", wrong, "%")
     for a, b in combinations(flags, 2):
         both, differ = flags[a] & flags[b], 100.0 * float((flags[a] != flags[b]).mean())
-        yield MeasuredFigure(f"space: flags that differ, {a} and {b}", differ, "%")
-        near = azimuth_difference(azimuths[a], azimuths[b])[both] <= 20.0
-        yield MeasuredFigure(f"space: azimuths within 20° where both fall, {a} and {b}", 100.0 * near.mean(), "%")
+        yield MeasuredNumber(f"space: flags that differ, {a} and {b}", differ, "%")
+        near = angle_between_azimuths(azimuths[a], azimuths[b])[both] <= 20.0
+        yield MeasuredNumber(f"space: azimuths within 20° where both fall, {a} and {b}", 100.0 * near.mean(), "%")
 
 
 def main(
@@ -316,10 +316,10 @@ def main(
 ) -> None:
     """Measure speed, memory, convergence and errors of the 3-D model, and write them into the docs."""
     every = list(read_default_motions().values())[:: max(28 // records, 1)]
-    chosen, figures = [strong_part_of_motion(motion) for motion in every[:records]], list[MeasuredFigure]()
-    made: dict[str, Callable[[], Iterator[MeasuredFigure]]] = {
+    chosen, figures = [strong_part_of_motion(motion) for motion in every[:records]], list[MeasuredNumber]()
+    made: dict[str, Callable[[], Iterator[MeasuredNumber]]] = {
         "throughput": measure_throughput, "memory": measure_memory, "convergence": measure_convergence_order,
-        "study": measure_shipped_3d_study, "exactness": partial(measure_errors_and_sensitivity, chosen),
+        "study": measure_shipped_3d_study, "exactness": partial(measure_energy_errors_and_sensitivity, chosen),
         "stack": measure_time_of_three_tier_grave,
         "peers": partial(compare_with_other_engines, chosen, peer_cases),
     }  # fmt: skip
@@ -328,8 +328,10 @@ def main(
             for figure in made[name]():
                 figures.append(figure)
                 print(*figure, sep=" | ", flush=True)
-            known = write_figures(figures, RESULTS / "space.csv", keep_other_figures=bool(parts) or name != names[-1])
-            publish_markdown({"space": figures_table(known)})
+            known = write_measured_numbers(
+                figures, RESULTS / "space.csv", keep_other_figures=bool(parts) or name != names[-1]
+            )
+            publish_markdown({"space": measured_numbers_table(known)})
 
 
 if __name__ == "__main__":

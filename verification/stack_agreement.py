@@ -14,9 +14,9 @@ from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
-from overturning.motion.direction import azimuth_difference
+from overturning.motion.direction import angle_between_azimuths
 from overturning.study.ensemble import wilson_interval
-from verification.stack_cases import StackCase, case_row, draw_stack_cases, scene_of_stack
+from verification.stack_cases import StackCase, case_parameters_as_table_row, choose_random_stack_cases, scene_of_stack
 from verification.stack_engines import STACK_ENGINES, critical_angle
 from verification.tables import RESULTS, markdown_table, publish_markdown, write_csv
 
@@ -43,7 +43,7 @@ def outcomes_agree(first_azimuth_deg: float, second_azimuth_deg: float) -> bool:
     """True if two outcomes agree: both stand (NaN), or both fall to azimuths within 20°."""
     if math.isnan(first_azimuth_deg) or math.isnan(second_azimuth_deg):
         return math.isnan(first_azimuth_deg) and math.isnan(second_azimuth_deg)
-    return azimuth_difference(first_azimuth_deg, second_azimuth_deg) <= MAX_AZIMUTH_DIFFERENCE_DEG
+    return angle_between_azimuths(first_azimuth_deg, second_azimuth_deg) <= MAX_AZIMUTH_DIFFERENCE_DEG
 
 
 def topmost_outcomes_in_this_program(case: StackCase, factors: Sequence[float]) -> list[dict[str, Any]]:
@@ -83,7 +83,7 @@ def outcome_and_robustness_in_this_program(case: StackCase) -> dict[str, Any]:
 
 
 def smallest_amplitude_change_to_outcome(case: StackCase, azimuth_deg: float) -> float:
-    """Return the least amplitude change, %, with which the topmost stone falls to an azimuth, or NaN for none.
+    """Return the least amplitude change, %, that makes the topmost stone fall to an azimuth; NaN if none does.
 
     An azimuth of NaN means that the stone stands; the falls are those in this program.
     """
@@ -98,7 +98,9 @@ def smallest_amplitude_change_to_outcome(case: StackCase, azimuth_deg: float) ->
 
 def read_outcomes_of_other_solvers() -> pd.DataFrame:
     """Read the stored outcomes of all solvers; the columns of each begin with its name; NaN if not run."""
-    found = pd.DataFrame([case_row(number, case) for number, case in enumerate(draw_stack_cases())])
+    found = pd.DataFrame(
+        [case_parameters_as_table_row(number, case) for number, case in enumerate(choose_random_stack_cases())]
+    )
     for name, path in PEER_TABLES.items():
         outcomes = pd.read_csv(path).set_index("case").drop(columns=CASE_COLUMNS[1:])
         found = found.join(outcomes.add_prefix(f"{name} "), on="case")
@@ -108,7 +110,9 @@ def read_outcomes_of_other_solvers() -> pd.DataFrame:
 def compare_all_cases(processes: int = 2) -> pd.DataFrame:
     """Return the outcomes of all cases in the solvers and in this program, one row per case."""
     with ProcessPoolExecutor(processes) as pool:
-        own = pd.DataFrame(list(pool.map(outcome_and_robustness_in_this_program, draw_stack_cases(), chunksize=10)))
+        own = pd.DataFrame(
+            list(pool.map(outcome_and_robustness_in_this_program, choose_random_stack_cases(), chunksize=10))
+        )
     return pd.concat([read_outcomes_of_other_solvers(), own.add_prefix(f"{PROGRAM} ")], axis=1)
 
 
@@ -229,7 +233,7 @@ def is_sliding_case(row: pd.Series, case: StackCase, peer: str) -> bool:
 
 def disagreement_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
     """Yield the rows of the table of disagreements on the cases that are robust in a solver."""
-    cases = draw_stack_cases()
+    cases = choose_random_stack_cases()
     for peer in PEER_TABLES:
         for _, row in table[table[f"{peer} robust"] == 1].iterrows():
             if not same_outcome_in_both(row, PROGRAM, peer):
@@ -241,7 +245,7 @@ def disagreement_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
                 )  # fmt: skip
 
 
-def publish_agreement() -> None:
+def publish_agreement_with_solvers() -> None:
     """Compare this program with the stored outcomes; write the table of all cases and the tables of the docs."""
     table = compare_all_cases()
     write_csv(table, AGREEMENT_TABLE)

@@ -54,7 +54,7 @@ def _strong_parts_of_records() -> dict[str, Motion]:
     }
 
 
-def draw_stack_cases(count: int = CASES, seed: int = SEED) -> list[StackCase]:
+def choose_random_stack_cases(count: int = CASES, seed: int = SEED) -> list[StackCase]:
     """Draw stacks of two and three stones at random, with records, orientations and amplitudes.
 
     A case in which no joint can open or slide under the peak of its record is drawn again.
@@ -105,7 +105,7 @@ def scene_of_stack(stack: BoxStack) -> Scene:
     return Scene(name="stack", reference=elements[-1].name, elements=tuple(elements))
 
 
-def case_row(number: int, case: StackCase) -> dict[str, Any]:
+def case_parameters_as_table_row(number: int, case: StackCase) -> dict[str, Any]:
     """Return the parameters of a case as columns of a table."""
     sizes = " ".join("x".join(f"{side:g}" for side in size) for size in case.stack.sizes)
     return {

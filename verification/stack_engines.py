@@ -51,7 +51,7 @@ class BoxStack(NamedTuple):
         return (np.cumsum(heights) - 0.5 * heights).tolist()
 
 
-class StackOutcome(NamedTuple):
+class TopmostStoneOutcome(NamedTuple):
     """Outcome of the topmost stone of a stack; the first fall of any stone carries the topmost one along."""
 
     fall_azimuth_deg: float
@@ -173,7 +173,7 @@ def _ground_velocity(acceleration: FloatArray, interval: float, parts: int = 4) 
     return np.append(times, 1e3), np.append(velocity, velocity[-1])
 
 
-def fallen_tilt(stack: BoxStack, stone: int) -> float:
+def least_tilt_of_fallen_stone(stack: BoxStack, stone: int) -> float:
     """Return the least tilt of a fallen stone, rad: 60° or, if larger, midway from critical angle to 90°."""
     return max(FALLEN_TILT, 0.5 * (critical_angle(stack, stone) + 0.5 * math.pi))
 
@@ -184,17 +184,17 @@ def critical_angle(stack: BoxStack, stone: int) -> float:
     return math.atan2(width, stack.sizes[stone][2])
 
 
-def topmost_outcome(
+def topmost_stone_outcome_in_engine(
     engine: StackEngine, stack: BoxStack, motion: Motion, orientation_deg: float, time_step: float
-) -> StackOutcome:
+) -> TopmostStoneOutcome:
     """Return the outcome of the topmost stone of a stack in an engine.
 
-    A stone has fallen when its tilt exceeds `fallen_tilt`, or its centre is lower than at rest by a tenth of its
-    height. The run ends with the first fall, or after the record, once all stones stand upright.
+    A stone has fallen when its tilt exceeds `least_tilt_of_fallen_stone`, or its centre is lower than at rest by a
+    tenth of its height. The run ends with the first fall, or after the record, once all stones stand upright.
     """
     heights = [size[2] for size in stack.sizes]
     lowest = [z - FALLEN_DROP * height for z, height in zip(stack.centres, heights, strict=True)]
-    largest = [fallen_tilt(stack, stone) for stone in range(len(heights))]
+    largest = [least_tilt_of_fallen_stone(stack, stone) for stone in range(len(heights))]
     peak, slip, sinking = 0.0, 0.0, 0.0
     end = motion.sample_count * motion.sampling_interval
     for number, poses in enumerate(engine(stack, motion, orientation_deg, time_step), start=1):
@@ -204,12 +204,12 @@ def topmost_outcome(
                 x, y, _ = poses[-1][1][:, 2]
                 azimuth = float((orientation_deg - math.degrees(math.atan2(y, x))) % 360.0)
                 time = number * CHECK_INTERVAL
-                return StackOutcome(azimuth, time, stone, math.degrees(tilts[stone]), slip, sinking)
+                return TopmostStoneOutcome(azimuth, time, stone, math.degrees(tilts[stone]), slip, sinking)
         peak, slip = max(peak, tilts[-1]), max(slip, _largest_slip(stack, poses, tilts))
         sinking = max(sinking, _largest_sinking(stack, poses))
         if number * CHECK_INTERVAL > end + UPRIGHT_TIME and max(tilts) < UPRIGHT:
             break
-    return StackOutcome(math.nan, math.nan, -1, math.degrees(peak), slip, sinking)
+    return TopmostStoneOutcome(math.nan, math.nan, -1, math.degrees(peak), slip, sinking)
 
 
 def _largest_slip(stack: BoxStack, poses: StonePoses, tilts: list[float]) -> float:

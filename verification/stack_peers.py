@@ -20,9 +20,14 @@ import typer
 
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
-from verification.stack_agreement import AMPLITUDE_PERTURBATION, PEER_TABLES, outcomes_agree, publish_agreement
-from verification.stack_cases import StackCase, case_row, draw_stack_cases
-from verification.stack_engines import STACK_ENGINES, STACK_MODULES, topmost_outcome
+from verification.stack_agreement import (
+    AMPLITUDE_PERTURBATION,
+    PEER_TABLES,
+    outcomes_agree,
+    publish_agreement_with_solvers,
+)
+from verification.stack_cases import StackCase, case_parameters_as_table_row, choose_random_stack_cases
+from verification.stack_engines import STACK_ENGINES, STACK_MODULES, topmost_stone_outcome_in_engine
 from verification.tables import ROOT, select_parts, write_csv
 
 TIME_STEPS: Final = {"MuJoCo": 5e-4, "LMGC90": 5e-4}
@@ -49,12 +54,12 @@ def nominal_and_perturbed_runs(case: StackCase, time_step: float) -> Iterator[tu
         yield f"amplitude × {factor:g}", case.motion.scaled_by(factor), time_step
 
 
-def outcome_in_solver(engine_name: str, case: StackCase) -> dict[str, Any]:
+def outcome_and_robustness_in_solver(engine_name: str, case: StackCase) -> dict[str, Any]:
     """Return the outcome of a case in a solver, whether it is robust there, and the time of the nominal run."""
     engine, nominal, changed, seconds = STACK_ENGINES[engine_name], None, "", 0.0
     for label, motion, time_step in nominal_and_perturbed_runs(case, TIME_STEPS[engine_name]):
         begin = time.process_time()
-        found = topmost_outcome(engine, case.stack, motion, case.orientation_deg, time_step)
+        found = topmost_stone_outcome_in_engine(engine, case.stack, motion, case.orientation_deg, time_step)
         if nominal is None:
             nominal, seconds = found, time.process_time() - begin
         elif not outcomes_agree(found.fall_azimuth_deg, nominal.fall_azimuth_deg):
@@ -66,23 +71,23 @@ def outcome_in_solver(engine_name: str, case: StackCase) -> dict[str, Any]:
 
 def run_all_cases_in_solver(engine_name: str, processes: int) -> pd.DataFrame:
     """Run all cases in a solver and return a table, one row per case; finished cases are not run again."""
-    cases = draw_stack_cases()
+    cases = choose_random_stack_cases()
     partial_path = partial_results_path(engine_name)
     partial_path.parent.mkdir(parents=True, exist_ok=True)
     finished = {}
     if partial_path.is_file():
         for row in map(json.loads, partial_path.read_text(encoding="utf-8").splitlines()):
             number = row["case"]
-            if number < len(cases) and case_row(number, cases[number]).items() <= row.items():
+            if number < len(cases) and case_parameters_as_table_row(number, cases[number]).items() <= row.items():
                 finished[number] = row
     with ProcessPoolExecutor(processes) as pool, partial_path.open("a", encoding="utf-8") as partial_file:
         waiting = {
-            pool.submit(outcome_in_solver, engine_name, case): (number, case)
+            pool.submit(outcome_and_robustness_in_solver, engine_name, case): (number, case)
             for number, case in enumerate(cases)
             if number not in finished
         }
         for future in as_completed(waiting):
-            row = case_row(*waiting[future]) | future.result()
+            row = case_parameters_as_table_row(*waiting[future]) | future.result()
             finished[row["case"]] = row
             print(json.dumps(row), file=partial_file, flush=True)
     return pd.DataFrame([finished[number] for number in range(len(cases))])
@@ -95,7 +100,7 @@ def main(
     """Run the cases in the other solvers, and compare this program with them."""
     for part in select_parts(parts, [*STACK_ENGINES, "table"]):
         if part == "table":
-            publish_agreement()
+            publish_agreement_with_solvers()
         elif find_spec(STACK_MODULES[part]) is None:
             raise ArgumentError(f"{part} is not installed: make peers")
         else:

@@ -23,8 +23,8 @@ from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from verification.stack_agreement import PROGRAM, outcomes_agree, share_text
-from verification.stack_cases import StackCase, draw_stack_cases, scene_of_stack
-from verification.stack_engines import STACK_ENGINES, STACK_MODULES, topmost_outcome
+from verification.stack_cases import StackCase, choose_random_stack_cases, scene_of_stack
+from verification.stack_engines import STACK_ENGINES, STACK_MODULES, topmost_stone_outcome_in_engine
 from verification.tables import RESULTS, markdown_table, publish_markdown, select_parts, write_csv
 
 CASES: Final = 60
@@ -39,7 +39,7 @@ reference."""
 TABLE: Final = RESULTS / "stack-precision.csv"
 
 
-def outcome_in_program(case: StackCase, share: float) -> tuple[float, float]:
+def fall_azimuth_and_time_in_program(case: StackCase, share: float) -> tuple[float, float]:
     """Return the fall azimuth, degrees (NaN if the topmost stone stands), and the processor time of a case, s.
 
     The case is computed together with seven other orientations, which share its time.
@@ -58,21 +58,21 @@ def outcome_in_program(case: StackCase, share: float) -> tuple[float, float]:
     return float(found.fall_azimuth[0, -1]) if fell else np.nan, seconds
 
 
-def outcome_in_solver(solver: str, step: float, case: StackCase) -> tuple[float, float]:
+def fall_azimuth_and_time_in_solver(solver: str, step: float, case: StackCase) -> tuple[float, float]:
     """Return the fall azimuth, degrees (NaN if the topmost stone stands), and the processor time of a case, s."""
     if solver == PROGRAM:
-        return outcome_in_program(case, step)
+        return fall_azimuth_and_time_in_program(case, step)
     begin = time.process_time()
-    found = topmost_outcome(STACK_ENGINES[solver], case.stack, case.motion, case.orientation_deg, step)
+    found = topmost_stone_outcome_in_engine(STACK_ENGINES[solver], case.stack, case.motion, case.orientation_deg, step)
     return found.fall_azimuth_deg, time.process_time() - begin
 
 
 def run_solver_with_all_steps(solver: str, processes: int) -> pd.DataFrame:
     """Run all cases in a solver with all its steps; return one row per case and step."""
-    cases = draw_stack_cases()[:CASES]
-    outcome_in_program(cases[0], 1.0)  # compiles the kernel
+    cases = choose_random_stack_cases()[:CASES]
+    fall_azimuth_and_time_in_program(cases[0], 1.0)  # compiles the kernel
     with ProcessPoolExecutor(processes) as pool:
-        made = [list(pool.map(partial(outcome_in_solver, solver, step), cases)) for step in STEPS[solver]]
+        made = [list(pool.map(partial(fall_azimuth_and_time_in_solver, solver, step), cases)) for step in STEPS[solver]]
     return pd.DataFrame([
         {"solver": solver, "step": step, "case": number, "fall_azimuth_deg": azimuth, "seconds": seconds}
         for step, found in zip(STEPS[solver], made, strict=True)
@@ -80,7 +80,7 @@ def run_solver_with_all_steps(solver: str, processes: int) -> pd.DataFrame:
     ])  # fmt: skip
 
 
-def precision_table(rows: pd.DataFrame) -> str:
+def error_against_run_time_table(rows: pd.DataFrame) -> str:
     """Return the table of wrong flags and azimuths against run time, as Markdown."""
     lines = []
     for solver, steps in STEPS.items():
@@ -114,7 +114,7 @@ def main(
         others = kept[kept["solver"] != solver] if len(kept) else kept
         kept = pd.concat([others, run_solver_with_all_steps(solver, processes)], ignore_index=True)
         write_csv(kept, TABLE)
-    publish_markdown({"stack-precision": precision_table(kept)})
+    publish_markdown({"stack-precision": error_against_run_time_table(kept)})
 
 
 if __name__ == "__main__":

@@ -19,14 +19,14 @@ from llvmlite.binding import get_host_cpu_features
 
 from overturning.errors import ResultError
 from overturning.files import atomic_write
-from verification.sentences import fill_markers
+from verification.sentences import fill_measured_numbers_into_page
 
 ROOT: Final = Path(__file__).parents[1]
 RESULTS: Final = ROOT / "verification" / "results"
 """Folder of the tables in the repository; the docs link to them."""
 
 
-class MeasuredFigure(NamedTuple):
+class MeasuredNumber(NamedTuple):
     """Measured number with its quantity, unit and commit."""
 
     quantity: str
@@ -42,13 +42,14 @@ def markdown_table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> s
     return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
 
 
-def figures_table(figures: Iterable[MeasuredFigure]) -> str:
-    """Return measured figures as a Markdown table; rows measured at an earlier commit name it."""
+def measured_numbers_table(figures: Iterable[MeasuredNumber]) -> str:
+    """Return measured numbers as a Markdown table; rows measured at an earlier commit name it."""
     rows, now = list(figures), current_commit()
     if all(one.commit in ("", now) for one in rows):
-        return markdown_table(("", "measured"), [(one.quantity, figure_text(one)) for one in rows])
+        return markdown_table(("", "measured"), [(one.quantity, measured_number_with_unit_text(one)) for one in rows])
     return markdown_table(
-        ("", "measured", "commit"), [(one.quantity, figure_text(one), one.commit or now) for one in rows]
+        ("", "measured", "commit"),
+        [(one.quantity, measured_number_with_unit_text(one), one.commit or now) for one in rows],
     )
 
 
@@ -92,16 +93,16 @@ def wrap_text(text: str, first_prefix: str = "") -> str:
     )
 
 
-def figure_text(figure: MeasuredFigure) -> str:
-    """Return value and unit of a measured figure as text, with four digits."""
+def measured_number_with_unit_text(figure: MeasuredNumber) -> str:
+    """Return value and unit of a measured number as text, with four digits."""
     number = f"{figure.value:.4g}" if abs(figure.value) < 1e4 else f"{figure.value:,.0f}"
     return f"{number} {figure.unit}".strip()
 
 
-def write_figures(
-    figures: Sequence[MeasuredFigure], path: Path, keep_other_figures: bool = False
-) -> list[MeasuredFigure]:
-    """Write measured figures as CSV and return the new content of the file.
+def write_measured_numbers(
+    figures: Sequence[MeasuredNumber], path: Path, keep_other_figures: bool = False
+) -> list[MeasuredNumber]:
+    """Write measured numbers as CSV and return the new content of the file.
 
     Parameters
     ----------
@@ -114,24 +115,24 @@ def write_figures(
     """
     new = {one.quantity: one._replace(commit=current_commit()) for one in figures}
     if keep_other_figures and path.is_file():
-        new = {one.quantity: one for one in read_figures(path)} | new
+        new = {one.quantity: one for one in read_measured_numbers(path)} | new
     with atomic_write(path) as part:
         pd.DataFrame(list(new.values())).to_csv(part, index=False, float_format="%.6g", lineterminator="\n")
     return list(new.values())
 
 
-def read_figures(path: Path) -> list[MeasuredFigure]:
-    """Read a CSV file of measured figures, as written by `write_figures`."""
+def read_measured_numbers(path: Path) -> list[MeasuredNumber]:
+    """Read a CSV file of measured numbers, as written by `write_measured_numbers`."""
     texts = dict.fromkeys(("quantity", "unit", "commit"), str)  # a commit such as 15163e45 is no number
     rows = pd.read_csv(path, keep_default_na=False, dtype=texts)
     return [
-        MeasuredFigure(str(row.quantity), float(row.value), str(row.unit), str(getattr(row, "commit", "")))
+        MeasuredNumber(str(row.quantity), float(row.value), str(row.unit), str(getattr(row, "commit", "")))
         for row in iterate_rows(rows)
     ]
 
 
 @contextmanager
-def exclusive_access(folder: Path) -> Iterator[None]:
+def lock_folder_for_changes(folder: Path) -> Iterator[None]:
     """Lock a folder, so that no other process that uses this function changes its files."""
     handle = os.open(folder, os.O_RDONLY)
     try:
@@ -167,7 +168,7 @@ def publish_markdown(markdown_by_marker: Mapping[str, str], root: Path = ROOT) -
         If no page has one of the markers; the other bodies are published anyway.
     """
     missing = set(markdown_by_marker)
-    with exclusive_access(root):
+    with lock_folder_for_changes(root):
         for page in (*sorted(root.glob("README*.md")), *sorted((root / "docs").glob("*.md"))):
             if page.is_file():
                 old = text = page.read_text(encoding="utf-8")
@@ -179,7 +180,7 @@ def publish_markdown(markdown_by_marker: Mapping[str, str], root: Path = ROOT) -
                             "\\", r"\\"
                         )  # keep backslashes literal in the replacement
                         text = re.sub(f"{begin}.*?{end}", new, text, flags=re.DOTALL)
-                text = fill_markers(text, root / RESULTS.relative_to(ROOT))
+                text = fill_measured_numbers_into_page(text, root / RESULTS.relative_to(ROOT))
                 if text != old:
                     with atomic_write(page) as part:
                         part.write_text(text, encoding="utf-8")

@@ -52,7 +52,7 @@ def minimum_processor_time(computation: Callable[[], object], repeats: int = 3) 
     return time_run(computation, repeats)[1]
 
 
-def run_program(program: str, *arguments: object, **environment: str) -> tuple[str, float]:
+def run_python_program_and_time_it(program: str, *arguments: object, **environment: str) -> tuple[str, float]:
     """Run a Python program; return its output and the processor time of its process, s."""
     begin = resource.getrusage(resource.RUSAGE_CHILDREN)
     command = [sys.executable, "-c", program, *map(str, arguments)]
@@ -98,7 +98,7 @@ np.savez(sys.argv[2], **made)
 """Program of the child process. It uses only names that all checkouts have."""
 
 
-def run_in_subprocess(
+def run_case_groups_in_subprocess(
     groups: Sequence[CaseGroup],
     settings: Sequence[dict[str, Any]],
     *,
@@ -139,7 +139,7 @@ def run_in_subprocess(
         given, made = f"{scratch}/inputs.npz", f"{scratch}/found.npz"
         np.savez(given, allow_pickle=False, **inputs)
         source = str((checkout / "src").resolve())
-        run_program(
+        run_python_program_and_time_it(
             _CHILD_PROGRAM,
             given,
             made,

@@ -16,10 +16,10 @@ import xarray as xr
 import overturning
 from overturning.cli import main as run_command
 from overturning.files import write_text
-from overturning.motion.direction import azimuth_difference
+from overturning.motion.direction import angle_between_azimuths
 from overturning.study.load import load_study
 from verification.measures import percentage
-from verification.tables import RESULTS, ROOT, MeasuredFigure, publish_markdown, wrap_text, write_figures
+from verification.tables import RESULTS, ROOT, MeasuredNumber, publish_markdown, wrap_text, write_measured_numbers
 
 STUDY: Final[dict[str, Any]] = {
     "azimuth": {"step": 10}, "b_over_h": {"start": 0.1, "stop": 0.6, "step": 0.1}, "height": [0.6],
@@ -43,7 +43,7 @@ CHANGED_DEG: Final = 15.0
 """Change of the fall azimuth that the tutorial counts, degrees."""
 
 
-def survey_output() -> str:
+def printed_survey_of_tutorial() -> str:
     """Return what `overturning survey` prints for the tutorial's study and survey, with lines of the page's length."""
     printed = io.StringIO()
     with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):
@@ -63,7 +63,7 @@ def cubes_with_and_without_vertical(**keys: Any) -> tuple[xr.Dataset, xr.Dataset
     return with_up, without
 
 
-def vertical_motion_figures() -> Iterator[MeasuredFigure]:
+def vertical_motion_figures() -> Iterator[MeasuredNumber]:
     """Yield the shares of the study config/waiau.yaml in which blocks fall with and without vertical motion."""
     study = load_study(ROOT / "config" / "waiau.yaml")
     with_up, without = cubes_with_and_without_vertical(
@@ -72,43 +72,45 @@ def vertical_motion_figures() -> Iterator[MeasuredFigure]:
     )  # fmt: skip
     first, second = (cube["overturned"].to_numpy() for cube in (with_up, without))
     both = (first != 0) & (second != 0)
-    yield MeasuredFigure("2-D: cases", first.size)
-    yield MeasuredFigure(
+    yield MeasuredNumber("2-D: cases", first.size)
+    yield MeasuredNumber(
         "2-D: falls with vertical motion only", percentage(((first != 0) & ~both).sum(), both.size), "%"
     )
-    yield MeasuredFigure(
+    yield MeasuredNumber(
         "2-D: falls without vertical motion only", percentage(((second != 0) & ~both).sum(), both.size), "%"
     )
-    yield MeasuredFigure("2-D: falls in both", percentage(both.sum(), both.size), "%")
-    yield MeasuredFigure(
+    yield MeasuredNumber("2-D: falls in both", percentage(both.sum(), both.size), "%")
+    yield MeasuredNumber(
         "2-D: same side, of falls in both", percentage((both & (first == second)).sum(), both.sum()), "%"
     )
     for b_over_h in SHOWN_B_OVER_H:
         for setting, cube in (("with", with_up), ("without", without)):
             falls = cube["overturned"].sel(b_over_h=b_over_h, method="nearest") != 0
             share = percentage(falls.sum().item(), falls.size)
-            yield MeasuredFigure(f"2-D: B/H {b_over_h:g}, falls {setting} vertical motion", share, "%")
+            yield MeasuredNumber(f"2-D: B/H {b_over_h:g}, falls {setting} vertical motion", share, "%")
 
 
-def measure_effect_of_vertical_motion_in_3d() -> Iterator[MeasuredFigure]:
+def measure_effect_of_vertical_motion_in_3d() -> Iterator[MeasuredNumber]:
     """Yield the shares of the tutorial's 3-D stones that fall, and changes of their fall azimuths."""
     cubes = cubes_with_and_without_vertical(**SPACE)
     first, second = (cube["overturned"].to_numpy() == 1 for cube in cubes)
     both = first & second
-    turned = azimuth_difference(*(cube["fall_azimuth"].to_numpy().astype(np.float64)[both] for cube in cubes))
-    yield MeasuredFigure("3-D: stones", first.size)
-    yield MeasuredFigure("3-D: falls with vertical motion", percentage(first.sum(), first.size), "%")
-    yield MeasuredFigure("3-D: falls without vertical motion", percentage(second.sum(), first.size), "%")
-    yield MeasuredFigure("3-D: another outcome", int((first != second).sum()))
-    yield MeasuredFigure("3-D: falls in both", int(both.sum()))
-    yield MeasuredFigure("3-D: another direction", percentage((turned >= CHANGED_DEG).sum(), turned.size), "%")
-    yield MeasuredFigure("3-D: median change of direction", float(np.median(turned)), "degrees")
+    turned = angle_between_azimuths(*(cube["fall_azimuth"].to_numpy().astype(np.float64)[both] for cube in cubes))
+    yield MeasuredNumber("3-D: stones", first.size)
+    yield MeasuredNumber("3-D: falls with vertical motion", percentage(first.sum(), first.size), "%")
+    yield MeasuredNumber("3-D: falls without vertical motion", percentage(second.sum(), first.size), "%")
+    yield MeasuredNumber("3-D: another outcome", int((first != second).sum()))
+    yield MeasuredNumber("3-D: falls in both", int(both.sum()))
+    yield MeasuredNumber("3-D: another direction", percentage((turned >= CHANGED_DEG).sum(), turned.size), "%")
+    yield MeasuredNumber("3-D: median change of direction", float(np.median(turned)), "degrees")
 
 
 def main() -> None:
     """Write the measured numbers and the printed output of the tutorial, and fill them into its page."""
-    write_figures([*vertical_motion_figures(), *measure_effect_of_vertical_motion_in_3d()], RESULTS / "tutorial.csv")
-    write_text(RESULTS / "tutorial-survey.txt", survey_output())
+    write_measured_numbers(
+        [*vertical_motion_figures(), *measure_effect_of_vertical_motion_in_3d()], RESULTS / "tutorial.csv"
+    )
+    write_text(RESULTS / "tutorial-survey.txt", printed_survey_of_tutorial())
     publish_markdown({})
 
 

@@ -20,7 +20,7 @@ import netCDF4
 from overturning.commands.fork_client import SERVER_VARIABLE
 from overturning.errors import ResultError
 from verification.project import Project
-from verification.tables import ROOT, MeasuredFigure, current_commit, figure_text, markdown_table
+from verification.tables import ROOT, MeasuredNumber, current_commit, markdown_table, measured_number_with_unit_text
 
 CORES: Final = 2
 
@@ -48,7 +48,7 @@ sys.exit(os.waitstatus_to_exitcode(status))
 """Program `overturning` that measures each step in a process of its own, in a table like that of the fork server."""
 
 
-class StepCost(NamedTuple):
+class CostOfCommandSteps(NamedTuple):
     """Cost of the steps of one command in a complete run: their number, processor time together, and largest memory."""
 
     steps: int
@@ -56,17 +56,17 @@ class StepCost(NamedTuple):
     memory_mb: float
 
 
-class WholeRun(NamedTuple):
+class WholeRunCost(NamedTuple):
     """Cost of one complete run of a study."""
 
     wall_s: float
     processor_s: float
     first_map_s: float  # time until the first polar map exists
-    steps: dict[str, StepCost]  # by command
+    steps: dict[str, CostOfCommandSteps]  # by command
     cube_sha256: str
 
 
-def run_whole_study(with_fork_server: bool, checkout: Path = ROOT, study: str = "") -> WholeRun:
+def run_whole_study(with_fork_server: bool, checkout: Path = ROOT, study: str = "") -> WholeRunCost:
     """Run a study (text of its file; default: the default study) of a checkout in a new folder; return its cost."""
     with tempfile.TemporaryDirectory() as scratch:
         project = Project(Path(scratch) / "project", study, "--cores", str(CORES), checkout=checkout)
@@ -85,21 +85,21 @@ def run_whole_study(with_fork_server: bool, checkout: Path = ROOT, study: str = 
         spent = (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
         first = min(path.stat().st_mtime for path in project.results.glob("figures/polar/*.svg"))
         with netCDF4.Dataset(project.cube) as cube:  # also of a version whose cubes `open_cube` refuses
-            return WholeRun(wall, spent, first - began, read_step_costs(table), str(cube.content_sha256))
+            return WholeRunCost(wall, spent, first - began, read_step_costs(table), str(cube.content_sha256))
 
 
-def read_step_costs(table: Path) -> dict[str, StepCost]:
+def read_step_costs(table: Path) -> dict[str, CostOfCommandSteps]:
     """Return the cost of the steps of each command from a table of steps, those with most processor time first."""
-    costs: dict[str, StepCost] = {}
+    costs: dict[str, CostOfCommandSteps] = {}
     with table.open(encoding="utf-8", newline="") as file:
         for row in csv.reader(file, delimiter="\t"):
             if row[0] != "command":
                 steps, seconds, memory = costs.get(row[0], (0, 0.0, 0.0))
-                costs[row[0]] = StepCost(steps + 1, seconds + float(row[2]), max(memory, float(row[3])))
+                costs[row[0]] = CostOfCommandSteps(steps + 1, seconds + float(row[2]), max(memory, float(row[3])))
     return dict(sorted(costs.items(), key=lambda one: -one[1].processor_s))
 
 
-def measure_whole_run() -> list[MeasuredFigure]:
+def measure_whole_run() -> list[MeasuredNumber]:
     """Measure elapsed and processor time with compiled kernels, with the fork server and without it."""
     served, own = run_whole_study(with_fork_server=True), run_whole_study(with_fork_server=False)
     if served.cube_sha256 != own.cube_sha256:
@@ -107,21 +107,21 @@ def measure_whole_run() -> list[MeasuredFigure]:
     rows = []
     for run, what in ((served, WITH_SERVER), (own, WITHOUT_SERVER)):
         rows += [
-            MeasuredFigure(f"{what}: time on two cores", run.wall_s, "s"),
-            MeasuredFigure(f"{what}: processor time", run.processor_s, "s"),
-            MeasuredFigure(f"{what}: first polar map after", 100.0 * run.first_map_s / run.wall_s, "%"),
+            MeasuredNumber(f"{what}: time on two cores", run.wall_s, "s"),
+            MeasuredNumber(f"{what}: processor time", run.processor_s, "s"),
+            MeasuredNumber(f"{what}: first polar map after", 100.0 * run.first_map_s / run.wall_s, "%"),
         ]
     for command in (name for name, cost in own.steps.items() if cost.processor_s >= LONG):
         for run, what in ((served, WITH_SERVER), (own, WITHOUT_SERVER)):
             cost = run.steps[command]
             quantity = f"{what}: processor time of `{command}` × {cost.steps}"
-            rows.append(MeasuredFigure(quantity, cost.processor_s, "s"))
+            rows.append(MeasuredNumber(quantity, cost.processor_s, "s"))
     return rows
 
 
-def start_up_table(figures: Sequence[MeasuredFigure]) -> str:
+def fork_server_comparison_table(figures: Sequence[MeasuredNumber]) -> str:
     """Return a Markdown table of a whole run: a row per quantity, a column without and one with the fork server."""
-    values = {one.quantity: figure_text(one) for one in figures}
+    values = {one.quantity: measured_number_with_unit_text(one) for one in figures}
     names = [quantity.removeprefix(f"{WITHOUT_SERVER}: ") for quantity in values if quantity.startswith(WITHOUT_SERVER)]
     rows = [(name, values[f"{WITHOUT_SERVER}: {name}"], values[f"{WITH_SERVER}: {name}"]) for name in names]
     return markdown_table(("", "a process for each step", "fork server"), rows)
@@ -149,7 +149,7 @@ def compare_whole_runs(checkout: Path, pairs: int, study: str = "") -> str:
     return markdown_table(("", f"commit {earlier}", f"commit {current_commit()}", "ratio"), rows)
 
 
-def _times_by_row(run: WholeRun) -> dict[str, float]:
+def _times_by_row(run: WholeRunCost) -> dict[str, float]:
     """Return the times of a complete run, s, by the name of their table row."""
     steps = {f"processor time of `{name}`, s": cost.processor_s for name, cost in run.steps.items()}
     rest = run.processor_s - sum(steps.values())

@@ -152,11 +152,13 @@ def find_project_file(relative_path: Path) -> Path:
     """
     if relative_path.exists() or relative_path.is_absolute():
         return relative_path
-    here = next((root / relative_path for root in project_file_folders() if (root / relative_path).exists()), None)
+    here = next(
+        (root / relative_path for root in possible_project_file_folders() if (root / relative_path).exists()), None
+    )
     return relative_path if here is None else here
 
 
-def project_file_folders() -> list[Path]:
+def possible_project_file_folders() -> list[Path]:
     """Return the folders that may contain the project files: inside the package (wheel) and around it (checkout)."""
     package = Path(__file__).resolve().parent
     return [package / "project", package.parents[1]]

@@ -53,7 +53,7 @@ def cache_directory(source_folder: Path | None = None) -> Path:
     return Path(base) / f"overturning-{sources_digest(source_folder or _KERNELS)}"
 
 
-def subpackage_folder(module_path: Path) -> Path:
+def subpackage_folder_of_module(module_path: Path) -> Path:
     """Return the folder of the subpackage (such as `dem`) that contains a module.
 
     For a module outside the package, it is the folder of the module.
@@ -106,7 +106,7 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
         return dispatcher
     cache = dispatcher._cache
     file = cache._cache_file
-    layer = subpackage_folder(Path(dispatcher.py_func.__code__.co_filename))
+    layer = subpackage_folder_of_module(Path(dispatcher.py_func.__code__.co_filename))
     folder, imported = cache_directory(layer), _IMPORTED.get(layer) or sources_digest(layer)
     cache._cache_path = file._cache_path = str(folder)
     name = Path(file._index_path).stem

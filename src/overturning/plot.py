@@ -46,11 +46,11 @@ def _with_project_style(draw_figure: DrawFunction, takes_cube: bool = False) -> 
     @wraps(draw_figure)
     def draw_with_project_style(*arguments: Any, **keywords: Any) -> Any:
         from overturning.figures.content import check_is_results_cube
-        from overturning.figures.style import package_matplotlib_settings
+        from overturning.figures.style import use_package_matplotlib_settings
 
         if takes_cube and (arguments or "cube" in keywords):
             check_is_results_cube(arguments[0] if arguments else keywords["cube"], draw_figure.__name__)
-        with package_matplotlib_settings():
+        with use_package_matplotlib_settings():
             return draw_figure(*arguments, **keywords)
 
     return cast(DrawFunction, draw_with_project_style)
@@ -71,9 +71,9 @@ def fall_map(cube: "xr.Dataset", record: str | Sequence[str] | None = None, titl
     from `overturning.simulate`, all its blocks are shown. Several records, as a list, are drawn on one radial scale
     (2-D only).
     """
-    from overturning.study.cube import first_shown_height_and_friction
+    from overturning.study.cube import default_height_and_friction_of_figures
 
-    return _draw_fall_map("polar", cube.sel(first_shown_height_and_friction(cube)), record, title)
+    return _draw_fall_map("polar", cube.sel(default_height_and_friction_of_figures(cube)), record, title)
 
 
 @partial(_register_cube_figure, "blocks")
@@ -88,12 +88,12 @@ def _draw_fall_map(kind: str, cube: "xr.Dataset", record: str | Sequence[str] | 
     """Draw maps of the falls under one record, or of one block under several records on a common scale."""
     from overturning.figures.content import check_has_outcomes
     from overturning.figures.maps import fall_map_figure
-    from overturning.figures.polar_map import azimuth_map_figure
+    from overturning.figures.polar_map import fall_map_by_azimuth_figure
 
     names = list(record) if isinstance(record, Sequence) and not isinstance(record, str) else [record]
     if not names:
         raise ArgumentError("record: none; give an id of the cube, or leave it out")
-    several = [_select_record(cube, name) for name in names]
+    several = [_select_outcomes_under_record(cube, name) for name in names]
     for one in several:
         check_has_outcomes(one, kind)
     first = several[0]
@@ -101,14 +101,14 @@ def _draw_fall_map(kind: str, cube: "xr.Dataset", record: str | Sequence[str] | 
         return fall_map_figure(
             first,
             _record_title(first) + _scene_and_element_title(first) if title is None else title,
-            _peak_velocity_by_azimuth(first),
+            _peak_ground_velocity_by_azimuth(first),
         )
     _check_cube_has_coordinate_for_figure(cube, "azimuth", f"{kind} of several records")
     own = (_record_title(first, ()) + _scene_and_element_title(first)).strip() if title is None else title
-    return azimuth_map_figure(several, own, [_peak_velocity_by_azimuth(one) for one in several])
+    return fall_map_by_azimuth_figure(several, own, [_peak_ground_velocity_by_azimuth(one) for one in several])
 
 
-def _peak_velocity_by_azimuth(cube: "xr.Dataset") -> "xr.DataArray | None":
+def _peak_ground_velocity_by_azimuth(cube: "xr.Dataset") -> "xr.DataArray | None":
     """Return PGV by azimuth, m/s, of the record in a results cube; None if it was not computed."""
     try:
         return _intensity_measures(cube, "pgv")["pgv"].isel(record=0)
@@ -130,11 +130,11 @@ def overturning_boundary(cube: "xr.Dataset", record: str | None = None) -> "Figu
     from overturning.figures.content import check_has_falls
     from overturning.statistics import boundary as statistics
 
-    one = _select_record(cube, record)
+    one = _select_outcomes_under_record(cube, record)
     _check_cube_has_coordinate_for_figure(one, "azimuth", "boundary")
     check_has_falls(one, "boundary")
     top = float(one["b_over_h"].max())
-    bounds = statistics.overturning_boundary_by_azimuth(one).assign_attrs(one.attrs)
+    bounds = statistics.largest_falling_b_over_h_by_azimuth(one).assign_attrs(one.attrs)
     return overturning_boundary_figure(
         bounds, top, float(one["fault_normal"]), _record_title(one) + _scene_and_element_title(one)
     )
@@ -226,12 +226,12 @@ def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
 def pga_and_pgv_by_azimuth(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     """Draw PGA and PGV of a record by azimuth."""
     from overturning.figures.content import check_ground_moves
-    from overturning.figures.ground import pga_and_pgv_figure
+    from overturning.figures.ground import pga_and_pgv_by_azimuth_figure
 
-    one = _select_record(cube, record)
+    one = _select_outcomes_under_record(cube, record)
     measures = _intensity_measures(one).isel(record=0)
     check_ground_moves(float(measures["pga"].max()), "intensity")
-    return pga_and_pgv_figure(measures, float(one["fault_normal"]), _record_title(one))
+    return pga_and_pgv_by_azimuth_figure(measures, float(one["fault_normal"]), _record_title(one))
 
 
 @partial(_register_cube_figure, "hodograph")
@@ -241,8 +241,8 @@ def hodograph(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     from overturning.motion.motion import Motion
     from overturning.records.store import read_record_from_motion_file
 
-    one = _select_record(cube, record)
-    motion = _check_motion_not_zero(Motion.of(read_record_from_motion_file(_motion_file_path(one))), "hodograph")
+    one = _select_outcomes_under_record(cube, record)
+    motion = _check_motion_not_zero(Motion.of(read_record_from_motion_file(_ground_motion_file(one))), "hodograph")
     return hodograph_figure(motion, float(one["fault_normal"]), _record_title(one))
 
 
@@ -257,7 +257,7 @@ def time_histories(motion: "Accelerogram | xr.Dataset", record: str | None = Non
     from overturning.records.store import read_record_from_motion_file, read_unprocessed_record_from_motion_file
 
     if isinstance(motion, xr.Dataset):
-        path = _motion_file_path(_select_record(motion, record))
+        path = _ground_motion_file(_select_outcomes_under_record(motion, record))
         used = read_record_from_motion_file(path)
         return record_before_and_after_processing_figure(
             read_unprocessed_record_from_motion_file(path) or used, _check_motion_not_zero(used, "history")
@@ -304,7 +304,7 @@ def _figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Datase
     return figure
 
 
-def _select_record(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
+def _select_outcomes_under_record(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
     """Return the outcomes under one record in a results cube, in memory and sorted for figures."""
     from overturning.study.cube import index_of_record, sort_cube_for_figures
 
@@ -353,13 +353,13 @@ def _path_in_folder_of_cube(cube: "xr.Dataset", file_name: str) -> Path:
     return path
 
 
-def _motion_file_path(cube: "xr.Dataset") -> Path:
+def _ground_motion_file(cube: "xr.Dataset") -> Path:
     """Return the path of the motion file of the one record in a results cube."""
     record = cube["record_id"].item() if "record_id" in cube else "RECORD"  # of a cube that belongs to no study
-    return _path_in_folder_of_cube(cube, f"{_motion_folder(cube)}/{record}.nc")
+    return _path_in_folder_of_cube(cube, f"{_ground_motion_folder(cube)}/{record}.nc")
 
 
-def _motion_folder(cube: "xr.Dataset") -> Path:
+def _ground_motion_folder(cube: "xr.Dataset") -> Path:
     """Return the folder of the motion files, relative to the folder of a results cube."""
     from overturning.study.cube import motion_folder_of_cube, study_of_cube
 
@@ -380,7 +380,7 @@ def _intensity_measures(cube: "xr.Dataset", *names: str) -> "xr.Dataset":
     import xarray as xr
 
     path = _path_in_folder_of_cube(cube, "intensity.nc")
-    if _motion_folder(cube) != Path("motion"):
+    if _ground_motion_folder(cube) != Path("motion"):
         raise MissingDataError(
             f"{path}: measures of the variant {cube.attrs['variant']} do not exist; use the nominal one"
         )

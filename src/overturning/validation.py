@@ -113,16 +113,16 @@ class StrictModel(BaseModel):
 @cache
 def _keys_whose_values_are_numbers(model_class: type[BaseModel]) -> frozenset[str]:
     """Return the keys of a settings model whose values are numbers, or lists of numbers, and never Booleans."""
-    types = {name: _value_types(field.annotation) for name, field in model_class.model_fields.items()}
+    types = {name: _types_of_setting_value(field.annotation) for name, field in model_class.model_fields.items()}
     return frozenset(name for name, own in types.items() if own & {int, float} and bool not in own)
 
 
-def _value_types(annotation: Any) -> set[type]:
+def _types_of_setting_value(annotation: Any) -> set[type]:
     """Return the types of a setting's value, or of the values in its list, from its type annotation."""
     if isinstance(annotation, type) and not get_args(annotation):
         return {annotation}
     parts = () if get_origin(annotation) is Literal else get_args(annotation)
-    return {each for part in parts for each in _value_types(part)}
+    return {each for part in parts for each in _types_of_setting_value(part)}
 
 
 def _replace_booleans_by_texts(value: Any) -> Any:
@@ -203,7 +203,7 @@ def describe_invalid_keys(
             message = _hint_on_keys_of_setting(steps, forms, given)
         elif kind == "literal_error" and forms:
             message += f", or keys with values: {', '.join(forms[0].model_fields)}"
-        odd = kind == "extra_forbidden" and not _is_file_key(str(steps[-1]))  # not even similar to a key
+        odd = kind == "extra_forbidden" and not _is_key_of_file(str(steps[-1]))  # not even similar to a key
         key = short_text_of_value(steps[-1]) if odd else ".".join(map(str, rename_keys(steps))) or file_description
         quiet = isinstance(given, BaseModel | dict) or kind in ("missing", "extra_forbidden")
         messages = found.setdefault((_shorten_text(key), "" if quiet else f"{short_text_of_value(given)} – "), [])
@@ -258,7 +258,7 @@ def _key_path_and_models_of_error(error_entry: Any, root_model: Any) -> tuple[St
             forms = _pydantic_models_in_annotation(owner.model_fields[part].annotation)
         elif tagged := [form for form in forms if part in _model_selecting_key_and_its_values([form])[1]]:
             forms = tagged
-        elif _is_file_key(part):
+        elif _is_key_of_file(part):
             steps.append(part)
     return steps, forms
 
@@ -279,7 +279,7 @@ def _model_selecting_key_and_its_values(union_models: Sequence[type[BaseModel]])
     return "", []
 
 
-def _is_file_key(location_part: str) -> bool:
+def _is_key_of_file(location_part: str) -> bool:
     """True if a part of the location of a pydantic error is a key in the file, not a name added by pydantic."""
     members = {"float", "int", "str", "bool", "tuple", "list", "literal", "none"}
     return (

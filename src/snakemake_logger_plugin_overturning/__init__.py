@@ -20,7 +20,7 @@ from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 from typing_extensions import override
 
-from snakemake_logger_plugin_overturning.expected import ExpectedWork
+from snakemake_logger_plugin_overturning.expected import RunProgressEstimate
 
 QUERY_OPTIONS: Final = frozenset({
     "--lint", "--report", "--unlock", "--summary", "-D", "--detailed-summary", "--list", "-l", "--list-rules", "--dag",
@@ -58,7 +58,7 @@ class LogHandler(LogHandlerBase):
             self._snakemake.addFilter(
                 DefaultFilter(about.quiet, about.debug_dag, about.verbose, about.dryrun, about.printshellcmds)
             )
-        self._expected = ExpectedWork()
+        self._expected = RunProgressEstimate()
         self._failures: dict[str, None] = {}
         self._stopped = False
         self._ended = threading.Event()
@@ -86,7 +86,7 @@ class LogHandler(LogHandlerBase):
         elif any(words in text for words in _HIDDEN_MESSAGES):
             return
         elif event == LogEvent.ERROR:
-            self._report_failure(f"error: {_error_message_without_positions(text)}")
+            self._report_failure(f"error: {_snakemake_error_without_code_positions(text)}")
         elif record.levelno >= WARNING:
             self._print_message(text)
         elif text == NOTHING_TO_BE_DONE_MSG or "result" in about:
@@ -115,21 +115,24 @@ class LogHandler(LogHandlerBase):
         elif event == LogEvent.RESOURCES_INFO and ("cores" in about or "nodes" in about):
             self._expected.at_once = int(about.get("cores") or about.get("nodes") or 1)
         elif event == LogEvent.RUN_INFO:
-            self._expected.begin_run({rule: count for rule, count in about["stats"].items() if rule != "total"})
+            self._expected.store_run_start_and_job_counts(
+                {rule: count for rule, count in about["stats"].items() if rule != "total"}
+            )
             self._drawing = threading.Thread(target=self._redraw_progress_line_until_end, daemon=True)
             self._drawing.start()
         elif event == LogEvent.JOB_INFO:
             name = " ".join([about["rule_name"], *map(str, about["wildcards"].values())])
-            logs, size = [Path(log) for log in about["log"]], _relative_size_of_first_input(about["input"])
-            self._expected.begin_job(about["jobid"], about["rule_name"], name, logs, size)
+            logs, size = [Path(log) for log in about["log"]], _first_input_size_over_folder_mean(about["input"])
+            self._expected.store_job_start(about["jobid"], about["rule_name"], name, logs, size)
         elif event in (LogEvent.JOB_FINISHED, LogEvent.JOB_ERROR):
             well = event == LogEvent.JOB_FINISHED
-            self._expected.end_job(about["job_id" if well else "jobid"], well)
+            self._expected.store_job_end(about["job_id" if well else "jobid"], well)
             if self._first_figure is not None and self._first_figure.is_file():
                 self._print_message(f"First polar map: {self._first_figure}")
                 self._first_figure = None
 
     def _report_failure(self, text: str) -> None:
+        """Print a message of failure once, and keep it to be repeated at the end of the run."""
         if text not in self._failures:
             self._failures[text] = None
             self._print_message(text)
@@ -154,7 +157,7 @@ class LogHandler(LogHandlerBase):
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
-def _relative_size_of_first_input(inputs: list[str]) -> float:
+def _first_input_size_over_folder_mean(inputs: list[str]) -> float:
     """Return the size of a job's first input file relative to the mean size of files of this type in its folder."""
     with suppress(OSError, IndexError, ZeroDivisionError):
         first = Path(str(inputs[0]))
@@ -181,7 +184,7 @@ def _error_message_of_step(rule: str, logs: list[str]) -> str:
     return f"error: the step {rule} failed without a message" + "".join(f"; see {log}" for log in logs[:1])
 
 
-def _error_message_without_positions(text: str) -> str:
+def _snakemake_error_without_code_positions(text: str) -> str:
     """Return an error message of Snakemake without the positions in the workflow's files."""
     lines = [line for line in text.splitlines() if line.strip() and not line.startswith("  File ")]
     if text.startswith("Traceback"):

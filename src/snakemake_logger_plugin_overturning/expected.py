@@ -49,7 +49,7 @@ class RunningJob:
 
 
 @dataclass
-class ExpectedWork:
+class RunProgressEstimate:
     """Progress of a workflow run: the expected and the completed work, in expected seconds of its jobs.
 
     Attributes
@@ -69,17 +69,17 @@ class ExpectedWork:
     _done: float = 0.0  # expected seconds of the jobs that ended
     _running: dict[int, RunningJob] = field(default_factory=dict)
 
-    def begin_run(self, counts: dict[str, int], now: float | None = None) -> None:
+    def store_run_start_and_job_counts(self, counts: dict[str, int], now: float | None = None) -> None:
         """Begin a run: store its start time and the number of jobs of each rule."""
         self.steps = sum(counts.values())
         self._planned = sum(count * self.seconds.get(rule, UNKNOWN) for rule, count in counts.items())
         self._began = time.time() if now is None else now
 
-    def begin_job(self, job: int, rule: str, name: str, logs: list[Path], size: float = 1.0) -> None:
+    def store_job_start(self, job: int, rule: str, name: str, logs: list[Path], size: float = 1.0) -> None:
         """Store a job that begins; `size` is that of its input relative to the mean of the jobs of its rule."""
         self._running[job] = RunningJob(name, size * self.seconds.get(rule, UNKNOWN), logs)
 
-    def end_job(self, job: int, well: bool) -> None:
+    def store_job_end(self, job: int, well: bool) -> None:
         """Store the end of a job; its work counts as completed if the job was successful."""
         ended = self._running.pop(job, None)
         if ended is not None and well:

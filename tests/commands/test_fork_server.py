@@ -41,13 +41,13 @@ def running_server(table: Path) -> Iterator[psutil.Process]:
 
 
 @pytest.fixture(scope="module")
-def measurement_table(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def step_time_and_memory_table(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the path of the table in which the fork server logs time and memory of each step."""
     return tmp_path_factory.mktemp("server") / "steps.tsv"
 
 
 @pytest.fixture(scope="module")
-def get_or_restart_server(measurement_table: Path) -> Iterator[Callable[[], psutil.Process]]:
+def get_or_restart_server(step_time_and_memory_table: Path) -> Iterator[Callable[[], psutil.Process]]:
     """Return a function that gives the fork server of this file, or a new one after a test that killed it."""
     started: list[psutil.Process] = []
     with ExitStack() as stack:
@@ -55,7 +55,7 @@ def get_or_restart_server(measurement_table: Path) -> Iterator[Callable[[], psut
         def running_server_process() -> psutil.Process:
             if not started or not started[-1].is_running() or started[-1].status() == psutil.STATUS_ZOMBIE:
                 stack.close()
-                started.append(stack.enter_context(running_server(measurement_table)))
+                started.append(stack.enter_context(running_server(step_time_and_memory_table)))
             return started[-1]
 
         yield running_server_process
@@ -72,9 +72,13 @@ def run_step(*words: str, **environment: str) -> subprocess.CompletedProcess[str
     return subprocess.run([*PROGRAM, *words], env=os.environ | environment, capture_output=True, text=True, check=False)
 
 
-def measurement_rows(measurement_table: Path) -> list[list[str]]:
+def rows_of_steps_run_in_server(step_time_and_memory_table: Path) -> list[list[str]]:
     """Return the rows below the heading of the server's table: one for each step that ran in the server."""
-    lines = measurement_table.read_text(encoding="utf-8").splitlines() if measurement_table.exists() else []
+    lines = (
+        step_time_and_memory_table.read_text(encoding="utf-8").splitlines()
+        if step_time_and_memory_table.exists()
+        else []
+    )
     return [line.split("\t") for line in lines[1:]]
 
 
@@ -118,30 +122,30 @@ def endless_step(server: psutil.Process, folder: Path) -> Iterator[tuple[subproc
 
 
 def test_a_step_in_the_fork_server_gives_the_output_of_a_separate_process(
-    fork_server_process: psutil.Process, measurement_table: Path, tmp_path: Path
+    fork_server_process: psutil.Process, step_time_and_memory_table: Path, tmp_path: Path
 ) -> None:
     for name, environment in (("own.nc", {SERVER_VARIABLE: ""}), ("server.nc", {})):
         done = run_step(*READ_STEP, "--output", str(tmp_path / name), **environment)
         assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     assert (tmp_path / "own.nc").read_bytes() == (tmp_path / "server.nc").read_bytes()
-    (row,) = (one for one in measurement_rows(measurement_table) if str(tmp_path) in one[1])
+    (row,) = (one for one in rows_of_steps_run_in_server(step_time_and_memory_table) if str(tmp_path) in one[1])
     assert row[:2] == ["read", str(tmp_path / "server.nc")]
-    head = measurement_table.read_text(encoding="utf-8").splitlines()[0].split("\t")
+    head = step_time_and_memory_table.read_text(encoding="utf-8").splitlines()[0].split("\t")
     used = dict(zip(head, row, strict=True))
     assert 0.0 < float(used["cpu_time"]) < 60.0
     assert 10.0 < float(used["max_rss"]) < 2000.0
 
 
 @pytest.mark.parametrize("words", [("read", "--study", STUDY, "--record", "none", "--output", "x.nc"), ("read",)])
-def test_a_failing_step_in_the_fork_server_gives_the_usual_message_and_status(
+def test_a_failing_step_has_the_same_message_and_status_in_the_fork_server(
     fork_server_process: psutil.Process,
-    measurement_table: Path,
+    step_time_and_memory_table: Path,
     words: tuple[str, ...],
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    before = len(measurement_rows(measurement_table))
+    before = len(rows_of_steps_run_in_server(step_time_and_memory_table))
     served = run_step(*words)
-    assert len(measurement_rows(measurement_table)) == before + 1, "it ran in the server"
+    assert len(rows_of_steps_run_in_server(step_time_and_memory_table)) == before + 1, "it ran in the server"
     with pytest.raises(SystemExit) as end:
         main(list(words))  # as a process of its own does
     own = capsys.readouterr()
@@ -150,9 +154,12 @@ def test_a_failing_step_in_the_fork_server_gives_the_usual_message_and_status(
 
 
 def test_a_fork_server_step_has_the_folder_and_environment_of_its_client(
-    fork_server_process: psutil.Process, measurement_table: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    fork_server_process: psutil.Process,
+    step_time_and_memory_table: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    before = len(measurement_rows(measurement_table))
+    before = len(rows_of_steps_run_in_server(step_time_and_memory_table))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "config").mkdir()
     (tmp_path / "config" / "records.tsv").write_text("id\tformat\tsource\nmine\tauto\tgone.V2A\n", encoding="utf-8")
@@ -162,7 +169,7 @@ def test_a_fork_server_step_has_the_folder_and_environment_of_its_client(
     (tmp_path / "temporary").mkdir(mode=0o500)
     assert run_step(*READ_STEP, "--output", "motion.nc", TMPDIR=str(tmp_path / "temporary")).returncode == 0
     assert (tmp_path / "motion.nc").is_file()
-    assert len(measurement_rows(measurement_table)) == before + 2
+    assert len(rows_of_steps_run_in_server(step_time_and_memory_table)) == before + 2
 
 
 def test_the_fork_server_runs_steps_concurrently(fork_server_process: psutil.Process, tmp_path: Path) -> None:
@@ -175,7 +182,7 @@ def test_the_fork_server_runs_steps_concurrently(fork_server_process: psutil.Pro
     assert run_step(*READ_STEP, "--output", str(tmp_path / "third.nc")).returncode == 0, "the server goes on"
 
 
-def test_a_fork_server_step_ends_with_its_client(fork_server_process: psutil.Process, tmp_path: Path) -> None:
+def test_a_fork_server_step_ends_when_its_client_is_killed(fork_server_process: psutil.Process, tmp_path: Path) -> None:
     with endless_step(fork_server_process, tmp_path) as (client, process):
         client.kill()
         client.communicate(timeout=60.0)
@@ -230,21 +237,21 @@ def test_the_fork_server_of_a_killed_workflow_ends_after_the_running_steps(tmp_p
 @pytest.mark.parametrize(
     ("variable", "value"), [(THREADS_VARIABLE, "2"), (SERVER_VARIABLE, ""), (SERVER_VARIABLE, "/no/socket")]
 )
-def test_a_step_that_the_fork_server_cannot_run_is_run_by_the_caller(
+def test_a_step_without_a_suitable_fork_server_is_left_to_its_caller(
     fork_server_process: psutil.Process,
-    measurement_table: Path,
+    step_time_and_memory_table: Path,
     monkeypatch: pytest.MonkeyPatch,
     variable: str,
     value: str,
 ) -> None:
     """A step runs in its caller if there is no server, or if the server was started for another number of threads."""
-    before = measurement_rows(measurement_table)
+    before = rows_of_steps_run_in_server(step_time_and_memory_table)
     monkeypatch.setenv(variable, value)
     assert run_workflow_step_in_fork_server(["--version"]) is None
-    assert measurement_rows(measurement_table) == before
+    assert rows_of_steps_run_in_server(step_time_and_memory_table) == before
 
 
-def test_steps_run_in_separate_processes_on_request(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_fork_server_is_used_if_its_variable_is_off(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(SERVER_VARIABLE, "off")
     monkeypatch.setenv(THREADS_VARIABLE, "1")
     fork_client.start_fork_server(tmp_path / "steps.tsv")
@@ -267,15 +274,15 @@ def test_a_run_continues_without_a_fork_server_if_no_socket_can_be_made(
 
 
 def test_a_fork_server_of_another_installation_is_not_used(
-    fork_server_process: psutil.Process, measurement_table: Path, monkeypatch: pytest.MonkeyPatch
+    fork_server_process: psutil.Process, step_time_and_memory_table: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = measurement_rows(measurement_table)
-    monkeypatch.setattr(fork_client, "installation_paths", lambda: [sys.executable, "/elsewhere"])
+    before = rows_of_steps_run_in_server(step_time_and_memory_table)
+    monkeypatch.setattr(fork_client, "python_and_package_paths", lambda: [sys.executable, "/elsewhere"])
     assert run_workflow_step_in_fork_server(["--version"]) is None
-    assert measurement_rows(measurement_table) == before
+    assert rows_of_steps_run_in_server(step_time_and_memory_table) == before
 
 
-def test_the_fork_server_loads_kernels_once_for_each_variant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_fork_server_loads_kernels_once_per_study_variant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The kernels of a variant are loaded before its second sweep, because the first one compiles and stores them."""
     from overturning.commands import fork_server
 

@@ -51,7 +51,7 @@ for folder, (program, *words) in json.loads(sys.argv[1]):
 
 
 @pytest.fixture(scope="module")
-def command_outputs(
+def outputs_of_wheel_commands(
     unpacked_wheel: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Path, list[tuple[str, str]]]:
     """Outputs and statuses of commands of the unpacked wheel, and the folder in which they ran.
@@ -81,7 +81,7 @@ def command_outputs(
     return folder, list(zip(outputs, errors, strict=True))
 
 
-def test_the_commands_that_init_prints_work(tmp_path: Path) -> None:
+def test_the_cd_command_printed_by_init_leads_into_the_project(tmp_path: Path) -> None:
     go = command_output("init", tmp_path / "my stones").splitlines()[1]
     done = subprocess.run(["sh", "-c", f"{go} && ls"], capture_output=True, text=True, check=True)
     assert "config" in done.stdout
@@ -113,10 +113,10 @@ def test_the_readme_of_a_new_project_names_existing_files(tmp_path: Path) -> Non
     assert "docs/formats.md describes the formats of records." in text
 
 
-def test_the_wheel_contains_all_files_of_the_package(
-    unpacked_wheel: Path, command_outputs: tuple[Path, list[tuple[str, str]]]
+def test_the_wheel_runs_and_contains_project_files_records_and_licence(
+    unpacked_wheel: Path, outputs_of_wheel_commands: tuple[Path, list[tuple[str, str]]]
 ) -> None:
-    folder, ((version, _), (one, _), *_) = command_outputs
+    folder, ((version, _), (one, _), *_) = outputs_of_wheel_commands
     assert version.startswith("overturning 0.")
     assert "falls towards S32°W" in one
     assert version.endswith("status 0\n")
@@ -140,10 +140,10 @@ def test_the_wheel_contains_all_files_of_the_package(
     assert not list(project.rglob("__pycache__"))
 
 
-def test_a_project_made_by_the_installed_wheel_can_be_planned(
-    command_outputs: tuple[Path, list[tuple[str, str]]],
+def test_a_project_made_by_the_wheel_can_be_planned_by_snakemake(
+    outputs_of_wheel_commands: tuple[Path, list[tuple[str, str]]],
 ) -> None:
-    *_, (made, _), (checked, _), (again, refused), (planned, profile) = command_outputs[1]
+    *_, (made, _), (checked, _), (again, refused), (planned, profile) = outputs_of_wheel_commands[1]
     assert "snakemake --cores 2" in made
     assert "2 records × " in checked
     assert [text.splitlines()[-1] for text in (made, checked, again)] == ["status 0", "status 0", "status 1"]
@@ -153,7 +153,7 @@ def test_a_project_made_by_the_installed_wheel_can_be_planned(
     assert "profiles/default" in profile, "which asks for the logger plugin"
 
 
-def test_a_new_project_accepts_a_record_of_the_user(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_record_added_to_a_project_is_usable_in_new_studies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     command_output("init", tmp_path / "mine")
     monkeypatch.chdir(tmp_path / "mine")
     rows = "\n".join(f"{0.01 * n:.2f},{100 * (n % 50 == 7)},{50 * (n % 40 == 3)}" for n in range(400))

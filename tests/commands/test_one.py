@@ -11,11 +11,11 @@ from scipy.integrate import cumulative_trapezoid
 
 from overturning import read
 from overturning.figures.film import Film
-from overturning.figures.style import format_three_digits
+from overturning.figures.style import format_three_significant_digits
 from overturning.records.record import start_offset_from_file_start_s
 from overturning.report.filters import number
 from tests.expect import command_output
-from tests.model.solids import rotate_surface, statue, write_mesh
+from tests.model.solids import column_with_overhanging_slab, rotate_surface, write_mesh
 
 TABLE = str(Path(__file__).parents[2] / "config/records.tsv")
 
@@ -64,14 +64,14 @@ def test_a_printed_value_rounded_to_zero_has_no_minus_sign(monkeypatch: pytest.M
 
     follow = module.trajectory
 
-    def trajectory_with_small_slip(*given: object, **more: object) -> object:
+    def trajectory_with_tiny_negative_slip(*given: object, **more: object) -> object:
         path = follow(*given, **more)
         return path.assign(residual_slip=0.0 * path["residual_slip"] - 4e-5)
 
-    monkeypatch.setattr(module, "trajectory", trajectory_with_small_slip)
+    monkeypatch.setattr(module, "trajectory", trajectory_with_tiny_negative_slip)
     text = run_command_one("--record", "sine amplitude_gal=100 period_s=0.5", "--azimuth", "0")
     assert text.rstrip().endswith("stands; does not lean; slipped 0.0 cm by the end")
-    assert format_three_digits(-0.0) == "0"
+    assert format_three_significant_digits(-0.0) == "0"
     assert number(-0.001) == "0.00"
 
 
@@ -205,13 +205,13 @@ def test_the_response_figure_states_the_amplitude_factor(tmp_path: Path) -> None
     assert "Kaikoura 2016, motion × 0.1, vertical motion left out: B/H = 0.4" in text
 
 
-def test_slip_in_a_stack_is_relative_to_the_support() -> None:
+def test_printed_slip_of_an_upper_stone_is_relative_to_its_support() -> None:
     """The lowest base slides on the ground by 9 mm, the shaft on the upper base by a third of a millimetre."""
     given = ("--record", "sine amplitude_gal=600 period_s=1 cycles=3", "--azimuth", "0", "--friction", "0.3")
     assert "slipped 0.0 cm by the end (shaft)" in run_command_one(*given, "--scene", "three-tier")
 
 
-def test_command_one_reports_the_friction_set_by_the_scene(tmp_path: Path) -> None:
+def test_command_one_says_that_the_scene_sets_friction_and_refuses_another(tmp_path: Path) -> None:
     scene = tmp_path / "icy.yaml"
     scene.write_text(
         """name: icy
@@ -313,7 +313,7 @@ def test_invalid_option_values_are_refused_with_the_name_of_the_option(options: 
 def test_command_one_prints_mass_pose_and_footprint_of_a_scan(tmp_path: Path) -> None:
     """A statue scanned in millimetres and tilted by 3°; its volume is 0.046 m³, and its foot is 0.2 m wide."""
     pytest.importorskip("trimesh")
-    path = write_mesh(rotate_surface(statue(), 1, 3.0), tmp_path / "statue.ply", 1000.0)
+    path = write_mesh(rotate_surface(column_with_overhanging_slab(), 1, 3.0), tmp_path / "statue.ply", 1000.0)
     given = ("--record", "sine amplitude_gal=600 period_s=1", "--mesh", str(path), "--orientation", "20")
     text = run_command_one(*given, "--density", "2000", "--mesh-unit", "mm", "--relief", "0.001")
     for words in (

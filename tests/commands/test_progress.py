@@ -5,7 +5,7 @@ import pytest
 from overturning.commands import workflow
 
 
-def test_progress_prints_each_percent_at_most_once_a_second(
+def test_progress_is_printed_at_most_once_a_second_and_no_percent_twice(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = iter([0.0, 0.5, 1.2, 1.3, 3.0, 4.0])

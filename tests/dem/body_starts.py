@@ -12,7 +12,7 @@ def motion_at_rest(duration: float, interval: float = 0.01) -> Motion:
     return Motion(np.zeros(samples), np.zeros(samples), sampling_interval=interval)
 
 
-def leaning_body_state(
+def state_of_leaning_rotating_body(
     tilt: float, arm: np.ndarray, turning: np.ndarray, *, sunk: float = 0.0, rolls: bool = True
 ) -> InitialState:
     """Return a body that leans towards x by `tilt` (rad) and rotates about its contact point.

@@ -35,7 +35,7 @@ def simulate_under_each_motion(model: Body | Stack, motions: list[Motion], cases
         **{name: np.concatenate([getattr(one, name) for one in plans]) for name in columns},
     )
     assert isinstance(plan, SimulationPlan3D)
-    found = plan.initial_results()
+    found = plan.results_before_simulation()
     moving = np.flatnonzero(~plan.stays_at_rest & ~plan.too_soft)
     order = moving[np.argsort(plan.parallel_group_by_case[moving], kind="stable")]
     for queue in split_into_case_groups(order, plan.parallel_group_by_case, split_long_groups=False):

@@ -13,7 +13,7 @@ from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.planes import PlanarModel
 from overturning.model.results import CaseResults
-from overturning.model.scene import Scene, check_scene, load_scene
+from overturning.model.scene import Scene, load_scene, parse_scene_content
 from overturning.motion.motion import Motion
 
 REPOSITORY = Path(__file__).parents[2]
@@ -31,7 +31,7 @@ def scene_of_elements(*elements: dict[str, Any], **keys: Any) -> Scene:
     given = list(elements)
     if not any(element.get("kind") == "driven" for element in given):
         given.insert(0, GROUND)
-    return check_scene({"name": "test", "elements": given, **keys})
+    return parse_scene_content({"name": "test", "elements": given, **keys})
 
 
 def block_element(
@@ -83,7 +83,7 @@ def set_initial_state(how: PolygonSimulationPlan, element: int, **values: float)
 
     def set_initial_state_field(path: str, number: float) -> None:
         """Set one number of the element's initial state; `path` names the field, such as "pose.x"."""
-        row = k.CASE.count + element * k.ELEMENT.count + k.ELEMENT.row_start(ElementState, path) // k.COLUMNS
+        row = k.CASE.count + element * k.ELEMENT.count + k.ELEMENT.row_of_field(ElementState, path) // k.COLUMNS
         how.arrays.initial[0, row] = number
 
     paths = {"x": "pose.x", "z": "pose.z", "vx": "velocity.x", "vz": "velocity.z", "vw": "velocity.w"}

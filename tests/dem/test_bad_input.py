@@ -16,7 +16,7 @@ from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact, VertexContact
 from overturning.model.planes import PlanarModel
-from overturning.model.scene import Scene, check_scene, gravestone, load_scene
+from overturning.model.scene import Scene, gravestone, load_scene, parse_scene_content
 from overturning.model.shapes import RectangularPrism
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
@@ -108,7 +108,7 @@ def test_too_many_cases_are_refused_with_the_memory_they_need() -> None:
         )
 
 
-def test_case_arrays_of_unequal_length_and_unstable_tilts_are_refused() -> None:
+def test_case_arrays_of_unequal_length_and_tilts_beyond_balance_are_refused() -> None:
     with pytest.raises(ValueError, match="lengths differ"):
         Cases([0.0, 1.0], [0.6, 0.6, 0.6], 0.3, 1.0)
     with pytest.raises(ValueError, match="initial_tilt"):
@@ -178,7 +178,7 @@ def test_the_error_names_element_and_key_of_a_length_out_of_bounds(keys: dict[st
 
 @pytest.mark.parametrize("depth", [1e-6, 1e6])
 @pytest.mark.filterwarnings("error")
-def test_a_stone_of_extreme_depth_gets_a_case_status_without_a_warning(depth: float) -> None:
+def test_a_stone_of_extreme_depth_is_simulated_in_3d_without_a_warning(depth: float) -> None:
     stone = scene_of_elements({"name": "stone", "stands_on": "ground", "width": 0.3, "height": 0.6, "depth": depth})
     assert np.isfinite(simulate(MOTION, stone, orientation_deg=0.0).status.item())
 
@@ -225,7 +225,7 @@ def test_aspect_is_refused_for_models_other_than_a_rectangle(model: Any) -> None
         run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0, aspect=[1.0, 2.0]), made)
 
 
-def test_a_case_with_an_energy_error_has_a_missing_flag() -> None:
+def test_a_case_with_an_energy_error_has_no_overturning_flag_or_time() -> None:
     # A static penetration of a tenth of the width: rebounds leave the range of the contact law.
     soft = run_cases(
         Motion(ACCELERATION, ACCELERATION, sampling_interval=0.01),
@@ -239,7 +239,7 @@ def test_a_case_with_an_energy_error_has_a_missing_flag() -> None:
     assert np.isnan(soft.overturning_time[marked]).all()
 
 
-def test_a_case_over_its_budget_of_steps_is_marked() -> None:
+def test_a_case_over_its_step_budget_is_marked_and_has_no_outcome() -> None:
     found = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0), budget=500)
     assert found.status.tolist() == [CaseStatus.OVER_BUDGET]
     assert found.overturned.tolist() == [-128]
@@ -282,7 +282,9 @@ def test_a_slab_rattling_under_a_million_times_heavier_stone_exceeds_its_budget(
     ground = {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}
     densities = {"stone": {"density": 2650.0}, "light": {"density": 2650.0 * 4.8e-6}}
     soft = {"between": ["stone", "light"], "static_penetration": 2e-5}
-    scene = check_scene({"name": "slab", "materials": densities, "contacts": [soft], "elements": [ground, slab, stone]})
+    scene = parse_scene_content(
+        {"name": "slab", "materials": densities, "contacts": [soft], "elements": [ground, slab, stone]}
+    )
     wave = 8.0 * np.sin(12.0 * np.arange(600) * 0.01)
     motion = Motion(wave, 0 * wave, sampling_interval=0.01)
     found = simulate_cases(scene, motion, Cases(0.0, 0.1, 5.0, 1.0), NumericalOptions(budget=ELEMENT_STEP * 200_000))

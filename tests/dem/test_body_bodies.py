@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from overturning.dem.body.statics import pose_at_rest, smallest_unit_spring_eigenvalue
+from overturning.dem.body.statics import body_pose_at_rest_on_springs, smallest_unit_spring_eigenvalue
 from overturning.dem.simulate import simulate, simulate_as_arrays
 from overturning.errors import ArgumentError
 from overturning.model.body import Body, InitialState
@@ -23,14 +23,14 @@ from overturning.model.solid import RigidSolid
 from overturning.model.variables import MAX_NUMBERED_FACES
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.body_starts import leaning_body_state, motion_at_rest
+from tests.dem.body_starts import motion_at_rest, state_of_leaning_rotating_body
 from tests.expect import expect_error
 
 BOX = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (0.0, 0.6)])
 WEDGE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.4, 0.4, 0.8], [0.4, 0.6, 0.8]], dtype=float)
 
 
-def mass_properties_by_summation(body_vertices: np.ndarray, count: int = 60) -> tuple[np.ndarray, np.ndarray]:
+def centre_and_inertia_by_grid_summation(body_vertices: np.ndarray, count: int = 60) -> tuple[np.ndarray, np.ndarray]:
     """Return the centre and the inertia per mass of a convex hull, by summing over grid cells inside."""
     from scipy.spatial import ConvexHull
 
@@ -65,11 +65,13 @@ def test_a_box_given_by_vertices_equals_the_rectangle() -> None:
 
 @pytest.mark.parametrize("vertices", [WEDGE, np.random.default_rng(3).normal(size=(9, 3))])
 def test_mass_properties_agree_with_numerical_integration(vertices: np.ndarray) -> None:
-    from overturning.model.polyhedron import _convex_hull
+    from overturning.model.polyhedron import _hull_of_checked_convex_vertices
 
-    hull = _convex_hull(np.concatenate([vertices[:0], vertices[np.unique(hull_vertex_indices(vertices))]]))
+    hull = _hull_of_checked_convex_vertices(
+        np.concatenate([vertices[:0], vertices[np.unique(hull_vertex_indices(vertices))]])
+    )
     kept = vertices[np.unique(hull_vertex_indices(vertices))]
-    centre, inertia = mass_properties_by_summation(vertices)
+    centre, inertia = centre_and_inertia_by_grid_summation(vertices)
     np.testing.assert_allclose(kept[0] - hull.points[0], centre, atol=0.01 * np.ptp(vertices))
     np.testing.assert_allclose(hull.inertia, inertia, atol=0.01 * np.trace(inertia))
 
@@ -136,9 +138,9 @@ def first_vertex_in_given_coordinates(stone: RigidSolid, whole: np.ndarray) -> n
     )
 
 
-def test_an_eccentric_body_rests_on_its_springs() -> None:
+def test_an_eccentric_body_rests_in_equilibrium_on_its_contact_springs() -> None:
     body = Polyhedron(WEDGE).unscaled_solid
-    pose = pose_at_rest(body, 1e6)
+    pose = body_pose_at_rest_on_springs(body, 1e6)
     x, y = body.points[: body.base, :2].T
     sunk = (body.centre_height - pose[2]) - (pose[3] * y - pose[4] * x)
     assert (sunk > 0).all()
@@ -172,12 +174,12 @@ CIRCLE_OF_VERTICES = np.stack(
         (BOX[:3], ["shape (3, 3)"]),
     ],
 )
-def test_impossible_bodies_are_refused(vertices: np.ndarray, words: list[str]) -> None:
+def test_vertices_of_impossible_bodies_are_refused_with_the_reason(vertices: np.ndarray, words: list[str]) -> None:
     with expect_error(ArgumentError, *words, brief=True):
         Polyhedron(vertices)
 
 
-def test_bad_arguments_are_refused_and_a_missing_vertical_component_is_noted() -> None:
+def test_bad_body_arguments_are_refused_and_a_motion_without_vertical_is_noted() -> None:
     motion = Motion(np.ones(10), np.ones(10), sampling_interval=0.01)
     grid = {"orientation_deg": [0.0], "height": [0.6], "b_over_h": [0.4]}
     for change, words in (
@@ -216,7 +218,9 @@ def test_faces_of_a_prism_given_by_vertices_are_numbered_from_the_x_axis(sides: 
 
 def test_faces_of_a_body_with_too_many_faces_are_not_numbered() -> None:
     """A rounded scan has hundreds of facets on which it could rest; its falls are detected all the same."""
-    stone = ScannedStone(points_of_round_stone(), [0.0, 0.0, 0.3], [0.03, 0.03, 0.03, 0.0, 0.0, 0.0], 0.003, "round")
+    stone = ScannedStone(
+        points_of_ball_with_flat_base(), [0.0, 0.0, 0.3], [0.03, 0.03, 0.03, 0.0, 0.0, 0.0], 0.003, "round"
+    )
     assert len(stone.unscaled_solid.faces) > MAX_NUMBERED_FACES
     push = Motion(np.repeat([3.0, 0.0], [100, 300]), np.zeros(400), sampling_interval=0.01)
     found = simulate(push, stone, orientation_deg=[0.0, 100.0, 200.0], height=None, friction=[0.7])
@@ -225,7 +229,7 @@ def test_faces_of_a_body_with_too_many_faces_are_not_numbered() -> None:
     np.testing.assert_allclose(np.cos(np.radians(found.fall_azimuth)), -1.0, atol=0.1)
 
 
-def points_of_round_stone() -> np.ndarray:
+def points_of_ball_with_flat_base() -> np.ndarray:
     """Return points of a ball, evenly spread by the golden angle, with a small flat base."""
     height = 1.0 - 2.0 * (np.arange(500) + 0.5) / 500
     level, turn = np.sqrt(1.0 - height**2), np.pi * (1.0 + 5.0**0.5) * np.arange(500)
@@ -234,7 +238,7 @@ def points_of_round_stone() -> np.ndarray:
 
 
 @pytest.mark.parametrize("decimals", [4, 5, 6, 7, 16])
-def test_a_side_with_rounded_vertices_counts_as_one_face(decimals: int) -> None:
+def test_a_side_with_rounded_vertex_coordinates_counts_as_one_face(decimals: int) -> None:
     """An obelisk from a mesh file has four faces to fall onto, at the azimuths of its outline."""
     for turn in np.linspace(0.05, 1.5, 12):
         angle = turn + 0.5 * np.pi * np.arange(4)  # directions of the sides, anticlockwise from x
@@ -248,7 +252,7 @@ def test_a_side_with_rounded_vertices_counts_as_one_face(decimals: int) -> None:
 def test_the_initial_state_rotates_with_the_body_at_equivalent_orientations() -> None:
     """The body starts at its tipping angle over its first side, moving downwards."""
     alpha, radius = np.arctan(0.4), 0.3 / np.cos(np.arctan(0.4))
-    start = leaning_body_state(alpha, np.array([0.0, 0.0, -radius]), np.array([0.0, 0.5, 0.0]))
+    start = state_of_leaning_rotating_body(alpha, np.array([0.0, 0.0, -radius]), np.array([0.0, 0.5, 0.0]))
     body, around = (
         Body("rectangle", start=start),
         {"height": 0.6, "b_over_h": 0.4, "orientation_deg": [0.0, 90.0, 180.0]},
@@ -276,7 +280,7 @@ def test_a_grid_of_orientations_covers_one_symmetry_period() -> None:
         orientations_over_symmetry_period_deg(7.0, RectangularPrism())
 
 
-def test_statics_of_a_size_are_computed_once_for_all_records() -> None:
+def test_the_spring_eigenvalue_of_a_size_is_computed_once_for_all_records() -> None:
     """A study plans the simulations of each record separately, with stones of the same sizes."""
     motion = Motion(np.zeros(50), np.zeros(50), sampling_interval=0.02)
     arguments = {"height": [0.7, 0.9], "b_over_h": [0.21, 0.31], "friction": 0.6}

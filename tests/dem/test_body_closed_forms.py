@@ -14,7 +14,7 @@ from overturning.model.shapes import RectangularPrism
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.body_starts import body_axis_and_lowest_direction, leaning_body_state, motion_at_rest
+from tests.dem.body_starts import body_axis_and_lowest_direction, motion_at_rest, state_of_leaning_rotating_body
 from tests.dem.reference.particles import slip_on_a_plane
 from tests.dem.reference.rigid_impact import velocities_and_impulses_of_plastic_landing as compiled_landing
 
@@ -22,7 +22,7 @@ BOTH_SCHEMES = pytest.mark.parametrize("scheme", ["centred", pytest.param("cunda
 pytestmark = pytest.mark.usefixtures("enable_cundall_scheme_for_bodies")
 
 
-def tilt_and_azimuth(path: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+def body_tilt_and_lean_azimuth_by_time(path: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     """Return the tilt of a trajectory's body (rad) and the continuous azimuth of its lean (rad), by time."""
     azimuth = np.unwrap(np.arctan2(path.tilt_east.values, path.tilt_north.values))
     return np.arcsin(np.hypot(path.tilt_north.values, path.tilt_east.values)), azimuth
@@ -67,7 +67,7 @@ def test_a_body_falls_above_the_energy_barrier_of_an_edge_or_a_corner() -> None:
             turning = turn * np.sqrt(2.0 * share * STANDARD_GRAVITY * rise / inertia)
             path = trajectory(
                 motion_at_rest(4.0),
-                Body("rectangle", VertexContact(2e-5), leaning_body_state(0.0, arm, turning)),
+                Body("rectangle", VertexContact(2e-5), state_of_leaning_rotating_body(0.0, arm, turning)),
                 orientation_deg=0.0,
                 height=1.0,
                 b_over_h=0.4,
@@ -87,7 +87,9 @@ def test_a_cylinder_rolls_on_its_rim_with_steady_precession(precession: float, a
     up, down = body_axis_and_lowest_direction(tilt)
     turning = precession * np.array([0.0, 0.0, 1.0]) + (axial - precession * np.cos(tilt)) * up
     contact = VertexContact()
-    start = leaning_body_state(tilt, R * down - H * up, turning, sunk=4 * contact.static_penetration * 2 * R)
+    start = state_of_leaning_rotating_body(
+        tilt, R * down - H * up, turning, sunk=4 * contact.static_penetration * 2 * R
+    )
     path = trajectory(
         motion_at_rest(3 * 2 * np.pi / precession),
         Body("circle", contact, start),
@@ -99,7 +101,7 @@ def test_a_cylinder_rolls_on_its_rim_with_steady_precession(precession: float, a
         scheme=scheme,
     )
     turns = path.time.values < 3 * 2 * np.pi / precession
-    found, azimuth = (values[turns] for values in tilt_and_azimuth(path))
+    found, azimuth = (values[turns] for values in body_tilt_and_lean_azimuth_by_time(path))
     np.testing.assert_allclose(found, tilt, rtol=1e-2)
     # Anticlockwise from above: azimuths decrease.
     assert (azimuth[0] - azimuth[-1]) / path.time.values[turns][-1] == pytest.approx(precession, rel=1e-2)
@@ -108,14 +110,14 @@ def test_a_cylinder_rolls_on_its_rim_with_steady_precession(precession: float, a
 @BOTH_SCHEMES
 @pytest.mark.parametrize("slender", [2.5, 3.0, 6.0])
 @pytest.mark.parametrize("rolls", [True, False])
-def test_the_contact_point_of_a_nearly_flat_cylinder_turns_by_the_closed_form(
+def test_contact_point_of_a_nearly_flat_cylinder_turns_by_closed_form_angle(
     slender: float, rolls: bool, scheme: str
 ) -> None:
     # The closed form is the limit of ever closer passes; slender bodies need a smaller tilt.
     R, H, contact = 0.1, 0.1 * slender, VertexContact(2e-9)
     tilt, turning = (0.1, 0.005) if slender <= 3.0 else (0.2 / slender, 0.0005)
     up, down = body_axis_and_lowest_direction(tilt)
-    start = leaning_body_state(
+    start = state_of_leaning_rotating_body(
         tilt, R * down - H * up, turning * down, sunk=4 * contact.static_penetration * 2 * R, rolls=rolls
     )
     path = trajectory(
@@ -128,7 +130,7 @@ def test_the_contact_point_of_a_nearly_flat_cylinder_turns_by_the_closed_form(
         leave_out=False,
         scheme=scheme,
     )
-    found, azimuth = tilt_and_azimuth(path)
+    found, azimuth = body_tilt_and_lean_azimuth_by_time(path)
     lowest = int(np.flatnonzero(np.diff(found) > 0)[0])
     high = lowest + int(np.argmax(found[lowest:] > 0.98 * tilt))
     highest = high + int(np.flatnonzero(np.diff(found[high:]) < 0)[0])
@@ -144,7 +146,7 @@ def test_the_contact_point_of_a_nearly_flat_cylinder_turns_by_the_closed_form(
 # ----------------------------------------------------------------------------------------------------------
 
 
-def planar_landing_geometry(
+def vertex_arms_inertia_and_lean_direction(
     body: int | str, over: str, ratio: float, half: float = 0.5
 ) -> tuple[np.ndarray, float, float]:
     """Return the arms of a base's vertices along the lean (m), inertia per mass (m²), and direction of the lean (rad).
@@ -181,7 +183,7 @@ def simulated_landing_velocity_ratio(
 
     The body is released at 0.45 α; the share follows from the height to which it rises over the other end.
     """
-    x, _, turn = planar_landing_geometry(body, over, ratio, half)
+    x, _, turn = vertex_arms_inertia_and_lean_direction(body, over, ratio, half)
     a = x.max()
     radius, alpha = np.hypot(a, half), np.arctan2(a, half)
     tilt = 0.45 * alpha
@@ -213,10 +215,11 @@ CRITICALLY_DAMPED, OVERDAMPED = VertexContact(damping_ratio=1.0), VertexContact(
 def test_a_flat_landing_is_plastic_on_any_number_of_vertices(over: str, ratio: float) -> None:
     bodies = (8, 24, 96) if over == "vertex" else (4, 6, 8, 24, 96, "circle")
     expected = {
-        body: plastic_landing_velocity_ratio(*planar_landing_geometry(body, over, ratio)[:2], 0.5) for body in bodies
+        body: plastic_landing_velocity_ratio(*vertex_arms_inertia_and_lean_direction(body, over, ratio)[:2], 0.5)
+        for body in bodies
     }
     for body, share in expected.items():
-        x, inertia, _ = planar_landing_geometry(body, over, ratio)
+        x, inertia, _ = vertex_arms_inertia_and_lean_direction(body, over, ratio)
         far = x.max() ** 2
         assert share == pytest.approx((inertia + 0.25 - far) / (inertia + 0.25 + far), abs=1e-6)
         # The remaining error at a damping ratio of 1 is bouncing of an end; it is of first order in the finest step.
@@ -239,9 +242,9 @@ def test_a_flat_landing_is_plastic_on_any_number_of_vertices(over: str, ratio: f
 
 @pytest.mark.long
 @pytest.mark.parametrize("body", [8, "circle"])
-def test_a_flat_landing_is_plastic_with_both_schemes(body: int | str) -> None:
+def test_a_flat_landing_is_plastic_with_cundalls_scheme_and_strong_damping(body: int | str) -> None:
     soft = VertexContact(2e-5, damping_ratio=2.0)
-    share = plastic_landing_velocity_ratio(*planar_landing_geometry(body, "edge", 0.35)[:2], 0.5)
+    share = plastic_landing_velocity_ratio(*vertex_arms_inertia_and_lean_direction(body, "edge", 0.35)[:2], 0.5)
     assert simulated_landing_velocity_ratio(body, "edge", 0.35, soft, "cundall") == pytest.approx(share, abs=1e-3)
 
 
@@ -250,7 +253,7 @@ def test_a_flat_landing_is_plastic_with_both_schemes(body: int | str) -> None:
 
 
 @BOTH_SCHEMES
-def test_a_squat_block_slides_as_a_particle_with_circular_friction(scheme: str) -> None:
+def test_a_squat_block_slides_as_a_particle_with_isotropic_friction(scheme: str) -> None:
     t = np.arange(45) * 0.05
     shakes = t < 1.2
     motion = Motion(5.0 * np.sin(6.0 * t) * shakes, (4.0 * np.cos(9.0 * t) - 1.0) * shakes, sampling_interval=0.05)
@@ -263,7 +266,7 @@ def test_a_squat_block_slides_as_a_particle_with_circular_friction(scheme: str) 
     assert (np.abs(found["residual_twist"]) < 0.01).all()
 
 
-def angular_momentum(path: xr.Dataset, inertia: np.ndarray) -> np.ndarray:
+def angular_momentum_per_mass_by_time(path: xr.Dataset, inertia: np.ndarray) -> np.ndarray:
     """Return the angular momentum per mass in fixed axes, shape (time, 3), from rotation and angular velocity."""
     w, *v = path.quaternion.values.T
     v = np.stack(v, axis=1)
@@ -289,7 +292,7 @@ def test_free_flight_conserves_angular_momentum_and_energy(scheme: str) -> None:
         scheme=scheme,
     )
     path = path.isel(time=path.time.values < 1.0)  # before it lands
-    momentum = angular_momentum(path, inertia)
+    momentum = angular_momentum_per_mass_by_time(path, inertia)
     np.testing.assert_allclose(momentum, momentum[:1].repeat(len(momentum), 0), atol=1e-10 * np.abs(momentum).max())
     energy = 0.5 * (path.velocity.values**2).sum(axis=1) + 0.5 * (path.angular_velocity.values * momentum).sum(axis=1)
     energy += STANDARD_GRAVITY * path.place.values[:, 2]
@@ -301,7 +304,7 @@ def test_a_frictionless_body_does_not_rotate_about_the_vertical(scheme: str) -> 
     arm = np.array([0.12, 0.12, -0.3])
     path = trajectory(
         motion_at_rest(1.0),
-        Body("rectangle", start=leaning_body_state(0.0, arm, np.array([-0.5, 0.4, 0.3]), rolls=False)),
+        Body("rectangle", start=state_of_leaning_rotating_body(0.0, arm, np.array([-0.5, 0.4, 0.3]), rolls=False)),
         orientation_deg=0.0,
         height=0.6,
         b_over_h=0.4,
@@ -309,7 +312,7 @@ def test_a_frictionless_body_does_not_rotate_about_the_vertical(scheme: str) -> 
         leave_out=False,
         scheme=scheme,
     )
-    momentum = angular_momentum(path, RectangularPrism().solid(0.6, 0.4, 1.0).inertia)
+    momentum = angular_momentum_per_mass_by_time(path, RectangularPrism().solid(0.6, 0.4, 1.0).inertia)
     assert np.ptp(momentum[:, :2]) > 1e-3
     np.testing.assert_allclose(momentum[:, 2], momentum[0, 2], rtol=1e-10)
 
@@ -319,7 +322,7 @@ def test_a_frictionless_body_does_not_rotate_about_the_vertical(scheme: str) -> 
     [(0.5, 0.3, 2.0, 3.0), (0.3, 0.2, 2.0, 1.0), (0.3, 0.2, 4.0, 5.0), (0.5, 0.3, 4.0, 5.0)],
 )
 @pytest.mark.parametrize("damping_ratio", [1.0, 3.0, 10.0])
-def test_a_body_dropped_flat_while_it_moves_stays_flat(
+def test_a_moving_body_dropped_flat_stays_flat_if_friction_is_below_b_over_h(
     b_over_h: float, friction: float, along: float, down: float, damping_ratio: float
 ) -> None:
     """With µ < B/H a plastic landing reduces the horizontal velocity u by µ·v; the body then slides (u − µv)²/2µg."""
@@ -400,7 +403,7 @@ def drop_moving_prism(
 
 @pytest.mark.parametrize("damping_ratio", [1.0, 3.0])
 @pytest.mark.parametrize(("along", "down"), [(2.0, 3.0), (4.0, 5.0)])
-def test_a_body_dropped_flat_tips_if_friction_exceeds_b_over_h(along: float, down: float, damping_ratio: float) -> None:
+def test_a_moving_body_dropped_flat_tips_with_high_friction(along: float, down: float, damping_ratio: float) -> None:
     """With µ > B/H the impulse lies outside the base; the outcome is valid, since the energy balances."""
     found = drop_moving_prism(0.3, 0.6, along, down, damping_ratio)
     assert found.overturned.item() == 1

@@ -10,7 +10,7 @@ from overturning.model import polyhedron
 from overturning.model.body import Body
 from overturning.model.shapes import Cylinder, Polyhedron, RectangularPrism, RegularPrism
 from overturning.model.solid import RigidSolid
-from overturning.model.tipping import DIRECTIONS, fall_tilt_limits
+from overturning.model.tipping import DIRECTIONS, fall_tilt_by_lean_direction
 from overturning.motion.motion import Motion
 from tests.dem.compiled.body_end import kernel_counts_body_as_fallen
 
@@ -53,7 +53,7 @@ def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
             assert abs((way - azimuth + 180.0) % 360.0 - 180.0) < 1.0
 
 
-def counts_as_fallen(stone: RigidSolid, turn: float, tilt: float) -> bool:
+def kernel_counts_leaning_body_as_fallen(stone: RigidSolid, turn: float, tilt: float) -> bool:
     """True if the kernel counts a body that leans by `tilt` in the direction `turn` (rad) as fallen."""
     half, least = 0.5 * tilt, np.cos(0.999 * stone.fall_tilt)
     return kernel_counts_body_as_fallen(
@@ -61,13 +61,13 @@ def counts_as_fallen(stone: RigidSolid, turn: float, tilt: float) -> bool:
     )
 
 
-def heights_of_centre(points: np.ndarray, turn: float, tilts: np.ndarray) -> np.ndarray:
+def centre_heights_of_leaning_body(points: np.ndarray, turn: float, tilts: np.ndarray) -> np.ndarray:
     """Return the heights of the centre above the ground of a body that leans by `tilts` in a direction `turn` (rad)."""
     down = np.array([np.cos(turn) * np.sin(tilts), np.sin(turn) * np.sin(tilts), -np.cos(tilts)])
     return (points @ down).max(axis=0)
 
 
-def rolls_back(points: np.ndarray, turn: float, tilt: float) -> bool:
+def released_leaning_body_rolls_back(points: np.ndarray, turn: float, tilt: float) -> bool:
     """True if a body released at this lean rolls back onto its base; found by steps that lower the centre."""
     down = np.array([np.cos(turn) * np.sin(tilt), np.sin(turn) * np.sin(tilt), -np.cos(tilt)])
     rng, step = np.random.default_rng(0), 0.02
@@ -91,29 +91,35 @@ def test_the_fall_tilt_is_the_next_tilt_at_which_the_leaning_body_can_rest(seed:
     low = np.array([[0.16, 0.1, -0.2], [-0.17, 0.12, -0.2], [-0.14, -0.13, -0.2], [0.15, -0.12, -0.2]])
     whole = np.concatenate([low, lump[lump[:, 2] > -0.15]])
     whole = whole[ConvexHull(whole).vertices]
-    stone, hull = Polyhedron(whole).unscaled_solid, polyhedron._convex_hull(whole)
+    stone, hull = Polyhedron(whole).unscaled_solid, polyhedron._hull_of_checked_convex_vertices(whole)
     size = float(np.ptp(whole, axis=0).max())
-    fall = fall_tilt_limits(hull, size, *polyhedron._least_tilt_and_resting_face_normals(hull, size, 0.0))
+    fall = fall_tilt_by_lean_direction(hull, size, *polyhedron._least_tilt_and_resting_face_normals(hull, size, 0.0))
     assert len(stone.sectors) > 3
     for number in rng.integers(0, DIRECTIONS, 25):
         turn = 2.0 * np.pi * (number + 0.5) / DIRECTIONS
         tilts = np.arange(0.0, np.pi, np.radians(0.05))
-        heights = heights_of_centre(hull.points, turn, tilts)
+        heights = centre_heights_of_leaning_body(hull.points, turn, tilts)
         valleys = 1 + np.flatnonzero((heights[1:-1] < heights[:-2]) & (heights[1:-1] < heights[2:]))
-        stays = (tilts[k] for k in valleys if not rolls_back(hull.points, turn, tilts[k]))
+        stays = (tilts[k] for k in valleys if not released_leaning_body_rolls_back(hull.points, turn, tilts[k]))
         limit = max(next(stays, np.pi), stone.fall_tilt)
         assert fall.limits[number] == pytest.approx(limit, abs=np.radians(0.1)), np.degrees(turn)
         some = rng.uniform(0.0, min(limit, 3.0), 5)
         np.testing.assert_allclose(
-            heights_of_centre(stone.points, turn, some), heights_of_centre(hull.points, turn, some), rtol=0, atol=1e-9
+            centre_heights_of_leaning_body(stone.points, turn, some),
+            centre_heights_of_leaning_body(hull.points, turn, some),
+            rtol=0,
+            atol=1e-9,
         )
         for tilt, expected in ((0.998 * limit - 2e-3, False), (limit + 2e-3, True)):
-            assert counts_as_fallen(stone, turn, tilt) == expected, (np.degrees(turn), np.degrees(tilt))
+            assert kernel_counts_leaning_body_as_fallen(stone, turn, tilt) == expected, (
+                np.degrees(turn),
+                np.degrees(tilt),
+            )
     for face in stone.faces:  # lying on a face is a fall
-        assert counts_as_fallen(stone, np.arctan2(face[1], face[0]), np.arccos(-face[2]))
+        assert kernel_counts_leaning_body_as_fallen(stone, np.arctan2(face[1], face[0]), np.arccos(-face[2]))
 
 
-def test_rotationally_symmetric_shapes_have_one_fall_tilt() -> None:
+def test_rotationally_symmetric_shapes_have_one_fall_tilt_in_all_directions() -> None:
     wider = np.array([[x * s, y * s, z] for s, z in ((0.2, 0.0), (0.3, 0.9)) for x in (-1, 1) for y in (-1, 1)])
     for shape in (Polyhedron(BOX), Polyhedron(wider), RectangularPrism(), RegularPrism(8), Cylinder()):
         assert len(shape.solid(0.6, 0.4, 1.0).sectors) == 0, shape.name

@@ -28,8 +28,8 @@ from overturning.model.variables import BODY_VARIABLES, INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.body_starts import motion_at_rest
-from tests.dem.near_field import read_near_field_record, strong_part_of_record
-from verification.reference.sliding import sliding_displacement
+from tests.dem.near_field import near_field_motion_and_component_azimuths, strong_part_of_near_field_record
+from verification.reference.sliding import peak_and_final_slip
 
 SOFT_CONTACT = VertexContact(2e-5)
 RECTANGLE = Body("rectangle", SOFT_CONTACT)
@@ -38,7 +38,7 @@ VARIABLE_NAMES = [item.name for item in BODY_VARIABLES if item.name != "repeated
 
 def strong_part_of_record_with_vertical(number: int) -> Motion:
     """Return the strong part of a near-field record, with artificial vertical motion."""
-    motion = strong_part_of_record(number, 8.0, 12.0)
+    motion = strong_part_of_near_field_record(number, 8.0, 12.0)
     up = 0.4 * (motion.north - motion.east)
     return Motion(motion.north, motion.east, up, sampling_interval=motion.sampling_interval)
 
@@ -49,8 +49,8 @@ pytestmark = pytest.mark.usefixtures("enable_cundall_scheme_for_bodies")
 
 @pytest.mark.long
 @pytest.mark.parametrize("number", [1, 7])
-def test_motion_along_a_face_normal_equals_the_2d_model(number: int) -> None:
-    motion, normal, _ = read_near_field_record(number)
+def test_a_3d_body_shaken_along_a_face_normal_equals_the_2d_model(number: int) -> None:
+    motion, normal, _ = near_field_motion_and_component_azimuths(number)
     along = motion.along(normal)
     motion = Motion(along, 0.0 * along, sampling_interval=motion.sampling_interval)
     grid = {"height": [0.6], "b_over_h": [0.15, 0.25, 0.35, 0.45], "friction": [0.4, 0.8]}
@@ -112,7 +112,7 @@ SHAPES = [
 
 @pytest.mark.long
 @pytest.mark.parametrize(("shape", "ratio", "aspect"), SHAPES, ids=lambda value: getattr(value, "name", str(value)))
-def test_steps_above_the_stable_limit_are_unstable(
+def test_vibrations_grow_with_steps_above_the_stable_limit_and_not_below(
     shape: object, ratio: float, aspect: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(balance, "MAX_RERUNS", 0)  # a rerun with finer steps would be stable
@@ -204,7 +204,7 @@ def test_energy_and_angular_momentum_balance_on_real_records(scheme: str) -> Non
 
 
 @pytest.mark.long
-def test_both_schemes_find_the_same_falls() -> None:
+def test_both_integration_schemes_find_nearly_the_same_falls_of_a_body() -> None:
     motion, turned = strong_part_of_record_with_vertical(10), np.arange(0.0, 90.0, 15.0)
     grid = {"orientation_deg": turned, "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [0.6]}
     found = {
@@ -240,7 +240,7 @@ SLIDING_PULSE = 5.0 * np.sin(0.5 * np.pi * 0.005 * np.arange(401))
 
 
 @cache
-def outcomes_of_sliding_bodies(shape: str | int) -> xr.Dataset:
+def outcomes_of_sliding_body_by_friction(shape: str | int) -> xr.Dataset:
     """Return the outcomes of a body that slides under `SLIDING_PULSE`, for several coefficients of friction."""
     motion = Motion(0.6 * SLIDING_PULSE, 0.8 * SLIDING_PULSE, sampling_interval=0.005)
     axes = {"height": [0.6], "b_over_h": [0.3], "friction": [0.002, 0.01, 0.02]}
@@ -251,15 +251,15 @@ def outcomes_of_sliding_bodies(shape: str | int) -> xr.Dataset:
 @pytest.mark.parametrize("friction", [0.002, 0.01, 0.02])
 def test_a_body_that_slides_for_long_is_simulated_to_its_stop(friction: float, shape: str | int) -> None:
     """The body slides for 10 s to 3 min, longer than the usual end of a case, 20/p (Housner's p) after the record."""
-    found = outcomes_of_sliding_bodies(shape).sel(friction=friction)
-    peak, residual = sliding_displacement(SLIDING_PULSE, 0.005, friction)
+    found = outcomes_of_sliding_body_by_friction(shape).sel(friction=friction)
+    peak, residual = peak_and_final_slip(SLIDING_PULSE, 0.005, friction)
     assert found.overturned.item() == 0
     assert found.peak_slip.item() == pytest.approx(peak, rel=5e-3)
     assert found.residual_slip_north.item() == pytest.approx(0.6 * residual, rel=5e-3)
     assert found.residual_slip_east.item() == pytest.approx(0.8 * residual, rel=5e-3)
 
 
-def slip_and_rotation_to_rest(corners: np.ndarray, gyration: float, friction: float, start: np.ndarray) -> np.ndarray:
+def plate_slip_and_turn_to_rest(corners: np.ndarray, gyration: float, friction: float, start: np.ndarray) -> np.ndarray:
     """Return the displacement (m) and rotation (rad) over which friction stops a plate with n equal loads.
 
     `start` has the velocity along x and y (m/s) and the angular velocity (rad/s).
@@ -286,7 +286,7 @@ def slip_and_rotation_to_rest(corners: np.ndarray, gyration: float, friction: fl
 
 
 @cache
-def outcomes_of_sliding_and_spinning_plates(speed: float, spin: float, aspect: float) -> xr.Dataset:
+def outcomes_of_spinning_plate_by_friction(speed: float, spin: float, aspect: float) -> xr.Dataset:
     """Return the outcomes of a plate that starts with a velocity and a rotation, for two coefficients of friction."""
     start = InitialState((0.0, 0.0, 0.05), (1.0, 0.0, 0.0, 0.0), (speed, 0.0, 0.0), (0.0, 0.0, spin))
     return simulate(
@@ -301,10 +301,10 @@ def test_a_body_that_slides_and_spins_for_long_is_simulated_to_its_stop(
     friction: float, speed: float, spin: float, aspect: float
 ) -> None:
     """The body slides and spins for 5 s to 40 s; the loads on its corners are equal to 2 %."""
-    found = outcomes_of_sliding_and_spinning_plates(speed, spin, aspect).sel(friction=friction)
+    found = outcomes_of_spinning_plate_by_friction(speed, spin, aspect).sel(friction=friction)
     corners = 0.25 * np.array([[1.0, aspect], [1.0, -aspect], [-1.0, -aspect], [-1.0, aspect]])
     gyration = 0.5 * np.sqrt((1.0 + aspect**2) / 12.0)
-    along, left, turned = slip_and_rotation_to_rest(corners, gyration, friction, np.array([speed, 0.0, spin]))
+    along, left, turned = plate_slip_and_turn_to_rest(corners, gyration, friction, np.array([speed, 0.0, spin]))
     assert found.overturned.item() == 0
     assert found.residual_slip_north.item() == pytest.approx(along, rel=0.01)
     assert found.residual_slip_east.item() == pytest.approx(-left, abs=0.01 * along)

@@ -30,7 +30,7 @@ def test_a_damaged_cache_file_is_a_cache_miss(
     caplog.set_level("DEBUG", logger="overturning")
     gc.freeze()  # what earlier tests have left need not be searched each time for the function compiled last
 
-    def compile_and_count_cache_use() -> tuple[int, int]:
+    def compile_and_count_cache_hits_and_misses() -> tuple[int, int]:
         """Compile like a fresh process; return the numbers of cache hits and misses."""
         gc.collect()  # Numba would find the data of the previous function in memory
         caplog.clear()
@@ -39,8 +39,8 @@ def test_a_damaged_cache_file_is_a_cache_miss(
         assert cached(21.0) == 42.0
         return sum(cached.stats.cache_hits.values()), sum(cached.stats.cache_misses.values())
 
-    assert compile_and_count_cache_use() == (0, 1)
-    assert compile_and_count_cache_use() == (1, 0)
+    assert compile_and_count_cache_hits_and_misses() == (0, 1)
+    assert compile_and_count_cache_hits_and_misses() == (1, 0)
     assert caplog.messages == []
     for ending in ("nbc", "nbi"):
         (file,) = (tmp_path / "cache").rglob(f"*.{ending}")
@@ -49,19 +49,19 @@ def test_a_damaged_cache_file_is_a_cache_miss(
         changed[len(content) // 2] ^= 1
         for damaged in (content[:100], content[:-1], b"", bytes(changed)):
             file.write_bytes(damaged)
-            assert compile_and_count_cache_use() == (0, 1)
+            assert compile_and_count_cache_hits_and_misses() == (0, 1)
             assert any("compiled again" in message for message in caplog.messages)
-            assert compile_and_count_cache_use() == (1, 0)
+            assert compile_and_count_cache_hits_and_misses() == (1, 0)
 
 
-def test_an_inner_kernel_function_runs_in_compiled_code_and_refuses_python() -> None:
+def test_an_inner_kernel_function_can_be_called_by_compiled_code_only() -> None:
     inner = numba.njit(**INNER)(lambda x: x + x)
     assert numba.njit(lambda x: inner(x) + 2.0)(20.0) == 42.0
     with pytest.raises(TypeError, match=r"called by compiled code only"):
         inner(21.0)
 
 
-def test_the_package_changes_nothing_in_numba_or_llvm_for_others() -> None:
+def test_importing_the_package_changes_no_setting_of_numba_or_llvm() -> None:
     """Numba's classes, options and settings, which other code compiles with, are the same before and after import."""
     program = """if True:
         import gc, sys

@@ -40,7 +40,7 @@ def test_the_sign_of_the_initial_tilt_is_the_side_of_the_lean() -> None:
     assert found.residual_slip[0] == -found.residual_slip[1]
 
 
-def test_a_block_is_in_free_flight_while_the_ground_falls_faster_than_it() -> None:
+def test_a_block_stands_and_its_energy_balances_after_free_flight() -> None:
     up = np.where(TIME < 0.3, -1.5 * 9.80665, 0.0)
     found = run_cases(Motion(0 * TIME, 0 * TIME, up, sampling_interval=0.01), Cases(0.0, 0.6, 0.8, 1.0))
     assert found.status.tolist() == [0]
@@ -59,7 +59,7 @@ def test_reported_progress_never_decreases_and_ends_at_the_total_steps() -> None
     assert found.block_steps.sum() > 0
 
 
-def test_the_cache_folder_is_named_after_the_kernels_sources(tmp_path: Path) -> None:
+def test_the_digest_for_the_cache_folder_changes_with_the_source_code(tmp_path: Path) -> None:
     (tmp_path / "a.py").write_text("from numba import njit")
     before = sources_digest(tmp_path)
     (tmp_path / "a.py").write_text("from numba import njit, prange")
@@ -67,7 +67,7 @@ def test_the_cache_folder_is_named_after_the_kernels_sources(tmp_path: Path) -> 
     assert cache_directory().name.startswith("overturning-")
 
 
-def test_a_first_simulation_imports_nothing_expensive() -> None:
+def test_a_simulation_with_cached_kernels_imports_no_expensive_module() -> None:
     """With a cached kernel, modules for compilation, figures and dask are not imported."""
     program = """if True:
         import sys

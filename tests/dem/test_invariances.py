@@ -17,7 +17,7 @@ from overturning.model.body import Body
 from overturning.model.contact import VertexContact
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
-from tests.dem.near_field import read_near_field_record
+from tests.dem.near_field import near_field_motion_and_component_azimuths
 from tests.dem.polygon_scenes import load_shipped_scene
 
 RECORD_NUMBERS = (7, pytest.param(10, marks=pytest.mark.long))
@@ -56,7 +56,7 @@ def planar_case_simulator(height: float, **options: Any) -> CellSimulator:
     grid = {"b_over_h": [0.15, 0.25, 0.35, 0.45], "friction": [0.4, 0.8], **options}
     to_the_end = "model" not in grid or not grid.get("leave_out", True)
 
-    def simulate_changed_cases(motion: Motion, turn: float = 0.0, scale: float = 1.0, **more: Any) -> OutcomesByCase:
+    def turn_scale_and_simulate(motion: Motion, turn: float = 0.0, scale: float = 1.0, **more: Any) -> OutcomesByCase:
         """Simulate the cases with azimuths rotated by `turn` degrees and lengths multiplied by `scale`."""
         azimuth = turn + np.arange(10.0, 370.0, 40.0)
         cells = simulate_as_arrays(motion, azimuth_deg=azimuth, height=[scale * height], **grid | more)
@@ -69,14 +69,14 @@ def planar_case_simulator(height: float, **options: Any) -> CellSimulator:
         towards = np.where(fallen != 0, towards, np.nan)
         return OutcomesByCase(*(a.ravel() for a in (fallen, towards, peak, cells["peak_slip"])))
 
-    return simulate_changed_cases
+    return turn_scale_and_simulate
 
 
 def body_case_simulator(strength: float, body: str | int, **options: Any) -> CellSimulator:
     """Return a function that simulates cases of a 3-D body under a motion multiplied by `strength`."""
     grid = {"b_over_h": [0.15, 0.25, 0.35], "friction": [0.4, 0.8], **options}
 
-    def simulate_changed_cases(motion: Motion, turn: float = 0.0, scale: float = 1.0) -> OutcomesByCase:
+    def turn_scale_and_simulate(motion: Motion, turn: float = 0.0, scale: float = 1.0) -> OutcomesByCase:
         """Simulate the cases with orientations rotated by `turn` degrees and lengths multiplied by `scale`."""
         orientation = [turn] if body == "circle" else turn + np.arange(10.0, 90.0, 15.0)
         motion = motion.scaled_by(strength)
@@ -86,7 +86,7 @@ def body_case_simulator(strength: float, body: str | int, **options: Any) -> Cel
             *(cells[name].ravel() for name in ("overturned", "fall_azimuth", "peak_tilt", "peak_slip"))
         )
 
-    return simulate_changed_cases
+    return turn_scale_and_simulate
 
 
 THREE_TIER_GRID = {"model": load_shipped_scene("three-tier"), "b_over_h": [0.2, 0.3, 0.38], "friction": [0.7]}
@@ -104,7 +104,7 @@ SIMULATORS: dict[str, CellSimulator] = {
 @cache
 def strong_part_of_record_with_vertical(number: int) -> Motion:
     """Return eight seconds around a record's peak, with artificial vertical motion, zero at both ends."""
-    motion, _, _ = read_near_field_record(number)
+    motion, _, _ = near_field_motion_and_component_azimuths(number)
     peak, around = int(np.argmax(np.hypot(motion.north, motion.east))), round(4.0 / motion.sampling_interval)
     north, east = (part[max(peak - around, 0) : peak + around].copy() for part in (motion.north, motion.east))
     for part in (north, east):
@@ -158,14 +158,14 @@ def halve_sampling_interval(motion: Motion) -> Motion:
     return Motion(*parts, sampling_interval=motion.sampling_interval / 2.0)
 
 
-def scale_time(motion: Motion) -> Motion:
+def scale_motion_time(motion: Motion) -> Motion:
     """Return the same accelerations with time scaled by the square root of `LENGTH_SCALE`."""
     interval = motion.sampling_interval * np.sqrt(LENGTH_SCALE)
     return Motion(motion.north, motion.east, motion.up, sampling_interval=interval)
 
 
 MOTION_CHANGES = {
-    "similarity": (scale_time, {"scale": LENGTH_SCALE}),
+    "similarity": (scale_motion_time, {"scale": LENGTH_SCALE}),
     "rotation": (lambda motion: rotate_motion(motion, ROTATION_DEG), {"turn": ROTATION_DEG}),
     "quiet samples": (pad_with_quiet_samples, {}),
     "interpolation": (halve_sampling_interval, {}),
@@ -200,7 +200,7 @@ def mirror_motion(motion: Motion, north: float, east: float) -> Motion:
 
 
 @pytest.mark.parametrize("model", ["block", "block, scene kernel", "three-tier"])
-def test_the_mirror_image_of_a_2d_case_is_exact(model: str) -> None:
+def test_a_2d_case_under_the_opposite_motion_has_exactly_the_mirrored_outcome(model: str) -> None:
     motion = strong_part_of_record_with_vertical(10)
     found, other = (SIMULATORS[model](one, leave_out=False) for one in (motion, mirror_motion(motion, -1, -1)))
     assert not found.stands.all()
@@ -212,7 +212,7 @@ def test_the_mirror_image_of_a_2d_case_is_exact(model: str) -> None:
 @pytest.mark.usefixtures("enable_cundall_scheme_for_bodies")
 @pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
 @pytest.mark.parametrize("body", ["rectangle", "circle"])
-def test_the_mirror_images_of_a_3d_case_are_exact(body: int | str, scheme: str) -> None:
+def test_a_3d_case_under_mirrored_motion_has_exactly_the_mirrored_outcome(body: int | str, scheme: str) -> None:
     # With more vertices, a mirror image reverses the order in which pairs of opposite vertices are summed.
     motion = strong_part_of_record_with_vertical(10).scaled_by(0.6)
     grid = {

@@ -27,7 +27,7 @@ from overturning.dem.kernel.clock import (
     SCENE,
     CaseStepControl,
     KernelStepControl,
-    StepAttempt,
+    NextStepToAttempt,
     StepContactChanges,
     choose_next_step_attempt,
 )
@@ -62,7 +62,7 @@ def block_cases() -> Cases:
 
 
 @pytest.mark.parametrize("step", ["auto", "0.1 stable", 1e-4])
-def test_the_contact_does_not_change_the_number_of_whole_steps_per_sample(step: float | str) -> None:
+def test_contact_stiffness_and_damping_do_not_change_whole_steps_per_sample(step: float | str) -> None:
     made = [
         plan_simulation(PlanarModel(gravestone(Contact(static_penetration=delta, damping_ratio=ratio))), pulse_motion(),
         block_cases(), NumericalOptions(time_step=step)).steps
@@ -108,7 +108,7 @@ def test_no_time_step_crosses_the_end_of_a_sample(pace: KernelStepControl, steps
     sample = steps * whole
     case_step_control = step_control_of_case(pace, sample)
     attempt, tick, change, stands = (
-        StepAttempt(case_step_control.finest, case_step_control.dwell, 0.0),
+        NextStepToAttempt(case_step_control.finest, case_step_control.dwell, 0.0),
         0.0,
         0.6 * whole,
         True,
@@ -134,7 +134,7 @@ def test_no_time_step_crosses_the_end_of_a_sample(pace: KernelStepControl, steps
     assert lengths == {True: ladder | {sample}, False: ladder}
 
 
-def solved_sticking_corner(before: float, after: float) -> SolvedCornerContact:
+def sticking_corner_with_changed_penetration(before: float, after: float) -> SolvedCornerContact:
     """Return a sticking corner whose penetration changes from `before` to `after` (m) in a step."""
     there = PredictedCorner(arm=1.0, drop=1.0, depth=after, stretch=0.0, ux=0.0, uz=0.0)
     block = BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0))
@@ -163,33 +163,41 @@ def step_is_rejected(steps: float, left: SolvedCornerContact, right: SolvedCorne
     )
     return bool(
         choose_next_step_attempt.py_func(
-            BLOCK, case_step_control, StepAttempt(length, 8.0, 0.0), found, WHOLE_STEP, WHOLE_STEP
+            BLOCK, case_step_control, NextStepToAttempt(length, 8.0, 0.0), found, WHOLE_STEP, WHOLE_STEP
         )[0]
     )
 
 
 def test_a_gentle_touch_of_corners_is_accepted_in_steps_above_the_finest() -> None:
-    near, far = solved_sticking_corner(-0.5e-6, 0.4e-6), solved_sticking_corner(-0.5e-6, 0.6e-6)
+    near, far = (
+        sticking_corner_with_changed_penetration(-0.5e-6, 0.4e-6),
+        sticking_corner_with_changed_penetration(-0.5e-6, 0.6e-6),
+    )
     assert not step_is_rejected(GENTLE_STEPS, near, near)
     assert step_is_rejected(GENTLE_STEPS, far, far)
     assert step_is_rejected(2 * GENTLE_STEPS, near, near)
-    assert not step_is_rejected(1.0, solved_sticking_corner(-1.0, 1.0), solved_sticking_corner(-1.0, 1.0))
+    assert not step_is_rejected(
+        1.0, sticking_corner_with_changed_penetration(-1.0, 1.0), sticking_corner_with_changed_penetration(-1.0, 1.0)
+    )
 
 
 def test_only_the_travel_of_a_corner_that_touches_or_lifts_off_rejects_a_step() -> None:
     """One corner touches after 4e-7 m; the other stays closed, stays in the air, or lifts off by 2e-6 m (rejected)."""
-    touches = solved_sticking_corner(-1e-7, 3e-7)
+    touches = sticking_corner_with_changed_penetration(-1e-7, 3e-7)
     assert touches.far == pytest.approx(4e-7)
-    for other in (solved_sticking_corner(5e-7, 6e-7), solved_sticking_corner(-6e-7, -5e-7)):
+    for other in (
+        sticking_corner_with_changed_penetration(5e-7, 6e-7),
+        sticking_corner_with_changed_penetration(-6e-7, -5e-7),
+    ):
         assert not step_is_rejected(GENTLE_STEPS, touches, other)
-    assert step_is_rejected(GENTLE_STEPS, touches, solved_sticking_corner(1e-6, -1e-6))
+    assert step_is_rejected(GENTLE_STEPS, touches, sticking_corner_with_changed_penetration(1e-6, -1e-6))
 
 
 @pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
 def test_every_long_time_step_is_tried_equally_often_before_it_is_halved(pace: KernelStepControl) -> None:
     """Each try assumes that other contact points slide; tries of earlier steps do not count."""
     case_step_control, length = step_control_of_case(pace), 0.5 * pace.whole
-    attempt, tries, lengths = StepAttempt(length, 8.0, 0.0), [], []
+    attempt, tries, lengths = NextStepToAttempt(length, 8.0, 0.0), [], []
     most = int(pace.tries)
     for wrong in (False, *[True] * (most + 2), False, True):
         again, _, attempt = choose_next_step_attempt.py_func(
@@ -206,7 +214,7 @@ def test_every_long_time_step_is_tried_equally_often_before_it_is_halved(pace: K
 def test_a_step_in_which_sliding_begins_is_halved_with_unchanged_assumptions(pace: KernelStepControl) -> None:
     """The step is halved with the same assumptions until it is short enough, and only then repeated with sliding."""
     case_step_control, begins = step_control_of_case(pace), NO_CONTACT_CHANGES._replace(wrong=True, slides=True)
-    attempt, lengths = StepAttempt(pace.whole, 8.0, 0.0), []
+    attempt, lengths = NextStepToAttempt(pace.whole, 8.0, 0.0), []
     while attempt.tries == 0.0:
         again, as_before, attempt = choose_next_step_attempt.py_func(
             pace, case_step_control, attempt, begins, pace.whole, pace.whole
@@ -218,7 +226,7 @@ def test_a_step_in_which_sliding_begins_is_halved_with_unchanged_assumptions(pac
     # Sliding that was assumed is accepted in steps of any length.
     slides = NO_CONTACT_CHANGES._replace(slides=True)
     assert not choose_next_step_attempt.py_func(
-        pace, case_step_control, StepAttempt(pace.whole, 8.0, 0.0), slides, pace.whole, pace.whole
+        pace, case_step_control, NextStepToAttempt(pace.whole, 8.0, 0.0), slides, pace.whole, pace.whole
     )[0]
 
 
@@ -267,7 +275,7 @@ def test_a_case_whose_energy_does_not_balance_is_rerun_in_shorter_steps(
 
 
 @pytest.mark.parametrize("general", [False, True])
-def test_a_case_whose_energy_never_balances_is_marked(general: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_case_whose_energy_never_balances_is_marked_unstable(general: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
     found = run_cases(pulse_motion(), Cases([0.0], [0.6], [0.3], [0.5]), general=general)
     assert found.status.tolist() == [CaseStatus.UNSTABLE]
@@ -276,7 +284,7 @@ def test_a_case_whose_energy_never_balances_is_marked(general: bool, monkeypatch
 
 @pytest.mark.parametrize("damping_ratio", [0.02, 0.25, 1.0, 16.0])
 @pytest.mark.parametrize("penetration", [2e-3, 2e-5, 1e-7, 1e-9])
-def test_cases_of_any_contact_balance_their_energy_or_are_marked(penetration: float, damping_ratio: float) -> None:
+def test_cases_of_any_contact_balance_their_energy_or_have_no_outcome(penetration: float, damping_ratio: float) -> None:
     contact = Contact(static_penetration=penetration, damping_ratio=damping_ratio)
     found = run_cases(pulse_motion(), block_cases(), gravestone(contact))
     simulated = found.status == CaseStatus.SIMULATED

@@ -11,7 +11,7 @@ from overturning.dem.body import plan as body
 from overturning.dem.kernel import mechanics
 from overturning.dem.kernel.lanes import (
     OPTIONS,
-    StateTupleAccess,
+    TupleReaderAndWriter,
     TupleRowLayout,
     cache_line_aligned_zeros,
     whole_vectors,
@@ -41,10 +41,10 @@ class MassTuple(NamedTuple):
     mass: float
 
 
-def compile_access_for_python(access: StateTupleAccess) -> StateTupleAccess:
+def compile_tuple_access_for_python(access: TupleReaderAndWriter) -> TupleReaderAndWriter:
     """Return the access functions of a tuple compiled so that Python can call them."""
     load, store, store_unless = access
-    return StateTupleAccess(
+    return TupleReaderAndWriter(
         njit(lambda array, j: load(array, j)),
         njit(lambda array, j, value: store(array, j, value)),
         njit(lambda array, j, keep, value: store_unless(array, j, keep, value)),
@@ -57,9 +57,11 @@ rotate_pair = njit(lambda c, s, turn: mechanics.rotate_cosine_and_sine(c, s, tur
 clamp = njit(lambda force, limit: mechanics.clamp_magnitude(force, limit))
 
 ROWS = TupleRowLayout(4, MassTuple, ContactPairTuple)
-PAIR_ACCESS = compile_access_for_python(ROWS.tuple_access(ContactPairTuple))
-SECOND_SPRING_ACCESS = compile_access_for_python(ROWS.tuple_access(ContactPairTuple, "two"))
-ACCESS_WITHOUT_SPRING_FIELD = compile_access_for_python(ROWS.tuple_access(ContactPairTuple, unused_fields=["spring"]))
+PAIR_ACCESS = compile_tuple_access_for_python(ROWS.tuple_reader_and_writer(ContactPairTuple))
+SECOND_SPRING_ACCESS = compile_tuple_access_for_python(ROWS.tuple_reader_and_writer(ContactPairTuple, "two"))
+ACCESS_WITHOUT_SPRING_FIELD = compile_tuple_access_for_python(
+    ROWS.tuple_reader_and_writer(ContactPairTuple, unused_fields=["spring"])
+)
 
 
 def state_array_of_own_indices() -> np.ndarray:
@@ -70,16 +72,16 @@ def state_array_of_own_indices() -> np.ndarray:
 def test_the_rows_of_the_state_array_follow_the_fields_of_named_tuples() -> None:
     assert (ROWS.count, ROWS.size) == (6, 24)
     assert [
-        ROWS.row_start(MassTuple, "mass"),
-        ROWS.row_start(ContactPairTuple, "depth"),
-        ROWS.row_start(ContactPairTuple, "two.spring"),
+        ROWS.row_of_field(MassTuple, "mass"),
+        ROWS.row_of_field(ContactPairTuple, "depth"),
+        ROWS.row_of_field(ContactPairTuple, "two.spring"),
     ] == [
         0,
         4,
         16,
     ]
     with pytest.raises(KeyError):
-        ROWS.row_start(ContactPairTuple, "three")
+        ROWS.row_of_field(ContactPairTuple, "three")
     assert PAIR_ACCESS.load(state_array_of_own_indices(), 1) == ContactPairTuple(
         5.0, SpringTuple(9.0, 13.0), SpringTuple(17.0, 21.0)
     )

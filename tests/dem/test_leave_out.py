@@ -23,7 +23,7 @@ from overturning.model.scene import Scene, gravestone
 from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.near_field import read_near_field_record
+from tests.dem.near_field import near_field_motion_and_component_azimuths
 from tests.dem.polygon_scenes import GROUND, block_element, load_shipped_scene, scene_of_elements
 from tests.dem.test_stack_answers import shaft_off_centre
 
@@ -37,7 +37,7 @@ BLOCKS: dict[str, Any] = {
 
 def near_field_motion(number: int, pulse: bool) -> Motion:
     """Return a near-field record; number 9 gets an artificial vertical component."""
-    motion, _, _ = read_near_field_record(number, pulse)
+    motion, _, _ = near_field_motion_and_component_azimuths(number, pulse)
     up = 0.7 * motion.east if number == 9 else None
     return Motion(motion.north, motion.east, up, sampling_interval=motion.sampling_interval)
 
@@ -62,7 +62,7 @@ def test_skipping_quiet_cases_starts_and_ends_changes_no_overturning_flag(
 
 
 @pytest.mark.long
-def test_skipping_times_at_rest_changes_no_more_falls_than_1e_9_of_amplitude() -> None:
+def test_skipping_rest_changes_no_more_falls_than_a_1e_9_amplitude_change() -> None:
     changed = np.zeros(3, int)
     for motion in (near_field_motion(*one) for one in RECORDS):
         short = simulate_as_arrays(motion, **BLOCKS)
@@ -77,7 +77,7 @@ def test_skipping_times_at_rest_changes_no_more_falls_than_1e_9_of_amplitude() -
 
 
 @pytest.mark.long
-def test_skipping_rest_of_stacks_changes_as_few_falls_as_1e_9_of_amplitude() -> None:
+def test_skipping_rest_of_stacks_changes_falls_like_a_1e_9_amplitude_change() -> None:
     """Only the outcomes of sensitive cases change, so that their number scatters by the square root of its mean."""
     skipped, disturbed = 0, np.zeros(4, int)
     stacks: dict[str, Any] = {
@@ -104,8 +104,8 @@ GRID = {
 
 
 @pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
-def test_a_kernel_without_the_vertical_component_gives_the_same_bits(scheme: str) -> None:
-    motion, _, _ = read_near_field_record(8, True)
+def test_motion_without_vertical_gives_the_same_bits_as_zero_vertical_motion(scheme: str) -> None:
+    motion, _, _ = near_field_motion_and_component_azimuths(8, True)
     level = Motion(motion.north, motion.east, 0 * motion.north, sampling_interval=motion.sampling_interval)
     without, with_zeros = (
         simulate_as_arrays(which, gravestone(SOFT_CONTACT), **GRID, friction=[0.33, 1.0], scheme=scheme)
@@ -117,7 +117,7 @@ def test_a_kernel_without_the_vertical_component_gives_the_same_bits(scheme: str
 
 
 @pytest.mark.long
-def test_the_kernel_without_tangential_springs_agrees_with_tiny_friction() -> None:
+def test_zero_friction_without_tangential_springs_agrees_with_tiny_friction() -> None:
     t = np.arange(400) * 0.01
     # Without friction only strong vertical motion, or an initial tilt, can make a block rock.
     motion = Motion(2.0 * np.sin(5.0 * t), 0 * t, 12.0 * np.sin(9.0 * t) * (t < 2.0), sampling_interval=0.01)
@@ -282,7 +282,7 @@ def test_rest_thresholds_of_a_scene_use_its_own_gravity(gravity: float, vertical
         assert short.block_steps[strength == level].sum() < full.block_steps[strength == level].sum()
 
 
-def test_samples_of_a_vibrating_body_are_not_left_out() -> None:
+def test_the_overshoot_bound_of_contacts_matches_the_damped_oscillator() -> None:
     """Soft, lightly damped contacts amplify resonant motion, so that fewer samples are left out."""
     stiff, bare = 2e4**2, 0.02
     assert dynamic_overshoot_bound(np.array([stiff]), 6.0 / 2e4, 0.005) < 1.3

@@ -13,10 +13,10 @@ from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
-from tests.dem.compiled.polygon_steps import run_case_and_count_tested_pairs, solve_linked_elements
+from tests.dem.compiled.polygon_steps import run_case_and_count_tested_pairs, solve_equations_and_count_submatrices
 from tests.dem.polygon_scenes import block_element, motion_towards_north, scene_of_elements
 
-VELOCITY_CHANGE_ROW = rows.ELEMENT.row_start(ElementState, "trial.change.x")
+VELOCITY_CHANGE_ROW = rows.ELEMENT.row_of_field(ElementState, "trial.change.x")
 
 
 def solve_by_kernel_and_densely(
@@ -39,14 +39,14 @@ def solve_by_kernel_and_densely(
     )
     for j in range(rows.COLUMNS):
         state[places + j] = right
-    used, left_over, _, _ = solve_linked_elements(state, blocks, np.array(links, np.int64), size)
+    used, left_over, _, _ = solve_equations_and_count_submatrices(state, blocks, np.array(links, np.int64), size)
     assert not left_over, "the pattern is empty for the next step"
     dense = blocks.transpose(0, 2, 1, 3).reshape(3 * size, 3 * size)
     return used, state[places + 5], np.linalg.solve(dense, right.ravel()).reshape(size, 3)
 
 
 @pytest.mark.parametrize("size", [2, 8, 33, 64])
-def test_a_stack_uses_submatrices_in_proportion_to_its_elements(size: int) -> None:
+def test_solving_a_stack_needs_submatrices_in_proportion_to_its_elements(size: int) -> None:
     chain = [(k, k + 1) for k in range(size - 1)]
     for links in (chain, [(k, i) for i, k in chain]):
         used, found, expected = solve_by_kernel_and_densely(size, links, size)
@@ -63,7 +63,7 @@ def test_the_solution_for_any_contact_pattern_equals_a_dense_solution(seed: int)
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
 
 
-def count_tested_pairs(made: Scene, peak: float, samples: int, sleep: bool) -> tuple[int, np.ndarray]:
+def most_tested_pairs_and_final_state(made: Scene, peak: float, samples: int, sleep: bool) -> tuple[int, np.ndarray]:
     """Simulate a scene for some samples; return the most pairs of elements tested in a step, and the final state.
 
     With `sleep` False, pairs that cannot touch are tested in every step, too.
@@ -88,21 +88,21 @@ def stack_of_equal_blocks(count: int) -> Scene:
     return scene_of_elements(*(block_element(f"b{k}", 0.5, 0.2, f"b{k - 1}" if k else "ground") for k in range(count)))
 
 
-def test_a_step_tests_only_pairs_of_neighbours() -> None:
+def test_a_step_tests_contacts_between_neighbouring_elements_only() -> None:
     """With the ground, n elements make n (n + 1)/2 pairs."""
-    most = [count_tested_pairs(stack_of_equal_blocks(count), 1.0, 20, True)[0] for count in (8, 16)]
+    most = [most_tested_pairs_and_final_state(stack_of_equal_blocks(count), 1.0, 20, True)[0] for count in (8, 16)]
     assert most[0] < 36
     # Each element is tested against the next one, and at most the one after that.
     assert (np.array(most) <= 2 * np.array([8, 16])).all()
 
 
-def test_suspended_pairs_do_not_change_the_collapse_of_a_tower() -> None:
+def test_suspending_contact_tests_of_pairs_does_not_change_a_tower_collapse() -> None:
     made = scene_of_elements(*(block_element(f"b{k}", 0.2, 0.4, f"b{k - 1}" if k else "ground") for k in range(5)))
-    most, state = count_tested_pairs(made, 12.0, 200, True)
-    every, expected = count_tested_pairs(made, 12.0, 200, False)
+    most, state = most_tested_pairs_and_final_state(made, 12.0, 200, True)
+    every, expected = most_tested_pairs_and_final_state(made, 12.0, 200, False)
     assert (most, every) != (15, 15)
-    poses = [rows.ELEMENT.row_start(ElementState, f"pose.{name}") for name in ("x", "z", "angle")]
-    speeds = [rows.ELEMENT.row_start(ElementState, f"velocity.{name}") for name in ("x", "z", "w")]
+    poses = [rows.ELEMENT.row_of_field(ElementState, f"pose.{name}") for name in ("x", "z", "angle")]
+    speeds = [rows.ELEMENT.row_of_field(ElementState, f"velocity.{name}") for name in ("x", "z", "w")]
     found, full = (
         values[rows.CASE_SIZE :].reshape(-1, rows.ELEMENT_SIZE)[:, [*poses, *speeds]] for values in (state, expected)
     )

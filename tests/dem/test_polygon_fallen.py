@@ -16,7 +16,7 @@ from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
-from tests.dem.near_field import read_near_field_record
+from tests.dem.near_field import near_field_motion_and_component_azimuths
 from tests.dem.polygon_scenes import (
     GROUND,
     block_element,
@@ -31,7 +31,7 @@ ROTATION_STEP = np.radians(0.02)
 ALL_SHIPPED = sorted(path.stem for path in shipped_files("config/scenes/*.yaml"))
 
 
-def rest_rotations(vertices: np.ndarray) -> np.ndarray:
+def body_rotations_at_rest_on_ground(vertices: np.ndarray) -> np.ndarray:
     """Return the rotations, rad, at which a body can rest on level ground: the height of its centre is a minimum."""
     angles = np.arange(-np.pi, np.pi, ROTATION_STEP)
     height = (np.outer(np.sin(angles), vertices[:, 0]) - np.outer(np.cos(angles), vertices[:, 1])).max(axis=1)
@@ -39,19 +39,19 @@ def rest_rotations(vertices: np.ndarray) -> np.ndarray:
     return angles[lowest]
 
 
-def nearest_other_rest_rotations(vertices: np.ndarray) -> list[float]:
+def smallest_rotations_to_rest_on_other_side(vertices: np.ndarray) -> list[float]:
     """Return the smallest rotations to −x and to +x, rad, at which the body can rest on another side; π if none."""
-    rests = rest_rotations(vertices)
+    rests = body_rotations_at_rest_on_ground(vertices)
     rests = rests[np.abs(rests) > 2 * ROTATION_STEP]
     return [float(turned[turned > 0].min(initial=np.pi)) for turned in (-rests, rests)]
 
 
 @pytest.mark.parametrize("name", ALL_SHIPPED)
-def test_fall_angles_of_shipped_scenes_are_rest_angles(name: str) -> None:
+def test_fall_angles_of_shipped_scenes_are_rest_rotations_on_another_side(name: str) -> None:
     for item in place_elements(load_shipped_scene(name)):
         if not item.is_driven_or_held:
             assert item.fall_threshold_rotations_rad == pytest.approx(
-                nearest_other_rest_rotations(item.shape.vertices), abs=ROTATION_STEP
+                smallest_rotations_to_rest_on_other_side(item.shape.vertices), abs=ROTATION_STEP
             ), item.element.name
             if item.element.width is not None:
                 assert item.fall_threshold_rotations_rad == pytest.approx((0.5 * np.pi,) * 2, abs=1e-11)
@@ -62,19 +62,19 @@ def random_standing_polygon(generator: np.random.Generator) -> list[list[float]]
     while True:
         angles = np.sort(generator.uniform(0, 2 * np.pi, generator.integers(3, 9)))
         points = np.stack([np.cos(angles), generator.uniform(0.5, 1.5) * np.sin(angles)], axis=1)
-        points = (points - points[0]) @ rotation_of_side_onto_ground(points[1] - points[0])
-        if is_convex(points) and 0.0 < distance_of_centre_from_first_vertex(points) < points[1, 0]:
+        points = (points - points[0]) @ matrix_rotating_side_to_horizontal(points[1] - points[0])
+        if is_convex(points) and 0.0 < x_distance_of_centre_from_first_vertex(points) < points[1, 0]:
             return points.tolist()
 
 
-def distance_of_centre_from_first_vertex(points: np.ndarray) -> float:
+def x_distance_of_centre_from_first_vertex(points: np.ndarray) -> float:
     """Return the distance of a polygon's centre of mass from its first vertex along x, m."""
     (x, z), (right, up) = points.T, np.roll(points, -1, axis=0).T
     areas = x * up - right * z
     return float((areas * (x + right)).sum() / (3.0 * areas.sum()) - x[0])
 
 
-def rotation_of_side_onto_ground(side: np.ndarray) -> np.ndarray:
+def matrix_rotating_side_to_horizontal(side: np.ndarray) -> np.ndarray:
     """Return the matrix which rotates a side, a vector (x, z), into the horizontal."""
     x, z = side / np.linalg.norm(side)
     return np.array([[x, -z], [z, x]])
@@ -87,13 +87,13 @@ def is_convex(points: np.ndarray) -> bool:
     return bool((edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0] > 0.02).all())
 
 
-def test_fall_angles_of_random_polygons_are_rest_angles() -> None:
+def test_fall_angles_of_random_polygons_are_rest_rotations_on_another_side() -> None:
     generator = np.random.default_rng(5)
     for _ in range(60):
         vertices = random_standing_polygon(generator)
         body = place_elements(scene_of_elements({"name": "body", "vertices": vertices, "stands_on": "ground"}))[1]
         assert body.fall_threshold_rotations_rad == pytest.approx(
-            nearest_other_rest_rotations(body.shape.vertices), abs=2 * ROTATION_STEP
+            smallest_rotations_to_rest_on_other_side(body.shape.vertices), abs=2 * ROTATION_STEP
         ), vertices
 
 
@@ -103,7 +103,7 @@ def simulate_fall_flags_and_peak_rotations(made: Scene, motion: Motion, **keys: 
     return np.atleast_1d(found.overturned[0]), found.peak_rotation[0]
 
 
-def leaning_slab(**keys: Any) -> Scene:
+def slab_with_leaning_sides(**keys: Any) -> Scene:
     """Return a slab 2.2 m wide and 1 m high with sides leaning 30° to −x; it tips at 58.4° to −x, 70.2° to +x."""
     outline = [[-1.1, 0.0], [1.1, 0.0], [0.523, 1.0], [-1.677, 1.0]]
     return scene_of_elements(
@@ -113,12 +113,12 @@ def leaning_slab(**keys: Any) -> Scene:
 
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("peak", [52.5, 52.8, 53.0, 53.2, 53.4])
-def test_the_fall_angle_depends_on_the_side(peak: float, mirrored: bool) -> None:
+def test_the_fall_angle_of_a_slab_with_leaning_sides_depends_on_the_side(peak: float, mirrored: bool) -> None:
     """The fall angle of 60° applies to −x only: a slab rotated by more than 60° to +x comes back."""
     push = np.zeros(1500)
     push[50:125] = peak if mirrored else -peak
     motion = Motion(push, 0 * push, sampling_interval=0.004, trust_data=True)
-    shapes = [leaning_slab(**keys) for keys in ({}, {"fallen_rotation_deg": 100.0})]
+    shapes = [slab_with_leaning_sides(**keys) for keys in ({}, {"fallen_rotation_deg": 100.0})]
     if mirrored:
         shapes = [mirror_slab(made) for made in shapes]
     found = [simulate_single_case(made, motion, 10.0) for made in shapes]
@@ -200,7 +200,7 @@ def gate_scene() -> Scene:
 )
 def test_a_gate_that_lies_on_its_own_rubble_has_fallen(motion: Motion | None, azimuth: float, friction: float) -> None:
     """The stones end rotated by 81°, 90° and 10°, the lintel at least 0.85 m below its initial place."""
-    motion = read_near_field_record(9)[0] if motion is None else motion
+    motion = near_field_motion_and_component_azimuths(9)[0] if motion is None else motion
     path = trajectory(motion, gate_scene(), azimuth_deg=azimuth, friction=friction)
     turned, sunk = np.degrees(path["rotation"][-1]), path["z"][0] - path["z"][-1]
     assert (np.abs(turned[1:3]) > 45.0).all(), "the gate collapses"
@@ -224,13 +224,13 @@ def test_a_gate_that_only_rocks_stands(peak: float, frequency: float, rocks: flo
     assert np.isnan(found.overturning_time).all()
 
 
-def motion_over_distance(distance: float, duration: float) -> Motion:
+def motion_shifting_ground_by_distance(distance: float, duration: float) -> Motion:
     """Return one sine cycle of acceleration that moves the ground by `distance` (m) in `duration` (s)."""
     time = np.arange(0.0, duration + 0.005, 0.01)
     return motion_towards_north(2 * np.pi * distance / duration**2 * np.sin(2 * np.pi * time / duration))
 
 
-def fixed_element(name: str, width: float, height: float, x: float, z: float) -> dict[str, Any]:
+def rectangle_fixed_in_space(name: str, width: float, height: float, x: float, z: float) -> dict[str, Any]:
     """Return a rectangular element of a scene file that is fixed in space; lengths in m."""
     return {"name": name, "kind": "held", "width": width, "height": height, "at": [x, z]}
 
@@ -240,9 +240,12 @@ def test_a_lintel_falls_when_its_pillars_move_apart() -> None:
     ground = {"name": "ground", "kind": "driven", "width": 3.0, "height": 1.0, "at": [-1.2, -1.0]}
     pillars = (block_element("left", 0.6, 0.6, x=0.8), block_element("right", 0.6, 0.6, "shelf", x=-0.8))
     made = scene_of_elements(
-        ground, fixed_element("shelf", 3.0, 1.0, 2.4, -1.0), *pillars, block_element("lintel", 1.8, 0.2, "left", x=1.0)
+        ground,
+        rectangle_fixed_in_space("shelf", 3.0, 1.0, 2.4, -1.0),
+        *pillars,
+        block_element("lintel", 1.8, 0.2, "left", x=1.0),
     )
-    found = {way: simulate_single_case(made, motion_over_distance(way, 2.0)) for way in (-0.8, -0.1)}
+    found = {way: simulate_single_case(made, motion_shifting_ground_by_distance(way, 2.0)) for way in (-0.8, -0.1)}
     assert found[-0.8].overturned[0].tolist()[2] != 0
     assert 0.5 < found[-0.8].overturning_time[0, 2] < 2.5
     # Both pillars stand; after a displacement of 0.1 m so does the lintel.
@@ -254,7 +257,7 @@ def scene_with_slippery_plate(height: float) -> Scene:
     """Return a block on a slippery plate on a fixed shelf, and a hammer on the ground that can knock out the plate."""
     hammer = {"name": "hammer", "kind": "driven", "width": 0.2, "height": 0.8 * height, "at": [-0.35, 0.1 * height]}
     return scene_of_elements(
-        fixed_element("shelf", 40.0, 1.0, 0.0, -1.0) | {"material": "floor"},
+        rectangle_fixed_in_space("shelf", 40.0, 1.0, 0.0, -1.0) | {"material": "floor"},
         hammer,
         block_element("plate", 0.4, height, "shelf", material="ice"),
         block_element("top", 0.3, 0.4, "plate"),
@@ -266,7 +269,7 @@ def scene_with_slippery_plate(height: float) -> Scene:
 @pytest.mark.parametrize("height", [0.05, 0.03])
 def test_the_top_of_a_stack_whose_middle_slips_out_has_fallen(height: float) -> None:
     """The top drops by less than a tenth of its height: it stays upright over the thin plate, leans over the other."""
-    path = trajectory(motion_over_distance(0.65, 0.3), scene_with_slippery_plate(height), azimuth_deg=0.0)
+    path = trajectory(motion_shifting_ground_by_distance(0.65, 0.3), scene_with_slippery_plate(height), azimuth_deg=0.0)
     top = path.sel(element="top")
     assert 0.5 * height < top["z"][0] - top["z"][-1] < 0.04
     assert abs(float(top["rotation"][-1])) < (0.01 if height == 0.03 else 0.2) < float(top["critical_angle"])
@@ -285,7 +288,7 @@ def test_a_shaft_that_ends_leaning_on_a_wall_has_fallen() -> None:
     assert (path["status"], path["overturned"]) == (CaseStatus.SIMULATED, 1)
 
 
-def wall_leaning_on_neighbour(peak: float) -> tuple[Scene, Motion]:
+def wall_leaning_on_neighbour_and_motion(peak: float) -> tuple[Scene, Motion]:
     """Return a wall (0.3 m × 2.2 m) leaning at 80° on a neighbour 0.2 m high, and a sine motion of `peak` m/s²."""
     c, s = np.cos(np.radians(80.0)), np.sin(np.radians(80.0))
     corner = 0.15 * c + 0.2 * s / c
@@ -296,7 +299,7 @@ def wall_leaning_on_neighbour(peak: float) -> tuple[Scene, Motion]:
 
 
 def test_a_wall_tilted_against_its_neighbour_stands_if_it_does_not_move() -> None:
-    made, quiet = wall_leaning_on_neighbour(0.01)
+    made, quiet = wall_leaning_on_neighbour_and_motion(0.01)
     found = simulate_single_case(made, quiet, 1.0)
     assert (found.status[0], found.overturned[0].tolist()) == (CaseStatus.SIMULATED, [0, 0])
     assert found.peak_rotation[0, 1] < 0.1, "in degrees: it has no α"
@@ -335,7 +338,7 @@ def test_the_stones_of_an_arch_have_no_tipping_angle_and_stand_in_weak_motion() 
 
 
 def test_an_arch_falls_only_after_it_starts_to_move() -> None:
-    motion = read_near_field_record(9)[0]
+    motion = near_field_motion_and_component_azimuths(9)[0]
     path = trajectory(motion, arch_scene(), azimuth_deg=32.0, friction=0.7)
     assert path["status"] == CaseStatus.SIMULATED
     fell = path["overturned"][1:] != 0
@@ -405,9 +408,9 @@ def test_a_stone_that_another_falls_on_has_fallen() -> None:
     np.testing.assert_array_equal(short.overturned, full.overturned)
 
 
-def test_the_trajectory_of_a_stack_goes_on_until_its_stones_lie() -> None:
+def test_a_stack_trajectory_with_aftermath_goes_on_until_its_stones_lie() -> None:
     """A trajectory with 5 s of aftermath begins like one without it, has the same outcome, and ends at rest."""
-    motion, given = read_near_field_record(9)[0], {"azimuth_deg": 30.0, "friction": 0.7}
+    motion, given = near_field_motion_and_component_azimuths(9)[0], {"azimuth_deg": 30.0, "friction": 0.7}
     decided, lying = (
         trajectory(motion, load_shipped_scene("three-tier"), **given, aftermath=time) for time in (0.0, 5.0)
     )

@@ -16,7 +16,7 @@ from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
-from tests.dem.near_field import strong_part_of_record
+from tests.dem.near_field import strong_part_of_near_field_record
 from tests.dem.polygon_scenes import load_shipped_scene
 
 pytestmark = pytest.mark.long
@@ -27,7 +27,7 @@ SOFT_CONTACT = Contact(static_penetration=2e-5)
 
 def _amplified_strong_part_of_record(number: int) -> Motion:
     """Return ten seconds around the peak of a near-field record, multiplied by 1.5."""
-    return strong_part_of_record(number, 4.0, 6.0).scaled_by(1.5)
+    return strong_part_of_near_field_record(number, 4.0, 6.0).scaled_by(1.5)
 
 
 def _cases_of_blocks_in_all_directions(step: int = 36) -> Cases:

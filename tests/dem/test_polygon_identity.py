@@ -12,7 +12,7 @@ from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.scene import Scene
 from overturning.model.variables import VARIABLES
 from overturning.motion.motion import Motion
-from tests.dem.near_field import strong_part_of_record
+from tests.dem.near_field import strong_part_of_near_field_record
 from tests.dem.polygon_scenes import block_element, load_shipped_scene, motion_towards_north, scene_of_elements
 
 RESULT_FIELDS = (*(item.name for item in VARIABLES if item.name != "mirrored"), "block_steps")
@@ -97,7 +97,7 @@ def test_skipping_times_at_rest_changes_no_overturning_flag_of_a_scene() -> None
 @pytest.mark.parametrize(("number", "factor"), [(6, 1.0), (7, 1.5), (9, 1.0)])
 def test_ending_a_case_once_no_more_stones_can_fall_changes_no_flag(number: int, factor: float) -> None:
     """Under real records, once the shaft has fallen, the bases are simulated only while the record could lift them."""
-    strong = strong_part_of_record(number, 4.0, 12.0).scaled_by(factor)
+    strong = strong_part_of_near_field_record(number, 4.0, 12.0).scaled_by(factor)
     height, _ = reference_element_height_and_b_over_h(load_shipped_scene("three-tier"))
     grid = np.meshgrid(np.arange(0, 180, 15.0), [height], [0.2, 0.3], [0.6, 1.0], indexing="ij")
     cases = Cases(*(axis.ravel() for axis in grid))
@@ -124,7 +124,7 @@ def test_a_trajectory_has_the_outcome_of_the_same_case_in_a_sweep() -> None:
     )
 
 
-def test_unknown_arguments_of_a_scene_are_refused() -> None:
+def test_bad_arguments_of_a_scene_simulation_are_refused() -> None:
     made = scene_of_elements(block_element("stone", 0.3, 0.6), block_element("cap", 0.2, 0.1, "stone"))
     motion = noisy_motion()
     from overturning.errors import ArgumentError

@@ -17,7 +17,7 @@ from tests.dem.polygon_scenes import (
     scene_of_elements,
     set_initial_state,
 )
-from tests.dem.reference.scalar_stack import stack_trajectory
+from tests.dem.reference.scalar_stack import trajectory_of_two_stacked_blocks
 
 LOWER_SIZE, UPPER_SIZE = np.array([0.6, 1.0]), np.array([0.3, 0.8])
 """Widths and heights, m; the upper block stands in the middle of the lower one."""
@@ -29,7 +29,7 @@ def rotate_clockwise(angle: float, arm: FloatArray) -> FloatArray:
     return np.array([c * arm[0] + s * arm[1], c * arm[1] - s * arm[0]])
 
 
-def arms_of_stack(side: int) -> tuple[FloatArray, ...]:
+def lever_arms_of_two_block_stack(side: int) -> tuple[FloatArray, ...]:
     """Return three lever arms: lower right corner to lower centre and to upper pivot; upper pivot to upper centre."""
     corner = 0.5 * side * UPPER_SIZE[0]
     foot = -0.5 * LOWER_SIZE[0]
@@ -42,17 +42,17 @@ def arms_of_stack(side: int) -> tuple[FloatArray, ...]:
 
 def centres_of_blocks(side: int, angles: FloatArray) -> FloatArray:
     """Return the centres (x, z) of both blocks at given rotations, rad, m."""
-    to_lower, to_corner, to_upper = arms_of_stack(side)
+    to_lower, to_corner, to_upper = lever_arms_of_two_block_stack(side)
     foot = np.array([0.5 * LOWER_SIZE[0], 0.0])
     upper = foot + rotate_clockwise(angles[0], to_corner) + rotate_clockwise(angles[1], to_upper)
     return np.array([foot + rotate_clockwise(angles[0], to_lower), upper])
 
 
-def rotations_of_rigid_stack(
+def rotations_of_rigid_stack_until_impact(
     side: int, angles: tuple[float, float], base: Callable[[float], float], duration: float
 ) -> FloatArray:
     """Return both rotations until the first impact, from d'Alembert's principle, shape (samples, 2), rad."""
-    to_lower, to_corner, to_upper = arms_of_stack(side)
+    to_lower, to_corner, to_upper = lever_arms_of_two_block_stack(side)
     (m, n), (i, j) = (
         (LOWER_SIZE.prod(), UPPER_SIZE.prod()),
         (size.prod() * size @ size / 12 for size in (LOWER_SIZE, UPPER_SIZE)),
@@ -92,7 +92,9 @@ def test_a_stack_released_on_its_corners_rocks_like_two_rigid_bodies(
     """Compared until the first impact; the static penetration is 1e-7 B."""
     time = np.arange(100) * 0.005
     motion = motion_towards_north(amplitude * np.sin(6 * time), 0.005)
-    wanted = rotations_of_rigid_stack(side, angles, lambda t: float(np.interp(t, time, motion.north)), time[-1])
+    wanted = rotations_of_rigid_stack_until_impact(
+        side, angles, lambda t: float(np.interp(t, time, motion.north)), time[-1]
+    )
     assert np.ptp(wanted, axis=0).min() > 0.05
     how = plan_single_case(
         scene_of_elements(block_element("lower", *LOWER_SIZE), block_element("upper", *UPPER_SIZE, "lower")),
@@ -109,7 +111,7 @@ def test_a_stack_released_on_its_corners_rocks_like_two_rigid_bodies(
     np.testing.assert_allclose(poses[1:end, 1:, :2], places, rtol=0, atol=1e-5)
 
 
-def count_impacts(angle: FloatArray) -> int:
+def count_changes_of_rocking_corner(angle: FloatArray) -> int:
     """Return how many times a rocking body changed from one corner to the other."""
     sides = np.sign(angle[np.abs(angle) > 1e-3])
     return int((np.diff(sides) != 0).sum())
@@ -135,8 +137,12 @@ def test_a_shaken_stack_agrees_with_an_independent_integration(
     made = scene_of_elements(block_element("lower", *lower), block_element("upper", *upper, "lower"))
     law = {"between": ("stone", "stone"), "static_penetration": 2e-5, "damping_ratio": 1.0}
     made = Scene.model_validate(made.model_dump() | {"contacts": [law]})
-    plain = stack_trajectory(motion.north, 0.01, np.array([lower, upper]), 2e-5, friction, 0)
-    assert count_impacts(plain[:, 0, 2]) + count_impacts(plain[:, 1, 2] - plain[:, 0, 2]) >= 3
+    plain = trajectory_of_two_stacked_blocks(motion.north, 0.01, np.array([lower, upper]), 2e-5, friction, 0)
+    assert (
+        count_changes_of_rocking_corner(plain[:, 0, 2])
+        + count_changes_of_rocking_corner(plain[:, 1, 2] - plain[:, 0, 2])
+        >= 3
+    )
     assert np.abs(plain[:, 1, 2]).max() > 0.05
     for step, bound in (("0.03 stable", 1e-4), ("auto", 5e-3)):
         _, _, poses = run_planned_case(plan_single_case(made, motion, friction, time_step=step), motion)

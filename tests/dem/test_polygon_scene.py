@@ -15,7 +15,7 @@ from overturning.errors import ConfigError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.geometry import azimuth_period_of_outcome_deg, nearest_faces_and_separation, place_elements
-from overturning.model.scene import Scene, check_scene, load_scene
+from overturning.model.scene import Scene, load_scene, parse_scene_content
 from overturning.model.stack_stones import stack_stones
 from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
@@ -46,7 +46,7 @@ def test_only_symmetric_scenes_have_an_azimuth_period_of_180_degrees() -> None:
     assert [azimuth_period_of_outcome_deg(load_shipped_scene(name)) for name in SHIPPED_SCENES] == [180, 180, 360, 360]
 
 
-def test_only_the_gravestone_uses_the_block_kernel() -> None:
+def test_only_the_gravestone_of_the_shipped_scenes_is_a_single_block() -> None:
     assert [load_shipped_scene(name).is_single_block for name in SHIPPED_SCENES] == [True, False, False, False]
 
 
@@ -99,7 +99,7 @@ def test_the_mass_of_a_prism_follows_the_width_given_by_b_over_h(plan: str | int
 
 
 @pytest.mark.parametrize("gap", [1.59, 1.61, 2.0])
-def test_a_wall_fixed_in_space_pushes_a_stone_from_any_distance(gap: float) -> None:
+def test_a_wall_fixed_in_space_stops_a_stone_carried_towards_it(gap: float) -> None:
     """The ground moves 4 m below a wall that is fixed in space: the wall stops the stone, and the ground slides on."""
     t = np.arange(0, 30, 0.01)
     motion = motion_towards_north(0.25 * np.sin(0.4 * np.pi * (t - 1)) * ((t >= 1) & (t < 21)))
@@ -210,7 +210,7 @@ def test_a_case_becomes_undecided_20_over_p_after_the_record(height: float) -> N
 )  # fmt: skip
 def test_bad_scenes_are_refused(change: dict[str, object], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
-        check_scene({"name": "test", "elements": [GROUND, LOW_BLOCK], **change}, "scene.yaml")
+        parse_scene_content({"name": "test", "elements": [GROUND, LOW_BLOCK], **change}, "scene.yaml")
 
 
 def test_the_error_names_a_scene_file_that_cannot_be_read(tmp_path: Path) -> None:

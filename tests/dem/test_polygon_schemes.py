@@ -75,7 +75,7 @@ def test_a_tower_falls_and_comes_to_rest() -> None:
     assert (found.status == CaseStatus.SIMULATED).all()
 
 
-def test_submatrix_operations_equal_matrix_operations() -> None:
+def test_submatrix_operations_of_the_kernel_equal_those_of_numpy() -> None:
     given = np.random.default_rng(2).normal(size=(2, 3, 3)) + 3.0 * np.eye(3)
     size = equations.SUBMATRIX.size
     fresh, added, one, other = (

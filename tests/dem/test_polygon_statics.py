@@ -125,7 +125,7 @@ def test_a_block_on_a_slope_is_simulated_above_its_sliding_threshold(friction: f
     assert found["residual_slip"].item() == pytest.approx(expected, rel=5e-3, abs=1e-4)
 
 
-def test_a_block_that_slides_down_a_slope_without_base_motion_is_simulated() -> None:
+def test_a_block_sliding_down_a_slope_without_base_motion_counts_as_fallen() -> None:
     """With µ below the slope the block slides down and counts as fallen; µ is given by the scene or by the grid."""
     for keys in ({}, {"contacts": [{"between": ["stone", "stone"], "friction": 0.15}]}):
         made = _block_on_slope(0.2, 0.4, 0.3, **keys)
@@ -184,7 +184,7 @@ def test_stacks_of_two_lift_off_at_the_static_threshold(elements: tuple[dict[str
     ramp = motion_towards_north(-rate * np.linspace(0, 3, 301))
     _, time, poses = run_planned_case(plan_single_case(made, ramp, 5.0), ramp)
     gaps = {
-        name: np.array([_lowest_gap(prepared, pose, index) for pose in poses])
+        name: np.array([_larger_corner_gap_to_block_below(prepared, pose, index) for pose in poses])
         for name, index in (("lower", 1), ("upper", 2))
     }
     first = {name: rate * time[np.flatnonzero(gap > 0)[0]] if (gap > 0).any() else np.inf for name, gap in gaps.items()}
@@ -194,7 +194,7 @@ def test_stacks_of_two_lift_off_at_the_static_threshold(elements: tuple[dict[str
     assert first["lower" if index == "upper" else "upper"] > 1.02 * first[index]
 
 
-def _lowest_gap(prepared: PreparedScene, pose: np.ndarray, index: int) -> float:
+def _larger_corner_gap_to_block_below(prepared: PreparedScene, pose: np.ndarray, index: int) -> float:
     """Return the gap (m) between the higher of a block's lower corners and the upper face of the block below."""
     item, below = prepared.placed[index], prepared.placed[index - 1]
     gaps = []

@@ -33,7 +33,7 @@ def test_a_case_is_computed_from_before_the_first_to_after_the_last_strong_sampl
     assert end + 1 <= calm[0] <= end + 2
 
 
-def test_a_block_below_its_rocking_and_sliding_thresholds_never_moves() -> None:
+def test_only_a_case_below_its_threshold_is_marked_as_staying_at_rest() -> None:
     north = np.full(100, 0.99 * 0.3 * STANDARD_GRAVITY)
     motion = Motion(north, 0 * north, sampling_interval=INTERVAL)
     rows, amplitudes = np.zeros(3, np.int64), np.array([1.0, 1.02, -1.02])

@@ -11,9 +11,9 @@ from overturning.dem.block.rigid import simulate_rigid_rocking
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.near_field import strong_part_of_record
-from tests.dem.reference.rigid_impact import restoring_moment, side_and_peak_rotation_by_steps
-from verification.reference.closed_forms import frequency_parameter, velocity_ratio_at_impact
+from tests.dem.near_field import strong_part_of_near_field_record
+from tests.dem.reference.rigid_impact import fall_side_and_peak_rotation, restoring_moment
+from verification.reference.closed_forms import rocking_frequency_parameter, velocity_ratio_at_impact
 
 G = STANDARD_GRAVITY
 
@@ -37,7 +37,7 @@ def peak_rotation_under_half_sine(strength: float, ratio: float) -> float:
 @pytest.mark.parametrize("ratio", [3.0, 6.0, 8.0])
 def test_a_slender_block_under_a_half_sine_follows_the_closed_form(ratio: float) -> None:
     height, slender, samples = 1.0, 0.01, 1000
-    period = math.pi / (ratio * float(frequency_parameter(height, slender)))
+    period = math.pi / (ratio * float(rocking_frequency_parameter(height, slender)))
     wave = np.append(np.sin(np.pi * np.arange(samples + 1) / samples), 0.0)
     motion = Motion(wave, 0 * wave, sampling_interval=period / samples, trust_data=True)
     strengths = np.linspace(1.1, 12.0, 110)
@@ -52,7 +52,7 @@ def test_a_slender_block_under_a_half_sine_follows_the_closed_form(ratio: float)
 
 def fall_side_and_peak_rotation_by_scipy(motion: Motion, height: float, b_over_h: float) -> tuple[int, float]:
     """Return the side and the largest |θ|/α of a block rocking along north, by SciPy's DOP853 between events."""
-    alpha, square = math.atan(b_over_h), frequency_parameter(height, b_over_h) ** 2
+    alpha, square = math.atan(b_over_h), rocking_frequency_parameter(height, b_over_h) ** 2
     time = np.arange(motion.sample_count + 3) * motion.sampling_interval
     waves = [np.append(wave, np.zeros(3)) / G for wave in (motion.north, motion.up)]
     fine = np.arange(0.0, time[-1], motion.sampling_interval / 64)
@@ -98,7 +98,7 @@ def fall_side_and_peak_rotation_by_scipy(motion: Motion, height: float, b_over_h
 )  # fmt: skip
 def test_rocking_under_records_agrees_with_scipy(number: int, height: float, b_over_h: float, factor: float) -> None:
     """One block is only 2 cm high, so that a sample is divided into several steps."""
-    part = strong_part_of_record(number, 2.0, 3.0)
+    part = strong_part_of_near_field_record(number, 2.0, 3.0)
     north, up = factor * part.north, 0.5 * factor * part.east
     motion = Motion(north, 0 * north, up, sampling_interval=part.sampling_interval, trust_data=True)
     found = simulate_rigid_rocking(motion, Cases([0.0, 180.0], height, b_over_h, 1.0))
@@ -108,8 +108,8 @@ def test_rocking_under_records_agrees_with_scipy(number: int, height: float, b_o
     assert peak > 0.05
 
 
-def test_mirrored_or_separately_computed_cases_have_bit_equal_results() -> None:
-    part = strong_part_of_record(9, 2.0, 6.0)
+def test_mirrored_or_separate_rigid_cases_have_bit_equal_peak_rotations() -> None:
+    part = strong_part_of_near_field_record(9, 2.0, 6.0)
     motion = Motion(part.north, part.east, 0.4 * part.north, sampling_interval=part.sampling_interval)
     azimuth, ratio = (one.ravel() for one in np.meshgrid(np.arange(0.0, 360.0, 10.0), [0.1, 0.25, 0.4, 1.5]))
     found = simulate_rigid_rocking(motion, Cases(azimuth, 0.6, ratio, 1.0))
@@ -132,9 +132,9 @@ def block_fall_side_and_peak_rotation_by_small_steps(
     along: np.ndarray, interval: float, height: float, b_over_h: float
 ) -> tuple[int, float]:
     """Return the side and the largest |θ|/α by Runge–Kutta in short steps, with bisection at each impact."""
-    alpha, square = math.atan(b_over_h), frequency_parameter(height, b_over_h) ** 2
+    alpha, square = math.atan(b_over_h), rocking_frequency_parameter(height, b_over_h) ** 2
     wave = np.append(along, 0.0) / G
-    return side_and_peak_rotation_by_steps(
+    return fall_side_and_peak_rotation(
         wave, interval, b_over_h, alpha, float(square), float(velocity_ratio_at_impact(b_over_h))
     )
 
@@ -157,7 +157,7 @@ def test_a_block_that_changes_motion_twice_within_a_sample_agrees_with_small_ste
 
 
 @cache
-def outcomes_under_noise(parts: int) -> list[np.ndarray]:
+def sides_and_peaks_under_refined_noise(parts: int) -> list[np.ndarray]:
     """Return sides and peaks, shape (2, 3 amplitudes, 40 blocks), for 9 noise records sampled `parts` times finer."""
     generator, answers = np.random.default_rng(5), []
     for interval in (0.005, 0.01, 0.02):
@@ -179,7 +179,9 @@ def outcomes_under_noise(parts: int) -> list[np.ndarray]:
 def test_linear_interpolation_of_a_record_changes_no_fall_and_no_peak(parts: int) -> None:
     """The records are white noise; chaotic cases, whose peak changes with 0.1 % of amplitude, are left out."""
     cells, worst = 0, 0.0
-    for coarse, split in zip(outcomes_under_noise(1), outcomes_under_noise(parts), strict=True):
+    for coarse, split in zip(
+        sides_and_peaks_under_refined_noise(1), sides_and_peaks_under_refined_noise(parts), strict=True
+    ):
         robust = np.ptp(split[1], axis=0) < 0.01
         np.testing.assert_array_equal(coarse[0][1, robust], split[0][1, robust])
         cells += int(robust.sum())

@@ -23,7 +23,7 @@ from overturning.model.contact import Contact
 from overturning.model.falls import model_from_scene_or_shape
 from overturning.model.planes import PlanarModel
 from overturning.model.results import COUNTS
-from overturning.model.scene import check_scene, gravestone
+from overturning.model.scene import gravestone, parse_scene_content
 from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import load_shipped_scene, motion_towards_north
@@ -51,7 +51,7 @@ def test_result_columns_of_planar_kernels_have_the_names_of_outcome_variables() 
         ("against-a-wall", False, PolygonSimulationPlan),
     ],
 )
-def test_a_block_on_the_ground_uses_the_block_kernel(name: str, general: bool, kind: type) -> None:
+def test_the_block_kernel_is_used_for_a_lone_block_unless_general_is_set(name: str, general: bool, kind: type) -> None:
     assert (
         type(plan_simulation(PlanarModel(load_shipped_scene(name)), MOTION, CASES, NumericalOptions(general=general)))
         is kind
@@ -110,11 +110,13 @@ def test_a_trajectory_is_bit_equal_to_its_case_at_equivalent_orientations(model:
 
 def test_outcomes_repeat_along_friction_if_the_scene_sets_its_own_friction() -> None:
     law = {"between": ("stone", "stone"), "friction": 0.3}
-    scene = check_scene(load_shipped_scene("gravestone").model_dump() | {"contacts": [law]})
+    scene = parse_scene_content(load_shipped_scene("gravestone").model_dump() | {"contacts": [law]})
     model = PlanarModel(scene)
     grid = create_case_grid(model, azimuth_deg=[0.0, 180.0])
     # A study may sweep friction for another variant; a direct simulation refuses the argument.
-    arrays = simulate_grid(model, MOTION, grid.replace_values(friction=np.array([0.1, 0.9])), NumericalOptions())
+    arrays = simulate_grid(
+        model, MOTION, grid.copy_with_dimension_values(friction=np.array([0.1, 0.9])), NumericalOptions()
+    )
     with expect_error(ArgumentError, "friction: [0.1, 0.9]; scene gravestone has coefficients of its own", brief=True):
         simulate_as_arrays(MOTION, scene, azimuth_deg=[0.0, 180.0], friction=[0.1, 0.9])
     swept = simulate_as_arrays(MOTION, azimuth_deg=[0.0, 180.0], friction=[0.3])
@@ -142,7 +144,7 @@ def test_mirrored_outcomes_for_the_opposite_azimuth_change_sign() -> None:
 
 
 @pytest.mark.parametrize("kind", ["block", "space"])
-def test_a_trajectory_of_any_length_is_computed_in_a_single_run(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_trajectory_beyond_its_record_is_computed_in_a_single_run(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = list[int]()
     monkeypatch.setattr(
         SimulationPlan, "queue", staticmethod(lambda *arguments: calls.append(1) or run_case_queue(*arguments))

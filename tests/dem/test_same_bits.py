@@ -18,9 +18,9 @@ from overturning.model.cases import Cases
 from overturning.records.catalogue import read_record_table
 from overturning.records.read import read_record
 from overturning.records.store import write_record_to_motion_file
-from tests.dem.near_field import read_near_field_record
-from tests.dem.paths import trajectory_of_element_stone
-from tests.expect import skip_or_fail, targets_to_compile
+from tests.dem.near_field import near_field_motion_and_component_azimuths
+from tests.dem.paths import trajectory_of_element_named_stone
+from tests.expect import instruction_sets_to_compile_for, skip_or_fail
 
 COMPARED_RESULTS = (
     "overturned", "status", "overturning_time", "peak_rotation", "peak_slip", "residual_slip", "peak_penetration",
@@ -49,7 +49,7 @@ def select_cases(cases: Cases, rows: np.ndarray) -> Cases:
 
 
 def test_threads_order_and_subset_of_cases_change_no_bit(cases: Cases, monkeypatch: pytest.MonkeyPatch) -> None:
-    motion, _, _ = read_near_field_record(10)
+    motion, _, _ = near_field_motion_and_component_azimuths(10)
     whole = run_cases(motion, cases)
     assert_bit_equal(whole, run_cases(motion, cases, threads=2))
     order = np.random.default_rng(1).permutation(cases.case_count)
@@ -61,24 +61,24 @@ def test_threads_order_and_subset_of_cases_change_no_bit(cases: Cases, monkeypat
 
 
 def test_a_trajectory_is_bit_equal_to_the_same_case_of_a_grid() -> None:
-    motion, _, _ = read_near_field_record(10)
+    motion, _, _ = near_field_motion_and_component_azimuths(10)
     cell = {"azimuth_deg": 32.0, "height": 0.6, "b_over_h": 0.35, "friction": 0.58}
     found = simulate_as_arrays(motion, **{name: [value] for name, value in cell.items()})
     path = trajectory(motion, **cell)
-    assert float(trajectory_of_element_stone(path)["peak_rotation"]) == found["peak_rotation"].item()
-    assert int(trajectory_of_element_stone(path)["overturned"]) == found["overturned"].item()
+    assert float(trajectory_of_element_named_stone(path)["peak_rotation"]) == found["peak_rotation"].item()
+    assert int(trajectory_of_element_named_stone(path)["overturned"]) == found["overturned"].item()
     assert path.attrs["block_steps"] == found["block_steps"].item()
-    largest = np.abs(trajectory_of_element_stone(path).rotation.values).max() / np.arctan(0.35)
+    largest = np.abs(trajectory_of_element_named_stone(path).rotation.values).max() / np.arctan(0.35)
     assert (
-        0.9 * float(trajectory_of_element_stone(path)["peak_rotation"])
+        0.9 * float(trajectory_of_element_named_stone(path)["peak_rotation"])
         < largest
-        <= max(float(trajectory_of_element_stone(path)["peak_rotation"]), 0.5 * np.pi / np.arctan(0.35)) * 1.2
+        <= max(float(trajectory_of_element_named_stone(path)["peak_rotation"]), 0.5 * np.pi / np.arctan(0.35)) * 1.2
     )
 
 
 @pytest.mark.parametrize("vertical", [False, True])
 def test_azimuths_filled_by_mirroring_are_bit_equal_to_simulated_ones(vertical: bool) -> None:
-    motion, _, _ = read_near_field_record(7)
+    motion, _, _ = near_field_motion_and_component_azimuths(7)
     if vertical:
         motion = type(motion)(motion.north, motion.east, 0.4 * motion.north, sampling_interval=motion.sampling_interval)
     grid = {"height": [0.6], "b_over_h": [0.1, 0.25, 0.4], "friction": [0.33, 1.0]}
@@ -117,7 +117,7 @@ TARGETS = {
 def folder_of_motions(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Provide a folder with the motion that each target processor simulates."""
     folder = tmp_path_factory.mktemp("bits")
-    motion, _, _ = read_near_field_record(10)
+    motion, _, _ = near_field_motion_and_component_azimuths(10)
     part = slice(100, 500)
     np.savez(folder / "motion.npz", north=motion.north[part], east=motion.east[part], interval=motion.sampling_interval)
     write_record_to_motion_file(
@@ -127,7 +127,7 @@ def folder_of_motions(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def outcome_hashes_for_target(folder_of_motions: Path, target: str) -> str:
+def outcome_hashes_for_target_processor(folder_of_motions: Path, target: str) -> str:
     """Return the output of `tests.dem.bits`, run in a process for one target processor."""
     variables, threads = TARGETS[target]
     inputs = [str(folder_of_motions / "motion.npz"), str(folder_of_motions / "motion.nc")]
@@ -142,15 +142,15 @@ def outcome_hashes_for_target(folder_of_motions: Path, target: str) -> str:
 @pytest.fixture(scope="module")
 def outcome_hashes_of_host(folder_of_motions: Path) -> str:
     """Provide the hashes of outcomes for this machine's processor."""
-    return outcome_hashes_for_target(folder_of_motions, "host")
+    return outcome_hashes_for_target_processor(folder_of_motions, "host")
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("target", targets_to_compile(list(TARGETS)[1:]))
+@pytest.mark.parametrize("target", instruction_sets_to_compile_for(list(TARGETS)[1:]))
 def test_outcomes_have_the_same_bits_for_each_instruction_set(
     target: str, folder_of_motions: Path, outcome_hashes_of_host: str
 ) -> None:
     if platform.machine() not in ("x86_64", "AMD64"):
         skip_or_fail("not an x86-64 processor")
     if target != "avx2" or llvm.get_host_cpu_features().get("avx2"):
-        assert outcome_hashes_for_target(folder_of_motions, target) == outcome_hashes_of_host
+        assert outcome_hashes_for_target_processor(folder_of_motions, target) == outcome_hashes_of_host

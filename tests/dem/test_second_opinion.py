@@ -17,7 +17,7 @@ from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
-from tests.dem.near_field import strong_part_of_record
+from tests.dem.near_field import strong_part_of_near_field_record
 from tests.dem.reference.scalar_kernel import integrate_block_cases
 
 FINE_STEP = "0.03 stable"
@@ -26,12 +26,12 @@ SOFT_CONTACT = Contact(static_penetration=2e-5, damping_ratio=1.0)
 CELL_PARAMETERS = list(product([0.0, 45.0, 90.0, 135.0], [0.6, 1.2], [0.15, 0.25, 0.35, 0.45], [0.33, 1.0]))
 
 
-def cases_from_rows(cells: list[Any]) -> Cases:
+def cases_from_azimuth_height_ratio_friction(cells: list[Any]) -> Cases:
     """Return cases from rows of azimuth (degrees), height (m), B/H and friction."""
     return Cases(*np.array(cells).T)
 
 
-def differences_from_reference(found: CaseResults, plain: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def same_sides_and_peak_differences(found: CaseResults, plain: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a mask of equal sides, and the differences of peak rotation and slip of cases that stand in both."""
     same = found.overturned == plain[:, 0]
     stands = same & (found.overturned == 0)
@@ -42,7 +42,7 @@ def differences_from_reference(found: CaseResults, plain: np.ndarray) -> tuple[n
 @pytest.mark.long
 @pytest.mark.parametrize(("number", "pulse"), [(7, True), (10, True), (15, False)])
 def test_sides_rotations_and_slips_agree_with_an_independent_integration(number: int, pulse: bool) -> None:
-    motion = strong_part_of_record(
+    motion = strong_part_of_near_field_record(
         number, 3.0, 3.0, pulse
     )  # short: the reference takes 100,000 steps per second of motion
     plain = integrate_block_cases(motion, CELL_PARAMETERS)
@@ -50,14 +50,14 @@ def test_sides_rotations_and_slips_agree_with_an_independent_integration(number:
     for scheme in ("centred", "cundall"):
         found = run_cases(
             motion,
-            cases_from_rows(CELL_PARAMETERS),
+            cases_from_azimuth_height_ratio_friction(CELL_PARAMETERS),
             gravestone(SOFT_CONTACT),
             scheme=scheme,
             leave_out=False,
             time_step=FINE_STEP,
         )
         assert (found.status == 0).all()
-        same, rotation, slip = differences_from_reference(found, plain)
+        same, rotation, slip = same_sides_and_peak_differences(found, plain)
         # A rocking block amplifies small differences: a cell near the stability boundary may differ.
         assert same.mean() >= 0.98, scheme
         assert np.median(rotation) < 5e-6, scheme
@@ -65,8 +65,11 @@ def test_sides_rotations_and_slips_agree_with_an_independent_integration(number:
         assert np.median(slip) < 5e-7, scheme
         assert (slip < 1e-4).mean() >= 0.95, scheme
     # With default steps, which are hundreds of times longer.
-    same, rotation, slip = differences_from_reference(
-        run_cases(motion, cases_from_rows(CELL_PARAMETERS), gravestone(SOFT_CONTACT), leave_out=False), plain
+    same, rotation, slip = same_sides_and_peak_differences(
+        run_cases(
+            motion, cases_from_azimuth_height_ratio_friction(CELL_PARAMETERS), gravestone(SOFT_CONTACT), leave_out=False
+        ),
+        plain,
     )
     assert same.mean() >= 0.95
     assert np.median(rotation) < 1e-3
@@ -93,22 +96,33 @@ def test_other_contacts_with_vertical_motion_agree_with_an_independent_integrati
     )
     changed = Contact(**soft.model_dump(exclude={"damping"}) | contact)
     found = run_cases(
-        motion, cases_from_rows(cells), gravestone(changed), scheme=scheme, leave_out=False, time_step=FINE_STEP
+        motion,
+        cases_from_azimuth_height_ratio_friction(cells),
+        gravestone(changed),
+        scheme=scheme,
+        leave_out=False,
+        time_step=FINE_STEP,
     )
     assert (found.status == 0).all()
-    same, rotation, slip = differences_from_reference(found, integrate_block_cases(motion, cells, **contact))
+    same, rotation, slip = same_sides_and_peak_differences(found, integrate_block_cases(motion, cells, **contact))
     assert same.mean() >= 0.97
     assert np.median(rotation) < 5e-5
     assert (rotation < 5e-3).mean() >= 0.95
     assert np.median(slip) < 5e-6
 
 
-def test_shaking_the_base_and_shaking_the_frame_give_the_same_motion() -> None:
+def test_fixed_and_moving_frames_of_reference_give_the_same_rocking() -> None:
     t = np.arange(200) * 0.01
     motion = Motion(4.0 * np.sin(2 * np.pi * t / 0.7) * (t < 0.7), 0 * t, sampling_interval=0.01)
     cells = [(0.0, 0.6, 0.2, 10.0), (0.0, 0.6, 0.3, 1.0), (0.0, 0.6, 0.5, 0.3)]
     base = integrate_block_cases(motion, cells, inertial=True)
-    frame = run_cases(motion, cases_from_rows(cells), gravestone(SOFT_CONTACT), leave_out=False, time_step=FINE_STEP)
+    frame = run_cases(
+        motion,
+        cases_from_azimuth_height_ratio_friction(cells),
+        gravestone(SOFT_CONTACT),
+        leave_out=False,
+        time_step=FINE_STEP,
+    )
     np.testing.assert_array_equal(base[:, 0], frame.overturned)
     stands = frame.overturned == 0
     assert stands.any()

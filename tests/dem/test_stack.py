@@ -37,7 +37,7 @@ def stack_of_boxes(*sizes: tuple[float, float, float]) -> Scene:
 THREE_BOXES = stack_of_boxes((0.545, 0.545, 0.27), (0.364, 0.364, 0.27), (0.242, 0.242, 0.636))
 
 
-def random_accelerations(seed: int, components: int = 2) -> np.ndarray[Any, Any]:
+def random_horizontal_accelerations(seed: int, components: int = 2) -> np.ndarray[Any, Any]:
     """Return random horizontal accelerations of 10 s with a largest value of 1 m/s², shape (2, samples)."""
     dice, t = np.random.default_rng(seed), np.arange(0.0, 10.0, INTERVAL)
     rows = np.zeros((2, t.size))
@@ -48,7 +48,7 @@ def random_accelerations(seed: int, components: int = 2) -> np.ndarray[Any, Any]
     return rows / np.abs(rows).max()
 
 
-def horizontal_motion(rows: np.ndarray[Any, Any]) -> Motion:
+def motion_from_north_and_west_accelerations(rows: np.ndarray[Any, Any]) -> Motion:
     """Return the motion with the (north, west) accelerations `rows`, m/s²."""
     return Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
 
@@ -58,7 +58,12 @@ def simulate_stack(
 ) -> xr.Dataset:
     """Simulate a stack under (north, west) accelerations, m/s²; x of an orientation of 0° is north, y is west."""
     return simulate(
-        horizontal_motion(rows), scene, orientation_deg=orientation, friction=[friction], threads=1, **options
+        motion_from_north_and_west_accelerations(rows),
+        scene,
+        orientation_deg=orientation,
+        friction=[friction],
+        threads=1,
+        **options,
     )
 
 
@@ -115,7 +120,7 @@ def test_a_joint_slides_at_its_own_coefficient_of_friction() -> None:
 
 @pytest.mark.parametrize("seed", [0, 3])
 def test_a_slab_slides_in_two_directions_by_coulombs_law(seed: int) -> None:
-    rows = 6.0 * random_accelerations(seed)
+    rows = 6.0 * random_horizontal_accelerations(seed)
     found = simulate_stack(stack_of_boxes((1.0, 0.6, 0.1)), rows, [0.0], 0.3)
     north, west = slip_on_a_plane(rows, INTERVAL, 0.3)
     assert found.residual_slip_north.item() == pytest.approx(north, abs=6e-4)
@@ -129,7 +134,7 @@ def test_flags_and_sides_along_a_face_are_those_of_the_2d_scene() -> None:
     scene = load_scene("three-tier", REPOSITORY)
     differences, falls = 0, 0
     for seed in range(3):
-        rows = random_accelerations(seed, components=1)
+        rows = random_horizontal_accelerations(seed, components=1)
         for amplitude in (4.0, 6.0, 8.0, 11.0):
             motion = Motion(amplitude * rows[0], 0.0 * rows[1], sampling_interval=INTERVAL, trust_data=True)
             space = simulate(motion, scene, orientation_deg=[0.0], friction=[0.6])
@@ -148,12 +153,12 @@ def test_flags_and_sides_along_a_face_are_those_of_the_2d_scene() -> None:
 
 
 @pytest.mark.long
-def test_one_stone_agrees_with_the_model_of_a_single_body() -> None:
+def test_a_stack_of_one_stone_agrees_with_the_model_of_a_single_body() -> None:
     """Friction acts per contact face in a stack, but per corner in a single body: one flag of 10 may differ."""
     differences, falls, apart = 0, 0, 0
     for seed in (1, 2):
         for amplitude in (1.5, 2.5, 4.0, 6.0, 9.0):
-            rows = amplitude * random_accelerations(seed)
+            rows = amplitude * random_horizontal_accelerations(seed)
             motion = Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
             stack = simulate(motion, stack_of_boxes((0.3, 0.2, 0.6)), orientation_deg=[0.0], friction=[0.5])
             case: dict[str, Any] = {"height": [0.6], "b_over_h": [0.5], "aspect": [2.0 / 3.0], "friction": [0.5]}
@@ -168,7 +173,7 @@ def test_one_stone_agrees_with_the_model_of_a_single_body() -> None:
 
 
 def test_a_rotation_of_record_and_stack_rotates_the_outcome() -> None:
-    rows = 8.0 * random_accelerations(0)
+    rows = 8.0 * random_horizontal_accelerations(0)
     angle = np.radians(30.0)
     # North and west components of the same motion, turned by 30° clockwise as seen from above.
     turned = np.stack([
@@ -183,7 +188,7 @@ def test_a_rotation_of_record_and_stack_rotates_the_outcome() -> None:
 
 
 def test_outcomes_of_a_case_do_not_depend_on_cases_simulated_with_it() -> None:
-    rows = 7.0 * random_accelerations(5)
+    rows = 7.0 * random_horizontal_accelerations(5)
     together = simulate_stack(THREE_BOXES, rows, [0.0, 10.0, 20.0, 30.0, 45.0, 60.0, 70.0, 80.0, 85.0], 0.5)
     alone = simulate_stack(THREE_BOXES, rows, [45.0], 0.5)
     for name, values in alone.items():

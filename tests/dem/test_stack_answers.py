@@ -23,9 +23,9 @@ from tests.dem.reference.particles import slip_in_hops
 from tests.dem.test_stack import (
     INTERVAL,
     THREE_BOXES,
-    horizontal_motion,
+    motion_from_north_and_west_accelerations,
     plateau_acceleration,
-    random_accelerations,
+    random_horizontal_accelerations,
     simulate_stack,
     stack_of_boxes,
 )
@@ -33,7 +33,10 @@ from tests.dem.test_stack import (
 
 def test_a_shaft_on_a_broad_base_rocks_as_on_the_ground() -> None:
     """The base is so broad and heavy that only the shaft moves; peak tilts are those of Housner's block on rock."""
-    motions = [horizontal_motion(4.2 * random_accelerations(seed, components=1)) for seed in (0, 1, 2)]
+    motions = [
+        motion_from_north_and_west_accelerations(4.2 * random_horizontal_accelerations(seed, components=1))
+        for seed in (0, 1, 2)
+    ]
     shaft = (0.2, 0.2, 0.6)
     cases = Cases(0.0, 0.6, 0.2 / 0.6, 3.0)
     alone, above = (
@@ -143,7 +146,11 @@ def test_the_mirror_image_of_a_case_has_the_mirrored_outcome() -> None:
     All samples are simulated: `tests/dem/test_leave_out.py` is about the effect of skipping some.
     """
     sides = np.array([[[1.0], [1.0]], [[1.0], [-1.0]]])
-    motions = [horizontal_motion(7.0 * random_accelerations(seed) * side) for side in sides for seed in range(6)]
+    motions = [
+        motion_from_north_and_west_accelerations(7.0 * random_horizontal_accelerations(seed) * side)
+        for side in sides
+        for seed in range(6)
+    ]
     cases = Cases(0.0, *reference_element_height_and_b_over_h(THREE_BOXES), 0.6)
     found = simulate_under_each_motion(Stack(THREE_BOXES), motions, cases, leave_out=False)
     assert found.overturned[:, 0].tolist() == [[0, 0, 1]] * 12
@@ -199,7 +206,7 @@ def test_the_slip_of_a_stone_on_a_stone_that_twists_is_towards_north_and_east() 
             {"name": "cap", "width": 0.08, "depth": 0.08, "height": 0.02, "material": "slick", "stands_on": "shaft"},
         ],
     })  # fmt: skip
-    rows = 5.0 * random_accelerations(0)
+    rows = 5.0 * random_horizontal_accelerations(0)
     motion = Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
     path = trajectory(motion, scene, orientation_deg=40.0)
     assert abs(float(path["residual_twist"].to_numpy()[0])) > 5.0
@@ -217,7 +224,7 @@ def test_the_slip_of_a_stone_on_a_stone_that_twists_is_towards_north_and_east() 
 
 
 def test_a_stack_trajectory_has_the_outcome_of_its_case_and_films_all_stones() -> None:
-    rows = 9.0 * random_accelerations(0)
+    rows = 9.0 * random_horizontal_accelerations(0)
     motion = Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
     scene = load_scene("three-tier", REPOSITORY)
     case: dict[str, Any] = {"orientation_deg": 20.0, "friction": 0.6}

@@ -19,7 +19,7 @@ from overturning.model.stack_stones import stack_stones
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 from tests.expect import expect_error
-from verification.reference.sliding import sliding_displacement
+from verification.reference.sliding import peak_and_final_slip
 
 Rectangles = list[list[list[float]]]
 
@@ -406,7 +406,7 @@ def test_a_stack_that_slides_for_long_is_simulated_to_its_stop(friction: float, 
         ],
     )  # fmt: skip
     found = simulate(motion, scene, orientation_deg=[20.0])
-    slip = sliding_displacement(pulse, 0.005, friction)[1]
+    slip = peak_and_final_slip(pulse, 0.005, friction)[1]
     assert found.overturned.to_numpy().ravel().tolist() == [0.0] * count
     assert found.residual_slip_north.to_numpy().ravel()[0] == pytest.approx(0.6 * slip, rel=5e-3)
     assert found.residual_slip_east.to_numpy().ravel()[0] == pytest.approx(0.8 * slip, rel=5e-3)

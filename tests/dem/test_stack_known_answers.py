@@ -21,9 +21,9 @@ from tests.dem.motions import simulate_under_each_motion
 from tests.dem.test_stack import (
     INTERVAL,
     THREE_BOXES,
-    horizontal_motion,
+    motion_from_north_and_west_accelerations,
     plateau_acceleration,
-    random_accelerations,
+    random_horizontal_accelerations,
     simulate_stack_orientations,
     stack_of_boxes,
 )
@@ -41,7 +41,7 @@ def stone_sizes(scene: Scene) -> np.ndarray[Any, Any]:
     return np.array([[one.width, one.depth, one.height] for one in scene.elements[1:]], float)
 
 
-def opening_acceleration_ratio(scene: Scene, joint: int, angle: float) -> float:
+def joint_opening_acceleration_ratio(scene: Scene, joint: int, angle: float) -> float:
     """Return the horizontal over the vertical acceleration at which a joint opens, along an angle, degrees.
 
     A joint is the contact of a stone with the one below; 0 is the lowest.
@@ -62,10 +62,10 @@ def test_each_joint_opens_at_its_static_threshold(joint: int, lift: float) -> No
     The base moves north and up, `lift` times as much up; the stack is turned to each angle.
     """
     scene, angles = STACK_BY_WEAKEST_JOINT[joint], (0.0, 25.0, 90.0, 160.0)
-    ratios = np.array([opening_acceleration_ratio(scene, joint, angle) for angle in angles])
+    ratios = np.array([joint_opening_acceleration_ratio(scene, joint, angle) for angle in angles])
     for angle, ratio in zip(angles, ratios, strict=True):
         assert ratio < 0.97 * min(
-            opening_acceleration_ratio(scene, other, angle) for other in range(3) if other != joint
+            joint_opening_acceleration_ratio(scene, other, angle) for other in range(3) if other != joint
         )
     level = np.outer([0.98, 1.03], ratios)
     level /= 1.0 - level * lift  # from level = share · ratio · (1 + lift · level), in g
@@ -78,12 +78,12 @@ def test_each_joint_opens_at_its_static_threshold(joint: int, lift: float) -> No
     assert tilts[1, :, :joint].max(initial=0.0) < 0.3
 
 
-def restitution_from_free_rocking(scene: Scene, mass: float, arm: float, critical: float, stone: int) -> list[float]:
+def free_rocking_velocity_ratios(scene: Scene, mass: float, arm: float, critical: float, stone: int) -> list[float]:
     """Return the ratios of the angular velocities after and before the impacts of free rocking in a plane.
 
     The energy at the top of each swing, M g R (cos(α − θ) − cos α), falls by the square of the ratio.
     """
-    motion = Motion(*rocking_pulse_accelerations(scene, stone), sampling_interval=INTERVAL, trust_data=True)
+    motion = Motion(*joint_opening_pulse_accelerations(scene, stone), sampling_interval=INTERVAL, trust_data=True)
     path = trajectory(motion, scene, orientation_deg=0.0, friction=3.0)
     tilt = np.abs(path["tilt_north"].to_numpy()[:, stone])
     free = path["time"].to_numpy() > 1.05
@@ -100,10 +100,10 @@ def restitution_from_free_rocking(scene: Scene, mass: float, arm: float, critica
     return [math.sqrt(later / earlier) for earlier, later in pairwise(energy)]
 
 
-def rocking_pulse_accelerations(scene: Scene, stone: int) -> np.ndarray[Any, Any]:
+def joint_opening_pulse_accelerations(scene: Scene, stone: int) -> np.ndarray[Any, Any]:
     """Return north and east accelerations of 6 s: half a sine of 0.5 s that lifts the stones above a joint."""
     t = np.arange(0.0, 6.0, INTERVAL)
-    level = 1.6 * opening_acceleration_ratio(scene, stone, 0.0) * GRAVITY
+    level = 1.6 * joint_opening_acceleration_ratio(scene, stone, 0.0) * GRAVITY
     return np.stack([np.where(t < 0.5, level * np.sin(2.0 * np.pi * t), 0.0), np.zeros(t.size)])
 
 
@@ -111,7 +111,7 @@ def rocking_pulse_accelerations(scene: Scene, stone: int) -> np.ndarray[Any, Any
 def test_a_shaft_on_a_broad_base_loses_the_velocity_that_housner_predicts(width: float, height: float) -> None:
     scene = stack_of_boxes((2.0, 2.0, 0.3), (width, width, height))
     arm = 0.5 * math.hypot(width, height)
-    ratios = restitution_from_free_rocking(scene, 1.0, arm, math.atan2(width, height), 1)
+    ratios = free_rocking_velocity_ratios(scene, 1.0, arm, math.atan2(width, height), 1)
     assert len(ratios) >= 3
     sine = math.sin(math.atan2(width, height))
     np.testing.assert_allclose(ratios[:3], 1.0 - 1.5 * sine * sine, rtol=2e-3)
@@ -133,7 +133,7 @@ def test_two_stones_that_land_together_lose_velocity_like_one_stone() -> None:
     turn = mass * (b * b + h * h) / 12.0 * (e - 1.0)
     position = (-turn + (h - centres[1]) * impulse[0]) / impulse[1]
     assert abs(position) < half
-    ratios = restitution_from_free_rocking(scene, 2.0 * mass, math.hypot(half, h), math.atan2(half, h), 0)
+    ratios = free_rocking_velocity_ratios(scene, 2.0 * mass, math.hypot(half, h), math.atan2(half, h), 0)
     assert len(ratios) >= 3
     np.testing.assert_allclose(ratios[:3], e, rtol=3e-3)
 
@@ -145,7 +145,7 @@ def outcomes_with_divided_samples(parts: int) -> CaseResults:
     times = np.arange(0.0, t[-1] + 0.4 * interval, interval)
     motions = [
         Motion(
-            *(np.interp(times, t, row) for row in 8.0 * random_accelerations(seed)),
+            *(np.interp(times, t, row) for row in 8.0 * random_horizontal_accelerations(seed)),
             sampling_interval=interval,
             trust_data=True,
         )
@@ -156,7 +156,7 @@ def outcomes_with_divided_samples(parts: int) -> CaseResults:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_linear_interpolation_of_the_record_changes_nothing(seed: int) -> None:
+def test_linear_interpolation_of_a_record_changes_no_fall_of_a_stack(seed: int) -> None:
     """The base acceleration is linear between samples, so twice as many samples describe the same motion.
 
     All samples are simulated: which of them are skipped depends on the sampling interval.
@@ -168,8 +168,8 @@ def test_a_linear_interpolation_of_the_record_changes_nothing(seed: int) -> None
     np.testing.assert_allclose(first.peak_tilt[seed][stands], second.peak_tilt[seed][stands], rtol=0.05, atol=0.05)
 
 
-def test_threads_and_order_do_not_change_a_bit() -> None:
-    rows = 9.0 * random_accelerations(2)
+def test_threads_and_order_of_cases_change_no_bit_of_stack_outcomes() -> None:
+    rows = 9.0 * random_horizontal_accelerations(2)
     motion = Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
     orientations = [0.0, 15.0, 30.0, 45.0, 60.0]
     one, two = (
@@ -189,7 +189,13 @@ STATUE_SEEDS = (1, 2, 9, 10, 20, 21)
 @cache
 def outcomes_of_statue_and_single_stone() -> list[CaseResults]:
     """Return the outcomes of a statue on a pedestal, and of one stone of the same size, under some motions."""
-    motions, outcomes = [horizontal_motion(8.0 * random_accelerations(seed)) for seed in STATUE_SEEDS], []
+    motions, outcomes = (
+        [
+            motion_from_north_and_west_accelerations(8.0 * random_horizontal_accelerations(seed))
+            for seed in STATUE_SEEDS
+        ],
+        [],
+    )
     for scene in (stack_of_boxes((0.5, 0.5, 0.1), (0.5, 0.5, 0.9)), stack_of_boxes((0.5, 0.5, 1.0))):
         cases = Cases([0.0, 30.0], *reference_element_height_and_b_over_h(scene), 3.0)
         outcomes.append(simulate_under_each_motion(Stack(scene), motions, cases))

@@ -27,9 +27,9 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 from tests.dem.motions import simulate_under_each_motion
 from tests.dem.test_stack import (
     INTERVAL,
-    horizontal_motion,
+    motion_from_north_and_west_accelerations,
     plateau_acceleration,
-    random_accelerations,
+    random_horizontal_accelerations,
     simulate_stack,
     simulate_stack_orientations,
 )
@@ -49,7 +49,7 @@ def stack_of_prisms(*stones: tuple[PlanShape, float, float]) -> Scene:
 
 
 @pytest.mark.parametrize("plan", PLANS)
-def test_mass_inertia_and_base_are_those_of_the_prism(plan: PlanShape) -> None:
+def test_mass_inertia_and_base_of_a_stacked_stone_are_those_of_its_prism(plan: PlanShape) -> None:
     (stone,) = Stack(stack_of_prisms((plan, 0.4, 1.2))).stones()
     x, y = stone.base.T
     cross = x * np.roll(y, -1) - np.roll(x, -1) * y
@@ -95,12 +95,14 @@ def test_a_hexagonal_shaft_opens_at_its_nearest_side() -> None:
 
 
 @pytest.mark.parametrize("plan", PLANS)
-def test_one_prism_agrees_with_the_model_of_a_single_body(plan: PlanShape) -> None:
+def test_a_stack_of_one_prism_agrees_with_the_model_of_a_single_body(plan: PlanShape) -> None:
     """Friction acts per contact face in a stack, but per corner in a single body: flags near the limit may differ.
 
     All samples are simulated: `tests/dem/test_leave_out.py` is about the effect of skipping some.
     """
-    motions = [horizontal_motion(4.5 * random_accelerations(seed)) for seed in range(10)]
+    motions = [
+        motion_from_north_and_west_accelerations(4.5 * random_horizontal_accelerations(seed)) for seed in range(10)
+    ]
     cases = Cases(0.0, 0.75, 1.0 / 3.0, 0.8)
     models = (
         Stack(stack_of_prisms((plan, 0.25, 0.75))),
@@ -138,7 +140,7 @@ def test_the_symmetry_period_of_a_stack_is_common_to_all_its_stones() -> None:
 
 
 def test_a_rotation_by_the_symmetry_period_gives_the_same_outcome() -> None:
-    rows, scene = 7.0 * random_accelerations(3), stack_of_prisms((6, 0.5, 0.3), (6, 0.25, 0.7))
+    rows, scene = 7.0 * random_horizontal_accelerations(3), stack_of_prisms((6, 0.5, 0.3), (6, 0.25, 0.7))
     motion = Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
     found = simulate_cases(Stack(scene), motion, Cases([10.0, 70.0, 130.0], 0.7, 0.25 / 0.7, 0.7))
     assert (found.overturned == found.overturned[0]).all()
@@ -155,7 +157,9 @@ def test_prisms_balance_energy_as_well_as_boxes_and_rest_off_centre(plan: PlanSh
     scene = stack_of_prisms((8, 0.6, 0.3), (plan, 0.3, 0.8))
     cases = Cases([0.0, 20.0], *reference_element_height_and_b_over_h(scene), 0.6)
     found = simulate_under_each_motion(
-        Stack(scene), [horizontal_motion(6.0 * random_accelerations(seed)) for seed in range(8)], cases
+        Stack(scene),
+        [motion_from_north_and_west_accelerations(6.0 * random_horizontal_accelerations(seed)) for seed in range(8)],
+        cases,
     )
     assert (found.status == CaseStatus.SIMULATED).all()
     assert np.median(found.energy_error) < 2e-3
@@ -178,7 +182,9 @@ def test_light_stones_below_a_heavy_one_do_not_vibrate_for_the_rest_of_the_case(
         stack_of_prisms(*(("rectangle", 0.4 * ratio**number, height) for number, height in enumerate((0.2, 0.2, 0.6))))
     )
     cases = Cases(np.arange(7.0, 90.0, 22.5), *reference_element_height_and_b_over_h(stack.scene), friction)
-    found = simulate_cases(stack, horizontal_motion(5.0 * random_accelerations(seed)), cases)
+    found = simulate_cases(
+        stack, motion_from_north_and_west_accelerations(5.0 * random_horizontal_accelerations(seed)), cases
+    )
     assert (found.status == CaseStatus.SIMULATED).all()
     assert found.energy_error.max() < 5e-3
     assert found.block_steps.max() < 1e6
@@ -199,7 +205,9 @@ def test_stones_of_equal_width_balance_their_energy_at_the_first_attempt(
     )
     cases = Cases(orientations, *reference_element_height_and_b_over_h(stack.scene), 0.5)
     for seed in range(3):
-        found = simulate_cases(stack, horizontal_motion(8.0 * random_accelerations(seed)), cases)
+        found = simulate_cases(
+            stack, motion_from_north_and_west_accelerations(8.0 * random_horizontal_accelerations(seed)), cases
+        )
         assert (found.status == CaseStatus.SIMULATED).all(), seed
         assert found.energy_error.max() < 1e-3, seed
 
@@ -214,7 +222,7 @@ def test_columns_of_drums_balance_their_energy(plan: PlanShape, taper: float) ->
     A column that still rocks seconds after the record may be undecided.
     """
     scene = stack_of_prisms(*((plan, 0.4 - taper * number, 0.5) for number in range(2)))
-    found = simulate_stack(scene, 5.5 * random_accelerations(21), [20.0, 30.0], 0.7)
+    found = simulate_stack(scene, 5.5 * random_horizontal_accelerations(21), [20.0, 30.0], 0.7)
     assert set(found.status.to_numpy().ravel()) <= {CaseStatus.SIMULATED, CaseStatus.UNDECIDED}
     assert found.energy_error.to_numpy().max() < 5e-3
     assert (found.status == CaseStatus.SIMULATED).any()

@@ -20,7 +20,7 @@ WITH_AND_WITHOUT_SKIPPING = pytest.mark.parametrize("leave_out", [True, False])
 
 @PEAK_ACCELERATIONS
 @WITH_AND_WITHOUT_SKIPPING
-def test_a_block_with_excessive_static_penetration_is_marked(peak: float, leave_out: bool) -> None:
+def test_a_block_with_excessive_static_penetration_is_marked_unstable(peak: float, leave_out: bool) -> None:
     north = peak * np.sin(np.arange(200) * 0.1)
     motion = Motion(north, np.zeros(200), sampling_interval=0.01)
     cases = Cases(0.0, 1.0, [0.3, 0.3], 0.6)
@@ -34,7 +34,7 @@ def test_a_block_with_excessive_static_penetration_is_marked(peak: float, leave_
 @PEAK_ACCELERATIONS
 @WITH_AND_WITHOUT_SKIPPING
 @pytest.mark.parametrize(("plan", "times"), [("rectangle", 1), ("circle", 2), (6, 3)])
-def test_a_3d_body_with_excessive_static_penetration_is_marked(
+def test_a_3d_body_with_excessive_static_penetration_is_marked_unstable(
     peak: float, leave_out: bool, plan: str | int, times: int
 ) -> None:
     """The limit is a tenth of the smaller side: 0.1 B, or 0.1 H for a squat body.

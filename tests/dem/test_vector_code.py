@@ -35,7 +35,7 @@ AssembleLoop = Callable[[], Iterator[str]]
 """Function that compiles a loop and yields the assembly of each of its variants."""
 
 
-def create_assembler_of_loop(loop: Any, *arguments: Any) -> AssembleLoop:
+def create_function_yielding_loop_assembly(loop: Any, *arguments: Any) -> AssembleLoop:
     """Return a function that compiles a loop for the types of its arguments and yields its assembly code."""
 
     def compile_and_yield_assembly() -> Iterator[str]:
@@ -51,7 +51,7 @@ PAIR, ELEMENT, CASE, BLOCK = (
     np.zeros(table.size) for table in (rows.PAIR, rows.ELEMENT, rows.CASE, equations.SUBMATRIX)
 )
 LOOPS: dict[str, AssembleLoop] = {
-    "couple": create_assembler_of_loop(
+    "couple": create_function_yielding_loop_assembly(
         add_pair_to_equations,
         PAIR,
         ELEMENT,
@@ -60,34 +60,46 @@ LOOPS: dict[str, AssembleLoop] = {
         PairSubmatrices(*(BLOCK.copy() for _ in range(4))),
         (True, True, True),
     ),
-    "correct": create_assembler_of_loop(compute_pair_forces_after_solution, PAIR, ELEMENT, ELEMENT.copy(), CASE),
-    "keep": create_assembler_of_loop(store_accepted_pair_history, PAIR, CASE),
-    "invert": create_assembler_of_loop(equations.invert_submatrix_in_place, BLOCK),
-    "divide": create_assembler_of_loop(equations.multiply_by_pivot_inverse, BLOCK, BLOCK.copy()),
-    "eliminate": create_assembler_of_loop(
+    "correct": create_function_yielding_loop_assembly(
+        compute_pair_forces_after_solution, PAIR, ELEMENT, ELEMENT.copy(), CASE
+    ),
+    "keep": create_function_yielding_loop_assembly(store_accepted_pair_history, PAIR, CASE),
+    "invert": create_function_yielding_loop_assembly(equations.invert_submatrix_in_place, BLOCK),
+    "divide": create_function_yielding_loop_assembly(equations.multiply_by_pivot_inverse, BLOCK, BLOCK.copy()),
+    "eliminate": create_function_yielding_loop_assembly(
         equations.subtract_submatrix_product, BLOCK, BLOCK.copy(), BLOCK.copy(), False
     ),
-    "subtract product": create_assembler_of_loop(
+    "subtract product": create_function_yielding_loop_assembly(
         equations.subtract_from_velocity_change, ELEMENT, BLOCK, ELEMENT.copy()
     ),
-    "predict, vertical": create_assembler_of_loop(
+    "predict, vertical": create_function_yielding_loop_assembly(
         predict_element_motion, UPWARD_ACCELERATION, ELEMENT, CASE, 128.0, 9.80665
     ),
-    "predict, level": create_assembler_of_loop(predict_element_motion, None, ELEMENT, CASE, 128.0, 9.80665),
-    "correct state, vertical": create_assembler_of_loop(
+    "predict, level": create_function_yielding_loop_assembly(
+        predict_element_motion, None, ELEMENT, CASE, 128.0, 9.80665
+    ),
+    "correct state, vertical": create_function_yielding_loop_assembly(
         correct_element_motion, UPWARD_ACCELERATION, ELEMENT, CASE, 128.0, 9.80665
     ),
-    "correct state, level": create_assembler_of_loop(correct_element_motion, None, ELEMENT, CASE, 128.0, 9.80665),
-    "cundall contact": create_assembler_of_loop(cundall.compute_pair_forces, PAIR, ELEMENT, ELEMENT.copy(), CASE),
-    "motion, vertical": create_assembler_of_loop(cundall.advance_element, UPWARD_ACCELERATION, ELEMENT, CASE, 9.80665),
-    "motion, level": create_assembler_of_loop(cundall.advance_element, None, ELEMENT, CASE, 9.80665),
-    "slip": create_assembler_of_loop(store_slip_and_last_upright_time, ELEMENT, ELEMENT.copy(), CASE, 0.1, 0.01),
+    "correct state, level": create_function_yielding_loop_assembly(
+        correct_element_motion, None, ELEMENT, CASE, 128.0, 9.80665
+    ),
+    "cundall contact": create_function_yielding_loop_assembly(
+        cundall.compute_pair_forces, PAIR, ELEMENT, ELEMENT.copy(), CASE
+    ),
+    "motion, vertical": create_function_yielding_loop_assembly(
+        cundall.advance_element, UPWARD_ACCELERATION, ELEMENT, CASE, 9.80665
+    ),
+    "motion, level": create_function_yielding_loop_assembly(cundall.advance_element, None, ELEMENT, CASE, 9.80665),
+    "slip": create_function_yielding_loop_assembly(
+        store_slip_and_last_upright_time, ELEMENT, ELEMENT.copy(), CASE, 0.1, 0.01
+    ),
 }
 """Loops of the scene kernel; they have as many lanes as the widest vector has numbers."""
 
 
 @cache
-def widest_vector_register() -> str:
+def name_of_widest_vector_register() -> str:
     """Return the name of the widest vector registers that LLVM uses on this processor, such as zmm (512 bits)."""
 
     def add_term_to_total(total: np.ndarray, term: np.ndarray) -> None:
@@ -101,11 +113,11 @@ def widest_vector_register() -> str:
     return next(name for name in ("zmm", "ymm", "xmm") if re.search(rf"\bv?addpd\b[^\n]*%{name}", assembly))
 
 
-def packed_and_scalar_arithmetic_patterns() -> tuple[str, str]:
+def regexes_of_packed_and_scalar_arithmetic() -> tuple[str, str]:
     """Return regular expressions for packed double arithmetic at full width, and for scalar double arithmetic."""
     kind = platform.machine().lower()
     if kind in ("x86_64", "amd64"):
-        register = widest_vector_register()
+        register = name_of_widest_vector_register()
         return rf"\bv?(?:add|sub|mul|div)pd\b[^\n]*%{register}", r"\bv?(?:add|sub|mul|div)sd\b"
     if kind not in ("aarch64", "arm64"):
         skip_or_fail(f"{kind}: no patterns of vector code for this processor")
@@ -120,7 +132,7 @@ FUSED_MULTIPLY_ADD = re.compile(r"\bv?f[n]?m(?:add|sub|addsub|subadd)\w*|\bfml[a
 
 @pytest.mark.parametrize("name", LOOPS)
 def test_small_loops_are_fully_vectorised_without_fused_multiply_add(name: str) -> None:
-    packed, scalar = packed_and_scalar_arithmetic_patterns()
+    packed, scalar = regexes_of_packed_and_scalar_arithmetic()
     for assembly in LOOPS[name]():
         assert not FUSED_MULTIPLY_ADD.search(assembly)
         wide, single = len(re.findall(packed, assembly)), len(re.findall(scalar, assembly))
@@ -145,7 +157,7 @@ def short_motion(vertical: bool) -> Motion:
     return Motion(ACCELERATION, ACCELERATION, ACCELERATION if vertical else None, sampling_interval=0.01)
 
 
-def compiled_library_of_kernel(compute: Callable[[], Any], monkeypatch: pytest.MonkeyPatch) -> Any:
+def numba_library_of_kernel_in_call(compute: Callable[[], Any], monkeypatch: pytest.MonkeyPatch) -> Any:
     """Return Numba's library of the kernel that runs in a call of `compute`."""
     called = []
 
@@ -164,7 +176,9 @@ def test_loops_of_a_kernel_get_no_arguments_that_they_do_not_use(name: str, monk
     """Numba passes an array as seven numbers; these functions, of two to five arrays, use the address alone."""
     compute, _ = KERNELS[name]
     module = str(
-        compiled_library_of_kernel(lambda: compute(short_motion(False), 1.0), monkeypatch)._get_module_for_linking()
+        numba_library_of_kernel_in_call(
+            lambda: compute(short_motion(False), 1.0), monkeypatch
+        )._get_module_for_linking()
     )
     names = r"(?:point_pair|vertex_pair|patch_forces)"
     found = re.findall(rf"^define private [^@]*@[^(]*{names}[^(]*\((.*)\)", module, re.MULTILINE)
@@ -176,9 +190,9 @@ def test_loops_of_a_kernel_get_no_arguments_that_they_do_not_use(name: str, monk
 def test_loops_of_a_body_have_no_scalar_copy_for_arrays_that_overlap(monkeypatch: pytest.MonkeyPatch) -> None:
     """LLVM would compile each of these loops twice, and test for overlap in every call."""
     compute, _ = KERNELS["body"]
-    library = compiled_library_of_kernel(lambda: compute(short_motion(False), 1.0), monkeypatch)
+    library = numba_library_of_kernel_in_call(lambda: compute(short_motion(False), 1.0), monkeypatch)
     assembly = library._codegen._tm.emit_assembly(library._get_module_for_linking())
-    packed, scalar = packed_and_scalar_arithmetic_patterns()
+    packed, scalar = regexes_of_packed_and_scalar_arithmetic()
     loops = re.findall(r"^\S*(?:point|vertex)_pair\S*:(.*?)^\.Lfunc_end", assembly, re.MULTILINE | re.DOTALL)
     counts = [(len(re.findall(packed, text)), len(re.findall(scalar, text))) for text in loops]
     assert sum(wide > 100 for wide, _ in counts) >= 5
@@ -197,8 +211,8 @@ def test_the_large_loops_of_a_kernel_are_vectorised(
     A loop over a variable number of lanes may have a scalar copy for the lanes that do not fill a vector.
     """
     compute, large = KERNELS[name]
-    library = compiled_library_of_kernel(lambda: compute(short_motion(vertical), friction), monkeypatch)
-    packed, scalar = packed_and_scalar_arithmetic_patterns()
+    library = numba_library_of_kernel_in_call(lambda: compute(short_motion(vertical), friction), monkeypatch)
+    packed, scalar = regexes_of_packed_and_scalar_arithmetic()
     # A loaded library holds machine code and, for linking, the LLVM module from which the assembly is made.
     assembly = library._codegen._tm.emit_assembly(library._get_module_for_linking())
     assert not FUSED_MULTIPLY_ADD.search(assembly)

@@ -10,7 +10,7 @@ from overturning.figures.film import Film, FilmBody, FilmPanel
 from overturning.motion.motion import Motion
 
 
-def falling_body_trajectory(motion: Motion, b_over_h: float = 0.25) -> xr.Dataset:
+def trajectory_of_3d_body(motion: Motion, b_over_h: float = 0.25) -> xr.Dataset:
     """Compute the trajectory of a slender 3-D body, 0.6 m high, under a motion."""
     return trajectory(motion, "rectangle", orientation_deg=10.0, height=0.6, b_over_h=b_over_h, friction=0.8)
 
@@ -29,7 +29,7 @@ FILM_BASE = FilmBody(
 )
 
 
-def film_of_two_blocks(duration: float = 4.0, title: str = "Test block", forces: bool = True) -> Film:
+def film_of_falling_and_rocking_block(duration: float = 4.0, title: str = "Test block", forces: bool = True) -> Film:
     """Return a film of two blocks: the first falls at 2.5 s, the second rocks and stands."""
     time = np.arange(0, duration + 1e-9, 0.02)
     falls = np.clip((time - 1.0) / 1.5, 0, 1) ** 3 * math.pi / 2

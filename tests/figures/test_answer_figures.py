@@ -9,23 +9,23 @@ from matplotlib.text import Text
 from overturning.figures.answer import (
     COLOURS,
     PlottedEstimate,
-    alignment_with_references_figure,
+    fall_alignment_with_references_figure,
     format_estimate,
     overturned_share_difference_figure,
     sorted_fall_alignment_figure,
 )
-from overturning.figures.style import PAGE_WIDTH, package_matplotlib_settings
+from overturning.figures.style import PAGE_WIDTH, use_package_matplotlib_settings
 
 NAN = float("nan")
 
 
-def marker_positions(axes: plt.Axes, colour: str) -> list[tuple[float, float]]:
+def marker_positions_of_colour(axes: plt.Axes, colour: str) -> list[tuple[float, float]]:
     """Return the markers of the group of one colour, (x, row), from the top."""
     dots = [line for line in axes.lines if line.get_color() == colour and len(line.get_xdata()) == 1]
     return sorted(((line.get_xdata()[0], line.get_ydata()[0]) for line in dots), key=lambda dot: dot[1])
 
 
-def interval_positions(axes: plt.Axes, colour: str) -> list[tuple[float, float, float]]:
+def interval_positions_of_colour(axes: plt.Axes, colour: str) -> list[tuple[float, float, float]]:
     """Return the intervals of the group of one colour, (low, high, row), from the top."""
     lines = [line for line in axes.lines if line.get_color() == colour and len(line.get_xdata()) == 2]
     return sorted(((*line.get_xdata(), line.get_ydata()[0]) for line in lines), key=lambda line: line[2])
@@ -35,7 +35,7 @@ def axes_texts(axes: plt.Axes) -> list[str]:
     return [text.get_text() for text in axes.texts]
 
 
-def alignment_figure() -> Figure:
+def figure_of_sorted_fall_alignments() -> Figure:
     values = {
         "with a pulse": {"A": -0.4, "B": 0.7, "C": NAN, "D": 0.004},
         "without": {"B": -0.003, "E": 0.2},
@@ -46,45 +46,45 @@ def alignment_figure() -> Figure:
 
 
 def test_alignment_figure_sorts_earthquakes_and_prints_each_value_and_the_mean() -> None:
-    with package_matplotlib_settings():
-        left, right = alignment_figure().axes
+    with use_package_matplotlib_settings():
+        left, right = figure_of_sorted_fall_alignments().axes
     plt.close("all")
     assert [label.get_text() for label in left.get_yticklabels()] == ["B", "D", "A", "C", "mean"]
-    assert [x for x, _ in marker_positions(left, COLOURS[0])] == [0.7, 0.004, -0.4, 0.1]
-    assert [(low, high) for low, high, _ in interval_positions(left, COLOURS[0])] == [(-0.2, 0.4)]
+    assert [x for x, _ in marker_positions_of_colour(left, COLOURS[0])] == [0.7, 0.004, -0.4, 0.1]
+    assert [(low, high) for low, high, _ in interval_positions_of_colour(left, COLOURS[0])] == [(-0.2, 0.4)]
     assert axes_texts(left) == ["0.70", "0.00", "−0.40", "no alignment"]
     assert "0.10 (−0.20 to 0.40)" in left.get_title()
     assert "3 earthquakes" in left.get_title()
-    assert interval_positions(right, COLOURS[1]) == [], "too few earthquakes for an interval"
+    assert interval_positions_of_colour(right, COLOURS[1]) == [], "too few earthquakes for an interval"
     assert axes_texts(right) == ["0.20", "0.00"]
     for axes in (left, right):
         ticks = dict(zip(axes.get_xticks(), (label.get_text() for label in axes.get_xticklabels()), strict=True))
         assert ["along" in ticks[-1], "neither" in ticks[0], "across" in ticks[1]] == [True] * 3
 
 
-def figure_of_reference_alignments() -> Figure:
+def figure_of_alignments_with_references() -> Figure:
     pulse = {
         "pulse": PlottedEstimate(0.4, 0.2, 0.6, 11),
         "peak velocity": PlottedEstimate(0.56, 0.4, 0.7, 11),
         "normal": PlottedEstimate(NAN, NAN, NAN, 0),
     }
     control = {"peak velocity": PlottedEstimate(0.38, None, None, 7), "pulse": PlottedEstimate(-0.1, -0.3, 0.1, 7)}
-    return alignment_with_references_figure({"with": pulse, "without": control})
+    return fall_alignment_with_references_figure({"with": pulse, "without": control})
 
 
 def test_alignments_with_reference_directions_are_dots_with_intervals() -> None:
     """Rows have the order of the first group; an unknown reference of a group has no dot, and a note says so."""
-    with package_matplotlib_settings():
-        figure = figure_of_reference_alignments()
+    with use_package_matplotlib_settings():
+        figure = figure_of_alignments_with_references()
     (axes,) = figure.axes
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close("all")
     assert [label.get_text() for label in axes.get_yticklabels()] == ["peak velocity", "pulse", "normal"]
-    assert [x for x, _ in marker_positions(axes, COLOURS[0])] == [0.56, 0.4]
-    assert [x for x, _ in marker_positions(axes, COLOURS[1])] == [0.38, -0.1]
-    assert [(low, high) for low, high, _ in interval_positions(axes, COLOURS[0])] == [(0.4, 0.7), (0.2, 0.6)]
-    assert [(low, high) for low, high, _ in interval_positions(axes, COLOURS[1])] == [(-0.3, 0.1)]
-    rows = [row for _, row in marker_positions(axes, COLOURS[0])]
+    assert [x for x, _ in marker_positions_of_colour(axes, COLOURS[0])] == [0.56, 0.4]
+    assert [x for x, _ in marker_positions_of_colour(axes, COLOURS[1])] == [0.38, -0.1]
+    assert [(low, high) for low, high, _ in interval_positions_of_colour(axes, COLOURS[0])] == [(0.4, 0.7), (0.2, 0.6)]
+    assert [(low, high) for low, high, _ in interval_positions_of_colour(axes, COLOURS[1])] == [(-0.3, 0.1)]
+    rows = [row for _, row in marker_positions_of_colour(axes, COLOURS[0])]
     assert np.round(rows).tolist() == [0, 1]
     printed = {"0.56 (0.40 to 0.70)", "0.40 (0.20 to 0.60)", "0.38", "−0.10 (−0.30 to 0.10)", "not known"}
     assert set(axes_texts(axes)) == printed
@@ -104,12 +104,12 @@ def figure_of_two_overturned_shares() -> Figure:
 
 
 def test_figure_of_two_settings_shows_overturned_shares_and_their_difference() -> None:
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         left, right = figure_of_two_overturned_shares().axes
     plt.close("all")
-    assert [x for x, _ in marker_positions(left, COLOURS[0])] == pytest.approx([66.3, 100.0])
-    assert [x for x, _ in marker_positions(left, COLOURS[1])] == pytest.approx([66.9, 90.0])
-    assert interval_positions(left, COLOURS[1])[0][:2] == pytest.approx((80.0, 95.0))
+    assert [x for x, _ in marker_positions_of_colour(left, COLOURS[0])] == pytest.approx([66.3, 100.0])
+    assert [x for x, _ in marker_positions_of_colour(left, COLOURS[1])] == pytest.approx([66.9, 90.0])
+    assert interval_positions_of_colour(left, COLOURS[1])[0][:2] == pytest.approx((80.0, 95.0))
     assert axes_texts(left) == ["66.3", "100.0", "66.9", "90.0"]
     assert axes_texts(right) == ["−0.6", "10.0 (2.0 to 15.0)"]
     low, high = right.get_xlim()
@@ -117,9 +117,11 @@ def test_figure_of_two_settings_shows_overturned_shares_and_their_difference() -
     assert high >= 15.0
 
 
-@pytest.mark.parametrize("draw", [alignment_figure, figure_of_reference_alignments, figure_of_two_overturned_shares])
+@pytest.mark.parametrize(
+    "draw", [figure_of_sorted_fall_alignments, figure_of_alignments_with_references, figure_of_two_overturned_shares]
+)
 def test_letters_of_answer_figures_have_at_least_7_points_at_printed_width(draw: object) -> None:
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure = draw()  # type: ignore[operator]
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
     plt.close("all")

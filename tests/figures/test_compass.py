@@ -18,16 +18,16 @@ from overturning.figures.compass import (
     labels_of_rings_at_round_radii,
     slenderness_ring_labels,
 )
-from overturning.figures.ground import pga_and_pgv_figure
-from overturning.figures.polar_map import azimuth_map_figure
+from overturning.figures.ground import pga_and_pgv_by_azimuth_figure
+from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.style import (
     add_title_and_legend,
-    figures_for_phone,
+    arrange_panels_for_phone,
     mark_fault_normal,
-    package_matplotlib_settings,
+    use_package_matplotlib_settings,
 )
 from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
-from overturning.statistics.boundary import overturning_boundary_by_azimuth
+from overturning.statistics.boundary import largest_falling_b_over_h_by_azimuth
 from overturning.translation.texts import translate_visible_texts_to
 from tests.figures.test_further_figures import cube_of_falls_around_azimuth_40
 
@@ -37,61 +37,61 @@ def cube_of_one_record(heights: int = 2, frictions: int = 2) -> xr.Dataset:
     return cube_of_falls_around_azimuth_40().isel(record=0, height=slice(heights), friction=slice(frictions))
 
 
-def peak_motion_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
+def artificial_pga_and_pgv_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
     """Return peak acceleration and velocity for the azimuths of a cube, largest along north."""
     angle = np.radians(cube["azimuth"].to_numpy().astype(float))
     return xr.Dataset({name: ("azimuth", 3.0 + np.cos(2 * angle)) for name in ("pga", "pgv")}, cube[["azimuth"]].coords)
 
 
-def figure_of_one_map() -> Figure:
-    return azimuth_map_figure(cube_of_one_record(1, 1), "A station\nof an earthquake")
+def figure_of_one_azimuth_map() -> Figure:
+    return fall_map_by_azimuth_figure(cube_of_one_record(1, 1), "A station\nof an earthquake")
 
 
-def figure_of_four_maps() -> Figure:
+def figure_of_four_azimuth_maps() -> Figure:
     cube = cube_of_one_record()
-    return azimuth_map_figure(
-        cube, "A station of an earthquake with a long name", [peak_motion_by_azimuth(cube)["pgv"]]
+    return fall_map_by_azimuth_figure(
+        cube, "A station of an earthquake with a long name", [artificial_pga_and_pgv_by_azimuth(cube)["pgv"]]
     )
 
 
-def figure_of_two_records() -> Figure:
+def azimuth_map_figure_of_two_records() -> Figure:
     named = [
         cube_of_one_record(1, 1).assign_coords(station=name, event="of an earthquake") for name in ("Here", "There")
     ]
-    return azimuth_map_figure(named, "Two stations")
+    return fall_map_by_azimuth_figure(named, "Two stations")
 
 
-def figure_of_three_long_names() -> Figure:
+def azimuth_map_figure_of_three_long_names() -> Figure:
     stations = ("Rinaldi Receiving Station", "TAPS Pump Sta. #10", "A station with a long name of many words")
     named = [cube_of_one_record(1, 1).assign_coords(station=name, event="Northridge 1994") for name in stations]
-    return azimuth_map_figure(named, "")
+    return fall_map_by_azimuth_figure(named, "")
 
 
-def figure_of_peaks_by_azimuth() -> Figure:
-    return pga_and_pgv_figure(peak_motion_by_azimuth(cube_of_one_record()), 40.0, "A station")
+def figure_of_pga_and_pgv_by_azimuth() -> Figure:
+    return pga_and_pgv_by_azimuth_figure(artificial_pga_and_pgv_by_azimuth(cube_of_one_record()), 40.0, "A station")
 
 
 def figure_of_overturning_boundary() -> Figure:
     cube = cube_of_one_record()
-    return overturning_boundary_figure(overturning_boundary_by_azimuth(cube), 0.6, 40.0, "A station")
+    return overturning_boundary_figure(largest_falling_b_over_h_by_azimuth(cube), 0.6, 40.0, "A station")
 
 
 FIGURES_WITH_COMPASSES = (
-    figure_of_one_map,
-    figure_of_four_maps,
-    figure_of_two_records,
-    figure_of_three_long_names,
-    figure_of_peaks_by_azimuth,
+    figure_of_one_azimuth_map,
+    figure_of_four_azimuth_maps,
+    azimuth_map_figure_of_two_records,
+    azimuth_map_figure_of_three_long_names,
+    figure_of_pga_and_pgv_by_azimuth,
     figure_of_overturning_boundary,
 )
 
 
 @cache
-def cached_figure(make: Callable[[], Figure], phone: bool) -> Figure:
+def figure_drawn_once_for_all_tests(make: Callable[[], Figure], phone: bool) -> Figure:
     """Draw a figure with its layout once for all tests: they may draw it again, but must not change it."""
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         if phone:
-            with figures_for_phone():
+            with arrange_panels_for_phone():
                 figure = make()
         else:
             figure = make()
@@ -115,7 +115,7 @@ def text_boxes(figure: Figure) -> dict[Text, tuple[float, float, float, float]]:
 @pytest.mark.parametrize("phone", [False, True], ids=["page", "phone"])
 @pytest.mark.parametrize("make", FIGURES_WITH_COMPASSES)
 def test_no_text_of_a_compass_figure_is_cut_off_or_overlaps(make: Callable[[], Figure], phone: bool) -> None:
-    figure = cached_figure(make, phone)
+    figure = figure_drawn_once_for_all_tests(make, phone)
     assert not has_cut_or_overlapping_text(figure)
     whole = figure.bbox
     for text, (left, low, right, high) in text_boxes(figure).items():
@@ -128,7 +128,7 @@ def test_no_text_of_a_compass_figure_is_cut_off_or_overlaps(make: Callable[[], F
 @pytest.mark.parametrize("phone", [False, True], ids=["page", "phone"])
 @pytest.mark.parametrize("make", FIGURES_WITH_COMPASSES)
 def test_compass_titles_stand_between_the_letter_n_and_the_row_above(make: Callable[[], Figure], phone: bool) -> None:
-    figure = cached_figure(make, phone)
+    figure = figure_drawn_once_for_all_tests(make, phone)
     all_boxes = text_boxes(figure)
     ceiling = min([all_boxes[text][1] for text in figure.texts if text in all_boxes], default=figure.bbox.y1)
     floor = max(legend.get_window_extent().y1 for legend in figure.legends)
@@ -154,7 +154,7 @@ def test_compass_titles_stand_between_the_letter_n_and_the_row_above(make: Calla
 
 @pytest.mark.parametrize("make", FIGURES_WITH_COMPASSES)
 def test_compasses_are_round_and_equal_and_do_not_touch(make: Callable[[], Figure]) -> None:
-    figure = cached_figure(make, False)
+    figure = figure_drawn_once_for_all_tests(make, False)
     rims = [axes.get_window_extent() for axes in visible_compasses(figure)]
     for rim in rims:
         assert rim.width == pytest.approx(rim.height)
@@ -168,14 +168,14 @@ def test_compasses_are_round_and_equal_and_do_not_touch(make: Callable[[], Figur
 
 @pytest.mark.parametrize(("kind", "language"), [("svg", "en"), ("png", "en"), ("svg", "ja")])
 def test_a_map_drawn_twice_has_the_same_bytes(kind: str, language: str, tmp_path: Path) -> None:
-    with package_matplotlib_settings(), translate_visible_texts_to(language):
+    with use_package_matplotlib_settings(), translate_visible_texts_to(language):
         for name in ("one", "two"):
-            save_figure_files(figure_of_four_maps(), tmp_path / f"{name}.{kind}", dpi=50)
+            save_figure_files(figure_of_four_azimuth_maps(), tmp_path / f"{name}.{kind}", dpi=50)
     assert (tmp_path / f"one.{kind}").read_bytes() == (tmp_path / f"two.{kind}").read_bytes()
 
 
 def test_compass_directions_and_ring_labels_are_at_their_azimuths_and_radii() -> None:
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure, ((axes,),) = create_compass_grid(1, 1, 3.0, 3.0)
         axes.draw_compass(2.0, {0.5: "half", 1.5: "one and a half"}, 67.5, has_spokes=True)
         figure.draw_without_rendering()
@@ -198,7 +198,7 @@ def test_compass_directions_and_ring_labels_are_at_their_azimuths_and_radii() ->
 
 def test_a_mark_at_the_rim_covers_no_compass_name() -> None:
     """A fault normal at 45° and 225° touches neither NE nor SW."""
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure, ((axes,),) = create_compass_grid(1, 1, 3.0, 3.0)
         axes.draw_compass(1.0, {}, has_marks=True)
         mark_fault_normal(axes, 45.0)
@@ -211,7 +211,7 @@ def test_a_mark_at_the_rim_covers_no_compass_name() -> None:
 
 
 def test_a_cleared_compass_is_empty() -> None:
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         _, ((axes,),) = create_compass_grid(1, 1, 3.0, 3.0)
         axes.draw_compass(1.0, {0.5: "half"})
         axes.clear()
@@ -220,7 +220,7 @@ def test_a_cleared_compass_is_empty() -> None:
 
 
 def test_figure_without_room_for_compasses_gives_a_warning() -> None:
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure, ((axes,),) = create_compass_grid(1, 1, 1.0, 0.7)
         axes.draw_compass(1.0, {})
         add_title_and_legend(figure, "two\nlines")

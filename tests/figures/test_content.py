@@ -20,7 +20,7 @@ FIGURES_OF_FALLS = ("boundary", "rose", "earthquakes", "axes")
 FIGURES_OF_OUTCOMES = ("polar", "blocks", "plane", *FIGURES_OF_FALLS)
 
 
-def write_results_of_records(folder: Path, *records: Record) -> Path:
+def write_cube_and_intensities_of_records(folder: Path, *records: Record) -> Path:
     """Write a cube with its motions and intensity measures, and return the path of the cube."""
     settings = small_study(ensemble={"members": 0}, records={"use": [record.record_id for record in records]})
     write_intensity_measures(settings, list(records), folder / "intensity.nc")
@@ -31,13 +31,13 @@ def write_results_of_records(folder: Path, *records: Record) -> Path:
 def cube_without_falls(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Write a cube of a record of 100 Gal: the widest block (B/H 0.2) rocks from 196 Gal on, so all cases stand."""
     record = replace(sine_cycle_record("a", 1.0), fault_strike_deg=30.0)
-    return write_results_of_records(tmp_path_factory.mktemp("weak"), record)
+    return write_cube_and_intensities_of_records(tmp_path_factory.mktemp("weak"), record)
 
 
 @pytest.fixture(scope="module")
 def cube_with_falls(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Write a cube with falls under a record without a fault strike."""
-    return write_results_of_records(tmp_path_factory.mktemp("strong"), sine_cycle_record("a", 6.0))
+    return write_cube_and_intensities_of_records(tmp_path_factory.mktemp("strong"), sine_cycle_record("a", 6.0))
 
 
 @pytest.mark.parametrize("kind", FIGURES_OF_FALLS)
@@ -49,7 +49,7 @@ def test_figure_of_falls_is_refused_without_falls(cube_without_falls: Path, tmp_
 
 
 @pytest.mark.parametrize("kind", ["polar", "blocks", "plane"])
-def test_map_of_standing_blocks_is_drawn(cube_without_falls: Path, tmp_path: Path, kind: str) -> None:
+def test_maps_are_drawn_if_all_blocks_stand(cube_without_falls: Path, tmp_path: Path, kind: str) -> None:
     command_output("figure", kind, cube_without_falls, "-o", tmp_path / "stands.svg")
     assert (tmp_path / "stands.svg").stat().st_size > 1000
 
@@ -89,7 +89,9 @@ def test_figures_of_motion_are_refused_for_ground_at_rest(tmp_path: Path) -> Non
     for kind, draw in (("history", plot.time_histories), ("spectra", plot.spectra)):
         with expect_error(ArgumentError, f"{kind}: nothing to draw: the ground does not move (peak 0 Gal)"):
             draw(still)
-    dead = write_results_of_records(tmp_path, replace(sine_cycle_record("a", 0.0), extra={"trusted_data": True}))
+    dead = write_cube_and_intensities_of_records(
+        tmp_path, replace(sine_cycle_record("a", 0.0), extra={"trusted_data": True})
+    )
     for kind in ("intensity", "hodograph", "history"):
         assert f"error: {kind}: nothing to draw: the ground" in command_output(
             "figure", kind, dead, "-o", tmp_path / "still.svg", status=1

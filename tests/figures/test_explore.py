@@ -78,7 +78,7 @@ def random_3d_cube() -> xr.Dataset:
     )  # fmt: skip
 
 
-def decode_page_outcomes(data: dict[str, Any], name: str, kind: str, shape: tuple[int, ...]) -> np.ndarray:
+def decode_outcome_variable_of_page(data: dict[str, Any], name: str, kind: str, shape: tuple[int, ...]) -> np.ndarray:
     """Decode one variable of the explorer page for all records, with NaN for missing values."""
     parts = [np.frombuffer(base64.b64decode(record["cells"][name]), kind) for record in data["records"]]
     values = np.concatenate(parts).reshape(shape)
@@ -93,8 +93,11 @@ def test_explorer_page_data_match_the_cube() -> None:
     whole["probability_towards"][0, 1:4] = np.nan  # of neighbourhoods that were not run nothing is known
     data = explorer_page_data(whole)
     shape = tuple(whole.sizes[name] for name in DIMENSIONS)
-    np.testing.assert_array_equal(decode_page_outcomes(data, "flag", "i1", shape), whole["overturned"])
-    time, towards = decode_page_outcomes(data, "time", "<u2", shape), decode_page_outcomes(data, "towards", "u1", shape)
+    np.testing.assert_array_equal(decode_outcome_variable_of_page(data, "flag", "i1", shape), whole["overturned"])
+    time, towards = (
+        decode_outcome_variable_of_page(data, "time", "<u2", shape),
+        decode_outcome_variable_of_page(data, "towards", "u1", shape),
+    )
     np.testing.assert_allclose(time * 0.01, whole["overturning_time"], atol=0.00501)
     np.testing.assert_allclose(towards * data["steps"]["chance"], whole["probability_towards"], rtol=1e-6)
 
@@ -106,19 +109,19 @@ def test_the_flag_of_a_case_without_an_outcome_encodes_the_reason() -> None:
         whole["overturned"][0, place] = np.nan
         status[0, place] = reason
     shape = tuple(whole.sizes[name] for name in DIMENSIONS)
-    found = decode_page_outcomes(explorer_page_data(whole.assign(status=status)), "flag", "i1", shape)
+    found = decode_outcome_variable_of_page(explorer_page_data(whole.assign(status=status)), "flag", "i1", shape)
     assert found[0, :3, 0, 0, 0].tolist() == [12, 13, 15]
     assert np.isnan(found[0, 3]).all()
     np.testing.assert_array_equal(found[0, 4:], whole["overturned"][0, 4:])
 
 
-def test_late_fall_in_a_long_record_keeps_its_time() -> None:
+def test_late_fall_in_a_long_record_keeps_its_time_in_the_explorer() -> None:
     """With a fixed time step of 0.01 s, 16 bits end at 655.34 s."""
     whole = random_planar_cube()
     whole["overturning_time"][1] *= 180.0
     data, shape = explorer_page_data(whole), tuple(whole.sizes[name] for name in DIMENSIONS)
     steps = [record["cells"]["timeStep"] for record in data["records"]]
-    found = decode_page_outcomes(data, "time", "<u2", shape) * np.reshape(steps, (2, 1, 1, 1, 1))
+    found = decode_outcome_variable_of_page(data, "time", "<u2", shape) * np.reshape(steps, (2, 1, 1, 1, 1))
     assert found[1].max(initial=0.0, where=np.isfinite(found[1])) > 3000.0
     np.testing.assert_allclose(found[0], whole["overturning_time"][0], atol=0.00501)
     np.testing.assert_allclose(found[1], whole["overturning_time"][1], atol=0.03)
@@ -128,9 +131,9 @@ def test_explorer_map_of_a_3d_body_ends_at_the_first_ring_without_falls() -> Non
     whole = random_3d_cube()
     data = explorer_page_data(whole)
     shape = whole["overturned"].shape
-    np.testing.assert_array_equal(decode_page_outcomes(data, "flag", "i1", shape), whole["overturned"])
+    np.testing.assert_array_equal(decode_outcome_variable_of_page(data, "flag", "i1", shape), whole["overturned"])
     for name, variable in (("azimuth", "fall_azimuth"), ("rotation", "peak_tilt")):
-        found = decode_page_outcomes(data, name, "<u2", shape) * data["steps"][name]
+        found = decode_outcome_variable_of_page(data, name, "<u2", shape) * data["steps"][name]
         np.testing.assert_allclose(found, whole[variable], atol=0.00501)
     assert data["rings"] == 3
     whole["overturned"][1, 2, 0, 3, 1, 0] = np.nan  # and farther where it may fall, on one scale for all records
@@ -138,7 +141,7 @@ def test_explorer_map_of_a_3d_body_ends_at_the_first_ring_without_falls() -> Non
     assert (data["space"], data["degrees"]) == (True, [True])
 
 
-def test_rotations_without_a_critical_angle_are_in_degrees() -> None:
+def test_explorer_rotations_without_a_critical_angle_are_in_degrees() -> None:
     both = (
         xr.concat([random_planar_cube(), random_planar_cube()], "element")
         .transpose(*DIMENSIONS, "element")
@@ -151,7 +154,7 @@ def test_rotations_without_a_critical_angle_are_in_degrees() -> None:
     data = explorer_page_data(both.isel(element=[1]))
     assert data["degrees"] == [True]
     found = (
-        decode_page_outcomes(data, "rotation", "<u2", tuple(both.sizes[name] for name in DIMENSIONS))
+        decode_outcome_variable_of_page(data, "rotation", "<u2", tuple(both.sizes[name] for name in DIMENSIONS))
         * data["steps"]["rotation"]
     )
     np.testing.assert_allclose(found, both["peak_rotation"][..., 1], atol=0.00501)  # 65.5° were the largest
@@ -169,11 +172,11 @@ def test_explorer_page_shows_the_rounded_number_of_the_cube(name: str, variable:
     spread[::2] = unit * (np.floor(spread[::2] / unit) + 0.4999)
     whole[variable] = whole[variable].dims, spread.reshape(whole[variable].shape)
     data = explorer_page_data(whole)
-    found = decode_page_outcomes(data, name, "<u2", whole[variable].shape) * data["steps"][name]
+    found = decode_outcome_variable_of_page(data, name, "<u2", whole[variable].shape) * data["steps"][name]
     np.testing.assert_array_equal(np.floor(found / unit + 0.5), np.floor(whole[variable] / unit + 0.5))
 
 
-def test_explorer_opens_on_a_certain_fall_among_certain_falls() -> None:
+def test_explorer_opens_on_a_fall_in_all_runs_with_such_neighbours() -> None:
     """A fall is certain if all runs fall. The first case shown is the stoutest with certain falls as neighbours."""
     whole = random_planar_cube(ratios=6, heights=1, frictions=1)
     for name in ("overturned", "probability_towards", "probability_away"):

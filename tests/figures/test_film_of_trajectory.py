@@ -22,18 +22,18 @@ from overturning.figures.film_of_trajectory import (
 from overturning.figures.film_strip import film_strip_frame_times_and_captions
 from overturning.figures.page import film_page_html
 from overturning.figures.response import tilt_path_and_hodographs_figure
-from overturning.figures.style import package_matplotlib_settings
+from overturning.figures.style import use_package_matplotlib_settings
 from overturning.figures.svg_translation import translate_svg
 from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
-from overturning.model.scene import check_scene, load_scene
+from overturning.model.scene import load_scene, parse_scene_content
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import read_record_table
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
 from overturning.records.store import round_to_stored_precision
-from tests.dem.paths import lower_corner_penetrations, trajectory_of_element_stone
-from tests.figures.films import falling_body_trajectory
+from tests.dem.paths import lower_corner_penetrations, trajectory_of_element_named_stone
+from tests.figures.films import trajectory_of_3d_body
 from tests.figures.test_film import unpack_film_numbers
 
 RECORD_TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
@@ -51,19 +51,19 @@ def sine_motion_after_rest() -> Motion:
 
 def test_film_of_a_fall_ends_with_the_block_on_its_side(sine_motion_after_rest: Motion) -> None:
     path = trajectory(sine_motion_after_rest, azimuth_deg=0, **SLENDER_BLOCK)
-    side = int(trajectory_of_element_stone(path)["overturned"])
+    side = int(trajectory_of_element_named_stone(path)["overturned"])
     assert side != 0
     cell = simulate_as_arrays(
         sine_motion_after_rest, azimuth_deg=[0], **{name: [value] for name, value in SLENDER_BLOCK.items()}
     )
-    assert float(trajectory_of_element_stone(path)["overturning_time"]) == cell["overturning_time"].item()
+    assert float(trajectory_of_element_named_stone(path)["overturning_time"]) == cell["overturning_time"].item()
     assert outcome_sentence(path).startswith("falls towards N at" if side > 0 else "falls towards S at")
     film = film_of_trajectories([path], sine_motion_after_rest, "pulse")
     assert film.start == pytest.approx(1.6, abs=0.2)  # the quiet time before is not shown
     body = film.panels[0].bodies[1]
     assert body.rotation[-1] == pytest.approx(side * np.pi / 2)
     assert sorted(vertex_positions_by_frame(body)[-1, :, 1]) == pytest.approx([0, 0, 0.18, 0.18]), "it lies on its side"
-    turned = np.abs(trajectory_of_element_stone(path)["rotation"].to_numpy()[-1])
+    turned = np.abs(trajectory_of_element_named_stone(path)["rotation"].to_numpy()[-1])
     assert turned < np.pi / 2, "the path itself ends before"
     assert np.abs(np.diff(body.position[:, 0])).max() < 0.06, "and does not jump"
     assert vertex_positions_by_frame(body)[..., 1].min() > -0.01, "nothing sinks into the base"
@@ -71,7 +71,9 @@ def test_film_of_a_fall_ends_with_the_block_on_its_side(sine_motion_after_rest: 
 
 def test_films_of_opposite_azimuths_mirror_each_other(sine_motion_after_rest: Motion) -> None:
     one, other = (trajectory(sine_motion_after_rest, azimuth_deg=angle, **SLENDER_BLOCK) for angle in (0, 180))
-    assert int(trajectory_of_element_stone(one)["overturned"]) == -int(trajectory_of_element_stone(other)["overturned"])
+    assert int(trajectory_of_element_named_stone(one)["overturned"]) == -int(
+        trajectory_of_element_named_stone(other)["overturned"]
+    )
     assert outcome_sentence(one) == outcome_sentence(other)
 
 
@@ -95,7 +97,7 @@ def test_frames_show_the_trajectory_and_the_ground_at_their_times(sine_motion_af
     """A frame has the pose of the path at its time, and the ground the displacement of a sine pulse, in closed form."""
     path = trajectory(sine_motion_after_rest, azimuth_deg=0, **SLENDER_BLOCK)
     film = film_of_trajectories([path], sine_motion_after_rest, "pulse")
-    panel, one = film.panels[0], trajectory_of_element_stone(path)
+    panel, one = film.panels[0], trajectory_of_element_named_stone(path)
     frame = 40
     assert film.frame_times[frame] == pytest.approx(film.start + 0.8)
     for name, column in (("x", 0), ("z", 1)):
@@ -151,7 +153,10 @@ def test_outcome_of_several_falls_appears_after_the_last_fall() -> None:
     elements = [{"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}]
     for name, width, place in (("slim", 0.12, -2.0), ("stout", 0.3, 2.0)):
         elements.append({"name": name, "width": width, "height": 0.9, "stands_on": "ground", "at": [place, 0]})
-    scene, motion = check_scene({"name": "two", "reference": "slim", "elements": elements}), Motion.sine(8.0, 1.0)
+    scene, motion = (
+        parse_scene_content({"name": "two", "reference": "slim", "elements": elements}),
+        Motion.sine(8.0, 1.0),
+    )
     film = film_of_trajectories([trajectory(motion, scene, azimuth_deg=0.0, aftermath=AFTERMATH)], motion, "two")
     panel = film.panels[0]
     times = [float(time) for time in re.findall(r"at ([\d.]+) s", panel.outcome)]
@@ -172,7 +177,7 @@ def test_films_of_two_settings_share_their_frames() -> None:
     data = film.player_data()
     assert data["frames"] == len(film.frame_times)
     for panel, path in zip(film.panels, paths, strict=True):
-        there = np.interp(film.frame_times, path["time"], trajectory_of_element_stone(path)["x"])
+        there = np.interp(film.frame_times, path["time"], trajectory_of_element_named_stone(path)["x"])
         moving = film.frame_times <= float(path["time"][-1])
         assert panel.bodies[1].position[moving, 0] == pytest.approx(there[moving], abs=1e-12)
     assert [len(panel["traces"]) for panel in data["panels"]] == [2, 2]
@@ -195,14 +200,14 @@ def test_contact_forces_at_rest_add_up_to_the_weight(sine_motion_after_rest: Mot
     assert force[50].sum(axis=0) == pytest.approx([0, 1], abs=1e-3)
     assert force[50, 0] == pytest.approx(force[50, 1], abs=1e-3)
     assert point[50] == pytest.approx(np.array([[-0.09, 0], [0.09, 0]]), abs=1e-4)
-    rotation = trajectory_of_element_stone(path)["rotation"].to_numpy()
+    rotation = trajectory_of_element_named_stone(path)["rotation"].to_numpy()
     rocking = int(np.argmax(np.abs(rotation) > 0.1))
     lifted = 0 if rotation[rocking] > 0 else 1
     assert force[rocking, lifted] == pytest.approx([0, 0])
     assert np.isnan(point[rocking, lifted]).all()
 
 
-def test_upward_acceleration_adds_to_the_weight(sine_motion_after_rest: Motion) -> None:
+def test_upward_acceleration_adds_to_the_contact_forces(sine_motion_after_rest: Motion) -> None:
     up = np.full(sine_motion_after_rest.sample_count, 3.0)
     pushed = Motion(
         0 * sine_motion_after_rest.north, 0 * sine_motion_after_rest.east, up, sampling_interval=0.01, trust_data=True
@@ -215,7 +220,7 @@ def test_upward_acceleration_adds_to_the_weight(sine_motion_after_rest: Motion) 
     scope="module",
     params=[("rinaldi", 32, 0.4, 0.6, 1.0), ("rinaldi", 32, 0.3, 0.6, 0.33), ("erzincan", 0, 0.25, 1.2, 0.58)],
 )
-def recorded_block_trajectory(request: pytest.FixtureRequest) -> xr.Dataset:
+def block_trajectory_under_record(request: pytest.FixtureRequest) -> xr.Dataset:
     """Return the trajectory of a block under a record: it falls, falls while it slides, or rocks and stands."""
     name, azimuth, b_over_h, height, friction = request.param
     record = round_to_stored_precision(process_record(read_record(read_record_table(RECORD_TABLE)[name], Path()), None))
@@ -229,34 +234,42 @@ def recorded_block_trajectory(request: pytest.FixtureRequest) -> xr.Dataset:
     return path.assign(base_velocity=("time", np.interp(path["time"], every, velocity)))
 
 
-def test_contact_forces_are_compressive_and_within_the_friction_limit(recorded_block_trajectory: xr.Dataset) -> None:
+def test_contact_forces_are_compressive_and_within_the_friction_limit(
+    block_trajectory_under_record: xr.Dataset,
+) -> None:
     """Forces are never tensile, and friction is at most μ times the normal force."""
-    force = contact_forces_over_weight(recorded_block_trajectory)
+    force = contact_forces_over_weight(block_trajectory_under_record)
     along, normal = force.sum(axis=1).T
     assert force[:, :, 1].min() >= 0
     # Allowed: 0.5 % of the weight, since the time of a sample is known to one step.
-    assert (np.abs(along) - recorded_block_trajectory.attrs["friction"] * normal).max() < 5e-3
-    up = lower_corner_penetrations(recorded_block_trajectory).T < 0
+    assert (np.abs(along) - block_trajectory_under_record.attrs["friction"] * normal).max() < 5e-3
+    up = lower_corner_penetrations(block_trajectory_under_record).T < 0
     stays_up = up[:-1] & up[1:]
     assert force[:-1][stays_up].max(initial=0.0) == 0
     assert stays_up.sum() > 50
 
 
-def test_contact_forces_and_weight_account_for_the_change_of_momentum(recorded_block_trajectory: xr.Dataset) -> None:
+def test_contact_forces_and_weight_account_for_the_change_of_momentum(
+    block_trajectory_under_record: xr.Dataset,
+) -> None:
     """M Δv = ∫ (Σ f + weight) dt from the start to any sample, and I Δω = ∫ Σ r × f dt."""
-    force = contact_forces_over_weight(recorded_block_trajectory)[:-1]
-    one = trajectory_of_element_stone(recorded_block_trajectory)
-    time, g = recorded_block_trajectory["time"].to_numpy(), 9.80665
+    force = contact_forces_over_weight(block_trajectory_under_record)[:-1]
+    one = trajectory_of_element_named_stone(block_trajectory_under_record)
+    time, g = block_trajectory_under_record["time"].to_numpy(), 9.80665
     centre = np.stack([one["x"], one["z"]], axis=1)
     arm = np.nan_to_num(
-        recorded_block_trajectory["contact_place"].to_numpy()[:-1] - 0.5 * (centre[1:] + centre[:-1])[:, None, :]
+        block_trajectory_under_record["contact_place"].to_numpy()[:-1] - 0.5 * (centre[1:] + centre[:-1])[:, None, :]
     )
-    half = np.array([recorded_block_trajectory.attrs["b_over_h"], 1.0]) * recorded_block_trajectory.attrs["height"] / 2
+    half = (
+        np.array([block_trajectory_under_record.attrs["b_over_h"], 1.0])
+        * block_trajectory_under_record.attrs["height"]
+        / 2
+    )
     moment = (arm[:, :, 1] * force[:, :, 0] - arm[:, :, 0] * force[:, :, 1]).sum(axis=1)
     for rate, velocity, allowed in (
         (
             force.sum(axis=1)[:, 0] * g,
-            (one["velocity_x"] + recorded_block_trajectory["base_velocity"]).to_numpy(),
+            (one["velocity_x"] + block_trajectory_under_record["base_velocity"]).to_numpy(),
             1e-3,
         ),
         ((force.sum(axis=1)[:, 1] - 1.0) * g, one["velocity_z"].to_numpy(), 1e-3),
@@ -267,10 +280,10 @@ def test_contact_forces_and_weight_account_for_the_change_of_momentum(recorded_b
         assert np.abs(gained - found).max() < allowed * np.abs(found).max()
 
 
-def test_rotation_of_a_leaning_stone_is_in_degrees() -> None:
+def test_the_outcome_sentence_gives_rotation_of_a_leaning_stone_in_degrees() -> None:
     ground = {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}
     oblique = {"name": "stone", "width": 0.3, "height": 0.6, "stands_on": "ground", "rotation_deg": 10}
-    scene = check_scene({"name": "oblique", "reference": "stone", "elements": [ground, oblique]})
+    scene = parse_scene_content({"name": "oblique", "reference": "stone", "elements": [ground, oblique]})
     quiet = Motion.sine(0.01, 1.0)
     text = outcome_sentence(trajectory(quiet, scene, azimuth_deg=0))
     assert re.fullmatch(r"stands; rotates by up to 1\d(\.\d)?°", text), text
@@ -315,7 +328,7 @@ def pulse_along_oblique_azimuth() -> Motion:
 @pytest.fixture(scope="module")
 def falling_and_standing_body(pulse_along_oblique_azimuth: Motion) -> list:
     """Return the trajectories of a slender 3-D body, which falls, and of a stout one, which stands."""
-    return [falling_body_trajectory(pulse_along_oblique_azimuth, ratio) for ratio in (0.25, 0.6)]
+    return [trajectory_of_3d_body(pulse_along_oblique_azimuth, ratio) for ratio in (0.25, 0.6)]
 
 
 def test_film_body_of_a_box_has_six_outward_faces() -> None:
@@ -363,8 +376,8 @@ def test_axis_figure_of_a_standing_body_has_a_short_title(tmp_path: Path) -> Non
     """The title states the tilt only: twist and slip would not fit, and covered the title next to it."""
     time = np.arange(0, 2, 0.01)
     weak = Motion(2.5 * np.sin(2 * np.pi * time), 0 * time, sampling_interval=0.01)
-    path = falling_body_trajectory(weak, 0.5)
-    with package_matplotlib_settings():
+    path = trajectory_of_3d_body(weak, 0.5)
+    with use_package_matplotlib_settings():
         figure = tilt_path_and_hodographs_figure(path, weak, "title")
         save_figure_files(figure, tmp_path / "axis.svg")
     assert figure.axes[0].get_title().split("\n")[1] == f"stands; largest tilt {float(path['peak_tilt']):.1f}°"
@@ -379,7 +392,7 @@ def test_axis_figure_of_a_stack_has_name_and_critical_angle_of_the_stone() -> No
         {"name": "base", "width": 0.5, "height": 0.2, "depth": 0.5, "stands_on": "ground"},
         {"name": "shaft", "width": 0.2, "height": 0.6, "depth": 0.1, "stands_on": "base"},
     ]
-    stack = check_scene({"name": "narrow", "reference": "shaft", "elements": elements})
+    stack = parse_scene_content({"name": "narrow", "reference": "shaft", "elements": elements})
     time = np.arange(0, 0.5, 0.01)
     weak = Motion(0.1 * np.sin(2 * np.pi * time), 0 * time, sampling_interval=0.01)
     path = trajectory(weak, stack, orientation_deg=0.0)
@@ -401,7 +414,7 @@ def test_axis_figure_of_a_stack_shows_the_tilt_of_the_reference_element() -> Non
         {"name": "shaft", "width": 0.3, "height": 0.9, "depth": 0.3, "stands_on": "foot", "at": [0.2, 0.0]},
         {"name": "roof", "width": 0.7, "height": 0.2, "depth": 0.7, "stands_on": "shaft"},
     ]
-    stack = check_scene({"name": "lantern", "reference": "foot", "elements": elements})
+    stack = parse_scene_content({"name": "lantern", "reference": "foot", "elements": elements})
     weak = Motion(0.1 * np.sin(2 * np.pi * np.arange(0, 0.5, 0.01)), np.zeros(50), sampling_interval=0.01)
     in_space, in_plane = trajectory(weak, stack, orientation_deg=0.0), trajectory(weak, stack, azimuth_deg=0.0)
     np.testing.assert_allclose(in_space["critical_angle"], np.arctan([0.3 / 0.125, 0.1 / 0.45, 0.15 / 0.1]))
@@ -420,7 +433,7 @@ def test_axis_figure_of_a_stack_shows_the_tilt_of_the_reference_element() -> Non
 def test_axis_figure_shows_tilt_and_outcome(
     falling_and_standing_body: list, pulse_along_oblique_azimuth: Motion
 ) -> None:
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure = tilt_path_and_hodographs_figure(falling_and_standing_body[0], pulse_along_oblique_azimuth, "title")
         titles = [axes.get_title() for axes in figure.axes]
         line = next(line for line in figure.axes[0].lines if line.get_label() == "axis of the body")

@@ -14,12 +14,12 @@ from overturning.figures.film_strip import (
     film_strip_frame_times_and_captions,
 )
 from overturning.figures.film_words import STRIP, STRIP_MIXED, STRIP_STANDING, film_title_text, length_with_unit
-from overturning.figures.style import create_figure, package_matplotlib_settings
+from overturning.figures.style import create_figure, use_package_matplotlib_settings
 from overturning.model.body import Body
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone, load_scene
 from overturning.model.shapes import shape_from_name_or_sides
-from tests.figures.films import film_of_two_blocks
+from tests.figures.films import film_of_falling_and_rocking_block
 
 
 def test_film_strip_shows_the_times_of_uplift_and_fall() -> None:
@@ -27,7 +27,7 @@ def test_film_strip_shows_the_times_of_uplift_and_fall() -> None:
 
     The second one rotates by 0.1 e⁻ᵗ sin 2πt, that is by 0.05 at 0.1 s.
     """
-    film = film_of_two_blocks()
+    film = film_of_falling_and_rocking_block()
     times, names = film_strip_frame_times_and_captions(film)
     assert names == STRIP_MIXED, "the other block does not lie at the end"
     assert times == pytest.approx([0.0, 0.1, 2.1, film.last_frame_time], abs=0.021)
@@ -39,15 +39,17 @@ def test_film_strip_shows_the_times_of_uplift_and_fall() -> None:
 
 
 def test_film_strip_of_a_standing_stone_shows_its_largest_rotation() -> None:
-    times, names = film_strip_frame_times_and_captions(Film("stands", 0.0, 0.02, film_of_two_blocks().panels[1:]))
+    times, names = film_strip_frame_times_and_captions(
+        Film("stands", 0.0, 0.02, film_of_falling_and_rocking_block().panels[1:])
+    )
     assert names == STRIP_STANDING
     # The largest of e⁻ᵗ sin 2πt is where tan 2πt = 2π.
     assert times[2] == pytest.approx(math.atan(2 * math.pi) / (2 * math.pi), abs=0.011)
 
 
 def test_film_strip_draws_each_panel_at_its_own_times() -> None:
-    film = film_of_two_blocks()
-    with package_matplotlib_settings():
+    film = film_of_falling_and_rocking_block()
+    with use_package_matplotlib_settings():
         figure = film_strip_figure(film)
     assert len(figure.axes) == 8
     times, _ = film_strip_frame_times_and_captions(film)

@@ -20,19 +20,23 @@ from overturning.figures.alignment import fall_alignment_by_b_over_h_figure, fal
 from overturning.figures.answer import PlottedEstimate, sorted_fall_alignment_figure
 from overturning.figures.boundary import overturning_boundary_figure
 from overturning.figures.film_of_trajectory import outcome_sentence
-from overturning.figures.ground import fourier_and_response_spectra_figure, hodograph_figure, pga_and_pgv_figure
+from overturning.figures.ground import (
+    fourier_and_response_spectra_figure,
+    hodograph_figure,
+    pga_and_pgv_by_azimuth_figure,
+)
 from overturning.figures.intensity_plane import (
     LOOKS,
     outcomes_by_pga_and_pgv_over_pga_figure,
     pga_pgv_over_pga_and_fall_probability,
 )
-from overturning.figures.observed_rose import ObservedRose, observed_roses_figure
-from overturning.figures.polar_map import azimuth_map_figure
+from overturning.figures.observed_rose import ObservedFallRose, observed_fall_roses_figure
+from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.response import rotation_slip_and_uplift_figure
 from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses_by_group_figure
 from overturning.figures.scene import scenes_figure
-from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_map_figure
-from overturning.figures.style import FALLS, PAGE_WIDTH, package_matplotlib_settings
+from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_maps_in_one_figure
+from overturning.figures.style import FALLS, PAGE_WIDTH, use_package_matplotlib_settings
 from overturning.figures.survey import OCTANT, SurveyFigureData, survey_falls_figure
 from overturning.figures.ticks import create_only_inner_ticks
 from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
@@ -40,7 +44,7 @@ from overturning.model.scene import load_scene
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.statistics.bootstrap import MeanOverEarthquakes
-from overturning.statistics.boundary import overturning_boundary_by_azimuth
+from overturning.statistics.boundary import largest_falling_b_over_h_by_azimuth
 from overturning.statistics.earthquakes import fall_axes_by_earthquake, summarise_fall_axes
 from overturning.statistics.logistic import PREDICTORS, LogisticFit, fit_logistic_overturning_model
 
@@ -85,7 +89,7 @@ def motion_with_one_pulse() -> Motion:
     return Motion(pulse, 0.5 * np.roll(pulse, 15), sampling_interval=0.01)
 
 
-def intensity_of_five_records() -> xr.Dataset:
+def pga_and_pgv_of_five_records() -> xr.Dataset:
     """Return peak acceleration and velocity by azimuth of five records, largest along 40°."""
     pga = 3 + 2 * np.cos(np.radians(AZIMUTHS_DEG - 40)) ** 2 + np.arange(5)[:, None]
     coordinates = {"azimuth": AZIMUTHS_DEG}
@@ -98,7 +102,7 @@ def draw_hodograph() -> Figure:
     return hodograph_figure(motion_with_one_pulse(), 60.0, "A long station name with $ and _, an earthquake")
 
 
-def draw_fall_axes() -> Figure:
+def draw_fall_alignment_by_earthquake() -> Figure:
     found = fall_axes_by_earthquake(cube_of_falls_around_azimuth_40())
     return fall_alignment_by_earthquake_figure({"all records": found}, {"all records": summarise_fall_axes(found)})
 
@@ -106,12 +110,12 @@ def draw_fall_axes() -> Figure:
 def draw_station_map() -> Figure:
     known = StationOnMap("ttrh02", 35.23, 133.39, strike=150.0, axis=60.0)
     trace = (((35.3, 133.3), (35.2, 133.4)),)
-    return earthquake_map_figure(
+    return earthquake_maps_in_one_figure(
         [EarthquakeOnMap("Western $Tottori", [known, StationOnMap("S$1", 35.3, 133.2)], (35.27, 133.35), trace)]
     )
 
 
-def draw_block_responses() -> Figure:
+def draw_rotation_slip_and_uplift() -> Figure:
     return rotation_slip_and_uplift_figure(trajectories_along_two_azimuths(), "A block")
 
 
@@ -148,12 +152,12 @@ OBSERVED_FALLS_BY_OCTANT = np.array([0.0, 3, 1, 0, 0, 1, 0, 0])
 COMPUTED_FALLS_BY_OCTANT = np.array([0.5, 1.5, 2, 0.5, 0.1, 0.2, 0.1, 0.1])
 
 
-OBSERVED_ROSE = ObservedRose(
+OBSERVED_ROSE = ObservedFallRose(
     "", np.array([0.0, 1, 1, 2, 5, 9.5, 7, 2, 0, 0, 0, 1, 2, 4, 1, 0]), 135.0, 20.0, 130.0, 9.0
 )
 
 
-def draw_surveys(count: int = 1) -> Figure:
+def draw_observed_and_computed_survey_falls(count: int = 1) -> Figure:
     """Draw observed and computed falls of one survey, as often as ``count``."""
     share, computed = PlottedEstimate(0.6, 0.36, 0.81), PlottedEstimate(0.35, 0.2, 0.5)
     one = SurveyFigureData(
@@ -165,32 +169,36 @@ def draw_surveys(count: int = 1) -> Figure:
 @cache
 def fitted_overturning_model():  # type: ignore[no-untyped-def]
     """Fit the logistic model of overturning to the cube once for all tests."""
-    return fit_logistic_overturning_model(cube_of_falls_around_azimuth_40(), intensity_of_five_records())
+    return fit_logistic_overturning_model(cube_of_falls_around_azimuth_40(), pga_and_pgv_of_five_records())
 
 
 FURTHER_FIGURES: dict[str, Callable[[], Figure]] = {
-    "falls": lambda: azimuth_map_figure(cube_of_falls_around_azimuth_40()[["overturned"]].isel(record=0), "A <script>"),
+    "falls": lambda: fall_map_by_azimuth_figure(
+        cube_of_falls_around_azimuth_40()[["overturned"]].isel(record=0), "A <script>"
+    ),
     "rose": lambda: fall_roses_by_group_figure(cube_of_falls_around_azimuth_40()),
-    "intensity": lambda: pga_and_pgv_figure(intensity_of_five_records().isel(record=0), 30.0, "A"),
-    "probability": lambda: azimuth_map_figure(cube_of_falls_around_azimuth_40().isel(record=0), "Station, earthquake"),
+    "intensity": lambda: pga_and_pgv_by_azimuth_figure(pga_and_pgv_of_five_records().isel(record=0), 30.0, "A"),
+    "probability": lambda: fall_map_by_azimuth_figure(
+        cube_of_falls_around_azimuth_40().isel(record=0), "Station, earthquake"
+    ),
     "boundary": lambda: overturning_boundary_figure(
-        overturning_boundary_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0)),
+        largest_falling_b_over_h_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0)),
         0.4,
         30.0,
         "Station, earthquake",
     ),
     "plane": lambda: outcomes_by_pga_and_pgv_over_pga_figure(
-        cube_of_falls_around_azimuth_40(), intensity_of_five_records(), fitted_overturning_model(), 1.0
+        cube_of_falls_around_azimuth_40(), pga_and_pgv_of_five_records(), fitted_overturning_model(), 1.0
     ),
     "hodograph": draw_hodograph,
-    "axes": draw_fall_axes,
+    "axes": draw_fall_alignment_by_earthquake,
     "map": draw_station_map,
-    "response": draw_block_responses,
+    "response": draw_rotation_slip_and_uplift,
     "spectra": lambda: fourier_and_response_spectra_figure(motion_with_one_pulse(), [0.0, 60.0], "StationOnMap"),
-    "survey": draw_surveys,
-    "surveys": lambda: draw_surveys(5),
-    "observed rose": lambda: observed_roses_figure([OBSERVED_ROSE]),
-    "observed roses": lambda: observed_roses_figure(
+    "survey": draw_observed_and_computed_survey_falls,
+    "surveys": lambda: draw_observed_and_computed_survey_falls(5),
+    "observed rose": lambda: observed_fall_roses_figure([OBSERVED_ROSE]),
+    "observed roses": lambda: observed_fall_roses_figure(
         [
             replace(OBSERVED_ROSE, name="all sites"),
             *[replace(OBSERVED_ROSE, name="survey, S$1", direction_deg=None)] * 3,
@@ -200,9 +208,9 @@ FURTHER_FIGURES: dict[str, Callable[[], Figure]] = {
 
 
 @cache
-def cached_figure_of_size(name: str, factor: float) -> Figure:
+def scaled_figure_laid_out_once(name: str, factor: float) -> Figure:
     """Lay out a figure at `factor` times its size, as in its files, once for all tests: do not change it."""
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure = FURTHER_FIGURES[name]()
         figure.set_size_inches(*(factor * figure.get_size_inches()))
         create_only_inner_ticks(figure)
@@ -216,7 +224,7 @@ def test_files_of_further_figures_are_reproducible(name: str, tmp_path: Path) ->
     """Each figure is written twice as SVG, and one figure in each format."""
     files = [f"{name}.svg", *([f"{name}.png", f"{name}.pdf"] if name == "boundary" else [])]
     for folder in ("one", "two"):
-        with package_matplotlib_settings():
+        with use_package_matplotlib_settings():
             save_figure_files(FURTHER_FIGURES[name](), *(tmp_path / folder / file for file in files))
     for file in files:
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes(), file
@@ -225,8 +233,8 @@ def test_files_of_further_figures_are_reproducible(name: str, tmp_path: Path) ->
 @pytest.mark.parametrize("factor", [0.85, *(pytest.param(factor, marks=pytest.mark.long) for factor in (1.0, 1.6))])
 @pytest.mark.parametrize("name", FURTHER_FIGURES)
 def test_no_text_of_further_figures_is_cut_off(name: str, factor: float) -> None:
-    figure = cached_figure_of_size(name, factor)
-    with package_matplotlib_settings():
+    figure = scaled_figure_laid_out_once(name, factor)
+    with use_package_matplotlib_settings():
         box = figure.get_tightbbox()
     width, height = figure.get_size_inches()
     margin = 0.02
@@ -242,8 +250,8 @@ def test_boundary_of_an_asymmetric_scene_uses_only_simulated_azimuths() -> None:
     flags[:, :, 0], flags[1, 0, 2, 0] = 1, -1
     azimuth = ("azimuth", [0, 30, 60, 90], {"period": 360.0})
     cases = {"azimuth": azimuth, "height": [1.0], "b_over_h": [0.2, 0.3, 0.4], "friction": [1.0]}
-    found = overturning_boundary_by_azimuth(xr.Dataset({"overturned": (tuple(cases), flags)}, cases))
-    with package_matplotlib_settings():
+    found = largest_falling_b_over_h_by_azimuth(xr.Dataset({"overturned": (tuple(cases), flags)}, cases))
+    with use_package_matplotlib_settings():
         figure = overturning_boundary_figure(found, 0.4, np.nan, "A")
         (beyond,) = [line for line in figure.axes[0].lines if line.get_marker() == "^"]
         assert np.degrees(beyond.get_xdata()) == pytest.approx([30])
@@ -254,10 +262,10 @@ def test_boundary_of_an_asymmetric_scene_uses_only_simulated_azimuths() -> None:
 
 
 def test_legend_names_the_interval_band_of_a_boundary() -> None:
-    found = overturning_boundary_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0))
+    found = largest_falling_b_over_h_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0))
     wide = found.assign(boundary_high=found["boundary"] + 0.05, boundary_low=found["boundary"] - 0.05)
     alone = found.assign(boundary_high=found["boundary"], boundary_low=found["boundary"])
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         for one, named in ((wide, True), (alone, False)):
             figure = overturning_boundary_figure(one, 0.4, 30.0, "A")
             assert ("band: between the two halves of the ensemble" in figure.get_suptitle()) == named
@@ -265,9 +273,9 @@ def test_legend_names_the_interval_band_of_a_boundary() -> None:
 
 
 def test_overturning_boundary_curves_close_around_the_circle() -> None:
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure = overturning_boundary_figure(
-            overturning_boundary_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0)), 0.4, 30.0, "A"
+            largest_falling_b_over_h_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0)), 0.4, 30.0, "A"
         )
         lines = [line for line in figure.axes[0].get_lines() if line.get_label().startswith("µ")]
         assert len(lines) == 2
@@ -290,16 +298,16 @@ def test_overturning_fit_without_intervals_is_drawn() -> None:
         *[number] * 2,
         "no interval",
     )
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure = outcomes_by_pga_and_pgv_over_pga_figure(
-            cube_of_falls_around_azimuth_40(), intensity_of_five_records(), fit, 1.0
+            cube_of_falls_around_azimuth_40(), pga_and_pgv_of_five_records(), fit, 1.0
         )
         (line,) = [line for line in figure.axes[0].lines if str(line.get_label()).startswith("fit")]
         assert line.get_label() == "fit of all µ together: probability ½", "its points are of one"
         plt.close(figure)
         alone = outcomes_by_pga_and_pgv_over_pga_figure(
             cube_of_falls_around_azimuth_40().isel(friction=[0]),
-            intensity_of_five_records(),
+            pga_and_pgv_of_five_records(),
             fit,
             float(cube_of_falls_around_azimuth_40()["friction"][0]),
         )
@@ -313,7 +321,7 @@ def test_overturning_fit_without_intervals_is_drawn() -> None:
 
 def test_points_of_pga_and_fall_probability_match_cube_and_intensity() -> None:
     pga, ratio, falls = pga_pgv_over_pga_and_fall_probability(
-        cube_of_falls_around_azimuth_40(), intensity_of_five_records(), 0.6, 0.3, 1.0
+        cube_of_falls_around_azimuth_40(), pga_and_pgv_of_five_records(), 0.6, 0.3, 1.0
     )
     assert pga.size == 5 * 12
     assert ratio == pytest.approx(0.1 * pga**0.2)
@@ -322,8 +330,8 @@ def test_points_of_pga_and_fall_probability_match_cube_and_intensity() -> None:
 
 def test_survey_figure_shows_observed_and_computed_falls_on_one_scale() -> None:
     """Sectors and outline have areas in proportion to numbers, north up; shares and means are at their values."""
-    with package_matplotlib_settings():
-        figure = draw_surveys()
+    with use_package_matplotlib_settings():
+        figure = draw_observed_and_computed_survey_falls()
         rose, shares = figure.axes
         bars = [(bar.get_x() + bar.get_width() / 2, bar.get_height()) for bar in rose.patches]
         outline, *means = rose.lines
@@ -346,7 +354,7 @@ def test_survey_figure_shows_observed_and_computed_falls_on_one_scale() -> None:
 
 def test_survey_figure_has_no_mark_of_an_unknown_direction_or_share() -> None:
     nothing, unknown = np.zeros(8), PlottedEstimate(None)
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure = survey_falls_figure(
             [SurveyFigureData("a", nothing, nothing, None, None, unknown, PlottedEstimate(0.4))]
         )
@@ -361,7 +369,7 @@ def test_survey_figure_has_no_mark_of_an_unknown_direction_or_share() -> None:
 @pytest.mark.parametrize("name", ["spectra", "hodograph", "response"])
 def test_text_of_further_figures_is_legible_at_page_width(name: str) -> None:
     factor = 0.85  # that of another test: the size of a letter does not depend on that of its figure
-    figure = cached_figure_of_size(name, factor)
+    figure = scaled_figure_laid_out_once(name, factor)
     shrunk = min(1.0, PAGE_WIDTH / (figure.get_figwidth() / factor))
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
     assert min(sizes) * shrunk >= 7.8
@@ -379,7 +387,7 @@ def draw_without_layout(figure: Figure) -> Figure:
 def test_spectra_have_no_curve_along_an_azimuth_without_motion(azimuths: list[float], drawn: list[bool]) -> None:
     """Across a linear motion only rounding errors of the cosines remain, twelve decades lower, or nothing."""
     linear = Motion.sine(3.0, 0.8, azimuth_deg=60.0)
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure = draw_without_layout(fourier_and_response_spectra_figure(linear, azimuths, "Pulse"))
     for axes in figure.axes:
         assert [line.get_xdata().size > 0 for line in axes.lines] == drawn
@@ -390,7 +398,7 @@ def test_spectra_have_no_curve_along_an_azimuth_without_motion(azimuths: list[fl
 @pytest.mark.parametrize("count", range(2, 14))
 def test_spectra_of_few_samples_end_at_the_nyquist_frequency(count: int) -> None:
     few = Motion(np.arange(count) + 1.0, np.zeros(count), sampling_interval=0.01)
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure = draw_without_layout(fourier_and_response_spectra_figure(few, [0.0], "Few"))
     fourier, response = figure.axes
     frequency = fourier.lines[0].get_xdata()
@@ -400,7 +408,7 @@ def test_spectra_of_few_samples_end_at_the_nyquist_frequency(count: int) -> None
 
 
 def test_axes_of_the_hodograph_are_labelled_with_units() -> None:
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure = draw_hodograph()
         names = [(axes.get_xlabel(), axes.get_ylabel()) for axes in figure.axes]
         plt.close(figure)
@@ -410,7 +418,7 @@ def test_axes_of_the_hodograph_are_labelled_with_units() -> None:
 def test_response_figure_shows_each_element_to_the_end_of_its_path() -> None:
     scene = load_scene("three-tier", Path(__file__).parents[2])
     path = trajectory(motion_with_one_pulse(), scene, azimuth_deg=0, height=0.636, b_over_h=0.38, friction=1.0)
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure = rotation_slip_and_uplift_figure(
             [path], "A long title of a record, its earthquake and everything else there is to say of it"
         )
@@ -424,7 +432,7 @@ def test_response_figure_shows_each_element_to_the_end_of_its_path() -> None:
     assert last <= float(path["time"][-1]) + 1e-9
 
 
-def test_slip_of_an_upper_stone_is_relative_to_the_ground() -> None:
+def test_response_figure_shows_slip_of_an_upper_stone_over_the_ground() -> None:
     """Only the stones below slide on the ground; the upper stone hardly slips on these, but moves with them."""
     scene = load_scene("three-tier", Path(__file__).parents[2])
     path = trajectory(motion_with_one_pulse(), scene, azimuth_deg=0, height=0.636, b_over_h=0.38, friction=0.2)
@@ -434,10 +442,10 @@ def test_slip_of_an_upper_stone_is_relative_to_the_ground() -> None:
     assert slips.get_ylabel() == "slip over ground, cm"
 
 
-def test_smaller_pdf_has_the_given_width_and_font_size(tmp_path: Path) -> None:
+def test_smaller_pdf_has_the_given_width_and_keeps_letters_as_text(tmp_path: Path) -> None:
     figure = Figure(figsize=(4, 3))
     figure.add_axes((0.1, 0.1, 0.8, 0.8)).set_title("µ, φ")
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         save_figure_files(figure, tmp_path / "small.pdf", width=2.0)
     page = (tmp_path / "small.pdf").read_bytes()
     assert re.search(rb"MediaBox ?\[ ?0 0 144 108\]", page), "2 by 1.5 inches of 72 points"
@@ -446,7 +454,7 @@ def test_smaller_pdf_has_the_given_width_and_font_size(tmp_path: Path) -> None:
 
 def test_a_long_title_of_a_scene_is_not_cut_off(tmp_path: Path) -> None:
     titled = load_scene("three-tier").model_copy(update={"title": "Two stacked stones beside a neighbour"})
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure = scenes_figure([titled])
         save_figure_files(figure, tmp_path / "scene.svg")
     assert not has_cut_or_overlapping_text(figure)
@@ -458,8 +466,10 @@ LONG_JAPANESE_NAME = (
 )
 
 
-def draw_boundary_with_name(name: str) -> Figure:
-    found = overturning_boundary_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0, height=[0], friction=[0]))
+def draw_overturning_boundary_with_title(name: str) -> Figure:
+    found = largest_falling_b_over_h_by_azimuth(
+        cube_of_falls_around_azimuth_40().isel(record=0, height=[0], friction=[0])
+    )
     return overturning_boundary_figure(found.assign(falls_beyond=found["falls_beyond"] * 0 + 1), 0.4, 30.0, name)
 
 
@@ -472,7 +482,7 @@ def draw_alignments_with_name(name: str) -> Figure:
 @pytest.mark.parametrize(
     "draw",
     [
-        pytest.param(draw_boundary_with_name, id="boundary with three marks in the legend"),
+        pytest.param(draw_overturning_boundary_with_title, id="boundary with three marks in the legend"),
         pytest.param(lambda name: hodograph_figure(motion_with_one_pulse(), 30.0, name), id="hodograph"),
         pytest.param(draw_alignments_with_name, id="alignments by earthquake"),
         pytest.param(
@@ -488,7 +498,7 @@ def draw_alignments_with_name(name: str) -> Figure:
 def test_long_and_japanese_names_in_titles_are_not_cut_off(
     name: str, draw: Callable[[str], Figure], tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure = draw(name)
         save_figure_files(figure, tmp_path / "a.svg")
     assert not [one for one in recwarn if "constrained_layout" in str(one.message)]
@@ -499,7 +509,7 @@ def test_legend_of_alignment_by_b_over_h_has_only_known_references() -> None:
     """The fault normal of no record is known: nothing is drawn of it, and the legend does not have it."""
     mean, unknown = MeanOverEarthquakes(5, 0.5, 0.2, 0.8), MeanOverEarthquakes(0, np.nan, np.nan, np.nan)
     means = {("peak velocity", True): [mean, mean], ("fault normal", True): [unknown, unknown]}
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         groups: Any = {"all records": SimpleNamespace(means=means)}
         figure = fall_alignment_by_b_over_h_figure(groups, np.array([0.2, 0.3]))
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["peak velocity"]

@@ -15,7 +15,7 @@ from overturning.figures.history import (
     record_before_and_after_processing_figure,
     start_shift_from_unprocessed,
 )
-from overturning.figures.style import create_panel_grid, label_logarithmic_ticks, package_matplotlib_settings
+from overturning.figures.style import create_panel_grid, label_logarithmic_ticks, use_package_matplotlib_settings
 from overturning.figures.write import save_figure_files, save_figure_with_checks
 from overturning.records.processing import process_record
 from overturning.records.record import Record
@@ -41,9 +41,9 @@ def record_with_offset(up: bool = True) -> tuple[Record, Record]:
     return before, process_record(before, [RemoveMean(), Highpass(corner_hz=0.2)])
 
 
-def write_history_page(folder: Path) -> None:
+def write_processing_history_page(folder: Path) -> None:
     """Write the page of a record with an offset, for `make_folder_once`."""
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         save_figure_files(record_before_and_after_processing_figure(*record_with_offset()), folder / "page.svg")
 
 
@@ -53,7 +53,7 @@ def history_page_with_offset(
 ) -> tuple[bool, str, Figure]:
     """Draw the history page of a record with an offset; return if it has vertical motion, the SVG and the figure."""
     path = tmp_path_factory.mktemp("history") / "page.svg"
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure = record_before_and_after_processing_figure(*record_with_offset(request.param))
         save_figure_files(figure, path)
         figure.draw_without_rendering()
@@ -65,7 +65,7 @@ def test_history_page_states_the_processing_and_is_reproducible(
 ) -> None:
     up, text, _ = history_page_with_offset
     if up:
-        again = make_folder_once("history-page", write_history_page) / "page.svg"
+        again = make_folder_once("history-page", write_processing_history_page) / "page.svg"
         assert text == again.read_text(encoding="utf-8")
     words = re.sub(r"<[^>]+>", " ", text)
     for word in (
@@ -104,7 +104,7 @@ def test_scale_labels_of_a_large_offset_do_not_cover_the_next_panel(
 def history_of_unprocessed_record() -> Figure:
     """Return the history figure of a record that is not processed."""
     record = random_record()
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         return record_before_and_after_processing_figure(record, record)
 
 
@@ -126,7 +126,7 @@ def test_rotd_spectra_of_a_linear_motion_match_closed_forms(up):
     pulse = np.sin(2 * np.pi * QUARTER_MINUTE_OF_TIME) * (QUARTER_MINUTE_OF_TIME < 1)
     along = [pulse * np.cos(np.radians(30)), pulse * np.sin(np.radians(30)), pulse if up else None]
     one = Record("r", *along, 0.01)
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure = record_before_and_after_processing_figure(one, one)
     (panel,) = [axes for axes in figure.axes if axes.get_xlabel() == "period, s"]
     lines = {line.get_label(): line.get_ydata() for line in panel.lines}
@@ -139,7 +139,7 @@ def test_rotd_spectra_of_a_linear_motion_match_closed_forms(up):
 
 def notes_in_empty_panels(before: Record, after: Record) -> dict[str, list[str]]:
     """Return the notes on empty panels of the page of a record (before and after processing), by axis label."""
-    with package_matplotlib_settings(), warnings.catch_warnings(action="error"):
+    with use_package_matplotlib_settings(), warnings.catch_warnings(action="error"):
         figure = record_before_and_after_processing_figure(before, after)
         figure.draw_without_rendering()
     notes: dict[str, list[str]] = {}
@@ -196,7 +196,7 @@ def test_the_start_shift_of_a_processed_record_includes_padding_and_cut():
 
 def test_labels_of_decades_are_numbers_or_powers_of_ten() -> None:
     """An axis from 0.001 to 1000 has plain numbers; one to 10⁷ has powers of ten, as Matplotlib writes them."""
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure, ((axes,),) = create_panel_grid(1, 1, 3.0, 3.0)
         axes.set(xscale="log", yscale="log", xlim=(2e-3, 2e3), ylim=(2e-2, 2e7))
         for axis in (axes.xaxis, axes.yaxis):

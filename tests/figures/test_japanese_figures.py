@@ -13,18 +13,18 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from overturning.figures.backwards import motion_posterior_figure
+from overturning.figures.backwards import inferred_motion_posterior_figure
 from overturning.figures.fall_rate import fragility_curves_figure, overturned_fraction_figure
 from overturning.figures.film_movie import write_film_as_gif_or_mp4
 from overturning.figures.film_strip import film_strip_figure
 from overturning.figures.history import record_before_and_after_processing_figure
 from overturning.figures.maps import fall_map_figure
-from overturning.figures.observed_rose import observed_roses_figure
+from overturning.figures.observed_rose import observed_fall_roses_figure
 from overturning.figures.page import film_page_html
 from overturning.figures.response import tilt_path_and_hodographs_figure
 from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.figures.scene import scenes_figure
-from overturning.figures.style import package_matplotlib_settings
+from overturning.figures.style import use_package_matplotlib_settings
 from overturning.figures.svg_translation import break_lines_at_width, translate_svg
 from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
 from overturning.model.scene import gravestone
@@ -34,18 +34,18 @@ from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.translation import texts
 from overturning.translation.texts import MissingDataError, translate_visible_texts_to
 from tests.figures import test_answer_figures as answers
-from tests.figures.films import falling_body_trajectory, film_of_two_blocks
+from tests.figures.films import film_of_falling_and_rocking_block, trajectory_of_3d_body
 from tests.figures.test_explore import random_3d_cube
 from tests.figures.test_further_figures import (
     FURTHER_FIGURES,
     OBSERVED_ROSE,
     cube_of_falls_around_azimuth_40,
-    draw_surveys,
+    draw_observed_and_computed_survey_falls,
     motion_with_one_pulse,
 )
-from tests.figures.test_history import FolderMadeOnce, random_record, write_history_page
-from tests.figures.test_roses import fall_axis_summary
-from tests.translation.test_tables import english_words
+from tests.figures.test_history import FolderMadeOnce, random_record, write_processing_history_page
+from tests.figures.test_roses import fall_axis_summary_of_five_earthquakes
+from tests.translation.test_tables import untranslated_latin_words
 
 UNTRANSLATED_NAMES = {
     *("Station", "earthquake", "script", "long", "station", "name", "with", "and", "Here", "Then", "StationOnMap"),
@@ -68,7 +68,7 @@ def draw_3d_fall_map() -> Figure:
 def draw_motion_posterior() -> Figure:
     value = np.linspace(0.1, 1, 20)
     strength = {"PGV, cm/s": (value, value, value, (0.2, np.inf))}
-    return motion_posterior_figure("survey.csv", np.full(36, 1 / 36), (20.0, 40.0), {"rinaldi": 1.0}, strength)
+    return inferred_motion_posterior_figure("survey.csv", np.full(36, 1 / 36), (20.0, 40.0), {"rinaldi": 1.0}, strength)
 
 
 def draw_overturned_fraction() -> Figure:
@@ -84,8 +84,8 @@ def draw_fragility_curves() -> Figure:
 
 
 FIGURES_TO_TRANSLATE: dict[str, Callable[[], Figure]] = FURTHER_FIGURES | {
-    "alignments": answers.alignment_figure,
-    "references": answers.figure_of_reference_alignments,
+    "alignments": answers.figure_of_sorted_fall_alignments,
+    "references": answers.figure_of_alignments_with_references,
     "contrast": answers.figure_of_two_overturned_shares,
     "history of noise": lambda: record_before_and_after_processing_figure(
         noise_record(), process_record(noise_record(), None)
@@ -94,18 +94,18 @@ FIGURES_TO_TRANSLATE: dict[str, Callable[[], Figure]] = FURTHER_FIGURES | {
         random_record(up=False), random_record(up=False)
     ),
     "mean axis": lambda: fall_roses_by_group_figure(
-        cube_of_falls_around_azimuth_40(), {"all records": fall_axis_summary(20.0, 10.0)}
+        cube_of_falls_around_azimuth_40(), {"all records": fall_axis_summary_of_five_earthquakes(20.0, 10.0)}
     ),
     "map in space": draw_3d_fall_map,
     "axis": lambda: tilt_path_and_hodographs_figure(
-        falling_body_trajectory(motion_with_one_pulse()), motion_with_one_pulse(), "Station"
+        trajectory_of_3d_body(motion_with_one_pulse()), motion_with_one_pulse(), "Station"
     ),
-    "strip": lambda: film_strip_figure(film_of_two_blocks()),
+    "strip": lambda: film_strip_figure(film_of_falling_and_rocking_block()),
     "fragility": draw_fragility_curves,
     "scenes": lambda: scenes_figure([gravestone()]),
     "posterior": draw_motion_posterior,
-    "surveys": lambda: draw_surveys(2),
-    "observed roses": lambda: observed_roses_figure(
+    "surveys": lambda: draw_observed_and_computed_survey_falls(2),
+    "observed roses": lambda: observed_fall_roses_figure(
         [replace(OBSERVED_ROSE, name=name) for name in ("all sites", "S$1")]
     ),
 }
@@ -119,14 +119,14 @@ def svg_texts(svg: str) -> str:
 @pytest.mark.parametrize("name", [*FIGURES_TO_TRANSLATE, "history"])
 def test_japanese_figures_have_no_english_word(name: str, tmp_path: Path, make_folder_once: FolderMadeOnce) -> None:
     if name == "history":
-        path = make_folder_once("history-page", write_history_page) / "page.svg"
+        path = make_folder_once("history-page", write_processing_history_page) / "page.svg"
     else:
         path = tmp_path / "en.svg"
-        with package_matplotlib_settings():
+        with use_package_matplotlib_settings():
             save_figure_files(FIGURES_TO_TRANSLATE[name](), path)
     english = path.read_text(encoding="utf-8")
     japanese = translate_svg(english, "ja")
-    assert not english_words(svg_texts(japanese)) - UNTRANSLATED_NAMES
+    assert not untranslated_latin_words(svg_texts(japanese)) - UNTRANSLATED_NAMES
     assert re.search("[ぁ-んァ-ン一-龥]", svg_texts(japanese))
     assert translate_svg(japanese, "ja") == japanese
     # Nothing but texts differs.
@@ -135,7 +135,7 @@ def test_japanese_figures_have_no_english_word(name: str, tmp_path: Path, make_f
 
 
 def test_a_figure_is_drawn_in_the_language_of_the_with_statement(tmp_path: Path) -> None:
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         save_figure_files(answers.figure_of_two_overturned_shares(), tmp_path / "en.svg")
         with translate_visible_texts_to("ja"):
             save_figure_files(answers.figure_of_two_overturned_shares(), tmp_path / "ja.svg")
@@ -144,17 +144,17 @@ def test_a_figure_is_drawn_in_the_language_of_the_with_statement(tmp_path: Path)
 
 
 @pytest.mark.parametrize("kind", ["png", "pdf"])
-def test_japanese_letters_need_a_japanese_font(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_japanese_png_and_pdf_need_a_japanese_font(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(texts, "installed_fonts_of_language", lambda _: [])
     path = tmp_path / f"a.{kind}"
-    with package_matplotlib_settings(), translate_visible_texts_to("ja"):
+    with use_package_matplotlib_settings(), translate_visible_texts_to("ja"):
         with pytest.raises(MissingDataError, match=rf"^a\.{kind}: .* install the Debian package fonts-noto-cjk"):
             save_figure_files(answers.figure_of_two_overturned_shares(), path)
         assert not path.exists()
         save_figure_files(answers.figure_of_two_overturned_shares(), tmp_path / "a.svg")  # the page needs none
 
 
-def figure_with_name(name: str) -> Figure:
+def figure_showing_text(name: str) -> Figure:
     """Return a small figure that shows only a name."""
     figure = Figure(figsize=(1.0, 1.0))
     figure.text(0.5, 0.5, name, size=30)
@@ -165,10 +165,10 @@ def test_japanese_names_in_english_figures_are_legible(tmp_path: Path) -> None:
     """Without a font for them, Matplotlib draws the same box for both characters, and warns of each."""
     if not texts.installed_fonts_of_language("ja"):
         pytest.skip("no Japanese font")
-    with package_matplotlib_settings(), warnings.catch_warnings(action="error"):
+    with use_package_matplotlib_settings(), warnings.catch_warnings(action="error"):
         for name in ("一", "川"):
-            save_figure_files(figure_with_name(name), tmp_path / f"{name}.png", tmp_path / f"{name}.svg")
-        drawn = figure_with_name("川")
+            save_figure_files(figure_showing_text(name), tmp_path / f"{name}.png", tmp_path / f"{name}.svg")
+        drawn = figure_showing_text("川")
         FigureCanvasAgg(drawn)
         assert not has_cut_or_overlapping_text(drawn)
     assert (tmp_path / "一.png").read_bytes() != (tmp_path / "川.png").read_bytes()
@@ -177,15 +177,15 @@ def test_japanese_names_in_english_figures_are_legible(tmp_path: Path) -> None:
 
 def test_japanese_names_in_english_figures_need_a_font(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(texts, "installed_fonts_of_language", lambda _: [])
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         with pytest.raises(MissingDataError, match=r"^a\.png: .* install the Debian package fonts-noto-cjk"):
-            save_figure_files(figure_with_name("川"), tmp_path / "a.png")
+            save_figure_files(figure_showing_text("川"), tmp_path / "a.png")
         assert not (tmp_path / "a.png").exists()
-        save_figure_files(figure_with_name("Hill"), tmp_path / "a.png")
+        save_figure_files(figure_showing_text("Hill"), tmp_path / "a.png")
 
 
 def test_warnings_other_than_missing_glyphs_are_passed_on(tmp_path: Path) -> None:
-    figure = figure_with_name("川")
+    figure = figure_showing_text("川")
     draw = figure.draw
 
     def draw_with_warning(renderer: object) -> None:
@@ -193,7 +193,7 @@ def test_warnings_other_than_missing_glyphs_are_passed_on(tmp_path: Path) -> Non
         draw(renderer)  # type: ignore[arg-type]
 
     figure.draw = draw_with_warning  # type: ignore[method-assign]
-    with package_matplotlib_settings(), pytest.warns(UserWarning, match="something else"):
+    with use_package_matplotlib_settings(), pytest.warns(UserWarning, match="something else"):
         save_figure_files(figure, tmp_path / "a.svg")
 
 
@@ -202,7 +202,7 @@ def test_a_png_with_japanese_letters_has_the_size_of_the_english_one(tmp_path: P
 
     if not texts.installed_fonts_of_language("ja"):
         pytest.skip("no Japanese font")
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         save_figure_files(answers.figure_of_two_overturned_shares(), tmp_path / "en.png")
         with translate_visible_texts_to("ja"):
             save_figure_files(answers.figure_of_two_overturned_shares(), tmp_path / "ja.png", tmp_path / "ja.pdf")
@@ -230,7 +230,7 @@ def test_japanese_lines_break_anywhere_but_not_before_a_full_stop() -> None:
 
 
 def test_film_page_in_japanese_has_no_english_word(tmp_path: Path) -> None:
-    film = film_of_two_blocks(
+    film = film_of_falling_and_rocking_block(
         title="A stone 24 cm wide and 60 cm high, friction 0.7, under the record of Station, Quake"
     )
     with translate_visible_texts_to("ja"):
@@ -238,23 +238,26 @@ def test_film_page_in_japanese_has_no_english_word(tmp_path: Path) -> None:
     data = json.loads(re.findall(r'<script type="application/json">(.*?)</script>', page, flags=re.DOTALL)[0])
     told = json.dumps([data["title"], data["words"], [(one["title"], one["outcome"]) for one in data["panels"]]])
     assert (
-        not english_words(re.sub(r'"\w+":', "", json.dumps(json.loads(told), ensure_ascii=False))) - UNTRANSLATED_NAMES
+        not untranslated_latin_words(re.sub(r'"\w+":', "", json.dumps(json.loads(told), ensure_ascii=False)))
+        - UNTRANSLATED_NAMES
     )
     assert '<html lang="ja">' in page
-    assert not english_words(re.findall(r'<p class="film-note">(.*?)</p>', page)[-1])
+    assert not untranslated_latin_words(re.findall(r'<p class="film-note">(.*?)</p>', page)[-1])
     assert '<html lang="en">' in film_page_html(film)
 
 
 def test_movie_in_japanese_uses_a_japanese_font(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if texts.installed_fonts_of_language("ja"):
         with translate_visible_texts_to("ja"):
-            write_film_as_gif_or_mp4(film_of_two_blocks(0.0), tmp_path / "a.gif")
+            write_film_as_gif_or_mp4(film_of_falling_and_rocking_block(0.0), tmp_path / "a.gif")
         assert (tmp_path / "a.gif").read_bytes().startswith(b"GIF")
     monkeypatch.setitem(texts.FONTS, "ja", ("fonts-noto-cjk", ("No such font",)))
     with translate_visible_texts_to("ja"), pytest.raises(MissingDataError, match="fonts-noto-cjk"):
-        write_film_as_gif_or_mp4(film_of_two_blocks(0.0), tmp_path / "b.gif")
+        write_film_as_gif_or_mp4(film_of_falling_and_rocking_block(0.0), tmp_path / "b.gif")
     with pytest.raises(MissingDataError, match=r"^c\.gif: .*fonts-noto-cjk"):
-        write_film_as_gif_or_mp4(replace(film_of_two_blocks(0.0), title="上野, 熊本地震"), tmp_path / "c.gif")
+        write_film_as_gif_or_mp4(
+            replace(film_of_falling_and_rocking_block(0.0), title="上野, 熊本地震"), tmp_path / "c.gif"
+        )
 
 
 def test_japanese_names_in_an_english_movie_are_legible(tmp_path: Path) -> None:
@@ -262,7 +265,9 @@ def test_japanese_names_in_an_english_movie_are_legible(tmp_path: Path) -> None:
         pytest.skip("no Japanese font")
     with warnings.catch_warnings(action="error"):
         for name in ("一", "川"):
-            write_film_as_gif_or_mp4(replace(film_of_two_blocks(0.0), title=name), tmp_path / f"{name}.gif")
+            write_film_as_gif_or_mp4(
+                replace(film_of_falling_and_rocking_block(0.0), title=name), tmp_path / f"{name}.gif"
+            )
     assert (tmp_path / "一.gif").read_bytes() != (tmp_path / "川.gif").read_bytes()
 
 

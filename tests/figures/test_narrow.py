@@ -5,19 +5,19 @@ from itertools import pairwise
 import pytest
 
 from overturning.figures.answer import PlottedEstimate, overturned_share_difference_figure
-from overturning.figures.polar_map import azimuth_map_figure
-from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_map_figure
-from overturning.figures.style import NARROW_WIDTH, figures_for_phone, package_matplotlib_settings
+from overturning.figures.polar_map import fall_map_by_azimuth_figure
+from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_maps_in_one_figure
+from overturning.figures.style import NARROW_WIDTH, arrange_panels_for_phone, use_package_matplotlib_settings
 from tests.figures.test_explore import random_planar_cube
 
 
 @pytest.mark.parametrize("narrow", [False, True])
-def test_panels_are_in_one_column_only_in_figures_for_a_phone(narrow: bool) -> None:
+def test_share_and_difference_panels_are_stacked_only_in_figures_for_a_phone(narrow: bool) -> None:
     shares = {"here": [PlottedEstimate(0.4, 0.2, 0.6)], "there": [PlottedEstimate(0.1, 0.0, 0.2)]}
     arguments = ["all cases"], shares, [PlottedEstimate(0.3, 0.2, 0.4)]
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         if narrow:
-            with figures_for_phone():
+            with arrange_panels_for_phone():
                 figure = overturned_share_difference_figure(*arguments)
         else:
             figure = overturned_share_difference_figure(*arguments)
@@ -35,10 +35,10 @@ def test_figures_for_a_phone_have_two_station_maps_in_a_row() -> None:
         EarthquakeOnMap(f"Event {number}", [StationOnMap("vale", 34.2, -118.4, 30.0, 10.0)], (34.3, -118.5))
         for number in range(5)
     ]
-    with package_matplotlib_settings():
-        page = earthquake_map_figure(earthquakes)
-        with figures_for_phone():
-            phone = earthquake_map_figure(earthquakes)
+    with use_package_matplotlib_settings():
+        page = earthquake_maps_in_one_figure(earthquakes)
+        with arrange_panels_for_phone():
+            phone = earthquake_maps_in_one_figure(earthquakes)
         columns = [figure.axes[0].get_gridspec().ncols for figure in (page, phone)]
         for figure in (page, phone):
             figure.draw_without_rendering()
@@ -49,11 +49,11 @@ def test_figures_for_a_phone_have_two_station_maps_in_a_row() -> None:
     assert [one.get_title() for one in phone.axes if one.get_visible()] == [one.name for one in earthquakes]
 
 
-def test_polar_maps_on_a_phone_follow_each_other_without_gaps() -> None:
+def test_polar_maps_on_a_phone_fill_its_width_with_gaps_below_half_a_map() -> None:
     """Each polar map has the width of the phone; space for colour bar and legend is left once, not below each map."""
     cube = random_planar_cube(records=3, step=90, heights=1, frictions=1, ratios=2).drop_vars("station")
-    with package_matplotlib_settings(), figures_for_phone():
-        figure = azimuth_map_figure([cube.isel(record=number) for number in range(3)], "Three maps")
+    with use_package_matplotlib_settings(), arrange_panels_for_phone():
+        figure = fall_map_by_azimuth_figure([cube.isel(record=number) for number in range(3)], "Three maps")
         figure.get_layout_engine().execute(figure)
     boxes = [axes.get_window_extent() for axes in figure.axes if axes.name == "polar"]
     assert all(box.width > 0.75 * figure.bbox.width for box in boxes)
@@ -67,8 +67,8 @@ def test_titles_of_station_maps_on_a_phone_are_not_cut_off_or_overlapped(count: 
     trace = (((34.2, -118.5), (34.3, -118.3)),)
     stations = [StationOnMap("vale", 34.2, -118.4, 30.0, 10.0)]
     earthquakes = [EarthquakeOnMap(f"Event {number}", stations, (34.3, -118.5), trace) for number in range(count)]
-    with package_matplotlib_settings(), figures_for_phone():
-        figure = earthquake_map_figure(earthquakes)
+    with use_package_matplotlib_settings(), arrange_panels_for_phone():
+        figure = earthquake_maps_in_one_figure(earthquakes)
         figure.draw_without_rendering()
     (legend,) = figure.legends
     assert len(legend.get_texts()) == 5

@@ -11,18 +11,18 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from overturning.figures.boundary import overturning_boundary_figure
-from overturning.figures.cells import closed_polar_curve, isolated_point_indices
+from overturning.figures.cells import isolated_curve_point_indices, symmetric_polar_curve
 from overturning.figures.explore import explorer_page_data
-from overturning.figures.ground import pga_and_pgv_figure
+from overturning.figures.ground import pga_and_pgv_by_azimuth_figure
 from overturning.figures.polar_map import (
     PROBABILITY,
     azimuth_for_radius_labels,
-    azimuth_map_figure,
+    fall_map_by_azimuth_figure,
     half_probability_line,
     round_up_velocity_at_map_rim,
 )
-from overturning.figures.style import MISSING, PAGE_WIDTH, package_matplotlib_settings
-from overturning.statistics.boundary import overturning_boundary_by_azimuth
+from overturning.figures.style import MISSING, PAGE_WIDTH, use_package_matplotlib_settings
+from overturning.statistics.boundary import largest_falling_b_over_h_by_azimuth
 from tests.figures.test_explore import random_planar_cube
 from tests.figures.test_further_figures import cube_of_falls_around_azimuth_40
 
@@ -31,7 +31,7 @@ AZIMUTHS_DEG = np.arange(0, 360, AZIMUTH_STEP_DEG)
 CUBE_DIMS = ("azimuth", "height", "b_over_h", "friction")
 
 
-def cube_of_one_block(
+def cube_of_one_block_from_fall_shares(
     towards: np.ndarray, away: np.ndarray, flags: np.ndarray | None = None, ratios: tuple[float, ...] = (0.2, 0.4, 0.6)
 ) -> xr.Dataset:
     """Return a cube of one block and record from shares of runs that fall towards and away, and overturning flags."""
@@ -57,7 +57,7 @@ def mirrored_fall_shares(*cells: tuple[int, int, float, float]) -> tuple[np.ndar
     return towards, away
 
 
-def cell_pixels(figure: Figure, azimuth: float, ratio: float) -> np.ndarray:
+def pixels_in_outer_half_of_map_cell(figure: Figure, azimuth: float, ratio: float) -> np.ndarray:
     """Return the pixels, (n, 3) from 0 to 1, in the outer half of a map cell: its middle may be on a grid line."""
     axes = figure.axes[0]
     picture = np.asarray(figure.canvas.buffer_rgba())[..., :3] / 255.0
@@ -66,18 +66,18 @@ def cell_pixels(figure: Figure, azimuth: float, ratio: float) -> np.ndarray:
     return picture[(picture.shape[0] - y).astype(int), x.astype(int)]
 
 
-def draw_figure_to_pixels(made: Callable[[], Figure]) -> Figure:
+def make_figure_and_draw_its_pixels(made: Callable[[], Figure]) -> Figure:
     """Make a figure and draw it to pixels at 200 dpi."""
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure = made()
         figure.set_dpi(200)
         figure.canvas.draw()
     return figure
 
 
-def lay_out_figure(made: Callable[[], Figure]) -> Figure:
+def make_figure_and_lay_it_out(made: Callable[[], Figure]) -> Figure:
     """Make a figure and compute the positions of its texts and panels, without drawing pixels."""
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure = made()
         figure.draw_without_rendering()
     return figure
@@ -85,7 +85,7 @@ def lay_out_figure(made: Callable[[], Figure]) -> Figure:
 
 def make_figure_in_project_style(made: Callable[[], Figure]) -> Figure:
     """Make a figure without drawing it, for tests of its lines and texts but not of their positions."""
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         return made()
 
 
@@ -94,17 +94,19 @@ def grey_level(pixels: np.ndarray) -> np.ndarray:
     return pixels @ np.array([0.299, 0.587, 0.114])
 
 
-def test_cell_that_falls_to_the_other_side_differs_from_a_standing_cell() -> None:
+def test_map_cell_with_falls_only_away_from_its_azimuth_is_white_not_hatched() -> None:
     """Cells of which 20 to 50 % of the runs fall to the other side are white; cells that stand are hatched."""
     shares = {60: 0.2, 90: 0.35, 120: 0.4, 150: 0.5}
     cells = mirrored_fall_shares(*((azimuth, 1, 0.0, share) for azimuth, share in shares.items()))
-    figure = draw_figure_to_pixels(lambda: azimuth_map_figure(cube_of_one_block(*cells), "A"))
+    figure = make_figure_and_draw_its_pixels(
+        lambda: fall_map_by_azimuth_figure(cube_of_one_block_from_fall_shares(*cells), "A")
+    )
     for azimuth, share in shares.items():
-        assert grey_level(cell_pixels(figure, azimuth, 0.4)).min() > 0.99, "probability 0 is white"
-        opposite = cell_pixels(figure, azimuth + 180, 0.4)
+        assert grey_level(pixels_in_outer_half_of_map_cell(figure, azimuth, 0.4)).min() > 0.99, "probability 0 is white"
+        opposite = pixels_in_outer_half_of_map_cell(figure, azimuth + 180, 0.4)
         np.testing.assert_allclose(opposite.mean(axis=0), PROBABILITY(share)[:3], atol=0.01)
     for azimuth in (180, 210):
-        stands = grey_level(cell_pixels(figure, azimuth, 0.4))
+        stands = grey_level(pixels_in_outer_half_of_map_cell(figure, azimuth, 0.4))
         assert stands.max() < 0.95, "no part of a standing cell is white"
         assert np.ptp(stands) > 0.15, "but it is hatched"
     plt.close(figure)
@@ -112,8 +114,10 @@ def test_cell_that_falls_to_the_other_side_differs_from_a_standing_cell() -> Non
 
 def test_cells_with_different_outcomes_differ_in_greyscale_print() -> None:
     cells = mirrored_fall_shares((60, 1, 0.0, 1.0), (120, 1, 1 / 8, 0.0), (0, 1, 1.0, 0.0))
-    figure = draw_figure_to_pixels(lambda: azimuth_map_figure(cube_of_one_block(*cells), "A"))
-    grey = {at: grey_level(cell_pixels(figure, at, 0.4)) for at in (60, 120, 0, 90)}
+    figure = make_figure_and_draw_its_pixels(
+        lambda: fall_map_by_azimuth_figure(cube_of_one_block_from_fall_shares(*cells), "A")
+    )
+    grey = {at: grey_level(pixels_in_outer_half_of_map_cell(figure, at, 0.4)) for at in (60, 120, 0, 90)}
     plt.close(figure)
     white, pale, dark, stands = (grey[at].mean() for at in (60, 120, 0, 90))
     assert white - pale > 0.05
@@ -126,11 +130,13 @@ def test_cells_with_different_outcomes_differ_in_greyscale_print() -> None:
     assert ramp[0] == pytest.approx(1.0)
 
 
-def test_map_cell_with_a_fall_in_a_standing_ensemble_is_white_not_hatched() -> None:
+def test_map_cell_is_white_if_the_block_falls_but_no_run_of_its_ensemble_does() -> None:
     flags = np.zeros((AZIMUTHS_DEG.size, 3))
     flags[2, 1], flags[8, 1] = 1, -1
-    figure = draw_figure_to_pixels(lambda: azimuth_map_figure(cube_of_one_block(*mirrored_fall_shares(), flags), "A"))
-    fell, stands = cell_pixels(figure, 60, 0.4), cell_pixels(figure, 90, 0.4)
+    figure = make_figure_and_draw_its_pixels(
+        lambda: fall_map_by_azimuth_figure(cube_of_one_block_from_fall_shares(*mirrored_fall_shares(), flags), "A")
+    )
+    fell, stands = pixels_in_outer_half_of_map_cell(figure, 60, 0.4), pixels_in_outer_half_of_map_cell(figure, 90, 0.4)
     plt.close(figure)
     assert grey_level(fell).min() > 0.99
     assert grey_level(stands).max() < 0.95
@@ -140,8 +146,10 @@ def test_a_cell_without_an_outcome_differs_from_every_probability_in_greyscale()
     towards, away = mirrored_fall_shares()
     towards[[2, 8], 1] = away[[2, 8], 1] = np.nan
     flags = np.where(np.isnan(towards), np.nan, 0.0)
-    figure = draw_figure_to_pixels(lambda: azimuth_map_figure(cube_of_one_block(towards, away, flags), "A"))
-    unknown = cell_pixels(figure, 60, 0.4)
+    figure = make_figure_and_draw_its_pixels(
+        lambda: fall_map_by_azimuth_figure(cube_of_one_block_from_fall_shares(towards, away, flags), "A")
+    )
+    unknown = pixels_in_outer_half_of_map_cell(figure, 60, 0.4)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)
     assert np.ptp(grey_level(unknown)) > 0.3, "crossed"
@@ -151,18 +159,20 @@ def test_a_cell_without_an_outcome_differs_from_every_probability_in_greyscale()
 
 def test_map_is_blank_where_nothing_was_computed() -> None:
     """The hole within B/H 0.1 is blank, and so are azimuths other than 0° to 90° and 180° to 270°."""
-    part = cube_of_one_block(*mirrored_fall_shares()).isel(azimuth=slice(0, 4))
-    figure = draw_figure_to_pixels(lambda: azimuth_map_figure(part, "A"))
-    assert grey_level(cell_pixels(figure, 140, 0.4)).min() > 0.99
-    assert grey_level(cell_pixels(figure, 30, 0.4)).max() < 0.95
-    assert grey_level(cell_pixels(figure, 210, 0.4)).max() < 0.95, "the mirror image"
-    assert grey_level(cell_pixels(figure, 60, 0.015)).min() > 0.99
+    part = cube_of_one_block_from_fall_shares(*mirrored_fall_shares()).isel(azimuth=slice(0, 4))
+    figure = make_figure_and_draw_its_pixels(lambda: fall_map_by_azimuth_figure(part, "A"))
+    assert grey_level(pixels_in_outer_half_of_map_cell(figure, 140, 0.4)).min() > 0.99
+    assert grey_level(pixels_in_outer_half_of_map_cell(figure, 30, 0.4)).max() < 0.95
+    assert grey_level(pixels_in_outer_half_of_map_cell(figure, 210, 0.4)).max() < 0.95, "the mirror image"
+    assert grey_level(pixels_in_outer_half_of_map_cell(figure, 60, 0.015)).min() > 0.99
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)
     assert "not computed (B/H below 0.1)" in legend
     assert "not computed (azimuths outside the outline)" in legend
     assert "no outcome" not in legend
-    whole = draw_figure_to_pixels(lambda: azimuth_map_figure(cube_of_one_block(*mirrored_fall_shares()), "A"))
+    whole = make_figure_and_draw_its_pixels(
+        lambda: fall_map_by_azimuth_figure(cube_of_one_block_from_fall_shares(*mirrored_fall_shares()), "A")
+    )
     assert not any("azimuths" in text.get_text() for text in whole.legends[0].get_texts())
     plt.close(whole)
 
@@ -172,8 +182,8 @@ def test_map_is_blank_where_nothing_was_computed() -> None:
     [([37.0], [37, 217]), ([0.0], [0, 180]), ([0.0, 5.0], []), ([170.0, 175.0, 0.0], [])],
 )
 def test_a_single_azimuth_gives_isolated_points_of_a_polar_curve(azimuths: list[float], alone: list[int]) -> None:
-    theta, radii = closed_polar_curve(np.array(azimuths), np.ones(len(azimuths)))
-    assert np.degrees(theta[isolated_point_indices(radii)]).round(9).tolist() == alone
+    theta, radii = symmetric_polar_curve(np.array(azimuths), np.ones(len(azimuths)))
+    assert np.degrees(theta[isolated_curve_point_indices(radii)]).round(9).tolist() == alone
 
 
 def ends_of_line_pieces(line: tuple[np.ndarray, np.ndarray]) -> set[tuple[float, ...]]:
@@ -208,7 +218,9 @@ def test_half_probability_line_counts_falls_to_both_sides() -> None:
     """30 % one way and 30 % the other way are more than half; 30 and 10 % are not."""
     for away, inside in ((0.3, True), (0.1, False)):
         figure = make_figure_in_project_style(
-            lambda away=away: azimuth_map_figure(cube_of_one_block(*mirrored_fall_shares((60, 1, 0.3, away))), "A")
+            lambda away=away: fall_map_by_azimuth_figure(
+                cube_of_one_block_from_fall_shares(*mirrored_fall_shares((60, 1, 0.3, away))), "A"
+            )
         )
         black = [line for line in figure.axes[0].lines if line.get_color() == "black"]
         plt.close(figure)
@@ -218,13 +230,15 @@ def test_half_probability_line_counts_falls_to_both_sides() -> None:
 def test_polar_map_shows_a_fall_at_its_azimuth() -> None:
     """A block that falls towards N30°E is dark there and white opposite, with or without an ensemble in the cube."""
     flags = np.sign(np.round(np.cos(np.radians(AZIMUTHS_DEG - 30.0)), 3))[:, None] * np.ones(3)
-    cube = cube_of_one_block(np.maximum(flags, 0), np.maximum(-flags, 0), flags)
+    cube = cube_of_one_block_from_fall_shares(np.maximum(flags, 0), np.maximum(-flags, 0), flags)
     for one in (cube, cube[["overturned"]]):
-        figure = draw_figure_to_pixels(lambda one=one: azimuth_map_figure(one, "A"))
+        figure = make_figure_and_draw_its_pixels(lambda one=one: fall_map_by_azimuth_figure(one, "A"))
         axes = figure.axes[0]
-        np.testing.assert_allclose(cell_pixels(figure, 30, 0.4).mean(axis=0), PROBABILITY(1.0)[:3], atol=0.01)
-        assert grey_level(cell_pixels(figure, 210, 0.4)).min() > 0.99
-        assert grey_level(cell_pixels(figure, 120, 0.4)).max() < 0.95
+        np.testing.assert_allclose(
+            pixels_in_outer_half_of_map_cell(figure, 30, 0.4).mean(axis=0), PROBABILITY(1.0)[:3], atol=0.01
+        )
+        assert grey_level(pixels_in_outer_half_of_map_cell(figure, 210, 0.4)).min() > 0.99
+        assert grey_level(pixels_in_outer_half_of_map_cell(figure, 120, 0.4)).max() < 0.95
         assert (axes.get_theta_direction(), np.degrees(axes.get_theta_offset())) == (-1, 90)
         legend = [text.get_text() for text in figure.legends[0].get_texts()]
         assert ("falls towards this azimuth" in legend) == ("probability_towards" not in one)
@@ -235,8 +249,8 @@ def test_peak_velocity_is_drawn_at_its_azimuth_on_a_stated_scale() -> None:
     """0.8 m/s along 60° and 0.4 m/s across it: the rim is 1 m/s, so the line reaches 0.8 and 0.4 of the radius."""
     azimuth = np.arange(0.0, 180.0, 30.0)
     peaks = xr.DataArray(0.6 + 0.2 * np.cos(np.radians(2 * (azimuth - 60))), {"azimuth": azimuth}, ["azimuth"])
-    cube = cube_of_one_block(*mirrored_fall_shares())
-    figure = make_figure_in_project_style(lambda: azimuth_map_figure([cube, cube], "A", [peaks, 0.5 * peaks]))
+    cube = cube_of_one_block_from_fall_shares(*mirrored_fall_shares())
+    figure = make_figure_in_project_style(lambda: fall_map_by_azimuth_figure([cube, cube], "A", [peaks, 0.5 * peaks]))
     for axes, factor in zip(figure.axes[:2], (1.0, 0.5), strict=True):
         (line,) = [one for one in axes.lines if one.get_path_effects()]
         angle, radius = line.get_data()
@@ -251,11 +265,11 @@ def test_peak_velocity_is_drawn_at_its_azimuth_on_a_stated_scale() -> None:
     )
 
 
-def test_compared_records_share_radius_colour_bar_and_heading() -> None:
+def test_maps_of_compared_records_share_radius_colour_bar_and_heading() -> None:
     """One record overturns blocks up to B/H 0.2, the other up to 0.6; both maps end at the same B/H."""
-    small, large = (cube_of_one_block(*mirrored_fall_shares((0, ring, 0.9, 0.0))) for ring in (0, 2))
+    small, large = (cube_of_one_block_from_fall_shares(*mirrored_fall_shares((0, ring, 0.9, 0.0))) for ring in (0, 2))
     named = [one.assign_coords(station=name, event="E") for one, name in ((small, "near"), (large, "far"))]
-    figure = make_figure_in_project_style(lambda: azimuth_map_figure(named, "Two records"))
+    figure = make_figure_in_project_style(lambda: fall_map_by_azimuth_figure(named, "Two records"))
     maps = [axes for axes in figure.axes if axes.name == "polar"]
     assert [axes.get_title() for axes in maps] == ["near, E", "far, E"]
     assert len({axes.get_ylim() for axes in maps}) == 1
@@ -268,10 +282,10 @@ def test_compared_records_share_radius_colour_bar_and_heading() -> None:
 
 def test_records_without_a_station_are_named_by_their_ids() -> None:
     """Maps and explorer name two pulses of one shape, which have no station, by their ids."""
-    one = cube_of_one_block(*mirrored_fall_shares((0, 2, 0.9, 0.0)))
+    one = cube_of_one_block_from_fall_shares(*mirrored_fall_shares((0, 2, 0.9, 0.0)))
     text = {"station": "", "event": "sine pulse"}
     pulses = [one.assign_coords(text | {"record_id": name}) for name in ("short", "long")]
-    figure = make_figure_in_project_style(lambda: azimuth_map_figure(pulses, "Two pulses"))
+    figure = make_figure_in_project_style(lambda: fall_map_by_azimuth_figure(pulses, "Two pulses"))
     titles = [axes.get_title() for axes in figure.axes if axes.name == "polar"]
     plt.close(figure)
     names = ["short, sine pulse", "long, sine pulse"]
@@ -283,12 +297,12 @@ def test_records_without_a_station_are_named_by_their_ids() -> None:
 
 def test_titles_of_maps_state_how_their_blocks_differ() -> None:
     one = cube_of_falls_around_azimuth_40().isel(record=0)
-    figure = make_figure_in_project_style(lambda: azimuth_map_figure(one, "A"))
+    figure = make_figure_in_project_style(lambda: fall_map_by_azimuth_figure(one, "A"))
     titles, heading = [axes.get_title() for axes in figure.axes[:4]], figure.get_suptitle()
     plt.close(figure)
     assert titles == ["µ = 0.5, H = 0.6 m", "µ = 1, H = 0.6 m", "µ = 0.5, H = 1.2 m", "µ = 1, H = 1.2 m"]
     assert "µ" not in heading
-    figure = make_figure_in_project_style(lambda: azimuth_map_figure(one.isel(friction=[1]), "A"))
+    figure = make_figure_in_project_style(lambda: fall_map_by_azimuth_figure(one.isel(friction=[1]), "A"))
     titles, heading = [axes.get_title() for axes in figure.axes[:2]], figure.get_suptitle()
     plt.close(figure)
     assert titles == ["H = 0.6 m", "H = 1.2 m"]
@@ -296,10 +310,10 @@ def test_titles_of_maps_state_how_their_blocks_differ() -> None:
 
 
 @pytest.mark.parametrize("blocks", [(1, 1), (1, 2), (2, 2)])
-def test_letters_of_a_map_are_7_points_at_the_printed_width(blocks: tuple[int, int]) -> None:
+def test_letters_of_a_map_have_at_least_7_points_at_the_printed_width(blocks: tuple[int, int]) -> None:
     """A figure wider than the page is reduced in print, so that its letters must be larger."""
     one = cube_of_falls_around_azimuth_40().isel(record=0, height=slice(blocks[0]), friction=slice(blocks[1]))
-    figure = lay_out_figure(lambda: azimuth_map_figure(one, "Station, earthquake"))
+    figure = make_figure_and_lay_it_out(lambda: fall_map_by_azimuth_figure(one, "Station, earthquake"))
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
     shrunk = min(1.0, PAGE_WIDTH / figure.get_figwidth())
     plt.close(figure)
@@ -310,7 +324,9 @@ def test_letters_of_a_map_are_7_points_at_the_printed_width(blocks: tuple[int, i
 def test_arrow_at_the_radius_labels_points_outward(free: float) -> None:
     """The arrow stands outside the rim next to the labels of the radius; text on the left ends at the rim."""
     towards = (np.abs((AZIMUTHS_DEG - free + 180) % 360 - 180) > 20).astype(float)[:, None] * np.ones(3)
-    figure = lay_out_figure(lambda: azimuth_map_figure(cube_of_one_block(towards, 0 * towards), "A"))
+    figure = make_figure_and_lay_it_out(
+        lambda: fall_map_by_azimuth_figure(cube_of_one_block_from_fall_shares(towards, 0 * towards), "A")
+    )
     axes = figure.axes[0]
     (arrow,) = [text for text in axes.texts if "stouter" in text.get_text()]
     assert axes.get_rlabel_position() == pytest.approx(free)
@@ -322,12 +338,12 @@ def test_arrow_at_the_radius_labels_points_outward(free: float) -> None:
     assert arrow.get_text().endswith("→") == (free < 180)
 
 
-def test_map_marks_the_radial_direction_if_known() -> None:
-    one = cube_of_one_block(*mirrored_fall_shares((0, 1, 0.9, 0.0))).assign_coords(fault_normal=30.0)
+def test_map_marks_the_direction_away_from_the_epicentre_if_it_is_known() -> None:
+    one = cube_of_one_block_from_fall_shares(*mirrored_fall_shares((0, 1, 0.9, 0.0))).assign_coords(fault_normal=30.0)
     placed = {"epicentre_latitude": 35.0, "epicentre_longitude": 135.0, "station_latitude": 34.0}
     for known in (False, True):
         cube = one.assign_coords(placed | {"station_longitude": 135.0} if known else {})
-        figure = make_figure_in_project_style(lambda cube=cube: azimuth_map_figure(cube, "A"))
+        figure = make_figure_in_project_style(lambda cube=cube: fall_map_by_azimuth_figure(cube, "A"))
         legend = [text.get_text() for text in figure.legends[0].get_texts()]
         marks = [line for line in figure.axes[0].lines if line.get_label() == "away from the epicentre"]
         assert ("away from the epicentre" in legend, len(marks)) == (known, int(known))
@@ -340,8 +356,10 @@ def test_map_marks_the_radial_direction_if_known() -> None:
 
 @pytest.mark.parametrize("step", [1, 3])
 def test_cells_of_a_polar_map_are_arcs_and_fill_the_panel(step: int) -> None:
-    one = cube_of_one_block(*mirrored_fall_shares((0, 1, 0.9, 0.0))).isel(azimuth=slice(None, None, step))
-    figure = lay_out_figure(lambda: azimuth_map_figure(one, "A"))
+    one = cube_of_one_block_from_fall_shares(*mirrored_fall_shares((0, 1, 0.9, 0.0))).isel(
+        azimuth=slice(None, None, step)
+    )
+    figure = make_figure_and_lay_it_out(lambda: fall_map_by_azimuth_figure(one, "A"))
     axes = figure.axes[0]
     corners = axes.collections[0].get_coordinates()[0, :, 0]
     panel, width = axes.get_window_extent(), figure.get_figwidth()
@@ -354,8 +372,10 @@ def test_cells_of_a_polar_map_are_arcs_and_fill_the_panel(step: int) -> None:
 
 
 def test_map_ends_at_the_first_b_over_h_without_falls_and_labels_avoid_falls() -> None:
-    with package_matplotlib_settings():
-        figure = azimuth_map_figure(cube_of_one_block(*mirrored_fall_shares((0, 0, 0.9, 0.0))), "A")
+    with use_package_matplotlib_settings():
+        figure = fall_map_by_azimuth_figure(
+            cube_of_one_block_from_fall_shares(*mirrored_fall_shares((0, 0, 0.9, 0.0))), "A"
+        )
         assert figure.axes[0].get_ylim()[1] == pytest.approx(0.5)
         plt.close(figure)
     azimuth = np.arange(0.0, 360.0, 5.0)
@@ -378,16 +398,19 @@ def test_map_and_boundary_of_a_partial_circle_end_where_it_was_simulated() -> No
         {"azimuth": azimuth, "height": [0.6], "b_over_h": [0.2, 0.4, 0.6], "friction": [1.0]},
     )
     peaks = xr.Dataset({name: ("azimuth", 3.0 + np.cos(np.radians(azimuth))) for name in ("pga", "pgv")}, part.coords)
-    figure = draw_figure_to_pixels(lambda: azimuth_map_figure(part, "A"))
-    seen = {at: grey_level(cell_pixels(figure, at, 0.2)).mean() for at in (8, 72, 98, 135, 172, 195, 225)}
+    figure = make_figure_and_draw_its_pixels(lambda: fall_map_by_azimuth_figure(part, "A"))
+    seen = {
+        at: grey_level(pixels_in_outer_half_of_map_cell(figure, at, 0.2)).mean()
+        for at in (8, 72, 98, 135, 172, 195, 225)
+    }
     assert figure.axes[0].get_ylim()[1] == pytest.approx(0.5), "nothing falls from 0.4 on"
     plt.close(figure)
     assert {at for at, grey in seen.items() if grey < 0.3} == {8, 72}
-    assert grey_level(cell_pixels(figure, 40, 0.4)).max() < 0.95
-    with package_matplotlib_settings():
+    assert grey_level(pixels_in_outer_half_of_map_cell(figure, 40, 0.4)).max() < 0.95
+    with use_package_matplotlib_settings():
         for curves in (
-            pga_and_pgv_figure(peaks, np.nan, "A"),
-            overturning_boundary_figure(overturning_boundary_by_azimuth(part), 0.4, np.nan, "A"),
+            pga_and_pgv_by_azimuth_figure(peaks, np.nan, "A"),
+            overturning_boundary_figure(largest_falling_b_over_h_by_azimuth(part), 0.4, np.nan, "A"),
         ):
             theta, radius = curves.axes[0].lines[0].get_data()
             shown = np.isfinite(radius[:-1] + radius[1:])
@@ -397,7 +420,7 @@ def test_map_and_boundary_of_a_partial_circle_end_where_it_was_simulated() -> No
         band = [path.vertices[:, 1].min() for path in curves.axes[0].collections[0].get_paths()]
         assert min(band) > 0.2, "nor does it run to the middle where nothing is known"
         alone = (
-            overturning_boundary_figure(overturning_boundary_by_azimuth(part.isel(azimuth=[2])), 0.4, np.nan, "A")
+            overturning_boundary_figure(largest_falling_b_over_h_by_azimuth(part.isel(azimuth=[2])), 0.4, np.nan, "A")
             .axes[0]
             .lines[-1]
         )
@@ -408,21 +431,23 @@ def test_map_and_boundary_of_a_partial_circle_end_where_it_was_simulated() -> No
 def test_innermost_ring_of_a_map_is_drawn_if_b_over_h_values_are_far_apart() -> None:
     """Regression: for B/H 0.1 and 0.4 the inner edge of the first ring was negative, and the ring was not drawn."""
     ones = np.ones((AZIMUTHS_DEG.size, 2))
-    figure = draw_figure_to_pixels(lambda: azimuth_map_figure(cube_of_one_block(ones, 0 * ones, ones, (0.1, 0.4)), "A"))
-    pixels = cell_pixels(figure, 60, 0.03)
+    figure = make_figure_and_draw_its_pixels(
+        lambda: fall_map_by_azimuth_figure(cube_of_one_block_from_fall_shares(ones, 0 * ones, ones, (0.1, 0.4)), "A")
+    )
+    pixels = pixels_in_outer_half_of_map_cell(figure, 60, 0.03)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)
     np.testing.assert_allclose(pixels.mean(axis=0), PROBABILITY(1.0)[:3], atol=0.01)
     assert not any(text.startswith("not computed") for text in legend), "there is no hole"
 
 
-def test_map_includes_a_fall_whose_ensemble_stands() -> None:
+def test_map_extends_to_a_fall_at_the_largest_b_over_h_if_its_ensemble_stands() -> None:
     """Regression: the map ended before a case that falls at the largest B/H while all of its ensemble stands."""
     flags = np.zeros((AZIMUTHS_DEG.size, 3))
     flags[3, 2], flags[9, 2] = 1, -1
-    wide = cube_of_one_block(*mirrored_fall_shares((90, 0, 0.0, 0.5)), flags)
-    with package_matplotlib_settings():
-        assert azimuth_map_figure(wide, "A").axes[0].get_ylim()[1] == pytest.approx(0.7)
+    wide = cube_of_one_block_from_fall_shares(*mirrored_fall_shares((90, 0, 0.0, 0.5)), flags)
+    with use_package_matplotlib_settings():
+        assert fall_map_by_azimuth_figure(wide, "A").axes[0].get_ylim()[1] == pytest.approx(0.7)
         plt.close("all")
     missing = dict.fromkeys(("peak_rotation", "overturning_time"), wide["overturned"] * np.nan)
     named = {name: ("record", ["a"]) for name in ("record_id", "station", "event")}

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
 from overturning.figures.rose import FALLS, axis_interval_arcs_deg, draw_fall_rose, fall_roses_by_group_figure
-from overturning.figures.style import INK, create_panel_grid, package_matplotlib_settings
+from overturning.figures.style import INK, create_panel_grid, use_package_matplotlib_settings
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import FallAxisSummary
@@ -21,23 +21,25 @@ from tests.figures.test_further_figures import cube_of_falls_around_azimuth_40
 NAN = float("nan")
 
 
-def cube_of_earthquakes(count: int) -> xr.Dataset:
-    """Return a cube of ten earthquakes of one record each."""
+def cube_of_earthquakes_with_one_record_each(count: int) -> xr.Dataset:
+    """Return a cube of `count` earthquakes, at most ten, of one record each."""
     several = xr.concat(
         [cube_of_falls_around_azimuth_40(), cube_of_falls_around_azimuth_40()], "record", data_vars="all"
     )
     return several.assign_coords(event=("record", [f"E {place}" for place in range(10)])).isel(record=slice(count))
 
 
-def fall_axis_summary(axis: float, half_width: float) -> FallAxisSummary:
+def fall_axis_summary_of_five_earthquakes(axis: float, half_width: float) -> FallAxisSummary:
     """Return a summary of five earthquakes with this mean axis and half-width of its interval, degrees."""
     return FallAxisSummary(5, MeanOverEarthquakes(5, NAN, NAN, NAN), axis, half_width, 5, 5)
 
 
-def draw_rose(one: xr.Dataset, axis: float = NAN, half_width: float = NAN) -> Figure:
+def draw_rose_of_falls_with_mean_axis(one: xr.Dataset, axis: float = NAN, half_width: float = NAN) -> Figure:
     """Draw the rose of a cube with a mean axis and the half-width of its interval, degrees, without a layout."""
-    with package_matplotlib_settings():
-        figure = fall_roses_by_group_figure(one, {"all records": fall_axis_summary(axis, half_width)})
+    with use_package_matplotlib_settings():
+        figure = fall_roses_by_group_figure(
+            one, {"all records": fall_axis_summary_of_five_earthquakes(axis, half_width)}
+        )
         figure.set_layout_engine("none")  # what is drawn is examined, not where
         figure.draw_without_rendering()
     return figure
@@ -56,7 +58,7 @@ def rose_sector_areas(figure: Figure) -> dict[float, float]:
 def test_a_rose_of_2d_falls_counts_opposite_directions_as_one_axis() -> None:
     """A sector of axes holds the sector of directions and the opposite one; all areas add to 1."""
     one = cube_of_falls_around_azimuth_40().isel(record=[0])
-    found = rose_sector_areas(draw_rose(one))
+    found = rose_sector_areas(draw_rose_of_falls_with_mean_axis(one))
     directions = fall_rose(one, from_normal=True)
     for middle in range(0, 90, 15):
         both = directions.shares[middle // 15] + directions.shares[middle // 15 + SECTORS // 2]
@@ -75,7 +77,7 @@ def test_rose_angles_are_measured_from_the_fault_normal_where_it_is_known() -> N
     assert np.flatnonzero(north.shares).tolist() == [0, 1, 2, 3, 4, 5]
     assert np.flatnonzero(found.shares).tolist() == [0, 1, 2, 9, 10, 11]
     assert found.shares.size == north.shares.size == SECTORS // 2
-    figure = draw_rose(without)
+    figure = draw_rose_of_falls_with_mean_axis(without)
     names = [label.get_text() for label in figure.axes[0].get_xticklabels()]
     assert names == ["W", "NW", "N", "NE", "E"]
     assert "from north" in figure.axes[0].get_title()
@@ -89,7 +91,7 @@ def test_rose_of_3d_falls_shows_axes_only_if_a_fault_normal_is_known() -> None:
 
 def test_interval_of_the_share_along_an_axis_adds_both_directions_first() -> None:
     """Earthquakes fall towards 0° and 180° in turn: the share along this axis is 1 in each, that to one side is not."""
-    one = cube_of_earthquakes(10)
+    one = cube_of_earthquakes_with_one_record_each(10)
     flags = np.zeros(one["overturned"].shape)
     flags[::2, 0], flags[1::2, 12] = 1, 1  # towards 0° under records 0, 2, 4, towards 180° under the others
     flags[::2, 12], flags[1::2, 0] = -1, -1
@@ -109,7 +111,7 @@ def test_interval_of_a_mean_axis_wraps_at_90_degrees(
 ) -> None:
     """70° ± 40° reaches from 30° to 110°, which is −70° as an axis."""
     assert sorted(axis_interval_arcs_deg(axis, half_width)) == expected
-    (panel, *_) = draw_rose(cube_of_falls_around_azimuth_40(), axis, half_width).axes
+    (panel, *_) = draw_rose_of_falls_with_mean_axis(cube_of_falls_around_azimuth_40(), axis, half_width).axes
     lines = [line for line in panel.lines if line.get_color() == INK]
     spans = sorted(tuple(np.round(np.degrees(line.get_xdata())[[0, -1]], 6)) for line in lines)
     assert spans == sorted([(axis, axis), *expected])
@@ -117,7 +119,7 @@ def test_interval_of_a_mean_axis_wraps_at_90_degrees(
 
 
 def test_a_rose_without_a_mean_axis_has_no_mark_of_it() -> None:
-    figure = draw_rose(cube_of_earthquakes(10))
+    figure = draw_rose_of_falls_with_mean_axis(cube_of_earthquakes_with_one_record_each(10))
     assert not [line for line in figure.axes[0].lines if line.get_color() == INK]
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert not any("mean axis" in text for text in legend)
@@ -129,12 +131,12 @@ LARGEST_SHARES = (0.08, 0.17, 0.25, 0.36, 0.5, 0.7, 0.9)
 
 
 @cache
-def radius_label_boxes(axial: bool) -> dict[float, list[Bbox]]:
+def radius_label_boxes_by_largest_rose_share(axial: bool) -> dict[float, list[Bbox]]:
     """Return the boxes of the radius labels of roses, by the largest share of a sector, from `LARGEST_SHARES`."""
     count = SECTORS // 2 if axial else SECTORS
     unknown, boxes = np.full(count, NAN), dict[float, list[Bbox]]()
     for pair in (LARGEST_SHARES[place : place + 2] for place in range(0, len(LARGEST_SHARES), 2)):
-        with package_matplotlib_settings():
+        with use_package_matplotlib_settings():
             figure, panels = create_panel_grid(1, 2, 6.6, 2.75 if axial else 4.3, polar=True)
             for axes, largest in zip(panels[0], pair, strict=False):
                 shares = np.append(largest, np.full(count - 1, (1.0 - largest) / (count - 1)))
@@ -150,6 +152,6 @@ def radius_label_boxes(axial: bool) -> dict[float, list[Bbox]]:
 @pytest.mark.parametrize("largest", LARGEST_SHARES)
 def test_radius_labels_of_roses_do_not_touch(largest: float, axial: bool) -> None:
     """Regression: in a half circle the labels 10 and 20 per cent touched."""
-    boxes = radius_label_boxes(axial)[largest]
+    boxes = radius_label_boxes_by_largest_rose_share(axial)[largest]
     assert boxes
     assert not any(one.overlaps(other) for place, one in enumerate(boxes) for other in boxes[:place])

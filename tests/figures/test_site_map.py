@@ -16,12 +16,12 @@ from overturning.figures.site_map import (
     MOST_SITES,
     EarthquakeOnMap,
     StationOnMap,
-    earthquake_map_figure,
     earthquake_map_figures,
+    earthquake_maps_in_one_figure,
     earthquakes_on_map,
     local_east_north_km,
 )
-from overturning.figures.style import package_matplotlib_settings
+from overturning.figures.style import use_package_matplotlib_settings
 from overturning.study.cube import open_cube
 from tests.study.small_study import simulate_study_cube, sine_cycle_record, small_study
 
@@ -30,19 +30,19 @@ EPICENTRE = (35.0, 133.0)
 
 def draw_earthquake_map(*sites: EarthquakeOnMap) -> Figure:
     """Draw the map of some earthquakes with their stations."""
-    with package_matplotlib_settings():
-        figure = earthquake_map_figure(sites)
+    with use_package_matplotlib_settings():
+        figure = earthquake_maps_in_one_figure(sites)
         figure.draw_without_rendering()
         plt.close(figure)
     return figure
 
 
-def lines_with_label(figure: Figure, label: str) -> list[np.ndarray]:
+def points_of_map_lines_with_label(figure: Figure, label: str) -> list[np.ndarray]:
     """Return the points of the lines with a label, shape (points, 2), km east and north of the epicentre."""
     return [np.transpose(line.get_data()) for line in figure.axes[0].lines if line.get_label() == label]
 
 
-def arrow_ends(figure: Figure) -> list[tuple[np.ndarray, np.ndarray]]:
+def ends_of_arrows_in_first_map(figure: Figure) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return both ends of each arrow in the first panel."""
     found = [text for text in figure.axes[0].texts if isinstance(text, Annotation) and text.arrow_patch is not None]
     return [(np.array(one.xy), np.array(one.xyann)) for one in found]
@@ -64,10 +64,10 @@ def test_stations_are_drawn_at_their_coordinates_on_one_scale() -> None:
     figure = draw_earthquake_map(
         EarthquakeOnMap("A", [StationOnMap("n", 35.1, 133.0), StationOnMap("e", 35.0, 133.2)], EPICENTRE)
     )
-    north, east = lines_with_label(figure, "station")
+    north, east = points_of_map_lines_with_label(figure, "station")
     assert north[0] == pytest.approx([0, 11.12], abs=0.01)
     assert east[0] == pytest.approx([0.2 * 111.19 * math.cos(math.radians(35)), 0], abs=0.02)
-    assert lines_with_label(figure, "epicentre")[0][0].tolist() == [0, 0]
+    assert points_of_map_lines_with_label(figure, "epicentre")[0][0].tolist() == [0, 0]
     centre, up, right = figure.axes[0].transData.transform([(0, 0), north[0], east[0]])
     assert up - centre == pytest.approx([0, (up - centre)[1]], abs=1e-6)
     assert (up - centre)[1] > 0
@@ -85,19 +85,19 @@ def test_fall_axis_of_a_station_is_drawn_as_arrows_to_both_sides(axis: float) ->
     figure = draw_earthquake_map(
         EarthquakeOnMap("A", [StationOnMap("s", 35.1, 133.0, strike=axis + 20.0, axis=axis)], EPICENTRE)
     )
-    ((head, tail),) = arrow_ends(figure)
-    assert (head + tail) / 2 == pytest.approx(lines_with_label(figure, "station")[0][0])
+    ((head, tail),) = ends_of_arrows_in_first_map(figure)
+    assert (head + tail) / 2 == pytest.approx(points_of_map_lines_with_label(figure, "station")[0][0])
     along = figure.axes[0].transData.transform(head) - figure.axes[0].transData.transform(tail)
     assert math.degrees(math.atan2(*along)) % 180 == pytest.approx(axis % 180, abs=1e-6)
-    (strike,) = lines_with_label(figure, "strike")
+    (strike,) = points_of_map_lines_with_label(figure, "strike")
     assert math.degrees(math.atan2(*(strike[1] - strike[0]))) % 180 == pytest.approx((axis + 20) % 180, abs=1e-6)
     assert "mean axis of the falls" in [text.get_text() for text in figure.legends[0].get_texts()]
 
 
 def test_unknown_strike_and_fall_axis_are_neither_drawn_nor_in_the_legend() -> None:
     figure = draw_earthquake_map(EarthquakeOnMap("A", [StationOnMap("a", 35.1, 133.0), StationOnMap("b", 35.0, 133.2)]))
-    assert not arrow_ends(figure)
-    assert not any(lines_with_label(figure, kind) for kind in ("strike", "trace", "epicentre"))
+    assert not ends_of_arrows_in_first_map(figure)
+    assert not any(points_of_map_lines_with_label(figure, kind) for kind in ("strike", "trace", "epicentre"))
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["station"]
 
 
@@ -107,7 +107,7 @@ def test_nearest_part_of_the_fault_trace_is_in_the_frame() -> None:
     figure = draw_earthquake_map(EarthquakeOnMap("A", [StationOnMap("a", 35.02, 133.0)], EPICENTRE, trace))
     assert figure.axes[0].get_ylim()[1] > 22.3 > 20
     assert figure.axes[0].get_xlim()[1] < 90
-    assert lines_with_label(figure, "trace")[0] == pytest.approx(
+    assert points_of_map_lines_with_label(figure, "trace")[0] == pytest.approx(
         np.transpose(local_east_north_km([35.2, 35.2], [132.0, 134.0], *EPICENTRE)), abs=1e-9
     )
 
@@ -120,7 +120,7 @@ def test_each_station_name_on_a_map_is_nearest_to_its_own_station() -> None:
             "A", [StationOnMap(name, *place, 122.0, 0.0) for name, place in places.items()], (34.21, -118.55)
         )
     )
-    at = [figure.axes[0].transData.transform(one[0]) for one in lines_with_label(figure, "station")]
+    at = [figure.axes[0].transData.transform(one[0]) for one in points_of_map_lines_with_label(figure, "station")]
     points = dict(zip(places, at, strict=True))
     boxes = {text.get_text(): text.get_window_extent() for text in figure.axes[0].texts if text.get_text() in places}
     assert boxes.keys() == places.keys()
@@ -144,8 +144,8 @@ def test_each_station_name_on_a_map_is_nearest_to_its_own_station() -> None:
     ],
 )
 def test_coordinates_off_the_globe_are_refused(site: EarthquakeOnMap, words: str) -> None:
-    with package_matplotlib_settings(), pytest.raises(ArgumentError, match=words):
-        earthquake_map_figure([site])
+    with use_package_matplotlib_settings(), pytest.raises(ArgumentError, match=words):
+        earthquake_maps_in_one_figure([site])
     plt.close("all")
 
 
@@ -153,7 +153,7 @@ def test_maps_of_many_earthquakes_are_split_over_several_figures() -> None:
     sites = [
         EarthquakeOnMap(str(number), [StationOnMap("s", 35.1, 133.0)], EPICENTRE) for number in range(MOST_SITES + 1)
     ]
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         panels = [
             [axes.get_title() for axes in one.axes if axes.get_visible()] for one in earthquake_map_figures(sites)
         ]
@@ -183,16 +183,16 @@ def cube_of_four_stations(tmp_path_factory: pytest.TempPathFactory) -> xr.Datase
     return found.assign_coords({name: ("record", values) for name, values in columns.items()})
 
 
-def cube_with_record_sources(cube: xr.Dataset, **said: dict[str, str]) -> xr.Dataset:
+def cube_with_added_record_source_entries(cube: xr.Dataset, **said: dict[str, str]) -> xr.Dataset:
     """Return the cube with entries, given by record id, added to its stored table of the sources of records."""
     rows = [row | said.get(row["id"], {}) for row in json.loads(cube.attrs["record_sources"])]
     return cube.assign_attrs(record_sources=json.dumps(rows))
 
 
-def test_map_data_of_a_cube_have_sites_strikes_and_fall_axes(cube_of_four_stations: xr.Dataset) -> None:
+def test_map_data_of_a_cube_have_station_coordinates_strikes_and_fall_axes(cube_of_four_stations: xr.Dataset) -> None:
     """An earthquake with one station and no epicentre has no map, and a station without coordinates is on no map."""
     trace = {"fault_trace": "35 133, 36 133", "fault_trace_source": "map"}
-    (site,) = earthquakes_on_map(cube_with_record_sources(cube_of_four_stations, two=trace))
+    (site,) = earthquakes_on_map(cube_with_added_record_source_entries(cube_of_four_stations, two=trace))
     assert (site.name, site.epicentre, site.trace) == ("A", (35.0, 133.0), (((35.0, 133.0), (36.0, 133.0)),))
     assert [one[:3] for one in site.stations] == [("one", 35.1, 133.0), ("two", 35.2, 133.1)]
     assert [one.strike for one in site.stations] == pytest.approx([30.0, math.nan], nan_ok=True)
@@ -202,16 +202,16 @@ def test_map_data_of_a_cube_have_sites_strikes_and_fall_axes(cube_of_four_statio
 def test_station_without_a_source_of_its_coordinates_is_not_on_the_map(cube_of_four_stations: xr.Dataset) -> None:
     """Coordinates from the record table are drawn only if the table states their source."""
     (site,) = earthquakes_on_map(
-        cube_with_record_sources(
+        cube_with_added_record_source_entries(
             cube_of_four_stations, one={"coordinates_source": ""}, two={"coordinates_source": "survey"}
         )
     )
     assert [one.name for one in site.stations] == ["two"]
     none = {name: {"coordinates_source": ""} for name in ("one", "two", "three")}
-    assert earthquakes_on_map(cube_with_record_sources(cube_of_four_stations, **none)) == []
+    assert earthquakes_on_map(cube_with_added_record_source_entries(cube_of_four_stations, **none)) == []
 
 
-def test_station_without_a_clear_fall_axis_has_no_arrow(cube_of_four_stations: xr.Dataset) -> None:
+def test_station_where_no_block_falls_has_no_fall_axis_on_the_map(cube_of_four_stations: xr.Dataset) -> None:
     """Where all blocks stand there is no fall axis, so the station has no arrow."""
     names = ("overturned", "probability_towards", "probability_away")
     (site,) = earthquakes_on_map(

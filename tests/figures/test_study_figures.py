@@ -19,10 +19,14 @@ from overturning.figures.cells import (
 )
 from overturning.figures.explore import explorer_page_data
 from overturning.figures.illustrative import block_label, simulate_block_trajectories
-from overturning.figures.maps import COLOURS, orientation_map_figure
-from overturning.figures.polar_map import azimuth_map_figure
+from overturning.figures.maps import COLOURS, fall_map_by_orientation_figure
+from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.rose import fall_roses_by_group_figure
-from overturning.figures.style import azimuths_inside_unsimulated_gaps, compass_bearing, package_matplotlib_settings
+from overturning.figures.style import (
+    azimuths_inside_unsimulated_gaps,
+    compass_bearing_text,
+    use_package_matplotlib_settings,
+)
 from overturning.figures.write import save_figure_files
 from overturning.model.planes import case_weight_at_each_azimuth
 from overturning.motion.motion import Motion
@@ -36,7 +40,7 @@ from tests.study.test_config import ICY
 
 
 @pytest.fixture
-def cube_of_two_records() -> xr.Dataset:
+def cube_of_falls_to_the_side_of_azimuth_30() -> xr.Dataset:
     """Return a cube of two records: all blocks fall to the side of 30°, but stand along 120° and 300°."""
     azimuth = np.arange(0, 360, 30, dtype=np.int16)
     flags = np.sign(np.round(np.cos(np.radians(azimuth - 30.0)), 3))[None, :, None, None, None] * np.ones(
@@ -83,15 +87,19 @@ def test_azimuth_added_to_the_grid_shares_the_weight_of_its_neighbours() -> None
 
 
 def test_maps_and_roses_without_falls_outcomes_or_a_second_azimuth_are_drawn(
-    cube_of_two_records: xr.Dataset, tmp_path: Path
+    cube_of_falls_to_the_side_of_azimuth_30: xr.Dataset, tmp_path: Path
 ) -> None:
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         for name, odd in {
-            "none": cube_of_two_records.assign(overturned=cube_of_two_records["overturned"] * 0),
-            "unknown": cube_of_two_records.assign(overturned=cube_of_two_records["overturned"] * np.nan),
-            "single": cube_of_two_records.isel(azimuth=[1], b_over_h=[0]),
+            "none": cube_of_falls_to_the_side_of_azimuth_30.assign(
+                overturned=cube_of_falls_to_the_side_of_azimuth_30["overturned"] * 0
+            ),
+            "unknown": cube_of_falls_to_the_side_of_azimuth_30.assign(
+                overturned=cube_of_falls_to_the_side_of_azimuth_30["overturned"] * np.nan
+            ),
+            "single": cube_of_falls_to_the_side_of_azimuth_30.isel(azimuth=[1], b_over_h=[0]),
         }.items():
-            save_figure_files(azimuth_map_figure(odd.isel(record=1), name), tmp_path / f"{name}.png", dpi=50)
+            save_figure_files(fall_map_by_azimuth_figure(odd.isel(record=1), name), tmp_path / f"{name}.png", dpi=50)
             save_figure_files(fall_roses_by_group_figure(odd), tmp_path / f"rose-{name}.png", dpi=50)
     assert len(list(tmp_path.iterdir())) == 6
 
@@ -115,7 +123,7 @@ def test_azimuths_are_written_as_quadrant_bearings() -> None:
         360: "N",
         -30: "N30°W",
     }
-    assert {azimuth: compass_bearing(azimuth) for azimuth in names} == names
+    assert {azimuth: compass_bearing_text(azimuth) for azimuth in names} == names
 
 
 DEUTERANOPIA_MATRIX = np.array(
@@ -124,7 +132,7 @@ DEUTERANOPIA_MATRIX = np.array(
 """Simulation of colour blindness in linear RGB (Machado et al. 2009, IEEE Trans. Visual. Comput. Graphics 15)."""
 
 
-def srgb_to_cielab(linear: np.ndarray) -> np.ndarray:
+def linear_srgb_to_cielab(linear: np.ndarray) -> np.ndarray:
     """Convert linear sRGB to CIELAB, white point D65 (IEC 61966-2-1, CIE 15)."""
     to_xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
     xyz = linear @ to_xyz.T / to_xyz.sum(axis=1)
@@ -137,12 +145,12 @@ def test_azimuth_colours_differ_with_red_green_blindness(seen: np.ndarray) -> No
     """A just noticeable difference is about 2.3; with colours that differ only in hue, 233° and 293° differ by 7."""
     given = COLOURS(np.arange(256))[:, :3]
     linear = np.where(given <= 0.04045, given / 12.92, ((given + 0.055) / 1.055) ** 2.4)
-    lab = srgb_to_cielab(np.clip(linear @ seen.T, 0.0, 1.0))
+    lab = linear_srgb_to_cielab(np.clip(linear @ seen.T, 0.0, 1.0))
     for apart in range(43, 129):  # 60° and more
         assert np.linalg.norm(lab - np.roll(lab, apart, axis=0), axis=1).min() > 20
 
 
-def test_only_gaps_wider_than_the_azimuth_step_are_blank() -> None:
+def test_map_is_blank_only_in_azimuth_gaps_wider_than_the_step() -> None:
     """For planes of 60° and 70° and their mirror images 240° and 250°, blank gaps begin and end one step (10°) away."""
     unknown = {(60, 70, 240, 250): [50, 80, 230, 260], (60, 150, 240, 330): [], (0, 30, 90, 180, 210, 270): []}
     for azimuth, ends in unknown.items():
@@ -165,7 +173,7 @@ def test_map_of_a_single_plane_has_a_sector_on_either_side(azimuth: list[int]) -
 
 
 @pytest.mark.parametrize(("step", "ratios"), [(45, 2), (15, 3), (5, 8)])
-def test_arrows_of_a_map_by_orientation_fill_their_cells(step: int, ratios: int) -> None:
+def test_arrows_of_an_orientation_map_are_20_to_100_per_cent_of_a_cell_long(step: int, ratios: int) -> None:
     """Each arrow is as long as 20 to 100 % of the smaller side of a cell, also if the map has few cells."""
     orientation, ratio = np.arange(0, 90, step), np.linspace(0.1, 0.4, ratios)
     shape = (orientation.size, 1, ratios, 1)
@@ -173,8 +181,8 @@ def test_arrows_of_a_map_by_orientation_fill_their_cells(step: int, ratios: int)
     falls = {"overturned": (names, np.ones(shape)), "fall_azimuth": (names, np.full(shape, 45.0))}
     sizes = {"orientation": orientation, "height": [0.6], "b_over_h": ratio, "friction": [0.7]}
     record = {"fault_normal": np.nan, "event": "E"}
-    with package_matplotlib_settings():
-        figure = orientation_map_figure(xr.Dataset(falls, coords=sizes | record), "A")
+    with use_package_matplotlib_settings():
+        figure = fall_map_by_orientation_figure(xr.Dataset(falls, coords=sizes | record), "A")
     axes = figure.axes[0]
     arrows = next(one for one in axes.collections if isinstance(one, Quiver))
     cell = min(axes.bbox.width / orientation.size, axes.bbox.height / ratios)
@@ -186,8 +194,8 @@ def test_rose_next_to_3d_maps_shows_only_the_falls_of_these_maps() -> None:
     """The rose shows the falls of the heights and frictions in the maps, not of all."""
     whole = random_3d_cube().assign_coords(pulse=("record", [1, 1])).isel(record=0)
     one = whole.sel(friction=[0.5])
-    with package_matplotlib_settings():
-        around = orientation_map_figure(one, "A").axes[-1]
+    with use_package_matplotlib_settings():
+        around = fall_map_by_orientation_figure(one, "A").axes[-1]
         plt.close("all")
     shares = np.array([bar.get_height() ** 2 for bar in around.patches])
     falls = one["fall_azimuth"].to_numpy().ravel()

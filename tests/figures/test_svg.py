@@ -14,19 +14,19 @@ from overturning.figures.style import (
     add_title_and_legend,
     create_panel_grid,
     label_axes,
-    package_matplotlib_settings,
     turn_axes_into_compass,
+    use_package_matplotlib_settings,
 )
 from overturning.figures.svg import compact_svg
 from overturning.figures.write import save_figure_files
 
 
 def draw_svg(path: Path, small: bool) -> str:
-    """Draw two panels with logarithmic ticks, markers, a raster image and formulas; return the SVG."""
+    """Draw two panels with logarithmic ticks, markers, raster image and formulas; return the SVG as text."""
     import matplotlib.pyplot as plt
 
     random = np.random.Generator(np.random.PCG64(1))
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure, axes = plt.subplots(1, 2)
         axes[0].loglog([1, 10, 1e4], [1e-3, 1, 1e3], marker="o", label="a < b & c")
         axes[1].scatter(*random.random((2, 50)), c=["#ff0000", "#00ff00"] * 25, linewidths=0, antialiaseds=False,
@@ -77,7 +77,7 @@ def test_compact_svg_rounds_coordinates_but_not_scale_factors() -> None:
 
 def draw_compasses(*paths: Path) -> list[bytes]:
     """Draw two compasses and a panel with rotated texts and a legend, and return the bytes of the files."""
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure, panels = create_panel_grid(1, 2, 6.4, 3.5, polar=True)
         for axes in panels.flat:
             turn_axes_into_compass(axes)
@@ -101,7 +101,7 @@ def test_skipping_empty_axis_labels_changes_no_byte_of_figures(tmp_path: Path, m
 
 @pytest.mark.parametrize("kind", ["svg", "png", "pdf"])
 def test_a_figure_can_be_saved_after_its_style_context_has_ended(kind: str, tmp_path: Path) -> None:
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure, panels = create_panel_grid(1, 1, 3.0, 3.0, polar=False)
         panels[0, 0].set_title("µ · φ")
     save_figure_files(figure, tmp_path / f"one.{kind}", width=2.0)
@@ -111,7 +111,7 @@ def test_a_figure_can_be_saved_after_its_style_context_has_ended(kind: str, tmp_
 
 def draw_panels_with_many_ticks(*paths: Path) -> tuple[list[bytes], int]:
     """Draw panels with all kinds of axes and a colour bar; return the bytes of the files and the number of ticks."""
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure, panels = create_panel_grid(2, 3, 6.4, 4.5, sharex="col")
         for number, axes in enumerate(panels.flat):
             axes.plot([0.13, 2.1, 97.3], [3e-2, 2.0, 123.4])

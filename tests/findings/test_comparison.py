@@ -33,7 +33,7 @@ def test_interval_of_a_share_is_that_of_wilson() -> None:
     assert share_of_changed_cases(0, 0, is_random_sample=True).value is None
 
 
-def test_comparison_with_a_second_computation_has_shares_of_changed_cases() -> None:
+def test_finer_stiffer_and_rigid_computations_give_shares_of_changed_cases() -> None:
     one = OutcomeChangesOfElement(element="", **COUNTS_OF_CHANGED_CASES)
     rigid = RigidComparison(element="", cells=102, **COUNTS_OF_CHANGED_CASES)
     found = ConvergenceCheckResult(

@@ -17,7 +17,7 @@ from overturning.study.scenes import NOMINAL
 STACK_STUDY_FILE = Path(__file__).parents[2] / "config" / "stack-3d.yaml"
 
 
-def cube_of_one_record(elements: list[str], **values: Any) -> xr.Dataset:
+def displacement_cube_of_one_record(elements: list[str], **values: Any) -> xr.Dataset:
     """Return a cube of one record with values of shape (elements, 5 orientations) for each variable; 0 if not given."""
     shape = (len(elements), 5)
     names = ("overturned", "residual_slip_north", "residual_slip_east", "residual_twist", "slid_off")
@@ -33,7 +33,7 @@ def cube_of_one_record(elements: list[str], **values: Any) -> xr.Dataset:
 @pytest.fixture
 def stack_and_single_shaft_results() -> StudyResults:
     """Results of a stack, whose shaft falls in two of five cases (once over the rim), and of a shaft that stands."""
-    stack = cube_of_one_record(
+    stack = displacement_cube_of_one_record(
         ["base", "shaft"],
         overturned=[[0] * 5, [0, 0, 0, 1, 1]],
         slid_off=[[0] * 5, [0, 0, 0, 0, 1]],
@@ -41,12 +41,12 @@ def stack_and_single_shaft_results() -> StudyResults:
         residual_slip_east=[[-0.04] * 5, [0.0] * 5],
         residual_twist=[[-2.0, 2.0, -2.0, 2.0, np.nan], [1.0, -3.0, 5.0, 90.0, 90.0]],  # NaN: too weak to move it
     )
-    alone = cube_of_one_record(["shaft"], residual_twist=[[7.0, -7.0, 7.0, -7.0, 7.0]])
+    alone = displacement_cube_of_one_record(["shaft"], residual_twist=[[7.0, -7.0, 7.0, -7.0, 7.0]])
     cubes = {NOMINAL: stack, "shaft-alone": alone.isel(element=0, drop=True)}
     return cast(StudyResults, SimpleNamespace(study=load_study(STACK_STUDY_FILE), cubes=cubes))
 
 
-def test_displacement_findings_count_only_cases_that_stand(stack_and_single_shaft_results: StudyResults) -> None:
+def test_median_slip_and_twist_are_of_standing_cases(stack_and_single_shaft_results: StudyResults) -> None:
     base, shaft, alone = element_displacement_findings(stack_and_single_shaft_results)
     assert [one.element for one in (base, shaft)] == ["base", "shaft"]
     assert (base.variant, shaft.variant, alone.variant) == (NOMINAL, NOMINAL, "shaft-alone")
@@ -65,7 +65,9 @@ def test_findings_have_no_sliding_off_of_the_lowest_stone_nor_twist_of_a_stack(
     stack_and_single_shaft_results: StudyResults,
 ) -> None:
     """The ground has no rim to slide over; the twist of stacked stones is among the displacements of the elements."""
-    fallen = cube_of_one_record(["base", "shaft"], overturned=[[1] * 5, [1] * 5], slid_off=[[0] * 5, [1, 0, 0, 0, 0]])
+    fallen = displacement_cube_of_one_record(
+        ["base", "shaft"], overturned=[[1] * 5, [1] * 5], slid_off=[[0] * 5, [1, 0, 0, 0, 0]]
+    )
     both = cast(StudyResults, SimpleNamespace(study=stack_and_single_shaft_results.study, cubes={NOMINAL: fallen}))
     base, shaft = element_displacement_findings(both)
     assert (base.falls, base.share_slid_off) == (5, None)

@@ -27,7 +27,7 @@ from overturning.findings.causes import logistic_fit_findings
 from overturning.findings.collect import Findings, findings_schema
 from overturning.findings.contrast import compare_study_with_variants, population_fall_rates_by_soil
 from overturning.findings.direction import fall_direction_findings
-from overturning.findings.extent import choose_report_maps, count_records_blocks_and_directions
+from overturning.findings.extent import choose_fall_maps_for_report, count_records_blocks_and_directions
 from overturning.findings.lines import finding_text_lines
 from overturning.findings.processing import DRIFT, TRUSTED
 from overturning.findings.results import StudyResults, open_study_results
@@ -44,7 +44,7 @@ from overturning.study.load import load_study_from_file_or_json, study_settings_
 from overturning.study.sections import Variant
 from overturning.study.sweep import cube_variables_of_study
 from overturning.surveys.population import population_outcome_rates_by_record
-from tests.report.tiny_studies import make_study_results, pulse_record
+from tests.report.tiny_studies import pulse_record, simulate_study_into_result_folder
 
 DOCS_FOLDER = Path(__file__).parents[2] / "docs"
 
@@ -65,7 +65,7 @@ def study_folder(make_folder_once: Callable[[str, Callable[[Path], object]], Pat
         pulse_record("three", 20, 5.0, fault_strike_deg=290.0, extra={"pulse": False} | PROVENANCE_WITH_NOTES),
     ]
     settings = {"drawn": False, "azimuth": {"step": 15}, "population": {"stones": 64}}
-    return make_folder_once("findings", lambda place: make_study_results(place, records, **settings))
+    return make_folder_once("findings", lambda place: simulate_study_into_result_folder(place, records, **settings))
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +89,7 @@ def test_overturned_shares_equal_counts_of_overturning_flags(study_findings: Fin
     assert [record.pulse for record in study_findings.records] == [True, True, False]
 
 
-def test_fall_axes_of_records_are_those_of_their_pulses(study_findings: Findings) -> None:
+def test_fall_axes_of_records_lie_along_their_velocity_pulses(study_findings: Findings) -> None:
     """One pulse along the normal (60° for a strike of 330°), one along the strike, one along its own normal (20°)."""
     pulse, control = study_findings.direction.groups
     along, across = (one.alignment or math.nan for one in pulse.by_earthquake)
@@ -269,7 +269,9 @@ def test_findings_are_those_of_the_cube_file_that_is_named(
 def test_missing_outcomes_at_other_amplitudes_are_counted(tmp_path: Path) -> None:
     """Cases under records scaled by 2 are counted apart; a third has no outcome if one B/H of three has none."""
     record = pulse_record("one", 60, 6.0)
-    made = make_study_results(tmp_path, [record], drawn=False, amplitude=[1, 2], population={"stones": 64})
+    made = simulate_study_into_result_folder(
+        tmp_path, [record], drawn=False, amplitude=[1, 2], population={"stones": 64}
+    )
     with overturning.open_cube(made / "cube.nc", amplitude=None) as opened:
         flags = opened["overturned"].sel(amplitude=2.0).to_numpy()
     with open_study_results(made) as results:
@@ -363,7 +365,11 @@ def test_simulated_planes_in_one_sector_give_fall_shares_but_no_fall_axis(
     with open_study_results(study_folder) as results:
         values = {name: getattr(results, name) for name in results.__dataclass_fields__}
         sector = StudyResults(**values | {"cube": results.cube.sel(azimuth=planes)})
-        direction, records, maps = fall_direction_findings(sector), record_facts(sector), choose_report_maps(sector)
+        direction, records, maps = (
+            fall_direction_findings(sector),
+            record_facts(sector),
+            choose_fall_maps_for_report(sector),
+        )
     assert direction.no_axis_because == reason
     assert not direction.has_comparable_axis
     assert direction.alignment_difference is None
@@ -386,7 +392,7 @@ def test_simulated_planes_in_one_sector_give_fall_shares_but_no_fall_axis(
     assert shares == pytest.approx(expected)
 
 
-def fit_with_coefficients(coefficient: list[float], half_width: float, note: str = "") -> LogisticFit:
+def logistic_fit_with_coefficients(coefficient: list[float], half_width: float, note: str = "") -> LogisticFit:
     """Return a fit with these coefficients (intercept, then `PREDICTORS`), all with the same interval half-width."""
     value, four = np.array(coefficient), np.zeros(4)
     width = np.full(5, half_width)
@@ -400,13 +406,16 @@ def fit_with_coefficients(coefficient: list[float], half_width: float, note: str
     [
         # Doubling multiplies the odds by 2 to the power of the coefficient: 8 (4 to 16), and 1/4 (1/8 to 1/2).
         (
-            fit_with_coefficients([0, 3, 0.9, 5, -2], 1),
+            logistic_fit_with_coefficients([0, 3, 0.9, 5, -2], 1),
             {"PGA and PGV": (8 / 9, 4 / 5, 16 / 17), "size of the block": (1 / 5, 1 / 9, 1 / 3)},
         ),
         # A wide interval that excludes 0 is an effect; all others of this fit are not.
-        (fit_with_coefficients([0, 12, 2, -2, 1], 11), {"PGA and PGV": (1 - 1 / 4097, 2 / 3, 1 - 1 / (1 + 2**23))}),
-        (fit_with_coefficients([0, 3, 3, 3, 3], math.nan, "no interval: fewer than 8 earthquakes"), {}),
-        (fit_with_coefficients([0, 3, 3, 3, 3], math.nan, "no fit: everything falls"), {}),
+        (
+            logistic_fit_with_coefficients([0, 12, 2, -2, 1], 11),
+            {"PGA and PGV": (1 - 1 / 4097, 2 / 3, 1 - 1 / (1 + 2**23))},
+        ),
+        (logistic_fit_with_coefficients([0, 3, 3, 3, 3], math.nan, "no interval: fewer than 8 earthquakes"), {}),
+        (logistic_fit_with_coefficients([0, 3, 3, 3, 3], math.nan, "no fit: everything falls"), {}),
     ],
 )
 def test_effect_of_a_predictor_is_stated_if_its_interval_excludes_no_effect(

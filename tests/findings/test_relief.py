@@ -14,13 +14,13 @@ from overturning.findings.relief import (
     fall_variance_due_to_base_relief,
 )
 from overturning.model.planes import PlanarModel
-from overturning.report.render import LANGUAGES, render_markdown
+from overturning.report.render import LANGUAGES, render_template_as_markdown
 from overturning.settings import EnsembleSettings
 from tests.report.by_hand import STUDY_FINDINGS
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.9, 0.1), (0.5, 0.5), (0.7, 0.4)])
-def test_estimated_variances_between_run_halves_and_in_total_are_unbiased(low: float, high: float) -> None:
+def test_estimates_of_variance_between_low_and_high_relief_runs_are_unbiased(low: float, high: float) -> None:
     """For fall probabilities p₁, p₀ in two run halves, mean p: (p₁ − p₀)²/4 between them, p (1 − p) in total."""
     generator = np.random.default_rng(5)
     shares = [generator.binomial(12, share, 40_000) / 12 for share in (low, high)]
@@ -30,7 +30,7 @@ def test_estimated_variances_between_run_halves_and_in_total_are_unbiased(low: f
     assert total.mean() == pytest.approx(mean * (1.0 - mean), abs=2e-3)
 
 
-class StubStudyResults:
+class StubResultsForReliefFindings:
     """Stand-in for study results with only the variables used by the findings on the relief under the base."""
 
     def __init__(self, low: np.ndarray, high: np.ndarray, settings: dict) -> None:
@@ -50,7 +50,7 @@ RELIEF_SETTINGS = {"relief": {"low": 0.001, "high": 0.005}}
 def test_share_of_variance_explained_by_base_relief_matches_known_outcomes() -> None:
     """The relief under the base decides all falls in the first record and none in the second; one case was not run."""
     low, high = np.array([[1.0, 1.0], [0.5, np.nan]]), np.array([[0.0, 0.0], [0.5, np.nan]])
-    found = fall_variance_due_to_base_relief(StubStudyResults(low, high, RELIEF_SETTINGS))  # type: ignore[arg-type]
+    found = fall_variance_due_to_base_relief(StubResultsForReliefFindings(low, high, RELIEF_SETTINGS))  # type: ignore[arg-type]
     assert found is not None
     assert found.middle_mm == pytest.approx(3.0)
     assert (found.share_falling_low, found.share_falling_high) == pytest.approx((2.5 / 3, 0.5 / 3))
@@ -58,7 +58,7 @@ def test_share_of_variance_explained_by_base_relief_matches_known_outcomes() -> 
     noise = 0.25 * 0.5 / 11
     total = 0.5 + 0.5 * 12 / 11 * 0.5 - noise
     assert found.share_of_spread == pytest.approx((0.5 - noise) / total, abs=1e-6)
-    assert fall_variance_due_to_base_relief(StubStudyResults(low, high, {})) is None  # type: ignore[arg-type]
+    assert fall_variance_due_to_base_relief(StubResultsForReliefFindings(low, high, {})) is None  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -70,7 +70,7 @@ def test_report_states_the_share_of_variance_explained_by_base_relief(language: 
     )  # fmt: skip
     plain = ensemble.model_copy(update={"relief": None})
     with_relief, without = (
-        render_markdown(Findings.model_validate(STUDY_FINDINGS["direction"] | {"ensemble": one}), language)
+        render_template_as_markdown(Findings.model_validate(STUDY_FINDINGS["direction"] | {"ensemble": one}), language)
         for one in (ensemble, plain)
     )
     new = set(with_relief.splitlines()) - set(without.splitlines())
@@ -89,7 +89,8 @@ def test_report_states_volume_tilt_and_relief_of_a_scanned_body(language: str) -
     content = Findings.model_validate(STUDY_FINDINGS["reference"]).model_dump()
     content["study"]["scan"] = {"volume_m3": 0.53173, "tilt_deg": 7.43, "relief_mm": 8.35}
     plain, text = (
-        render_markdown(Findings.model_validate(one), language) for one in (STUDY_FINDINGS["reference"], content)
+        render_template_as_markdown(Findings.model_validate(one), language)
+        for one in (STUDY_FINDINGS["reference"], content)
     )
     new = [line for line in text.splitlines() if line and line not in plain.splitlines()]
     setup, method = new

@@ -33,7 +33,7 @@ EVIL_WORDS = [
 ]
 
 
-def corrupted_bytes(content: bytes) -> st.SearchStrategy[bytes]:
+def strategy_for_corrupted_bytes(content: bytes) -> st.SearchStrategy[bytes]:
     """Strategy for a content in which a few bytes, runs, numbers or words are changed, moved, repeated or deleted."""
     pieces = st.one_of(
         st.binary(max_size=8),
@@ -88,7 +88,7 @@ ANY_VALUE = st.recursive(
 )  # fmt: skip
 
 
-def corrupted_mapping(data: dict[str, Any]) -> st.SearchStrategy[bytes]:
+def strategy_for_corrupted_mapping_files(data: dict[str, Any]) -> st.SearchStrategy[bytes]:
     """Strategy for a file of keys and values, some of which are replaced, deleted or repeated under another name."""
     change = st.tuples(st.sampled_from(list(paths_of_nested_values(data))), st.sampled_from("vvvdk"), ANY_VALUE)
 
@@ -140,7 +140,7 @@ def run_on_random_examples(strategy: st.SearchStrategy[Any], test: Callable[[Any
             return
 
 
-class _ScriptCollector(HTMLParser):
+class _CollectorOfScriptTagsAndAttributes(HTMLParser):
     """Collects the scripts of a page, and other code that a browser would run."""
 
     def __init__(self) -> None:
@@ -155,8 +155,8 @@ class _ScriptCollector(HTMLParser):
                 self.found.append(f"{tag} {name}")
 
 
-def scripts_in_page(page: str) -> list[str]:
-    """Return the scripts of a page, and other code that a browser would run."""
-    parser = _ScriptCollector()
+def script_tags_and_attributes_in_page(page: str) -> list[str]:
+    """Return the tags, and attributes after their tag, by which a page runs or loads code or content."""
+    parser = _CollectorOfScriptTagsAndAttributes()
     parser.feed(page)
     return parser.found

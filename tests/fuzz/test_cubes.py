@@ -20,7 +20,7 @@ from overturning.files import append_checksum
 from overturning.findings.collect import Findings
 from overturning.records.record import Record
 from overturning.report.page import render_report_html_page
-from overturning.report.render import parse_markdown, render_markdown
+from overturning.report.render import parse_markdown, render_template_as_markdown
 from overturning.study.cube import open_cube, record_provenance, record_sources, study_of_cube
 from overturning.study.gather import merge_outcome_files_into_cube
 from overturning.study.load import study_from_content
@@ -28,18 +28,18 @@ from overturning.study.sweep import simulate_and_write_cases_of_record
 from tests.fuzz.spoiling import (
     EVIL_WORDS,
     assert_read_or_plain_error,
-    corrupted_bytes,
-    corrupted_mapping,
     run_on_random_examples,
-    scripts_in_page,
+    script_tags_and_attributes_in_page,
+    strategy_for_corrupted_bytes,
+    strategy_for_corrupted_mapping_files,
 )
-from tests.report.by_hand import RECORD, STUDY_FINDINGS, change_findings
+from tests.report.by_hand import RECORD, STUDY_FINDINGS, findings_with_changed_entries
 
 pytestmark = pytest.mark.long
 
 
 @pytest.fixture(scope="module")
-def cube_bytes(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+def bytes_of_small_cube_file(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """Bytes of the file of a small cube."""
     folder = tmp_path_factory.mktemp("cube")
     study = study_from_content(
@@ -56,7 +56,7 @@ def cube_bytes(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return (folder / "cube.nc").read_bytes()
 
 
-def make_explorer_page(path: Path) -> None:
+def make_and_check_explorer_page_of_cube(path: Path) -> None:
     """Make the explorer page of a cube; it must contain exactly two scripts, the data and its own."""
     assert write_explorer  # imported, so that a child need not
     page = path.with_suffix(".html")
@@ -69,9 +69,12 @@ def make_explorer_page(path: Path) -> None:
         code = end.code
     assert not code or (code == 1 and said.getvalue().startswith("error: ")), said.getvalue()
     if page.is_file():
-        assert scripts_in_page(page.read_text(encoding="utf-8")) == ["meta", "meta", "script", "script"], (
-            "a script in the page"
-        )
+        assert script_tags_and_attributes_in_page(page.read_text(encoding="utf-8")) == [
+            "meta",
+            "meta",
+            "script",
+            "script",
+        ], "a script in the page"
     with suppress(RuntimeError), open_cube(path) as opened:
         study_of_cube(opened), record_sources(opened), record_provenance(opened)
 
@@ -93,25 +96,29 @@ def read_in_child_process(read: Callable[[], Any]) -> str:
     return said or (f"signal {os.WTERMSIG(status)}" if os.WIFSIGNALED(status) else "")
 
 
-def test_a_corrupted_cube_is_read_or_refused_plainly(isolated_folder: Path, cube_bytes: bytes) -> None:
+def test_a_corrupted_cube_is_read_or_refused_plainly(isolated_folder: Path, bytes_of_small_cube_file: bytes) -> None:
     path = isolated_folder / "cube.nc"
-    bare = cube_bytes[:-75]
+    bare = bytes_of_small_cube_file[:-75]
 
     def make_page_of_corrupted_cube(case: tuple[bool, bytes]) -> None:
         path.write_bytes(case[1])
         if case[0]:
             append_checksum(path)
-        said = read_in_child_process(lambda: make_explorer_page(path))
+        said = read_in_child_process(lambda: make_and_check_explorer_page_of_cube(path))
         # The library of HDF5 itself may fall over a file that was made to; a process of ours falls with it.
         assert said in ("", "signal 11", "signal 6"), said
 
-    make_page_of_corrupted_cube((False, cube_bytes))
+    make_page_of_corrupted_cube((False, bytes_of_small_cube_file))
     make_page_of_corrupted_cube((False, bare))
-    run_on_random_examples(st.tuples(st.booleans(), corrupted_bytes(bare)), make_page_of_corrupted_cube, examples=6)
+    run_on_random_examples(
+        st.tuples(st.booleans(), strategy_for_corrupted_bytes(bare)), make_page_of_corrupted_cube, examples=6
+    )
 
 
-def test_a_cube_with_unexpected_content_is_read_or_refused_plainly(isolated_folder: Path, cube_bytes: bytes) -> None:
-    (isolated_folder / "whole.nc").write_bytes(cube_bytes)
+def test_a_cube_with_unexpected_content_is_read_or_refused_plainly(
+    isolated_folder: Path, bytes_of_small_cube_file: bytes
+) -> None:
+    (isolated_folder / "whole.nc").write_bytes(bytes_of_small_cube_file)
     path = isolated_folder / "cube.nc"
     with xr.open_dataset(isolated_folder / "whole.nc", decode_timedelta=False) as opened:
         whole = opened.load()
@@ -129,7 +136,7 @@ def test_a_cube_with_unexpected_content_is_read_or_refused_plainly(isolated_fold
         else:
             changed.attrs[name] = value
         changed.drop_encoding().to_netcdf(path, engine="netcdf4")
-        said = read_in_child_process(lambda: make_explorer_page(path))
+        said = read_in_child_process(lambda: make_and_check_explorer_page_of_cube(path))
         assert said == "", f"{case[:2]}: {said}"
 
     def convert_yaml_to_json(value: bytes) -> str:
@@ -141,7 +148,9 @@ def test_a_cube_with_unexpected_content_is_read_or_refused_plainly(isolated_fold
         st.tuples(st.just("dimension"), st.sampled_from(sorted(map(str, whole.dims))), st.none()),
         st.tuples(st.just("attribute"), st.sampled_from(sorted(whole.attrs)), st.none()),
         st.tuples(st.just("value"), st.sampled_from(sorted(whole.attrs)), words),
-        st.tuples(st.just("value"), st.just("study"), corrupted_mapping(study).map(convert_yaml_to_json)),
+        st.tuples(
+            st.just("value"), st.just("study"), strategy_for_corrupted_mapping_files(study).map(convert_yaml_to_json)
+        ),
     )
     run_on_random_examples(cases, make_page_of_changed_cube, examples=6)
 
@@ -156,14 +165,16 @@ def test_hostile_names_cannot_add_scripts_to_the_report(isolated_folder: Path) -
     def report_page_with_names(names: list[str]) -> str:
         one, two, three = names
         record = RECORD | {"id": one, "station": two, "event": three}
-        data = change_findings(STUDY_FINDINGS["survey"], study={"title": one, "question": two}, records=[record])
+        data = findings_with_changed_entries(
+            STUDY_FINDINGS["survey"], study={"title": one, "question": two}, records=[record]
+        )
         data = data | {"sources": [{"record": three, "source": one, "licence": two}]}
-        text = render_markdown(Findings.model_validate(data))
+        text = render_template_as_markdown(Findings.model_validate(data))
         return render_report_html_page(parse_markdown(text), three, "en", None, {})
 
-    usual = scripts_in_page(report_page_with_names(["a", "b", "c"]))
+    usual = script_tags_and_attributes_in_page(report_page_with_names(["a", "b", "c"]))
 
     def assert_page_has_no_added_script(names: list[str]) -> None:
-        assert scripts_in_page(report_page_with_names(names)) == usual
+        assert script_tags_and_attributes_in_page(report_page_with_names(names)) == usual
 
     run_on_random_examples(st.lists(name, min_size=3, max_size=3), assert_page_has_no_added_script)

@@ -10,7 +10,7 @@ import pytest
 import yaml
 from hypothesis import strategies as st
 
-from overturning.model.mesh import read_scan
+from overturning.model.mesh import read_scanned_stone
 from overturning.model.scene import load_scene
 from overturning.records.catalogue import read_record_table
 from overturning.records.declared_properties import DeclaredFileProperties
@@ -21,13 +21,13 @@ from overturning.surveys.stones import read_stones
 from tests.fuzz.spoiling import (
     apply_edits,
     assert_read_or_plain_error,
-    corrupted_bytes,
-    corrupted_mapping,
     run_on_random_examples,
+    strategy_for_corrupted_bytes,
+    strategy_for_corrupted_mapping_files,
 )
 from tests.model.solids import box
 from tests.records.malformed_corpus import COUNTS, VALID_FILES
-from tests.records.seed_writers import write_inventory, write_mseed, write_sac
+from tests.records.seed_writers import write_mseed, write_sac, write_stationxml_of_channels
 
 pytestmark = pytest.mark.long
 
@@ -47,7 +47,7 @@ def test_a_corrupted_text_record_is_read_or_refused_plainly(isolated_folder: Pat
         assert_read_or_plain_error(lambda: read_record_without_processing(paths, DeclaredFileProperties(unit="gal")))
 
     forms = [
-        st.tuples(st.just(form), corrupted_bytes(next(iter(texts.values())).encode()))
+        st.tuples(st.just(form), strategy_for_corrupted_bytes(next(iter(texts.values())).encode()))
         for form, (texts, _) in VALID_FILES.items()
     ]
     run_on_random_examples(st.one_of(forms), read_corrupted_text_record)
@@ -65,7 +65,7 @@ def test_a_corrupted_binary_record_is_read_or_refused_plainly(isolated_folder: P
         first = write_mseed(
             isolated_folder / "x.mseed", {"HNN": np.repeat(COUNTS[0], 10), "HNE": np.repeat(COUNTS[1], 10)}
         )
-        other = write_inventory(isolated_folder / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)})
+        other = write_stationxml_of_channels(isolated_folder / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)})
         first, other = (first, other) if form == "mseed" else (other, first)
     path, whole = isolated_folder / f"spoilt{first.suffix}", first.read_bytes()
 
@@ -77,7 +77,7 @@ def test_a_corrupted_binary_record_is_read_or_refused_plainly(isolated_folder: P
             )
         )
 
-    run_on_random_examples(corrupted_bytes(whole), read_corrupted_binary_record)
+    run_on_random_examples(strategy_for_corrupted_bytes(whole), read_corrupted_binary_record)
 
 
 def read_table_and_check_record_ids(path: Path) -> None:
@@ -130,7 +130,9 @@ def test_corrupted_files_of_the_user_are_read_or_refused_plainly(
         for bomb in (ALIAS_BOMB, *(bomb.format(**words) for bomb in bombs)):
             write_and_read_corrupted_file(bomb.encode())
     run_on_random_examples(
-        corrupted_mapping(yaml.safe_load(whole)) | corrupted_bytes(whole) if bombs else corrupted_bytes(whole),
+        strategy_for_corrupted_mapping_files(yaml.safe_load(whole)) | strategy_for_corrupted_bytes(whole)
+        if bombs
+        else strategy_for_corrupted_bytes(whole),
         write_and_read_corrupted_file,
     )
 
@@ -164,13 +166,13 @@ def test_a_corrupted_mesh_is_read_or_refused_plainly(isolated_folder: Path) -> N
     def read_corrupted_mesh(case: tuple[str, bytes]) -> None:
         path = isolated_folder / f"body.{case[0]}"
         path.write_bytes(case[1])
-        assert_read_or_plain_error(lambda: read_scan(path))
+        assert_read_or_plain_error(lambda: read_scanned_stone(path))
 
     huge = _PLY.replace("vertex 8", "vertex 99999999999").format("binary_little_endian 1.0")
     read_corrupted_mesh(("ply", huge.encode()))
     read_corrupted_mesh(("stl", bytes(80) + b"\xff\xff\xff\xff"))
     run_on_random_examples(
-        st.one_of([st.tuples(st.just(form), corrupted_bytes(whole)) for form, whole in MESHES.items()]),
+        st.one_of([st.tuples(st.just(form), strategy_for_corrupted_bytes(whole)) for form, whole in MESHES.items()]),
         read_corrupted_mesh,
     )
 

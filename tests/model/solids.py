@@ -14,7 +14,7 @@ BOXES = {
 """Boxes of a solid, low and high corner, m; the sign is −1 for a box that is cut out."""
 
 
-def mass_properties_of_boxes(name: str) -> tuple[float, np.ndarray, np.ndarray]:
+def mass_properties_of_solid_from_its_boxes(name: str) -> tuple[float, np.ndarray, np.ndarray]:
     """Return volume, centre and inertia per mass of a solid in `BOXES`, as sums over its boxes (parallel axes)."""
     volume, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
     for low, high, sign in BOXES[name]:
@@ -64,7 +64,7 @@ def box(side: tuple[float, float, float]) -> TriangleSurface:
     return extrude_outline([(x, 0), (x, z), (0, z), (0, 0)], 0.0, y)
 
 
-def statue() -> TriangleSurface:
+def column_with_overhanging_slab() -> TriangleSurface:
     """Return a column with a slab on it that overhangs on two sides, by different lengths."""
     column = [(-0.1, 0.6), (-0.1, 0), (0.1, 0), (0.1, 0.6)]
     points = [(0.3, 0.6), (0.3, 0.8), (-0.25, 0.8), (-0.25, 0.6)]
@@ -76,7 +76,7 @@ def statue() -> TriangleSurface:
     return TriangleSurface(vertices, np.concatenate([front, n + front[:, ::-1], sides]))
 
 
-SURFACES = {"l-shape": l_shaped_prism, "ring": rectangular_ring, "statue": statue}
+SURFACES = {"l-shape": l_shaped_prism, "ring": rectangular_ring, "statue": column_with_overhanging_slab}
 
 
 def rotate_surface(surface: TriangleSurface, axis: int, angle_deg: float) -> TriangleSurface:

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from overturning.errors import ArgumentError
-from overturning.model.mesh import import_trimesh, read_mesh_surface, read_scan
+from overturning.model.mesh import import_trimesh, read_mesh_surface, read_scanned_stone
 from overturning.model.scan import ScannedStone
 from overturning.model.shapes import Polyhedron
-from overturning.model.surface import mass_properties
+from overturning.model.surface import mass_properties_inside_surface
 from tests.expect import expect_error
-from tests.model.solids import SURFACES, box, l_shaped_prism, mass_properties_of_boxes, write_mesh
+from tests.model.solids import SURFACES, box, l_shaped_prism, mass_properties_of_solid_from_its_boxes, write_mesh
 
 FILES = ("a.obj", "a.ply", "a.text.ply", "a.stl", "a.text.stl")
 
@@ -25,14 +25,14 @@ def _skip_test_without_trimesh() -> None:
 @pytest.mark.parametrize("file", FILES)
 @pytest.mark.parametrize("name", SURFACES)
 def test_every_mesh_format_gives_the_same_mass_properties(tmp_path: Path, file: str, name: str) -> None:
-    found = mass_properties(read_mesh_surface(write_mesh(SURFACES[name](), tmp_path / file)).corners)
-    for one, other in zip(found, mass_properties_of_boxes(name), strict=True):
+    found = mass_properties_inside_surface(read_mesh_surface(write_mesh(SURFACES[name](), tmp_path / file)).corners)
+    for one, other in zip(found, mass_properties_of_solid_from_its_boxes(name), strict=True):
         np.testing.assert_allclose(one, other, atol=1e-7)
 
 
 @pytest.mark.parametrize("file", FILES)
 def test_a_convex_mesh_becomes_a_polyhedron(tmp_path: Path, file: str) -> None:
-    scan = read_scan(write_mesh(box((0.4, 0.3, 0.8)), tmp_path / file))
+    scan = read_scanned_stone(write_mesh(box((0.4, 0.3, 0.8)), tmp_path / file))
     assert isinstance(scan.shape, Polyhedron)
     assert scan.volume == pytest.approx(0.4 * 0.3 * 0.8)
     assert (scan.pose.tilt_deg, scan.notes, scan.shape.name) == (0.0, [], (tmp_path / file).stem)
@@ -69,14 +69,14 @@ def test_variants_of_obj_ply_and_stl_are_read(tmp_path: Path) -> None:
     binary = binary.replace(f"element face {len(faces)}", f"element face {len(whole.triangles)}")
     (tmp_path / "big.ply").write_bytes(binary.encode() + packed)
     for path in sorted(tmp_path.iterdir()):
-        found = mass_properties(read_mesh_surface(path).corners)
-        for one, other in zip(found, mass_properties_of_boxes("l-shape"), strict=True):
+        found = mass_properties_inside_surface(read_mesh_surface(path).corners)
+        for one, other in zip(found, mass_properties_of_solid_from_its_boxes("l-shape"), strict=True):
             np.testing.assert_allclose(one, other, atol=1e-7, err_msg=path.name)
 
 
 def test_volume_and_inertia_of_a_mesh_equal_those_of_trimesh(tmp_path: Path) -> None:
     path = write_mesh(l_shaped_prism(), tmp_path / "a.ply")
-    found, other = mass_properties(read_mesh_surface(path).corners), import_trimesh().load_mesh(path)
+    found, other = mass_properties_inside_surface(read_mesh_surface(path).corners), import_trimesh().load_mesh(path)
     assert found.volume == pytest.approx(other.volume)
     np.testing.assert_allclose(found.centre, other.center_mass)
     np.testing.assert_allclose(found.inertia, other.moment_inertia / other.volume, atol=1e-12)
@@ -91,7 +91,7 @@ def test_a_mesh_vertex_in_the_middle_of_an_edge_leaves_the_surface_closed(tmp_pa
     text = "".join("v {} {} {}\n".format(*point) for point in points)
     text += "".join("f " + " ".join(str(k + 1) for k in face) + "\n" for face in faces)
     (tmp_path / "box.obj").write_text(text)
-    assert read_scan(tmp_path / "box.obj").volume == pytest.approx(0.048, rel=1e-12)
+    assert read_scanned_stone(tmp_path / "box.obj").volume == pytest.approx(0.048, rel=1e-12)
 
 
 @pytest.mark.parametrize("corners", [((1, 0, 0), (1.1, 0, 0), (1.2, 0, 0)), ((0, 0, 0), (0.1, 0, 0), (0.2, 0, 0))])
@@ -99,20 +99,20 @@ def test_a_stray_triangle_of_zero_area_is_ignored(tmp_path: Path, corners: tuple
     path = write_mesh(box((0.2, 0.3, 0.8)), tmp_path / "a.obj")
     more = "".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "f -3 -2 -1\n"
     path.write_text(path.read_text() + more)
-    assert read_scan(path).volume == pytest.approx(0.048, rel=1e-6)
+    assert read_scanned_stone(path).volume == pytest.approx(0.048, rel=1e-6)
 
 
 def test_a_mesh_of_implausible_size_needs_its_unit_declared(tmp_path: Path) -> None:
     path = write_mesh(l_shaped_prism(), tmp_path / "stone.obj", 1000.0)
     with expect_error(ArgumentError, "stone.obj", "800 m large", "declare the unit", "perhaps mm", brief=True):
-        read_scan(path)
-    assert read_scan(path, "mm").volume == pytest.approx(mass_properties_of_boxes("l-shape")[0])
+        read_scanned_stone(path)
+    assert read_scanned_stone(path, "mm").volume == pytest.approx(mass_properties_of_solid_from_its_boxes("l-shape")[0])
     path = write_mesh(l_shaped_prism(), tmp_path / "stone.ply", 100.0)
     with expect_error(ArgumentError, "80 m large", "perhaps cm", brief=True):
-        read_scan(path)
-    assert read_scan(path, "cm").volume == pytest.approx(mass_properties_of_boxes("l-shape")[0])
+        read_scanned_stone(path)
+    assert read_scanned_stone(path, "cm").volume == pytest.approx(mass_properties_of_solid_from_its_boxes("l-shape")[0])
     with expect_error(ArgumentError, "0.0008 m", brief=True):
-        read_scan(write_mesh(l_shaped_prism(), tmp_path / "small.ply"), "mm")
+        read_scanned_stone(write_mesh(l_shaped_prism(), tmp_path / "small.ply"), "mm")
 
 
 @pytest.mark.parametrize(
@@ -122,13 +122,13 @@ def test_a_mesh_of_implausible_size_needs_its_unit_declared(tmp_path: Path) -> N
 def test_a_mesh_larger_or_smaller_than_any_stone_is_refused(tmp_path: Path, factor: float, reason: str) -> None:
     whole = l_shaped_prism()
     with expect_error(ArgumentError, "whole.obj", reason, brief=True):
-        read_scan(write_mesh(whole._replace(vertices=whole.vertices * factor), tmp_path / "whole.obj"), "m")
+        read_scanned_stone(write_mesh(whole._replace(vertices=whole.vertices * factor), tmp_path / "whole.obj"), "m")
 
 
 def test_a_mesh_whose_vertices_lie_in_a_plane_is_refused(tmp_path: Path) -> None:
     (tmp_path / "flat.obj").write_text("v 0 0\nv 1 0\nv 1 1\nf 1 2 3\n")
     with expect_error(ArgumentError, "flat.obj", "damaged", brief=True):
-        read_scan(tmp_path / "flat.obj", "m")
+        read_scanned_stone(tmp_path / "flat.obj", "m")
 
 
 @pytest.mark.parametrize("file", ["far.stl", "far.ply", "far.obj"])
@@ -137,17 +137,19 @@ def test_mesh_map_coordinates_in_single_precision_are_refused(tmp_path: Path, fi
     whole, place = l_shaped_prism(), np.array([400_000.0, 3_900_000.0, 120.0])
     path = write_mesh(whole._replace(vertices=whole.vertices + place), tmp_path / file)
     if file != "far.stl":
-        assert read_scan(path).volume == pytest.approx(mass_properties_of_boxes("l-shape")[0], rel=1e-6)
+        assert read_scanned_stone(path).volume == pytest.approx(
+            mass_properties_of_solid_from_its_boxes("l-shape")[0], rel=1e-6
+        )
         return
     with expect_error(ArgumentError, file, "single precision", "multiples of 0.25", "move the mesh to", brief=True):
-        read_scan(path)
+        read_scanned_stone(path)
 
 
 def test_a_non_convex_mesh_becomes_a_scanned_stone(tmp_path: Path) -> None:
-    scan = read_scan(write_mesh(l_shaped_prism(), tmp_path / "stone.stl"), relief=0.001)
+    scan = read_scanned_stone(write_mesh(l_shaped_prism(), tmp_path / "stone.stl"), relief=0.001)
     assert isinstance(scan.shape, ScannedStone)
     assert scan.shape.relief == 0.001
-    _, centre, _ = mass_properties_of_boxes("l-shape")
+    _, centre, _ = mass_properties_of_solid_from_its_boxes("l-shape")
     assert scan.shape.unscaled_solid.b_over_h == pytest.approx(min(centre[0], 0.15) / centre[2], abs=1e-5)
 
 
@@ -165,9 +167,9 @@ def test_damaged_and_unknown_mesh_files_are_refused_by_name(tmp_path: Path) -> N
     for name, (content, words) in cases.items():
         (tmp_path / name).write_bytes(content)
         with expect_error(ArgumentError, *words, brief=True):
-            read_scan(tmp_path / name)
+            read_scanned_stone(tmp_path / name)
     with expect_error(ArgumentError, "gone.obj: No such file", brief=True):
-        read_scan(tmp_path / "gone.obj")
+        read_scanned_stone(tmp_path / "gone.obj")
     hole = whole._replace(triangles=whole.triangles[2:])
     with expect_error(ArgumentError, "hole.ply", "not closed at", "fill the holes", brief=True):
-        read_scan(write_mesh(hole, tmp_path / "hole.ply"))
+        read_scanned_stone(write_mesh(hole, tmp_path / "hole.ply"))

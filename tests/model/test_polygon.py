@@ -28,7 +28,7 @@ def test_area_and_inertia_of_a_triangle_match_the_closed_form() -> None:
 
 
 @pytest.mark.parametrize("corners", [3, 5, 6, 12])
-def test_a_regular_polygon_far_from_the_origin_matches_the_closed_form(corners: int) -> None:
+def test_area_and_inertia_of_a_polygon_off_the_origin_match_the_closed_form(corners: int) -> None:
     """Regular n-gon of circumradius r: A = n r² sin(2π/n)/2, J = A r² (2 + cos(2π/n))/6."""
     angle = 2 * np.pi * np.arange(corners) / corners
     shape = make_polygon("stone", 2.0 * np.column_stack([np.cos(angle), np.sin(angle)]) + 1000.0)
@@ -106,7 +106,7 @@ S_SHAPE = [[0, 0], [3, 0], [3, 2], [1, 2], [1, 3], [3, 3], [3, 4], [0, 4], [0, 1
     ],
     ids=["L", "cross", "S"],
 )
-def test_polygons_of_rectangles_match_parallel_axis_theorem(
+def test_area_and_inertia_of_a_polygon_match_the_sum_of_its_rectangles(
     points: list[list[float]], parts: list[tuple[float, float, float, float, int]]
 ) -> None:
     """Rectangles b × h about (x, z), added or cut out: A = Σ b h, J = Σ b h ((b² + h²)/12 + d²) (Huygens–Steiner)."""

@@ -8,28 +8,28 @@ from overturning.errors import ArgumentError
 from overturning.model.outline import simplified_convex_outline
 from overturning.model.scan import ScannedStone, nearest_stable_pose, stone_from_surface
 from overturning.model.shapes import Polyhedron
-from overturning.model.surface import TriangleSurface, close_base_of_surface, mass_properties, open_edges
+from overturning.model.surface import TriangleSurface, close_base_of_surface, mass_properties_inside_surface, open_edges
 from tests.expect import expect_error
 from tests.model.solids import (
     SURFACES,
     box,
+    column_with_overhanging_slab,
     l_shaped_prism,
-    mass_properties_of_boxes,
+    mass_properties_of_solid_from_its_boxes,
     rectangular_ring,
     rotate_surface,
-    statue,
 )
 
 ROUGHNESS_M = 0.004
-"""Largest height of the rough base of `rough_block`, m."""
+"""Largest height of the rough base of `block_surface_with_rough_base`, m."""
 
 
 @pytest.mark.parametrize("name", SURFACES)
 def test_mass_properties_of_non_convex_solids_match_the_sum_of_boxes(name: str) -> None:
     """Volume, centre and inertia equal sums over the boxes that the solid consists of."""
-    volume, centre, inertia = mass_properties_of_boxes(name)
+    volume, centre, inertia = mass_properties_of_solid_from_its_boxes(name)
     surface = SURFACES[name]()
-    found = mass_properties(surface.corners)
+    found = mass_properties_inside_surface(surface.corners)
     assert found.volume == pytest.approx(volume, rel=1e-12)
     np.testing.assert_allclose(found.centre, centre, atol=1e-12)
     np.testing.assert_allclose(found.inertia, inertia, atol=1e-12)
@@ -39,7 +39,7 @@ def test_mass_properties_of_non_convex_solids_match_the_sum_of_boxes(name: str) 
 
 def test_a_scanned_ring_has_the_inertia_of_its_volume_not_of_its_hull() -> None:
     """The ring is a body with a hole: its hull would have a quarter less inertia about the vertical."""
-    _, _, inertia = mass_properties_of_boxes("ring")
+    _, _, inertia = mass_properties_of_solid_from_its_boxes("ring")
     scan = stone_from_surface(rectangular_ring(), [], "ring")
     np.testing.assert_allclose(scan.shape.solid(0.25, 1.0, 1.0).inertia, inertia, atol=1e-8)
     assert scan.shape.solid(0.25, 1.0, 1.0).base == 4
@@ -47,9 +47,11 @@ def test_a_scanned_ring_has_the_inertia_of_its_volume_not_of_its_hull() -> None:
 
 def test_clockwise_mesh_faces_are_turned_outwards() -> None:
     inside_out = l_shaped_prism()._replace(triangles=l_shaped_prism().triangles[:, ::-1])
-    assert mass_properties(inside_out.corners).volume < 0
+    assert mass_properties_inside_surface(inside_out.corners).volume < 0
     surface, notes = close_base_of_surface(inside_out)
-    assert mass_properties(surface.corners).volume == pytest.approx(mass_properties_of_boxes("l-shape")[0])
+    assert mass_properties_inside_surface(surface.corners).volume == pytest.approx(
+        mass_properties_of_solid_from_its_boxes("l-shape")[0]
+    )
     assert "clockwise" in notes[0]
 
 
@@ -133,7 +135,7 @@ def test_a_solid_that_touches_itself_along_an_edge_counts_as_one_body(turn_deg: 
     surface, notes = close_base_of_surface(
         rotate_surface(surface_of_unit_cubes([[[1, 1], [1, 0]], [[1, 0], [1, 1]]]), 0, turn_deg)
     )
-    assert mass_properties(surface.corners).volume == pytest.approx(6.0)
+    assert mass_properties_inside_surface(surface.corners).volume == pytest.approx(6.0)
     assert notes == []
 
 
@@ -149,7 +151,9 @@ def test_a_double_mesh_face_outside_the_body_adds_no_volume() -> None:
         np.array([[2.0, 0.0, 0.0], [2.1, 0.0, 0.0], [2.0, 0.1, 0.0]]), np.array([[0, 1, 2], [0, 2, 1]])
     )
     surface, _ = close_base_of_surface(concatenate_surfaces(l_shaped_prism(), flap))
-    assert mass_properties(surface.corners).volume == pytest.approx(mass_properties_of_boxes("l-shape")[0], rel=1e-12)
+    assert mass_properties_inside_surface(surface.corners).volume == pytest.approx(
+        mass_properties_of_solid_from_its_boxes("l-shape")[0], rel=1e-12
+    )
 
 
 @pytest.mark.parametrize("all_of_it", [True, False])
@@ -158,27 +162,36 @@ def test_mesh_triangles_that_are_listed_twice_count_once(all_of_it: bool) -> Non
     whole = l_shaped_prism()
     again = np.roll(whole.triangles, 1, axis=1)[: None if all_of_it else 1]
     surface, notes = close_base_of_surface(whole._replace(triangles=np.concatenate([whole.triangles, again])))
-    assert mass_properties(surface.corners).volume == pytest.approx(mass_properties_of_boxes("l-shape")[0], rel=1e-12)
+    assert mass_properties_inside_surface(surface.corners).volume == pytest.approx(
+        mass_properties_of_solid_from_its_boxes("l-shape")[0], rel=1e-12
+    )
     assert f"{len(again)} left out" in notes[0]
 
 
 def test_a_cavity_in_a_mesh_is_not_taken_for_a_second_body() -> None:
-    hole = translate(statue()._replace(vertices=0.1 * statue().vertices), 0.1, 0.15, 0.05)
+    hole = translate(
+        column_with_overhanging_slab()._replace(vertices=0.1 * column_with_overhanging_slab().vertices), 0.1, 0.15, 0.05
+    )
     hollow = concatenate_surfaces(l_shaped_prism(), hole._replace(triangles=hole.triangles[:, ::-1]))
     surface, notes = close_base_of_surface(hollow)
-    expected = mass_properties_of_boxes("l-shape")[0] - 1e-3 * mass_properties_of_boxes("statue")[0]
-    assert mass_properties(surface.corners).volume == pytest.approx(expected, rel=1e-9)
+    expected = (
+        mass_properties_of_solid_from_its_boxes("l-shape")[0]
+        - 1e-3 * mass_properties_of_solid_from_its_boxes("statue")[0]
+    )
+    assert mass_properties_inside_surface(surface.corners).volume == pytest.approx(expected, rel=1e-9)
     assert notes == []
 
 
 def test_an_open_planar_base_of_a_mesh_is_closed() -> None:
     """Removing the faces of the base changes nothing, for one rim and for the two rims of a ring."""
-    for whole in (l_shaped_prism(), rectangular_ring(), statue()):
+    for whole in (l_shaped_prism(), rectangular_ring(), column_with_overhanging_slab()):
         bottom = (whole.corners[:, :, 2] == 0.0).all(axis=1)
         assert bottom.sum() >= 2
         surface, notes = close_base_of_surface(whole._replace(triangles=whole.triangles[~bottom]))
         assert "open base" in notes[0]
-        for one, other in zip(mass_properties(surface.corners), mass_properties(whole.corners), strict=True):
+        for one, other in zip(
+            mass_properties_inside_surface(surface.corners), mass_properties_inside_surface(whole.corners), strict=True
+        ):
             np.testing.assert_allclose(one, other, atol=1e-12)
 
 
@@ -242,7 +255,7 @@ def test_a_base_of_two_inclined_facets_rests_on_the_facet_below_the_centre(slope
     assert on_ridge == pytest.approx(0.0 if slope_deg < 0.08 else slope_deg, abs=1e-9)
 
 
-def rough_block(generator: np.random.Generator) -> TriangleSurface:
+def block_surface_with_rough_base(generator: np.random.Generator) -> TriangleSurface:
     """Return a block with a flat top and a rough base, a grid of points with random heights up to `ROUGHNESS_M`."""
     n = 9
     x, y = np.meshgrid(np.linspace(-0.2, 0.2, n), np.linspace(-0.15, 0.15, n), indexing="ij")
@@ -259,10 +272,10 @@ def rough_block(generator: np.random.Generator) -> TriangleSurface:
 
 
 def test_a_scan_footprint_is_the_hull_of_points_up_to_the_relief_height() -> None:
-    surface, _ = close_base_of_surface(rough_block(np.random.default_rng(4)))
+    surface, _ = close_base_of_surface(block_surface_with_rough_base(np.random.default_rng(4)))
     stone = stone_from_surface(surface, [], "rough", 0.0).shape
     assert isinstance(stone, ScannedStone)
-    pose = nearest_stable_pose(surface.vertices, mass_properties(surface.corners).centre)
+    pose = nearest_stable_pose(surface.vertices, mass_properties_inside_surface(surface.corners).centre)
     placed = surface.vertices @ pose.rotation.T
     above = placed[:, 2] - placed[:, 2].min()
     slenderness = []
@@ -321,7 +334,7 @@ def test_a_simplified_outline_leaves_out_points_by_at_most_the_tolerance() -> No
         ({"centre_of_mass": (0.5, 0.0, 0.4)}, ["outside its base"]),
     ],
 )
-def test_impossible_scans_are_refused(change: dict, words: list[str]) -> None:
+def test_scanned_stones_with_impossible_relief_inertia_or_centre_are_refused(change: dict, words: list[str]) -> None:
     points = box((0.4, 0.3, 0.8)).vertices - [0.2, 0.15, 0.0]
     own = {"centre_of_mass": (0.0, 0.0, 0.4), "inertia": (0.06, 0.07, 0.02, 0, 0, 0), "relief": 0.002}
     ScannedStone(points, **own)

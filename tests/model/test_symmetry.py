@@ -44,7 +44,7 @@ def test_the_nearest_simulated_orientation_is_selected_by_rotational_symmetry() 
     assert not found.mirrored.any()
 
 
-def test_directions_equal_by_symmetry_refer_to_the_first_of_them() -> None:
+def test_grid_directions_equal_by_symmetry_share_the_cell_of_the_first_one() -> None:
     planes = mark_mirrored_planes(first_equivalent_of_each_direction(np.array([0, 30, 180, 210, 359, 0]), 180.0), 180.0)
     assert planes.cell.ravel().tolist() == [0, 1, 0, 1, 4, 0]
     assert planes.mirrored.ravel().tolist() == [False, False, True, True, False, False]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.motion.direction import azimuth_difference
+from overturning.motion.direction import angle_between_azimuths
 
 
 @pytest.mark.parametrize(
@@ -12,9 +12,9 @@ from overturning.motion.direction import azimuth_difference
     [(10, 350, 20), (350, 10, 20), (0, 360, 0), (-170, 170, 20), (90, 270, 180), (0, 180, 180), (720, 45, 45)],
 )
 def test_azimuth_difference_is_measured_the_shorter_way_round(first: float, second: float, apart: float) -> None:
-    assert azimuth_difference(first, second) == apart
-    assert azimuth_difference(np.array([first, np.nan]), second)[0] == apart
-    assert float(azimuth_difference(xr.DataArray([first]), float(second))[0]) == apart
+    assert angle_between_azimuths(first, second) == apart
+    assert angle_between_azimuths(np.array([first, np.nan]), second)[0] == apart
+    assert float(angle_between_azimuths(xr.DataArray([first]), float(second))[0]) == apart
 
 
 def test_the_angle_between_directions_equals_that_of_their_unit_vectors() -> None:
@@ -22,4 +22,4 @@ def test_the_angle_between_directions_equals_that_of_their_unit_vectors() -> Non
     cosine = np.cos(np.radians(first)) * np.cos(np.radians(second)) + np.sin(np.radians(first)) * np.sin(
         np.radians(second)
     )
-    np.testing.assert_allclose(azimuth_difference(first, second), np.degrees(np.arccos(cosine)), atol=1e-5)
+    np.testing.assert_allclose(angle_between_azimuths(first, second), np.degrees(np.arccos(cosine)), atol=1e-5)

@@ -9,11 +9,11 @@ from overturning.motion.heading import (
     strongest_pulse_axis_and_period,
 )
 from overturning.motion.motion import Motion
-from tests.dem.near_field import read_near_field_record
+from tests.dem.near_field import near_field_motion_and_component_azimuths
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 33.0, 90.0, 145.0, 260.0])
-def test_pulse_axis_and_period_are_recovered_from_noise(azimuth: float) -> None:
+def test_axis_and_period_of_a_velocity_pulse_are_found_in_noise(azimuth: float) -> None:
     time = np.arange(0, 20, 0.01)
     velocity = np.exp(-(((time - 8.0) / 0.8) ** 2)) * np.cos(2 * np.pi * (time - 8.0) / 2.0 + 1.0)
     noise = np.cumsum(np.random.default_rng(2).normal(size=(2, time.size)), axis=1) * 2e-4
@@ -42,12 +42,12 @@ def test_the_pulse_wavelet_matches_pywavelets_db4() -> None:
 )
 def test_pulse_axes_match_a_wavelet_convolution_in_the_time_domain(number: int, axis: float, period: float) -> None:
     """Reference: PyWavelets' db4 convolved in time with the velocity, at samples at least 0.04 s apart."""
-    found = strongest_pulse_axis_and_period(read_near_field_record(number, pulse=number < 15)[0])
+    found = strongest_pulse_axis_and_period(near_field_motion_and_component_azimuths(number, pulse=number < 15)[0])
     assert abs((found[0] - axis + 90) % 180 - 90) < 0.2
     assert found[1] == pytest.approx(period, rel=0.01)
 
 
-def test_peak_azimuths_point_along_the_largest_motion_vector() -> None:
+def test_azimuth_of_peak_acceleration_points_along_the_largest_motion_vector() -> None:
     north, east = np.zeros(200), np.zeros(200)
     north[50], east[50], north[120] = -3.0, 4.0, 4.9
     towards = peak_acceleration_and_velocity_azimuths(Motion(north, east, sampling_interval=0.01))

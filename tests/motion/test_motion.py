@@ -173,7 +173,7 @@ def test_channels_of_velocity_sensors_are_refused_unless_their_unit_is_stated(ch
 
 @pytest.mark.parametrize(("output", "taken"), [("ACC", True), ("VEL", False), ("DISP", False)])
 @pytest.mark.parametrize("code", ["HH", "HN"])
-def test_the_output_of_obspys_remove_response_determines_the_unit(code: str, output: str, taken: bool) -> None:
+def test_stream_with_response_removed_is_accepted_only_as_acceleration(code: str, output: str, taken: bool) -> None:
     """Obspy removes the response of a flat velocity sensor and records this in the trace's processing."""
     from obspy.core.inventory import Channel, Inventory, Network, Station
     from obspy.core.inventory.response import Response

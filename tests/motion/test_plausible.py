@@ -41,7 +41,7 @@ def test_an_implausible_velocity_is_reported():
     assert "at most 1000 cm/s" in implausible_amplitude_reason([steady / 1.98], 0.01)
 
 
-def test_simulate_refuses_numbers_in_gal_unless_trusted():
+def test_a_motion_of_numbers_like_gal_is_refused_unless_trusted():
     with pytest.raises(ArgumentError, match=r"numbers declared in m/s² look like Gal .* trust_data=True"):
         Motion(800 * WAVE, 0 * WAVE, sampling_interval=0.01)
     trusted = Motion(800 * WAVE, 0 * WAVE, sampling_interval=0.01, trust_data=True)

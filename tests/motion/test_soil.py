@@ -19,7 +19,7 @@ from overturning.motion.soil import (
     TAIL_END,
     RockHalfSpace,
     SoilLayer,
-    check_soil_layer_curves,
+    check_pystrata_has_soil_curves,
     propagate_through_soil,
 )
 from overturning.records.processing import process_record
@@ -42,7 +42,7 @@ SITE = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity
 PULSE = record_of_pulse(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0"))
 
 
-def closed_form_transfer_function(frequency: np.ndarray, layer: SoilLayer, rock: RockHalfSpace) -> np.ndarray:
+def closed_form_surface_to_outcrop_ratio(frequency: np.ndarray, layer: SoilLayer, rock: RockHalfSpace) -> np.ndarray:
     """Return the ratio of surface to outcrop motion of one layer (Kramer 1996, eq. 7.28).
 
     The complex shear modulus is G (√(1 − 4ξ²) + 2iξ).
@@ -64,7 +64,7 @@ def test_the_response_of_one_soil_layer_matches_the_closed_form(noise_samples: n
     length = 1 << 16
     frequency = np.fft.rfftfreq(length, INTERVAL)
     expected = np.fft.irfft(
-        np.fft.rfft(noise_samples, length) * closed_form_transfer_function(frequency, LAYER, ROCK), length
+        np.fft.rfft(noise_samples, length) * closed_form_surface_to_outcrop_ratio(frequency, LAYER, ROCK), length
     )
     assert found.samples.size == noise_samples.size + round(MIN_TAIL / INTERVAL)
     assert np.abs(found.samples - expected[: found.samples.size]).max() < 1e-3 * np.abs(expected).max()
@@ -91,7 +91,7 @@ def test_lightly_damped_soil_above_a_borehole_matches_the_closed_form(
     found = propagate_through_soil(late, INTERVAL, [layer], ROCK, outcrop=False).samples
     length = 1 << 19
     rigid = ROCK.model_copy(update={"velocity_m_s": 1e15})
-    ratio = closed_form_transfer_function(np.fft.rfftfreq(length, INTERVAL), layer, rigid)
+    ratio = closed_form_surface_to_outcrop_ratio(np.fft.rfftfreq(length, INTERVAL), layer, rigid)
     whole = np.fft.irfft(np.fft.rfft(late, length) * ratio, length)
     expected, left = whole[: found.size], np.abs(whole[found.size : -1000]).max() / np.abs(whole).max()
     assert np.abs(found - expected).max() < 3e-3 * np.abs(expected).max()
@@ -119,11 +119,11 @@ def test_a_soil_layer_resonates_at_its_fundamental_period() -> None:
         ).max()
         for period in (0.25, 0.4, 0.8)
     ]
-    expected = np.abs(closed_form_transfer_function(1 / np.array([0.25, 0.4, 0.8]), LAYER, ROCK))
+    expected = np.abs(closed_form_surface_to_outcrop_ratio(1 / np.array([0.25, 0.4, 0.8]), LAYER, ROCK))
     assert peaks == pytest.approx(expected, rel=0.03)
 
 
-def test_equivalent_linear_response_of_weak_motion_is_linear(noise_samples: np.ndarray) -> None:
+def test_soil_with_a_strain_curve_amplifies_strong_motion_less_than_weak(noise_samples: np.ndarray) -> None:
     soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})
     weak, strong = (propagate_through_soil(scale * noise_samples, INTERVAL, [soft], ROCK) for scale in (1e-4, 3.0))
     assert weak.converged
@@ -161,15 +161,18 @@ def test_an_invalid_soil_profile_is_refused(noise_samples: np.ndarray) -> None:
 def test_a_soil_curve_without_modulus_or_damping_is_refused(curve: str, part: str) -> None:
     """In pystrata one of the curves has no damping and the other no modulus reduction; a soil layer needs both."""
     layer = LAYER.model_copy(update={"curve": curve})
-    for refusal in (check_soil_layer_curves, lambda layers: propagate_through_soil(PULSE.north, 0.01, layers, ROCK)):
+    for refusal in (
+        check_pystrata_has_soil_curves,
+        lambda layers: propagate_through_soil(PULSE.north, 0.01, layers, ROCK),
+    ):
         with expect_error(
             ArgumentError, f"site: curve {curve!r}: pystrata has no {part} of this curve; choose a curve"
         ):
             refusal([layer])
-    check_soil_layer_curves([LAYER, LAYER.model_copy(update={"curve": "Seed & Idriss, Sand Mean"})])
+    check_pystrata_has_soil_curves([LAYER, LAYER.model_copy(update={"curve": "Seed & Idriss, Sand Mean"})])
 
 
-def test_the_soil_site_of_a_study_changes_the_motion() -> None:
+def test_processing_with_a_soil_site_gives_the_motion_at_the_soil_surface() -> None:
     soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})
     done = process_record(PULSE, (), SoilSite(layers=[soft], rock=ROCK))
     alone = propagate_through_soil(PULSE.north, PULSE.sampling_interval, [soft], ROCK)
@@ -214,7 +217,7 @@ def test_a_record_passed_to_a_study_is_propagated_through_its_soil_site() -> Non
     assert np.abs(rock["overturned"]).sum() < np.abs(soft["overturned"]).sum()
 
 
-def test_a_variant_with_soil_has_its_own_motions(tmp_path: Path) -> None:
+def test_motion_files_of_a_variant_with_soil_hold_the_surface_motions(tmp_path: Path) -> None:
     record = round_to_stored_precision(PULSE)
     study = {"name": "x", "records": {"use": ["pulse"]}, "variants": {"soft": {"site": SITE}}}
     renamed = replace(record, record_id="pulse")

@@ -48,7 +48,7 @@ from overturning.records.steps import Highpass, Scale
 TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 
 
-def reference_package(name: str) -> Any:
+def import_reference_package_or_skip(name: str) -> Any:
     """Import a package to compare with; if it is missing, skip the test, or fail if skipping is forbidden."""
     if name == "pyrotd":
         # It asks pkg_resources for its own version, which newer setuptools no longer bring.
@@ -70,7 +70,7 @@ def rinaldi_record() -> Record:
 @given(
     arrays(np.float64, (2, 300), elements=st.floats(-1e3, 1e3)), st.lists(st.floats(0, 360), min_size=1, max_size=40)
 )
-def test_largest_values_along_azimuths_match_a_search_of_all_samples(pair, azimuths):
+def test_largest_motion_along_azimuths_matches_a_search_of_all_samples(pair, azimuths):
     cosines = north_east_cosines_of_azimuths(np.array(azimuths))
     expected = np.abs(cosines[:, :1] * pair[0] + cosines[:, 1:] * pair[1]).max(axis=1)
     np.testing.assert_array_equal(largest_motion_along_azimuths(pair, cosines), expected)
@@ -106,7 +106,7 @@ def test_a_non_finite_sample_gives_a_missing_peak(value, place):
         assert np.isnan(largest_filtered_motion_along_azimuths(pair, numerator, below, cosines)).all()
 
 
-def test_largest_values_along_azimuths_of_a_linear_motion_are_exact():
+def test_largest_motion_along_azimuths_is_exact_for_motion_along_one_line():
     """For motion along N60E only, the lower bound across it is zero, and no sample may be left out."""
     wave = np.random.default_rng(0).normal(size=5000)
     pair = np.stack([wave * 0.5, wave * math.sqrt(0.75)])
@@ -117,7 +117,7 @@ def test_largest_values_along_azimuths_of_a_linear_motion_are_exact():
     )
 
 
-def component_spectrum(samples, interval, periods, damping=0.05):
+def acceleration_spectrum_of_one_component(samples, interval, periods, damping=0.05):
     """Pseudo-acceleration spectrum of one component, m/s²."""
     motion = Motion(samples, np.zeros_like(samples), sampling_interval=interval, trust_data=True)
     return response_spectra_by_azimuth(motion, periods, 0.0, damping=damping)["acceleration"][:, 0]
@@ -138,7 +138,7 @@ def test_oscillator_response_to_an_acceleration_step_matches_the_closed_form(per
     steady = np.concatenate([np.zeros(100), np.full(4000, 2.0)])
     omega = 2 * math.pi / period
     overshoot = 1 + math.exp(-math.pi * damping / math.sqrt(1 - damping**2))
-    found = component_spectrum(steady, 0.0025, [period], damping=damping)[0]
+    found = acceleration_spectrum_of_one_component(steady, 0.0025, [period], damping=damping)[0]
     # The step rises within one sample and is band-limited where it is interpolated: 1 % for the shortest period.
     assert found == pytest.approx(2.0 * overshoot, rel=0.002 if period > 0.1 else 0.1)
     assert omega > 0
@@ -162,27 +162,27 @@ def test_oscillator_response_to_a_sine_matches_the_transfer_function():
         ratio = period / forcing
         expected = 1 / math.sqrt((1 - ratio**2) ** 2 + (2 * 0.05 * ratio) ** 2)
         envelope = np.sin(np.pi / 2 * np.clip(np.minimum(time / 30, (100 - time) / 30), 0, 1)) ** 2
-        found = component_spectrum(envelope * np.sin(2 * np.pi * time / forcing), 0.01, [period])[0]
+        found = acceleration_spectrum_of_one_component(envelope * np.sin(2 * np.pi * time / forcing), 0.01, [period])[0]
         assert found == pytest.approx(expected, rel=0.01)
 
 
 def test_response_spectra_have_the_limits_of_stiff_and_soft_oscillators(rinaldi_record):
     """A stiff oscillator responds with PGA; a soft one stays at rest, so its relative displacement is the ground's."""
     pga = np.abs(rinaldi_record.north).max()
-    assert component_spectrum(rinaldi_record.north, rinaldi_record.sampling_interval, [0.001])[0] == pytest.approx(
-        pga, rel=0.01
-    )
+    assert acceleration_spectrum_of_one_component(rinaldi_record.north, rinaldi_record.sampling_interval, [0.001])[
+        0
+    ] == pytest.approx(pga, rel=0.01)
     short = np.concatenate(
         [np.sin(2 * np.pi * np.arange(0, 1, 0.01)), -np.sin(2 * np.pi * np.arange(0, 1, 0.01)), np.zeros(50)]
     )
-    found = component_spectrum(short, 0.01, [1000.0])[0] / (2 * np.pi / 1000.0) ** 2
+    found = acceleration_spectrum_of_one_component(short, 0.01, [1000.0])[0] / (2 * np.pi / 1000.0) ** 2
     assert found == pytest.approx(1 / (2 * np.pi), rel=0.01)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["rinaldi", "petrolia"])
 def test_rotd_spectra_agree_with_pyrotd(name):
-    pyrotd = reference_package("pyrotd")
+    pyrotd = import_reference_package_or_skip("pyrotd")
     pyrotd.processes = 1
     record = read_record(read_record_table(TABLE)[name], Path("unused"))
     # pyrotd convolves in a circle: rest before and after keeps one end's motion from ringing into the other.
@@ -202,7 +202,7 @@ def test_rotd_spectra_agree_with_pyrotd(name):
     np.testing.assert_allclose(mine.T, theirs.spec_accel.reshape(-1, 3), rtol=0.005)
 
 
-def test_rotd_percentiles_of_a_linear_motion_match_the_closed_form():
+def test_rotd_percentiles_of_motion_along_one_line_match_the_closed_form():
     """Over half a turn |cos| has the median cos 45°, the largest 1 and the smallest 0."""
     wave = np.sin(2 * np.pi * np.arange(0, 5, 0.01))
     found = rotd_percentile_measures(Motion(wave * 0.5, wave * math.sqrt(0.75), sampling_interval=0.01), [0.5, 2.0])
@@ -212,7 +212,7 @@ def test_rotd_percentiles_of_a_linear_motion_match_the_closed_form():
 
 
 def test_intensity_measures_agree_with_eqsig(rinaldi_record):
-    eqsig = reference_package("eqsig")
+    eqsig = import_reference_package_or_skip("eqsig")
     motion = Motion.of(rinaldi_record)
     for azimuth in (0.0, 32.0, 122.0):
         along = motion.along(azimuth)
@@ -238,13 +238,13 @@ def test_intensity_measures_agree_with_eqsig(rinaldi_record):
 PYSHINDO = {"intensity": 6.378077963459177, "si20": (148.24809147, 82.41052249), "si05": (204.06229183, 115.5137774)}
 
 
-def three_component_motion(record: Record) -> Motion:
+def motion_with_vertical_from_reversed_east(record: Record) -> Motion:
     """Return the motion of a record with a vertical component made from the reversed east component."""
     return Motion(record.north, record.east, 0.5 * record.east[::-1], sampling_interval=record.sampling_interval)
 
 
 def test_jma_and_spectrum_intensity_agree_with_pyshindo(rinaldi_record):
-    motion = three_component_motion(rinaldi_record)
+    motion = motion_with_vertical_from_reversed_east(rinaldi_record)
     assert jma_instrumental_intensity(motion) == pytest.approx(PYSHINDO["intensity"], abs=1e-9)
     np.testing.assert_allclose(housner_spectrum_intensity(motion, [0, 90]) * 100, PYSHINDO["si20"], rtol=0.005)
     np.testing.assert_allclose(
@@ -255,8 +255,8 @@ def test_jma_and_spectrum_intensity_agree_with_pyshindo(rinaldi_record):
 if sys.version_info >= (3, 12):
 
     def test_stored_pyshindo_values_match_the_package(rinaldi_record):
-        pyshindo = reference_package("pyshindo")
-        motion = three_component_motion(rinaldi_record)
+        pyshindo = import_reference_package_or_skip("pyshindo")
+        motion = motion_with_vertical_from_reversed_east(rinaldi_record)
         gal = np.column_stack([motion.north, motion.east, motion.up]) * 100
         assert pyshindo.calculate_measured_intensity(gal, 100.0).intensity_raw == pytest.approx(
             PYSHINDO["intensity"], abs=1e-9
@@ -351,7 +351,7 @@ def test_konno_ohmachi_smoothing_matches_its_formula_and_pykooh():
         expected = (window * a).sum() / window.sum()
         assert konno_ohmachi_smoothed_amplitude(frequency, amplitude, at)[0] == pytest.approx(expected, rel=1e-12)
         # The function `smooth` of pykooh does the same, but Numba compiles it first.
-        smoother = reference_package("pykooh").CachedSmoother(f, np.array([at]), 40.0)
+        smoother = import_reference_package_or_skip("pykooh").CachedSmoother(f, np.array([at]), 40.0)
         assert smoother(a)[0] == pytest.approx(expected, rel=1e-12)
     np.testing.assert_allclose(
         konno_ohmachi_smoothed_amplitude(frequency, np.full_like(frequency, 3.0), [0.3, 2, 20]), 3.0, rtol=1e-9
@@ -380,7 +380,7 @@ def test_soft_oscillators_follow_fast_motion_sampled_at_20_ms(frequency):
     assert found == pytest.approx(exact, rel=0.02)
 
 
-def test_the_spectra_dataset_has_units_and_repeats_after_180_degrees(rinaldi_record):
+def test_intensity_dataset_by_azimuth_has_units_and_repeats_after_180_degrees(rinaldi_record):
     motion = Motion.of(rinaldi_record)
     table = intensity_dataset_by_azimuth(motion, np.arange(0, 360, 30))
     assert set(table) == set(MEASURES)
@@ -408,7 +408,7 @@ def test_predominant_period_is_between_0_04_and_4_s():
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 60.0, 123.456])
-def test_there_is_no_predominant_period_perpendicular_to_a_linear_motion(azimuth):
+def test_motion_along_one_line_has_no_predominant_period_perpendicular_to_it(azimuth):
     wave = 3.0 * np.sin(0.03 * np.arange(3000)) * np.hanning(3000)
     cosine, sine = cosine_and_sine_of_azimuth(azimuth)
     motion = Motion(wave * cosine, wave * sine, sampling_interval=0.01)
@@ -449,7 +449,7 @@ def test_invalid_spectral_periods_are_refused(periods):
 
 
 @pytest.mark.long
-def test_intensity_measures_need_no_memory_for_all_rotated_motions():
+def test_intensity_measures_do_not_hold_all_rotated_motions_in_memory():
     """The 360 rotated motions of 300 s would take 86 MB for each of acceleration, velocity and displacement."""
     import tracemalloc
 
@@ -477,7 +477,7 @@ def test_pga_pgv_and_pgd_of_a_sine_match_the_closed_form():
 
 
 @pytest.mark.parametrize("azimuths", [[], [[0, 1]], [np.nan], "north", [0, "E"]])
-def test_invalid_azimuths_of_spectra_are_refused(azimuths):
+def test_invalid_azimuths_of_intensity_measures_are_refused(azimuths):
     with pytest.raises(ArgumentError, match="azimuth_deg"):
         intensity_dataset_by_azimuth(Motion([0, 1], [0, 1], sampling_interval=1), azimuths)
 

@@ -10,14 +10,14 @@ from urllib.parse import parse_qs, urlsplit
 import numpy as np
 import obspy
 
-from tests.records.seed_writers import START, trace_of_samples, write_inventory
+from tests.records.seed_writers import START, trace_of_samples, write_stationxml_of_channels
 
 BODY = bytes(range(256)) * 2000
 HASH = hashlib.sha256(BODY).hexdigest()
 COUNTS = [np.arange(-500, 500, dtype=np.int32) * k for k in (1, 2, 3)]
 
 
-def miniseed_of_counts() -> bytes:
+def miniseed_bytes_of_three_channels() -> bytes:
     """Return the bytes of a miniSEED file of three channels."""
     stream = obspy.Stream([trace_of_samples(c, code) for c, code in zip(COUNTS, ("HNN", "HNE", "HNZ"), strict=True)])
     buffer = io.BytesIO()
@@ -37,18 +37,18 @@ FDSN_PARAMETERS = {
 }
 
 
-class FaultSimulatingServer(ThreadingHTTPServer):
-    """Server on this machine that delivers a file and FDSN data, and simulates faults of a server."""
+class ServerWithPlannedFailures(ThreadingHTTPServer):
+    """Server on this machine that delivers a file and FDSN data, with planned failures of the transfer."""
 
     daemon_threads = True
 
     def __init__(self, folder: Path) -> None:
-        super().__init__(("127.0.0.1", 0), FaultSimulatingHandler)
+        super().__init__(("127.0.0.1", 0), HandlerWithPlannedFailures)
         self.seen: list[tuple[str, str]] = []
         self.mode: dict[str, list[str]] = {}
         self.files = {
-            "dataselect": miniseed_of_counts(),
-            "station": write_inventory(
+            "dataselect": miniseed_bytes_of_three_channels(),
+            "station": write_stationxml_of_channels(
                 folder / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
             ).read_bytes(),
         }
@@ -62,16 +62,16 @@ class FaultSimulatingServer(ThreadingHTTPServer):
     def address(self) -> str:
         return f"http://127.0.0.1:{self.server_address[1]}"
 
-    def next_planned_behaviour(self, what: str) -> str:
-        """Return the next planned behaviour of a service, such as "503" or "cut"; "good" if none is planned."""
+    def take_next_behaviour_of_service(self, what: str) -> str:
+        """Remove and return the next behaviour planned for a service, such as "503"; "good" if none is."""
         modes = self.mode.get(what, [])
         return modes.pop(0) if modes else "good"
 
 
-class FaultSimulatingHandler(BaseHTTPRequestHandler):
-    """Request handler that sends the file or FDSN data with the faults that were planned for the server."""
+class HandlerWithPlannedFailures(BaseHTTPRequestHandler):
+    """Request handler that sends the file or FDSN data with the failures planned for the server."""
 
-    server: FaultSimulatingServer
+    server: ServerWithPlannedFailures
     protocol_version = "HTTP/1.1"
 
     def log_message(self, *args: object) -> None:
@@ -81,7 +81,7 @@ class FaultSimulatingHandler(BaseHTTPRequestHandler):
         parts = urlsplit(self.path)
         self.server.seen.append((parts.path, self.headers.get("Range", "")))
         if not parts.path.startswith("/fdsnws/"):
-            self.send_body_in_mode(self.server.next_planned_behaviour("file"), BODY)
+            self.send_body_with_behaviour(self.server.take_next_behaviour_of_service("file"), BODY)
             return
         _, _, service, _, method = parts.path.split("/")
         if method == "application.wadl":
@@ -94,13 +94,15 @@ class FaultSimulatingHandler(BaseHTTPRequestHandler):
             )
         elif method == "query":
             assert parse_qs(parts.query)
-            self.send_body_in_mode(self.server.next_planned_behaviour(service), self.server.files[service])
+            self.send_body_with_behaviour(
+                self.server.take_next_behaviour_of_service(service), self.server.files[service]
+            )
         else:
             self.send_whole_body(
                 200, b"<Catalogs></Catalogs>" if method == "catalogs" else b"<Contributors></Contributors>"
             )
 
-    def send_body_in_mode(self, mode: str, body: bytes) -> None:
+    def send_body_with_behaviour(self, mode: str, body: bytes) -> None:
         """Send a body with the behaviour named by `mode`: whole, cut, delayed, wrong, or with an error status."""
         first = 0
         if mode != "no ranges" and (wanted := self.headers.get("Range")):

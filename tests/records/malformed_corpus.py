@@ -20,12 +20,12 @@ UNDETECTABLE_MUTATIONS = {
 """Mutations by format without a sample count in the header, after which the file still looks complete."""
 
 
-def mutation_of_lines(change: Callable[[list[str]], list[str]]) -> Callable[[str], bytes]:
+def text_mutation_from_change_of_lines(change: Callable[[list[str]], list[str]]) -> Callable[[str], bytes]:
     """Return a mutation of a text that applies a change to the list of its lines."""
     return lambda text: "".join(change(text.splitlines(keepends=True))).encode()
 
 
-def replacement_of_first_number(index: int, word: str) -> Callable[[list[str]], list[str]]:
+def line_change_replacing_its_first_number(index: int, word: str) -> Callable[[list[str]], list[str]]:
     """Return a change that replaces the first number of a line by a word of the same width."""
 
     def replace_first_number(lines: list[str]) -> list[str]:
@@ -38,18 +38,21 @@ def replacement_of_first_number(index: int, word: str) -> Callable[[list[str]], 
     return replace_first_number
 
 
-def generic_mutations(header: int) -> Iterator[tuple[str, Callable[[str], bytes]]]:
+def named_mutations_of_any_text_format(header: int) -> Iterator[tuple[str, Callable[[str], bytes]]]:
     """Yield names and mutations that apply to every text format with a given number of header lines."""
     for percent in (1, 5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95, 99):
         yield f"cut at {percent} %", lambda t, p=percent: t[: len(t) * p // 100].encode()
     for characters in (1, 2, 3, 5, 8, 13, 40, 100):
         yield f"last {characters} characters cut", lambda t, n=characters: t.rstrip("\n")[:-n].encode()
-    yield "last line missing", mutation_of_lines(lambda ls: ls[:-1])
-    yield "a line of samples missing", mutation_of_lines(lambda ls: ls[: header + 3] + ls[header + 4 :])
-    yield "a line of samples twice", mutation_of_lines(lambda ls: ls[: header + 3] + ls[header + 2 :])
-    yield "no samples", mutation_of_lines(lambda ls: ls[:header])
-    yield "only the first line", mutation_of_lines(lambda ls: ls[:1])
-    yield "header missing", mutation_of_lines(lambda ls: ls[header:])
+    yield "last line missing", text_mutation_from_change_of_lines(lambda ls: ls[:-1])
+    yield (
+        "a line of samples missing",
+        text_mutation_from_change_of_lines(lambda ls: ls[: header + 3] + ls[header + 4 :]),
+    )
+    yield "a line of samples twice", text_mutation_from_change_of_lines(lambda ls: ls[: header + 3] + ls[header + 2 :])
+    yield "no samples", text_mutation_from_change_of_lines(lambda ls: ls[:header])
+    yield "only the first line", text_mutation_from_change_of_lines(lambda ls: ls[:1])
+    yield "header missing", text_mutation_from_change_of_lines(lambda ls: ls[header:])
     yield "two records in one", lambda t: (t + t).encode()
     yield "empty", lambda _t: b""
     yield "blanks only", lambda _t: b"  \n \n"
@@ -66,17 +69,25 @@ def generic_mutations(header: int) -> Iterator[tuple[str, Callable[[str], bytes]
     yield "a page instead", lambda _t: b"<!DOCTYPE html><html><body>Please sign in</body></html>"
     yield "binary", lambda t: bytes(range(256)) * (len(t) // 256)
     yield "text behind", lambda t: (t + "end of file, have a nice day\n").encode()
-    joined = mutation_of_lines(
+    joined = text_mutation_from_change_of_lines(
         lambda ls: [*ls[:header], re.sub(r"(\d) +(-\d)", r"\1\2", "".join(ls[header:]), count=1)]
     )
     yield "columns that touch", joined
     for word in ("NaN", "inf", "******", "1.2.3", "--5", "0x1F", "1_0", "", "1,5", "abc", "1E", "٣"):
-        yield f"sample is {word!r}", mutation_of_lines(replacement_of_first_number(header + 5, word))
+        yield (
+            f"sample is {word!r}",
+            text_mutation_from_change_of_lines(line_change_replacing_its_first_number(header + 5, word)),
+        )
     for line in range(header):
         for digit in "* ":
-            starred = mutation_of_lines(lambda ls, i=line, d=digit: [*ls[:i], re.sub(r"\d", d, ls[i]), *ls[i + 1 :]])
+            starred = text_mutation_from_change_of_lines(
+                lambda ls, i=line, d=digit: [*ls[:i], re.sub(r"\d", d, ls[i]), *ls[i + 1 :]]
+            )
             yield f"header line {line + 1} with {digit!r} for its digits", starred
-        yield f"header line {line + 1} missing", mutation_of_lines(lambda ls, i=line: ls[:i] + ls[i + 1 :])
+        yield (
+            f"header line {line + 1} missing",
+            text_mutation_from_change_of_lines(lambda ls, i=line: ls[:i] + ls[i + 1 :]),
+        )
     yield "Shift-JIS in the first text", lambda t: t.replace("\n", "\n地震 ", 1).encode("shift_jis")
 
 
@@ -232,7 +243,7 @@ PEAKS = {
 """Text in front of the first stated peak, by format."""
 
 
-def mutations_of_format(form: str) -> Iterator[tuple[str, Callable[[str], bytes]]]:
+def named_mutations_of_first_file_of_format(form: str) -> Iterator[tuple[str, Callable[[str], bytes]]]:
     """Yield names and mutations of the first file of a format."""
     first = next(iter(VALID_FILES[form][0].values()))
 
@@ -243,7 +254,7 @@ def mutations_of_format(form: str) -> Iterator[tuple[str, Callable[[str], bytes]
             spoilt = spoilt.replace(old, new, -1 if len(changes) > 1 else 1)
         return lambda _text: spoilt.encode()
 
-    yield from generic_mutations(VALID_FILES[form][1])
+    yield from named_mutations_of_any_text_format(VALID_FILES[form][1])
     for old, *others in OTHERWISE.get(form, []):
         for new in others:
             yield f"{old!r} became {new!r}", mutation_with_replacements((old, new))

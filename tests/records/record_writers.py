@@ -8,14 +8,14 @@ import numpy as np
 HEADERS = Path(__file__).parent / "headers"
 
 
-def fill_in_header(form: str, samples, interval: float, **more) -> str:
+def header_text_of_format(form: str, samples, interval: float, **more) -> str:
     """Return the header of a format, filled in with the samples, the sampling interval and further values."""
     n, extreme = samples.size, samples[np.abs(samples).argmax()]
     stated = {"n": n, "interval": interval, "seconds": n * interval, "last": (n - 1) * interval, "extreme": extreme}
     return (HEADERS / f"{form}.txt").read_text(encoding="utf-8").format(**stated, peak=abs(extreme), **more)
 
 
-def header_numbers(size: int, unknown: float, known: dict[int, tuple]) -> list:
+def list_of_header_numbers_with_known_values(size: int, unknown: float, known: dict[int, tuple]) -> list:
     """Return a list of header numbers: the known ones from their places on, and `unknown` in all other places."""
     found = [unknown] * size
     for place, values in known.items():
@@ -37,7 +37,7 @@ def knet_text(
     gal = (counts - counts.mean()) * (float(scale[0]) / float(scale[1]))
     stated = {"direction": direction, "rate": rate, "station": station, "scale": scale, "magnitude": magnitude}
     stated |= {"origin": recorded - timedelta(seconds=20), "recorded": recorded, "memo": memo}
-    text = fill_in_header("knet", gal, interval, **stated)
+    text = header_text_of_format("knet", gal, interval, **stated)
     for row in range(0, counts.size, 8):
         text += "".join(f"{value:>9d}" for value in counts[row : row + 8]) + "\n"
     return text
@@ -74,9 +74,13 @@ def geonet_text(components: dict, interval: float, *, corrected=True, prepended=
         raw = f"Raw readings in units of 1.00 mm/s/s  at intervals of {interval:.3f} s"
         counts = (n, n, n) if corrected else (n, 0, 0)
         of_start = {8: (2016, 11), 18: (13, 11), 38: (2, 19_000)}
-        whole = header_numbers(40, 0, of_start | {27: (bearing,), 31: (prepended,), 33: counts})
-        real = header_numbers(60, 0.0, {14: (magnitude,), 24: (interval, interval)})
-        text += fill_in_header("geonet", samples, interval, axis=axis, kind=kind, unit=unit if corrected else raw)
+        whole = list_of_header_numbers_with_known_values(
+            40, 0, of_start | {27: (bearing,), 31: (prepended,), 33: counts}
+        )
+        real = list_of_header_numbers_with_known_values(60, 0.0, {14: (magnitude,), 24: (interval, interval)})
+        text += header_text_of_format(
+            "geonet", samples, interval, axis=axis, kind=kind, unit=unit if corrected else raw
+        )
         text += fixed_width_columns(whole, 8, 0, 10)
         text += "".join(fixed_width_columns(real[i : i + 10], 8, 4, 10) for i in range(0, 60, 10))
         text += fixed_width_columns(samples, 8, 1, 10) * (3 if corrected else 1)
@@ -93,8 +97,8 @@ def csmip_text(channels: dict, rate: int, *, volume: int = 1, old_agency: str = 
     for number, (axis, (azimuth, samples)) in enumerate(channels.items(), 1):
         samples = np.asarray(samples, dtype=float)
         n = samples.size
-        text += fill_in_header(form, samples, 1 / rate, number=number, axis=axis, rate=rate, agency=old_agency)
-        text += fixed_width_columns(header_numbers(100, -999, {26: (azimuth, n)}), 5, 0, 16)
+        text += header_text_of_format(form, samples, 1 / rate, number=number, axis=axis, rate=rate, agency=old_agency)
+        text += fixed_width_columns(list_of_header_numbers_with_known_values(100, -999, {26: (azimuth, n)}), 5, 0, 16)
         if volume == 1:
             text += fixed_width_columns([0.0] * 50, 10, 6, 8)
             text += f" {n:5d} Accelerogram points at {rate} pts/sec in units of g.       Format: (8f9.6)\n"
@@ -113,10 +117,10 @@ def time_acceleration_pairs_text(channels: dict, interval: float, form: str, **m
     text = ""
     for number, (axis, (azimuth, samples)) in enumerate(channels.items(), 1):
         samples = np.asarray(samples, dtype=float)
-        text += fill_in_header(
+        text += header_text_of_format(
             form, samples, interval, number=number, axis=axis, g=samples[np.abs(samples).argmax()] / 10, **more
         )
-        whole = header_numbers(100, 0, {26: (azimuth, samples.size)})
+        whole = list_of_header_numbers_with_known_values(100, 0, {26: (azimuth, samples.size)})
         pairs = np.column_stack([np.arange(samples.size) * interval, samples]).ravel()
         text += fixed_width_columns(whole, 5, 0, 16) + fixed_width_columns([0.0] * 50, 10, 6, 8)
         text += fixed_width_columns(pairs, 7, 3, 10) + f"/&  ----------  END OF DATA FOR CHANNEL {number}  ----------\n"
@@ -135,10 +139,14 @@ def cosmos_text(channels: dict, interval: float, *, unit: int = 4, kind: str = "
     for number, (axis, (code, samples)) in enumerate(channels.items(), 1):
         samples = np.asarray(samples, dtype=float)
         n = samples.size
-        whole = header_numbers(100, -999, {1: (1, unit), 39: (2005, 167, 6, 16, 20, 53), 53: (code,)})
+        whole = list_of_header_numbers_with_known_values(
+            100, -999, {1: (1, unit), 39: (2005, 167, 6, 16, 20, 53), 53: (code,)}
+        )
         about = (interval * 1000, n * interval, samples[np.abs(samples).argmax()])
-        real = header_numbers(100, -999.0, {0: (34.046, -117.035), 12: (4.8,), 29: (4.4,), 61: about})
-        text += fill_in_header("cosmos", samples, interval, number=number, axis=axis, kind=kind, unit=word)
+        real = list_of_header_numbers_with_known_values(
+            100, -999.0, {0: (34.046, -117.035), 12: (4.8,), 29: (4.4,), 61: about}
+        )
+        text += header_text_of_format("cosmos", samples, interval, number=number, axis=axis, kind=kind, unit=word)
         text += fixed_width_columns(whole, 8, 0, 10)
         text += " 100 Real-header values follow on  17 lines, Format= (6F13.6)\n" + fixed_width_columns(real, 13, 6, 6)
         text += '   1 Comment line(s) follow, each starting with a "|":\n| a comment\n'
@@ -157,10 +165,12 @@ def smc_text(
     samples = np.asarray(samples, dtype=float)
     azimuth = int(axis) if axis.isdigit() else 0
     start = (1989, 291, 0, 4, 12, 500)
-    whole = header_numbers(48, -32768, {1: start, 12: (vertical, azimuth), 15: (2, samples.size)} | (more or {}))
+    whole = list_of_header_numbers_with_known_values(
+        48, -32768, {1: start, 12: (vertical, azimuth), 15: (2, samples.size)} | (more or {})
+    )
     known = {1: (rate,), 5: (7.1,), 10: (37.728, longitude), 28: (1.0, samples.max(), 2.0, samples.min())}
-    real = header_numbers(50, 1.7e38, known)
-    lines = fill_in_header("smc", samples, 1 / rate, kind=kind, axis=axis).splitlines()
+    real = list_of_header_numbers_with_known_values(50, 1.7e38, known)
+    lines = header_text_of_format("smc", samples, 1 / rate, kind=kind, axis=axis).splitlines()
     text = "".join(f"{line:<80}\n" for line in lines) + fixed_width_columns(whole, 10, 0, 8)
     text += "".join("".join(f"{v:15.7E}" for v in real[i : i + 5]) + "\n" for i in range(0, 50, 5))
     text += "|" + " " * 79 + "\n|a comment\n"
@@ -172,7 +182,7 @@ def peer_text(samples, interval: float, axis: str, *, header: str = "new") -> st
     """Text of a PEER AT2 file of samples in g, with the new header or one of the two old ones."""
     samples = np.asarray(samples, dtype=float)
     words = [f"{v:15.7E}" for v in samples]
-    stated = fill_in_header(
+    stated = header_text_of_format(
         f"peer-{header}", samples, interval, axis=axis, short=f"{interval:.5f}".replace("0.0", ".0")
     )
     return stated + "".join("".join(words[i : i + 5]) + "\n" for i in range(0, samples.size, 5))
@@ -181,4 +191,4 @@ def peer_text(samples, interval: float, axis: str, *, header: str = "new") -> st
 def esm_text(samples, interval: float, stream: str) -> str:
     """Text of an ESM file (DYNA 1.2) of samples in cm/s²."""
     samples = np.asarray(samples, dtype=float)
-    return fill_in_header("esm", samples, interval, stream=stream) + "".join(f"{v:.6f}\n" for v in samples)
+    return header_text_of_format("esm", samples, interval, stream=stream) + "".join(f"{v:.6f}\n" for v in samples)

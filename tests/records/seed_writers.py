@@ -18,7 +18,7 @@ def broadband_velocity_response(frequency):
     return s**2 / ((s - pole) * (s - np.conj(pole))) * abs((2j * np.pi - pole) * (2j * np.pi - np.conj(pole))) / 4 / PI2
 
 
-def sensor_response(gain: float, unit: str, *, broadband: bool = False) -> Response:
+def response_metadata_of_sensor(gain: float, unit: str, *, broadband: bool = False) -> Response:
     """Return obspy's response metadata of a sensor with a gain only, or of a broadband seismometer."""
     zeros, poles = ([0j, 0j], list(POLES)) if broadband else ([], [])
     norm = float(np.prod([abs(2j * np.pi - pole) for pole in poles])) / (4 * PI2) if broadband else 1.0
@@ -28,7 +28,7 @@ def sensor_response(gain: float, unit: str, *, broadband: bool = False) -> Respo
     return Response(instrument_sensitivity=InstrumentSensitivity(gain, 1.0, unit, "COUNTS"), response_stages=[stage])
 
 
-def write_inventory(
+def write_stationxml_of_channels(
     path: Path, channels: dict, *, station="TST1", gain: float = 400_000.0, unit: str = "M/S**2", depth: float = 0.0,
     broadband: bool = False, rate: float = 100.0, rates: dict[str, float] | None = None,
 ) -> Path:  # fmt: skip
@@ -47,7 +47,7 @@ def write_inventory(
             azimuth=azimuth,
             dip=dip,
             sample_rate=(rates or {}).get(code[:2], rate),
-            response=sensor_response(gain, unit, broadband=broadband),
+            response=response_metadata_of_sensor(gain, unit, broadband=broadband),
         )
         for code, (azimuth, dip) in channels.items()
     ]

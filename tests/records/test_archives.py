@@ -216,7 +216,7 @@ def test_the_error_names_a_compression_that_is_not_read(tmp_path, begin, kind):
         read_record_without_processing(tmp_path / "x.AT2")
 
 
-def tar_link(kind: bytes, name: str = "T.NS", target: str = "/etc/passwd") -> tarfile.TarInfo:
+def tar_entry_of_link(kind: bytes, name: str = "T.NS", target: str = "/etc/passwd") -> tarfile.TarInfo:
     """Return a tar entry for a link in place of a record file."""
     info = tarfile.TarInfo(name)
     info.type, info.linkname = kind, target
@@ -249,10 +249,13 @@ HARMFUL_ARCHIVES = {
     "zip out of the folder": (zip_archive({"a/../../T.NS": NS}), "points out"),
     "zip with backslashes": (zip_archive({"..\\T.NS": NS}), "points out"),
     "zip on a drive": (zip_archive({"C:\\T.NS": NS}), "points out"),
-    "tar with a symbolic link": (tar_archive(VALID_MEMBERS, extra=[tar_link(tarfile.SYMTYPE)]), "link"),
-    "tar with a hard link": (tar_archive(VALID_MEMBERS, extra=[tar_link(tarfile.LNKTYPE, "x", "T.NS")]), "link"),
-    "tar with a device": (tar_archive(VALID_MEMBERS, extra=[tar_link(tarfile.CHRTYPE)]), "device"),
-    "tar with a pipe": (tar_archive(VALID_MEMBERS, extra=[tar_link(tarfile.FIFOTYPE)]), "device"),
+    "tar with a symbolic link": (tar_archive(VALID_MEMBERS, extra=[tar_entry_of_link(tarfile.SYMTYPE)]), "link"),
+    "tar with a hard link": (
+        tar_archive(VALID_MEMBERS, extra=[tar_entry_of_link(tarfile.LNKTYPE, "x", "T.NS")]),
+        "link",
+    ),
+    "tar with a device": (tar_archive(VALID_MEMBERS, extra=[tar_entry_of_link(tarfile.CHRTYPE)]), "device"),
+    "tar with a pipe": (tar_archive(VALID_MEMBERS, extra=[tar_entry_of_link(tarfile.FIFOTYPE)]), "device"),
     "zip with a link": (zip_with_link(), "link"),
     "encrypted zip": (encrypted_zip(), "encrypted"),
     "cut tar.gz": (tar_archive(VALID_MEMBERS)[:-200], "damaged"),

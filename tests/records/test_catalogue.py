@@ -100,7 +100,7 @@ FULL_ROW = RecordTableRow(
 """Line of the record table with every column that does not affect the samples."""
 
 
-def test_label_columns_of_the_record_table_change_no_sample(tmp_path):
+def test_descriptive_columns_of_the_record_table_change_no_sample(tmp_path):
     """The other columns are for the reader; labels do not affect the samples."""
     assert {name for name in RecordTableRow.model_fields if getattr(FULL_ROW, name) not in ("", None, False, 0.0)} == {
         *LABELS, "id", "source", "format",

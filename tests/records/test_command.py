@@ -11,7 +11,7 @@ from overturning.records.read import read_record
 from overturning.records.record import source_and_processing_of_record
 from tests.expect import expect_error
 from tests.records.record_writers import csmip_text, geonet_text, peer_text
-from tests.records.seed_writers import write_inventory, write_mseed
+from tests.records.seed_writers import write_mseed, write_stationxml_of_channels
 from tests.records.world_writers import unam_text
 
 A, B = (np.round(np.random.default_rng(k).normal(0, 50, 200), 1) for k in (1, 2))
@@ -79,13 +79,13 @@ def test_records_check_accepts_a_wrong_header_peak_only_with_trust_data(tmp_path
     "arguments",
     [["fetch", "url", "ftp://x", "--sha256", "0" * 64], ["fetch", "fdsn", "x", "--network", "X", "--station", "Y"]],
 )
-def test_errors_of_records_fetch_take_one_line(arguments, capsys, tmp_path):
+def test_invalid_arguments_of_records_fetch_end_with_an_error_message(arguments, capsys, tmp_path):
     assert exit_status_of_command("records", *arguments, "--folder", tmp_path) == 1
     assert capsys.readouterr().err.startswith("error: ")
 
 
 def test_a_file_of_another_sensor_than_declared_is_refused(capsys, tmp_path):
-    path = write_columns_file(tmp_path / "x.csv")
+    path = write_time_north_and_east_columns(tmp_path / "x.csv")
     words = ("--columns", "time:s north:gal east:gal", "--processed", "--sensor")
     assert exit_status_of_command("records", "check", path, *words, "surface") == 0
     assert exit_status_of_command("records", "check", path, *words, "borehole") == 1
@@ -95,7 +95,7 @@ def test_a_file_of_another_sensor_than_declared_is_refused(capsys, tmp_path):
 
 
 def test_the_error_names_an_impossible_declared_property(tmp_path):
-    path = write_columns_file(tmp_path / "x.csv")
+    path = write_time_north_and_east_columns(tmp_path / "x.csv")
     for name, value, known in (
         ("format", "geonett", "known are"),
         ("unit", "feet", "it should be 'm/s2', "),
@@ -115,7 +115,7 @@ def test_the_error_names_an_impossible_declared_property(tmp_path):
 WAVE = 300 * np.sin(np.arange(4000) * 0.05) * np.exp(-(((np.arange(4000) - 2000) / 600) ** 2))
 
 
-def write_columns_file(path, scale=1.0, offset=0.0):
+def write_time_north_and_east_columns(path, scale=1.0, offset=0.0):
     """Write a file with columns of time, north and east, whose samples are scaled and offset."""
     rows = zip(np.arange(WAVE.size) * 0.01, scale * WAVE + offset, -scale * WAVE + offset, strict=True)
     path.write_text("".join(f"{t:.2f},{n:.6f},{e:.6f}\n" for t, n, e in rows))
@@ -165,7 +165,7 @@ def test_records_check_and_add_include_files_of_the_other_components(tmp_path, c
     assert sorted(entry.source.split()) == sorted(files)
     assert read_record(entry, folder).up is not None
     # MiniSEED needs its StationXML.
-    write_inventory(there / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)})
+    write_stationxml_of_channels(there / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)})
     write_mseed(there / "z.mseed", {"HNN": np.int64(1000 * A), "HNE": np.int64(1000 * B)})
     assert exit_status_of_command("records", "add", there / "z.mseed", "--table", table, "--folder", folder) == 0
     assert read_record_table(table)["z"].source == "z.mseed s.xml"
@@ -230,7 +230,7 @@ def test_records_add_preserves_the_records_shipped_with_the_package(tmp_path, ca
 
 
 def test_the_refusal_of_an_implausible_unit_names_a_plausible_one(tmp_path, capsys):
-    path = write_columns_file(tmp_path / "x.csv")
+    path = write_time_north_and_east_columns(tmp_path / "x.csv")
     given = ("records", "check", "--raw", path)
     assert exit_status_of_command(*given, "--columns", "time:s north:g east:g") == 1
     out = capsys.readouterr().out
@@ -243,7 +243,7 @@ def test_the_refusal_of_an_implausible_unit_names_a_plausible_one(tmp_path, caps
 
 
 def test_a_columns_file_must_be_declared_raw_or_processed(tmp_path, capsys):
-    path = write_columns_file(tmp_path / "x.csv", offset=5.0)
+    path = write_time_north_and_east_columns(tmp_path / "x.csv", offset=5.0)
     given = ("records", "check", path, "--columns", "time:s north:gal east:gal")
     assert exit_status_of_command(*given) == 1
     assert "--processed or --raw" in capsys.readouterr().out
@@ -320,7 +320,7 @@ def test_channels_of_different_lengths_in_one_file_are_cut_to_the_shortest(tmp_p
 
 
 def test_command_one_accepts_a_declared_file_or_a_pulse_as_its_record(tmp_path, capsys):
-    path = write_columns_file(tmp_path / "x.csv")
+    path = write_time_north_and_east_columns(tmp_path / "x.csv")
     given = ("one", "--azimuth", 0, "--b-over-h", 0.2)
     assert (
         exit_status_of_command(*given, "--record", path, "--columns", "time:s north:gal east:gal", "--processed") == 0

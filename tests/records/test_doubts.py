@@ -47,7 +47,7 @@ OFFSET = 0.3 + 0.0 * EAST
     ("dead", "processed"),
     [(OFFSET, False), *((one, state) for one in (0.0 * EAST, 5e-13 * EAST, 0.0066 * EAST) for state in (True, False))],
 )
-def test_a_horizontal_component_without_motion_is_refused_unless_declared(tmp_path, dead, processed):
+def test_a_horizontal_component_without_motion_is_refused_unless_trusted(tmp_path, dead, processed):
     path = write_columns(tmp_path / "x.csv", NORTH, dead)
     with expect_error(RecordError, "x.csv: axis 'east' is dead", "less than 1/100 of that of 'north'", "--trust-data"):
         read_columns(path, processed=processed)
@@ -153,7 +153,7 @@ def test_a_doubtful_sampling_interval_is_noted(tmp_path, interval, count, said):
 
 
 @pytest.mark.parametrize(("hertz", "doubted"), [(25.0, False), (40.0, True)])
-def test_pgv_over_pga_of_a_sine_equals_its_period_over_two_pi(hertz, doubted):
+def test_a_sampling_interval_is_doubted_if_pgv_is_too_small_for_pga(hertz, doubted):
     time = np.arange(4000) / 1000.0
     doubts = reasons_to_doubt_sampling_interval([np.cos(2 * np.pi * hertz * time)], 0.001)
     assert [f"{1000 / (2 * np.pi * hertz):.2g} ms" in doubt for doubt in doubts] == [True] * doubted

@@ -103,7 +103,7 @@ def test_the_correlation_of_two_records_is_computed_over_the_whole_motion():
     assert found == pytest.approx(1 / np.sqrt(1.09), abs=0.02)  # number of samples in the 10 s around the peak
 
 
-def test_equal_pulses_and_motions_from_python_are_not_reported():
+def test_equal_pulses_and_motions_from_python_are_not_reported_as_copies():
     pulses = [record_of_pulse(parse_pulse("ricker amplitude_gal=100 period_s=1"), name) for name in "ab"]
     given = [replace(record_of_components(name, NORTH, EAST), extra={"given": True}) for name in "ab"]
     assert find_duplicate_records(map(motion_fingerprint, [*pulses, *given])) == []

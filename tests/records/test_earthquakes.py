@@ -28,14 +28,14 @@ def table_row(name: str, event: str = "", **more: object) -> RecordTableRow:
     return RecordTableRow(id=name, source=name, event=event, **more)  # type: ignore[arg-type]
 
 
-def assigned_earthquakes(*entries: RecordTableRow) -> EarthquakeAssignment:
+def earthquake_assignment_of_table_rows(*entries: RecordTableRow) -> EarthquakeAssignment:
     """Return the earthquakes to which rows of the record table are assigned."""
     return assign_records_to_earthquakes(entries)
 
 
 def test_one_origin_under_two_names_becomes_one_earthquake_with_a_note() -> None:
     """The origin of the Loma Prieta earthquake as the ISC and the USGS have it: half a second and 2 km apart."""
-    found = assigned_earthquakes(
+    found = earthquake_assignment_of_table_rows(
         table_row("a", "Loma Prieta 10/18/1989", origin_time="1989-10-18T00:04:15.2Z"),
         table_row("b", "Northridge 1994"),
         table_row(
@@ -53,7 +53,7 @@ def test_one_origin_under_two_names_becomes_one_earthquake_with_a_note() -> None
 
 
 def test_an_origin_time_is_read_in_any_time_zone() -> None:
-    found = assigned_earthquakes(
+    found = earthquake_assignment_of_table_rows(
         table_row("a", "x", origin_time="2000-10-06T13:30:18+09:00"),
         table_row("b", "y", origin_time="2000-10-06T04:30:00Z"),
     )
@@ -70,7 +70,7 @@ def test_invalid_origin_time_is_refused(tmp_path: Path, text: str) -> None:
 
 def test_one_name_with_two_origins_becomes_two_earthquakes() -> None:
     """Kumamoto foreshock and mainshock, 28 h apart; a record without origin is assigned to the first, with a note."""
-    found = assigned_earthquakes(
+    found = earthquake_assignment_of_table_rows(
         table_row("fore", "Kumamoto 2016", origin_time="2016-04-14T12:26:36Z"),
         table_row("main", "Kumamoto 2016", origin_time="2016-04-15T16:25:06Z"),
         table_row("open", "Kumamoto 2016"),
@@ -86,17 +86,19 @@ def test_simultaneous_distant_epicentres_become_two_earthquakes() -> None:
     place = ("epicentre_latitude_deg", "epicentre_longitude_deg")
     first, second = (dict(zip(place, at, strict=True)) for at in ((35.27, 133.35), (38.27, 141.0)))
     moment = "2000-10-06T04:30:18Z"
-    found = assigned_earthquakes(
+    found = earthquake_assignment_of_table_rows(
         table_row("a", "x", origin_time=moment, **first), table_row("b", "y", origin_time=moment, **second)
     )
     assert found.labels == ("x", "y")
 
 
 def test_event_ids_override_earthquake_names_and_origins() -> None:
-    same = assigned_earthquakes(table_row("a", "Chi-Chi", event_id="e1"), table_row("b", "Taiwan 1999", event_id="e1"))
+    same = earthquake_assignment_of_table_rows(
+        table_row("a", "Chi-Chi", event_id="e1"), table_row("b", "Taiwan 1999", event_id="e1")
+    )
     assert same.labels == ("Chi-Chi", "Chi-Chi")
     moment = "1999-09-20T17:47:16Z"
-    apart = assigned_earthquakes(
+    apart = earthquake_assignment_of_table_rows(
         table_row("a", "Chi-Chi", event_id="e1", origin_time=moment),
         table_row("b", "Chi-Chi", event_id="e2", origin_time=moment),
     )
@@ -116,7 +118,9 @@ def test_event_ids_override_earthquake_names_and_origins() -> None:
     ],
 )
 def test_similar_earthquake_names_are_noted_with_both_names(first: str, second: str) -> None:
-    found = assigned_earthquakes(table_row("a", first), table_row("b", "Gazli 1976"), table_row("c", second))
+    found = earthquake_assignment_of_table_rows(
+        table_row("a", first), table_row("b", "Gazli 1976"), table_row("c", second)
+    )
     assert len(set(found.labels)) == 3
     assert len(found.doubtful) == 1
     assert first in found.doubtful[0]
@@ -134,18 +138,20 @@ def test_similar_earthquake_names_are_noted_with_both_names(first: str, second: 
     ],
 )
 def test_names_of_two_different_earthquakes_are_not_noted_as_similar(first: str, second: str) -> None:
-    assert assigned_earthquakes(table_row("a", first), table_row("b", second)).notes == ()
+    assert earthquake_assignment_of_table_rows(table_row("a", first), table_row("b", second)).notes == ()
 
 
 def test_earthquake_names_ignore_capitals_and_blanks() -> None:
     assert (
-        assigned_earthquakes(table_row("a", "LOMA PRIETA  1989"), table_row("b", "Loma Prieta 1989")).labels[1]
+        earthquake_assignment_of_table_rows(
+            table_row("a", "LOMA PRIETA  1989"), table_row("b", "Loma Prieta 1989")
+        ).labels[1]
         == "LOMA PRIETA 1989"
     )
 
 
 def test_records_without_an_earthquake_count_as_one_and_are_noted() -> None:
-    found = assigned_earthquakes(table_row("a"), table_row("b", "Gazli 1976"), table_row("c"))
+    found = earthquake_assignment_of_table_rows(table_row("a"), table_row("b", "Gazli 1976"), table_row("c"))
     assert found.labels == ("", "Gazli 1976", "")
     assert "2 records (a, c) name no earthquake and count as one" in found.doubtful[0]
 
@@ -190,7 +196,7 @@ def test_two_names_of_one_earthquake_in_fema_p695_are_noted() -> None:
     sources = [f"{kind}:{number}" for kind, number in (("farfield", 1), ("nearfield_pulse", 9), ("nearfield_pulse", 8))]
     names = [fema_p695.read_components(source)[0].event for source in sources]
     assert names[:2] == ["Northridge", "Northridge-01"]
-    found = assigned_earthquakes(*(table_row(f"r{index}", name) for index, name in enumerate(names)))
+    found = earthquake_assignment_of_table_rows(*(table_row(f"r{index}", name) for index, name in enumerate(names)))
     assert len(found.doubtful) == 1
     assert "'Northridge' (r0) and 'Northridge-01' (r1)" in found.doubtful[0]
 
@@ -198,7 +204,7 @@ def test_two_names_of_one_earthquake_in_fema_p695_are_noted() -> None:
 WAVE = np.round(900 * np.sin(np.arange(800) / 7.0))
 
 
-def _write_file(folder: Path, name: str, text: str) -> Path:
+def _write_text_file(folder: Path, name: str, text: str) -> Path:
     """Write a text file into a folder and return its path."""
     (folder / name).write_text(text)
     return folder / name
@@ -231,8 +237,8 @@ def test_records_check_and_add_print_notes_on_shared_earthquakes(tmp_path: Path)
     assert "earthquakes: 'Tottori 2001' and 'Hino' are one earthquake (one origin" in result.output, result.output
     loose = tmp_path / "loose"
     loose.mkdir()
-    _write_file(loose, "a.csv", "\n".join(f"{v},{-v}" for v in WAVE / 100) + "\n")
-    _write_file(loose, "b.csv", "\n".join(f"{-v},{v}" for v in WAVE / 100) + "\n")
+    _write_text_file(loose, "a.csv", "\n".join(f"{v},{-v}" for v in WAVE / 100) + "\n")
+    _write_text_file(loose, "b.csv", "\n".join(f"{-v},{v}" for v in WAVE / 100) + "\n")
     columns = ["--columns", "north:gal east:gal", "--sampling-interval", "0.01", "--processed"]
     result = CliRunner().invoke(app, ["records", "check", str(loose), *columns])
     assert "2 records (a, b) name no earthquake and count as one" in result.output

@@ -39,7 +39,7 @@ def test_an_unknown_example_record_is_refused_with_the_known_names(tmp_path):
         read_record(RecordTableRow(id="x", source="example:none.V2A"), tmp_path)
 
 
-def test_the_stored_example_is_unprocessed_and_names_its_agency(tmp_path):
+def test_the_example_processed_by_its_agency_is_not_processed_by_default(tmp_path):
     raw = read_record(read_record_table(TABLE)["wtmc"], tmp_path)
     assert process_record(raw, None) is raw
     told = source_and_processing_of_record(raw)

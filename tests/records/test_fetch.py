@@ -12,15 +12,15 @@ from overturning.records import download
 from overturning.records.download import fetch_url
 from overturning.records.fdsn import FdsnWaveformRequest, fetch_fdsn_record
 from overturning.records.read import read_record_without_processing
-from tests.records.loopback_server import BODY, COUNTS, HASH, FaultSimulatingServer
+from tests.records.loopback_server import BODY, COUNTS, HASH, ServerWithPlannedFailures
 from tests.records.seed_writers import START
 
 
 @pytest.fixture
-def server(tmp_path: Path) -> Iterator[FaultSimulatingServer]:
+def server(tmp_path: Path) -> Iterator[ServerWithPlannedFailures]:
     """A running server on this machine that delivers files and FDSN data, with faults on request."""
     (tmp_path / "server").mkdir()
-    one = FaultSimulatingServer(tmp_path / "server")
+    one = ServerWithPlannedFailures(tmp_path / "server")
     thread = threading.Thread(target=one.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True)
     thread.start()
     yield one
@@ -30,7 +30,7 @@ def server(tmp_path: Path) -> Iterator[FaultSimulatingServer]:
     thread.join(5)
 
 
-def fetch_file(server: FaultSimulatingServer, folder: Path, **more):
+def fetch_file(server: ServerWithPlannedFailures, folder: Path, **more):
     """Download the file of the test server into a folder, with short waits."""
     options = {"timeout": 0.4, "wait": 0.01} | more
     return fetch_url(f"{server.address}/a/x.bin", HASH, folder, **options)
@@ -57,7 +57,7 @@ def test_a_failed_download_is_tried_again(server, tmp_path, trouble):
     assert len(server.seen) == 2 + (trouble[-1] != "no ranges")
 
 
-def test_a_complete_file_is_not_requested_again(server, tmp_path):
+def test_a_download_that_breaks_off_is_resumed_near_its_break(server, tmp_path):
     server.mode["file"] = ["cut", "cut"]
     fetch_file(server, tmp_path / "got")
     begins = [int(r.removeprefix("bytes=").removesuffix("-") or 0) for _, r in server.seen]
@@ -140,13 +140,13 @@ def test_the_error_names_an_unusable_download_argument(tmp_path, kind, word, url
         fetch_url(url, **({"sha256": HASH, "folder": tmp_path} | more))
 
 
-def waveform_request(server: FaultSimulatingServer, **more) -> FdsnWaveformRequest:
+def waveform_request(server: ServerWithPlannedFailures, **more) -> FdsnWaveformRequest:
     """Return a request for 10 s of the test station, or for the window around an event."""
     window = {} if "event_id" in more else {"start": str(START), "end": str(START + 10)}
     return FdsnWaveformRequest(server.address, "XX", "TST1", **(window | more))
 
 
-def fetch_waveforms(server: FaultSimulatingServer, folder: Path, **more):
+def fetch_waveforms(server: ServerWithPlannedFailures, folder: Path, **more):
     """Fetch waveforms and metadata of the test station into a folder, with short waits."""
     return fetch_fdsn_record(waveform_request(server, **more), folder, tries=3, timeout=0.4, wait=0.01)
 

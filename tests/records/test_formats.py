@@ -47,7 +47,7 @@ STEPS = np.random.default_rng(7).integers(-999, 999, (3, 210))
 A, B, C = STEPS / 10
 
 
-def write_and_read(folder, files: dict[str, str] | str, **declared) -> Record:
+def write_files_and_read_record(folder, files: dict[str, str] | str, **declared) -> Record:
     """Write files (or one text as a file) and read them as a record, with declared properties."""
     files = {"x.txt": files} if isinstance(files, str) else files
     for name, text in files.items():
@@ -114,7 +114,7 @@ def test_a_file_with_a_sample_split_in_two_is_refused(tmp_path, form):
     spoilt = re.sub(r"(\d)(\d)", r"\1 \2", lines[at], count=1)
     assert len(spoilt.split()) == len(lines[at].split()) + 1
     with expect_error(RecordError, f"{name} line {at + 1}", "the line is damaged: get the file again"):
-        write_and_read(tmp_path, files | {name: "".join([*lines[:at], spoilt, *lines[at + 1 :]])})
+        write_files_and_read_record(tmp_path, files | {name: "".join([*lines[:at], spoilt, *lines[at + 1 :]])})
 
 
 @pytest.mark.parametrize("form", [form for form in FORMS if form not in UNDETECTABLE_MUTATIONS])
@@ -127,7 +127,7 @@ def test_samples_beyond_the_count_in_the_header_are_left_out_with_a_note(tmp_pat
     end = next(i for i in range(written.header, len(more)) if lines[i : i + 1] != more[i : i + 1])
     surplus_notes = more[end : end + -(-10 * (end - written.header) // 200)]
     files[first] = "\n".join([*lines[:end], *surplus_notes, *lines[end:]]) + "\n"
-    record = write_and_read(tmp_path, files, vertical_sense="none")
+    record = write_files_and_read_record(tmp_path, files, vertical_sense="none")
     assert_components(record, *written.expected_north_east(*STEPS[:2, :200]), record.up, rtol=1e-8)
     (note,) = [note for note in record.notes if "is doubtful: 200 samples then last" not in note]  # 1 s is short
     assert f"{first} goes on after the 200 samples that its header promises: " in note
@@ -159,18 +159,18 @@ def test_samples_with_the_opposite_sign_of_the_header_peak_are_refused(tmp_path,
     declared = {"vertical_sense": "up"} if form in ("unam", "renadic") else {}
     north, _ = FORMS[form].expected_north_east(*steps[:2])
     assert_components(
-        write_and_read(tmp_path, files | {name: right}, **declared),
+        write_files_and_read_record(tmp_path, files | {name: right}, **declared),
         *FORMS[form].expected_north_east(*steps[:2]),
-        write_and_read(tmp_path, files, **declared).up,
+        write_files_and_read_record(tmp_path, files, **declared).up,
     )
     if sense < 0 and form == "csmnc":  # A peak without a minus may be an absolute value there.
-        assert write_and_read(tmp_path, files | {name: wrong}, **declared).north.size == north.size
+        assert write_files_and_read_record(tmp_path, files | {name: wrong}, **declared).north.size == north.size
         return
     with expect_error(
         RecordError, name, "the header states a peak of", "the sign of its samples is reversed", "--trust-data"
     ):
-        write_and_read(tmp_path, files | {name: wrong}, **declared)
-    assert write_and_read(tmp_path, files | {name: wrong}, trust_data=True, **declared).extra["trusted"]
+        write_files_and_read_record(tmp_path, files | {name: wrong}, **declared)
+    assert write_files_and_read_record(tmp_path, files | {name: wrong}, trust_data=True, **declared).extra["trusted"]
 
 
 @pytest.mark.parametrize(("from_up", "refusal"), [(90, ""), (87, ""), (45, "dips by -45°"), (84, "dips by -6°")])
@@ -181,11 +181,12 @@ def test_smc_of_an_inclined_axis_is_refused(tmp_path, from_up, refusal):
         with expect_error(
             RecordError, "a.smc: axis 360", refusal, "only axes within 5° of horizontal or vertical are read"
         ):
-            write_and_read(tmp_path, files)
+            write_files_and_read_record(tmp_path, files)
     else:
-        assert ("a.smc: axis 360 dips by -3°; it is read as horizontal" in write_and_read(tmp_path, files).notes) is (
-            from_up == 87
-        )
+        assert (
+            "a.smc: axis 360 dips by -3°; it is read as horizontal"
+            in write_files_and_read_record(tmp_path, files).notes
+        ) is (from_up == 87)
 
 
 def test_smc_samples_with_the_opposite_sign_of_the_header_extremes_are_refused(tmp_path):
@@ -197,7 +198,7 @@ def test_smc_samples_with_the_opposite_sign_of_the_header_extremes_are_refused(t
     with expect_error(
         RecordError, "a.smc line 23: the header states a peak of 150 Gal along 360, the data has -150 Gal"
     ):
-        write_and_read(tmp_path, files)
+        write_files_and_read_record(tmp_path, files)
 
 
 @pytest.mark.parametrize("form", [form for form, written in FORMS.items() if written.peak])
@@ -212,8 +213,8 @@ def test_every_header_peak_is_compared_with_the_samples(tmp_path, form):
         files[name] = "\n".join(lines) + "\n"
     declared = {"vertical_sense": "up"}
     with expect_error(RecordError, "the header states a peak of", "--trust-data"):
-        write_and_read(tmp_path, files, **declared)
-    record = write_and_read(tmp_path, files, **declared, trust_data=True)
+        write_files_and_read_record(tmp_path, files, **declared)
+    record = write_files_and_read_record(tmp_path, files, **declared, trust_data=True)
     assert record.extra["trusted_data"] is True
     assert record.extra["trusted"]
     assert all("header states a peak" in why for why in record.extra["trusted"])
@@ -236,8 +237,8 @@ def test_japanese_components_from_peer_are_north_east_and_up(tmp_path, suffix):
     """NGA-West2 has EW, NS, UD of K-NET and EW2, NS2, UD2 of KiK-net's surface sensors."""
     named = {"EW": A, "NS": B, "UD": C}
     files = {f"x_{axis}.AT2": peer_text(x / 1000, 0.01, f"{axis}{suffix}") for axis, x in named.items()}
-    assert_components(write_and_read(tmp_path, files), B * MILLI_G, A * MILLI_G, C * MILLI_G, rtol=1e-6)
-    assert write_and_read(tmp_path, files, vertical_sense="none").up is None
+    assert_components(write_files_and_read_record(tmp_path, files), B * MILLI_G, A * MILLI_G, C * MILLI_G, rtol=1e-6)
+    assert write_files_and_read_record(tmp_path, files, vertical_sense="none").up is None
 
 
 def test_borehole_components_from_peer_are_refused_unless_declared(tmp_path):
@@ -245,8 +246,8 @@ def test_borehole_components_from_peer_are_refused_unless_declared(tmp_path):
     named = {"EW1": A, "NS1": B, "UD1": C}
     files = {f"x_{axis}.AT2": peer_text(x / 1000, 0.01, axis) for axis, x in named.items()}
     with expect_error(RecordError, "of the borehole sensor"):
-        write_and_read(tmp_path, files)
-    record = write_and_read(tmp_path, files, sensor="borehole")
+        write_files_and_read_record(tmp_path, files)
+    record = write_files_and_read_record(tmp_path, files, sensor="borehole")
     assert_components(record, B * MILLI_G, A * MILLI_G, C * MILLI_G, rtol=1e-6)
     assert record.station.endswith("(borehole)")
 
@@ -260,20 +261,20 @@ def test_a_third_axis_of_unknown_name_is_omitted_with_a_note_unless_declared(tmp
     known = parse_axis_direction(axes[0])[0] is not None
     turn = {} if known else {"azimuths_deg": (90, 0)}
     north, east = (A, B) if axes[0] == "NS" else (B, A)
-    record = write_and_read(tmp_path, files, **turn)
+    record = write_files_and_read_record(tmp_path, files, **turn)
     assert_components(record, north * MILLI_G, east * MILLI_G, rtol=1e-6)
     assert f"vertical axis '{axes[2]}' left out: " in record.notes[0]
     for sense, sign in (("up", 1), ("down", -1)):
         assert_components(
-            write_and_read(tmp_path, files, vertical_sense=sense, **turn),
+            write_files_and_read_record(tmp_path, files, vertical_sense=sense, **turn),
             north * MILLI_G,
             east * MILLI_G,
             sign * C * MILLI_G,
             rtol=1e-6,
         )
-    assert write_and_read(tmp_path, files, vertical_sense="none", **turn).up is None
+    assert write_files_and_read_record(tmp_path, files, vertical_sense="none", **turn).up is None
     with expect_error(RecordError, "two horizontal components and at most one vertical"):
-        write_and_read(tmp_path, {f"y_{n}.AT2": peer_text(A / 1000, 0.01, n) for n in ("90", "H1", "H2")})
+        write_files_and_read_record(tmp_path, {f"y_{n}.AT2": peer_text(A / 1000, 0.01, n) for n in ("90", "H1", "H2")})
 
 
 def test_channel_codes_give_azimuth_and_vertical_sense():
@@ -282,7 +283,7 @@ def test_channel_codes_give_azimuth_and_vertical_sense():
 
 def test_geonet_header_gives_prepended_samples_and_an_unknown_magnitude(tmp_path):
     axes = {"N00E": (0, A), "N90E": (90, B)}
-    record = write_and_read(tmp_path, geonet_text(axes, 0.02, prepended=250, magnitude=0.0))
+    record = write_files_and_read_record(tmp_path, geonet_text(axes, 0.02, prepended=250, magnitude=0.0))
     assert record.start == "2016-11-13T11:02:14Z"
     assert "magnitude" not in record.extra
 
@@ -294,19 +295,19 @@ def test_csmip_column_width_is_inferred_where_no_format_is_stated(tmp_path, volu
     text = csmip_text({"360 Deg": (360, A / scale), "90 Deg": (90, B / scale)}, 100, volume=volume)
     spoilt = re.sub(stated, "", text)
     assert spoilt != text
-    assert_components(write_and_read(tmp_path, spoilt), A / scale * unit, B / scale * unit)
+    assert_components(write_files_and_read_record(tmp_path, spoilt), A / scale * unit, B / scale * unit)
     first = re.search(r" points (?:of accel|at).*\n(.*)", spoilt)[1]
     with expect_error(RecordError, "x.txt line"):
-        write_and_read(tmp_path, spoilt.replace(first, first[:64], 1))
+        write_files_and_read_record(tmp_path, spoilt.replace(first, first[:64], 1))
 
 
 def test_csmip_volume_2_files_of_the_1980s_are_read(tmp_path):
     """Capitals, CMS/SEC/SEC, and a data line without unit and format: the unit is that of the stated peak."""
     text = csmip_text({"90 Deg": (90, A), "360 Deg": (360, B)}, 100, volume=2).upper()
     text = text.replace("CM/SEC/SEC", "CMS/SEC/SEC").replace(", IN CM/SEC2. (8F10.4)", ".")
-    assert_components(write_and_read(tmp_path, text), B * 0.01, A * 0.01)
+    assert_components(write_files_and_read_record(tmp_path, text), B * 0.01, A * 0.01)
     with expect_error(RecordError, "unit 'missing'"):
-        write_and_read(tmp_path, text.replace("CMS/SEC/SEC", "FURLONGS"))
+        write_files_and_read_record(tmp_path, text.replace("CMS/SEC/SEC", "FURLONGS"))
 
 
 @pytest.mark.parametrize(
@@ -320,8 +321,8 @@ def test_the_location_of_a_channel_identifies_a_borehole(tmp_path, form, place):
     deep = place not in ("", "1.5 m deep vault")
     if deep:
         with expect_error(RecordError, "of the borehole sensor"):
-            write_and_read(tmp_path, text)
-    assert write_and_read(tmp_path, text, sensor="borehole" if deep else "surface").north.size == A.size
+            write_files_and_read_record(tmp_path, text)
+    assert write_files_and_read_record(tmp_path, text, sensor="borehole" if deep else "surface").north.size == A.size
 
 
 @pytest.mark.parametrize("form", ["cosmos", "csmip2"])
@@ -338,14 +339,14 @@ def test_channels_of_several_places_in_a_structure_are_refused_as_one_record(tmp
     with expect_error(
         RecordError, "components of 'Roof - North' and '3rd Floor' and 'Ground'; they are not of one record"
     ):
-        write_and_read(tmp_path, file_text_with_places("Roof - North", "3rd Floor", "Ground"))
-    (told,) = write_and_read(tmp_path, file_text_with_places(*["3rd Floor"] * 3)).notes
+        write_files_and_read_record(tmp_path, file_text_with_places("Roof - North", "3rd Floor", "Ground"))
+    (told,) = write_files_and_read_record(tmp_path, file_text_with_places(*["3rd Floor"] * 3)).notes
     assert told == "a sensor at '3rd Floor' has the motion of a structure, not of the ground"
     for place in ("Pier 3 top", "Top of tower", "Bent 2: cap", "Level 5", "Upper gallery", "Column, 20 ft below deck"):
-        (told,) = write_and_read(tmp_path, file_text_with_places(*[place] * 3)).notes
+        (told,) = write_files_and_read_record(tmp_path, file_text_with_places(*[place] * 3)).notes
         assert told == f"a sensor at {place!r} has the motion of a structure, not of the ground"
     for place in ("Ground Floor", "Level 1", "Base of tower", "Pier 3: footing", "Top of hill", "Basement"):
-        assert write_and_read(tmp_path, file_text_with_places(*[place] * 3)).notes == []
+        assert write_files_and_read_record(tmp_path, file_text_with_places(*[place] * 3)).notes == []
     both = file_text_with_places(*["Ground Floor"] * 3) + file_text_with_places(*["Roof"] * 3)
     (tmp_path / "both.v2").write_text(both)
     assert [{c.location for c in f.components} for f in check_records_in_files([tmp_path / "both.v2"])] == [
@@ -381,21 +382,23 @@ def test_files_of_two_places_at_one_station_are_separate_records(tmp_path):
 def test_csmip_volume_2_header_gives_filter_event_and_origin(tmp_path):
     """Headers of 1983 and of today: ramps or corners, name of the event, agency after ORIGIN."""
     text = csmip_text({"90 Deg": (90, A), "360 Deg": (360, B)}, 100, volume=2)
-    record = write_and_read(tmp_path, text)
+    record = write_files_and_read_record(tmp_path, text)
     assert record.extra["agency_processing"] == "band-pass filter .30 to 40.00 Hz"
     assert record.event == "Fri Jul 5, 2019 20:16:08.0 PDT"
     old = re.sub(r"(?m)^Record of .*? PDT", "COALINGA EARTHQUAKE    ", text).replace(
         "with 3 dB pts at   .30 and 40.00 cyc", "WITH RAMPS AT  .050- .100 AND 23.00-25.00 CYC"
     )
-    record = write_and_read(
+    record = write_files_and_read_record(
         tmp_path, old.replace("(Origin(CGS): 07/06/19, 03:19:53.0", "(ORIGIN(BRK): 05/02/83, 23:42:38.5")
     )
     assert record.extra["agency_processing"] == "band-pass filter .100 to 23.00 Hz"
     assert (record.event, record.extra["origin_time"]) == ("COALINGA EARTHQUAKE", "1983-05-02T23:42:38Z")
     with expect_error(RecordError, "x.txt line 8: axis '180', but line 1 says '90'"):
-        write_and_read(tmp_path, re.sub(r"(?m)^Chan  1: 90", "Chan  1: 180", text))
+        write_files_and_read_record(tmp_path, re.sub(r"(?m)^Chan  1: 90", "Chan  1: 180", text))
     with expect_error(RecordError, "x.txt line 16", "samples"):
-        write_and_read(tmp_path, text.replace("   210 points of instrument", "   200 points of instrument", 1))
+        write_files_and_read_record(
+            tmp_path, text.replace("   210 points of instrument", "   200 points of instrument", 1)
+        )
 
 
 @pytest.mark.parametrize(
@@ -404,7 +407,7 @@ def test_csmip_volume_2_header_gives_filter_event_and_origin(tmp_path):
 def test_an_old_csmip_header_gives_its_agency_and_minute_of_origin(tmp_path, agency, named):
     """Regression: the origin was not read, and a file of the USGS in this format had been processed by CSMIP / CGS."""
     channels = {"UP": (500, C), "360 DEG": (360, A), "270 DEG": (270, B)}
-    record = write_and_read(tmp_path, csmip_text(channels, 100, volume=2, old_agency=agency))
+    record = write_files_and_read_record(tmp_path, csmip_text(channels, 100, volume=2, old_agency=agency))
     assert record.extra["origin_time"] == "1975-05-03T04:59:00Z"
     assert processing_label(record) == f"processed by {named}"
     assert (record.event, record.station, record.start) == ("TEST VALLEY, CA EARTHQUAKE", "9999", None)
@@ -417,7 +420,7 @@ def test_the_month_of_a_csmip_origin_time_may_be_abbreviated_to_any_length(tmp_p
     """Regression: with the month "SEPT" a record had no origin time, and no note said so."""
     text = csmip_text({"UP": (500, C), "360 DEG": (360, A), "270 DEG": (270, B)}, 100, volume=2, old_agency="USGS")
     assert re.search(r"\bMAY\b", text, re.IGNORECASE)
-    record = write_and_read(tmp_path, re.sub(r"\bMAY\b", month, text, flags=re.IGNORECASE))
+    record = write_files_and_read_record(tmp_path, re.sub(r"\bMAY\b", month, text, flags=re.IGNORECASE))
     assert record.extra["origin_time"] == "1975-09-03T04:59:00Z"
 
 
@@ -426,13 +429,15 @@ def test_the_last_line_of_a_file_may_lack_its_line_end_but_no_digits(tmp_path):
         north, east, up = (np.append(x, end) for x, end in ((A, -12.3), (B, -1.2), (C, 123.4)))
         whole = write(north, east, up)
         for end in ("", "\n \n\n"):  # the last two numbers have unlike many digits, and as many decimals
-            assert_components(write_and_read(tmp_path, whole.rstrip("\n") + end), north / 100, east / 100, up / 100)
+            assert_components(
+                write_files_and_read_record(tmp_path, whole.rstrip("\n") + end), north / 100, east / 100, up / 100
+            )
         with expect_error(RecordError, f"x.txt line {whole.count(chr(10))}", "is cut"):
-            write_and_read(tmp_path, whole.rstrip("\n")[:-1])
+            write_files_and_read_record(tmp_path, whole.rstrip("\n")[:-1])
 
 
 def test_cwa_columns_are_read_in_any_order_and_sense(tmp_path):
-    record = write_and_read(tmp_path, cwa_text(A, B, C, sequence="Time E(-); U(-); N(+)"))
+    record = write_files_and_read_record(tmp_path, cwa_text(A, B, C, sequence="Time E(-); U(-); N(+)"))
     assert_components(record, A / 100, -B / 100, -C / 100)
 
 
@@ -444,18 +449,18 @@ def test_jma_csv_is_read_in_shift_jis_with_columns_in_any_order(tmp_path):
     assert_components(record, A / 100, B / 100, C / 100)
     assert record.station == "99999架空市本町"
     old = text.replace("SAMPLING RATE", "Sampling Freq").replace("2024 01 01", "98 01 01").replace("NS,EW", "EW,NS")
-    record = write_and_read(tmp_path, re.sub(r"(?m),?$", ",,,", old).removesuffix(",,,"))
+    record = write_files_and_read_record(tmp_path, re.sub(r"(?m),?$", ",,,", old).removesuffix(",,,"))
     assert_components(record, B / 100, A / 100, C / 100)
     assert record.start == "1998-01-01T07:10:05Z"
     for wrong in (text.replace(",", ",,", 9), text.replace("NS,EW,UD", "X,Y,Z"), text.replace(f"{A[0]:.3f},", "1,5,")):
         with expect_error(RecordError, "x.txt line"):
-            write_and_read(tmp_path, wrong)
+            write_files_and_read_record(tmp_path, wrong)
 
 
 def test_csmnc_files_without_recorder_time_are_read(tmp_path):
     files = FORMS["csmnc"].files(*STEPS)
     files = {n: re.sub(r" *RECORDER TIME.*", "", t).replace("UNCORRECTED", "CORRECTED") for n, t in files.items()}
-    record = write_and_read(tmp_path, files)
+    record = write_files_and_read_record(tmp_path, files)
     assert_components(record, A / 100, B / 100, C / 100)
     assert (record.start, record.extra["origin_time"]) == (None, "2024-01-01T04:00:04Z")
     assert record.extra["processed"] is True
@@ -475,21 +480,28 @@ def test_csmnc_files_without_recorder_time_are_read(tmp_path):
 )
 def test_a_cismid_file_counts_as_processed_if_its_comments_name_a_filter(tmp_path, comment, processed):
     """A file that counts as processed keeps its long-period noise."""
-    record = write_and_read(tmp_path, cismid_text(A, B, C).replace("BASELINE CORRECTED", comment))
+    record = write_files_and_read_record(tmp_path, cismid_text(A, B, C).replace("BASELINE CORRECTED", comment))
     assert record.extra["processed"] == processed
 
 
 def test_cismid_peaks_follow_the_column_order_and_its_earthquake_date_is_read(tmp_path):
     text = cismid_text(A, B, C)
     late = text.replace("16:41:00", "23:59:58").replace("16:41:08", "00:00:06")
-    record = write_and_read(tmp_path, late)
+    record = write_files_and_read_record(tmp_path, late)
     assert_components(record, A / 100, B / 100, C / 100)
     assert (record.extra["origin_time"], record.start) == ("1966-10-18T04:59:58Z", "1966-10-18T05:00:06Z")
-    summer = write_and_read(tmp_path, text.replace("October 17, 1966", "February 2, 1990"))
+    summer = write_files_and_read_record(tmp_path, text.replace("October 17, 1966", "February 2, 1990"))
     assert (summer.start, summer.extra.get("origin_time")) == (None, None)
-    assert write_and_read(tmp_path, text.replace("BASELINE CORRECTED", "BAND-PASS FILTERED")).extra["processed"] is True
+    assert (
+        write_files_and_read_record(tmp_path, text.replace("BASELINE CORRECTED", "BAND-PASS FILTERED")).extra[
+            "processed"
+        ]
+        is True
+    )
     with expect_error(RecordError, "line 28", "along EW"):
-        write_and_read(tmp_path, re.sub(r"(ACCELERATION +:) +(\S+)( +)(\S+)", r"\1 \4\3\2", cismid_text(A, 2 * B, C)))
+        write_files_and_read_record(
+            tmp_path, re.sub(r"(ACCELERATION +:) +(\S+)( +)(\S+)", r"\1 \4\3\2", cismid_text(A, 2 * B, C))
+        )
 
 
 @pytest.mark.parametrize("stated", ["17/08/1999 00:01:39.07 (GMT)", "1999/08/17 00:01:39 (GMT)", "17/08/1999 00:01:39"])
@@ -497,7 +509,7 @@ def test_nsmn_dates_may_begin_with_the_day_or_the_year(tmp_path, stated):
     """Regression: an origin with the year first was not read."""
     (text,) = FORMS["nsmn"].files(*STEPS).values()
     assert "17/08/1999 00:01:39.07 (GMT)" in text
-    record = write_and_read(tmp_path, text.replace("17/08/1999 00:01:39.07 (GMT)", stated))
+    record = write_files_and_read_record(tmp_path, text.replace("17/08/1999 00:01:39.07 (GMT)", stated))
     assert record.extra["origin_time"] == "1999-08-17T00:01:39Z"
 
 
@@ -512,7 +524,7 @@ def test_an_smc_file_of_film_has_an_origin_minute_and_no_start_time(tmp_path, se
     """Regression: the minute of the earthquake was taken as the time of the first sample."""
     more = {5: (second, millis)}
     files = {f"x{n}.smc": smc_text(x, 100, a, more=more) for n, (x, a) in enumerate([(A, "360"), (B, "90")])}
-    record = write_and_read(tmp_path, files)
+    record = write_files_and_read_record(tmp_path, files)
     assert record.start == start
     assert record.extra["origin_time"] == "1989-10-18T00:04:00Z"
 
@@ -528,7 +540,7 @@ def test_earthquake_names_in_peer_files_may_have_commas(tmp_path, name):
     title = f"{name}, 9/25/1999, TCU065, Taichung"
     files = {f"{axis}.AT2": peer_text(A * 1e-3, 0.01, axis).replace("Test-01, 1/17/1994, Test Receiving Sta", title)
              for axis in ("000", "090")}  # fmt: skip
-    record = write_and_read(tmp_path, files)
+    record = write_files_and_read_record(tmp_path, files)
     assert (record.event, record.station) == (f"{name} 9/25/1999", "TCU065, Taichung")
 
 
@@ -536,7 +548,7 @@ def test_earthquake_names_in_peer_files_may_have_commas(tmp_path, name):
 def test_two_digit_years_are_not_before_the_first_accelerogram(tmp_path, year, stated):
     text = csmip_text({"90 Deg": (90, A / 1000), "360 Deg": (360, B / 1000)}, 100)
     text = text.replace("(Origin:  To be determined)", f"Origin: 07/21/{year}, 11:52:14.0 GMT")
-    record = write_and_read(tmp_path, text.replace("Start time:  7/06/19", f"Start time:  7/21/{year}"))
+    record = write_files_and_read_record(tmp_path, text.replace("Start time:  7/06/19", f"Start time:  7/21/{year}"))
     assert record.extra["origin_time"] == f"{stated}-07-21T11:52:14Z"
     assert record.start == f"{stated}-07-21T03:16:08Z"
 
@@ -546,11 +558,15 @@ def test_csmip_vertical_axis_text_is_compared_with_its_code(tmp_path, axis, code
     """Code 500 is up, as in CSMIP's own files, and 600 down."""
     channels = {"360 Deg": (360, A / 1000), "270 Deg": (270, B / 1000), axis: (code, C / 1000)}
     assert_components(
-        write_and_read(tmp_path, csmip_text(channels, 100)), A * MILLI_G, -B * MILLI_G, sense * C * MILLI_G, rtol=1e-6
+        write_files_and_read_record(tmp_path, csmip_text(channels, 100)),
+        A * MILLI_G,
+        -B * MILLI_G,
+        sense * C * MILLI_G,
+        rtol=1e-6,
     )
     other = {500: "down", 600: "up"}[code]
     with expect_error(RecordError, f"axis {axis!r}, but the numbers below it say {other}; components may be swapped"):
-        write_and_read(tmp_path, csmip_text(channels | {axis: (1100 - code, C / 1000)}, 100))
+        write_files_and_read_record(tmp_path, csmip_text(channels | {axis: (1100 - code, C / 1000)}, 100))
 
 
 @pytest.mark.parametrize("begins", ["Sta Cha:  {}", "Sta Chan:  {}", "Sta Chan   {}"])
@@ -561,32 +577,37 @@ def test_cosmos_axis_text_is_compared_with_its_code(tmp_path, begins):
         axes = {name: (codes.get(name.split()[0], code), x) for (name, code), x in zip(TURNED, (A, B, C), strict=True)}
         return re.sub(r"Sta Cha:  (\d)", lambda number: begins.format(number[1]), cosmos_text(axes, 0.01))
 
-    record = write_and_read(tmp_path, cosmos_text_with_axis_codes())
+    record = write_files_and_read_record(tmp_path, cosmos_text_with_axis_codes())
     assert_components(record, *project_to_north_and_east(A / 100, 340, B / 100, 70), C / 100)
     assert_components(
-        write_and_read(tmp_path, cosmos_text_with_axis_codes(**{"340": -999})), record.north, record.east, record.up
+        write_files_and_read_record(tmp_path, cosmos_text_with_axis_codes(**{"340": -999})),
+        record.north,
+        record.east,
+        record.up,
     )
     for wrong, says in (({"340": 70}, "70 degrees"), ({"Up": 401}, "down")):
         with expect_error(RecordError, f"the numbers below it say {says}; components may be swapped"):
-            write_and_read(tmp_path, cosmos_text_with_axis_codes(**wrong))
+            write_files_and_read_record(tmp_path, cosmos_text_with_axis_codes(**wrong))
 
 
 def test_cosmos_unit_text_is_compared_with_its_code(tmp_path):
     text = cosmos_text({name: (code, x) for (name, code), x in zip(TURNED, (A, B, C), strict=True)}, 0.01)
     assert_components(
-        write_and_read(tmp_path, text.replace("=cm/sec2(04)", "=cm/sec^2 (04)")),
+        write_files_and_read_record(tmp_path, text.replace("=cm/sec2(04)", "=cm/sec^2 (04)")),
         *project_to_north_and_east(A / 100, 340, B / 100, 70),
         C / 100,
     )
     with expect_error(RecordError, "x.txt line 45", "samples in g, but the code says 4"):
-        write_and_read(tmp_path, text.replace("units=cm/sec2(04)", "units=g(04)"))
+        write_files_and_read_record(tmp_path, text.replace("units=cm/sec2(04)", "units=g(04)"))
 
 
 @pytest.mark.parametrize(("clock", "start"), [("UTC", OF_COSMOS["start"]), ("GMT", OF_COSMOS["start"]), ("PDT", None)])
 def test_cosmos_start_time_is_used_only_if_its_clock_is_utc(tmp_path, clock, start):
     """Regression: local time was read as UTC, seven hours early."""
     text = cosmos_text({name: (code, x) for (name, code), x in zip(TURNED, (A, B, C), strict=True)}, 0.01)
-    assert write_and_read(tmp_path, text.replace("20:53:04.400 UTC", f"20:53:04.400 {clock}")).start == start
+    assert (
+        write_files_and_read_record(tmp_path, text.replace("20:53:04.400 UTC", f"20:53:04.400 {clock}")).start == start
+    )
 
 
 @pytest.mark.parametrize(
@@ -610,7 +631,7 @@ def test_bhrc_components_without_an_end_mark_are_refused(tmp_path):
     mark = lines.index("/&")
     for cut, last in ((lines[:mark] + lines[mark + 1 :], mark + 1), (lines[:-1], len(lines) - 1)):
         with expect_error(RecordError, f"x.txt line {last}: no end mark"):
-            write_and_read(tmp_path, "\n".join(cut))
+            write_files_and_read_record(tmp_path, "\n".join(cut))
 
 
 def test_a_sampling_interval_that_contradicts_the_length_is_refused(tmp_path):
@@ -621,21 +642,21 @@ def test_a_sampling_interval_that_contradicts_the_length_is_refused(tmp_path):
     assert all(text != other for text, other in zip(texts, wrong, strict=True))
     for files in ({"a.HNE.ASC": wrong[0], "a.HNN.ASC": wrong[1]}, {"x.asa": wrong[2]}):
         with expect_error(RecordError, "210 samples every 0.02 s, but the header's length is 2.1 s"):
-            write_and_read(tmp_path, files)
+            write_files_and_read_record(tmp_path, files)
     rounded = {
         f"a.{s}.ASC": text.replace("DURATION_S: 2.100", "DURATION_S: 2") for s, text in zip("EN", texts, strict=False)
     }
-    assert write_and_read(tmp_path, rounded).duration == pytest.approx(2.09)
+    assert write_files_and_read_record(tmp_path, rounded).duration == pytest.approx(2.09)
 
 
 @pytest.mark.parametrize(("unit", "known"), [("cm/s2", True), ("cm/seg/seg", True), ("cm/s", False), ("g", False)])
 def test_unam_files_are_read_only_in_gal(tmp_path, unit, known):
     text = unam_text({"N00E": A, "N90E": B}).replace("Gal (cm/s/s)", unit)
     if known:
-        assert_components(write_and_read(tmp_path, text), A / 100, B / 100)
+        assert_components(write_files_and_read_record(tmp_path, text), A / 100, B / 100)
     else:
         with expect_error(RecordError, f"UNIDADES DE LOS DATOS {unit!r}; only Gal is read"):
-            write_and_read(tmp_path, text)
+            write_files_and_read_record(tmp_path, text)
 
 
 @pytest.mark.parametrize(
@@ -660,7 +681,7 @@ def test_station_coordinates_with_sign_and_letter_or_out_of_range_are_checked(tm
     """Regression: a minus sign next to S or W moved a station to the other hemisphere."""
     files = {name: text.replace(old, new) for name, text in FORMS[form].files(*STEPS).items()}
     assert files != FORMS[form].files(*STEPS)
-    record = write_and_read(tmp_path, files)
+    record = write_files_and_read_record(tmp_path, files)
     if place == ():  # is not stated
         assert record.latitude is None
     else:
@@ -673,17 +694,17 @@ def test_epicentres_with_sign_and_letter_or_out_of_range_are_checked(tmp_path):
     for stated, longitude in (("-117.60W", -117.6), ("417.60W", None)):
         spoilt = text.replace("35.77N,117.60W", f"35.77N,{stated}")
         assert spoilt != text
-        assert write_and_read(tmp_path, spoilt).extra.get("event_longitude") == longitude
+        assert write_files_and_read_record(tmp_path, spoilt).extra.get("event_longitude") == longitude
 
 
 def test_unam_start_time_is_counted_from_the_day_of_the_earthquake(tmp_path):
     late = unam_text({"N00E": A, "N90E": B}, first="00:00:03").replace("07:19:10.0", "23:59:50.0")
-    assert write_and_read(tmp_path, late).start == "1995-09-15T00:00:03Z"
+    assert write_files_and_read_record(tmp_path, late).start == "1995-09-15T00:00:03Z"
     memory = unam_text({"N00E": A, "N90E": B}, first="23:59:58").replace("07:19:10.0", "00:00:07.0")
-    assert write_and_read(tmp_path, memory).start == "1995-09-13T23:59:58Z"
+    assert write_files_and_read_record(tmp_path, memory).start == "1995-09-13T23:59:58Z"
 
 
-def uneven_times(step: float, size: int) -> np.ndarray:
+def uneven_times_of_digitised_film(step: float, size: int) -> np.ndarray:
     """Return times of digitised film, three decimals: steps vary by up to a third, and one gap is three steps long."""
     time = np.cumsum(step * (1 + np.random.default_rng(3).uniform(-1 / 3, 1 / 3, size)))
     time[size // 2 :] += 2 * step
@@ -692,9 +713,9 @@ def uneven_times(step: float, size: int) -> np.ndarray:
 
 def test_usc_samples_are_resampled_to_even_times_with_a_note(tmp_path):
     """Sines of 2 and 7 Hz at uneven times are resampled correctly; frequencies above 100 Hz are removed."""
-    time = uneven_times(0.00423, 7000)
+    time = uneven_times_of_digitised_film(0.00423, 7000)
     first, second = (9 * np.sin(2 * np.pi * f * time) for f in (2.0, 7.0))
-    record = write_and_read(
+    record = write_files_and_read_record(
         tmp_path, {"x.s0a": usc_text({"N28W": first}, time), "x.e0a": usc_text({"S62W": second}, time)}
     )
     assert record.sampling_interval == 0.005
@@ -712,21 +733,25 @@ def test_usc_samples_are_resampled_to_even_times_with_a_note(tmp_path):
     fast = np.delete(np.arange(12000), [100, 4000, 9000]) * 0.001
     wave = 9 * np.sin(2 * np.pi * 150 * fast)
     both = {"x.s0a": usc_text({"N28W": wave}, fast), "x.e0a": usc_text({"S62W": wave}, fast)}
-    assert np.std(write_and_read(tmp_path, both).north[inside]) < 0.01 * np.std(wave) * 0.1 * G
+    assert np.std(write_files_and_read_record(tmp_path, both).north[inside]) < 0.01 * np.std(wave) * 0.1 * G
 
 
 def test_both_usc_layouts_are_read_and_axis_text_is_compared_with_its_code(tmp_path):
     a, b, c = (np.round(x / 100, 3) for x in (A, B, C))
     narrow = usc_text({"N28W": a, "S62W": b, "DOWN": c}, narrow=True)
     expected = project_to_north_and_east(a * G / 10, 332, b * G / 10, 242)
-    assert_components(write_and_read(tmp_path, narrow), *expected, -c * G / 10)
+    assert_components(write_files_and_read_record(tmp_path, narrow), *expected, -c * G / 10)
     assert_components(
-        write_and_read(tmp_path, usc_text({"N28W": a, "S62W": b, "VERT": c}, code={"VERT": 500})), *expected, c * G / 10
+        write_files_and_read_record(tmp_path, usc_text({"N28W": a, "S62W": b, "VERT": c}, code={"VERT": 500})),
+        *expected,
+        c * G / 10,
     )
     assert_components(
-        write_and_read(tmp_path, usc_text({"N28W": a, "S62W": b, "UP": c}, code={"UP": 400})), *expected, c * G / 10
+        write_files_and_read_record(tmp_path, usc_text({"N28W": a, "S62W": b, "UP": c}, code={"UP": 400})),
+        *expected,
+        c * G / 10,
     )
-    record = write_and_read(tmp_path, usc_text({"N28W": a, "S62W": b, "VERT": c}))
+    record = write_files_and_read_record(tmp_path, usc_text({"N28W": a, "S62W": b, "VERT": c}))
     assert_components(record, *expected)
     assert "vertical axis 'VERT' left out" in record.extra["notes"][0]
     for axis, code, words in (
@@ -735,15 +760,15 @@ def test_both_usc_layouts_are_read_and_axis_text_is_compared_with_its_code(tmp_p
         ("N28W", 242, "line 7: axis"),
     ):
         with expect_error(RecordError, "x.txt", words):
-            write_and_read(tmp_path, usc_text({"N28W": a, "S62W": b, "UP": c}, code={axis: code}))
+            write_files_and_read_record(tmp_path, usc_text({"N28W": a, "S62W": b, "UP": c}, code={axis: code}))
     # Film is digitised trace by trace, as far as each can be read.
     files = {"x.s0a": usc_text({"N28W": a}), "x.e0a": usc_text({"S62W": b[:90]})}
-    cut = write_and_read(tmp_path, files)
+    cut = write_files_and_read_record(tmp_path, files)
     assert cut.north.size == 90
     assert cut.processing[0]["step"] == "common_window"
     corrected = "CORRECTED ACCELEROGRAM  IIBB127  94.610.0 COMP N08W   FILE   0  CORRESPONDING T\n" + files["x.s0a"]
     with expect_error(RecordError, "x.txt line 1", "only volume 1 is read"):
-        write_and_read(tmp_path, corrected)
+        write_files_and_read_record(tmp_path, corrected)
 
 
 @pytest.mark.parametrize(
@@ -763,15 +788,15 @@ def test_renadic_start_time_precedes_its_trigger_and_is_converted_from_local_tim
     """Regression: the time of the trigger was taken as that of the first sample, 20 to 50 s too late."""
     a, b = (np.round(x / 100, 3) for x in (A, B))
     text = renadic_text({"NS": a, "EW": b}, first=first, trigger=trigger, recorder=recorder)
-    assert write_and_read(tmp_path, text).start == start
+    assert write_files_and_read_record(tmp_path, text).start == start
 
 
 def test_renadic_needs_declared_azimuths_and_ignores_unset_clocks(tmp_path):
     a, b = (np.round(x / 100, 3) for x in (A, B))
     never_set = renadic_text({"L": a, "T": b}, first="01/01/1980 0:00:00", trigger="1/1/1980 0:00:00.000")
     with expect_error(RecordError, "x.txt", "says nothing about north"):
-        write_and_read(tmp_path, never_set)
-    record = write_and_read(tmp_path, never_set, azimuths_deg=(0, 90))
+        write_files_and_read_record(tmp_path, never_set)
+    record = write_files_and_read_record(tmp_path, never_set, azimuths_deg=(0, 90))
     assert_components(record, a * G / 10, b * G / 10)
     assert record.start is None
 
@@ -794,17 +819,17 @@ def test_renadic_needs_declared_azimuths_and_ignores_unset_clocks(tmp_path):
 )
 def test_quantities_other_than_acceleration_and_invalid_numbers_are_refused(tmp_path, text, words):
     with expect_error(RecordError, "x.txt", *words):
-        write_and_read(tmp_path, text)
+        write_files_and_read_record(tmp_path, text)
 
 
 def test_cosmos_peaks_are_compared_within_the_rounding_of_the_samples(tmp_path):
     a, b = np.zeros(200), np.zeros(200)
     a[50], b[70] = 40.0, 30.0
-    write_and_read(tmp_path, cosmos_counts_text(a, b).replace(f"{40:13.6f}", f"{40.4:13.6f}"))
+    write_files_and_read_record(tmp_path, cosmos_counts_text(a, b).replace(f"{40:13.6f}", f"{40.4:13.6f}"))
     text = cosmos_text({"340 deg": (340, a / 50), "70 deg": (70, b / 50)}, 0.01)
-    write_and_read(tmp_path, text)
+    write_files_and_read_record(tmp_path, text)
     with expect_error(RecordError, "x.txt", "states a peak of 0.808 Gal"):
-        write_and_read(tmp_path, text.replace(f"{0.8:13.6f}", f"{0.808:13.6f}"))
+        write_files_and_read_record(tmp_path, text.replace(f"{0.8:13.6f}", f"{0.808:13.6f}"))
 
 
 def test_esm_raw_files_count_as_raw_and_may_state_the_epicentre(tmp_path):
@@ -813,7 +838,7 @@ def test_esm_raw_files_count_as_raw_and_may_state_the_epicentre(tmp_path):
     files = {f"x.{stream}.ASC": esm_text(x, 0.01, stream) for stream, x in (("HNE", B), ("HNN", A))}
     for old, new in changes.items():
         files = {name: text.replace(old, new) for name, text in files.items()}
-    extra = write_and_read(tmp_path, files).extra
+    extra = write_files_and_read_record(tmp_path, files).extra
     assert (extra["processed"], extra["event_latitude"], extra["event_longitude"]) == (False, 42.8322, 13.1107)
 
 
@@ -828,23 +853,24 @@ def test_components_of_two_stations_or_earthquakes_are_refused(tmp_path, this, t
     files = peer_file_pair(A, B)
     files["x2.AT2"] = files["x2.AT2"].replace(this, that)
     with expect_error(RecordError, this, that, "not of one record"):
-        write_and_read(tmp_path, files)
-    trusting = write_and_read(tmp_path, files, trust_data=True)
+        write_files_and_read_record(tmp_path, files)
+    trusting = write_files_and_read_record(tmp_path, files, trust_data=True)
     assert_components(trusting, A * MILLI_G, B * MILLI_G, rtol=1e-6)
     (told,) = trusting.extra["trusted"]
     assert all(name in told for name in (this, that)), "what is trusted is said"
     files["x2.AT2"] = files["x2.AT2"].replace(that, f" {this.upper()}")
-    assert_components(write_and_read(tmp_path, files), A * MILLI_G, B * MILLI_G, rtol=1e-6)
+    assert_components(write_files_and_read_record(tmp_path, files), A * MILLI_G, B * MILLI_G, rtol=1e-6)
 
 
 def test_different_agency_filters_are_listed_for_each_component(tmp_path):
     """Regression: the corner frequencies of the first component were reported for all."""
     files = {f"x{axis}.AT2": peer_text(x / 1000, 0.01, axis, header="old") for axis, x in (("N", A), ("E", B))}
     assert (
-        source_and_processing_of_record(write_and_read(tmp_path, files))["agency"] == "band-pass filter 0.1 to 30.0 Hz"
+        source_and_processing_of_record(write_files_and_read_record(tmp_path, files))["agency"]
+        == "band-pass filter 0.1 to 30.0 Hz"
     )
     files["xE.AT2"] = files["xE.AT2"].replace("HP=0.1 Hz", "HP=0.4 Hz")
-    agency = source_and_processing_of_record(write_and_read(tmp_path, files))["agency"]
+    agency = source_and_processing_of_record(write_files_and_read_record(tmp_path, files))["agency"]
     assert agency == "N: band-pass filter 0.1 to 30.0 Hz; E: band-pass filter 0.4 to 30.0 Hz"
 
 
@@ -853,13 +879,13 @@ def test_esm_components_of_two_locations_at_one_station_are_refused(tmp_path):
     code = {"x.HNE.ASC": "00", "x.HNN.ASC": "10"}
     files = {n: text.replace("STATION_NAME:", f"LOCATION: {code[n]}\nSTATION_NAME:") for n, text in files.items()}
     with expect_error(RecordError, "components of '00' and '10'"):
-        write_and_read(tmp_path, files)
+        write_files_and_read_record(tmp_path, files)
 
 
 @pytest.mark.parametrize(("axes", "told"), [(("5", "90"), False), (("10", "85"), True), (("350", "280"), True)])
 def test_horizontal_axes_far_from_a_right_angle_are_noted(tmp_path, axes, told):
     """Regression: one azimuth with an error of up to 26° rotated the motion without a note."""
-    record = write_and_read(tmp_path, peer_file_pair(A, B, axes))
+    record = write_files_and_read_record(tmp_path, peer_file_pair(A, B, axes))
     first, second = (np.radians(float(axis)) for axis in axes)
     for samples, azimuth in ((A, first), (B, second)):
         projected = record.north * np.cos(azimuth) + record.east * np.sin(azimuth)
@@ -871,15 +897,15 @@ def test_horizontal_axes_far_from_a_right_angle_are_noted(tmp_path, axes, told):
 def test_declarations_that_a_file_contradicts_are_ignored_with_a_note(tmp_path):
     raw = "1 UNCORRECTED ACCELEROGRAM"
     files = {f"x{n}.smc": smc_text(x, 100, axis, kind=raw) for n, (x, axis) in enumerate([(A, "0"), (B, "90")])}
-    plain = write_and_read(tmp_path, files, processed=False, sampling_interval_s=0.01)
+    plain = write_files_and_read_record(tmp_path, files, processed=False, sampling_interval_s=0.01)
     assert plain.notes == []
-    told = write_and_read(tmp_path, files, unit="g", processed=True, sampling_interval_s=0.02)
+    told = write_files_and_read_record(tmp_path, files, unit="g", processed=True, sampling_interval_s=0.02)
     assert_components(told, plain.north, plain.east)
     assert told.notes[0].endswith("(unit g, processed, 0.02 s) is not taken: x0.smc states its own")
     assert len(told.notes) == 2
     assert (told.extra["processed"], told.sampling_interval) == (False, 0.01)
     with expect_error(ArgumentError, "columns: only csv has them, the format is 'smc'"):
-        write_and_read(tmp_path, files, format="smc", columns="north:gal east:gal")
+        write_files_and_read_record(tmp_path, files, format="smc", columns="north:gal east:gal")
 
 
 @pytest.mark.parametrize(
@@ -896,7 +922,7 @@ def test_declarations_that_a_file_contradicts_are_ignored_with_a_note(tmp_path):
 def test_location_and_flags_in_an_smc_header_are_noted(tmp_path, stated, words):
     """Regression: header integers 18 (problem flag) and 25, 27, 28 (place in a structure) were read without a note."""
     files = {f"x{n}.smc": smc_text(x, 100, axis, **stated) for n, (x, axis) in enumerate([(A, "0"), (B, "90")])}
-    notes = write_and_read(tmp_path, files).notes
+    notes = write_files_and_read_record(tmp_path, files).notes
     assert any(words in note for note in notes) if words else notes == []
 
 
@@ -907,15 +933,15 @@ def test_a_raw_and_a_processed_component_are_refused_as_one_record(tmp_path):
         for n, (x, axis, kind) in enumerate(zip((A, B), ("0", "90"), kinds, strict=True))
     }
     with expect_error(RecordError, "'raw' and 'processed'", "not of one record"):
-        write_and_read(tmp_path, files)
+        write_files_and_read_record(tmp_path, files)
 
 
 @pytest.mark.parametrize(("axes", "word"), [(("H1", "H2"), "H1"), (("RAD", "TAN"), "RAD"), (("--L", "--T"), "--L")])
 def test_axes_without_a_direction_are_refused_unless_declared(tmp_path, axes, word):
     with expect_error(RecordError, word, "says nothing about north", "azimuths"):
-        write_and_read(tmp_path, peer_file_pair(A, B, axes))
+        write_files_and_read_record(tmp_path, peer_file_pair(A, B, axes))
     assert_components(
-        write_and_read(tmp_path, peer_file_pair(A, B, axes), azimuths_deg=(60, 330)),
+        write_files_and_read_record(tmp_path, peer_file_pair(A, B, axes), azimuths_deg=(60, 330)),
         *project_to_north_and_east(A * MILLI_G, 60, B * MILLI_G, 330),
         rtol=1e-6,
     )
@@ -926,7 +952,9 @@ def test_declared_azimuths_follow_the_order_of_files_with_a_note(tmp_path):
     files = peer_file_pair(A, B, ("H1", "H2"))
     first, second = files
     for (one, x), (other, y) in (((first, A), (second, B)), ((second, B), (first, A))):
-        record = write_and_read(tmp_path, {name: files[name] for name in (one, other)}, azimuths_deg=(-30, 60))
+        record = write_files_and_read_record(
+            tmp_path, {name: files[name] for name in (one, other)}, azimuths_deg=(-30, 60)
+        )
         assert_components(record, *project_to_north_and_east(x * MILLI_G, 330, y * MILLI_G, 60), rtol=1e-6)
         names = {first: "H1", second: "H2"}
         assert record.extra["declared"] == [
@@ -948,7 +976,7 @@ def test_declared_azimuths_follow_the_order_of_files_with_a_note(tmp_path):
 @pytest.mark.parametrize("axis", ["V", "+V", "VER", "Vert"])
 def test_a_vertical_axis_of_unknown_sense_is_omitted_with_a_note_unless_declared(tmp_path, axis):
     files = peer_file_pair(A, B) | {"x3.AT2": peer_text(C / 1000, 0.01, axis)}
-    record = write_and_read(tmp_path, files)
+    record = write_files_and_read_record(tmp_path, files)
     assert_components(record, A * MILLI_G, B * MILLI_G, rtol=1e-6)
     (note,) = record.extra["notes"]
     assert f"vertical axis {axis!r} left out: x3.AT2 does not say whether up or down" in note
@@ -960,7 +988,7 @@ def test_a_vertical_axis_of_unknown_sense_is_omitted_with_a_note_unless_declared
         assert "notes" not in record.extra
     files["x3.AT2"] = files["x3.AT2"].replace(axis, "DWN")
     for sense, notes in (("down", []), ("none", []), ("up", ["axis 'DWN' is not taken up"])):
-        record = write_and_read(tmp_path, files, vertical_sense=sense)
+        record = write_files_and_read_record(tmp_path, files, vertical_sense=sense)
         assert_components(record, A * MILLI_G, B * MILLI_G, None if sense == "none" else -C * MILLI_G, rtol=1e-6)
         assert [note.partition(",")[0] for note in record.notes] == notes
 
@@ -968,7 +996,7 @@ def test_a_vertical_axis_of_unknown_sense_is_omitted_with_a_note_unless_declared
 def test_all_errors_of_a_record_are_reported_at_once(tmp_path):
     files = peer_file_pair(1e6 * A, B[:100], ("H1", "H2"))
     with expect_error(RecordError, "says nothing about north", "210 and 100 samples", "peak acceleration 9"):
-        write_and_read(tmp_path, files)
+        write_files_and_read_record(tmp_path, files)
     with expect_error(RecordError, "x1.AT2 line 3", "x2.AT2 line 4: header promises 999"):
         spoilt = [
             text.replace(old, new)
@@ -979,13 +1007,13 @@ def test_all_errors_of_a_record_are_reported_at_once(tmp_path):
                 strict=True,
             )
         ]
-        write_and_read(tmp_path, dict(zip(files, spoilt, strict=True)))
+        write_files_and_read_record(tmp_path, dict(zip(files, spoilt, strict=True)))
 
 
-def test_a_fault_normal_pulse_keeps_its_sense(tmp_path):
+def test_samples_towards_s60w_become_opposite_motion_towards_n60e(tmp_path):
     """Samples recorded towards S60W give the opposite motion towards N60E."""
     assert_components(
-        write_and_read(tmp_path, peer_file_pair(-A, B, ("240", "150"))),
+        write_files_and_read_record(tmp_path, peer_file_pair(-A, B, ("240", "150"))),
         *project_to_north_and_east(A * MILLI_G, 60, B * MILLI_G, 150),
         rtol=1e-6,
     )
@@ -993,22 +1021,27 @@ def test_a_fault_normal_pulse_keeps_its_sense(tmp_path):
 
 def test_components_of_different_length_are_cut_to_the_shortest_or_refused(tmp_path):
     assert_components(
-        write_and_read(tmp_path, peer_file_pair(A, B[:160])), A[:160] * MILLI_G, B[:160] * MILLI_G, rtol=1e-6
+        write_files_and_read_record(tmp_path, peer_file_pair(A, B[:160])),
+        A[:160] * MILLI_G,
+        B[:160] * MILLI_G,
+        rtol=1e-6,
     )
     with expect_error(RecordError, "210 and 159 samples, 0.51 s apart"):
-        write_and_read(tmp_path, peer_file_pair(A, B[:159]))
-    trusting = write_and_read(tmp_path, peer_file_pair(A, B[:159]), trust_data=True)
+        write_files_and_read_record(tmp_path, peer_file_pair(A, B[:159]))
+    trusting = write_files_and_read_record(tmp_path, peer_file_pair(A, B[:159]), trust_data=True)
     assert (trusting.north.size, len(trusting.extra["trusted"])) == (159, 1)
 
 
 def test_components_with_slightly_different_starts_are_aligned(tmp_path):
     files = {"x.HNN.ASC": esm_text(A, 0.01, "HNN"), "x.HNE.ASC": esm_text(B, 0.01, "HNE")}
     late = files | {"x.HNE.ASC": files["x.HNE.ASC"].replace("064010.450", "064010.520")}
-    record = write_and_read(tmp_path, late)
+    record = write_files_and_read_record(tmp_path, late)
     assert_components(record, A[7:] * 0.01, B[:-7] * 0.01)
     assert record.start == "2016-10-30T06:40:10.52Z"
     with expect_error(RecordError, "start 0.55 s apart"):
-        write_and_read(tmp_path, files | {"x.HNE.ASC": files["x.HNE.ASC"].replace("064010.450", "064011.000")})
+        write_files_and_read_record(
+            tmp_path, files | {"x.HNE.ASC": files["x.HNE.ASC"].replace("064010.450", "064011.000")}
+        )
 
 
 def test_unequal_rates_parallel_axes_and_repeated_components_are_refused(tmp_path):
@@ -1018,7 +1051,7 @@ def test_unequal_rates_parallel_axes_and_repeated_components_are_refused(tmp_pat
         (peer_file_pair(A, B) | {"x3.AT2": peer_text(A / 1000, 0.01, "0")}, "two horizontal components"),
     ):
         with expect_error(RecordError, words):
-            write_and_read(tmp_path, files)
+            write_files_and_read_record(tmp_path, files)
 
 
 @given(

@@ -36,7 +36,7 @@ def imported_packages() -> list[set[str]]:
 
 
 @pytest.mark.parametrize(("after", "also"), [(0, {"obspy", "netCDF4"}), (1, {"obspy"})], ids=["read", "store"])
-def test_reading_a_record_imports_no_heavy_package(imported_packages, after, also):
+def test_reading_or_storing_a_record_imports_no_heavy_package(imported_packages, after, also):
     assert len(imported_packages) == 2
     assert {"numpy", "overturning"} <= imported_packages[after]
     assert not (HEAVY_PACKAGES | also) & imported_packages[after]

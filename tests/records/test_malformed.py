@@ -21,12 +21,17 @@ from overturning.records.record import Record
 from overturning.records.source import SourceFile
 from tests.bounds import limited_time_and_memory
 from tests.expect import expect_error
-from tests.records.malformed_corpus import COUNTS, UNDETECTABLE_MUTATIONS, VALID_FILES, mutations_of_format
-from tests.records.seed_writers import write_inventory, write_mseed, write_sac
+from tests.records.malformed_corpus import (
+    COUNTS,
+    UNDETECTABLE_MUTATIONS,
+    VALID_FILES,
+    named_mutations_of_first_file_of_format,
+)
+from tests.records.seed_writers import write_mseed, write_sac, write_stationxml_of_channels
 
 OPTIONS = DeclaredFileProperties(unit="gal")
 
-MUTATIONS = {form: dict(mutations_of_format(form)) for form in VALID_FILES}
+MUTATIONS = {form: dict(named_mutations_of_first_file_of_format(form)) for form in VALID_FILES}
 
 
 HARMLESS_MUTATIONS = ("BOM", "CRLF", "CR CRLF", "CR", "UTF-16", "DOS end of file", "zeros behind", "blank lines behind")
@@ -62,7 +67,7 @@ def replace_file(path: Path, content: bytes) -> None:
     path.write_bytes(content)
 
 
-def describe_wrong_handling(paths: list[Path], good: Record, newlines: int = 1) -> str:
+def describe_wrong_reading_of_mutated_files(paths: list[Path], good: Record, newlines: int = 1) -> str:
     """Read mutated files and describe what is wrong with the result or the error; empty if nothing is.
 
     They are refused by name, or read to the numbers of the whole file, or it is said what was left out.
@@ -95,7 +100,7 @@ def test_a_mutated_text_file_is_refused_by_name_or_read_correctly(tmp_path, form
         content = change(whole)
         if content not in read:
             replace_file(paths[0], content)
-            read[content] = describe_wrong_handling(paths, good)
+            read[content] = describe_wrong_reading_of_mutated_files(paths, good)
         objections[name] = read[content]
     assert {name: what for name, what in objections.items() if what} == {}
 
@@ -142,15 +147,15 @@ def test_a_randomly_damaged_file_gives_a_named_error_or_a_record(form):
                 pytest.fail(message)
 
 
-def write_binary_files(folder: Path, form: str) -> tuple[Path, Path]:
+def write_binary_file_and_its_companion(folder: Path, form: str) -> tuple[Path, Path]:
     """Write a binary file to mutate and the file that belongs to it, such as the metadata of waveforms."""
     if form == "miniseed":
-        other = write_inventory(folder / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)})
+        other = write_stationxml_of_channels(folder / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)})
         counts = [np.repeat(c, 10) for c in COUNTS]
         return write_mseed(folder / "x.mseed", {"HNN": counts[0], "HNE": counts[1]}), other
     if form == "stationxml":
         other = write_mseed(folder / "x.mseed", {"HNN": COUNTS[0], "HNE": COUNTS[1]})
-        return write_inventory(folder / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)}), other
+        return write_stationxml_of_channels(folder / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)}), other
     other = write_sac(folder / "b.sac", COUNTS[1] / 1e3, "HNE", 90.0, 90.0)
     return write_sac(folder / "a.sac", COUNTS[0] / 1e3, "HNN", 0.0, 90.0), other
 
@@ -173,12 +178,12 @@ BYTES: dict[str, Callable[[bytes], bytes]] = {
 @pytest.mark.parametrize("form", ["miniseed", "stationxml", "sac"])
 @pytest.mark.filterwarnings("ignore::UserWarning", "ignore::obspy.io.mseed.InternalMSEEDWarning")
 def test_a_mutated_binary_file_is_refused_by_name_or_read_correctly(tmp_path, form):
-    path, other = write_binary_files(tmp_path, form)
+    path, other = write_binary_file_and_its_companion(tmp_path, form)
     good, whole = read_record_without_processing([path, other], OPTIONS), path.read_bytes()
     objections = {}
     for name, change in BYTES.items():
         replace_file(path, change(whole))
-        objections[name] = describe_wrong_handling([path, other], good, newlines=2)  # ObsPy's own words
+        objections[name] = describe_wrong_reading_of_mutated_files([path, other], good, newlines=2)  # ObsPy's own words
     assert {name: what for name, what in objections.items() if what} == {}
 
 
@@ -205,7 +210,7 @@ def test_the_error_names_an_unreadable_file(tmp_path, monkeypatch):
 
 def test_stationxml_alone_and_empty_archives_are_refused_by_name(tmp_path):
     """Regression: they ended in an IndexError."""
-    alone = write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0)})
+    alone = write_stationxml_of_channels(tmp_path / "s.xml", {"HNN": (0.0, 0.0)})
     with expect_error(RecordError, "s.xml: StationXML alone; name the file of a record, too"):
         read_record_without_processing(alone)
     path = tmp_path / "x.zip"

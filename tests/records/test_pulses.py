@@ -17,7 +17,7 @@ from overturning.study.load import read_record_table_rows_of_study, study_from_c
 from tests.expect import expect_error
 
 
-def pulse_along_its_azimuth(line: str):
+def pulse_times_acceleration_and_parameters(line: str):
     """Return times from the start of a pulse, its acceleration along its azimuth, and its parameters."""
     pulse = parse_pulse(line)
     record = record_of_pulse(pulse)
@@ -89,19 +89,21 @@ def test_all_wrong_pulses_of_a_study_are_named_with_file_key_and_value():
 
 
 def test_sine_and_cosine_pulses_match_their_formulas():
-    time, a, _ = pulse_along_its_azimuth(
+    time, a, _ = pulse_times_acceleration_and_parameters(
         "sine amplitude_gal=100 period_s=0.8 sampling_interval_s=0.01 before_s=0.5 azimuth_deg=350"
     )
     for t, value in zip(time, a, strict=True):
         expected = math.sin(2 * math.pi * t / 0.8) if -1e-9 < t < 0.8 + 1e-9 else 0.0
         assert value == pytest.approx(expected, abs=1e-11)
-    time, a, _ = pulse_along_its_azimuth("cosine amplitude_gal=100 period_s=1 cycles=2")
+    time, a, _ = pulse_times_acceleration_and_parameters("cosine amplitude_gal=100 period_s=1 cycles=2")
     assert a[np.abs(time).argmin()] == pytest.approx(1.0)
     assert np.count_nonzero(np.abs(a) > 1e-9) == pytest.approx(401, abs=5)
 
 
 def test_a_ricker_pulse_is_the_second_derivative_of_a_gaussian():
-    time, a, pulse = pulse_along_its_azimuth("ricker amplitude_gal=100 period_s=1 sampling_interval_s=0.001")
+    time, a, pulse = pulse_times_acceleration_and_parameters(
+        "ricker amplitude_gal=100 period_s=1 sampling_interval_s=0.001"
+    )
     middle = 0.5 * pulse.duration
     gauss = np.exp(-((np.pi * (time - middle)) ** 2))
     second = -np.gradient(np.gradient(gauss, 0.001), 0.001) / (2 * np.pi**2)
@@ -110,7 +112,7 @@ def test_a_ricker_pulse_is_the_second_derivative_of_a_gaussian():
     assert a.max() == pytest.approx(1.0)
 
 
-def published_pulse_velocity(pulse, time):
+def velocity_by_mavroeidis_papageorgiou(pulse, time):
     """Velocity of a pulse by equation 3 of Mavroeidis & Papageorgiou (2003), m/s, with V = A T/(2π)."""
     after_the_middle = time - 0.5 * pulse.gamma * pulse.period_s
     envelope = 1 + np.cos(2 * np.pi * after_the_middle / (pulse.gamma * pulse.period_s))
@@ -120,23 +122,29 @@ def published_pulse_velocity(pulse, time):
 
 @pytest.mark.parametrize(("gamma", "phase"), [(1.5, 0), (2.2, 90), (3.0, 217)])
 def test_mavroeidis_papageorgiou_acceleration_is_the_derivative_of_its_velocity(gamma, phase):
-    time, a, pulse = pulse_along_its_azimuth(
+    time, a, pulse = pulse_times_acceleration_and_parameters(
         f"mavroeidis-papageorgiou amplitude_gal=100 period_s=1.3 gamma={gamma} phase_deg={phase} "
         "sampling_interval_s=0.0005"
     )
     inside = (time > 0.01) & (time < pulse.duration - 0.01)
     moment = time[inside]
     h = 1e-5
-    derivative = (published_pulse_velocity(pulse, moment + h) - published_pulse_velocity(pulse, moment - h)) / (2 * h)
+    derivative = (
+        velocity_by_mavroeidis_papageorgiou(pulse, moment + h) - velocity_by_mavroeidis_papageorgiou(pulse, moment - h)
+    ) / (2 * h)
     np.testing.assert_allclose(a[inside], derivative, atol=1e-8)
-    assert abs(published_pulse_velocity(pulse, np.array([0.0, pulse.duration]))).max() < 1e-12
+    assert abs(velocity_by_mavroeidis_papageorgiou(pulse, np.array([0.0, pulse.duration]))).max() < 1e-12
     # Peak velocity of the symmetric pulse: V at its middle.
     if phase == 0:
-        assert np.abs(published_pulse_velocity(pulse, time)).max() == pytest.approx(1.3 / (2 * np.pi), rel=1e-6)
+        assert np.abs(velocity_by_mavroeidis_papageorgiou(pulse, time)).max() == pytest.approx(
+            1.3 / (2 * np.pi), rel=1e-6
+        )
 
 
 def test_a_constant_pulse_has_constant_acceleration():
-    time, a, _ = pulse_along_its_azimuth("constant amplitude_gal=50 duration_s=2 sampling_interval_s=0.01")
+    time, a, _ = pulse_times_acceleration_and_parameters(
+        "constant amplitude_gal=50 duration_s=2 sampling_interval_s=0.01"
+    )
     np.testing.assert_array_equal(a != 0, (time > -1e-6) & (time < 2 + 1e-6))
     assert set(np.round(a, 12)) == {0.0, 0.5}
 
@@ -198,7 +206,7 @@ def test_a_pulse_of_too_many_samples_is_refused():
 @pytest.mark.parametrize(("duration", "low", "high"), [(25, 2.2, 4), (30, 1, 4.1), (100, 1.1, 2.3)])
 def test_a_noise_pulse_contains_both_ends_of_its_band(duration: float, low: float, high: float) -> None:
     """2.2 Hz × 25 s is 55.00000000000001 and 4.1 Hz × 30 s is 122.99999999999999 in double precision."""
-    time, a, _ = pulse_along_its_azimuth(
+    time, a, _ = pulse_times_acceleration_and_parameters(
         f"noise amplitude_gal=100 duration_s={duration} low_hz={low} high_hz={high} sampling_interval_s=0.01 before_s=0"
     )
     bell = np.sin(np.pi * np.clip(time / duration, 0, 1)) ** 2

@@ -62,7 +62,7 @@ def test_csmip_channels_of_different_length_are_cut():
     assert np.abs(record.north).max() / 9.80665 == pytest.approx(0.5107992, rel=1e-5)
 
 
-def test_records_check_identifies_every_sample_file():
+def test_records_check_gives_a_record_or_a_reason_for_every_example_file():
     files = sorted(p for p in SAMPLES.iterdir() if p.is_file() and not has_non_record_name(p))
     findings = check_records_in_files(files)
     named = {name for finding in findings for name in finding.files}

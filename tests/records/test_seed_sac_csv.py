@@ -21,9 +21,9 @@ from tests.records.seed_writers import (
     START,
     broadband_velocity_response,
     trace_of_samples,
-    write_inventory,
     write_mseed,
     write_sac,
+    write_stationxml_of_channels,
 )
 
 quick_examples = settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))
@@ -33,7 +33,7 @@ CHANNELS = {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
 
 
 def test_miniseed_is_read_with_the_stationxml_in_its_folder(tmp_path):
-    write_inventory(tmp_path / "XX.TST1.xml", CHANNELS)
+    write_stationxml_of_channels(tmp_path / "XX.TST1.xml", CHANNELS)
     (tmp_path / "other.xml").write_text("<notes>not about stations</notes>")
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z})
     record = read_record_without_processing(path)
@@ -51,7 +51,7 @@ def test_miniseed_is_read_with_the_stationxml_in_its_folder(tmp_path):
 
 
 def test_the_orientation_of_miniseed_channels_comes_from_the_stationxml(tmp_path):
-    write_inventory(tmp_path / "s.xml", {"HN1": (60.0, 0.0), "HN2": (150.0, 0.0), "HNZ": (0.0, 90.0)})
+    write_stationxml_of_channels(tmp_path / "s.xml", {"HN1": (60.0, 0.0), "HN2": (150.0, 0.0), "HNZ": (0.0, 90.0)})
     record = read_record_without_processing(
         [write_mseed(tmp_path / "x.mseed", {"HN1": N, "HN2": E, "HNZ": Z}), tmp_path / "s.xml"]
     )
@@ -63,7 +63,7 @@ def test_the_orientation_of_miniseed_channels_comes_from_the_stationxml(tmp_path
 
 def test_channels_of_two_location_codes_are_refused_as_one_record(tmp_path):
     both = {f"{location}.{code}": axes for location in ("00", "10") for code, axes in CHANNELS.items()}
-    write_inventory(tmp_path / "s.xml", both)
+    write_stationxml_of_channels(tmp_path / "s.xml", both)
     mixed = write_mseed(tmp_path / "x.mseed", {"00.HNN": N, "10.HNE": E})
     with expect_error(RecordError, "components of '00' and '10'; they are not of one record"):
         read_record_without_processing(mixed)
@@ -74,7 +74,9 @@ def test_channels_of_two_location_codes_are_refused_as_one_record(tmp_path):
 
 def test_an_accelerometer_and_a_velocity_sensor_are_refused_as_one_record(tmp_path):
     """Regression: north of one station or location and east of another made a record."""
-    metadata = write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0), "BNE": (90.0, 0.0), "HNE": (90.0, 0.0)})
+    metadata = write_stationxml_of_channels(
+        tmp_path / "s.xml", {"HNN": (0.0, 0.0), "BNE": (90.0, 0.0), "HNE": (90.0, 0.0)}
+    )
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "BNE": E})
     with expect_error(RecordError, "components of 'BN' and 'HN'; they are not of one record"):
         read_record_without_processing([waves, metadata])
@@ -87,9 +89,9 @@ def test_an_axis_direction_that_contradicts_the_channel_code_is_noted(tmp_path):
     """SEED codes N and E mean within 5° of north and east, Z up; if metadata differ, they are used, with a note."""
     metadata = tmp_path / "s.xml"
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z})
-    write_inventory(metadata, {"HNN": (356.0, 0.0), "HNE": (86.0, 0.0), "HNZ": (0.0, -90.0)})
+    write_stationxml_of_channels(metadata, {"HNN": (356.0, 0.0), "HNE": (86.0, 0.0), "HNZ": (0.0, -90.0)})
     assert read_record_without_processing(waves).notes == []
-    write_inventory(metadata, {"HNN": (90.0, 0.0), "HNE": (0.0, 0.0), "HNZ": (0.0, 90.0)})
+    write_stationxml_of_channels(metadata, {"HNN": (90.0, 0.0), "HNE": (0.0, 0.0), "HNZ": (0.0, 90.0)})
     record = read_record_without_processing(waves)
     np.testing.assert_allclose(record.east, N / 400_000, rtol=1e-12)
     says = (("HNE", "at 0°", "east"), ("HNN", "at 90°", "north"), ("HNZ", "down", "up"))
@@ -115,7 +117,7 @@ def test_stations_in_one_miniseed_file_become_separate_records(tmp_path, later):
     )
     stream.write(str(tmp_path / "x.mseed"), format="MSEED")
     for name in motions:
-        write_inventory(tmp_path / f"{name}.xml", CHANNELS, station=name)
+        write_stationxml_of_channels(tmp_path / f"{name}.xml", CHANNELS, station=name)
     found = check_records_in_files([tmp_path])
     assert [[one.axis for one in each.components] for each in found] == [list(motion) for motion in motions.values()]
     assert found[0].record is None
@@ -135,7 +137,7 @@ def test_axes_inclined_by_a_few_degrees_keep_their_azimuth_and_sense(tmp_path, d
     )
     north, east = (N * a + E * b for a, b in zip(first, second, strict=True))
     axes = {"HNN": (37.0, dip), "HNE": (127.0, dip), "HNZ": (0.0, 90.0 - abs(dip))}
-    write_inventory(tmp_path / "s.xml", axes)
+    write_stationxml_of_channels(tmp_path / "s.xml", axes)
     record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z}))
     for samples, truth in zip(record.components, (north, east, -Z), strict=True):
         np.testing.assert_allclose(samples, truth / 4e5, atol=1e-9)
@@ -154,7 +156,7 @@ def test_axes_inclined_by_a_few_degrees_keep_their_azimuth_and_sense(tmp_path, d
 
 @pytest.mark.parametrize("dip", [6.0, 35.3, -54.7, 84.0])
 def test_an_axis_neither_horizontal_nor_vertical_is_refused(tmp_path, dip):
-    write_inventory(tmp_path / "s.xml", {"HNN": (0.0, dip), "HNE": (90.0, 0.0)})
+    write_stationxml_of_channels(tmp_path / "s.xml", {"HNN": (0.0, dip), "HNE": (90.0, 0.0)})
     words = f"HNN dips by {dip:g}°; only axes within 5° of horizontal or vertical are read"
     with expect_error(RecordError, words):
         read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E}))
@@ -175,7 +177,7 @@ def test_an_azimuth_without_a_dip_is_used_if_the_code_is_horizontal(tmp_path):
 
 
 def test_a_blank_location_code_identifies_a_separate_sensor(tmp_path):
-    write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0), "10.HNE": (90.0, 0.0)})
+    write_stationxml_of_channels(tmp_path / "s.xml", {"HNN": (0.0, 0.0), "10.HNE": (90.0, 0.0)})
     with expect_error(RecordError, "components of '--' and '10'; they are not of one record"):
         read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "10.HNE": E}))
 
@@ -204,7 +206,7 @@ def test_sac_components_of_different_stations_or_unknown_start_are_refused(tmp_p
 
 def test_a_channel_that_ends_before_the_strong_motion_is_refused(tmp_path):
     """Regression: all components were cut to the shortest one without a note, 4 Gal of a motion of 100."""
-    write_inventory(tmp_path / "s.xml", CHANNELS)
+    write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS)
     rise = np.linspace(0, 1, N.size) ** 2
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N * rise, "HNE": E * rise, "HNZ": (Z * rise)[:100]})
     with expect_error(RecordError, "HNZ breaks off after 100 of 500 samples, before the largest motion along HN"):
@@ -221,7 +223,7 @@ def test_a_channel_that_ends_before_the_strong_motion_is_refused(tmp_path):
 def test_miniseed_with_gaps_is_refused(tmp_path):
     import obspy
 
-    write_inventory(tmp_path / "s.xml", CHANNELS)
+    write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS)
     pieces = [
         trace_of_samples(N[:200].astype(np.int32), "HNN"),
         trace_of_samples(N[300:].astype(np.int32), "HNN", start=START + 3.0),
@@ -235,7 +237,7 @@ def test_miniseed_with_gaps_is_refused(tmp_path):
 @pytest.mark.parametrize("at", [200, 300, 400])
 def test_miniseed_with_wrong_check_values_is_refused_unless_trusted(tmp_path, at):
     """Regression: a changed byte among differences of samples shifted all later samples, with a note alone."""
-    write_inventory(tmp_path / "s.xml", CHANNELS)
+    write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS)
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
     data = bytearray(path.read_bytes())
     data[at] ^= 0x10
@@ -253,7 +255,7 @@ def test_the_response_of_a_velocity_sensor_is_deconvolved(tmp_path):
     """A 1-Hz sine of velocity V gives an acceleration of 2πV in the middle of the record."""
     time = np.arange(4000) / 100
     counts = np.round(1e6 * np.sin(2 * np.pi * time)).astype(np.int32)
-    write_inventory(tmp_path / "s.xml", {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}, gain=1e7, unit="M/S")
+    write_stationxml_of_channels(tmp_path / "s.xml", {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}, gain=1e7, unit="M/S")
     record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HHN": counts, "HHE": counts // 2}))
     middle = record.north[1500:2500]
     assert np.abs(middle).max() == pytest.approx(0.1 * 2 * np.pi, rel=0.01)
@@ -274,7 +276,7 @@ def test_a_broadband_sensor_keeps_high_frequencies_and_early_motion(tmp_path, fr
     speed[1:] = np.fft.rfft(wave)[1:] / (2j * np.pi * hertz[1:]) * broadband_velocity_response(hertz[1:])
     counts = 1e9 * np.fft.irfft(speed, time.size)
     axes = {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}
-    write_inventory(tmp_path / "s.xml", axes, gain=1e9, unit="M/S", broadband=True, rate=rate)
+    write_stationxml_of_channels(tmp_path / "s.xml", axes, gain=1e9, unit="M/S", broadband=True, rate=rate)
     traces = {"HHN": np.round(counts), "HHE": np.round(counts / 2)}
     record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", traces, rate=rate))
     np.testing.assert_allclose(record.north, wave, atol=1e-4 * wave.max())
@@ -285,13 +287,13 @@ def test_a_broadband_sensor_keeps_high_frequencies_and_early_motion(tmp_path, fr
 
 def test_an_overdriven_velocity_sensor_is_noted_and_a_wrong_unit_refused(tmp_path):
     counts = np.round(1e6 * np.sin(np.arange(4000) / 16)).astype(np.int32)  # 10 cm/s
-    write_inventory(tmp_path / "s.xml", {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}, gain=1e7, unit="M/S")
+    write_stationxml_of_channels(tmp_path / "s.xml", {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}, gain=1e7, unit="M/S")
     notes = read_record_without_processing(
         write_mseed(tmp_path / "x.mseed", {"HHN": counts, "HHE": counts // 100})
     ).notes
     assert len(notes) == 1
     assert "channel HHN of a velocity sensor reaches 10 cm/s: most saturate" in notes[0]
-    write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)}, gain=1e7, unit="M/S")
+    write_stationxml_of_channels(tmp_path / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)}, gain=1e7, unit="M/S")
     with expect_error(RecordError, "is of an accelerometer by its code (N), but in M/S in the StationXML"):
         read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": counts, "HNE": counts}))
 
@@ -340,7 +342,7 @@ def test_the_origin_of_a_sac_file_is_relative_to_its_reference_time(tmp_path):
 @pytest.mark.parametrize(("depth", "sensor"), [(0.0, "surface"), (2.0, "surface"), (100.0, "borehole")])
 def test_the_depth_in_the_stationxml_identifies_a_borehole(tmp_path, depth, sensor):
     files = [write_mseed(tmp_path / "a.mseed", {"HNN": N, "HNE": E})]
-    files.append(write_inventory(tmp_path / "a.xml", {"HNN": (0, 0), "HNE": (90, 0)}, depth=depth))
+    files.append(write_stationxml_of_channels(tmp_path / "a.xml", {"HNN": (0, 0), "HNE": (90, 0)}, depth=depth))
     other = "surface" if sensor == "borehole" else "borehole"
     assert read_record_without_processing(files, DeclaredFileProperties(sensor=sensor)).station == (
         "TST1" if sensor == "surface" else "TST1 (borehole)"
@@ -360,7 +362,7 @@ def test_the_depth_in_the_stationxml_identifies_a_borehole(tmp_path, depth, sens
 def test_miniseed_with_a_wrong_stationxml_is_refused(tmp_path, channels, stationxml, words):
     files = [write_mseed(tmp_path / "a.mseed", dict(zip(channels, (N, E), strict=True)))]
     if stationxml:
-        files.append(write_inventory(tmp_path / "a.xml", stationxml))
+        files.append(write_stationxml_of_channels(tmp_path / "a.xml", stationxml))
     with expect_error(RecordError, "a.mseed", *words):
         read_record_without_processing(files)
     if "HHN" in channels:
@@ -398,12 +400,12 @@ def test_sac_other_than_evenly_sampled_accelerations_is_refused(tmp_path, word, 
 
 @pytest.mark.parametrize(("unit", "scale"), [("M/S**2", 1.0), ("CM/S**2", 0.01), ("G", 9.80665)])
 def test_the_unit_of_sac_samples_is_read_from_stationxml(tmp_path, unit, scale):
-    write_inventory(tmp_path / "s.xml", CHANNELS, gain=4e5, unit=unit)
+    write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS, gain=4e5, unit=unit)
     paths = [write_sac(tmp_path / f"{name}.sac", x, name, 0.0, 90.0) for name, x in (("HNN", N), ("HNE", E))]
     np.testing.assert_allclose(
         read_record_without_processing([*paths, tmp_path / "s.xml"]).north, N / 4e5 * scale, rtol=1e-6
     )
-    write_inventory(tmp_path / "s.xml", CHANNELS, unit="V")
+    write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS, unit="V")
     with expect_error(RecordError, "HNN.sac", "V in the StationXML"):
         read_record_without_processing([*paths, tmp_path / "s.xml"])
 
@@ -737,7 +739,7 @@ def test_any_written_columns_file_is_read_back(samples, data):
 )
 def test_any_written_miniseed_is_read_back(tmp_path_factory, counts, rate):
     folder = tmp_path_factory.mktemp("mseed")
-    metadata = write_inventory(folder / "s.xml", {"HNN": (0.0, 0.0)}, rate=rate)
+    metadata = write_stationxml_of_channels(folder / "s.xml", {"HNN": (0.0, 0.0)}, rate=rate)
     paths = [write_mseed(folder / "x.mseed", {"HNN": counts}, rate=rate), metadata]
     (component,) = read_components([SourceFile(p.name, p.read_bytes()) for p in paths], DeclaredFileProperties())
     np.testing.assert_allclose(component.samples, counts / 400_000, rtol=1e-14)

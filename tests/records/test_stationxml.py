@@ -11,18 +11,18 @@ from obspy.core.inventory.response import CoefficientsTypeResponseStage, PolesZe
 from overturning.errors import RecordError
 from overturning.records.check import check_records_in_files
 from overturning.records.declared_properties import DeclaredFileProperties
-from overturning.records.formats.stationxml import _stage_gain_ratio, acceleration_unit_in_m_s2, is_velocity_unit
+from overturning.records.formats.stationxml import _stage_gain_ratio, acceleration_unit_in_m_s2, is_metre_per_second
 from overturning.records.read import read_record_without_processing
 from tests.expect import expect_error
 from tests.records.record_writers import peer_text
-from tests.records.seed_writers import START, write_inventory, write_mseed, write_sac
+from tests.records.seed_writers import START, write_mseed, write_sac, write_stationxml_of_channels
 
 random = np.random.default_rng(11)
 N, E, Z = (random.integers(-400_000, 400_000, 500) for _ in range(3))
 CHANNELS = {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
 
 
-def write_channel_gain(metadata, gain):
+def replace_channel_gains_in_stationxml(metadata, gain):
     """Replace the gain of the channels in a StationXML; the gains of their stages stay."""
     text = re.sub(r"(<InstrumentSensitivity>\s*<Value>)[\d.]+", f"\\g<1>{gain!r}", metadata.read_text())
     metadata.write_text(text)
@@ -31,7 +31,7 @@ def write_channel_gain(metadata, gain):
 @pytest.mark.parametrize(("factor", "noted"), [(1.0, ""), (1.004, ""), (1.006, "0.6"), (1.025, "2.5"), (0.96, "4.2")])
 def test_a_gain_that_differs_slightly_from_its_stages_is_noted(tmp_path, factor, noted):
     """Regression: differences of up to 5 % were read without a note."""
-    write_channel_gain(write_inventory(tmp_path / "s.xml", CHANNELS), 400_000 * factor)
+    replace_channel_gains_in_stationxml(write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS), 400_000 * factor)
     record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E}))
     np.testing.assert_allclose(record.north, N / (400_000 * factor), rtol=1e-12)
     gain = f"{400_000 * factor:g}"
@@ -45,8 +45,8 @@ def test_a_gain_that_differs_slightly_from_its_stages_is_noted(tmp_path, factor,
 def test_a_velocity_sensor_gain_that_differs_from_its_stages_is_noted(tmp_path, capfd):
     """Regression: evalresp printed three lines on the terminal for each channel, and the record had no note."""
     channels = {code.replace("HN", "HH"): direction for code, direction in CHANNELS.items()}
-    metadata = write_inventory(tmp_path / "s.xml", channels, gain=7.9e8, unit="M/S", broadband=True)
-    write_channel_gain(metadata, 4e8)
+    metadata = write_stationxml_of_channels(tmp_path / "s.xml", channels, gain=7.9e8, unit="M/S", broadband=True)
+    replace_channel_gains_in_stationxml(metadata, 4e8)
     waves = write_mseed(tmp_path / "x.mseed", {code: x // 10 for code, x in zip(channels, (N, E, Z), strict=True)})
     record = read_record_without_processing(waves)
     assert capfd.readouterr() == ("", "")
@@ -54,7 +54,7 @@ def test_a_velocity_sensor_gain_that_differs_from_its_stages_is_noted(tmp_path, 
         (told,) = [note for note in record.notes if f"channel XX.TST1..{code} has a gain" in note]
         assert "gain of 4e+08 in the StationXML, whose stages make 7.9e+08, a difference of 98 %" in told
         assert told.endswith("computed with the stages")
-    write_channel_gain(metadata, 3.9e8)
+    replace_channel_gains_in_stationxml(metadata, 3.9e8)
     with expect_error(
         RecordError, "has a gain of 3.9e+08 in the StationXML, whose stages make 7.9e+08", "--trust-data"
     ):
@@ -64,7 +64,7 @@ def test_a_velocity_sensor_gain_that_differs_from_its_stages_is_noted(tmp_path, 
 def test_a_stationxml_filter_whose_coefficients_do_not_sum_to_1_is_noted(tmp_path, capfd):
     """Regression: evalresp divided by the sum of the coefficients, and printed a line on the terminal."""
     channels = {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}
-    metadata = write_inventory(tmp_path / "s.xml", channels, gain=4e8, unit="M/S", broadband=True)
+    metadata = write_stationxml_of_channels(tmp_path / "s.xml", channels, gain=4e8, unit="M/S", broadband=True)
     waves, inventory = (
         write_mseed(tmp_path / "x.mseed", {"HHN": N // 100, "HHE": E // 100}),
         obspy.read_inventory(metadata),
@@ -98,7 +98,7 @@ def test_a_stationxml_filter_whose_coefficients_do_not_sum_to_1_is_noted(tmp_pat
 def test_stage_gains_stated_at_another_frequency_agree_with_the_channel(tmp_path):
     """A seismometer of 120 s: gain 4e8 at 1 Hz, stated by the channel at its corner, where it is lower by 0.707."""
     channels = {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}
-    metadata = write_inventory(tmp_path / "s.xml", channels, gain=4e8, unit="M/S", broadband=True)
+    metadata = write_stationxml_of_channels(tmp_path / "s.xml", channels, gain=4e8, unit="M/S", broadband=True)
     inventory, corner = obspy.read_inventory(metadata), abs(-0.037 + 0.037j) / (2 * np.pi)
     for channel in inventory[0][0]:
         channel.response.instrument_sensitivity.value = 4e8 * np.sqrt(0.5)
@@ -122,10 +122,10 @@ def test_gains_are_not_compared_where_the_response_is_zero():
 @pytest.mark.parametrize("factor", [10.0, 2.0, 1.06, 0.1])
 def test_a_channel_gain_that_its_response_stages_contradict_is_refused(tmp_path, factor):
     """Regression: a gain wrong by a factor of ten only gave a warning."""
-    metadata = write_inventory(tmp_path / "s.xml", CHANNELS)
+    metadata = write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS)
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
     assert read_record_without_processing(waves).notes == []
-    write_channel_gain(metadata, 400_000 * factor)
+    replace_channel_gains_in_stationxml(metadata, 400_000 * factor)
     what = f"has a gain of {400_000 * factor:g} in the StationXML, whose stages make 400000"
     with expect_error(RecordError, f"channel XX.TST1..HNE {what}", f"channel XX.TST1..HNN {what}", "--trust-data"):
         read_record_without_processing(waves)
@@ -136,7 +136,9 @@ def test_a_channel_gain_that_its_response_stages_contradict_is_refused(tmp_path,
 
 def test_two_matching_stationxml_epochs_that_differ_are_refused(tmp_path):
     """An epoch without an end: obspy uses the first that fits, here with a quarter of the correct gain."""
-    older, newer = (obspy.read_inventory(write_inventory(tmp_path / "s.xml", CHANNELS, gain=g)) for g in (1e5, 4e5))
+    older, newer = (
+        obspy.read_inventory(write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS, gain=g)) for g in (1e5, 4e5)
+    )
     for inventory, year in ((older, 1990), (newer, 2000)):
         for channel in inventory[0][0]:
             channel.start_date = obspy.UTCDateTime(year, 1, 1)
@@ -160,7 +162,9 @@ def test_two_matching_stationxml_epochs_that_differ_are_refused(tmp_path):
 
 def test_a_response_change_within_the_trace_is_refused(tmp_path):
     """Regression: a gain that changes 2 s after the start was ignored. The end of an epoch alone is no change."""
-    older, newer = (obspy.read_inventory(write_inventory(tmp_path / "s.xml", CHANNELS, gain=g)) for g in (1e5, 4e5))
+    older, newer = (
+        obspy.read_inventory(write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS, gain=g)) for g in (1e5, 4e5)
+    )
     for channel in older[0][0]:
         channel.end_date = START + 2
     for channel in newer[0][0]:
@@ -177,7 +181,7 @@ def test_a_response_change_within_the_trace_is_refused(tmp_path):
 
 
 def test_a_stationxml_unit_that_its_first_stage_contradicts_is_refused(tmp_path):
-    metadata = write_inventory(tmp_path / "s.xml", CHANNELS)
+    metadata = write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS)
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
     inventory = obspy.read_inventory(metadata)
     for channel in inventory[0][0]:
@@ -195,7 +199,7 @@ def test_a_stationxml_unit_that_its_first_stage_contradicts_is_refused(tmp_path)
 @pytest.mark.parametrize(("rate", "contradicts"), [(100.5, False), (200.0, True), (50.0, True)])
 def test_a_sampling_rate_that_the_stationxml_contradicts_is_refused(tmp_path, rate, contradicts):
     """Regression: the StationXML of another epoch, or a wrong rate in the file, was not noticed."""
-    write_inventory(tmp_path / "s.xml", CHANNELS, rate=100.0)
+    write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS, rate=100.0)
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E}, rate=rate)
     assert read_record_without_processing(path, DeclaredFileProperties(trust_data=True)).north.size == N.size
     if contradicts:
@@ -206,13 +210,13 @@ def test_a_sampling_rate_that_the_stationxml_contradicts_is_refused(tmp_path, ra
 
 
 def test_a_negative_channel_gain_reverses_the_polarity_with_a_note(tmp_path):
-    write_inventory(tmp_path / "s.xml", CHANNELS, gain=-4e5)
+    write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS, gain=-4e5)
     record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z}))
     np.testing.assert_allclose(record.north, -N / 4e5, rtol=1e-12)
     np.testing.assert_allclose(record.up, -Z / 4e5, rtol=1e-12)
     assert len(record.notes) == 3
     assert all("a negative gain, -400000" in note for note in record.notes)
-    write_inventory(tmp_path / "s.xml", CHANNELS, gain=0.0)
+    write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS, gain=0.0)
     with expect_error(RecordError, "HNN has a gain of 0.0; correct the StationXML"):
         read_record_without_processing(tmp_path / "x.mseed")
 
@@ -220,7 +224,9 @@ def test_a_negative_channel_gain_reverses_the_polarity_with_a_note(tmp_path):
 @pytest.mark.parametrize(("code", "unit"), [("HN", "M/S**2"), ("HH", "M/S")])
 def test_only_velocity_sensors_need_response_stages(tmp_path, code, unit):
     """An accelerometer needs only the gain, a velocity sensor its stages (regression: IndexError)."""
-    path = write_inventory(tmp_path / "s.xml", {f"{code}N": (0.0, 0.0), f"{code}E": (90.0, 0.0)}, unit=unit)
+    path = write_stationxml_of_channels(
+        tmp_path / "s.xml", {f"{code}N": (0.0, 0.0), f"{code}E": (90.0, 0.0)}, unit=unit
+    )
     inventory = obspy.read_inventory(path)
     for channel in inventory[0][0]:
         channel.response.response_stages = []
@@ -251,7 +257,7 @@ def test_only_velocity_sensors_need_response_stages(tmp_path, code, unit):
 )
 def test_units_in_stationxml_are_read_in_every_spelling(unit, scale):
     assert acceleration_unit_in_m_s2(unit) == scale
-    assert is_velocity_unit(unit) == (unit in ("M/S", "m / sec"))
+    assert is_metre_per_second(unit) == (unit in ("M/S", "m / sec"))
 
 
 @pytest.mark.parametrize(
@@ -263,7 +269,7 @@ def test_units_in_stationxml_are_read_in_every_spelling(unit, scale):
 )
 def test_an_unknown_orientation_in_stationxml_is_not_read_as_north(tmp_path, text):
     """GeoNet writes azimuths of 0 and 90 next to this comment."""
-    path = write_inventory(tmp_path / "s.xml", CHANNELS)
+    path = write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS)
     inventory = obspy.read_inventory(path)
     for channel in inventory[0][0]:
         channel.comments = [obspy.core.inventory.Comment(text)]
@@ -293,7 +299,7 @@ def test_channel_codes_name_the_axes_if_sac_and_stationxml_do_not(tmp_path):
     assert "axis 'HNN' is taken at 90°, as declared; its file says 0°" in turned.notes
     for path in files.values():
         path.unlink()
-    write_inventory(tmp_path / "s.xml", dict.fromkeys(CHANNELS, (None, None)))
+    write_stationxml_of_channels(tmp_path / "s.xml", dict.fromkeys(CHANNELS, (None, None)))
     record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNE": E, "HNN": N, "HNZ": Z}))
     np.testing.assert_allclose(record.north, N / 4e5, rtol=1e-12)
     assert sum("the StationXML states no azimuth and dip; the code of" in note for note in record.notes) == 3
@@ -318,7 +324,7 @@ def test_a_channel_code_gives_the_axis_of_a_peer_file(tmp_path):
 def test_two_sampling_bands_of_one_sensor_become_two_records(tmp_path):
     """HN? at 100 Hz and BN? at 20 Hz in a folder, as FDSN servers deliver them."""
     both = CHANNELS | {f"BN{code[2]}": axis for code, axis in CHANNELS.items()}
-    write_inventory(tmp_path / "s.xml", both, rates={"BN": 20.0})
+    write_stationxml_of_channels(tmp_path / "s.xml", both, rates={"BN": 20.0})
     for code, samples in zip(CHANNELS, (N, E, Z), strict=True):
         write_mseed(tmp_path / f"{code}.mseed", {code: samples})
         write_mseed(tmp_path / f"BN{code[2]}.mseed", {f"BN{code[2]}": samples[::5]}, rate=20.0)
@@ -331,7 +337,7 @@ def test_two_sampling_bands_of_one_sensor_become_two_records(tmp_path):
 
 
 def test_the_stationxml_of_another_station_does_not_block_a_declared_unit(tmp_path):
-    write_inventory(tmp_path / "other.xml", CHANNELS, station="OTHER")
+    write_stationxml_of_channels(tmp_path / "other.xml", CHANNELS, station="OTHER")
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HNE", E, 90.0))]
     (finding,) = check_records_in_files([tmp_path], DeclaredFileProperties(unit="gal"))
     np.testing.assert_allclose(finding.record.north, N / 1e7, atol=1e-8)
@@ -341,7 +347,7 @@ def test_the_stationxml_of_another_station_does_not_block_a_declared_unit(tmp_pa
     with expect_error(RecordError, "HNN", "is not in the StationXML given"):
         read_record_without_processing([*paths, tmp_path / "other.xml"])
     # Its own goes before the declaration, as ever.
-    write_inventory(tmp_path / "own.xml", CHANNELS, gain=1e3)
+    write_stationxml_of_channels(tmp_path / "own.xml", CHANNELS, gain=1e3)
     np.testing.assert_allclose(
         read_record_without_processing(paths[0], DeclaredFileProperties(unit="gal")).north, N / 1e8, rtol=1e-6
     )
@@ -349,7 +355,7 @@ def test_the_stationxml_of_another_station_does_not_block_a_declared_unit(tmp_pa
 
 def test_an_obspy_warning_becomes_a_note_on_the_file(tmp_path, monkeypatch):
     """Regression: obspy's warning was printed with its path and source line."""
-    write_inventory(tmp_path / "s.xml", CHANNELS)
+    write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS)
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
     merge = obspy.Stream.merge
 

@@ -35,7 +35,7 @@ G = 9.80665
 
 
 @dataclass(frozen=True)
-class TextFormat:
+class TextFormatWithWriter:
     """Text format: function that writes files from multiples of its smallest step, and expected metadata."""
 
     write: Callable[..., dict[str, str]]  # first and second axis and, but for ``up`` None, vertical samples
@@ -76,13 +76,13 @@ def coded_file_writer(
     return write_coded_file
 
 
-def component_files_writer(text: Callable[..., str], **axes: Any) -> Callable[..., dict[str, str]]:
+def writer_of_one_file_per_component(text: Callable[..., str], **axes: Any) -> Callable[..., dict[str, str]]:
     """Return a function that writes a file per component; keywords are file names, with two underscores for the dot."""
     names = {name.replace("__", "."): more for name, more in axes.items()}
     return lambda *samples: {n: text(x, **more) for (n, more), x in zip(names.items(), samples, strict=False)}
 
 
-def columns_file_writer(name: str, text: Callable[..., str]) -> Callable[..., dict[str, str]]:
+def writer_of_one_file_with_columns(name: str, text: Callable[..., str]) -> Callable[..., dict[str, str]]:
     """Return a function that writes one file with a column for each component."""
     return lambda first, second, up=None: {name: text(first, second, 0 * first if up is None else up)}
 
@@ -90,7 +90,9 @@ def columns_file_writer(name: str, text: Callable[..., str]) -> Callable[..., di
 def peer_files_writer(header: str) -> Callable[..., dict[str, str]]:
     """Return a function that writes three PEER files with a header of the given kind."""
     text = partial(peer_text, interval=0.01, header=header)
-    return component_files_writer(text, x228__AT2={"axis": "228"}, x318__AT2={"axis": "318"}, x_UP__AT2={"axis": "UP"})
+    return writer_of_one_file_per_component(
+        text, x228__AT2={"axis": "228"}, x318__AT2={"axis": "318"}, x_UP__AT2={"axis": "UP"}
+    )
 
 
 UP = DeclaredFileProperties(vertical_sense="up")
@@ -98,10 +100,10 @@ GEONET = coded_file_writer("x.V2A", geonet_text, ("N28W", 332), ("S62W", 242), (
 GEONET_RAW = coded_file_writer(
     "x.V1A", geonet_text, ("N28W", 332), ("S62W", 242), ("Up", 0), interval=0.02, corrected=False
 )
-SMC = component_files_writer(
+SMC = writer_of_one_file_per_component(
     partial(smc_text, rate=200.0), a__smc={"axis": "360"}, b__smc={"axis": "270"}, c__smc={"axis": "up", "vertical": 0}
 )
-ESM = component_files_writer(
+ESM = writer_of_one_file_per_component(
     partial(esm_text, interval=0.01), **{f"x__{s}__ASC": {"stream": s} for s in ("HNE", "HNN", "HNZ")}
 )
 OF_GEONET = {
@@ -115,72 +117,72 @@ OF_COSMOS = {
 }  # fmt: skip
 DEGREES = (("90 Deg", 90), ("360 Deg", 360), ("Up", 0))
 TURNED = (("340 deg", 340), ("70 deg", 70), ("Up", 400))
-FORMS: dict[str, TextFormat] = {
-    "knet": TextFormat(
-        component_files_writer(
+FORMS: dict[str, TextFormatWithWriter] = {
+    "knet": TextFormatWithWriter(
+        writer_of_one_file_per_component(
             knet_text, T__NS={"direction": "N-S"}, T__EW={"direction": "E-W"}, T__UD={"direction": "U-D"}
         ),
         1, 2000 / 8388608 * 0.01, (0, 90), 17, 0.01,
         {"start": "2001-02-03T04:05:06Z", "station": "TST001", "latitude": 35.2289, "longitude": 133.3904,
          "origin_time": "2001-02-03T04:05:01Z", "event_latitude": 35.275, "event_longitude": 133.348, "magnitude": 6.1},
     ),
-    "geonet": TextFormat(GEONET, 0.1, 1e-3, (332, 242), 26, 0.02, OF_GEONET | {"processed": True}),
-    "geonet-raw": TextFormat(GEONET_RAW, 0.1, 1e-3, (332, 242), 26, 0.02, OF_GEONET | {"processed": False}),
-    "csmip1": TextFormat(
+    "geonet": TextFormatWithWriter(GEONET, 0.1, 1e-3, (332, 242), 26, 0.02, OF_GEONET | {"processed": True}),
+    "geonet-raw": TextFormatWithWriter(GEONET_RAW, 0.1, 1e-3, (332, 242), 26, 0.02, OF_GEONET | {"processed": False}),
+    "csmip1": TextFormatWithWriter(
         coded_file_writer("x.v1", csmip_text, *DEGREES, rate=100), 1e-4, G, (90, 0), 28, 0.01, OF_CSMIP
     ),
-    "csmip2": TextFormat(
+    "csmip2": TextFormatWithWriter(
         coded_file_writer("x.v2", csmip_text, *DEGREES, rate=100, volume=2), 0.1, 0.01, (90, 0), 46, 0.01,
         OF_CSMIP | {
             "processed": True, "event": "Fri Jul 5, 2019 20:16:08.0 PDT", "magnitude": 7.1,
             "origin_time": "2019-07-06T03:19:53Z", "event_latitude": 35.77, "event_longitude": -117.6,
         },
     ),
-    "csmip-pairs": TextFormat(
+    "csmip-pairs": TextFormatWithWriter(
         coded_file_writer("x.RAW", csmip_pairs_text, ("090 DEG", 90), ("180 DEG", 180), ("UP", 0), interval=0.02),
         1e-3, 0.1 * G, (90, 180), 27, 0.02, {"station": "24436"},
     ),
-    "cosmos": TextFormat(
+    "cosmos": TextFormatWithWriter(
         coded_file_writer("x.v2c", cosmos_text, *TURNED, interval=0.01), 0.1, 0.01, (340, 70), 45, 0.01,
         OF_COSMOS | {"processed": True},
     ),
-    "cosmos-g": TextFormat(
+    "cosmos-g": TextFormatWithWriter(
         coded_file_writer("x.v2", cosmos_text, *TURNED, interval=0.01, unit=2), 1e-4, G, (340, 70), 45, 0.01,
     ),
-    "cosmos0": TextFormat(
+    "cosmos0": TextFormatWithWriter(
         lambda *x: {"x.V0": cosmos_counts_text(*x[:2])}, 1, 2.0e-3 / (1.25 * 2.0) * G, (340, 70), 45, 0.01,
         {"processed": False, "up": None},
     ),
-    "smc": TextFormat(
+    "smc": TextFormatWithWriter(
         SMC,
         0.1, 0.01, (0, 270), 29, 0.005,
         {"start": "1989-10-18T00:04:12.5Z", "station": "Test, 1 Main Street", "latitude": 37.728, "magnitude": 7.1},
     ),
-    "peer": TextFormat(
+    "peer": TextFormatWithWriter(
         peer_files_writer("new"), 1e-4, G, (228, 318), 4, 0.01, {"event": "Test-01 1/17/1994"}, peak=False
     ),
-    "peer-old": TextFormat(
+    "peer-old": TextFormatWithWriter(
         peer_files_writer("old"), 1e-4, G, (228, 318), 4, 0.01, {"event": "TEST 01/17/94 12:31"}, peak=False,
     ),
-    "peer-oldest": TextFormat(
+    "peer-oldest": TextFormatWithWriter(
         peer_files_writer("oldest"), 1e-4, G, (228, 318), 4, 0.01, {"station": "TEST RECEIVING STA"}, peak=False,
     ),
-    "renadic": TextFormat(
+    "renadic": TextFormatWithWriter(
         one_file_writer("x.v1", renadic_text, "NS", "EW", "V"), 1e-3, 0.1 * G, (0, 90), 27, 0.005,
         {"start": "2010-02-27T06:34:50.6Z", "station": "PRUEBA S/N 4561", "latitude": None}, declared=UP,
     ),
-    "cwa": TextFormat(
-        columns_file_writer("x.dat", cwa_text), 0.1, 0.01, (0, 90), 22, 0.01,
+    "cwa": TextFormatWithWriter(
+        writer_of_one_file_with_columns("x.dat", cwa_text), 0.1, 0.01, (0, 90), 22, 0.01,
         {"start": "2018-02-06T15:50:29Z", "station": "TST", "latitude": 22.86, "magnitude": 6.0, "depth_km": 10.0,
          "origin_time": "2018-02-06T15:50:42Z", "event_latitude": 24.14, "event_longitude": 121.69},
     ),
-    "nsmn": TextFormat(
-        columns_file_writer("x.txt", nsmn_text), 0.1, 0.01, (0, 90), 18, 0.01,
+    "nsmn": TextFormatWithWriter(
+        writer_of_one_file_with_columns("x.txt", nsmn_text), 0.1, 0.01, (0, 90), 18, 0.01,
         {"start": "1999-08-17T00:01:47.5Z", "station": "8101", "latitude": 40.8437, "longitude": 31.14888,
          "origin_time": "1999-08-17T00:01:39Z", "event_latitude": 40.7, "event_longitude": 29.987},
     ),
-    "csmnc": TextFormat(
-        component_files_writer(
+    "csmnc": TextFormatWithWriter(
+        writer_of_one_file_per_component(
             csmnc_text, ua0001__dat={"axis": "NS"}, ua0002__dat={"axis": "EW"}, ua0003__dat={"axis": "UD"}
         ),
         0.1, 0.01, (0, 90), 16, 0.01,
@@ -188,37 +190,37 @@ FORMS: dict[str, TextFormat] = {
          "origin_time": "2024-01-01T04:00:04Z", "event_latitude": 39.9, "event_longitude": 77.3, "depth_km": 9.0,
          "event": "NOWHERE EARTHQUAKE, NOWHERE,CHN", "processed": False},
     ),
-    "jma": TextFormat(
-        columns_file_writer("99999.csv", jma_text), 0.1, 0.01, (0, 90), 7, 0.01,
+    "jma": TextFormatWithWriter(
+        writer_of_one_file_with_columns("99999.csv", jma_text), 0.1, 0.01, (0, 90), 7, 0.01,
         {"start": "2024-01-01T07:10:05Z", "station": "99999架空市本町", "latitude": 32.648, "longitude": 130.686,
          "processed": False},
         peak=False,
     ),
-    "cismid": TextFormat(
-        columns_file_writer("x.txt", cismid_text), 0.1, 0.01, (0, 90), 36, 0.02,
+    "cismid": TextFormatWithWriter(
+        writer_of_one_file_with_columns("x.txt", cismid_text), 0.1, 0.01, (0, 90), 36, 0.02,
         {"start": "1966-10-17T21:41:08Z", "station": "TST", "latitude": -12.07, "longitude": -77.04, "magnitude": 8.1,
          "origin_time": "1966-10-17T21:41:00Z", "event_latitude": -10.7, "event_longitude": -78.7, "depth_km": 24.0,
          "processed": False, "agency_processing": "BASELINE CORRECTED"},
     ),
-    "bhrc": TextFormat(
+    "bhrc": TextFormatWithWriter(
         one_file_writer("x.V1", bhrc_text, "L", "T", "V"), 1e-3, 0.1 * G, (324, 54), 27, 0.005,
         {"station": "Test Shir", "latitude": 37.485, "longitude": 45.891, "magnitude": 6.1, "event_latitude": 38.52},
         peak=False, declared=UP,
     ),
-    "unam": TextFormat(
+    "unam": TextFormatWithWriter(
         one_file_writer("x.asa", unam_text, "N00E", "N90W", "+V"), 0.1, 0.01, (0, 270), 23, 0.01,
         {"start": "1995-09-14T07:19:20.5Z", "station": "TEST", "latitude": 17.211, "longitude": -100.642,
          "origin_time": "1995-09-14T07:19:10Z"},
         declared=UP,
     ),
-    "usc": TextFormat(
+    "usc": TextFormatWithWriter(
         one_file_writer("x.v1", usc_text, "N28W", "S62W", "UP"), 1e-3, 0.1 * G, (332, 242), 27, 0.005,
         {"station": "USC 0099, 1 TEST RD., TESTING, CA", "latitude": 34.41917, "longitude": -118.42611,
          "event_latitude": 34.21333, "event_longitude": -118.53694, "magnitude": 6.7, "processed": False,
          "origin_time": "1994-01-17T12:30:00Z", "event": "TEST EARTHQUAKE JAN 17, 1994 -1230 GMT"},
         peak=False,
     ),
-    "esm": TextFormat(
+    "esm": TextFormatWithWriter(
         ESM,
         0.1, 0.01, (90, 0), 23, 0.01,
         {"start": "2016-10-30T06:40:10.45Z", "station": "AMT", "latitude": 42.6325, "magnitude": 6.5, "vs30": 670.0,

@@ -45,17 +45,17 @@ addEventListener("load", async () => {
 </script>"""
 
 
-class _PageServer(HTTPServer):
+class _PageServerCollectingScriptResults(HTTPServer):
     """HTTP server that sends pages to a browser and collects the results of their scripts by page number."""
 
     pages: list[tuple[str, str]]
     said: dict[int, dict[str, Any]]
 
 
-class _PageHandler(BaseHTTPRequestHandler):
+class _PageHandlerStoringScriptResults(BaseHTTPRequestHandler):
     """Request handler that serves pages with a script and stores the results which the scripts post."""
 
-    server: _PageServer
+    server: _PageServerCollectingScriptResults
 
     def do_GET(self) -> None:
         """Send a page by its number, with its script unless the address ends in a query."""
@@ -87,7 +87,7 @@ def run_scripts_in_browser(kind: str, pages: dict[str, tuple[str, str]], profile
     if program is None:
         skip_or_fail(f"needs one of {', '.join(programs)}")
     profile.mkdir()
-    with _PageServer(("127.0.0.1", 0), _PageHandler) as server:
+    with _PageServerCollectingScriptResults(("127.0.0.1", 0), _PageHandlerStoringScriptResults) as server:
         server.said, server.timeout = {}, 1.0
         scripts = (script for _, script in pages.values())
         callers = [SCRIPT_CALLER.replace("SCRIPT", one).replace("NEXT", str(n)) for n, one in enumerate(scripts, 1)]

@@ -40,7 +40,7 @@ def fall_axis_findings_of_group(name: str, alignment: dict[str, Any]) -> dict[st
     }  # fmt: skip
 
 
-def comparison_with_variant(**changes: Any) -> dict[str, Any]:
+def variant_comparison_findings(**changes: Any) -> dict[str, Any]:
     """Return the findings of the comparison of a study with its variant, with changes."""
     parts = {
         "variant": "other", "primary": True, "scene_here": "stack", "scene_there": "monolith", "differs_in": ["scene"],
@@ -221,7 +221,7 @@ SURVEY_COMPARISON: dict[str, Any] = {
 }  # fmt: skip
 
 
-def _displacement_measure(name: str, stones: int, observed: list[Any], computed: list[Any]) -> dict[str, Any]:
+def _displacement_measure_finding(name: str, stones: int, observed: list[Any], computed: list[Any]) -> dict[str, Any]:
     """Return the finding on one displacement measure, observed and computed, each as value, low and high."""
     ends = ("value", "low", "high")
     pairs = {kind: dict(zip(ends, of, strict=True)) for kind, of in (("observed", observed), ("computed", computed))}
@@ -231,12 +231,12 @@ def _displacement_measure(name: str, stones: int, observed: list[Any], computed:
 _DISPLACED: dict[str, Any] = {
     "site": "", "fell": 21, "stood": 33, "cells": 417, "never_stand": 2, "without_outcome": 4, "far_outside_grid": 3,
     "measures": [
-        _displacement_measure("fell", 54, [0.389, 0.259, 0.531], [0.44, 0.37, 0.52]),
-        _displacement_measure("shifted", 32, [0.281, 0.137, 0.467], [0.15, 0.08, 0.23]),
-        _displacement_measure("twisted", 33, [0.182, 0.07, 0.355], [0.11, None, None]),
-        _displacement_measure("clockwise", 6, [0.833, 0.359, 0.996], [0.58, None, None]),
-        _displacement_measure("shift_m", 9, [2.4, 1.3, 5.6], [1.9, None, None]),
-        _displacement_measure("twist_deg", 6, [8.3, None, None], [None, None, None]),
+        _displacement_measure_finding("fell", 54, [0.389, 0.259, 0.531], [0.44, 0.37, 0.52]),
+        _displacement_measure_finding("shifted", 32, [0.281, 0.137, 0.467], [0.15, 0.08, 0.23]),
+        _displacement_measure_finding("twisted", 33, [0.182, 0.07, 0.355], [0.11, None, None]),
+        _displacement_measure_finding("clockwise", 6, [0.833, 0.359, 0.996], [0.58, None, None]),
+        _displacement_measure_finding("shift_m", 9, [2.4, 1.3, 5.6], [1.9, None, None]),
+        _displacement_measure_finding("twist_deg", 6, [8.3, None, None], [None, None, None])
     ],
     "directions": {
         "octant_falls": 17, "mean_direction_deg": 133.0, "resultant": 0.54, "predicted_mean_direction_deg": 148.0,
@@ -257,7 +257,7 @@ def _observed_mean(mean: float | None, half_width: float | None, p_value: float)
     return {"sample_size": 19, "mean_deg": mean, "half_width_deg": half_width, "resultant": 0.57, "p_value": p_value}
 
 
-def _observed_site(site: str, **changes: Any) -> dict[str, Any]:
+def _observed_site_findings(site: str, **changes: Any) -> dict[str, Any]:
     """Return the findings on the observed falls of one site, with changes."""
     return {
         "site": site, "stones": 34, "fell": 22, "stands": 7, "moved": 4, "not_counted": 5,
@@ -272,10 +272,10 @@ def _observed_site(site: str, **changes: Any) -> dict[str, Any]:
 
 OBSERVED_SURVEY: dict[str, Any] = {
     "stones": "ruin", "doubts": [], "declination_low_deg": -7.5, "declination_high_deg": -7.25,
-    "together": _observed_site(""),
+    "together": _observed_site_findings(""),
     "sites": [
-        _observed_site("upper", axis=_observed_mean(122.0, 8.0, 0.013)),
-        _observed_site("", fell_share=None, stands_share=None, axis=_observed_mean(99.0, None, 0.0005)),
+        _observed_site_findings("upper", axis=_observed_mean(122.0, 8.0, 0.013)),
+        _observed_site_findings("", fell_share=None, stands_share=None, axis=_observed_mean(99.0, None, 0.0005))
     ],
 }  # fmt: skip
 
@@ -304,17 +304,17 @@ INFERRED_MOTION: dict[str, Any] = {
 ONE_RECORD_COUNTS = {"records": 1, "earthquakes": 1, "earthquakes_in_several_groups": 0}
 
 
-def change_findings(base: dict[str, Any], **parts: Any) -> dict[str, Any]:
+def findings_with_changed_entries(base: dict[str, Any], **parts: Any) -> dict[str, Any]:
     """Return a copy of findings with some entries replaced; entries that are dictionaries are merged."""
     own = {name: base[name] | part if isinstance(base[name], dict) and isinstance(part, dict) else part
            for name, part in parts.items()}  # fmt: skip
     return base | own
 
 
-def findings_without_axis(reason: str, **parts: Any) -> dict[str, Any]:
+def findings_without_fall_axis(reason: str, **parts: Any) -> dict[str, Any]:
     """Return findings of a study whose falls have no axis to compare with a fault, with the reason."""
     direction = {"has_comparable_axis": False, "no_axis_because": reason}
-    return change_findings(DIRECTION_STUDY, direction=direction, **parts)
+    return findings_with_changed_entries(DIRECTION_STUDY, direction=direction, **parts)
 
 
 def study_section(name: str, **study: Any) -> dict[str, Any]:
@@ -342,34 +342,34 @@ PLANAR_AGREEMENT = {
 TWIST_OF_STANDING_STONES = {"stones": 31000, "median_deg": 0.4, "percentile_90_deg": 6.2, "largest_deg": 88.0}
 
 STUDY_FINDINGS: dict[str, dict[str, Any]] = {
-    "direction": change_findings(DIRECTION_STUDY, convergence=CONVERGENCE_CHECK),
-    "reference": change_findings(
+    "direction": findings_with_changed_entries(DIRECTION_STUDY, convergence=CONVERGENCE_CHECK),
+    "reference": findings_with_changed_entries(
         DIRECTION_STUDY, study=study_section("reference", primary_statistic="alignment", model="space"),
         reference_alignments=[REFERENCE_ALIGNMENT, REFERENCE_ALIGNMENT | {"group": "without (control)"}],
         planar_model_agreement=PLANAR_AGREEMENT, final_twist=TWIST_OF_STANDING_STONES, logistic_fit=None,
         criteria_scores=None, population=None),
-    "vertical": findings_without_axis(
+    "vertical": findings_without_fall_axis(
         "no fault normal", study=study_section("vertical", vertical_motion=True), population=None,
         extent=ONE_RECORD_COUNTS | {"records_with_vertical": 1},
-        contrasts=[comparison_with_variant(differs_in=["vertical"], share_difference=estimate(-0.006, n=1),
+        contrasts=[variant_comparison_findings(differs_in=["vertical"], share_difference=estimate(-0.006, n=1),
                                          primary_difference=estimate(-0.006, n=1))]),
-    "scene": change_findings(
+    "scene": findings_with_changed_entries(
         DIRECTION_STUDY, study=study_section("scene"), extent={"elements": 3, "element": "shaft", "mirrored": False},
-        contrasts=[comparison_with_variant(element_here="shaft", element_there="monolith")],
+        contrasts=[variant_comparison_findings(element_here="shaft", element_there="monolith")],
         element_outcomes=[ELEMENT_OUTCOME], logistic_fit=None, criteria_scores=None),
-    "stack in 3-D": change_findings(
+    "stack in 3-D": findings_with_changed_entries(
         DIRECTION_STUDY, study=study_section("scene", model="space"),
         extent={"elements": 3, "element": "shaft", "mirrored": False},
-        contrasts=[comparison_with_variant(opposite_share=0.21, element_here="shaft", element_there="shaft")],
+        contrasts=[variant_comparison_findings(opposite_share=0.21, element_here="shaft", element_there="shaft")],
         element_outcomes=[ELEMENT_OUTCOME], final_twist=TWIST_OF_STANDING_STONES,
         element_displacements=[ELEMENT_DISPLACEMENT,
                                ELEMENT_DISPLACEMENT | {"variant": "other", "share_slid_off": 0.0}],
         logistic_fit=None, criteria_scores=None),
-    "site": change_findings(
+    "site": findings_with_changed_entries(
         DIRECTION_STUDY, study=study_section("site", primary_statistic="fall_rate"), site_fall_rates=[SITE_EFFECT],
-        contrasts=[comparison_with_variant(differs_in=["site"], soil_thickness_m=20.0, **FALL_RATES)],
+        contrasts=[variant_comparison_findings(differs_in=["site"], soil_thickness_m=20.0, **FALL_RATES)],
         not_converged=["other, vale: north not converged"], beyond_curves=["other, ford: east converged"]),
-    "survey": change_findings(
+    "survey": findings_with_changed_entries(
         DIRECTION_STUDY, study=study_section("survey"), surveys=[SURVEY_COMPARISON], inferred_motions=[INFERRED_MOTION],
         published_peaks=[{"component": "north", "measure": "PGA", "unit": "Gal", "published": 1023.3,
                           "computed": 1019.4, "difference": -0.0038, "expected_within": 0.01, "agrees": True}],
@@ -377,9 +377,9 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
                               "heights_that_agree_m": [0.4, 0.95]}],
         published_comparisons=[{"variant": "nominal", "record": "vale", "azimuth_deg": 61.0, "height_m": 0.7,
                                 "friction": 0.8, "published_overturns": True, "computed_overturns": False}]),
-    "nothing falls": findings_without_axis("no falls", cases={"share_overturned": 0.0}, population=None),
-    "uneven planes": change_findings(
-        findings_without_axis("uneven planes", extent={
+    "nothing falls": findings_without_fall_axis("no falls", cases={"share_overturned": 0.0}, population=None),
+    "uneven planes": findings_with_changed_entries(
+        findings_without_fall_axis("uneven planes", extent={
             "azimuth_gaps": [(100.0, 240.0)], "direction_step_deg": 20.0, "first_direction_deg": 60.0,
             "last_direction_deg": 100.0}),
         direction={"has_comparable_axis": False, "no_axis_because": "uneven planes", "groups": [],
@@ -388,13 +388,13 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
         maps={"records": [{"record": "vale", "station": "Vale", "event": "Upper Vale", "reason": "first with falls",
                            "alignment": None}]},
     ),
-    "everything falls": findings_without_axis("falls in every plane", cases={"share_overturned": 1.0}),
-    "unknown outcomes": findings_without_axis(
+    "everything falls": findings_without_fall_axis("falls in every plane", cases={"share_overturned": 1.0}),
+    "unknown outcomes": findings_without_fall_axis(
         "unknown outcomes", extent={"records_with_imposed_axis": ["vale", "ford"]}),
-    "no fault normal": findings_without_axis("no fault normal", extent={"records": 3}),
+    "no fault normal": findings_without_fall_axis("no fault normal", extent={"records": 3}),
 }  # fmt: skip
 
 
-def findings_by_hand(name: str) -> Findings:
+def handwritten_findings_of_study(name: str) -> Findings:
     """Return the findings of one of `STUDY_FINDINGS`."""
     return Findings.model_validate(STUDY_FINDINGS[name])

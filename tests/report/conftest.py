@@ -10,8 +10,8 @@ from overturning.report.write import write_report
 from overturning.study.cube import open_cube, study_of_cube
 from overturning.study.schema import Study
 from overturning.translation.texts import installed_fonts_of_language
-from tests.report.test_rendering import SCRIPT_AS_NAME, parse_elements
-from tests.report.tiny_studies import make_study_results, pulse_record
+from tests.report.test_rendering import SCRIPT_AS_NAME, elements_of_well_formed_page
+from tests.report.tiny_studies import pulse_record, simulate_study_into_result_folder
 
 PAGE_NAME, PDF_NAME = "report.html", "report.pdf"
 FolderMadeOnce = Callable[[str, Callable[[Path], object]], Path]
@@ -30,20 +30,20 @@ def results_with_hostile_names(make_folder_once: FolderMadeOnce) -> Path:
     records = [pulse_record("one", 60, 6.0, **pulse), pulse_record("two", 10, 5.0, **without)]
 
     def write_results_and_findings(folder: Path) -> None:
-        make_study_results(folder, records, title=SCRIPT_AS_NAME, azimuth={"step": 15})
+        simulate_study_into_result_folder(folder, records, title=SCRIPT_AS_NAME, azimuth={"step": 15})
         write_findings(findings(folder), folder / "findings.json")
 
     return make_folder_once("hostile", write_results_and_findings)
 
 
 @pytest.fixture(scope="session")
-def page_and_pdf(results_with_hostile_names: Path, make_folder_once: FolderMadeOnce) -> tuple[str, bytes]:
+def report_page_and_pdf(results_with_hostile_names: Path, make_folder_once: FolderMadeOnce) -> tuple[str, bytes]:
     """Return page and PDF of a report in which names of records contain HTML and scripts; the page is well formed."""
     folder = make_folder_once(
         "rendered", lambda folder: write_report(results_with_hostile_names, folder / PAGE_NAME, folder / PDF_NAME)
     )
     page = (folder / PAGE_NAME).read_text(encoding="utf-8")
-    parse_elements(page)
+    elements_of_well_formed_page(page)
     return page, (folder / PDF_NAME).read_bytes()
 
 
@@ -57,7 +57,7 @@ def study_in_japanese(results_with_hostile_names: Path) -> Study:
 
 
 @pytest.fixture(scope="session")
-def japanese_page_and_pdf(
+def japanese_report_page_and_pdf(
     results_with_hostile_names: Path, study_in_japanese: Study, make_folder_once: FolderMadeOnce
 ) -> tuple[str, bytes]:
     """Return page and PDF of the report in Japanese; the PDF is empty where there is no Japanese font."""

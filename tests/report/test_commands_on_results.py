@@ -13,7 +13,7 @@ from overturning.report.write import write_report
 from overturning.study.cube import open_cube
 from overturning.study.load import study_from_content
 from overturning.surveys.comparison import read_survey_comparison
-from tests.report.tiny_studies import make_study_results, pulse_record
+from tests.report.tiny_studies import pulse_record, simulate_study_into_result_folder
 
 
 def run_command(*arguments: str) -> int:
@@ -31,7 +31,7 @@ def test_recheck_command_finds_recomputed_outcomes_identical(
     assert "all identical, bit for bit" in text
 
 
-def test_recheck_command_names_the_option_for_missing_motions(
+def test_error_of_recheck_without_motion_files_names_the_motions_option(
     results_with_hostile_names: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run_command("recheck", str(results_with_hostile_names / "cube.nc"), "--motions", str(tmp_path)) == 1
@@ -106,7 +106,7 @@ def test_survey_command_compares_twist_and_slip_with_a_3d_study(
     """Twist and slip are compared with the outcomes of the cube, in the command and in the report."""
     body: dict[str, Any] = {"body": {"aspect": [1]}, "orientation": {"step": 45}, "friction": [0.2, 0.35]}
     records = [pulse_record("one", 60, 6.0)]
-    folder = make_study_results(tmp_path / "tiny", records, drawn=False, b_over_h=[0.4, 0.5], **body)
+    folder = simulate_study_into_result_folder(tmp_path / "tiny", records, drawn=False, b_over_h=[0.4, 0.5], **body)
     stones, output, figure = tmp_path / "stones.csv", folder / "survey" / "1.json", tmp_path / "survey.svg"
     stones.write_text(
         "site,outcome,face_azimuth_deg,b_over_h,count\n"

@@ -20,7 +20,7 @@ from overturning.translation.texts import translate_visible_texts_to
 from tests.expect import skip_or_fail
 from tests.figures.test_explore import SCRIPT_AS_NAME, random_3d_cube, random_planar_cube
 from tests.report.browsers import BROWSER_PROGRAMS, run_scripts_in_browser
-from tests.translation.test_tables import english_words
+from tests.translation.test_tables import untranslated_latin_words
 
 SCRIPT_HELPERS = """
 const root = document.getElementById("explorer"), canvas = document.querySelector(".map canvas");
@@ -206,7 +206,7 @@ UNTRANSLATED_NAMES = {"script", "window", "hurt", "none", "space", "report", "HT
 JAPANESE_PAGES = ("2-D in Japanese", "part in Japanese", "3-D in Japanese")
 
 
-def cube_with_late_falls() -> xr.Dataset:
+def cube_with_late_falls_at_azimuth_90() -> xr.Dataset:
     """Return a cube of blocks that fall early, late at 90°, not at 180°; opposite azimuths are not mirror images.
 
     Few runs of the second azimuth fall and few of the third stand; the ensemble of the fourth was not run.
@@ -238,7 +238,7 @@ def cube_of_known_colours() -> xr.Dataset:
     return whole
 
 
-def cube_of_full_circle_orientations() -> xr.Dataset:
+def cube_of_full_circle_with_unstable_cells() -> xr.Dataset:
     """Return a 3-D cube of the full circle of orientations, whose first cells are unstable."""
     whole = random_3d_cube().assign_coords(orientation=np.arange(0, 360, 60))
     whole["overturned"][:, 0] = np.nan
@@ -262,13 +262,16 @@ def explorer_script_results(
         "phone": (plain, PHONE_SCRIPT),
         "contrast": (plain, CONTRAST_SCRIPT),
         "painted": (explorer_page_html(explorer_page_data(cube_of_known_colours())), CELL_COLOURS_SCRIPT),
-        "late": (explorer_page_html(explorer_page_data(cube_with_late_falls())), FALL_TIMES_SCRIPT),
+        "late": (explorer_page_html(explorer_page_data(cube_with_late_falls_at_azimuth_90())), FALL_TIMES_SCRIPT),
         "in space": (explorer_page_html(explorer_page_data(random_3d_cube())), ORIENTATIONS_SCRIPT),
         "stack": (
             explorer_page_html(explorer_page_data(random_3d_cube().expand_dims(element=["shaft"]))),
             ORIENTATIONS_SCRIPT,
         ),
-        "full turn": (explorer_page_html(explorer_page_data(cube_of_full_circle_orientations())), FULL_CIRCLE_SCRIPT),
+        "full turn": (
+            explorer_page_html(explorer_page_data(cube_of_full_circle_with_unstable_cells())),
+            FULL_CIRCLE_SCRIPT,
+        ),
         "command": (command, COMMAND_SCRIPT),
     }
     if request.param == "chromium":  # one start of the browser for all
@@ -283,7 +286,7 @@ def explorer_script_results(
     )
 
 
-def expected_outcome_words(azimuth: int, ratio: int, record: int = 1) -> str:
+def outcome_words_of_random_cube_case(azimuth: int, ratio: int, record: int = 1) -> str:
     """Return the words for the outcome of a case of `random_planar_cube()`, at its first height and last friction."""
     flag = float(random_planar_cube()["overturned"][record, azimuth, 0, ratio, 1])
     return {1.0: "falls towards", -1.0: "falls towards", 0.0: "stands"}.get(flag, "no outcome was found")
@@ -301,7 +304,7 @@ def test_explorer_sentences_match_the_outcomes_in_the_cube(explorer_script_resul
     places = [("E", 3, 0), ("E", 3, 1), ("E", 3, 2), ("E", 3, 0), ("S60°E", 4, 0)]
     for text, (name, azimuth, ratio) in zip(around["seen"], places, strict=True):
         assert text.startswith(f"Motion along {name}, B/H = {float(random_planar_cube()['b_over_h'][ratio]):g}: ")
-        assert expected_outcome_words(azimuth, ratio) in text
+        assert outcome_words_of_random_cube_case(azimuth, ratio) in text
     assert around["cells"] == 6, "no ring beyond the outermost"
     assert around["title"].startswith("</script><script>window.hurt")
     assert "hurt" not in around
@@ -353,7 +356,10 @@ def test_explorer_map_is_used_with_keys_and_announces_outcomes(explorer_script_r
     for (label, text, address), (azimuth, ratio) in zip(found["seen"], cells, strict=True):
         assert f"azimuth={azimuth}&b_over_h={ratio}&" in address
         assert label.endswith(text)
-        assert expected_outcome_words(int(azimuth) // 30, ["0.1", "0.35"].index(ratio), record=found["record"]) in label
+        assert (
+            outcome_words_of_random_cube_case(int(azimuth) // 30, ["0.1", "0.35"].index(ratio), record=found["record"])
+            in label
+        )
     assert all(re.search("falls towards|stands|no outcome", text) for text in found["sliders"])
 
 
@@ -453,7 +459,7 @@ def test_explorer_of_a_full_circle_wraps_and_states_why_an_outcome_is_missing(
 
 
 @pytest.mark.browser
-def test_explorer_command_simulates_the_pinned_cell(explorer_script_results: dict[str, Any]) -> None:
+def test_command_in_the_explorer_has_the_options_of_the_pinned_cell(explorer_script_results: dict[str, Any]) -> None:
     for address, command in explorer_script_results["command"]["found"]:
         values = dict(part.split("=") for part in address.removeprefix("#").split("&"))
         words = shlex.split(command)
@@ -471,8 +477,8 @@ def test_explorer_command_simulates_the_pinned_cell(explorer_script_results: dic
 def test_explorer_in_japanese_has_no_english_word(explorer_script_results: dict[str, Any]) -> None:
     for name in JAPANESE_PAGES:
         found = explorer_script_results[name]
-        assert not english_words(found["texts"]) - UNTRANSLATED_NAMES, name
-        assert not english_words(found["drawn"]) - UNTRANSLATED_NAMES, name
+        assert not untranslated_latin_words(found["texts"]) - UNTRANSLATED_NAMES, name
+        assert not untranslated_latin_words(found["drawn"]) - UNTRANSLATED_NAMES, name
         assert re.search("[ぁ-ん]", found["drawn"]), name
 
 

@@ -7,18 +7,18 @@ import pytest
 
 from overturning.findings.causes import LogisticCoefficient
 from overturning.findings.collect import Findings
-from overturning.report.render import LANGUAGES, render_markdown
-from tests.report.by_hand import FALL_RATES, estimate, findings_by_hand
-from tests.report.test_templates import report_text, text_of_handwritten_findings
+from overturning.report.render import LANGUAGES, render_template_as_markdown
+from tests.report.by_hand import FALL_RATES, estimate, handwritten_findings_of_study
+from tests.report.test_templates import report_text, report_text_of_handwritten_findings
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_a_survey_without_predicted_falls_is_not_called_worse_than_random(language: str) -> None:
-    data = json.loads(findings_by_hand("survey").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("survey").model_dump_json())
     fits = {"en": ("random directions do", "Does the prediction fit?"), "ja": ("無作為な方向よりも", "予測は合うか")}[
         language
     ]
-    text = text_of_handwritten_findings("survey", language)
+    text = report_text_of_handwritten_findings("survey", language)
     assert all(words in text for words in fits)
     data["surveys"][0]["falls_with_predicted_direction"] = 0
     text = report_text(Findings.model_validate(data), language)
@@ -28,11 +28,11 @@ def test_a_survey_without_predicted_falls_is_not_called_worse_than_random(langua
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_states_a_common_fall_axis_only_as_far_as_falls_agree(language: str) -> None:
-    data = json.loads(findings_by_hand("direction").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     group = data["direction"]["groups"][0]
     differs = {"en": "differs from earthquake to earthquake", "ja": "地震ごとに異なる"}[language]
     partly = {"en": "fall only partly along one line", "ja": "一部のみが一つの軸に沿って"}[language]
-    assert differs in text_of_handwritten_findings("direction", language)
+    assert differs in report_text_of_handwritten_findings("direction", language)
     group["axis_resultant_within_record"]["value"] = 0.14
     for with_axis, near_normal in ((1, 1), (3, 3), (3, 0)):
         group |= {"earthquakes_with_axis": with_axis, "axes_within_45_of_normal": near_normal}
@@ -45,11 +45,11 @@ def test_report_states_a_common_fall_axis_only_as_far_as_falls_agree(language: s
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_calls_earthquakes_too_few_if_alignments_have_no_interval(language: str) -> None:
-    data = json.loads(findings_by_hand("reference").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("reference").model_dump_json())
     few = {"en": "Too few earthquakes to say whether free stones", "ja": "地震の数が少なく、墓石がどの基準方向"}[
         language
     ]
-    assert few not in text_of_handwritten_findings("reference", language)
+    assert few not in report_text_of_handwritten_findings("reference", language)
     data["reference_alignments"][0]["closest_alignment"] |= {"low": None, "high": None}
     assert few in report_text(Findings.model_validate(data), language)
 
@@ -57,7 +57,7 @@ def test_report_calls_earthquakes_too_few_if_alignments_have_no_interval(languag
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("study", ["direction", "no fault normal"])
 def test_headline_states_the_primary_statistic_of_the_study(study: str, language: str) -> None:
-    data = json.loads(findings_by_hand(study).model_dump_json())
+    data = json.loads(handwritten_findings_of_study(study).model_dump_json())
     data["population"]["median_fall_rate"], data["cases"]["share_overturned"] = 0.37, 0.52
     data["published_agreement"] = [
         {"variant": "nominal", "blocks": 12, "blocks_that_agree": 9, "heights_that_agree_m": [0.4]}
@@ -68,9 +68,9 @@ def test_headline_states_the_primary_statistic_of_the_study(study: str, language
         assert words in headline.replace("\N{NO-BREAK SPACE}", " ")
 
 
-def headline_and_text(study: str, language: str, **contrast: Any) -> tuple[str, str]:
+def headline_and_text_of_comparison_report(study: str, language: str, **contrast: Any) -> tuple[str, str]:
     """Return headline and text of the report on a study whose comparison with its variant has these values."""
-    data = json.loads(findings_by_hand(study).model_dump_json())
+    data = json.loads(handwritten_findings_of_study(study).model_dump_json())
     data["study"]["primary_statistic"] = contrast.pop("primary_statistic", "share")
     data["contrasts"][0] |= contrast
     text = report_text(Findings.model_validate(data), language).replace("\N{NO-BREAK SPACE}", " ")
@@ -97,7 +97,9 @@ SMALL_OVERTURNED_SHARES = {
 def test_headline_of_a_comparison_follows_from_its_interval(
     difference: dict[str, Any], words: dict[str, str], said: list[str], language: str
 ) -> None:
-    headline, _ = headline_and_text("vertical", language, primary_difference=difference, **SMALL_OVERTURNED_SHARES)
+    headline, _ = headline_and_text_of_comparison_report(
+        "vertical", language, primary_difference=difference, **SMALL_OVERTURNED_SHARES
+    )
     for one in (words[language], *said):
         assert one in headline
 
@@ -107,7 +109,7 @@ def test_headline_of_a_comparison_follows_from_its_interval(
 def test_headline_that_no_stone_falls_is_limited_to_cases_with_an_outcome(study: str, language: str) -> None:
     """The headline does not speak for the cases without an outcome, which may be most of the study."""
     none = estimate(0.0, 0.0, 0.26)
-    data = json.loads(findings_by_hand(study).model_dump_json())
+    data = json.loads(handwritten_findings_of_study(study).model_dump_json())
     for contrast in data["contrasts"]:
         contrast |= {"share_overturned_study": none, "share_overturned_variant": none}
     for missing in ({}, {"unstable": 7}):
@@ -124,7 +126,7 @@ def test_two_settings_without_falls_are_not_compared(language: str) -> None:
     none = estimate(0.0, 0.0, 0.26)
     shares = dict.fromkeys(("share_overturned_study", "share_overturned_variant", "both_overturn"), none)
     same = {"only_study_overturns": none, "only_variant_overturns": none, "primary_difference": estimate(0.0, 0.0, 0.0)}
-    headline, text = headline_and_text("vertical", language, **shares, **same)
+    headline, text = headline_and_text_of_comparison_report("vertical", language, **shares, **same)
     assert {"en": "No stone falls, neither with vertical", "ja": "墓石は一つも転倒しない"}[language] in headline
     assert {"en": "No case falls in either setting", "ja": "どちらの条件でも転倒するケースがない"}[language] in text
     assert {"en": "the difference (", "ja": "上下動なしを引いた値"}[language] not in text
@@ -134,7 +136,7 @@ def test_two_settings_without_falls_are_not_compared(language: str) -> None:
 @pytest.mark.parametrize("primary", [True, False])
 def test_settings_without_an_outcome_in_both_are_not_compared(primary: bool, language: str) -> None:
     none = estimate(0.0, n=0) | {"value": None}
-    data = json.loads(findings_by_hand("vertical").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("vertical").model_dump_json())
     other = {name: none for name, value in data["contrasts"][0].items() if isinstance(value, dict)}
     data["contrasts"].append(data["contrasts"][0] | other | {"opposite_share": None, "primary": False})
     if primary:
@@ -155,7 +157,7 @@ def test_settings_without_an_outcome_in_both_are_not_compared(primary: bool, lan
 def test_report_states_simultaneous_falls_and_order_of_elements_where_they_exist(
     elements: int, same_time: float, language: str
 ) -> None:
-    data = json.loads(findings_by_hand("scene").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("scene").model_dump_json())
     data["extent"]["elements"] = elements
     data["element_outcomes"][0] |= {"variant": "nominal", "element": data["extent"]["element"], "share_first": 0.97}
     data["contrasts"][0]["same_time_in_both"] = estimate(same_time)
@@ -180,7 +182,7 @@ def test_report_names_every_setting_that_differs_between_the_variants(
 ) -> None:
     """The study asks about vertical motion, and its primary statistic is a fall rate."""
     rates = FALL_RATES | {"differs_in": settings, "primary_statistic": "fall_rate"}
-    headline, text = headline_and_text("vertical", language, **rates)
+    headline, text = headline_and_text_of_comparison_report("vertical", language, **rates)
     for one in named[language]:
         assert one in headline
     assert {"en": "Fewer stones fall", "ja": "墓石が少ない"}[language] in headline
@@ -214,7 +216,7 @@ def test_report_names_every_setting_that_differs_between_the_variants(
 def test_report_states_whether_all_cases_or_only_borderline_ones_were_rerun(
     every: bool, share: float, said: dict[str, str], language: str
 ) -> None:
-    data = json.loads(findings_by_hand("direction").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     data["ensemble"] |= {"repeats_every_cell": every, "share_of_cells_repeated": share}
     text = report_text(Findings.model_validate(data), language).replace("\N{NO-BREAK SPACE}", " ")
     assert said[language] in text
@@ -225,7 +227,9 @@ def test_report_states_whether_all_cases_or_only_borderline_ones_were_rerun(
 def test_report_states_disagreement_of_runs_for_the_first_batch_of_runs(study: str, language: str) -> None:
     """Shares of disagreement hold for the first 8 of up to 24 runs; the second share is of other cases in 3-D."""
     (line,) = (
-        one for one in text_of_handwritten_findings(study, language).splitlines() if "47\N{NO-BREAK SPACE}%" in one
+        one
+        for one in report_text_of_handwritten_findings(study, language).splitlines()
+        if "47\N{NO-BREAK SPACE}%" in one
     )
     spaces = line.replace("\N{NO-BREAK SPACE}", " ")
     first = {"en": "Of 8 such runs some fall and others stand in 16 %", "ja": "16 % のケースでは、8 回の計算で"}
@@ -251,14 +255,17 @@ def test_report_states_disagreement_of_runs_for_the_first_batch_of_runs(study: s
 def test_report_states_no_effect_of_predictors_that_may_be_chance(
     note: str, fitted: bool, words: dict[str, str], language: str
 ) -> None:
-    data = json.loads(findings_by_hand("direction").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     even = {"en": "even chance of falling", "ja": "転倒確率 50 % の墓石"}[language]
-    assert even in text_of_handwritten_findings("direction", language)
+    assert even in report_text_of_handwritten_findings("direction", language)
     row = {"predictor": "ln B/H", "value": 1.2, "low": None, "high": None, "data_minimum": 0.1, "data_maximum": 0.6,
            "odds_factor_per_doubling": 2.3, "odds_factor_low": None, "odds_factor_high": None}  # fmt: skip
     data["logistic_fit"] |= {"even_chance": [], "coefficients": [row] if fitted else [], "note": note, "earthquakes": 1}
     found = Findings.model_validate(data)
-    text, page = report_text(found, language), render_markdown(found, language)  # the page with titles of tables
+    text, page = (
+        report_text(found, language),
+        render_template_as_markdown(found, language),
+    )  # the page with titles of tables
     assert even not in text
     assert words[language] in text
     jackknife = {"en": "of 1 earthquake; intervals by leaving out", "ja": "ジャックナイフ法"}[language]
@@ -288,7 +295,7 @@ SENTENCES_ON_REFERENCES = {
 def test_conclusions_about_reference_directions_follow_from_their_numbers(
     planar: dict[str, Any], reference: dict[str, Any], shown: list[bool], language: str
 ) -> None:
-    data = json.loads(findings_by_hand("reference").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("reference").model_dump_json())
     data["planar_model_agreement"] |= planar
     data["reference_alignments"] = [data["reference_alignments"][0] | reference]
     text = report_text(Findings.model_validate(data), language)
@@ -442,14 +449,16 @@ def test_sentences_of_small_studies_mention_only_numbers_that_exist(
     shown: dict[str, str],
     language: str,
 ) -> None:
-    data = json.loads(findings_by_hand(study).model_dump_json())
+    data = json.loads(handwritten_findings_of_study(study).model_dump_json())
     for path, values in changes.items():
         part: Any = data
         for key in path:
             part = part[key]
         part |= values
     found = Findings.model_validate(data)  # captions of tables are in the Markdown only
-    text = (report_text(found, language) + render_markdown(found, language)).replace("\N{NO-BREAK SPACE}", " ")
+    text = (report_text(found, language) + render_template_as_markdown(found, language)).replace(
+        "\N{NO-BREAK SPACE}", " "
+    )
     assert gone[language] not in text
     assert shown[language] in text
 
@@ -459,7 +468,7 @@ def test_sentences_of_small_studies_mention_only_numbers_that_exist(
 def test_2d_and_3d_fall_axes_are_compared_only_where_both_models_fall(
     cases: int, angle: float | None, language: str
 ) -> None:
-    data = json.loads(findings_by_hand("reference").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("reference").model_dump_json())
     data["planar_model_agreement"] |= {"cases": cases, "angle_between_axes_deg": angle, "only_3d_overturns": 0.0}
     text = report_text(Findings.model_validate(data), language)
     alone, apart = {"en": ("in a plane alone", "apart on average"), "ja": ("は二次元でのみ", "転倒軸の差は平均")}[
@@ -470,7 +479,7 @@ def test_2d_and_3d_fall_axes_are_compared_only_where_both_models_fall(
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_headline_of_a_survey_study_without_outcomes_states_their_absence(language: str) -> None:
-    data = json.loads(findings_by_hand("survey").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("survey").model_dump_json())
     data["surveys"], data["published_agreement"] = [], []
     data["cases"]["share_overturned"] = None
     text = report_text(Findings.model_validate(data), language)

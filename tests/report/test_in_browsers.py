@@ -13,7 +13,7 @@ from overturning.figures.film import Film
 from overturning.figures.film_of_trajectory import film_of_trajectories
 from overturning.figures.page import film_page_html
 from overturning.motion.motion import Motion
-from tests.figures.films import falling_body_trajectory, film_of_two_blocks
+from tests.figures.films import film_of_falling_and_rocking_block, trajectory_of_3d_body
 from tests.report.browsers import run_scripts_in_browser
 from tests.report.test_rendering import SCRIPT_AS_NAME
 
@@ -135,14 +135,14 @@ return {wide, least: seen[0], letters: seen[1]};
 
 
 @pytest.fixture(scope="module", params=["chromium", pytest.param("firefox", marks=pytest.mark.long)])
-def page_script_results(
-    request: pytest.FixtureRequest, page_and_pdf: tuple[str, bytes], tmp_path_factory: Any
+def film_and_report_script_results(
+    request: pytest.FixtureRequest, report_page_and_pdf: tuple[str, bytes], tmp_path_factory: Any
 ) -> dict[str, Any]:
     """Return the results of the scripts of this file in one browser, by the name of the page."""
-    film = film_of_two_blocks()
+    film = film_of_falling_and_rocking_block()
     time = np.arange(0, 1.2, 0.01)
     motion = Motion(7.0 * np.sin(2 * np.pi * time), 3.0 * np.sin(2 * np.pi * time), sampling_interval=0.01)
-    path = falling_body_trajectory(motion)
+    path = trajectory_of_3d_body(motion)
     vertical = 45.0 * np.sin(4 * np.pi * time) * (time < 0.5)
     jump = Motion(0.02 * vertical, np.zeros(time.size), vertical, sampling_interval=0.01)
     rest = Motion(*2 * [0.9 * np.sin(2 * np.pi * time)], sampling_interval=0.01)
@@ -151,13 +151,13 @@ def page_script_results(
         "slender": trajectory(rest, "rectangle", height=0.01, b_over_h=0.1, orientation_deg=0.0),
     }
     pages = {
-        "film": (film_page_html(film_of_two_blocks(duration=0.2, title=HOSTILE_TITLE)), FILM_SCRIPT),
+        "film": (film_page_html(film_of_falling_and_rocking_block(duration=0.2, title=HOSTILE_TITLE)), FILM_SCRIPT),
         "three": (film_page_html(Film("three", 0.0, 0.02, (*film.panels, film.panels[0]))), THREE_PANELS_SCRIPT),
     }
     with pytest.MonkeyPatch.context() as patch:  # frames for print, which these scripts do not look at
         patch.setattr("overturning.figures.film_strip.film_strip_figure", lambda *_, **__: Figure((1.0, 1.0)))
         pages |= {
-            "fall": (film_page_html(film_of_two_blocks(forces=False)), FALL_SCRIPT),
+            "fall": (film_page_html(film_of_falling_and_rocking_block(forces=False)), FALL_SCRIPT),
             "space": (film_page_html(film_of_trajectories([path], motion, "title")), BODY_IN_3D_SCRIPT),
             **{
                 name: (
@@ -167,16 +167,16 @@ def page_script_results(
                 for name, path in films.items()
             },
         }
-    pages["report"] = (page_and_pdf[0], REPORT_SCRIPT)
+    pages["report"] = (report_page_and_pdf[0], REPORT_SCRIPT)
     if request.param == "chromium":  # one start of the browser for all
-        pages["letters"] = (page_and_pdf[0], LETTER_SIZES_SCRIPT)
+        pages["letters"] = (report_page_and_pdf[0], LETTER_SIZES_SCRIPT)
     profile: Path = tmp_path_factory.mktemp("browser") / "profile"
     return run_scripts_in_browser(request.param, pages, profile)
 
 
 @pytest.mark.browser
-def test_film_page_plays_and_obeys_its_keys(page_script_results: dict[str, Any]) -> None:
-    film = page_script_results["film"]
+def test_film_page_plays_and_obeys_its_keys(film_and_report_script_results: dict[str, Any]) -> None:
+    film = film_and_report_script_results["film"]
     assert film["title"] == HOSTILE_TITLE
     assert "hurt" not in film
     assert film["outcomes"][1] == "stands"
@@ -195,9 +195,9 @@ def test_film_page_plays_and_obeys_its_keys(page_script_results: dict[str, Any])
 
 
 @pytest.mark.browser
-def test_canvas_of_a_film_shows_the_block_after_its_fall(page_script_results: dict[str, Any]) -> None:
+def test_canvas_of_a_film_shows_the_block_after_its_fall(film_and_report_script_results: dict[str, Any]) -> None:
     """The block's colour leaves its first place and comes to the right of it."""
-    fall = page_script_results["fall"]
+    fall = film_and_report_script_results["fall"]
     assert fall["before"][0] > 1000 > fall["before"][1]
     assert fall["after"][1] > 5 * fall["after"][0]
     assert fall["outcome"].startswith("falls towards N60")
@@ -205,16 +205,16 @@ def test_canvas_of_a_film_shows_the_block_after_its_fall(page_script_results: di
 
 
 @pytest.mark.browser
-def test_three_film_panels_fit_side_by_side_on_a_phone(page_script_results: dict[str, Any]) -> None:
-    assert len(page_script_results["three"]["seen"]) == 3
-    assert len(set(page_script_results["three"]["seen"])) == 1
-    assert page_script_results["three"]["wide"] <= 390
+def test_three_film_panels_fit_side_by_side_on_a_phone(film_and_report_script_results: dict[str, Any]) -> None:
+    assert len(film_and_report_script_results["three"]["seen"]) == 3
+    assert len(set(film_and_report_script_results["three"]["seen"])) == 1
+    assert film_and_report_script_results["three"]["wide"] <= 390
 
 
 @pytest.mark.browser
-def test_dragging_and_keys_rotate_the_view_of_a_3d_body(page_script_results: dict[str, Any]) -> None:
-    assert page_script_results["space"]["different"] == 3
-    assert page_script_results["space"]["outcome"].startswith("falls towards")
+def test_dragging_and_keys_rotate_the_view_of_a_3d_body(film_and_report_script_results: dict[str, Any]) -> None:
+    assert film_and_report_script_results["space"]["different"] == 3
+    assert film_and_report_script_results["space"]["outcome"].startswith("falls towards")
 
 
 @pytest.mark.browser
@@ -226,22 +226,22 @@ def test_dragging_and_keys_rotate_the_view_of_a_3d_body(page_script_results: dic
     ],
 )
 def test_3d_film_shows_the_whole_stone_in_every_frame(
-    page_script_results: dict[str, Any], name: str, bars: list[float]
+    film_and_report_script_results: dict[str, Any], name: str, bars: list[float]
 ) -> None:
     """Seen from the moving ground or the fixed earth, the whole stone is in the picture at all times.
 
     The slender stone and its floor, which is as wide as the stone is high, fill a picture 1.7 stones wide.
     """
-    assert [edge for _, edge in page_script_results[name]["found"]] == 42 * [0]
-    assert min(count for count, _ in page_script_results[name]["found"][:21]) > 200
-    assert page_script_results[name]["bar"] in [pytest.approx(bar) for bar in bars]
+    assert [edge for _, edge in film_and_report_script_results[name]["found"]] == 42 * [0]
+    assert min(count for count, _ in film_and_report_script_results[name]["found"][:21]) > 200
+    assert film_and_report_script_results[name]["bar"] in [pytest.approx(bar) for bar in bars]
 
 
 @pytest.mark.browser
 def test_report_page_sorts_tables_opens_chapters_and_fits_a_phone(
-    page_script_results: dict[str, Any], results_with_hostile_names: Path
+    film_and_report_script_results: dict[str, Any], results_with_hostile_names: Path
 ) -> None:
-    page = page_script_results["report"]
+    page = film_and_report_script_results["report"]
     assert page["orders"] == [["one", "two"], ["two", "one"], ["two", "one"]]
     assert page["sorted"] == ["30", "2,000", "12,345"]
     assert page["opened"]
@@ -257,9 +257,9 @@ def test_report_page_sorts_tables_opens_chapters_and_fits_a_phone(
 
 
 @pytest.mark.browser
-@pytest.mark.parametrize("page_script_results", ["chromium"], indirect=True)
-def test_letters_of_report_figures_are_legible_on_a_phone(page_script_results: dict[str, Any]) -> None:
-    found = page_script_results["letters"]
+@pytest.mark.parametrize("film_and_report_script_results", ["chromium"], indirect=True)
+def test_letters_of_report_figures_are_legible_on_a_phone(film_and_report_script_results: dict[str, Any]) -> None:
+    found = film_and_report_script_results["letters"]
     assert found["letters"] > 20
     assert found["least"] >= 9.0
     assert found["wide"] <= 390

@@ -15,12 +15,12 @@ from overturning.report.render import (
     LANGUAGES,
     parse_markdown,
     read_label_translations,
-    render_markdown,
-    translate_label,
+    render_template_as_markdown,
+    translate_whole_text_by_table,
 )
 from overturning.report.terminal import plain_paragraphs
 from tests.report.by_hand import RECORD, STUDY_FINDINGS
-from tests.report.test_rendering import parse_elements
+from tests.report.test_rendering import elements_of_well_formed_page
 
 RECORD_TIME = np.arange(2000) / 100.0
 NORTH_WAVE = np.sin(2 * np.pi * 0.7 * RECORD_TIME + 0.3) * np.exp(-(((RECORD_TIME - 8.0) / 3.0) ** 2))
@@ -40,7 +40,7 @@ def markdown_report_on_record(record: Record, language: str) -> str:
     doubts = [{"doubt": one, "count": 1, "records": ["vale"]} for one in processing.doubts]
     notes = RecordNotes.model_validate({"records_with_notes": 1, "doubts": doubts})
     parts = {"records": [RECORD | {"processing": processing}], "record_notes": notes}
-    return render_markdown(Findings.model_validate(STUDY_FINDINGS["direction"] | parts), language)
+    return render_template_as_markdown(Findings.model_validate(STUDY_FINDINGS["direction"] | parts), language)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -51,12 +51,14 @@ def test_report_names_a_clipped_component_and_its_clipped_samples(tmp_path: Path
     assert count > 10
     text = markdown_report_on_record(write_and_read_record_with_north(tmp_path / "x.csv", clipped), language)
     page = render_report_html_page(parse_markdown(text), "title", language, None, {})
-    parse_elements(page)
+    elements_of_well_formed_page(page)
     (item,) = (one for one in page.split("<li>") if "clipped:" in one)
     assert item.startswith("vale")
     assert f"axis 'north' is clipped: {count} samples stand at its rail, 100 Gal".replace("'", "&#x27;") in item
     unfolded = plain_paragraphs(parse_markdown(text))
-    assert any(translate_label("clipped samples", read_label_translations(language)) in one for one in unfolded)
+    assert any(
+        translate_whole_text_by_table("clipped samples", read_label_translations(language)) in one for one in unfolded
+    )
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -65,9 +67,9 @@ def test_report_names_drift_and_trusted_contradictions_of_a_record(tmp_path: Pat
     assert DRIFT in processing_finding_of_record(source_and_processing_of_record(drifting)).doubts
     text = markdown_report_on_record(drifting, language)
     assert {"en": "velocity of north ends at", "ja": "北方向の速度が最後に最大値の"}[language] in text
-    assert translate_label(DRIFT, read_label_translations(language)) in text
+    assert translate_whole_text_by_table(DRIFT, read_label_translations(language)) in text
     dead = write_and_read_record_with_north(tmp_path / "y.csv", 1e-9 * NORTH_WAVE, trust_data=True)
     assert processing_finding_of_record(source_and_processing_of_record(dead)).doubts == [TRUSTED]
     text = markdown_report_on_record(dead, language)
     assert "north\\' is dead" in text
-    assert translate_label(TRUSTED, read_label_translations(language)) in text
+    assert translate_whole_text_by_table(TRUSTED, read_label_translations(language)) in text

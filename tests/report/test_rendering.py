@@ -14,11 +14,17 @@ from overturning.errors import ResultError
 from overturning.findings.collect import Findings
 from overturning.report.page import render_report_html_page
 from overturning.report.paper import compile_report_pdf
-from overturning.report.render import LANGUAGES, ReportMedia, escape_markdown, parse_markdown, render_markdown
-from overturning.report.terminal import plain_text_lines
+from overturning.report.render import (
+    LANGUAGES,
+    ReportMedia,
+    escape_markdown,
+    parse_markdown,
+    render_template_as_markdown,
+)
+from overturning.report.terminal import terminal_lines_of_markdown
 from overturning.report.write import ReportFilmTexts
 from overturning.translation.texts import installed_fonts_of_language
-from tests.report.by_hand import RECORD, STUDY_FINDINGS, change_findings, findings_by_hand
+from tests.report.by_hand import RECORD, STUDY_FINDINGS, findings_with_changed_entries, handwritten_findings_of_study
 
 SCRIPT_AS_NAME = "<script>window.hurt = 1</script>"
 HOSTILE_NAMES = [
@@ -36,7 +42,7 @@ HOSTILE_NAMES = [
 SMALL_SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="100pt" height="50pt"><g id="a"/><use href="#a"/></svg>'
 
 
-class ElementParser(html.parser.HTMLParser):
+class ParserOfWellFormedPage(html.parser.HTMLParser):
     """Parser that lists the elements of a page, with attributes, and checks that they are closed in order."""
 
     VOID = frozenset({"meta", "img", "br", "input", "link", "hr"})
@@ -60,63 +66,76 @@ class ElementParser(html.parser.HTMLParser):
         assert self.open.pop() == tag
 
 
-def parse_elements(page: str) -> list[tuple[str, dict[str, str | None]]]:
+def elements_of_well_formed_page(page: str) -> list[tuple[str, dict[str, str | None]]]:
     """Return tag and attributes of the elements of a page, after a check that it is well formed."""
-    parser = ElementParser()
+    parser = ParserOfWellFormedPage()
     parser.feed(page)
     assert parser.open == []
     return parser.found
 
 
-def render_page(text: str, figures: dict[str, Path] | None = None, films: Any = None) -> str:
+def render_markdown_as_html_page(text: str, figures: dict[str, Path] | None = None, films: Any = None) -> str:
     """Render Markdown as an HTML page."""
     return render_report_html_page(parse_markdown(text), "title", "en", figures, films or {})
 
 
-def findings_with_names(*names: str) -> Findings:
+def findings_with_given_names_and_titles(*names: str) -> Findings:
     """Return findings that contain three given names in all titles and names."""
     one, two, three = names
     record = RECORD | {"id": one, "station": two, "event": three}
-    data = change_findings(STUDY_FINDINGS["survey"], study={"title": one, "question": two}, records=[record])
+    data = findings_with_changed_entries(
+        STUDY_FINDINGS["survey"], study={"title": one, "question": two}, records=[record]
+    )
     return Findings.model_validate(data | {"sources": [{"record": three, "source": one, "licence": two}]})
 
 
 @pytest.fixture(scope="module")
-def tags_with_harmless_names() -> list[str]:
+def page_tags_with_harmless_names() -> list[str]:
     """Return the tags of the page of findings with harmless names."""
-    return [tag for tag, _ in parse_elements(render_page(render_markdown(findings_with_names("a", "b", "c"))))]
+    return [
+        tag
+        for tag, _ in elements_of_well_formed_page(
+            render_markdown_as_html_page(
+                render_template_as_markdown(findings_with_given_names_and_titles("a", "b", "c"))
+            )
+        )
+    ]
 
 
 @pytest.mark.parametrize("name", HOSTILE_NAMES)
 def test_hostile_name_changes_no_page_element_and_is_shown_unchanged(
-    name: str, tags_with_harmless_names: list[str]
+    name: str, page_tags_with_harmless_names: list[str]
 ) -> None:
-    tree = parse_markdown(render_markdown(findings_with_names(name, name, name)))
+    tree = parse_markdown(render_template_as_markdown(findings_with_given_names_and_titles(name, name, name)))
     assert [
-        tag for tag, _ in parse_elements(render_report_html_page(tree, "title", "en", None, {}))
-    ] == tags_with_harmless_names
-    assert "".join(name.split()) in "".join("".join(plain_text_lines(tree)).split())
+        tag for tag, _ in elements_of_well_formed_page(render_report_html_page(tree, "title", "en", None, {}))
+    ] == page_tags_with_harmless_names
+    assert "".join(name.split()) in "".join("".join(terminal_lines_of_markdown(tree)).split())
 
 
 def test_chapter_of_a_record_links_to_it_in_the_explorer() -> None:
     """The explorer reads the part behind # as a query string (URLSearchParams), as `parse_qs` does."""
     names = ["rinaldi", "imperial-06", "a b+c&d=e#f%20_g_", *HOSTILE_NAMES]
-    data = change_findings(STUDY_FINDINGS["survey"], records=[RECORD | {"id": name} for name in names])
+    data = findings_with_changed_entries(STUDY_FINDINGS["survey"], records=[RECORD | {"id": name} for name in names])
     media = ReportMedia(chapters=dict.fromkeys(names, ("polar/x",)), explorer="explore.html")
-    found = parse_elements(render_page(render_markdown(Findings.model_validate(data), media=media)))
+    found = elements_of_well_formed_page(
+        render_markdown_as_html_page(render_template_as_markdown(Findings.model_validate(data), media=media))
+    )
     addresses = [str(a["href"]) for tag, a in found if tag == "a" and "explore.html#" in str(a["href"])]
     pages, fragments = zip(*(address.split("#", 1) for address in addresses), strict=True)
     assert {*pages} == {"explore.html"}
     assert [parse_qs(one, strict_parsing=True) for one in dict.fromkeys(fragments)] == [{"record": [n]} for n in names]
-    bare = parse_elements(
-        render_page(render_markdown(Findings.model_validate(data), media=ReportMedia(chapters=media.chapters)))
+    bare = elements_of_well_formed_page(
+        render_markdown_as_html_page(
+            render_template_as_markdown(Findings.model_validate(data), media=ReportMedia(chapters=media.chapters))
+        )
     )
     assert not any(word in str(a.get("href")) for word in ("explore", "#record=") for tag, a in bare)
 
 
 @pytest.mark.parametrize("name", HOSTILE_NAMES)
 def test_text_escaped_for_markdown_is_read_back_unchanged(name: str) -> None:
-    (line,) = plain_text_lines(parse_markdown(f"x {escape_markdown(name)} y"))
+    (line,) = terminal_lines_of_markdown(parse_markdown(f"x {escape_markdown(name)} y"))
     assert line == f"x {' '.join(name.split(chr(10)))} y"
 
 
@@ -126,7 +145,7 @@ def test_figures_and_tables_are_numbered_except_in_folded_sections(tmp_path: Pat
         path.write_text(SMALL_SVG)
     table = "::: table Sizes\n| a |\n|--:|\n| 1 |\n:::\n"
     text = '![one](a "A")\n\n:::: fold More\n![two](b "B")\n\n' + table + '\n::::\n\n![three](c "C")\n\n' + table
-    page = render_page(text, figures)
+    page = render_markdown_as_html_page(text, figures)
     assert "<b>Figure 1.</b> A" in page
     assert "<b>Figure 2.</b> C" in page
     assert "<figcaption>B</figcaption>" in page
@@ -135,9 +154,9 @@ def test_figures_and_tables_are_numbered_except_in_folded_sections(tmp_path: Pat
     # Identifiers of two figures differ in the page; a figure in a fold is an image, which a browser reads later.
     assert 'id="figure-1-a"' in page
     assert 'href="#figure-1-a"' in page
-    assert [attrs["loading"] for tag, attrs in parse_elements(page) if tag == "img"] == ["lazy"]
+    assert [attrs["loading"] for tag, attrs in elements_of_well_formed_page(page) if tag == "img"] == ["lazy"]
     with pytest.raises(ResultError, match="b: no such figure"):
-        render_page(text, {"a": figures["a"]})
+        render_markdown_as_html_page(text, {"a": figures["a"]})
 
 
 def test_figures_and_tables_are_numbered_in_the_words_of_the_language() -> None:
@@ -149,7 +168,7 @@ def test_figures_and_tables_are_numbered_in_the_words_of_the_language() -> None:
 
 
 def test_anchor_link_emphasis_and_list_are_rendered_as_html(tmp_path: Path) -> None:
-    page = render_page("{#here}\n## Title\n\n[to *it*](#here) and **bold**\n\n- one\n- two\n")
+    page = render_markdown_as_html_page("{#here}\n## Title\n\n[to *it*](#here) and **bold**\n\n- one\n- two\n")
     assert '<h2 id="here">Title</h2>' in page
     assert '<a href="#here">to <em>it</em></a> and <strong>bold</strong>' in page
     assert page.count("<li>") == 2
@@ -167,7 +186,7 @@ def test_pair_of_figures_in_the_pdf_shows_those_drawn_for_a_phone(tmp_path: Path
     assert compile_report_pdf(alone, "T", "en", figures) != compile_report_pdf(alone, "T", "en", {"a": phone})
 
 
-def pdf_streams(pdf: bytes) -> list[bytes]:
+def decompressed_pdf_streams(pdf: bytes) -> list[bytes]:
     """Return the contents of a PDF file, among them one for each page."""
     found = re.findall(rb"/FlateDecode.*?stream\r?\n(.*?)\r?\nendstream", pdf, re.S)
     return [zlib.decompress(one) for one in found]
@@ -180,7 +199,7 @@ def test_caption_of_a_table_is_on_the_pdf_page_of_the_table() -> None:
         text = "\n\n".join(["# T", *["Line."] * lines])
         table = "::: table Caption.\n| a | b |\n|---|---|\n| 1 | 2 |\n:::\n"
         pdf = compile_report_pdf(parse_markdown(f"{text}\n\n{table}"), "T", "en", {})
-        (page,) = (one for one in pdf_streams(pdf) if b" 8.5 Tf" in one)
+        (page,) = (one for one in decompressed_pdf_streams(pdf) if b" 8.5 Tf" in one)
         assert b" 8 Tf" in page, lines
         pages.append(b" 17 Tf" in page)
     assert pages[0]
@@ -192,7 +211,7 @@ def test_no_figure_is_above_the_title_of_the_pdf(tmp_path: Path) -> None:
     (tmp_path / "a.svg").write_text(SMALL_SVG, encoding="utf-8")
     tree = parse_markdown('# Title\n\nShort.\n\n![alt](a "A")\n\n## Next\n\nMore.\n')
     pdf = compile_report_pdf(tree, "T", "en", {"a": tmp_path / "a.svg"})
-    (content,) = (one for one in pdf_streams(pdf) if b" 17 Tf" in one)
+    (content,) = (one for one in decompressed_pdf_streams(pdf) if b" 17 Tf" in one)
     title = re.search(rb"([\d.]+) cm[^Q]*? 17 Tf", content)
     figure = re.search(rb"/Alt\(alt\)>>BDC\s+q [\d.]+ ([\d.]+) m", content)
     assert title
@@ -227,7 +246,7 @@ def test_error_names_a_damaged_figure_and_the_remedy(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["answer", "caution", "kicker", "limits", "note", "pair"])
 def test_style_sheet_has_a_rule_for_each_class_of_report_passage(name: str) -> None:
     style = (Path(report.__file__).parent / "templates" / "report.css").read_text(encoding="utf-8")
-    assert f'class="{name}"' in render_page(f"::: {name}\ntext\n:::\n")
+    assert f'class="{name}"' in render_markdown_as_html_page(f"::: {name}\ntext\n:::\n")
     assert re.search(rf"\.{name}\b", style)
 
 
@@ -235,7 +254,7 @@ def test_page_omits_passages_for_print_only_and_the_pdf_is_reproducible(tmp_path
     (tmp_path / "a.svg").write_text(SMALL_SVG)
     text = '# T\n\n:::: fold F\nfolded\n\n::::\n\n::: paper\npaper\n\n:::\n\n![alt](a "A")\n\n```\ncode\n```\n'
     figures = {"a": tmp_path / "a.svg"}
-    assert "paper</p>" not in render_page(text, figures)
+    assert "paper</p>" not in render_markdown_as_html_page(text, figures)
     first, second = (compile_report_pdf(parse_markdown(text), "T", "en", figures) for _ in range(2))
     assert first == second
     assert first.startswith(b"%PDF")
@@ -243,7 +262,7 @@ def test_page_omits_passages_for_print_only_and_the_pdf_is_reproducible(tmp_path
 
 def test_terminal_report_has_sentences_and_aligned_tables() -> None:
     text = "**One** sentence.\n\n::: table T\n| name | n |\n|---|--:|\n| a | 1 |\n| bcd | 23 |\n:::\n"
-    assert list(plain_text_lines(parse_markdown(text))) == [
+    assert list(terminal_lines_of_markdown(parse_markdown(text))) == [
         "One sentence.",
         "",
         "  name   n",
@@ -264,10 +283,10 @@ def test_every_report_is_well_formed_without_cube_and_figures(study: str, langua
         rose=True,
         posteriors=True,
     )
-    tree = parse_markdown(render_markdown(findings_by_hand(study), language, media))
+    tree = parse_markdown(render_template_as_markdown(handwritten_findings_of_study(study), language, media))
     page = render_report_html_page(tree, study, language, None, {})
     assert f'<html lang="{language}">' in page
-    found = parse_elements(page)
+    found = elements_of_well_formed_page(page)
     anchors = {attrs["id"] for _, attrs in found if "id" in attrs}
     targets = [str(attrs["href"]) for tag, attrs in found if tag == "a"]
     assert [one for one in targets if one.startswith("#") and one[1:] not in anchors] == []

@@ -11,16 +11,18 @@ from tests.expect import skip_or_fail
 
 
 def test_rewriting_a_report_in_a_chosen_language_gives_identical_bytes(
-    results_with_hostile_names: Path, page_and_pdf: tuple[str, bytes], study_in_japanese: Study, tmp_path: Path
+    results_with_hostile_names: Path, report_page_and_pdf: tuple[str, bytes], study_in_japanese: Study, tmp_path: Path
 ) -> None:
     page, pdf = tmp_path / "again.html", tmp_path / "again.pdf"
     write_report(results_with_hostile_names, page, pdf, study_in_japanese, language="en")
-    assert (page.read_text(encoding="utf-8"), pdf.read_bytes()) == page_and_pdf
-    assert page_and_pdf[1].startswith(b"%PDF")
+    assert (page.read_text(encoding="utf-8"), pdf.read_bytes()) == report_page_and_pdf
+    assert report_page_and_pdf[1].startswith(b"%PDF")
 
 
-def test_report_page_loads_no_external_file_and_escapes_scripts_in_names(page_and_pdf: tuple[str, bytes]) -> None:
-    page, _ = page_and_pdf
+def test_report_page_loads_no_external_file_and_escapes_scripts_in_names(
+    report_page_and_pdf: tuple[str, bytes],
+) -> None:
+    page, _ = report_page_and_pdf
     assert "<script>window.hurt" not in page
     assert "&lt;script&gt;window.hurt" in page
     # The page names only the page next to it, and works without it.
@@ -30,12 +32,12 @@ def test_report_page_loads_no_external_file_and_escapes_scripts_in_names(page_an
 
 
 def test_report_is_written_in_the_language_of_the_study(
-    page_and_pdf: tuple[str, bytes], japanese_page_and_pdf: tuple[str, bytes]
+    report_page_and_pdf: tuple[str, bytes], japanese_report_page_and_pdf: tuple[str, bytes]
 ) -> None:
-    page, pdf = japanese_page_and_pdf
+    page, pdf = japanese_report_page_and_pdf
     assert '<html lang="ja">' in page
     assert "<b>図1.</b>" in page
-    assert '<html lang="en">' in page_and_pdf[0]
+    assert '<html lang="en">' in report_page_and_pdf[0]
     if not pdf:
         skip_or_fail("no Japanese font (Debian package fonts-noto-cjk): the PDF is not written")
     assert pdf.startswith(b"%PDF")

@@ -21,7 +21,7 @@ from tests.report.by_hand import (
     STUDY_FINDINGS,
     SURVEY_COMPARISON,
     SURVEY_DISPLACEMENTS,
-    findings_by_hand,
+    handwritten_findings_of_study,
 )
 from tests.report.test_templates import report_text
 
@@ -39,12 +39,12 @@ PLURAL_AFTER_ONE = re.compile(
 """The number 1 with a noun or a verb in the plural."""
 
 
-def set_all_counts_to_one(part: Any, key: str = "") -> Any:
-    """Return findings in which every whole number is 1, but for the keys in `COUNTS_ABOVE_ONE`."""
+def copy_with_whole_numbers_set_to_1(part: Any, key: str = "") -> Any:
+    """Return a copy of findings in which every whole number, but for `COUNTS_ABOVE_ONE`, is 1."""
     if isinstance(part, dict):
-        return {name: set_all_counts_to_one(value, name) for name, value in part.items()}
+        return {name: copy_with_whole_numbers_set_to_1(value, name) for name, value in part.items()}
     if isinstance(part, list):
-        return [set_all_counts_to_one(value) for value in part]
+        return [copy_with_whole_numbers_set_to_1(value) for value in part]
     return 1 if isinstance(part, int) and not isinstance(part, bool) and key not in COUNTS_ABOVE_ONE else part
 
 
@@ -64,7 +64,9 @@ def findings_with_counts_of_one() -> list[tuple[str, str, BaseModel]]:
         (
             name,
             "report",
-            Findings.model_validate(set_all_counts_to_one(json.loads(findings_by_hand(name).model_dump_json()))),
+            Findings.model_validate(
+                copy_with_whole_numbers_set_to_1(json.loads(handwritten_findings_of_study(name).model_dump_json()))
+            ),
         )
         for name in STUDY_FINDINGS
     ]
@@ -77,7 +79,7 @@ def findings_with_counts_of_one() -> list[tuple[str, str, BaseModel]]:
     return [
         *studies,
         *(
-            (name, name, SurveyCommandResults.model_validate(set_all_counts_to_one(part)))
+            (name, name, SurveyCommandResults.model_validate(copy_with_whole_numbers_set_to_1(part)))
             for name, part in commands.items()
         ),
         *(
@@ -115,23 +117,23 @@ def test_count_of_one_is_printed_in_the_singular(template: str, found: BaseModel
           "ja": ["シーンの正面", "積石の正面"]}),
     ],
 )  # fmt: skip
-def test_report_uses_different_sentences_for_few_and_for_many_items(
+def test_wording_differs_for_few_and_many_records_stones_and_orientations(
     study: str, part: str, few: dict[str, int], many: dict[str, int], words: dict[str, list[str]], language: str
 ) -> None:
     for place, values in enumerate((few, many)):
-        data = json.loads(findings_by_hand(study).model_dump_json())
+        data = json.loads(handwritten_findings_of_study(study).model_dump_json())
         data[part] |= values
         text = report_text(Findings.model_validate(data), language).replace("\N{NO-BREAK SPACE}", " ")
         assert [one in text for one in words[language]] == [place == 0, place == 1]
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_report_states_a_twist_of_zero_in_nine_tenths_of_cases(language: str) -> None:
-    """If nine tenths of the stones twist by 0.0°, the report states this number.
+def test_report_prints_a_90_percent_twist_of_zero_instead_of_omitting_it(language: str) -> None:
+    """If nine tenths of the stones twist by 0.0°, the report prints this 0.0° and does not omit it.
 
     If all fallen stones slid off their base, it mentions none that tips.
     """
-    data = json.loads(findings_by_hand("stack in 3-D").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("stack in 3-D").model_dump_json())
     for one in data["element_displacements"]:
         one |= {"percentile_90_twist_deg": 0.0, "share_slid_off": 1.0}
     text = report_text(Findings.model_validate(data), language)
@@ -146,7 +148,7 @@ def test_figure_caption_mentions_the_regression_only_if_it_is_drawn(slope: float
 
     If PGV/PGA is the same for all motions, it has none and the figure shows no line.
     """
-    data = json.loads(findings_by_hand("direction").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     row = dict.fromkeys(LogisticCoefficient.model_fields) | {"predictor": "ln PGV/PGA", "value": slope}
     data["logistic_fit"]["coefficients"] = [row, row | {"predictor": "ln B/H", "value": 1.0}]
     text = report_text(Findings.model_validate(data), language)
@@ -160,7 +162,7 @@ def test_report_omits_the_slenderness_only_criterion_for_a_single_b_over_h(sever
 
     With a single B/H, slenderness alone cannot separate falls from stands.
     """
-    data = json.loads(findings_by_hand("direction").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     scores = data["criteria_scores"]["scores"]
     names = [one["criterion"] for one in scores]
     assert names[-1] == SLENDERNESS_ONLY

@@ -40,17 +40,19 @@ def test_templates_have_no_arithmetic_and_no_logic_beyond_if_and_for(language: s
 
 def included_templates(language: str, name: str) -> set[str]:
     """Return the names of the templates that a template includes, without the macros of its language."""
-    found = meta.find_referenced_templates(parse_template(language, dict(template_paths(language))[name]))
+    found = meta.find_referenced_templates(
+        parse_template(language, dict(template_names_and_paths_of_language(language))[name])
+    )
     return {str(one) for one in found} - {"to.md.j2"}
 
 
-def template_paths(language: str) -> list[tuple[str, Path]]:
+def template_names_and_paths_of_language(language: str) -> list[tuple[str, Path]]:
     """Return name and path of each template of a language."""
     return [(path.name, path) for one, path in languages_and_paths_of_templates() if one == language]
 
 
 def test_templates_of_all_languages_include_the_same_parts() -> None:
-    names = [[name for name, _ in template_paths(language)] for language in LANGUAGES]
+    names = [[name for name, _ in template_names_and_paths_of_language(language)] for language in LANGUAGES]
     assert all(one == names[0] for one in names)
     for name in names[0]:
         found = {language: included_templates(language, name) for language in LANGUAGES}

@@ -21,10 +21,10 @@ from overturning.report.render import (
     create_template_environment,
     parse_markdown,
     read_label_translations,
-    render_markdown,
-    translate_label,
+    render_template_as_markdown,
+    translate_whole_text_by_table,
 )
-from overturning.report.terminal import plain_paragraphs, plain_text_lines
+from overturning.report.terminal import plain_paragraphs, terminal_lines_of_markdown
 from overturning.statistics.criteria import CRITERIA, SLENDERNESS_ONLY
 from overturning.statistics.falls import BLOCK_RULES
 from overturning.translation.texts import translate
@@ -35,7 +35,7 @@ from tests.report.by_hand import (
     STUDY_FINDINGS,
     SURVEY_COMPARISON,
     SURVEY_DISPLACEMENTS,
-    findings_by_hand,
+    handwritten_findings_of_study,
 )
 
 TEMPLATE_NUMBERS = {"0", "1", "−1", "2", "15", "30", "45", "50", "95", "10", "180"}
@@ -49,20 +49,20 @@ CRITERION_NAMES = [*(one.name for one in CRITERIA), SLENDERNESS_ONLY]
 STATUS_NAMES = [one.name.lower().replace("_", " ") for one in CaseStatus]
 
 
-def numeric_values(part: Any) -> Iterator[float]:
+def numeric_values_of_findings(part: Any) -> Iterator[float]:
     """Yield every numeric value of findings; strings do not count."""
     if isinstance(part, dict):
         part = list(part.values())
     if isinstance(part, list):
         for one in part:
-            yield from numeric_values(one)
+            yield from numeric_values_of_findings(one)
     elif isinstance(part, int | float) and not isinstance(part, bool):
         yield float(part)
 
 
 def numbers_not_in_findings(printed: list[str], found: BaseModel) -> list[str]:
     """Return the printed numbers that equal no value of the findings, nor a share in per cent, when rounded."""
-    known = np.array(list(numeric_values(found.model_dump(mode="json"))))
+    known = np.array(list(numeric_values_of_findings(found.model_dump(mode="json"))))
     known = np.concatenate([known, 100.0 * known])
     lost: list[str] = []
     for text in dict.fromkeys(one for one in printed if one not in TEMPLATE_NUMBERS):
@@ -80,42 +80,42 @@ NOTE_BLOCKS = re.compile(r"^::: note\n.*?^:::$", re.DOTALL | re.MULTILINE)
 
 def report_text(found: Any, language: str, name: str = "report") -> str:
     """Render findings as the text that a reader sees, with figure captions and without notes on records."""
-    return plain_text_of_markdown(render_markdown(found, language, name=name))
+    return plain_text_of_markdown(render_template_as_markdown(found, language, name=name))
 
 
 def plain_text_of_markdown(markdown: str) -> str:
     """Return the plain text of a Markdown report, with figure captions and without notes on records."""
     markdown = NOTE_BLOCKS.sub("", markdown)
     captions = re.findall(r"!\[(.*?)\]\(.*?\"(.*)\"\)", markdown)
-    return "\n".join([*plain_text_lines(parse_markdown(markdown)), *(" ".join(pair) for pair in captions)])
+    return "\n".join([*terminal_lines_of_markdown(parse_markdown(markdown)), *(" ".join(pair) for pair in captions)])
 
 
 @cache
-def markdown_of_handwritten_findings(study: str, language: str) -> str:
+def markdown_report_of_handwritten_findings(study: str, language: str) -> str:
     """Render the hand-written findings of one kind of study as a Markdown report."""
-    return render_markdown(findings_by_hand(study), language)
+    return render_template_as_markdown(handwritten_findings_of_study(study), language)
 
 
 @cache
-def text_of_handwritten_findings(study: str, language: str) -> str:
+def report_text_of_handwritten_findings(study: str, language: str) -> str:
     """Render the hand-written findings of one kind of study as the text that a reader sees."""
-    return plain_text_of_markdown(markdown_of_handwritten_findings(study, language))
+    return plain_text_of_markdown(markdown_report_of_handwritten_findings(study, language))
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("study", STUDY_FINDINGS)
 def test_every_printed_number_is_a_numeric_value_of_the_findings(study: str, language: str) -> None:
-    found = findings_by_hand(study)
-    printed = NUMBER_IN_TEXT.findall(text_of_handwritten_findings(study, language))
+    found = handwritten_findings_of_study(study)
+    printed = NUMBER_IN_TEXT.findall(report_text_of_handwritten_findings(study, language))
     assert len(printed) >= 20
     assert numbers_not_in_findings(printed, found) == []
 
 
-def text_values(part: Any) -> Iterator[str]:
+def non_empty_strings_in_findings(part: Any) -> Iterator[str]:
     """Yield every non-empty string among the values of findings."""
     if isinstance(part, dict | list):
         for one in part.values() if isinstance(part, dict) else part:
-            yield from text_values(one)
+            yield from non_empty_strings_in_findings(one)
     elif isinstance(part, str) and part:
         yield part
 
@@ -127,15 +127,15 @@ def test_notes_on_records_print_all_texts_of_the_findings_unchanged(study: str, 
 
     These texts are printed unchanged.
     """
-    found = findings_by_hand(study)
-    parts = NOTE_BLOCKS.findall(markdown_of_handwritten_findings(study, language))
+    found = handwritten_findings_of_study(study)
+    parts = NOTE_BLOCKS.findall(markdown_report_of_handwritten_findings(study, language))
     items = [one for part in parts for one in re.findall("^- .*$", part, re.M)]
-    shown = [line for item in items for line in plain_text_lines(parse_markdown(item))]
+    shown = [line for item in items for line in terminal_lines_of_markdown(parse_markdown(item))]
     for record in found.records:
         assert record.processing is not None
         given = record.processing
         drift, steps = translate(given.drift, language), [translate(step, language) for step in given.steps]
-        own = [*text_values(record.model_dump()), drift, *steps, "; ".join(given.declared)]
+        own = [*non_empty_strings_in_findings(record.model_dump()), drift, *steps, "; ".join(given.declared)]
         for text in (given.first_sample, given.agency_processing, *steps, own[-1], *given.trusted, *given.notes,
                      drift):  # fmt: skip
             assert [line for line in shown if line.startswith(record.id) and line.endswith(text)], text
@@ -150,24 +150,26 @@ def test_notes_on_records_print_all_texts_of_the_findings_unchanged(study: str, 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_doubts_about_records_are_shown_outside_collapsed_sections(language: str) -> None:
-    data = json.loads(findings_by_hand("direction").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     kinds = [one["doubt"] for one in data["record_notes"]["doubts"]]
     assert len(kinds) == 3
     data["records"] += [data["records"][0] | {"id": "weak", "too_weak_to_move_blocks": True}]
 
     def text_outside_collapsed_sections(data: Any) -> str:
-        return "\n".join(plain_paragraphs(parse_markdown(render_markdown(Findings.model_validate(data), language))))
+        return "\n".join(
+            plain_paragraphs(parse_markdown(render_template_as_markdown(Findings.model_validate(data), language)))
+        )
 
     labels, text = read_label_translations(language), text_outside_collapsed_sections(data)
-    (line,) = (one for one in text.splitlines() if translate_label(kinds[0], labels) in one)
-    assert all(translate_label(kind, labels) in line for kind in kinds)
+    (line,) = (one for one in text.splitlines() if translate_whole_text_by_table(kinds[0], labels) in one)
+    assert all(translate_whole_text_by_table(kind, labels) in line for kind in kinds)
     assert line.count("vale") == 3
     assert "weak" in text
     data["record_notes"]["doubts"][0] |= {"count": 40, "records": [f"station{number}" for number in range(40)]}
     assert "station5" in text_outside_collapsed_sections(data)
     assert "station6" not in text_outside_collapsed_sections(data)
     data["record_notes"] = {"records_with_notes": 0, "doubts": []}
-    assert translate_label(kinds[0], labels) not in text_outside_collapsed_sections(data)
+    assert translate_whole_text_by_table(kinds[0], labels) not in text_outside_collapsed_sections(data)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -176,12 +178,14 @@ def test_criterion_is_called_best_only_if_its_lead_is_significant(language: str)
 
     Their difference has a confidence interval that includes 0; none of them is then said to score highest.
     """
-    data = json.loads(findings_by_hand("direction").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     highest = {"en": "scores highest", "ja": "スキルが最も高い。"}[language]
-    paragraphs = [one for one in text_of_handwritten_findings("direction", language).splitlines() if "−0.03" in one]
+    paragraphs = [
+        one for one in report_text_of_handwritten_findings("direction", language).splitlines() if "−0.03" in one
+    ]
     assert len(paragraphs) == 1
     assert highest not in paragraphs[0]
-    names = [translate_label(name, read_label_translations(language)) for name in ("West", "Ishiyama")]
+    names = [translate_whole_text_by_table(name, read_label_translations(language)) for name in ("West", "Ishiyama")]
     assert 0 < paragraphs[0].index(names[0]) < paragraphs[0].index(names[1])
     data["criteria_scores"] |= {"best_criterion": "West", "not_shown_to_differ": []}
     assert highest in report_text(Findings.model_validate(data), language)
@@ -189,9 +193,9 @@ def test_criterion_is_called_best_only_if_its_lead_is_significant(language: str)
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_reference_axis_is_called_closest_only_if_its_lead_is_significant(language: str) -> None:
-    data = json.loads(findings_by_hand("reference").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("reference").model_dump_json())
     closest = {"en": "closest to the axis", "ja": "の軸に最も近く"}[language]
-    assert text_of_handwritten_findings("reference", language).count(closest) == 2
+    assert report_text_of_handwritten_findings("reference", language).count(closest) == 2
     data["reference_alignments"][0]["closest_minus_second"] |= {"value": 0.083, "low": -0.06, "high": 0.22}
     text = report_text(Findings.model_validate(data), language)
     assert text.count(closest) == 1
@@ -199,48 +203,50 @@ def test_reference_axis_is_called_closest_only_if_its_lead_is_significant(langua
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_a_reference_direction_known_for_few_earthquakes_is_not_compared(language: str) -> None:
+def test_report_says_if_a_reference_direction_is_known_for_one_earthquake(language: str) -> None:
     """Alignment with a reference direction known for few earthquakes is stated separately, with their number."""
     said = {
         "en": "which is known for 1 earthquake only, it is 0.82",
         "ja": "断層直交方向(既知は 1 地震のみ)との一致度は 0.82",
     }
-    data = findings_by_hand("reference").model_dump()
+    data = handwritten_findings_of_study("reference").model_dump()
     data["reference_alignments"][0]["fault_normal"] |= {"value": 0.82, "low": None, "high": None, "earthquakes": 1}
     text = report_text(Findings.model_validate(data), language)
     assert said[language] in re.sub(r"\s+", " ", text)
     assert said[language].split(" 1 ")[0] not in re.sub(
-        r"\s+", " ", text_of_handwritten_findings("reference", language)
+        r"\s+", " ", report_text_of_handwritten_findings("reference", language)
     )
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_omits_the_twist_of_stones_that_never_stand(language: str) -> None:
     twisted = {"en": "it has twisted by", "ja": "の回転は、九割の"}[language]
-    name = next(name for name in STUDY_FINDINGS if findings_by_hand(name).element_displacements)
-    data = findings_by_hand(name).model_dump()
+    name = next(name for name in STUDY_FINDINGS if handwritten_findings_of_study(name).element_displacements)
+    data = handwritten_findings_of_study(name).model_dump()
     for one, left in ((1, 1), (0, 0)):
         data["element_displacements"][one]["percentile_90_twist_deg"] = None
         text = report_text(Findings.model_validate(data), language)
         assert "–°" not in text
         assert text.count(twisted) == left, text
-    assert text_of_handwritten_findings(name, language).count(twisted) == 1
+    assert report_text_of_handwritten_findings(name, language).count(twisted) == 1
 
 
 @pytest.mark.parametrize(("model", "said"), [("planes", "to the other side"), ("space", "more than 45° apart")])
-def test_headline_says_to_the_other_side_in_2d_and_45_degrees_apart_in_3d(model: str, said: str) -> None:
-    name = next(name for name in STUDY_FINDINGS if findings_by_hand(name).study.question_kind == "vertical")
-    data = findings_by_hand(name).model_dump()
+def test_headline_calls_opposite_falls_over_45_degrees_apart_in_3d_only(model: str, said: str) -> None:
+    name = next(
+        name for name in STUDY_FINDINGS if handwritten_findings_of_study(name).study.question_kind == "vertical"
+    )
+    data = handwritten_findings_of_study(name).model_dump()
     data["study"]["model"] = model
     data["contrasts"][0]["opposite_share"] = 0.27
-    headline = re.search(r"^# .*", render_markdown(Findings.model_validate(data), "en"), re.MULTILINE)
+    headline = re.search(r"^# .*", render_template_as_markdown(Findings.model_validate(data), "en"), re.MULTILINE)
     assert headline is not None
     assert headline[0].endswith(f"of those that fall in both settings fall {said}")
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_a_survey_is_called_small_only_if_it_has_few_falls(language: str) -> None:
-    data = json.loads(findings_by_hand("survey").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("survey").model_dump_json())
     data["surveys"][0] |= {"octant_falls": 23, "remarks": ["First line,", "second line."]}
     small = {"en": "has only 23 falls of known direction", "ja": "転倒方向の分かる墓石が 23 基しかなく"}[language]
     text = report_text(Findings.model_validate(data), language)
@@ -254,7 +260,7 @@ def test_a_survey_is_called_small_only_if_it_has_few_falls(language: str) -> Non
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_names_the_soil_below_cemeteries_and_its_effect(language: str) -> None:
-    data = json.loads(findings_by_hand("survey").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("survey").model_dump_json())
     ground = {"thickness_m": 12.5, "velocity_m_s": 183.4, "equivalent_linear": True, "rock_pga_g": 0.31,
               "beyond_curve": False}  # fmt: skip
     upper = ground | {"site": "upper", "converged": False, "beyond_curve": True, "surface_pga_g": 0.47}
@@ -273,55 +279,55 @@ def test_report_names_the_soil_below_cemeteries_and_its_effect(language: str) ->
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_report_mentions_once_the_earthquakes_with_records_in_both_groups(language: str) -> None:
-    data = json.loads(findings_by_hand("direction").model_dump_json())
+def test_report_mentions_once_earthquakes_with_and_without_pulse_records(language: str) -> None:
+    data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     both = {"en": "6 have records with and without", "ja": "うち 6 地震は"}[language]
-    assert text_of_handwritten_findings("direction", language).count(both) == 1
+    assert report_text_of_handwritten_findings("direction", language).count(both) == 1
     data["extent"]["earthquakes_in_several_groups"] = 0
     assert both not in report_text(Findings.model_validate(data), language)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_report_states_where_stones_fixed_to_their_base_are_not_counted(language: str) -> None:
+def test_report_mentions_stones_fixed_to_their_base_in_four_places(language: str) -> None:
     """The report mentions in four places the stones that are fixed to their base.
 
     The places are the figure, the peak velocity at which half of the stones fall, the fragility curves and the rules
     for surveys.
     """
-    found = findings_by_hand("direction")
+    found = handwritten_findings_of_study("direction")
     assert found.population is not None
     some = found.model_copy(update={"population": found.population.model_copy(update={"share_fixed": 0.3})})
     word = {"en": "fixed", "ja": "固定され"}[language]
-    before = markdown_of_handwritten_findings("direction", language).splitlines()
-    lines = [line for line in render_markdown(some, language).splitlines() if line not in before]
+    before = markdown_report_of_handwritten_findings("direction", language).splitlines()
+    lines = [line for line in render_template_as_markdown(some, language).splitlines() if line not in before]
     assert [word in line for line in lines] == [True] * 4, lines
     assert any("30\u00a0%" in line for line in lines), lines
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_states_missing_outcomes_and_records_without_vertical_motion(language: str) -> None:
-    data = json.loads(findings_by_hand("direction").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     data["cases"] |= {"scaled": 720, "scaled_without_outcome": 10}
     data["population"] |= {"largest_share_without_outcome_at_any_factor": 0.19, "records_without_vertical": 5}
-    text = render_markdown(Findings.model_validate(data), language).replace("\u00a0", " ")
+    text = render_template_as_markdown(Findings.model_validate(data), language).replace("\u00a0", " ")
     for words in {
         "en": ("10 of 720 cases are without", "up to 19 %.", "(horizontal motion in 5 of 28 records)"),
         "ja": ("720 ケースのうち 10 件", "最大 19 %", "(28 記録中 5 記録は水平動による)"),
     }[language]:
         assert words in text
-        assert words not in markdown_of_handwritten_findings("direction", language).replace("\u00a0", " ")
+        assert words not in markdown_report_of_handwritten_findings("direction", language).replace("\u00a0", " ")
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_a_record_without_an_earthquake_is_named_by_its_station_alone(language: str) -> None:
-    data = json.loads(findings_by_hand("direction").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     comma = {"en": ", ", "ja": "、"}[language]
     media = ReportMedia(chapters={"vale": ("polar/vale",)})
-    with_event = render_markdown(Findings.model_validate(data), language, media)
+    with_event = render_template_as_markdown(Findings.model_validate(data), language, media)
     assert with_event.count(f"Vale{comma}Upper Vale") >= 2
     for one in (*data["maps"]["records"], *data["records"]):
         one["event"] = ""
-    without = render_markdown(Findings.model_validate(data), language, media)
+    without = render_template_as_markdown(Findings.model_validate(data), language, media)
     assert without.replace(" ", "") == with_event.replace(f"{comma}Upper Vale", "").replace("Upper Vale", "").replace(
         " ", ""
     )
@@ -329,7 +335,7 @@ def test_a_record_without_an_earthquake_is_named_by_its_station_alone(language: 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_prints_the_p_value_of_the_common_axis_test(language: str) -> None:
-    data = json.loads(findings_by_hand("direction").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     groups = data["direction"]["groups"]
     groups[0] |= {"no_common_axis_p_value": 0.013, "axis_from_normal_deg": 21.0, "axis_interval_half_width_deg": 17.0}
     groups[1] |= {"no_common_axis_p_value": 0.38}
@@ -358,13 +364,13 @@ def test_report_prints_the_p_value_of_the_common_axis_test(language: str) -> Non
 def test_changed_value_in_the_findings_changes_the_report(
     study: str, path: tuple[str | int, ...], value: float, shown: str, language: str
 ) -> None:
-    data = json.loads(findings_by_hand(study).model_dump_json())
+    data = json.loads(handwritten_findings_of_study(study).model_dump_json())
     part: Any = data
     for key in path[:-1]:
         part = part[key]
     part[path[-1]] = value
     after = report_text(Findings.model_validate(data), language)
-    assert shown not in NUMBER_IN_TEXT.findall(text_of_handwritten_findings(study, language))
+    assert shown not in NUMBER_IN_TEXT.findall(report_text_of_handwritten_findings(study, language))
     assert shown in NUMBER_IN_TEXT.findall(after)
 
 
@@ -376,14 +382,14 @@ ENGLISH_SENTENCE = re.compile(r"[A-Za-z]{2,}[,;]? [a-z]{2,}[,;]? [A-Za-z]{2,}")
 def test_a_japanese_report_has_no_english_sentence(study: str) -> None:
     assert ENGLISH_SENTENCE.search("the mean axis of falls")
     assert not ENGLISH_SENTENCE.search("計算には overturning を用いた Upper Vale")
-    text = text_of_handwritten_findings(study, "ja").replace(REMARK, "")  # text of a file is quoted as it is
+    text = report_text_of_handwritten_findings(study, "ja").replace(REMARK, "")  # text of a file is quoted as it is
     assert ENGLISH_SENTENCE.findall(text) == []
 
 
 @pytest.mark.parametrize("study", STUDY_FINDINGS)
 def test_paragraphs_of_a_japanese_report_contain_no_line_breaks(study: str) -> None:
     """A line break would be shown as a space, which Japanese text does not use."""
-    for node in parse_markdown(markdown_of_handwritten_findings(study, "ja")).walk():
+    for node in parse_markdown(markdown_report_of_handwritten_findings(study, "ja")).walk():
         if node.type == "inline":
             assert not any(one.type == "softbreak" for one in node.children), node.content
             # "**" next to a closing bracket and a letter does not end the bold text.
@@ -395,14 +401,14 @@ def names_passed_to_the_label_filter() -> set[str]:
     names: set[str] = set()
     usual = create_template_environment("en").filters["label"]
 
-    def record_and_translate_label(text: str) -> str:
+    def collect_and_translate_label(text: str) -> str:
         names.add(text)
         return str(usual(text))
 
     try:
-        create_template_environment("en").filters["label"] = record_and_translate_label
+        create_template_environment("en").filters["label"] = collect_and_translate_label
         for study in STUDY_FINDINGS:
-            render_markdown(findings_by_hand(study))
+            render_template_as_markdown(handwritten_findings_of_study(study))
     finally:
         create_template_environment("en").filters["label"] = usual
     return names
@@ -416,35 +422,37 @@ def test_every_name_in_the_findings_has_a_japanese_label() -> None:
     names = names_passed_to_the_label_filter() - UNLABELLED_NAMES
     assert len(names) >= 15
     labels = read_label_translations("ja")
-    assert [name for name in names if translate_label(name, labels) == name and re.search("[A-Za-z]{4}", name)] == []
+    assert [
+        name for name in names if translate_whole_text_by_table(name, labels) == name and re.search("[A-Za-z]{4}", name)
+    ] == []
     assert {*RULE_NAMES, *CRITERION_NAMES, *STATUS_NAMES, *(d for d, *_ in JMA_DEGREES if " " in d)} <= {*labels}
 
 
 def test_japanese_label_keeps_the_numbers_of_a_name() -> None:
     labels = {"B/H {} to {}": "B/H {}～{}"}
-    assert translate_label("B/H 0.1 to 0.25", labels) == "B/H 0.1～0.25"
-    assert translate_label("{odd} 7 {name}", labels) == "{odd} 7 {name}"
+    assert translate_whole_text_by_table("B/H 0.1 to 0.25", labels) == "B/H 0.1～0.25"
+    assert translate_whole_text_by_table("{odd} 7 {name}", labels) == "{odd} 7 {name}"
 
 
 def test_all_languages_print_the_same_numbers() -> None:
     for study in STUDY_FINDINGS:
         printed = [
-            set(NUMBER_IN_TEXT.findall(text_of_handwritten_findings(study, language))) - TEMPLATE_NUMBERS
+            set(NUMBER_IN_TEXT.findall(report_text_of_handwritten_findings(study, language))) - TEMPLATE_NUMBERS
             for language in LANGUAGES
         ]
         assert all(one == printed[0] for one in printed), study
 
 
-def test_headline_follows_from_the_interval_of_the_alignment() -> None:
+def test_headline_differs_for_alignment_intervals_above_below_and_around_0() -> None:
     """Intervals above 0, below 0 and around 0 give three different headlines.
 
     Another mean whose interval is also above 0 gives the same headline.
     """
     headlines = []
     for value, low, high in ((0.5, 0.2, 0.7), (0.3, 0.1, 0.6), (-0.5, -0.7, -0.2), (0.1, -0.2, 0.4)):
-        data = json.loads(findings_by_hand("direction").model_dump_json())
+        data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
         data["direction"]["groups"][0]["alignment"] |= {"value": value, "low": low, "high": high}
-        text = render_markdown(Findings.model_validate(data))
+        text = render_template_as_markdown(Findings.model_validate(data))
         headlines.append(re.findall(r"^# (.*)$", text, flags=re.MULTILINE))
     assert [len(one) for one in headlines] == [1, 1, 1, 1]
     assert headlines[0] == headlines[1]
@@ -452,12 +460,12 @@ def test_headline_follows_from_the_interval_of_the_alignment() -> None:
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_an_alignment_of_few_earthquakes_has_no_interval(language: str) -> None:
-    data = json.loads(findings_by_hand("direction").model_dump_json())
+def test_report_says_no_interval_for_an_alignment_of_few_earthquakes(language: str) -> None:
+    data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     data["direction"]["groups"][0]["alignment"] |= {"value": 0.417, "low": None, "high": None, "earthquakes": 3}
     text = report_text(Findings.model_validate(data), language)
     assert {"en": "0.42 (no interval; 3 earthquakes)", "ja": "0.42 (信頼区間なし、3 地震)"}[language] in text
-    data = json.loads(findings_by_hand("reference").model_dump_json())
+    data = json.loads(handwritten_findings_of_study("reference").model_dump_json())
     data["reference_alignments"][0]["closest_alignment"] |= {"value": 0.417, "low": None, "high": None}
     text = report_text(Findings.model_validate(data), language)
     assert {"en": "0.42 (no interval", "ja": "0.42 (信頼区間なし"}[language] in text
@@ -469,7 +477,7 @@ def test_english_report_on_handwritten_findings_equals_its_snapshot(study: str, 
 
     Other tests check its correctness.
     """
-    assert markdown_of_handwritten_findings(study, "en") == snapshot
+    assert markdown_report_of_handwritten_findings(study, "en") == snapshot
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

@@ -33,8 +33,8 @@ def pulse_record(name: str, towards_deg: float, peak: float, **more: Any) -> Rec
     return Record(name, peak * north, peak * east, None, 0.01, **(given | more))
 
 
-def make_study_results(folder: Path, records: list[Record], *, drawn: bool = True, **study: Any) -> Path:
-    """Simulate a study of these records in a folder; draw films and figures, too, unless ``drawn`` is false."""
+def simulate_study_into_result_folder(folder: Path, records: list[Record], *, drawn: bool = True, **study: Any) -> Path:
+    """Simulate a study of these records into a folder; draw films and figures unless ``drawn`` is false."""
     data = {
         "name": "tiny",
         "title": "Tiny",

@@ -58,7 +58,7 @@ def sector_fall_rule(axis: float, half_width: float, largest: float = 1.0, side:
     return sector_falls
 
 
-def fitted_lognormal_curve(
+def fit_curve_to_lognormal_fall_rates(
     median: float,
     spread: float,
     name: str = "all stones",

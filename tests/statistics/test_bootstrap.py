@@ -15,7 +15,7 @@ from overturning.statistics.bootstrap import (
     mean_share_interval,
     mean_share_over_earthquakes,
     means_by_earthquake,
-    tail_share_of_small_sample_interval,
+    tail_share_corrected_for_few_earthquakes,
 )
 
 RECORD_VALUES = np.array([0.1, 0.5, 0.9, -0.2, 0.4, np.nan, 0.7, 1.1, -0.6, 0.0])
@@ -55,10 +55,10 @@ def test_mean_over_few_earthquakes_lacks_an_interval_and_over_none_is_nan() -> N
 
 def test_tail_of_the_expanded_percentile_interval_matches_hesterbergs_table() -> None:
     """Table of α/2 for 95 % intervals (Hesterberg 2015, section 5.3)."""
-    assert [tail_share_of_small_sample_interval(n) for n in (5, 10, 20)] == pytest.approx(
+    assert [tail_share_corrected_for_few_earthquakes(n) for n in (5, 10, 20)] == pytest.approx(
         [0.0010, 0.0086, 0.0159], abs=6e-5
     )
-    assert tail_share_of_small_sample_interval(10**6) == pytest.approx(0.025, abs=1e-5)
+    assert tail_share_corrected_for_few_earthquakes(10**6) == pytest.approx(0.025, abs=1e-5)
 
 
 def test_interval_of_a_share_of_0_in_most_earthquakes_covers_the_true_share() -> None:
@@ -117,7 +117,7 @@ def test_interval_for_eight_earthquakes_covers_95_percent() -> None:
     assert held / 1000 == pytest.approx(0.94, abs=0.02)
 
 
-def test_each_bound_of_an_interval_rests_on_several_resamples() -> None:
+def test_bounds_at_99_percent_do_not_depend_on_the_number_of_draws() -> None:
     """At 99 % and n = 8, each bound of the expanded percentile interval is a quantile of 1 in 10,000 resamples.
 
     With 100 resamples, the bounds would be the extremes.

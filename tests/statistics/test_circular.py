@@ -10,13 +10,13 @@ from scipy.stats import chisquare, multinomial
 
 from overturning.errors import ArgumentError
 from overturning.statistics.circular import (
-    chi_square_test,
+    chi_square_test_of_sectors,
     common_axis_test,
     fall_shares_by_sector,
-    grouped_watson_test,
     mean_angle_and_resultant,
     sector_index,
     watson_u2_test,
+    watson_u2_test_of_sectors,
     wrap_axis_difference,
 )
 
@@ -101,7 +101,7 @@ def test_grouped_watson_p_value_matches_enumeration_of_all_tables() -> None:
     exact = sum(
         multinomial.pmf(t, 6, p) for t in tables if watson_u2_of_counts(t) >= watson_u2_of_counts(tuple(counts)) - 1e-12
     )
-    result = grouped_watson_test(counts, p)
+    result = watson_u2_test_of_sectors(counts, p)
     assert result.statistic == pytest.approx(watson_u2_of_counts(tuple(counts)))
     assert result.p_value == pytest.approx(exact, abs=0.01)
 
@@ -109,27 +109,27 @@ def test_grouped_watson_p_value_matches_enumeration_of_all_tables() -> None:
 def test_grouped_watson_statistic_depends_on_the_order_of_sectors() -> None:
     even = np.full(8, 1 / 8)
     counts = ([6, 6, 0, 0, 0, 0, 0, 0], [0, 0, 6, 6, 0, 0, 0, 0], [6, 0, 0, 0, 6, 0, 0, 0])
-    together, rotated, apart = (grouped_watson_test(one, even) for one in counts)
+    together, rotated, apart = (watson_u2_test_of_sectors(one, even) for one in counts)
     assert together.statistic > 2 * apart.statistic
     assert rotated.statistic == pytest.approx(together.statistic)
 
 
 def test_chi_square_test_matches_scipy() -> None:
     counts, p = np.array([30, 22, 25, 43.0]), np.full(4, 0.25)
-    ours, theirs = chi_square_test(counts, p), chisquare(counts)
+    ours, theirs = chi_square_test_of_sectors(counts, p), chisquare(counts)
     assert (ours.statistic, ours.p_value) == (pytest.approx(theirs.statistic), pytest.approx(theirs.pvalue, abs=0.01))
 
 
 @pytest.mark.parametrize("probability", [[0.5, 0.6], [1.5, -0.5], [1.0]])
 def test_invalid_sector_probabilities_are_refused(probability: list[float]) -> None:
     with pytest.raises(ArgumentError):
-        grouped_watson_test([1, 2], probability)
+        watson_u2_test_of_sectors([1, 2], probability)
     with pytest.raises(ArgumentError, match="0 to 1"):
         watson_u2_test([0.2, 1.2])
 
 
 def test_goodness_of_fit_tests_without_observations_have_no_p_value() -> None:
-    for result in (watson_u2_test([]), grouped_watson_test([0, 0], [0.5, 0.5])):
+    for result in (watson_u2_test([]), watson_u2_test_of_sectors([0, 0], [0.5, 0.5])):
         assert result.n == 0
         assert math.isnan(result.p_value)
 
@@ -137,7 +137,7 @@ def test_goodness_of_fit_tests_without_observations_have_no_p_value() -> None:
 @pytest.mark.parametrize("place", [0.0, 0.3, 1.0])
 def test_one_angle_alone_does_not_reject_random_directions(place: float) -> None:
     assert watson_u2_test([place]).p_value == 1.0
-    assert grouped_watson_test(np.eye(8)[int(7 * place)], np.full(8, 1 / 8)).p_value == 1.0
+    assert watson_u2_test_of_sectors(np.eye(8)[int(7 * place)], np.full(8, 1 / 8)).p_value == 1.0
 
 
 @pytest.mark.parametrize("angles", [TREE_LEANS_DEG, ROULETTE_STOPS_DEG, [10, 130, 250, 20, 140], [0, 100, 170, 300]])

@@ -11,7 +11,7 @@ from scipy.special import iv
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.earthquakes import (
     FallAxisSummary,
-    difference_of_mean_alignments,
+    difference_of_fall_alignments,
     fall_axes_by_group,
     summarise_fall_axes,
 )
@@ -32,7 +32,7 @@ DATA_SETS_PER_CUBE = 50
 """Data sets in one cube."""
 
 
-class DataSetSummary(NamedTuple):
+class FallAxisSummariesOfRandomDataSet(NamedTuple):
     """Fall-axis summaries of both groups of records of one random data set, and for some also the difference.
 
     The difference is that of the mean alignments of both groups.
@@ -42,8 +42,8 @@ class DataSetSummary(NamedTuple):
     difference: MeanOverEarthquakes | None
 
 
-def fall_rule_about_axes(axes_deg: np.ndarray, half_width: int) -> FallRule:
-    """Return a rule: blocks of each B/H fall in planes within ``half_width`` of their own axis, degrees."""
+def fall_rule_about_axis_of_each_b_over_h(axes_deg: np.ndarray, half_width: int) -> FallRule:
+    """Return a rule: blocks of each B/H fall in planes within ``half_width`` degrees of the axis of their B/H."""
 
     def falls_near_block_axis(azimuth: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray) -> np.ndarray:
         axis = axes_deg[np.searchsorted(BLOCK_B_OVER_H, slender - 1e-9)]
@@ -60,7 +60,7 @@ def expected_alignment(kappa: float) -> float:
     )
 
 
-def synthetic_cube(generator: np.random.Generator, kappa: float) -> xr.Dataset:
+def cube_of_random_fall_directions(generator: np.random.Generator, kappa: float) -> xr.Dataset:
     """Return a cube of several data sets whose fall directions are von Mises distributed (κ) about fault normals."""
     rules, events, normals, pulses = [], [], [], []
     for replicate in range(DATA_SETS_PER_CUBE):
@@ -70,7 +70,7 @@ def synthetic_cube(generator: np.random.Generator, kappa: float) -> xr.Dataset:
                 normal = generator.uniform(0, 360)
                 scatter = DOUBLED_AXIS_SCATTER_RAD / 2 * generator.normal(size=len(BLOCK_B_OVER_H))
                 axes = normal + np.degrees(direction[number] + scatter)
-                rules.append(fall_rule_about_axes(axes, int(generator.choice(FALL_HALF_WIDTHS_DEG))))
+                rules.append(fall_rule_about_axis_of_each_b_over_h(axes, int(generator.choice(FALL_HALF_WIDTHS_DEG))))
                 normals.append(normal)
                 events.append(f"{replicate}-{number}")
                 pulses.append(pulse)
@@ -79,19 +79,23 @@ def synthetic_cube(generator: np.random.Generator, kappa: float) -> xr.Dataset:
 
 
 @cache
-def data_set_summaries(kappa: float) -> list[DataSetSummary]:
+def summarise_random_data_sets(kappa: float) -> list[FallAxisSummariesOfRandomDataSet]:
     """Summarise random data sets with von Mises concentration κ as the report does; κ = 0 is isotropic."""
-    generator, found = np.random.default_rng(42), list[DataSetSummary]()
+    generator, found = np.random.default_rng(42), list[FallAxisSummariesOfRandomDataSet]()
     for _ in range(DATA_SET_COUNT // DATA_SETS_PER_CUBE):
-        groups = fall_axes_by_group(synthetic_cube(generator, kappa))
+        groups = fall_axes_by_group(cube_of_random_fall_directions(generator, kappa))
         for replicate in range(DATA_SETS_PER_CUBE):
             own = {
                 name: axes.isel(event=np.flatnonzero(np.char.startswith(axes["event"].values, f"{replicate}-")))
                 for name, axes in groups.items()
             }
             pair = (own[name] for name in GROUP_NAMES_BY_PULSE.values())
-            difference = difference_of_mean_alignments(*pair) if replicate % 25 == 0 else None
-            found.append(DataSetSummary({name: summarise_fall_axes(one) for name, one in own.items()}, difference))
+            difference = difference_of_fall_alignments(*pair) if replicate % 25 == 0 else None
+            found.append(
+                FallAxisSummariesOfRandomDataSet(
+                    {name: summarise_fall_axes(one) for name, one in own.items()}, difference
+                )
+            )
     return found
 
 
@@ -103,7 +107,7 @@ def test_intervals_of_the_alignment_cover_the_true_value(kappa: float, pulse: in
 
     The plain percentile interval, which is not used, covered it in 88 to 92 % and showed a false preference in 9 %.
     """
-    found = [one.groups[GROUP_NAMES_BY_PULSE[pulse]].alignment for one in data_set_summaries(kappa)]
+    found = [one.groups[GROUP_NAMES_BY_PULSE[pulse]].alignment for one in summarise_random_data_sets(kappa)]
     truth = expected_alignment(kappa)
     assert {one.n for one in found} == {len(RECORDS_PER_EARTHQUAKE[pulse])}
     assert np.mean([one.value for one in found]) == pytest.approx(truth, abs=0.02)
@@ -114,8 +118,8 @@ def test_intervals_of_the_alignment_cover_the_true_value(kappa: float, pulse: in
 
 @pytest.mark.long
 @pytest.mark.parametrize("kappa", [0.0, 1.0, 3.0])
-def test_intervals_of_group_differences_cover_the_true_value(kappa: float) -> None:
-    found = [one.difference for one in data_set_summaries(kappa) if one.difference is not None]
+def test_intervals_of_alignment_differences_of_equal_groups_cover_zero(kappa: float) -> None:
+    found = [one.difference for one in summarise_random_data_sets(kappa) if one.difference is not None]
     assert np.mean([one.low <= 0 <= one.high for one in found]) >= 0.92
 
 
@@ -127,11 +131,11 @@ def test_mean_axis_is_reported_for_aligned_and_rarely_for_isotropic_falls(group:
     Directions with κ = 3 have a mean cos 2Δ of 0.31 (Δ: fall axis to fault normal).
     """
     given = {
-        kappa: np.mean([np.isfinite(one.groups[group].axis_deg) for one in data_set_summaries(kappa)])
+        kappa: np.mean([np.isfinite(one.groups[group].axis_deg) for one in summarise_random_data_sets(kappa)])
         for kappa in (0, 3)
     }
     assert given[0] <= 0.07
     assert given[3] >= 0.25
     # If an axis is given, its interval covers the true one.
-    axes = [one.groups[group] for one in data_set_summaries(3) if np.isfinite(one.groups[group].axis_deg)]
+    axes = [one.groups[group] for one in summarise_random_data_sets(3) if np.isfinite(one.groups[group].axis_deg)]
     assert np.mean([abs(one.axis_deg) <= one.half_width_deg for one in axes]) >= 0.9

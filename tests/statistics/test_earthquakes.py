@@ -9,7 +9,7 @@ import xarray as xr
 from overturning.statistics.alignment_by_rule import fault_normal_alignment_by_block_selection
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import (
-    difference_of_mean_alignments,
+    difference_of_fall_alignments,
     fall_axes_by_earthquake,
     mean_fall_directions_by_record,
     summarise_fall_axes,
@@ -283,19 +283,19 @@ def test_bootstrap_interval_covers_the_mean_axis_at_its_level() -> None:
 def test_difference_of_alignment_of_pulse_and_control_groups_has_an_interval(fall_axes_at_offsets) -> None:
     pulse = fall_axes_at_offsets([0, 5, -5, 8, -8, 3, 6, -2])
     names = ["E0", "E1", "C2", "C3", "C4", "C5", "C6", "C7"]
-    difference = difference_of_mean_alignments(
+    difference = difference_of_fall_alignments(
         pulse, fall_axes_at_offsets([90, 70, 85, -80, 60, 88, 75, -85], events=names)
     )
     assert difference.value > 1.5
     assert difference.low > 1
     assert difference.n == 8
-    same = difference_of_mean_alignments(pulse, pulse)
+    same = difference_of_fall_alignments(pulse, pulse)
     # The same earthquakes are drawn for both; the difference is 0 in 0.05^(1/8) of all earthquakes, else within ±2.
     assert (same.value, same.low, same.high) == pytest.approx(
         (0, *(2 * one * (1 - 0.05 ** (1 / 8)) for one in (-1, 1)))
     )
     few = fall_axes_at_offsets([0, 5, 10, 15, 20, 25, 30])
-    assert np.isnan([difference_of_mean_alignments(few, few).low, summarise_fall_axes(few).alignment.low]).all()
+    assert np.isnan([difference_of_fall_alignments(few, few).low, summarise_fall_axes(few).alignment.low]).all()
 
 
 @pytest.mark.parametrize(

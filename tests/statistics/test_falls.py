@@ -13,7 +13,7 @@ from overturning.model.planes import (
     PlanarModel,
     azimuth_gaps_and_step,
     distinct_plane_indices,
-    fall_probability_to_either_side,
+    fall_probabilities_towards_and_away,
     plane_weights_by_azimuth_spacing,
     simulated_planes_impose_fall_axis,
 )
@@ -27,16 +27,16 @@ from overturning.statistics.falls import (
     fall_counts_towards_azimuths,
     mask_of_blocks_for_direction_statistics,
     mean_fall_directions,
+    mean_fall_probability_over_directions,
     overturned_share,
     overturned_shares_by_record,
     overturned_shares_near_and_off_fault_normal,
     overturning_indicator,
     share_of_directions_with_overturning,
-    shares_of_directions_with_fall,
 )
 
 
-def flags_by_azimuth(azimuth: list[int], overturned: list[float]) -> xr.Dataset:
+def dataset_of_fall_flags_by_azimuth(azimuth: list[int], overturned: list[float]) -> xr.Dataset:
     """Return a dataset of fall flags of one block by azimuth, degrees."""
     return xr.Dataset(
         {"overturned": ("azimuth", np.array(overturned))}, coords={"azimuth": np.array(azimuth, np.int16)}
@@ -96,33 +96,37 @@ def test_each_plane_counts_once_in_shares_and_in_the_choice_of_blocks(
     ],
 )
 def test_each_fall_is_counted_once_at_its_azimuth(azimuth, flags, expected) -> None:
-    assert fall_counts_towards_azimuths(flags_by_azimuth(azimuth, flags)).to_series().to_dict() == expected
-    lazy = fall_counts_towards_azimuths(flags_by_azimuth(azimuth, flags).chunk({"azimuth": 2}))
+    assert (
+        fall_counts_towards_azimuths(dataset_of_fall_flags_by_azimuth(azimuth, flags)).to_series().to_dict() == expected
+    )
+    lazy = fall_counts_towards_azimuths(dataset_of_fall_flags_by_azimuth(azimuth, flags).chunk({"azimuth": 2}))
     assert lazy.chunks is not None
     assert lazy.to_series().to_dict() == expected
 
 
 def test_missing_outcomes_are_counted_neither_as_fall_nor_as_stand() -> None:
-    assert np.isnan(fall_counts_towards_azimuths(flags_by_azimuth([0, 180], [np.nan, np.nan]))).all()
-    np.testing.assert_array_equal(overturning_indicator(flags_by_azimuth([0, 90], [np.nan, -1])), [np.nan, 1])
+    assert np.isnan(fall_counts_towards_azimuths(dataset_of_fall_flags_by_azimuth([0, 180], [np.nan, np.nan]))).all()
+    np.testing.assert_array_equal(
+        overturning_indicator(dataset_of_fall_flags_by_azimuth([0, 90], [np.nan, -1])), [np.nan, 1]
+    )
 
 
 def test_integer_and_float_fall_flags_give_equal_statistics() -> None:
-    read = flags_by_azimuth([0, 30, 60, 90, 120, 150], [1, np.nan, np.nan, 0, -1, 0])
+    read = dataset_of_fall_flags_by_azimuth([0, 30, 60, 90, 120, 150], [1, np.nan, np.nan, 0, -1, 0])
     whole = read.fillna(-128).astype("int8").assign_coords(azimuth=read["azimuth"])  # as in the file
     for found in (
         overturning_indicator,
         mask_of_blocks_for_direction_statistics,
-        shares_of_directions_with_fall,
+        mean_fall_probability_over_directions,
         lambda one: mean_fall_directions(one, informative_only=True),
     ):
         assert found(whole).equals(found(read))
     assert count_outcome_changes(whole, "azimuth") == count_outcome_changes(read, "azimuth") == (2, 2)
-    assert float(shares_of_directions_with_fall(whole)) == pytest.approx(2 / 4)
+    assert float(mean_fall_probability_over_directions(whole)) == pytest.approx(2 / 4)
 
 
-def test_outcome_changes_are_counted_between_known_neighbours_only() -> None:
-    flags = flags_by_azimuth([0, 90, 180, 270], [1, 1, np.nan, 0])
+def test_outcome_changes_count_only_between_adjacent_cells_with_outcomes() -> None:
+    flags = dataset_of_fall_flags_by_azimuth([0, 90, 180, 270], [1, 1, np.nan, 0])
     assert count_outcome_changes(flags, "azimuth") == (1, 2)  # round the compass: from 270 to 0
     assert count_outcome_changes(flags.isel(azimuth=slice(0, 2)), "azimuth") == (0, 1)
     ratios = xr.concat([flags, flags * 0, flags * 0 - 1], xr.DataArray([0.2, 0.3, 0.4], dims="b_over_h"))
@@ -145,14 +149,14 @@ def test_blocks_are_informative_if_they_fall_in_some_planes_but_at_most_half() -
 
 def test_opposite_azimuths_of_one_plane_are_counted_once(make_cube, falls_in_sector) -> None:
     cube = make_cube(falls_in_sector(60, 20))
-    whole = shares_of_directions_with_fall(cube)
-    half = shares_of_directions_with_fall(cube.isel(azimuth=cube["azimuth"] < 180))
+    whole = mean_fall_probability_over_directions(cube)
+    half = mean_fall_probability_over_directions(cube.isel(azimuth=cube["azimuth"] < 180))
     assert whole.values == pytest.approx(9 / 36)  # 40° to 80° by 5° of 36 planes
     xr.testing.assert_allclose(whole, half)
     assert model_of_results_cube(cube).fall_probability_and_direction_by_case(cube).sizes["azimuth"] == 36
 
 
-def falls_both_ways_along_30(azimuth, *_):
+def fall_rule_both_ways_along_30_degrees(azimuth, *_):
     """Fall rule: within 10° of the axis 30° eleven planes fall towards it and ten away, which nearly cancel."""
     near = np.abs((azimuth - 30 + 90) % 180 - 90) <= 10
     return np.where(near, np.where(azimuth.astype(int) % 2 == 0, 1, -1), 0)
@@ -163,7 +167,7 @@ def falls_both_ways_along_30(azimuth, *_):
     [
         ("towards 60", 9 / 36, (60, (0.9, 1)), (60, (0.9, 1))),
         ("away from 60", 9 / 36, (240, (0.9, 1)), (60, (0.9, 1))),
-        (falls_both_ways_along_30, 21 / 180, (None, (0, 0.06)), (30, (0.9, 1))),
+        (fall_rule_both_ways_along_30_degrees, 21 / 180, (None, (0, 0.06)), (30, (0.9, 1))),
         (lambda azimuth, *_: np.zeros_like(azimuth), 0, (np.nan, None), (np.nan, None)),
         (lambda azimuth, *_: np.where(azimuth < 180, 1, -1), 1, (None, (0.6, 0.7)), (np.nan, (0, 1e-9))),
     ],
@@ -173,9 +177,9 @@ def test_fall_shares_mean_directions_and_axes_match_known_fall_rules(
 ) -> None:
     if isinstance(rule, str):
         rule = falls_in_sector(60, 20, side=1 if rule == "towards 60" else -1)
-    cube = make_cube(rule, azimuth=range(360) if rule is falls_both_ways_along_30 else range(0, 360, 5))
+    cube = make_cube(rule, azimuth=range(360) if rule is fall_rule_both_ways_along_30_degrees else range(0, 360, 5))
     means = mean_fall_directions(cube)
-    assert shares_of_directions_with_fall(cube).values == pytest.approx(share)
+    assert mean_fall_probability_over_directions(cube).values == pytest.approx(share)
     for kind, (angle, resultant) in (("direction", direction), ("axis", axis)):
         if angle is not None:
             assert means[f"mean_{kind}"].values == pytest.approx(angle, nan_ok=True)
@@ -188,15 +192,15 @@ def test_fall_shares_mean_directions_and_axes_match_known_fall_rules(
 def test_missing_outcomes_do_not_count_as_standing_in_shares(make_cube, falls_in_sector) -> None:
     cube = make_cube(falls_in_sector(60, 20))
     cube["overturned"] = cube["overturned"].where(cube["azimuth"] % 180 != 0)
-    shares = shares_of_directions_with_fall(cube)
+    shares = mean_fall_probability_over_directions(cube)
     assert shares.values == pytest.approx(9 / 35)
     raw = cube.assign(overturned=cube["overturned"].fillna(-128).astype("int8"))
-    xr.testing.assert_allclose(shares_of_directions_with_fall(raw), shares)
-    assert shares_of_directions_with_fall(cube.where(False)).isnull().all()
+    xr.testing.assert_allclose(mean_fall_probability_over_directions(raw), shares)
+    assert mean_fall_probability_over_directions(cube.where(False)).isnull().all()
 
 
 def test_fall_shares_are_averaged_over_all_block_parameters(make_cube, falls_in_sector) -> None:
-    shares = shares_of_directions_with_fall(
+    shares = mean_fall_probability_over_directions(
         make_cube(falls_in_sector(60, 20, largest=0.3)), summed_dims=PlanarModel.case_dims
     )
     assert float(shares[0]) == pytest.approx(9 / 36 * 3 / 5)
@@ -205,7 +209,7 @@ def test_fall_shares_are_averaged_over_all_block_parameters(make_cube, falls_in_
 
 def test_statistics_of_a_lazy_cube_are_those_of_a_loaded_one(make_cube, falls_in_sector) -> None:
     cube = make_cube(falls_in_sector(100, 30), events=("A", "B", "C"))
-    for function in (shares_of_directions_with_fall, mean_fall_directions):
+    for function in (mean_fall_probability_over_directions, mean_fall_directions):
         answer = function(cube.chunk({"record": 1, "azimuth": 12}))
         assert answer.chunks
         xr.testing.assert_allclose(answer.compute(), function(cube))
@@ -218,7 +222,7 @@ def test_azimuths_added_to_a_grid_do_not_change_shares_and_axes(make_cube, falls
         extra["azimuth"].values[distinct_plane_indices(extra["azimuth"].values)]
     ).sum() == pytest.approx(1)
     assert float(
-        shares_of_directions_with_fall(extra, summed_dims=("record", *PlanarModel.case_dims))
+        mean_fall_probability_over_directions(extra, summed_dims=("record", *PlanarModel.case_dims))
     ) == pytest.approx(9 / 36)
     assert mean_fall_directions(extra)["mean_axis"].values == pytest.approx(
         mean_fall_directions(regular)["mean_axis"].values, abs=0.01
@@ -233,7 +237,7 @@ def test_end_planes_of_a_partial_circle_have_no_extra_weight(make_cube, falls_in
         [65 / 180, 5 / 180, 65 / 180]
     )
     cube = make_cube(falls_in_sector(62.5, 24), azimuth=part.tolist())
-    assert shares_of_directions_with_fall(cube).values == pytest.approx(10 / 12)
+    assert mean_fall_probability_over_directions(cube).values == pytest.approx(10 / 12)
     assert mean_fall_directions(cube)["mean_axis"].values == pytest.approx(62.5, abs=1e-4)
     assert plane_weights_by_azimuth_spacing([0, 60, 90]) == pytest.approx([75 / 180, 45 / 180, 60 / 180]), (
         "no part of a finer grid"
@@ -286,7 +290,7 @@ def test_opposite_azimuths_of_an_asymmetric_scene_are_two_different_cases(make_c
     falling = make_cube(lambda azimuth, *_: np.ones_like(azimuth))
     for one in (cube, falling):
         one["azimuth"].attrs["period"] = 360.0
-    assert shares_of_directions_with_fall(cube).values == pytest.approx(0.5)
+    assert mean_fall_probability_over_directions(cube).values == pytest.approx(0.5)
     assert mean_fall_directions(falling)["direction_resultant"].values == pytest.approx(0, abs=1e-9)
     # The whole of the eastern half, seen from −2.5 to 177.5°: its middle is 87.5°.
     assert mean_fall_directions(cube)["mean_direction"].values == pytest.approx(87.5)
@@ -301,7 +305,10 @@ def test_fall_probabilities_come_from_the_ensemble_where_it_was_run(make_cube, f
     towards = xr.full_like(cube["overturned"], np.nan)
     towards[{"b_over_h": 1}] = 0.25
     cube = cube.assign(probability_towards=towards, probability_away=towards * 0 + 0.5)
-    p, nominal = fall_probability_to_either_side(cube), fall_probability_to_either_side(cube, use_ensemble=False)
+    p, nominal = (
+        fall_probabilities_towards_and_away(cube),
+        fall_probabilities_towards_and_away(cube, use_ensemble=False),
+    )
     assert (p["towards"].isel(b_over_h=1) == 0.25).all()
     assert (p["away"].isel(b_over_h=1) == 0.5).all()
     xr.testing.assert_equal(p.isel(b_over_h=0), nominal.isel(b_over_h=0))
@@ -311,12 +318,12 @@ def test_fall_probabilities_come_from_the_ensemble_where_it_was_run(make_cube, f
 def test_mean_axis_of_a_single_azimuth_is_that_azimuth(make_cube) -> None:
     cube = make_cube(lambda azimuth, *_rest: np.ones_like(azimuth), azimuth=(32,))
     assert mean_fall_directions(cube)["mean_axis"].values == pytest.approx(32)
-    assert (shares_of_directions_with_fall(cube) == 1).all()
+    assert (mean_fall_probability_over_directions(cube) == 1).all()
 
 
 def test_dataset_without_fall_flags_is_refused() -> None:
     with pytest.raises(ResultError, match="overturned"):
-        fall_probability_to_either_side(xr.Dataset({"x": 1}))
+        fall_probabilities_towards_and_away(xr.Dataset({"x": 1}))
 
 
 def test_a_scene_falls_where_any_of_its_elements_falls() -> None:
@@ -362,7 +369,7 @@ def test_displacements_of_each_stone_of_a_stack_match_hand_computation() -> None
     assert element_displacements(made.drop_vars("slid_off"))[1].slid_off is None
 
 
-def test_model_is_recognised_from_a_cube_with_few_of_its_variables() -> None:
+def test_model_kind_is_recognised_from_the_coordinates_of_a_cube() -> None:
     """Statistics tell from a cube's coordinates whether its model is planar, a 3-D body or a stack.
 
     They load few variables of a cube, so that the model must follow from the coordinates that remain.

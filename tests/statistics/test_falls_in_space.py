@@ -21,7 +21,7 @@ from overturning.statistics.earthquakes import (
 from overturning.statistics.falls import (
     mean_cosine_and_sine_to_reference,
     mean_fall_directions,
-    shares_of_directions_with_fall,
+    mean_fall_probability_over_directions,
 )
 from overturning.statistics.illustrative import find_illustrative_cases
 from overturning.statistics.roses import fall_rose
@@ -74,7 +74,7 @@ def test_mean_directions_axes_and_shares_of_3d_falls_match_scipy_and_numpy() -> 
     cube = random_3d_cube()
     assert isinstance(model_of_results_cube(cube), Body)
     means, shares = (
-        of(cube, summed_dims=Body.case_dims) for of in (mean_fall_directions, shares_of_directions_with_fall)
+        of(cube, summed_dims=Body.case_dims) for of in (mean_fall_directions, mean_fall_probability_over_directions)
     )
     for record in range(len(RECORD_EARTHQUAKES)):
         angles = np.radians(fall_azimuths_of_record(cube, record))
@@ -85,7 +85,7 @@ def test_mean_directions_axes_and_shares_of_3d_falls_match_scipy_and_numpy() -> 
         flags = cube["overturned"].isel(record=record).to_numpy()
         assert float(shares[record]) == pytest.approx(np.nanmean(flags))
     whole = cube.assign(overturned=cube["overturned"].fillna(-128).astype("int8"))  # as in the file
-    assert shares_of_directions_with_fall(whole, summed_dims=Body.case_dims).equals(shares)
+    assert mean_fall_probability_over_directions(whole, summed_dims=Body.case_dims).equals(shares)
 
 
 def test_an_ensemble_takes_the_place_of_the_nominal_falls_where_it_was_run() -> None:
@@ -103,7 +103,7 @@ def test_an_ensemble_takes_the_place_of_the_nominal_falls_where_it_was_run() -> 
     found = mean_fall_directions(everywhere, summed_dims=Body.case_dims)
     assert found["mean_direction"].to_numpy() == pytest.approx(70.0)
     assert found["direction_resultant"].to_numpy() == pytest.approx(1.0)
-    mixed = shares_of_directions_with_fall(with_members, summed_dims=("record", *Body.case_dims))
+    mixed = mean_fall_probability_over_directions(with_members, summed_dims=("record", *Body.case_dims))
     flags = np.where(run, 0.5, cube["overturned"].to_numpy())
     assert float(mixed) == pytest.approx(np.nanmean(flags), abs=1e-6)
 
@@ -140,7 +140,7 @@ def test_fall_rose_is_the_mean_over_earthquakes_of_their_sector_shares(from_norm
     assert np.isnan(rose.low).all()  # of four earthquakes there is no interval
 
 
-def test_falls_in_random_directions_do_not_affect_mean_or_rose() -> None:
+def test_falls_random_within_their_ensemble_affect_neither_mean_nor_rose() -> None:
     """Half of the cases and their ensemble members fall towards 30°.
 
     The others fall towards 120°, but their members in random directions.
@@ -265,8 +265,8 @@ def test_falls_towards_the_epicentre_align_with_the_radial_axis() -> None:
     assert ("radial direction", True) not in found.means
 
 
-def test_closest_reference_direction_is_chosen_among_those_of_all_records() -> None:
-    """Falls go along the fault normal of the one record that has one, and 30° from the peak velocity of the others."""
+def test_a_direction_known_for_one_record_is_not_called_the_closest() -> None:
+    """Falls go along the one fault normal that is known, and 30° from the peak velocity of other records."""
     cube = random_3d_cube(normals=np.array([40.0, *[np.nan] * 4]))
     azimuth = np.broadcast_to(np.full(5, 40.0).reshape(-1, 1, 1, 1, 1, 1), cube["overturned"].shape)
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))

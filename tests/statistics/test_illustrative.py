@@ -37,7 +37,7 @@ def b_over_h_by_case_title(make_cube) -> Callable[[list[float]], dict[str, float
     return b_over_h_of_cases
 
 
-def case_with_opposite_falls(cube: xr.Dataset) -> tuple[dict[str, float], tuple[float, ...]] | None:
+def block_and_azimuths_with_opposite_falls(cube: xr.Dataset) -> tuple[dict[str, float], tuple[float, ...]] | None:
     """Return the block and azimuths of the illustrative case of falls to opposite sides, or None.
 
     The azimuths are the neighbouring ones at which the block falls to opposite sides.
@@ -57,15 +57,23 @@ def test_case_of_opposite_falls_exists_only_if_a_block_falls_to_both_sides(make_
 
     grid = {"azimuth": list(range(0, 180, 20)), "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [1.0]}
     cube = make_cube(signed_falls, **grid)
-    assert case_with_opposite_falls(cube) == ({"height": 0.6, "b_over_h": 0.4, "friction": 1.0}, (40.0, 60.0))
+    assert block_and_azimuths_with_opposite_falls(cube) == (
+        {"height": 0.6, "b_over_h": 0.4, "friction": 1.0},
+        (40.0, 60.0),
+    )
     chance = abs(cube["overturned"]).where(cube["b_over_h"] < 0.3, 0.6)
     likely = cube.assign(
         probability_towards=chance.where(cube["overturned"] > 0, 0.0),
         probability_away=chance.where(cube["overturned"] < 0, 0.0),
     )
-    assert case_with_opposite_falls(likely) == ({"height": 0.6, "b_over_h": 0.2, "friction": 1.0}, (60.0, 80.0))
-    assert case_with_opposite_falls(make_cube(lambda azimuth, *_: np.ones_like(azimuth), **grid)) is None
-    assert case_with_opposite_falls(cube.where(cube["azimuth"] % 40 == 0, 0.0)) is None  # none beside another
+    assert block_and_azimuths_with_opposite_falls(likely) == (
+        {"height": 0.6, "b_over_h": 0.2, "friction": 1.0},
+        (60.0, 80.0),
+    )
+    assert block_and_azimuths_with_opposite_falls(make_cube(lambda azimuth, *_: np.ones_like(azimuth), **grid)) is None
+    assert (
+        block_and_azimuths_with_opposite_falls(cube.where(cube["azimuth"] % 40 == 0, 0.0)) is None
+    )  # none beside another
 
 
 @pytest.mark.parametrize(("first", "side"), [(0, -1), (30, -1), (10, -1), (0, 1), (20, 1)])
@@ -73,7 +81,10 @@ def test_falls_at_right_angles_are_not_more_than_90_degrees_apart(make_cube, fir
     """In the planes φ and φ + 90° the block falls to φ and to φ + 90° or φ − 90°, whatever the rounding of cosines."""
     grid = {"azimuth": [first, first + 90], "height": [0.6], "b_over_h": [0.2], "friction": [1.0]}
     assert (
-        case_with_opposite_falls(make_cube(lambda azimuth, *_: np.where(azimuth == first, 1.0, side), **grid)) is None
+        block_and_azimuths_with_opposite_falls(
+            make_cube(lambda azimuth, *_: np.where(azimuth == first, 1.0, side), **grid)
+        )
+        is None
     )
 
 

@@ -145,7 +145,7 @@ def test_estimates_and_errors_match_a_jackknife_over_clusters(x: np.ndarray, y: 
     assert fit.high - fit.coefficient == pytest.approx(t.ppf(0.975, 11) * error, rel=1e-4)
 
 
-def random_regression_data(generator: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def random_falls_by_predictors(generator: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return predictors, falls and earthquake of random records, as many per earthquake as in the default study."""
     records = np.resize([4, 1, 1, 4, 1, 2, 1, 4, 2, 4, 1, 1, 1, 1], count)
     event = np.repeat(np.arange(count), records)
@@ -169,8 +169,8 @@ def test_intervals_cover_the_slopes_and_estimates_are_unbiased() -> None:
     The truth is a fit to 4,000 earthquakes, which includes the random effects of earthquakes.
     """
     generator = np.random.default_rng(42)
-    truth = fit_logistic_model(*random_regression_data(generator, 4000), intervals=False).coefficient
-    fits = [fit_logistic_model(*random_regression_data(generator, 14)) for _ in range(600)]
+    truth = fit_logistic_model(*random_falls_by_predictors(generator, 4000), intervals=False).coefficient
+    fits = [fit_logistic_model(*random_falls_by_predictors(generator, 14)) for _ in range(600)]
     fits = [fit for fit in fits if not fit.note]
     assert len(fits) > 580
     held = np.mean([(fit.low <= truth) & (truth <= fit.high) for fit in fits], axis=0)

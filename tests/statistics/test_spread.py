@@ -14,7 +14,7 @@ from overturning.study.ensemble import fall_probabilities_converged
 
 
 @pytest.mark.parametrize("chances", [(0.02, 0.0), (0.05, 0.05), (0.3, 0.0), (0.1, 0.85), (0.5, 0.45), (0.97, 0.02)])
-def test_share_of_disagreeing_cases_does_not_depend_on_early_stopping(chances: tuple[float, float]) -> None:
+def test_share_of_disagreeing_ensembles_is_independent_of_early_stopping(chances: tuple[float, float]) -> None:
     """Cases have known fall probabilities, and many of their ensembles stop early.
 
     The expected share, for the first batch of members, has a closed form.
@@ -62,7 +62,7 @@ def test_share_of_disagreeing_cases_does_not_depend_on_early_stopping(chances: t
     ("towards", "away", "parts", "both"),
     [(0, 0, 0, 0), (3, 0, 1, 0), (8, 0, 0, 0), (5, 1, 1, 1), (4, 4, 0, 1), (2, 1, 1, 0), (2, 2, 1, 0), (1, 4, 1, 1)],
 )
-def test_runs_that_disagree_or_fall_both_ways_are_recognised(towards: int, away: int, parts: int, both: int) -> None:
+def test_members_that_disagree_or_fall_both_ways_are_recognised(towards: int, away: int, parts: int, both: int) -> None:
     """Runs disagree if some fall and some stand; falls to both sides need more than half of the runs to fall."""
     assert runs_disagree_on_fall(np.array(towards), np.array(away), 8) == parts
     assert runs_fall_to_both_sides(np.array(towards), np.array(away), 8) == both

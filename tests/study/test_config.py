@@ -20,7 +20,7 @@ from overturning.study.load import (
     read_record_table_rows_of_study,
     study_from_content,
 )
-from overturning.study.scenes import variant_contact
+from overturning.study.scenes import variant_contact_settings
 from overturning.study.values import AzimuthRange, ValueRange
 from tests.expect import expect_error
 from tests.sources import shipped_files
@@ -52,7 +52,7 @@ def test_the_default_study_has_the_number_of_cases_that_the_readme_states() -> N
 
 
 @pytest.mark.parametrize("name", ["near-fault.yaml", "tottori.yaml"])
-def test_shipped_studies_name_records_of_the_record_table(name: str) -> None:
+def test_all_records_of_shipped_studies_are_in_the_record_table(name: str) -> None:
     study = load_study(CONFIG / name)
     assert list(read_record_table_rows_of_study(study, name, CONFIG.parent)) == list(study.records.use)
 
@@ -329,8 +329,8 @@ def test_the_contact_of_a_variant_defaults_to_that_of_the_study() -> None:
     variants = {"ringing": {"contact": {"damping": 9}}, "hard": {"contact": {"stiffness": "auto"}}}
     own = {"stiffness": 1e7, "stiffness_ratio": 0.5, "damping_ratio": 1.0}
     study = study_from_content(SMALL_STUDY | {"contact": own, "variants": variants}, "x")
-    assert variant_contact(study, "ringing") == ContactSettings(stiffness=1e7, stiffness_ratio=0.5, damping=9)
-    assert variant_contact(study, "hard") == ContactSettings(stiffness_ratio=0.5, damping_ratio=1.0)
+    assert variant_contact_settings(study, "ringing") == ContactSettings(stiffness=1e7, stiffness_ratio=0.5, damping=9)
+    assert variant_contact_settings(study, "hard") == ContactSettings(stiffness_ratio=0.5, damping_ratio=1.0)
     for left_out in ((), {"contact"}):  # as a step of the workflow may be given it
         part = study_from_content(study.model_dump(mode="json", exclude=left_out), "x")
         assert part.variants == study.variants
@@ -406,7 +406,7 @@ def test_reading_a_record_that_the_study_lacks_is_refused(tmp_path: Path) -> Non
     "timed",
     [{"step": "cut", "start_s": 5}, {"step": "baseline", "fit_from_s": 5}, {"step": "remove_mean", "first_s": 5}],
 )
-def test_processing_times_after_a_filter_with_automatic_corner_are_refused(timed: dict[str, object]) -> None:
+def test_steps_with_a_time_are_refused_after_a_filter_of_automatic_corner(timed: dict[str, object]) -> None:
     auto = {"step": "highpass", "corner_hz": "auto"}
     with expect_error(
         ConfigError, "processing", f"{timed['step']} after highpass with corner_hz auto", "before it, or give"

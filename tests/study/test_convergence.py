@@ -33,15 +33,15 @@ from overturning.study.cube import open_cube
 from overturning.study.ensemble import wilson_interval
 from overturning.study.load import study_from_content
 from overturning.study.sample import (
-    CellSample,
-    choose_random_cells,
+    RandomCaseSample,
+    choose_random_case_indices,
     read_random_case_sample,
     read_sample_to_compare_with_rigid_block,
 )
 from overturning.study.scenes import variant_grid
 from overturning.study.schema import Study
 from overturning.study.sections import ConvergenceCheckSettings
-from tests.dem.near_field import strong_part_of_record
+from tests.dem.near_field import strong_part_of_near_field_record
 from tests.study.small_study import simulate_study_cube, small_study
 
 COUNT_FIELDS = {
@@ -80,35 +80,35 @@ def test_comparison_of_outcomes_counts_each_kind_of_change_once() -> None:
 def test_cases_to_check_are_drawn_without_repetition_or_mirror_images() -> None:
     computed = np.ones((10, 1, 20, 2), bool)
     computed[5:] = False
-    record, cells = choose_random_cells(ConvergenceCheckSettings(share=0.1, at_least=7), 3, computed)
+    record, cells = choose_random_case_indices(ConvergenceCheckSettings(share=0.1, at_least=7), 3, computed)
     assert len(record) == round(0.1 * 3 * 400)
     assert computed[tuple(cells.T)].all()
     assert len(np.unique(np.column_stack([record, cells]), axis=0)) == len(cells)
-    fewer = choose_random_cells(ConvergenceCheckSettings(share=0.001, at_least=50), 3, computed)
+    fewer = choose_random_case_indices(ConvergenceCheckSettings(share=0.001, at_least=50), 3, computed)
     assert len(fewer[0]) == 50
     np.testing.assert_array_equal(fewer[1], cells[:50], "a first part of the order is a choice too")
-    assert len(choose_random_cells(ConvergenceCheckSettings(at_least=10_000), 3, computed)[0]) == 600, (
+    assert len(choose_random_case_indices(ConvergenceCheckSettings(at_least=10_000), 3, computed)[0]) == 600, (
         "all of a small study"
     )
-    other = choose_random_cells(ConvergenceCheckSettings(share=0.1, seed=2), 3, computed)
+    other = choose_random_case_indices(ConvergenceCheckSettings(share=0.1, seed=2), 3, computed)
     assert not np.array_equal(other[1], cells)
 
 
 @cache
-def strong_motion_record(number: int, name: str = "a") -> Record:
+def near_field_strong_part(number: int, name: str = "a") -> Record:
     """Return the part of a near-field record from 4 s before its peak to 8 s after it, as a record with this name."""
-    motion = strong_part_of_record(number, 4.0, 8.0)
+    motion = strong_part_of_near_field_record(number, 4.0, 8.0)
     return round_to_stored_precision(Record(name, motion.north, motion.east, None, motion.sampling_interval))
 
 
 @dataclass(frozen=True)
-class SimulatedStudy:
-    """Records of a simulated study and the cells drawn from its cube to be checked."""
+class RecordsAndCellsDrawnFromCube:
+    """Records of a study that was simulated, and the cells drawn from its cube to be simulated again."""
 
     records: list[Record]
-    sample: CellSample
+    sample: RandomCaseSample
 
-    def sample_with_flags(self, overturned: Any, divided: Any = None) -> CellSample:
+    def drawn_cells_with_changed_flags(self, overturned: Any, divided: Any = None) -> RandomCaseSample:
         """Return the cells to be checked as if the study had found these overturning flags in them."""
         answers = self.sample.answers.copy()
         answers["overturned"] = overturned
@@ -116,11 +116,11 @@ class SimulatedStudy:
         return replace(self.sample, answers=answers, divided=divided, apart=self.sample.apart | divided)
 
 
-def simulate_study_and_draw_cells(settings: Study, records: list[Record], folder: Path) -> SimulatedStudy:
+def simulate_study_and_draw_cells(settings: Study, records: list[Record], folder: Path) -> RecordsAndCellsDrawnFromCube:
     """Simulate a small study without an ensemble and draw the cells to check from its cube."""
     alone = settings.model_copy(update={"ensemble": EnsembleSettings(members=0)})
     assert isinstance(settings.verification, ConvergenceCheckSettings)
-    return SimulatedStudy(
+    return RecordsAndCellsDrawnFromCube(
         records, read_random_case_sample(simulate_study_cube(alone, records, folder), settings.verification)
     )
 
@@ -128,7 +128,7 @@ def simulate_study_and_draw_cells(settings: Study, records: list[Record], folder
 def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Path) -> None:
     settings = small_study(verification={"at_least": 10, "cost": 20})
     done = simulate_study_and_draw_cells(
-        settings, [strong_motion_record(7, "a"), strong_motion_record(8, "b")], tmp_path
+        settings, [near_field_strong_part(7, "a"), near_field_strong_part(8, "b")], tmp_path
     )
     found = check_convergence(settings, done.records, done.sample)
     assert found.chosen == found.wanted == 10
@@ -144,7 +144,7 @@ def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Pat
         numerics = NumericalOptions(time_step="0.01 stable", **changed)
         return plan_simulation(
             model or PlanarModel(),
-            Motion.of(strong_motion_record(7)),
+            Motion.of(near_field_strong_part(7)),
             cases_at_positions(settings, done.sample.index),
             numerics,
         ).steps
@@ -156,19 +156,19 @@ def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Pat
     assert found.finer.block_steps == total_block_steps(refinement=8)
     assert found.stiffer.block_steps == total_block_steps(**stiff)
     opposite = np.where(done.sample.answers["overturned"] == 0, 1, 0).astype(np.int8)
-    wrong = check_convergence(settings, done.records, done.sample_with_flags(opposite))
+    wrong = check_convergence(settings, done.records, done.drawn_cells_with_changed_flags(opposite))
     assert wrong.finer.outcomes[0].flags == 10 - finer.flags
     assert wrong.stiffer.outcomes[0].flags == 10 - stiffer.flags
     # Where the ensemble is divided anyway a changed flag is counted, but not among those that matter.
     assert wrong.finer.outcomes[0].flags_undivided == wrong.finer.outcomes[0].flags
     assert wrong.finer.outcomes[0].undivided == wrong.finer.outcomes[0].cases
-    unsure = done.sample_with_flags(opposite, divided=np.ones(opposite.shape, np.bool_))
+    unsure = done.drawn_cells_with_changed_flags(opposite, divided=np.ones(opposite.shape, np.bool_))
     (all_divided,) = check_convergence(settings, done.records, unsure).finer.outcomes
     zeros = ("undivided", "flags_undivided", "fallen_undivided", "fallen_agreed", "sides_agreed")
     none = dict.fromkeys(zeros, 0)
     assert all_divided == wrong.finer.outcomes[0].model_copy(update=none)
     # Falls to the other side are counted where the members fall one way, and not where they fall to both.
-    turned = done.sample_with_flags(-done.sample.answers["overturned"])
+    turned = done.drawn_cells_with_changed_flags(-done.sample.answers["overturned"])
     (sides,) = check_convergence(settings, done.records, turned).finer.outcomes
     assert sides.sides_agreed == sides.sides == finer.fallen - finer.sides > 0
     (both,) = check_convergence(settings, done.records, replace(turned, apart=~turned.divided)).finer.outcomes
@@ -181,7 +181,7 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     settings = small_study(verification={"at_least": 10, "cost": 30})
-    done = simulate_study_and_draw_cells(settings, [strong_motion_record(7)], tmp_path)
+    done = simulate_study_and_draw_cells(settings, [near_field_strong_part(7)], tmp_path)
     own = done.sample.answers["overturned"][:, 0]
     other = np.where(own == 0, 1, 0).astype(np.int8)
     position = {tuple(cell): row for row, cell in enumerate(done.sample.index.tolist())}
@@ -241,7 +241,7 @@ def test_the_convergence_check_of_a_small_study_costs_no_more_than_the_study(
 ) -> None:
     settings = small_study(azimuth={"step": step}, verification={})
     done = simulate_study_and_draw_cells(
-        settings, [strong_motion_record(7, "a"), strong_motion_record(8, "b")], tmp_path
+        settings, [near_field_strong_part(7, "a"), near_field_strong_part(8, "b")], tmp_path
     )
     found = check_convergence(settings, done.records, done.sample)
     assert found.wanted == min(200, done.sample.computed)
@@ -255,7 +255,9 @@ def test_convergence_is_checked_with_finer_steps_if_stiffer_springs_are_refused(
     settings = small_study(contact={"stiffness": 3e13}, verification={"at_least": 4, "cost": 50})
     none = np.zeros(2, np.bool_)
     sure, index = none[:, None], np.zeros((2, 4), np.int64)
-    sample = CellSample(np.zeros(2, np.int64), index, empty_outcome_array(2, 1), none, sure, sure, np.ones(2), 36, 0)
+    sample = RandomCaseSample(
+        np.zeros(2, np.int64), index, empty_outcome_array(2, 1), none, sure, sure, np.ones(2), 36, 0
+    )
     quiet = Record("a", np.zeros(50), np.zeros(50), None, 0.01)
     found = check_convergence(settings, [quiet], sample)
     assert "stiffness" in found.stiffer.refused
@@ -265,7 +267,7 @@ def test_convergence_is_checked_with_finer_steps_if_stiffer_springs_are_refused(
 def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Path) -> None:
     data = {"friction": [0.58, 1.0, 1.2], "b_over_h": [0.2, 0.3, 1.1], "ensemble": {"members": 0}}
     settings = small_study(**data, verification={"at_least": 2})
-    records = [strong_motion_record(7, "a"), strong_motion_record(8, "b")]
+    records = [near_field_strong_part(7, "a"), near_field_strong_part(8, "b")]
     cube = simulate_study_cube(settings, records, tmp_path)
     rigid, sample = (
         read_sample_to_compare_with_rigid_block(cube, settings),
@@ -308,7 +310,7 @@ ROW_SCENE = {
 }
 
 
-def study_of_two_free_stones(**keys: object) -> Study:
+def study_of_two_stones_side_by_side(**keys: object) -> Study:
     """Return a study of a slender and a squat stone next to each other: two free elements."""
     return study_from_content(
         {"name": "row", "records": {"use": ["a"]}, "scene": ROW_SCENE, "friction": [0.7], **keys}, "row"
@@ -320,14 +322,14 @@ def test_sliding_blocks_and_other_shapes_are_not_compared_with_the_rigid_block()
     nowhere = Path("nowhere.nc")
     assert read_sample_to_compare_with_rigid_block(nowhere, small_study(friction=[0.33, 0.99])) is None
     assert read_sample_to_compare_with_rigid_block(nowhere, small_study(friction=[1.0], b_over_h=[1.0, 1.5])) is None
-    assert read_sample_to_compare_with_rigid_block(nowhere, study_of_two_free_stones(friction=[1.0])) is None
+    assert read_sample_to_compare_with_rigid_block(nowhere, study_of_two_stones_side_by_side(friction=[1.0])) is None
     body = {"body": {}, "azimuth": {}, "orientation": {"step": 30}}
     assert read_sample_to_compare_with_rigid_block(nowhere, small_study(friction=[1.0], b_over_h=[0.2], **body)) is None
 
 
 def test_convergence_of_a_scene_is_checked_for_each_element(tmp_path: Path) -> None:
-    settings = study_of_two_free_stones(azimuth={"step": 60}, verification={"at_least": 4, "cost": 20})
-    done = simulate_study_and_draw_cells(settings, [strong_motion_record(7)], tmp_path)
+    settings = study_of_two_stones_side_by_side(azimuth={"step": 60}, verification={"at_least": 4, "cost": 20})
+    done = simulate_study_and_draw_cells(settings, [near_field_strong_part(7)], tmp_path)
     found = check_convergence(settings, done.records, done.sample)
     assert [one.element for one in found.finer.outcomes] == ["slender", "squat"]
     for outcome in (*found.finer.outcomes, *found.stiffer.outcomes):
@@ -337,7 +339,7 @@ def test_convergence_of_a_scene_is_checked_for_each_element(tmp_path: Path) -> N
     fell = int((wrong[:, 0] != 0).sum())
     assert fell > 0
     wrong[:, 0] = 0
-    found = check_convergence(settings, done.records, done.sample_with_flags(wrong))
+    found = check_convergence(settings, done.records, done.drawn_cells_with_changed_flags(wrong))
     assert [one.flags for one in found.finer.outcomes] == [fell, 0]
     rows = comparisons_with_second_computations(found)[:2]
     assert [(one.element, one.falls_or_stands.count, one.falls_or_stands.compared) for one in rows] == [
@@ -347,8 +349,8 @@ def test_convergence_of_a_scene_is_checked_for_each_element(tmp_path: Path) -> N
 
 
 def test_convergence_reruns_of_a_scene_use_finer_steps_and_stiffer_contacts() -> None:
-    settings = study_of_two_free_stones()
-    motion, cases = Motion.of(strong_motion_record(7)), Cases([0.0, 60.0], 0.4, 0.25, 0.7)
+    settings = study_of_two_stones_side_by_side()
+    motion, cases = Motion.of(near_field_strong_part(7)), Cases([0.0, 60.0], 0.4, 0.25, 0.7)
     own = simulate_cases(settings.scene, motion, cases)
     steps = {
         name: again(motion, cases).block_steps.sum() / own.block_steps.sum()
@@ -376,7 +378,7 @@ def test_convergence_reruns_of_a_scene_use_finer_steps_and_stiffer_contacts() ->
 def test_gravestone_scene_is_rechecked_with_the_kernel_for_single_blocks() -> None:
     scene = small_study(scene="gravestone", ensemble={"members": 0}, b_over_h=[0.2], height=[0.6])
     block = small_study(ensemble={"members": 0}, b_over_h=[0.2])
-    motion, cases = Motion.of(strong_motion_record(7)), Cases([0.0, 60.0], 0.6, 0.2, 0.58)
+    motion, cases = Motion.of(near_field_strong_part(7)), Cases([0.0, 60.0], 0.6, 0.2, 0.58)
     for kind, again in case_rerun_functions(scene).items():
         found, expected = again(motion, cases), case_rerun_functions(block)[kind](motion, cases)
         np.testing.assert_array_equal(found.overturned, expected.overturned)
@@ -384,8 +386,8 @@ def test_gravestone_scene_is_rechecked_with_the_kernel_for_single_blocks() -> No
 
 
 def test_the_check_convergence_command_checks_a_scene_for_the_report(tmp_path: Path) -> None:
-    settings = study_of_two_free_stones(azimuth={"step": 30}, friction=[0.4, 0.7], verification={"cost": 4})
-    cube = simulate_study_cube(settings, [strong_motion_record(7)], tmp_path)
+    settings = study_of_two_stones_side_by_side(azimuth={"step": 30}, friction=[0.4, 0.7], verification={"cost": 4})
+    cube = simulate_study_cube(settings, [near_field_strong_part(7)], tmp_path)
     output = tmp_path / "convergence.json"
     workflow.run_convergence_check(settings.model_dump_json(), tmp_path / "motion", cube, output)
     found = read_convergence_result(output)
@@ -447,7 +449,7 @@ def test_3d_falls_whose_azimuth_changes_under_nearly_the_same_motion_are_counted
     """
     body = {"body": {}, "azimuth": {}, "orientation": {"step": 30}, "b_over_h": [0.1, 0.15, 0.2, 0.25]}
     settings = small_study(**body, verification={"at_least": 24, "cost": 100})
-    done = simulate_study_and_draw_cells(settings, [strong_motion_record(7)], tmp_path)
+    done = simulate_study_and_draw_cells(settings, [near_field_strong_part(7)], tmp_path)
     sample = done.sample
     fell = np.flatnonzero(sample.answers["overturned"][:, 0] == 1)
     assert fell.size >= 6

@@ -9,7 +9,7 @@ import pytest
 
 from overturning.dem.polygon.prepare import reason_scene_moves_by_itself
 from overturning.model.geometry import reference_element_height_and_b_over_h
-from overturning.study.doubts import implausible_setting_warnings, warnings_on_ranges_missing_their_stop
+from overturning.study.doubts import implausible_setting_warnings, warnings_on_ranges_not_reaching_their_stop
 from overturning.study.load import load_study, study_from_content
 from tests.dem.test_polygon_fallen import arch_scene
 from tests.expect import command_output
@@ -28,7 +28,7 @@ def soil_site(velocity: float, rock: float = 760.0, **more: float) -> dict[str, 
     return {"layers": [{"thickness_m": 20, "velocity_m_s": velocity, **more}], "rock": {"velocity_m_s": rock}}
 
 
-def warnings_of_study(**keys: Any) -> list[str]:
+def warnings_on_study_settings(**keys: Any) -> list[str]:
     """Return the warnings on implausible settings of a study."""
     return list(
         implausible_setting_warnings(study_from_content({"name": "mine", "records": PULSE} | keys, "mine.yaml"))
@@ -50,7 +50,7 @@ def test_variants_that_repeat_the_settings_of_others_give_a_warning() -> None:
         "same": {"vertical": True}, "flat": {"vertical": False}, "level": {"vertical": False},
         "clay": {"vertical": False, "site": soil_site(200)}, "soil": {"vertical": False, "site": soil_site(200)},
     }  # fmt: skip
-    assert [line.partition(" are those of ")[::2] for line in warnings_of_study(variants=variants)] == [
+    assert [line.partition(" are those of ")[::2] for line in warnings_on_study_settings(variants=variants)] == [
         (f"variants.{name}: its settings", f"{whose}, and so are its outcomes; change or leave it out")
         for name, whose in (("same", "the study"), ("level", "the variant flat"), ("soil", "the variant clay"))
     ]
@@ -58,11 +58,11 @@ def test_variants_that_repeat_the_settings_of_others_give_a_warning() -> None:
 
 def test_a_range_that_does_not_reach_its_stop_gives_a_warning() -> None:
     content = {"name": "mine", "b_over_h": {"start": 0.1, "stop": 0.6, "step": 0.15}, "height": [0.6]}
-    assert list(warnings_on_ranges_missing_their_stop(content)) == [
+    assert list(warnings_on_ranges_not_reaching_their_stop(content)) == [
         "b_over_h: steps of 0.15 end at 0.55, before stop 0.6; change step or stop"
     ]
     sound = {"b_over_h": {"start": 0.1, "stop": 0.6, "step": 0.05}, "azimuth": {"start": 0, "stop": 360, "step": 5}}
-    assert list(warnings_on_ranges_missing_their_stop(sound)) == []
+    assert list(warnings_on_ranges_not_reaching_their_stop(sound)) == []
 
 
 def test_only_a_length_outside_the_grid_is_suspected_to_be_in_centimetres() -> None:
@@ -70,7 +70,7 @@ def test_only_a_length_outside_the_grid_is_suspected_to_be_in_centimetres() -> N
 
     Only for the heights does the warning suggest centimetres.
     """
-    lines = warnings_of_study(friction=[1.0], height=[0.3], b_over_h=[0.3, 0.7], population={})
+    lines = warnings_on_study_settings(friction=[1.0], height=[0.3], b_over_h=[0.3, 0.7], population={})
     remedies = {line.partition(":")[0]: line.rpartition("; ")[2] for line in lines}
     assert remedies["population.friction"] == "those stones take the nearest value: add values to friction"
     assert remedies["population.height"].endswith("add values to height, or is a size in centimetres?")
@@ -163,8 +163,8 @@ def test_values_that_seem_to_be_in_another_unit_give_a_warning(
     keys: dict[str, Any], sound: dict[str, Any], line: str
 ) -> None:
     """A value at the bound of what is plausible gives no warning, and a value beyond the bound gives one."""
-    assert warnings_of_study(**sound) == []
-    (doubt,) = warnings_of_study(**keys)
+    assert warnings_on_study_settings(**sound) == []
+    (doubt,) = warnings_on_study_settings(**keys)
     assert doubt.startswith(line)
 
 
@@ -178,7 +178,7 @@ def test_implausible_materials_and_contacts_of_a_scene_give_a_warning() -> None:
             {"name": "shaft", "vertices": [[-0.1, 0], [0.1, 0], [0.1, 0.6], [-0.1, 0.6]], "material": "stone"},
         ],
     }
-    density, friction = warnings_of_study(scene=scene)
+    density, friction = warnings_on_study_settings(scene=scene)
     assert density.startswith("scene.materials.stone.density: 2.65 kg/m³")
     assert friction.startswith("scene.contacts.0.friction: 40 above 3. An angle of friction in degrees?")
     assert friction.endswith("Give its tangent: 0.839")
@@ -213,31 +213,31 @@ def scene_of_block_on_slope(tangent: float) -> dict[str, Any]:
 
 
 def test_a_scene_that_moves_without_an_earthquake_gives_a_warning() -> None:
-    assert warnings_of_study(scene=scene_of_overhanging_slab(0.98)) == []
-    (doubt,) = warnings_of_study(scene=scene_of_overhanging_slab(1.02))
+    assert warnings_on_study_settings(scene=scene_of_overhanging_slab(0.98)) == []
+    (doubt,) = warnings_on_study_settings(scene=scene_of_overhanging_slab(1.02))
     assert doubt.startswith("scene: at B/H 0.5, the scene has no equilibrium at rest: an element falls or slides")
 
 
 def test_the_warning_names_the_tilt_at_which_an_overhang_meets_the_ground() -> None:
     """The cube's corner overhangs the foot's by 0.1 √2 m, and balances on it at atan(0.2 √2 / 0.3) = 43.3°."""
-    assert warnings_of_study(scene=scene_of_lantern(0.1), orientation={"step": 45}) == []
-    (doubt,) = warnings_of_study(scene=scene_of_lantern(0.05), orientation={"step": 45})
+    assert warnings_on_study_settings(scene=scene_of_lantern(0.1), orientation={"step": 45}) == []
+    (doubt,) = warnings_on_study_settings(scene=scene_of_lantern(0.05), orientation={"step": 45})
     assert doubt.startswith(
         "scene: at B/H 1, element cube overhangs, and would meet the ground at a tilt of 20.7°, before it tips over "
         "the rim of the stone below at 43.3°. The simulation does not have this contact"
     )
-    assert warnings_of_study(scene=scene_of_lantern(0.05)) == [], "2-D has the contact"
+    assert warnings_on_study_settings(scene=scene_of_lantern(0.05)) == [], "2-D has the contact"
 
 
 def test_a_block_on_a_slope_steeper_than_its_friction_gives_a_warning() -> None:
-    assert warnings_of_study(scene=scene_of_block_on_slope(0.3), friction=[0.31, 0.6]) == []
-    (doubt,) = warnings_of_study(scene=scene_of_block_on_slope(0.3), friction=[0.29, 0.6])
+    assert warnings_on_study_settings(scene=scene_of_block_on_slope(0.3), friction=[0.31, 0.6]) == []
+    (doubt,) = warnings_on_study_settings(scene=scene_of_block_on_slope(0.3), friction=[0.29, 0.6])
     assert doubt.startswith("scene: at B/H 1, an element slides down its face without an earthquake")
 
 
 def test_level_frictionless_ground_and_an_arch_give_no_warning() -> None:
     """Nothing pushes a level block; the joints of an arch are steep, but pressed together."""
-    assert warnings_of_study(scene=scene_of_overhanging_slab(0.0), friction=[0.0]) == []
+    assert warnings_on_study_settings(scene=scene_of_overhanging_slab(0.0), friction=[0.0]) == []
     assert (
         reason_scene_moves_by_itself(arch_scene(), None, reference_element_height_and_b_over_h(arch_scene())[1], 0.7)
         == ""

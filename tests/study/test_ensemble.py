@@ -61,7 +61,7 @@ def nominal_outcomes(pulse_motion: Motion) -> dict[str, np.ndarray]:
     )
 
 
-def run_ensemble(
+def ensemble_statistics_of_grid(
     motion: Motion, nominal: dict[str, np.ndarray], members: EnsembleMembers, everywhere: bool = True, **more
 ):
     """Run the ensemble members of the cells of `GRID` and return their statistics."""
@@ -171,7 +171,7 @@ def test_3d_ensemble_members_are_run_where_the_fall_azimuth_changes(pulse_motion
     assert weight == pytest.approx([1.0, 0.0, *[1.0] * 7], abs=1e-3)
 
 
-def test_the_weight_of_a_fall_is_the_mean_resultant_of_its_members() -> None:
+def test_case_weight_is_the_unbiased_resultant_of_fall_directions_of_members() -> None:
     """Fall directions of members are von Mises distributed with known resultant.
 
     The uncorrected resultant of eight members is 0.31 where the true one is 0.
@@ -202,7 +202,7 @@ def test_an_ensemble_without_spread_gives_the_nominal_outcome(
     members = draw_parameter_changes_of_members(
         EnsembleSettings(members=4, amplitude=0, b_over_h=0, friction=0, damping=0, azimuth=0)
     )
-    found = run_ensemble(pulse_motion, nominal_outcomes, members)
+    found = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members)
     assert np.array_equal(found["probability_towards"], (nominal_outcomes["overturned"] == 1).astype(np.float32))
     assert np.array_equal(found["probability_away"], (nominal_outcomes["overturned"] == -1).astype(np.float32))
     assert (found["members"] == 4).all()
@@ -213,7 +213,7 @@ def test_ensemble_probabilities_equal_those_of_members_run_one_by_one(
     pulse_motion: Motion, nominal_outcomes: dict[str, np.ndarray]
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(members=8, amplitude=0.2, b_over_h=0.1))
-    found = run_ensemble(pulse_motion, nominal_outcomes, members)
+    found = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members)
     cell = (1, 0, 2, 1)
     flags = [
         int(
@@ -242,7 +242,7 @@ def test_an_ensemble_is_run_in_pieces_within_the_memory_limit(
 
     The limit allows two directions at a time.
     """
-    grid = GRID.replace_values(height=np.array([0.6, 1.2]), friction=np.array([1.0]))
+    grid = GRID.copy_with_dimension_values(height=np.array([0.6, 1.2]), friction=np.array([1.0]))
     members = draw_parameter_changes_of_members(EnsembleSettings(members=8))
     nothing = {name: np.zeros(grid.shape, np.int8) for name in ("overturned", "mirrored")}
     calls = []
@@ -267,7 +267,7 @@ def test_opposite_azimuths_exchange_the_probabilities_of_both_fall_sides(
     members = draw_parameter_changes_of_members(
         EnsembleSettings(members=8, amplitude=0.2, b_over_h=0.1, initial_tilt=0.02)
     )
-    found = run_ensemble(pulse_motion, nominal_outcomes, members)
+    found = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members)
     assert nominal_outcomes["mirrored"][3:].all()
     for name in ("probability", "scramble_difference"):
         assert np.array_equal(found[f"{name}_towards"][3:], found[f"{name}_away"][:3])
@@ -290,7 +290,7 @@ def test_ensemble_batches_contain_equal_numbers_of_both_sobol_scrambles() -> Non
     )
 
 
-def test_fall_probabilities_converge_by_agreement_or_number_of_members() -> None:
+def test_ensembles_whose_members_agree_converge_with_fewer_members() -> None:
     flags = np.full((5, 24), -128, np.int8)
     flags[0, :8] = 1  # all alike
     flags[1, :8] = [1, 1, 1, 1, 1, 1, 1, 0]
@@ -310,8 +310,8 @@ def test_the_number_of_members_of_a_cell_does_not_depend_on_other_cells(
     pulse_motion: Motion, nominal_outcomes: dict[str, np.ndarray]
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(amplitude=0.1, b_over_h=0.05))
-    every = run_ensemble(pulse_motion, nominal_outcomes, members)
-    some = run_ensemble(pulse_motion, nominal_outcomes, members, widest=0.19)
+    every = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members)
+    some = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members, widest=0.19)
     assert set(np.unique(some["members"])) == {8, 16, 24}
     assert (every["members"] == 24).all()
     whole = some["members"] == 24
@@ -320,7 +320,7 @@ def test_the_number_of_members_of_a_cell_does_not_depend_on_other_cells(
     # Whatever stands beside it, a cell has the same members.
     for flat in np.flatnonzero(nominal_outcomes["mirrored"] == 0)[::7]:
         place = np.unravel_index(flat, GRID.shape)
-        one = GRID.replace_values(
+        one = GRID.copy_with_dimension_values(
             **{name: GRID[name][[at]] for name, at in zip(GRID.dimension_names, place, strict=True)}
         )
         own = {name: values[tuple(slice(at, at + 1) for at in place)] for name, values in nominal_outcomes.items()}
@@ -354,13 +354,13 @@ def test_a_recheck_finds_only_the_changed_values_if_ensembles_stopped_early(tmp_
 
 
 @cache
-def _is_converged(falls: int, size: int, widest: float) -> bool:
+def _stopping_rule_ends_ensemble(falls: int, size: int, widest: float) -> bool:
     """True if the stopping rule ends an ensemble with this number of falls."""
     flags = np.array([[1] * falls + [0] * (size - falls)], np.int8)
     return bool(fall_probabilities_converged(flags, widest)[0])
 
 
-def _stopping_probabilities(probability: float, widest: float, batches: list[int]) -> dict[tuple[int, int], float]:
+def _chance_of_stopping_by_falls(probability: float, widest: float, batches: list[int]) -> dict[tuple[int, int], float]:
     """Return the exact probability, by (k, n), that the stopping rule ends an ensemble with k falls of n members."""
     going, ended, size = {0: 1.0}, {}, 0
     for batch in batches:
@@ -371,14 +371,14 @@ def _stopping_probabilities(probability: float, widest: float, batches: list[int
             reached[falls : falls + batch + 1] += chance * more
         going = {}
         for falls, chance in enumerate(reached):
-            if _is_converged(falls, size, widest) or size == sum(batches):
+            if _stopping_rule_ends_ensemble(falls, size, widest) or size == sum(batches):
                 ended[falls, size] = chance
             else:
                 going[falls] = chance
     return ended
 
 
-def test_stopping_rule_covers_probabilities_at_least_as_sixteen_members_do() -> None:
+def test_intervals_with_early_stopping_cover_as_well_as_those_of_16_members() -> None:
     """The coverage of Wilson intervals is computed exactly at known probabilities.
 
     With early stopping no half-width exceeds the stated limit of 0.19.
@@ -388,7 +388,7 @@ def test_stopping_rule_covers_probabilities_at_least_as_sixteen_members_do() -> 
         covered, square, widths = [], [], [0.0]
         for probability in np.linspace(0, 1, 101):
             cover = off = 0.0
-            for (falls, size), chance in _stopping_probabilities(probability, 0.19, batches).items():
+            for (falls, size), chance in _chance_of_stopping_by_falls(probability, 0.19, batches).items():
                 low, high = (float(end) for end in interval(falls, size))
                 half = (high - low) / 2
                 cover += chance * (low - 1e-12 <= probability <= high + 1e-12)
@@ -408,7 +408,7 @@ def test_ensemble_probabilities_are_missing_where_no_members_were_run(
     pulse_motion: Motion, nominal_outcomes: dict[str, np.ndarray]
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(members=4))
-    found = run_ensemble(pulse_motion, nominal_outcomes, members, everywhere=False)
+    found = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members, everywhere=False)
     chosen = select_cases_for_ensemble_runs(nominal_outcomes["overturned"], run_all_cells=False)
     assert 0 < chosen.sum() < chosen.size
     assert np.array_equal(np.isfinite(found["probability_towards"]), chosen)
@@ -419,10 +419,10 @@ def test_ensemble_probabilities_do_not_depend_on_the_size_of_pieces(
     pulse_motion: Motion, nominal_outcomes: dict[str, np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(members=4, amplitude=0.1))
-    whole = run_ensemble(pulse_motion, nominal_outcomes, members)
+    whole = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members)
     monkeypatch.setattr("overturning.study.ensemble.MAX_MOTION_SAMPLES", 1)
     reports: list[tuple[int, int]] = []
-    pieces = run_ensemble(
+    pieces = ensemble_statistics_of_grid(
         pulse_motion, nominal_outcomes, members, progress=lambda done, total: reports.append((done, total))
     )
     for variable in PLANE_ENSEMBLE_VARIABLES:

@@ -27,7 +27,7 @@ STUDY_IN_3D = ENSEMBLE_EVERYWHERE | {
 
 
 @pytest.mark.parametrize("keys", [PLANAR_STUDY, STUDY_IN_3D], ids=["planes", "space"])
-def test_bytes_of_the_cube_are_the_same_for_any_number_of_chunks(keys: dict[str, object], tmp_path: Path) -> None:
+def test_bytes_of_the_cube_do_not_depend_on_the_number_of_sweep_chunks(keys: dict[str, object], tmp_path: Path) -> None:
     settings, records = small_study(**keys), [sine_cycle_record("a", 4.0), sine_cycle_record("b")]
     whole, *others = (
         simulate_study_cube(settings, records, tmp_path / str(chunks), chunks=chunks).read_bytes()
@@ -38,7 +38,7 @@ def test_bytes_of_the_cube_are_the_same_for_any_number_of_chunks(keys: dict[str,
 
 @pytest.mark.parametrize("keys", [PLANAR_STUDY, STUDY_IN_3D], ids=["planes", "space"])
 @pytest.mark.parametrize("chunks", [1, 3, 50])
-def test_every_cell_of_a_grid_is_in_exactly_one_chunk(keys: dict[str, object], chunks: int) -> None:
+def test_every_cell_of_a_grid_is_in_exactly_one_sweep_chunk(keys: dict[str, object], chunks: int) -> None:
     settings = small_study(**keys)
     grid = variant_grid(settings)
     pieces = [grid_of_chunk(settings, grid, SweepChunk(number, chunks)) for number in range(1, chunks + 1)]
@@ -50,7 +50,7 @@ def test_every_cell_of_a_grid_is_in_exactly_one_chunk(keys: dict[str, object], c
         ]
 
 
-def test_opposite_azimuths_share_a_chunk() -> None:
+def test_opposite_azimuths_share_a_sweep_chunk() -> None:
     settings = small_study(**PLANAR_STUDY | {"azimuth": {"step": 10}})
     sizes = []
     for number in range(1, 6):
@@ -61,7 +61,7 @@ def test_opposite_azimuths_share_a_chunk() -> None:
 
 
 @pytest.mark.parametrize("text", ["", "3", "0-of-2", "3-of-2", "1-of-0", "a-of-b"])
-def test_a_text_that_specifies_no_chunk_is_refused(text: str) -> None:
+def test_an_invalid_chunk_number_such_as_3_of_2_is_refused(text: str) -> None:
     with pytest.raises(ArgumentError, match=r"chunk: .*; write a number and that of all chunks, 3-of-8"):
         SweepChunk.parse(text)
 
@@ -75,7 +75,5 @@ def test_a_text_that_specifies_no_chunk_is_refused(text: str) -> None:
         ((3, 0, 5), (3, 0, 5)),
     ],
 )
-def test_an_hdf5_chunk_holds_whole_directions_of_about_a_million_values(
-    grid: tuple[int, ...], chunk: tuple[int, ...]
-) -> None:
+def test_an_hdf5_chunk_holds_all_cells_of_one_or_more_directions(grid: tuple[int, ...], chunk: tuple[int, ...]) -> None:
     assert hdf5_chunk_shape(grid) == chunk

@@ -32,7 +32,7 @@ ROOT = Path(__file__).parents[2]
 TABLE_HEADING = "id\tformat\tsource\tcolumns\n"
 
 
-def study_of_table_rows(tmp_path: Path, *rows: str, **more: Any) -> Any:
+def write_record_table_and_make_study(tmp_path: Path, *rows: str, **more: Any) -> Any:
     """Write a record table of the given rows and return a study of all its records."""
     (tmp_path / "records.tsv").write_text(TABLE_HEADING + "".join(f"{row}\n" for row in rows), encoding="utf-8")
     use = [row.split("\t")[0] for row in rows]
@@ -52,7 +52,9 @@ def record_notes(study: Any) -> tuple[str, ...]:
 
 def test_the_preflight_check_names_all_missing_record_files(tmp_path: Path) -> None:
     with pytest.raises(MissingDataError) as found:
-        check_record_files(study_of_table_rows(tmp_path, *(f"r{n}\tauto\tr{n}.V2A" for n in range(9))), "mine.yaml")
+        check_record_files(
+            write_record_table_and_make_study(tmp_path, *(f"r{n}\tauto\tr{n}.V2A" for n in range(9))), "mine.yaml"
+        )
     lines = str(found.value).splitlines()
     assert lines[0].startswith("record r0: r0.V2A is not in ")
     assert len(lines) == 7
@@ -62,13 +64,13 @@ def test_the_preflight_check_names_all_missing_record_files(tmp_path: Path) -> N
 @pytest.mark.parametrize("source", ["../secret.V2A", "/etc/passwd"])
 def test_a_record_source_outside_its_folder_is_refused(tmp_path: Path, source: str) -> None:
     with pytest.raises(ConfigError, match=rf"record one: source '{source}' lies outside"):
-        check_record_files(study_of_table_rows(tmp_path, f"one\tauto\t{source}"), "mine.yaml")
+        check_record_files(write_record_table_and_make_study(tmp_path, f"one\tauto\t{source}"), "mine.yaml")
 
 
 def test_the_preflight_check_names_unreadable_record_files(tmp_path: Path) -> None:
     for name in ("one.csv", "two.csv"):
         (tmp_path / name).write_text("time,north,east\n0,1,2\n", encoding="utf-8")
-    study = study_of_table_rows(tmp_path, "one\tcsv\tone.csv", "two\tnonsense\ttwo.csv")
+    study = write_record_table_and_make_study(tmp_path, "one\tcsv\tone.csv", "two\tnonsense\ttwo.csv")
     entries, files = check_record_files(study, "mine.yaml")
     assert files["one"] == [tmp_path / "one.csv"]
     with pytest.raises(OverturningError) as found:
@@ -82,7 +84,7 @@ def test_the_preflight_check_names_unreadable_record_files(tmp_path: Path) -> No
 def test_the_preflight_check_notes_skipped_data_of_a_record_file(tmp_path: Path) -> None:
     waves = 50 * np.sin(np.arange(500) / 9)
     (tmp_path / "x.asa").write_text(unam_text({"N00E": waves, "N90E": waves[::-1], "V": waves}), encoding="utf-8")
-    study = study_of_table_rows(tmp_path, "one\tauto\tx.asa", b_over_h=[0.02, 0.1])
+    study = write_record_table_and_make_study(tmp_path, "one\tauto\tx.asa", b_over_h=[0.02, 0.1])
     (note,) = record_notes(study)
     assert note.startswith("record one: vertical axis 'V' left out: x.asa does not say whether up or down")
 
@@ -91,9 +93,9 @@ def test_the_preflight_check_notes_skipped_data_of_a_record_file(tmp_path: Path)
 def test_a_record_too_weak_to_move_any_stone_is_noted(tmp_path: Path, gal: float, weak: bool) -> None:
     """West: a rigid block of B/H = 0.1 rocks from 98 Gal on, along the motion."""
     row = f"slight\tsynthetic\tsine amplitude_gal={gal:g} period_s=1 azimuth_deg=40"
-    study = study_of_table_rows(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5])
+    study = write_record_table_and_make_study(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5])
     assert record_notes(study) == (("record slight: too weak to move any stone of the study",) if weak else ())
-    twice = study_of_table_rows(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5], amplitude=[1, 2])
+    twice = write_record_table_and_make_study(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5], amplitude=[1, 2])
     assert record_notes(twice) == ()
 
 
@@ -127,7 +129,10 @@ def test_no_note_is_given_on_weak_records_that_soil_can_amplify(tmp_path: Path) 
     layer = {"thickness_m": 20, "velocity_m_s": 150, "density_kg_m3": 1800}
     site = {"layers": [layer], "rock": {"velocity_m_s": 760}}
     for more in ({"site": site}, {"variants": {"soil": {"site": site}}}):
-        assert record_notes(study_of_table_rows(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5], **more)) == ()
+        assert (
+            record_notes(write_record_table_and_make_study(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5], **more))
+            == ()
+        )
 
 
 SITE = {"layers": [{"thickness_m": 20, "velocity_m_s": 150}], "rock": {"velocity_m_s": 760}}
@@ -181,7 +186,7 @@ def test_study_check_finds_an_unknown_soil_curve(monkeypatch: pytest.MonkeyPatch
         ([(None, True), (None, False), (30.0, None)], False),
     ],
 )
-def test_fault_alignment_is_computed_only_for_records_with_a_fault_strike(
+def test_fault_alignment_needs_a_fault_strike_in_the_first_record_group(
     records: list[tuple[float | None, bool | None]], answer: bool
 ) -> None:
     """Fault strikes count only for records with a pulse if there are records with and without a pulse.
@@ -262,7 +267,7 @@ def test_a_study_of_pulses_needs_no_record_file(tmp_path: Path, monkeypatch: pyt
 
 
 def test_a_record_table_separated_by_commas_is_refused(tmp_path: Path) -> None:
-    study = study_of_table_rows(tmp_path, "one\tauto\tone.csv")
+    study = write_record_table_and_make_study(tmp_path, "one\tauto\tone.csv")
     (tmp_path / "records.tsv").write_text("id,format\none,auto\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"line 1: columns are separated by commas; use tabs"):
         check_record_files(study, "mine.yaml")

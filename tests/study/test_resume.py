@@ -150,7 +150,7 @@ def test_a_deleted_figure_causes_all_figures_to_be_made_again(tmp_path: Path) ->
     assert not (figures / "illustrative.txt").exists(), "an output of the rule, which is made again then"
 
 
-def test_a_failed_run_restores_the_earlier_cubes(tmp_path: Path) -> None:
+def test_a_failed_run_restores_only_the_cubes_it_has_not_made_again(tmp_path: Path) -> None:
     cubes = [tmp_path / name for name in ("cube.nc", "cube.other.nc", "cube.third.nc")]
     for cube in cubes:
         cube.write_text("earlier", encoding="utf-8")
@@ -236,7 +236,7 @@ def test_a_new_run_does_not_wait_for_a_command_that_only_reads_results(
     assert waited_for == []
 
 
-def test_only_netcdf_files_get_a_checksum_at_their_end(tmp_path: Path) -> None:
+def test_no_checksum_is_appended_to_a_csv_file(tmp_path: Path) -> None:
     with atomic_write(tmp_path / "a.csv") as part:
         part.write_text("a\n", encoding="utf-8")
     assert (tmp_path / "a.csv").read_text(encoding="utf-8") == "a\n"

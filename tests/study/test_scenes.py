@@ -41,7 +41,7 @@ AXES = "µ = 0.9, H = 0.636 m; radius: slenderness B/H", "largest B/H that falls
 
 
 @pytest.fixture(autouse=True)
-def _run_in_project_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+def _change_to_project_folder(monkeypatch: pytest.MonkeyPatch) -> None:
     """Run each test in the folder of the project, to which the names of scene files refer."""
     monkeypatch.chdir(ROOT)  # scenes are named from the project's folder
 
@@ -53,7 +53,7 @@ def _three_tier_study(**keys: Any) -> Study:
     )
 
 
-def _pulse_record() -> Record:
+def _record_of_two_sine_cycles() -> Record:
     """Return a record of two sine cycles with a peak of 9 m/s²."""
     return sine_cycle_record("pulse", 9.0, 0.2, begin=0.0, cycles=2)
 
@@ -94,7 +94,8 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
         azimuth={"start": 0, "stop": 360, "step": 60}, b_over_h=[0.2, 0.25], friction=[0.5, 0.9],
     )  # fmt: skip
     paths = {
-        name: simulate_study_cube(study, [_pulse_record()], tmp_path, name) for name in ("nominal", *study.variants)
+        name: simulate_study_cube(study, [_record_of_two_sine_cycles()], tmp_path, name)
+        for name in ("nominal", *study.variants)
     }
     nominal = paths["nominal"]
     with open_cube(nominal, element=None) as cube:
@@ -223,7 +224,7 @@ def test_a_variant_without_vertical_motion_equals_the_study_without_it(tmp_path:
 
     With the contact settings of the study a block of B/H 0.35 falls that stands with the default ones.
     """
-    record = dataclasses.replace(_pulse_record(), up=0.8 * _pulse_record().north)
+    record = dataclasses.replace(_record_of_two_sine_cycles(), up=0.8 * _record_of_two_sine_cycles().north)
     grid = {"azimuth": {"step": 60}, "b_over_h": [0.2, 0.35], "friction": [0.9], "ensemble": {"members": 0}}
     grid["contact"] = {"damping_ratio": 0.2}
     study = study_from_content(
@@ -251,7 +252,7 @@ def test_an_ensemble_of_a_scene_has_probabilities_of_each_element(tmp_path: Path
         ensemble={"members": 8, "where": "everywhere", "amplitude": 0.2},
         variants={"monolith": {"scene": "monolith"}, "gravestone": {"scene": "gravestone"}},
     )  # fmt: skip
-    record, members = _pulse_record(), draw_parameter_changes_of_members(study.ensemble)
+    record, members = _record_of_two_sine_cycles(), draw_parameter_changes_of_members(study.ensemble)
     path = simulate_study_cube(study, [record], tmp_path, variant)
     with open_cube(path, element=None) as cube:
         towards, away = (cube[f"probability_{name}"].to_numpy()[0] for name in ("towards", "away"))
@@ -282,6 +283,8 @@ def test_a_recheck_reproduces_the_cube_of_a_scene_cell_by_cell(tmp_path: Path, v
         azimuth={"start": 0, "stop": 360, "step": 180}, b_over_h=[0.25, 0.3, 0.35], friction=[0.8],
         ensemble={"members": 2, "where": "everywhere"}, variants={"wall": {"scene": "against-a-wall"}},
     )  # fmt: skip
-    found = recompute_random_cases(simulate_study_cube(study, [_pulse_record()], tmp_path, variant), cell_count=6)
+    found = recompute_random_cases(
+        simulate_study_cube(study, [_record_of_two_sine_cycles()], tmp_path, variant), cell_count=6
+    )
     assert found.differences == []
     assert found.cells == found.ensemble_cells == 6

@@ -10,7 +10,7 @@ import xarray as xr
 
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.errors import ConfigError, ResultError
-from overturning.findings.study import scan_facts
+from overturning.findings.study import scanned_stone_facts
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file
@@ -32,7 +32,13 @@ from overturning.study.schema import Study
 from overturning.study.sections import ConvergenceCheckSettings
 from overturning.study.sweep import simulate_and_write_cases_of_record
 from tests.expect import command_output
-from tests.model.solids import box, mass_properties_of_boxes, rotate_surface, statue, write_mesh
+from tests.model.solids import (
+    box,
+    column_with_overhanging_slab,
+    mass_properties_of_solid_from_its_boxes,
+    rotate_surface,
+    write_mesh,
+)
 from tests.study.small_study import simulate_study_cube
 
 SMALL_STUDY: dict[str, Any] = {
@@ -288,15 +294,15 @@ def test_a_study_of_a_scan_stores_its_geometry_and_mass_properties(tmp_path: Pat
     Stored are the points that can touch the ground, mass properties, tilt and relief of the stone.
     """
     pytest.importorskip("trimesh")
-    path = write_mesh(rotate_surface(statue(), 0, 4.0), tmp_path / "statue.stl", 1000.0)
+    path = write_mesh(rotate_surface(column_with_overhanging_slab(), 0, 4.0), tmp_path / "statue.stl", 1000.0)
     about = {"mesh": str(path), "mesh_unit": "mm", "relief": "1 mm"}
     study = study_from_content({"name": "b", "records": {"use": ["a"]}, "body": about}, "b")
     assert study.body is not None
     assert study.body.scan is not None
-    volume, centre, _ = mass_properties_of_boxes("statue")
+    volume, centre, _ = mass_properties_of_solid_from_its_boxes("statue")
     assert (study.body.scan.volume, study.body.scan.tilt) == pytest.approx((volume, 4.0), abs=1e-3)
     assert (study.body.relief, study.height) == (0.001, pytest.approx((0.8,)))
-    facts = scan_facts(study)
+    facts = scanned_stone_facts(study)
     assert facts is not None
     assert (facts.volume_m3, facts.tilt_deg, facts.relief_mm) == pytest.approx((volume, 4.0, 1.0), abs=1e-3)
     assert study.b_over_h == pytest.approx(((0.1 - centre[0]) / centre[2],), abs=1e-5)

@@ -12,7 +12,7 @@ import xarray as xr
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.errors import ConfigError
 from overturning.model.falls import model_of_results_cube
-from overturning.model.scene import check_scene
+from overturning.model.scene import parse_scene_content
 from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
@@ -69,7 +69,7 @@ def loaded_cube(cube_file: Path) -> xr.Dataset:
 
 
 @pytest.mark.parametrize(("plan", "measured"), [(8, 10.0), ("circle", 29.0)])
-def test_the_estimated_time_of_a_stack_grows_with_the_corners_of_its_stones(plan: str | int, measured: float) -> None:
+def test_estimated_time_of_polygonal_and_round_drums_is_near_the_measured(plan: str | int, measured: float) -> None:
     """Estimated times of columns, relative to square drums, are within a factor of 2 of measured ones.
 
     A column of two polygonal or round drums and a capital takes about `measured` times as long to simulate as one of
@@ -77,13 +77,13 @@ def test_the_estimated_time_of_a_stack_grows_with_the_corners_of_its_stones(plan
     """
     ground = {"name": "ground", "kind": "driven", "width": 40, "depth": 40, "height": 1, "at": (0, -1)}
 
-    def case_cost_of_column(**drum: Any) -> float:
+    def computing_time_of_column_case(**drum: Any) -> float:
         drums = [{"height": 0.8, "name": f"drum-{k}", "stands_on": ("ground", "drum-0")[k]} | drum for k in range(2)]
         capital = {"name": "capital", "width": 0.8, "depth": 0.8, "height": 0.3, "stands_on": "drum-1"}
-        column = check_scene({"name": "column", "reference": "capital", "elements": [ground, *drums, capital]})
+        column = parse_scene_content({"name": "column", "reference": "capital", "elements": [ground, *drums, capital]})
         return Stack(column).relative_computing_time_of_case
 
-    times = case_cost_of_column(width=0.6, plan=plan) / case_cost_of_column(width=0.6, depth=0.6)
+    times = computing_time_of_column_case(width=0.6, plan=plan) / computing_time_of_column_case(width=0.6, depth=0.6)
     assert measured / 2 <= times <= 2 * measured
 
 
@@ -143,7 +143,7 @@ def test_the_convergence_check_of_a_stack_compares_each_stone(cube_file: Path, s
         assert [one.element for one in part.outcomes] == STONES
 
 
-def test_a_complete_study_of_a_stack_is_read_back_equal(study_settings: Study) -> None:
+def test_a_stack_study_with_all_defaults_is_read_back_equal(study_settings: Study) -> None:
     content = json.loads(json.dumps(study_settings_without_absolute_paths(study_settings)))
     assert study_from_content(content, "complete") == study_settings
     assert "azimuth" not in content

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from overturning import read
 from overturning.errors import ArgumentError, ConfigError, OverturningError
-from overturning.model.scene import Scene, check_scene
+from overturning.model.scene import Scene, parse_scene_content
 from overturning.records.catalogue import RecordTableRow
 from overturning.study.load import study_from_content
 from overturning.study.schema import Study
@@ -36,45 +36,45 @@ BLOCK = {"name": "stone", "width": 0.3, "height": 0.6}
 SCENE = {"name": "mine", "elements": [{"name": "ground", "kind": "driven", "width": 9, "height": 1}, BLOCK]}
 
 
-def key_paths(model: type[BaseModel], *before: str) -> Iterator[tuple[str, ...]]:
+def key_paths_of_model(model: type[BaseModel], *before: str) -> Iterator[tuple[str, ...]]:
     """Yield the paths of the keys of a model, also inside nested settings; a list or mapping is one key."""
     for name, field in model.model_fields.items():
         yield (*before, name)
         forms = (field.annotation, *get_args(field.annotation))
         for form in forms:
             if isinstance(form, type) and issubclass(form, BaseModel) and form is not Scene:
-                yield from key_paths(form, *before, name)
+                yield from key_paths_of_model(form, *before, name)
 
 
-def with_value_at_path(base: dict[str, Any], path: tuple[str, ...], value: Any) -> dict[str, Any]:
+def copy_with_value_at_path(base: dict[str, Any], path: tuple[str, ...], value: Any) -> dict[str, Any]:
     """Return a mapping with another value at the path of a key."""
     first, *rest = path
     inside = base.get(first)
-    new = with_value_at_path(inside if isinstance(inside, dict) else {}, tuple(rest), value) if rest else value
+    new = copy_with_value_at_path(inside if isinstance(inside, dict) else {}, tuple(rest), value) if rest else value
     return base | {first: new}
 
 
-def error_lines(check: Any, base: dict[str, Any], path: tuple[str, ...]) -> list[str]:
+def error_lines_for_wrong_values(check: Any, base: dict[str, Any], path: tuple[str, ...]) -> list[str]:
     """Return the lines of the errors for each wrong value of a key."""
     lines: list[str] = []
     for value in WRONG_VALUES:
         try:
-            check(with_value_at_path(base, path, value))
+            check(copy_with_value_at_path(base, path, value))
         except ConfigError as error:
             lines += str(error).split("\n       ")
     return lines
 
 
-@pytest.mark.parametrize("path", list(key_paths(Study)), ids=".".join)
-def test_a_wrong_value_of_a_study_gives_a_plain_error(path: tuple[str, ...]) -> None:
-    lines = error_lines(lambda data: study_from_content(data, "mine.yaml"), BASE, path)
+@pytest.mark.parametrize("path", list(key_paths_of_model(Study)), ids=".".join)
+def test_error_for_a_wrong_study_value_has_no_pydantic_words(path: tuple[str, ...]) -> None:
+    lines = error_lines_for_wrong_values(lambda data: study_from_content(data, "mine.yaml"), BASE, path)
     assert lines, "no value of WRONG is wrong there"
     assert [line for line in lines if PYDANTIC_WORDS.search(line)] == []
     assert [line for line in lines if not line.startswith("mine.yaml: ")] == []
 
 
 @pytest.mark.parametrize("settings", ["published", "surveys", "processing", "variants", "pulses", "layers"])
-def test_a_wrong_entry_of_a_list_or_mapping_gives_a_plain_error(settings: str) -> None:
+def test_error_for_a_wrong_list_or_mapping_entry_has_no_pydantic_words(settings: str) -> None:
     lines = []
     for value in WRONG_VALUES:
         data = {
@@ -90,18 +90,20 @@ def test_a_wrong_entry_of_a_list_or_mapping_gives_a_plain_error(settings: str) -
     assert [line for line in lines if PYDANTIC_WORDS.search(line)] == []
 
 
-def test_a_wrong_value_of_a_scene_gives_a_plain_error() -> None:
+def test_error_for_a_wrong_scene_value_has_no_pydantic_words() -> None:
     lines = []
-    for path in key_paths(Scene):
-        lines += error_lines(check_scene, SCENE, path)
+    for path in key_paths_of_model(Scene):
+        lines += error_lines_for_wrong_values(parse_scene_content, SCENE, path)
     for name in BLOCK | {"kind": 1, "vertices": 1, "at": 1, "stands_on": 1, "pieces": 1}:
-        lines += error_lines(lambda one: check_scene(SCENE | {"elements": [SCENE["elements"][0], one]}), BLOCK, (name,))
+        lines += error_lines_for_wrong_values(
+            lambda one: parse_scene_content(SCENE | {"elements": [SCENE["elements"][0], one]}), BLOCK, (name,)
+        )
     assert len(lines) > 100
     assert [line for line in lines if PYDANTIC_WORDS.search(line)] == []
 
 
 @pytest.mark.parametrize("model", [RecordTableRow, SurveyRow, FragilityCurveRow, HazardCurveRow])
-def test_a_wrong_cell_of_a_table_gives_a_plain_error(model: type[BaseModel], tmp_path: Path) -> None:
+def test_error_for_a_wrong_table_cell_has_no_pydantic_words(model: type[BaseModel], tmp_path: Path) -> None:
     lines, needed = [], {name: "x" for name, field in model.model_fields.items() if field.is_required()}
     for column in model.model_fields:
         for cell in ("nonsense", "-7.5", "1e400", "nan", "1;2", "60 cm", "x y", "Z"):

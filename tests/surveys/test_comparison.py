@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import binomtest, chisquare
 
 from overturning.errors import ArgumentError
-from overturning.findings.surveys import survey_findings
+from overturning.findings.surveys import survey_prediction_findings
 from overturning.settings import StonePopulation
 from overturning.statistics.bootstrap import exact_share_interval
 from overturning.surveys.comparison import StoredSurveyComparison, compare_survey_with_prediction
@@ -18,7 +18,7 @@ from overturning.surveys.prediction import (
     SIDES,
     SiteFallPrediction,
     note_on_b_over_h_outside_study,
-    observed_side_index,
+    observed_standing_or_side_index,
 )
 from overturning.surveys.stones import OCTANTS, Stone
 
@@ -219,7 +219,7 @@ def standing_stone_of_known_face(face: float = 60, front: float = 0.3, side: flo
         (standing_stone_of_known_face(330, 0.5, 0.2), "to its right"),
     ],
 )
-def test_rectangular_stones_fall_over_their_edges(make_cube, falls_in_sector, stone: Stone, most: str) -> None:
+def test_a_rectangular_stone_falls_over_its_slender_side(make_cube, falls_in_sector, stone: Stone, most: str) -> None:
     """Falls within 30° of 60°, up to B/H = 0.3 only: a stone that is broad towards 60° stands."""
     site = make_cube(falls_in_sector(60, 30, largest=0.3), azimuth=range(0, 360, 2))
     sides = SiteFallPrediction(site, background=0).fall_side_probabilities(stone)
@@ -241,7 +241,7 @@ def test_predicted_azimuths_are_uniform_within_45_degrees_of_the_face_normal(
     assert expected == pytest.approx([north / 90, 0.5, (45 - north) / 90, 0, 0, 0, 0, 0], abs=1e-3)
 
 
-def cube_where_both_planes_fall(make_cube, front, across, **more):
+def cube_with_fall_times_along_60_and_150(make_cube, front, across, **more):
     """Return a cube: blocks fall towards 60° and 150° (to the right) at the given times, s, in the two planes."""
 
     def signed_falls_along_60_and_150(azimuth, *_rest):
@@ -271,14 +271,14 @@ def test_the_earlier_fall_of_two_planes_decides_the_direction(
     make_cube, front: float, across: float, expected: list[float]
 ) -> None:
     sides = SiteFallPrediction(
-        cube_where_both_planes_fall(make_cube, front, across), background=0
+        cube_with_fall_times_along_60_and_150(make_cube, front, across), background=0
     ).fall_side_probabilities(standing_stone_of_known_face())
     assert sides == pytest.approx(expected)
 
 
 def test_ensemble_runs_of_both_planes_are_combined_as_independent(make_cube) -> None:
     """Half of the runs fall in each plane, the front one earlier: ¼ stand, ½ fall forwards, ¼ to the right."""
-    cube = cube_where_both_planes_fall(make_cube, 5.0, 6.0)
+    cube = cube_with_fall_times_along_60_and_150(make_cube, 5.0, 6.0)
     half = np.abs(cube["overturned"]) * 0.5
     towards, away = half.where(cube["overturned"] > 0, 0.0), half.where(cube["overturned"] < 0, 0.0)
     cube = cube.assign(probability_towards=towards, probability_away=away)
@@ -320,7 +320,7 @@ def test_cells_without_an_outcome_do_not_count_as_standing(make_cube, falls_in_s
     ).sum() == pytest.approx(1)
 
 
-def test_azimuths_without_outcomes_do_not_have_probability_0(make_cube) -> None:
+def test_azimuths_without_outcomes_get_the_mean_fall_probability(make_cube) -> None:
     """Fall azimuths whose plane has unknown outcomes get the mean probability of the other azimuths.
 
     Blocks fall in all planes but one, whose outcomes are unknown.
@@ -350,11 +350,11 @@ def test_falls_normal_to_the_known_faces_are_not_tested_for_fit(cube_of_falls_ar
     assert max(found.fit_octants.p_value, found.fit_exact.p_value) < 0.01  # evenly over 90° they are not
     assert found.log_likelihood_ratio > 0
     assert found.likelihood_ratio_p < 0.05
-    assert survey_findings(StoredSurveyComparison("", "", "", found)).faces_known, (
+    assert survey_prediction_findings(StoredSurveyComparison("", "", "", found)).faces_known, (
         "so that the report has no test of fit"
     )
     unknown = compare_survey_with_prediction([fallen_stone(a) for a in azimuths], cube_of_falls_around_60)
-    assert not survey_findings(StoredSurveyComparison("", "", "", unknown)).faces_known
+    assert not survey_prediction_findings(StoredSurveyComparison("", "", "", unknown)).faces_known
     assert min(unknown.fit_octants.p_value, unknown.fit_exact.p_value) < 0.05
 
 
@@ -409,7 +409,7 @@ def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(cu
         assert getattr(found, name) == getattr(without, name)
     only = compare_survey_with_prediction([lost], cube_of_falls_around_60)
     assert only.octant_observed.sum() == 0
-    doubted = survey_findings(StoredSurveyComparison("x", "", "site", only, ("x: radians?",)))
+    doubted = survey_prediction_findings(StoredSurveyComparison("x", "", "site", only, ("x: radians?",)))
     assert (doubted.doubts, doubted.octant_falls) == (["x: radians?"], 0)
 
 
@@ -483,7 +483,7 @@ def test_observed_share_and_predicted_mean_direction_match_known_values(cube_of_
     Falls spread evenly within δ of 60° have the mean direction 60° and the resultant sin δ/δ.
     """
     stones = [fallen_stone(60, count=14), Stone(False, math.nan, False, count=6)]
-    found = survey_findings(
+    found = survey_prediction_findings(
         StoredSurveyComparison(
             "", "", "", compare_survey_with_prediction(stones, cube_of_falls_around_60, background=0.0)
         )
@@ -496,7 +496,7 @@ def test_observed_share_and_predicted_mean_direction_match_known_values(cube_of_
     assert found.predicted_mean_direction_deg == pytest.approx(60)
     assert found.predicted_resultant == pytest.approx(np.sin(half) / half, abs=2e-3)
     only = compare_survey_with_prediction(stones[:1], cube_of_falls_around_60)
-    assert survey_findings(StoredSurveyComparison("", "", "", only)).observed_fall_share is None, (
+    assert survey_prediction_findings(StoredSurveyComparison("", "", "", only)).observed_fall_share is None, (
         "perhaps the fallen ones alone"
     )
 
@@ -510,7 +510,7 @@ def test_exact_interval_of_a_share_matches_scipy(count: int, total: int) -> None
 
 @pytest.mark.parametrize(("azimuth", "side"), [(60, 1), (104, 1), (106, 2), (240, 3), (330, 4), (16, 1), (14, 4)])
 def test_side_of_a_fall_follows_from_face_and_fall_azimuth(azimuth: float, side: int) -> None:
-    assert observed_side_index(fallen_stone(azimuth, face_azimuth_deg=60.0, b_over_h=0.4)) == side
+    assert observed_standing_or_side_index(fallen_stone(azimuth, face_azimuth_deg=60.0, b_over_h=0.4)) == side
 
 
 def test_a_study_or_survey_without_falls_gives_no_evidence(make_cube) -> None:
@@ -523,7 +523,7 @@ def test_a_study_or_survey_without_falls_gives_no_evidence(make_cube) -> None:
 
 
 @pytest.mark.parametrize(("b_over_h", "share"), [(0.2, 1.0), (0.3, 0.0), (0.1 + 0.2, 0.0), (0.35, math.nan)])
-def test_b_over_h_of_grid_has_an_outcome_if_only_the_next_lacks_one(make_cube, b_over_h: float, share: float) -> None:
+def test_grid_b_over_h_is_unaffected_by_missing_outcomes_of_the_next(make_cube, b_over_h: float, share: float) -> None:
     site = make_cube(lambda *of: np.where(of[2] > 0.35, np.nan, np.where(of[2] < 0.25, 1, 0)))
     stone = Stone(False, math.nan, False, b_over_h=b_over_h, face_azimuth_deg=60.0)
     found = compare_survey_with_prediction([stone], site, background=0.0)
@@ -542,13 +542,13 @@ def test_stones_without_a_computed_outcome_are_counted_and_not_predicted_to_stan
     assert found.computed_fall_share == 1.0
     assert found.confusion[0, 1:].sum() == found.confusion.sum() == 2
     np.testing.assert_allclose(found.octant_predicted, 6 / 8, atol=1e-9)
-    of_study = survey_findings(StoredSurveyComparison("stones.csv", "0" * 64, "vale", found))
+    of_study = survey_prediction_findings(StoredSurveyComparison("stones.csv", "0" * 64, "vale", found))
     assert (of_study.checked_predictions, of_study.falls_with_predicted_direction) == (2, 0)
     assert compare_survey_with_prediction([stout], site).confusion is None
 
 
 @pytest.mark.parametrize("background", [0.0, 0.05])
-def test_stones_that_never_fall_in_the_study_are_counted(make_cube, background: float) -> None:
+def test_fallen_stones_that_never_fall_in_the_simulations_are_counted(make_cube, background: float) -> None:
     """All blocks fall up to B/H 0.3; for larger B/H the prediction is an extrapolation."""
     site = make_cube(lambda azimuth, _, shape, *_rest: np.where(azimuth < 180, 1, -1) * (shape < 0.35))
     slender = fallen_stone(10)

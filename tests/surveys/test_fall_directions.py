@@ -57,7 +57,7 @@ def test_rotating_survey_and_cube_together_changes_no_test_result(make_cube, cub
 
 
 @pytest.mark.long
-def test_the_test_of_exact_azimuths_is_calibrated_for_falls_to_both_sides(make_cube) -> None:
+def test_p_values_of_exact_azimuths_are_uniform_for_falls_to_both_sides(make_cube) -> None:
     cube, generator = cube_with_two_fall_axes(make_cube), np.random.default_rng(8)
     p = []
     for _ in range(200):

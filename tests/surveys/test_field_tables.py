@@ -11,7 +11,7 @@ from overturning.surveys.row import SurveyRow
 from overturning.surveys.stones import SurveyTable, read_stones, read_survey_table
 
 
-def read_table_text(
+def write_and_read_survey_table(
     folder: Path, text: str, encoding: str = "utf-8", declination_deg: float | None = None
 ) -> SurveyTable:
     """Write a survey table to a file and read it."""
@@ -39,7 +39,7 @@ COMMA_SEPARATED_TABLE = "azimuth_deg,height_m,note\n12.5,0.6,a\nSSE,0.8,\n"
 )
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
 def test_separators_encodings_and_decimal_commas_give_the_same_stones(tmp_path: Path, text: str, encoding: str) -> None:
-    stones = read_table_text(tmp_path, text, encoding).stones
+    stones = write_and_read_survey_table(tmp_path, text, encoding).stones
     assert [(one.azimuth_deg, one.height, one.wind_16, one.octant) for one in stones] == [
         (12.5, 0.6, False, False),
         (157.5, 0.8, True, False),
@@ -48,7 +48,7 @@ def test_separators_encodings_and_decimal_commas_give_the_same_stones(tmp_path: 
 
 def test_line_numbers_count_quoted_line_breaks_and_comments(tmp_path: Path) -> None:
     text = '# a\nazimuth_deg,note\n10,"two\nlines"\n# b\n\n20,\n'
-    assert [line for line, _ in read_table_text(tmp_path, text).rows] == [3, 7]
+    assert [line for line, _ in write_and_read_survey_table(tmp_path, text).rows] == [3, 7]
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,7 @@ def test_error_about_an_unreadable_table_states_cause_and_remedy(tmp_path: Path,
         read_survey_table(tmp_path / "field.csv")
 
 
-def test_all_faults_of_a_table_are_reported_in_one_error(tmp_path: Path) -> None:
+def test_all_mistakes_in_a_table_are_reported_in_one_error(tmp_path: Path) -> None:
     text = (
         "stone,azimuth_deg,fell,heigth_m,lat,lon\n"
         "A1,400,yes,0.6,35,133\n"
@@ -82,7 +82,7 @@ def test_all_faults_of_a_table_are_reported_in_one_error(tmp_path: Path) -> None
         "A7,10,yes\n"
     )
     with pytest.raises(RecordError) as error:
-        read_table_text(tmp_path, text)
+        write_and_read_survey_table(tmp_path, text)
     path = tmp_path / "field.csv"
     forms = "a stone that stood has no fall direction; empty azimuth_deg and octant"
     assert str(error.value).split("\n") == [
@@ -137,7 +137,7 @@ def test_all_faults_of_a_table_are_reported_in_one_error(tmp_path: Path) -> None
 def test_outcomes_count_as_fallen_standing_or_not_counted(
     tmp_path: Path, header: str, cells: str, counted: str, kinds: tuple[str, ...]
 ) -> None:
-    table = read_table_text(tmp_path, f"{header}\n{cells}\n")
+    table = write_and_read_survey_table(tmp_path, f"{header}\n{cells}\n")
     row = table.rows[0][1]
     assert (row.counted_as, row.outcome_kinds) == (counted, kinds)
     assert [stone.fell for stone in table.stones] == ([] if counted == "not counted" else [counted == "fell"])
@@ -154,14 +154,14 @@ def test_outcomes_count_as_fallen_standing_or_not_counted(
         "stone,outcome,azimuth (º)\nA,fell,120º\n",
     ],
 )
-def test_comments_and_columns_that_look_like_faults_are_read(tmp_path: Path, text: str) -> None:
-    (stone,) = read_table_text(tmp_path, text).stones
+def test_comments_and_columns_resembling_mistakes_are_accepted(tmp_path: Path, text: str) -> None:
+    (stone,) = write_and_read_survey_table(tmp_path, text).stones
     assert stone.fell
 
 
 def test_error_about_a_title_line_above_the_header_states_the_remedy(tmp_path: Path) -> None:
     with pytest.raises(RecordError, match=r"line 1: no column azimuth_deg .*above the names .* begin with #"):
-        read_table_text(tmp_path, "Survey of Hill cemetery\nstone,outcome\nA,fell\n")
+        write_and_read_survey_table(tmp_path, "Survey of Hill cemetery\nstone,outcome\nA,fell\n")
 
 
 @pytest.mark.parametrize(
@@ -192,7 +192,7 @@ def test_tables_of_totals_units_or_other_layouts_are_refused_with_a_remedy(
     tmp_path: Path, text: str, message: str
 ) -> None:
     with pytest.raises(RecordError, match=message):
-        read_table_text(tmp_path, text)
+        write_and_read_survey_table(tmp_path, text)
 
 
 @pytest.mark.parametrize(
@@ -205,21 +205,23 @@ def test_tables_of_totals_units_or_other_layouts_are_refused_with_a_remedy(
     ],
 )
 def test_stone_sizes_in_doubtful_units_are_read_with_a_warning(tmp_path: Path, text: str, warning: str | None) -> None:
-    found = read_table_text(tmp_path, text).warnings
+    found = write_and_read_survey_table(tmp_path, text).warnings
     assert len(found) == (warning is not None)
     assert all(re.match(str(warning), one) for one in found)
 
 
 def test_azimuths_that_are_read_are_below_360_degrees(tmp_path: Path) -> None:
-    assert [stone.azimuth_deg for stone in read_table_text(tmp_path, "azimuth\n-1e-20\n360\n-5\n").stones] == [
+    assert [
+        stone.azimuth_deg for stone in write_and_read_survey_table(tmp_path, "azimuth\n-1e-20\n360\n-5\n").stones
+    ] == [
         0.0,
         0.0,
         355.0,
     ]
 
 
-def test_stones_that_do_not_count_are_named_in_a_note(tmp_path: Path) -> None:
-    table = read_table_text(tmp_path, 'outcome,count\nfixed,3\n"broken, repaired",2\nunknown,1\nfell E,4\n')
+def test_a_note_counts_the_stones_counted_neither_as_fallen_nor_standing(tmp_path: Path) -> None:
+    table = write_and_read_survey_table(tmp_path, 'outcome,count\nfixed,3\n"broken, repaired",2\nunknown,1\nfell E,4\n')
     assert table.notes == (
         "field.csv: not counted as fallen or standing: 6 (outcomes: 3 fixed, 2 repaired, 1 unknown)",
     )
@@ -252,11 +254,11 @@ def test_stones_that_do_not_count_are_named_in_a_note(tmp_path: Path) -> None:
 )
 def test_contradictory_rows_are_refused_with_the_reason(tmp_path: Path, header: str, cells: str, message: str) -> None:
     with pytest.raises(RecordError, match=message):
-        read_table_text(tmp_path, f"{header}\n{cells}\n")
+        write_and_read_survey_table(tmp_path, f"{header}\n{cells}\n")
 
 
-def test_unknown_column_named_like_a_descriptive_one_is_only_noted(tmp_path: Path) -> None:
-    table = read_table_text(tmp_path, "fell,sites,photographer,mood\nyes,a,Ito,calm\n")
+def test_an_unused_column_gives_a_note_with_a_similar_known_name(tmp_path: Path) -> None:
+    table = write_and_read_survey_table(tmp_path, "fell,sites,photographer,mood\nyes,a,Ito,calm\n")
     assert table.notes == (
         "field.csv: not used: columns sites (did you mean site?), photographer (did you mean photo?), mood",
     )
@@ -264,45 +266,48 @@ def test_unknown_column_named_like_a_descriptive_one_is_only_noted(tmp_path: Pat
 
 def test_table_cells_that_state_an_unknown_value_are_read_as_empty(tmp_path: Path) -> None:
     text = "fell,azimuth_deg,Height (m),note\nyes,?,n/a,?\nyes,SE,-,-\nyes,unknown,0.6,\n"
-    table = read_table_text(tmp_path, text)
+    table = write_and_read_survey_table(tmp_path, text)
     assert [stone.fell_in_known_direction for stone in table.stones] == [False, True, False]
     assert [math.isnan(stone.height) for stone in table.stones] == [True, True, False]
     assert [row.note for _, row in table.rows] == ["?", "-", ""]
     with pytest.raises(RecordError, match=r"write yes or no; an unknown outcome belongs in the column outcome"):
-        read_table_text(tmp_path, "fell\n?\n")
+        write_and_read_survey_table(tmp_path, "fell\n?\n")
 
 
-def test_a_survey_without_any_countable_stone_has_a_table_but_no_stones(tmp_path: Path) -> None:
-    assert read_table_text(tmp_path, "outcome\nfixed\nbroken\n").stones == []
+def test_a_survey_without_countable_stones_is_refused_but_read_as_a_table(tmp_path: Path) -> None:
+    assert write_and_read_survey_table(tmp_path, "outcome\nfixed\nbroken\n").stones == []
     with pytest.raises(RecordError, match="no stone counts as fallen or standing"):
         read_stones(tmp_path / "field.csv")
 
 
 def test_compass_points_are_octants_if_all_are_among_the_main_eight(tmp_path: Path) -> None:
-    eight = read_table_text(tmp_path, "azimuth_deg\nN\nse\n130\n").stones
+    eight = write_and_read_survey_table(tmp_path, "azimuth_deg\nN\nse\n130\n").stones
     assert [(one.octant, one.wind_16, one.direction_half_width_deg) for one in eight] == [
         (True, False, 22.5), (True, False, 22.5), (False, False, 0.0),
     ]  # fmt: skip
-    sixteen = read_table_text(tmp_path, "azimuth_deg\nN\nsse\n").stones
+    sixteen = write_and_read_survey_table(tmp_path, "azimuth_deg\nN\nsse\n").stones
     assert [(one.octant, one.direction_half_width_deg) for one in sixteen] == [(False, 11.25), (False, 11.25)]
 
 
 def test_declination_is_added_from_column_or_option(tmp_path: Path) -> None:
-    by_column = read_table_text(tmp_path, "azimuth_deg;declination\nS40E;-7,5\nNNE;\n").stones
+    by_column = write_and_read_survey_table(tmp_path, "azimuth_deg;declination\nS40E;-7,5\nNNE;\n").stones
     assert [stone.azimuth_deg for stone in by_column] == [132.5, 22.5]
-    by_option = read_table_text(tmp_path, "azimuth_deg\nS40E\nNNE\n", declination_deg=-7.5).stones
+    by_option = write_and_read_survey_table(tmp_path, "azimuth_deg\nS40E\nNNE\n", declination_deg=-7.5).stones
     assert [stone.azimuth_deg for stone in by_option] == [132.5, 15.0]
     with pytest.raises(RecordError, match="a column gives the declination; leave out the option"):
-        read_table_text(tmp_path, "azimuth_deg,declination\n10,5\n", declination_deg=-7.5)
+        write_and_read_survey_table(tmp_path, "azimuth_deg,declination\n10,5\n", declination_deg=-7.5)
     with pytest.raises(RecordError, match="from -180 to 180, east positive"):
-        read_table_text(tmp_path, "azimuth_deg\n10\n", declination_deg=200)
+        write_and_read_survey_table(tmp_path, "azimuth_deg\n10\n", declination_deg=200)
     with pytest.raises(RecordError, match="lines 2, 3: one of 8 winds from magnetic north, 20° from true north"):
-        read_table_text(tmp_path, "azimuth_deg\nN\nSE\n", declination_deg=20)
+        write_and_read_survey_table(tmp_path, "azimuth_deg\nN\nSE\n", declination_deg=20)
 
 
 def test_a_magnetic_column_without_declination_gives_a_warning(tmp_path: Path) -> None:
-    assert "names magnetic north, but no declination" in read_table_text(tmp_path, "Azimuth (mag)\n10\n").warnings[0]
-    assert read_table_text(tmp_path, "Azimuth (mag)\n10\n", declination_deg=5).warnings == ()
+    assert (
+        "names magnetic north, but no declination"
+        in write_and_read_survey_table(tmp_path, "Azimuth (mag)\n10\n").warnings[0]
+    )
+    assert write_and_read_survey_table(tmp_path, "Azimuth (mag)\n10\n", declination_deg=5).warnings == ()
 
 
 @pytest.mark.parametrize(
@@ -319,11 +324,11 @@ def test_a_magnetic_column_without_declination_gives_a_warning(tmp_path: Path) -
         ("outcome;magnetic azimuth;declination", ("fell;10;7", "fell;20;7"), ""),
     ],
 )
-def test_each_magnetic_azimuth_needs_a_declination(
+def test_each_magnetic_azimuth_without_declination_gives_a_warning(
     tmp_path: Path, header: str, cells: tuple[str, ...], lines: str
 ) -> None:
-    assert lines in "".join(read_table_text(tmp_path, "\n".join((header, *cells))).warnings)
-    assert bool(lines) == bool(read_table_text(tmp_path, "\n".join((header, *cells))).warnings)
+    assert lines in "".join(write_and_read_survey_table(tmp_path, "\n".join((header, *cells))).warnings)
+    assert bool(lines) == bool(write_and_read_survey_table(tmp_path, "\n".join((header, *cells))).warnings)
 
 
 def test_a_declination_is_not_added_to_azimuths_from_true_north(tmp_path: Path) -> None:
@@ -332,8 +337,8 @@ def test_a_declination_is_not_added_to_azimuths_from_true_north(tmp_path: Path) 
         ("outcome;Azimuth (true)\nfell;10\n", 15.0),
     ):
         with pytest.raises(RecordError, match=r"line 1: column 'Azimuth \(true\)' names true north, but a declination"):
-            read_table_text(tmp_path, text, declination_deg=declination)
-    assert read_table_text(tmp_path, "outcome;Azimuth (true)\nfell;10\n").stones[0].azimuth_deg == 10.0
+            write_and_read_survey_table(tmp_path, text, declination_deg=declination)
+    assert write_and_read_survey_table(tmp_path, "outcome;Azimuth (true)\nfell;10\n").stones[0].azimuth_deg == 10.0
 
 
 def test_rows_that_are_read_as_comments_give_a_warning(tmp_path: Path) -> None:
@@ -342,7 +347,7 @@ def test_rows_that_are_read_as_comments_give_a_warning(tmp_path: Path) -> None:
     A comment with fewer cells, or above the header, is taken as intended.
     """
     text = '# a;b;c\nstone;outcome;azimuth_deg\n#1;fell;120\n3;fell;90\n"#4";fell;10\n# moved in 1990\n# padded;;\n'
-    table = read_table_text(tmp_path, text)
+    table = write_and_read_survey_table(tmp_path, text)
     assert len(table.rows) == 1
     (doubt,) = table.warnings
     assert "lines 3, 5: not used, because # marks a comment" in doubt
@@ -350,19 +355,19 @@ def test_rows_that_are_read_as_comments_give_a_warning(tmp_path: Path) -> None:
 
 def test_rows_within_a_quoted_cell_give_a_warning(tmp_path: Path) -> None:
     text = 'stone;outcome;note\nA;fell;\nB;stands;"open\nC;fell;x\nD;fell;"\nE;stands;"two\nlines; and more"\n'
-    (doubt,) = read_table_text(tmp_path, text).warnings
+    (doubt,) = write_and_read_survey_table(tmp_path, text).warnings
     assert "line 3: a cell in quotation marks contains whole rows" in doubt
 
 
 def test_only_line_feeds_and_carriage_returns_end_a_line(tmp_path: Path) -> None:
-    table = read_table_text(tmp_path, "outcome;note\nfell;a\u2028b\x0bc\x85d\nstands;\n")
+    table = write_and_read_survey_table(tmp_path, "outcome;note\nfell;a\u2028b\x0bc\x85d\nstands;\n")
     assert [line for line, _ in table.rows] == [2, 3]
 
 
 @pytest.mark.parametrize("count", ["1,000", "1.000", "2,0", "1.5", "12,", "-3.0"])
 def test_a_count_with_a_point_or_comma_is_refused(tmp_path: Path, count: str) -> None:
     with pytest.raises(RecordError, match=r"column count .* write a whole number without point or comma"):
-        read_table_text(tmp_path, f"outcome;count\nfell;{count}\n")
+        write_and_read_survey_table(tmp_path, f"outcome;count\nfell;{count}\n")
 
 
 @pytest.mark.parametrize(
@@ -378,18 +383,18 @@ def test_a_count_with_a_point_or_comma_is_refused(tmp_path: Path, count: str) ->
 def test_sense_of_a_twist_is_read_from_outcome_or_twist_column(
     tmp_path: Path, outcome: str, column: str, twist: float
 ) -> None:
-    ((_, row),) = read_table_text(tmp_path, f"outcome;twist_deg\n{outcome};{column}\n").rows
+    ((_, row),) = write_and_read_survey_table(tmp_path, f"outcome;twist_deg\n{outcome};{column}\n").rows
     assert row.clockwise_twist_deg == twist
 
 
 def test_a_stone_that_is_listed_twice_gives_a_warning(tmp_path: Path) -> None:
-    table = read_table_text(tmp_path, "site,stone,fell\nA,1,yes\nB,1,no\nA,1,yes\n")
+    table = write_and_read_survey_table(tmp_path, "site,stone,fell\nA,1,yes\nB,1,no\nA,1,yes\n")
     assert table.warnings == ("field.csv: stone '1' is listed 2 times, and counts each time: lines 2, 4",)
     assert table.sites == ["A", "B"]
     assert [stone.line for stone in table.select_site("B").stones] == [3]
 
 
-def test_documentation_repeats_the_description_of_each_column() -> None:
+def test_docs_repeat_the_description_of_each_survey_column() -> None:
     text = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
     rows = [f"| `{name}` | {one.description} |" for name, one in SurveyRow.model_fields.items()]
     assert "\n".join(rows) in text

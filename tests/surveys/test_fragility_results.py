@@ -23,7 +23,7 @@ STORED_CURVES = [
 
 @pytest.fixture
 def fall_rates_and_intensities(monkeypatch: pytest.MonkeyPatch) -> tuple[xr.Dataset, xr.Dataset]:
-    """Return fall rates and intensities of two records.
+    """Return fall rates and intensities of two records, and replace the fitting of curves by a stub.
 
     Fitting is replaced by a stub that gives no curves, so that a test notices a new fit.
     """

@@ -11,7 +11,7 @@ import pytest
 
 import overturning
 from overturning.errors import RecordError
-from overturning.surveys.row import COLUMNS, SurveyRow, survey_row_schema
+from overturning.surveys.row import COLUMNS, SurveyRow, survey_row_json_schema_text
 from overturning.surveys.template import TEMPLATE_COLUMNS, empty_survey_table_text
 
 DOCS_FOLDER = Path(__file__).parents[2] / "docs"
@@ -75,10 +75,10 @@ def test_survey_template_saved_by_a_spreadsheet_is_read(tmp_path: Path, separato
 
 
 def test_survey_row_schema_is_current_and_agrees_with_the_pydantic_model() -> None:
-    assert (DOCS_FOLDER / "survey.schema.json").read_text(encoding="utf-8") == survey_row_schema(), (
+    assert (DOCS_FOLDER / "survey.schema.json").read_text(encoding="utf-8") == survey_row_json_schema_text(), (
         "run: overturning study document"
     )
-    schema = json.loads(survey_row_schema())
+    schema = json.loads(survey_row_json_schema_text())
     assert list(schema["properties"]) == list(COLUMNS)
     assert set(TEMPLATE_COLUMNS) - {"declination"} <= set(COLUMNS)
     jsonschema.Draft202012Validator.check_schema(schema)

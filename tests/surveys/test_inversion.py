@@ -15,7 +15,7 @@ from overturning.findings.inferred_motion import inferred_motion_findings
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.records.store import write_record_to_motion_file
-from overturning.report.drawings import write_motion_posterior_figure
+from overturning.report.drawings import write_ground_motion_posterior_figure
 from overturning.settings import StonePopulation
 from overturning.surveys import stone_outcomes
 from overturning.surveys.inversion import SurveyInversion, possible_outcome_indices
@@ -192,7 +192,7 @@ def test_probability_of_an_unknown_direction_is_the_sum_of_all_bins(
     assert answers[0].fit > 0.1
 
 
-def test_survey_with_only_falls_has_no_upper_bound(inversion_with_known_outcomes: SurveyInversion) -> None:
+def test_falls_alone_give_the_peak_velocity_no_upper_bound(inversion_with_known_outcomes: SurveyInversion) -> None:
     asked = inversion_with_known_outcomes.invert_survey(
         "ruin.csv", [stone_of_round_column(size, 0, 6) for size in COLUMN_SIZES]
     )
@@ -288,7 +288,7 @@ def test_standing_stones_bound_the_pgv_less_if_many_are_fixed(inversion_with_kno
     assert less.probability[:, 6:].sum() > 2 * bound.probability[:, 6:].sum()
 
 
-def test_kind_of_a_stone_has_its_smaller_b_over_h_and_aspect() -> None:
+def test_kind_of_stone_to_simulate_has_the_smaller_of_both_b_over_h() -> None:
     stone = Stone(True, 0.0, False, b_over_h=0.5, b_over_h_side=0.25, face_azimuth_deg=30, height=0.8)
     assert StoneKind.from_stone(stone) == StoneKind(0.8, 0.25, 2.0)
     assert stone.slender_face_azimuth_deg == 120
@@ -314,7 +314,7 @@ def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_bounds_contain_a_true_motion_that_is_not_in_the_library(tmp_path: Path) -> None:
+def test_pgv_bounds_contain_a_true_motion_missing_from_the_library(tmp_path: Path) -> None:
     """Bounds of the PGV from inversion contain the true PGV if the candidates do not include the true motion.
 
     Columns are simulated under the record of Parachute Test Site at about 87 cm/s, and inverted with records of other
@@ -377,14 +377,14 @@ def test_stone_sizes_outside_the_simulated_range_are_refused() -> None:
             StoneKind.from_stone(stone)  # without its height it would be computed as one of 0.6 to 0.9 m
 
 
-def test_error_about_a_stone_names_its_survey_file() -> None:
+def test_error_about_stone_sizes_names_the_file_and_all_lines() -> None:
     sizes = ((24.0, 2), (1.0, 3), (20.0, 4))
     stones = [Stone(False, math.nan, False, height=height, line=line) for height, line in sizes]
     with pytest.raises(ArgumentError, match=r"(?s)ruin\.csv line 2: height_m 24; .*ruin\.csv line 4: height_m 20; "):
         kinds_of_survey_stones(stones, "ruin.csv")
 
 
-def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_predicted_case_count_is_that_of_simulated_cases(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The count is that of the cases then simulated, without cached ones; the time grows with the duration."""
     asked: list[int] = []
 
@@ -420,14 +420,14 @@ def test_each_combination_of_size_friction_pgv_and_face_is_simulated(
         level = np.searchsorted(LEVELS, amplitude * one.pgv * 1.001) - 1
         return (7 * parts[0] + 11 * parts[1] + 13 * level + 5 * np.round(azimuth / 15) + 17 * (friction > 0.5)) % 72
 
-    def kernel_stand_in(shape: str, motion: Motion, cases: Cases, numerics: NumericalOptions) -> SimpleNamespace:
+    def results_encoding_case(shape: str, motion: Motion, cases: Cases, numerics: NumericalOptions) -> SimpleNamespace:
         bins = direction_that_encodes_case(
             cases.height, cases.b_over_h, cases.friction, cases.amplitude, cases.azimuth_deg
         )
         return SimpleNamespace(overturned=np.ones(bins.size), fall_azimuth=5.0 * bins)
 
     one = elliptic_candidate_motion(0.5)
-    monkeypatch.setattr(stone_outcomes, "simulate_cases", kernel_stand_in)
+    monkeypatch.setattr(stone_outcomes, "simulate_cases", results_encoding_case)
     nodes = [(2, 5), (2, 6), (3, 5)]
     found = stone_outcomes.simulate_outcomes_of_sizes(one, 2.0, nodes, 1)
     assert found.shape == (3, len(FRICTIONS), LEVELS.size, 12)
@@ -463,7 +463,7 @@ def test_motion_is_estimated_for_each_site_and_for_all_together(
     assert [one.site for one in inferred_motion_findings(back).sites] == ["A", "B"]
 
 
-def test_library_contains_each_motion_once(library_motions: tuple[CandidateMotion, ...]) -> None:
+def test_library_has_61_motions_of_20_earthquakes(library_motions: tuple[CandidateMotion, ...]) -> None:
     every = library_motions
     assert len(every) == 61
     assert len({one.event for one in every}) == 20
@@ -486,7 +486,7 @@ def test_posterior_is_read_back_from_file(tmp_path: Path, inversion_with_known_o
     # One sine of amplitude A and period T along an axis: PGA A, PGV A T/π.
     assert back.posterior.pga == pytest.approx(np.pi / np.array([0.5, 0.8]), rel=0.01)
     assert inferred_motion_findings(back) == inferred_motion_findings(asked)
-    write_motion_posterior_figure(back, tmp_path / "motion.svg")
+    write_ground_motion_posterior_figure(back, tmp_path / "motion.svg")
     assert "axis of the largest velocity" in (tmp_path / "motion.svg").read_text(encoding="utf-8")
     with pytest.raises(ResultError, match="run the study again"):
         read_inversion_result(tmp_path / "nothing.nc")

@@ -115,6 +115,6 @@ def test_invalid_outcomes_are_refused_with_the_expected_words(text: str, message
         parse_outcome(text)
 
 
-def test_unit_of_azimuths_gives_a_warning_only_from_three_different_values() -> None:
+def test_azimuths_suggesting_radians_give_a_warning_from_three_values_on() -> None:
     assert azimuth_unit_warning("azimuth_deg", [0.5, 1.5, 0.5, math.nan], "a.csv") == ""
     assert azimuth_unit_warning("azimuth_deg", [0.5, 1.5, 2.5], "a.csv").endswith("57.29578")

@@ -12,7 +12,7 @@ from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate
 from overturning.findings.population import share_of_agreeing_motions
 from overturning.model.cases import Cases
-from overturning.model.model import StoneOutcomes
+from overturning.model.model import StoneOutcomesByAmplitudeFactor
 from overturning.motion.motion import Motion
 from overturning.settings import LengthRange, StonePopulation
 from overturning.statistics.bootstrap import mean_share_over_earthquakes
@@ -120,7 +120,7 @@ def test_2d_model_gives_no_shift_rate_where_the_3d_model_finds_sliding() -> None
     assert np.isnan(planes["shift_interval"]).all()
 
 
-def test_random_neighbour_cells_average_to_linear_interpolation() -> None:
+def test_randomly_chosen_neighbour_cells_average_to_linear_interpolation() -> None:
     lot = (np.arange(1000) + 0.5) / 1000
     place = choose_neighbouring_grid_indices_at_random(np.array([0.2, 0.4, 1.0]), np.full(1000, 0.55), lot)
     assert set(place) == {1, 2}
@@ -130,7 +130,7 @@ def test_random_neighbour_cells_average_to_linear_interpolation() -> None:
     ).all()
 
 
-def cube_of_values(values: np.ndarray, **grid: list[float]) -> xr.Dataset:
+def cube_of_given_flags_and_fall_times(values: np.ndarray, **grid: list[float]) -> xr.Dataset:
     """Return a cube of one record whose overturning flags and fall times both have the given values.
 
     The blocks are 0.6 m high unless `grid` has other heights.
@@ -152,7 +152,9 @@ def test_rocking_stone_takes_no_outcome_from_a_case_where_blocks_slide() -> None
     """
     values = np.zeros((4, 1, 2, 3))
     values[:, :, :, 1] = 1  # only at µ = 0.58 it falls
-    site = cube_of_values(values, azimuth=[0, 90, 180, 270], b_over_h=[0.4, 0.55], friction=[0.33, 0.58, 1.0])
+    site = cube_of_given_flags_and_fall_times(
+        values, azimuth=[0, 90, 180, 270], b_over_h=[0.4, 0.55], friction=[0.33, 0.58, 1.0]
+    )
     assert outcomes_of_sampled_stones(site, equal_stones(0.6, 0.4, 0.5, 0.0, count=200)).fell.all()
     assert not outcomes_of_sampled_stones(site, equal_stones(0.6, 0.55, 0.5, 0.0, count=200)).fell.any()
 
@@ -164,24 +166,29 @@ def test_stone_with_a_missing_plane_has_no_outcome(flag: float) -> None:
     The outcome in plane 90° is unknown: whatever happens in plane 0°, a fall over the other edge may have come first.
     """
     found = outcomes_of_sampled_stones(
-        cube_of_values(np.reshape([flag, np.nan], (2, 1, 1, 1))), equal_stones(0.6, 0.4, 0.7, 0.0)
+        cube_of_given_flags_and_fall_times(np.reshape([flag, np.nan], (2, 1, 1, 1))), equal_stones(0.6, 0.4, 0.7, 0.0)
     )
     assert (found.known.item(), found.fell.item()) == (False, False)
 
 
 def test_stones_without_an_outcome_have_no_fall_rate() -> None:
     known, untold = np.array([[False, False], [True, False]]), np.full((2, 2), np.nan)
-    found = outcome_rates_by_amplitude(StoneOutcomes(~known & known, known, untold, untold, untold), StonePopulation())
+    found = outcome_rates_by_amplitude(
+        StoneOutcomesByAmplitudeFactor(~known & known, known, untold, untold, untold), StonePopulation()
+    )
     np.testing.assert_array_equal(found["fall_rate"], [np.nan, 0.0])
     np.testing.assert_array_equal(found["fall_octant"], [[np.nan] * 8, [0.0] * 8])
     assert found["unknown"].tolist() == [1.0, 0.5]
 
 
 @pytest.mark.parametrize("fixed", [0.0, 0.3])
-def test_rates_of_two_cubes_are_of_the_stones_with_an_outcome_in_both(fixed: float) -> None:
+def test_fall_rates_of_two_cubes_count_only_stones_known_in_both(fixed: float) -> None:
     """Low stones fall, tall ones stand, in both cubes; one cube lacks the outcomes of the low ones."""
     heights = np.tile([1.0, 0.0], (2, 1)).reshape(2, 2, 1, 1)
-    low, high = (cube_of_values(np.where(heights == lost, np.nan, heights), height=[0.6, 0.9]) for lost in (1.0, 2.0))
+    low, high = (
+        cube_of_given_flags_and_fall_times(np.where(heights == lost, np.nan, heights), height=[0.6, 0.9])
+        for lost in (1.0, 2.0)
+    )
     names = {"record_id": ("record", ["a"]), "event": ("record", ["e"])}
     lacking, whole = (one.expand_dims("record").assign_coords(names) for one in (low, high))
     population = StonePopulation(stones=64, fixed=fixed)
@@ -252,7 +259,7 @@ def test_fall_rates_are_computed_for_each_amplitude_factor() -> None:
     assert found["octant"].values.tolist() == [0, 45, 90, 135, 180, 225, 270, 315]
 
 
-def test_fragility_over_spectral_acceleration_separates_spread_of_records_and_stones() -> None:
+def test_fragility_fits_separate_spread_of_records_from_that_of_stones() -> None:
     """Fragility fits over Sa(0.5 s) and over PGA separate the spread of stones from that of records.
 
     Fall rates follow a known curve over Sa(0.5 s): the fit over Sa attributes the spread to the stones, the fit over
@@ -300,7 +307,7 @@ def test_fragility_over_spectral_acceleration_separates_spread_of_records_and_st
 
 
 @pytest.mark.parametrize("agree", [1, 2, 3])
-def test_shares_equal_in_all_earthquakes_still_have_an_interval(agree: int) -> None:
+def test_agreement_shares_equal_in_all_earthquakes_have_an_interval(agree: int) -> None:
     """Of the four motions of each of ten earthquakes, equally many agree: other earthquakes may still differ."""
     selected = np.ones((10, 4), np.bool_)
     events = np.array([f"earthquake {number}" for number in range(10)])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from overturning.errors import ResultError
-from overturning.findings.surveys import survey_findings
+from overturning.findings.surveys import survey_prediction_findings
 from overturning.stored import write_result_as_json
 from overturning.surveys.comparison import (
     compare_survey_with_prediction,
@@ -44,7 +44,7 @@ def test_stored_comparison_has_table_comments_and_flags_few_falls(make_cube, fal
         found = compare_survey_with_prediction(
             [Stone(True, 45.0, octant=True, count=count)], make_cube(falls_in_sector(60, 30))
         )
-        made = survey_findings(make_stored_survey_comparison(source, "r0", found))
+        made = survey_prediction_findings(make_stored_survey_comparison(source, "r0", found))
         assert made.remarks == ["A churchyard,", "in haste."]
         assert made.few_falls is few
 

@@ -20,7 +20,7 @@ from overturning.surveys.standing import (
     read_hazard_curves,
     upper_bound_of_annual_fall_rate,
 )
-from tests.statistics.conftest import fitted_lognormal_curve
+from tests.statistics.conftest import fit_curve_to_lognormal_fall_rates
 
 
 def power_law_hazard(k0: float, k: float, low: float, high: float, count: int = 2) -> HazardCurve:
@@ -85,7 +85,7 @@ def test_fall_rate_under_any_hazard_matches_quadrature() -> None:
     assert math.isnan(without.high)
 
 
-def test_constant_differences_between_stones_lengthen_survival() -> None:
+def test_stones_of_differing_strength_survive_longer_than_equal_ones() -> None:
     """Without a spread of records, a stone falls at a level s of its own; the survival is integrated by SciPy.
 
     In T years, a stone survives with the probability exp(−k0 s^−k T), where the hazard curve is k0 s^−k a year.
@@ -114,8 +114,13 @@ def test_upper_bound_of_a_rate_without_falls_is_the_rule_of_three() -> None:
 @pytest.fixture
 def fragility_and_hazard_files(tmp_path: Path) -> tuple[Path, Path]:
     """Write fragility curves of two classes and a hazard curve, and return their files."""
-    made = [fitted_lognormal_curve(0.6, 0.4, "B/H up to 0.4, H up to 0.6 m"), fitted_lognormal_curve(9, 0.8, "stout")]
-    made.append(fitted_lognormal_curve(1.0, math.inf, "stout", ("PGV/PGA", "s")))  # half fall everywhere: no curve fits
+    made = [
+        fit_curve_to_lognormal_fall_rates(0.6, 0.4, "B/H up to 0.4, H up to 0.6 m"),
+        fit_curve_to_lognormal_fall_rates(9, 0.8, "stout"),
+    ]
+    made.append(
+        fit_curve_to_lognormal_fall_rates(1.0, math.inf, "stout", ("PGV/PGA", "s"))
+    )  # half fall everywhere: no curve fits
     write_fragility_csv(made, tmp_path / "fragility.csv")
     (tmp_path / "hazard.csv").write_text(
         "measure,unit,level,annual_rate\nPGA,g,0.01,1\nPGA,g,10,1e-6\n", encoding="utf-8"
@@ -269,7 +274,7 @@ def write_fragility_hazard_and_survey_files(folder: Path, first: float) -> tuple
     return curves, hazard
 
 
-def test_largest_reported_hazard_leaves_five_percent_of_stones_standing(
+def test_largest_hazard_compatible_with_survivors_lets_5_percent_stand(
     tmp_path: Path, run_stood_command: Callable[..., str]
 ) -> None:
     """The largest reported hazard leaves 5 % of stones standing, as counted with random earthquakes.

@@ -19,7 +19,7 @@ from overturning.surveys.responses import (
     note_on_stones_broader_than_simulated,
     simulation_case_count_and_time,
 )
-from overturning.surveys.stone_outcomes import shipped_outcomes, simulate_outcomes_of_sizes
+from overturning.surveys.stone_outcomes import shipped_stone_outcomes_of_motion, simulate_outcomes_of_sizes
 from overturning.surveys.stones import Stone
 from tests.dem.test_same_bits import NUMPY_INSTRUCTION_SETS
 
@@ -32,7 +32,7 @@ def test_shipped_outcomes_match_new_simulations(
     """Stones of random motions and sizes are simulated again, for all frictions, peak velocities and face azimuths."""
     motions, dice = library_motions, np.random.default_rng([count, int(10 * aspect)])
     for one in dice.choice(len(motions), count):
-        shipped = shipped_outcomes(motions[one], aspect)
+        shipped = shipped_stone_outcomes_of_motion(motions[one], aspect)
         name = sorted(shipped)[dice.integers(len(shipped))]
         h, b = map(int, name.split("-"))
         found = simulate_outcomes_of_sizes(motions[one], aspect, [(h, b)], 1)[0]
@@ -110,7 +110,7 @@ def test_only_stones_within_the_documented_limits_have_shipped_outcomes(
     assert simulation_case_count_and_time(motions, [StoneKind.from_stone(standing_stone(1.05 * highest, 1.0))])[0] > 0
 
 
-def changed_candidate_motion(one: CandidateMotion, **changes: object) -> CandidateMotion:
+def motion_with_changed_components(one: CandidateMotion, **changes: object) -> CandidateMotion:
     """Return a candidate motion some of whose components are replaced."""
     motion = one.motion
     parts = {"north": motion.north, "east": motion.east, "up": motion.up} | changes
@@ -122,26 +122,26 @@ def test_a_motion_that_only_resembles_one_of_the_library_has_no_shipped_outcomes
 ) -> None:
     motions = {one.name: one for one in library_motions}
     kaikoura, sine = motions["Kaikoura, WTMC"], motions["sine 0.8 s"]
-    assert shipped_outcomes(kaikoura, 1.0)
-    assert shipped_outcomes(changed_candidate_motion(sine, up=0.0 * sine.motion.north), 1.0)
+    assert shipped_stone_outcomes_of_motion(kaikoura, 1.0)
+    assert shipped_stone_outcomes_of_motion(motion_with_changed_components(sine, up=0.0 * sine.motion.north), 1.0)
     for other in (
-        changed_candidate_motion(kaikoura, up=None),
-        changed_candidate_motion(sine, up=np.ones_like(sine.motion.north)),
+        motion_with_changed_components(kaikoura, up=None),
+        motion_with_changed_components(sine, up=np.ones_like(sine.motion.north)),
         replace(sine, pga=1.001 * sine.pga),
         replace(sine, axis=90.0),
         CandidateMotion.from_motion("longer", "", Motion(np.append(sine.motion.north, 0.0),
                                     np.append(sine.motion.east, 0.0), sampling_interval=0.01)),
     ):  # fmt: skip
-        assert shipped_outcomes(other, 1.0) == {}
+        assert shipped_stone_outcomes_of_motion(other, 1.0) == {}
 
 
 def test_shipped_outcomes_of_another_grid_are_not_used(
     library_motions: tuple[CandidateMotion, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     one = library_motions[0]
-    assert shipped_outcomes(one, 1.0)
+    assert shipped_stone_outcomes_of_motion(one, 1.0)
     for read in (stone_outcomes._aspects_with_shipped_outcomes, stone_outcomes._shipped_outcome_array):
         read.cache_clear()
     monkeypatch.setattr(stone_outcomes, "FRICTIONS", (0.5, 0.65, 0.9))
-    assert shipped_outcomes(one, 1.0) == {}
+    assert shipped_stone_outcomes_of_motion(one, 1.0) == {}
     stone_outcomes._aspects_with_shipped_outcomes.cache_clear()

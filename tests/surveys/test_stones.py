@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from overturning.errors import RecordError
-from overturning.surveys.stones import COLUMNS, read_stones, read_stones_with_notes
+from overturning.surveys.stones import COLUMNS, read_counted_stones_with_notes, read_stones
 
 
 def write_survey(folder: Path, text: str, encoding: str = "utf-8") -> Path:
@@ -101,7 +101,7 @@ def test_survey_file_that_is_no_utf_8_text_is_refused(tmp_path: Path) -> None:
         read_stones(tmp_path / "nothing.csv")
 
 
-def test_the_documentation_names_every_column() -> None:
+def test_the_docs_name_every_survey_column() -> None:
     text = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
     section = text.partition("## Surveys")[2].partition("\n## ")[0]
     assert [name for name in COLUMNS if f"| `{name}` |" not in section] == []
@@ -133,7 +133,7 @@ def test_columns_of_unused_data_are_skipped_with_a_note(tmp_path: Path) -> None:
         "cemetery,stone,note,latitude,longitude,easting,northing,x,y,photo,date,remarks,material,id,county,ground,cell,"
     )
     cells = "Iwami,A7,leans,35.3,133.4,1,2,3,4,a.jpg,2016-04-16,-,granite,7,Tottori,sand,5,"
-    stones, notes, doubts = read_stones_with_notes(write_survey(tmp_path, f"{others},octant\n{cells},NE\n"))
+    stones, notes, doubts = read_counted_stones_with_notes(write_survey(tmp_path, f"{others},octant\n{cells},NE\n"))
     assert (stones[0].azimuth_deg, stones[0].line, doubts) == (45, 2, [])
     assert notes == [
         "survey.csv: column 'cemetery' is read as site",
@@ -151,7 +151,7 @@ SIX_AZIMUTHS_DEG = (12.5, 63.0, 118.2, 187.0, 244.6, 301.0)
 def test_azimuths_in_radians_or_gon_give_a_warning(tmp_path: Path, column: str) -> None:
     def warnings_about_azimuths(values: Iterable[float]) -> str:
         rows = "".join(f"yes,{value:.4f}\n" for value in values)
-        return "".join(read_stones_with_notes(write_survey(tmp_path, f"fell,{column}\n{rows}"))[2])
+        return "".join(read_counted_stones_with_notes(write_survey(tmp_path, f"fell,{column}\n{rows}"))[2])
 
     assert warnings_about_azimuths(SIX_AZIMUTHS_DEG) == ""
     assert warnings_about_azimuths((0, 45, 90, 135, 180, 225, 270, 315)) == "", "octants in degrees"

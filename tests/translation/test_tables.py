@@ -17,9 +17,9 @@ from overturning.translation.texts import (
     check_font_is_installed,
     read_translation_table,
     translate,
-    translate_label,
     translate_nested_texts,
     translate_visible_texts_to,
+    translate_whole_text_by_table,
 )
 from tests.sources import shipped_files
 
@@ -33,7 +33,7 @@ UNTRANSLATED_WORDS = {
 PLACEHOLDER = re.compile(r"\{(\w*)\}")
 
 
-def english_words(text: str) -> set[str]:
+def untranslated_latin_words(text: str) -> set[str]:
     """Return the words of a text in Latin letters, without placeholders and symbols that are never translated."""
     return {word for word in LATIN_WORD.findall(PLACEHOLDER.sub("", text)) if word not in UNTRANSLATED_WORDS}
 
@@ -41,7 +41,7 @@ def english_words(text: str) -> set[str]:
 @pytest.mark.parametrize("name", ["labels", "figures", "explorer"])
 def test_each_translation_keeps_the_placeholders_and_has_no_english_word(name: str) -> None:
     for english, translation in read_translation_table("ja", name).items():
-        assert not english_words(translation), translation
+        assert not untranslated_latin_words(translation), translation
         before, after = PLACEHOLDER.findall(english), PLACEHOLDER.findall(translation)
         if english in {"figure", "table"}:  # keys of words that have no English text of their own
             continue
@@ -97,13 +97,13 @@ NOISE_LIMIT_REASON = "3 times the noise of the first 3.5 s"
 )  # fmt: skip
 def test_names_and_reasons_of_processing_steps_are_translated(step: dict[str, object]) -> None:
     text = processing_entry_text(step)
-    assert not english_words(translate(text, "ja").replace("boore-2001", ""))
+    assert not untranslated_latin_words(translate(text, "ja").replace("boore-2001", ""))
     assert translate(text.replace(" the ", "\nthe "), "ja") == translate(text, "ja")  # broken in a title
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_shapes_of_pulses_are_translated(shape: str) -> None:
-    assert not english_words(translate(f"pulse, {shape} pulse: B/H = 0.4, H = 0.6 m, µ = 1", "ja"))
+    assert not untranslated_latin_words(translate(f"pulse, {shape} pulse: B/H = 0.4, H = 0.6 m, µ = 1", "ja"))
 
 
 @pytest.mark.parametrize("path", shipped_files("config/*.yaml"), ids=lambda path: path.stem)
@@ -111,7 +111,7 @@ def test_titles_and_questions_of_shipped_studies_are_translated(path: Path) -> N
     study = yaml.safe_load(path.read_text(encoding="utf-8"))
     table = read_translation_table("ja", "labels")
     for text in (study["title"], study["question"]):
-        assert not english_words(translate_label(text, table))
+        assert not untranslated_latin_words(translate_whole_text_by_table(text, table))
 
 
 def test_every_language_has_the_words_that_reports_need() -> None:
@@ -136,7 +136,7 @@ def test_texts_of_films_and_players_are_translated() -> None:
     told = [text for table in several for text in table.values()]
     told += [film_words.KEYS, film_words.FRAME_NOTE, film_words.SPACE_NOTE, *film_words.NO_OUTCOME.values()]
     told += [*film_words.STRIP, *film_words.STRIP_MIXED, *film_words.STRIP_STANDING]
-    assert not set().union(*(english_words(translate(text, "ja")) for text in told))
+    assert not set().union(*(untranslated_latin_words(translate(text, "ja")) for text in told))
 
 
 @pytest.mark.parametrize(
@@ -193,11 +193,11 @@ def test_a_sentence_with_a_line_break_at_any_space_is_translated(sentence: str) 
 
     A line break at any space leaves only names in English.
     """
-    names = english_words(translate(sentence, "ja"))
+    names = untranslated_latin_words(translate(sentence, "ja"))
     for place, letter in enumerate(sentence):
         if letter == " " != sentence[place - 1]:
             broken = f"{sentence[:place]}\n{sentence[place:].lstrip()}"
-            assert english_words(translate(broken, "ja")) == names, broken
+            assert untranslated_latin_words(translate(broken, "ja")) == names, broken
 
 
 def test_packed_data_and_numbers_of_a_film_are_not_translated() -> None:

@@ -5,10 +5,10 @@ import pandas as pd
 import pytest
 
 from verification import backwards_coverage
-from verification.backwards_coverage import coverage_label, covered_share_interval, main
+from verification.backwards_coverage import covered_share_with_interval_text, interval_of_covered_survey_share, main
 
 
-def synthetic_coverage_table(shares: list[float], size: int = 10) -> pd.DataFrame:
+def surveys_with_given_covered_shares(shares: list[float], size: int = 10) -> pd.DataFrame:
     """Return a table of surveys; for a given share of each earthquake's, the interval contains the true value."""
     rows = [(f"E{event}", k < round(share * size)) for event, share in enumerate(shares) for k in range(size)]
     return pd.DataFrame(rows, columns=["event", "holds"])
@@ -20,31 +20,37 @@ def test_surveys_under_one_earthquake_are_not_independent_samples() -> None:
     The numbers of surveys per earthquake differ by a factor of ten.
     """
     shares = [1.0, 1.0, 0.9, 1.0, 0.5, 0.8, 1.0, 0.7, 0.9, 1.0]
-    few, many = (covered_share_interval(synthetic_coverage_table(shares, size), "holds") for size in (10, 100))
+    few, many = (
+        interval_of_covered_survey_share(surveys_with_given_covered_shares(shares, size), "holds") for size in (10, 100)
+    )
     assert many == pytest.approx(few)
     assert few.low < np.mean(shares) < few.high
     binomial = 1.96 * np.sqrt(np.mean(shares) * (1 - np.mean(shares)) / 1000)
     assert few.high - few.low > 4 * 2 * binomial
 
 
-def test_confidence_intervals_by_earthquake_contain_the_true_coverage() -> None:
+def test_most_confidence_intervals_by_earthquake_contain_the_true_coverage() -> None:
     """The coverages under 19 earthquakes, with 20 surveys each, are drawn from a beta distribution with mean 0.9."""
     generator, held = np.random.default_rng(7), 0
     for _ in range(120):
         shares = generator.binomial(20, generator.beta(9.0, 1.0, 19)) / 20
-        low, high = covered_share_interval(synthetic_coverage_table(shares.tolist(), 20), "holds")
+        low, high = interval_of_covered_survey_share(surveys_with_given_covered_shares(shares.tolist(), 20), "holds")
         held += low <= 0.9 <= high
     assert held / 120 > 0.88
 
 
 def test_the_coverage_bound_is_exact_if_all_surveys_or_none_are_covered() -> None:
-    low, high = covered_share_interval(synthetic_coverage_table([1.0] * 9), "holds")
+    low, high = interval_of_covered_survey_share(surveys_with_given_covered_shares([1.0] * 9), "holds")
     assert high == 1.0
     assert low**9 == pytest.approx(0.05)
-    assert covered_share_interval(synthetic_coverage_table([0.0] * 9), "holds") == pytest.approx((0.0, 1 - low))
-    assert np.isnan(covered_share_interval(synthetic_coverage_table([1.0, 0.5, 0.8]), "holds").low)
-    assert coverage_label(synthetic_coverage_table([1.0, 0.5, 0.9]), "holds") == "80 %"
-    assert coverage_label(synthetic_coverage_table([1.0] * 9), "holds") == "100 % (72 to 100)"
+    assert interval_of_covered_survey_share(surveys_with_given_covered_shares([0.0] * 9), "holds") == pytest.approx(
+        (0.0, 1 - low)
+    )
+    assert np.isnan(interval_of_covered_survey_share(surveys_with_given_covered_shares([1.0, 0.5, 0.8]), "holds").low)
+    assert covered_share_with_interval_text(surveys_with_given_covered_shares([1.0, 0.5, 0.9]), "holds") == "80 %"
+    assert (
+        covered_share_with_interval_text(surveys_with_given_covered_shares([1.0] * 9), "holds") == "100 % (72 to 100)"
+    )
 
 
 def test_the_ruin_example_is_published_without_measuring_coverage(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -54,7 +60,9 @@ def test_the_ruin_example_is_published_without_measuring_coverage(monkeypatch: p
     """
     published: list[str] = []
     monkeypatch.setattr(backwards_coverage, "publish_markdown", lambda bodies: published.extend(bodies))
-    monkeypatch.setattr(backwards_coverage, "estimate_ruin_motion", lambda _: "- PGV at least 36.9 cm/s")
-    monkeypatch.setattr(backwards_coverage, "measure_coverage", lambda *_: pytest.fail("the coverage was measured"))
+    monkeypatch.setattr(backwards_coverage, "estimate_ruin_motion_as_markdown", lambda _: "- PGV at least 36.9 cm/s")
+    monkeypatch.setattr(
+        backwards_coverage, "measure_interval_coverage", lambda *_: pytest.fail("the coverage was measured")
+    )
     main(["ruin"])
     assert published == ["example-ruin"]

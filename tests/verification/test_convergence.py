@@ -9,8 +9,13 @@ from overturning.model.contact import STATIC_PENETRATION
 from overturning.motion.motion import Motion
 from verification.inputs import CaseGroup, case_grid, every_nth_case, rocking_pulse_groups
 from verification.measures import convergence_order, median_rotation_error, run_case_groups
-from verification.work_precision.boundaries import BRACKET, bisect_boundaries, bracket_ends, find_boundaries
-from verification.work_precision.parts import SchemeSetting, reference_outcomes, run_exact_block
+from verification.work_precision.boundaries import (
+    BRACKET,
+    bisect_boundaries,
+    falling_and_standing_b_over_h,
+    find_boundaries,
+)
+from verification.work_precision.parts import SchemeSetting, flags_and_peak_rotations, run_rocking_block
 
 pytestmark = pytest.mark.long
 
@@ -38,16 +43,16 @@ def test_convergence_order_is_exact_for_a_power_law() -> None:
 @pytest.mark.parametrize(("scheme", "least"), [("centred", 1.0), ("cundall", 0.9)])
 def test_peak_rotation_converges_with_the_time_step(scheme: str, least: float) -> None:
     groups = [blocks_under_decaying_sine()]
-    right = reference_outcomes(groups, soft_contact_setting("centred", 0.004))
+    right = flags_and_peak_rotations(groups, soft_contact_setting("centred", 0.004))
     errors = [
-        median_rotation_error(*reference_outcomes(groups, soft_contact_setting(scheme, step)), *right)
+        median_rotation_error(*flags_and_peak_rotations(groups, soft_contact_setting(scheme, step)), *right)
         for step in RELATIVE_STEPS
     ]
     assert errors[0] > errors[-1] > 0
     assert convergence_order(RELATIVE_STEPS, np.array(errors)) >= least
 
 
-def test_a_stiff_contact_has_smaller_errors_at_the_longest_stable_step() -> None:
+def test_a_stiff_contact_has_smaller_rotation_errors_at_the_longest_stable_step() -> None:
     """At the longest stable step, rotation errors on a stiff contact are less than half those on a soft one.
 
     The forces of a stiff contact change within less than the finest step, so errors converge more slowly than on a
@@ -56,12 +61,12 @@ def test_a_stiff_contact_has_smaller_errors_at_the_longest_stable_step() -> None
     cases = case_grid(0.0, np.linspace(0.5, 1.2, 8), np.linspace(0.2, 0.4, 24), [0.45, 1.0])
     groups, steps = [CaseGroup(blocks_under_decaying_sine().motion, cases)], np.array([1.0, 0.5, 0.25, 0.125])
 
-    def rotation_errors(penetration: float) -> np.ndarray:
-        right = reference_outcomes(groups, SchemeSetting("centred", 0.016, penetration))
-        found = [reference_outcomes(groups, SchemeSetting("centred", step, penetration)) for step in steps]
+    def median_rotation_errors_by_time_step(penetration: float) -> np.ndarray:
+        right = flags_and_peak_rotations(groups, SchemeSetting("centred", 0.016, penetration))
+        found = [flags_and_peak_rotations(groups, SchemeSetting("centred", step, penetration)) for step in steps]
         return np.array([median_rotation_error(*one, *right) for one in found])
 
-    rigid, soft_one = rotation_errors(STATIC_PENETRATION), rotation_errors(2e-5)
+    rigid, soft_one = median_rotation_errors_by_time_step(STATIC_PENETRATION), median_rotation_errors_by_time_step(2e-5)
     assert convergence_order(steps, rigid) >= 0.7
     assert convergence_order(steps, soft_one) >= 1.5
     assert rigid[0] < 0.5 * soft_one[0]
@@ -88,7 +93,7 @@ def test_the_overturning_boundary_converges_with_the_time_step(scheme: str, leas
     groups = [CaseGroup(blocks_under_decaying_sine().motion, cases)]
     where = find_boundaries(groups, run_case_groups(groups).results.overturned, 30)
     assert len(where) >= 12
-    low, high = bracket_ends(where)
+    low, high = falling_and_standing_b_over_h(where)
     near = bisect_boundaries(groups, where, {}, low, high, 24)
 
     def bisected_boundaries(scheme: str, step: float) -> np.ndarray:
@@ -107,7 +112,7 @@ def test_the_bisected_overturning_boundary_lies_where_the_flag_changes() -> None
     groups = every_nth_case([blocks_under_decaying_sine()], 2)
     where = find_boundaries(groups, run_case_groups(groups).results.overturned, 3)
     assert where
-    low, high = bracket_ends(where)
+    low, high = falling_and_standing_b_over_h(where)
     found = bisect_boundaries(groups, where, {}, low, high)
     assert (low < found).all()
     assert (found < high).all()
@@ -121,7 +126,7 @@ def test_the_bisected_overturning_boundary_lies_where_the_flag_changes() -> None
 def test_an_overturning_boundary_without_a_bracket_is_nan() -> None:
     groups = [blocks_under_decaying_sine()]
     where = find_boundaries(groups, run_case_groups(groups).results.overturned, 2)
-    low, high = bracket_ends(where)
+    low, high = falling_and_standing_b_over_h(where)
     exact = bisect_boundaries(groups, where, {}, low, high, 3)
     low[0] = np.nan
     found = bisect_boundaries(groups, where, {}, low, high, 3)
@@ -131,9 +136,9 @@ def test_an_overturning_boundary_without_a_bracket_is_nan() -> None:
 
 def test_the_difference_from_the_rigid_block_is_smaller_on_a_stiffer_contact() -> None:
     groups = rocking_pulse_groups(periods=3, blocks=12)
-    right = run_exact_block(groups)
+    right = run_rocking_block(groups)
     errors = [
-        median_rotation_error(*reference_outcomes(groups, SchemeSetting("centred", 0.5, delta)), *right)
+        median_rotation_error(*flags_and_peak_rotations(groups, SchemeSetting("centred", 0.5, delta)), *right)
         for delta in (2e-4, 2e-5)
     ]
     assert errors[1] < 0.5 * errors[0]

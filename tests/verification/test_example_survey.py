@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import overturning
-from overturning.motion.direction import azimuth_difference
+from overturning.motion.direction import angle_between_azimuths
 from overturning.units import STANDARD_GRAVITY
 from verification import example_survey
 from verification.example_survey import PAGE, ROSE, SITES, SURVEY, InventedStone, direction_in_notation, invent_stones
@@ -31,7 +31,7 @@ def test_the_survey_page_shows_the_output_of_its_commands() -> None:
         assert f"<!-- {mark}:begin -->\n\n{example_survey.fenced_code_block(block)}\n\n<!-- {mark}:end -->" in page, (
             "python -m verification.example_survey"
         )
-    true, text = example_survey.true_motion(), " ".join(page.split())
+    true, text = example_survey.true_motion_of_example_survey(), " ".join(page.split())
     assert f"the velocity of the motion is largest along {true.axis:.0f}°" in text
     strength = f"a PGV of {100 * true.pgv:.0f} cm/s, a PGA of {true.pga / STANDARD_GRAVITY:.2f} g"
     assert f"{strength} and its largest velocity along {true.axis:.0f}°" in text
@@ -56,9 +56,9 @@ def test_the_example_survey_is_read_as_it_was_invented(invented_stones: dict[str
             continue
         assert (row["counted_as"] == "fell") == np.isfinite(stone.fall_azimuth_deg)
         if np.isfinite(row["azimuth_deg"]):
-            assert azimuth_difference(row["azimuth_deg"], stone.fall_azimuth_deg) <= width[row["site"]] + 1e-9
+            assert angle_between_azimuths(row["azimuth_deg"], stone.fall_azimuth_deg) <= width[row["site"]] + 1e-9
         if np.isfinite(row["face_azimuth_deg"]):
-            assert azimuth_difference(row["face_azimuth_deg"], stone.face_azimuth_deg) <= 0.5 + 1e-9
+            assert angle_between_azimuths(row["face_azimuth_deg"], stone.face_azimuth_deg) <= 0.5 + 1e-9
 
 
 @pytest.mark.parametrize(

@@ -36,11 +36,11 @@ def three_tier_grave_and_falling_case() -> tuple[PreparedScene, CaseResults]:
     return prepare_scene(scene), simulate_falling_case(scene)
 
 
-def replace_rotations_and_flags(
+def results_with_other_rotations_and_flags(
     prepared: PreparedScene, found: CaseResults, turned_deg: list[float], flags: list[int]
 ) -> CaseResults:
     """Return results with other rotations and flags, and overturning times that fit them."""
-    rotation = np.radians([turned_deg]) / prepared.unit_of_peak_rotation_by_element[prepared.free_element_indices]
+    rotation = np.radians([turned_deg]) / prepared.tipping_angles_or_one_degree[prepared.free_element_indices]
     times = np.where(np.array([flags]) != 0, 3.0, np.nan)
     changed = {
         "peak_rotation": rotation,
@@ -68,7 +68,7 @@ def test_overturning_flags_that_contradict_the_rotations_are_reported(
     turned_deg: list[float], flags: list[int], fits: bool
 ) -> None:
     prepared, found = three_tier_grave_and_falling_case()
-    answer = replace_rotations_and_flags(prepared, found, turned_deg, flags)
+    answer = results_with_other_rotations_and_flags(prepared, found, turned_deg, flags)
     assert find_failed_scene_check(prepared, 0.7, one_second_pulse(6.0), answer) == (
         "" if fits else "flag and rotation"
     )

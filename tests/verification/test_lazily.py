@@ -9,7 +9,7 @@ import pytest
 
 from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.figures.scene import fall_roses_by_element_figure
-from overturning.figures.style import package_matplotlib_settings
+from overturning.figures.style import use_package_matplotlib_settings
 from overturning.findings.causes import logistic_fit_findings, skill_of_published_criteria
 from overturning.findings.direction import fall_alignments_with_references, planar_model_agreement
 from overturning.findings.exactness import ensemble_findings, final_twist_findings
@@ -44,7 +44,7 @@ MAX_MEMORY_SHARE = 1 / 3  # of the bytes of the records that are more, as the cu
 Statistic = Callable[[StudyResults], object]
 
 
-def statistics_of_elements_and_variants(results: StudyResults) -> list[object]:
+def report_statistics_of_elements_and_variants(results: StudyResults) -> list[object]:
     """Compute the statistics of a report that concern the elements and variants of a scene."""
     stones = {name: results.cube_of_default_element(name) for name in results.cubes}
     one, other = stones.values()
@@ -74,12 +74,12 @@ STATISTICS: dict[str, dict[str, Statistic]] = {
         "population": lambda results: population_outcome_rates_by_record(results.cube, StonePopulation()),
         "illustrative cases": lambda results: find_illustrative_cases(results.cube),
     },
-    "scene": {"elements and variants": statistics_of_elements_and_variants},
+    "scene": {"elements and variants": report_statistics_of_elements_and_variants},
 }
 
 
 @pytest.fixture(scope="module")
-def result_folders(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, list[Path]]]:
+def folders_of_few_and_many_records(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, list[Path]]]:
     """Folders of study results with few and with many records, by kind of study."""
     made: dict[str, list[Path]] = {}
     with pytest.MonkeyPatch.context() as patch:
@@ -97,7 +97,7 @@ def result_folders(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[st
 
 def peak_memory_bytes(statistic: Statistic, folder: Path) -> int:
     """Peak memory that NumPy and Python allocate for a statistic, bytes."""
-    with open_study_results(folder) as results, package_matplotlib_settings():
+    with open_study_results(folder) as results, use_package_matplotlib_settings():
         tracemalloc.start()
         statistic(results)
         most = tracemalloc.get_traced_memory()[1]
@@ -107,11 +107,11 @@ def peak_memory_bytes(statistic: Statistic, folder: Path) -> int:
 
 @pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind, names in STATISTICS.items() for name in names])
 def test_memory_of_report_statistics_grows_little_with_each_record(
-    kind: str, name: str, result_folders: dict[str, list[Path]], monkeypatch: pytest.MonkeyPatch
+    kind: str, name: str, folders_of_few_and_many_records: dict[str, list[Path]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cube_module, "IN_MEMORY", 0)  # these are as small as tests must be
-    statistic, few_many = STATISTICS[kind][name], result_folders[kind]
-    with open_study_results(few_many[0]) as results, package_matplotlib_settings():
+    statistic, few_many = STATISTICS[kind][name], folders_of_few_and_many_records[kind]
+    with open_study_results(few_many[0]) as results, use_package_matplotlib_settings():
         statistic(results)  # what is imported and kept on the first call
     few, many = (peak_memory_bytes(statistic, folder) for folder in few_many)
     with open_cube(few_many[0] / "cube.nc", element=None) as cube:

@@ -13,20 +13,20 @@ from overturning.model.cases import Cases
 from overturning.statistics.bootstrap import (
     bootstrap_interval,
     mean_of_each_bootstrap_sample,
-    tail_share_of_small_sample_interval,
+    tail_share_corrected_for_few_earthquakes,
 )
 from verification.shaking_table import small_table
-from verification.shaking_table.__main__ import main, measure_scores, scores_by_damping_ratio
+from verification.shaking_table.__main__ import main, score_models_with_intervals, scores_by_damping_ratio
 from verification.shaking_table.clouds import (
     PRISMS,
     RECTANGLES,
-    SimulatedStones,
     StoneDistribution,
+    StonesWithSimulatedOutcomes,
     is_in_any_size_neighbourhood,
     sample_stones,
     simulate_stones,
 )
-from verification.shaking_table.data import SPECIMENS, ShakingTableTests, read_tests
+from verification.shaking_table.data import SPECIMENS, ShakingTableTests, read_shaking_table_tests
 from verification.shaking_table.models import (
     B_OVER_H,
     BOTH,
@@ -34,14 +34,14 @@ from verification.shaking_table.models import (
     HEIGHT,
     PEAKS,
     SPACE,
-    fall_shares_by_neighbourhood,
-    most_likely_neighbourhood,
-    split_by_motion,
+    fall_shares_by_size_neighbourhood,
+    most_likely_size_neighbourhood,
     split_odd_and_even_tests,
+    splits_leaving_out_one_motion,
 )
 from verification.shaking_table.scores import (
-    bootstrap_samples,
-    interval_over_motions,
+    bootstrap_interval_over_motions,
+    bootstrap_test_indices,
     prediction_scores,
     reliability_bins,
 )
@@ -64,14 +64,14 @@ def test_score_intervals_resample_motions_and_are_wider_for_few_motions() -> Non
     """
     values = np.random.default_rng(3).normal(size=10)
     motions, tests = np.repeat([f"RSN{i}" for i in range(10)], 2), np.repeat(values, 2)
-    samples = bootstrap_samples(motions, 20_000)
-    found = interval_over_motions(np.array([tests[drawn].mean() for drawn in samples]), 10)
+    samples = bootstrap_test_indices(motions, 20_000)
+    found = bootstrap_interval_over_motions(np.array([tests[drawn].mean() for drawn in samples]), 10)
     packages = bootstrap_interval(mean_of_each_bootstrap_sample, values, draws=20_000, seed=4)
     assert tuple(found) == pytest.approx(tuple(packages), abs=0.04 * values.std())
     plain = np.quantile([tests[drawn].mean() for drawn in samples], [0.025, 0.975])
     assert found.high - found.low > 1.15 * (plain[1] - plain[0])
-    assert np.isnan(interval_over_motions(np.arange(100.0), 7)).all()
-    assert len(bootstrap_samples(motions, 100)) == np.ceil(10 / tail_share_of_small_sample_interval(10))
+    assert np.isnan(bootstrap_interval_over_motions(np.arange(100.0), 7)).all()
+    assert len(bootstrap_test_indices(motions, 100)) == np.ceil(10 / tail_share_corrected_for_few_earthquakes(10))
 
 
 def test_a_reliability_bin_without_falls_has_an_exact_upper_bound() -> None:
@@ -99,10 +99,12 @@ def test_sampled_stones_lie_within_the_bounds_of_their_distribution(kind: StoneD
 def test_stones_outside_all_size_neighbourhoods_do_not_change_fall_fractions(kind: StoneDistribution) -> None:
     rows = sample_stones(kind, 256)
     near, fell = is_in_any_size_neighbourhood(rows), np.random.default_rng(2).random((3, 256)) < 0.4
-    whole = SimulatedStones(rows["b_over_h"], rows["height"], rows["damping"], fell)
-    part = SimulatedStones(rows["b_over_h"][near], rows["height"][near], rows["damping"][near], fell[:, near])
+    whole = StonesWithSimulatedOutcomes(rows["b_over_h"], rows["height"], rows["damping"], fell)
+    part = StonesWithSimulatedOutcomes(
+        rows["b_over_h"][near], rows["height"][near], rows["damping"][near], fell[:, near]
+    )
     assert 0.8 < near.mean() < 1
-    np.testing.assert_array_equal(fall_shares_by_neighbourhood(part), fall_shares_by_neighbourhood(whole))
+    np.testing.assert_array_equal(fall_shares_by_size_neighbourhood(part), fall_shares_by_size_neighbourhood(whole))
 
 
 @pytest.mark.long
@@ -120,12 +122,12 @@ def test_prisms_and_rectangles_fall_only_under_strong_motion() -> None:
         assert found.fell[1][found.b_over_h < 0.2].mean() > 0.8
 
 
-def overturning_acceleration(b_over_h: np.ndarray, height: np.ndarray) -> np.ndarray:
+def invented_overturning_acceleration(b_over_h: np.ndarray, height: np.ndarray) -> np.ndarray:
     """Return the synthetic acceleration, m/s², at which a rectangle falls; it grows with B/H and height."""
     return 9.8 * b_over_h * (1 + height**2)
 
 
-def synthetic_tests(peak: np.ndarray, threshold: np.ndarray, generator: np.random.Generator) -> ShakingTableTests:
+def invented_table_tests(peak: np.ndarray, threshold: np.ndarray, generator: np.random.Generator) -> ShakingTableTests:
     """Return equally many tests of each of twelve motions; a stone falls if the peak exceeds its threshold."""
     return ShakingTableTests(
         number=np.arange(peak.size),
@@ -139,39 +141,41 @@ def synthetic_tests(peak: np.ndarray, threshold: np.ndarray, generator: np.rando
 
 
 @pytest.fixture(scope="module")
-def synthetic_tests_and_stones() -> tuple[ShakingTableTests, SimulatedStones]:
+def synthetic_tests_and_stones() -> tuple[ShakingTableTests, StonesWithSimulatedOutcomes]:
     """Return 300 tests of twelve motions on a rectangle of B/H 0.15 and height 0.8 m, and the simulated stones."""
     generator = np.random.default_rng(1)
     peak = np.exp(generator.uniform(np.log(0.5), np.log(8), 300))
     rows = sample_stones(RECTANGLES, 4096)
-    fell = peak[:, None] * rows["amplitude"] > overturning_acceleration(rows["b_over_h"], rows["height"])
-    threshold = overturning_acceleration(np.array(0.15), np.array(0.8)) * np.exp(generator.normal(0, 0.35, 300))
-    tests = synthetic_tests(peak, threshold, generator)
-    return tests, SimulatedStones(rows["b_over_h"], rows["height"], rows["damping"], fell)
+    fell = peak[:, None] * rows["amplitude"] > invented_overturning_acceleration(rows["b_over_h"], rows["height"])
+    threshold = invented_overturning_acceleration(np.array(0.15), np.array(0.8)) * np.exp(
+        generator.normal(0, 0.35, 300)
+    )
+    tests = invented_table_tests(peak, threshold, generator)
+    return tests, StonesWithSimulatedOutcomes(rows["b_over_h"], rows["height"], rows["damping"], fell)
 
 
 @pytest.fixture(scope="module")
-def fall_fractions(synthetic_tests_and_stones: tuple[ShakingTableTests, SimulatedStones]) -> FloatArray:
+def fall_fractions(synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes]) -> FloatArray:
     """Fraction of stones that fall in each neighbourhood of the simulated stones."""
-    return fall_shares_by_neighbourhood(synthetic_tests_and_stones[1])
+    return fall_shares_by_size_neighbourhood(synthetic_tests_and_stones[1])
 
 
-def test_the_most_likely_neighbourhood_has_the_true_overturning_acceleration(
-    synthetic_tests_and_stones: tuple[ShakingTableTests, SimulatedStones], fall_fractions: FloatArray
+def test_the_likeliest_size_range_has_the_true_overturning_acceleration(
+    synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes], fall_fractions: FloatArray
 ) -> None:
     tests, _ = synthetic_tests_and_stones
-    centre = most_likely_neighbourhood(fall_fractions, tests.fell[1], np.arange(150))
+    centre = most_likely_size_neighbourhood(fall_fractions, tests.fell[1], np.arange(150))
     shape, size = divmod(centre, HEIGHT.size)
-    assert overturning_acceleration(B_OVER_H[shape], HEIGHT[size]) == pytest.approx(
-        overturning_acceleration(np.array(0.15), np.array(0.8)), rel=0.15
+    assert invented_overturning_acceleration(B_OVER_H[shape], HEIGHT[size]) == pytest.approx(
+        invented_overturning_acceleration(np.array(0.15), np.array(0.8)), rel=0.15
     )
 
 
-def test_held_out_scores_and_reliability_of_synthetic_tests_are_good(
-    synthetic_tests_and_stones: tuple[ShakingTableTests, SimulatedStones], fall_fractions: FloatArray
+def test_models_predict_unseen_synthetic_shaking_table_tests_reliably(
+    synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes], fall_fractions: FloatArray
 ) -> None:
     tests, _ = synthetic_tests_and_stones
-    rows, held = measure_scores(tests, {ENSEMBLE: fall_fractions, SPACE: fall_fractions}, draws=40)
+    rows, held = score_models_with_intervals(tests, {ENSEMBLE: fall_fractions, SPACE: fall_fractions}, draws=40)
     values = rows.set_index(["split", "specimen", "model", "score"])["value"]
     for split in ("odd to even", "motion left out"):
         for model in (PEAKS, ENSEMBLE, BOTH):
@@ -185,7 +189,7 @@ def test_held_out_scores_and_reliability_of_synthetic_tests_are_good(
 
 
 def test_every_simulated_rectangle_is_in_exactly_one_damping_class(
-    synthetic_tests_and_stones: tuple[ShakingTableTests, SimulatedStones],
+    synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes],
 ) -> None:
     tests, made = synthetic_tests_and_stones
     found = scores_by_damping_ratio(tests, made)
@@ -195,10 +199,10 @@ def test_every_simulated_rectangle_is_in_exactly_one_damping_class(
 
 
 def test_no_shaking_table_test_is_predicted_from_its_own_motion(
-    synthetic_tests_and_stones: tuple[ShakingTableTests, SimulatedStones],
+    synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes],
 ) -> None:
     tests, _ = synthetic_tests_and_stones
-    for learn, predict in split_by_motion(tests):
+    for learn, predict in splits_leaving_out_one_motion(tests):
         assert not set(tests.motion[learn]) & set(tests.motion[predict])
     learn, predict = next(split_odd_and_even_tests(tests))
     assert (tests.number[learn] % 2 == 1).all()
@@ -214,13 +218,13 @@ def test_the_error_names_a_missing_array_or_file_of_shaking_table_tests(
         "overturned_1": [0, 1], "overturned_2": [0, 0],
     }  # fmt: skip
     np.savez(tmp_path / "tests.npz", **whole)
-    tests = read_tests(tmp_path)
+    tests = read_shaking_table_tests(tmp_path)
     assert tests.acceleration[1] == pytest.approx([2, 2.5, 3, 3.5, 4, 4.5])
     assert set(tests.motion) == {"RSN1"}
     assert tests.fell[1].tolist() == [False, True]
     np.savez(tmp_path / "tests.npz", **{key: value for key, value in whole.items() if key != "pgv"})
     with pytest.raises(ResultError, match="no array 'pgv'"):
-        read_tests(tmp_path)
+        read_shaking_table_tests(tmp_path)
     main(tmp_path / "nowhere")
     assert "skipped: " in capsys.readouterr().out
 
@@ -249,8 +253,8 @@ def test_the_fit_to_small_shaking_table_tests_recovers_a_known_block() -> None:
     motions = [small_table.one_cosine_cycle(*pair) for pair in grid]
     fell = [bool(simulate_rigid_rocking(motion, Cases(0.0, 0.2, 0.15, 1.0)).overturned[0]) for motion in motions]
     tests = pd.DataFrame(grid, columns=["pga", "ratio"]).assign(fell=fell).sample(frac=1.0, random_state=1)
-    shares = small_table.fall_shares_by_neighbourhood(tests)
-    probabilities, centres = small_table.predict_other_half(tests, shares)
+    shares = small_table.fall_shares_by_size_neighbourhood(tests)
+    probabilities, centres = small_table.predict_each_half_from_the_other(tests, shares)
     for b_over_h, height in centres:
         assert b_over_h == pytest.approx(0.15, rel=0.2)
         assert height == pytest.approx(0.2, rel=0.5)
@@ -259,7 +263,7 @@ def test_the_fit_to_small_shaking_table_tests_recovers_a_known_block() -> None:
     other[1::2] ^= True
     learnt, p = (
         each["rigid block"]
-        for each in (small_table.predict_other_half(tests.assign(fell=other), shares)[0], probabilities)
+        for each in (small_table.predict_each_half_from_the_other(tests.assign(fell=other), shares)[0], probabilities)
     )
     assert np.array_equal(learnt[1::2], p[1::2])
     assert not np.array_equal(learnt[::2], p[::2])

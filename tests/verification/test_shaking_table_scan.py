@@ -8,16 +8,16 @@ import pytest
 
 from overturning.errors import ResultError
 from overturning.model.scan import ScannedStone, stone_from_surface
-from tests.model.solids import mass_properties_of_boxes, statue, write_mesh
-from tests.verification.test_shaking_table import synthetic_tests
+from tests.model.solids import column_with_overhanging_slab, mass_properties_of_solid_from_its_boxes, write_mesh
+from tests.verification.test_shaking_table import invented_table_tests
 from verification.shaking_table import scan
 from verification.shaking_table.data import SPECIMENS, ShakingTableTests
-from verification.shaking_table.models import PEAKS, prediction_models
+from verification.shaking_table.models import PEAKS, fall_prediction_models_by_name
 from verification.shaking_table.scan import (
     YAWS,
     fall_probabilities,
     most_likely_orientation,
-    read_boulder,
+    read_scanned_boulder,
     simulate_orientations,
     split_motions_in_halves,
 )
@@ -25,9 +25,9 @@ from verification.shaking_table.scan_page import (
     SCAN,
     fall_table_by_bearing_height,
     fitted_orientation_table,
-    orientation_table,
     scan_orientation_model,
     score_table,
+    score_table_of_all_orientations,
     scores_on_unseen_tests,
 )
 
@@ -44,7 +44,7 @@ def synthetic_tests_and_falls(monkeypatch: pytest.MonkeyPatch) -> tuple[ShakingT
     limit = 2.5 - 1.2 * np.cos(np.radians(YAWS))
     fell = peak[None, :, None] * np.array([1.1, 1.0])[:, None, None] > limit[None, None, :]
     threshold = limit[TRUE_YAW] * np.exp(generator.normal(0, 0.25, 240))
-    return synthetic_tests(peak, threshold, generator), fell
+    return invented_table_tests(peak, threshold, generator), fell
 
 
 def test_the_boulder_orientation_is_recovered_from_each_half_of_the_tests(
@@ -82,7 +82,10 @@ def test_scores_and_tables_of_a_scanned_boulder_are_complete(
     tests, fell = synthetic_tests_and_falls
     shares = fall_probabilities(fell)
     unknown = np.full((576, 240), 0.5)
-    models = {PEAKS: prediction_models(tests, unknown, unknown)[PEAKS], SCAN: scan_orientation_model(tests, shares)}
+    models = {
+        PEAKS: fall_prediction_models_by_name(tests, unknown, unknown)[PEAKS],
+        SCAN: scan_orientation_model(tests, shares),
+    }
     rows = scores_on_unseen_tests(tests, models)
     values = rows.set_index(["split", "specimen", "model", "score"])["value"]
     assert values["half of the motions", 1, SCAN, "F1"] > 0.85
@@ -90,7 +93,7 @@ def test_scores_and_tables_of_a_scanned_boulder_are_complete(
     own = rows[rows["model"] == SCAN]
     assert (own["low"] <= own["value"] + 0.02).all()
     assert score_table(rows).count("\n") == 1 + 2 * 2 * 2
-    assert orientation_table(tests, shares).count("\n") == 1 + 24
+    assert score_table_of_all_orientations(tests, shares).count("\n") == 1 + 24
     assert "first half of the motions" in fitted_orientation_table(tests, shares)
     lines = fall_table_by_bearing_height(tests, {scan.RELIEFS[0]: fell[0], scan.SMALL_RELIEF: fell[1]}).splitlines()
     assert [line.split("|")[2].strip() for line in lines[2:]] == ["no", "yes", ""]
@@ -115,7 +118,7 @@ def test_a_scanned_statue_falls_only_under_the_strong_motion(tmp_path: Path, mon
         np.arange(2), np.array(["a", "b"]), [0.1 * pulse, 9.0 * pulse], 0.005, np.array([0.1, 9.0]), np.ones(2),
         dict.fromkeys(SPECIMENS, np.zeros(2, bool)),
     )  # fmt: skip
-    stone = stone_from_surface(statue(), [], "statue").shape
+    stone = stone_from_surface(column_with_overhanging_slab(), [], "statue").shape
     assert isinstance(stone, ScannedStone)
     fell = simulate_orientations(stone, tests, tmp_path, 1, (0.002,))
     assert fell.shape == (1, 2, YAWS.size)
@@ -128,8 +131,8 @@ def test_a_scanned_statue_falls_only_under_the_strong_motion(tmp_path: Path, mon
 def test_a_boulder_mesh_is_read_with_its_unit_and_volume(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("trimesh")
     with pytest.raises(ResultError, match=r"no SP1\.ply"):
-        read_boulder(tmp_path)
-    write_mesh(statue(), tmp_path / "SP1.ply")
-    stone = read_boulder(tmp_path)
-    assert f"{mass_properties_of_boxes('statue')[0]:.4f} m³" in capsys.readouterr().out
+        read_scanned_boulder(tmp_path)
+    write_mesh(column_with_overhanging_slab(), tmp_path / "SP1.ply")
+    stone = read_scanned_boulder(tmp_path)
+    assert f"{mass_properties_of_solid_from_its_boxes('statue')[0]:.4f} m³" in capsys.readouterr().out
     assert stone.unscaled_solid.base == 4

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from verification.slip_and_twist import REFINEMENTS, error_table
+from verification.slip_and_twist import REFINEMENTS, slip_and_twist_error_table
 
 
 def test_slip_errors_of_standing_stones_are_relative_to_the_finest_step() -> None:
@@ -18,7 +18,9 @@ def test_slip_errors_of_standing_stones_are_relative_to_the_finest_step() -> Non
         for refinement in REFINEMENTS
         for case, slip in enumerate(longest if refinement == REFINEMENTS[0] else reference)
     ])  # fmt: skip
-    table = [[cell.strip() for cell in line.split("|")[1:-1]] for line in error_table(rows).split("\n")[2:]]
+    table = [
+        [cell.strip() for cell in line.split("|")[1:-1]] for line in slip_and_twist_error_table(rows).split("\n")[2:]
+    ]
     assert [line[1] for line in table] == ["slip"] * 3 + ["twist"] * 3
     # Errors 10, 10 and 0 %; quantile 0.9 of 0.1, 1.1, 1.8 and 4 cm, and of 0.05, 1, 2 and 4 cm.
     assert table[0][2:] == ["1", "3", "10 %", "10 %", "3.34 cm", "3.4 cm"]

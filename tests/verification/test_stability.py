@@ -15,13 +15,19 @@ from overturning.model.scene import gravestone
 from verification.stability.cases import (
     ADVERSARIAL,
     StabilityCase,
-    adversarial_cases,
+    cases_under_adversarial_motions,
     motion_of_case,
     space_filling_cases,
 )
 from verification.stability.checks import CheckedOutcome, find_failed_block_check, max_acceleration_ratio
 from verification.stability.figures import draw_block_cases
-from verification.stability.maps import GROUPS, MEANINGS, contact_of_case, run_case, run_stability_map
+from verification.stability.maps import (
+    GROUPS,
+    MEANINGS,
+    collect_stability_map_rows,
+    contact_of_case,
+    simulate_and_check_block_case,
+)
 
 BUDGET = 100_000
 STABLE_CASE = StabilityCase(1e8, 1.0, 0.3, 1.0, 2650.0, 0.6, 6.0, 0.01, float("nan"), "centred", "pulse", 80.0, 0.0)
@@ -29,8 +35,11 @@ STABLE_CASE = StabilityCase(1e8, 1.0, 0.3, 1.0, 2650.0, 0.6, 6.0, 0.01, float("n
 
 @pytest.mark.long
 def test_no_wrong_outcome_of_an_extreme_block_is_reported_as_valid() -> None:
-    cases = [*space_filling_cases(256, 5), *(case for case in adversarial_cases(2, 5) if case.motion != "ten minutes")]
-    found = run_stability_map(partial(run_case, budget=BUDGET), cases)
+    cases = [
+        *space_filling_cases(256, 5),
+        *(case for case in cases_under_adversarial_motions(2, 5) if case.motion != "ten minutes"),
+    ]
+    found = collect_stability_map_rows(partial(simulate_and_check_block_case, budget=BUDGET), cases)
     assert set(found) == set(MEANINGS)
     assert found[found["ending"] == CheckedOutcome.SILENT].empty
     marked = ~np.isin(found["ending"], (CheckedOutcome.RIGHT, CheckedOutcome.AT_REST))
@@ -46,7 +55,7 @@ def test_no_wrong_outcome_of_an_extreme_block_is_reported_as_valid() -> None:
 
 @pytest.mark.parametrize("name", ADVERSARIAL)
 def test_adversarial_motions_have_the_properties_in_their_names(name: str) -> None:
-    case = next(case for case in adversarial_cases(8, 1) if case.motion == name and case.peak > 0)
+    case = next(case for case in cases_under_adversarial_motions(8, 1) if case.motion == name and case.peak > 0)
     motion = motion_of_case(case, 0)
     match name:
         case "impulse":
@@ -65,7 +74,7 @@ def test_adversarial_motions_have_the_properties_in_their_names(name: str) -> No
             assert frequency == pytest.approx(float(name.split()[0]), rel=0.3)
 
 
-def test_the_stability_checks_detect_a_wrong_outcome() -> None:
+def test_the_checks_of_single_blocks_detect_a_wrong_outcome() -> None:
     motion = motion_of_case(STABLE_CASE, 0)
     found = run_cases(
         motion,
@@ -87,14 +96,14 @@ def test_the_stability_checks_detect_a_wrong_outcome() -> None:
 
 
 def test_a_contact_that_is_too_stiff_is_refused_with_the_reason_stiffness() -> None:
-    outcome = run_case(replace(STABLE_CASE, stiffness=1e18), 0)
+    outcome = simulate_and_check_block_case(replace(STABLE_CASE, stiffness=1e18), 0)
     assert outcome["ending"] == CheckedOutcome.REFUSED
     assert outcome["reason"] == "stiffness"
     assert outcome["overturned"] == -128
 
 
 @pytest.mark.long
-def test_a_stability_map_of_twenty_thousand_cases_is_a_small_file(tmp_path: Path) -> None:
+def test_the_figure_of_twenty_thousand_block_cases_is_a_small_file(tmp_path: Path) -> None:
     random = np.random.Generator(np.random.PCG64(3))
     rows = {group: 10.0 ** random.uniform(-3.0, 0.0, 20_000) for group in GROUPS}
     rows["ending"] = random.choice(

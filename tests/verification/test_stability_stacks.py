@@ -14,23 +14,23 @@ from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.test_stack import plateau_acceleration
 from verification.stability.checks import CheckedOutcome
-from verification.stability.maps import run_stability_map
+from verification.stability.maps import collect_stability_map_rows
 from verification.stability.stacks import (
     STACK_MEANINGS,
     STIFF,
-    StackSetting,
+    ParametersOfStackCases,
     find_failed_stack_check,
-    run_stack_setting,
+    random_stack_settings,
     scene_of_stack_setting,
-    stack_settings,
+    simulate_and_check_stack_cases,
 )
 
 pytestmark = pytest.mark.long
 
 
 def test_no_wrong_outcome_of_an_extreme_stack_is_reported_as_valid() -> None:
-    settings = stack_settings(16, 7)
-    rows = run_stability_map(run_stack_setting, settings, threads=2)
+    settings = random_stack_settings(16, 7)
+    rows = collect_stability_map_rows(simulate_and_check_stack_cases, settings, threads=2)
     assert set(rows) == set(STACK_MEANINGS)
     silent = rows["ending"] == CheckedOutcome.SILENT
     assert not silent.any(), rows["reason"][silent].tolist()
@@ -39,14 +39,15 @@ def test_no_wrong_outcome_of_an_extreme_stack_is_reported_as_valid() -> None:
     # Soft contacts, up to a hundredth of their width, leave the range of the contact law.
     assert answered[rows["penetration_ratio"] < STIFF].mean() > 0.6
     assert (rows["fallen"] > 1).any(), "some stacks come down"
-    again = run_stability_map(run_stack_setting, settings[:3])
+    again = collect_stability_map_rows(simulate_and_check_stack_cases, settings[:3])
     assert again.equals(rows[: len(again)])
 
 
-def simulated_stack_case() -> tuple[StackSetting, Motion, CaseResults]:
+def simulated_stack_case() -> tuple[ParametersOfStackCases, Motion, CaseResults]:
     """Return a setting with two stones, of which the upper falls, its motion, and the results of its case."""
     setting = replace(
-        stack_settings(1, 1)[0], sizes=np.array([[0.6, 0.6, 0.3], [0.2, 0.2, 0.6]]), density=np.array([2650.0, 2650.0]),
+        random_stack_settings(1, 1)[0],
+        sizes=np.array([[0.6, 0.6, 0.3], [0.2, 0.2, 0.6]]), density=np.array([2650.0, 2650.0]),
         penetration_ratio=2e-6, damping=1.0, friction=np.array([0.7]), amplitude=np.array([1.0]),
         orientation_deg=np.array([0.0]),
     )  # fmt: skip
@@ -84,4 +85,4 @@ def test_the_stack_checks_detect_falls_under_shaking_too_weak_to_open_a_joint() 
     for amplitude, reason in ((0.0, "moved without motion"), (0.15, "fell below the least acceleration")):
         weak = replace(setting, amplitude=np.array([amplitude]))
         assert find_failed_stack_check(weak, motion, found, 0).startswith(reason)
-    np.testing.assert_allclose(setting.opening_acceleration, 9.80665 / 3.0, err_msg="the shaft opens at B/H")
+    np.testing.assert_allclose(setting.joint_opening_acceleration, 9.80665 / 3.0, err_msg="the shaft opens at B/H")

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.dem.near_field import read_near_field_record as installed_near_field
+from tests.dem.near_field import near_field_motion_and_component_azimuths as installed_near_field
 from tests.expect import skip_or_fail
 from verification.stack_agreement import (
     CASE_COLUMNS,
@@ -21,22 +21,22 @@ from verification.stack_agreement import (
     outcomes_agree,
     topmost_outcomes_in_this_program,
 )
-from verification.stack_cases import StackCase, case_row, draw_stack_cases
+from verification.stack_cases import StackCase, case_parameters_as_table_row, choose_random_stack_cases
 from verification.stack_engines import STACK_MODULES
-from verification.stack_peers import outcome_in_solver
+from verification.stack_peers import outcome_and_robustness_in_solver
 
 
 @cache
 def random_stack_cases() -> list[StackCase]:
     """The random cases that the program and each other solver simulate."""
-    return draw_stack_cases()
+    return choose_random_stack_cases()
 
 
 @pytest.mark.parametrize("name", PEER_TABLES)
 def test_the_stored_stack_cases_are_reproduced_from_the_seed(name: str) -> None:
     installed_near_field(6)  # skips where the records are not installed
     kept, cases = pd.read_csv(PEER_TABLES[name]), random_stack_cases()
-    drawn = pd.DataFrame([case_row(number, cases[number]) for number in kept["case"]])
+    drawn = pd.DataFrame([case_parameters_as_table_row(number, cases[number]) for number in kept["case"]])
     pd.testing.assert_frame_equal(kept[CASE_COLUMNS], drawn[CASE_COLUMNS], check_dtype=False)
     assert kept["case"].tolist() == list(range(len(cases)))
     assert kept["sinking"].notna().all()
@@ -50,7 +50,7 @@ def test_at_least_200_stack_cases_are_robust_in_each_solver(name: str) -> None:
 
 
 @cache
-def agreement_with_solver(name: str) -> tuple[float, int, int]:
+def flag_and_azimuth_agreement_with_solver(name: str) -> tuple[float, int, int]:
     """Return the share of robust cases with equal flags, and the numbers of equal azimuths and joint falls.
 
     The flags are those of overturning; equal azimuths are fall azimuths that agree; a joint fall is a case that falls
@@ -70,9 +70,9 @@ def agreement_with_solver(name: str) -> tuple[float, int, int]:
 
 @pytest.mark.long
 @pytest.mark.parametrize(("name", "azimuths"), [("MuJoCo", 83), ("LMGC90", 84)])
-def test_stack_flags_and_fall_azimuths_agree_with_the_solver(name: str, azimuths: int) -> None:
+def test_most_stack_flags_and_fall_azimuths_agree_with_the_solver(name: str, azimuths: int) -> None:
     """At least 98 % of the overturning flags agree, and at least as many fall azimuths as in an earlier measurement."""
-    same_flag, agree, both = agreement_with_solver(name)
+    same_flag, agree, both = flag_and_azimuth_agreement_with_solver(name)
     assert same_flag >= 0.98
     assert both >= 80
     assert agree >= azimuths
@@ -88,7 +88,7 @@ def test_nine_of_ten_stack_fall_azimuths_agree_with_the_solver(name: str) -> Non
 
     When the share is reached, the strict xfail mark must be removed.
     """
-    _, agree, both = agreement_with_solver(name)
+    _, agree, both = flag_and_azimuth_agreement_with_solver(name)
     assert agree >= 0.9 * both
 
 
@@ -99,6 +99,6 @@ def test_some_stored_stack_outcomes_match_the_solver(name: str) -> None:
         skip_or_fail(f"{name} is not installed (`make peers`); its kept answers are compared with this program")
     kept, cases = pd.read_csv(PEER_TABLES[name]), random_stack_cases()
     some = kept[(kept["robust"] == 1) & np.isfinite(kept["fall_azimuth_deg"])].iloc[:5]
-    found = [outcome_in_solver(name, cases[number])["fall_azimuth_deg"] for number in some["case"]]
+    found = [outcome_and_robustness_in_solver(name, cases[number])["fall_azimuth_deg"] for number in some["case"]]
     same = [outcomes_agree(*pair) for pair in zip(found, some["fall_azimuth_deg"], strict=True)]
     assert sum(same) >= 4  # other versions differ in a chaotic case now and then

@@ -4,7 +4,7 @@ import math
 
 import pandas as pd
 
-from verification.stack_precision import STEPS, precision_table
+from verification.stack_precision import STEPS, error_against_run_time_table
 
 
 def test_wrong_stack_outcomes_are_counted_against_the_finest_step() -> None:
@@ -21,7 +21,8 @@ def test_wrong_stack_outcomes_are_counted_against_the_finest_step() -> None:
                 for case, azimuth in enumerate(azimuths)
             ]
     table = [
-        [cell.strip() for cell in line.split("|")[1:-1]] for line in precision_table(pd.DataFrame(rows)).split("\n")[2:]
+        [cell.strip() for cell in line.split("|")[1:-1]]
+        for line in error_against_run_time_table(pd.DataFrame(rows)).split("\n")[2:]
     ]
     assert len(table) == sum(len(steps) - 1 for steps in STEPS.values())
     coarsest, second = table[0], table[1]

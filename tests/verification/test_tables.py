@@ -13,14 +13,14 @@ from verification.shaking_table import page as shaking_table
 from verification.tables import (
     RESULTS,
     ROOT,
-    MeasuredFigure,
+    MeasuredNumber,
     current_commit,
-    figures_table,
+    measured_numbers_table,
     provenance_line,
     publish_markdown,
-    read_figures,
+    read_measured_numbers,
     read_table,
-    write_figures,
+    write_measured_numbers,
     write_table,
 )
 from verification.work_precision import page as error_page
@@ -59,22 +59,27 @@ def test_generated_tables_replace_only_the_text_between_their_markers(tmp_path: 
     assert "newer" in pages[0].read_text(encoding="utf-8"), "what has its marks is published all the same"
 
 
-def test_new_measured_figures_replace_old_ones(tmp_path: Path) -> None:
+def test_new_measured_numbers_replace_old_ones(tmp_path: Path) -> None:
     path = tmp_path / "exactness.csv"
-    write_figures([MeasuredFigure("speed", 3.0, "x"), MeasuredFigure("cases", 20_000)], path)
-    assert write_figures([MeasuredFigure("speed", 2.5, "x")], path, keep_other_figures=True) == read_figures(path)
-    assert figures_table(read_figures(path)).splitlines()[2:] == ["| speed | 2.5 x |", "| cases | 20,000 |"]
+    write_measured_numbers([MeasuredNumber("speed", 3.0, "x"), MeasuredNumber("cases", 20_000)], path)
+    assert write_measured_numbers(
+        [MeasuredNumber("speed", 2.5, "x")], path, keep_other_figures=True
+    ) == read_measured_numbers(path)
+    assert measured_numbers_table(read_measured_numbers(path)).splitlines()[2:] == [
+        "| speed | 2.5 x |",
+        "| cases | 20,000 |",
+    ]
 
 
-def test_a_table_names_the_commit_of_each_figure_that_was_measured_earlier(tmp_path: Path) -> None:
+def test_a_table_names_the_commit_of_each_number_measured_earlier(tmp_path: Path) -> None:
     path = tmp_path / "x.csv"
-    write_figures([MeasuredFigure("speed", 2.5, "x")], path)
-    (row,) = read_figures(path)
+    write_measured_numbers([MeasuredNumber("speed", 2.5, "x")], path)
+    (row,) = read_measured_numbers(path)
     assert row.commit == current_commit()
     path.write_text(path.read_text(encoding="utf-8").replace(current_commit(), "0123e456"), encoding="utf-8")
-    known = write_figures([MeasuredFigure("cases", 1)], path, keep_other_figures=True)
+    known = write_measured_numbers([MeasuredNumber("cases", 1)], path, keep_other_figures=True)
     lines = ["| speed | 2.5 x | 0123e456 |", f"| cases | 1 | {current_commit()} |"]
-    assert figures_table(known).splitlines()[2:] == lines
+    assert measured_numbers_table(known).splitlines()[2:] == lines
     assert current_commit() in provenance_line()
 
 
@@ -91,18 +96,19 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_measured_figures_in_sentences_equal_those_in_their_tables(page: Path) -> None:
+def test_measured_numbers_in_sentences_equal_those_in_their_tables(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
-    assert sentences.fill_markers(text, RESULTS) == text, "python -m verification.tables"
+    assert sentences.fill_measured_numbers_into_page(text, RESULTS) == text, "python -m verification.tables"
     assert len(sentences.MARK.findall(text)) == text.count("<!--=") == text.count("<!--/-->")
 
 
-def test_each_measured_figure_is_in_a_sentence_and_updated_from_its_table(tmp_path: Path) -> None:
+def test_each_measured_number_is_in_a_sentence_and_updated_from_its_table(tmp_path: Path) -> None:
     texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     assert {name for name, _ in sentences.MARK.findall(texts)} == set(sentences.FIGURES)
-    write_figures([MeasuredFigure("flags changed by leaving out", 7.0)], tmp_path / "x86-64-2-cores.csv")
+    write_measured_numbers([MeasuredNumber("flags changed by leaving out", 7.0)], tmp_path / "x86-64-2-cores.csv")
     assert (
-        sentences.fill_markers("<!--=left-out-flags-->5<!--/--> do", tmp_path) == "<!--=left-out-flags-->7<!--/--> do"
+        sentences.fill_measured_numbers_into_page("<!--=left-out-flags-->5<!--/--> do", tmp_path)
+        == "<!--=left-out-flags-->7<!--/--> do"
     )
     rows = (
         "cases_of,method,default,cases,wrong_flags,wrong_sides,disagree\n"
@@ -113,14 +119,14 @@ def test_each_measured_figure_is_in_a_sentence_and_updated_from_its_table(tmp_pa
     names = ("rigid-cases", "rigid-otherwise", "rigid-otherwise-shared")
     assert [sentences.FIGURES[name](tmp_path) for name in names] == ["90", "7", "2"]
     with pytest.raises(KeyError):
-        sentences.fill_markers("<!--=unheard-of-->5<!--/-->", tmp_path)
+        sentences.fill_measured_numbers_into_page("<!--=unheard-of-->5<!--/-->", tmp_path)
 
 
 def test_tables_in_the_docs_equal_those_of_the_result_files() -> None:
     boulder = shaking_table.score_tables(pd.read_csv(RESULTS / "shaking-table.csv"))
     curve = pd.read_csv(RESULTS / "default-step.csv")
     made = boulder | {"equal-error": experiments.cost_at_equal_error(curve)}
-    made["equal-agreement"] = error_page.time_at_equal_agreement(pd.read_csv(RESULTS / "work-precision.csv"))
+    made["equal-agreement"] = error_page.table_of_time_at_equal_agreement(pd.read_csv(RESULTS / "work-precision.csv"))
     texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     assert [mark for mark, body in made.items() if f"<!-- {mark}:begin -->\n\n{body}\n\n" not in texts] == []
 
@@ -146,7 +152,7 @@ def test_the_shortest_time_at_which_an_engine_reaches_an_agreement_is_found() ->
         "cases_of": "records, no sliding", "method": ["exact", "pymunk", "pymunk", "pymunk"], "shared": 10.0,
         "disagree": [0.0, 2.0, 1.0, 1.0], "seconds_per_case": [0.1, 1.0, 5.0, 3.0],
     })  # fmt: skip
-    head, _, *lines = error_page.time_at_equal_agreement(rows).splitlines()
+    head, _, *lines = error_page.table_of_time_at_equal_agreement(rows).splitlines()
     assert head == "| agreement in 10 cases | exact | pymunk |"
     assert lines[0] == "| 90 % | 100 ms | 3e+03 ms |"
     assert lines[1] == "| 95 % | 100 ms | – |"

@@ -5,7 +5,7 @@ import pytest
 from overturning.study.load import study_from_content
 from overturning.study.preflight import estimate_study_size
 from verification import tutorial
-from verification.tables import RESULTS, read_figures
+from verification.tables import RESULTS, read_measured_numbers
 
 
 def test_the_tutorial_page_shows_the_survey_and_study_of_its_script() -> None:
@@ -26,12 +26,12 @@ def test_the_tutorial_shows_the_printed_size_of_its_study() -> None:
 @pytest.mark.long
 def test_the_survey_command_prints_what_the_tutorial_shows() -> None:
     stored = (RESULTS / "tutorial-survey.txt").read_text(encoding="utf-8")
-    assert tutorial.survey_output() == stored, "python -m verification.tutorial"
+    assert tutorial.printed_survey_of_tutorial() == stored, "python -m verification.tutorial"
 
 
 @pytest.mark.long
-def test_the_figures_of_the_tutorial_are_up_to_date() -> None:
-    stored = {one.quantity: one.value for one in read_figures(RESULTS / "tutorial.csv")}
+def test_the_measured_numbers_of_the_tutorial_are_up_to_date() -> None:
+    stored = {one.quantity: one.value for one in read_measured_numbers(RESULTS / "tutorial.csv")}
     today = {
         one.quantity: one.value
         for one in (*tutorial.vertical_motion_figures(), *tutorial.measure_effect_of_vertical_motion_in_3d())

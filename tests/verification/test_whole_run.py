@@ -6,15 +6,15 @@ from pathlib import Path
 import pytest
 
 from verification import whole_run
-from verification.tables import ROOT, MeasuredFigure
+from verification.tables import ROOT, MeasuredNumber
 from verification.whole_run import (
     WITH_SERVER,
     WITHOUT_SERVER,
-    StepCost,
-    WholeRun,
+    CostOfCommandSteps,
+    WholeRunCost,
     compare_whole_runs,
+    fork_server_comparison_table,
     read_step_costs,
-    start_up_table,
 )
 
 
@@ -24,20 +24,20 @@ def test_measured_costs_of_workflow_steps_are_added_by_command(tmp_path: Path, h
     rows = "read\ta.nc\t0.50\t90.0\nsweep\ta.nc\t4.00\t150.0\nread\tb.nc\t0.25\t95.5\n"
     table.write_text(header + rows, encoding="utf-8")
     costs = read_step_costs(table)
-    assert costs == {"read": StepCost(2, 0.75, 95.5), "sweep": StepCost(1, 4.0, 150.0)}
+    assert costs == {"read": CostOfCommandSteps(2, 0.75, 95.5), "sweep": CostOfCommandSteps(1, 4.0, 150.0)}
     assert list(costs) == ["sweep", "read"], "the longest first"
 
 
 def test_start_up_table_rows_compare_runs_with_and_without_the_fork_server() -> None:
     quantity = "processor time of `read` × 28"
     figures = [
-        MeasuredFigure(f"{WITH_SERVER}: {quantity}", 1.62, "s"),
-        MeasuredFigure(f"{WITHOUT_SERVER}: {quantity}", 16.6, "s"),
+        MeasuredNumber(f"{WITH_SERVER}: {quantity}", 1.62, "s"),
+        MeasuredNumber(f"{WITHOUT_SERVER}: {quantity}", 16.6, "s"),
     ]
-    assert start_up_table(figures).splitlines()[2:] == [f"| {quantity} | 16.6 s | 1.62 s |"]
+    assert fork_server_comparison_table(figures).splitlines()[2:] == [f"| {quantity} | 16.6 s | 1.62 s |"]
 
 
-def test_versions_are_timed_in_pairs_without_their_first_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_checkouts_are_timed_in_pairs_without_their_first_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Both versions are twice as slow in the second pair, which leaves their ratio unchanged.
 
     The first run of each is not counted.
@@ -48,10 +48,16 @@ def test_versions_are_timed_in_pairs_without_their_first_run(tmp_path: Path, mon
     walls = {tmp_path: iter((500.0, 100.0, 200.0)), ROOT: iter((900.0, 50.0, 100.0))}
     served = []
 
-    def return_invented_run_times(with_fork_server: bool, checkout: Path, study: str) -> WholeRun:
+    def return_invented_run_times(with_fork_server: bool, checkout: Path, study: str) -> WholeRunCost:
         served.append((with_fork_server, checkout, study))
         wall, name = next(walls[checkout]), "report" if checkout == ROOT else "crate"
-        return WholeRun(wall, 2 * wall, wall / 5, {"sweep": StepCost(1, wall, 1.0), name: StepCost(1, 1.0, 1.0)}, "")
+        return WholeRunCost(
+            wall,
+            2 * wall,
+            wall / 5,
+            {"sweep": CostOfCommandSteps(1, wall, 1.0), name: CostOfCommandSteps(1, 1.0, 1.0)},
+            "",
+        )
 
     monkeypatch.setattr(whole_run, "run_whole_study", return_invented_run_times)
     rows = [line.strip("| ").split(" | ") for line in compare_whole_runs(tmp_path, 2, "name: a").splitlines()[2:]]

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from snakemake_logger_plugin_overturning.expected import ExpectedWork, format_minutes_and_seconds
+from snakemake_logger_plugin_overturning.expected import RunProgressEstimate, format_minutes_and_seconds
 
 SECONDS = {"read": 0.5, "sweep": 4.0, "figures": 12.0, "report": 8.0}
 
@@ -16,14 +16,14 @@ def test_the_remaining_time_follows_the_measured_pace(factor: float, at_once: in
 
     After each job the remaining time is exact.
     """
-    run = ExpectedWork(dict(SECONDS), at_once)
-    run.begin_run({"sweep": 8}, now=0.0)
+    run = RunProgressEstimate(dict(SECONDS), at_once)
+    run.store_run_start_and_job_counts({"sweep": 8}, now=0.0)
     assert run.completed_share_and_remaining_time(0.0) == (0.0, 32.0 / at_once)
     each = factor * SECONDS["sweep"]
     for job in range(8):
-        run.begin_job(job, "sweep", "sweep", [])
+        run.store_job_start(job, "sweep", "sweep", [])
     for job in range(8):
-        run.end_job(job, well=True)
+        run.store_job_end(job, well=True)
         elapsed = each * (job + 1) / at_once
         share, left = run.completed_share_and_remaining_time(elapsed)
         assert share == pytest.approx((job + 1) / 8)
@@ -33,27 +33,27 @@ def test_the_remaining_time_follows_the_measured_pace(factor: float, at_once: in
 
 def test_a_percentage_in_the_log_of_a_job_counts_as_progress(tmp_path: Path) -> None:
     log = tmp_path / "sweep.log"
-    run = ExpectedWork({"sweep": 100.0})
-    run.begin_run({"sweep": 2}, now=0.0)
-    run.begin_job(1, "sweep", "sweep a", [log])
+    run = RunProgressEstimate({"sweep": 100.0})
+    run.store_run_start_and_job_counts({"sweep": 2}, now=0.0)
+    run.store_job_start(1, "sweep", "sweep a", [log])
     assert run.progress_line(10.0) == "0 of 2 steps, 0%, 3:20 to go: sweep a", "no log yet: the expected time"
     log.write_text("12%\n80%\n", encoding="utf-8")
     assert run.progress_line(80.0) == "0 of 2 steps, 40%, 2:00 to go: sweep a"
-    run.end_job(1, well=False)
+    run.store_job_end(1, well=False)
     assert run.progress_line(80.0).startswith("0 of 2 steps, 0%"), "a failed job has done nothing"
 
 
 def test_progress_weights_a_large_job_more_than_a_small_one() -> None:
-    run = ExpectedWork({"sweep": 10.0})
-    run.begin_run({"sweep": 2}, now=0.0)
+    run = RunProgressEstimate({"sweep": 10.0})
+    run.store_run_start_and_job_counts({"sweep": 2}, now=0.0)
     for job, size in ((1, 0.5), (2, 1.5)):
-        run.begin_job(job, "sweep", "sweep", [], size)
-    run.end_job(1, well=True)
+        run.store_job_start(job, "sweep", "sweep", [], size)
+    run.store_job_end(1, well=True)
     assert run.completed_share_and_remaining_time(5.0) == (pytest.approx(0.25), pytest.approx(15.0))
 
 
 def test_the_remaining_time_is_shorter_with_concurrent_jobs() -> None:
-    run = ExpectedWork({"sweep": 100.0}, at_once=4)
-    run.begin_run({"sweep": 8}, now=0.0)
+    run = RunProgressEstimate({"sweep": 100.0}, at_once=4)
+    run.store_run_start_and_job_counts({"sweep": 8}, now=0.0)
     assert run.completed_share_and_remaining_time(0.0)[1] == 200.0
     assert format_minutes_and_seconds(200.0) == "3:20"

@@ -244,7 +244,7 @@ def test_a_replaced_record_file_is_read_again_even_if_it_is_older(tmp_path: Path
         assert "read" not in checkout.planned_rules()
 
 
-def test_missing_files_of_a_user_are_named_with_the_expected_folder(tmp_path: Path) -> None:
+def test_missing_record_files_are_named_with_the_expected_folder(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path / "checkout", (ROOT / "config" / "tottori.yaml").read_text(encoding="utf-8"))
     with pytest.raises(WorkflowError, match=r"(?s)TTRH020010061330\.NS2.*resources/records.*NIED"):
         checkout.planned_rules()

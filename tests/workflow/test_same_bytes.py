@@ -12,9 +12,9 @@ import pytest
 from tests.expect import skip_or_fail
 from tests.workflow.conftest import SMALL_STUDY, Checkout, result_file_contents
 from verification import one_node_slurm
-from verification.faults.__main__ import find_fault_effect
+from verification.faults.__main__ import cause_fault_and_describe_failure
 from verification.faults.kinds import KINDS, FaultKind
-from verification.scale.same_bytes import StudyRun, run_on_slurm
+from verification.scale.same_bytes import StudyRun, run_study_on_slurm
 
 pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
@@ -23,7 +23,7 @@ pytestmark = [pytest.mark.workflow, pytest.mark.long]
 def slurm_runs() -> Iterator[Future[list[StudyRun]]]:
     """Runs of the small study on a one-node SLURM cluster, started in the background for a later test."""
     with ThreadPoolExecutor(1) as pool:
-        yield pool.submit(run_on_slurm, SMALL_STUDY, 2)
+        yield pool.submit(run_study_on_slurm, SMALL_STUDY, 2)
 
 
 def test_a_resumed_run_gives_results_with_the_same_bytes(finished_run: Checkout, tmp_path: Path) -> None:
@@ -32,7 +32,7 @@ def test_a_resumed_run_gives_results_with_the_same_bytes(finished_run: Checkout,
     The steps after the cube run in the process of the test.
     """
 
-    def kill_snakemake(place: Checkout, _dice: random.Random, _seconds: float) -> None:
+    def kill_snakemake_after_first_motion_file(place: Checkout, _dice: random.Random, _seconds: float) -> None:
         """Kill only Snakemake, as soon as a motion file exists; a random moment might come before that."""
         run = place.start()
         while run.poll() is None and not list(place.results.glob("motion/*.nc")):
@@ -45,8 +45,11 @@ def test_a_resumed_run_gives_results_with_the_same_bytes(finished_run: Checkout,
     faults = {kind.label: kind for kind in KINDS}
     assert sum(kind.times for kind in KINDS) == 50
     place, wanted = Checkout(tmp_path / "elsewhere", cores=1), finished_run.cube.read_bytes()
-    for kind in (FaultKind("killed", kill_snakemake, 1), faults["a byte of a partial result changed"]):
-        assert find_fault_effect(kind, place, random.Random(1), 0.0, wanted, brief=True) == ""
+    for kind in (
+        FaultKind("killed", kill_snakemake_after_first_motion_file, 1),
+        faults["a byte of a partial result changed"],
+    ):
+        assert cause_fault_and_describe_failure(kind, place, random.Random(1), 0.0, wanted, brief=True) == ""
     place.execute_commands(place.plan().commands)
     one, other = result_file_contents(finished_run.results), result_file_contents(place.results)
     assert {"cube.nc", "report.html", "intensity.nc", "figures/rose.svg"} <= one.keys() == other.keys()
@@ -64,7 +67,7 @@ def test_a_study_on_slurm_gives_the_same_bytes_as_a_local_run(
 
 
 @pytest.mark.parametrize(("killed", "stays"), [(False, True), (True, False)])
-def test_a_slurm_configuration_is_restored_or_removed_if_a_killed_test_left_it(
+def test_a_slurm_configuration_is_restored_unless_a_killed_test_left_it(
     killed: bool, stays: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "slurm" / "slurm.conf"

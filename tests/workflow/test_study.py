@@ -20,14 +20,14 @@ from overturning.study.scenes import variant_grid
 from overturning.study.sources import package_source_hash
 from tests.expect import skip_or_fail
 from tests.workflow.conftest import Checkout, result_file_contents
-from verification.scale.same_bytes import run_without_snakemake
+from verification.scale.same_bytes import simulate_study_without_snakemake
 from verification.tables import ROOT
 
 # make test keeps the tests of a file in one process: these share a finished study.
 pytestmark = pytest.mark.workflow
 
 
-def crate_entities(study: Checkout) -> dict[str, dict[str, object]]:
+def research_crate_entities_by_id(study: Checkout) -> dict[str, dict[str, object]]:
     """The entities of a study's research crate, by id."""
     text = (study.results / "ro-crate-metadata.json").read_text(encoding="utf-8")
     return {one["@id"]: one for one in json.loads(text)["@graph"]}
@@ -35,7 +35,7 @@ def crate_entities(study: Checkout) -> dict[str, dict[str, object]]:
 
 def test_the_research_crate_lists_all_results_with_their_hashes(finished_run: Checkout) -> None:
     """Partial results, logs, run times and the crate's own metadata file are not listed."""
-    crate = crate_entities(finished_run)
+    crate = research_crate_entities_by_id(finished_run)
     made = {name: sha256(content).hexdigest() for name, content in result_file_contents(finished_run.results).items()}
     assert {name: one["sha256"] for name, one in crate.items() if one["@type"] == "File"} == {
         name: digest for name, digest in made.items() if name != "ro-crate-metadata.json"
@@ -48,7 +48,7 @@ def test_results_contain_no_time_host_name_or_path(finished_run: Checkout) -> No
     with open_cube(finished_run.results / "cube.nc") as cube:
         text = report + repr(dict(cube.attrs))
     # Its day is that of the version, which may be today.
-    text += json.dumps([one | {"datePublished": ""} for one in crate_entities(finished_run).values()])
+    text += json.dumps([one | {"datePublished": ""} for one in research_crate_entities_by_id(finished_run).values()])
     for word in (
         str(finished_run.folder),
         os.uname().nodename + " ",
@@ -282,7 +282,7 @@ def test_results_that_the_settings_no_longer_produce_are_removed(finished_run: C
     assert all(path.is_file() for path in own)
 
 
-def test_changing_the_title_reruns_only_the_report(finished_run: Checkout, tmp_path: Path) -> None:
+def test_a_new_title_reruns_only_explorer_findings_report_and_crate(finished_run: Checkout, tmp_path: Path) -> None:
     """A new title reruns only the steps of the explorer page, the findings, the report and the crate.
 
     A missing figure of an illustrative case is planned again, too, although Snakemake does not know the number of
@@ -304,7 +304,7 @@ def test_changing_the_title_reruns_only_the_report(finished_run: Checkout, tmp_p
 
 
 def test_a_run_without_snakemake_gives_a_cube_with_the_same_bytes(finished_run: Checkout, tmp_path: Path) -> None:
-    run = run_without_snakemake(finished_run.copy_to(tmp_path / "checkout"), "whole")
+    run = simulate_study_without_snakemake(finished_run.copy_to(tmp_path / "checkout"), "whole")
     assert run.sha256 == sha256(finished_run.cube.read_bytes()).hexdigest()
     assert len(list(finished_run.results.glob("sweep/*/*.nc"))) == 4, "the default profile keeps parts"
 

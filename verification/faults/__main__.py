@@ -12,21 +12,21 @@ from typing import Annotated, Final
 import typer
 
 from overturning.study.resume import DAMAGED
-from verification.faults.kinds import KINDS, STUDY, FaultKind, unmount_results_after
+from verification.faults.kinds import KINDS, STUDY, FaultKind, unmount_results_folder_at_exit
 from verification.project import Project
 from verification.tables import markdown_table, publish_markdown
 
 SEED: Final = 18
 
 
-def find_fault_effect(
+def cause_fault_and_describe_failure(
     fault_kind: FaultKind, place: Project, dice: random.Random, seconds: float, expected_cube: bytes, brief: bool
 ) -> str:
     """Cause a fault, run the usual command, and return a description of what went wrong; empty if the cube is right.
 
     Unless `brief`, a further run must find nothing to do.
     """
-    with unmount_results_after(place):
+    with unmount_results_folder_at_exit(place):
         try:
             damaged = fault_kind.fault(place, dice, seconds)
         except AssertionError as other:
@@ -43,7 +43,7 @@ def find_fault_effect(
     return ""
 
 
-def apply_faults(
+def cause_faults_and_count_survived(
     fault_kinds: Sequence[tuple[FaultKind, int]], folder: Path, seed: int = SEED, brief: bool = False
 ) -> dict[str, tuple[int, int]]:
     """Cause faults of each kind in a study, print a line for each, and return (survived, caused) by kind.
@@ -69,7 +69,7 @@ def apply_faults(
         good = 0
         for _ in range(times):
             place = (study if kind.finished else fresh).copy_to(folder / "place")
-            wrong = find_fault_effect(kind, place, dice, seconds, wanted, brief)
+            wrong = cause_fault_and_describe_failure(kind, place, dice, seconds, wanted, brief)
             good += not wrong
             print(f"{kind.label}: {wrong or 'the same cube'}", flush=True)
         found[kind.label] = good, times
@@ -91,7 +91,7 @@ def main(
 ) -> None:
     """Cause faults of all kinds and publish how many the study survived."""
     with tempfile.TemporaryDirectory() as folder:
-        found = apply_faults([(kind, kind.times) for kind in KINDS], Path(folder), seed)
+        found = cause_faults_and_count_survived([(kind, kind.times) for kind in KINDS], Path(folder), seed)
         good, total = map(sum, zip(*found.values(), strict=True))
         print(f"{good} of {total}")
         if page:

@@ -36,7 +36,7 @@ JOBS: Final = 8  # of the study: two records to read, their labels, two parts of
 ROOM_LEFT: Final = (100, 400)  # kB: too little for the first motion; too little for all parts
 
 
-def iterate_jobs(study_process: psutil.Popen) -> Iterator[psutil.Process]:
+def iterate_jobs_of_running_study(study_process: psutil.Popen) -> Iterator[psutil.Process]:
     """Yield each job (process) of a running study when it begins, until the run ends."""
     seen: set[int] = set()
     while study_process.poll() is None:
@@ -63,7 +63,7 @@ def fault_killing_job_or_snakemake(kills_snakemake: bool, max_delay_s: float) ->
     def kill_during_run(place: Project, dice: random.Random, _seconds: float) -> None:
         """Start a run and kill the process at a random moment."""
         run, chosen = place.start(), dice.randrange(JOBS)
-        for number, job in enumerate(iterate_jobs(run)):
+        for number, job in enumerate(iterate_jobs_of_running_study(run)):
             if number == chosen:
                 time.sleep(dice.uniform(0.0, max_delay_s))
                 with suppress(psutil.NoSuchProcess):
@@ -106,7 +106,7 @@ def fill_disk(place: Project, dice: random.Random, _seconds: float) -> None:
     results.mkdir()
     _run_mount("-t", "tmpfs", "-o", "size=100m", "none", str(results))
     run = psutil.Popen(**place.command(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    next(iterate_jobs(run))
+    next(iterate_jobs_of_running_study(run))
     other = results / "other"
     with other.open("wb") as file:
         os.posix_fallocate(file.fileno(), 0, shutil.disk_usage(results).free - 1000 * dice.choice(ROOM_LEFT))
@@ -128,10 +128,10 @@ def make_results_read_only(place: Project, _dice: random.Random, _seconds: float
     _run_mount("-o", "remount,rw,bind", results)
 
 
-def start_second_run(place: Project, _dice: random.Random, _seconds: float) -> None:
+def start_second_run_during_first(place: Project, _dice: random.Random, _seconds: float) -> None:
     """Start a second run in the same folder while a job of the first is suspended."""
     first = place.start()
-    for step in iterate_jobs(first):
+    for step in iterate_jobs_of_running_study(first):
         with suppress(psutil.NoSuchProcess):  # the job has just ended: use the next one
             step.suspend()
             break
@@ -186,7 +186,7 @@ def _run_mount(*words: str) -> None:
 
 
 @contextmanager
-def unmount_results_after(place: Project) -> Iterator[None]:
+def unmount_results_folder_at_exit(place: Project) -> Iterator[None]:
     """Unmount the folder of results at the end, if a fault has mounted it."""
     try:
         yield
@@ -213,7 +213,7 @@ class FaultKind(NamedTuple):
 KINDS: Final = (
     FaultKind("disk full", fill_disk, 2, root=True),
     FaultKind("results read-only", make_results_read_only, 1, finished=True, root=True),
-    FaultKind("two runs at once", start_second_run, 2),
+    FaultKind("two runs at once", start_second_run_during_first, 2),
     FaultKind("clock set back", set_clock_back, 2),
     FaultKind("a worker of a dask cluster killed", kill_dask_worker, 2, finished=True),
     FaultKind("a partial result truncated", fault_damaging_file(PART_FILES, "cut"), 3, finished=True),

@@ -20,14 +20,14 @@ from numba import njit
 
 from overturning.dem.body import plan as body_plan
 from overturning.dem.body.base_contact import (
-    base_lands_flat,
+    body_base_lands_flat,
     both_extreme_base_points_rest,
     landing_time_of_new_contact,
     update_base_contacts,
     vertex_contact_is_deferred,
 )
 from overturning.dem.body.centred import (
-    centre_acceleration,
+    acceleration_of_body_centre,
     flat_landing_slip_direction,
     rim_point_position_from_centre,
 )
@@ -83,13 +83,13 @@ from overturning.motion.motion import Motion
 WHOLE: Final = TICKS
 
 
-class CundallVertices(NamedTuple):
+class CundallVertexBodyTag(NamedTuple):
     """Marker type for bodies with vertices; from it the compiler chooses the loop written for them."""
 
     round: bool = False
 
 
-class CundallRim(NamedTuple):
+class CundallRimBodyTag(NamedTuple):
     """Marker type for bodies with a rim; from it the compiler chooses the loop written for them."""
 
     round: bool = True
@@ -246,7 +246,7 @@ def advance_body_one_step(
         base_acceleration_at_tick(shaking.push_y, body_state.tick),
         base_acceleration_at_tick(shaking.lift, body_state.tick),
     )
-    a = centre_acceleration(t.force, push)
+    a = acceleration_of_body_centre(t.force, push)
     # The accounts take the velocities at the whole step.
     c = extrapolate_vector(body_state.velocity, half, a)
     w = angular_velocity_from_momentum(body.inverse, body_axes, extrapolate_vector(body_state.momentum, half, t.moment))
@@ -288,25 +288,25 @@ def advance_body_one_step(
 # Side by side ---------------------------------------------------------------------------------------------------------
 
 UNUSED: Final = ("power", "loss", "torque", "slid", "bend")
-load_body, load_state, load_frame = (ROWS.tuple_access(of).load for of in (Constants, BodyState, Matrix3))
-load_base_contact, store_base_contact, _ = ROWS.tuple_access(BaseContactState)
+load_body, load_state, load_frame = (ROWS.tuple_reader_and_writer(of).load for of in (Constants, BodyState, Matrix3))
+load_base_contact, store_base_contact, _ = ROWS.tuple_reader_and_writer(BaseContactState)
 ACTING: Final = TupleRowLayout(COLUMNS, ContactTotals)
 ACTING_SIZE: Final = ACTING.size
-load_acting, store_acting, _ = ACTING.tuple_access(ContactTotals)
+load_acting, store_acting, _ = ACTING.tuple_reader_and_writer(ContactTotals)
 no_wrench = create_elementwise_tuple_functions(ContactWrench).zero
-load_shaking = ROWS.tuple_access(InertialAccelerations3D, unused_fields=UNUSED).load
+load_shaking = ROWS.tuple_reader_and_writer(InertialAccelerations3D, unused_fields=UNUSED).load
 load_peaks, load_account = (
-    ROWS.tuple_access(BodyPeakValues).load,
-    ROWS.tuple_access(BodyEnergyAndMomentumAccount, unused_fields=UNUSED).load,
+    ROWS.tuple_reader_and_writer(BodyPeakValues).load,
+    ROWS.tuple_reader_and_writer(BodyEnergyAndMomentumAccount, unused_fields=UNUSED).load,
 )
-store_state, store_frame = (ROWS.tuple_access(of).store for of in (BodyState, Matrix3))
+store_state, store_frame = (ROWS.tuple_reader_and_writer(of).store for of in (BodyState, Matrix3))
 store_peaks, store_account = (
-    ROWS.tuple_access(BodyPeakValues).store,
-    ROWS.tuple_access(BodyEnergyAndMomentumAccount, unused_fields=UNUSED).store,
+    ROWS.tuple_reader_and_writer(BodyPeakValues).store,
+    ROWS.tuple_reader_and_writer(BodyEnergyAndMomentumAccount, unused_fields=UNUSED).store,
 )
 load_vertex, (load_memory, store_memory, _) = (
-    VERTEX.tuple_access(BodyVertex).load,
-    VERTEX.tuple_access(ContactPointAtStepStartAndEnd, "old", unused_fields=UNUSED),
+    VERTEX.tuple_reader_and_writer(BodyVertex).load,
+    VERTEX.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old", unused_fields=UNUSED),
 )
 OF_A_VERTEX: Final = VERTEX.size
 
@@ -346,7 +346,7 @@ def add_vertex_contact_forces(
             rate,
             (
                 vertex_contact_is_deferred(body, base_contact, p, at.arm.z, left),
-                base_lands_flat(base_contact),
+                body_base_lands_flat(base_contact),
                 landing_time_of_new_contact(body, base_contact),
                 base_contact.tilting,
             ),
@@ -359,7 +359,7 @@ def add_vertex_contact_forces(
             rate,
             (
                 vertex_contact_is_deferred(body, base_contact, q, on.arm.z, right),
-                base_lands_flat(base_contact),
+                body_base_lands_flat(base_contact),
                 landing_time_of_new_contact(body, base_contact),
                 base_contact.tilting,
             ),
@@ -387,7 +387,7 @@ def add_rim_contact_forces(
         base_contact = load_base_contact(state, j)
         between, flat, begun = (
             (across_lean != 0.0) & (not both_extreme_base_points_rest(base_contact)),
-            base_lands_flat(base_contact),
+            body_base_lands_flat(base_contact),
             landing_time_of_new_contact(body, base_contact),
         )
         tilting = base_contact.tilting
@@ -488,7 +488,7 @@ def select_sample_loop(has_rim: bool) -> Any:
     return advance_sample
 
 
-LOOPS.update({CundallVertices: select_sample_loop(False), CundallRim: select_sample_loop(True)})
+LOOPS.update({CundallVertexBodyTag: select_sample_loop(False), CundallRimBodyTag: select_sample_loop(True)})
 _run_compiled_queue = njit(nogil=True, **OPTIONS)(run_case_queue.py_func)
 
 
@@ -509,7 +509,7 @@ class CundallPlan(body_plan.BodySimulationPlan):
     @property
     def base_shape_loop_tag(self) -> Any:
         """Marker whose type selects the loops; see `BodySimulationPlan.base_shape_loop_tag`."""
-        return CundallRim() if self.solids[0].radius > 0 else CundallVertices()
+        return CundallRimBodyTag() if self.solids[0].radius > 0 else CundallVertexBodyTag()
 
 
 @contextmanager

@@ -8,7 +8,7 @@ import math
 from overturning.units import STANDARD_GRAVITY
 
 
-def frequency_parameter(height: float, b_over_h: float) -> float:
+def rocking_frequency_parameter(height: float, b_over_h: float) -> float:
     """Return the rocking frequency p = √(3g/4R), rad/s (Housner 1963, eq. 3)."""
     radius = 0.5 * height * math.sqrt(1.0 + b_over_h**2)
     return math.sqrt(0.75 * STANDARD_GRAVITY / radius)
@@ -29,7 +29,7 @@ def slip_acceleration(friction: float, upward: float = 0.0) -> float:
     return (STANDARD_GRAVITY + upward) * friction
 
 
-def quarter_period(height: float, b_over_h: float, tilt: float) -> float:
+def time_from_tilt_to_first_impact(height: float, b_over_h: float, tilt: float) -> float:
     """Return the time from rest at a tilt to the first impact, s, without the small-angle approximation.
 
     It follows from the energy integral θ̇² = 2p² (cos(α − θ₀) − cos(α − θ)). The substitution θ = θ₀ (1 − u²) removes
@@ -52,7 +52,7 @@ def quarter_period(height: float, b_over_h: float, tilt: float) -> float:
     half_sum = alpha - 0.5 * (angle + tilt)
     half_difference = 0.5 * (tilt - angle)
     drop = 2.0 * np.sin(half_sum) * np.sin(half_difference)
-    rate = frequency_parameter(height, b_over_h) * np.sqrt(2.0 * drop)
+    rate = rocking_frequency_parameter(height, b_over_h) * np.sqrt(2.0 * drop)
     return float(np.sum(0.5 * weights * 2.0 * tilt * u / rate))
 
 
@@ -63,7 +63,7 @@ def amplitude_after_impact(b_over_h: float, tilt: float) -> float:
     return alpha - math.acos(math.cos(alpha) + lost)
 
 
-def bounce_on_spring_and_dashpot(
+def time_and_velocity_at_end_of_bounce(
     speed: float, square: float, rate: float, gravity: float = STANDARD_GRAVITY
 ) -> tuple[float, float]:
     """Compute the time and velocity at which a mass leaves a spring and dashpot that cannot pull.

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from overturning.units import STANDARD_GRAVITY
 
 
-def sliding_displacement(acceleration: ArrayLike, sampling_interval: float, friction: float) -> tuple[float, float]:
+def peak_and_final_slip(acceleration: ArrayLike, sampling_interval: float, friction: float) -> tuple[float, float]:
     """Return the largest and the final slip of a rigid mass on a base that shakes horizontally.
 
     The acceleration of the base, m/s² towards +s, is linear between the samples; after the last one it is 0. Returns

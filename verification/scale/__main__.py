@@ -13,15 +13,15 @@ from verification.scale import large, on_paper, same_bytes
 from verification.scale.made import SPACE
 from verification.tables import (
     RESULTS,
-    MeasuredFigure,
-    figures_table,
+    MeasuredNumber,
     iterate_rows,
     markdown_table,
+    measured_numbers_table,
     publish_markdown,
-    read_figures,
+    read_measured_numbers,
     select_parts,
     write_csv,
-    write_figures,
+    write_measured_numbers,
 )
 
 PARTS = ("bytes", "slurm", "chunk", "gather", "lazy", "lazy-space", "planning")
@@ -36,11 +36,11 @@ def main(
     """Measure, store the figures, and publish the tables of all parts."""
     chosen = select_parts(parts, PARTS)
     if {"bytes", "slurm"} & set(chosen):
-        runs = same_bytes.run_in_every_local_way() if "bytes" in chosen else []
+        runs = same_bytes.run_study_in_every_local_way() if "bytes" in chosen else []
         if "slurm" in chosen:
-            runs += same_bytes.run_on_slurm(files=(same_bytes.CUBE, same_bytes.REPORT))
-        publish_markdown({"scale-bytes": run_table(merge_with_stored_runs(runs))})
-    measures: dict[str, Callable[[Path], list[MeasuredFigure]]] = {
+            runs += same_bytes.run_study_on_slurm(files=(same_bytes.CUBE, same_bytes.REPORT))
+        publish_markdown({"scale-bytes": table_of_runs_and_result_hashes(merge_with_stored_runs(runs))})
+    measures: dict[str, Callable[[Path], list[MeasuredNumber]]] = {
         "chunk": large.measure_simulation_of_case_chunk,
         "gather": large.measure_merging_of_parts_into_cube,
         "lazy": lambda folder: large.measure_report_on_cube_larger_than_memory(folder, records),
@@ -52,11 +52,11 @@ def main(
     for name, measure in measures.items():
         if name in chosen:
             with tempfile.TemporaryDirectory(prefix="scale-") as folder:
-                write_figures(measure(Path(folder)), FIGURES, keep_other_figures=True)
-    figures = read_figures(FIGURES)
-    publish_markdown({"scale": figures_table(figures)})
+                write_measured_numbers(measure(Path(folder)), FIGURES, keep_other_figures=True)
+    figures = read_measured_numbers(FIGURES)
+    publish_markdown({"scale": measured_numbers_table(figures)})
     if {one.quantity for one in figures} >= on_paper.NEEDED:
-        publish_markdown({"scale-on-paper": extrapolation_table(figures)})
+        publish_markdown({"scale-on-paper": extrapolated_resource_table(figures)})
 
 
 def merge_with_stored_runs(runs: list[same_bytes.StudyRun]) -> list[same_bytes.StudyRun]:
@@ -69,7 +69,7 @@ def merge_with_stored_runs(runs: list[same_bytes.StudyRun]) -> list[same_bytes.S
     return list(known.values())
 
 
-def run_table(runs: list[same_bytes.StudyRun]) -> str:
+def table_of_runs_and_result_hashes(runs: list[same_bytes.StudyRun]) -> str:
     """Return a table of runs of one study (number of cores, cluster), with the hashes of their results."""
     cores = len(os.sched_getaffinity(0))
     first = {run.file: run.sha256 for run in reversed(runs)}
@@ -81,9 +81,9 @@ def run_table(runs: list[same_bytes.StudyRun]) -> str:
     return f"{table}\n\nMeasured with {cores} core{'s' * (cores > 1)} available."
 
 
-def extrapolation_table(figures: list[MeasuredFigure]) -> str:
+def extrapolated_resource_table(figures: list[MeasuredNumber]) -> str:
     """Return the table of the resources that a study too large for this machine would need, by extrapolation."""
-    return figures_table(on_paper.extrapolate_resources({one.quantity: one.value for one in figures}))
+    return measured_numbers_table(on_paper.extrapolate_resources({one.quantity: one.value for one in figures}))
 
 
 if __name__ == "__main__":

@@ -14,16 +14,16 @@ from verification.scale.made import (
     write_study,
     write_synthetic_cube,
     write_synthetic_motions,
-    write_synthetic_parts,
+    write_synthetic_partial_results,
 )
-from verification.tables import MeasuredFigure
+from verification.tables import MeasuredNumber
 
 SNAKEMAKE_MB: Final = 250.0
 """Memory assumed for Snakemake itself, MB."""
 
 
 class ResourceUse(NamedTuple):
-    """Resource use of a process."""
+    """Elapsed and processor time, s, and peak memory, MB, of a process, and its longest selected output line."""
 
     seconds: float
     processor_s: float
@@ -52,7 +52,7 @@ def run_program(args: list[str], line_start: bytes = b"", **where: Any) -> Resou
     return ResourceUse(time.perf_counter() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, longest)
 
 
-def measure_simulation_of_case_chunk(folder: Path, chunks: int = 8) -> list[MeasuredFigure]:
+def measure_simulation_of_case_chunk(folder: Path, chunks: int = 8) -> list[MeasuredNumber]:
     """Measure time, memory and disk use of simulating 1/8 million cases with their ensemble, on one core.
 
     The record of the cases is a real one.
@@ -70,22 +70,22 @@ def measure_simulation_of_case_chunk(folder: Path, chunks: int = 8) -> list[Meas
     )  # fmt: skip
     cases = study.cases_per_record / chunks
     return [
-        MeasuredFigure("real chunk: cases", cases),
-        MeasuredFigure("real chunk: processor time", took.processor_s, "s"),
-        MeasuredFigure("real chunk: peak memory of its process", took.memory_mb, "MB"),
-        MeasuredFigure("two such processes and Snakemake", 2 * took.memory_mb + SNAKEMAKE_MB, "MB"),
-        MeasuredFigure("real chunk: disk per case", part.stat().st_size / cases, "bytes"),
+        MeasuredNumber("real chunk: cases", cases),
+        MeasuredNumber("real chunk: processor time", took.processor_s, "s"),
+        MeasuredNumber("real chunk: peak memory of its process", took.memory_mb, "MB"),
+        MeasuredNumber("two such processes and Snakemake", 2 * took.memory_mb + SNAKEMAKE_MB, "MB"),
+        MeasuredNumber("real chunk: disk per case", part.stat().st_size / cases, "bytes"),
     ]
 
 
 def measure_merging_of_parts_into_cube(
     folder: Path, records: int = 10, chunks: int = 8, grid: dict[str, object] | None = None
-) -> list[MeasuredFigure]:
+) -> list[MeasuredNumber]:
     """Measure time, memory and disk use of merging synthetic partial results with ten million cases into one cube."""
     study = synthetic_study(records, grid)
     write_study(study, folder / "study.json")
     write_synthetic_motions(study, folder / "motion")
-    parts = write_synthetic_parts(study, folder / "sweep", chunks)
+    parts = write_synthetic_partial_results(study, folder / "sweep", chunks)
     took = run_subcommand(
         "gather", "--study", folder / "study.json", "--motions", folder / "motion", "--parts", folder / "sweep",
         "--chunks", chunks, "--output", folder / "cube.nc",
@@ -93,17 +93,17 @@ def measure_merging_of_parts_into_cube(
     cases = records * study.cases_per_record
     of_parts, of_cube = sum(part.stat().st_size for part in parts), (folder / "cube.nc").stat().st_size
     return [
-        MeasuredFigure("synthetic parts: cases", cases),
-        MeasuredFigure("synthetic parts: gathering", took.seconds, "s"),
-        MeasuredFigure("synthetic parts: peak memory of gathering", took.memory_mb, "MB"),
-        MeasuredFigure("synthetic parts and their cube: disk per case", (of_parts + of_cube) / cases, "bytes"),
-        MeasuredFigure("synthetic cube alone: disk per case", of_cube / cases, "bytes"),
+        MeasuredNumber("synthetic parts: cases", cases),
+        MeasuredNumber("synthetic parts: gathering", took.seconds, "s"),
+        MeasuredNumber("synthetic parts: peak memory of gathering", took.memory_mb, "MB"),
+        MeasuredNumber("synthetic parts and their cube: disk per case", (of_parts + of_cube) / cases, "bytes"),
+        MeasuredNumber("synthetic cube alone: disk per case", of_cube / cases, "bytes"),
     ]
 
 
 def measure_report_on_cube_larger_than_memory(
     folder: Path, records: int = 100, grid: dict[str, object] | None = None, cube: str = "synthetic cube"
-) -> list[MeasuredFigure]:
+) -> list[MeasuredNumber]:
     """Measure time and memory of statistics, figures and report of a synthetic cube larger than memory.
 
     `cube` is its label.
@@ -116,14 +116,14 @@ def measure_report_on_cube_larger_than_memory(
     base = ("--study", folder / "study.json", "--motions", folder / "motion")
     size = (folder / "cube.nc").stat().st_size
     found = [
-        MeasuredFigure(f"{cube}: cells", records * study.cases_per_record),
-        MeasuredFigure(f"{cube}: size", size / 1e9, "GB"),
+        MeasuredNumber(f"{cube}: cells", records * study.cases_per_record),
+        MeasuredNumber(f"{cube}: size", size / 1e9, "GB"),
     ]
 
     def add_time_and_memory(what: str, took: ResourceUse) -> None:
         """Add time and peak memory of a process to the measured figures."""
-        found.append(MeasuredFigure(f"{cube}: {what}, time", took.seconds, "s"))
-        found.append(MeasuredFigure(f"{cube}: {what}, peak memory", took.memory_mb, "MB"))
+        found.append(MeasuredNumber(f"{cube}: {what}, time", took.seconds, "s"))
+        found.append(MeasuredNumber(f"{cube}: {what}, peak memory", took.memory_mb, "MB"))
 
     add_time_and_memory("intensities", run_subcommand("rotate", *base, "--output", folder / "intensity.nc"))
     for what, call in (

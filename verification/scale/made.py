@@ -69,13 +69,13 @@ def synthetic_records(study: Study) -> Iterator[Record]:
         ))  # fmt: skip
 
 
-def synthetic_values(variable: OutcomeVariable, shape: tuple[int, ...], seed: int, members: int) -> NDArray[Any]:
+def random_outcome_values(variable: OutcomeVariable, shape: tuple[int, ...], seed: int, members: int) -> NDArray[Any]:
     """Return random values of an outcome variable: float32 with 23 random bits, which compress less than real ones."""
     generator = np.random.default_rng(seed)
     if variable.name == "overturned" and variable.odd:
         return generator.choice(np.array([-1, 0, 1], np.int8), shape, p=[FALLS / 2, 1 - FALLS, FALLS / 2])
     if variable.name.endswith("overturned"):
-        return synthetic_falls(variable, shape, seed).astype(np.int8)
+        return synthetic_fall_flags_of_3d_body(variable, shape, seed).astype(np.int8)
     if variable.name == "status":
         return np.full(shape, int(CaseStatus.SIMULATED), np.int8)
     if variable.dtype != "f4":
@@ -84,9 +84,11 @@ def synthetic_values(variable: OutcomeVariable, shape: tuple[int, ...], seed: in
     if variable.name == "overturning_time":
         values[generator.random(shape, np.float32) > FALLS] = np.nan
     if variable.name.endswith("fall_azimuth"):
-        return np.where(synthetic_falls(variable, shape, seed), 360 * values, np.float32(np.nan))
+        return np.where(synthetic_fall_flags_of_3d_body(variable, shape, seed), 360 * values, np.float32(np.nan))
     if variable.name == "residual_twist":
-        return np.where(synthetic_falls(variable, shape, seed), np.float32(np.nan), values - np.float32(0.5))
+        return np.where(
+            synthetic_fall_flags_of_3d_body(variable, shape, seed), np.float32(np.nan), values - np.float32(0.5)
+        )
     if variable.name.startswith(("probability", "scramble", "fall_")):
         # Shares of members; NaN for cells without an ensemble.
         values = np.round(values * 0.5 * members) / np.float32(members)
@@ -94,12 +96,12 @@ def synthetic_values(variable: OutcomeVariable, shape: tuple[int, ...], seed: in
     return values
 
 
-def synthetic_falls(variable: OutcomeVariable, shape: tuple[int, ...], seed: int) -> NDArray[np.bool_]:
+def synthetic_fall_flags_of_3d_body(variable: OutcomeVariable, shape: tuple[int, ...], seed: int) -> NDArray[np.bool_]:
     """Return True where a 3-D body (or its 2-D model) falls; the same for all variables."""
     return np.random.default_rng((seed, variable.name.startswith("plane"))).random(shape, np.float32) < FALLS
 
 
-def write_synthetic_parts(study: Study, folder: Path, chunks: int, variant: str = NOMINAL) -> list[Path]:
+def write_synthetic_partial_results(study: Study, folder: Path, chunks: int, variant: str = NOMINAL) -> list[Path]:
     """Write the parts (files of a share of the cases) of every record of a study."""
     grid, variables, paths = variant_grid(study, variant), cube_variables_of_study(study), []
     for number, name in enumerate(study.records.use):
@@ -107,7 +109,7 @@ def write_synthetic_parts(study: Study, folder: Path, chunks: int, variant: str 
             chunk = SweepChunk(part, chunks)
             piece = grid_of_chunk(study, grid, chunk, variant)
             values = {
-                variable.name: synthetic_values(
+                variable.name: random_outcome_values(
                     variable, piece.cube_shape_of_variable(variable), 1000 * number + part, study.ensemble.members
                 )
                 for variable in variables
@@ -140,7 +142,7 @@ def write_synthetic_cube(study: Study, path: Path, different: int, variant: str 
 
     records = list(synthetic_records(study))
     few = study.model_copy(update={"records": study.records.model_copy(update={"use": study.records.use[:different]})})
-    parts = write_synthetic_parts(few, path.parent / "parts", 1, variant)
+    parts = write_synthetic_partial_results(few, path.parent / "parts", 1, variant)
     merge_outcome_files_into_cube(few, records[:different], parts, path.with_name("few.nc"), variant)
     for part in parts:
         part.unlink()

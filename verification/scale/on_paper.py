@@ -10,7 +10,7 @@ from typing import Final
 
 from verification.project import Project
 from verification.scale.large import ResourceUse, run_program
-from verification.tables import MeasuredFigure
+from verification.tables import MeasuredNumber
 
 RECORDS: Final = 10_000
 CASES: Final = 1_000_000
@@ -42,7 +42,7 @@ def measure_planning_of_study(records: int) -> ResourceUse:
         return run_program(**how, line_start=b"Shell command: ", stderr=subprocess.DEVNULL)
 
 
-def measure_planning_per_record(small_record_count: int = 20, large_record_count: int = 220) -> list[MeasuredFigure]:
+def measure_planning_per_record(small_record_count: int = 20, large_record_count: int = 220) -> list[MeasuredNumber]:
     """Measure time and memory of planning per additional record, from two studies, and the longest command."""
     less, more = measure_planning_of_study(small_record_count), measure_planning_of_study(large_record_count)
     per_record = {
@@ -50,15 +50,15 @@ def measure_planning_per_record(small_record_count: int = 20, large_record_count
         "memory": ((more.memory_mb - less.memory_mb) / (large_record_count - small_record_count), "MB"),
     }
     each = [
-        MeasuredFigure(f"planning: {name} per record, {CHUNKS} chunks each", *value)
+        MeasuredNumber(f"planning: {name} per record, {CHUNKS} chunks each", *value)
         for name, value in per_record.items()
     ]
     label = f"planning: longest command, {large_record_count} records in {CHUNKS} chunks each"
-    return [*each, MeasuredFigure(label, more.longest, "bytes")]
+    return [*each, MeasuredNumber(label, more.longest, "bytes")]
 
 
-def extrapolate_resources(measured_figures: Mapping[str, float]) -> list[MeasuredFigure]:
-    """Return the resources that a far larger study needs, extrapolated from measured figures.
+def extrapolate_resources(measured_figures: Mapping[str, float]) -> list[MeasuredNumber]:
+    """Return the resources that a far larger study needs, extrapolated from measured numbers.
 
     The figures are those of `large` and `measure_planning_per_record`.
     """
@@ -79,13 +79,13 @@ def extrapolate_resources(measured_figures: Mapping[str, float]) -> list[Measure
     # Per chunk: a part, a benchmark and logs; per record: a motion, one to three figures, and their logs.
     files = RECORDS * (CHUNKS * 3 + 7)
     return [
-        MeasuredFigure("cases", cases),
-        MeasuredFigure("sweep: core hours", per_case * cases / 3600, "h"),
-        MeasuredFigure("sweep: jobs", RECORDS * CHUNKS),
-        MeasuredFigure("storage of parts, or of the cube", disk * cases / 1e9, "GB"),
-        MeasuredFigure("files", files),
-        MeasuredFigure("gathering, one process", gathering * cases / 3600, "h"),
-        MeasuredFigure("figures and report, one process", reports * cases / 3600, "h"),
-        MeasuredFigure("Snakemake: planning before the first job", planning / 3600, "h"),
-        MeasuredFigure("Snakemake: memory", memory / 1000, "GB"),
+        MeasuredNumber("cases", cases),
+        MeasuredNumber("sweep: core hours", per_case * cases / 3600, "h"),
+        MeasuredNumber("sweep: jobs", RECORDS * CHUNKS),
+        MeasuredNumber("storage of parts, or of the cube", disk * cases / 1e9, "GB"),
+        MeasuredNumber("files", files),
+        MeasuredNumber("gathering, one process", gathering * cases / 3600, "h"),
+        MeasuredNumber("figures and report, one process", reports * cases / 3600, "h"),
+        MeasuredNumber("Snakemake: planning before the first job", planning / 3600, "h"),
+        MeasuredNumber("Snakemake: memory", memory / 1000, "GB"),
     ]

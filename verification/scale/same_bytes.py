@@ -58,13 +58,13 @@ class StudyRun(NamedTuple):
 
 
 @contextmanager
-def new_project(study: str) -> Iterator[Project]:
+def temporary_project_with_study(study: str) -> Iterator[Project]:
     """Provide a temporary folder with the workflow and a study that has not run."""
     with tempfile.TemporaryDirectory(prefix="scale-") as name:
         yield Project(Path(name) / "project", study)
 
 
-def make_result_file(project: Project, way: str, *options: str, file: str = CUBE) -> StudyRun:
+def run_study_up_to_result_file(project: Project, way: str, *options: str, file: str = CUBE) -> StudyRun:
     """Run a study up to a file of its results; raise a RuntimeError with the output of Snakemake if it fails."""
     begin = time.perf_counter()
     done = project.run(*options, file=file)
@@ -74,26 +74,29 @@ def make_result_file(project: Project, way: str, *options: str, file: str = CUBE
     return StudyRun(way, file, seconds, hashlib.sha256((project.results / file).read_bytes()).hexdigest(), kept)
 
 
-def run_locally(study: str, cores: int, chunks: int, file: str = CUBE) -> StudyRun:
+def run_study_locally(study: str, cores: int, chunks: int, file: str = CUBE) -> StudyRun:
     """Run a study on some cores of this machine."""
     words = f"{cores} core{'s' * (cores > 1)}" + (f", {chunks} chunks of each record" if chunks > 1 else "")
-    with new_project(study) as folder:
-        return make_result_file(folder, words, "--cores", str(cores), "--set-scatter", f"sweep={chunks}", file=file)
+    with temporary_project_with_study(study) as folder:
+        return run_study_up_to_result_file(
+            folder, words, "--cores", str(cores), "--set-scatter", f"sweep={chunks}", file=file
+        )
 
 
-def run_on_slurm(study: str = STUDY, chunks: int = 3, files: tuple[str, ...] = (CUBE,)) -> list[StudyRun]:
+def run_study_on_slurm(study: str = STUDY, chunks: int = 3, files: tuple[str, ...] = (CUBE,)) -> list[StudyRun]:
     """Run a study with the SLURM profile on a one-node cluster, for each file; empty if there is no SLURM."""
     if slurm_unavailable_reason():
         return []
     words = f"SLURM, one node of two cores, {chunks} chunks of each record"
-    with one_node_slurm(), new_project(study) as folder:
+    with one_node_slurm(), temporary_project_with_study(study) as folder:
         return [
-            make_result_file(folder, words, *SLURM, "--set-scatter", f"sweep={chunks}", file=file) for file in files
+            run_study_up_to_result_file(folder, words, *SLURM, "--set-scatter", f"sweep={chunks}", file=file)
+            for file in files
         ]
 
 
-def run_without_snakemake(folder: Project, way: str, client: object = None) -> StudyRun:
-    """Simulate a study by calls of the package, without Snakemake, from the motion files of a workflow run.
+def simulate_study_without_snakemake(folder: Project, way: str, client: object = None) -> StudyRun:
+    """Simulate a study with the package alone, from the motion files of a workflow run, and hash its cube.
 
     With `client` on a dask cluster.
     """
@@ -113,18 +116,18 @@ def run_without_snakemake(folder: Project, way: str, client: object = None) -> S
     return StudyRun(way, CUBE, time.perf_counter() - begin, hashlib.sha256(content).hexdigest(), len(parts))
 
 
-def run_on_dask(study: str, workers: int = 2) -> StudyRun:
+def run_study_on_dask(study: str, workers: int = 2) -> StudyRun:
     """Run a study on a dask cluster."""
     from distributed import Client, LocalCluster
 
-    with new_project(study) as folder:
-        make_result_file(folder, "first", "--cores", "1")
+    with temporary_project_with_study(study) as folder:
+        run_study_up_to_result_file(folder, "first", "--cores", "1")
         cluster = LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None, host="127.0.0.1")
         with cluster, Client(cluster) as client:
-            return run_without_snakemake(folder, f"dask, {workers} workers, without Snakemake", client)
+            return simulate_study_without_snakemake(folder, f"dask, {workers} workers, without Snakemake", client)
 
 
-def run_in_every_local_way(study: str = STUDY) -> list[StudyRun]:
+def run_study_in_every_local_way(study: str = STUDY) -> list[StudyRun]:
     """Run the study in every way that needs no SLURM cluster, and make its report."""
-    cubes = [run_locally(study, cores, chunks) for cores, chunks in ((1, 1), (2, 1), (2, 3), (2, 19))]
-    return [*cubes, run_on_dask(study), run_locally(study, 1, 1, REPORT)]
+    cubes = [run_study_locally(study, cores, chunks) for cores, chunks in ((1, 1), (2, 1), (2, 3), (2, 19))]
+    return [*cubes, run_study_on_dask(study), run_study_locally(study, 1, 1, REPORT)]

@@ -16,28 +16,34 @@ from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.model.contact import DAMPING_RATIO
 from verification.shaking_table import page
-from verification.shaking_table.clouds import PRISMS, RECTANGLES, SimulatedStones, simulate_stones
-from verification.shaking_table.data import SPECIMENS, ShakingTableTests, read_tests
+from verification.shaking_table.clouds import PRISMS, RECTANGLES, StonesWithSimulatedOutcomes, simulate_stones
+from verification.shaking_table.data import SPECIMENS, ShakingTableTests, read_shaking_table_tests
 from verification.shaking_table.models import (
     ENSEMBLE,
     PEAKS,
     SPACE,
-    fall_shares_by_neighbourhood,
+    fall_prediction_models_by_name,
+    fall_shares_by_size_neighbourhood,
     predict_unseen_tests,
-    prediction_models,
-    split_by_motion,
     split_odd_and_even_tests,
+    splits_leaving_out_one_motion,
 )
-from verification.shaking_table.scores import DRAWS, NAMES, bootstrap_samples, interval_over_motions, prediction_scores
+from verification.shaking_table.scores import (
+    DRAWS,
+    NAMES,
+    bootstrap_interval_over_motions,
+    bootstrap_test_indices,
+    prediction_scores,
+)
 from verification.tables import RESULTS, ROOT, publish_markdown, write_csv
 
-SPLITS = {"odd to even": split_odd_and_even_tests, "motion left out": split_by_motion}
+SPLITS = {"odd to even": split_odd_and_even_tests, "motion left out": splits_leaving_out_one_motion}
 _LOW, _HIGH = (DAMPING_RATIO * end for end in RECTANGLES.bounds["damping"])
 DAMPING_RATIOS = np.geomspace(_LOW, _HIGH, 5)
 """Bounds of the four classes of damping ratio."""
 
 
-def measure_scores(
+def score_models_with_intervals(
     tests: ShakingTableTests, fractions: Mapping[str, FloatArray], draws: int = DRAWS
 ) -> tuple[pd.DataFrame, dict[tuple[str, str, int], FloatArray]]:
     """Return scores of every model, split and specimen with bootstrap intervals, and the predicted probabilities.
@@ -50,10 +56,10 @@ def measure_scores(
             fell = tests.fell[specimen]
             held = {
                 name: predict_unseen_tests(model, specimen, divide(tests), fell.size)
-                for name, model in prediction_models(tests, fractions[ENSEMBLE], fractions[SPACE]).items()
+                for name, model in fall_prediction_models_by_name(tests, fractions[ENSEMBLE], fractions[SPACE]).items()
             }
             known = np.isfinite(held[PEAKS])
-            samples = bootstrap_samples(tests.motion[known], draws)
+            samples = bootstrap_test_indices(tests.motion[known], draws)
             motion_count = np.unique(tests.motion[known]).size
             outcome, predicted = fell[known], {name: p[known] for name, p in held.items()}
             drawn = {
@@ -63,8 +69,8 @@ def measure_scores(
                 probabilities[split, name, specimen] = p
                 found = prediction_scores(predicted[name], outcome)
                 for place, what in enumerate(NAMES):
-                    low, high = interval_over_motions(drawn[name][:, place], motion_count)
-                    over = interval_over_motions(drawn[name][:, place] - drawn[PEAKS][:, place], motion_count)
+                    low, high = bootstrap_interval_over_motions(drawn[name][:, place], motion_count)
+                    over = bootstrap_interval_over_motions(drawn[name][:, place] - drawn[PEAKS][:, place], motion_count)
                     rows.append({
                         "split": split, "specimen": specimen, "model": name, "score": what,
                         "value": found[place], "low": low, "high": high,
@@ -73,15 +79,17 @@ def measure_scores(
     return pd.DataFrame(rows), probabilities
 
 
-def scores_by_damping_ratio(tests: ShakingTableTests, stones: SimulatedStones) -> dict[str, tuple[int, FloatArray]]:
+def scores_by_damping_ratio(
+    tests: ShakingTableTests, stones: StonesWithSimulatedOutcomes
+) -> dict[str, tuple[int, FloatArray]]:
     """Return number and scores, shape (specimens, scores), of the rectangles of each class of damping ratio."""
     found: dict[str, tuple[int, FloatArray]] = {}
     ratio = stones.damping * DAMPING_RATIO
     for low, high in pairwise(DAMPING_RATIOS):
         own = (low <= ratio) & (ratio < high)
-        part = SimulatedStones(stones.b_over_h[own], stones.height[own], ratio[own], stones.fell[:, own])
-        fractions = fall_shares_by_neighbourhood(part)
-        model, rows = prediction_models(tests, fractions, fractions)[ENSEMBLE], []
+        part = StonesWithSimulatedOutcomes(stones.b_over_h[own], stones.height[own], ratio[own], stones.fell[:, own])
+        fractions = fall_shares_by_size_neighbourhood(part)
+        model, rows = fall_prediction_models_by_name(tests, fractions, fractions)[ENSEMBLE], []
         for specimen in SPECIMENS:
             fell = tests.fell[specimen]
             p = predict_unseen_tests(model, specimen, split_odd_and_even_tests(tests), fell.size)
@@ -99,19 +107,19 @@ def main(
 ) -> None:
     """Run every stone under every test, fit the models, predict tests, and write tables and figures."""
     try:
-        tests = read_tests(folder)
+        tests = read_shaking_table_tests(folder)
     except ResultError as error:
         print(f"skipped: {error}")
         return
     kinds = {ENSEMBLE: RECTANGLES, SPACE: PRISMS}
     made = {name: simulate_stones(kind, tests, kept, threads=threads) for name, kind in kinds.items()}
-    fractions = {name: fall_shares_by_neighbourhood(one) for name, one in made.items()}
-    rows, probabilities = measure_scores(tests, fractions)
+    fractions = {name: fall_shares_by_size_neighbourhood(one) for name, one in made.items()}
+    rows, probabilities = score_models_with_intervals(tests, fractions)
     write_csv(rows, RESULTS / "shaking-table.csv")
-    page.draw_reliability(tests, probabilities, ROOT / "docs" / "images" / "shaking-table-reliability.svg")
+    page.draw_reliability_diagrams(tests, probabilities, ROOT / "docs" / "images" / "shaking-table-reliability.svg")
     publish_markdown(
         page.markdown_by_marker(tests, fractions, rows)
-        | page.damping_table(scores_by_damping_ratio(tests, made[ENSEMBLE]))
+        | page.score_table_by_damping_ratio(scores_by_damping_ratio(tests, made[ENSEMBLE]))
     )
 
 

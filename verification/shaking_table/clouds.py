@@ -47,7 +47,7 @@ class StoneDistribution(NamedTuple):
     fell: Callable[[Motion, StoneParameters], NDArray[np.bool_]]
 
 
-class SimulatedStones(NamedTuple):
+class StonesWithSimulatedOutcomes(NamedTuple):
     """Parameters of random stones, shape (stones,), and their simulated outcomes, shape (tests, stones)."""
 
     b_over_h: FloatArray
@@ -127,7 +127,7 @@ def simulate_stones(
     *,
     stone_count: int | None = None,
     threads: int = 1,
-) -> SimulatedStones:
+) -> StonesWithSimulatedOutcomes:
     """Simulate random stones under the motion of every test, or read the results of an earlier run of the same sources.
 
     Parameters
@@ -164,7 +164,7 @@ def simulate_stones(
         if path is not None:
             with atomic_write(path) as part, part.open("wb") as file:
                 np.save(file, np.packbits(fell, axis=1))
-    return SimulatedStones(rows["b_over_h"], rows["height"], rows["damping"], fell)
+    return StonesWithSimulatedOutcomes(rows["b_over_h"], rows["height"], rows["damping"], fell)
 
 
 def _print_progress(name: str, done: int, of: int, seconds: float) -> None:

@@ -48,7 +48,7 @@ class ShakingTableTests:
         return Motion(along, np.zeros_like(along), sampling_interval=self.sampling_interval)
 
 
-def read_tests(folder: Path) -> ShakingTableTests:
+def read_shaking_table_tests(folder: Path) -> ShakingTableTests:
     """Read the shaking-table tests from a folder.
 
     Raises

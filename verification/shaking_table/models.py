@@ -8,7 +8,13 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.statistics.logistic import fit_logistic_model
-from verification.shaking_table.clouds import B_OVER_H, HEIGHT, WIDTH_B_OVER_H, WIDTH_HEIGHT, SimulatedStones
+from verification.shaking_table.clouds import (
+    B_OVER_H,
+    HEIGHT,
+    WIDTH_B_OVER_H,
+    WIDTH_HEIGHT,
+    StonesWithSimulatedOutcomes,
+)
 from verification.shaking_table.data import ShakingTableTests
 
 TestIndices = NDArray[np.intp]
@@ -16,7 +22,7 @@ Model = Callable[[int, TestIndices, TestIndices], FloatArray]
 """Function of specimen, tests to learn from and tests to predict; returns the probabilities of the latter."""
 
 
-def fall_shares_by_neighbourhood(stones: SimulatedStones) -> FloatArray:
+def fall_shares_by_size_neighbourhood(stones: StonesWithSimulatedOutcomes) -> FloatArray:
     """Return the share of stones that fall in each neighbourhood of B/H and height and each test.
 
     The shape is (neighbourhoods, tests).
@@ -34,25 +40,27 @@ def fall_shares_by_neighbourhood(stones: SimulatedStones) -> FloatArray:
     return np.concatenate(made)
 
 
-def most_likely_neighbourhood(fractions: FloatArray, fell: NDArray[np.bool_], learning_tests: TestIndices) -> int:
+def most_likely_size_neighbourhood(fractions: FloatArray, fell: NDArray[np.bool_], learning_tests: TestIndices) -> int:
     """Return the index of the neighbourhood of B/H and height that best predicts the tests to learn from."""
     p, y = fractions[:, learning_tests], fell[learning_tests]
     likelihood = np.where(y, np.log(p), np.log1p(-p)).sum(axis=1)
     return int(np.argmax(likelihood))
 
 
-def prediction_models(
+def fall_prediction_models_by_name(
     tests: ShakingTableTests, rectangle_fractions: FloatArray, prism_fractions: FloatArray
 ) -> dict[str, Model]:
     """Return the prediction models by name; the fractions are the shares of each neighbourhood that fall."""
     peaks = np.log(np.column_stack([tests.pga, tests.pgv]))
 
-    def model_of_neighbourhood(fractions: FloatArray) -> Model:
+    def model_of_likeliest_neighbourhood(fractions: FloatArray) -> Model:
         """Return the model that predicts the share of falls in the most likely neighbourhood."""
 
         def predict_by_fall_share(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
             """Predict with the neighbourhood that best fits the tests to learn from."""
-            return np.asarray(fractions[most_likely_neighbourhood(fractions, tests.fell[specimen], learn)][predict])
+            return np.asarray(
+                fractions[most_likely_size_neighbourhood(fractions, tests.fell[specimen], learn)][predict]
+            )
 
         return predict_by_fall_share
 
@@ -62,15 +70,15 @@ def prediction_models(
 
     def predict_by_peaks_and_fall_share(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
         """Predict by logistic regression on PGA, PGV and the share of falls in the most likely neighbourhood."""
-        share = rectangle_fractions[most_likely_neighbourhood(rectangle_fractions, tests.fell[specimen], learn)]
+        share = rectangle_fractions[most_likely_size_neighbourhood(rectangle_fractions, tests.fell[specimen], learn)]
         predictors = np.column_stack([np.log(share / (1 - share)), peaks])
         return _logistic_probabilities(predictors, tests, specimen, learn, predict)
 
     return {
         PEAKS: predict_by_peaks,
-        ENSEMBLE: model_of_neighbourhood(rectangle_fractions),
+        ENSEMBLE: model_of_likeliest_neighbourhood(rectangle_fractions),
         BOTH: predict_by_peaks_and_fall_share,
-        SPACE: model_of_neighbourhood(prism_fractions),
+        SPACE: model_of_likeliest_neighbourhood(prism_fractions),
     }
 
 
@@ -99,7 +107,7 @@ def split_odd_and_even_tests(tests: ShakingTableTests) -> Iterator[tuple[TestInd
     yield np.flatnonzero(odd), np.flatnonzero(~odd)
 
 
-def split_by_motion(tests: ShakingTableTests) -> Iterator[tuple[TestIndices, TestIndices]]:
+def splits_leaving_out_one_motion(tests: ShakingTableTests) -> Iterator[tuple[TestIndices, TestIndices]]:
     """Yield a split for each motion: predict its tests and learn from the tests of all other motions."""
     for name in np.unique(tests.motion):
         own = tests.motion == name

@@ -15,7 +15,7 @@ from overturning.figures.style import (
     add_title_and_legend,
     create_panel_grid,
     label_axes,
-    package_matplotlib_settings,
+    use_package_matplotlib_settings,
 )
 from overturning.figures.write import save_figure_files
 from verification.shaking_table.data import SPECIMENS, ShakingTableTests
@@ -26,7 +26,7 @@ from verification.shaking_table.models import (
     HEIGHT,
     PEAKS,
     SPACE,
-    most_likely_neighbourhood,
+    most_likely_size_neighbourhood,
 )
 from verification.shaking_table.scores import NAMES, ReliabilityBin, reliability_bins
 from verification.tables import iterate_rows, markdown_table
@@ -35,11 +35,11 @@ MODELS: Final = (PEAKS, ENSEMBLE, BOTH, SPACE)
 SPLIT: Final = "motion left out"
 
 
-def draw_reliability(
+def draw_reliability_diagrams(
     tests: ShakingTableTests, probabilities: Mapping[tuple[str, str, int], FloatArray], path: Path
 ) -> None:
     """Draw the share fallen over the predicted probability; one panel for each model and specimen."""
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure, panels = create_panel_grid(len(SPECIMENS), len(MODELS), 10.4, 5.6)
         for row, specimen in enumerate(SPECIMENS):
             for column, model in enumerate(MODELS):
@@ -82,7 +82,7 @@ def score_tables(score_rows: pd.DataFrame) -> dict[str, str]:
     }
 
 
-def damping_table(scores_by_damping: Mapping[str, tuple[int, FloatArray]]) -> dict[str, str]:
+def score_table_by_damping_ratio(scores_by_damping: Mapping[str, tuple[int, FloatArray]]) -> dict[str, str]:
     """Return the table of scores by damping ratio as Markdown, with its marker as key."""
     head = ("ξ", "rectangles", *(f"{name}, specimen {specimen}" for specimen in SPECIMENS for name in NAMES))
     lines = [
@@ -126,6 +126,6 @@ def _most_likely_size_table(tests: ShakingTableTests, fractions: Mapping[str, Fl
     lines = []
     for model, shares in fractions.items():
         for specimen in SPECIMENS:
-            shape, size = divmod(most_likely_neighbourhood(shares, tests.fell[specimen], learn), HEIGHT.size)
+            shape, size = divmod(most_likely_size_neighbourhood(shares, tests.fell[specimen], learn), HEIGHT.size)
             lines.append((model, specimen, f"{B_OVER_H[shape]:.2f}", f"{HEIGHT[size]:.2f}"))
     return markdown_table(("model", "specimen", "B/H", "H, m"), lines)

@@ -55,7 +55,7 @@ WEIGHTS: Final = {-1: 0.25, 0: 0.5, 1: 0.25}
 """Weights of neighbouring orientations: the boulder's own lies anywhere between two of them."""
 
 
-def read_boulder(folder: Path) -> ScannedStone:
+def read_scanned_boulder(folder: Path) -> ScannedStone:
     """Read the scan of the boulder; raise a `ResultError` if the file is missing."""
     path = folder / FILE
     if not path.is_file():

@@ -15,16 +15,16 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from verification.shaking_table.clouds import PRISMS, RECTANGLES, simulate_stones
-from verification.shaking_table.data import SPECIMENS, ShakingTableTests, read_tests
+from verification.shaking_table.data import SPECIMENS, ShakingTableTests, read_shaking_table_tests
 from verification.shaking_table.models import (
     ENSEMBLE,
     PEAKS,
     SPACE,
     Model,
     TestIndices,
-    fall_shares_by_neighbourhood,
+    fall_prediction_models_by_name,
+    fall_shares_by_size_neighbourhood,
     predict_unseen_tests,
-    prediction_models,
     split_odd_and_even_tests,
 )
 from verification.shaking_table.scan import (
@@ -33,11 +33,16 @@ from verification.shaking_table.scan import (
     YAWS,
     fall_probabilities,
     most_likely_orientation,
-    read_boulder,
+    read_scanned_boulder,
     simulate_orientations,
     split_motions_in_halves,
 )
-from verification.shaking_table.scores import NAMES, bootstrap_samples, interval_over_motions, prediction_scores
+from verification.shaking_table.scores import (
+    NAMES,
+    bootstrap_interval_over_motions,
+    bootstrap_test_indices,
+    prediction_scores,
+)
 from verification.tables import RESULTS, iterate_rows, markdown_table, publish_markdown, write_csv
 
 SCAN: Final = "scan, orientation fitted"
@@ -71,13 +76,13 @@ def scores_on_unseen_tests(tests: ShakingTableTests, models: Mapping[str, Model]
                 name: predict_unseen_tests(model, specimen, divide(tests), fell.size) for name, model in models.items()
             }
             known = np.isfinite(held[SCAN])
-            samples, motions = bootstrap_samples(tests.motion[known]), np.unique(tests.motion[known]).size
+            samples, motions = bootstrap_test_indices(tests.motion[known]), np.unique(tests.motion[known]).size
             for name, p in held.items():
                 drawn = np.array([prediction_scores(p[known][one], fell[known][one]) for one in samples])
                 for place, (what, value) in enumerate(
                     zip(NAMES, prediction_scores(p[known], fell[known]), strict=True)
                 ):
-                    low, high = interval_over_motions(drawn[:, place], motions)
+                    low, high = bootstrap_interval_over_motions(drawn[:, place], motions)
                     rows.append((split, specimen, name, what, value, low, high, int(known.sum())))
     columns = ["split", "specimen", "model", "score", "value", "low", "high", "tests"]
     return pd.DataFrame(rows, columns=columns)
@@ -109,7 +114,7 @@ def fitted_orientation_table(tests: ShakingTableTests, shares: FloatArray) -> st
     return markdown_table(("fitted to", *(f"orientation, specimen {one}" for one in SPECIMENS)), lines)
 
 
-def orientation_table(tests: ShakingTableTests, shares: FloatArray) -> str:
+def score_table_of_all_orientations(tests: ShakingTableTests, shares: FloatArray) -> str:
     """Return a table of the scores of all orientations on all tests, without any fit."""
     lines = []
     for yaw, own in zip(YAWS, shares, strict=True):
@@ -153,8 +158,8 @@ def main(
 ) -> None:
     """Simulate the scanned boulder under every test, fit its orientation, predict tests, and write tables."""
     try:
-        tests = read_tests(folder)
-        boulder = read_boulder(scans or folder)
+        tests = read_shaking_table_tests(folder)
+        boulder = read_scanned_boulder(scans or folder)
     except ResultError as error:
         print(f"skipped: {error}")
         return
@@ -164,17 +169,17 @@ def main(
     by_relief = {**dict(zip(RELIEFS, fell, strict=True)), SMALL_RELIEF: small}
     shares = fall_probabilities(fell)
     others = {
-        name: fall_shares_by_neighbourhood(simulate_stones(kind, tests, kept, threads=threads))
+        name: fall_shares_by_size_neighbourhood(simulate_stones(kind, tests, kept, threads=threads))
         for name, kind in {ENSEMBLE: RECTANGLES, SPACE: PRISMS}.items()
     }
-    models = prediction_models(tests, others[ENSEMBLE], others[SPACE])
+    models = fall_prediction_models_by_name(tests, others[ENSEMBLE], others[SPACE])
     compared = {name: models[name] for name in (PEAKS, ENSEMBLE, SPACE)} | {SCAN: scan_orientation_model(tests, shares)}
     rows = scores_on_unseen_tests(tests, compared)
     write_csv(rows, RESULTS / "shaking-table-scan.csv")
     publish_markdown({
         "shaking-table-scan-scores": score_table(rows),
         "shaking-table-scan-fits": fitted_orientation_table(tests, shares),
-        "shaking-table-scan-orientations": orientation_table(tests, shares),
+        "shaking-table-scan-orientations": score_table_of_all_orientations(tests, shares),
         "shaking-table-scan-relief": fall_table_by_bearing_height(tests, by_relief)
     })  # fmt: skip
 

@@ -17,7 +17,7 @@ from overturning.statistics.bootstrap import (
     ConfidenceInterval,
     exact_interval_if_all_0_or_all_1,
     means_by_earthquake,
-    tail_share_of_small_sample_interval,
+    tail_share_corrected_for_few_earthquakes,
 )
 
 NAMES: Final = ("F1", "AUC", "Brier score")
@@ -48,7 +48,7 @@ def prediction_scores(probabilities: FloatArray, fell: NDArray[np.bool_]) -> Flo
     )
 
 
-def bootstrap_samples(test_motions: NDArray[np.str_], draws: int = DRAWS, seed: int = 1) -> list[NDArray[np.intp]]:
+def bootstrap_test_indices(test_motions: NDArray[np.str_], draws: int = DRAWS, seed: int = 1) -> list[NDArray[np.intp]]:
     """Return the test indices of each bootstrap sample; motions are drawn with replacement, each with all its tests.
 
     More samples are drawn if fewer than `LEAST_BEYOND` would lie beyond an end of the interval for few motions.
@@ -56,13 +56,13 @@ def bootstrap_samples(test_motions: NDArray[np.str_], draws: int = DRAWS, seed: 
     names, member = np.unique(test_motions, return_inverse=True)
     own = [np.flatnonzero(member == i) for i in range(names.size)]
     if names.size >= FEWEST_EARTHQUAKES:
-        draws = max(draws, math.ceil(LEAST_BEYOND / tail_share_of_small_sample_interval(names.size)))
+        draws = max(draws, math.ceil(LEAST_BEYOND / tail_share_corrected_for_few_earthquakes(names.size)))
     generator = np.random.Generator(np.random.PCG64(seed))
     drawn = generator.integers(names.size, size=(draws, names.size)).tolist()
     return [np.concatenate([own[i] for i in sample]) for sample in drawn]
 
 
-def interval_over_motions(sample_values: FloatArray, motion_count: int) -> ConfidenceInterval:
+def bootstrap_interval_over_motions(sample_values: FloatArray, motion_count: int) -> ConfidenceInterval:
     """Return the 95 % percentile interval of bootstrap values, expanded for a small number of motions.
 
     NaN values are left out.
@@ -71,7 +71,7 @@ def interval_over_motions(sample_values: FloatArray, motion_count: int) -> Confi
     """
     if motion_count < FEWEST_EARTHQUAKES:
         return ConfidenceInterval()
-    tail = tail_share_of_small_sample_interval(motion_count)
+    tail = tail_share_corrected_for_few_earthquakes(motion_count)
     low, high = np.nanquantile(sample_values, [tail, 1 - tail])
     return ConfidenceInterval(float(low), float(high))
 
@@ -85,7 +85,7 @@ def reliability_bins(
     """
     edges = np.array([0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0 + 1e-9])
     place = np.searchsorted(edges, probabilities, side="right") - 1
-    samples = bootstrap_samples(test_motions, draws)
+    samples = bootstrap_test_indices(test_motions, draws)
     bins = []
     for index in range(edges.size - 1):
         own = place == index
@@ -94,7 +94,7 @@ def reliability_bins(
         shares = [fell[drawn][own[drawn]].mean() for drawn in samples if own[drawn].any()]
         motion_shares = means_by_earthquake(fell[own].astype(float), test_motions[own])
         exact = exact_interval_if_all_0_or_all_1(motion_shares) if motion_shares.size >= FEWEST_EARTHQUAKES else None
-        interval = exact or interval_over_motions(np.array(shares), motion_shares.size)
+        interval = exact or bootstrap_interval_over_motions(np.array(shares), motion_shares.size)
         bins.append(
             ReliabilityBin(
                 float(probabilities[own].mean()),

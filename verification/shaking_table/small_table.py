@@ -17,8 +17,13 @@ from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.statistics.logistic import fit_logistic_model
 from overturning.units import STANDARD_GRAVITY
-from verification.shaking_table.models import WIDTH_B_OVER_H, WIDTH_HEIGHT, TestIndices, most_likely_neighbourhood
-from verification.shaking_table.scores import NAMES, bootstrap_samples, interval_over_motions, prediction_scores
+from verification.shaking_table.models import WIDTH_B_OVER_H, WIDTH_HEIGHT, TestIndices, most_likely_size_neighbourhood
+from verification.shaking_table.scores import (
+    NAMES,
+    bootstrap_interval_over_motions,
+    bootstrap_test_indices,
+    prediction_scores,
+)
 from verification.tables import RESULTS, markdown_table, publish_markdown, write_csv
 
 FOLDER: Final = Path(__file__).with_name("shakebot")
@@ -58,7 +63,7 @@ def one_cosine_cycle(pga: float, pgv_over_pga: float, sampling_interval: float =
     return Motion(along, np.zeros_like(along), sampling_interval=sampling_interval)
 
 
-def fall_shares_by_neighbourhood(tests: pd.DataFrame) -> FloatArray:
+def fall_shares_by_size_neighbourhood(tests: pd.DataFrame) -> FloatArray:
     """Return the share of stones that fall by neighbourhood of B/H and height and by test, never 0 or 1.
 
     Centres are in the order of `B_OVER_H`, then `HEIGHT`; all blocks of a neighbourhood count equally.
@@ -78,7 +83,7 @@ def fall_shares_by_neighbourhood(tests: pd.DataFrame) -> FloatArray:
     return np.asarray(found.reshape(-1, len(pairs))[:, of_test.ravel()])
 
 
-def predict_other_half(
+def predict_each_half_from_the_other(
     tests: pd.DataFrame, fractions: FloatArray
 ) -> tuple[dict[str, FloatArray], list[tuple[float, float]]]:
     """Predict each half of the tests from the other half; return probabilities, and likeliest B/H and height (m).
@@ -94,7 +99,7 @@ def predict_other_half(
     centres = []
     for learn, other in (halves, halves[::-1]):
         fit = fit_logistic_model(peaks[learn], fell[learn].astype(float), motion_names(tests)[learn], intervals=False)
-        best = most_likely_neighbourhood(fractions, fell, learn)
+        best = most_likely_size_neighbourhood(fractions, fell, learn)
         logistic[other], rigid[other] = fit.fall_probability(peaks[other]), fractions[best][other]
         centres.append((float(B_OVER_H[best // HEIGHT.size]), float(HEIGHT[best % HEIGHT.size])))
     return made, centres
@@ -110,9 +115,9 @@ def measure_scores() -> tuple[pd.DataFrame, pd.DataFrame]:
     rows, blocks = [], []
     for name, label in SETS.items():
         tests = read_small_table_tests(name)
-        probabilities, centres = predict_other_half(tests, fall_shares_by_neighbourhood(tests))
+        probabilities, centres = predict_each_half_from_the_other(tests, fall_shares_by_size_neighbourhood(tests))
         fell, motions = tests["fell"].to_numpy(), motion_names(tests)
-        samples, motion_count = bootstrap_samples(motions), np.unique(motions).size
+        samples, motion_count = bootstrap_test_indices(motions), np.unique(motions).size
         for half, (b_over_h, height) in zip(("odd", "even"), centres, strict=True):
             blocks.append({"tests": label, "fitted to": half, "B/H": b_over_h, "H, m": height})
         for model, p in probabilities.items():
@@ -121,7 +126,7 @@ def measure_scores() -> tuple[pd.DataFrame, pd.DataFrame]:
             drawn, own = np.array([prediction_scores(p[s], fell[s]) for s in samples]), prediction_scores(p, fell)
             row: dict[str, str | float | int] = {"set": label, "model": model, "tests": len(tests), "fell": fell.sum()}
             for place, what in enumerate(NAMES):
-                interval = interval_over_motions(drawn[:, place], motion_count)
+                interval = bootstrap_interval_over_motions(drawn[:, place], motion_count)
                 row |= {what: own[place]} | dict(zip(ENDS[what], interval, strict=True))
             rows.append(row)
     return pd.DataFrame(rows), pd.DataFrame(blocks)

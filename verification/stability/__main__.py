@@ -6,18 +6,28 @@ from typing import Annotated
 
 import typer
 
-from verification.stability.cases import CASES_PER_SETTING, adversarial_cases, scene_settings, space_filling_cases
+from verification.stability.cases import (
+    CASES_PER_SETTING,
+    cases_under_adversarial_motions,
+    scene_settings,
+    space_filling_cases,
+)
 from verification.stability.maps import (
     ADVERSARIAL_BUDGET,
     BUDGET,
     MEANINGS,
     SCENE_BUDGET,
     SCENE_MEANINGS,
-    run_case,
-    run_scene_setting,
-    run_stability_map,
+    collect_stability_map_rows,
+    simulate_and_check_block_case,
+    simulate_and_check_scene_cases,
 )
-from verification.stability.stacks import STACK_BUDGET, STACK_MEANINGS, run_stack_setting, stack_settings
+from verification.stability.stacks import (
+    STACK_BUDGET,
+    STACK_MEANINGS,
+    random_stack_settings,
+    simulate_and_check_stack_cases,
+)
 from verification.tables import write_table
 
 app = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="The map of stability.")
@@ -41,9 +51,9 @@ def blocks(
     threads: Threads = 1,
 ) -> None:
     """Simulate and check single blocks on stiff contacts with extreme parameters; write the map of stability."""
-    cases = [*space_filling_cases(count, seed), *adversarial_cases(adversarial, seed)]
+    cases = [*space_filling_cases(count, seed), *cases_under_adversarial_motions(adversarial, seed)]
     about = {"space_filling": count, "adversarial": adversarial, "seed": seed, "budget": BUDGET}
-    rows = run_stability_map(run_case, cases, threads=threads, progress=print_progress)
+    rows = collect_stability_map_rows(simulate_and_check_block_case, cases, threads=threads, progress=print_progress)
     write_table(rows, output, meanings=MEANINGS, attributes=about, dimension="case")
 
 
@@ -56,8 +66,11 @@ def scenes(
     threads: Threads = 1,
 ) -> None:
     """Simulate the shipped scenes with extreme parameters, check the outcomes, and write the map of stability."""
-    rows = run_stability_map(
-        run_scene_setting, scene_settings(settings, adversarial, seed), threads=threads, progress=print_progress
+    rows = collect_stability_map_rows(
+        simulate_and_check_scene_cases,
+        scene_settings(settings, adversarial, seed),
+        threads=threads,
+        progress=print_progress,
     )
     about = {"settings": settings, "adversarial": adversarial, "together": CASES_PER_SETTING, "seed": seed}
     about |= {"budget": SCENE_BUDGET, "adversarial_budget": ADVERSARIAL_BUDGET}
@@ -72,8 +85,8 @@ def stacks(
     threads: Threads = 1,
 ) -> None:
     """Simulate and check 3-D stacks of two to five stones with extreme parameters; write the map of stability."""
-    rows = run_stability_map(
-        run_stack_setting, stack_settings(settings, seed), threads=threads, progress=print_progress
+    rows = collect_stability_map_rows(
+        simulate_and_check_stack_cases, random_stack_settings(settings, seed), threads=threads, progress=print_progress
     )
     about = {"settings": settings, "together": CASES_PER_SETTING, "seed": seed, "budget": STACK_BUDGET}
     write_table(rows, output, meanings=STACK_MEANINGS, attributes=about, dimension="case")

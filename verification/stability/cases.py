@@ -50,7 +50,7 @@ class StabilityCase:
 
     @property
     def time_step(self) -> str:
-        """Argument `time_step` of `run_cases`."""
+        """Time step as an argument of `run_cases`: "auto", or a fraction of the longest stable step."""
         return "auto" if np.isnan(self.step_fraction) else f"{self.step_fraction:.6f} stable"
 
 
@@ -95,7 +95,7 @@ def space_filling_cases(count: int, seed: int) -> list[StabilityCase]:
     ]
 
 
-def adversarial_cases(count: int, seed: int) -> list[StabilityCase]:
+def cases_under_adversarial_motions(count: int, seed: int) -> list[StabilityCase]:
     """Return cases under the adversarial motions: blocks of ordinary size; other parameters from the whole range."""
     rows = []
     for number, motion in enumerate(ADVERSARIAL):
@@ -160,7 +160,7 @@ SHARE_ABSOLUTE: Final = 1 / 3
 
 
 @dataclass(frozen=True)
-class SceneSetting:
+class ParametersOfSceneCases:
     """Common and individual parameters of `CASES_PER_SETTING` cases of a scene that run together."""
 
     scene: str
@@ -176,7 +176,7 @@ class SceneSetting:
     """Azimuths: 0 or 180."""
 
 
-def scene_settings(per_scene: int, adversarial: int, seed: int) -> list[SceneSetting]:
+def scene_settings(per_scene: int, adversarial: int, seed: int) -> list[ParametersOfSceneCases]:
     """Return `per_scene` space-filling settings of each scene, and `adversarial` for each adversarial motion."""
     found = []
     for number, scene in enumerate(SCENES):
@@ -196,7 +196,7 @@ def scene_settings(per_scene: int, adversarial: int, seed: int) -> list[SceneSet
 
 def _draw_scene_setting(
     scene: str, case: StabilityCase, generator: np.random.Generator, softest: float = 1e-12, stiffest: float = 0.5
-) -> SceneSetting:
+) -> ParametersOfSceneCases:
     """Draw the common and individual parameters of cases of a scene; contact stiffness is within the given ratios."""
     # Position of the stiffness of the block's case within the logarithmic range 1e4 to 1e13 N/m.
     share = np.log(case.stiffness / 1e4) / np.log(1e9)
@@ -210,7 +210,7 @@ def _draw_scene_setting(
     friction = np.where(
         generator.random(CASES_PER_SETTING) < 0.05, 0.0, 10.0 ** generator.uniform(-2.0, 1.0, CASES_PER_SETTING)
     )
-    return SceneSetting(
+    return ParametersOfSceneCases(
         scene,
         replace(case, b_over_h=factor, peak=9.80665, friction=float("nan")),
         float("nan") if absolute else float(stiffest * (softest / stiffest) ** share),
@@ -220,7 +220,7 @@ def _draw_scene_setting(
     )
 
 
-def scene_of_setting(setting: SceneSetting, root: Path = Path()) -> Scene:
+def scene_of_setting(setting: ParametersOfSceneCases, root: Path = Path()) -> Scene:
     """Return the scene with the density and contact law of the setting."""
     scene, case = load_scene(setting.scene, root), setting.common
     damping = {"damping": PAPER_DAMPING} if np.isnan(case.damping_ratio) else {"damping_ratio": case.damping_ratio}

@@ -54,7 +54,7 @@ class CheckedOutcome(IntEnum):
     """A flag that a check contradicts. There must be none."""
 
 
-class CaseBounds(NamedTuple):
+class BoundsOnCaseResults(NamedTuple):
     """Bounds that the results of a case must keep, computed from shapes, contacts and motion only."""
 
     sunk: float
@@ -73,7 +73,7 @@ class CaseBounds(NamedTuple):
     """Slip from which an element counts as moved in a case without shaking, m."""
 
 
-def find_failed_check(bounds: CaseBounds, results: CaseResults, row: int, flags_match: bool) -> str:
+def find_failed_check(bounds: BoundsOnCaseResults, results: CaseResults, row: int, flags_match: bool) -> str:
     """Return the name of the first check that the results of a case fail; empty if all checks hold.
 
     A marked case must have no flag. A case with a flag must have balanced energy, bounded penetration and finite
@@ -132,7 +132,7 @@ def find_failed_block_check(case: StabilityCase, motion: Motion, results: CaseRe
     """
     width, ratio = case.b_over_h * case.height, case.b_over_h
     stands = ratio if case.friction < 0.5 * ratio else 0.0
-    bounds = CaseBounds(
+    bounds = BoundsOnCaseResults(
         static_penetration(case), min(width, case.height), width, max_acceleration_ratio(motion),
         min(ratio, case.friction), stands, SMALL_SLIDE * (width + case.height),
     )  # fmt: skip
@@ -146,10 +146,10 @@ def find_failed_scene_check(
     """Return the first failed check of a scene with one μ for all contacts; see `find_failed_check`."""
     size = min(item.smaller_side for item in prepared.placed if not item.is_driven_or_held)
     bound = min(least_rocking_acceleration_ratio(prepared.placed), friction)
-    bounds = CaseBounds(
+    bounds = BoundsOnCaseResults(
         max_static_penetration(prepared), size, size, max_acceleration_ratio(motion), bound * (1 + 1e-9), bound
     )
-    turned = results.peak_rotation[row] * prepared.unit_of_peak_rotation_by_element[prepared.free_element_indices]
+    turned = results.peak_rotation[row] * prepared.tipping_angles_or_one_degree[prepared.free_element_indices]
     return find_failed_check(
         bounds, results, row, flags_match_rotations(prepared, np.atleast_1d(results.overturned[row]) != 0, turned)
     )

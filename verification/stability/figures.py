@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from overturning.figures.style import package_matplotlib_settings
+from overturning.figures.style import use_package_matplotlib_settings
 from overturning.figures.write import save_figure_files
 from verification.stability.cases import SCENES
 from verification.stability.checks import CheckedOutcome
@@ -50,7 +50,7 @@ def draw_block_cases(rows: pd.DataFrame, path: Path) -> None:
     """
     import matplotlib.pyplot as plt
 
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure, axes = plt.subplots(2, 2, figsize=(8.2, 7.6), layout="constrained")
         for axis, (across, up) in zip(axes.ravel(), _PAIRS, strict=True):
             _draw_cases_as_points(axis, rows, across, up, 1.6)
@@ -66,7 +66,7 @@ def draw_scene_cases(rows: pd.DataFrame, path: Path) -> None:
 
     labels = _LABELS | {"acceleration_ratio": "a / (g · threshold)", "friction_ratio": "µ / threshold"}
     across_of = ("penetration_ratio", "damping", "friction_ratio")
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure, axes = plt.subplots(
             3, len(SCENES), figsize=(10.0, 8.0), layout="constrained", sharex="row", sharey=True
         )
@@ -113,7 +113,7 @@ def draw_outcome_shares(rows: pd.DataFrame, path: Path) -> None:
     """Draw the shares of the outcomes of the cases along each dimensionless group."""
     import matplotlib.pyplot as plt
 
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure, axes = plt.subplots(2, 3, figsize=(9.0, 5.2), layout="constrained", sharey=True)
         for axis, group in zip(axes.ravel(), _LABELS, strict=False):
             low, high = _LIMITS[group]

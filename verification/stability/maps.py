@@ -34,7 +34,7 @@ from verification.stability.cases import (
     ADVERSARIAL,
     CASES_PER_SETTING,
     PAPER_DAMPING,
-    SceneSetting,
+    ParametersOfSceneCases,
     StabilityCase,
     motion_of_case,
     scene_of_setting,
@@ -110,7 +110,7 @@ def contact_of_case(case: StabilityCase) -> Contact:
     return Contact(stiffness=case.stiffness, damping_ratio=case.damping_ratio)
 
 
-def run_case(case: StabilityCase, number: int, budget: int = BUDGET) -> dict[str, Any]:
+def simulate_and_check_block_case(case: StabilityCase, number: int, budget: int = BUDGET) -> dict[str, Any]:
     """Run one case within a budget of block steps and check its answer; return a row of the map.
 
     `number` is the index of the case on the map; it is the seed of the noise.
@@ -123,7 +123,7 @@ def run_case(case: StabilityCase, number: int, budget: int = BUDGET) -> dict[str
         "block_steps": 0,
     }
     row |= dict.fromkeys(("energy_error", "penetration", "rotation", "slip"), float("nan"))
-    row = vars(case) | row | _dimensionless_groups(case, contact, motion)
+    row = vars(case) | row | _dimensionless_groups_of_block(case, contact, motion)
     cases = Cases(0.0, case.height, case.b_over_h, case.friction)
     given: dict[str, Any] = {"scheme": case.scheme, "time_step": case.time_step, "budget": budget}
     try:
@@ -143,7 +143,7 @@ def run_case(case: StabilityCase, number: int, budget: int = BUDGET) -> dict[str
     }
 
 
-def _dimensionless_groups(case: StabilityCase, contact: Contact, motion: Motion) -> dict[str, float]:
+def _dimensionless_groups_of_block(case: StabilityCase, contact: Contact, motion: Motion) -> dict[str, float]:
     """Return the dimensionless groups of a case of a block by name, such as damping ratio and Δt/Δt_stable."""
     width, height = np.array([case.b_over_h * case.height]), np.array([case.height])
     normal, tangential, dashpot = contact.stiffness_and_damping_per_mass(width, height, case.density)
@@ -171,7 +171,9 @@ def _step_over_stable_step(
     return interval / per_sample / float(longest_stable_step(scheme, square, rate, period)[0])
 
 
-def run_scene_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict[str, NDArray[Any]]:
+def simulate_and_check_scene_cases(
+    setting: ParametersOfSceneCases, number: int, root: Path = Path()
+) -> dict[str, NDArray[Any]]:
     """Run the cases of a scene setting and check their outcomes.
 
     Return the columns of the map of scenes, with a value for each case.
@@ -221,7 +223,7 @@ def run_scene_setting(setting: SceneSetting, number: int, root: Path = Path()) -
 
 
 def _dimensionless_groups_of_scene(
-    setting: SceneSetting, prepared: PreparedScene | None, motion: Motion
+    setting: ParametersOfSceneCases, prepared: PreparedScene | None, motion: Motion
 ) -> dict[str, NDArray[Any]]:
     """Return the dimensionless groups of the cases of a scene by name; NaN if the scene was refused."""
     if prepared is None:
@@ -243,14 +245,14 @@ def _dimensionless_groups_of_scene(
     return {name: np.broadcast_to(value, CASES_PER_SETTING) for name, value in zip(GROUPS, groups, strict=True)}
 
 
-def run_stability_map(
+def collect_stability_map_rows(
     run: Callable[..., dict[str, Any]],
     items: Sequence[Any],
     *,
     threads: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> pd.DataFrame:
-    """Apply a function, such as `run_case`, to each item and its index; return the rows in order.
+    """Apply a function, such as `simulate_and_check_block_case`, to each item and its index; return the rows in order.
 
     A setting of several cases gives columns of several rows.
     """

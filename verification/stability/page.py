@@ -12,7 +12,7 @@ from overturning.dem.numerics import BUDGET
 from overturning.model.contact import PRECISION_FLOOR
 from verification.stability.cases import ADVERSARIAL, SCENES
 from verification.stability.checks import CheckedOutcome
-from verification.tables import MeasuredFigure, markdown_table, wrap_text
+from verification.tables import MeasuredNumber, markdown_table, wrap_text
 
 STIFF: Final = 1e-5
 """δ/B below which contacts are stiff: here only extreme cases should be marked."""
@@ -29,20 +29,20 @@ def markdown_by_marker(blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.Da
     }  # fmt: skip
 
 
-def summary_figures(blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.DataFrame) -> list[MeasuredFigure]:
-    """Return measured figures of the stability maps for the summary table."""
+def numbers_for_summary(blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.DataFrame) -> list[MeasuredNumber]:
+    """Return measured numbers of the stability maps for the summary table."""
     made = []
     for name, rows in (("blocks", blocks), ("scenes", scenes), ("stacks", stacks)):
         silent, right = rows["ending"] == CheckedOutcome.SILENT, rows["ending"] == CheckedOutcome.RIGHT
         energy = float(rows["energy_error"][right].max())
         made += [
-            MeasuredFigure(f"map of stability, {name}: cases", len(rows)),
-            MeasuredFigure(f"map of stability, {name}: wrong without a mark", int(silent.sum())),
-            MeasuredFigure(f"map of stability, {name}: largest residual of work and energy", energy),
+            MeasuredNumber(f"map of stability, {name}: cases", len(rows)),
+            MeasuredNumber(f"map of stability, {name}: wrong without a mark", int(silent.sum())),
+            MeasuredNumber(f"map of stability, {name}: largest residual of work and energy", energy),
         ]
     stiff = blocks["ending"][blocks["penetration_ratio"] < STIFF]
     marked = 100 * float((stiff == CheckedOutcome.UNSTABLE).mean())
-    made.append(MeasuredFigure(f"map of stability, blocks: marked, δ/B below {STIFF:g}", marked, "%"))
+    made.append(MeasuredNumber(f"map of stability, blocks: marked, δ/B below {STIFF:g}", marked, "%"))
     return made
 
 
@@ -73,12 +73,12 @@ def _block_outcome_tables(rows: pd.DataFrame) -> str:
     """Return the tables of outcomes of single blocks."""
     kinds = {"space-filling": ~rows["motion"].isin(ADVERSARIAL)} | {n: rows["motion"] == n for n in ADVERSARIAL}
     by_motion = _outcome_count_table("motion", kinds, rows)
-    by_penetration = _outcome_shares_by_penetration(rows, (0.0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2, 1e-1, np.inf))
+    by_penetration = _outcome_share_table_by_penetration(rows, (0.0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2, 1e-1, np.inf))
     budget = f"The table counts {len(rows)} cases; each of them may use at most {rows.attrs['budget']:.3g} time steps."
     return f"{by_motion}\n\n{wrap_text(f'{budget} {_paragraph_on_check_results(rows)}')}\n\n{by_penetration}"
 
 
-def _outcome_shares_by_penetration(rows: pd.DataFrame, edges: tuple[float, ...]) -> str:
+def _outcome_share_table_by_penetration(rows: pd.DataFrame, edges: tuple[float, ...]) -> str:
     """Return a table of the share of each outcome by the penetration at rest over width, in intervals."""
     lines = []
     for low, high in itertools.pairwise(edges):
@@ -123,7 +123,7 @@ def _stack_outcome_tables(rows: pd.DataFrame) -> str:
         f"labelled *right*. The damping ratio ξ is below 0.1 in {_percent(rows['damping'][unstable] < 0.1)} of the "
         f"unstable cases, and in {_percent(rows['damping'][right] < 0.1)} of the cases labelled *right*."
     )
-    by_penetration = _outcome_shares_by_penetration(rows, (0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2))
+    by_penetration = _outcome_share_table_by_penetration(rows, (0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2))
     return "\n\n".join([*tables, wrap_text(summary), by_penetration])
 
 

@@ -21,7 +21,7 @@ from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError
 from overturning.model.cases import LOWEST_STONE_M, Cases
 from overturning.model.contact import VertexContact
-from overturning.model.element import ContactLaw, Element, Material, PlanShape, circle_or_polygon_area
+from overturning.model.element import ContactLaw, Element, Material, PlanShape, plan_area_of_circle_or_polygon
 from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
@@ -66,7 +66,7 @@ STACK_MEANINGS: Final = {
 
 
 @dataclass(frozen=True)
-class StackSetting:
+class ParametersOfStackCases:
     """Stack, contact law and motion of `CASES_PER_SETTING` cases, and the parameters of each case."""
 
     sizes: FloatArray
@@ -96,7 +96,7 @@ class StackSetting:
         return np.asarray(self.density * self.sizes.prod(axis=1) * shares)
 
     @property
-    def opening_acceleration(self) -> float:
+    def joint_opening_acceleration(self) -> float:
         """Least steady horizontal acceleration that opens a joint of the stack, m/s².
 
         It is g times half the contact width over the height of the centre of mass above the joint, for the joint that
@@ -115,16 +115,16 @@ class StackSetting:
 
 def _plan_area_share(plan: PlanShape) -> float:
     """Return the area of a plan over that of the square or rectangle around it."""
-    return 1.0 if plan == "rectangle" else circle_or_polygon_area(plan, 1.0)
+    return 1.0 if plan == "rectangle" else plan_area_of_circle_or_polygon(plan, 1.0)
 
 
-def stack_settings(count: int, seed: int) -> list[StackSetting]:
+def random_stack_settings(count: int, seed: int) -> list[ParametersOfStackCases]:
     """Draw settings of stacks at random."""
     generator = np.random.Generator(np.random.PCG64([seed, 45]))
     return [_draw_stack_setting(generator) for _ in range(count)]
 
 
-def _draw_stack_setting(generator: np.random.Generator) -> StackSetting:
+def _draw_stack_setting(generator: np.random.Generator) -> ParametersOfStackCases:
     """Draw a stack, contact law, motion and parameters of its cases at random."""
 
     def draw_log_uniform(low: float, high: float, count: int | None = None) -> Any:
@@ -151,7 +151,7 @@ def _draw_stack_setting(generator: np.random.Generator) -> StackSetting:
         plans = tuple(PLANS[number] for number in generator.integers(0, len(PLANS), stones))
         width = np.full(stones, width[0]) if generator.random() < 0.5 else width
         depth = width
-    return StackSetting(
+    return ParametersOfStackCases(
         plans=plans, sizes=np.round(np.stack([width, depth, height], axis=1), 4) + 1e-4,
         density=np.round(draw_log_uniform(500.0, 20_000.0, stones)),
         penetration_ratio=float(draw_log_uniform(1e-8, 1e-2)), damping=float(draw_log_uniform(0.01, 5.0)),
@@ -161,7 +161,7 @@ def _draw_stack_setting(generator: np.random.Generator) -> StackSetting:
     )  # fmt: skip
 
 
-def scene_of_stack_setting(setting: StackSetting) -> Scene:
+def scene_of_stack_setting(setting: ParametersOfStackCases) -> Scene:
     """Return the scene of a setting."""
     elements = [Element(name="ground", kind="driven", width=1000.0, height=1.0, at=(0.0, -1.0))]
     materials = {"ground": Material()}
@@ -182,7 +182,7 @@ def scene_of_stack_setting(setting: StackSetting) -> Scene:
     )  # fmt: skip
 
 
-def find_failed_stack_check(setting: StackSetting, motion: Motion, results: CaseResults, row: int) -> str:
+def find_failed_stack_check(setting: ParametersOfStackCases, motion: Motion, results: CaseResults, row: int) -> str:
     """Return the name of the first check that the results of a case fail; empty if all checks hold."""
     fallen, amplitude = results.overturned[row] == 1, float(setting.amplitude[row])
     if not CaseStatus(results.status[row]).has_outcome:
@@ -208,7 +208,7 @@ def find_failed_stack_check(setting: StackSetting, motion: Motion, results: Case
     up = np.zeros(motion.sample_count) if motion.up is None else amplitude * motion.up
     weight = STANDARD_GRAVITY + up
     demand = np.inf if (weight <= 0.0).any() else float(np.max(amplitude * np.abs(motion.north) / weight))
-    onset = min(setting.opening_acceleration / STANDARD_GRAVITY, float(setting.friction[row]))
+    onset = min(setting.joint_opening_acceleration / STANDARD_GRAVITY, float(setting.friction[row]))
     if results.status[row] == CaseStatus.AT_REST and demand > onset:
         return "left out above a threshold"
     if amplitude == 0.0 and (fallen.any() or max(np.abs(slips[0]).max(), np.abs(slips[1]).max()) > 1e-9):
@@ -218,7 +218,7 @@ def find_failed_stack_check(setting: StackSetting, motion: Motion, results: Case
     return ""
 
 
-def run_stack_setting(setting: StackSetting, number: int) -> dict[str, NDArray[Any]]:
+def simulate_and_check_stack_cases(setting: ParametersOfStackCases, number: int) -> dict[str, NDArray[Any]]:
     """Run the cases of a stack setting and check their outcomes.
 
     Return the columns of the map of stacks, with a value for each case.
@@ -239,7 +239,7 @@ def run_stack_setting(setting: StackSetting, number: int) -> dict[str, NDArray[A
     rows: dict[str, NDArray[Any]] = {name: np.full(CASES_PER_SETTING, value) for name, value in alike.items()}
     peak = setting.amplitude * np.abs(motion.north).max()
     down = 0.0 if motion.up is None else -float(motion.up.min()) / STANDARD_GRAVITY
-    onset = np.minimum(setting.opening_acceleration, setting.friction * STANDARD_GRAVITY)
+    onset = np.minimum(setting.joint_opening_acceleration, setting.friction * STANDARD_GRAVITY)
     rows |= {
         "friction": setting.friction, "orientation_deg": setting.orientation_deg, "peak": peak,
         "vertical": setting.amplitude * down, "acceleration_ratio": peak / np.maximum(onset, 1e-9),

@@ -75,11 +75,11 @@ def locate_boundaries(
     bracket: float = BRACKET,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the B/H of the boundaries by the usual settings, and by fine ones within a bracket around them."""
-    near = bisect_boundaries(groups, boundaries, usual, *bracket_ends(boundaries), 2 * HALVINGS)
+    near = bisect_boundaries(groups, boundaries, usual, *falling_and_standing_b_over_h(boundaries), 2 * HALVINGS)
     return near, bisect_boundaries(groups, boundaries, finest, near * (1 - bracket), near * (1 + bracket))
 
 
-def bracket_ends(boundaries: Sequence[OverturningBoundary]) -> tuple[FloatArray, FloatArray]:
+def falling_and_standing_b_over_h(boundaries: Sequence[OverturningBoundary]) -> tuple[FloatArray, FloatArray]:
     """Return B/H of the falling cases and of their standing neighbours."""
     return np.array([place.falling["b_over_h"] for place in boundaries]), np.array(
         [place.stands_at for place in boundaries]

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from overturning.figures.style import DASHES, INK, SERIES, package_matplotlib_settings
+from overturning.figures.style import DASHES, INK, SERIES, use_package_matplotlib_settings
 from overturning.figures.write import save_figure_files
 from overturning.model.contact import STATIC_PENETRATION
 from verification.work_precision.boundaries import RESOLUTION
@@ -40,7 +40,7 @@ def draw_errors_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
     import matplotlib.pyplot as plt
 
     measures = ("wrong_flags", "wrong_sides", "rotation_error", "boundary_shift")
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure, axes = plt.subplots(len(measures), 2, figsize=(7.6, 9.6), sharex="col", squeeze=False)
         for column, (kind, friction) in enumerate((("rocking", "µ = 1 and 10"), ("sliding", "µ = 0.33 and 0.58"))):
             over = rows[is_from_time_step_variation(rows, kind)]
@@ -66,7 +66,7 @@ def draw_errors_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
 
     own = np.isclose(rows["penetration_ratio"], STATIC_PENETRATION) | rows["penetration_ratio"].isna()
     default_step = rows["step_fraction"] == rows["step_fraction"][rows["default"] == 1].iloc[0]
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         figure, axes = plt.subplots(3, 2, figsize=(7.6, 9.6), layout="constrained")
         for line, title in zip(axes, ("sine pulses", "records, no sliding"), strict=False):
             mine = (rows["cases_of"] == title) & (rows["against"] == "rigid rocking")

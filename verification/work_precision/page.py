@@ -9,7 +9,7 @@ import pandas as pd
 from overturning.model.contact import STATIC_PENETRATION
 from overturning.study.ensemble import wilson_interval
 from verification.measures import convergence_order
-from verification.tables import MeasuredFigure, iterate_rows, markdown_table
+from verification.tables import MeasuredNumber, iterate_rows, markdown_table
 from verification.work_precision.boundaries import RESOLUTION
 from verification.work_precision.parts import SCHEMES
 
@@ -59,32 +59,32 @@ def markdown_by_marker(rows: pd.DataFrame, found_orders: Mapping[str, float]) ->
         "orders": _convergence_order_table(found_orders, convergence_orders(rows, (1.0, 0.0))),
         "stiffness": _stiffness_error_table(rows),
         "rigid": _rigid_error_table(rows),
-        "equal-agreement": time_at_equal_agreement(rows),
+        "equal-agreement": table_of_time_at_equal_agreement(rows),
     }
 
 
-def summary_figures(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> list[MeasuredFigure]:
-    """Return measured figures for the summary: errors of the default setting, and the lowest order of each scheme."""
+def numbers_for_summary(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> list[MeasuredNumber]:
+    """Return numbers for the summary: errors of the default setting, and the lowest order of each scheme."""
     default = rows[(rows["default"] == 1) & rows["method"].isin(SCHEMES)]
     made = []
     for kind in ("rocking", "sliding"):
         (at,) = iterate_rows(default[is_from_time_step_variation(default, kind)])
         made += [
-            MeasuredFigure(
+            MeasuredNumber(
                 f"wrong flags against a far finer step, records, {kind}", 100 * at.wrong_flags / at.cases, "%"
             ),
-            MeasuredFigure(
+            MeasuredNumber(
                 f"wrong sides against a far finer step, records, {kind}", 100 * at.wrong_sides / at.fallen, "%"
             ),
         ]
     for name in ("sine pulses", "records, no sliding"):
         (at,) = iterate_rows(default[(default["cases_of"] == name) & (default["against"] == "rigid rocking")])
-        made.append(MeasuredFigure(f"wrong flags against rigid rocking, {name}", 100 * at.wrong_flags / at.cases, "%"))
+        made.append(MeasuredNumber(f"wrong flags against rigid rocking, {name}", 100 * at.wrong_flags / at.cases, "%"))
     (at,) = iterate_rows(default[default["against"] == "exact sliding"])
-    made.append(MeasuredFigure("largest error of peak slip against exact sliding", 100 * at.slip_error, "%"))
+    made.append(MeasuredNumber("largest error of peak slip against exact sliding", 100 * at.slip_error, "%"))
     for method in SCHEMES:
         of_rotation = [value for name, value in found_orders.items() if "rotation" in name and name.endswith(method)]
-        made.append(MeasuredFigure(f"order of convergence of peak rotation, {method}, least", min(of_rotation)))
+        made.append(MeasuredNumber(f"order of convergence of peak rotation, {method}, least", min(of_rotation)))
     return made
 
 
@@ -125,7 +125,7 @@ def _has_time_step_shown_in_docs(rows: pd.DataFrame) -> "pd.Series[bool]":
     return (steps.isin(SHOWN_FRACTIONS).where(~engine, own) | (rows["method"] == "exact")).astype(bool)
 
 
-def time_at_equal_agreement(rows: pd.DataFrame) -> str:
+def table_of_time_at_equal_agreement(rows: pd.DataFrame) -> str:
     """Return the lowest time at which each method reaches given agreements with the rigid block, and the highest."""
     of = rows[rows["cases_of"] == "records, no sliding"]
     agreement = 1.0 - of["disagree"] / of["shared"]
@@ -196,7 +196,7 @@ def _rigid_error_table(rows: pd.DataFrame) -> str:
         lines.append((
             at.cases_of,
             _mark_default_setting(at, at.method),
-            _step_label(at),
+            _time_step_or_order_label(at),
             "–" if engine else f"{at.penetration_ratio:.0e}",
             f"{at.seconds_per_case:.2g}",
             _share_with_interval(at.wrong_flags, at.cases) if counted else "–",
@@ -207,7 +207,7 @@ def _rigid_error_table(rows: pd.DataFrame) -> str:
     return markdown_table(head, lines)
 
 
-def _step_label(at: Any) -> str:
+def _time_step_or_order_label(at: Any) -> str:
     """Return the label of a time step or order."""
     if at.method == "exact":
         return f"order {at.step_fraction:g}"

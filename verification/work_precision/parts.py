@@ -24,13 +24,13 @@ from verification.inputs import (
     CaseGroup,
     block_groups_under_records,
     every_nth_case,
-    every_nth_value,
     rigid_block_groups_under_records,
     rocking_pulse_groups,
     sliding_block_groups,
+    values_of_every_nth_case,
 )
 from verification.measures import Flags, median_rotation_error, run_case_groups
-from verification.reference.sliding import sliding_displacement
+from verification.reference.sliding import peak_and_final_slip
 from verification.timing import time_run
 from verification.work_precision.boundaries import boundary_shift, find_boundaries, locate_boundaries
 
@@ -112,7 +112,7 @@ class SchemeSetting(NamedTuple):
         return {"scheme": self.scheme, "time_step": f"{self.fraction:g} stable", "model": gravestone(contact)}
 
     def row(self, cases_of: str, against: str, **columns: Any) -> Row:
-        """Return a row of the table for this setting."""
+        """Return a table row with this setting, the kind of cases, the reference and further columns."""
         own = {"method": self.scheme, "step_fraction": self.fraction, "penetration_ratio": self.penetration}
         default = self == SchemeSetting(DEFAULT_SCHEME, AUTOMATIC)
         return {"cases_of": cases_of, "against": against, "default": default} | own | columns
@@ -145,20 +145,23 @@ def scheme_and_step_settings(least: float = 0.0, finest: bool = True) -> Iterato
                 yield SchemeSetting(scheme, fraction)
 
 
-def reference_outcomes(groups: Sequence[CaseGroup], setting: SchemeSetting) -> tuple[Flags, FloatArray]:
+def flags_and_peak_rotations(groups: Sequence[CaseGroup], setting: SchemeSetting) -> tuple[Flags, FloatArray]:
     """Return flags and peak rotations of the cases with a setting, for comparison."""
     found = run_case_groups(groups, **setting.arguments).results
     return found.overturned, found.peak_rotation.astype(np.float64)
 
 
-def measure_against_finer_steps(kind: str) -> Iterator[Row]:
+def measure_errors_against_finer_steps(kind: str) -> Iterator[Row]:
     """Measure the errors of both schemes by time step under six real records.
 
     The reference is the centred scheme at a far finer step.
     """
     groups, finest = block_groups_under_records(kind), SchemeSetting("centred", FINEST)
-    right, few = reference_outcomes(groups, finest), every_nth_case(groups, THINNING)
-    right_few = (every_nth_value(groups, right[0], THINNING), every_nth_value(groups, right[1], THINNING))
+    right, few = flags_and_peak_rotations(groups, finest), every_nth_case(groups, THINNING)
+    right_few = (
+        values_of_every_nth_case(groups, right[0], THINNING),
+        values_of_every_nth_case(groups, right[1], THINNING),
+    )
     where = find_boundaries(groups, right[0], MOST)
     near, exact = locate_boundaries(groups, where, {}, finest.arguments)
     for setting in scheme_and_step_settings():
@@ -170,14 +173,14 @@ def measure_against_finer_steps(kind: str) -> Iterator[Row]:
         yield setting.row(f"records, {kind}", "finer step", **columns)
 
 
-def measure_over_stiffness(kind: str) -> Iterator[Row]:
+def measure_errors_over_stiffness(kind: str) -> Iterator[Row]:
     """Measure errors by contact stiffness at the automatic time step.
 
     References are finer steps with the same and with the largest stiffness.
     """
     groups, stiffest = block_groups_under_records(kind), PENETRATIONS[-1]
     exact = {
-        delta: reference_outcomes(groups, SchemeSetting("centred", FINE_FOR_STIFFNESS, delta))
+        delta: flags_and_peak_rotations(groups, SchemeSetting("centred", FINE_FOR_STIFFNESS, delta))
         for delta in PENETRATIONS
         if delta != STATIC_PENETRATION  # included in the comparison of time steps
     }
@@ -205,7 +208,7 @@ def measure_energy_balance() -> Iterator[Row]:
         yield setting.row("records, all", "energy balance", cases=int(simulated.sum()), energy_error=residual)
 
 
-def run_exact_block(groups: Sequence[CaseGroup], order: int = EXACT, factor: float = 1.0) -> tuple[Flags, FloatArray]:
+def run_rocking_block(groups: Sequence[CaseGroup], order: int = EXACT, factor: float = 1.0) -> tuple[Flags, FloatArray]:
     """Return sides and peak rotations of Housner's rocking block, under motions multiplied by `factor`."""
     found = [simulate_rigid_rocking(motion.scaled_by(factor), cases, order) for motion, cases in groups]
     return np.concatenate([one.overturned for one in found]), np.concatenate([one.peak_rotation for one in found])
@@ -213,32 +216,32 @@ def run_exact_block(groups: Sequence[CaseGroup], order: int = EXACT, factor: flo
 
 def select_robust_cases(groups: Sequence[CaseGroup]) -> tuple[list[CaseGroup], tuple[Flags, FloatArray]]:
     """Return the cases whose rigid-block outcome does not change with ±1 % of amplitude, and these outcomes."""
-    flags, peaks = run_exact_block(groups)
-    same = np.all([run_exact_block(groups, factor=factor)[0] == flags for factor in (0.99, 1.01)], axis=0)
+    flags, peaks = run_rocking_block(groups)
+    same = np.all([run_rocking_block(groups, factor=factor)[0] == flags for factor in (0.99, 1.01)], axis=0)
     of_each = np.split(same, np.cumsum([group.cases.case_count for group in groups])[:-1])
     kept = [group.subset(np.flatnonzero(own)) for group, own in zip(groups, of_each, strict=True)]
     return kept, (flags[same], peaks[same])
 
 
-def rigid_block_sets() -> dict[str, list[CaseGroup]]:
+def sets_of_blocks_without_sliding() -> dict[str, list[CaseGroup]]:
     """Return the sets of blocks that cannot slide, by name."""
     return {"sine pulses": rocking_pulse_groups(), "records, no sliding": rigid_block_groups_under_records()}
 
 
-def measure_against_rigid_rocking() -> Iterator[Row]:
+def measure_errors_against_rigid_rocking() -> Iterator[Row]:
     """Compare the schemes, by time step and stiffness, and the exact block with Housner's rocking block.
 
     The exact block is compared by order of its series.
     """
     others = [SchemeSetting(DEFAULT_SCHEME, AUTOMATIC, delta) for delta in PENETRATIONS if delta != STATIC_PENETRATION]
-    for name, every in rigid_block_sets().items():
+    for name, every in sets_of_blocks_without_sliding().items():
         groups, right = select_robust_cases(every)
         for setting in (*scheme_and_step_settings(0.05), *others):
             found, spent = setting.run(groups)
             common = disagreement_columns_for_engine_cases(name, groups, found.overturned, right[0])
             yield setting.row(name, "rigid rocking", **spent, **error_table_columns(found, right), **common)
         for order in ORDERS:
-            (flags, peaks), seconds = time_run(partial(run_exact_block, groups, order))
+            (flags, peaks), seconds = time_run(partial(run_rocking_block, groups, order))
             own = {"method": "exact", "step_fraction": order, "seconds_per_case": seconds / flags.size}
             own |= wrong_outcome_counts(flags, right[0]) | disagreement_columns_for_engine_cases(
                 name, groups, flags, right[0]
@@ -252,7 +255,7 @@ def disagreement_columns_for_engine_cases(name: str, groups: Sequence[CaseGroup]
 
     A case is wrong if its flag or side is wrong.
     """
-    some, known = (every_nth_value(groups, values, ENGINES_EVERY[name]) for values in (flags, right))
+    some, known = (values_of_every_nth_case(groups, values, ENGINES_EVERY[name]) for values in (flags, right))
     return {"shared": some.size, "disagree": int((some != known).sum())}
 
 
@@ -260,7 +263,7 @@ def measure_against_exact_sliding() -> Iterator[Row]:
     """Compare the peak slip of squat blocks with the exact sliding block, over time steps."""
     groups = sliding_block_groups()
     exact = np.array([
-        sliding_displacement(
+        peak_and_final_slip(
             group.acceleration_of_case(index),
             group.motion.sampling_interval,
             group.parameters_of_case(index)["friction"],
@@ -275,31 +278,40 @@ def measure_against_exact_sliding() -> Iterator[Row]:
         yield setting.row("sliding blocks", "exact sliding", **spent, cases=int(moved.sum()), slip_error=error)
 
 
-def measure_engines_against_rigid_rocking() -> Iterator[Row]:
+def measure_engine_errors_against_rigid_rocking() -> Iterator[Row]:
     """Compare installed engines, over their time steps, with Housner's block for cases that cannot slide."""
     engines, against = installed_engines(ENGINES), {"against": "rigid rocking", "default": 0}
     if not engines:  # without engines the table has one row that states it
         yield {"cases_of": "sine pulses", "method": "no engine installed", **against}
         return
-    for name, every in rigid_block_sets().items():
+    for name, every in sets_of_blocks_without_sliding().items():
         kept, right = select_robust_cases(every)
-        few, flags = every_nth_case(kept, ENGINES_EVERY[name]), every_nth_value(kept, right[0], ENGINES_EVERY[name])
+        few, flags = (
+            every_nth_case(kept, ENGINES_EVERY[name]),
+            values_of_every_nth_case(kept, right[0], ENGINES_EVERY[name]),
+        )
         for (method, engine), step in itertools.product(engines.items(), ENGINE_STEPS):
             sides, seconds = time_run(
-                partial(_sides_in_engine, engine, few, step), 1, partial(_side_in_engine, engine, few[0], 0, step)
+                partial(_fall_sides_of_blocks_in_engine, engine, few, step),
+                1,
+                partial(_fall_side_of_case_in_engine, engine, few[0], 0, step),
             )
             own = {"method": method, "step_fraction": step, "seconds_per_case": seconds / sides.size}
             own |= {"shared": sides.size, "disagree": int((sides != flags).sum())}
             yield {"cases_of": name, **against, **own, **wrong_outcome_counts(sides, flags)}
 
 
-def _sides_in_engine(engine: SidesInEngine, groups: Sequence[CaseGroup], step: float) -> Flags:
+def _fall_sides_of_blocks_in_engine(engine: SidesInEngine, groups: Sequence[CaseGroup], step: float) -> Flags:
     """Return the sides to which the blocks of all groups fall in an engine."""
-    sides = [_side_in_engine(engine, group, index, step) for group in groups for index in range(group.cases.case_count)]
+    sides = [
+        _fall_side_of_case_in_engine(engine, group, index, step)
+        for group in groups
+        for index in range(group.cases.case_count)
+    ]
     return np.array(sides, np.int8)
 
 
-def _side_in_engine(engine: SidesInEngine, group: CaseGroup, index: int, step: float) -> int:
+def _fall_side_of_case_in_engine(engine: SidesInEngine, group: CaseGroup, index: int, step: float) -> int:
     """Return the side to which the block of one case falls in an engine."""
     case, interval = group.parameters_of_case(index), group.motion.sampling_interval
     return fall_side_of_block(
@@ -308,11 +320,11 @@ def _side_in_engine(engine: SidesInEngine, group: CaseGroup, index: int, step: f
 
 
 PARTS: Final[dict[str, Sequence[Callable[[], Iterator[Row]]]]] = {
-    "rocking": [partial(measure_against_finer_steps, "rocking")],
-    "sliding": [partial(measure_against_finer_steps, "sliding")],
-    "stiffness": [partial(measure_over_stiffness, "rocking"), partial(measure_over_stiffness, "sliding")],
-    "rigid": [measure_against_rigid_rocking, measure_against_exact_sliding],
+    "rocking": [partial(measure_errors_against_finer_steps, "rocking")],
+    "sliding": [partial(measure_errors_against_finer_steps, "sliding")],
+    "stiffness": [partial(measure_errors_over_stiffness, "rocking"), partial(measure_errors_over_stiffness, "sliding")],
+    "rigid": [measure_errors_against_rigid_rocking, measure_against_exact_sliding],
     "energy": [measure_energy_balance],
-    "peers": [measure_engines_against_rigid_rocking],
+    "peers": [measure_engine_errors_against_rigid_rocking],
 }
 """Measurements by part; each part is a table that can be computed independently."""

@@ -49,7 +49,7 @@ def _option_name_of_field(field_name: str) -> str:
     return f"--{field_name.removesuffix('_deg').removesuffix('_s').replace('_', '-')}"
 
 
-def _file_property_option(field_name: str, flag: str = "") -> Any:
+def _option_for_record_file_property(field_name: str, flag: str = "") -> Any:
     """Return the command-line option for a property of record files, with the help text of this property."""
     return typer.Option(
         flag or _option_name_of_field(field_name),
@@ -62,15 +62,15 @@ def _file_property_option(field_name: str, flag: str = "") -> Any:
 class RecordFileOptions:
     """Command-line options that state properties of a record file which the file itself does not contain."""
 
-    azimuths_deg: Annotated[str, _file_property_option("azimuths_deg")] = ""
-    columns: Annotated[str, _file_property_option("columns")] = ""
-    format: Annotated[str, _file_property_option("format")] = ""
-    sampling_interval_s: Annotated[float | None, _file_property_option("sampling_interval_s")] = None
-    processed: Annotated[bool | None, _file_property_option("processed", "--processed/--raw")] = None
-    sensor: Annotated[str, _file_property_option("sensor")] = ""
-    trust_data: Annotated[bool, _file_property_option("trust_data")] = False
-    unit: Annotated[str, _file_property_option("unit")] = ""
-    vertical_sense: Annotated[str, _file_property_option("vertical_sense")] = ""
+    azimuths_deg: Annotated[str, _option_for_record_file_property("azimuths_deg")] = ""
+    columns: Annotated[str, _option_for_record_file_property("columns")] = ""
+    format: Annotated[str, _option_for_record_file_property("format")] = ""
+    sampling_interval_s: Annotated[float | None, _option_for_record_file_property("sampling_interval_s")] = None
+    processed: Annotated[bool | None, _option_for_record_file_property("processed", "--processed/--raw")] = None
+    sensor: Annotated[str, _option_for_record_file_property("sensor")] = ""
+    trust_data: Annotated[bool, _option_for_record_file_property("trust_data")] = False
+    unit: Annotated[str, _option_for_record_file_property("unit")] = ""
+    vertical_sense: Annotated[str, _option_for_record_file_property("vertical_sense")] = ""
 
     def declared_properties(self) -> DeclaredFileProperties:
         """Convert the options to declared file properties; the ArgumentError for an invalid value names its option."""

@@ -30,7 +30,7 @@ STARTED: Final = b"+"
 """First byte of the answer: the step has begun. Its exit status follows as text at its end."""
 
 
-def installation_paths() -> list[str]:
+def python_and_package_paths() -> list[str]:
     """Return the paths of Python and of this package, which must be the same in fork server and client."""
     return [sys.executable, os.path.dirname(os.path.dirname(os.path.abspath(__file__)))]
 
@@ -49,7 +49,7 @@ def run_workflow_step_in_fork_server(arguments: Sequence[str]) -> int | None:
     import socket
 
     about = {"arguments": list(arguments), "folder": os.getcwd(), "environment": dict(os.environ)}
-    request = json.dumps(about | {"installation": installation_paths()}).encode()
+    request = json.dumps(about | {"installation": python_and_package_paths()}).encode()
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as server:
         # Ctrl-C ends this process, and thereby the step, if the step does not exist yet.
         interrupt_handler = signal.getsignal(signal.SIGINT)

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, NoReturn
 
 from overturning.commands.application import run_command_line
-from overturning.commands.fork_client import HEADER_BYTES, SERVER_VARIABLE, STARTED, installation_paths
+from overturning.commands.fork_client import HEADER_BYTES, SERVER_VARIABLE, STARTED, python_and_package_paths
 
 _MODULES: Final = {
     "read": ("overturning.records.processing", "overturning.records.read", "overturning.study.load", "netCDF4"),
@@ -95,7 +95,7 @@ class ForkServer:
         with contextlib.ExitStack() as stack:
             for output in outputs:
                 stack.callback(os.close, output)
-            if request["installation"] != installation_paths():
+            if request["installation"] != python_and_package_paths():
                 connection.close()
                 return
             self._preload_modules_for_command(request["arguments"])
@@ -118,7 +118,7 @@ class ForkServer:
         with contextlib.suppress(Exception):  # the step reports it
             for name in _MODULES.get(arguments[0], ()):
                 import_module(name)
-            variant = _option_values(arguments).get("--variant", "")
+            variant = _values_by_command_line_option(arguments).get("--variant", "")
             if arguments[0] == "sweep" and (last := self._sweeps.get(variant)) is not None:
                 self._sweeps[variant] = None
                 _load_compiled_simulation_code(last)
@@ -139,11 +139,13 @@ class ForkServer:
                 step.connection.sendall(str(status if status >= 0 else 128 - status).encode())
             step.connection.close()
             if step.arguments[0] == "sweep" and status == 0:
-                self._sweeps.setdefault(_option_values(step.arguments).get("--variant", ""), step.arguments)
+                self._sweeps.setdefault(
+                    _values_by_command_line_option(step.arguments).get("--variant", ""), step.arguments
+                )
 
     def _store_processor_time_and_memory(self, arguments: list[str], used: Any) -> None:
         """Append the processor time (s) and memory (MB) of a workflow step to the table of measurements."""
-        options = _option_values(arguments)
+        options = _values_by_command_line_option(arguments)
         output = options.get("--output") or options.get("--results", "")
         with contextlib.suppress(OSError):
             self._measurements.parent.mkdir(parents=True, exist_ok=True)
@@ -154,7 +156,7 @@ class ForkServer:
                 table.write(f"{arguments[0]}\t{output}\t{time:.2f}\t{memory:.1f}\n")
 
 
-def _option_values(arguments: list[str]) -> dict[str, str]:
+def _values_by_command_line_option(arguments: list[str]) -> dict[str, str]:
     """Return the values of command-line options, by option, from the arguments of a workflow step."""
     return dict(pairwise(arguments))
 
@@ -176,7 +178,7 @@ def _load_compiled_simulation_code(arguments: list[str]) -> None:
     from overturning.study.load import load_study_from_file_or_json
     from overturning.study.sweep import load_compiled_simulation_code
 
-    options = _option_values(arguments)
+    options = _values_by_command_line_option(arguments)
     record = read_record_from_motion_file(Path(options["--motion"]))
     load_compiled_simulation_code(load_study_from_file_or_json(options["--study"]), record, options["--variant"])
 

@@ -95,10 +95,10 @@ def simulate_one_stone(
         print(f"film: {output_options.animate}")
     if output_options.response is not None:
         from overturning.figures.response import rotation_slip_and_uplift_figure, tilt_path_and_hodographs_figure
-        from overturning.figures.style import package_matplotlib_settings
+        from overturning.figures.style import use_package_matplotlib_settings
         from overturning.figures.write import save_figure_files
 
-        with package_matplotlib_settings(), translate_visible_texts_to(output_options.language):
+        with use_package_matplotlib_settings(), translate_visible_texts_to(output_options.language):
             figure = (
                 tilt_path_and_hodographs_figure(found.trajectories[0], motion, title)
                 if body_options.body or is_stack
@@ -186,8 +186,8 @@ def _simulate_stack(
     from overturning.figures.film_of_trajectory import AFTERMATH, outcome_sentence, panel_heading_of_trajectory
     from overturning.model.stack import Stack
 
-    stones = _load_or_create_scene(planar_model_options, stone_options.damping_ratio)
-    model, friction = Stack(stones), _friction_option_checked_against_scene(stones, stone_options)
+    stones = _load_scene_or_create_gravestone(planar_model_options, stone_options.damping_ratio)
+    model, friction = Stack(stones), _friction_option_or_error_if_scene_has_own(stones, stone_options)
     paths = [
         _shift_trajectory_to_file_time(
             trajectory(
@@ -210,8 +210,8 @@ def _simulate_stack(
     )
 
 
-def _friction_option_checked_against_scene(scene: "Scene", stone_options: StoneOptions) -> float:
-    """Return the coefficient of friction from the option --friction (default 1).
+def _friction_option_or_error_if_scene_has_own(scene: "Scene", stone_options: StoneOptions) -> float:
+    """Return the option --friction (default 1); raise an error if given for a scene with its own coefficients.
 
     Raise an error if the option is given although the scene defines its own coefficients.
     """
@@ -233,15 +233,15 @@ def _simulate_planar_scene(
     from overturning.dem.polygon.prepare import reason_scene_moves_by_itself
     from overturning.dem.trajectory import trajectory
     from overturning.figures.film_of_trajectory import AFTERMATH, outcome_sentence
-    from overturning.figures.style import compass_bearing
+    from overturning.figures.style import compass_bearing_text
     from overturning.model.geometry import default_height_and_b_over_h
     from overturning.model.planes import PlanarModel
 
-    stones = _load_or_create_scene(planar_model_options, stone_options.damping_ratio)
+    stones = _load_scene_or_create_gravestone(planar_model_options, stone_options.damping_ratio)
     own_height, own_ratio = default_height_and_b_over_h(stones)
     height = own_height if stone_options.height is None else stone_options.height
     b_over_h = own_ratio if stone_options.b_over_h is None else stone_options.b_over_h
-    friction = _friction_option_checked_against_scene(stones, stone_options)
+    friction = _friction_option_or_error_if_scene_has_own(stones, stone_options)
     paths = [
         _shift_trajectory_to_file_time(
             trajectory(
@@ -255,11 +255,11 @@ def _simulate_planar_scene(
     moves = reason_scene_moves_by_itself(stones, height, b_over_h, friction)
     lines = [f"note: {moves}"] if moves else []
     for path in paths:
-        text, shown = outcome_sentence(path), path["element"].to_numpy() == stones.default_output_element
+        text, shown = outcome_sentence(path), path["element"].to_numpy() == stones.name_of_element_shown_by_default
         if path["overturned"].to_numpy()[shown] == 0:
-            name = f" ({stones.default_output_element})" if len(stones.free_element_names) > 1 else ""
+            name = f" ({stones.name_of_element_shown_by_default})" if len(stones.free_element_names) > 1 else ""
             text += f"; slipped {100 * path['residual_slip'].to_numpy()[shown].item():z.1f} cm by the end{name}"
-        lines.append(f"motion along {compass_bearing(path.attrs['azimuth_deg'])}: {text}")
+        lines.append(f"motion along {compass_bearing_text(path.attrs['azimuth_deg'])}: {text}")
     what = "" if planar_model_options.scene is None else f"{stones.title or stones.name}, "
     coefficient = f"{friction:g}" if stones.has_contact_with_unset_friction else "that of the scene"
     what += f"B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {coefficient}"
@@ -276,13 +276,13 @@ def _simulate_body(
     density: float | None,
 ) -> _SimulatedTrajectories:
     """Simulate a 3-D body at each orientation; `file_time_shift`, s, is added to all times (0 s: start of the file)."""
-    from overturning.commands.body_shape import body_shape_from_options
+    from overturning.commands.body_shape import body_shape_and_scan_notes
     from overturning.dem.trajectory import trajectory
     from overturning.figures.film_of_trajectory import outcome_sentence, panel_heading_of_trajectory
     from overturning.model.body import Body
     from overturning.model.contact import VertexContact
 
-    shape, about_scan = body_shape_from_options(body_options, density)
+    shape, about_scan = body_shape_and_scan_notes(body_options, density)
     height, b_over_h, friction = stone_options.height, stone_options.b_over_h, stone_options.friction_coefficient
     if shape.slenderness_is_parameter:
         height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h
@@ -337,7 +337,7 @@ def _check_output_files(output_options: OutputOptions, body_options: BodyOptions
         raise ArgumentError(f"{output_options.response.name}: one orientation at a time; give --orientation once")
 
 
-def _load_or_create_scene(planar_model_options: PlanarModelOptions, damping_ratio: float | None) -> "Scene":
+def _load_scene_or_create_gravestone(planar_model_options: PlanarModelOptions, damping_ratio: float | None) -> "Scene":
     """Return the named scene; by default, a gravestone with the density and contact that the options state."""
     from overturning.errors import ArgumentError
     from overturning.model.contact import Contact

@@ -85,7 +85,7 @@ def plot_records(
     """
     from overturning.errors import ArgumentError
     from overturning.figures.history import record_before_and_after_processing_figure
-    from overturning.figures.style import package_matplotlib_settings
+    from overturning.figures.style import use_package_matplotlib_settings
     from overturning.figures.write import save_figure_files
     from overturning.records.check import check_records_in_files, format_record_check
     from overturning.records.processing import default_processing_steps, process_record
@@ -113,7 +113,7 @@ def plot_records(
         # Files with the same name in several folders get numbered figures.
         target = output if page else next(one for one in chain([output / f"{name}.svg"], numbered) if one not in made)
         made.add(target)
-        with package_matplotlib_settings():
+        with use_package_matplotlib_settings():
             save_figure_files(record_before_and_after_processing_figure(record, used), target)
         typer.echo(f"{target}: {', '.join(map(processing_entry_text, used.processing)) or 'not processed'}")
         if frequency != "auto" and not steps:
@@ -142,7 +142,7 @@ def add_record(
 ) -> None:
     """Copy the files of a record into the folder of record files, and add a line for it to the record table."""
     from overturning.errors import ArgumentError
-    from overturning.records.table_line import add_record_to_table, new_record_notes
+    from overturning.records.table_line import add_record_to_table, notes_on_record_added_to_table
 
     if wrong := [pair for pair in values or () if "=" not in pair]:
         raise ArgumentError(f"--set {wrong[0]}: write column=value")
@@ -154,7 +154,7 @@ def add_record(
     place = ", ".join(text for text in (record.station, record.event) if text)
     typer.echo(f"{table}: {record.record_id}{f' ({place})' if place else ''}")
     _print_record_notes(record)
-    for line in new_record_notes(record, table, folder):
+    for line in notes_on_record_added_to_table(record, table, folder):
         typer.echo(line)
     typer.echo(f"look at it: overturning one --record {record.record_id} --azimuth 0 --animate {record.record_id}.html")
 

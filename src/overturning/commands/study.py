@@ -24,12 +24,12 @@ def create_project(folder: Annotated[Path, typer.Argument(help="folder to create
     import shutil
 
     from overturning.errors import ArgumentError
-    from overturning.files import project_file_folders, write_text
+    from overturning.files import possible_project_file_folders, write_text
     from overturning.study.document import adapt_readme_to_new_project, new_study_file_text
 
     if folder.exists() and any(folder.iterdir() if folder.is_dir() else [folder]):
         raise ArgumentError(f"{folder}: exists and is not empty; name a new folder")
-    project = next(root for root in project_file_folders() if (root / PROJECT_FILES[0]).is_file())
+    project = next(root for root in possible_project_file_folders() if (root / PROJECT_FILES[0]).is_file())
     for part in PROJECT_FILES:
         source, target = project / part, folder / part
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -54,7 +54,7 @@ def create_project(folder: Annotated[Path, typer.Argument(help="folder to create
 @app.command("check")
 def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
     """Check a study before a run: keys, missing or damaged files, number of cases; and estimate time and memory."""
-    from overturning.study.doubts import implausible_setting_warnings, warnings_on_ranges_missing_their_stop
+    from overturning.study.doubts import implausible_setting_warnings, warnings_on_ranges_not_reaching_their_stop
     from overturning.study.grounds import check_survey_site_names
     from overturning.study.load import read_study_content, study_from_content
     from overturning.study.preflight import (
@@ -67,18 +67,18 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
     from overturning.study.sections import read_scan_of_body
     from overturning.surveys.prediction import note_on_b_over_h_outside_study
     from overturning.surveys.responses import kinds_of_survey_stones
-    from overturning.surveys.stones import read_stones_with_notes
+    from overturning.surveys.stones import read_counted_stones_with_notes
 
     content = read_study_content(path)
     study = study_from_content(content, str(path))
-    for doubt in (*implausible_setting_warnings(study), *warnings_on_ranges_missing_their_stop(content)):
+    for doubt in (*implausible_setting_warnings(study), *warnings_on_ranges_not_reaching_their_stop(content)):
         print(f"{path}: {doubt}")
     size = check_study_size(study, str(path))
     check_optional_packages(study, str(path))
     entries, _ = check_record_files(study, str(path))
     searched: list[StoneKind] = []
     for number, survey in enumerate(study.surveys):
-        stones, notes, doubts = read_stones_with_notes(Path(survey.stones))
+        stones, notes, doubts = read_counted_stones_with_notes(Path(survey.stones))
         check_survey_site_names(study, number, {stone.site for stone in stones}, str(path))
         searched += kinds_of_survey_stones(stones, survey.stones) if survey.backwards else []
         if study.orientation is None:
@@ -154,10 +154,10 @@ def write_json_schemas_and_study_key_table(
     """Write the JSON schemas of study, findings and survey files, and the table of study keys in config/README.md."""
     from overturning.findings.collect import findings_schema
     from overturning.study.document import write_study_file_documentation
-    from overturning.surveys.row import survey_row_schema
+    from overturning.surveys.row import survey_row_json_schema_text
 
     write_study_file_documentation(folder)
     docs = folder.parent / "docs"
     if docs.is_dir():
         (docs / "findings.schema.json").write_text(findings_schema(), encoding="utf-8")
-        (docs / "survey.schema.json").write_text(survey_row_schema(), encoding="utf-8")
+        (docs / "survey.schema.json").write_text(survey_row_json_schema_text(), encoding="utf-8")

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
     from xarray import Dataset
 
-    from overturning.surveys.ground import CemeteryGround
+    from overturning.surveys.ground import SoilBelowSurveySite
     from overturning.surveys.stones import SurveyTable
 
 
@@ -65,7 +65,7 @@ def summarise_or_compare_survey(
     from overturning.files import check_output_path, check_outputs_are_separate_files
     from overturning.findings.observed import observed_survey_findings
     from overturning.findings.survey_commands import SurveyCommandResults
-    from overturning.report.drawings import write_observed_roses_figure
+    from overturning.report.drawings import write_roses_of_observed_falls
     from overturning.surveys.observed import summarise_survey
     from overturning.surveys.stones import read_survey_table
 
@@ -90,10 +90,10 @@ def summarise_or_compare_survey(
         print()
         _compare_survey_with_cube(stones, table, (cubes, record), background, figure, output)
     elif figure is not None:
-        write_observed_roses_figure([observed.together, *observed.sites], figure)
+        write_roses_of_observed_falls([observed.together, *observed.sites], figure)
         print(f"figure: {figure}")
     if rose is not None:
-        write_observed_roses_figure([observed.together], rose)
+        write_roses_of_observed_falls([observed.together], rose)
         print(f"rose: {rose}")
 
 
@@ -140,25 +140,25 @@ def _compare_survey_with_cube(
     Results cubes are given by site; the key "" stands for all sites that are not named.
     """
     from overturning.findings.survey_commands import SurveyCommandResults
-    from overturning.findings.surveys import survey_findings
+    from overturning.findings.surveys import survey_prediction_findings
     from overturning.labels import unsimulated_azimuth_label, variant_label_as_list
     from overturning.stored import write_result_as_json
     from overturning.study.cube import index_of_record, open_cube
     from overturning.surveys.comparison import compare_survey_with_prediction, make_stored_survey_comparison
-    from overturning.surveys.ground import soil_layers_of_cube
+    from overturning.surveys.ground import soil_below_survey_site_of_cube
 
     paths, record = cubes_and_record
     cubes, grounds = {}, {}
     for site, cube in paths.items():
         with open_cube(cube, chunks={"record": 1}) as data:
             cubes[site] = data.isel(record=[index_of_record(data, record)]).load()
-            grounds[site] = soil_layers_of_cube(data, record)
+            grounds[site] = soil_below_survey_site_of_cube(data, record)
     default = cubes.pop("")
     name = str(default["record_id"].item())
     on_soil = {site: one for site, one in grounds.items() if one is not None}
     print(f"{path.name} against {', '.join([name, *variant_label_as_list(default)])}")
     if "residual_twist" in default:
-        _compare_displacements(path, table, (default, cubes), (name, on_soil), background, figure, output)
+        _compare_falls_shifts_and_twists(path, table, (default, cubes), (name, on_soil), background, figure, output)
         return
     comparison = compare_survey_with_prediction(table.stones, default, site_cubes=cubes, background=background)
     parts = {one: table.select_site(one).stones for one in table.sites if len(table.sites) > 1}
@@ -170,7 +170,7 @@ def _compare_survey_with_cube(
     result = make_stored_survey_comparison(path, name, comparison, table.warnings, by_site, on_soil)
     if gaps := unsimulated_azimuth_label(default):
         print(f"no plane {gaps} was computed: the prediction for these directions comes from other planes")
-    found = survey_findings(result)
+    found = survey_prediction_findings(result)
     # The summary has printed the doubts.
     _print_results_with_template(SurveyCommandResults(surveys=[found.model_copy(update={"doubts": []})]), "survey")
     if output is not None:
@@ -182,11 +182,11 @@ def _compare_survey_with_cube(
         print(f"figure: {figure}")
 
 
-def _compare_displacements(
+def _compare_falls_shifts_and_twists(
     path: Path,
     table: "SurveyTable",
     cubes: "tuple[Dataset, dict[str, Dataset]]",
-    record_and_grounds: "tuple[str, dict[str, CemeteryGround]]",
+    record_and_grounds: "tuple[str, dict[str, SoilBelowSurveySite]]",
     background: float,
     figure: Path | None,
     output: Path | None,
@@ -200,7 +200,7 @@ def _compare_displacements(
     from overturning.findings.observed import observed_survey_findings
     from overturning.findings.survey_commands import SurveyCommandResults
     from overturning.findings.survey_displacements import survey_displacement_findings
-    from overturning.report.drawings import write_observed_roses_figure
+    from overturning.report.drawings import write_roses_of_observed_falls
     from overturning.stored import write_result_as_json
     from overturning.surveys.comparison import survey_file_hash_and_remarks
     from overturning.surveys.displacements import StoredDisplacementComparison, compare_displacements
@@ -231,16 +231,16 @@ def _compare_displacements(
         write_result_as_json(result, output)
     if figure is not None:
         observed = observed_survey_findings(summarise_survey(table))
-        write_observed_roses_figure([observed.together, *observed.sites], figure)
+        write_roses_of_observed_falls([observed.together, *observed.sites], figure)
         print(f"figure: {figure}")
 
 
 def _print_results_with_template(found: "BaseModel", name: str) -> None:
     """Print results as plain text, formatted by the report template `name`."""
-    from overturning.report.render import parse_markdown, render_markdown
-    from overturning.report.terminal import plain_text_lines
+    from overturning.report.render import parse_markdown, render_template_as_markdown
+    from overturning.report.terminal import terminal_lines_of_markdown
 
-    print(*plain_text_lines(parse_markdown(render_markdown(found, name=name))), sep="\n")
+    print(*terminal_lines_of_markdown(parse_markdown(render_template_as_markdown(found, name=name))), sep="\n")
 
 
 def infer_motion_from_survey(
@@ -278,7 +278,7 @@ def infer_motion_from_survey(
     from overturning.files import check_output_path, check_outputs_are_separate_files
     from overturning.findings.inferred_motion import inferred_motion_findings
     from overturning.findings.survey_commands import SurveyCommandResults
-    from overturning.report.drawings import write_motion_posterior_figure
+    from overturning.report.drawings import write_ground_motion_posterior_figure
     from overturning.report.filters import counted
     from overturning.study.preflight import format_duration
     from overturning.surveys.inversion import SurveyInversion
@@ -290,12 +290,12 @@ def infer_motion_from_survey(
         note_on_stones_broader_than_simulated,
         simulation_case_count_and_time,
     )
-    from overturning.surveys.stones import read_stones_with_notes
+    from overturning.surveys.stones import read_counted_stones_with_notes
 
     check_output_path(figure, "--figure", ".svg", ".png")
     check_output_path(output, "--output", ".nc")
     check_outputs_are_separate_files({"--figure": figure, "--output": output}, [stones, *(motion_files or ())])
-    rows, notes, doubts = read_stones_with_notes(stones)
+    rows, notes, doubts = read_counted_stones_with_notes(stones)
     kinds = kinds_of_survey_stones(rows, str(stones))
     for note in (*notes, *doubts, *note_on_stones_broader_than_simulated(rows)):
         print(note)
@@ -328,7 +328,7 @@ def infer_motion_from_survey(
     if output is not None:
         write_inversion_result(result, output)
     if figure is not None:
-        write_motion_posterior_figure(result, figure)
+        write_ground_motion_posterior_figure(result, figure)
         print(f"figure: {figure}")
 
 
@@ -352,10 +352,10 @@ def compute_survival_probability(
         read_hazard_curves,
         survival_probability_by_stone_class,
     )
-    from overturning.surveys.stones import read_stones_with_notes
+    from overturning.surveys.stones import read_counted_stones_with_notes
 
     curves, hazards = read_fragility_curves(fragility), read_hazard_curves(hazard)
-    rows, notes, _ = (None, [], []) if stones is None else read_stones_with_notes(stones)
+    rows, notes, _ = (None, [], []) if stones is None else read_counted_stones_with_notes(stones)
     for note in notes:
         print(note)
     found = survival_probability_by_stone_class(

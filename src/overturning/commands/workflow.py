@@ -189,7 +189,7 @@ def fit_fragility(
         is_openquake_measure,
         openquake_file_name,
         write_fragility_csv,
-        write_openquake_model,
+        write_openquake_fragility_model,
     )
     from overturning.study.cube import open_cube
     from overturning.study.load import load_study_from_file_or_json
@@ -206,7 +206,7 @@ def fit_fragility(
     write_fragility_csv(curves, output / "fragility.csv")
     for measure in filter(is_openquake_measure, dict.fromkeys(one.measure for one in curves)):
         chosen = [one for one in curves if one.measure == measure]
-        write_openquake_model(chosen, output / openquake_file_name(measure), "gravestones")
+        write_openquake_fragility_model(chosen, output / openquake_file_name(measure), "gravestones")
 
 
 def run_convergence_check(

@@ -94,7 +94,7 @@ class PlanarTrajectory:
             "side": ("side", [-1, 1], {"long_name": "side over which it tips, 1 towards the azimuth"}),
         }
         weight = self.scene.gravity * sum(item.mass for item in self.placed if not item.is_driven_or_held)
-        return variables, coordinates, {"reference": self.scene.default_output_element, "weight": weight}
+        return variables, coordinates, {"reference": self.scene.name_of_element_shown_by_default, "weight": weight}
 
     def _outcome_variables(self, results: CaseResults) -> dict[str, Any]:
         """Return the outcome variables of a case by name; those per element are missing for driven or held elements."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import rerun_cases_until_energy_balances
 from overturning.dem.kernel.ground import GroundMotion, largest_upcoming_acceleration
-from overturning.dem.kernel.queue import QueueSettings, run_case_queue
+from overturning.dem.kernel.queue import SettingsOfParallelCases, run_case_queue
 from overturning.dem.numerics import NumericalOptions
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
@@ -106,7 +106,7 @@ class SimulationPlan(ABC):
         interval = self.motion.sampling_interval
         return largest_upcoming_acceleration(across, interval), largest_upcoming_acceleration(up, interval)
 
-    def initial_results(self) -> CaseResults:
+    def results_before_simulation(self) -> CaseResults:
         """Return the results of all cases before the simulation: at rest, or missing if the contact is too soft."""
         results = CaseResults.of_unmoved_cases(
             self.model.variables, self.cases.case_count, len(self.model.free_element_names)
@@ -162,7 +162,7 @@ class SimulationPlan(ABC):
         The trajectory continues for `aftermath` seconds after the outcome is known.
         """
         results, path, only = (
-            self.initial_results(),
+            self.results_before_simulation(),
             self.create_trajectory_buffer(is_recorded=True),
             np.zeros(1, np.int64),
         )
@@ -222,7 +222,7 @@ class SimulationPlan(ABC):
         cases, steps = self.table[case_numbers], int(self.steps[case_numbers[0]]) * step_divisor
         # The shortest step is given in ticks, and a tick is shorter by the same factor.
         cases["dwell"] *= step_divisor
-        settings = QueueSettings(
+        settings = SettingsOfParallelCases(
             samples=self.motion.sample_count,
             interval=self.motion.sampling_interval,
             ticks=ticks_per_step * steps,

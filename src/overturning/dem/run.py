@@ -91,7 +91,7 @@ def simulate_cases(
         distributed: CaseResults = simulate_cases_on_cluster(partial(simulate_cases, model), motion, cases, numerics)
         return distributed
     plan = plan_simulation(model, motion, cases, numerics)
-    results = plan.initial_results()
+    results = plan.results_before_simulation()
     counter = np.zeros(1, np.int64)
     moving = np.flatnonzero(~plan.stays_at_rest & ~plan.too_soft)
     length = plan.steps[moving] * np.maximum(motion.sample_count - plan.first[moving], 1)
@@ -113,7 +113,7 @@ def simulate_cases(
 def run_cases(
     motion: Accelerogram, cases: Cases, model: "Model | Scene | Shape | str | int | None" = None, **options: Any
 ) -> CaseResults:
-    """Simulate a list of cases of a model, which need not form a grid.
+    """Check and simulate a list of cases, which need not form a grid, under one motion; return their results.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def run_cases(
 def split_into_case_groups(
     ordered_cases: NDArray[np.int64], parallel_group_by_case: NDArray[np.int64], split_long_groups: bool
 ) -> list[NDArray[np.int64]]:
-    """Split cases into groups of at most `MAX_QUEUE_LENGTH` cases.
+    """Split cases into groups of at most `MAX_QUEUE_LENGTH` cases with equal `parallel_group_by_case`.
 
     All cases of a group have the same number in `parallel_group_by_case`.
 

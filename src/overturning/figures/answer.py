@@ -69,7 +69,7 @@ def sorted_fall_alignment_figure(
     high = ROW * (rows + 2) * (1.0 + 0.4 * (most_lines - 1)) + 1.05
     figure, panels = create_panel_grid(1, len(alignments_by_group), wide, high)
     for place, ((group, of_group), axes) in enumerate(zip(alignments_by_group.items(), panels[0], strict=True)):
-        look, mean = _marker_style(place), mean_by_group[group]
+        look, mean = _marker_style_of_record_group(place), mean_by_group[group]
         ordered = sorted(
             of_group.items(), key=lambda item: (not _is_finite(item[1]), -item[1] if _is_finite(item[1]) else 0.0)
         )
@@ -81,7 +81,9 @@ def sorted_fall_alignment_figure(
             axes.plot(value, row, **look, zorder=3)
             side = 1.0 if value >= 0 else -1.0
             align = "left" if value >= 0 else "right"
-            axes.text(value + 0.1 * side, row, format_signed(value), va="center", ha=align, fontsize=TEXT)
+            axes.text(
+                value + 0.1 * side, row, format_with_typographic_minus(value), va="center", ha=align, fontsize=TEXT
+            )
         if _is_finite(mean.low) and _is_finite(mean.high):
             axes.axvspan(mean.low, mean.high, color=look["color"], alpha=0.12, linewidth=0, zorder=0)
         at = len(ordered) + 0.25
@@ -98,7 +100,7 @@ def sorted_fall_alignment_figure(
     return figure
 
 
-def alignment_with_references_figure(alignments_by_group: Mapping[str, Mapping[str, PlottedEstimate]]) -> Figure:
+def fall_alignment_with_references_figure(alignments_by_group: Mapping[str, Mapping[str, PlottedEstimate]]) -> Figure:
     """Draw the alignment of falls with several reference directions, with intervals, one marker per group of records.
 
     Parameters
@@ -121,7 +123,7 @@ def alignment_with_references_figure(alignments_by_group: Mapping[str, Mapping[s
     axes, marks = panels[0, 0], []
     apart = 0.28
     for place, (group, of_group) in enumerate(alignments_by_group.items()):
-        look = _marker_style(place)
+        look = _marker_style_of_record_group(place)
         for row, name in enumerate(names):
             dot, at = (
                 of_group.get(name, PlottedEstimate(None)),
@@ -165,7 +167,7 @@ def overturned_share_difference_figure(
         1, 2, PAGE_WIDTH, ROW * len(row_names) * 1.15 + 1.3, width_ratios=(1.25, 1.0), sharey=True
     )
     for place, (setting, dots) in enumerate(shares_by_setting.items()):
-        look = _marker_style(place)
+        look = _marker_style_of_record_group(place)
         for row, dot in enumerate(dots):
             share = scale_estimate(dot, 100.0)
             draw_estimate_with_interval(left, share, row + 0.14 * (2 * place - 1), look, 1.4)
@@ -206,7 +208,7 @@ def overturned_share_difference_figure(
     return figure
 
 
-def format_signed(value: float, digits: int = 2) -> str:
+def format_with_typographic_minus(value: float, digits: int = 2) -> str:
     """Return a number as text with `digits` decimals and a typographic minus sign; no sign if it rounds to 0."""
     return f"{value:z.{digits}f}".replace("-", "−")
 
@@ -215,9 +217,9 @@ def format_estimate(estimate: PlottedEstimate, digits: int = 2) -> str:
     """Return an estimate as text, such as "0.42 (0.10 to 0.60)", with its interval if that is known."""
     if not _is_finite(estimate.value):
         return "not known"
-    text = format_signed(_nan_if_none(estimate.value), digits)
+    text = format_with_typographic_minus(_nan_if_none(estimate.value), digits)
     if _is_finite(estimate.low) and _is_finite(estimate.high):
-        low, high = (format_signed(_nan_if_none(end), digits) for end in (estimate.low, estimate.high))
+        low, high = (format_with_typographic_minus(_nan_if_none(end), digits) for end in (estimate.low, estimate.high))
         text += f" ({low} to {high})"
     return text
 
@@ -249,7 +251,7 @@ def draw_estimate_with_interval(
     axes.plot(estimate.value, row, **marker_style, zorder=3)
 
 
-def _marker_style(group_index: int) -> dict[str, Any]:
+def _marker_style_of_record_group(group_index: int) -> dict[str, Any]:
     """Return Matplotlib keywords for the markers of one group of records; only the first group's are filled."""
     colour = COLOURS[group_index % len(COLOURS)]
     face = colour if group_index == 0 else "white"

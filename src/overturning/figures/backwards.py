@@ -26,7 +26,7 @@ _BARS = 10
 """Number of motions shown: those with the highest probability."""
 
 
-def motion_posterior_figure(
+def inferred_motion_posterior_figure(
     title: str,
     velocity_axis_probabilities: FloatArray,
     stated_arc_deg: tuple[float, float],

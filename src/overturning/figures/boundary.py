@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 
 from overturning.figures.cells import (
     extend_azimuths_to_full_circle,
-    isolated_point_indices,
+    isolated_curve_point_indices,
     panel_row_and_column_counts,
 )
 from overturning.figures.compass import create_compass_grid, slenderness_ring_labels
@@ -47,7 +47,7 @@ def _draw_overturning_boundary(axes: Any, boundary_by_azimuth: xr.Dataset, large
             label=friction_label(boundary_by_azimuth, friction),
         )  # fmt: skip
         # A line needs two neighbouring azimuths; an isolated azimuth is drawn as a point.
-        if alone := isolated_point_indices(radius[around]):
+        if alone := isolated_curve_point_indices(radius[around]):
             axes.plot(azimuth[alone], radius[alone], ".", color=colour, markersize=5)
         if beyond.any():
             axes.plot(azimuth[beyond], largest[beyond], "^", color=colour, markersize=3)

@@ -43,10 +43,10 @@ def trim_outer_rings_without_falls(cube: xr.Dataset, *falls: xr.DataArray) -> xr
     A fall is possible if a value of `falls` (flags or probabilities; a block may fall although its neighbours stand) is
     above 0, or missing in a direction that was simulated. The dataset is unchanged if no fall is possible anywhere.
     """
-    return cube.isel(b_over_h=slice(None, count_b_over_h_with_possible_falls(*falls)))
+    return cube.isel(b_over_h=slice(None, count_b_over_h_rings_to_draw(*falls)))
 
 
-def count_b_over_h_with_possible_falls(*falls: xr.DataArray) -> int:
+def count_b_over_h_rings_to_draw(*falls: xr.DataArray) -> int:
     """Return the number of B/H values to draw: all up to the largest with a possible fall, and the next larger one."""
 
     def has_possible_fall_by_ring(fall_values: xr.Variable) -> xr.Variable:
@@ -94,7 +94,7 @@ def azimuth_cell_edges_rad(azimuth_deg: FloatArray) -> FloatArray:
     return np.radians(np.append(after[-1] - 360.0, after))
 
 
-def closed_polar_curve(azimuth_deg: FloatArray, values_by_azimuth: FloatArray) -> tuple[FloatArray, FloatArray]:
+def symmetric_polar_curve(azimuth_deg: FloatArray, values_by_azimuth: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return angles (radians) and radii of a closed curve; each value applies to its azimuth and the opposite one.
 
     The curve has NaN across gaps between azimuths that were not simulated.
@@ -107,7 +107,7 @@ def closed_polar_curve(azimuth_deg: FloatArray, values_by_azimuth: FloatArray) -
     return np.append(theta, theta[0] + 2 * np.pi), np.append(closed, closed[0])
 
 
-def isolated_point_indices(curve_values: FloatArray) -> list[int]:
+def isolated_curve_point_indices(curve_values: FloatArray) -> list[int]:
     """Return the indices of the points between two NaN of a closed curve, which a line without markers would not show.
 
     The last value of the closed curve is the first one again. A curve of a single point is isolated.

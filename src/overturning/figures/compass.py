@@ -109,13 +109,13 @@ class CompassAxes(PolarAxes):
         self._name_distance = _MIDDLE_OF_NAME + (_MARKED if has_marks else 0.0)
         scale = self.figure.dpi_scale_trans
         for number, name in enumerate(DIRECTIONS):
-            outward = _unit_vector(45.0 * number)
+            outward = _unit_vector_towards_azimuth(45.0 * number)
             right, up = (float(part) * self._name_distance / 72.0 for part in outward)
             shifted = self.transAxes + ScaledTranslation(right, up, scale)
             self._write_fixed_text(0.5 + 0.5 * outward, name, transform=shifted, ha="center", fontsize=_NAME_SIZE)
         behind = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}  # legible on any background
         for radius, label in ring_labels.items():
-            place = 0.5 + 0.5 * radius / outer_radius * _unit_vector(label_azimuth_deg)
+            place = 0.5 + 0.5 * radius / outer_radius * _unit_vector_towards_azimuth(label_azimuth_deg)
             look = {"va": "bottom", "ha": "left", "fontsize": 8, "bbox": behind}
             look |= {"zorder": 2.8} if labels_in_front else {}
             self._write_fixed_text(place, label, transform=self.transAxes, **look)
@@ -130,7 +130,10 @@ class CompassAxes(PolarAxes):
         """Draw rings (radii as shares of the outer one) and lines to the named directions of a compass, as one path."""
         lines = [Path.circle((0.5, 0.5), 0.5 * radius) for radius in radii]
         if has_spokes:
-            lines += [Path(0.5 + np.array([[0.0], [0.5]]) * _unit_vector(45.0 * number)) for number in range(8)]
+            lines += [
+                Path(0.5 + np.array([[0.0], [0.5]]) * _unit_vector_towards_azimuth(45.0 * number))
+                for number in range(8)
+            ]
         if lines:
             width = 0.5 if has_spokes else 0.4
             look = {"edgecolor": rcParams["grid.color"], "linewidth": width, "zorder": 1.5}
@@ -143,7 +146,7 @@ class CompassAxes(PolarAxes):
         self.fixed_texts.append(self.text(x, y, text, **{"va": "center", "zorder": 1.5, **look}))
 
 
-def _unit_vector(azimuth_deg: float) -> FloatArray:
+def _unit_vector_towards_azimuth(azimuth_deg: float) -> FloatArray:
     """Return the unit vector (right, up) towards an azimuth, degrees clockwise from the top."""
     angle = np.radians(azimuth_deg)
     return np.array([np.sin(angle), np.cos(angle)])
@@ -205,7 +208,9 @@ class CompassGridLayout(ConstrainedLayoutEngine):
             size = max(_SMALLEST, estimate - 4.0 * _MIDDLE_OF_NAME)
             _set_panel_position(axes, 0.0, 0.0, size / width, size / height)
         across, down = _text_overhang_by_column_and_row(panels, renderer)
-        size = min(_largest_compass_size(width - 2.0 * _OUTER, across), _largest_compass_size(high - low, down))
+        size = min(
+            _largest_compass_diameter_pt(width - 2.0 * _OUTER, across), _largest_compass_diameter_pt(high - low, down)
+        )
         if size < _SMALLEST:
             warnings.warn("constrained_layout not applied: no room for the compasses", stacklevel=2)
             return
@@ -274,7 +279,7 @@ def _set_panel_position(axes: CompassAxes, left: float, bottom: float, width: fl
     axes.set_in_layout(True)
 
 
-def _largest_compass_size(room: float, distances: FloatArray) -> float:
+def _largest_compass_diameter_pt(room: float, distances: FloatArray) -> float:
     """Return the largest diameter, pt, at which a row (or column) of compasses and their texts fit into a length.
 
     `distances` are the lengths that texts need before and after each compass, pt, shape (compasses, 2).
@@ -289,7 +294,7 @@ def _compass_left_or_upper_edges(first: float, last: float, distances: FloatArra
     `first` and `last` are the ends of the row, and `size` the diameter of a compass, pt.
     """
     count = len(distances)
-    spare = count * (_largest_compass_size(last - first, distances) - size) / (count + 1)
+    spare = count * (_largest_compass_diameter_pt(last - first, distances) - size) / (count + 1)
     step = size + _least_gap_between_rims(distances) + spare
     return first + distances[0, 0] + spare + step * np.arange(count)
 

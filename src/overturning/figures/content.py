@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.errors import ArgumentError
-from overturning.model.planes import planes_in_results_impose_fall_axis
+from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
 from overturning.motion.motion import Accelerogram
 from overturning.statistics.earthquakes import FallAlignmentWithReferences, mean_fall_directions_by_record
 from overturning.statistics.falls import overturning_indicator
@@ -51,7 +51,7 @@ def check_has_falls_and_fault_normal(cube: xr.Dataset, fall_axes_by_group: dict[
             "axes: nothing to draw: the fault strike of no record is known; enter fault_strike_deg in the record table "
             "and run the study again"
         )
-    if planes_in_results_impose_fall_axis(cube):
+    if azimuths_in_results_bias_mean_fall_axis(cube):
         raise ArgumentError(
             "axes: nothing to draw: the planes are one, or a sector of the circle, so their axis is that of the falls; "
             "give azimuths of a range of 180°, or draw the figure rose"

@@ -36,7 +36,7 @@ from overturning.labels import variant_label_as_list
 from overturning.model.falls import model_of_results_cube
 from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_PERIOD
-from overturning.study.cube import first_shown_height_and_friction, study_of_cube, study_with_title_and_figures
+from overturning.study.cube import default_height_and_friction_of_figures, study_of_cube, study_with_title_and_figures
 from overturning.study.film_options import film_command_options
 from overturning.study.preflight import MAX_CELLS_PER_PAGE
 from overturning.study.scenes import variant_scene
@@ -124,7 +124,7 @@ def explorer_page_data(
         "steps": {"rotation": turn_steps, "azimuth": AZIMUTH_STEP, "chance": 1 / PROBABILITY_STEPS},
         "ensemble": ensemble_fall_probabilities(one) is not None,
         "film": options | {
-            "missing": translate(options["missing"]), "options": options["options"] + _film_language_options(),
+            "missing": translate(options["missing"]), "options": options["options"] + _film_command_language_option()
         },
         "colours": {
             "probability": PROBABILITY, "stands": STANDS, "hatch": HATCH_COLOUR, "missing": MISSING, "fault": FAULT,
@@ -134,7 +134,7 @@ def explorer_page_data(
     }  # fmt: skip
 
 
-def _film_language_options() -> list[str]:
+def _film_command_language_option() -> list[str]:
     """Return the command-line option that makes a film in the language of the interactive page; [] for English."""
     return [] if current_language() == ENGLISH else ["--language", current_language()]
 
@@ -183,11 +183,13 @@ def _initial_block_and_element_indices(cube: "xr.Dataset", study: Study | None) 
     """Return the indices of the height, friction and scene element that the interactive page shows when it opens."""
     names = cube["element"].to_numpy().tolist()
     element = (
-        variant_scene(study_of_cube(cube), cube.attrs["variant"]).default_output_element if len(names) > 1 else names[0]
+        variant_scene(study_of_cube(cube), cube.attrs["variant"]).name_of_element_shown_by_default
+        if len(names) > 1
+        else names[0]
     )
     block = {
         name: cube[name].to_numpy().tolist().index(value)
-        for name, (value,) in first_shown_height_and_friction(cube, study).items()
+        for name, (value,) in default_height_and_friction_of_figures(cube, study).items()
     }
     return {"height": 0, "friction": cube.sizes["friction"] - 1, **block, "element": names.index(element)}
 

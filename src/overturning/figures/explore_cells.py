@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of_results_cube
-from overturning.model.planes import fall_probability_to_either_side
+from overturning.model.planes import fall_probabilities_towards_and_away
 from overturning.model.status import CaseStatus
 
 if TYPE_CHECKING:
@@ -179,7 +179,7 @@ def ensemble_fall_probabilities(cube: "xr.Dataset") -> "xr.DataArray | None":
 
 def fall_probabilities_to_show(cube: "xr.Dataset") -> "xr.Dataset":
     """Return each case's probability of a fall towards its azimuth (3-D: of any fall), and of the opposite fall."""
-    chance = fall_probability_to_either_side(cube)
+    chance = fall_probabilities_towards_and_away(cube)
     if "probability_falls" in cube:
         chance["towards"] = cube["probability_falls"].fillna(chance["towards"])
     return chance

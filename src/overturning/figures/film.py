@@ -197,7 +197,7 @@ class Film:
         }
 
 
-def frame_times_between(first_movement_time: float, last_movement_time: float) -> FloatArray:
+def frame_times_around_movement(first_movement_time: float, last_movement_time: float) -> FloatArray:
     """Return the times of the film frames, s, from `LEAD_IN` before the first movement to `LINGER` after the last."""
     start = max(0.0, float(np.floor((first_movement_time - LEAD_IN) / FRAME_INTERVAL)) * FRAME_INTERVAL)
     return np.asarray(

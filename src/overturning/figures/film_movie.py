@@ -21,7 +21,7 @@ from overturning.figures.style import (
     add_title_and_legend,
     create_panel_grid,
     label_axes,
-    package_matplotlib_settings,
+    use_package_matplotlib_settings,
 )
 from overturning.figures.svg_translation import break_text_at_width, pad_to_equal_line_count
 from overturning.figures.write import compute_layout_only_once
@@ -72,9 +72,9 @@ def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
     rate: Any = SPEED / film.frame_interval
     # Leave date and encoder version out of the file, because they differ between runs.
     exact = ["-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
-    with package_matplotlib_settings(), atomic_write(path) as part:
+    with use_package_matplotlib_settings(), atomic_write(path) as part:
         if current_language() != ENGLISH:
-            film = _translate_film(film)
+            film = _translate_panel_texts_of_film(film)
         names = "".join([film.title, *(panel.outcome for panel in film.panels)])
         if (language := font_language_of_text(names)) != ENGLISH:
             mpl.rcParams["font.family"] = [SETTINGS["font.family"][0], matplotlib_font_of_language(language, path.name)]
@@ -111,7 +111,7 @@ def matplotlib_font_of_language(language: str, file_name: str) -> str:
     raise MissingDataError(f"{file_name}: no font for the language {language}; install the Debian package {package}")
 
 
-def _translate_film(film: Film) -> Film:
+def _translate_panel_texts_of_film(film: Film) -> Film:
     """Return a film with the headings and outcomes of its panels translated into the current language."""
     panels = (replace(panel, title=translate(panel.title), outcome=translate(panel.outcome)) for panel in film.panels)
     return replace(film, panels=tuple(panels))

@@ -98,7 +98,7 @@ def body_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
     )
 
 
-def body_film_panel(
+def body_or_stack_film_panel(
     trajectory: "xr.Dataset",
     motion: Motion,
     frame_times: FloatArray,

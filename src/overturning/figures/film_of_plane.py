@@ -15,7 +15,7 @@ from overturning.figures.film import (
     samples_from_time_zero,
 )
 from overturning.figures.film_words import fall_sentence, join_fall_sentences, standing_elements_sentence
-from overturning.figures.style import compass_bearing
+from overturning.figures.style import compass_bearing_text
 from overturning.motion.motion import Motion
 
 if TYPE_CHECKING:
@@ -183,7 +183,7 @@ def scene_film_panel(
         _film_bodies_of_scene(trajectory, frame_times, ground),
         samples_from_time_zero(along, interval, first_sample_time),
         interval,
-        sides=(compass_bearing(azimuth + 180.0), compass_bearing(azimuth)),
+        sides=(compass_bearing_text(azimuth + 180.0), compass_bearing_text(azimuth)),
         force_point=point,
         force=force,
         vertical=None if up is None else samples_from_time_zero(up, interval, first_sample_time),

@@ -7,9 +7,9 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.figures.film import FRAME_INTERVAL, MOVEMENT_TOLERANCE, Film, FilmPanel, frame_times_between
+from overturning.figures.film import FRAME_INTERVAL, MOVEMENT_TOLERANCE, Film, FilmPanel, frame_times_around_movement
 from overturning.figures.film_of_body import (
-    body_film_panel,
+    body_or_stack_film_panel,
     body_outcome_sentence,
     body_poses_by_time,
     stack_outcome_sentence,
@@ -143,7 +143,7 @@ def film_of_trajectories(
         raise ArgumentError(
             f"motions, headings: {len(each)} and {len(names)}; give one for each of {len(trajectories)} trajectories"
         )
-    time = frame_times_between(*film_start_and_end_times(trajectories))
+    time = frame_times_around_movement(*film_start_and_end_times(trajectories))
     panels = tuple(
         _film_functions_for_trajectory(trajectory).panel(
             trajectory, motion, time, (name, outcome_sentence(trajectory)), first_sample_time
@@ -159,7 +159,7 @@ def film_of_trajectories(
     )
 
 
-class _TrajectoryFilmFunctions(NamedTuple):
+class _FilmFunctionsOfModelKind(NamedTuple):
     """Functions and texts with which a film shows one kind of simulation: a 2-D scene, a 3-D body or a 3-D stack."""
 
     direction: str  # name of the attribute with the direction, degrees
@@ -170,18 +170,18 @@ class _TrajectoryFilmFunctions(NamedTuple):
     note: str  # hint below the film
 
 
-_PLANE: Final = _TrajectoryFilmFunctions(
+_PLANE: Final = _FilmFunctionsOfModelKind(
     "azimuth_deg", scene_outcome_sentence, free_element_poses_by_time, scene_film_panel, ""
 )
-_SPACE: Final = _TrajectoryFilmFunctions(
-    "orientation_deg", body_outcome_sentence, body_poses_by_time, body_film_panel, SPACE_NOTE
+_SPACE: Final = _FilmFunctionsOfModelKind(
+    "orientation_deg", body_outcome_sentence, body_poses_by_time, body_or_stack_film_panel, SPACE_NOTE
 )
-_STACK: Final = _TrajectoryFilmFunctions(
-    "orientation_deg", stack_outcome_sentence, stack_poses_by_time, body_film_panel, SPACE_NOTE
+_STACK: Final = _FilmFunctionsOfModelKind(
+    "orientation_deg", stack_outcome_sentence, stack_poses_by_time, body_or_stack_film_panel, SPACE_NOTE
 )
 
 
-def _film_functions_for_trajectory(trajectory: "xr.Dataset") -> _TrajectoryFilmFunctions:
+def _film_functions_for_trajectory(trajectory: "xr.Dataset") -> _FilmFunctionsOfModelKind:
     """Return the functions and texts with which a film shows a trajectory, by its kind: scene, body or stack."""
     if "quaternion" not in trajectory:
         return _PLANE

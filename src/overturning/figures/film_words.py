@@ -6,7 +6,7 @@ The functions compose the texts from numbers; they take lengths in m and angles 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from overturning.figures.style import compass_bearing
+from overturning.figures.style import compass_bearing_text
 from overturning.model.status import CaseStatus
 
 if TYPE_CHECKING:
@@ -128,11 +128,11 @@ def film_title_text(title_facts: FilmTitleFacts) -> str:
     if title_facts.friction is not None:
         parts.append(f"friction {title_facts.friction:g}")
     if title_facts.in_space and title_facts.direction is not None:
-        parts.append(f"facing {compass_bearing(title_facts.direction)}")
+        parts.append(f"facing {compass_bearing_text(title_facts.direction)}")
     turned = (
         ""
         if title_facts.in_space or title_facts.direction is None
-        else f", turned to {compass_bearing(title_facts.direction)}"
+        else f", turned to {compass_bearing_text(title_facts.direction)}"
     )
     factor = "" if title_facts.amplitude == 1.0 else f" times {title_facts.amplitude:g}"
     parts.append(f"under the record of {title_facts.place}{turned}{factor}")
@@ -146,7 +146,7 @@ def movie_title_with_speed(film_title: str, speed: str) -> str:
 
 def panel_heading_with_bearing(direction_deg: float, *, in_space: bool) -> str:
     """Return the heading of a panel: the azimuth of the motion (2-D), or the direction that a body faces (3-D)."""
-    return f"{'facing' if in_space else 'motion along'} {compass_bearing(direction_deg)}"
+    return f"{'facing' if in_space else 'motion along'} {compass_bearing_text(direction_deg)}"
 
 
 _SETTINGS: Final = {
@@ -178,7 +178,7 @@ def panel_heading_of_setting(setting_kind: str, scene_or_variant_name: str = "")
 
 def fall_sentence(fall_azimuth_deg: float, fall_time: float, stone_name: str = "") -> str:
     """Return a sentence: the stone falls towards an azimuth (degrees) at a time (s); its name can be left out."""
-    towards = compass_bearing(fall_azimuth_deg)
+    towards = compass_bearing_text(fall_azimuth_deg)
     return f"{stone_name + ' ' if stone_name else ''}falls towards {towards} at {fall_time:.2f} s"
 
 

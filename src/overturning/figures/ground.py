@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
 from overturning.figures import style
-from overturning.figures.cells import closed_polar_curve, isolated_point_indices
+from overturning.figures.cells import isolated_curve_point_indices, symmetric_polar_curve
 from overturning.figures.compass import create_compass_grid, labels_of_rings_at_round_radii
 from overturning.motion.fourier import fourier_amplitude_spectrum, konno_ohmachi_smoothed_amplitude
 from overturning.motion.integration import integrate
@@ -55,7 +55,7 @@ def _draw_hodograph(
         at = int(radius.argmax())
         axes.plot(east_component[at], north_component[at], "o", color=style.FALLS, markersize=4, label="peak")
         toward = round(float(np.degrees(np.arctan2(east_component[at], north_component[at])))) % 360
-        title += f"\n{style.format_three_digits(size)} {unit} towards {toward}°"
+        title += f"\n{style.format_three_significant_digits(size)} {unit} towards {toward}°"
     axes.set_title(title, fontsize=9)
     axes.set(xlim=(-largest, largest), ylim=(-largest, largest), aspect="equal")
     for zero in (axes.axhline, axes.axvline):
@@ -117,7 +117,8 @@ def fourier_and_response_spectra_figure(motion: Motion, azimuths_deg: list[float
         for index, (azimuth, values, keep) in enumerate(zip(azimuths_deg, spectra, shown, strict=True)):
             axes.plot(
                 x[keep], values[keep] / unit, color=style.SERIES[index % len(style.SERIES)],
-                linestyle=style.DASHES[index % len(style.DASHES)], linewidth=1.3, label=style.compass_bearing(azimuth),
+                linestyle=style.DASHES[index % len(style.DASHES)], linewidth=1.3,
+                label=style.compass_bearing_text(azimuth),
             )  # fmt: skip
         if not any(keep.any() for keep in shown):
             note = "too short for a spectrum" if any(moves) else "no motion along this azimuth"
@@ -129,7 +130,7 @@ def fourier_and_response_spectra_figure(motion: Motion, azimuths_deg: list[float
     return figure
 
 
-def pga_and_pgv_figure(peaks_by_azimuth: xr.Dataset, fault_normal_deg: float, title: str) -> Figure:
+def pga_and_pgv_by_azimuth_figure(peaks_by_azimuth: xr.Dataset, fault_normal_deg: float, title: str) -> Figure:
     """Draw polar curves of one record's ``pga`` (m/s²) and ``pgv`` (m/s) by azimuth (degrees), in Gal and cm/s.
 
     The azimuth of the fault normal, degrees, can be NaN.
@@ -142,11 +143,11 @@ def pga_and_pgv_figure(peaks_by_azimuth: xr.Dataset, fault_normal_deg: float, ti
         largest = float(peaks.max())
         outer, marked = largest * 1.08 or 1.0, bool(np.isfinite(fault_normal_deg))
         axes.draw_compass(outer, labels_of_rings_at_round_radii(outer), has_marks=marked, has_spokes=True)
-        theta, around = closed_polar_curve(azimuth, peaks)  # a peak is an absolute value
-        axes.plot(theta, around, ".-", color=colour, linewidth=1.4, markevery=isolated_point_indices(around))
+        theta, around = symmetric_polar_curve(azimuth, peaks)  # a peak is an absolute value
+        axes.plot(theta, around, ".-", color=colour, linewidth=1.4, markevery=isolated_curve_point_indices(around))
         axes.set_ylim(0.0, outer)
         style.mark_fault_normal(axes, fault_normal_deg)
-        along = style.compass_bearing(float(azimuth[peaks.argmax()] % 180))
-        axes.write_title(f"{label}\nlargest {style.format_three_digits(largest)} along {along}", 10.0)
+        along = style.compass_bearing_text(float(azimuth[peaks.argmax()] % 180))
+        axes.write_title(f"{label}\nlargest {style.format_three_significant_digits(largest)} along {along}", 10.0)
     style.add_title_and_legend(figure, title, panels[0, 0])
     return figure

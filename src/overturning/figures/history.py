@@ -13,7 +13,7 @@ from overturning.figures.style import (
     MISSING,
     SERIES,
     create_panel_grid,
-    format_three_digits,
+    format_three_significant_digits,
     label_axes,
     label_logarithmic_ticks,
     minimum_and_maximum_by_group,
@@ -23,7 +23,7 @@ from overturning.figures.style import (
 from overturning.motion.fourier import rms_fourier_amplitude_in_bands
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
-from overturning.motion.noise import SignalToNoiseRatio, shortest_noise_window_s, signal_to_noise_ratio
+from overturning.motion.noise import SignalNoiseSpectra, shortest_usable_noise_window_s, signal_and_noise_spectra
 from overturning.motion.spectra import rotd_percentile_measures
 from overturning.records.processing import SIGNAL_TO_NOISE
 from overturning.records.record import Record, processing_entry_text, processing_label
@@ -64,7 +64,7 @@ def record_before_and_after_processing_figure(unprocessed_record: Record, proces
         panels[5, 0].set_subplotspec(panels[5, 0].get_gridspec()[5, :])
     _draw_rotd_spectra(panels[5, 0 if wide else 1], compute_rotd_spectra(processed_record))
     moving = [getattr(unprocessed_record, name) for name in names]
-    noise = signal_to_noise_ratio(moving, unprocessed_record.sampling_interval)
+    noise = signal_and_noise_spectra(moving, unprocessed_record.sampling_interval)
     for column, name in enumerate(names):
         _draw_component_time_histories(panels[:3, column], unprocessed_record, processed_record, name)
         panels[0, column].set_title(name, fontsize=9, y=1.0)  # a place that needs no measurement of the ticks
@@ -76,7 +76,7 @@ def record_before_and_after_processing_figure(unprocessed_record: Record, proces
     _draw_husid(panels[4, 0], processed_record, names)
     shown = [name for name, samples in zip(names, moving, strict=True) if np.ptp(samples) > 0]
     _draw_signal_to_noise_ratio(
-        panels[4, 1], noise, shown, shortest_noise_window_s(unprocessed_record.sampling_interval)
+        panels[4, 1], noise, shown, shortest_usable_noise_window_s(unprocessed_record.sampling_interval)
     )
     _draw_removed_acceleration(panels[4, 2] if wide else panels[5, 0], unprocessed_record, processed_record, names)
     _add_title_and_legend(figure, panels, unprocessed_record, processed_record, noise)
@@ -88,7 +88,7 @@ def _add_title_and_legend(
     panels: Any,
     unprocessed_record: Record,
     processed_record: Record,
-    noise_ratio: SignalToNoiseRatio | None,
+    noise_ratio: SignalNoiseSpectra | None,
 ) -> None:
     """Add the title (station, event and processing steps), the legend and the margins to a record's figure."""
     ahead = "no noise before the onset" if noise_ratio is None else f"onset at {noise_ratio.onset:.1f} s"
@@ -196,7 +196,7 @@ def _draw_component_time_histories(
         )
         label_axes(panel, "time, s" if panel is component_panels[-1] else "", label)
         panel.annotate(
-            f"peak {format_three_digits(peak)}",
+            f"peak {format_three_significant_digits(peak)}",
             (0.98, 0.96),
             xycoords="axes fraction",
             ha="right",
@@ -269,7 +269,7 @@ def _draw_husid(panel: "Axes", processed_record: Record, component_names: list[s
 
 
 def _draw_signal_to_noise_ratio(
-    panel: "Axes", noise_ratio: SignalToNoiseRatio | None, component_names: list[str], least_noise_s: float
+    panel: "Axes", noise_ratio: SignalNoiseSpectra | None, component_names: list[str], least_noise_s: float
 ) -> None:
     """Draw the signal-to-noise ratio by frequency, or a note if the noise is shorter than `least_noise_s`, s."""
     label_axes(panel, "frequency, Hz", "signal-to-noise ratio")

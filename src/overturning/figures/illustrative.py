@@ -17,14 +17,14 @@ from overturning.figures.film_strip import film_strip_figure
 from overturning.figures.film_words import film_title_text, panel_heading_of_setting, record_and_event_text
 from overturning.figures.ground import fourier_and_response_spectra_figure, hodograph_figure
 from overturning.figures.response import rotation_slip_and_uplift_figure, tilt_path_and_hodographs_figure
-from overturning.figures.style import package_matplotlib_settings
+from overturning.figures.style import use_package_matplotlib_settings
 from overturning.figures.write import empty_folder_then_list_new_files, save_figure_files
 from overturning.labels import friction_label
 from overturning.model.falls import model_of_results_cube
 from overturning.model.planes import PlanarModel
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
-from overturning.statistics.boundary import overturning_boundary_by_azimuth
+from overturning.statistics.boundary import largest_falling_b_over_h_by_azimuth
 from overturning.statistics.illustrative import (
     ANY_ELEMENT_FALLS,
     IllustrativeCase,
@@ -35,10 +35,10 @@ from overturning.study.cube import element_name_to_show, open_cube_by_record, st
 from overturning.study.scenes import (
     NOMINAL,
     StudyToSceneSizeConversion,
-    motion_for_variant,
+    ground_motion_for_variant,
     names_of_compared_elements,
     numerical_options_of_study,
-    select_element,
+    select_outcomes_of_element,
     variant_model,
     variant_scene,
     variant_settings,
@@ -77,7 +77,7 @@ def draw_illustrative_cases(
     with (
         empty_folder_then_list_new_files(output_folder),
         open_cube_by_record(cube_path, element=None) as elements,
-        package_matplotlib_settings(),
+        use_package_matplotlib_settings(),
     ):
         chosen = np.isin(elements["record_id"].to_numpy().astype(str), shown_records) if shown_records else slice(None)
         elements = elements.isel(record=chosen)
@@ -88,8 +88,8 @@ def draw_illustrative_cases(
                 variant = str(other_cube.attrs["variant"])
                 here, there = names_of_compared_elements(study_of_cube(elements), variant)
                 answer = case_with_differing_outcomes(
-                    select_element(elements, here),
-                    select_element(other_cube.isel(record=chosen), there),
+                    select_outcomes_of_element(elements, here),
+                    select_outcomes_of_element(other_cube.isel(record=chosen), there),
                     (NOMINAL, variant),
                 )
             cases = cases if answer is None else [answer, *cases]
@@ -106,7 +106,7 @@ def _select_default_element_and_mark_any_fall(cube: "xr.Dataset") -> "xr.Dataset
     if "element" not in cube.dims:
         return cube
     falls = (abs(cube["overturned"]) == 1).any("element")
-    return select_element(cube, element_name_to_show(cube)).assign({ANY_ELEMENT_FALLS: falls})
+    return select_outcomes_of_element(cube, element_name_to_show(cube)).assign({ANY_ELEMENT_FALLS: falls})
 
 
 CaseFigure = tuple[str, "Callable[[], Figure]", str, dict[str, float]]
@@ -185,7 +185,7 @@ def _draw_illustrative_case(
 def _motion_of_variant(study: Study, motion_folder: Path, record_id: str, variant: str) -> Motion:
     """Read the motion of a record as a study variant uses it: on soil or rock, with or without vertical component."""
     folder = motion_folder / variant if variant_settings(study, variant).site else motion_folder
-    return motion_for_variant(study, read_record_from_motion_file(folder / f"{record_id}.nc"), variant)
+    return ground_motion_for_variant(study, read_record_from_motion_file(folder / f"{record_id}.nc"), variant)
 
 
 def _film_title(
@@ -232,7 +232,7 @@ def _figures_for_planar_film(
         azimuths.append((azimuths[0] + 90.0) % 360.0)
 
     def draw_overturning_boundary() -> "Figure":
-        edge = overturning_boundary_by_azimuth(record_cube).assign_attrs(record_cube.attrs)
+        edge = largest_falling_b_over_h_by_azimuth(record_cube).assign_attrs(record_cube.attrs)
         return overturning_boundary_figure(edge, float(record_cube["b_over_h"].max()), normal, place)
 
     seen = "acceleration, velocity and displacement seen from above"

@@ -22,7 +22,7 @@ from overturning.figures.style import (
 from overturning.labels import friction_label
 from overturning.model.falls import model_of_results_cube
 from overturning.statistics.criteria import CRITERIA, west_acceleration_limit
-from overturning.statistics.falls import shares_of_directions_with_fall
+from overturning.statistics.falls import mean_fall_probability_over_directions
 from overturning.statistics.logistic import LEAST_PGA, LogisticFit
 from overturning.units import GAL, STANDARD_GRAVITY
 
@@ -108,7 +108,9 @@ def outcomes_by_pga_and_pgv_over_pga_figure(
     slender = cube["b_over_h"].to_numpy()
     one_friction = cube.sel(friction=[friction], method="nearest")
     share = (
-        shares_of_directions_with_fall(one_friction, summed_dims=("record", "height", "friction")).compute().to_numpy()
+        mean_fall_probability_over_directions(one_friction, summed_dims=("record", "height", "friction"))
+        .compute()
+        .to_numpy()
     )
     # Show the slendernesses with the most evenly divided outcomes: they are the most informative.
     chosen = np.sort(slender[np.argsort(-np.nan_to_num(share * (1 - share)), kind="stable")[:3]])

@@ -11,7 +11,7 @@ from matplotlib.ticker import MultipleLocator
 from overturning.arrays import FloatArray
 from overturning.figures import style
 from overturning.figures.cells import b_over_h_cell_edges, cell_edges, trim_outer_rings_without_falls
-from overturning.figures.polar_map import azimuth_map_figure
+from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.rose import draw_fall_rose
 from overturning.model.falls import model_of_results_cube
 from overturning.statistics.earthquakes import azimuth_away_from_epicentre
@@ -33,7 +33,7 @@ _ARROW_LENGTHS: Final = (1 / 30, 1 / 10)
 """Least and largest length of an arrow, as a share of the width of its map."""
 
 
-def orientation_map_figure(cube: xr.Dataset, title: str) -> Figure:
+def fall_map_by_orientation_figure(cube: xr.Dataset, title: str) -> Figure:
     """Draw the fall azimuths of 3-D bodies under one record by orientation and B/H, one panel per block, and a rose."""
     cube = trim_outer_rings_without_falls(cube, cube["overturned"])
     cube = cube if "aspect" in cube.dims else cube.expand_dims(aspect=[1.0])
@@ -114,5 +114,5 @@ def fall_map_figure(cube: xr.Dataset, title: str, peak_velocity_by_azimuth: xr.D
     `peak_velocity_by_azimuth` by azimuth, m/s, is drawn on a map by azimuth.
     """
     if model_of_results_cube(cube).one_component:
-        return azimuth_map_figure(cube, title, [peak_velocity_by_azimuth])
-    return orientation_map_figure(cube, title)
+        return fall_map_by_azimuth_figure(cube, title, [peak_velocity_by_azimuth])
+    return fall_map_by_orientation_figure(cube, title)

@@ -38,7 +38,7 @@ _LETTER_INCHES: Final = 0.08
 
 
 @dataclass(frozen=True)
-class ObservedRose:
+class ObservedFallRose:
     """Number of observed falls in each direction at one survey site or in the whole survey, for a rose diagram.
 
     Attributes
@@ -61,7 +61,7 @@ class ObservedRose:
     axis_half_width_deg: float | None = None
 
 
-def observed_roses_figure(roses: Sequence[ObservedRose]) -> Figure:
+def observed_fall_roses_figure(roses: Sequence[ObservedFallRose]) -> Figure:
     """Draw rose diagrams of observed falls, each on its own scale; one rose alone has the width of a text column."""
     count = len(roses)
     columns = 1 if is_drawing_for_phone() else min(count, ROSES_IN_A_ROW)
@@ -71,7 +71,7 @@ def observed_roses_figure(roses: Sequence[ObservedRose]) -> Figure:
     places = figure.add_gridspec(rows, columns)
     for number, rose in enumerate(roses):
         axes = figure.add_subplot(places[divmod(number, columns)], projection="polar")
-        _draw_observed_rose(axes, rose)
+        _draw_observed_fall_rose(axes, rose)
         if rose.name:
             title = "\n".join(wrap_name_into_lines(rose.name, int(width / columns / _LETTER_INCHES)))
             axes.set_title(title, fontsize=8.5, pad=16, parse_math=False)
@@ -84,7 +84,7 @@ def observed_roses_figure(roses: Sequence[ObservedRose]) -> Figure:
     return figure
 
 
-def _draw_observed_rose(axes: Any, rose: ObservedRose) -> None:
+def _draw_observed_fall_rose(axes: Any, rose: ObservedFallRose) -> None:
     """Draw a rose diagram: sectors with areas proportional to numbers of falls, and mean directions at the rim."""
     turn_axes_into_compass(axes, name_distance_pt=13)
     counts = np.asarray(rose.falls_by_sector, np.float64)

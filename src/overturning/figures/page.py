@@ -71,10 +71,10 @@ def film_page_html(film: Film) -> str:
     from markupsafe import Markup
 
     from overturning.figures.film_strip import film_strip_figure
-    from overturning.figures.style import package_matplotlib_settings
+    from overturning.figures.style import use_package_matplotlib_settings
     from overturning.figures.write import save_figure_files
 
-    with TemporaryDirectory() as folder, package_matplotlib_settings():
+    with TemporaryDirectory() as folder, use_package_matplotlib_settings():
         strip = Path(folder) / "strip.svg"
         save_figure_files(film_strip_figure(film, titled=False), strip)
         player = Markup(film_html_element(film.player_data(), strip, translate(film.title)))

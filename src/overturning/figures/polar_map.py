@@ -18,18 +18,18 @@ from overturning.figures import style
 from overturning.figures.cells import (
     azimuth_cell_edges_rad,
     b_over_h_cell_edges,
-    closed_polar_curve,
-    count_b_over_h_with_possible_falls,
+    count_b_over_h_rings_to_draw,
     extend_azimuths_to_full_circle,
-    isolated_point_indices,
+    isolated_curve_point_indices,
     panel_row_and_column_counts,
     simulated_azimuths_deg,
+    symmetric_polar_curve,
 )
 from overturning.figures.compass import COLOUR_BAR, create_compass_grid, slenderness_ring_labels
 from overturning.figures.film_words import record_and_event_text
 from overturning.labels import friction_label
-from overturning.model.planes import fall_probability_to_either_side
-from overturning.motion.direction import azimuth_difference
+from overturning.model.planes import fall_probabilities_towards_and_away
+from overturning.motion.direction import angle_between_azimuths
 from overturning.statistics.earthquakes import azimuth_away_from_epicentre
 from overturning.units import CM
 
@@ -87,7 +87,7 @@ class PolarMapPanel:
         return b_over_h_cell_edges(self.cells["b_over_h"].to_numpy().astype(np.float64))
 
 
-def azimuth_map_figure(
+def fall_map_by_azimuth_figure(
     cubes: xr.Dataset | Sequence[xr.Dataset], title: str, peak_velocities_by_azimuth: Sequence[xr.DataArray | None] = ()
 ) -> Figure:
     """Draw polar maps of the falls by azimuth and B/H: one map per record, height and friction, on one scale.
@@ -165,10 +165,10 @@ def _create_polar_map_panels(
     # Each operation of xarray merges all coordinates, of which a record has dozens: keep those of the cells.
     bare = [one[sorted(outcomes.intersection(one))].reset_coords(drop=True) for one in record_cubes]
     whole = [extend_azimuths_to_full_circle(one) for one in bare]
-    chance = [fall_probability_to_either_side(one)[["towards", "away"]].compute() for one in whole]
+    chance = [fall_probabilities_towards_and_away(one)[["towards", "away"]].compute() for one in whole]
     falls = [abs(one["overturned"]).compute() for one in whole]
     either = [one["towards"] + one["away"] for one in chance]
-    rings = max(count_b_over_h_with_possible_falls(*both) for both in zip(either, falls, strict=True))
+    rings = max(count_b_over_h_rings_to_draw(*both) for both in zip(either, falls, strict=True))
     panels = []
     for cube, one, any_run, fell, velocity in zip(
         record_cubes, chance, either, falls, [*peak_velocities_by_azimuth, *len(record_cubes) * [None]], strict=False
@@ -213,7 +213,7 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
     look: dict[str, Any] = {"rasterized": True, "shading": "flat", "zorder": 1.2}
     mesh = axes.pcolormesh(theta, radius, values, cmap=PROBABILITY, vmin=0.0, vmax=1.0, **look)
     for ring, missing in enumerate(np.isnan(towards) & panel.simulated):
-        for start, width in contiguous_ranges_of_selected_cells(missing, edges):
+        for start, width in start_and_width_of_selected_cell_ranges(missing, edges):
             look = {"bottom": radius[ring], "align": "edge", "linewidth": 0.0, "zorder": 1.4, **_NO_OUTCOME}
             axes.bar(start, radius[ring + 1] - radius[ring], width, **look)
     axes.plot(
@@ -221,9 +221,9 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
     )
     if panel.peak_velocity is not None and rim_velocity:
         angles = panel.peak_velocity["azimuth"].to_numpy().astype(np.float64)
-        theta, peaks = closed_polar_curve(angles, panel.peak_velocity.to_numpy() * largest_b_over_h / rim_velocity)
+        theta, peaks = symmetric_polar_curve(angles, panel.peak_velocity.to_numpy() * largest_b_over_h / rim_velocity)
         casing = [withStroke(linewidth=2.4, foreground="white"), Normal()]
-        points = {"marker": ".", "markevery": isolated_point_indices(peaks)}
+        points = {"marker": ".", "markevery": isolated_curve_point_indices(peaks)}
         axes.plot(theta, peaks, **_PEAK_LINE, **points, zorder=2.6, path_effects=casing)
     normal, radial = panel.marks_deg
     style.mark_fault_normal(axes, normal)
@@ -236,7 +236,7 @@ def _draw_simulated_area(
 ) -> None:
     """Hatch and outline the simulated range of azimuth and B/H; cells with falls are drawn over the hatching."""
     size: dict[str, Any] = {"bottom": b_over_h_edges[0], "align": "edge"}
-    for start, width in contiguous_ranges_of_selected_cells(is_simulated, azimuth_edges_rad):
+    for start, width in start_and_width_of_selected_cell_ranges(is_simulated, azimuth_edges_rad):
         axes.bar(start, b_over_h_edges[-1] - b_over_h_edges[0], width, linewidth=0.0, zorder=1, **size, **_STANDS)
         if width < 2.0 * np.pi:
             axes.bar(
@@ -248,7 +248,7 @@ def _draw_simulated_area(
             axes.plot(around, np.full(around.size, edge), color=_EDGE, **_THIN)
 
 
-def contiguous_ranges_of_selected_cells(
+def start_and_width_of_selected_cell_ranges(
     is_selected: NDArray[np.bool_], cell_edges_rad: FloatArray
 ) -> list[tuple[float, float]]:
     """Return start and width, radians, of each range of adjacent selected azimuth cells on a full circle."""
@@ -319,7 +319,7 @@ def azimuth_for_radius_labels(map_cells: xr.Dataset, *marked_deg: float) -> floa
     azimuth = map_cells["azimuth"].to_numpy().astype(np.float64)
     count = {}
     for middle in np.arange(22.5, 360.0, 45.0):
-        away = azimuth_difference(azimuth, middle)
+        away = angle_between_azimuths(azimuth, middle)
         marked = any(abs((middle - axis + 90.0) % 180.0 - 90.0) < 20.0 for axis in marked_deg)
         count[float(middle)] = float(falls[away <= 12.0].sum()) + 1e6 * marked
     return min(count, key=lambda middle: (count[middle], abs(middle - 112.5)))

@@ -6,12 +6,17 @@ from pathlib import Path
 import xarray as xr
 
 from overturning.figures.film_words import station_and_event_text
-from overturning.figures.ground import pga_and_pgv_figure
+from overturning.figures.ground import pga_and_pgv_by_azimuth_figure
 from overturning.figures.maps import fall_map_figure
-from overturning.figures.style import package_matplotlib_settings
+from overturning.figures.style import use_package_matplotlib_settings
 from overturning.figures.write import Write
 from overturning.model.scene import gravestone
-from overturning.study.cube import element_name_to_show, first_shown_height_and_friction, open_cube, study_of_cube
+from overturning.study.cube import (
+    default_height_and_friction_of_figures,
+    element_name_to_show,
+    open_cube,
+    study_of_cube,
+)
 from overturning.study.scenes import variant_scene
 
 
@@ -50,9 +55,11 @@ def draw_record_figures(
             around = intensity.isel(record=everyone.index(name))
             event = str(around["event"].item())  # event names depend on all records; this cube may hold one only
             title = station_and_event_text(station or name, event)
-            with package_matplotlib_settings():
+            with use_package_matplotlib_settings():
                 write_figure_files(
-                    fall_map_figure(one.sel(first_shown_height_and_friction(one)), f"{title}{stone}", around["pgv"]),
+                    fall_map_figure(
+                        one.sel(default_height_and_friction_of_figures(one)), f"{title}{stone}", around["pgv"]
+                    ),
                     output_folder / "polar" / name,
                 )
                 if study.has_several_blocks:
@@ -60,7 +67,8 @@ def draw_record_figures(
                         fall_map_figure(one, f"{title}{stone}", around["pgv"]), output_folder / "blocks" / name
                     )
                 write_figure_files(
-                    pga_and_pgv_figure(around, float(one["fault_normal"]), title), output_folder / "intensity" / name
+                    pga_and_pgv_by_azimuth_figure(around, float(one["fault_normal"]), title),
+                    output_folder / "intensity" / name,
                 )
 
 

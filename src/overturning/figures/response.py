@@ -78,9 +78,11 @@ def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: s
             axes.axhline(0, color="#c8c8c8", linewidth=0.5, zorder=0)
             axes.locator_params(axis="y", nbins=5)
             style.label_axes(axes, "time, s" if row == len(ROWS) - 1 else "", names[row] if column == 0 else "")
-        heading = style.compass_bearing(trajectory.attrs["azimuth_deg"])
+        heading = style.compass_bearing_text(trajectory.attrs["azimuth_deg"])
         upper.set_title(
-            fill(f"{heading}: {_outcome_label(trajectory)}", int(18 * width / len(trajectories) / 1.25)),
+            fill(
+                f"{heading}: {_outcome_label_of_2d_simulation(trajectory)}", int(18 * width / len(trajectories) / 1.25)
+            ),
             fontsize=9,
             y=1.0,  # a place that needs no measurement of the ticks
             parse_math=False,
@@ -97,7 +99,7 @@ def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: s
     return figure
 
 
-def _outcome_label(trajectory: xr.Dataset) -> str:
+def _outcome_label_of_2d_simulation(trajectory: xr.Dataset) -> str:
     """Return the outcome of a simulation as a short text: "stands", "falls", or the names of the falling elements."""
     if not has_outcome(trajectory):
         return "no outcome"
@@ -120,7 +122,7 @@ def _least_critical_angle_deg(trajectory: xr.Dataset) -> float:
     return float(np.degrees(np.arctan(float(trajectory.attrs["b_over_h"]) * min(1.0, across))))
 
 
-def _body_outcome_label(trajectory: xr.Dataset) -> str:
+def _outcome_label_of_3d_simulation(trajectory: xr.Dataset) -> str:
     """Return the outcome of a 3-D body as a short text: no outcome, the azimuth of its fall, or its largest tilt."""
     if not has_outcome(trajectory):
         return "no outcome"
@@ -153,7 +155,9 @@ def tilt_path_and_hodographs_figure(trajectory: xr.Dataset, motion: Motion, titl
     axes.plot(x[-1], y[-1], "s", color=style.INK, markersize=4, label="end")  # unlike the peaks of the hodographs
     axes.set(xlim=(-largest, largest), ylim=(-largest, largest), aspect="equal")
     stone = f" of the {trajectory['element'].item()}" if "element" in trajectory.coords else ""
-    axes.set_title(f"tilt of the axis{stone}, degrees\n{_body_outcome_label(trajectory)}", fontsize=9, parse_math=False)
+    axes.set_title(
+        f"tilt of the axis{stone}, degrees\n{_outcome_label_of_3d_simulation(trajectory)}", fontsize=9, parse_math=False
+    )
     style.label_axes(axes, "east", "north")
     draw_hodographs(panels[0, 1:], motion.scaled_by(float(trajectory.attrs["amplitude"])))
     peaks = panels[0, 1].get_legend_handles_labels()[0]

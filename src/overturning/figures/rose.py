@@ -20,7 +20,7 @@ from overturning.figures.style import (
     turn_axes_into_compass,
     wrap_name_into_lines,
 )
-from overturning.motion.direction import azimuth_difference
+from overturning.motion.direction import angle_between_azimuths
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import FallAxisSummary
 from overturning.statistics.roses import FallRose, fall_rose, fall_rose_by_record_group
@@ -123,7 +123,7 @@ def _azimuth_for_radius_labels(rose: FallRose) -> float:
     most = np.fmax(rose.shares, rose.high)
     between = np.arange(22.5, 360.0, 45.0)
     centres = np.arange(most.size) * 360.0 / most.size
-    near = [most[azimuth_difference(centres, middle) < 15.0].max() for middle in between]
+    near = [most[angle_between_azimuths(centres, middle) < 15.0].max() for middle in between]
     return float(between[int(np.argmin(near))])
 
 

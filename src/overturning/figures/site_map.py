@@ -144,12 +144,12 @@ def _are_coordinates_known(coordinates: tuple[float, float]) -> bool:
 def earthquake_map_figures(earthquakes: Sequence[EarthquakeOnMap]) -> Iterator[Figure]:
     """Yield figures with maps of all earthquakes, with at most `MOST_SITES` maps per figure."""
     yield from (
-        earthquake_map_figure(earthquakes[first : first + MOST_SITES])
+        earthquake_maps_in_one_figure(earthquakes[first : first + MOST_SITES])
         for first in range(0, len(earthquakes), MOST_SITES)
     )
 
 
-def earthquake_map_figure(earthquakes: Sequence[EarthquakeOnMap]) -> Figure:
+def earthquake_maps_in_one_figure(earthquakes: Sequence[EarthquakeOnMap]) -> Figure:
     """Draw a map of each earthquake: stations, epicentre, fault, and arrows along the mean axes of the falls.
 
     North is up; each panel has its own scale. Raises an `ArgumentError` for a place off the globe, and if there is no

@@ -12,7 +12,7 @@ from overturning.figures.alignment import fall_alignment_by_b_over_h_figure, fal
 from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_over_pga_figure
 from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses_by_group_figure
 from overturning.figures.site_map import earthquake_map_figures, earthquakes_on_map
-from overturning.figures.style import package_matplotlib_settings
+from overturning.figures.style import use_package_matplotlib_settings
 from overturning.figures.write import Write, empty_folder_then_list_new_files
 from overturning.labels import note_on_size_reference_stone
 from overturning.model.falls import model_of_results_cube
@@ -39,13 +39,13 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, output_folder: Pat
     with (
         open_cube_by_record(cube_path) as cube,
         xr.open_dataset(intensity_path, engine="netcdf4") as intensity,
-        package_matplotlib_settings(),
+        use_package_matplotlib_settings(),
     ):
         fits = model_of_results_cube(cube).one_component and not note_on_size_reference_stone(cube)
         fit = fit_logistic_overturning_model(cube, intensity) if fits else None
         for name, draw in study_figure_functions(cube, intensity, fit, fall_axes_by_group(cube)).items():
             write_figure_files(draw(), output_folder / name)
-        _draw_station_maps(cube, output_folder / "maps", write_figure_files)
+        _draw_earthquake_maps(cube, output_folder / "maps", write_figure_files)
 
 
 def study_figure_functions(
@@ -76,7 +76,7 @@ def study_figure_functions(
     }
 
 
-def _draw_station_maps(cube: xr.Dataset, output_folder: Path, write_figure_files: Write) -> None:
+def _draw_earthquake_maps(cube: xr.Dataset, output_folder: Path, write_figure_files: Write) -> None:
     """Draw maps of the earthquakes of a study with stations and mean fall axes, and write them into a folder."""
     with empty_folder_then_list_new_files(output_folder):
         for number, figure in enumerate(earthquake_map_figures(earthquakes_on_map(cube)), 1):

@@ -72,7 +72,7 @@ SETTINGS: Final[Any] = {
 
 
 @contextmanager
-def figures_for_phone() -> Iterator[None]:
+def arrange_panels_for_phone() -> Iterator[None]:
     """Context manager for phone figures: `create_panel_grid` puts panels below each other instead of side by side."""
     token = _NARROW.set(True)
     try:
@@ -82,7 +82,7 @@ def figures_for_phone() -> Iterator[None]:
 
 
 def is_drawing_for_phone() -> bool:
-    """True if figures are drawn for a phone: within a block of `figures_for_phone`."""
+    """True if figures are drawn for a phone: within a block of `arrange_panels_for_phone`."""
     return _NARROW.get()
 
 
@@ -91,7 +91,7 @@ _SETTINGS_IN_USE: Final = threading.RLock()
 
 
 @contextmanager
-def package_matplotlib_settings() -> Iterator[None]:
+def use_package_matplotlib_settings() -> Iterator[None]:
     """Context manager that uses the Matplotlib settings of this package and restores those of the user afterwards.
 
     The settings are those of the process: another thread that enters the context waits until the first has left it.
@@ -129,12 +129,12 @@ def largest_round_number_up_to(limit: float) -> float:
     return float(max(digit * power for digit in (1.0, 2.0, 5.0) if digit * power <= limit * (1.0 + 1e-9)))
 
 
-def format_three_digits(value: float) -> str:
+def format_three_significant_digits(value: float) -> str:
     """Format a number with three significant digits; from 100 on without decimals."""
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:z.3g}"
 
 
-def compass_bearing(azimuth_deg: float) -> str:
+def compass_bearing_text(azimuth_deg: float) -> str:
     """Return an azimuth, degrees, as a bearing such as N60°E (60), S28°E (152) or N (0)."""
     azimuth = round(azimuth_deg % 360.0, 2) % 360.0
     if azimuth % 90.0 == 0.0:
@@ -153,7 +153,7 @@ def create_figure(width_inches: float, height_inches: float, layout: Any = "cons
 
     def png_image() -> bytes:
         data = BytesIO()
-        with package_matplotlib_settings():
+        with use_package_matplotlib_settings():
             figure.savefig(data, format="png", metadata=METADATA["png"])
         return data.getvalue()
 
@@ -177,8 +177,8 @@ def create_panel_grid(
     """Return a figure of a given size, inches, and its panels as an array of shape (row_count, column_count).
 
     Only the first `visible_count` panels are visible, by default all. `polar` is True or a class of polar panels.
-    Further keywords go to `matplotlib.figure.Figure.subplots`. Inside `figures_for_phone` all panels stand below each
-    other.
+    Further keywords go to `matplotlib.figure.Figure.subplots`. Inside `arrange_panels_for_phone` all panels stand
+    below each other.
     """
     kind = {"axes_class": polar} if isinstance(polar, type) else {"projection": "polar"} if polar else None
     if _NARROW.get():

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from overturning.errors import ArgumentError
-from overturning.figures.style import DPI, METADATA, SETTINGS, package_matplotlib_settings
+from overturning.figures.style import DPI, METADATA, SETTINGS, use_package_matplotlib_settings
 from overturning.figures.svg import compact_svg
 from overturning.figures.svg_translation import translate_svg
 from overturning.files import atomic_write, write_text
@@ -235,7 +235,7 @@ def save_figure_with_checks(figure: "Figure", path: Path, *, dpi: float, width: 
     from matplotlib.text import Text
 
     family, size = parse_font_family_and_size(font) if font else (None, None)
-    with package_matplotlib_settings(), warnings.catch_warnings():
+    with use_package_matplotlib_settings(), warnings.catch_warnings():
         warnings.filterwarnings("error", "constrained_layout not applied")
         if family:  # ticks that are made while drawing have the family of the settings
             mpl.rcParams["font.family"] = [family, *SETTINGS["font.family"]]

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean, negate_estimate
+from overturning.findings.values import Estimate, FindingBaseClass, Number, estimate_from_mean, negate_estimate
 from overturning.labels import note_on_size_reference_stone
 from overturning.statistics.criteria import PULSE_VALID, score_overturning_criteria
 from overturning.statistics.logistic import LEVEL, fitted_coefficient_rows
@@ -13,7 +13,7 @@ DOUBLED = {1: "PGA and PGV", 2: "PGV alone", 4: "size of the block"}
 """Quantity that doubles if a predictor of `statistics.logistic.PREDICTORS` grows by ln 2, by coefficient index."""
 
 
-class LogisticCoefficient(Finding):
+class LogisticCoefficient(FindingBaseClass):
     """Coefficient of one predictor in the logistic regression of falls, with its confidence interval."""
 
     predictor: str
@@ -36,7 +36,7 @@ class LogisticCoefficient(Finding):
     """Upper end of the interval of `odds_factor_per_doubling`."""
 
 
-class FallProbabilityAfterDoubling(Finding):
+class FallProbabilityAfterDoubling(FindingBaseClass):
     """Probability, with interval, to which a fall probability of 0.5 changes if a quantity, such as PGV, doubles."""
 
     doubled: str
@@ -48,7 +48,7 @@ class FallProbabilityAfterDoubling(Finding):
     """Upper end of the interval of `even_chance_becomes`."""
 
 
-class LogisticFitFindings(Finding):
+class LogisticFitFindings(FindingBaseClass):
     """Logistic regression of falls on the motion and the block, with jackknife intervals over earthquakes."""
 
     coefficients: list[LogisticCoefficient]
@@ -65,7 +65,7 @@ class LogisticFitFindings(Finding):
     """Reason why there is no fit or no interval; otherwise empty."""
 
 
-class CriterionScore(Finding):
+class CriterionScore(FindingBaseClass):
     """Skill with which a criterion predicts falls: hit rate minus false-alarm rate."""
 
     criterion: str
@@ -84,7 +84,7 @@ class CriterionScore(Finding):
     """Value of `skill_within_block_shape` without planes and blocks beyond the range of the pulse criterion."""
 
 
-class SkillDifference(Finding):
+class SkillDifference(FindingBaseClass):
     """Difference in skill of two criteria among blocks of equal shape: the one listed first minus the other."""
 
     first: str
@@ -95,7 +95,7 @@ class SkillDifference(Finding):
     """Value of `skill_within_block_shape` of the first criterion minus that of the second."""
 
 
-class CriteriaFindings(Finding):
+class CriteriaFindings(FindingBaseClass):
     """Skill of published overturning criteria, and of the best prediction from the block alone (last score)."""
 
     scores: list[CriterionScore]
@@ -114,7 +114,7 @@ class CriteriaFindings(Finding):
     """Largest frequency ratio ω/p for which the pulse criterion is valid."""
 
 
-class ComparisonWithPublished(Finding):
+class ComparisonWithPublished(FindingBaseClass):
     """Published and computed outcome of one block under one record along one azimuth."""
 
     variant: str

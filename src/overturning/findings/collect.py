@@ -49,7 +49,7 @@ from overturning.findings.extent import (
     ReportMaps,
     StudyCounts,
     case_counts_by_status,
-    choose_report_maps,
+    choose_fall_maps_for_report,
     count_records_blocks_and_directions,
     source_and_licence_of_records,
 )
@@ -74,13 +74,13 @@ from overturning.findings.study import (
     study_facts,
 )
 from overturning.findings.survey_displacements import SurveyDisplacements, all_survey_displacements
-from overturning.findings.surveys import SurveyFindings, all_survey_findings
-from overturning.findings.values import Finding
+from overturning.findings.surveys import SurveyFindings, all_survey_prediction_findings
+from overturning.findings.values import FindingBaseClass
 from overturning.stored import read_json_result
 from overturning.study.schema import Study
 
 
-class Findings(Finding):
+class Findings(FindingBaseClass):
     """All numbers in the report of a study; fields that do not apply to the study are null or empty."""
 
     study: StudyFacts
@@ -157,7 +157,7 @@ def findings_from_results(results: StudyResults) -> Findings:
         site_fall_rates=population_fall_rates_by_soil(results),
         not_converged=unconverged_soil_analyses(results),
         beyond_curves=soil_analyses_with_strain_beyond_curves(results),
-        surveys=all_survey_findings(results),
+        surveys=all_survey_prediction_findings(results),
         survey_displacements=all_survey_displacements(results),
         inferred_motions=all_inferred_motion_findings(results),
         published_peaks=compare_peaks_with_published(results),
@@ -169,7 +169,7 @@ def findings_from_results(results: StudyResults) -> Findings:
         final_twist=final_twist_findings(results),
         ensemble=ensemble_findings(results),
         convergence=convergence_findings(results),
-        maps=choose_report_maps(results),
+        maps=choose_fall_maps_for_report(results),
         records=records,
         record_notes=record_notes({one.id: one.processing for one in records}),
         cells=case_counts_by_status(results),

@@ -2,12 +2,12 @@
 
 import math
 
-from overturning.findings.values import Finding, Number
+from overturning.findings.values import FindingBaseClass, Number
 from overturning.study.convergence import ConvergenceCheckResult, OutcomeChangesOfElement
 from overturning.study.ensemble import wilson_interval
 
 
-class ChangedCases(Finding):
+class ChangedCases(FindingBaseClass):
     """Number and share of cases whose outcome changes if they are computed again in another way.
 
     The interval of the share is that of Wilson, for a random sample of the cases.
@@ -24,7 +24,7 @@ class ChangedCases(Finding):
     high: Number
 
 
-class ComparisonWithSecondComputation(Finding):
+class ComparisonWithSecondComputation(FindingBaseClass):
     """Changes of outcomes if cases are computed again with shorter steps, stiffer contacts or a rigid block."""
 
     computation: str

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean
+from overturning.findings.values import Estimate, FindingBaseClass, Number, estimate_from_mean
 from overturning.model.scene import Scene
 from overturning.model.variables import outcome_is_known
 from overturning.records.site import BEYOND_CURVE, SoilSite
@@ -19,14 +19,14 @@ from overturning.study.scenes import (
     NOMINAL,
     names_of_compared_elements,
     names_of_differing_settings,
-    select_element,
+    select_outcomes_of_element,
     variant_scene,
     variant_settings,
 )
 from overturning.surveys.population import fall_rates_of_stones_known_in_both_cubes
 
 
-class VariantContrast(Finding):
+class VariantContrast(FindingBaseClass):
     """Comparison of a study with one variant (the study with some settings changed), over cases known in both."""
 
     variant: str
@@ -80,7 +80,7 @@ class VariantContrast(Finding):
     """Difference of the primary statistic: of the fall rates if that is the fall rate, otherwise of the shares."""
 
 
-class OverturnedSharesAtBOverH(Finding):
+class OverturnedSharesAtBOverH(FindingBaseClass):
     """Shares of the cases with one value of B/H that overturn, in the study and in one of its variants."""
 
     b_over_h: float
@@ -93,7 +93,7 @@ class OverturnedSharesAtBOverH(Finding):
     """First share minus the second, record by record."""
 
 
-class ElementFallOutcomes(Finding):
+class ElementFallOutcomes(FindingBaseClass):
     """Number of falls, share of cases with a fall, and median fall time of one element of a scene."""
 
     variant: str
@@ -118,7 +118,7 @@ class ElementFallOutcomes(Finding):
     """Median time of the falls from the start of the record, s."""
 
 
-class SoilLayerSummary(Finding):
+class SoilLayerSummary(FindingBaseClass):
     """Thickness and shear-wave velocity of one layer of the soil under the stones."""
 
     thickness_m: float
@@ -127,7 +127,7 @@ class SoilLayerSummary(Finding):
     """Shear-wave velocity, m/s."""
 
 
-class SiteFallRates(Finding):
+class SiteFallRates(FindingBaseClass):
     """Share of a stone population that falls at a site with one soil profile, at one amplitude factor."""
 
     variant: str
@@ -182,7 +182,7 @@ def _compare_study_with_variant(
     """Compare the outcomes of the study and of one variant under the records with the given indices."""
     elements = names_of_compared_elements(results.study, variant)
     cubes = [
-        select_element(results.cubes[name], element).isel(record=record_indices)
+        select_outcomes_of_element(results.cubes[name], element).isel(record=record_indices)
         for name, element in zip((NOMINAL, variant), elements, strict=True)
     ]
     events = results.record_events[record_indices]

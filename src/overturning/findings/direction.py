@@ -7,9 +7,9 @@ from pydantic import Field
 
 from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean
+from overturning.findings.values import Estimate, FindingBaseClass, Number, estimate_from_mean
 from overturning.model.symmetry import PLANE_PERIOD
-from overturning.statistics.alignment_by_rule import FallAlignmentOfBlockSelection
+from overturning.statistics.alignment_by_rule import FaultNormalAlignmentOfSelectedBlocks
 from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.falls import block_selection_rule_for_cube, count_outcome_changes, overturning_indicator
@@ -18,7 +18,7 @@ from overturning.statistics.space import shares_of_agreeing_2d_and_3d_outcomes
 ALIGNMENT = "mean of cos 2Δ, Δ the angle from the fault normal to a fall: 1 normal to the fault, −1 along it"
 
 
-class EarthquakeFallAxis(Finding):
+class EarthquakeFallAxis(FindingBaseClass):
     """Mean axis of the falls in one earthquake, and the alignment of the falls with the fault normal."""
 
     event: str
@@ -31,7 +31,7 @@ class EarthquakeFallAxis(Finding):
     """Axis of the falls relative to the fault normal, (−90, 90]; None if the resultant is too small."""
 
 
-class BlockSelectionAlignment(Finding):
+class BlockSelectionAlignment(FindingBaseClass):
     """Alignment of falls with the fault normal, over those blocks that one selection rule includes."""
 
     rule: str
@@ -46,7 +46,7 @@ class BlockSelectionAlignment(Finding):
     """Alignment if the mean axis of every record were its fault normal."""
 
 
-class GroupFallDirection(Finding):
+class GroupFallDirection(FindingBaseClass):
     """Mean axis of the falls in a group of records, and their alignment with the fault normal."""
 
     group: str
@@ -81,7 +81,7 @@ class GroupFallDirection(Finding):
     rules_excluding_zero: int
 
 
-class FallDirection(Finding):
+class FallDirection(FindingBaseClass):
     """Direction of the falls of a study relative to the fault normal, by group of records."""
 
     has_comparable_axis: bool
@@ -99,7 +99,7 @@ class FallDirection(Finding):
     """Share of the cases that overturn in each plane; empty unless the planes are spread unevenly over the circle."""
 
 
-class OverturnedShareOfPlane(Finding):
+class OverturnedShareOfPlane(FindingBaseClass):
     """Share of the cases that overturn in one vertical plane, over all records and blocks."""
 
     azimuth_deg: float
@@ -108,7 +108,7 @@ class OverturnedShareOfPlane(Finding):
     """Share of the cases with an outcome that overturn."""
 
 
-class AlignmentWithReference(Finding):
+class AlignmentWithReference(FindingBaseClass):
     """Alignment of falls with one reference direction, such as the azimuth of peak velocity."""
 
     reference: str
@@ -121,7 +121,7 @@ class AlignmentWithReference(Finding):
     """Alignment for ranges of B/H."""
 
 
-class GroupReferenceAlignment(Finding):
+class GroupReferenceAlignment(FindingBaseClass):
     """Alignment of the falls in a group of records with each of several reference directions."""
 
     group: str
@@ -142,7 +142,7 @@ class GroupReferenceAlignment(Finding):
     """Number of these intervals that exclude 0."""
 
 
-class PlanarModelAgreement(Finding):
+class PlanarModelAgreement(FindingBaseClass):
     """Shares of cases in which the 2-D and the 3-D model have the same outcome.
 
     The 2-D model is computed in the two vertical planes that are normal to the side faces of the body.
@@ -165,7 +165,7 @@ class PlanarModelAgreement(Finding):
 
 
 def _alignment_finding_of_block_selection(
-    rule_alignment: FallAlignmentOfBlockSelection, direction_noun: str, is_study_rule: bool
+    rule_alignment: FaultNormalAlignmentOfSelectedBlocks, direction_noun: str, is_study_rule: bool
 ) -> BlockSelectionAlignment:
     """Return the mean alignment of falls with the reference direction, over the blocks that one rule selects.
 
@@ -188,14 +188,14 @@ def _reason_for_no_fall_axis(results: StudyResults) -> str:
         return "no falls"
     if results.plane_choice_imposes_fall_axis:
         return "uneven planes" if np.unique(_plane_azimuths_deg(results)).size > 1 else "one plane"
-    if results.every_case_overturns:
+    if results.every_2d_case_overturns:
         return "falls in every plane"
     imposed = bool(results.records_with_imposed_axis)
-    if not results.falls_have_axis:
+    if not results.any_record_has_fall_axis:
         return "unknown outcomes" if imposed else "every direction or none"
     if results.has_known_fault_normal:
         return ""
-    return "unknown outcomes" if imposed and results.fault_normal_is_stated else "no fault normal"
+    return "unknown outcomes" if imposed and results.any_fault_normal_is_stated else "no fault normal"
 
 
 def _plane_azimuths_deg(results: StudyResults) -> FloatArray:

@@ -1,12 +1,12 @@
 """Slip and twist of the stones of a 3-D scene at the end, and falls over the rim of what a stone stands on."""
 
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Finding, Number
+from overturning.findings.values import FindingBaseClass, Number
 from overturning.statistics.elements import element_displacements
 from overturning.study.scenes import variant_scene
 
 
-class ElementDisplacementFindings(Finding):
+class ElementDisplacementFindings(FindingBaseClass):
     """Final slip and rotation of one element of a 3-D scene, relative to its support."""
 
     variant: str

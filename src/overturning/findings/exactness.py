@@ -15,7 +15,7 @@ from overturning.findings.comparison import (
 )
 from overturning.findings.relief import ReliefFindings, fall_variance_due_to_base_relief
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Finding, Number
+from overturning.findings.values import FindingBaseClass, Number
 from overturning.model.model import Model
 from overturning.settings import EnsembleSettings
 from overturning.statistics.by_record import apply_to_record_batches
@@ -33,7 +33,7 @@ MIN_CASES_OF_RECORD: Final = 20
 """Smallest number of compared cases of a record of which the share of changes is judged."""
 
 
-class EnsembleFindings(Finding):
+class EnsembleFindings(FindingBaseClass):
     """Shares of cases whose ensemble runs, with slightly changed parameters, disagree about the fall."""
 
     share_of_cells_repeated: Number
@@ -60,14 +60,14 @@ class EnsembleFindings(Finding):
     """Part of the relief under the base of a scanned stone; None unless the relief varies."""
 
 
-class ChangesUnderRecord(Finding):
+class ChangesUnderRecord(FindingBaseClass):
     """Cases of one record whose outcome changes with finer time steps."""
 
     record: str
     changes: ChangedCases
 
 
-class ConvergenceFindings(Finding):
+class ConvergenceFindings(FindingBaseClass):
     """Shares of the cases whose outcome changes in a more exact computation.
 
     Second computations use finer steps, stiffer springs, or exact rigid blocks.
@@ -93,7 +93,7 @@ class ConvergenceFindings(Finding):
     """
 
 
-class FinalTwist(Finding):
+class FinalTwist(FindingBaseClass):
     """Final rotation about the vertical, degrees, of stones that moved and stand."""
 
     stones: int
@@ -157,19 +157,19 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
     )
     sums = found.drop_vars(("fewest", "most")).sum()
 
-    def ratio_of_sums(part_name: str, whole_name: str) -> float:
+    def ratio_of_sums_over_records(part_name: str, whole_name: str) -> float:
         """Return the ratio of two counts, each summed over all records."""
         return float(sums[part_name]) / float(sums[whole_name]) if float(sums[whole_name]) else float("nan")
 
     return EnsembleFindings(
-        share_of_cells_repeated=ratio_of_sums("run", "cells"),
+        share_of_cells_repeated=ratio_of_sums_over_records("run", "cells"),
         repeats_every_cell=settings.repeats_every_cell(cube.sizes["b_over_h"]),
         fewest_runs_per_cell=float(found["fewest"].min()),
         most_runs_per_cell=float(found["most"].max()),
-        mean_runs_per_cell=ratio_of_sums("members", "with_members"),
+        mean_runs_per_cell=ratio_of_sums_over_records("members", "with_members"),
         first_batch_runs=min(BATCH, settings.members),
-        share_disagreeing=ratio_of_sums("divided", "with_first_batch"),
-        share_falling_both_ways=ratio_of_sums("apart", "agree"),
+        share_disagreeing=ratio_of_sums_over_records("divided", "with_first_batch"),
+        share_falling_both_ways=ratio_of_sums_over_records("apart", "agree"),
         relief=fall_variance_due_to_base_relief(results),
     )
 

@@ -5,18 +5,18 @@ from collections import Counter
 import numpy as np
 
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Finding, Number
+from overturning.findings.values import FindingBaseClass, Number
 from overturning.labels import earthquake_assignment_notes, unsimulated_azimuth_ranges
 from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_PERIOD
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.falls import overturned_shares_by_record
-from overturning.statistics.map_choice import choose_map_records
-from overturning.study.cube import element_name_to_show, first_shown_height_and_friction, record_sources
+from overturning.statistics.map_choice import choose_records_for_report_maps
+from overturning.study.cube import default_height_and_friction_of_figures, element_name_to_show, record_sources
 from overturning.study.scenes import variant_scene
 
 
-class StudyCounts(Finding):
+class StudyCounts(FindingBaseClass):
     """Numbers of records, earthquakes, blocks and azimuths or orientations, and properties of the motions."""
 
     records: int
@@ -59,7 +59,7 @@ class StudyCounts(Finding):
     """Number of other factors under which each record was computed."""
 
 
-class ChosenMap(Finding):
+class ChosenMap(FindingBaseClass):
     """Record whose map the report shows, and the reason why it was chosen."""
 
     record: str
@@ -72,7 +72,7 @@ class ChosenMap(Finding):
     """Mean cos 2Δ of the falls under this record: 1 normal to the fault, −1 along it."""
 
 
-class ReportMaps(Finding):
+class ReportMaps(FindingBaseClass):
     """Records whose polar maps the report shows, with the height, friction and smallest B/H of these maps."""
 
     height_m: Number
@@ -81,14 +81,14 @@ class ReportMaps(Finding):
     records: list[ChosenMap]
 
 
-class CellCount(Finding):
+class CellCount(FindingBaseClass):
     """Number of cases with one status, such as "simulated"."""
 
     status: str
     cells: int
 
 
-class RecordSource(Finding):
+class RecordSource(FindingBaseClass):
     """Source and licence of the file from which a record was read."""
 
     record: str
@@ -132,13 +132,13 @@ def count_records_blocks_and_directions(results: StudyResults) -> StudyCounts:
     )
 
 
-def choose_report_maps(results: StudyResults) -> ReportMaps:
+def choose_fall_maps_for_report(results: StudyResults) -> ReportMaps:
     """Choose the records of which the report shows polar maps of falls, and the height and friction of these maps."""
     cube, means = results.cube, results.mean_fall_directions_by_record
     axis, length = means["mean_axis"].to_numpy(), means["axis_resultant"].to_numpy()
     normal = cube["fault_normal"].to_numpy().astype(np.float64)
     alignment = length * np.cos(np.radians(2.0 * (axis - normal)))
-    block = first_shown_height_and_friction(cube, results.study)
+    block = default_height_and_friction_of_figures(cube, results.study)
     names, shares = results.record_names, overturned_shares_by_record(cube).to_numpy()
     return ReportMaps(
         height_m=block["height"][0] if "height" in block else float("nan"),
@@ -152,7 +152,7 @@ def choose_report_maps(results: StudyResults) -> ReportMaps:
                 reason=reason,
                 alignment=float(alignment[place]),
             )
-            for place, reason in choose_map_records(cube, alignment, length, shares)
+            for place, reason in choose_records_for_report_maps(cube, alignment, length, shares)
         ],
     )
 

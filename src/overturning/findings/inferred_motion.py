@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pydantic import Field
 
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Finding, Number
+from overturning.findings.values import FindingBaseClass, Number
 from overturning.settings import StonePopulation
 from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER
 from overturning.surveys.posterior import LEVEL, SurveyInversionResult
@@ -14,7 +14,7 @@ from overturning.surveys.stones import Stone
 from overturning.units import CM
 
 
-class InferredMotionStrength(Finding):
+class InferredMotionStrength(FindingBaseClass):
     """Credible intervals of an intensity measure without the survey (prior) and with it (posterior)."""
 
     measure: str
@@ -31,7 +31,7 @@ class InferredMotionStrength(Finding):
     """Upper end of the interval before the survey."""
 
 
-class LikelyMotion(Finding):
+class LikelyMotion(FindingBaseClass):
     """Candidate motion, and its probability without the survey (prior) and with it (posterior)."""
 
     motion: str
@@ -39,14 +39,14 @@ class LikelyMotion(Finding):
     prior: Number
 
 
-class StoneSizeRange(Finding):
+class StoneSizeRange(FindingBaseClass):
     """Range of the heights or widths of stones, m."""
 
     low: float
     high: float
 
 
-class InferredMotionOfSite(Finding):
+class InferredMotionOfSite(FindingBaseClass):
     """Axis and strength of the ground motion that are inferred from the stones of one site of a survey by itself."""
 
     site: str
@@ -71,7 +71,7 @@ class InferredMotionOfSite(Finding):
     """False if the check rejects every motion."""
 
 
-class InferredMotion(Finding):
+class InferredMotion(FindingBaseClass):
     """Axis and strength of the ground motion that are inferred from the fallen stones of a survey."""
 
     stones: str
@@ -137,7 +137,7 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
     """
     one = inversion_result.posterior
     middle, width = inversion_result.credible_axis_arc_deg
-    weakest, strongest = (float(share) for share in one.weakest_and_strongest_level_probabilities())
+    weakest, strongest = (float(share) for share in one.lowest_and_highest_pgv_probabilities())
     high = sum(int(each.count) for each in stones if math.isnan(each.height))
     wide = sum(int(each.count) for each in stones if math.isnan(each.slenderness_in_both_planes[0]))
     assumed = StonePopulation()

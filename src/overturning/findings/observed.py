@@ -2,13 +2,13 @@
 
 from pydantic import Field
 
-from overturning.findings.values import Finding, Number
+from overturning.findings.values import FindingBaseClass, Number
 from overturning.statistics.bootstrap import exact_share_interval
 from overturning.statistics.mean_direction import MeanDirectionWithInterval
 from overturning.surveys.observed import ObservedFalls, ObservedSurvey
 
 
-class ObservedFallShare(Finding):
+class ObservedFallShare(FindingBaseClass):
     """Share of the stones of a survey, such as those that fell, with its exact binomial interval (Clopper & Pearson).
 
     Stones are taken to fall independently of each other.
@@ -24,7 +24,7 @@ class ObservedFallShare(Finding):
     """Probability of the interval."""
 
 
-class MeanFallDirection(Finding):
+class MeanFallDirection(FindingBaseClass):
     """Mean direction or axis of observed falls, with its interval, and a test against random directions."""
 
     sample_size: int
@@ -41,7 +41,7 @@ class MeanFallDirection(Finding):
     """Probability of the interval."""
 
 
-class ObservedFallsFinding(Finding):
+class ObservedFallsFinding(FindingBaseClass):
     """Numbers of stones by outcome, and directions of falls, at one survey site or at all sites together."""
 
     site: str
@@ -77,7 +77,7 @@ class ObservedFallsFinding(Finding):
     """Number of falls of known direction in each of 8 or 16 equal sectors, clockwise; the first is centred on north."""
 
 
-class ObservedSurveyFindings(Finding):
+class ObservedSurveyFindings(FindingBaseClass):
     """Summary of a survey, without comparison with a model: for all stones together, and by site."""
 
     stones: str

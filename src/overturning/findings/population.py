@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Finding, Number
+from overturning.findings.values import FindingBaseClass, Number
 from overturning.motion.jma_intensity import (
     SURVEY_RULE,
     VERTICAL_INTENSITY_INCREMENT,
@@ -17,7 +17,7 @@ from overturning.motion.jma_intensity import (
 )
 from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval, exact_interval_if_all_0_or_all_1
 from overturning.study.scenes import NOMINAL
-from overturning.surveys.population import jma_intensities_of_motions
+from overturning.surveys.population import jma_intensities_of_scaled_motions
 
 JMA_DEGREES: Final = (("5 upper", 5.0, 5.5), ("6 lower", 5.5, 6.0), ("6 upper", 6.0, 6.5), ("7", 6.5, math.inf))
 """Degrees of the JMA scale, with their range of instrumental intensity."""
@@ -29,7 +29,7 @@ BoolArray = NDArray[np.bool_]
 StrArray = NDArray[np.str_]
 
 
-class MotionCount(Finding):
+class MotionCount(FindingBaseClass):
     """Number of motions (each a record times an amplitude factor), and of their records and earthquakes."""
 
     motions: int
@@ -40,7 +40,7 @@ class MotionCount(Finding):
     """Number of their earthquakes."""
 
 
-class ShareOfMotions(Finding):
+class ShareOfMotions(FindingBaseClass):
     """Share of motions that agree with a survey rule, with its 95 % interval over earthquakes."""
 
     value: Number
@@ -51,7 +51,7 @@ class ShareOfMotions(Finding):
     """Upper end of the interval."""
 
 
-class FallRateAtIntensity(Finding):
+class FallRateAtIntensity(FindingBaseClass):
     """Median share of stones that fall, over the motions of one degree of the JMA intensity scale."""
 
     jma_degree: str
@@ -62,7 +62,7 @@ class FallRateAtIntensity(Finding):
     """Number of motions of this degree."""
 
 
-class JmaSurveyRuleCheck(Finding):
+class JmaSurveyRuleCheck(FindingBaseClass):
     """Check of one published rule that infers the JMA intensity from the share of stones that fell."""
 
     fall_rate_from: float
@@ -83,7 +83,7 @@ class JmaSurveyRuleCheck(Finding):
     """Share that agrees if `vertical_intensity_increment` is added for a missing vertical component."""
 
 
-class FragilityCurve(Finding):
+class FragilityCurve(FindingBaseClass):
     """Lognormal fragility curve of a class of stones for one intensity measure.
 
     Values above (below) the range of the data are `inf` (0).
@@ -113,7 +113,7 @@ class FragilityCurve(Finding):
     """Largest intensity in the data."""
 
 
-class RecordFallRate(Finding):
+class RecordFallRate(FindingBaseClass):
     """Share of the stone population that falls under one record at its recorded amplitude, with its interval.
 
     The interval is that of a sample of as many stones.
@@ -137,7 +137,7 @@ class RecordFallRate(Finding):
     """Share of the stones that fall towards this octant."""
 
 
-class PopulationFindings(Finding):
+class PopulationFindings(FindingBaseClass):
     """Shares of a random stone population that fall under the records of a study, and its fragility curves."""
 
     stones: int
@@ -186,7 +186,7 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
     if stones is None:
         return None
     found = results.populations[NOMINAL]
-    own, jma = found.sel(amplitude=1.0), jma_intensities_of_motions(found, results.intensity)
+    own, jma = found.sel(amplitude=1.0), jma_intensities_of_scaled_motions(found, results.intensity)
     horizontal = results.intensity["jma_intensity"].isnull().to_numpy()
     rate = own["fall_rate"].dropna("record").to_numpy()
     quantiles = np.quantile(rate, [0.0, 0.25, 0.5, 0.75, 1.0]).tolist() if rate.size else [math.nan] * 5
@@ -226,10 +226,10 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
                 stones=one.name,
                 measure=one.measure,
                 unit=one.unit,
-                median=one.median_and_spread_within_data[0],
-                low=one.median_and_spread_within_data[1].low,
-                high=one.median_and_spread_within_data[1].high,
-                log_std=one.median_and_spread_within_data[2],
+                median=one.median_and_spread_if_within_data[0],
+                low=one.median_and_spread_if_within_data[1].low,
+                high=one.median_and_spread_if_within_data[1].high,
+                log_std=one.median_and_spread_if_within_data[2],
                 log_std_between_records=one.spread_between_records_and_between_stones[0],
                 log_std_within_record=one.spread_between_records_and_between_stones[1],
                 data_minimum=one.least,

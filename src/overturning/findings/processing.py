@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Finding, Number
+from overturning.findings.values import FindingBaseClass, Number
 from overturning.records.doubts import DOUBT_KINDS, data_problem_kinds_in_notes
 from overturning.records.record import processing_entry_text
 from overturning.study.cube import record_provenance
@@ -16,7 +16,7 @@ TRUSTED: Final = "contradictions that were trusted"
 """Kind of doubt about a record that was read in spite of contradictions of its header and its data."""
 
 
-class RecordProcessing(Finding):
+class RecordProcessing(FindingBaseClass):
     """Source of a record's data, the processing by agency and program, and all notes about the data."""
 
     data: str
@@ -55,7 +55,7 @@ class RecordProcessing(Finding):
     """Kinds of doubts about the data that may affect results, such as "clipped samples"."""
 
 
-class DoubtfulRecords(Finding):
+class DoubtfulRecords(FindingBaseClass):
     """Records with one kind of doubt about their data, such as clipped samples."""
 
     doubt: str
@@ -66,7 +66,7 @@ class DoubtfulRecords(Finding):
     """Identifiers of these records."""
 
 
-class RecordNotes(Finding):
+class RecordNotes(FindingBaseClass):
     """Number of records with notes on their data, and the records with each kind of doubt."""
 
     records_with_notes: int

@@ -4,7 +4,7 @@ from typing import Final
 
 from overturning.findings.causes import computed_outcomes_of_published_cases
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Finding
+from overturning.findings.values import FindingBaseClass
 from overturning.units import CM, GAL
 
 PEAKS: Final = (("pga", "pga_gal", "PGA", "Gal", GAL, 0.01), ("pgv", "pgv_cm_s", "PGV", "cm/s", CM, 0.05),
@@ -12,7 +12,7 @@ PEAKS: Final = (("pga", "pga_gal", "PGA", "Gal", GAL, 0.01), ("pgv", "pgv_cm_s",
 """Variable, key of the study, measure, unit, factor to SI, and difference that the choices of a processing explain."""
 
 
-class PublishedPeak(Finding):
+class PublishedPeak(FindingBaseClass):
     """Published peak of one component of a record, and the peak of the motion that the study uses."""
 
     component: str
@@ -27,7 +27,7 @@ class PublishedPeak(Finding):
     agrees: bool
 
 
-class PublishedAgreement(Finding):
+class PublishedAgreement(FindingBaseClass):
     """Number of blocks, in one variant of a study, whose outcomes all agree with published outcomes."""
 
     variant: str

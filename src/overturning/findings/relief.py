@@ -5,14 +5,14 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Finding, Number
+from overturning.findings.values import FindingBaseClass, Number
 from overturning.model.variables import RELIEF_VARIABLES
 from overturning.statistics.by_record import apply_to_record_batches
 
 _LOW, _HIGH = (variable.name for variable in RELIEF_VARIABLES)
 
 
-class ReliefFindings(Finding):
+class ReliefFindings(FindingBaseClass):
     """Falls of a scanned stone in ensemble runs with a low and with a high relief (unevenness) under its base."""
 
     middle_mm: Number

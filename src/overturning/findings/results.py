@@ -16,7 +16,7 @@ from overturning.files import path_without_absolute_folder
 from overturning.labels import note_on_size_reference_stone
 from overturning.model.falls import model_of_results_cube
 from overturning.model.model import Model
-from overturning.model.planes import planes_in_results_impose_fall_axis
+from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
 from overturning.statistics import alignment_by_rule, earthquakes
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.circular import LEAST_RESULTANT
@@ -30,7 +30,7 @@ from overturning.study.convergence import ConvergenceCheckResult, read_convergen
 from overturning.study.cube import CONFIGURATION, open_cube_by_record, study_of_cube, study_with_title_and_figures
 from overturning.study.load import load_study
 from overturning.study.recheck import hash_of_outcomes_in_cube
-from overturning.study.scenes import NOMINAL, cube_covers_study_grid, select_element, variant_scene
+from overturning.study.scenes import NOMINAL, cube_covers_study_grid, select_outcomes_of_element, variant_scene
 from overturning.study.schema import Study
 from overturning.surveys.comparison import StoredSurveyComparison, read_survey_comparison
 from overturning.surveys.displacements import StoredDisplacementComparison
@@ -40,7 +40,7 @@ from overturning.surveys.posterior import SurveyInversionResult, read_inversion_
 
 
 @dataclass(frozen=True)
-class RecordName:
+class RecordIdAndNames:
     """Identifier of a record, with the names of its station and its earthquake, which may be empty."""
 
     id: str
@@ -94,10 +94,10 @@ class StudyResults:
     scaled_cube: xr.Dataset | None = None
 
     @cached_property
-    def record_names(self) -> tuple[RecordName, ...]:
+    def record_names(self) -> tuple[RecordIdAndNames, ...]:
         """Identifier, station and earthquake of each record, in the order of the results."""
         texts = (self.cube[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event"))
-        return tuple(RecordName(*each) for each in zip(*texts, strict=True))
+        return tuple(RecordIdAndNames(*each) for each in zip(*texts, strict=True))
 
     @cached_property
     def record_events(self) -> NDArray[np.str_]:
@@ -127,7 +127,7 @@ class StudyResults:
     @cached_property
     def plane_choice_imposes_fall_axis(self) -> bool:
         """True if the fall axis is imposed by simulating only one vertical plane or a sector of azimuths."""
-        return planes_in_results_impose_fall_axis(self.cube)
+        return azimuths_in_results_bias_mean_fall_axis(self.cube)
 
     @cached_property
     def logistic_fit(self) -> LogisticFit | None:
@@ -195,7 +195,7 @@ class StudyResults:
     def first_minus_second_group_alignment(self) -> MeanOverEarthquakes | None:
         """Alignment of falls with the fault normal, first minus second group of records; None if there is one group."""
         return (
-            earthquakes.difference_of_mean_alignments(*self.fall_axes_by_group.values())
+            earthquakes.difference_of_fall_alignments(*self.fall_axes_by_group.values())
             if len(self.fall_axes_by_group) == 2
             else None
         )
@@ -203,7 +203,7 @@ class StudyResults:
     @cached_property
     def fault_normal_alignment_by_block_selection(
         self,
-    ) -> dict[str, list[alignment_by_rule.FallAlignmentOfBlockSelection]]:
+    ) -> dict[str, list[alignment_by_rule.FaultNormalAlignmentOfSelectedBlocks]]:
         """Alignment of falls with the fault normal, for each rule that selects blocks, by name of the group."""
         return alignment_by_rule.fault_normal_alignment_by_block_selection(self.cube)
 
@@ -243,17 +243,17 @@ class StudyResults:
         return any(summary.alignment.n > 0 for summary in self.fall_axis_summaries.values())
 
     @property
-    def fault_normal_is_stated(self) -> bool:
+    def any_fault_normal_is_stated(self) -> bool:
         """True if the study knows the fault normal of at least one record, with or without falls."""
         return bool(np.isfinite(self.cube["fault_normal"].to_numpy().astype(np.float64)).any())
 
     @property
-    def every_case_overturns(self) -> bool:
+    def every_2d_case_overturns(self) -> bool:
         """True if every case of a 2-D model with known outcome overturns, so that falls show no axis."""
         return self.model.one_component and self.share_overturned >= 1
 
     @property
-    def falls_have_axis(self) -> bool:
+    def any_record_has_fall_axis(self) -> bool:
         """True if the falls of at least one record have an axis: a resultant of `LEAST_RESULTANT` or more.
 
         The falls have none if each block falls in every direction or in none.
@@ -271,10 +271,10 @@ class StudyResults:
         """True if falls have an axis that can be compared with a known fault normal."""
         return (
             self.has_known_fault_normal
-            and self.falls_have_axis
+            and self.any_record_has_fall_axis
             and self.share_overturned > 0
             and not self.plane_choice_imposes_fall_axis
-            and not self.every_case_overturns
+            and not self.every_2d_case_overturns
         )
 
     def cube_of_default_element(self, variant: str) -> xr.Dataset:
@@ -308,7 +308,7 @@ def note_on_findings_missing_without_study_file(results: StudyResults) -> str:
 
 def _select_default_element(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
     """Select from a variant's results cube the scene element whose outcomes are shown by default."""
-    return select_element(cube, variant_scene(study, variant).default_output_element)
+    return select_outcomes_of_element(cube, variant_scene(study, variant).name_of_element_shown_by_default)
 
 
 def _check_cube_is_whole_study(cube: xr.Dataset, intensity: xr.Dataset, cube_path: Path) -> None:

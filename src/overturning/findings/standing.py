@@ -5,12 +5,12 @@ from collections.abc import Sequence
 from typing import Final
 
 from overturning.errors import ResultError
-from overturning.findings.values import Finding, Number
+from overturning.findings.values import FindingBaseClass, Number
 from overturning.statistics.bootstrap import exact_share_interval
 from overturning.surveys.standing import (
     BOUND_PROBABILITY,
     LARGEST_SHARE_BEYOND,
-    SurvivalByClass,
+    SurvivalByStoneClass,
     annual_fall_rate_below_first_level,
     hazard_unit_warning,
     upper_bound_of_annual_fall_rate,
@@ -22,7 +22,7 @@ NEGLIGIBLE: Final = 0.01
 """Share of the falls from shaking below the hazard's first level up to which it is not reported."""
 
 
-class StoneClassSurvival(Finding):
+class StoneClassSurvival(FindingBaseClass):
     """Probability that stones of a class survive a seismic hazard, computed with one intensity measure."""
 
     stones: str
@@ -46,7 +46,7 @@ class StoneClassSurvival(Finding):
     """Falls from shaking down to a tenth of the first level, if the fragility curve holds there."""
 
 
-class StoneClassWithoutFragilityCurve(Finding):
+class StoneClassWithoutFragilityCurve(FindingBaseClass):
     """Class of stones whose survival is unknown, because no median of its fragility curve could be fitted."""
 
     stones: str
@@ -55,7 +55,7 @@ class StoneClassWithoutFragilityCurve(Finding):
     """True if the median lies beyond the records, False if no curve fits the falls."""
 
 
-class StandingStones(Finding):
+class StandingStones(FindingBaseClass):
     """Numbers of standing and fallen stones in a survey, and the upper bound of the fall rate that follows."""
 
     stood: int
@@ -70,7 +70,7 @@ class StandingStones(Finding):
     high: Number
 
 
-class SurvivalFindings(Finding):
+class SurvivalFindings(FindingBaseClass):
     """Probability that each class of stones survives a seismic hazard for a number of years."""
 
     years: float
@@ -81,7 +81,7 @@ class SurvivalFindings(Finding):
     survey: StandingStones | None
 
 
-def survival_findings(survival: SurvivalByClass, survey_stones: Sequence[Stone] | None) -> SurvivalFindings:
+def survival_findings(survival: SurvivalByStoneClass, survey_stones: Sequence[Stone] | None) -> SurvivalFindings:
     """Return the report's numbers on the survival of stone classes, and the bound from standing stones.
 
     `survey_stones` are the stones of a survey; None without a survey.
@@ -107,7 +107,7 @@ def survival_findings(survival: SurvivalByClass, survey_stones: Sequence[Stone] 
     )
 
 
-def _hazard_unit_warnings(survival: SurvivalByClass) -> list[str]:
+def _hazard_unit_warnings(survival: SurvivalByStoneClass) -> list[str]:
     """Return a warning for each hazard curve whose intensity levels are implausible in its unit.
 
     A `ResultError` is raised if the unit of a curve is doubtful and most falls come from shaking outside the range of
@@ -125,7 +125,7 @@ def _hazard_unit_warnings(survival: SurvivalByClass) -> list[str]:
     return list(doubts.values())
 
 
-def _survival_of_class(survival: SurvivalByClass, class_index: int, fall_rate_bound: float) -> StoneClassSurvival:
+def _survival_of_class(survival: SurvivalByStoneClass, class_index: int, fall_rate_bound: float) -> StoneClassSurvival:
     """Return the report's numbers on the survival of one class of stones, with bounds on the hazard."""
     curve, hazard, one = survival.estimates[class_index]
     weaker = annual_fall_rate_below_first_level(curve, hazard)

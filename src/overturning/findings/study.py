@@ -8,7 +8,7 @@ import numpy as np
 
 from overturning.findings.processing import RecordProcessing, processing_by_record
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Finding, Number
+from overturning.findings.values import FindingBaseClass, Number
 from overturning.model.status import CaseStatus
 from overturning.model.variables import outcome_is_known
 from overturning.statistics.by_record import record_masks_by_group
@@ -18,7 +18,7 @@ from overturning.study.schema import Study
 from overturning.units import CM, STANDARD_GRAVITY
 
 
-class ScannedStoneFacts(Finding):
+class ScannedStoneFacts(FindingBaseClass):
     """Volume, pose and relief of a stone that a study simulates from a scan."""
 
     volume_m3: float
@@ -29,7 +29,7 @@ class ScannedStoneFacts(Finding):
     """Height above the lowest point up to which points of the base bear, mm; of the run without changes."""
 
 
-class StudyFacts(Finding):
+class StudyFacts(FindingBaseClass):
     """Question of a study, its mechanical model, and the parameter values of its cases."""
 
     name: str
@@ -68,7 +68,7 @@ class StudyFacts(Finding):
     """Scanned stone; None if the study simulates none."""
 
 
-class CaseCounts(Finding):
+class CaseCounts(FindingBaseClass):
     """Numbers of cases, of cases without outcome by reason, and shares of cases that overturn."""
 
     total: int
@@ -89,7 +89,7 @@ class CaseCounts(Finding):
     """Share of the cases that overturn, azimuths more than 45° from the fault normal."""
 
 
-class RecordFacts(Finding):
+class RecordFacts(FindingBaseClass):
     """Peaks of one record, and mean direction and axis of the falls under it (azimuths clockwise from north)."""
 
     id: str
@@ -139,7 +139,7 @@ class RecordFacts(Finding):
     """Origin, processing and notes of the record; None if the cube does not state them."""
 
 
-class NumericalQuality(Finding):
+class NumericalQuality(FindingBaseClass):
     """Energy error and contact penetration of the cases, hash of the results cube, and software versions."""
 
     mean_energy_error: Number
@@ -179,11 +179,11 @@ def study_facts(results: StudyResults) -> StudyFacts:
         amplitude=[float(one) for one in study.amplitude],
         ensemble_members=study.ensemble.members,
         vertical_motion=bool(results.count_of_records_with_applied_vertical),
-        scan=scan_facts(study),
+        scan=scanned_stone_facts(study),
     )
 
 
-def scan_facts(study: Study) -> ScannedStoneFacts | None:
+def scanned_stone_facts(study: Study) -> ScannedStoneFacts | None:
     """Return volume, tilt and relief (unevenness of the base) of a study's scanned stone; None if it has none."""
     body = study.body
     if body is None or body.scan is None or body.relief is None:

@@ -6,10 +6,10 @@ from overturning.findings.inferred_motion import InferredMotion
 from overturning.findings.observed import ObservedSurveyFindings
 from overturning.findings.survey_displacements import SurveyDisplacements
 from overturning.findings.surveys import SurveyFindings
-from overturning.findings.values import Finding
+from overturning.findings.values import FindingBaseClass
 
 
-class SurveyCommandResults(Finding):
+class SurveyCommandResults(FindingBaseClass):
     """Results that the commands `overturning survey` and `overturning backwards` print."""
 
     observed: list[ObservedSurveyFindings] = Field(default_factory=list)

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from overturning.findings.results import StudyResults
 from overturning.findings.surveys import CemeteryGroundFinding, cemetery_ground_findings
-from overturning.findings.values import Finding, Number
+from overturning.findings.values import FindingBaseClass, Number
 from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.surveys.directions_in_space import FallDirectionComparisonIn3D
 from overturning.surveys.displacements import (
@@ -20,7 +20,7 @@ from overturning.surveys.stones import OCTANTS
 from overturning.units import CM
 
 
-class ObservedMeasure(Finding):
+class ObservedMeasure(FindingBaseClass):
     """Observed share or median of a survey's stones, with its exact 95 % interval."""
 
     value: Number
@@ -33,7 +33,7 @@ class ObservedMeasure(Finding):
     """Probability of the interval."""
 
 
-class ComputedMeasure(Finding):
+class ComputedMeasure(FindingBaseClass):
     """Computed share or median of stones: mean and range over the friction coefficients of the study."""
 
     value: Number
@@ -44,7 +44,7 @@ class ComputedMeasure(Finding):
     """Largest value of a friction; None if the study has one friction."""
 
 
-class DisplacementMeasureFinding(Finding):
+class DisplacementMeasureFinding(FindingBaseClass):
     """Observed and computed value of a share (0 to 1), a median shift (cm) or a median twist (degrees)."""
 
     measure: MeasureName
@@ -55,7 +55,7 @@ class DisplacementMeasureFinding(Finding):
     computed: ComputedMeasure
 
 
-class SurveyDirectionsInSpace(Finding):
+class SurveyDirectionsInSpace(FindingBaseClass):
     """Observed fall directions of stones, and those in which similar stones of a 3-D study fall."""
 
     octant_falls: int
@@ -88,7 +88,7 @@ class SurveyDirectionsInSpace(Finding):
     """Assumed share of the stones that fall in a random direction."""
 
 
-class SurveyDisplacementsOfSite(Finding):
+class SurveyDisplacementsOfSite(FindingBaseClass):
     """Observed and computed falls, shifts and twists of the stones at one survey site, or at all together."""
 
     site: str
@@ -110,7 +110,7 @@ class SurveyDisplacementsOfSite(Finding):
     """Fall directions; None if no stone fell in a known direction."""
 
 
-class SurveyDisplacements(Finding):
+class SurveyDisplacements(FindingBaseClass):
     """Comparison of a survey with a 3-D study: falls and their directions, shifts and twists of the stones."""
 
     stones: str

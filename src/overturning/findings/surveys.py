@@ -7,16 +7,16 @@ from pydantic import Field
 
 from overturning.findings.observed import ObservedFallShare, observed_share
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Finding, Number
+from overturning.findings.values import FindingBaseClass, Number
 from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.surveys.comparison import StoredSurveyComparison, SurveyPredictionComparison
-from overturning.surveys.ground import CemeteryGround
+from overturning.surveys.ground import SoilBelowSurveySite
 from overturning.surveys.prediction import SIDES
 from overturning.surveys.stones import OCTANTS
 from overturning.units import STANDARD_GRAVITY
 
 
-class StatisticalTestFinding(Finding):
+class StatisticalTestFinding(FindingBaseClass):
     """Name, sample size, statistic and p-value of a statistical test on a survey."""
 
     name: str
@@ -29,7 +29,7 @@ class StatisticalTestFinding(Finding):
     """p-value."""
 
 
-class ComputedFallShare(Finding):
+class ComputedFallShare(FindingBaseClass):
     """Computed share of a survey's stones that fall: mean and range over heights and frictions.
 
     These are the heights and friction coefficients for which the study has simulated blocks.
@@ -43,7 +43,7 @@ class ComputedFallShare(Finding):
     """Largest share of a height and friction; None if the share is the same for all of them."""
 
 
-class CemeteryGroundFinding(Finding):
+class CemeteryGroundFinding(FindingBaseClass):
     """Soil layers below a survey site, and the PGA of the record before and after propagation through them."""
 
     site: str
@@ -64,7 +64,7 @@ class CemeteryGroundFinding(Finding):
     """Peak acceleration of the larger horizontal component at the surface, g."""
 
 
-class SurveySiteFindings(Finding):
+class SurveySiteFindings(FindingBaseClass):
     """Comparison of the observed falls at one site of a survey with the predicted falls."""
 
     site: str
@@ -85,7 +85,7 @@ class SurveySiteFindings(Finding):
     """Share of surveys of stones that fall in random directions with a ratio at least as large."""
 
 
-class SurveyFindings(Finding):
+class SurveyFindings(FindingBaseClass):
     """Comparison of the observed falls of a survey with the falls predicted for its site."""
 
     stones: str
@@ -189,12 +189,12 @@ FEWEST_FALLS = 5 * len(OCTANTS)
 """Falls of known direction below which the report calls a survey small: a chi-square test over octants expects five."""
 
 
-def all_survey_findings(results: StudyResults) -> list[SurveyFindings]:
+def all_survey_prediction_findings(results: StudyResults) -> list[SurveyFindings]:
     """Return, for each survey of a study, the comparison of observed and predicted falls."""
-    return [survey_findings(one) for one in results.surveys]
+    return [survey_prediction_findings(one) for one in results.surveys]
 
 
-def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
+def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
     """Return the report's numbers on one survey: its comparison with the falls predicted for its site."""
     found, confusion = survey_result.comparison, survey_result.comparison.confusion
 
@@ -253,7 +253,7 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
         no_stone_is_predicted=found.unpredicted == found.fallen + found.stood,
         stones_beyond_heights=found.beyond_heights,
         share_in_random_direction=found.background,
-        sites=[_survey_site_findings(site, one) for site, one in survey_result.sites],
+        sites=[_site_prediction_findings(site, one) for site, one in survey_result.sites],
         sites_without_standing=[
             site for site, one in survey_result.sites if one.fallen and not one.stood and found.stood
         ],
@@ -261,7 +261,7 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
     )
 
 
-def cemetery_ground_findings(grounds: Sequence[tuple[str, CemeteryGround]]) -> list[CemeteryGroundFinding]:
+def cemetery_ground_findings(grounds: Sequence[tuple[str, SoilBelowSurveySite]]) -> list[CemeteryGroundFinding]:
     """Return the report's numbers on the soil layers below the sites of a survey."""
     return [
         CemeteryGroundFinding(
@@ -278,7 +278,7 @@ def cemetery_ground_findings(grounds: Sequence[tuple[str, CemeteryGround]]) -> l
     ]
 
 
-def _survey_site_findings(site: str, comparison: SurveyPredictionComparison) -> SurveySiteFindings:
+def _site_prediction_findings(site: str, comparison: SurveyPredictionComparison) -> SurveySiteFindings:
     """Return the report's numbers on one site of a survey: its observed and predicted falls."""
     return SurveySiteFindings(
         site=site,

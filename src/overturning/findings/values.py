@@ -24,13 +24,13 @@ Number = Annotated[float | None, BeforeValidator(_nan_to_none), PlainSerializer(
 """A number; None (null in JSON) if it is not known, the text "inf" in JSON if it lies above the range of the data."""
 
 
-class Finding(BaseModel):
+class FindingBaseClass(BaseModel):
     """Base class of the parts of a report's results: numbers and names without sentences."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
 
-class Estimate(Finding):
+class Estimate(FindingBaseClass):
     """Estimate of a statistic, with its confidence interval over earthquakes and its unit."""
 
     statistic: str

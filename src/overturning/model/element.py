@@ -24,7 +24,7 @@ SMALLEST_LENGTH, LARGEST_LENGTH = 1e-6, 1e6
 PlanShape = Literal["rectangle", "circle"] | Annotated[int, Field(ge=3, le=16)]
 
 
-def circle_or_polygon_area(plan: PlanShape, width: float) -> float:
+def plan_area_of_circle_or_polygon(plan: PlanShape, width: float) -> float:
     """Return the area, m², of a plan: a circle of diameter `width` (m), or a regular polygon around such a circle."""
     if plan == "circle":
         return 0.25 * math.pi * width * width
@@ -112,7 +112,7 @@ class Element(StrictModel):
             return content  # the fields say what is wrong
         if (isinstance(plan, int) and not 3 <= plan <= 16) or not SMALLEST_LENGTH <= width <= LARGEST_LENGTH:
             return content
-        return content | {"depth": circle_or_polygon_area(plan, float(width)) / float(width)}
+        return content | {"depth": plan_area_of_circle_or_polygon(plan, float(width)) / float(width)}
 
     @model_validator(mode="after")
     def _check_lengths(self) -> Self:
@@ -139,7 +139,9 @@ class Element(StrictModel):
             return self
         if self.width is None:
             raise ValueError(f"element {self.name}: plan {self.plan} needs a width and a height")
-        if not math.isclose(self.depth * self.width, circle_or_polygon_area(self.plan, self.width), rel_tol=1e-6):
+        if not math.isclose(
+            self.depth * self.width, plan_area_of_circle_or_polygon(self.plan, self.width), rel_tol=1e-6
+        ):
             raise ValueError(f"element {self.name}: plan {self.plan} has no depth of its own; leave depth out")
         return self
 

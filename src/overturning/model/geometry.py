@@ -28,7 +28,7 @@ ENDLESS_GROUND: Final = 30.0
 Half of it is more than ground displacements in earthquakes."""
 
 
-class SceneLayout(Protocol):
+class SceneElementsAndMaterials(Protocol):
     """Elements, materials and reference element of a scene, which determine where the elements stand."""
 
     @property
@@ -97,8 +97,8 @@ class ConvexPiecePair(NamedTuple):
 
 
 @dataclass(frozen=True)
-class PlacedContactPoint:
-    """Contact point of two elements: an end of the segment along which their nearest faces overlap."""
+class PossibleContactPoint:
+    """Possible contact of two elements: an end of the segment along which their nearest faces overlap."""
 
     gap: float  # m, negative if the elements overlap; infinite if there is no common segment
     point: tuple[float, float]  # the vertex, m
@@ -111,11 +111,11 @@ class TouchingContactPoint(NamedTuple):
 
     pair: int
     side: int
-    end: PlacedContactPoint
+    end: PossibleContactPoint
 
 
 def place_elements(
-    scene: SceneLayout, height: float | None = None, b_over_h: float | None = None
+    scene: SceneElementsAndMaterials, height: float | None = None, b_over_h: float | None = None
 ) -> list[PlacedElement]:
     """Return the elements of a scene at their positions, for a height (m) and B/H of the reference element.
 
@@ -154,7 +154,7 @@ def place_elements(
     return placed
 
 
-def ground_name(scene: SceneLayout) -> str | None:
+def ground_name(scene: SceneElementsAndMaterials) -> str | None:
     """Return the name of the ground: a fixed upright rectangle, too wide to slide off, below all others; else None."""
     free = [item.rotated_polygon for item in scene.elements if item.kind == "free"]
     largest = max(max(shape.width, shape.height) for shape in free)
@@ -169,7 +169,7 @@ def ground_name(scene: SceneLayout) -> str | None:
     return None
 
 
-def azimuth_period_of_outcome_deg(scene: SceneLayout) -> float:
+def azimuth_period_of_outcome_deg(scene: SceneElementsAndMaterials) -> float:
     """Return the azimuth period of a scene's outcome: 180° if the scene is mirror-symmetric, else 360°.
 
     180 if every element of the scene is its own mirror image, so that φ + 180° mirrors φ exactly; otherwise 360.
@@ -178,7 +178,7 @@ def azimuth_period_of_outcome_deg(scene: SceneLayout) -> float:
     return PLANE_PERIOD if mirror else FULL_TURN
 
 
-def reference_element_height_and_b_over_h(scene: SceneLayout) -> tuple[float, float]:
+def reference_element_height_and_b_over_h(scene: SceneElementsAndMaterials) -> tuple[float, float]:
     """Return height (m) and B/H of a scene's reference element as given in the scene file, before its rotation."""
     width, height = next(
         item.unrotated_width_and_height for item in scene.elements if item.name == scene.size_reference_element_name
@@ -186,7 +186,7 @@ def reference_element_height_and_b_over_h(scene: SceneLayout) -> tuple[float, fl
     return height, width / height
 
 
-def default_height_and_b_over_h(scene: SceneLayout) -> tuple[float, float]:
+def default_height_and_b_over_h(scene: SceneElementsAndMaterials) -> tuple[float, float]:
     """Return the default height (m) and B/H of a scene's reference element, rounded as studies store them.
 
     They are rounded to ten decimals, as studies store sizes, so that a single simulation repeats a cell of a study.
@@ -235,8 +235,8 @@ def nearest_faces_and_separation(first_element: PlacedElement, second_element: P
 
 def contact_points_of_elements(
     first_element: PlacedElement, second_element: PlacedElement
-) -> tuple[PlacedContactPoint, PlacedContactPoint]:
-    """Return both contact points of two convex elements: the ends of the segment along which their faces overlap.
+) -> tuple[PossibleContactPoint, PossibleContactPoint]:
+    """Return both possible contact points of two convex elements: the ends of the overlap of their faces.
 
     At each end, the inner one of the two vertices counts.
     """
@@ -244,21 +244,21 @@ def contact_points_of_elements(
     fa, fb = first_element.shape.face_table[face_a], second_element.shape.face_table[face_b]
     delta = np.array([first_element.x - second_element.x, first_element.z - second_element.z])
 
-    def position_and_contact_point_at_vertex(
+    def position_on_face_and_contact_point(
         element: PlacedElement,
         vertex: FloatArray,
         shift: FloatArray,
         opposite_face: FloatArray,
         normal_sign: float,
         may_touch: float,
-    ) -> tuple[float, PlacedContactPoint]:
+    ) -> tuple[float, PossibleContactPoint]:
         """Return a vertex's position (m) along the opposite face, and the contact point there."""
         x, z = vertex + shift
         gap = opposite_face[4] * x + opposite_face[5] * z - opposite_face[6]
         along = opposite_face[4] * z - opposite_face[5] * x - opposite_face[7]
         nx, nz = normal_sign * float(opposite_face[4]), normal_sign * float(opposite_face[5])
         point = float(vertex[0] + element.x), float(vertex[1] + element.z)
-        return along, PlacedContactPoint(
+        return along, PossibleContactPoint(
             float(gap) if abs(along) <= opposite_face[8] and may_touch * opposite_face[11] else np.inf,
             point,
             (nx, nz),
@@ -267,14 +267,14 @@ def contact_points_of_elements(
 
     ends = []
     for mine, theirs, side in ((0, 1, 1.0), (1, 0, -1.0)):
-        along, end = position_and_contact_point_at_vertex(
+        along, end = position_on_face_and_contact_point(
             first_element, fa[2 * mine : 2 * mine + 2], delta, fb, 1.0, fa[9 + mine]
         )
         other = fb[2 * theirs : 2 * theirs + 2]
         ends.append(
             end
             if side * along <= fb[8]
-            else position_and_contact_point_at_vertex(second_element, other, -delta, fa, -1.0, fb[9 + theirs])[1]
+            else position_on_face_and_contact_point(second_element, other, -delta, fa, -1.0, fb[9 + theirs])[1]
         )
     return ends[0], ends[1]
 
@@ -335,7 +335,7 @@ def touching_contact_points(
     return touching
 
 
-def check_scene_geometry(scene: SceneLayout) -> None:
+def check_scene_geometry(scene: SceneElementsAndMaterials) -> None:
     """Raise an `ArgumentError` that names the element and a remedy if elements overlap or lack support."""
     if fault := first_placement_error(place_elements(scene)):
         raise ArgumentError(fault)

@@ -104,7 +104,7 @@ class CaseGrid:
         """Number of cases of the grid: the product of its numbers of values along all dimensions."""
         return int(np.prod(self.shape))
 
-    def replace_values(self, **new_rows: NDArray[Any]) -> Self:
+    def copy_with_dimension_values(self, **new_rows: NDArray[Any]) -> Self:
         """Return a copy of the grid with other values along some dimensions, given by dimension name."""
         return replace(self, rows=self.rows | new_rows)
 

@@ -145,7 +145,7 @@ def _remove_degenerate_triangles(vertices: Any, triangles: Any) -> Any:
     return triangles if opens else triangles[wide]
 
 
-def read_scan(path: Path | str, unit: MeshUnit | None = None, relief: float | None = None) -> ScanResult:
+def read_scanned_stone(path: Path | str, unit: MeshUnit | None = None, relief: float | None = None) -> ScanResult:
     """Read a scanned stone from a mesh file, and rotate it to the nearest pose in which it can stand.
 
     Parameters

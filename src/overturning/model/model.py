@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-class StoneOutcomes(NamedTuple):
+class StoneOutcomesByAmplitudeFactor(NamedTuple):
     """Outcomes of n stones under one record, for each amplitude factor of the motion: arrays (amplitudes, n)."""
 
     fell: NDArray[np.bool_]
@@ -33,10 +33,10 @@ class StoneOutcomes(NamedTuple):
     twist: FloatArray
     """Residual rotation about the vertical, degrees; NaN for a stone that fell and for models without twist."""
 
-    def select_stones(self, stone_mask: NDArray[np.bool_]) -> "StoneOutcomes":
+    def select_stones(self, stone_mask: NDArray[np.bool_]) -> "StoneOutcomesByAmplitudeFactor":
         """Return the outcomes of the stones at which a mask of shape (n,) is True."""
         chosen: Any = (values[:, stone_mask] for values in self)
-        return StoneOutcomes(*chosen)
+        return StoneOutcomesByAmplitudeFactor(*chosen)
 
 
 class Model(ABC):
@@ -223,7 +223,7 @@ class Model(ABC):
     @abstractmethod
     def square_stone_outcomes(
         self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
-    ) -> StoneOutcomes:
+    ) -> StoneOutcomesByAmplitudeFactor:
         """Look up the outcome of each square stone in simulated results, at its size and at the nearest direction.
 
         Parameters

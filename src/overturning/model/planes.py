@@ -18,7 +18,7 @@ from overturning.errors import ArgumentError, ResultError
 from overturning.model.edges import fall_flag_and_azimuth_from_planes
 from overturning.model.geometry import azimuth_period_of_outcome_deg
 from overturning.model.grid import CaseGrid
-from overturning.model.model import StoneOutcomes, values_at_grid_indices
+from overturning.model.model import StoneOutcomesByAmplitudeFactor, values_at_grid_indices
 from overturning.model.scene import Scene, gravestone
 from overturning.model.scene_model import SceneModel
 from overturning.model.symmetry import (
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FALLS = ("overturned", "probability_towards", "probability_away")
-"""Variables of a cube that `fall_probability_to_either_side` reads."""
+"""Variables of a cube that `fall_probabilities_towards_and_away` reads."""
 
 
 def azimuth_period_of_cube_deg(cube: "xr.Dataset | xr.DataArray") -> float:
@@ -152,7 +152,7 @@ def simulated_planes_impose_fall_axis(azimuth_deg: ArrayLike) -> bool:
     return resultant > LARGEST_RESULTANT_OF_PLANES
 
 
-def planes_in_results_impose_fall_axis(cube: "xr.Dataset") -> bool:
+def azimuths_in_results_bias_mean_fall_axis(cube: "xr.Dataset") -> bool:
     """Return True if the choice of azimuths in 2-D results already gives falls a mean axis; False for 3-D.
 
     See `simulated_planes_impose_fall_axis`.
@@ -174,7 +174,7 @@ def case_weight_at_each_azimuth(azimuth_deg: ArrayLike, period_deg: float = PLAN
     return np.ones(azimuth.size) if np.ptp(weight) <= SAME_WEIGHT else weight * azimuth.size
 
 
-def fall_probability_to_either_side(cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
+def fall_probabilities_towards_and_away(cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
     """Return, for each case of a 2-D results dataset, the probabilities of falls towards azimuths φ and φ + 180°.
 
     Parameters
@@ -263,7 +263,9 @@ class PlanarModel(SceneModel):
     def drop_ineffective_frictions(self, grid: CaseGrid) -> CaseGrid:
         """Reduce the grid to one friction value if the scene file sets all frictions, so that equal cases run once."""
         return (
-            grid if self.scene.has_contact_with_unset_friction else grid.replace_values(friction=grid["friction"][:1])
+            grid
+            if self.scene.has_contact_with_unset_friction
+            else grid.copy_with_dimension_values(friction=grid["friction"][:1])
         )
 
     @override
@@ -324,7 +326,7 @@ class PlanarModel(SceneModel):
     def fall_probability_and_direction_by_case(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
         import xarray as xr
 
-        p = fall_probability_to_either_side(cube, use_ensemble=use_ensemble).isel(
+        p = fall_probabilities_towards_and_away(cube, use_ensemble=use_ensemble).isel(
             azimuth=self.distinct_direction_indices(cube)
         )
         angle = np.radians(p["azimuth"].variable.to_base_variable().astype("float64"))
@@ -357,7 +359,7 @@ class PlanarModel(SceneModel):
     @override
     def square_stone_outcomes(
         self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
-    ) -> StoneOutcomes:
+    ) -> StoneOutcomesByAmplitudeFactor:
         """Return the outcomes of square stones from 2-D results for the two vertical planes normal to their faces."""
         faces = np.stack([face_azimuth_deg, face_azimuth_deg + 90])
         planes = nearest_simulated_planes(site_cube["azimuth"].to_numpy(), faces, azimuth_period_of_cube_deg(site_cube))
@@ -370,4 +372,4 @@ class PlanarModel(SceneModel):
             np.abs(side), found["overturning_time"].swapaxes(0, 1), towards
         )
         untold = np.full(fell.shape, np.nan)
-        return StoneOutcomes(fell == 1, np.isfinite(fell), azimuth, untold, untold)
+        return StoneOutcomesByAmplitudeFactor(fell == 1, np.isfinite(fell), azimuth, untold, untold)

@@ -154,7 +154,7 @@ def _polygon_from_vertex_bytes(element_name: str, vertex_bytes: bytes) -> Polygo
         raise ArgumentError(f"element {element_name}: the polygon crosses itself; list its vertices in order around it")
     cx = float(((x + u) * cross).sum()) / (6 * area)
     cz = float(((z + w) * cross).sum()) / (6 * area)
-    local = _symmetrise_vertices(np.stack([x - cx, z - cz], axis=1), size)
+    local = _remove_rounding_asymmetry(np.stack([x - cx, z - cz], axis=1), size)
     pieces = _convex_pieces_of_polygon(element_name, local, corners < 0) if (corners < 0).any() else ()
     x, z = local.T
     u, w = np.roll(x, -1), np.roll(z, -1)
@@ -211,7 +211,7 @@ def _side_facing_more_downward(vertices: FloatArray, vertex_index: int) -> tuple
     return min(both, key=normal_upward_component)
 
 
-def _symmetrise_vertices(vertices: FloatArray, size: float) -> FloatArray:
+def _remove_rounding_asymmetry(vertices: FloatArray, size: float) -> FloatArray:
     """Return vertices corrected for rounding, so that a nearly symmetric polygon is exactly mirror-symmetric."""
     x, z = vertices.T
     distance = np.abs(x + x[:, None]) + np.abs(z - z[:, None])

@@ -10,8 +10,8 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.rest import FLAT, mask_of_resting_faces
 from overturning.model.solid import RigidSolid
-from overturning.model.surface import mass_properties
-from overturning.model.tipping import ConvexHull, fall_tilt_limits
+from overturning.model.surface import mass_properties_inside_surface
+from overturning.model.tipping import ConvexHull, fall_tilt_by_lean_direction
 
 DIGITS: Final = 12
 """Decimals to which lengths relative to the body's size are rounded: the last digit differs between processors."""
@@ -19,7 +19,7 @@ DIGITS: Final = 12
 
 def solid_from_vertices(vertices: FloatArray) -> RigidSolid:
     """Return the body that stands on the lowest face of a polyhedron; see `Polyhedron` for parameters and errors."""
-    return solid_from_hull(_convex_hull(vertices))
+    return solid_from_hull(_hull_of_checked_convex_vertices(vertices))
 
 
 def solid_from_hull(hull: ConvexHull, least_fall_tilt: float = 0.0) -> RigidSolid:
@@ -50,7 +50,7 @@ def solid_from_hull(hull: ConvexHull, least_fall_tilt: float = 0.0) -> RigidSoli
     except scipy.spatial.QhullError:
         raise ArgumentError("body: it stands on an edge; turn it so that a face lies on z = const") from None
     tilt, faces = _least_tilt_and_resting_face_normals(hull, size, least_fall_tilt)
-    fall = fall_tilt_limits(hull, size, tilt, faces, least_fall_tilt)
+    fall = fall_tilt_by_lean_direction(hull, size, tilt, faces, least_fall_tilt)
     kept = np.concatenate(
         [base, np.setdiff1d(np.append(_indices_of_vertices_that_can_touch_ground(hull, tilt), fall.touched), below)]
     )
@@ -65,7 +65,7 @@ def solid_from_hull(hull: ConvexHull, least_fall_tilt: float = 0.0) -> RigidSoli
     return RigidSolid(points, base.size, inertia, tilt, faces, facets=tuple(facets), sectors=fall.sectors)
 
 
-def _convex_hull(vertices: FloatArray) -> ConvexHull:
+def _hull_of_checked_convex_vertices(vertices: FloatArray) -> ConvexHull:
     """Return the convex hull of vertices about their centre of mass; raise an ArgumentError if they are not convex."""
     if vertices.ndim != 2 or vertices.shape[1] != 3 or len(vertices) < 4 or not np.isfinite(vertices).all():
         raise ArgumentError(f"body: vertices of shape {vertices.shape}; give at least 4 finite points [x, y, z]")
@@ -105,7 +105,7 @@ def hull_with_origin_at_centre_of_mass(
     turned = outward < 0
     simplices[turned], neighbours[turned] = simplices[turned][:, [0, 2, 1]], neighbours[turned][:, [0, 2, 1]]
     if centre_and_inertia is None:
-        centre_and_inertia = mass_properties(vertices[simplices])[1:]
+        centre_and_inertia = mass_properties_inside_surface(vertices[simplices])[1:]
     centre, inertia = centre_and_inertia
     normals = hull.equations[:, :3]
     return ConvexHull(
@@ -174,7 +174,7 @@ def _max_downward_cosine_on_great_circle_arcs(first_normals: FloatArray, second_
 
 def hull_vertices_and_edges(vertices: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
     """Return a convex body's vertices relative to the centre of mass, m, and its edges as pairs of vertex indices."""
-    hull = _convex_hull(vertices)
+    hull = _hull_of_checked_convex_vertices(vertices)
     edges = set()
     for triangle, neighbours, normal in zip(hull.triangles, hull.neighbours, hull.normals, strict=True):
         for k, other in enumerate(neighbours):

@@ -21,7 +21,7 @@ from overturning.model.polyhedron import hull_with_origin_at_centre_of_mass, sol
 from overturning.model.rest import FLAT, mask_of_resting_faces
 from overturning.model.shapes import Outline, Polyhedron, Shape
 from overturning.model.solid import MAX_CONTACT_VERTICES, RigidSolid, TooManyContactVerticesError
-from overturning.model.surface import MassProperties, TriangleSurface, mass_properties
+from overturning.model.surface import MassProperties, TriangleSurface, mass_properties_inside_surface
 
 DEFAULT_RELIEF: Final = 0.002
 """Relief of a footprint if none is given, m."""
@@ -48,7 +48,7 @@ STORED_DIGITS: Final = 6
 """Decimals of stored positions, m: a micrometre."""
 
 
-class StablePose(NamedTuple):
+class RotationToStablePose(NamedTuple):
     """Rotation of a scanned stone to the nearest pose in which it can stand."""
 
     rotation: FloatArray
@@ -97,7 +97,7 @@ class ScannedStone(Shape):
             object.__setattr__(self, name, convert_argument_to_finite_array(name, getattr(self, name), shape))
         if not 0.0 <= self.relief <= MAX_RELIEF:
             raise ArgumentError(f"relief: {self.relief:g} m; it must be from 0 to {MAX_RELIEF:g} m")
-        moments = np.linalg.eigvalsh(self.inertia_matrix)
+        moments = np.linalg.eigvalsh(self.inertia_matrix_per_mass)
         if not (moments[0] > 0.0 and moments[0] + moments[1] >= moments[2] * (1.0 - 1e-6)):
             raise ArgumentError(f"inertia: principal moments {moments.round(9).tolist()} m²; no body has these")
         heights, centre = np.asarray(self.vertices)[:, 2], float(np.asarray(self.centre_of_mass)[2])
@@ -109,7 +109,7 @@ class ScannedStone(Shape):
         _ = self.unscaled_solid  # raises the errors
 
     @property
-    def inertia_matrix(self) -> FloatArray:
+    def inertia_matrix_per_mass(self) -> FloatArray:
         """Moments and negative products of inertia about the centre of mass per mass, shape (3, 3), m²."""
         xx, yy, zz, xy, xz, yz = np.asarray(self.inertia).tolist()
         return np.array([[xx, -xy, -xz], [-xy, yy, -yz], [-xz, -yz, zz]])
@@ -126,7 +126,7 @@ class ScannedStone(Shape):
         return solid.points[: solid.base, :2]
 
     @cached_property
-    def contact_points(self) -> FloatArray:
+    def possible_ground_contact_points(self) -> FloatArray:
         """Points of the stone that can touch the ground, with the footprint in one plane, shape (n, 3), m."""
         return _lower_footprint_to_lowest_plane(np.asarray(self.vertices), self.relief)
 
@@ -134,12 +134,14 @@ class ScannedStone(Shape):
     def unscaled_solid(self) -> RigidSolid:
         """Rigid body of the stone as scanned."""
         check_stone_heights(self.unscaled_height)
-        properties = np.asarray(self.centre_of_mass), self.inertia_matrix
+        properties = np.asarray(self.centre_of_mass), self.inertia_matrix_per_mass
         size = float(np.ptp(np.asarray(self.vertices), axis=0).max())
-        base = np.flatnonzero(self.contact_points[:, 2] == self.contact_points[:, 2].min())
+        base = np.flatnonzero(
+            self.possible_ground_contact_points[:, 2] == self.possible_ground_contact_points[:, 2].min()
+        )
         tolerance = self.hull_tolerance * size
         while True:
-            points = simplified_convex_outline(self.contact_points, tolerance, base)
+            points = simplified_convex_outline(self.possible_ground_contact_points, tolerance, base)
             hull = hull_with_origin_at_centre_of_mass(points, scipy.spatial.ConvexHull(points), properties)
             try:
                 return solid_from_hull(hull, LEAST_FALL_TILT)
@@ -161,7 +163,7 @@ class ScannedStone(Shape):
 
     @override
     def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> Outline:
-        points = simplified_convex_outline(self.contact_points, 0.004 * self.unscaled_height)
+        points = simplified_convex_outline(self.possible_ground_contact_points, 0.004 * self.unscaled_height)
         hull = scipy.spatial.ConvexHull(points)
         edges = np.unique(np.sort(np.concatenate([hull.simplices[:, [k, (k + 1) % 3]] for k in range(3)])), axis=0)
         return (points - np.asarray(self.centre_of_mass)) * (height / self.unscaled_height), edges.astype(np.int64)
@@ -185,7 +187,7 @@ def _lower_footprint_to_lowest_plane(points: FloatArray, relief: float) -> Float
     return np.concatenate([np.column_stack([outline, np.full(len(outline), bottom)]), points[~low]])
 
 
-def nearest_stable_pose(points: FloatArray, centre_of_mass: FloatArray) -> StablePose:
+def nearest_stable_pose(points: FloatArray, centre_of_mass: FloatArray) -> RotationToStablePose:
     """Return the stable pose of a body on flat ground that is nearest to the pose of its points.
 
     The body can rest on a face of its hull if the foot of its centre of mass lies on that face (see
@@ -210,14 +212,14 @@ def nearest_stable_pose(points: FloatArray, centre_of_mass: FloatArray) -> Stabl
     return _pose_with_face_down(normals[offsets.argmin()])  # the face with the lowest centre of mass is always stable
 
 
-def _pose_with_face_down(normal: FloatArray) -> StablePose:
+def _pose_with_face_down(normal: FloatArray) -> RotationToStablePose:
     """Return the pose of a body after the smallest rotation that makes an outward normal, shape (3,), point down."""
     normal = normal / np.sqrt(normal @ normal)
     axis, cosine = np.cross(normal, [0.0, 0.0, -1.0]), float(-normal[2])
     sine = float(np.sqrt(axis @ axis))
     # A tilt below rounding leaves the scan as it is, so that a mesh that stands on a face keeps its coordinates.
     if cosine > 0.0 and sine < 1e-9:
-        return StablePose(np.eye(3), 0.0, 0.0)
+        return RotationToStablePose(np.eye(3), 0.0, 0.0)
     if sine == 0.0:
         axis, sine = np.array([1.0, 0.0, 0.0]), 0.0
     else:
@@ -226,7 +228,7 @@ def _pose_with_face_down(normal: FloatArray) -> StablePose:
     skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     rotation = np.eye(3) + sine * skew + (1.0 - cosine) * skew @ skew
     top = rotation[:2, 2]
-    return StablePose(
+    return RotationToStablePose(
         rotation, float(np.degrees(np.arctan2(sine, cosine))), float(np.degrees(np.arctan2(top[1], top[0])))
     )
 
@@ -273,7 +275,7 @@ class ScanResult(NamedTuple):
     shape: Shape
     volume: float
     """Volume, m³."""
-    pose: StablePose
+    pose: RotationToStablePose
     notes: list[str]
     """Changes of the mesh, in words."""
 
@@ -306,7 +308,7 @@ def stone_from_surface(
     ArgumentError
         If the body cannot stand, or its size is out of range; see `ScannedStone`.
     """
-    found = mass_properties(surface.corners)
+    found = mass_properties_inside_surface(surface.corners)
     used = surface.vertices[np.unique(surface.triangles)]
     pose = nearest_stable_pose(used, found.centre)
     if (

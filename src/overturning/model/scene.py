@@ -90,7 +90,7 @@ class Scene(StrictModel):
         return self.reference or self.free_element_names[0]
 
     @property
-    def default_output_element(self) -> str:
+    def name_of_element_shown_by_default(self) -> str:
         """Name of the element to show if only one is shown: the reference element if free, else the last free one."""
         return (
             self.size_reference_element_name
@@ -215,10 +215,10 @@ def load_scene(name: str | Path, root: str | Path = Path()) -> Scene:
         folders = {root / SCENES, find_project_file(SCENES)}
         known = ", ".join(sorted({file.stem for folder in folders for file in folder.glob("*.yaml")})) or "none"
         raise ConfigError(f"scene {name}: no file {path}; known: {known}")
-    return check_scene(read_yaml_mapping(path, "scene", "see docs/scenes.md"), str(path))
+    return parse_scene_content(read_yaml_mapping(path, "scene", "see docs/scenes.md"), str(path))
 
 
-def check_scene(content: dict[str, Any], file_name: str = "scene") -> Scene:
+def parse_scene_content(content: dict[str, Any], file_name: str = "scene") -> Scene:
     """Return the scene described by a scene file's content; an error message has one line per wrong key."""
     try:
         return Scene.model_validate(content)

@@ -44,7 +44,7 @@ class Shape(ABC):
 
     def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> Outline:
         """Return the corners of the body for drawing, shape (corners, 3), m, and its edges as corner index pairs."""
-        return _prism_outline(self.solid(height, b_over_h, aspect).points)
+        return _prism_corners_and_edges(self.solid(height, b_over_h, aspect).points)
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ class Cylinder(Shape):
     def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> Outline:
         turn = 2.0 * np.pi * np.arange(DRAWN_SIDES) / DRAWN_SIDES
         ring = 0.5 * b_over_h * height * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        return _prism_outline(np.concatenate([ring, np.full((DRAWN_SIDES, 1), -0.5 * height)], axis=1))
+        return _prism_corners_and_edges(np.concatenate([ring, np.full((DRAWN_SIDES, 1), -0.5 * height)], axis=1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,7 +199,7 @@ def shape_from_name_or_sides(name_sides_or_shape: "str | int | Shape", argument_
     return name_sides_or_shape
 
 
-def _prism_outline(base_vertices: FloatArray) -> Outline:
+def _prism_corners_and_edges(base_vertices: FloatArray) -> Outline:
     """Return corners and edges of a right prism, for drawing, from the vertices of its base, shape (n, 3), m."""
     n = len(base_vertices)
     lower, after = np.arange(n), np.roll(np.arange(n), -1)

@@ -8,7 +8,7 @@ from typing_extensions import override
 
 from overturning.arrays import ArrayLike, FloatArray
 from overturning.model.grid import CaseGrid
-from overturning.model.model import Model, StoneOutcomes, values_at_grid_indices
+from overturning.model.model import Model, StoneOutcomesByAmplitudeFactor, values_at_grid_indices
 from overturning.model.symmetry import EquivalentSimulatedDirections, nearest_simulated_directions
 from overturning.model.variables import INT8_MISSING, outcome_is_known
 
@@ -148,7 +148,7 @@ class ThreeDimensionalModel(Model):
     @override
     def square_stone_outcomes(
         self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
-    ) -> StoneOutcomes:
+    ) -> StoneOutcomesByAmplitudeFactor:
         """Return, for each stone, the outcome of the square prism simulated with the nearest orientation."""
         square = site_cube
         if "aspect" in site_cube.dims:
@@ -157,4 +157,6 @@ class ThreeDimensionalModel(Model):
         found = values_at_grid_indices(square, self.reads_outcomes, {self.direction: sources.cell, **cell_positions})
         flag = found["overturned"]
         slip = np.hypot(found["residual_slip_north"], found["residual_slip_east"])
-        return StoneOutcomes(flag == 1, np.isfinite(flag), found["fall_azimuth"], slip, found["residual_twist"])
+        return StoneOutcomesByAmplitudeFactor(
+            flag == 1, np.isfinite(flag), found["fall_azimuth"], slip, found["residual_twist"]
+        )

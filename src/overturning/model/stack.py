@@ -16,7 +16,7 @@ from overturning.model.grid import CaseGrid
 from overturning.model.scene import Scene, gravestone
 from overturning.model.scene_model import SceneModel
 from overturning.model.space import ThreeDimensionalModel
-from overturning.model.stack_checks import check_stack
+from overturning.model.stack_checks import check_scene_is_stack
 from overturning.model.stack_stones import CIRCLE_SIDES, StackStone, stack_stones
 from overturning.model.symmetry import FULL_TURN, EquivalentSimulatedDirections
 from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_VARIABLES, OutcomeVariable
@@ -46,7 +46,7 @@ STACK_VARIABLES: Final = (
 """Outcome variables of a stack."""
 
 
-def gravestone_with_depth() -> Scene:
+def default_stack_scene() -> Scene:
     """Return the default scene of a stack: one gravestone on the ground, 0.24 m wide and deep, 0.6 m high."""
     scene = gravestone()
     ground, stone = scene.elements
@@ -71,7 +71,7 @@ class Stack(SceneModel, ThreeDimensionalModel):
         If the scene is not such a stack.
     """
 
-    scene: Scene = field(default_factory=gravestone_with_depth)
+    scene: Scene = field(default_factory=default_stack_scene)
     contact: VertexContact = field(default_factory=VertexContact)
 
     def __post_init__(self) -> None:
@@ -79,7 +79,7 @@ class Stack(SceneModel, ThreeDimensionalModel):
             raise ArgumentError(f"scene: {self.scene!r}; give a scene, such as load_scene('three-tier')")
         if not isinstance(self.contact, VertexContact):
             raise ArgumentError(f"contact: {self.contact!r}; a stack in 3-D has a VertexContact")
-        check_stack(self.scene)
+        check_scene_is_stack(self.scene)
 
     variables: ClassVar = STACK_VARIABLES
     ensemble_variables: ClassVar = tuple(
@@ -121,7 +121,9 @@ class Stack(SceneModel, ThreeDimensionalModel):
     @override
     def drop_ineffective_frictions(self, grid: CaseGrid) -> CaseGrid:
         return (
-            grid if self.scene.has_contact_with_unset_friction else grid.replace_values(friction=grid["friction"][:1])
+            grid
+            if self.scene.has_contact_with_unset_friction
+            else grid.copy_with_dimension_values(friction=grid["friction"][:1])
         )
 
     @override

@@ -98,7 +98,7 @@ def polygon_side_distances_from_point(corners: FloatArray, x: float = 0.0) -> Fl
     return np.asarray(inward / np.sqrt((side**2).sum(axis=1)))
 
 
-def _outline_and_inertia_of_plan(plan: PlanShape, width: float, height: float) -> tuple[FloatArray, FloatArray]:
+def _plan_corners_and_prism_inertia(plan: PlanShape, width: float, height: float) -> tuple[FloatArray, FloatArray]:
     """Return the corners (m) of a circular or polygonal plan, anticlockwise, and its prism's inertia per mass (m²).
 
     The first side of a polygon faces +x. A circle becomes the polygon of `CIRCLE_SIDES` sides with its area, with the
@@ -129,7 +129,7 @@ def stack_stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, d
     symmetry = 4 if is_square else 2
     inertia = np.array([[yy + zz, 0.0, -xz], [0.0, xx + zz, 0.0], [-xz, 0.0, xx + yy]])
     if plan != "rectangle":
-        ring, inertia = _outline_and_inertia_of_plan(plan, *(float(side) for side in np.ptp(outline, axis=0)))
+        ring, inertia = _plan_corners_and_prism_inertia(plan, *(float(side) for side in np.ptp(outline, axis=0)))
         faces, symmetry = [ring, ring], (0 if plan == "circle" else int(plan))
     return StackStone(
         name=item.element.name, mass=density * depth * item.shape.area, symmetry=symmetry,

@@ -80,14 +80,14 @@ def _first_contact_with_face(stone: StackStone, patch: FloatArray, face: FaceBel
     edge = (patch @ ahead).max(axis=0)
     critical = np.arctan2(edge - stone.x * ahead[0], stone.foot)
     # On a plane without end, a vertex touches before all points between vertices.
-    tilt = _tilts_at_first_point_contact(
+    tilt = _least_tilt_for_point_to_touch_face(
         stone, _surface_points_to_test_for_contact(stone, 1, 1), ahead, edge, face._replace(corners=None)
     )
     early = critical * (1.0 - ROUNDING)
     if face.corners is not None and np.any(tilt < early):
         points = _surface_points_to_test_for_contact(stone, SIDE_PARTS, DEPTH_PARTS)
         tilt = np.minimum(
-            _tilts_at_first_point_contact(stone, points, ahead, edge, face),
+            _least_tilt_for_point_to_touch_face(stone, points, ahead, edge, face),
             _tilts_at_first_base_contact(stone, ahead, edge, face.corners, face.depth),
         )
     tilt = np.where(tilt < early, tilt, np.inf)
@@ -97,7 +97,7 @@ def _first_contact_with_face(stone: StackStone, patch: FloatArray, face: FaceBel
     return ContactBeforeTipping(stone.name, face, float(tilt[direction]), float(critical[direction]))
 
 
-def _tilts_at_first_point_contact(
+def _least_tilt_for_point_to_touch_face(
     stone: StackStone, points: FloatArray, ahead: FloatArray, edge: FloatArray, face: FaceBelowStone
 ) -> FloatArray:
     """Return the least tilt (rad) at which one of the points, (n, 3), of a stone touches a face; infinite if none does.
@@ -125,7 +125,7 @@ def _tilts_at_first_base_contact(
 ) -> FloatArray:
     """Return the least tilt (rad) at which the base of a stone touches a corner of a face at a depth (m), or infinity.
 
-    Shape and directions are those of `_tilts_at_first_point_contact`.
+    Shape and directions are those of `_least_tilt_for_point_to_touch_face`.
     """
     beyond = corners @ ahead - edge
     # The point of the base that meets the corner, before the tilt.

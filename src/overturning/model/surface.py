@@ -55,7 +55,7 @@ def _six_times_signed_volumes(triangle_corners: FloatArray) -> FloatArray:
     return np.asarray(np.sum(np.cross(triangle_corners[:, 0], triangle_corners[:, 1]) * triangle_corners[:, 2], axis=1))
 
 
-def mass_properties(triangle_corners: FloatArray) -> MassProperties:
+def mass_properties_inside_surface(triangle_corners: FloatArray) -> MassProperties:
     """Compute the mass properties of the body inside a closed surface, from its triangles, shape (m, 3, 3), m.
 
     Each triangle spans a tetrahedron with a common origin; volumes are counted negative where the surface faces it.
@@ -139,7 +139,9 @@ def _check_surface_has_one_body(surface: TriangleSurface) -> None:
     body = corners[part == volumes.argmax()]
     # A part of no volume, such as a double face, adds no mass; four parts are enough for a message.
     solid = (number for number in np.argsort(-volumes) if abs(volumes[number]) > 1e-9 * volumes.max())
-    outside = (n for n in solid if volumes[n] > 0.0 or not _is_inside_body(body, corners[part == n].reshape(-1, 3)))
+    outside = (
+        n for n in solid if volumes[n] > 0.0 or not _are_points_inside_body(body, corners[part == n].reshape(-1, 3))
+    )
     separate = [volumes[number] for number in itertools.islice(outside, 4)]
     if len(separate) > 1:
         sizes = ", ".join(f"{one:.3g}" for one in np.sort(np.abs(separate))[::-1][:3]) + ", …" * (len(separate) > 3)
@@ -150,7 +152,7 @@ def _check_surface_has_one_body(surface: TriangleSurface) -> None:
         )
 
 
-def _is_inside_body(body_corners: FloatArray, points: FloatArray) -> bool:
+def _are_points_inside_body(body_corners: FloatArray, points: FloatArray) -> bool:
     """True if points, shape (n, 3), lie inside a body given by its triangles; only extreme points are tested.
 
     The tested points are the farthest ones in 26 directions.

@@ -40,7 +40,7 @@ class ConvexHull(NamedTuple):
     """Inertia per mass, shape (3, 3), m²."""
 
 
-class FallTiltLimits(NamedTuple):
+class FallTiltByLeanDirection(NamedTuple):
     """Tilt from which a body counts as fallen, for each direction in which the body leans."""
 
     least: float
@@ -58,7 +58,7 @@ class FallTiltLimits(NamedTuple):
         return self.limits[np.minimum((turn / (2.0 * np.pi) * DIRECTIONS).astype(np.int64), DIRECTIONS - 1)]
 
 
-class LowestVertexChanges(NamedTuple):
+class LowestVertexChangesOnLeaning(NamedTuple):
     """Changes of a body's lowest vertex as the body leans more and more in one direction; one entry per change."""
 
     direction: NDArray[np.int64]
@@ -73,13 +73,13 @@ class LowestVertexChanges(NamedTuple):
     """Index of the triangle towards which the body rolls over the edge."""
 
 
-def fall_tilt_limits(
+def fall_tilt_by_lean_direction(
     hull: ConvexHull,
     size: float,
     least_tilt: float,
     resting_face_normals: FloatArray,
     shallowest_rest: float = 0.0,
-) -> FallTiltLimits:
+) -> FallTiltByLeanDirection:
     """Compute the tilt from which a convex body counts as fallen, for each direction in which the body leans.
 
     Parameters
@@ -110,14 +110,16 @@ def fall_tilt_limits(
     rows[found.direction[order]] = np.column_stack([along, np.full(order.size, (FALL_SHARE - 1.0) * least_tilt)])
     limits = np.maximum(limits, least_tilt)
     if (limits <= least_tilt + 1e-9).all():
-        return FallTiltLimits(least_tilt, np.full(DIRECTIONS, least_tilt), np.zeros((0, 5)), np.zeros(0, np.int64))
+        return FallTiltByLeanDirection(
+            least_tilt, np.full(DIRECTIONS, least_tilt), np.zeros((0, 5)), np.zeros(0, np.int64)
+        )
     touched = ends[found.edge[found.tilt < limits[found.direction] * (1.0 - 1e-6)]]
     _reduce_fall_limits_to_resting_faces(limits, rows, resting_face_normals)
     starts = _number_increasing_with_angle(2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
     first = np.any(rows != np.roll(rows, 1, axis=0), axis=1)
     first[0] = True
     sectors = np.asarray(np.round(np.column_stack([starts, rows])[first], DIGITS), np.float64)
-    return FallTiltLimits(least_tilt, limits, sectors, np.unique(touched))
+    return FallTiltByLeanDirection(least_tilt, limits, sectors, np.unique(touched))
 
 
 def _reduce_fall_limits_to_resting_faces(
@@ -154,7 +156,7 @@ def _hull_edge_vertices_and_triangles(hull: ConvexHull) -> tuple[NDArray[np.int6
 
 def _lowest_vertex_changes(
     hull: ConvexHull, edge_vertices: NDArray[np.int64], edge_triangles: NDArray[np.int64]
-) -> LowestVertexChanges:
+) -> LowestVertexChangesOnLeaning:
     """Compute, for each direction of lean, the tilts at which the lowest vertex changes.
 
     There, the downward vertical crosses the arc between the normals of neighbouring triangles. Along such an arc both
@@ -182,7 +184,7 @@ def _lowest_vertex_changes(
     # The body rolls to the triangle towards which its centre descends.
     height = np.sum(corners[:, 0] * down, axis=1)
     sinks = hull.offsets[one] < height * np.sum(down * hull.normals[one], axis=1)
-    return LowestVertexChanges(direction, edge, tilt, rises, np.where(sinks, one, other))
+    return LowestVertexChangesOnLeaning(direction, edge, tilt, rises, np.where(sinks, one, other))
 
 
 def _final_resting_triangles(hull: ConvexHull, size: float) -> NDArray[np.int64]:

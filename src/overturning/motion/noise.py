@@ -26,7 +26,7 @@ PER_DECADE: Final = 20
 
 
 @dataclass(frozen=True)
-class SignalToNoiseRatio:
+class SignalNoiseSpectra:
     """Signal and noise spectra of the components of a record, and the onset time of the motion."""
 
     onset: float  # s after the first sample; the noise is before it
@@ -64,13 +64,13 @@ def motion_onset_index(samples: FloatArray) -> int:
     return int(k[criterion.argmin()])
 
 
-def shortest_noise_window_s(sampling_interval: float) -> float:
+def shortest_usable_noise_window_s(sampling_interval: float) -> float:
     """Return the shortest noise window before the onset, s: long enough to resolve an octave of frequencies."""
     return max(SHORTEST_NOISE, 2.0 * CYCLES * sampling_interval / HIGHEST)
 
 
-def signal_to_noise_ratio(components: Sequence[FloatArray], sampling_interval: float) -> SignalToNoiseRatio | None:
-    """Return the signal-to-noise ratio of the components of a record; None if there is no noise before the onset.
+def signal_and_noise_spectra(components: Sequence[FloatArray], sampling_interval: float) -> SignalNoiseSpectra | None:
+    """Return signal and noise spectra of a record's components; None if there is no noise before the onset.
 
     The noise window ends at the earliest onset of any component; the signal window extends from there to 95 % of the
     cumulative squared acceleration. Both are tapered over 5 % at each end. Amplitudes are divided by the square root of
@@ -83,7 +83,7 @@ def signal_to_noise_ratio(components: Sequence[FloatArray], sampling_interval: f
     """
     moving = [samples - samples.mean() for samples in components if np.ptp(samples) > 0]
     first = min((motion_onset_index(samples) for samples in moving), default=0)
-    too_short = first * sampling_interval < shortest_noise_window_s(sampling_interval)
+    too_short = first * sampling_interval < shortest_usable_noise_window_s(sampling_interval)
     if too_short or not all(np.ptp(samples[:first]) > 0 for samples in moving):
         return None
     energy = np.cumsum(np.sum([samples[first:] ** 2 for samples in moving], axis=0))
@@ -98,7 +98,7 @@ def signal_to_noise_ratio(components: Sequence[FloatArray], sampling_interval: f
     )
     steps = [abs(_hann_weighted_mean(samples[last:]) - _hann_weighted_mean(samples[:first])) for samples in moving]
     offset = np.outer(steps, 1.0 / (2.0 * np.pi * frequency * np.sqrt((last - first) * sampling_interval)))
-    return SignalToNoiseRatio(first * sampling_interval, frequency, signal, noise, offset)
+    return SignalNoiseSpectra(first * sampling_interval, frequency, signal, noise, offset)
 
 
 def _hann_weighted_mean(samples: FloatArray) -> float:

@@ -52,7 +52,7 @@ def checked_periods(period_s: ArrayLike) -> FloatArray:
 def oscillator_filter_coefficients(
     period_s: float, damping: float, sampling_interval: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the coefficients of a recursive filter from ground acceleration to an oscillator's displacement, velocity.
+    """Return coefficients of the filter from ground acceleration to oscillator displacement and velocity.
 
     The coefficients are the numerators for relative displacement and velocity, and their common denominator.
 

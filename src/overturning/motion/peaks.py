@@ -44,7 +44,7 @@ def largest_filtered_motion_along_azimuths(
 
 
 def _divide_azimuths_into_groups(azimuth_cosines: FloatArray) -> FloatArray:
-    """Divide azimuths into groups; return each group's middle azimuth and the largest sine of the angle to it.
+    """Return the middle azimuth of each group of azimuths, and the largest sine of the angle to it.
 
     The columns are the cosines of the middle azimuth towards north and east, the sine, and a zero; shape (groups, 4).
     """

@@ -64,7 +64,7 @@ class SoilLayer(StrictModel):
 
 
 @dataclass(frozen=True)
-class SurfaceComponentResult:
+class SoilResponseOfOneComponent:
     """Acceleration of a horizontal component at the ground surface, and convergence of the soil response analysis."""
 
     samples: FloatArray  # acceleration, m/s², shape (n + tail,); at most `TAIL_END` of the peak is left after it
@@ -88,7 +88,7 @@ def import_pystrata() -> Any:
     return package
 
 
-def check_soil_layer_curves(soil_layers: Sequence[SoilLayer]) -> None:
+def check_pystrata_has_soil_curves(soil_layers: Sequence[SoilLayer]) -> None:
     """Raise an `ArgumentError` if pystrata is missing, or lacks the curve of a soil layer or a part of this curve."""
     package = import_pystrata()
     for layer in soil_layers:
@@ -103,7 +103,7 @@ def propagate_through_soil(
     rock: RockHalfSpace,
     *,
     outcrop: bool = True,
-) -> SurfaceComponentResult:
+) -> SoilResponseOfOneComponent:
     """Compute one horizontal component of motion at the surface of soil layers from that of the rock below.
 
     Parameters
@@ -176,7 +176,7 @@ def _propagate_with_zero_padding(
     rock: RockHalfSpace,
     outcrop: bool,
     length: int,
-) -> SurfaceComponentResult:
+) -> SoilResponseOfOneComponent:
     """Compute the motion at the ground surface with one Fourier transform of `length` samples, padded with zeros."""
     motion = package.motion.TimeSeriesMotion(
         "", "", sampling_interval, acceleration / STANDARD_GRAVITY, fa_length=length
@@ -199,7 +199,7 @@ def _propagate_with_zero_padding(
         )
     change = float(max(profile.max_error)) if nonlinear else 0.0
     strain = max(float(np.max(layer.strain_max)) for layer in profile[:-1]) if nonlinear else float("nan")
-    return SurfaceComponentResult(
+    return SoilResponseOfOneComponent(
         surface, change < TOLERANCE, change, strain, _largest_strain_beyond_curve(profile[:-1], layers)
     )
 

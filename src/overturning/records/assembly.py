@@ -75,7 +75,7 @@ def assemble_record(
     notes += dict.fromkeys(
         note for component in components if (note := note_on_sensor_in_structure(component.location))
     )
-    differences = _relative_header_peak_differences(components, refusals)
+    differences = _relative_peak_differences_from_header(components, refusals)
     by_files = [c for c in components if not c.vertical]
     with refusals.collect_reason():
         components = _horizontal_then_vertical_components(components, declared_properties.azimuths_deg, name)
@@ -116,7 +116,7 @@ def assemble_record(
     )
 
 
-def _relative_header_peak_differences(
+def _relative_peak_differences_from_header(
     components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector
 ) -> dict[str, float]:
     """Return, by axis, the relative difference of the peak of the samples from the peak stated in the header."""

@@ -39,7 +39,7 @@ METADATA: Final[dict[str, tuple[str, str, str]]] = {
 """Metadata of a record for the statistics: column of the record table, long name, unit ("" for text)."""
 
 
-class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True):
+class RecordDescriptionColumns(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True):
     """Columns of the table of records that identify a record and describe its earthquake, station and site."""
 
     id: str = Field(pattern=r"^[a-z0-9][a-z0-9_-]{0,99}$")
@@ -88,7 +88,7 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
     """Terms under which the data may be used."""
 
     @model_validator(mode="after")
-    def _check_coordinate_pairs(self) -> "RecordDescription":
+    def _check_coordinate_pairs(self) -> "RecordDescriptionColumns":
         """Raise a ValueError for a latitude without longitude (or the reverse) or a fault trace without source."""
         for place in ("station", "epicentre"):
             pair = [f"{place}_{name}_deg" for name in ("latitude", "longitude")]
@@ -121,11 +121,11 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
 PLACES: Final = ("coordinates_source", "fault_trace", "fault_trace_source")
 """Entries of a record's ``extra`` that the cube stores; see `RecordDescription.coordinate_source_and_fault_trace`."""
 
-LABELS: Final = tuple(name for name in RecordDescription.model_fields if name not in ("id", "source"))
+LABELS: Final = tuple(name for name in RecordDescriptionColumns.model_fields if name not in ("id", "source"))
 """Columns that do not affect the samples of a record: if one of them changes, no simulation is repeated."""
 
 
-class RecordTableRow(FilePropertyColumns, RecordDescription, frozen=True):
+class RecordTableRow(FilePropertyColumns, RecordDescriptionColumns, frozen=True):
     """Row of the record table: one record, its metadata, and properties that its files do not state."""
 
     orientation_correction_deg: float = Field(default=0.0, ge=-360, le=360)
@@ -150,7 +150,7 @@ class RecordTableRow(FilePropertyColumns, RecordDescription, frozen=True):
     @property
     def names_of_filled_file_columns(self) -> list[str]:
         """Names of non-empty columns that describe files; refused for a synthetic pulse, which has no file."""
-        other = {*RecordDescription.model_fields, "format", "trust_data", "sha256"}
+        other = {*RecordDescriptionColumns.model_fields, "format", "trust_data", "sha256"}
         stated = self.model_dump(exclude=other, exclude_defaults=True)
         return [name for name, value in stated.items() if value != "surface"]
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.motion.direction import azimuth_difference
+from overturning.motion.direction import angle_between_azimuths
 from overturning.records.declared_properties import Sensor
 from overturning.records.source import SourceFile
 
@@ -96,7 +96,7 @@ def channel_direction_mismatch_notes(
     if coded[0] is None or direction[0] is None:
         alike = coded == direction
     else:
-        alike = azimuth_difference(coded[0], direction[0]) <= 5.0
+        alike = angle_between_azimuths(coded[0], direction[0]) <= 5.0
     where = {1: "up", -1: "down"}.get(direction[1], f"at {direction[0] or 0.0:g}°")
     said = {"N": "north", "E": "east", "Z": "up"}[channel_code[-1].upper()]
     return (
@@ -171,7 +171,9 @@ def axis_direction_from_name_or_code(
     named = parse_axis_direction(axis_name)
     if UNKNOWN in (named, code_direction):
         return code_direction if named == UNKNOWN else named
-    apart = 0.0 if named[0] is None or code_direction[0] is None else azimuth_difference(named[0], code_direction[0])
+    apart = (
+        0.0 if named[0] is None or code_direction[0] is None else angle_between_azimuths(named[0], code_direction[0])
+    )
     if named[1] != code_direction[1] or apart > 1.0:
         code = (
             {1: "up", -1: "down"}[code_direction[1]] if code_direction[0] is None else f"{code_direction[0]:g} degrees"
@@ -373,7 +375,7 @@ MAX_SKEW_DEG = 5.0
 def non_perpendicular_axes_notes(components: Sequence[RecordComponent]) -> list[str]:
     """Return a note if the angle between two horizontal axes deviates from 90° by more than `MAX_SKEW_DEG`."""
     first, second = (c.azimuth_deg or 0.0 for c in components[:2])
-    apart = azimuth_difference(second, first)
+    apart = angle_between_azimuths(second, first)
     if abs(apart - 90.0) <= MAX_SKEW_DEG:
         return []
     which = f"horizontal axes at {first:g}° and {second:g}°, {apart:g}° apart"

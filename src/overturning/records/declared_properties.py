@@ -19,7 +19,7 @@ assert set(UNITS) == set(get_args(Unit))
 _Angle = Annotated[float, Field(ge=-540, le=540)]
 
 
-def _split_number_text(text_or_value: Any) -> Any:
+def _split_text_of_numbers(text_or_value: Any) -> Any:
     """Split a text of numbers, such as "0,90", at commas and blanks; None if empty. Other values are unchanged."""
     return (
         [part for part in text_or_value.replace(",", " ").split() if part] or None
@@ -33,7 +33,7 @@ class FilePropertyColumns(BaseModel, extra="forbid", frozen=True, use_attribute_
 
     format: Annotated[str, BeforeValidator(lambda name: "auto" if name is None else name)] = "auto"
     """The only accepted file format, or `auto` to detect it from the content; see docs/formats.md."""
-    azimuths_deg: Annotated[tuple[_Angle, _Angle] | None, BeforeValidator(_split_number_text)] = None
+    azimuths_deg: Annotated[tuple[_Angle, _Angle] | None, BeforeValidator(_split_text_of_numbers)] = None
     """Azimuths of the two horizontal axes, if the file does not state them, e.g. `0,90`."""
     unit: Unit | None = None
     """Unit of the samples, if the format does not state it (SAC): `m/s2`, `gal`, `g`…"""

@@ -51,7 +51,7 @@ _DATES: Final = (
 
 
 @dataclass(frozen=True)
-class _EarthquakeMetadata:
+class _EarthquakeMetadataOfRecord:
     """Metadata of one record by which its earthquake is identified: names, ids, times and epicentre."""
 
     record_id: str
@@ -62,7 +62,7 @@ class _EarthquakeMetadata:
     start: datetime | None = None  # of the record
     synthetic: bool = False
 
-    def is_same_earthquake_if_known(self, other_metadata: "_EarthquakeMetadata") -> bool | None:
+    def is_same_earthquake_if_known(self, other_metadata: "_EarthquakeMetadataOfRecord") -> bool | None:
         """Return whether two records are of one earthquake, by ids or origin times; None if these do not decide it."""
         if self.event_id and other_metadata.event_id:
             return self.event_id == other_metadata.event_id
@@ -76,7 +76,7 @@ class _EarthquakeMetadata:
         return near and abs(self.origin - other_metadata.origin) <= MAX_ORIGIN_DIFFERENCE
 
 
-def _earthquake_metadata(record: Record | RecordTableRow) -> _EarthquakeMetadata:
+def _earthquake_metadata_of_record(record: Record | RecordTableRow) -> _EarthquakeMetadataOfRecord:
     """Return the metadata that identify the earthquake of a record or of a row of the record table."""
     times: tuple[str | None, str | None]  # origin, and start of the record
     if isinstance(record, RecordTableRow):
@@ -89,7 +89,7 @@ def _earthquake_metadata(record: Record | RecordTableRow) -> _EarthquakeMetadata
         origin, start = (datetime.fromisoformat(convert_to_utc_text(text)) if text else None for text in times)
     except ValueError as fault:  # of a `Record` made in Python
         raise ArgumentError(f"record {named}: start {times[1]!r}, origin time {times[0]!r}: {fault}") from None
-    return _EarthquakeMetadata(
+    return _EarthquakeMetadataOfRecord(
         named,
         " ".join(record.event.split()),
         stated.get("event_id", ""),
@@ -111,19 +111,19 @@ def great_circle_distance_km(first_place: tuple[float, float], second_place: tup
 class _RecordsOfEarthquake:
     """Records that belong to one earthquake, each with its index in the study and its metadata."""
 
-    members: dict[int, _EarthquakeMetadata] = field(default_factory=dict)
-    stated: dict[tuple[Any, ...], _EarthquakeMetadata] = field(
+    members: dict[int, _EarthquakeMetadataOfRecord] = field(default_factory=dict)
+    stated: dict[tuple[Any, ...], _EarthquakeMetadataOfRecord] = field(
         default_factory=dict
     )  # the first member with each id and origin
     names: dict[str, str] = field(default_factory=dict)  # lower-case name: name as written
 
-    def add_record(self, record_index: int, metadata: _EarthquakeMetadata) -> None:
+    def add_record(self, record_index: int, metadata: _EarthquakeMetadataOfRecord) -> None:
         """Add a record, given by its index in the study and its metadata, to the records of the earthquake."""
         self.members[record_index] = metadata
         self.stated.setdefault((metadata.event_id, metadata.origin, metadata.place), metadata)
         self.names.setdefault(metadata.name.casefold(), metadata.name)
 
-    def includes_record(self, metadata: _EarthquakeMetadata) -> bool:
+    def matches_earthquake_of_record(self, metadata: _EarthquakeMetadataOfRecord) -> bool:
         """Return True if a record belongs to this earthquake by id or origin time, or else by earthquake name."""
         certain = [
             same
@@ -134,7 +134,7 @@ class _RecordsOfEarthquake:
         return all(certain) if certain else named
 
     @property
-    def first_record_metadata(self) -> _EarthquakeMetadata:
+    def first_record_metadata(self) -> _EarthquakeMetadataOfRecord:
         """Metadata of the first record of the earthquake."""
         return self.members[min(self.members)]
 
@@ -179,12 +179,12 @@ def assign_records_to_earthquakes(records: Iterable[Record | RecordTableRow]) ->
     Labels are in the order of the records. Doubts are: similar names without different dates, records of two names that
     start together, one name with several origins, and records of one name that start more than an hour apart.
     """
-    known = [_earthquake_metadata(record) for record in records]
+    known = [_earthquake_metadata_of_record(record) for record in records]
     found: list[_RecordsOfEarthquake] = []
     unclear = []
     # Assign records with ids and origins first; records with names only then join these earthquakes.
     for index in sorted(range(len(known)), key=lambda i: (not known[i].event_id, known[i].origin is None)):
-        homes = [one for one in found if one.includes_record(known[index])]
+        homes = [one for one in found if one.matches_earthquake_of_record(known[index])]
         if not homes:
             homes = [_RecordsOfEarthquake()]
             found += homes
@@ -239,7 +239,7 @@ def _warnings_on_records_of_uncertain_earthquake(earthquakes: list[_RecordsOfEar
                 [*started, *((each.origin, each.record_id) for each in one.stated.values() if each.origin)]
             )
         if len(loose) > 1 and not one.name:
-            ids = _format_record_ids(loose)
+            ids = _format_first_three_record_ids(loose)
             yield f"{len(loose)} records ({ids}) name no earthquake and count as one; give event or event_id"
         elif started and started[-1][0] - started[0][0] > MAX_NAMED_DIFFERENCE:
             hours = (started[-1][0] - started[0][0]).total_seconds() / 3600
@@ -262,7 +262,7 @@ def _notes_on_names_shared_by_earthquakes(earthquakes: list[_RecordsOfEarthquake
             )
 
 
-def _format_record_ids(records: list[_EarthquakeMetadata]) -> str:
+def _format_first_three_record_ids(records: list[_EarthquakeMetadataOfRecord]) -> str:
     """Return the ids of the first three records as text, followed by … if there are more."""
     return ", ".join(one.record_id for one in records[:3]) + (", …" if len(records) > 3 else "")
 
@@ -309,7 +309,7 @@ def _name_words_and_date(earthquake: _RecordsOfEarthquake) -> tuple[str, str, tu
 def _may_name_same_earthquake(
     first_name: tuple[str, str, tuple[int, ...]], second_name: tuple[str, str, tuple[int, ...]]
 ) -> bool:
-    """Return True if two names (from `_name_words_and_date`) may mean the same earthquake: similar words, same day."""
+    """Return True if two names, as words and date, may mean one earthquake: similar words, same day."""
     (words, _, day), (others, _, other_day) = first_name, second_name
     if day and other_day and day != other_day:
         return False

@@ -29,7 +29,7 @@ def read_components(files: Iterable[SourceFile], declared_properties: DeclaredFi
     that need it. Raises a RecordError for a file of unknown format, or of another format than declared.
     """
     files = list(files)
-    packed = list(_unpack_archives(files))
+    packed = list(_files_paired_with_archives(files))
     declared_properties = declared_properties.with_station_xml(member for member, _ in packed)
     named = find_format_by_name("csv" if declared_properties.columns else declared_properties.format)
     is_csv = named is not None and named.name == "csv"
@@ -67,7 +67,7 @@ def read_components(files: Iterable[SourceFile], declared_properties: DeclaredFi
     return _drop_raw_versions_of_processed_components(components, packed, left_out)
 
 
-def _unpack_archives(files: Iterable[SourceFile]) -> Iterator[tuple[SourceFile, SourceFile]]:
+def _files_paired_with_archives(files: Iterable[SourceFile]) -> Iterator[tuple[SourceFile, SourceFile]]:
     """Yield pairs (file, archive) of all archive members; a file outside an archive is paired with itself."""
     for file in files:
         for member in unpack_archive(file) if is_archive(file.data) else [file]:
@@ -104,7 +104,7 @@ def _drop_raw_versions_of_processed_components(
     twice = [
         one
         for one in raw
-        if any(archive[o.sha256] is archive[one.sha256] and _are_of_same_axis(one, o) for o in processed)
+        if any(archive[o.sha256] is archive[one.sha256] and _are_versions_of_same_component(one, o) for o in processed)
     ]
     said = [(c.file, "the same is there processed") for c in twice]
     said += [(file.name, why) for file, why in omission_reasons.items() if file.suffix not in NON_RECORD_EXTENSIONS]
@@ -119,7 +119,7 @@ def _add_omission_notes(component: RecordComponent, omitted_files: Sequence[tupl
     return replace(component, notes=(*component.notes, *notes))
 
 
-def _are_of_same_axis(first_component: RecordComponent, second_component: RecordComponent) -> bool:
+def _are_versions_of_same_component(first_component: RecordComponent, second_component: RecordComponent) -> bool:
     """Return True if two components have the same axis, sensor and earthquake according to their metadata."""
     same = ("format", "station", "event", "location", "sensor", "azimuth_deg", "vertical")
     return all(getattr(first_component, name) == getattr(second_component, name) for name in same)

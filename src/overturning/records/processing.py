@@ -9,7 +9,7 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.motion.noise import shortest_noise_window_s, signal_to_noise_ratio
+from overturning.motion.noise import shortest_usable_noise_window_s, signal_and_noise_spectra
 from overturning.motion.plausible import implausible_amplitude_reason
 from overturning.records.assembly import format_iso_utc_time
 from overturning.records.record import Record, pga_pgv_pgd_of_larger_component
@@ -114,9 +114,9 @@ def choose_highpass_corner_and_reason(record: Record) -> tuple[float, str]:
     """
     if not (np.ptp(record.north) or np.ptp(record.east)):
         return DEFAULT_HZ, "no horizontal motion"
-    found = signal_to_noise_ratio([record.north, record.east], record.sampling_interval)
+    found = signal_and_noise_spectra([record.north, record.east], record.sampling_interval)
     if found is None:
-        shortest = shortest_noise_window_s(record.sampling_interval)
+        shortest = shortest_usable_noise_window_s(record.sampling_interval)
         return DEFAULT_HZ, f"no noise of {shortest:g} s before the onset to compare with"
     window = f"noise of the first {found.onset:.1f} s"
     ratio = found.ratio.min(axis=0)

@@ -21,7 +21,7 @@ from overturning.units import GAL
 from overturning.validation import StrictModel, format_validation_error
 
 
-class _AccelerationPulse(StrictModel):
+class _PulseBaseClass(StrictModel):
     """Base class of acceleration pulses: amplitude, azimuth, sampling interval, and rest before and after the pulse."""
 
     amplitude_gal: float = Field(gt=0, le=1e5, description="Largest factor of the formula, Gal.")
@@ -38,7 +38,7 @@ class _AccelerationPulse(StrictModel):
         return float(getattr(self, "period_s", math.inf))
 
 
-class HarmonicPulse(_AccelerationPulse):
+class HarmonicPulse(_PulseBaseClass):
     """Sine or cosine pulse with a given number of cycles of period T: a = A sin(2πt/T) or A cos(2πt/T)."""
 
     shape: Literal["sine", "cosine"]
@@ -55,7 +55,7 @@ class HarmonicPulse(_AccelerationPulse):
         return np.asarray(self.amplitude_gal * GAL * wave(2.0 * np.pi * time / self.period_s))
 
 
-class RickerPulse(_AccelerationPulse):
+class RickerPulse(_PulseBaseClass):
     """Ricker (1943) pulse of period T: a = A (1 − 2x²) exp(−x²), where x = π (t − t₀)/T.
 
     It is zero for |t − t₀| > 1.6 T.
@@ -74,7 +74,7 @@ class RickerPulse(_AccelerationPulse):
         return self.amplitude_gal * GAL * (1.0 - 2.0 * x**2) * np.exp(-(x**2))
 
 
-class MavroeidisPapageorgiouPulse(_AccelerationPulse):
+class MavroeidisPapageorgiouPulse(_PulseBaseClass):
     """Near-fault pulse of Mavroeidis & Papageorgiou (2003, BSSA 93, 1099-1131), equation 3.
 
     The velocity is v = V/2 [1 + cos(2πf(t − t₀)/γ)] cos(2πf(t − t₀) + ν) for |t − t₀| ≤ γ/(2f), with
@@ -98,7 +98,7 @@ class MavroeidisPapageorgiouPulse(_AccelerationPulse):
         return -0.5 * self.amplitude_gal * GAL * bracket
 
 
-class _PulseWithDurationSetting(_AccelerationPulse):
+class _PulseBaseClassWithDuration(_PulseBaseClass):
     """Base class of pulses whose duration is a parameter instead of following from a period."""
 
     duration_s: float = Field(gt=0, le=1000, description="Duration, s.")
@@ -109,7 +109,7 @@ class _PulseWithDurationSetting(_AccelerationPulse):
         return self.duration_s
 
 
-class ConstantPulse(_PulseWithDurationSetting):
+class ConstantPulse(_PulseBaseClassWithDuration):
     """Pulse of constant acceleration A towards the azimuth of the pulse, for a given duration."""
 
     shape: Literal["constant"] = "constant"
@@ -118,7 +118,7 @@ class ConstantPulse(_PulseWithDurationSetting):
         return np.full_like(time, self.amplitude_gal * GAL)
 
 
-class NoisePulse(_PulseWithDurationSetting):
+class NoisePulse(_PulseBaseClassWithDuration):
     """Pulse of band-limited white noise, multiplied by a cosine bell over its duration.
 
     a = A/N^½ sin²(πt/D) Σ_k √2 cos(2πf_k t + φ_k), with f_k = k/D from low to high, N of them: each frequency

@@ -25,7 +25,7 @@ def _unsuitable_step_error(record: Record, step_label: str, reason: str) -> Reco
     return RecordError(f"record {record.record_id}: {step_label}; {reason}")
 
 
-def _check_sample_count(record: Record, step_label: str, sample_count: float) -> None:
+def _refuse_too_many_samples(record: Record, step_label: str, sample_count: float) -> None:
     """Raise a RecordError if a processing step would give a record more than `MOST_SAMPLES` samples."""
     if sample_count > MOST_SAMPLES:
         bounds = f"the record would have {sample_count:.2g} samples, at most {MOST_SAMPLES:.0e} are possible"
@@ -111,7 +111,7 @@ class ButterworthFilter(_ProcessingStep):
             raise _unsuitable_step_error(record, f"{self.step}.corner_hz {corner:g}", bounds)
         sections = butter(self.order, corner, btype=self.step, fs=1.0 / record.sampling_interval, output="sos")
         pad = self._padding_sample_count(record.sampling_interval)
-        _check_sample_count(record, f"{self.step}.corner_hz {corner:g} needs added zeros", samples.size + 2 * pad)
+        _refuse_too_many_samples(record, f"{self.step}.corner_hz {corner:g} needs added zeros", samples.size + 2 * pad)
         filtered = sosfiltfilt(sections, np.pad(samples, pad), padtype=None)
         # A zero-phase high-pass filter acts before the first sample too. Stripped of its pads its output would
         # integrate to a velocity that drifts (Boore, Sisi & Akkar 2012, BSSA 102, 751-760), so they stay.
@@ -242,7 +242,7 @@ class Resample(_ProcessingStep):
         if ratio == 1:
             return samples
         label = f"resample.sampling_interval_s {self.sampling_interval_s:g}"
-        _check_sample_count(record, label, samples.size * float(ratio))
+        _refuse_too_many_samples(record, label, samples.size * float(ratio))
         offset = _estimate_constant_offset(
             samples, record.sampling_interval
         )  # The resampler assumes zeros beyond the ends.

@@ -32,7 +32,7 @@ def add_record_to_table(
     ``id`` and ``source`` come from the files. Raises an `OverturningError` for an unknown column, an id that exists
     already, or a file that is missing or cannot be read; nothing is written then.
     """
-    _check_files_and_columns(paths, cells_by_column)
+    _check_files_and_columns_exist(paths, cells_by_column)
     stem = "".join(sign if sign.isalnum() or sign in "_-" else "-" for sign in paths[0].name.split(".")[0].lower())
     cells = {"id": stem, "format": "auto", "source": " ".join(path.name for path in paths), **cells_by_column}
     before = find_project_file(table_path)
@@ -54,11 +54,11 @@ def add_record_to_table(
             shutil.copyfile(path, Path(name) / path.name)
         record = process_record(read_record(entry, Path(name)), None)
     _copy_record_files(paths, record_folder)
-    _append_table_line(table_path, before, cells)
+    _write_table_with_added_line(table_path, before, cells)
     return record
 
 
-def _check_files_and_columns(paths: Sequence[Path], cells_by_column: dict[str, str]) -> None:
+def _check_files_and_columns_exist(paths: Sequence[Path], cells_by_column: dict[str, str]) -> None:
     """Raise an error if a path is not a file, or if the record table has no column of a given name."""
     missing = [path for path in paths if not path.is_file()]
     if missing:
@@ -100,7 +100,7 @@ def _copy_record_files(paths: Sequence[Path], record_folder: Path) -> None:
             shutil.copyfile(path, target)
 
 
-def new_record_notes(record: Record, table_path: Path, record_folder: Path) -> list[str]:
+def notes_on_record_added_to_table(record: Record, table_path: Path, record_folder: Path) -> list[str]:
     """Return notes on a new record of the record table: doubtful earthquake, or same samples as another record.
 
     Of other records whose files cannot be read, only the lines of the table are compared.
@@ -127,7 +127,7 @@ def _read_record_or_return_row(table_row: RecordTableRow, record_folder: Path) -
         return table_row
 
 
-def _append_table_line(table_path: Path, source_table: Path, cells_by_column: dict[str, str]) -> None:
+def _write_table_with_added_line(table_path: Path, source_table: Path, cells_by_column: dict[str, str]) -> None:
     """Write a record table with the lines of ``source_table`` and a new one; columns are added as needed."""
     lines = source_table.read_text(encoding="utf-8-sig").splitlines() if source_table.exists() else ["\t".join(COLUMNS)]
     head = next(index for index, line in enumerate(lines) if line.strip() and not line.startswith("#"))

@@ -54,9 +54,9 @@ def cut_to_common_window(
     stop channels one after another. Different lengths of several files, different stations, earthquakes, sensors or
     places, and a mixture of raw and processed data are contradictions, which ``trust_data`` accepts.
     """
-    _check_same_sensor(components, refusals_out)
+    _check_all_of_one_record(components, refusals_out)
     interval = _common_sampling_interval(components)
-    _check_station_distances(components, refusals_out)
+    _check_station_places_agree(components, refusals_out)
     offsets = _sample_counts_before_common_start(components, interval, refusals_out)
     spread = _checked_duration_difference_s(components, interval, refusals_out)
     length = min(c.samples.size - offset for c, offset in zip(components, offsets, strict=True))
@@ -71,7 +71,7 @@ def cut_to_common_window(
     return cut
 
 
-def _check_same_sensor(components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector) -> None:
+def _check_all_of_one_record(components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector) -> None:
     """Report a contradiction if components differ in station, earthquake or sensor, or only some of them are raw."""
     said = [
         (c.station, c.extra.get("network", ""), c.event, "processed" if c.processed else "raw", c.location, sensor)
@@ -132,7 +132,7 @@ def _checked_duration_difference_s(
     return spread
 
 
-def _check_station_distances(components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector) -> None:
+def _check_station_places_agree(components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector) -> None:
     """Report a contradiction if stated station coordinates are more than `MAX_STATION_DISTANCE_KM` apart."""
     places = [(c.latitude, c.longitude) for c in components if c.latitude is not None and c.longitude is not None]
     for place in places[1:]:

@@ -12,19 +12,19 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.figures.answer import (
     PlottedEstimate,
-    alignment_with_references_figure,
+    fall_alignment_with_references_figure,
     overturned_share_difference_figure,
 )
 from overturning.figures.fall_rate import fragility_curves_figure, overturned_fraction_figure
 from overturning.figures.film_words import station_and_event_text
 from overturning.figures.maps import fall_map_figure
-from overturning.figures.observed_rose import ObservedRose, observed_roses_figure
-from overturning.figures.polar_map import azimuth_map_figure
+from overturning.figures.observed_rose import ObservedFallRose, observed_fall_roses_figure
+from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.record import scene_and_element_title_line
 from overturning.figures.scene import scenes_figure
 from overturning.figures.site_map import earthquake_map_figures, earthquakes_on_map
 from overturning.figures.study import study_figure_functions
-from overturning.figures.style import figures_for_phone, package_matplotlib_settings
+from overturning.figures.style import arrange_panels_for_phone, use_package_matplotlib_settings
 from overturning.figures.survey import SurveyFigureData, survey_falls_figure
 from overturning.figures.svg_translation import translate_svg
 from overturning.figures.write import save_figure_files
@@ -36,9 +36,9 @@ from overturning.findings.results import StudyResults, open_study_results
 from overturning.findings.surveys import SurveyFindings
 from overturning.findings.values import Estimate
 from overturning.statistics.circular import LEAST_RESULTANT
-from overturning.study.cube import first_shown_height_and_friction
+from overturning.study.cube import default_height_and_friction_of_figures
 from overturning.study.scenes import NOMINAL, variant_scene
-from overturning.surveys.population import intensities_by_measure, jma_intensities_of_motions
+from overturning.surveys.population import intensities_by_measure, jma_intensities_of_scaled_motions
 from overturning.surveys.posterior import SurveyInversionResult
 from overturning.surveys.stones import OCTANTS
 from overturning.translation.texts import ENGLISH
@@ -74,7 +74,7 @@ def translate_figures(figures: dict[str, Path], folder: Path, language: str) -> 
     return translated
 
 
-def figure_names_by_record(figures: dict[str, Path], record_ids: list[str]) -> dict[str, tuple[str, ...]]:
+def names_of_shown_figures_by_record(figures: dict[str, Path], record_ids: list[str]) -> dict[str, tuple[str, ...]]:
     """Return, by record id, the names of the figures that the report shows for each record, as far as they exist."""
     named = {record: tuple(f"{part}/{record}" for part in CHAPTER) for record in record_ids}
     return {record: tuple(name for name in names if name in figures) for record, names in named.items()}
@@ -98,12 +98,14 @@ REPORT_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Cal
         else []
     ),
     "fall-rate": lambda results, findings: (
-        [partial(_draw_fall_rates, results)] if findings.population is not None else []
+        [partial(_draw_population_fall_rates, results)] if findings.population is not None else []
     ),
     "surveys": lambda _, findings: (
         [partial(_draw_observed_and_computed_falls, findings.surveys)] if findings.surveys else []
     ),
-    "backwards": lambda results, _: [partial(draw_motion_posterior, inferred) for inferred in results.inferred_motions],
+    "backwards": lambda results, _: [
+        partial(draw_ground_motion_posterior, inferred) for inferred in results.inferred_motions
+    ],
 }
 """Functions that return the functions drawing a figure of the report alone, by its name; [] if a study has none.
 
@@ -127,7 +129,7 @@ def draw_study_figure(kind: str, results_path: Path) -> "Figure":
         draw = STUDY_FIGURES[kind](results, findings_from_results(results))
         if not draw:
             raise ArgumentError(f"{kind}: the study {results.study.name} has no such figure; {_NEEDED_KEYS[kind]}")
-        with package_matplotlib_settings():
+        with use_package_matplotlib_settings():
             return draw[0]()
 
 
@@ -152,18 +154,18 @@ def draw_report_figures(results: StudyResults, findings: Findings, folder: Path)
             draw[f"{kind}-{number}" if kind == "backwards" else kind] = function
     paths = {name: folder / f"{name}.svg" for name in draw}
     narrow = {}
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         for name, figure in draw.items():
             save_figure_files(figure(), paths[name])
-        with figures_for_phone():
+        with arrange_panels_for_phone():
             own = ((name, figure()) for name, figure in draw.items())
-            for name, drawn in chain(own, _draw_study_figures_for_phone(results, findings)):
+            for name, drawn in chain(own, _draw_always_shown_figures_for_phone(results, findings)):
                 narrow[f"{NARROW}{name}"] = folder / NARROW / f"{name}.svg"
                 save_figure_files(drawn, narrow[f"{NARROW}{name}"])
     return paths | narrow
 
 
-def _draw_study_figures_for_phone(results: StudyResults, findings: Findings) -> Iterator[tuple[str, "Figure"]]:
+def _draw_always_shown_figures_for_phone(results: StudyResults, findings: Findings) -> Iterator[tuple[str, "Figure"]]:
     """Draw phone versions of study figures that the report always shows (not collapsed); yield names and figures."""
     groups = results.fall_axes_by_group
     draw = study_figure_functions(results.cube, results.intensity, results.logistic_fit, groups)
@@ -183,7 +185,7 @@ def _draw_study_figures_for_phone(results: StudyResults, findings: Findings) -> 
         yield (
             f"polar/{record.record}",
             fall_map_figure(
-                one.sel(first_shown_height_and_friction(one)), f"{title}{scene_and_element_title_line(one)}"
+                one.sel(default_height_and_friction_of_figures(one)), f"{title}{scene_and_element_title_line(one)}"
             ),
         )
 
@@ -216,7 +218,7 @@ def _draw_fall_alignment_with_reference_axes(findings: Findings) -> "Figure":
     for group in findings.reference_alignments:
         axes = [one for one in group.references if one.alignment_kind == "axis"]
         groups[group.group] = {one.reference: convert_to_plotted_estimate(one.all_b_over_h) for one in axes}
-    return alignment_with_references_figure(groups)
+    return fall_alignment_with_references_figure(groups)
 
 
 def _draw_overturned_shares_of_study_and_variant(contrast: VariantContrast, legend_names: tuple[str, str]) -> "Figure":
@@ -284,14 +286,14 @@ def _draw_observed_and_computed_falls(surveys: Sequence[SurveyFindings]) -> "Fig
 
 def write_survey_falls_figure(surveys: Sequence[SurveyFindings], path: Path) -> None:
     """Write the figure of observed next to computed falls of surveys to a file."""
-    with package_matplotlib_settings():
+    with use_package_matplotlib_settings():
         save_figure_files(_draw_observed_and_computed_falls(surveys), path)
 
 
-def write_observed_roses_figure(observed: Sequence[ObservedFallsFinding], path: Path) -> None:
+def write_roses_of_observed_falls(observed: Sequence[ObservedFallsFinding], path: Path) -> None:
     """Write roses of the observed falls of a survey to a file; sites are named only if there are several roses."""
     roses = [
-        ObservedRose(
+        ObservedFallRose(
             name="" if len(observed) == 1 else one.site or ("all sites" if number == 0 else "no site"),
             falls_by_sector=np.array([count or 0.0 for count in one.falls_by_sector]),
             direction_deg=one.direction.mean_deg,
@@ -301,25 +303,28 @@ def write_observed_roses_figure(observed: Sequence[ObservedFallsFinding], path: 
         )
         for number, one in enumerate(observed)
     ]
-    with package_matplotlib_settings():
-        save_figure_files(observed_roses_figure(roses), path)
+    with use_package_matplotlib_settings():
+        save_figure_files(observed_fall_roses_figure(roses), path)
 
 
 def _draw_polar_maps(results: StudyResults, findings: Findings) -> "Figure":
     """Draw the polar maps of falls for the records that the report shows, on one radial scale."""
     ids = [name.id for name in results.record_names]
     places = [ids.index(one.record) for one in findings.maps.records]
-    block = results.cube.sel(first_shown_height_and_friction(results.cube, results.study))
+    block = results.cube.sel(default_height_and_friction_of_figures(results.cube, results.study))
     cubes = [block.isel(record=place).load() for place in places]
     peaks = [results.intensity["pgv"].isel(record=place) for place in places]
-    return azimuth_map_figure(cubes, "", peaks)
+    return fall_map_by_azimuth_figure(cubes, "", peaks)
 
 
-def _draw_fall_rates(results: StudyResults) -> "Figure":
+def _draw_population_fall_rates(results: StudyResults) -> "Figure":
     """Draw the fraction of a study's stone population that falls, by peak velocity and by JMA intensity."""
     fall_rates = results.populations[NOMINAL]
     curve = next(one for one in results.fragility_curves if one.name == "all stones" and one.measure == MEASURE)
-    rates, jma = fall_rates["free_fall_rate"].to_numpy(), jma_intensities_of_motions(fall_rates, results.intensity)
+    rates, jma = (
+        fall_rates["free_fall_rate"].to_numpy(),
+        jma_intensities_of_scaled_motions(fall_rates, results.intensity),
+    )
     return overturned_fraction_figure(rates, intensities_by_measure(fall_rates, results.intensity)[MEASURE], curve, jma)
 
 
@@ -331,9 +336,9 @@ def _draw_fragility_curves(results: StudyResults) -> "Figure":
     return fragility_curves_figure(fall_rates["free_fall_rate"].to_numpy(), levels, curves)
 
 
-def draw_motion_posterior(inversion_result: SurveyInversionResult) -> "Figure":
+def draw_ground_motion_posterior(inversion_result: SurveyInversionResult) -> "Figure":
     """Draw the posterior probabilities of the ground motion that was inferred from a survey."""
-    from overturning.figures.backwards import motion_posterior_figure
+    from overturning.figures.backwards import inferred_motion_posterior_figure
 
     one, curves = inversion_result.posterior, {}
     for name, values in inversion_result.pgv_and_pga_by_motion_and_level.items():
@@ -341,18 +346,18 @@ def draw_motion_posterior(inversion_result: SurveyInversionResult) -> "Figure":
         posterior_mass, prior_mass = (each.sum(axis=2).ravel()[order].cumsum() for each in (one.probability, one.prior))
         curves[name] = (values.ravel()[order], posterior_mass, prior_mass, one.credible_interval(values))
     shares = dict(zip(one.sources, one.motion_probabilities().tolist(), strict=True))
-    return motion_posterior_figure(
+    return inferred_motion_posterior_figure(
         inversion_result.name, one.velocity_axis_probabilities(), inversion_result.credible_axis_arc_deg, shares, curves
     )
 
 
-def write_motion_posterior_figure(inversion_result: SurveyInversionResult, path: Path) -> None:
+def write_ground_motion_posterior_figure(inversion_result: SurveyInversionResult, path: Path) -> None:
     """Write the figure with the posterior probabilities of the ground motion inferred from a survey to a file."""
-    with package_matplotlib_settings():
-        save_figure_files(draw_motion_posterior(inversion_result), path)
+    with use_package_matplotlib_settings():
+        save_figure_files(draw_ground_motion_posterior(inversion_result), path)
 
 
 def write_fall_rates_figure(results: StudyResults, path: Path) -> None:
     """Write the figure of the fall rates of a study's population of stones to a file."""
-    with package_matplotlib_settings():
-        save_figure_files(_draw_fall_rates(results), path)
+    with use_package_matplotlib_settings():
+        save_figure_files(_draw_population_fall_rates(results), path)

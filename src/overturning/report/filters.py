@@ -19,7 +19,7 @@ NO_BREAK: Final = "\u00a0"
 
 def number(value: float | None, digits: int = 2) -> str:
     """Format a number with a fixed number of decimals and a typographic minus sign; zero has no sign."""
-    if _is_unknown(value):
+    if _is_none_or_nan(value):
         return NO_VALUE
     text = f"{value:.{digits}f}"
     return (text.replace("-", "−") if float(text) != 0 else text.replace("-", "")).replace("inf", "∞")
@@ -27,14 +27,14 @@ def number(value: float | None, digits: int = 2) -> str:
 
 def significant(value: float | None, digits: int = 2) -> str:
     """Format a number with `digits` significant digits, and all digits before the decimal point: 0.29, 6.3, 120."""
-    if _is_unknown(value) or value == 0 or math.isinf(value or 0.0):
+    if _is_none_or_nan(value) or value == 0 or math.isinf(value or 0.0):
         return number(value, 0)
     return number(value, max(0, digits - 1 - math.floor(math.log10(abs(value or 1.0)))))
 
 
 def percent(share: float | None, digits: int = 0) -> str:
     """Format a share in per cent, with enough decimals that only 0 and 1 become 0 % and 100 %: 0.4 %, 99.97 %."""
-    if _is_unknown(share) or share is None:
+    if _is_none_or_nan(share) or share is None:
         return NO_VALUE
     return f"{number(100 * share, _decimals_needed_for_percent(share, digits))}{NO_BREAK}%"
 
@@ -49,17 +49,17 @@ def _decimals_needed_for_percent(share: float, digits: int) -> int:
 
 def count(value: float | None) -> str:
     """Format a whole number with commas between thousands."""
-    return NO_VALUE if _is_unknown(value) else f"{value:,.0f}"
+    return NO_VALUE if _is_none_or_nan(value) else f"{value:,.0f}"
 
 
 def plain(value: float | None) -> str:
     """Format a number without trailing zeros, such as a setting of the study."""
-    return NO_VALUE if _is_unknown(value) else f"{value:g}".replace("-", "−")
+    return NO_VALUE if _is_none_or_nan(value) else f"{value:g}".replace("-", "−")
 
 
 def three_digits(value: float | None) -> str:
     """Format a number with three significant digits, with a power of ten if it is very small or large: 0.00143."""
-    return NO_VALUE if _is_unknown(value) else f"{value:.3g}"
+    return NO_VALUE if _is_none_or_nan(value) else f"{value:.3g}"
 
 
 def degrees(value: float | None, full: int = 0) -> str:
@@ -67,7 +67,7 @@ def degrees(value: float | None, full: int = 0) -> str:
 
     Half a degree is rounded away from 0, so that 22.5°, half an octant, is 23° whatever its last binary digit is.
     """
-    if _is_unknown(value) or value is None:
+    if _is_none_or_nan(value) or value is None:
         return NO_VALUE
     whole = int(math.copysign(math.floor(abs(value) + 0.5 + ROUNDING), value))
     return f"{number(whole % full if full else whole, 0)}°"
@@ -75,12 +75,12 @@ def degrees(value: float | None, full: int = 0) -> str:
 
 def has_interval(finding: Estimate) -> bool:
     """True if the confidence interval of an estimate is known."""
-    return not _is_unknown(finding.low)
+    return not _is_none_or_nan(finding.low)
 
 
 def ends(finding: Any, digits: int = 2, scale: float = 1.0, *, to: str) -> str:
     """Format the interval of an estimate, with the word `to` of the report's language between its ends: 0.1 to 0.4."""
-    if _is_unknown(finding.low):
+    if _is_none_or_nan(finding.low):
         return NO_VALUE
     return f"{number(scale * finding.low, digits)}{to}{number(scale * finding.high, digits)}"
 
@@ -101,11 +101,11 @@ def share(finding: Any, digits: int = 0, *, to: str) -> str:
 
 def censored(finding: Any, value: bool = True, *, to: str) -> str:
     """Format a fragility median (or its interval); values outside the data's range become "> 1.4" or "< 0.2"."""
-    digits = _decimals_of_interval(finding)
+    digits = _decimals_to_show_in_interval(finding)
 
     def format_value_or_limit_of_data(bound: float | None) -> str:
         """Format a value, or "> 1.4" for infinity and "< 0.2" for 0, which lie outside the data."""
-        if _is_unknown(bound) or bound is None:
+        if _is_none_or_nan(bound) or bound is None:
             return NO_VALUE
         if math.isinf(bound):
             return f">{NO_BREAK}{finding.data_maximum:.3g}"
@@ -115,16 +115,16 @@ def censored(finding: Any, value: bool = True, *, to: str) -> str:
         format_value_or_limit_of_data(finding.median)
         if value
         else NO_VALUE
-        if _is_unknown(finding.low)
+        if _is_none_or_nan(finding.low)
         else f"{format_value_or_limit_of_data(finding.low)}{to}{format_value_or_limit_of_data(finding.high)}"
     )
 
 
-def _decimals_of_interval(finding: Any) -> int:
+def _decimals_to_show_in_interval(finding: Any) -> int:
     """Return the decimals that show two significant digits of half an interval's width (without one: of the value)."""
-    ends = [bound for bound in (finding.low, finding.high, finding.median) if not _is_unknown(bound)]
+    ends = [bound for bound in (finding.low, finding.high, finding.median) if not _is_none_or_nan(bound)]
     known = min((bound for bound in ends if math.isfinite(bound) and bound > 0), default=finding.data_maximum)
-    bounded = not _is_unknown(finding.low) and math.isfinite(finding.high - finding.low) and finding.low > 0
+    bounded = not _is_none_or_nan(finding.low) and math.isfinite(finding.high - finding.low) and finding.low > 0
     width = max((finding.high - finding.low) / 2, known / 10) if bounded else known
     return max(0, 1 - math.floor(math.log10(width)))
 
@@ -142,7 +142,7 @@ def points(finding: Estimate, *, to: str) -> str:
 
 def data_range(finding: Any, *, to: str) -> str:
     """Format the smallest and largest value of a predictor in the data of the study: 0.1 to 0.4."""
-    if _is_unknown(finding.data_minimum):
+    if _is_none_or_nan(finding.data_minimum):
         return NO_VALUE
     return f"{number(finding.data_minimum)}{to}{number(finding.data_maximum)}"
 
@@ -154,7 +154,7 @@ def counted(value: int, noun: str) -> str:
 
 def p_value(value: float | None) -> str:
     """Format a p-value with two significant digits, or as "< 0.001"."""
-    if _is_unknown(value) or value is None:
+    if _is_none_or_nan(value) or value is None:
         return NO_VALUE
     return f"<{NO_BREAK}0.001" if value < 0.001 else f"{value:.2g}"
 
@@ -164,7 +164,7 @@ def address(name: str) -> str:
     return quote(name)
 
 
-def _is_unknown(value: float | None) -> bool:
+def _is_none_or_nan(value: float | None) -> bool:
     """True if a number is not known: None or NaN."""
     return value is None or math.isnan(value)
 

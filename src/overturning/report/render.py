@@ -17,7 +17,7 @@ from pydantic import BaseModel
 
 from overturning.errors import ResultError
 from overturning.report.filters import FILTERS, FILTERS_WITH_WORDS
-from overturning.translation.texts import LANGUAGES, read_label_translations, translate, translate_label
+from overturning.translation.texts import LANGUAGES, read_label_translations, translate, translate_whole_text_by_table
 
 CONTAINERS: Final = (
     "kicker", "answer", "limits", "note", "caution", "pair", "film", "fold", "table", "sortable", "page", "paper"
@@ -54,7 +54,7 @@ class ReportMedia:
     posteriors: bool = False
 
 
-def render_markdown(
+def render_template_as_markdown(
     found: BaseModel, language: str = "en", media: ReportMedia | None = None, name: str = "report"
 ) -> str:
     """Render a template of the report as Markdown text in one language.
@@ -106,7 +106,7 @@ def create_template_environment(language: str) -> jinja2.Environment:
     )
     loaded.filters |= FILTERS
     loaded.filters |= {name: partial(each, to=labels["to"]) for name, each in FILTERS_WITH_WORDS.items()}
-    loaded.filters["label"] = partial(translate_label, translation_table=labels)
+    loaded.filters["label"] = partial(translate_whole_text_by_table, translation_table=labels)
     loaded.filters["translated"] = partial(translate, language=language)
     loaded.tests["infinite"] = math.isinf
     return loaded

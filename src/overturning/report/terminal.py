@@ -11,7 +11,7 @@ LEFT_OUT = ("page", "paper")
 """Containers that a terminal does not show."""
 
 
-def plain_text_lines(tree: SyntaxTreeNode) -> Iterator[str]:
+def terminal_lines_of_markdown(tree: SyntaxTreeNode) -> Iterator[str]:
     """Yield the lines of a Markdown text for a terminal: paragraphs and aligned tables, with empty lines between."""
     blocks = (block for block in _terminal_lines_by_block(tree.children) if block)
     yield from chain.from_iterable(["", *block] if place else block for place, block in enumerate(blocks))

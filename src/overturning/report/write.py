@@ -12,20 +12,20 @@ from overturning.findings.collect import read_findings
 from overturning.findings.results import open_study_results
 from overturning.report.drawings import (
     draw_report_figures,
-    figure_names_by_record,
     list_study_figures,
+    names_of_shown_figures_by_record,
     translate_figures,
 )
 from overturning.report.page import render_report_html_page
 from overturning.report.paper import compile_report_pdf
-from overturning.report.render import ReportMedia, parse_markdown, render_markdown
+from overturning.report.render import ReportMedia, parse_markdown, render_template_as_markdown
 from overturning.study.schema import Study
 from overturning.translation.texts import (
     check_language_is_known,
     read_label_translations,
     translate,
-    translate_label,
     translate_visible_texts_to,
+    translate_whole_text_by_table,
 )
 
 FINDINGS = "findings.json"
@@ -96,14 +96,14 @@ def write_report(
             facts = [_report_film_texts(name, case) for name, case in cases.items()]
         media = ReportMedia(
             films=facts,
-            chapters=figure_names_by_record(figures, [one.id for one in found.records]),
+            chapters=names_of_shown_figures_by_record(figures, [one.id for one in found.records]),
             explorer=EXPLORER,
             stations=sorted(name for name in figures if name.startswith("maps/")),
             posteriors=bool(opened.inferred_motions),
             rose="rose" in figures and bool(found.cases.share_overturned),
         )
-        title = translate_label(found.study.title, read_label_translations(language))
-        tree = parse_markdown(render_markdown(found, language, media))
+        title = translate_whole_text_by_table(found.study.title, read_label_translations(language))
+        tree = parse_markdown(render_template_as_markdown(found, language, media))
         with atomic_write(path) as part:
             page = render_report_html_page(tree, title, language, figures, films)
             part.write_text(page, encoding="utf-8")

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.model.falls import model_of_results_cube
-from overturning.model.planes import planes_in_results_impose_fall_axis
+from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
 from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_over_earthquakes
 from overturning.statistics.by_record import apply_to_record_batches, record_masks_by_group
 from overturning.statistics.falls import (
@@ -22,7 +22,7 @@ from overturning.statistics.falls import (
 
 
 @dataclass(frozen=True)
-class FallAlignmentOfBlockSelection:
+class FaultNormalAlignmentOfSelectedBlocks:
     """Mean alignment of fall directions with the fault normal, over the blocks that a selection rule accepts.
 
     Attributes
@@ -45,7 +45,7 @@ class FallAlignmentOfBlockSelection:
 
 def fault_normal_alignment_by_block_selection(
     cube: xr.Dataset, block_rules: Sequence[BlockSelectionRule] = BLOCK_RULES, *, draws: int = 10_000
-) -> dict[str, list[FallAlignmentOfBlockSelection]]:
+) -> dict[str, list[FaultNormalAlignmentOfSelectedBlocks]]:
     """Compute the alignment of falls with the fault normal, for each group of records and each block selection rule.
 
     The result has a list for each name of a group, with one entry for each rule of `block_rules`.
@@ -66,25 +66,27 @@ def fault_normal_alignment_by_block_selection(
         Bootstrap samples.
     """
     sums = apply_to_record_batches(
-        partial(_sum_falls_by_block_selection_rule, block_rules), cube, model_of_results_cube(cube).reads
+        partial(_sum_fall_vectors_by_block_selection, block_rules), cube, model_of_results_cube(cube).reads
     ).transpose("record", "rule")
     vectors = mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]).where(
-        ~unknown_outcomes_may_bias_fall_axis(sums) & (not planes_in_results_impose_fall_axis(cube))
+        ~unknown_outcomes_may_bias_fall_axis(sums) & (not azimuths_in_results_bias_mean_fall_axis(cube))
     )
     cosine, sine = vectors["cosine"].to_numpy(), vectors["sine"].to_numpy()
     lengths, events = np.hypot(cosine, sine), np.atleast_1d(cube["event"].to_numpy().astype(str))
-    found = dict[str, list[FallAlignmentOfBlockSelection]]()
+    found = dict[str, list[FaultNormalAlignmentOfSelectedBlocks]]()
     for group, members in record_masks_by_group(cube).items():
         found[group] = []
         for place, rule in enumerate(block_rules):
             own, most = (np.where(members, values[:, place], np.nan) for values in (cosine, lengths))
             alignment = mean_over_earthquakes(own, events, draws=draws)
             largest = mean_over_earthquakes(most, events, draws=1).value
-            found[group].append(FallAlignmentOfBlockSelection(rule, int(np.isfinite(own).sum()), alignment, largest))
+            found[group].append(
+                FaultNormalAlignmentOfSelectedBlocks(rule, int(np.isfinite(own).sum()), alignment, largest)
+            )
     return found
 
 
-def _sum_falls_by_block_selection_rule(block_rules: Sequence[BlockSelectionRule], cube: xr.Dataset) -> xr.Dataset:
+def _sum_fall_vectors_by_block_selection(block_rules: Sequence[BlockSelectionRule], cube: xr.Dataset) -> xr.Dataset:
     """Count falls and sum cosines and sines of doubled fall azimuths, for each record and block selection rule.
 
     The dimensions are (record, rule); cosines and sines of doubled fall axes are summed.

@@ -13,7 +13,7 @@ from overturning.errors import ArgumentError
 from overturning.model.planes import (
     azimuth_period_of_cube_deg,
     distinct_plane_indices,
-    fall_probability_to_either_side,
+    fall_probabilities_towards_and_away,
     plane_weights_by_azimuth_spacing,
 )
 from overturning.statistics.circular import mean_angle_and_resultant
@@ -45,7 +45,7 @@ def boundary_b_over_h_and_if_stoutest_falls(fall_probabilities: ArrayLike, b_ove
     return float(x[at] + (x[at + 1] - x[at]) * p[at] / (p[at] - p[at + 1])), falls
 
 
-def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
+def largest_falling_b_over_h_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
     """Compute, for each azimuth, the largest B/H of a falling block, and its range over two halves of the ensemble.
 
     Parameters
@@ -78,7 +78,7 @@ def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
         return found
 
     # Variables have no coordinates, which need not be compared at each operation.
-    p, slenderness = fall_probability_to_either_side(cube), cube["b_over_h"].variable
+    p, slenderness = fall_probabilities_towards_and_away(cube), cube["b_over_h"].variable
     falls = p["towards"].variable + p["away"].variable
     middle, beyond = boundary_and_whether_stoutest_falls(falls)
     known = slenderness.to_base_variable().where(falls.notnull())
@@ -113,7 +113,7 @@ def easiest_overturning_axis(azimuth_boundaries: xr.Dataset, grid_b_over_h: Arra
     Parameters
     ----------
     azimuth_boundaries : Dataset
-        From `overturning_boundary_by_azimuth`.
+        From `largest_falling_b_over_h_by_azimuth`.
     grid_b_over_h : array_like
         B/H of the cube. If a block never falls, the smallest B/H stands for the boundary, which lies below it; if it
         falls at every B/H, the largest B/H with a known outcome does, and the boundary lies above it.

@@ -14,7 +14,7 @@ CELLS_PER_READ: Final = 40_000
 """Number of cells that are read together; with fewer, the overhead of xarray exceeds the computation."""
 
 
-def load_records_of_cube(
+def load_outcomes_of_records(
     cube: xr.Dataset, record_indices: int | list[int], variables: Sequence[str] = ()
 ) -> xr.Dataset:
     """Load the simulated outcomes of some records into memory from a results dataset, with a single read.
@@ -34,19 +34,19 @@ def load_records_of_cube(
     return chosen.isel(record=record_indices).load()
 
 
-def iterate_record_cubes(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[xr.Dataset]:
+def iterate_results_by_record(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[xr.Dataset]:
     """Yield the results of one record after the other, with the variables named in `variables`."""
     for record in range(cube.sizes["record"]):
-        yield load_records_of_cube(cube, [record], variables)
+        yield load_outcomes_of_records(cube, [record], variables)
 
 
-def iterate_record_batches(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[tuple[list[int], xr.Dataset]]:
+def iterate_record_result_batches(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[tuple[list[int], xr.Dataset]]:
     """Yield record indices and loaded results for batches of records, of about `CELLS_PER_READ` cases each."""
     count = cube.sizes["record"]
     few = max(1, CELLS_PER_READ * count // max(cube["overturned"].size, 1))
     for first in range(0, count, few):
         places = list(range(first, min(first + few, count)))
-        yield places, load_records_of_cube(cube, places, variables)
+        yield places, load_outcomes_of_records(cube, places, variables)
 
 
 def apply_to_record_batches(
@@ -55,11 +55,11 @@ def apply_to_record_batches(
     """Apply a function to successive batches of a dataset's records, and join the results along ``record``.
 
     A cube without that dimension is passed whole. The function gets a few records at a time with the variables
-    ``variables`` (see `load_records_of_cube`); all variables that it returns must have the dimension ``record``.
+    ``variables`` (see `load_outcomes_of_records`); all variables that it returns must have the dimension ``record``.
     """
     if "record" not in cube.dims:
         return function(cube)
-    made = [function(some) for _, some in iterate_record_batches(cube, variables)]
+    made = [function(some) for _, some in iterate_record_result_batches(cube, variables)]
     return xr.concat(made, "record", data_vars="minimal", coords="minimal", compat="override", join="override")
 
 

@@ -222,7 +222,7 @@ def _watson_u2_of_sector_counts(sector_counts: FloatArray, sector_probabilities:
     return np.asarray((((difference - centre) ** 2) * sector_probabilities).sum(axis=-1) / total[..., 0])
 
 
-def grouped_watson_test(sector_counts: ArrayLike, sector_probabilities: ArrayLike) -> StatisticalTestResult:
+def watson_u2_test_of_sectors(sector_counts: ArrayLike, sector_probabilities: ArrayLike) -> StatisticalTestResult:
     """Test with Watson's U² whether counts in successive sectors of a circle follow given probabilities.
 
     U²_G = (1/n) Σ_j (S_j − S̄)² p_j with S_j the running sum of observed minus expected and S̄ = Σ S_j p_j
@@ -255,10 +255,10 @@ def _chi_square_statistic(sector_counts: FloatArray, sector_probabilities: Float
     return np.asarray(np.where(np.isnan(parts), 0.0, parts).sum(axis=-1))
 
 
-def chi_square_test(sector_counts: FloatArray, sector_probabilities: FloatArray) -> StatisticalTestResult:
+def chi_square_test_of_sectors(sector_counts: FloatArray, sector_probabilities: FloatArray) -> StatisticalTestResult:
     """Test with Pearson's X² whether counts in sectors of a circle follow given probabilities.
 
-    The parameters are those of `grouped_watson_test`.
+    The parameters are those of `watson_u2_test_of_sectors`.
 
     The p-value is simulated because octants of a survey often have fewer than the five expected stones that the
     chi-square distribution needs (Mardia & Jupp 2000, section 6.3.3).

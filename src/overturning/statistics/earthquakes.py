@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of_results_cube
-from overturning.model.planes import planes_in_results_impose_fall_axis
+from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
 from overturning.statistics.bootstrap import (
     MeanOverEarthquakes,
     bootstrap_interval,
@@ -26,7 +26,7 @@ from overturning.statistics.bootstrap import (
     mean_vector_of_each_bootstrap_sample,
     means_by_earthquake,
     statistic_of_bootstrap_samples,
-    tail_share_of_small_sample_interval,
+    tail_share_corrected_for_few_earthquakes,
 )
 from overturning.statistics.by_record import apply_to_record_batches, record_masks_by_group
 from overturning.statistics.circular import LEAST_RESULTANT, NO_DIRECTION, common_axis_test, wrap_axis_difference
@@ -68,7 +68,7 @@ def mean_fall_directions_by_record(cube: xr.Dataset) -> xr.Dataset:
     of_batch = partial(sum_fall_vectors, summed_dims=model.case_dims, informative_only=True)
     sums = apply_to_record_batches(of_batch, cube, model.reads)
     imposed = unknown_outcomes_may_bias_fall_axis(sums)
-    means = mean_directions_from_vector_sums(sums).where(~imposed & (not planes_in_results_impose_fall_axis(cube)))
+    means = mean_directions_from_vector_sums(sums).where(~imposed & (not azimuths_in_results_bias_mean_fall_axis(cube)))
     return means.assign(is_imposed=imposed)
 
 
@@ -102,7 +102,7 @@ def fall_axes_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
     sums = fall_vector_sums_by_record(cube, *kept_dims)
     vectors, events = (
         mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]).where(
-            ~unknown_outcomes_may_bias_fall_axis(sums) & (not planes_in_results_impose_fall_axis(cube))
+            ~unknown_outcomes_may_bias_fall_axis(sums) & (not azimuths_in_results_bias_mean_fall_axis(cube))
         ),
         np.atleast_1d(cube["event"].values).astype(str),
     )
@@ -153,7 +153,7 @@ class FallAxisSummary:
     half_width_deg : float
         Half-width of its bootstrap interval, symmetric about the mean axis: the quantile of the distance of the
         bootstrap axes from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2) at the level of
-        `tail_share_of_small_sample_interval`; NaN below `FEWEST_EARTHQUAKES` and without an axis.
+        `tail_share_corrected_for_few_earthquakes`; NaN below `FEWEST_EARTHQUAKES` and without an axis.
     with_axis, closer_to_normal : int
         Number of earthquakes that have an axis (resultant at least `LEAST_RESULTANT`), and of these with an axis
         within 45° of the fault normal.
@@ -199,7 +199,9 @@ def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: in
     )
     half_width = math.nan
     if distances.size:
-        half_width = float(np.quantile(distances, 1 - 2 * tail_share_of_small_sample_interval(len(vectors), level)))
+        half_width = float(
+            np.quantile(distances, 1 - 2 * tail_share_corrected_for_few_earthquakes(len(vectors), level))
+        )
     known = fall_axes["axis"].values[np.isfinite(fall_axes["axis"].values)]
     closer = int((np.abs(known) < 45).sum())
     alignment, most = MeanOverEarthquakes(len(vectors), float(cosine), *ends), fall_axes["largest"].values
@@ -208,7 +210,7 @@ def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: in
     return FallAxisSummary(count, alignment, mean, half_width, int(known.size), closer, largest, test.p_value)
 
 
-def difference_of_mean_alignments(first_fall_axes: xr.Dataset, second_fall_axes: xr.Dataset) -> MeanOverEarthquakes:
+def difference_of_fall_alignments(first_fall_axes: xr.Dataset, second_fall_axes: xr.Dataset) -> MeanOverEarthquakes:
     """Compute the mean alignment of falls with the fault normal in one set of records minus that in another.
 
     Both sets, such as pulse records and their control, are results of `fall_axes_by_earthquake`. An earthquake with

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.model.planes import azimuth_period_of_cube_deg, case_weight_at_each_azimuth
-from overturning.motion.direction import azimuth_difference
+from overturning.motion.direction import angle_between_azimuths
 from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_share_over_earthquakes
-from overturning.statistics.by_record import iterate_record_cubes
+from overturning.statistics.by_record import iterate_results_by_record
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class ElementFallCounts:
 
 
 @dataclass(frozen=True)
-class ElementDisplacements:
+class ElementDisplacementSummary:
     """Final displacements of one element of a 3-D scene relative to its support: quantiles of slip and rotation.
 
     ``standing`` is the number of cases in which it stands, and ``fallen`` that in which it has fallen. ``slip`` (m) and
@@ -94,7 +94,7 @@ def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
     counts = np.zeros((4, len(names)), np.int64)
     moments: dict[str, list[NDArray[np.float32]]] = {name: [] for name in names}
     for counts_of_record, times_of_record in map(
-        _fall_counts_and_times_by_element, iterate_record_cubes(cube, _OUTCOME)
+        _fall_counts_and_times_by_element, iterate_results_by_record(cube, _OUTCOME)
     ):
         counts += counts_of_record
         for name, times in zip(names, times_of_record, strict=True):
@@ -134,7 +134,7 @@ _QUANTILES: Final = (0.5, 0.9)
 """Quantiles of the displacements of standing elements."""
 
 
-def element_displacements(cube: xr.Dataset) -> list[ElementDisplacements]:
+def element_displacements(cube: xr.Dataset) -> list[ElementDisplacementSummary]:
     """Summarise the final displacements of each element in a 3-D study's results, one row per element.
 
     A cube without elements has one row, "block". Cases that were not simulated, because the motion is too weak to move
@@ -148,7 +148,7 @@ def element_displacements(cube: xr.Dataset) -> list[ElementDisplacements]:
     slips: list[list[NDArray[np.float32]]] = [[] for _ in names]
     twists: list[list[NDArray[np.float32]]] = [[] for _ in names]
     fallen, slid = np.zeros(len(names), np.int64), np.zeros(len(names), np.int64)
-    for one in iterate_record_cubes(cube, _DISPLACEMENTS + ("slid_off",) * has_slides):
+    for one in iterate_results_by_record(cube, _DISPLACEMENTS + ("slid_off",) * has_slides):
         for place, name in enumerate(names):
             of = one.sel(element=name)
             stands = (of["overturned"] == 0).to_numpy()
@@ -158,7 +158,7 @@ def element_displacements(cube: xr.Dataset) -> list[ElementDisplacements]:
             fallen[place] += int((of["overturned"] == 1).sum())
             slid[place] += int((of["slid_off"] == 1).sum()) if has_slides else 0
     return [
-        ElementDisplacements(
+        ElementDisplacementSummary(
             name,
             sum(map(len, slips[place])),
             int(fallen[place]),
@@ -201,7 +201,7 @@ def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Da
         weight = case_weight_at_each_azimuth(cube["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube))
         flags = cube["overturned"].isel(record=0)
         weights = xr.DataArray(weight, dims="azimuth").broadcast_like(flags).transpose(*flags.dims).to_numpy().ravel()
-    pairs = zip(iterate_record_cubes(cube, _FALL), iterate_record_cubes(other_cube, _FALL), strict=True)
+    pairs = zip(iterate_results_by_record(cube, _FALL), iterate_results_by_record(other_cube, _FALL), strict=True)
     rows = [_count_two_stone_falls_of_record(one, another, weights) for one, another in pairs]
     names = ("compared", "cases", "both", "only_this", "only_other", "same_way", "earlier", "same_time")
     return xr.Dataset({name: ("record", of) for name, of in zip(names, np.array(rows).T, strict=True)})
@@ -215,15 +215,15 @@ def _count_two_stone_falls_of_record(cube: xr.Dataset, other_cube: xr.Dataset, c
     this, that = (c["overturned"].to_numpy().ravel() for c in (cube, other_cube))
     known = np.isfinite(this) & np.isfinite(that)
     fell, other_fell = known & (this != 0), known & (that != 0)
-    both, (way, other_way) = fell & other_fell, (_fall_azimuths_deg(c) for c in (cube, other_cube))
-    same = both & (azimuth_difference(way, other_way) <= 45.0)
+    both, (way, other_way) = fell & other_fell, (_fall_azimuths_or_2d_sides_deg(c) for c in (cube, other_cube))
+    same = both & (angle_between_azimuths(way, other_way) <= 45.0)
     when, other_when = (c["overturning_time"].to_numpy().ravel() for c in (cube, other_cube))
     earlier, same_time = both & (when < other_when), both & (when == other_when)
     counted = (known, both, fell & ~other_fell, other_fell & ~fell, same, earlier, same_time)
     return [float(known.sum()), *(float((cells * case_weights).sum()) for cells in counted)]
 
 
-def _fall_azimuths_deg(cube: xr.Dataset) -> FloatArray:
+def _fall_azimuths_or_2d_sides_deg(cube: xr.Dataset) -> FloatArray:
     """Return the fall azimuth of each simulated case, degrees; in 2-D relative to the azimuth of the motion.
 
     For planar models it is 0 or 180, relative to the azimuth of the motion. It has no meaning where the block stands.

@@ -19,7 +19,7 @@ from overturning.model.planes import (
     LARGEST_RESULTANT_OF_PLANES,
     SAME_WEIGHT,
     azimuth_period_of_cube_deg,
-    fall_probability_to_either_side,
+    fall_probabilities_towards_and_away,
     plane_weights_by_azimuth_spacing,
 )
 from overturning.model.symmetry import PLANE_PERIOD, nearest_simulated_planes
@@ -62,7 +62,7 @@ def add_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
 
 
 def fall_counts_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
-    """Return, for each azimuth and block, 1 if the block falls towards the azimuth, 0 if not, NaN if unknown.
+    """Return, by azimuth and block, the number (or probability) of falls towards the azimuth; NaN if unknown.
 
     Computed lazily if the cube is lazy.
 
@@ -75,7 +75,7 @@ def fall_counts_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) ->
     cube : Dataset
         With ``overturned`` and ``azimuth``.
     ensemble : bool
-        Use probabilities instead of flags (see `fall_probability_to_either_side`).
+        Use probabilities instead of flags (see `fall_probabilities_towards_and_away`).
 
     Returns
     -------
@@ -83,7 +83,7 @@ def fall_counts_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) ->
         Azimuths as from `add_opposite_azimuths`; for a scene without mirror symmetry including all opposites.
     """
     used = [name for name in (FALLS if ensemble else FALLS[:1]) if name in cube]
-    p = fall_probability_to_either_side(add_opposite_azimuths(cube[used]), use_ensemble=ensemble)
+    p = fall_probabilities_towards_and_away(add_opposite_azimuths(cube[used]), use_ensemble=ensemble)
     falls, azimuth = p["towards"], p["azimuth"]
     if azimuth_period_of_cube_deg(cube) != PLANE_PERIOD:
         away = p["away"].assign_coords(azimuth=((azimuth + 180) % 360).astype(azimuth.dtype)).sortby("azimuth")
@@ -238,8 +238,8 @@ def mask_of_blocks_for_direction_statistics(cube: xr.Dataset) -> xr.DataArray:
     )
 
 
-def shares_of_directions_with_fall(cube: xr.Dataset, *, summed_dims: Sequence[str] = ()) -> xr.DataArray:
-    """Compute, per record and block, the weighted share of azimuths (3-D: orientations) with a fall.
+def mean_fall_probability_over_directions(cube: xr.Dataset, *, summed_dims: Sequence[str] = ()) -> xr.DataArray:
+    """Compute, per record and block, the weighted mean fall probability over azimuths (3-D: orientations).
 
     Cells with an unknown outcome do not count.
     """

@@ -44,7 +44,7 @@ class FittedFragilityCurve:
         Range of the fitted intensities; the curve is not valid outside.
     of_records : float
         Share of the variance spread² that is between records (see `variance_share_between_records`); NaN if unknown.
-    median_and_spread_within_data : float, ConfidenceInterval, float
+    median_and_spread_if_within_data : float, ConfidenceInterval, float
         Median, its interval and the spread within the range of the data: values above `most` are infinite, values
         below `least` are 0; the spread is NaN if the median lies outside.
     """
@@ -62,7 +62,7 @@ class FittedFragilityCurve:
     @property
     def spread_between_records_and_between_stones(self) -> tuple[float, float]:
         """Standard deviations of ln(intensity) between records, and between stones under one record; NaN if unknown."""
-        spread = self.median_and_spread_within_data[2]
+        spread = self.median_and_spread_if_within_data[2]
         return spread * math.sqrt(self.of_records), spread * math.sqrt(1 - self.of_records)
 
     @property
@@ -71,7 +71,7 @@ class FittedFragilityCurve:
         return re.sub(r"[^A-Za-z0-9_-]+", "_", self.name.replace("/", "").replace(".", "p"))
 
     @property
-    def median_and_spread_within_data(self) -> tuple[float, ConfidenceInterval, float]:  # noqa: D102
+    def median_and_spread_if_within_data(self) -> tuple[float, ConfidenceInterval, float]:  # noqa: D102
         median, low, high = (
             math.inf if one > self.most else 0.0 if one < self.least else one
             for one in (self.median, *self.median_interval)

@@ -27,7 +27,7 @@ def write_fragility_csv(curves: Sequence[FittedFragilityCurve], path: Path) -> N
     """
     lines = ["stones,measure,unit,median,median_low,median_high,log_spread,least,most,record_spread,other_spread,id"]
     for one in curves:
-        median, ends, spread = one.median_and_spread_within_data
+        median, ends, spread = one.median_and_spread_if_within_data
         values = (median, *ends, spread, one.least, one.most, *one.spread_between_records_and_between_stones)
         numbers = ",".join(f"{value:.6g}" for value in values)
         lines.append(f'"{one.name}",{one.measure},{one.unit},{numbers},{one.openquake_identifier}')
@@ -45,7 +45,7 @@ def is_openquake_measure(measure: str) -> bool:
     return re.fullmatch(r"PG[AV]|SA\([0-9.]+\)", measure) is not None
 
 
-def write_openquake_model(curves: Sequence[FittedFragilityCurve], path: Path, model_id: str) -> None:
+def write_openquake_fragility_model(curves: Sequence[FittedFragilityCurve], path: Path, model_id: str) -> None:
     """Write the fragility curves of one intensity measure as an OpenQuake model file (NRML 0.5, discrete functions).
 
     The limit state is ``fallen``; curves without a fit are left out. Levels stay within the data, even if the

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from overturning.model.falls import model_of_results_cube
 from overturning.model.model import Model
-from overturning.statistics.by_record import iterate_record_batches, iterate_record_cubes
+from overturning.statistics.by_record import iterate_record_result_batches, iterate_results_by_record
 from overturning.statistics.circular import wrap_axis_difference
 
 WHICH_SIDE: Final = "Falls, but to which side?"
@@ -51,7 +51,7 @@ class IllustrativeCase(NamedTuple):
     """Variant of each panel; empty if all panels are of the study itself."""
 
 
-class BestCaseOfRecord(NamedTuple):
+class BestExampleCaseOfRecord(NamedTuple):
     """Best example case of one record according to an `IllustrativeCaseRule`: score, block and azimuths.
 
     A larger score is better.
@@ -64,7 +64,7 @@ class BestCaseOfRecord(NamedTuple):
     """Position along the direction of each panel."""
 
 
-_FoundCase = tuple[str, BestCaseOfRecord | None, int]
+_FoundCase = tuple[str, BestExampleCaseOfRecord | None, int]
 """Title of a rule, the best case of one record under the rule, or None, and the index of the record."""
 
 
@@ -76,14 +76,14 @@ class IllustrativeCaseRule(NamedTuple):
 
     title: str
     text: str
-    find: Callable[[xr.Dataset], BestCaseOfRecord | None]
+    find: Callable[[xr.Dataset], BestExampleCaseOfRecord | None]
     needs: tuple[str, ...]
     """Variables that the rule needs; it is skipped for a cube without them."""
 
 
 def _case_with_largest_score(
     record_cube: xr.Dataset, outcome_flag: int, score: xr.DataArray, eligible_cells: xr.DataArray
-) -> BestCaseOfRecord | None:
+) -> BestExampleCaseOfRecord | None:
     """Return, among eligible cases with a given outcome, the case with the largest score; None if there is none."""
     may = ((record_cube["overturned"] == outcome_flag) & eligible_cells).to_numpy()
     if not may.any():
@@ -91,12 +91,12 @@ def _case_with_largest_score(
     values = score.broadcast_like(record_cube["overturned"]).transpose(*record_cube["overturned"].dims).to_numpy()
     place = int(np.where(may, values, -np.inf).argmax())
     at, *block = (int(index) for index in np.unravel_index(place, may.shape))
-    return BestCaseOfRecord((float(values.flat[place]),), block, (at,))
+    return BestExampleCaseOfRecord((float(values.flat[place]),), block, (at,))
 
 
 def _standing_case_with_largest_value(
     record_cube: xr.Dataset, variable: str, min_value: float
-) -> BestCaseOfRecord | None:
+) -> BestExampleCaseOfRecord | None:
     size = abs(record_cube[variable])
     eligible = size >= min_value
     if ANY_ELEMENT_FALLS in record_cube:  # the film shows all stones
@@ -104,16 +104,16 @@ def _standing_case_with_largest_value(
     return _case_with_largest_score(record_cube, 0, size, eligible)
 
 
-def _stoutest_falling_case(record_cube: xr.Dataset, eligible_cells: xr.DataArray) -> BestCaseOfRecord | None:
+def _stoutest_falling_case(record_cube: xr.Dataset, eligible_cells: xr.DataArray) -> BestExampleCaseOfRecord | None:
     return _case_with_largest_score(record_cube, 1, record_cube["b_over_h"], eligible_cells)
 
 
-def _find_case_with_fall_over_corner(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
+def _find_case_with_fall_over_corner(record_cube: xr.Dataset) -> BestExampleCaseOfRecord | None:
     off = (record_cube["fall_azimuth"].astype("float64") - record_cube["orientation"]) % 90.0
     return _stoutest_falling_case(record_cube, abs(off - 45.0) < MAX_CORNER_OFFSET_DEG)
 
 
-def _find_block_with_falls_only_along_fault_normal(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
+def _find_block_with_falls_only_along_fault_normal(record_cube: xr.Dataset) -> BestExampleCaseOfRecord | None:
     azimuth = record_cube["azimuth"].to_numpy().astype(np.float64)
     distance = np.abs(
         wrap_axis_difference(azimuth - float(record_cube["fault_normal"]))
@@ -129,10 +129,10 @@ def _find_block_with_falls_only_along_fault_normal(record_cube: xr.Dataset) -> B
     # Prefer a case that moves in both planes, then the broadest, the roughest and the lowest block.
     place = max(map(tuple, splits), key=lambda p: (moves[p], p[1], p[2], -p[0]))
     broad = round(float(record_cube["b_over_h"].values[place[1]]), 9)
-    return BestCaseOfRecord((float(moves[place]), broad), place, (along, across))
+    return BestExampleCaseOfRecord((float(moves[place]), broad), place, (along, across))
 
 
-def _find_opposite_falls_at_neighbouring_directions(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
+def _find_opposite_falls_at_neighbouring_directions(record_cube: xr.Dataset) -> BestExampleCaseOfRecord | None:
     model = model_of_results_cube(record_cube)
     x, y, sure = (record_cube[name].to_numpy() for name in ("direction_cosine", "direction_sine", "sure"))
     turns = x[:-1] * x[1:] + y[:-1] * y[1:] < -ROUNDING  # by more than 90°; where a block stands both parts are 0
@@ -142,7 +142,7 @@ def _find_opposite_falls_at_neighbouring_directions(record_cube: xr.Dataset) -> 
     score, place = max(
         ((bool(sure[at] and sure[at[0] + 1, *at[1:]]), int(at[broad])), at) for at in map(tuple, np.argwhere(turns))
     )
-    return BestCaseOfRecord(score, place[1:], (place[0], place[0] + 1))
+    return BestExampleCaseOfRecord(score, place[1:], (place[0], place[0] + 1))
 
 
 RULES: Final = (
@@ -201,7 +201,7 @@ def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
     names = ["overturned", *model.reads, *{name for rule in rules for name in rule.needs}]
     names += [ANY_ELEMENT_FALLS] * (ANY_ELEMENT_FALLS in cube)
     batches = starmap(
-        partial(_best_example_cases_of_record_batch, model, cells, rules), iterate_record_batches(cube, names)
+        partial(_best_example_cases_of_record_batch, model, cells, rules), iterate_record_result_batches(cube, names)
     )
     best = _best_example_case_by_rule_title(chain.from_iterable(batches))
     return [
@@ -233,12 +233,14 @@ def _best_example_cases_of_record_batch(
     return [(rule.title, rule.find(one), record) for record, one in records for rule in rules]
 
 
-def _best_example_case_by_rule_title(found_cases: Iterable[_FoundCase]) -> dict[str, tuple[BestCaseOfRecord, int]]:
+def _best_example_case_by_rule_title(
+    found_cases: Iterable[_FoundCase],
+) -> dict[str, tuple[BestExampleCaseOfRecord, int]]:
     """Return, for each rule (by title), the case with the largest score of all records, and its record index.
 
     The first case is returned if several have the same score. Rules that found no case are left out.
     """
-    best: dict[str, tuple[BestCaseOfRecord, int]] = {}
+    best: dict[str, tuple[BestExampleCaseOfRecord, int]] = {}
     for title, found, record in found_cases:
         if found is not None and (title not in best or found.score > best[title][0].score):
             best[title] = found, record
@@ -248,7 +250,7 @@ def _best_example_case_by_rule_title(found_cases: Iterable[_FoundCase]) -> dict[
 def _illustrative_case_from_best(
     cube: xr.Dataset,
     rule: IllustrativeCaseRule,
-    best_case: BestCaseOfRecord,
+    best_case: BestExampleCaseOfRecord,
     record_index: int,
     *,
     direction_indices: NDArray[np.intp],
@@ -283,7 +285,9 @@ OPPOSITE: Final = IllustrativeCaseRule(
 """Rule for a comparison in which the same blocks fall in both settings."""
 
 
-def _clearest_example_among_marked_cases(marked_cells: xr.Dataset, mark_variable: str) -> BestCaseOfRecord | None:
+def _clearest_example_among_marked_cases(
+    marked_cells: xr.Dataset, mark_variable: str
+) -> BestExampleCaseOfRecord | None:
     """Return the case that is the clearest example among those that are True in a mask variable, or None.
 
     A case in which the block rocks is preferred, then one whose neighbours are marked too, then the broadest block.
@@ -300,7 +304,7 @@ def _clearest_example_among_marked_cases(marked_cells: xr.Dataset, mark_variable
     broad = model.dimension_names.index("b_over_h")
     score, place = max(((int(rocks[at]), int(alike[at]), int(at[broad])), at) for at in map(tuple, np.argwhere(cells)))
     ratio = round(float(marked_cells["b_over_h"].values[place[broad]]), 9)
-    return BestCaseOfRecord((*map(float, score[:2]), ratio), place[1:], (place[0],))
+    return BestExampleCaseOfRecord((*map(float, score[:2]), ratio), place[1:], (place[0],))
 
 
 def case_with_differing_outcomes(
@@ -322,10 +326,12 @@ def case_with_differing_outcomes(
     names = ["overturned", "fall_azimuth", "peak_rotation"]
     found_cases: list[_FoundCase] = []
     pairs = partial(zip, strict=True)
-    record_pairs = pairs(iterate_record_cubes(cube, names), iterate_record_cubes(second_cube, names))
+    record_pairs = pairs(iterate_results_by_record(cube, names), iterate_results_by_record(second_cube, names))
     counts = [_count_falls_in_one_cube_only(*pair) for pair in record_pairs]
     only_this, only_other = np.sum(counts, axis=0)
-    for record, pair in enumerate(pairs(iterate_record_cubes(cube, names), iterate_record_cubes(second_cube, names))):
+    for record, pair in enumerate(
+        pairs(iterate_results_by_record(cube, names), iterate_results_by_record(second_cube, names))
+    ):
         this, that = (each.isel({"record": 0, model.direction: cells}) for each in pair)
         one = _mark_cases_with_differing_outcomes(model, this, that, is_fall_in_first=only_this >= only_other)
         found_cases += [(rule.title, rule.find(one), record) for rule in (FALLS_IN_ONE, OPPOSITE)]

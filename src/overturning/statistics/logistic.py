@@ -13,7 +13,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.falls import model_of_results_cube
 from overturning.statistics.bootstrap import FEWEST_EARTHQUAKES
-from overturning.statistics.by_record import iterate_record_batches
+from overturning.statistics.by_record import iterate_record_result_batches
 from overturning.units import STANDARD_GRAVITY
 
 PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
@@ -141,7 +141,7 @@ def fit_logistic_model(
         given = np.where(np.concatenate(([True], varies)), 0.0, np.nan)
         coefficient = back @ beta + given
         if intervals and groups >= FEWEST_EARTHQUAKES:
-            without, note = _jackknife_fits_without_one_cluster(design, y, w, beta, member)
+            without, note = _jackknife_fits_without_each_cluster(design, y, w, beta, member)
             if not note:
                 estimates = _jackknife_estimate_and_error(coefficient, without @ back.T)
                 coefficient, error = (one + given for one in estimates)
@@ -280,7 +280,7 @@ def _plane_separates_falls_from_standing_cases(design_matrix: FloatArray, outcom
     return bool(found.success) and float(np.abs(np.asarray(found.x)).max()) > 0.5
 
 
-def _jackknife_fits_without_one_cluster(
+def _jackknife_fits_without_each_cluster(
     design_matrix: FloatArray,
     outcome: FloatArray,
     weight: FloatArray,
@@ -349,7 +349,7 @@ def overturning_regression_data(
     """
     model, parts = model_of_results_cube(cube), []
     number = np.unique(np.atleast_1d(cube["event"].values), return_inverse=True)[1]
-    for places, some in iterate_record_batches(cube, model.reads):
+    for places, some in iterate_record_result_batches(cube, model.reads):
         planes = model.fall_probability_and_direction_by_case(some, use_ensemble=ensemble)
         where, falls = planes["azimuth"], planes["falls"].transpose("record", *model.dimension_names)
         try:

@@ -22,16 +22,16 @@ FIRST = "first with falls"
 """Reason for the first records with falls, where the falls of no record have an axis."""
 
 
-class ChosenMapRecord(NamedTuple):
+class RecordChosenForReportMap(NamedTuple):
     """Record whose map a report shows: index of the record, and the reason why it was chosen."""
 
     place: int
     reason: str
 
 
-def choose_map_records(
+def choose_records_for_report_maps(
     cube: xr.Dataset, record_alignment: FloatArray, axis_resultant: FloatArray, share_overturned: FloatArray
-) -> list[ChosenMapRecord]:
+) -> list[RecordChosenForReportMap]:
     """Choose at most `MOST_MAPS` records of a study whose maps a report shows.
 
     Parameters
@@ -54,7 +54,7 @@ def choose_map_records(
         falls.
     """
     if record_alignment.size <= MOST_MAPS:
-        return [ChosenMapRecord(place, EVERY) for place in range(record_alignment.size)]
+        return [RecordChosenForReportMap(place, EVERY) for place in range(record_alignment.size)]
     members = next(iter(record_masks_by_group(cube).values()))
     events = cube["event"].to_numpy().astype(str)
     by_alignment = _record_indices_by_descending_value(record_alignment, members)
@@ -70,12 +70,12 @@ def choose_map_records(
         ]
     last = (CLEAREST, clear) if clear else (FIRST, np.flatnonzero(members & (share_overturned > 0)).tolist())
     wanted += [last] * (MOST_MAPS - len(wanted))
-    chosen: list[ChosenMapRecord] = []
+    chosen: list[RecordChosenForReportMap] = []
     for reason, order in wanted:
         used = {events[one.place] for one in chosen}
         place = next((place for place in order if events[place] not in used), None)
         if place is not None:
-            chosen.append(ChosenMapRecord(place, reason))
+            chosen.append(RecordChosenForReportMap(place, reason))
     reasons = (MOST, MEDIAN, LEAST, CLEAREST, FIRST)
     return sorted(chosen, key=lambda one: reasons.index(one.reason))
 

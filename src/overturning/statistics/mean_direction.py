@@ -12,7 +12,7 @@ from overturning.arrays import FloatArray
 from overturning.statistics.bootstrap import (
     mean_vector_of_each_bootstrap_sample,
     statistic_of_bootstrap_samples,
-    tail_share_of_small_sample_interval,
+    tail_share_corrected_for_few_earthquakes,
 )
 from overturning.statistics.circular import (
     LEAST_RESULTANT,
@@ -177,4 +177,4 @@ def _half_width_of_mean_deg(vectors: FloatArray, mean_deg: float, resultant: flo
     distances = statistic_of_bootstrap_samples(distances_from_mean_deg, vectors, draws)
     if not distances.size:
         return math.nan
-    return float(np.quantile(distances, 1 - 2 * tail_share_of_small_sample_interval(n, level)))
+    return float(np.quantile(distances, 1 - 2 * tail_share_corrected_for_few_earthquakes(n, level)))

@@ -12,7 +12,7 @@ from overturning.model.planes import azimuth_gaps_and_step, azimuth_period_of_cu
 from overturning.model.space import case_weight_in_direction_statistics
 from overturning.model.symmetry import FULL_TURN
 from overturning.statistics.bootstrap import mean_share_interval, means_by_earthquake
-from overturning.statistics.by_record import iterate_record_cubes, record_masks_by_group
+from overturning.statistics.by_record import iterate_results_by_record, record_masks_by_group
 from overturning.statistics.circular import SECTORS, fall_shares_by_sector
 from overturning.statistics.falls import fall_counts_towards_azimuths, mask_of_blocks_for_direction_statistics
 
@@ -107,7 +107,9 @@ def fall_rose(
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
     shares, total = np.full((zero.size, SECTORS), np.nan), 0
     planes = model_of_results_cube(cube).one_component
-    for row, one in enumerate(iterate_record_cubes(cube, ["overturned"] if planes else ["fall_azimuth", *_DIRECTIONS])):
+    for row, one in enumerate(
+        iterate_results_by_record(cube, ["overturned"] if planes else ["fall_azimuth", *_DIRECTIONS])
+    ):
         azimuth, counts = _fall_azimuths_and_weights_of_record(one)
         if counts.any() and np.isfinite(zero[row]):
             weight = (

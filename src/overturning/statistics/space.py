@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from overturning.motion.direction import azimuth_difference
-from overturning.statistics.by_record import apply_to_record_batches, iterate_record_cubes
+from overturning.motion.direction import angle_between_azimuths
+from overturning.statistics.by_record import apply_to_record_batches, iterate_results_by_record
 from overturning.statistics.circular import wrap_axis_difference
 
 _SHARES: Final = {
@@ -44,7 +44,7 @@ def _count_2d_and_3d_agreements_of_batch(cube: xr.Dataset) -> xr.Dataset:
         "only_space": (space == 1) & (plane == 0),
         "only_plane": (space == 0) & (plane == 1),
         "both": both,
-        "over_edge": azimuth_difference(apart, 0.0) <= 45.0,
+        "over_edge": angle_between_azimuths(apart, 0.0) <= 45.0,
         "axes_apart": np.abs(xr.apply_ufunc(wrap_axis_difference, apart)),
     })  # fmt: skip
     return found.sum([name for name in space.dims if name not in ("record", "b_over_h")])
@@ -90,7 +90,7 @@ def standing_stone_twists_deg(cube: xr.Dataset) -> dict[tuple[float, float], NDA
     # Allocate the largest possible size; pages that are never written take no memory.
     kept = np.empty((len(shapes), cube["residual_twist"].size // len(shapes)), np.float32)
     count = np.zeros(len(shapes), np.int64)
-    for one in iterate_record_cubes(cube, ("overturned", "status", "residual_twist")):
+    for one in iterate_results_by_record(cube, ("overturned", "status", "residual_twist")):
         turned = one["residual_twist"].where((one["status"] == 0) & (one["overturned"] == 0))
         rows = np.abs(turned.transpose("b_over_h", "friction", ...).to_numpy()).reshape(len(shapes), -1)
         for place, row in enumerate(rows):

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from overturning.model.variables import INT8_MISSING
-from overturning.motion.direction import azimuth_difference
+from overturning.motion.direction import angle_between_azimuths
 
 MAX_AZIMUTH_DIFFERENCE_DEG: Final = 15.0
 """Smallest difference of the azimuths of two 3-D falls that counts as a change of direction, degrees."""
@@ -72,7 +72,7 @@ def fall_azimuths_differ(
     """
     both = (first_outcomes["overturned"] == 1) & (second_outcomes["overturned"] == 1)
     first, second = (np.where(both, one["azimuth"], 0.0) for one in (first_outcomes, second_outcomes))
-    return np.asarray(azimuth_difference(first, second) >= min_difference_deg)
+    return np.asarray(angle_between_azimuths(first, second) >= min_difference_deg)
 
 
 def outcomes_differ(first_outcomes: CaseOutcomes, second_outcomes: CaseOutcomes) -> NDArray[np.bool_]:

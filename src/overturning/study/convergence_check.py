@@ -37,8 +37,8 @@ from overturning.study.convergence import (
     RerunResult,
     RigidComparison,
 )
-from overturning.study.sample import CellSample
-from overturning.study.scenes import motion_for_variant, numerical_options_of_study, variant_grid, variant_model
+from overturning.study.sample import RandomCaseSample
+from overturning.study.scenes import ground_motion_for_variant, numerical_options_of_study, variant_grid, variant_model
 from overturning.study.schema import Study
 from overturning.units import STANDARD_GRAVITY
 
@@ -58,10 +58,10 @@ FINER_OVER_STIFFER: Final = 9.0
 def check_convergence(
     study: Study,
     records: Sequence[Record],
-    case_sample: CellSample,
+    case_sample: RandomCaseSample,
     threads: int = 1,
     progress: Progress | None = None,
-    rigid_sample: CellSample | None = None,
+    rigid_sample: RandomCaseSample | None = None,
 ) -> ConvergenceCheckResult:
     """Compute a random sample of cases again with finer time steps and with stiffer contacts, at a limited cost.
 
@@ -99,7 +99,7 @@ def check_convergence(
         finer=runs.count_changed_outcomes("finer", count),
         stiffer=runs.count_changed_outcomes("stiffer", count),
         settling=(settling := runs.confirm_changed_outcomes(count, allowed - done)),
-        amplitude=runs.rerun_with_changed_amplitude(count, allowed - done - settling.block_steps),
+        amplitude=runs.count_falls_changed_by_amplitude(count, allowed - done - settling.block_steps),
         rigid=None
         if rigid_sample is None
         else _CaseReruns(study, records, rigid_sample, threads, None).compare_with_rigid_block(),
@@ -111,10 +111,10 @@ class _CaseReruns:
     """Random sample of a study's cases, computed again with finer steps, stiffer springs etc., with all outcomes."""
 
     def __init__(
-        self, study: Study, records: Sequence[Record], sample: CellSample, threads: int, progress: Progress | None
+        self, study: Study, records: Sequence[Record], sample: RandomCaseSample, threads: int, progress: Progress | None
     ) -> None:
         self.sample, self.threads, self.progress = sample, threads, progress
-        self.motions, self.grid = [motion_for_variant(study, record) for record in records], variant_grid(study)
+        self.motions, self.grid = [ground_motion_for_variant(study, record) for record in records], variant_grid(study)
         self.computations: dict[str, Callable[[Motion, Cases], Any]] = {
             **case_rerun_functions(study),
             "rigid": simulate_rigid_block,
@@ -236,7 +236,7 @@ class _CaseReruns:
             block_steps=int(finest["block_steps"].sum() + nudged["block_steps"].sum()),
         )
 
-    def rerun_with_changed_amplitude(self, case_count: int, allowed_steps: int) -> FallChangesWithAmplitude | None:
+    def count_falls_changed_by_amplitude(self, case_count: int, allowed_steps: int) -> FallChangesWithAmplitude | None:
         """Rerun 3-D falls with slightly weaker and stronger motions; count falls that change; None if 2-D."""
         own, finer = self.sample.answers[:case_count], self.answers["finer"][:case_count]
         if self.one_component:

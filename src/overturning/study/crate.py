@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from overturning.errors import ResultError
-from overturning.files import project_file_folders, read_yaml_mapping, write_text
+from overturning.files import possible_project_file_folders, read_yaml_mapping, write_text
 from overturning.study.cube import CONFIGURATION
 from overturning.study.load import study_settings_without_absolute_paths
 from overturning.study.schema import Study
@@ -111,19 +111,21 @@ def write_ro_crate(study: Study, results_folder: Path, produced_files: Sequence[
     if study.crate.authors:
         named = enumerate(study.crate.authors, 1)
         root["author"] = _unwrap_list_of_single_value(
-            _add_entity(crate, f"#author-{number}", "Person", name=name) for number, name in named
+            _add_crate_entity(crate, f"#author-{number}", "Person", name=name) for number, name in named
         )
     records = _add_record_entities(crate, cube["records"])
     files = _add_file_entities(crate, results_folder, produced_files, records)
     versions = {
-        name: _add_entity(crate, f"#{name}", "SoftwareApplication", name=name, version=version, softwareVersion=version)
+        name: _add_crate_entity(
+            crate, f"#{name}", "SoftwareApplication", name=name, version=version, softwareVersion=version
+        )
         for name, version in cube["versions"].items()
     }
     overturning = versions.pop("overturning")
     overturning["license"] = _licence_entity(crate, f"https://spdx.org/licenses/{program['license']}")
     overturning["softwareRequirements"] = _unwrap_list_of_single_value(versions.values())
     configuration = files.pop(CONFIGURATION)
-    root["mentions"] = _add_entity(
+    root["mentions"] = _add_crate_entity(
         crate,
         "#run",
         "CreateAction",
@@ -156,7 +158,7 @@ def _record_and_package_metadata_of_cube(path: Path) -> dict[str, Any]:
 
 def _citation_metadata_of_program() -> dict[str, Any]:
     """Read the citation metadata (CITATION.cff) of this version of the program."""
-    files = (root / "CITATION.cff" for root in project_file_folders())
+    files = (root / "CITATION.cff" for root in possible_project_file_folders())
     return read_yaml_mapping(
         next(file for file in files if file.is_file()), "citation", "citation-file-format.github.io"
     )
@@ -168,7 +170,7 @@ def _unwrap_list_of_single_value(listed_values: Iterable[Any]) -> Any:
     return listed[0] if len(listed) == 1 else listed
 
 
-def _add_entity(crate: "ROCrate", entity_id: str, entity_type: str, **properties: Any) -> Any:
+def _add_crate_entity(crate: "ROCrate", entity_id: str, entity_type: str, **properties: Any) -> Any:
     """Add an entity, such as a person or licence, to the RO-Crate; properties without a value are left out."""
     from rocrate.model.contextentity import ContextEntity
 
@@ -180,7 +182,9 @@ def _licence_entity(crate: "ROCrate", licence: str) -> Any:
     """Return the RO-Crate entity of a licence; its identifier is the licence's URL, or a hash of its text."""
     key = licence if licence.startswith("http") else f"#licence-{hashlib.sha256(licence.encode()).hexdigest()[:8]}"
     name = key.rpartition("/")[2] if key is licence else licence
-    return crate.get(key) or _add_entity(crate, key, "CreativeWork", name=name, description=f"Terms of use: {licence}")
+    return crate.get(key) or _add_crate_entity(
+        crate, key, "CreativeWork", name=name, description=f"Terms of use: {licence}"
+    )
 
 
 def _add_record_entities(crate: "ROCrate", record_rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
@@ -189,7 +193,7 @@ def _add_record_entities(crate: "ROCrate", record_rows: Sequence[dict[str, Any]]
     Many records must not be redistributed, so the crate has only the hash of each.
     """
     return {
-        row["id"]: _add_entity(
+        row["id"]: _add_crate_entity(
             crate,
             f"#record-{row['id']}",
             "CreativeWork",

@@ -179,7 +179,7 @@ def select_element_and_amplitude(
             names = cube["element"].to_numpy().tolist()
             remedy = f"choose one, as cube.sel(element={names[-1]!r})"
             raise ArgumentError(f"cube: outcomes of {len(names)} elements; {remedy}")
-        element = variant_scene(study_of_cube(cube), cube.attrs["variant"]).default_output_element
+        element = variant_scene(study_of_cube(cube), cube.attrs["variant"]).name_of_element_shown_by_default
     _check_element_exists(element, cube["element"].to_numpy().tolist(), cube_path)
     return cube.sel(element=element)
 
@@ -275,7 +275,7 @@ def study_with_title_and_figures(cube: "xr.Dataset", study: Study | None = None)
     return beside if path and path.is_file() and (beside := load_study(path)).name == own.name else own
 
 
-def first_shown_height_and_friction(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
+def default_height_and_friction_of_figures(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
     """Return the height and friction that figures show by default, as lists with one value each.
 
     The block is set by `figures` of the `study_with_title_and_figures`, with the first height and the last
@@ -312,7 +312,7 @@ def select_heights_and_frictions(
         cube = cube.sel({name: chosen}) if chosen else cube
     if single and (height or friction):
         return cube.sel(
-            {name: shown for name, shown in first_shown_height_and_friction(cube).items() if not given[name]}
+            {name: shown for name, shown in default_height_and_friction_of_figures(cube).items() if not given[name]}
         )
     return cube
 
@@ -323,7 +323,7 @@ def element_name_to_show(cube: "xr.Dataset") -> str:
     return (
         str(cube["element"].item())
         if chosen
-        else variant_scene(study_of_cube(cube), cube.attrs["variant"]).default_output_element
+        else variant_scene(study_of_cube(cube), cube.attrs["variant"]).name_of_element_shown_by_default
     )
 
 

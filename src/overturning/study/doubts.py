@@ -102,7 +102,7 @@ def _too_few_azimuths_warnings(study: Study) -> Iterator[str]:
         )
 
 
-def warnings_on_ranges_missing_their_stop(study_content: Mapping[str, Any]) -> Iterator[str]:
+def warnings_on_ranges_not_reaching_their_stop(study_content: Mapping[str, Any]) -> Iterator[str]:
     """Yield a warning for each range (start, stop, step) in a study file whose steps do not end exactly at its stop.
 
     `study_content` holds the keys and values of a valid study file.

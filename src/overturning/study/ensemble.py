@@ -24,7 +24,7 @@ from overturning.model.cases import Cases
 from overturning.model.grid import CaseGrid
 from overturning.model.model import Model
 from overturning.model.variables import INT8_MISSING, RELIEF_VARIABLES, OutcomeVariable
-from overturning.motion.direction import azimuth_difference
+from overturning.motion.direction import angle_between_azimuths
 from overturning.motion.motion import Motion
 from overturning.settings import EnsembleSettings
 from overturning.tables import read_table_rows
@@ -97,7 +97,7 @@ class EnsembleMembers:
         return np.asarray(self.relief > np.median(self.relief))
 
     @property
-    def stored_column_names(self) -> tuple[str, ...]:
+    def names_of_varied_parameters(self) -> tuple[str, ...]:
         """Names of the parameter changes that are stored in a CSV file: those that vary between the runs."""
         varies = {"relief": self.varies_relief, "orientation_deg": bool(self.orientation_deg.any())}
         return tuple(name for name in COLUMNS if varies.get(name, True))
@@ -120,7 +120,7 @@ class EnsembleMembers:
 
     def write_csv(self, csv_path: Path) -> None:
         """Write the parameter changes of all ensemble runs as CSV, with a SHA-256 checksum as last line."""
-        names = self.stored_column_names
+        names = self.names_of_varied_parameters
         rows = zip(*(getattr(self, name).tolist() for name in names), strict=True)
         with atomic_write(csv_path) as part:
             part.write_text("".join(f"{','.join(map(str, row))}\n" for row in (names, *rows)), encoding="utf-8")
@@ -203,7 +203,7 @@ def select_cases_for_ensemble_runs(
     change = change.any(axis=dimension_count) if change.ndim > dimension_count else change
     if fall_azimuth_deg is not None:
         azimuth = fall_azimuth_deg.astype(np.float64)
-        turned = azimuth_difference(azimuth[:, :, 1:], azimuth[:, :, :-1]) >= MIN_AZIMUTH_CHANGE_DEG
+        turned = angle_between_azimuths(azimuth[:, :, 1:], azimuth[:, :, :-1]) >= MIN_AZIMUTH_CHANGE_DEG
         change = change | (turned.any(axis=dimension_count) if turned.ndim > dimension_count else turned)
     # A change between i and i + 1 selects i − 1 to i + 2.
     padded = np.pad(

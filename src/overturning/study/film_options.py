@@ -14,7 +14,7 @@ from overturning.model.scene import Scene, gravestone, load_scene
 from overturning.study.cube import study_of_cube
 from overturning.study.scenes import (
     StudyToSceneSizeConversion,
-    variant_contact,
+    variant_contact_settings,
     variant_model,
     variant_settings,
     variant_uses_vertical_motion,
@@ -77,7 +77,7 @@ def _unsupported_motion_reasons_and_options(study: Study, variant: str) -> tuple
 
 def _unsupported_model_reasons_and_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
     """Return reasons why `overturning one` cannot simulate a study's block or scene, and its options for that model."""
-    contact = variant_contact(study, variant)
+    contact = variant_contact_settings(study, variant)
     ratio = contact.damping_ratio
     missing = [] if contact.stiffness_ratio == 1.0 else ["the contact has a stiffness ratio of its own"]
     options = [] if ratio in (None, DAMPING_RATIO) else ["--damping-ratio", f"{ratio:g}"]

@@ -89,7 +89,7 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
     if said := variant_size_note(study, variant):
         cube["height"].comment = cube["b_over_h"].comment = said
     own = StudyToSceneSizeConversion.for_variant(study, variant).own_ratio
-    sized = grid if own is None else grid.replace_values(b_over_h=np.full(grid["b_over_h"].size, own))
+    sized = grid if own is None else grid.copy_with_dimension_values(b_over_h=np.full(grid["b_over_h"].size, own))
     # None for a single block, where it follows from B/H.
     if (critical := critical_angle_coordinate(model, sized)) is not None:
         dimensions, values, attributes = critical

@@ -32,7 +32,7 @@ def incompatible_setting_messages(study: Any) -> Iterator[str]:
     elif study.is_stack:
         yield from _stack_conflict_messages(study)
     yield from _messages_on_settings_that_need_a_body(study)
-    yield from _scene_conflict_messages(study, contacts)
+    yield from _planar_scene_conflict_messages(study, contacts)
     yield from _variant_conflict_messages(study)
     yield from _primary_statistic_conflict_messages(study)
     yield from _research_question_conflict_messages(study)
@@ -169,7 +169,7 @@ def _research_question_conflict_messages(study: Any) -> Iterator[str]:
         yield f"asks: {study.asks}, but variant {against!r} has none of its own; change it there"
 
 
-def _scene_conflict_messages(study: Any, contacts: dict[str, ContactSettings]) -> Iterator[str]:
+def _planar_scene_conflict_messages(study: Any, contacts: dict[str, ContactSettings]) -> Iterator[str]:
     """Yield a message for each setting that is incompatible with a 2-D scene."""
     scenes = {f"variants.{name}.": one.scene or study.scene for name, one in study.variants.items()}
     scenes[""] = study.scene

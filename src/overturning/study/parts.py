@@ -72,7 +72,7 @@ def grid_of_chunk(study: Study, grid: CaseGrid, chunk: SweepChunk, variant: str 
         for other in others:
             group[group == group[index]] = group[other]
     number = np.unique(group, return_inverse=True)[1]
-    return grid.replace_values(**{name: directions[number % chunk.of == chunk.number - 1]})
+    return grid.copy_with_dimension_values(**{name: directions[number % chunk.of == chunk.number - 1]})
 
 
 def write_sweep_part(

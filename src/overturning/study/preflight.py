@@ -162,12 +162,12 @@ def _closest_existing_folder(folder: Path) -> Path:
 
 def check_optional_packages(study: Study, study_file: str) -> None:
     """Raise a `ConfigError` if the optional package with a study's soil curves is missing, or lacks one of them."""
-    from overturning.motion.soil import check_soil_layer_curves
+    from overturning.motion.soil import check_pystrata_has_soil_curves
 
     problems: dict[str, None] = {}
     for key, site in soil_settings_of_study(study):
         try:
-            check_soil_layer_curves(site.layers)
+            check_pystrata_has_soil_curves(site.layers)
         except ArgumentError as error:
             where = "" if key == "site" else f"{key.removesuffix('.site')}: "
             problems[f"{study_file}: {where}{error}"] = None

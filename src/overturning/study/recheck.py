@@ -18,7 +18,7 @@ from overturning.study.cube import motion_folder_of_cube, open_cube, study_of_cu
 from overturning.study.netcdf import open_netcdf_unscaled, outcome_content_hash
 from overturning.study.scenes import (
     cube_covers_study_grid,
-    motion_for_variant,
+    ground_motion_for_variant,
     numerical_options_of_study,
     variant_grid,
     variant_model,
@@ -89,7 +89,7 @@ def recompute_random_cases(
         """Read the stored motion of a record, without its vertical component if the results cube is without it."""
         if not (of_record := folder / f"{record_id}.nc").is_file():
             raise ResultError(f"{of_record}: no such motion; name the folder of the motions with --motions")
-        return motion_for_variant(study, read_record_from_motion_file(of_record), variant)
+        return ground_motion_for_variant(study, read_record_from_motion_file(of_record), variant)
 
     with open_netcdf_unscaled(cube_path, "opened", "run the study again") as file:
         result = RecheckResult(prod(shape), outcome_content_hash(file, variables) == file.content_sha256)
@@ -120,7 +120,7 @@ def _recompute_case_of_grid(
     source = int(sources[cell_position[3] if sources.size > 1 else 0])
     directions = list(dict.fromkeys([source, cell_position[0]] if study.simulation.leave_out else [cell_position[0]]))
     rows = zip(grid.dimension_names, [directions, *([i] for i in cell_position[1:])], strict=True)
-    few = grid.replace_values(**{name: grid[name][chosen] for name, chosen in rows})
+    few = grid.copy_with_dimension_values(**{name: grid[name][chosen] for name, chosen in rows})
     arrays = simulate_variant(study, variant, motion, few, numerical_options_of_study(study))
     if with_ensemble:
         run = create_member_case_runner(study, variant, motion, numerical_options_of_study(study))

@@ -28,7 +28,7 @@ _ROUNDING: Final = 1e-6
 
 
 @dataclass(frozen=True)
-class CellSample:
+class RandomCaseSample:
     """Random sample of the cases of a results cube with their outcomes, in the order in which they are run again."""
 
     record: NDArray[np.int64]  # position of the record, shape (n,)
@@ -44,7 +44,7 @@ class CellSample:
     block_steps: int  # of the whole study
 
 
-def choose_random_cells(
+def choose_random_case_indices(
     settings: ConvergenceCheckSettings, record_count: int, computed_cells: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Choose n cases of a study at random; return their record indices (n,) and grid indices (n, dimensions).
@@ -71,7 +71,7 @@ def mask_of_cells_comparable_with_rigid_block(study: Study) -> NDArray[np.bool_]
 
 def read_random_case_sample(
     cube: Path, settings: ConvergenceCheckSettings, candidate_cells: NDArray[np.bool_] | None = None
-) -> CellSample:
+) -> RandomCaseSample:
     """Choose cases of a results cube at random, and read their outcomes from the cube.
 
     A case can be chosen if it was computed (not copied by symmetry) and, if given, is True in `candidate_cells`, shaped
@@ -83,7 +83,7 @@ def read_random_case_sample(
         recorded = (int(np.flatnonzero(file["amplitude"][:] == 1.0)[0]),) if "amplitude" in file.dimensions else ()
         computed = file["mirrored" if "mirrored" in file.variables else "repeated"][(0, *recorded)] == 0
         computed = computed if candidate_cells is None else computed & candidate_cells
-        record, index = choose_random_cells(settings, records, computed)
+        record, index = choose_random_case_indices(settings, records, computed)
         place = np.argsort(np.argsort(record, kind="stable"))
 
         def values_of_chosen_cells(variable_name: str) -> NDArray[Any]:
@@ -112,10 +112,10 @@ def read_random_case_sample(
                 :, -1
             ]
         cases = records * int(computed.sum())
-        return CellSample(record, index, answers, at_rest, divided, apart, weight, cases, int(file.block_steps))
+        return RandomCaseSample(record, index, answers, at_rest, divided, apart, weight, cases, int(file.block_steps))
 
 
-def read_sample_to_compare_with_rigid_block(cube: Path, study: Study) -> CellSample | None:
+def read_sample_to_compare_with_rigid_block(cube: Path, study: Study) -> RandomCaseSample | None:
     """Choose up to `MAX_RIGID_CELLS` cases to compare with an exactly rigid block; None if no case is suitable."""
     among = mask_of_cells_comparable_with_rigid_block(study)
     settings = study.verification

@@ -46,7 +46,7 @@ def variant_settings(study: Study, variant: str = NOMINAL) -> Variant:
     return study.variants.get(variant, Variant())
 
 
-def variant_contact(study: Study, variant: str = NOMINAL) -> ContactSettings:
+def variant_contact_settings(study: Study, variant: str = NOMINAL) -> ContactSettings:
     """Return the contact settings of a variant of a study, which are the study's unless the variant changes them."""
     own = variant_settings(study, variant).contact
     return study.contact if own is None else own
@@ -57,10 +57,10 @@ def variant_scene(study: Study, variant: str = NOMINAL) -> Scene:
     scene = variant_settings(study, variant).scene or study.scene
     if scene != gravestone():
         return scene
-    return gravestone(Contact(**variant_contact(study, variant).model_dump()), study.density)
+    return gravestone(Contact(**variant_contact_settings(study, variant).model_dump()), study.density)
 
 
-def select_element(cube: "xr.Dataset", element: str) -> "xr.Dataset":
+def select_outcomes_of_element(cube: "xr.Dataset", element: str) -> "xr.Dataset":
     """Select the outcomes of one scene element from a results cube; a cube of one element is returned unchanged."""
     return cube.sel(element=element) if "element" in cube.dims else cube
 
@@ -72,7 +72,7 @@ def names_of_compared_elements(study: Study, variant: str) -> tuple[str, str]:
     scenes, this element is compared.
     """
     scenes = [variant_scene(study, name) for name in (NOMINAL, variant)]
-    shown = [scene.default_output_element for scene in scenes]
+    shown = [scene.name_of_element_shown_by_default for scene in scenes]
     in_both = [name for name in shown if all(name in scene.free_element_names for scene in scenes)]
     return (in_both[0], in_both[0]) if in_both else (shown[0], shown[1])
 
@@ -86,7 +86,7 @@ def variant_model(study: Study, variant: str = NOMINAL) -> Model:
         return Stack(variant_scene(study, variant))
     if study.body is None:
         return PlanarModel(variant_scene(study, variant))
-    contact = variant_contact(study, variant)
+    contact = variant_contact_settings(study, variant)
     ratio = DAMPING_RATIO if contact.damping_ratio is None else contact.damping_ratio
     return Body(study.body.body_shape(), VertexContact(stiffness_ratio=contact.stiffness_ratio, damping_ratio=ratio))
 
@@ -182,13 +182,13 @@ def names_of_differing_settings(study: Study, variant: str, other_variant: str) 
     one, other = variant_settings(study, variant), variant_settings(study, other_variant)
     differing = {
         "scene": (one.scene or study.scene) != (other.scene or study.scene),
-        "contact": variant_contact(study, variant) != variant_contact(study, other_variant),
+        "contact": variant_contact_settings(study, variant) != variant_contact_settings(study, other_variant),
         "vertical": variant_uses_vertical_motion(study, variant) != variant_uses_vertical_motion(study, other_variant),
         "site": one.site != other.site,
     }
     return [name for name, differs in differing.items() if differs]
 
 
-def motion_for_variant(study: Study, record: Record, variant: str = NOMINAL) -> Motion:
+def ground_motion_for_variant(study: Study, record: Record, variant: str = NOMINAL) -> Motion:
     """Return the motion of a record for a study or variant, which may omit the vertical component."""
     return Motion.of(record if variant_uses_vertical_motion(study, variant) else replace(record, up=None))

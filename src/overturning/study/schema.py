@@ -209,7 +209,7 @@ class Study(StrictModel):
 
     @field_validator("amplitude")
     @classmethod
-    def _check_unit_amplitude(cls, amplitude: tuple[float, ...]) -> tuple[float, ...]:
+    def _check_amplitudes_include_1(cls, amplitude: tuple[float, ...]) -> tuple[float, ...]:
         """Raise a ValueError unless the amplitude factors include 1, the record as recorded."""
         if 1.0 not in amplitude:
             raise ValueError("1 is missing: the report is of the records as recorded; add it")
@@ -242,7 +242,7 @@ class Study(StrictModel):
         )
 
     @model_validator(mode="after")
-    def _check_compatibility(self) -> Self:
+    def _check_settings_are_compatible(self) -> Self:
         """Raise a ValueError with a line for each incompatible combination of settings."""
         if wrong := list(dict.fromkeys(incompatible_setting_messages(self))):
             raise ValueError(REASON_SEPARATOR.join(wrong))

@@ -169,10 +169,10 @@ def read_scan_of_body(body_settings: Mapping[str, Any]) -> "ScanResult":
 
     An `OverturningError` names the problem of an unsuitable file.
     """
-    from overturning.model.mesh import read_scan
+    from overturning.model.mesh import read_scanned_stone
 
     unit, relief = body_settings.get("mesh_unit"), body_settings.get("relief")
-    return read_scan(str(body_settings["mesh"]), unit, None if relief is None else parse_quantity(relief, "m"))
+    return read_scanned_stone(str(body_settings["mesh"]), unit, None if relief is None else parse_quantity(relief, "m"))
 
 
 class BodySettings(StrictModel):
@@ -215,7 +215,7 @@ class BodySettings(StrictModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _read_vertices(cls, data: Any) -> Any:
+    def _read_vertices_from_mesh_file(cls, data: Any) -> Any:
         """Replace the mesh file in the settings of a body by the vertices and properties that are read from it."""
         # A mesh is read at once, so that a filled-in study holds the whole body.
         if not isinstance(data, dict) or data.get("mesh") is None:

@@ -28,7 +28,7 @@ from overturning.study.parts import WHOLE, SweepChunk, grid_of_chunk, write_swee
 from overturning.study.scenes import (
     NOMINAL,
     StudyToSceneSizeConversion,
-    motion_for_variant,
+    ground_motion_for_variant,
     numerical_options_of_study,
     variant_grid,
     variant_model,
@@ -76,11 +76,11 @@ def simulate_variant(
     this has the same name as in the study; otherwise the scene keeps its own B/H, and each B/H has the same outcome.
     """
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
-    sized = grid.replace_values(height=sizes.to_scene_heights(grid["height"]))
+    sized = grid.copy_with_dimension_values(height=sizes.to_scene_heights(grid["height"]))
     if sizes.own_ratio is None:
         return simulate_grid_also_in_planes_of_body_faces(model, motion, sized, numerics)
     arrays = simulate_grid_also_in_planes_of_body_faces(
-        model, motion, sized.replace_values(b_over_h=np.array([sizes.own_ratio])), numerics
+        model, motion, sized.copy_with_dimension_values(b_over_h=np.array([sizes.own_ratio])), numerics
     )
     counts = {name: arrays.pop(name) for name in COUNTS}
     return {name: np.repeat(values, grid.shape[2], axis=2) for name, values in arrays.items()} | counts
@@ -120,7 +120,7 @@ def simulate_and_write_cases_of_record(
     """
     grid, motion = (
         grid_of_chunk(study, variant_grid(study, variant), chunk, variant),
-        motion_for_variant(study, record, variant),
+        ground_motion_for_variant(study, record, variant),
     )
     attributes = {"record_id": record.record_id, "variant": variant}
     if not grid.case_count:
@@ -146,7 +146,7 @@ def simulate_and_write_cases_of_record(
         outcome |= spread
         block_steps += more
     if grid.amplitude:
-        outcome = _stack_outcomes_of_amplitudes(answers, cube_variables_of_study(study), outcome)
+        outcome = _join_outcomes_of_amplitudes(answers, cube_variables_of_study(study), outcome)
     write_sweep_part(
         output_path, grid, outcome, attributes | {"block_steps": block_steps}, cube_variables_of_study(study)
     )
@@ -155,8 +155,8 @@ def simulate_and_write_cases_of_record(
 def load_compiled_simulation_code(study: Study, record: Record, variant: str = NOMINAL) -> None:
     """Load the compiled simulation code of a study into this process, by simulating one case that moves."""
     grid = variant_grid(study, variant)
-    one_case = grid.replace_values(**{name: grid[name][:1] for name in grid.dimension_names})
-    motion = motion_for_variant(study, record, variant).scaled_by(_LOADING_AMPLITUDE)
+    one_case = grid.copy_with_dimension_values(**{name: grid[name][:1] for name in grid.dimension_names})
+    motion = ground_motion_for_variant(study, record, variant).scaled_by(_LOADING_AMPLITUDE)
     simulate_variant(study, variant, motion, one_case, numerical_options_of_study(study))
 
 
@@ -165,7 +165,7 @@ def scale_motion(motion: Motion, amplitude_factor: float) -> Motion:
     return motion if amplitude_factor == 1.0 else motion.scaled_by(amplitude_factor)
 
 
-def _stack_outcomes_of_amplitudes(
+def _join_outcomes_of_amplitudes(
     outcomes_by_amplitude: list[dict[str, NDArray[Any]]],
     variables: tuple[OutcomeVariable, ...],
     nominal_outcome: dict[str, NDArray[Any]],

@@ -16,9 +16,9 @@ from overturning.errors import ArgumentError
 from overturning.statistics.bootstrap import SAME_VALUE
 from overturning.statistics.circular import (
     StatisticalTestResult,
-    chi_square_test,
-    grouped_watson_test,
+    chi_square_test_of_sectors,
     mean_angle_and_resultant,
+    watson_u2_test_of_sectors,
 )
 from overturning.stored import StoredCounts, StoredFloat, StoredFloatOrInfinity, StoredFloats, read_json_result
 from overturning.surveys.fall_directions import (
@@ -28,13 +28,13 @@ from overturning.surveys.fall_directions import (
     compare_observed_and_predicted_directions,
 )
 from overturning.surveys.field_table import read_field_table
-from overturning.surveys.ground import CemeteryGround
+from overturning.surveys.ground import SoilBelowSurveySite
 from overturning.surveys.prediction import (
     SIDES,
     SiteFallPrediction,
     SurveyFallPrediction,
     has_known_face_and_slenderness,
-    observed_side_index,
+    observed_standing_or_side_index,
 )
 from overturning.surveys.stones import (
     BACKGROUND,
@@ -197,7 +197,7 @@ def compare_survey_with_prediction(
         raise ArgumentError("stones: none; a survey needs at least one row")
     predictions = SurveyFallPrediction(cube, site_cubes, background=background)
     site = predictions.default  # sectors and octants are the same at all sites
-    fallen = _stones_with_fall_direction(predictions, stones)
+    fallen = _fallen_stones_with_predictions(predictions, stones)
     uniform_octant = site.octant_probabilities_from_sectors(site.share)
     directions = compare_observed_and_predicted_directions(site, fallen, random_survey_count, seed)
     observed, predicted = directions["octant_observed"], directions["octant_predicted"]
@@ -209,7 +209,7 @@ def compare_survey_with_prediction(
         origin = mean_angle_and_resultant(exactly)[0]
     of_share = stones_of_sites_with_standing_stones(stones)
     share_fell, share_stones = fallen_and_all_stone_counts(of_share)
-    share_mean, share_low, share_high = _computed_fall_share_and_range(predictions, of_share or stones)
+    share_mean, share_low, share_high = _predicted_fall_share_and_range(predictions, of_share or stones)
     return SurveyPredictionComparison(
         **_stone_counts_of_comparison(predictions, stones),
         share_fell=share_fell,
@@ -218,16 +218,16 @@ def compare_survey_with_prediction(
         computed_fall_share_low=share_low,
         computed_fall_share_high=share_high,
         **directions,
-        fit_octants=chi_square_test(observed, share),
-        fit_octants_watson=grouped_watson_test(observed, share),
+        fit_octants=chi_square_test_of_sectors(observed, share),
+        fit_octants_watson=watson_u2_test_of_sectors(observed, share),
         fit_exact=azimuth_goodness_of_fit(site, fallen, float(np.nan_to_num(origin)), random_survey_count, seed),
-        uniform_octants=grouped_watson_test(observed, uniform_octant),
+        uniform_octants=watson_u2_test_of_sectors(observed, uniform_octant),
         confusion=_confusion_matrix_of_sides(predictions, stones),
         background=background,
     )
 
 
-def _stones_with_fall_direction(predictions: SurveyFallPrediction, stones: Sequence[Stone]) -> list[FallenStone]:
+def _fallen_stones_with_predictions(predictions: SurveyFallPrediction, stones: Sequence[Stone]) -> list[FallenStone]:
     """Return the stones that fell in a known direction, with their predicted sector and octant probabilities.
 
     A stone is repeated ``count`` times.
@@ -241,7 +241,7 @@ def _stones_with_fall_direction(predictions: SurveyFallPrediction, stones: Seque
     return fallen
 
 
-def _computed_fall_share_and_range(
+def _predicted_fall_share_and_range(
     predictions: SurveyFallPrediction, stones: Sequence[Stone]
 ) -> tuple[float, float, float]:
     """Return the predicted share of stones that fall: mean, smallest and largest over heights and frictions.
@@ -323,7 +323,7 @@ def _confusion_matrix_of_sides(predictions: SurveyFallPrediction, stones: Sequen
     confusion = np.zeros((len(SIDES), len(SIDES)), dtype=np.int64)
     for stone in known:
         probable = int(np.argmax(predictions.site_prediction_for_stone(stone).fall_side_probabilities(stone)))
-        confusion[observed_side_index(stone), probable] += stone.count
+        confusion[observed_standing_or_side_index(stone), probable] += stone.count
     return confusion if known else None
 
 
@@ -346,7 +346,7 @@ class StoredSurveyComparison:
     doubts: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     sites: tuple[tuple[str, SurveyPredictionComparison], ...] = ()
-    grounds: tuple[tuple[str, CemeteryGround], ...] = ()
+    grounds: tuple[tuple[str, SoilBelowSurveySite], ...] = ()
 
 
 def make_stored_survey_comparison(
@@ -355,7 +355,7 @@ def make_stored_survey_comparison(
     comparison: SurveyPredictionComparison,
     unit_warnings: Sequence[str] = (),
     site_comparisons: Mapping[str, SurveyPredictionComparison] | None = None,
-    grounds: Mapping[str, CemeteryGround] | None = None,
+    grounds: Mapping[str, SoilBelowSurveySite] | None = None,
 ) -> StoredSurveyComparison:
     """Add the survey file's name and hash, record id and warnings to the comparison of a survey with a prediction."""
     sha256, remarks = survey_file_hash_and_remarks(survey_path)

@@ -15,7 +15,7 @@ from overturning.settings import StonePopulation
 from overturning.statistics.bootstrap import exact_median_interval, exact_share_interval
 from overturning.stored import StoredFloat
 from overturning.surveys.directions_in_space import FallDirectionComparisonIn3D, compare_fall_directions
-from overturning.surveys.ground import CemeteryGround
+from overturning.surveys.ground import SoilBelowSurveySite
 from overturning.surveys.row import SurveyRow
 from overturning.surveys.stone_in_grid import (
     describe_stone_from_best_side,
@@ -44,7 +44,7 @@ twisted clockwise; median shift of the shifted, m; median absolute twist of the 
 
 
 @dataclass(frozen=True)
-class DisplacementMeasure:
+class ObservedAndComputedStatistic:
     """Observed and computed value of one statistic, such as the share of stones that fell or the median shift.
 
     Attributes
@@ -98,7 +98,7 @@ class DisplacementComparison:
     stood: int
     cells: int
     never_stand: int
-    measures: tuple[DisplacementMeasure, ...]
+    measures: tuple[ObservedAndComputedStatistic, ...]
     without_outcome: int = 0
     beyond: int = 0
     directions: FallDirectionComparisonIn3D | None = None
@@ -119,7 +119,7 @@ class StoredDisplacementComparison:
     doubts: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     sites: tuple[tuple[str, DisplacementComparison], ...] = ()
-    grounds: tuple[tuple[str, CemeteryGround], ...] = ()
+    grounds: tuple[tuple[str, SoilBelowSurveySite], ...] = ()
 
 
 class _ObservedStone(NamedTuple):
@@ -130,7 +130,7 @@ class _ObservedStone(NamedTuple):
     twist: float
 
 
-class _ComputedStones(NamedTuple):
+class _SimulatedCasesResemblingStones(NamedTuple):
     """Simulated cases that resemble observed stones: weight, friction index, shift (m), twist (degrees clockwise)."""
 
     weight: FloatArray
@@ -204,7 +204,7 @@ def compare_displacements(
         raise ArgumentError("stones: none counts as fallen or standing; a comparison needs at least one")
     arrays = {id(one): _CaseOutcomeArrays.from_cube(one) for one in (cube, *(site_cubes or {}).values())}
     used = {key: np.zeros(one.flags.shape, np.bool_) for key, one in arrays.items()}
-    standing, never_stand, without_outcome, beyond = list[_ComputedStones](), 0, 0, 0
+    standing, never_stand, without_outcome, beyond = list[_SimulatedCasesResemblingStones](), 0, 0, 0
     fall_shares, fall_azimuths = list[tuple[int, FloatArray]](), list[FloatArray | None]()
     for one in observed:
         own = id((site_cubes or {}).get(one.stone.site, cube))
@@ -224,7 +224,11 @@ def compare_displacements(
             never_stand += one.stone.count
         elif not one.stone.fell and cells is not None:
             standing.append(cells._replace(weight=one.stone.count * cells.weight))
-    computed = _ComputedStones(*(np.concatenate(parts) for parts in zip(*standing, strict=True))) if standing else None
+    computed = (
+        _SimulatedCasesResemblingStones(*(np.concatenate(parts) for parts in zip(*standing, strict=True)))
+        if standing
+        else None
+    )
     return DisplacementComparison(
         fell=sum(one.stone.count for one in observed if one.stone.fell),
         stood=sum(one.stone.count for one in observed if not one.stone.fell),
@@ -249,7 +253,7 @@ def _observed_stone_of_row(table: SurveyTable, line: int, row: SurveyRow) -> _Ob
 
 def _select_cases_resembling_stone(
     cells: _CaseOutcomeArrays, chosen_indices: Mapping[str, NDArray[np.intp]], used: NDArray[np.bool_]
-) -> tuple[NDArray[np.floating], FloatArray, _ComputedStones | None]:
+) -> tuple[NDArray[np.floating], FloatArray, _SimulatedCasesResemblingStones | None]:
     """Select the simulated cases that resemble a stone, and mark them in `used`.
 
     Return the flags (fall or stand) of all these cases, the fall azimuths (degrees) of those that fall in a known
@@ -275,7 +279,11 @@ def _select_cases_resembling_stone(
     friction = np.broadcast_to(np.arange(frictions)[:, None], rows.shape)
     # Cases that were not simulated, because the motion is too weak, have no displacement.
     shift = np.hypot(np.nan_to_num(north), np.nan_to_num(east))
-    return flags, azimuths, _ComputedStones(weight[rows], friction[rows].astype(np.intp), shift, np.nan_to_num(twist))
+    return (
+        flags,
+        azimuths,
+        _SimulatedCasesResemblingStones(weight[rows], friction[rows].astype(np.intp), shift, np.nan_to_num(twist)),
+    )
 
 
 def _fall_share_by_friction(flags: NDArray[np.floating]) -> FloatArray:
@@ -287,7 +295,7 @@ def _fall_share_by_friction(flags: NDArray[np.floating]) -> FloatArray:
 
 def _compare_fallen_shares(
     observed: Sequence[_ObservedStone], fall_shares: Sequence[tuple[int, FloatArray]]
-) -> DisplacementMeasure:
+) -> ObservedAndComputedStatistic:
     """Return the observed share of stones that fell, with its interval, and the computed share, with its range.
 
     Sites that list no standing stone are left out; if there are no others, the observed share is not known.
@@ -302,10 +310,12 @@ def _compare_fallen_shares(
     return _compare_shares("fell", *fallen_and_all_stone_counts(of_share), by_friction)
 
 
-def _compare_shares(name: MeasureName, matching: int, stones: int, by_friction: FloatArray) -> DisplacementMeasure:
+def _compare_shares(
+    name: MeasureName, matching: int, stones: int, by_friction: FloatArray
+) -> ObservedAndComputedStatistic:
     """Return an observed share with its exact interval, and the computed share: mean and range over frictions."""
     low, high = exact_share_interval(matching, stones) if stones else (math.nan, math.nan)
-    return DisplacementMeasure(
+    return ObservedAndComputedStatistic(
         name, stones, matching / stones if stones else math.nan, low, high, *_mean_and_range_over_friction(by_friction)
     )
 
@@ -323,15 +333,15 @@ def _mean_and_range_over_friction(by_friction: FloatArray) -> tuple[float, float
 
 
 def _compare_shifts_and_twists_of_standing_stones(
-    observed: Sequence[_ObservedStone], computed: _ComputedStones | None
-) -> list[DisplacementMeasure]:
+    observed: Sequence[_ObservedStone], computed: _SimulatedCasesResemblingStones | None
+) -> list[ObservedAndComputedStatistic]:
     """Return shares and medians of the shifts and twists of standing stones, observed and computed."""
     standing = [one for one in observed if not one.stone.fell]
     counts = np.array([one.stone.count for one in standing], np.intp)
     shift, twist = (np.repeat([getattr(one, name) for one in standing], counts) for name in ("shift", "twist"))
     shift, twist = shift[np.isfinite(shift)], twist[np.isfinite(twist)]
     far, turned = shift >= SHIFTED_M - _ROUNDING, np.abs(twist) >= TWISTED_DEG - _ROUNDING
-    none = _ComputedStones(np.empty(0), np.empty(0, np.intp), np.empty(0), np.empty(0))
+    none = _SimulatedCasesResemblingStones(np.empty(0), np.empty(0, np.intp), np.empty(0), np.empty(0))
     cells = computed or none
     cells_far = cells.shift >= SHIFTED_M - _ROUNDING
     cells_turned = np.abs(cells.twist) >= TWISTED_DEG - _ROUNDING
@@ -351,10 +361,12 @@ def _compare_shifts_and_twists_of_standing_stones(
         below = cells.weight[among][order].cumsum()
         return float(values[among][order][np.searchsorted(below, below[-1] / 2)]) if below.size else math.nan
 
-    def compare_medians(name: MeasureName, values: FloatArray, computed_median: FloatArray) -> DisplacementMeasure:
+    def compare_medians(
+        name: MeasureName, values: FloatArray, computed_median: FloatArray
+    ) -> ObservedAndComputedStatistic:
         """Return the observed median with its exact interval, and the computed median with its range over frictions."""
         middle = float(np.median(values)) if values.size else math.nan
-        return DisplacementMeasure(
+        return ObservedAndComputedStatistic(
             name, values.size, middle, *exact_median_interval(values), *_mean_and_range_over_friction(computed_median)
         )
 

@@ -118,7 +118,7 @@ def azimuth_goodness_of_fit(
     return watson_u2_test(observed, drawn if in_steps else None)
 
 
-def _direction_class_probabilities_and_own_index(
+def _class_probabilities_and_observed_class_index(
     sectors: FallSectors, fallen_stone: FallenStone
 ) -> tuple[FloatArray, FloatArray, int]:
     """Return predicted and uniform probabilities of a stone's direction classes, and the index of the observed one.
@@ -134,7 +134,7 @@ def _direction_class_probabilities_and_own_index(
         begin, end = _distinguishable_direction_arcs_deg(stone)
         predicted, even = (fall_probabilities_of_arcs(sectors, of, begin, end) for of in (density, uniform))
         return predicted, even, round((stone.azimuth_deg - 0.5 * WIND_DEG - begin[0]) / WIND_DEG) % 16
-    return density, uniform, sectors.nearest_azimuth_index(stone.azimuth_deg)
+    return density, uniform, sectors.nearest_sector_index(stone.azimuth_deg)
 
 
 def log_likelihood_ratio_and_p_value(
@@ -150,7 +150,7 @@ def log_likelihood_ratio_and_p_value(
     generator = np.random.Generator(np.random.PCG64(seed))
     ratios, simulated = [], np.zeros(random_survey_count)
     for fallen_stone in fallen_stones:
-        predicted, chance, place = _direction_class_probabilities_and_own_index(sectors, fallen_stone)
+        predicted, chance, place = _class_probabilities_and_observed_class_index(sectors, fallen_stone)
         with np.errstate(divide="ignore"):  # a density of 0 is possible without background
             logs = np.log(predicted / chance)
         ratios.append(logs[place])

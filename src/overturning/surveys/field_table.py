@@ -19,7 +19,7 @@ _BYTE_ORDER_MARKS: Final = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 
 
 @dataclass(frozen=True)
-class TableLine:
+class NumberedTableRow:
     """Cells of one row of a table, without blanks at their ends, and the number of the row's first line."""
 
     line: int
@@ -34,8 +34,8 @@ class FieldTable:
     ``comments_like_rows`` are the numbers of comment lines below the header that have the cells of a row.
     """
 
-    header: TableLine
-    rows: tuple[TableLine, ...]
+    header: NumberedTableRow
+    rows: tuple[NumberedTableRow, ...]
     separator: str
     remarks: tuple[str, ...] = ()
     comments_like_rows: tuple[int, ...] = ()
@@ -73,18 +73,18 @@ def read_field_table(path: Path, table_kind: str) -> FieldTable:
     RecordError
         If the file cannot be read as text, or has no header; the message names the file, line and remedy.
     """
-    lines = re.split(r"\r\n|\r|\n", _decode_table(path, table_kind))  # no other character ends a line of a CSV file
+    lines = re.split(r"\r\n|\r|\n", _read_table_text(path, table_kind))  # no other character ends a line of a CSV file
     remarks = tuple(_comment_text(line) for line in itertools.takewhile(_is_comment, lines))
-    separator, rows = "", list[TableLine]()
+    separator, rows = "", list[NumberedTableRow]()
     for number, line in enumerate(lines):
         if line.strip().lower() in ("sep=;", "sep=,", "sep=\t"):
             lines[number] = ""  # written by a spreadsheet; the header shows the separator
         elif line.strip() and not _is_comment(line):
             separator = _separator_of_header(line)
             break
-    for start, cells in _split_rows(lines, separator or ",", path, table_kind):
+    for start, cells in _numbered_rows(lines, separator or ",", path, table_kind):
         if any(cells) and not cells[0].startswith("#"):
-            rows.append(TableLine(start, tuple(cells)))
+            rows.append(NumberedTableRow(start, tuple(cells)))
     if not rows:
         raise RecordError(f"{path}: the {table_kind} is empty; its first line names the columns")
     comments = tuple(
@@ -95,7 +95,7 @@ def read_field_table(path: Path, table_kind: str) -> FieldTable:
     return FieldTable(rows[0], tuple(rows[1:]), separator, remarks, comments)
 
 
-def _decode_table(path: Path, table_kind: str) -> str:
+def _read_table_text(path: Path, table_kind: str) -> str:
     """Return the text of a table file; if it is not in UTF-8, the RecordError says how to save the file."""
     try:
         if path.stat().st_size > MOST_BYTES:
@@ -152,7 +152,7 @@ def _separator_of_header(header_line: str) -> str:
     return max(_SEPARATORS, key=lambda one: (outside.count(one), one == ","))
 
 
-def _split_rows(lines: list[str], separator: str, path: Path, table_kind: str) -> Iterator[tuple[int, list[str]]]:
+def _numbered_rows(lines: list[str], separator: str, path: Path, table_kind: str) -> Iterator[tuple[int, list[str]]]:
     """Yield for each row its first line number and its cells; comments and empty lines are skipped."""
     place = 0
 

@@ -11,7 +11,7 @@ from overturning.study.scenes import variant_settings
 
 
 @dataclass(frozen=True)
-class CemeteryGround:
+class SoilBelowSurveySite:
     """Soil layers below a survey site, and the PGA of the record before and after propagation through them.
 
     Attributes
@@ -39,7 +39,7 @@ class CemeteryGround:
     surface_pga: float
 
 
-def soil_layers_of_cube(cube: xr.Dataset, record_id: str | None) -> CemeteryGround | None:
+def soil_below_survey_site_of_cube(cube: xr.Dataset, record_id: str | None) -> SoilBelowSurveySite | None:
     """Return the soil layers on which the motion of a results cube was computed; None without soil layers.
 
     The layers are those of the variant of the cube, or of its study; peaks are those of the record `record_id`, which
@@ -53,7 +53,7 @@ def soil_layers_of_cube(cube: xr.Dataset, record_id: str | None) -> CemeteryGrou
     step = next(one for one in reversed(record_provenance(cube)[name]["steps"]) if one["step"] == SoilSite.step)
     before, after = step["effect"]["pga"]
     thickness = sum(layer.thickness_m for layer in soil.layers)
-    return CemeteryGround(
+    return SoilBelowSurveySite(
         thickness_m=thickness,
         velocity_m_s=thickness / sum(layer.thickness_m / layer.velocity_m_s for layer in soil.layers),
         equivalent_linear=any(layer.curve is not None for layer in soil.layers),

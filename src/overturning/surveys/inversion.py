@@ -139,13 +139,15 @@ class SurveyInversion:
             site: [one for one in stones if one.site == site] for site in dict.fromkeys(one.site for one in stones)
         }
         log_likelihoods = {site: self.log_likelihoods_by_motion(part) for site, part in parts.items()}
-        together = self._result_for_stones(survey_name, stones, np.sum(list(log_likelihoods.values()), axis=0))
+        together = self._inversion_result_for_stones(
+            survey_name, stones, np.sum(list(log_likelihoods.values()), axis=0)
+        )
         if len(parts) == 1:
             return together
-        sites = (self._result_for_stones(site, part, log_likelihoods[site]) for site, part in parts.items())
+        sites = (self._inversion_result_for_stones(site, part, log_likelihoods[site]) for site, part in parts.items())
         return replace(together, sites=tuple(sites))
 
-    def _result_for_stones(
+    def _inversion_result_for_stones(
         self, name: str, stones: Sequence[Stone], log_likelihoods: FloatArray
     ) -> SurveyInversionResult:
         """Return the posterior of the motions, the p-value of fit, and the numbers of fallen and standing stones."""

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of_results_cube
-from overturning.model.model import StoneOutcomes
+from overturning.model.model import StoneOutcomesByAmplitudeFactor
 from overturning.settings import GRID_TOLERANCE, StonePopulation, UniformRange
-from overturning.statistics.by_record import load_records_of_cube
+from overturning.statistics.by_record import load_outcomes_of_records
 from overturning.statistics.circular import mean_angle_and_resultant, sector_index
 from overturning.statistics.fragility import FittedFragilityCurve, fit_fragility_curve
 from overturning.study.ensemble import wilson_interval
@@ -119,7 +119,7 @@ def share_of_stones_outside_grid(cube: xr.Dataset, stones: SampledStones) -> flo
     return float(beyond.mean())
 
 
-def outcomes_of_sampled_stones(record_cube: xr.Dataset, stones: SampledStones) -> StoneOutcomes:
+def outcomes_of_sampled_stones(record_cube: xr.Dataset, stones: SampledStones) -> StoneOutcomesByAmplitudeFactor:
     """Return the outcomes of random stones under one record, each taken from a neighbouring simulated case.
 
     `record_cube` is the cube of this record, with or without amplitudes.
@@ -141,7 +141,7 @@ def outcomes_of_sampled_stones(record_cube: xr.Dataset, stones: SampledStones) -
 
 
 def outcome_rates_by_amplitude(
-    stone_outcomes_by_amplitude: StoneOutcomes, population: StonePopulation
+    stone_outcomes_by_amplitude: StoneOutcomesByAmplitudeFactor, population: StonePopulation
 ) -> dict[str, FloatArray]:
     """Compute the shares of stones that fall, shift and rotate, for each amplitude factor of the motion.
 
@@ -215,7 +215,7 @@ def population_outcome_rates_by_record(cube: xr.Dataset, population: StonePopula
     classes, reads = stones.stone_class_masks(), model_of_results_cube(cube).reads_outcomes
     found: dict[str, list[FloatArray]] = {name: [] for name in _RATES}
     for record in range(cube.sizes["record"]):
-        outcomes = outcomes_of_sampled_stones(load_records_of_cube(cube, record, reads), stones)
+        outcomes = outcomes_of_sampled_stones(load_outcomes_of_records(cube, record, reads), stones)
         of_class = [outcome_rates_by_amplitude(outcomes.select_stones(own), population) for own in classes.values()]
         by_class = {
             name: np.stack([one[of] for one in of_class], axis=1)
@@ -257,7 +257,8 @@ def fall_rates_of_stones_known_in_both_cubes(
     stones, reads, rates = sample_stones(population), model_of_results_cube(cube).reads_outcomes, []
     for record in range(cube.sizes["record"]):
         outcomes = [
-            outcomes_of_sampled_stones(load_records_of_cube(one, record, reads), stones) for one in (cube, other_cube)
+            outcomes_of_sampled_stones(load_outcomes_of_records(one, record, reads), stones)
+            for one in (cube, other_cube)
         ]
         known = outcomes[0].known & outcomes[1].known
         fallen = np.array([(1.0 - population.fixed) * (one.fell & known).sum() for one in outcomes])
@@ -286,7 +287,7 @@ def intensities_by_measure(fall_rates: xr.Dataset, intensity_table: xr.Dataset) 
     return found_levels | {name: values / STANDARD_GRAVITY for name, values in spectra.items()}
 
 
-def jma_intensities_of_motions(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> FloatArray:
+def jma_intensities_of_scaled_motions(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> FloatArray:
     """Return the JMA instrumental intensity of each record and amplitude factor, shape (records, amplitudes).
 
     A motion is a record of `fall_rates` times an amplitude factor.

@@ -73,7 +73,7 @@ class MotionPosterior:
         """Peak velocity (m/s) to which each candidate motion is scaled, for each level, shape (motions, levels)."""
         return np.broadcast_to(self.level, self.probability.shape[:2])
 
-    def weakest_and_strongest_level_probabilities(self) -> tuple[float, float]:
+    def lowest_and_highest_pgv_probabilities(self) -> tuple[float, float]:
         """Return the posterior probabilities of the lowest and the highest peak velocity that were considered."""
         weight = self.probability.sum(axis=(0, 2))
         return float(weight[0]), float(weight[-1])
@@ -108,7 +108,7 @@ class MotionPosterior:
         edges = np.concatenate([[2 * distinct[0] - middle[0]], middle, [2 * distinct[-1] - middle[-1]]])
         below, tail = np.concatenate([[0.0], np.cumsum(mass)]), (1 - LEVEL) / 2
         low, high = np.exp(np.interp([tail, 1 - tail], below / below[-1], edges))
-        weakest, strongest = (0.0, 0.0) if use_prior else self.weakest_and_strongest_level_probabilities()
+        weakest, strongest = (0.0, 0.0) if use_prior else self.lowest_and_highest_pgv_probabilities()
         return 0.0 if weakest > tail else float(low), math.inf if strongest > tail else float(high)
 
     def motion_probabilities(self) -> FloatArray:

@@ -9,7 +9,7 @@ import xarray as xr
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.edges import fall_probability_over_each_edge
-from overturning.model.planes import fall_probability_to_either_side
+from overturning.model.planes import fall_probabilities_towards_and_away
 from overturning.model.symmetry import FULL_TURN, nearest_simulated_directions
 from overturning.statistics.circular import sector_index
 from overturning.statistics.falls import add_opposite_azimuths, fall_counts_towards_azimuths
@@ -60,7 +60,7 @@ class SiteFallPrediction(FallSectors):
         # Probability of falling towards and away from the azimuth of each plane, and time of the fall, for each block
         # (height and friction); NaN if unknown.
         site = add_opposite_azimuths(site)
-        p = fall_probability_to_either_side(site).transpose(*dims)
+        p = fall_probabilities_towards_and_away(site).transpose(*dims)
         self.plane: FloatArray = p["azimuth"].values.astype(np.float64)
         # For interpolation round the circle: planes in ascending order between the last one and the first one.
         ascending = np.argsort(self.plane % 360.0)
@@ -353,6 +353,6 @@ def has_known_face_and_slenderness(stone: Stone) -> bool:
     return math.isfinite(stone.face_azimuth_deg) and math.isfinite(stone.slenderness_in_both_planes[0])
 
 
-def observed_side_index(stone: Stone) -> int:
+def observed_standing_or_side_index(stone: Stone) -> int:
     """Return the index in `SIDES` of a stone's observed outcome: standing, or the side to which it fell."""
     return 1 + int(sector_index(stone.azimuth_deg - stone.face_azimuth_deg, 4)) if stone.fell else 0

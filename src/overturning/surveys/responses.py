@@ -26,8 +26,8 @@ from overturning.surveys.stone_outcomes import (
     UNKNOWN,
     face_azimuths_to_simulate_for_aspect,
     outcomes_of_needed_sizes,
-    response_cache_folder,
     size_keys_with_stored_outcomes,
+    stone_outcome_cache_folder,
 )
 from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, Stone
 
@@ -170,7 +170,7 @@ class StoneOutcomeProbabilities:
                 f"{len(motions)} motions, {len(stone_kinds)} kinds of stones; at least one of each is needed"
             )
         self.motions = tuple(motions)
-        folder = folder or response_cache_folder()
+        folder = folder or stone_outcome_cache_folder()
         self._weights = size_grid_weights_by_kind(stone_kinds, population)
         needed = size_masks_to_simulate_by_aspect(self._weights)
         self._ways: dict[float, list[dict[str, NDArray[np.int8]]]] = {aspect: [] for aspect in needed}
@@ -245,7 +245,9 @@ def simulation_case_count_and_time(
         each = len(FRICTIONS) * LEVELS.size * StoneKind(aspect=aspect).orientations_deg.size
         for one in motions:
             known = (
-                set() if with_known else size_keys_with_stored_outcomes(one, aspect, folder or response_cache_folder())
+                set()
+                if with_known
+                else size_keys_with_stored_outcomes(one, aspect, folder or stone_outcome_cache_folder())
             )
             count = each * len(names - known)
             cases += count

@@ -175,7 +175,7 @@ class SurveyRow(BaseModel):
     photo: str = Field("", description="name or address of a photograph")
 
     @model_validator(mode="after")
-    def _check_row(self, info: ValidationInfo) -> "SurveyRow":
+    def _check_columns_do_not_contradict(self, info: ValidationInfo) -> "SurveyRow":
         """Raise a ValueError with a line for each contradiction between columns of this row."""
         context = info.context or {}
         faults = [
@@ -322,7 +322,7 @@ COLUMNS = tuple(SurveyRow.model_fields)
 """Columns a survey may have; one of ``azimuth_deg``, ``octant``, ``fell`` and ``outcome`` is needed."""
 
 
-def survey_row_schema() -> str:
+def survey_row_json_schema_text() -> str:
     """Return the JSON schema of a row of a survey table as text, with the columns as keys."""
     schema = SurveyRow.model_json_schema(mode="validation")
     for column in schema["properties"].values():

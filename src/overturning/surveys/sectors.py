@@ -39,7 +39,7 @@ class FallSectors:
         start = (azimuth[0] + azimuth[-1] - 360) / 2
         self.borders: FloatArray = start + 360 * np.concatenate([[0.0], np.cumsum(self.share)])
 
-    def nearest_azimuth_index(self, azimuth_deg: float) -> int:
+    def nearest_sector_index(self, azimuth_deg: float) -> int:
         """Return the index of the sector whose azimuth is nearest to `azimuth_deg`."""
         return int(nearest_simulated_directions(self.azimuth, [azimuth_deg], FULL_TURN).cell[0])
 

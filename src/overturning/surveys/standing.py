@@ -207,7 +207,7 @@ def estimate_standing_probability(
 
 
 @dataclass(frozen=True)
-class SurvivalByClass:
+class SurvivalByStoneClass:
     """Probability that each class of stones in a fragility table survives the hazard for a number of years.
 
     Attributes
@@ -236,7 +236,7 @@ def survival_probability_by_stone_class(
     hazard_curves: dict[str, HazardCurve],
     years: float,
     fragility_and_hazard_file_names: tuple[str, str],
-) -> SurvivalByClass:
+) -> SurvivalByStoneClass:
     """Compute the survival probability of each class of stones whose intensity measure has a hazard curve.
 
     `hazard_curves` are by intensity measure.
@@ -260,7 +260,7 @@ def survival_probability_by_stone_class(
         (one, hazard_curves[one.measure], estimate_standing_probability(one, hazard_curves[one.measure], years))
         for one in known
     )
-    return SurvivalByClass(
+    return SurvivalByStoneClass(
         years, hazard, hazard_curves, tuple(estimates), tuple(one for one in shared if one not in known)
     )
 

@@ -103,7 +103,7 @@ def _aspects_with_shipped_outcomes() -> frozenset[str]:
         return frozenset(name.partition(" ")[2] for name in stored.files if name.startswith("sizes "))
 
 
-def shipped_outcomes(candidate_motion: CandidateMotion, aspect: float) -> dict[str, NDArray[np.int8]]:
+def shipped_stone_outcomes_of_motion(candidate_motion: CandidateMotion, aspect: float) -> dict[str, NDArray[np.int8]]:
     """Return the stone outcomes that the package contains for a motion, by key ``height-shape`` (grid indices).
 
     The result is empty for motions that are not in the package, and for a D/B without such outcomes.
@@ -119,17 +119,17 @@ def shipped_outcomes(candidate_motion: CandidateMotion, aspect: float) -> dict[s
     return {f"{h}-{b}": one for (h, b), one in zip(sizes.tolist(), outcomes, strict=True)}
 
 
-def response_cache_folder() -> Path:
+def stone_outcome_cache_folder() -> Path:
     """Return the user's cache folder for simulated outcomes of stones."""
     return Path(platformdirs.user_cache_dir("overturning")) / "responses"
 
 
-def _response_cache_path(candidate_motion: CandidateMotion, aspect: float, folder: Path) -> Path:
+def _stone_outcome_cache_path(candidate_motion: CandidateMotion, aspect: float, folder: Path) -> Path:
     """Return the path of the cache file for stones with one D/B (`aspect`) under one motion.
 
     The file name is a hash of all inputs.
     """
-    inputs = f"{_response_source_hash()} {candidate_motion.samples_sha256} {candidate_motion.pgv} {aspect}"
+    inputs = f"{_source_hash_of_stone_outcomes()} {candidate_motion.samples_sha256} {candidate_motion.pgv} {aspect}"
     key = hashlib.sha256(f"{inputs} {simulated_grid_as_text()}".encode()).hexdigest()[:24]
     return folder / f"{key}.npz"
 
@@ -143,7 +143,7 @@ def outcomes_of_needed_sizes(
     indices; each value has the direction bin of the fall, `STOOD` or `UNKNOWN` for each friction, peak velocity to
     which the motion is scaled, and orientation of the stone.
     """
-    shipped = shipped_outcomes(candidate_motion, aspect)
+    shipped = shipped_stone_outcomes_of_motion(candidate_motion, aspect)
     needed = [(h, b) for h, b in np.argwhere(needed_sizes_mask).tolist() if f"{h}-{b}" not in shipped]
     return shipped | (load_or_simulate_outcomes(candidate_motion, aspect, needed, folder, threads) if needed else {})
 
@@ -159,7 +159,7 @@ def load_or_simulate_outcomes(
 
     Simulated outcomes are stored in the cache folder. Keys and shapes are those of `outcomes_of_needed_sizes`.
     """
-    path, known = _response_cache_path(candidate_motion, aspect, folder), dict[str, NDArray[np.int8]]()
+    path, known = _stone_outcome_cache_path(candidate_motion, aspect, folder), dict[str, NDArray[np.int8]]()
     try:
         with np.load(path) as stored:
             known = {name: stored[name] for name in stored.files}
@@ -181,13 +181,13 @@ def size_keys_with_stored_outcomes(candidate_motion: CandidateMotion, aspect: fl
     """Return the keys ``height-shape`` of stone sizes whose outcomes are in the package or in the cache folder."""
     stored_names: list[str] = []
     # A damaged archive holds nothing.
-    with suppress(Exception), np.load(_response_cache_path(candidate_motion, aspect, folder)) as stored:
+    with suppress(Exception), np.load(_stone_outcome_cache_path(candidate_motion, aspect, folder)) as stored:
         stored_names = stored.files
-    return {*stored_names, *shipped_outcomes(candidate_motion, aspect)}
+    return {*stored_names, *shipped_stone_outcomes_of_motion(candidate_motion, aspect)}
 
 
 @cache
-def _response_source_hash() -> str:
+def _source_hash_of_stone_outcomes() -> str:
     """Return a hash of the source files that affect simulated outcomes, so that an outdated cache is not used."""
     return package_source_hash("dem", "model", "motion", "surveys/stone_outcomes.py")
 

@@ -13,7 +13,7 @@ from overturning.surveys.columns import (
     recognise_columns,
     stone_count_column_errors,
 )
-from overturning.surveys.field_table import FieldTable, TableLine, read_field_table
+from overturning.surveys.field_table import FieldTable, NumberedTableRow, read_field_table
 from overturning.surveys.notation import OCTANTS, UNKNOWN_CELLS, common_azimuth_step_deg
 from overturning.surveys.notes import AZIMUTHS, label_of_line_numbers, notes_on_unused_stones, warnings_on_survey_table
 from overturning.surveys.row import COLUMNS, SurveyRow
@@ -225,10 +225,10 @@ def read_stones(path: Path) -> list[Stone]:
 
     See `read_survey_table`.
     """
-    return read_stones_with_notes(path)[0]
+    return read_counted_stones_with_notes(path)[0]
 
 
-def read_stones_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str]]:
+def read_counted_stones_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str]]:
     """Read a survey file; return the stones that count as fallen or standing, notes, and warnings about units.
 
     See `read_survey_table`; a RecordError is also raised if no stone counts as fallen or standing.
@@ -273,7 +273,7 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
         faults = [(table.header.line, "the line above it names the columns, but is a comment; remove its #")]
     missing = not _STATING_OUTCOME & set(plan.meanings)
     if missing:
-        faults.append((table.header.line, _missing_column_message(table)))
+        faults.append((table.header.line, _missing_outcome_column_message(table)))
     if declination_deg is not None:
         if "magnetic_declination_deg" in plan.meanings:
             faults.append((table.header.line, "a column gives the declination; leave out the option declination"))
@@ -308,7 +308,7 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
     )
 
 
-def _missing_column_message(table: FieldTable) -> str:
+def _missing_outcome_column_message(table: FieldTable) -> str:
     """Return the error message for a survey header in which no column states the outcomes of the stones."""
     filled = [cell for cell in table.header.cells if cell]
     spaces = "; columns are separated by spaces: use commas, semicolons or tabs" if "  " in filled[0] else ""
@@ -332,7 +332,7 @@ def _errors_on_true_north_columns(table: FieldTable, meanings: list[str]) -> Ite
 
 
 def _read_row(
-    line: TableLine,
+    line: NumberedTableRow,
     meanings: list[str],
     table: FieldTable,
     declination_deg: float | None,

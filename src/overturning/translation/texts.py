@@ -89,7 +89,7 @@ def _label_and_figure_translations(language: str) -> dict[str, str]:
     return read_label_translations(language) | read_translation_table(language, "figures")
 
 
-def translate_label(text: str, translation_table: Mapping[str, str]) -> str:
+def translate_whole_text_by_table(text: str, translation_table: Mapping[str, str]) -> str:
     """Look up the translation of a whole text in a table; return the text itself if the table lacks it."""
     found = _translation_from_table(text, tuple(translation_table.items()))
     return text if found is None else found

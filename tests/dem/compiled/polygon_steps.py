@@ -17,7 +17,7 @@ from overturning.kernel_cache import cache_compiled_kernel
 
 @cache_compiled_kernel
 @njit
-def solve_linked_elements(state, blocks, links, size):  # type: ignore[no-untyped-def]
+def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: ignore[no-untyped-def]
     """Solve the equations of elements linked by contacts; return first the number of 3 × 3 submatrices used."""
     pattern, matrix = equations.create_empty_nonzero_pattern(size), np.zeros(size * size * equations.SIZE)
     for k in range(size):

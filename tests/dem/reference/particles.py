@@ -80,7 +80,7 @@ def slip_on_a_slope(acceleration: np.ndarray, interval: float, friction: float, 
 
 
 def slip_in_hops(along: np.ndarray, up: np.ndarray, interval: float, friction: float, amplitude: float = 1.0) -> float:
-    """Return the final slip (m) of a block that slides, flies and lands without rotation.
+    """Return the final slip (m) of a block that slides, flies and lands without rotation or bounce.
 
     A plastic landing at velocity v reduces the horizontal velocity by µ·v, at most to zero.
     """

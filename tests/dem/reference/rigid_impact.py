@@ -27,7 +27,7 @@ def velocities_and_impulses_of_plastic_landing(arms, pivot_inertia):  # type: ig
 
 
 @njit
-def _base_acceleration(time, wave, interval):  # type: ignore[no-untyped-def]
+def _base_acceleration_over_g_at_time(time, wave, interval):  # type: ignore[no-untyped-def]
     """Return the base acceleration over g at a time, s, of a `wave` that is linear between samples and ends with 0."""
     place = time / interval
     sample = int(place)
@@ -43,15 +43,15 @@ def restoring_moment(time, lean, along, up, interval):  # type: ignore[no-untype
 
     `lean`: angle of the diagonal through its corner to the vertical, rad. `along`, `up`: base acceleration over g.
     """
-    weight = 1.0 + _base_acceleration(time, up, interval)
-    return weight * math.sin(lean) + _base_acceleration(time, along, interval) * math.cos(lean)
+    weight = 1.0 + _base_acceleration_over_g_at_time(time, up, interval)
+    return weight * math.sin(lean) + _base_acceleration_over_g_at_time(time, along, interval) * math.cos(lean)
 
 
 @njit
 def _angular_acceleration(time, lean, side, wave, interval, alpha, square):  # type: ignore[no-untyped-def]
     """Return the angular acceleration away from rest (1/s²) of a block that leans to a `side` by `lean` (rad)."""
     left = alpha - lean
-    return -square * (math.sin(left) + side * _base_acceleration(time, wave, interval) * math.cos(left))
+    return -square * (math.sin(left) + side * _base_acceleration_over_g_at_time(time, wave, interval) * math.cos(left))
 
 
 @njit
@@ -80,7 +80,7 @@ def _runge_kutta_step(time, lean, rate, h, side, wave, interval, alpha, square):
 
 @cache_compiled_kernel
 @njit
-def side_and_peak_rotation_by_steps(wave, interval, b_over_h, alpha, square, retained):  # type: ignore[no-untyped-def]
+def fall_side_and_peak_rotation(wave, interval, b_over_h, alpha, square, retained):  # type: ignore[no-untyped-def]
     """Return the side to which a rocking block falls, and its largest |θ|/α, with bisection at each impact.
 
     `wave`: base acceleration over g, linear between samples, with a 0 at the end. `alpha`: slenderness, rad. `square`:
@@ -91,8 +91,8 @@ def side_and_peak_rotation_by_steps(wave, interval, b_over_h, alpha, square, ret
     while now < end:
         h = interval / 40
         if side == 0:
-            if abs(_base_acceleration(now, wave, interval)) > b_over_h:
-                side, lean, rate = (-1 if _base_acceleration(now, wave, interval) > 0.0 else 1), 0.0, 0.0
+            if abs(_base_acceleration_over_g_at_time(now, wave, interval)) > b_over_h:
+                side, lean, rate = (-1 if _base_acceleration_over_g_at_time(now, wave, interval) > 0.0 else 1), 0.0, 0.0
             else:
                 now += 0.1 * h
                 continue

@@ -17,7 +17,7 @@ G = 9.80665
 
 
 @njit
-def rotate_by_vector(matrix, vector):
+def matrix_followed_by_rotation_vector(matrix, vector):
     """Return the rotation matrix of `matrix` followed by a rotation vector in fixed axes, by Rodrigues' formula."""
     angle = math.sqrt(np.sum(vector * vector))
     if angle == 0.0:
@@ -28,7 +28,7 @@ def rotate_by_vector(matrix, vector):
 
 
 @njit
-def angular_velocity(matrix, inertia, momentum):
+def angular_velocity_from_momentum(matrix, inertia, momentum):
     """Return the angular velocity, rad/s, of a body with a rotation matrix and an angular momentum, in fixed axes."""
     return matrix @ ((matrix.T @ momentum) / inertia)
 
@@ -56,15 +56,22 @@ def integrate_box(times, ground, interval, size, frame, spring, dash, mu, fracti
         for step in range(steps):
             velocity = velocity + 0.5 * dt * force
             momentum = momentum + 0.5 * dt * moment
-            middle = rotate_by_vector(rotation, 0.5 * dt * angular_velocity(rotation, inertia, momentum))
+            middle = matrix_followed_by_rotation_vector(
+                rotation, 0.5 * dt * angular_velocity_from_momentum(rotation, inertia, momentum)
+            )
             before, place = (place, rotation), place + dt * velocity
-            rotation = rotate_by_vector(rotation, dt * angular_velocity(middle, inertia, momentum))
+            rotation = matrix_followed_by_rotation_vector(
+                rotation, dt * angular_velocity_from_momentum(middle, inertia, momentum)
+            )
             while noted < len(times) and times[noted] <= sample * interval + (step + 1.0) * dt:
                 share = (times[noted] - sample * interval) / dt - step
                 places[noted] = before[0] + share * (place - before[0])
                 rotations[noted] = (before[1] + share * (rotation - before[1])) @ frame.T
                 noted += 1
-            v, w = velocity + 0.5 * dt * force, angular_velocity(rotation, inertia, momentum + 0.5 * dt * moment)
+            v, w = (
+                velocity + 0.5 * dt * force,
+                angular_velocity_from_momentum(rotation, inertia, momentum + 0.5 * dt * moment),
+            )
             force = -(ground[sample] + (following - ground[sample]) * (step + 1.0) / steps)
             force[2] -= G
             moment = np.zeros(3)

@@ -18,7 +18,7 @@ G = 9.80665
 
 @cache_compiled_kernel
 @njit
-def integrate_stack(along, interval, sizes, springs, dashes, mu, fraction, after):
+def integrate_stack_of_two_blocks(along, interval, sizes, springs, dashes, mu, fraction, after):
     """Return poses and velocities (x, z, θ, vx, vz, vw) of both blocks at each sample, shape (samples, 2, 6).
 
     `along`: acceleration of the ground, m/s², every `interval` s. `sizes`: widths and heights, m. `springs`, `dashes`:
@@ -85,14 +85,16 @@ def integrate_stack(along, interval, sizes, springs, dashes, mu, fraction, after
     return path
 
 
-def stack_trajectory(
+def trajectory_of_two_stacked_blocks(
     along: FloatArray, interval: float, sizes: FloatArray, penetration: float, mu: float, after: int
 ) -> FloatArray:
-    """Return the path of two blocks by `integrate_stack`, with a damping ratio of 1.
+    """Return the path of two blocks by `integrate_stack_of_two_blocks`, with a damping ratio of 1.
 
     `penetration`: static penetration over width. `after`: number of samples after the record.
     """
     mass = sizes.prod(axis=1)
     carried = np.array([mass.sum(), mass[1]])
     springs = G * carried / (2.0 * penetration * sizes[:, 0])
-    return integrate_stack(along, interval, sizes, springs, 2.0 * np.sqrt(0.5 * springs * carried), mu, 0.04, after)
+    return integrate_stack_of_two_blocks(
+        along, interval, sizes, springs, 2.0 * np.sqrt(0.5 * springs * carried), mu, 0.04, after
+    )

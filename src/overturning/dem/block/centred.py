@@ -13,8 +13,7 @@ from numba import njit
 from overturning.dem.block.landing import block_lands_flat, flat_landing_friction
 from overturning.dem.block.state import (
     AssumedCornerContact,
-    AssumedCornerFriction,
-    AssumedSlipDirections,
+    AssumedSignedFriction,
     BlockConstants,
     BlockInertialAccelerations,
     BlockState,
@@ -24,6 +23,7 @@ from overturning.dem.block.state import (
     ExtrapolatedBlock,
     PredictedBlock,
     PredictedCorner,
+    TrialCornerFriction,
     corner_position,
 )
 from overturning.dem.kernel.clock import BLOCK
@@ -135,7 +135,7 @@ def predict_normal_force_and_contact(
 @njit(**INLINE)
 def assume_corner_friction(
     block: BlockConstants, predicted_corner: PredictedCorner, normal_force: float, assumed_contact: AssumedCornerContact
-) -> AssumedCornerFriction:
+) -> TrialCornerFriction:
     """Return a corner's trial tangential force, and whether the equations of the step assume that the corner slides.
 
     In a step that resolves the contact vibration, sliding is predicted from the forces. A longer step assumes the
@@ -153,12 +153,12 @@ def assume_corner_friction(
     freedom = 1.0 + block.inertia * predicted_corner.arm * (
         predicted_corner.arm - slid * (assumed_contact.tilting * predicted_corner.drop)
     )
-    return AssumedCornerFriction(f, slides, slid, freedom > LEAST_FREEDOM)
+    return TrialCornerFriction(f, slides, slid, freedom > LEAST_FREEDOM)
 
 
 @njit(**INLINE)
 def signed_friction_coefficient_and_sliding(
-    corner_friction: AssumedCornerFriction, other_corner_friction: AssumedCornerFriction, other_in_contact: bool
+    corner_friction: TrialCornerFriction, other_corner_friction: TrialCornerFriction, other_in_contact: bool
 ) -> tuple[float, bool]:
     """Return ±μ with the sign of a corner's friction force (0: the corner sticks), and True if the corner slides.
 
@@ -219,7 +219,7 @@ def corner_equation_terms(
 def solve_velocity_changes(
     block: BlockConstants,
     state: BlockState,
-    assumed_slip: AssumedSlipDirections,
+    assumed_slip: AssumedSignedFriction,
     forces_decide_contact: bool,
     predicted_block: PredictedBlock,
 ) -> BlockVelocityChange:
@@ -282,7 +282,7 @@ def solve_velocity_changes(
 def solve_velocity_changes_without_friction(
     block: BlockConstants,
     state: BlockState,
-    assumed_slip: AssumedSlipDirections,  # noqa: ARG001, as `solve_velocity_changes`
+    assumed_slip: AssumedSignedFriction,  # noqa: ARG001, as `solve_velocity_changes`
     forces_decide_contact: bool,
     predicted_block: PredictedBlock,
 ) -> BlockVelocityChange:

@@ -8,7 +8,7 @@ from overturning.dem.block.landing import remaining_flat_landing_time
 from overturning.dem.block.state import (
     GENTLE_STEPS,
     AssumedCornerContact,
-    AssumedSlipDirections,
+    AssumedSignedFriction,
     BlockAfterStep,
     BlockConstants,
     BlockEnergyAccount,
@@ -148,12 +148,12 @@ def contact_changes_in_block_step(
 
 @njit(**INLINE)
 def slip_directions_for_next_attempt(
-    assumed_slip: AssumedSlipDirections,
+    assumed_slip: AssumedSignedFriction,
     forces_decide_contact: bool,
     solved_corners: SolvedCornerContactPair,
     is_retry: bool,
     keeps_assumed_slip: bool,
-) -> AssumedSlipDirections:
+) -> AssumedSignedFriction:
     """Return, for both corners, the signed friction ±μ (0: sticking) that the next attempted step assumes.
 
     The solved step gives the new friction; a repeated step keeps the old assumption of a corner if it was correct.
@@ -167,7 +167,7 @@ def slip_directions_for_next_attempt(
         keeps_assumed_slip | (is_retry & (not left.wrong)),
         keeps_assumed_slip | (is_retry & (not right.wrong)),
     )
-    return AssumedSlipDirections(of_left if keeps_left else left.found, of_right if keeps_right else right.found)
+    return AssumedSignedFriction(of_left if keeps_left else left.found, of_right if keeps_right else right.found)
 
 
 @njit(**INLINE)

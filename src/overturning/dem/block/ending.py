@@ -29,15 +29,18 @@ from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 load_block, load_state, load_peaks = (
-    ROWS.tuple_access(of).load for of in (BlockConstants, BlockState, BlockPeakValues)
+    ROWS.tuple_reader_and_writer(of).load for of in (BlockConstants, BlockState, BlockPeakValues)
 )
-load_account, load_course = ROWS.tuple_access(BlockEnergyAccount).load, ROWS.tuple_access(CaseProgress).load
-load_inertial_accelerations = ROWS.tuple_access(BlockInertialAccelerations).load
-LATE_TILT: Final = ROWS.row_start(LargestTiltNearCaseEnd, "ratio")
+load_account, load_course = (
+    ROWS.tuple_reader_and_writer(BlockEnergyAccount).load,
+    ROWS.tuple_reader_and_writer(CaseProgress).load,
+)
+load_inertial_accelerations = ROWS.tuple_reader_and_writer(BlockInertialAccelerations).load
+LATE_TILT: Final = ROWS.row_of_field(LargestTiltNearCaseEnd, "ratio")
 
 
 @njit(**INLINE)
-def remove_velocity_lag(block: BlockConstants, state: BlockState, velocity_lag: float) -> tuple[float, float, float]:
+def velocities_without_lag(block: BlockConstants, state: BlockState, velocity_lag: float) -> tuple[float, float, float]:
     """Return a block's velocities at the time of its position; the stored ones lag by `velocity_lag` time steps."""
     time = velocity_lag * TICKS * block.step
     return state.vx + time * state.ax, state.vz + time * state.az, state.vw + time * state.aw
@@ -46,7 +49,7 @@ def remove_velocity_lag(block: BlockConstants, state: BlockState, velocity_lag: 
 @njit(**INLINE)
 def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag: float) -> float:
     """Return the sum of kinetic, gravitational and spring energy of a block per mass, m²/s²."""
-    vx, vz, vw = remove_velocity_lag(block, state, velocity_lag)
+    vx, vz, vw = velocities_without_lag(block, state, velocity_lag)
     motion = (vx * vx + vz * vz) + vw * vw / block.inertia
     ul, ur, tl, tr = max(state.left.depth, 0.0), max(state.right.depth, 0.0), state.left.spring, state.right.spring
     springs = block.stiffness * (ul * ul + ur * ur) + block.tangential * (tl * tl + tr * tr)
@@ -155,5 +158,5 @@ def record_block_motion(
     block, s, push = load_block(state, lane), load_state(state, lane), load_inertial_accelerations(state, lane).push
     trajectory_row.time = (load_course(state, lane).sample + s.tick / ticks_per_sample) * sampling_interval
     trajectory_row.x, trajectory_row.z, trajectory_row.angle = s.x, s.z, s.angle
-    trajectory_row.vx, trajectory_row.vz, trajectory_row.vw = remove_velocity_lag(block, s, velocity_lag)
+    trajectory_row.vx, trajectory_row.vz, trajectory_row.vw = velocities_without_lag(block, s, velocity_lag)
     trajectory_row.ground = -(push.value + push.slope * s.tick)

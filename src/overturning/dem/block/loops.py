@@ -17,7 +17,7 @@ from overturning.dem.block.landing import block_lands_flat, flat_landing_frictio
 from overturning.dem.block.state import (
     ROWS,
     AssumedCornerContact,
-    AssumedSlipDirections,
+    AssumedSignedFriction,
     BlockAfterStep,
     BlockConstants,
     BlockEnergyAccount,
@@ -28,7 +28,7 @@ from overturning.dem.block.state import (
     PredictedBlock,
     SolvedCornerContactPair,
 )
-from overturning.dem.kernel.clock import BLOCK, CaseStepControl, StepAttempt, choose_next_step_attempt
+from overturning.dem.kernel.clock import BLOCK, CaseStepControl, NextStepToAttempt, choose_next_step_attempt
 from overturning.dem.kernel.lanes import INNER, whole_vectors
 from overturning.dem.time_step import IntegrationScheme
 
@@ -66,17 +66,19 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
     unused = unused_block_state_fields(with_vertical, with_friction)
     solution = centred.solve_velocity_changes if with_friction else centred.solve_velocity_changes_without_friction
     load_block, load_inertial_accelerations, load_step_control = (
-        ROWS.tuple_access(BlockConstants).load,
-        ROWS.tuple_access(BlockInertialAccelerations).load,
-        ROWS.tuple_access(CaseStepControl).load,
+        ROWS.tuple_reader_and_writer(BlockConstants).load,
+        ROWS.tuple_reader_and_writer(BlockInertialAccelerations).load,
+        ROWS.tuple_reader_and_writer(CaseStepControl).load,
     )
-    load_state = ROWS.tuple_access(BlockState, unused_fields=unused).load
-    load_attempt = ROWS.tuple_access(StepAttempt, unused_fields=[] if with_friction else ["tries"]).load
-    load_assumed_slip = ROWS.tuple_access(
-        AssumedSlipDirections, unused_fields=[] if with_friction else ["left", "right"]
+    load_state = ROWS.tuple_reader_and_writer(BlockState, unused_fields=unused).load
+    load_attempt = ROWS.tuple_reader_and_writer(
+        NextStepToAttempt, unused_fields=[] if with_friction else ["tries"]
     ).load
-    load_predicted, store_predicted, _ = ROWS.tuple_access(PredictedBlock, unused_fields=unused)
-    store_change = ROWS.tuple_access(BlockVelocityChange, unused_fields=unused).store
+    load_assumed_slip = ROWS.tuple_reader_and_writer(
+        AssumedSignedFriction, unused_fields=[] if with_friction else ["left", "right"]
+    ).load
+    load_predicted, store_predicted, _ = ROWS.tuple_reader_and_writer(PredictedBlock, unused_fields=unused)
+    store_change = ROWS.tuple_reader_and_writer(BlockVelocityChange, unused_fields=unused).store
     complete_block_steps = create_step_completion_loop(with_vertical, with_friction)
 
     @njit(**INNER)
@@ -121,16 +123,21 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
 def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any:
     """Return the compiled loop that computes contact forces of blocks and accepts or rejects each block's step."""
     unused = unused_block_state_fields(with_vertical, with_friction)
-    load_block, load_step_control = ROWS.tuple_access(BlockConstants).load, ROWS.tuple_access(CaseStepControl).load
-    load_state, _, store_state = ROWS.tuple_access(BlockState, unused_fields=unused)
-    load_attempt, store_attempt, _ = ROWS.tuple_access(StepAttempt, unused_fields=[] if with_friction else ["tries"])
-    store_assumed_slip = ROWS.tuple_access(
-        AssumedSlipDirections, unused_fields=[] if with_friction else ["left", "right"]
+    load_block, load_step_control = (
+        ROWS.tuple_reader_and_writer(BlockConstants).load,
+        ROWS.tuple_reader_and_writer(CaseStepControl).load,
+    )
+    load_state, _, store_state = ROWS.tuple_reader_and_writer(BlockState, unused_fields=unused)
+    load_attempt, store_attempt, _ = ROWS.tuple_reader_and_writer(
+        NextStepToAttempt, unused_fields=[] if with_friction else ["tries"]
+    )
+    store_assumed_slip = ROWS.tuple_reader_and_writer(
+        AssumedSignedFriction, unused_fields=[] if with_friction else ["left", "right"]
     ).store
-    load_peaks, _, store_peaks = ROWS.tuple_access(BlockPeakValues)
-    load_account, _, store_account = ROWS.tuple_access(BlockEnergyAccount)
-    load_predicted = ROWS.tuple_access(PredictedBlock, unused_fields=unused).load
-    load_change = ROWS.tuple_access(BlockVelocityChange, unused_fields=unused).load
+    load_peaks, _, store_peaks = ROWS.tuple_reader_and_writer(BlockPeakValues)
+    load_account, _, store_account = ROWS.tuple_reader_and_writer(BlockEnergyAccount)
+    load_predicted = ROWS.tuple_reader_and_writer(PredictedBlock, unused_fields=unused).load
+    load_change = ROWS.tuple_reader_and_writer(BlockVelocityChange, unused_fields=unused).load
 
     @njit(**INNER)
     def complete_block_steps(
@@ -162,7 +169,7 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
                 BLOCK, case_step_control, attempt, findings, s.tick + length, ticks_per_sample
             )
             assumed = commit.slip_directions_for_next_attempt(
-                AssumedSlipDirections(d.slid_left, d.slid_right), fine, both, attempt.tries > 0.0, sooner
+                AssumedSignedFriction(d.slid_left, d.slid_right), fine, both, attempt.tries > 0.0, sooner
             )
             accepted = BlockAfterStep(s, load_peaks(state, j), load_account(state, j))
             accepted = commit.complete_block_step(block, accepted, w, d, both, length, with_vertical, with_friction)
@@ -182,12 +189,12 @@ def create_cundall_time_stepping_loop(with_vertical: bool, with_friction: bool) 
     It is compiled with or without vertical base motion, and with or without friction.
     """
     load_block, load_inertial_accelerations = (
-        ROWS.tuple_access(BlockConstants).load,
-        ROWS.tuple_access(BlockInertialAccelerations).load,
+        ROWS.tuple_reader_and_writer(BlockConstants).load,
+        ROWS.tuple_reader_and_writer(BlockInertialAccelerations).load,
     )
-    load_state, store_state, _ = ROWS.tuple_access(BlockState, unused_fields=["normal"])
-    load_peaks, store_peaks, _ = ROWS.tuple_access(BlockPeakValues)
-    load_account, store_account, _ = ROWS.tuple_access(BlockEnergyAccount, unused_fields=["power", "loss"])
+    load_state, store_state, _ = ROWS.tuple_reader_and_writer(BlockState, unused_fields=["normal"])
+    load_peaks, store_peaks, _ = ROWS.tuple_reader_and_writer(BlockPeakValues)
+    load_account, store_account, _ = ROWS.tuple_reader_and_writer(BlockEnergyAccount, unused_fields=["power", "loss"])
 
     @njit(**INNER)
     def advance_blocks(

@@ -73,7 +73,7 @@ class RigidCaseTableColumns(NamedTuple):
 CASE: Final = table_dtype_of_named_tuples(RigidCaseTableColumns)
 
 
-class LinearBaseMotion(NamedTuple):
+class BaseAccelerationRampInG(NamedTuple):
     """Base acceleration, g, that changes linearly until the next sample; slopes are per sampling interval."""
 
     ground: float
@@ -93,7 +93,7 @@ class RigidRockingOutcomes(NamedTuple):
 
 
 @njit(**INNER)
-def _shift_time_origin(base_motion: LinearBaseMotion, delay: float) -> LinearBaseMotion:
+def _base_motion_with_later_origin(base_motion: BaseAccelerationRampInG, delay: float) -> BaseAccelerationRampInG:
     """Return a linear base motion as a function of time, with a time origin that is `delay` later.
 
     Times are in sampling intervals.
@@ -102,18 +102,18 @@ def _shift_time_origin(base_motion: LinearBaseMotion, delay: float) -> LinearBas
         base_motion.ground + base_motion.ground_slope * delay,
         base_motion.weight + base_motion.weight_slope * delay,
     )
-    return LinearBaseMotion(ground, base_motion.ground_slope, weight, base_motion.weight_slope)
+    return BaseAccelerationRampInG(ground, base_motion.ground_slope, weight, base_motion.weight_slope)
 
 
 @njit(**INNER)
 def _rocking_side_and_start_time(
-    base_motion: LinearBaseMotion, remaining_time: float, b_over_h: float
+    base_motion: BaseAccelerationRampInG, remaining_time: float, b_over_h: float
 ) -> tuple[float, float]:
     """Return the side to which a resting block starts to rock within the rest of a sample, and the time until then.
 
     The side is 0, and the time `remaining_time`, if it does not start. Times are in samples.
     """
-    end = _shift_time_origin(base_motion, remaining_time)
+    end = _base_motion_with_later_origin(base_motion, remaining_time)
     side = -1.0 if base_motion.ground > 0.0 else 1.0
     if -side * base_motion.ground > base_motion.weight * b_over_h:
         return side, 0.0
@@ -127,7 +127,7 @@ def _rocking_side_and_start_time(
 
 @njit(**INNER)
 def _fill_taylor_series(
-    taylor_series: Any, side: float, base_motion: LinearBaseMotion, squared_frequency: float
+    taylor_series: Any, side: float, base_motion: BaseAccelerationRampInG, squared_frequency: float
 ) -> None:
     """Compute the higher Taylor coefficients of a rocking block's motion in a step; the first ones are given.
 
@@ -201,7 +201,7 @@ def _limit_step_to_two_turning_points(taylor_series: Any, step_length: float) ->
 
 
 @njit(**INNER)
-def _first_two_turning_points(taylor_series: Any, step_length: float, starts_to_rock: bool) -> tuple[float, float]:
+def _first_two_turning_point_times(taylor_series: Any, step_length: float, starts_to_rock: bool) -> tuple[float, float]:
     """Return the times of the first two turning points of a block's rotation in a step, else the step's length.
 
     A block that starts to rock moves away from the base, even if rounding gives the first term the opposite sign.
@@ -237,10 +237,10 @@ def _landing_time(
 @njit(**INNER)
 def _base_motion_of_sample(
     horizontal_acceleration: Any, vertical_acceleration: Any, scale: float, sample: int
-) -> LinearBaseMotion:
+) -> BaseAccelerationRampInG:
     """Return the base motion from a sample to the next, in units of g; `scale` multiplies the accelerations (m/s²)."""
     a, u = scale * horizontal_acceleration[sample], 1.0 + scale * vertical_acceleration[sample]
-    return LinearBaseMotion(
+    return BaseAccelerationRampInG(
         a, scale * horizontal_acceleration[sample + 1] - a, u, 1.0 + scale * vertical_acceleration[sample + 1] - u
     )
 
@@ -293,16 +293,16 @@ def _simulate_rigid_block(
         while t < 1.0:
             starts = side == 0.0
             if starts:
-                side, wait = _rocking_side_and_start_time(_shift_time_origin(sample, t), 1.0 - t, tangent)
+                side, wait = _rocking_side_and_start_time(_base_motion_with_later_origin(sample, t), 1.0 - t, tangent)
                 if side == 0.0:
                     break
                 t += wait
                 angle[0], velocity[0], sine[0], cosine[0] = 0.0, 0.0, case_parameters.sine, case_parameters.cosine
             end = min((np.floor(t * case_parameters.steps + 1e-9) + 1.0) / case_parameters.steps, 1.0)
-            _fill_taylor_series(taylor_series, side, _shift_time_origin(sample, t), case_parameters.square)
+            _fill_taylor_series(taylor_series, side, _base_motion_with_later_origin(sample, t), case_parameters.square)
             length = _limit_step_to_two_turning_points(taylor_series, end - t)
             end = end if length == end - t else t + length
-            first, second = _first_two_turning_points(taylor_series, length, starts)
+            first, second = _first_two_turning_point_times(taylor_series, length, starts)
             then, rate = _series_value_and_slope(angle, length)[0], _series_value_and_slope(velocity, length)[0]
             if starts and first == length and then <= 0.0:  # the uplift is below rounding
                 side, t = 0.0, end

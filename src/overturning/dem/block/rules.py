@@ -17,7 +17,7 @@ from overturning.dem.block.state import (
     COLUMNS,
     ROWS,
     TICKS,
-    AssumedSlipDirections,
+    AssumedSignedFriction,
     BlockConstants,
     BlockInertialAccelerations,
     BlockPeakValues,
@@ -25,7 +25,7 @@ from overturning.dem.block.state import (
     CornerState,
     corner_position,
 )
-from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
+from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import (
     CaseProgress,
     CaseRestState,
@@ -41,14 +41,14 @@ from overturning.dem.kernel.ground import (
 )
 from overturning.dem.kernel.lanes import INLINE, INNER, cache_line_aligned_zeros, whole_vectors
 from overturning.dem.kernel.mechanics import LANDING, max_touch_delay_of_one_impact, normalise_cosine_and_sine
-from overturning.dem.kernel.queue import QueueSettings, extend_trajectory, register_model_functions
+from overturning.dem.kernel.queue import SettingsOfParallelCases, extend_trajectory, register_model_functions
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
 class BlockKernelInput(NamedTuple):
     """Input of the compiled block simulation, for cases with equal numbers of time steps per sample."""
 
-    settings: QueueSettings
+    settings: SettingsOfParallelCases
     cases: NDArray[np.void]
     """Case parameters, of type `CASE`, shape (n,)."""
     row: NDArray[np.int64]
@@ -69,29 +69,29 @@ class BlockWorkspace(NamedTuple):
     state: Any
 
 
-load_block, store_block, _ = ROWS.tuple_access(BlockConstants)
-load_state, store_state, _ = ROWS.tuple_access(BlockState)
-load_peaks, store_peaks, _ = ROWS.tuple_access(BlockPeakValues)
-load_course, store_course, _ = ROWS.tuple_access(CaseProgress)
+load_block, store_block, _ = ROWS.tuple_reader_and_writer(BlockConstants)
+load_state, store_state, _ = ROWS.tuple_reader_and_writer(BlockState)
+load_peaks, store_peaks, _ = ROWS.tuple_reader_and_writer(BlockPeakValues)
+load_course, store_course, _ = ROWS.tuple_reader_and_writer(CaseProgress)
 store_attempt, store_assumed_slip, store_step_control = (
-    ROWS.tuple_access(of).store for of in (StepAttempt, AssumedSlipDirections, CaseStepControl)
+    ROWS.tuple_reader_and_writer(of).store for of in (NextStepToAttempt, AssumedSignedFriction, CaseStepControl)
 )
-load_assumed_slip = ROWS.tuple_access(AssumedSlipDirections).load
+load_assumed_slip = ROWS.tuple_reader_and_writer(AssumedSignedFriction).load
 store_push, store_lift = (
-    ROWS.tuple_access(BlockInertialAccelerations, "push").store,
-    ROWS.tuple_access(BlockInertialAccelerations, "lift").store,
+    ROWS.tuple_reader_and_writer(BlockInertialAccelerations, "push").store,
+    ROWS.tuple_reader_and_writer(BlockInertialAccelerations, "lift").store,
 )
 NUMBERS: Final = ROWS.count
 COS, SIN, TICK, LAST_UPRIGHT = (
-    ROWS.row_start(BlockState, "cos"), ROWS.row_start(BlockState, "sin"), ROWS.row_start(BlockState, "tick"),
-    ROWS.row_start(BlockPeakValues, "last_upright"),
+    ROWS.row_of_field(BlockState, "cos"), ROWS.row_of_field(BlockState, "sin"),
+    ROWS.row_of_field(BlockState, "tick"), ROWS.row_of_field(BlockPeakValues, "last_upright"),
 )  # fmt: skip
 LENGTH, REST_LIMIT, AT_REST = (
-    ROWS.row_start(StepAttempt, "length"),
-    ROWS.row_start(CaseRestState, "rest_limit"),
-    ROWS.row_start(CaseRestState, "at_rest"),
+    ROWS.row_of_field(NextStepToAttempt, "length"),
+    ROWS.row_of_field(CaseRestState, "rest_limit"),
+    ROWS.row_of_field(CaseRestState, "at_rest"),
 )
-SAMPLE, UPRIGHT_UNTIL = ROWS.row_start(CaseProgress, "sample"), ROWS.row_start(CaseProgress, "upright_until")
+SAMPLE, UPRIGHT_UNTIL = (ROWS.row_of_field(CaseProgress, "sample"), ROWS.row_of_field(CaseProgress, "upright_until"))
 
 
 def allocate_workspace(kernel_input: Any) -> Any:  # noqa: ARG001, its type selects this function
@@ -166,8 +166,8 @@ def write_initial_block_state(
         case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled,
     ))  # fmt: skip
     store_state(state, lane, at_rest)
-    store_attempt(state, lane, StepAttempt(case_parameters.finest, case_parameters.dwell, 0.0))
-    store_assumed_slip(state, lane, AssumedSlipDirections(0.0, 0.0))
+    store_attempt(state, lane, NextStepToAttempt(case_parameters.finest, case_parameters.dwell, 0.0))
+    store_assumed_slip(state, lane, AssumedSignedFriction(0.0, 0.0))
     store_peaks(state, lane, BlockPeakValues(abs(case_parameters.tilt), 0.0, 0.0, -1.0))
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_energy_per_mass(block, at_rest, 0.0)
     state[REST_LIMIT + lane], course = (
@@ -206,7 +206,7 @@ def load_base_motion_of_sample(
     lane_cases: Any,
     horizontal_acceleration: Any,
     vertical_acceleration: Any,
-    settings: QueueSettings,
+    settings: SettingsOfParallelCases,
 ) -> None:
     """Load the base motion of the next sample for each case, and rescale (cos θ, sin θ) of each block to length 1.
 

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.clock import BLOCK, CaseStepControl, StepAttempt
+from overturning.dem.kernel.clock import BLOCK, CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress, CaseRestState, LargestTiltNearCaseEnd
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 from overturning.dem.kernel.lanes import INLINE, TupleRowLayout
@@ -126,7 +126,7 @@ class BlockState(NamedTuple):
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
-class AssumedSlipDirections(NamedTuple):
+class AssumedSignedFriction(NamedTuple):
     """Friction that the next step of the centred scheme assumes at each corner: ±μ if sliding, 0 if sticking."""
 
     left: float
@@ -233,7 +233,7 @@ class BlockVelocityChange(NamedTuple):
     slid_right: float
 
 
-class AssumedCornerFriction(NamedTuple):
+class TrialCornerFriction(NamedTuple):
     """Predicted tangential force at a block's corner, and whether a step's equations assume that the corner slides."""
 
     f: float
@@ -314,7 +314,7 @@ class BlockAfterStep(NamedTuple):
 
 
 ROWS: Final = TupleRowLayout(
-    COLUMNS, BlockConstants, CaseStepControl, BlockState, StepAttempt, AssumedSlipDirections, BlockPeakValues,
+    COLUMNS, BlockConstants, CaseStepControl, BlockState, NextStepToAttempt, AssumedSignedFriction, BlockPeakValues,
     BlockEnergyAccount, BlockInertialAccelerations, CaseProgress, PredictedBlock, BlockVelocityChange, CaseRestState,
     LargestTiltNearCaseEnd,
 )  # fmt: skip

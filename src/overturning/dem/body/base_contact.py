@@ -92,7 +92,7 @@ def vertex_contact_is_deferred(
 
 
 @njit(**INLINE)
-def base_lands_flat(base_contact: BaseContactState) -> bool:
+def body_base_lands_flat(base_contact: BaseContactState) -> bool:
     """True if all points of a body's base touch the ground in one impact, in which dashpots may pull.
 
     See `dem.block.landing`.
@@ -101,7 +101,7 @@ def base_lands_flat(base_contact: BaseContactState) -> bool:
 
 
 @njit(**INLINE)
-def updated_longest_landing_time(longest_time: float, point_landing_time: float, point_penetration: float) -> float:
+def longest_landing_time_with_point(longest_time: float, point_landing_time: float, point_penetration: float) -> float:
     """Return the longest remaining landing time (s) of the points so far, including this one if it is in contact."""
     return point_landing_time if (point_penetration > 0.0) & (point_landing_time > longest_time) else longest_time
 
@@ -121,28 +121,31 @@ def both_extreme_base_points_rest(base_contact: BaseContactState) -> bool:
     return (base_contact.low_rests > 0.0) & (base_contact.high_rests > 0.0)
 
 
-load_body, load_frame = ROWS.tuple_access(BodyConstants).load, ROWS.tuple_access(Matrix3).load
-load_state = ROWS.tuple_access(BodyState).load
-load_base_contact, store_base_contact, _ = ROWS.tuple_access(BaseContactState)
+load_body, load_frame = ROWS.tuple_reader_and_writer(BodyConstants).load, ROWS.tuple_reader_and_writer(Matrix3).load
+load_state = ROWS.tuple_reader_and_writer(BodyState).load
+load_base_contact, store_base_contact, _ = ROWS.tuple_reader_and_writer(BaseContactState)
 load_vertex, load_memory = (
-    VERTEX.tuple_access(BodyVertex).load,
-    VERTEX.tuple_access(ContactPointAtStepStartAndEnd, "old").load,
+    VERTEX.tuple_reader_and_writer(BodyVertex).load,
+    VERTEX.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").load,
 )
 OF_A_VERTEX: Final = VERTEX.size
 LANDING_OF, DEPTH_OF = (
-    VERTEX.row_start(ContactPointAtStepStartAndEnd, "old.landing"),
-    VERTEX.row_start(ContactPointAtStepStartAndEnd, "old.depth"),
+    VERTEX.row_of_field(ContactPointAtStepStartAndEnd, "old.landing"),
+    VERTEX.row_of_field(ContactPointAtStepStartAndEnd, "old.depth"),
 )
-SHORTEST, LONGEST = ROWS.row_start(BaseContactState, "landing"), ROWS.row_start(BaseContactState, "longest_landing")
-TILTING: Final = ROWS.row_start(BaseContactState, "tilting")
+SHORTEST, LONGEST = (
+    ROWS.row_of_field(BaseContactState, "landing"),
+    ROWS.row_of_field(BaseContactState, "longest_landing"),
+)
+TILTING: Final = ROWS.row_of_field(BaseContactState, "tilting")
 
 
 @njit(**INNER)
-def any_base_lands_flat(state: Any, lane_count: int) -> bool:
+def any_body_base_lands_flat(state: Any, lane_count: int) -> bool:
     """True if, in any of the cases computed in parallel, all points of the body's base land in one impact."""
     number = 0
     for j in range(whole_vectors(lane_count)):
-        number += 1 if base_lands_flat(load_base_contact(state, j)) else 0
+        number += 1 if body_base_lands_flat(load_base_contact(state, j)) else 0
     return number > 0
 
 
@@ -179,8 +182,8 @@ def update_base_contacts(
             body, ahead = load_body(state, j), load_memory(vertex_rows[:OF_A_VERTEX], j)
             behind = load_memory(vertex_rows[opposite_start_index : opposite_start_index + OF_A_VERTEX], j)
             landing = ahead.landing if ahead.landing < behind.landing else behind.landing
-            longest = updated_longest_landing_time(
-                updated_longest_landing_time(IN_THE_AIR, ahead.landing, ahead.depth),
+            longest = longest_landing_time_with_point(
+                longest_landing_time_with_point(IN_THE_AIR, ahead.landing, ahead.depth),
                 behind.landing,
                 behind.depth,
             )
@@ -202,8 +205,10 @@ def update_base_contacts(
             left, least = one[LANDING_OF + j], state[SHORTEST + j]
             state[SHORTEST + j] = left if of_base & (left < least) else least
             longest = state[LONGEST + j]
-            state[LONGEST + j] = updated_longest_landing_time(longest, left, one[DEPTH_OF + j]) if of_base else longest
-    if any_base_lands_flat(state, lane_count):
+            state[LONGEST + j] = (
+                longest_landing_time_with_point(longest, left, one[DEPTH_OF + j]) if of_base else longest
+            )
+    if any_body_base_lands_flat(state, lane_count):
         mark_bases_tilted_by_friction(state, vertex_rows, 2 * opposite_start_index, lane_count)
     if few:
         return

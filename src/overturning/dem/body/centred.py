@@ -39,7 +39,7 @@ from overturning.dem.body.vectors import (
     scale_vector,
     transpose,
 )
-from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt
+from overturning.dem.kernel.clock import BODY, CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample
 from overturning.dem.kernel.lanes import INLINE
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -51,7 +51,7 @@ LEAST_FREEDOM: Final = 0.25
 
 
 @njit(**INLINE)
-def centre_acceleration(force_per_mass: Vector3, inertial_acceleration: Vector3) -> Vector3:
+def acceleration_of_body_centre(force_per_mass: Vector3, inertial_acceleration: Vector3) -> Vector3:
     """Return the acceleration (m/s²) of a body's centre relative to the base, from contact force and base motion."""
     return Vector3(
         force_per_mass.x + inertial_acceleration.x,
@@ -116,7 +116,7 @@ def rim_point_position_from_centre(
 
 
 @njit(**INLINE)
-def predicted_forces_decide_contact(case_step_control: CaseStepControl, step_attempt: StepAttempt) -> bool:
+def predicted_forces_decide_contact(case_step_control: CaseStepControl, step_attempt: NextStepToAttempt) -> bool:
     """True if an attempted step resolves the contact vibration, so that predicted forces decide about contact and slip.
 
     Longer steps use the contact state after the last step.
@@ -301,7 +301,8 @@ def solve_velocity_change(
     """Solve the linear equations of a step for the corrections of a body's predicted velocity and angular velocity."""
     a, b, c, d = contact_terms.a, contact_terms.b, contact_terms.c, contact_terms.d
     u = scale_vector(
-        predicted_body.half, minus(centre_acceleration(contact_terms.force, predicted_body.shaking), state.acceleration)
+        predicted_body.half,
+        minus(acceleration_of_body_centre(contact_terms.force, predicted_body.shaking), state.acceleration),
     )
     t = scale_vector(predicted_body.half, minus(contact_terms.moment, state.moment))
     f = rotation_matrix(predicted_body.turn)

@@ -6,7 +6,7 @@ from typing import Any, Final
 from numba import njit
 
 from overturning.dem.body.base_contact import (
-    base_lands_flat,
+    body_base_lands_flat,
     both_extreme_base_points_rest,
     landing_time_of_new_contact,
     update_base_contacts,
@@ -21,7 +21,7 @@ from overturning.dem.body.centred import (
     solve_velocity_change,
 )
 from overturning.dem.body.commit import (
-    AcceptedBodyStep,
+    BodyAfterAcceptedStep,
     base_motion_stays_below_limit,
     complete_body_step,
     compute_point_forces,
@@ -49,35 +49,38 @@ from overturning.dem.body.state import (
     StepRejectionFlags,
 )
 from overturning.dem.body.vectors import Matrix3, matrix_times_vector, rotation_matrix
-from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt, choose_next_step_attempt
+from overturning.dem.kernel.clock import BODY, CaseStepControl, NextStepToAttempt, choose_next_step_attempt
 from overturning.dem.kernel.lanes import APART, INNER, create_elementwise_tuple_functions, select, whole_vectors
 
-load_body, load_shaking = ROWS.tuple_access(BodyConstants).load, ROWS.tuple_access(InertialAccelerations3D).load
-load_frame, store_frame, _ = ROWS.tuple_access(Matrix3)
-load_state, _, store_state = ROWS.tuple_access(BodyState)
-load_limits = ROWS.tuple_access(BodyTerminationLimits).load
-load_base_contact, store_base_contact, _ = ROWS.tuple_access(BaseContactState)
-load_peaks, _, store_peaks = ROWS.tuple_access(BodyPeakValues)
-load_account, _, store_account = ROWS.tuple_access(BodyEnergyAndMomentumAccount)
-load_attempt, store_attempt, _ = ROWS.tuple_access(StepAttempt)
-load_rejection, store_rejection, _ = ROWS.tuple_access(StepRejectionFlags)
-load_step_control = ROWS.tuple_access(CaseStepControl).load
-load_predicted, store_predicted, _ = ROWS.tuple_access(BodyPredictedForStepEnd)
-load_equations, store_equations, _ = ROWS.tuple_access(ContactEquationTerms)
-load_change, store_change, _ = ROWS.tuple_access(BodyVelocityChange)
-load_sum, store_sum, _ = ROWS.tuple_access(ContactForceSum)
-load_largest, store_largest, _ = ROWS.tuple_access(LargestBodyContactChanges)
+load_body, load_shaking = (
+    ROWS.tuple_reader_and_writer(BodyConstants).load,
+    ROWS.tuple_reader_and_writer(InertialAccelerations3D).load,
+)
+load_frame, store_frame, _ = ROWS.tuple_reader_and_writer(Matrix3)
+load_state, _, store_state = ROWS.tuple_reader_and_writer(BodyState)
+load_limits = ROWS.tuple_reader_and_writer(BodyTerminationLimits).load
+load_base_contact, store_base_contact, _ = ROWS.tuple_reader_and_writer(BaseContactState)
+load_peaks, _, store_peaks = ROWS.tuple_reader_and_writer(BodyPeakValues)
+load_account, _, store_account = ROWS.tuple_reader_and_writer(BodyEnergyAndMomentumAccount)
+load_attempt, store_attempt, _ = ROWS.tuple_reader_and_writer(NextStepToAttempt)
+load_rejection, store_rejection, _ = ROWS.tuple_reader_and_writer(StepRejectionFlags)
+load_step_control = ROWS.tuple_reader_and_writer(CaseStepControl).load
+load_predicted, store_predicted, _ = ROWS.tuple_reader_and_writer(BodyPredictedForStepEnd)
+load_equations, store_equations, _ = ROWS.tuple_reader_and_writer(ContactEquationTerms)
+load_change, store_change, _ = ROWS.tuple_reader_and_writer(BodyVelocityChange)
+load_sum, store_sum, _ = ROWS.tuple_reader_and_writer(ContactForceSum)
+load_largest, store_largest, _ = ROWS.tuple_reader_and_writer(LargestBodyContactChanges)
 add_equations, add_sum, larger_of = (
     create_elementwise_tuple_functions(ContactEquationTerms).plus,
     create_elementwise_tuple_functions(ContactForceSum).plus,
     create_elementwise_tuple_functions(LargestBodyContactChanges).largest,
 )
-load_vertex = VERTEX.tuple_access(BodyVertex).load
-load_memory, _, store_memory = VERTEX.tuple_access(ContactPointAtStepStartAndEnd, "old")
-load_point, store_point, _ = VERTEX.tuple_access(PredictedContactPoint)
-load_next, store_next, _ = VERTEX.tuple_access(ContactPointAtStepStartAndEnd, "new")
+load_vertex = VERTEX.tuple_reader_and_writer(BodyVertex).load
+load_memory, _, store_memory = VERTEX.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old")
+load_point, store_point, _ = VERTEX.tuple_reader_and_writer(PredictedContactPoint)
+load_next, store_next, _ = VERTEX.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "new")
 OF_A_VERTEX: Final = VERTEX.size
-SLID: Final = VERTEX.row_start(ContactPointAtStepStartAndEnd, "old.slid")
+SLID: Final = VERTEX.row_of_field(ContactPointAtStepStartAndEnd, "old.slid")
 
 
 @njit(**INNER)
@@ -102,7 +105,7 @@ def predict_contact_of_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: 
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
         fine = predicted_forces_decide_contact(load_step_control(state, j), load_attempt(state, j))
         p, q, base_contact = load_vertex(vertex_rows, j), load_vertex(opposite_rows, j), load_base_contact(state, j)
-        flat, new_landing = base_lands_flat(base_contact), landing_time_of_new_contact(body, base_contact)
+        flat, new_landing = body_base_lands_flat(base_contact), landing_time_of_new_contact(body, base_contact)
         a, b = matrix_times_vector(f, p.own), matrix_times_vector(f, q.own)
         left, right = load_memory(vertex_rows, j), load_memory(opposite_rows, j)
         store_point(
@@ -162,7 +165,7 @@ def predict_contact_of_rim_point_pair(
             (transverse_component != 0.0) & (not both_extreme_base_points_rest(load_base_contact(state, j))),
         )
         base_contact = load_base_contact(state, j)
-        flat, new_landing = base_lands_flat(base_contact), landing_time_of_new_contact(body, base_contact)
+        flat, new_landing = body_base_lands_flat(base_contact), landing_time_of_new_contact(body, base_contact)
         a, b = (
             rim_point_position_from_centre(body, f, lean_component, transverse_component),
             rim_point_position_from_centre(body, f, -lean_component, -transverse_component),
@@ -266,7 +269,7 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
         again, sooner, following = choose_next_step_attempt(
             BODY, load_step_control(state, j), attempt, findings, s.tick + attempt.length, ticks_per_sample
         )
-        accepted = AcceptedBodyStep(s, load_peaks(state, j), load_account(state, j))
+        accepted = BodyAfterAcceptedStep(s, load_peaks(state, j), load_account(state, j))
         accepted = complete_body_step(body, accepted, w, d, t, most.depth, attempt.length)
         store_attempt(state, j, following)
         store_rejection(state, j, StepRejectionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0))

@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.body.centred import centre_acceleration, flat_landing_slip_direction
+from overturning.dem.body.centred import acceleration_of_body_centre, flat_landing_slip_direction
 from overturning.dem.body.state import (
     BodyConstants,
     BodyEnergyAndMomentumAccount,
@@ -232,7 +232,7 @@ def contact_changes_in_body_step(
     )
 
 
-class AcceptedBodyStep(NamedTuple):
+class BodyAfterAcceptedStep(NamedTuple):
     """State, peak values and energy account of a body after its last accepted step."""
 
     state: BodyState
@@ -243,17 +243,17 @@ class AcceptedBodyStep(NamedTuple):
 @njit(**INLINE)
 def complete_body_step(
     body: BodyConstants,
-    previous_step: AcceptedBodyStep,
+    previous_step: BodyAfterAcceptedStep,
     predicted_body: BodyPredictedForStepEnd,
     velocity_change: BodyVelocityChange,
     contact_sum: ContactForceSum,
     largest_penetration: float,
     step_ticks: float,
-) -> AcceptedBodyStep:
+) -> BodyAfterAcceptedStep:
     """Return a body's state, peak values and energy account after a step; `largest_penetration` in m."""
     (s, peaks, account), half = previous_step, predicted_body.half
     a, push, tick = (
-        centre_acceleration(contact_sum.force, predicted_body.shaking),
+        acceleration_of_body_centre(contact_sum.force, predicted_body.shaking),
         predicted_body.shaking,
         s.tick + step_ticks,
     )
@@ -285,7 +285,7 @@ def complete_body_step(
         updated_maximum(peaks.depth, largest_penetration),
         tick if lean < body.critical else peaks.last_upright,
     )
-    return AcceptedBodyStep(
+    return BodyAfterAcceptedStep(
         BodyState(
             place=place,
             turn=turn,

@@ -29,7 +29,7 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
     vector_length,
 )
-from overturning.dem.kernel.clock import StepAttempt
+from overturning.dem.kernel.clock import NextStepToAttempt
 from overturning.dem.kernel.ending import (
     GOES_ON,
     REST_ENERGY,
@@ -48,15 +48,17 @@ from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-load_body, load_state, load_peaks = (ROWS.tuple_access(of).load for of in (BodyConstants, BodyState, BodyPeakValues))
-load_account, load_course, load_limits = (
-    ROWS.tuple_access(of).load for of in (BodyEnergyAndMomentumAccount, CaseProgress, BodyTerminationLimits)
+load_body, load_state, load_peaks = (
+    ROWS.tuple_reader_and_writer(of).load for of in (BodyConstants, BodyState, BodyPeakValues)
 )
-load_shaking = ROWS.tuple_access(InertialAccelerations3D).load
-load_memory = VERTEX.tuple_access(ContactPointAtStepStartAndEnd, "old").load
+load_account, load_course, load_limits = (
+    ROWS.tuple_reader_and_writer(of).load for of in (BodyEnergyAndMomentumAccount, CaseProgress, BodyTerminationLimits)
+)
+load_shaking = ROWS.tuple_reader_and_writer(InertialAccelerations3D).load
+load_memory = VERTEX.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").load
 VERTEX_SIZE: Final = VERTEX.size
-LENGTH: Final = ROWS.row_start(StepAttempt, "length")
-LATE_TILT, SLIDE_END = ROWS.row_start(LargestTiltNearCaseEnd, "ratio"), ROWS.row_start(SlideEndSample, "sample")
+LENGTH: Final = ROWS.row_of_field(NextStepToAttempt, "length")
+LATE_TILT, SLIDE_END = (ROWS.row_of_field(LargestTiltNearCaseEnd, "ratio"), ROWS.row_of_field(SlideEndSample, "sample"))
 
 
 @njit(**INLINE)
@@ -116,7 +118,7 @@ def body_is_upright(body: BodyConstants, state: BodyState) -> bool:
 
 
 @njit(**INLINE)
-def squared_base_speed(body: BodyConstants, state: BodyState, edge_distance: float) -> float:
+def squared_speed_of_body_base(body: BodyConstants, state: BodyState, edge_distance: float) -> float:
     """Return the squared base speed v² + (ω r)² of a body, m²/s², from its translation and its spin.
 
     v is the horizontal velocity of the base, ω the spin about the vertical, and r the distance of a base edge
@@ -131,7 +133,7 @@ def squared_base_speed(body: BodyConstants, state: BodyState, edge_distance: flo
 @njit(**INLINE)
 def body_will_slide_noticeably(body: BodyConstants, state: BodyState, edge_distance: float) -> bool:
     """True if an upright body will slide or spin on by more than `STILL_TO_SLIDE` (m) until friction stops it."""
-    square = squared_base_speed(body, state, edge_distance)
+    square = squared_speed_of_body_base(body, state, edge_distance)
     return bool(body.friction > 0.0 and square >= 2.0 * STILL_TO_SLIDE * GRAVITY * body.friction)
 
 
@@ -206,7 +208,7 @@ def case_status(
     if late_tilt < UPRIGHT and body_will_slide_noticeably(body, s, limits.reach):
         # A spin lasts as long as a slide with the speed of a point at the radius of gyration, or less.
         gyration = max(limits.reach, 1.0 / np.sqrt(body.inverse.zz))
-        time = np.sqrt(squared_base_speed(body, s, gyration)) / (GRAVITY * body.friction)
+        time = np.sqrt(squared_speed_of_body_base(body, s, gyration)) / (GRAVITY * body.friction)
         if case_continues_until_sliding_stops(state, SLIDE_END + lane, sample, time, body.step * ticks_per_sample):
             return GOES_ON
     return CaseStatus.SIMULATED

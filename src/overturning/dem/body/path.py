@@ -23,7 +23,7 @@ def rotate_to_east_north_up(components: FloatArray, direction_cosines: tuple[flo
     return np.stack([x * sine - y * cosine, x * cosine + y * sine, z], axis=-1)
 
 
-def vertical_axis_of_body(quaternion: FloatArray) -> FloatArray:
+def body_axis_vertical_at_rest(quaternion: FloatArray) -> FloatArray:
     """Return the body axis that is vertical at rest, unit vectors of shape (…, 3), from quaternions (w, x, y, z)."""
     w, x, y, z = np.moveaxis(quaternion, -1, 0)
     return np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)
@@ -44,15 +44,18 @@ class BodyTrajectory:
         """Return variables, coordinates and attributes of the trajectory's dataset, with the case's outcomes."""
         to_east_north_up = partial(rotate_to_east_north_up, direction_cosines=self.cosines)
 
-        def stacked_columns(*column_names: str) -> FloatArray:
+        def vectors_from_columns(*column_names: str) -> FloatArray:
             """Return columns of the trajectory as the components of a vector, shape (samples, columns)."""
             return np.stack([self.rows[name] for name in column_names], axis=-1)
 
-        quaternion = stacked_columns("qw", "qx", "qy", "qz")
-        axis = to_east_north_up(vertical_axis_of_body(quaternion))
+        quaternion = vectors_from_columns("qw", "qx", "qy", "qz")
+        axis = to_east_north_up(body_axis_vertical_at_rest(quaternion))
         variables = {
             "place": dataset_variable_tuple(
-                "time enu", to_east_north_up(stacked_columns("x", "y", "z")), "m", "centre, in the frame of the base"
+                "time enu",
+                to_east_north_up(vectors_from_columns("x", "y", "z")),
+                "m",
+                "centre, in the frame of the base",
             ),
             "quaternion": dataset_variable_tuple(
                 "time wxyz",
@@ -62,18 +65,18 @@ class BodyTrajectory:
             ),
             "velocity": dataset_variable_tuple(
                 "time enu",
-                to_east_north_up(stacked_columns("vx", "vy", "vz")),
+                to_east_north_up(vectors_from_columns("vx", "vy", "vz")),
                 "m s-1",
                 "of the centre, relative to the base",
             ),
             "angular_velocity": dataset_variable_tuple(
-                "time enu", to_east_north_up(stacked_columns("wx", "wy", "wz")), "rad s-1", "angular velocity"
+                "time enu", to_east_north_up(vectors_from_columns("wx", "wy", "wz")), "rad s-1", "angular velocity"
             ),
             "tilt_north": dataset_variable_tuple("time", axis[:, 1], "1", "northward component of the body's axis"),
             "tilt_east": dataset_variable_tuple("time", axis[:, 0], "1", "eastward component of the body's axis"),
             "ground_acceleration": dataset_variable_tuple(
                 "time enu",
-                to_east_north_up(stacked_columns("ground_x", "ground_y", "ground_z")),
+                to_east_north_up(vectors_from_columns("ground_x", "ground_y", "ground_z")),
                 "m s-2",
                 "acceleration of the base",
             ),

@@ -14,8 +14,8 @@ from overturning.dem.body.rules import BodyKernelInput, PolygonalBaseLoopTag, Ro
 from overturning.dem.body.state import COLUMNS, RIGID_TIME_RATIO, TICKS
 from overturning.dem.body.statics import (
     SOLIDS_KEPT,
+    body_pose_at_rest_on_springs,
     largest_unit_spring_eigenvalue,
-    pose_at_rest,
     smallest_unit_spring_eigenvalue,
     vertex_unloading_acceleration_and_least_load,
 )
@@ -174,7 +174,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     sizes, which = np.unique(
         np.stack([cases.height, cases.b_over_h, cases.aspect], axis=1), axis=0, return_inverse=True
     )
-    made = [_solid_of_shape(shape, *size) for size in sizes.tolist()]
+    made = [_cached_solid_of_shape(shape, *size) for size in sizes.tolist()]
     laws = np.array([contact.stiffness_and_damping_per_mass(body) for body in made])
     modes = np.array([largest_unit_spring_eigenvalue(body) for body in made])
     foot, reach = (
@@ -215,7 +215,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     }
     for name, values in columns.items():
         table[name] = values
-    poses = [pose_at_rest(body, float(law[0])) for body, law in zip(made, laws, strict=True)]
+    poses = [body_pose_at_rest_on_springs(body, float(law[0])) for body, law in zip(made, laws, strict=True)]
     sunk = np.array([_largest_penetration_at_rest(body, pose) for body, pose in zip(made, poses, strict=True)])
     if start is None:
         table["start"] = np.array([_initial_conditions_at_rest(pose) for pose in poses])[which]
@@ -231,7 +231,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
 
 
 @lru_cache(SOLIDS_KEPT)
-def _solid_of_shape(shape: Shape, height: float, b_over_h: float, aspect: float) -> RigidSolid:
+def _cached_solid_of_shape(shape: Shape, height: float, b_over_h: float, aspect: float) -> RigidSolid:
     """Return the solid of a shape; the same object for the same size, so that its statics are computed once."""
     return shape.solid(height, b_over_h, aspect)
 

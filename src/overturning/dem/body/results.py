@@ -43,7 +43,9 @@ def outcome_variables_of_bodies(
             "status": kernel_results["status"],
             "fall_azimuth": np.where(fell, azimuth, np.nan),
             "fall_face": [
-                _lowest_face_index(side, one) if is_down and 0 < len(side) <= MAX_NUMBERED_FACES else INT8_MISSING
+                _index_of_most_downward_face(side, one)
+                if is_down and 0 < len(side) <= MAX_NUMBERED_FACES
+                else INT8_MISSING
                 for side, one, is_down in zip(face_normals, np.stack([w, x, y, z], axis=1), fell, strict=True)
             ],
             "peak_tilt": tilt_deg_from_squared_sine(kernel_results["lean"]),
@@ -72,7 +74,7 @@ def rounded_degrees(radians: FloatArray) -> FloatArray:
     return np.asarray(np.round(np.degrees(radians), 9))
 
 
-def _lowest_face_index(face_normals: FloatArray, quaternion: FloatArray) -> int:
+def _index_of_most_downward_face(face_normals: FloatArray, quaternion: FloatArray) -> int:
     """Return the index of the face that points most nearly down after the body is rotated by `quaternion`."""
     w, x, y, z = quaternion
     down = -(

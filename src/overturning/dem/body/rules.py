@@ -33,13 +33,13 @@ from overturning.dem.body.state import (
     BodyVertex,
     ContactPointAtStepStartAndEnd,
     InertialAccelerations3D,
-    linear_inertial_acceleration_of_sample,
+    inertial_accelerations_until_next_sample,
 )
 from overturning.dem.body.vectors import (
     normalise_quaternion,
     rotation_matrix,
 )
-from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
+from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import (
     STILL,
     CaseProgress,
@@ -55,7 +55,7 @@ from overturning.dem.kernel.ground import (
 )
 from overturning.dem.kernel.lanes import INNER, cache_line_aligned_zeros, whole_vectors
 from overturning.dem.kernel.queue import (
-    QueueSettings,
+    SettingsOfParallelCases,
     create_lookup_by_type,
     extend_trajectory,
     register_model_functions,
@@ -82,7 +82,7 @@ LOOPS: Final = {PolygonalBaseLoopTag: build_time_stepping_loop(False), RoundBase
 class BodyKernelInput(NamedTuple):
     """Kernel input for cases of 3-D bodies with equal numbers of steps per sample and equal numbers of vertices."""
 
-    settings: QueueSettings
+    settings: SettingsOfParallelCases
     cases: NDArray[np.void]
     """Case parameters, of type `CASE`, shape (n,)."""
     row: NDArray[np.int64]
@@ -111,25 +111,25 @@ class BodyWorkspace(NamedTuple):
     """Rows of the vertices: a view of `state`."""
 
 
-load_body, store_body, _ = ROWS.tuple_access(BodyConstants)
-load_state, store_state, _ = ROWS.tuple_access(BodyState)
-store_turn = ROWS.tuple_access(BodyState, "turn").store
-load_peaks, store_peaks, _ = ROWS.tuple_access(BodyPeakValues)
-load_course, store_course, _ = ROWS.tuple_access(CaseProgress)
-load_limits, store_limits, _ = ROWS.tuple_access(BodyTerminationLimits)
+load_body, store_body, _ = ROWS.tuple_reader_and_writer(BodyConstants)
+load_state, store_state, _ = ROWS.tuple_reader_and_writer(BodyState)
+store_turn = ROWS.tuple_reader_and_writer(BodyState, "turn").store
+load_peaks, store_peaks, _ = ROWS.tuple_reader_and_writer(BodyPeakValues)
+load_course, store_course, _ = ROWS.tuple_reader_and_writer(CaseProgress)
+load_limits, store_limits, _ = ROWS.tuple_reader_and_writer(BodyTerminationLimits)
 store_shaking, store_attempt, store_step_control = (
-    ROWS.tuple_access(of).store for of in (InertialAccelerations3D, StepAttempt, CaseStepControl)
+    ROWS.tuple_reader_and_writer(of).store for of in (InertialAccelerations3D, NextStepToAttempt, CaseStepControl)
 )
 store_vertex, store_memory = (
-    VERTEX.tuple_access(BodyVertex).store,
-    VERTEX.tuple_access(ContactPointAtStepStartAndEnd, "old").store,
+    VERTEX.tuple_reader_and_writer(BodyVertex).store,
+    VERTEX.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").store,
 )
 NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
-TICK, LAST_UPRIGHT = ROWS.row_start(BodyState, "tick"), ROWS.row_start(BodyPeakValues, "last_upright")
-LENGTH, LOADED = ROWS.row_start(StepAttempt, "length"), ROWS.row_start(BaseMotionSampleNumber, "sample")
-REST_LIMIT, AT_REST = ROWS.row_start(CaseRestState, "rest_limit"), ROWS.row_start(CaseRestState, "at_rest")
-SAMPLE, UPRIGHT_UNTIL = ROWS.row_start(CaseProgress, "sample"), ROWS.row_start(CaseProgress, "upright_until")
+TICK, LAST_UPRIGHT = (ROWS.row_of_field(BodyState, "tick"), ROWS.row_of_field(BodyPeakValues, "last_upright"))
+LENGTH, LOADED = (ROWS.row_of_field(NextStepToAttempt, "length"), ROWS.row_of_field(BaseMotionSampleNumber, "sample"))
+REST_LIMIT, AT_REST = (ROWS.row_of_field(CaseRestState, "rest_limit"), ROWS.row_of_field(CaseRestState, "at_rest"))
+SAMPLE, UPRIGHT_UNTIL = (ROWS.row_of_field(CaseProgress, "sample"), ROWS.row_of_field(CaseProgress, "upright_until"))
 
 
 loop_of = create_lookup_by_type(LOOPS)
@@ -164,7 +164,12 @@ def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: An
 
 @njit(**INNER)
 def load_base_motion_of_sample(
-    state: Any, lane_count: int, motion_rows: Any, lane_cases: Any, ground_motion: Any, queue_settings: QueueSettings
+    state: Any,
+    lane_count: int,
+    motion_rows: Any,
+    lane_cases: Any,
+    ground_motion: Any,
+    queue_settings: SettingsOfParallelCases,
 ) -> None:
     """Load the base motion of the current sample for each case, and rescale each quaternion to length 1."""
     along, up, ticks, interval, scale = (
@@ -188,7 +193,7 @@ def load_base_motion_of_sample(
         state[LOADED + j] = course.sample + 1.0
         i = min(int(course.sample), last)
         horizontal = along[motion_rows[lane_cases[j]]]
-        store_shaking(state, j, linear_inertial_acceleration_of_sample(horizontal, up, i, course.amplitude, scale))
+        store_shaking(state, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude, scale))
 
 
 def advance_one_sample(

@@ -32,23 +32,24 @@ from overturning.dem.body.vectors import (
     scale_vector,
     transpose,
 )
-from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
+from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress, CaseRestState
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.kernel.mechanics import LANDING
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 store_body, store_state, store_peaks, store_course, store_limits, store_attempt, store_step_control = (
-    ROWS.tuple_access(of).store
+    ROWS.tuple_reader_and_writer(of).store
     for of in (
-        BodyConstants, BodyState, BodyPeakValues, CaseProgress, BodyTerminationLimits, StepAttempt, CaseStepControl
+        BodyConstants, BodyState, BodyPeakValues, CaseProgress, BodyTerminationLimits, NextStepToAttempt,
+        CaseStepControl
     )
 )  # fmt: skip
-store_vertex = VERTEX.tuple_access(BodyVertex).store
-store_memory = VERTEX.tuple_access(ContactPointAtStepStartAndEnd, "old").store
+store_vertex = VERTEX.tuple_reader_and_writer(BodyVertex).store
+store_memory = VERTEX.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").store
 NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
-REST_LIMIT: Final = ROWS.row_start(CaseRestState, "rest_limit")
+REST_LIMIT: Final = ROWS.row_of_field(CaseRestState, "rest_limit")
 
 
 @njit(**INNER)
@@ -67,7 +68,7 @@ def write_initial_body_state(
     )
     store_step_control(state, lane, case_step_control)
     store_state(state, lane, begin)
-    store_attempt(state, lane, StepAttempt(case_parameters.finest, case_parameters.dwell, 0.0))
+    store_attempt(state, lane, NextStepToAttempt(case_parameters.finest, case_parameters.dwell, 0.0))
     store_peaks(state, lane, BodyPeakValues(lean_as_squared_sine(rotation_matrix(begin.turn)), 0.0, 0.0, -1.0))
     barrier = GRAVITY * (
         np.sqrt(body_constants.reach * body_constants.reach + body_constants.foot * body_constants.foot)

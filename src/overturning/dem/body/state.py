@@ -22,7 +22,7 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
     transpose,
 )
-from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt
+from overturning.dem.kernel.clock import BODY, CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress, CaseRestState, LargestTiltNearCaseEnd, SlideEndSample
 from overturning.dem.kernel.ground import LinearBaseAcceleration, linear_base_acceleration_of_sample
 from overturning.dem.kernel.lanes import INLINE, INNER, TupleRowLayout
@@ -334,14 +334,14 @@ class LargestBodyContactChanges(NamedTuple):
 ROWS: Final = TupleRowLayout(
     COLUMNS, BodyConstants, CaseStepControl, BodyState, Matrix3, BaseContactState, BodyPeakValues,
     BodyEnergyAndMomentumAccount, InertialAccelerations3D, BaseMotionSampleNumber, CaseProgress, BodyTerminationLimits,
-    StepAttempt, StepRejectionFlags, BodyPredictedForStepEnd, ContactEquationTerms, BodyVelocityChange, ContactForceSum,
-    LargestBodyContactChanges, CaseRestState, LargestTiltNearCaseEnd, SlideEndSample,
+    NextStepToAttempt, StepRejectionFlags, BodyPredictedForStepEnd, ContactEquationTerms, BodyVelocityChange,
+    ContactForceSum, LargestBodyContactChanges, CaseRestState, LargestTiltNearCaseEnd, SlideEndSample,
 )  # fmt: skip
 VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointAtStepStartAndEnd, PredictedContactPoint)
 
 
 @njit(**INNER)
-def linear_inertial_acceleration_of_sample(
+def inertial_accelerations_until_next_sample(
     horizontal: Any, up: Any, sample: int, amplitude_factor: float, samples_per_tick: float
 ) -> InertialAccelerations3D:
     """Return the inertial accelerations in the frame of the base, × a factor, linear from `sample` to the next one.

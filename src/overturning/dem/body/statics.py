@@ -16,7 +16,7 @@ SOLIDS_KEPT: Final = 4096
 """Number of solids whose statics are kept: planning computes the same solids for each record of a study."""
 
 
-def pose_at_rest(body: RigidSolid, normal_stiffness: float) -> FloatArray:
+def body_pose_at_rest_on_springs(body: RigidSolid, normal_stiffness: float) -> FloatArray:
     """Return the pose of a body at rest on its base springs: centre (m) and small rotation vector (rad), shape (6,).
 
     The penetration is a linear function of position; vertices that it would lift carry no load.

@@ -126,7 +126,7 @@ class BodyResultTableColumns(NamedTuple):
     qz: float
 
 
-class GroundAccelerationTableColumns(NamedTuple):
+class BaseAccelerationTrajectoryColumns(NamedTuple):
     """Base acceleration, m/s², in a row of a trajectory, in the body's frame (see `BodyInitialStateTableColumns`)."""
 
     ground_x: float
@@ -141,5 +141,8 @@ CASE: Final = np.dtype(
 BODY: Final = table_dtype_of_named_tuples(BodyConstantTableColumns)
 RESULT: Final = table_dtype_of_named_tuples(BodyResultTableColumns)
 ROW: Final = np.dtype(
-    [("time", "f8"), *table_dtype_of_named_tuples(BodyInitialStateTableColumns, GroundAccelerationTableColumns).descr]
+    [
+        ("time", "f8"),
+        *table_dtype_of_named_tuples(BodyInitialStateTableColumns, BaseAccelerationTrajectoryColumns).descr,
+    ]
 )

@@ -90,7 +90,7 @@ class CaseStepControl(NamedTuple):
     """Steps of one length above `KernelStepControl.settled_above`."""
 
 
-class StepAttempt(NamedTuple):
+class NextStepToAttempt(NamedTuple):
     """Next time step to attempt: its length, number of steps before a longer one is tried, and repetitions so far."""
 
     length: float
@@ -126,11 +126,11 @@ class StepContactChanges(NamedTuple):
 def choose_next_step_attempt(
     kernel_step_control: KernelStepControl,
     case_step_control: CaseStepControl,
-    step_attempt: StepAttempt,
+    step_attempt: NextStepToAttempt,
     contact_changes: StepContactChanges,
     end_tick: float,
     ticks_per_sample: float,
-) -> tuple[bool, bool, StepAttempt]:
+) -> tuple[bool, bool, NextStepToAttempt]:
     """Accept or reject an attempted step, and choose the length of the next attempt.
 
     Returns (True if rejected, True if the assumed sliding is kept, next attempt). `end_tick` is the end of the attempt.
@@ -181,4 +181,4 @@ def choose_next_step_attempt(
         if (length > kernel_step_control.whole) & (shorter | (not contact_changes.stands))
         else then
     )
-    return shorter | retry, sooner, StepAttempt(then, left, step_attempt.tries + 1.0 if retry else 0.0)
+    return shorter | retry, sooner, NextStepToAttempt(then, left, step_attempt.tries + 1.0 if retry else 0.0)

@@ -26,7 +26,7 @@ ENTRY: Final = "overturning_no_entry_from_python"
 MESSAGE: Final = "this function is called by compiled code only; call its `.py_func`, or compile a caller"
 
 
-class KernelLlvmTranslator(Lower):
+class StackAligningLlvmTranslator(Lower):
     """Translator of a function to LLVM; it aligns the stack of the function to `STACK` bytes."""
 
     def setup_function(self, fndesc: Any) -> None:
@@ -37,7 +37,7 @@ class KernelLlvmTranslator(Lower):
         self.function.attributes.add("nounwind")  # llvmlite writes no alignment alone
 
 
-class InnerFunctionLlvmTranslator(KernelLlvmTranslator):
+class InnerFunctionLlvmTranslator(StackAligningLlvmTranslator):
     """Translator to LLVM of functions that only compiled code calls."""
 
     def create_cpython_wrapper(self, release_gil: bool = False) -> None:
@@ -134,7 +134,7 @@ class KernelLoweringPass(NativeLowering):
     @property
     def lowering_class(self) -> Any:
         """Class that translates functions to LLVM in this pass."""
-        return KernelLlvmTranslator
+        return StackAligningLlvmTranslator
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)

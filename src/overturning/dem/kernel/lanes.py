@@ -33,7 +33,7 @@ from overturning.dem.kernel.tuples import (
     create_tuple_storer,
     create_zero_tuple_function,
     field_paths_of_numbers,
-    select_value_with_llvm_freeze,
+    select_llvm_value_without_branch,
 )
 
 OPTIONS: Final[dict[str, Any]] = {
@@ -148,7 +148,7 @@ def _select_value_without_branch(_typing_context: Any, condition: Any, first_val
 
     def generate_selection_code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
         """Generate the LLVM code that selects one of the two values."""
-        return select_value_with_llvm_freeze(builder, *arguments)
+        return select_llvm_value_without_branch(builder, *arguments)
 
     return second_value(condition, first_value, second_value), generate_selection_code
 
@@ -189,7 +189,7 @@ unknown: Final[Any] = intrinsic(_hide_number_from_llvm)
 """``unknown(n)`` returns n, hidden from LLVM: a short loop of n passes is then vectorised, not unrolled."""
 
 
-class StateTupleAccess(NamedTuple):
+class TupleReaderAndWriter(NamedTuple):
     """Compiled functions that read a named tuple from a column (lane) of the state array, and write it there."""
 
     load: Any
@@ -218,9 +218,9 @@ def create_elementwise_tuple_functions(tuple_type: type) -> ElementwiseTupleFunc
     """Return compiled functions that add, subtract or compare two named tuples of a type element by element."""
     name = f"{tuple_type.__module__}.{tuple_type.__qualname__}"
 
-    def larger_number(builder: Any, first_number: Any, second_number: Any) -> Any:
+    def llvm_code_for_larger_number(builder: Any, first_number: Any, second_number: Any) -> Any:
         """Return LLVM code for the larger of two numbers; the second one if either is NaN."""
-        return select_value_with_llvm_freeze(
+        return select_llvm_value_without_branch(
             builder, builder.fcmp_ordered(">", first_number, second_number), first_number, second_number
         )
 
@@ -228,7 +228,7 @@ def create_elementwise_tuple_functions(tuple_type: type) -> ElementwiseTupleFunc
         create_zero_tuple_function(tuple_type),
         create_elementwise_function(tuple_type, f"plus.{name}", lambda builder, x, y: builder.fadd(x, y)),
         create_elementwise_function(tuple_type, f"minus.{name}", lambda builder, x, y: builder.fsub(x, y)),
-        create_elementwise_function(tuple_type, f"largest.{name}", larger_number),
+        create_elementwise_function(tuple_type, f"largest.{name}", llvm_code_for_larger_number),
     )
 
 
@@ -253,15 +253,15 @@ class TupleRowLayout:
         self.count: Final = len(numbers)
         self.size: Final = lane_count * self.count
         self._rows = {number: lane_count * row for row, number in enumerate(numbers)}
-        self._made: dict[tuple[object, ...], StateTupleAccess] = {}
+        self._made: dict[tuple[object, ...], TupleReaderAndWriter] = {}
 
-    def row_start(self, tuple_type: type, field_path: str) -> int:
+    def row_of_field(self, tuple_type: type, field_path: str) -> int:
         """Return the array index at which the values of a field start; its path is, for example, ``left.spring``."""
         return self._rows[tuple_type, field_path]
 
-    def tuple_access(
+    def tuple_reader_and_writer(
         self, tuple_type: type, field_path: str = "", unused_fields: Collection[str] = ()
-    ) -> StateTupleAccess:
+    ) -> TupleReaderAndWriter:
         """Return the compiled functions that read and write a named tuple in a column (lane) of the array.
 
         Parameters
@@ -284,7 +284,7 @@ class TupleRowLayout:
 
     def _create_tuple_access(
         self, tuple_type: type, inner_type: type, field_prefix: str, stored_field_paths: list[str]
-    ) -> StateTupleAccess:
+    ) -> TupleReaderAndWriter:
         """Return the compiled functions that read and write a named tuple, which may be a field of a larger tuple."""
         rows = [
             self._rows[tuple_type, field_prefix + path] if path in stored_field_paths else None
@@ -294,7 +294,7 @@ class TupleRowLayout:
         name = (
             f"{inner_type.__module__}.{inner_type.__qualname__}.{hashlib.sha256(str(rows).encode()).hexdigest()[:16]}"
         )
-        return StateTupleAccess(
+        return TupleReaderAndWriter(
             create_tuple_loader(inner_type, rows, name),
             create_tuple_storer(inner_type, rows, name),
             create_conditional_tuple_storer(inner_type, rows, name),

@@ -15,7 +15,7 @@ from overturning.kernel_cache import cache_compiled_kernel
 from overturning.model.status import CaseStatus
 
 
-class QueueSettings(NamedTuple):
+class SettingsOfParallelCases(NamedTuple):
     """Settings common to all cases that the kernel computes in parallel; numbers only, as arrays are slow to pass."""
 
     samples: int
@@ -39,7 +39,7 @@ class QueueSettings(NamedTuple):
 class KernelInput(Protocol):
     """Input fields common to the kernels of all models, for cases with equal numbers of time steps per sample."""
 
-    settings: QueueSettings
+    settings: SettingsOfParallelCases
     """Settings shared by all cases."""
     cases: NDArray[np.void]
     """Table of cases, shape (n,)."""
@@ -162,7 +162,7 @@ def create_lookup_by_type(value_by_type: Mapping[Any, Any]) -> Callable[[Any], A
 
     @overload(look_up_value_by_argument_type, strict=False)
     def overload_value_lookup(marker: Any) -> Any:
-        """Tell Numba which value `entry_for_type` returns for an argument of this type."""
+        """Tell Numba which value `look_up_value_by_argument_type` returns for an argument of this type."""
         entry = value_by_type[marker.instance_class]
         return lambda marker: entry  # noqa: ARG005, Numba requires the same arguments
 

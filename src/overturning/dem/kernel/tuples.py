@@ -53,7 +53,7 @@ def build_llvm_tuple(context: Any, builder: Any, tuple_type: type, numbers: Iter
     return context.make_tuple(builder, numba_tuple_type(tuple_type), parts)
 
 
-def select_value_with_llvm_freeze(builder: Any, condition: Any, first_value: Any, second_value: Any) -> Any:
+def select_llvm_value_without_branch(builder: Any, condition: Any, first_value: Any, second_value: Any) -> Any:
     """Select one of two values by a condition, in LLVM code that needs no branch.
 
     LLVM would turn the store of a value just loaded from the same place into a conditional store, which is slower.
@@ -218,7 +218,7 @@ def create_conditional_tuple_storer(tuple_type: type, row_offsets: list[int | No
         for row, number in zip(row_offsets, numbers, strict=True):
             if row is not None:
                 at = _address_of_number(builder, data_address, row, lane)
-                builder.store(select_value_with_llvm_freeze(builder, keep, builder.load(at), number), at)
+                builder.store(select_llvm_value_without_branch(builder, keep, builder.load(at), number), at)
 
     generated = GeneratedLlvmFunction(f"store_unless.{function_name}", generate_store_instructions)
 

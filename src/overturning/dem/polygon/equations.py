@@ -42,7 +42,7 @@ class EquationSubmatrix(NamedTuple):
 
 SUBMATRIX: Final = TupleRowLayout(rows.COLUMNS, EquationSubmatrix)
 SIZE: Final = SUBMATRIX.size
-load, store, _ = SUBMATRIX.tuple_access(EquationSubmatrix)
+load, store, _ = SUBMATRIX.tuple_reader_and_writer(EquationSubmatrix)
 minus = create_elementwise_tuple_functions(EquationSubmatrix).minus
 
 

@@ -91,7 +91,7 @@ class RelativeFacePosition(NamedTuple):
     """Distance from the centre of b to that of a along b's tangent, m."""
 
 
-class LocatedVertex(NamedTuple):
+class VertexPositionAndLeverArms(NamedTuple):
     """Position of a face's vertex relative to the opposite face, now and a step ago, with lever arms of its force."""
 
     seen: VertexPositionAtFace
@@ -165,14 +165,14 @@ def locate_vertex_of_element_a(
     face_distance: float,
     relative_position: RelativeFacePosition,
     previous_position: VertexPositionAtFace,
-) -> LocatedVertex:
+) -> VertexPositionAndLeverArms:
     """Return where a vertex of element a lies at a face of b: depth behind it, place along it, slip, lever arms."""
     own_n, own_t = convert_components_to_other_face_axes(
         normal_offset, tangent_offset, relative_position.turn_q, relative_position.turn_r
     )
     height, place = own_n + relative_position.bn, own_t + relative_position.bt
     seen = VertexPositionAtFace(face_distance - height, place)
-    return LocatedVertex(
+    return VertexPositionAndLeverArms(
         seen,
         previous_position.depth,
         previous_position.place - place,
@@ -188,7 +188,7 @@ def locate_vertex_of_element_b(
     face_distance: float,
     relative_position: RelativeFacePosition,
     previous_position: VertexPositionAtFace,
-) -> LocatedVertex:
+) -> VertexPositionAndLeverArms:
     """Return where a vertex of element b lies at a face of a: depth behind the face, place along it, slip, lever arms.
 
     The place increases with the slip of a.
@@ -198,7 +198,7 @@ def locate_vertex_of_element_b(
     )
     height, place = own_n + relative_position.an, own_t + relative_position.at
     seen = VertexPositionAtFace(face_distance + height, place)
-    return LocatedVertex(
+    return VertexPositionAndLeverArms(
         seen,
         previous_position.depth,
         place - previous_position.place,
@@ -213,7 +213,9 @@ def locate_face_vertices(
     face_b: ElementFace,
     relative_position: RelativeFacePosition,
     previous_positions: FaceVertexPositions,
-) -> tuple[LocatedVertex, LocatedVertex, LocatedVertex, LocatedVertex]:
+) -> tuple[
+    VertexPositionAndLeverArms, VertexPositionAndLeverArms, VertexPositionAndLeverArms, VertexPositionAndLeverArms
+]:
     """Return positions of the four vertices of two opposite faces, first of a's face, then of b's face."""
     return (
         locate_vertex_of_element_a(face_a.off, face_a.low, face_b.off, relative_position, previous_positions.a1),
@@ -228,8 +230,8 @@ def build_planar_contact_point(
     vertex_is_of_a: bool,
     vertex_is_opposite: bool,
     relative_position: RelativeFacePosition,
-    vertex_a: LocatedVertex,
-    vertex_b: LocatedVertex,
+    vertex_a: VertexPositionAndLeverArms,
+    vertex_b: VertexPositionAndLeverArms,
 ) -> PlanarContactPoint:
     """Return a contact point of two elements: at `vertex_a` if `vertex_is_of_a`, else at `vertex_b`."""
     depth = vertex_a.seen.depth if vertex_is_of_a else vertex_b.seen.depth
@@ -288,14 +290,17 @@ def earlier_vertex_positions(
 ) -> FaceVertexPositions:
     """Return the positions, `elapsed_time` seconds ago, of the four vertices of two elements' nearest faces."""
     f = relative_face_position(
-        pair.face_a, pair.face_b, earlier_pose(element_a, elapsed_time), earlier_pose(element_b, elapsed_time)
+        pair.face_a,
+        pair.face_b,
+        pose_extrapolated_back_in_time(element_a, elapsed_time),
+        pose_extrapolated_back_in_time(element_b, elapsed_time),
     )
     a1, a2, b1, b2 = locate_face_vertices(pair.face_a, pair.face_b, f, pair.history.before)
     return FaceVertexPositions(a1.seen, a2.seen, b1.seen, b2.seen)
 
 
 @njit(**INNER)
-def earlier_pose(element: ElementState, elapsed_time: float) -> Pose:
+def pose_extrapolated_back_in_time(element: ElementState, elapsed_time: float) -> Pose:
     """Return the pose that an element had `elapsed_time` seconds ago if it moved with its present velocity."""
     c, s = rotate_cosine_and_sine(element.pose.cos, element.pose.sin, -elapsed_time * element.velocity.w)
     return Pose(

@@ -140,7 +140,7 @@ def correct_slip_for_friction_work(
     landing_points: tuple[PlanarContactPoint, PlanarContactPoint],
     point_results: tuple[PlanarContactPointResult, PlanarContactPointResult],
 ) -> tuple[PlanarContactPointResult, PlanarContactPointResult]:
-    """Return force and slip at both contact points of two elements.
+    """Return both contact points' results of a flat landing, slips corrected for friction's changed lever arms.
 
     The slips are corrected for the changed lever arms of friction in a flat landing.
 

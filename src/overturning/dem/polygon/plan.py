@@ -95,7 +95,7 @@ class PolygonSimulationPlan(SimulationPlan):
         edge = np.array([item.slip_distance_to_ground_edge for item in self.variants])[variant]
         off_the_edge = (every["peak_slip"] >= edge).any(axis=1) & (out["status"] == CaseStatus.SIMULATED)
         out["status"][off_the_edge] = CaseStatus.UNSTABLE
-        every["peak_rotation"] /= np.stack([item.unit_of_peak_rotation_by_element for item in self.variants])[variant]
+        every["peak_rotation"] /= np.stack([item.tipping_angles_or_one_degree for item in self.variants])[variant]
         free = self.variants[0].free_element_indices
         each = every[:, free[0]] if len(free) == 1 else every[:, free]
         return {name: table[name] for table in (out, each) for name in table.dtype.names or ()}
@@ -275,7 +275,7 @@ def _check_scene_variants(scene: Scene, prepared_scenes: list[PreparedScene]) ->
         loaded = item.laws.carried > 0.0
         penetrations = item.laws.weight[loaded] / (2.0 * item.laws.normal[loaded])
         check_stiffness_precision(
-            scene.gravity / (2.0 * penetrations), np.full(penetrations.size, item.top_height), 0.0
+            scene.gravity / (2.0 * penetrations), np.full(penetrations.size, item.top_height_of_free_elements), 0.0
         )
     alike = {
         (tuple(item.pairs), tuple(item.support.tolist()), tuple(item.piece_vertex_counts)) for item in prepared_scenes

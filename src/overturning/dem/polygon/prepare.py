@@ -21,8 +21,8 @@ from overturning.dem.polygon.statics import (
 )
 from overturning.model.geometry import (
     ConvexPiecePair,
-    PlacedContactPoint,
     PlacedElement,
+    PossibleContactPoint,
     convex_piece_pairs_that_can_touch,
     first_placement_error,
     ground_name,
@@ -80,7 +80,7 @@ class PreparedScene:
         return np.where(np.isfinite(self.tips), self.tips, self.critical[:, None])
 
     @property
-    def unit_of_peak_rotation_by_element(self) -> FloatArray:
+    def tipping_angles_or_one_degree(self) -> FloatArray:
         """Unit of each element's peak rotation, rad, shape (elements,): its tipping angle α, or 1° if it has none."""
         return np.where(np.isnan(self.tipping_angles), np.radians(1.0), self.critical)
 
@@ -107,7 +107,7 @@ class PreparedScene:
         return float(np.sqrt(np.sqrt(square) / (0.75 * self.scene.gravity)))
 
     @property
-    def top_height(self) -> float:
+    def top_height_of_free_elements(self) -> float:
         """Height of the highest point of the free elements, m."""
         return max(float(self.placed[k].vertices_in_scene[:, 1].max()) for k in self.free_element_indices)
 
@@ -116,7 +116,7 @@ class PreparedScene:
         """Half the diagonal of a box as high as the scene and as wide as its widest free element, m."""
         low = min(float(self.placed[k].vertices_in_scene[:, 1].min()) for k in self.free_element_indices)
         wide = max(self.placed[k].shape.width for k in self.free_element_indices)
-        return 0.5 * float(np.sqrt((self.top_height - low) ** 2 + wide**2))
+        return 0.5 * float(np.sqrt((self.top_height_of_free_elements - low) ** 2 + wide**2))
 
     @cached_property
     def slip_distance_to_ground_edge(self) -> FloatArray:
@@ -172,7 +172,7 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
     ):
         threshold = 0.0  # an element slides by its own weight
     tips, critical, barrier, support, base = _tipping_properties(
-        scene, placed, stands, _find_freely_standing_elements(placed, pairs, bearing)
+        scene, placed, stands, _mask_of_freely_standing_elements(placed, pairs, bearing)
     )
     return PreparedScene(
         scene, placed, pairs, laws, displacement, loaded, equilibrium is not None,
@@ -222,7 +222,7 @@ def smallest_element_side(elements: Elements) -> float:
     return min(item.smaller_side for item in elements if not item.is_driven_or_held)
 
 
-Supports = dict[int, dict[int, list[PlacedContactPoint]]]
+Supports = dict[int, dict[int, list[PossibleContactPoint]]]
 """Loaded contact points, by the element that stands on them and the element that carries it."""
 
 MAX_PARALLEL_SINE: Final = 0.05
@@ -245,7 +245,7 @@ def _find_supports(
     return result
 
 
-def _find_freely_standing_elements(
+def _mask_of_freely_standing_elements(
     elements: Elements, pairs: list[ConvexPiecePair], loaded_points: list[LoadedContactPoint]
 ) -> NDArray[np.bool_]:
     """Return a mask of the elements that stand freely: all loaded contacts of an element have parallel normals.

@@ -21,7 +21,7 @@ COLUMNS: Final = 8
 """Number of cases computed together: one widest vector, so that the data of a stack of three fits into the L1 cache."""
 
 
-class PairStepResults(NamedTuple):
+class PairIntermediateStepResults(NamedTuple):
     """Intermediate contact results for two elements in a centred-scheme step, from prediction to solution."""
 
     segment: ContactSegment
@@ -33,59 +33,61 @@ class PairStepResults(NamedTuple):
 
 CASE: Final = TupleRowLayout(COLUMNS, SceneState)
 ELEMENT: Final = TupleRowLayout(COLUMNS, ElementState)
-PAIR: Final = TupleRowLayout(COLUMNS, PairState, PairStepResults)
+PAIR: Final = TupleRowLayout(COLUMNS, PairState, PairIntermediateStepResults)
 CASE_SIZE, ELEMENT_SIZE, PAIR_SIZE = CASE.size, ELEMENT.size, PAIR.size
 
-load_case, store_case, _ = CASE.tuple_access(SceneState)
-_, store_base, _ = CASE.tuple_access(SceneState, "shaking.base")
-_, store_up, _ = CASE.tuple_access(SceneState, "shaking.up")
-_, store_attempt, _ = CASE.tuple_access(SceneState, "attempt")
-_, store_decision, _ = CASE.tuple_access(SceneState, "decision")
-_, store_findings, _ = CASE.tuple_access(SceneState, "findings")
+load_case, store_case, _ = CASE.tuple_reader_and_writer(SceneState)
+_, store_base, _ = CASE.tuple_reader_and_writer(SceneState, "shaking.base")
+_, store_up, _ = CASE.tuple_reader_and_writer(SceneState, "shaking.up")
+_, store_attempt, _ = CASE.tuple_reader_and_writer(SceneState, "attempt")
+_, store_decision, _ = CASE.tuple_reader_and_writer(SceneState, "decision")
+_, store_findings, _ = CASE.tuple_reader_and_writer(SceneState, "findings")
 no_findings = create_elementwise_tuple_functions(StepContactChangesAsFloats).zero
-load_element, _, _ = ELEMENT.tuple_access(ElementState)
-load_pose, store_pose, keep_pose = ELEMENT.tuple_access(ElementState, "pose")
-_, store_velocity, keep_velocity = ELEMENT.tuple_access(ElementState, "velocity")
-_, store_trial, _ = ELEMENT.tuple_access(ElementState, "trial")
-load_change, store_change, _ = ELEMENT.tuple_access(ElementState, "trial.change")
-_, store_acceleration, keep_acceleration = ELEMENT.tuple_access(ElementState, "acceleration")
-load_force, store_force, _ = ELEMENT.tuple_access(ElementState, "force")
-load_inertia, _, _ = ELEMENT.tuple_access(ElementState, "inertia")
-_, store_totals, keep_totals = ELEMENT.tuple_access(ElementState, "totals")
-_, store_travel, _ = ELEMENT.tuple_access(ElementState, "travel")
-_, store_record, _ = ELEMENT.tuple_access(ElementState, "record")
-load_home, store_home, _ = ELEMENT.tuple_access(ElementState, "home")
-load_pair, _, _ = PAIR.tuple_access(PairState)
-_, store_face_a, _ = PAIR.tuple_access(PairState, "face_a")
-_, store_face_b, _ = PAIR.tuple_access(PairState, "face_b")
-_, store_bounds, _ = PAIR.tuple_access(PairState, "bounds")
-_, store_law, _ = PAIR.tuple_access(PairState, "law")
-load_nearest, store_nearest, _ = PAIR.tuple_access(PairState, "nearest")
-_, store_history, keep_history = PAIR.tuple_access(PairState, "history")
-_, store_vertices, _ = PAIR.tuple_access(PairState, "history.before")
-load_memory, store_memory, _ = PAIR.tuple_access(PairState, "history.one")
-load_step, _, _ = PAIR.tuple_access(PairStepResults)
-_, store_segment, _ = PAIR.tuple_access(PairStepResults, "segment", ("turn_q", "turn_r", "closed"))
-_, store_predicted_one, _ = PAIR.tuple_access(PairStepResults, "one")
-_, store_predicted_two, _ = PAIR.tuple_access(PairStepResults, "two")
-_, store_corrected, _ = PAIR.tuple_access(PairStepResults, "corrected")
+load_element, _, _ = ELEMENT.tuple_reader_and_writer(ElementState)
+load_pose, store_pose, keep_pose = ELEMENT.tuple_reader_and_writer(ElementState, "pose")
+_, store_velocity, keep_velocity = ELEMENT.tuple_reader_and_writer(ElementState, "velocity")
+_, store_trial, _ = ELEMENT.tuple_reader_and_writer(ElementState, "trial")
+load_change, store_change, _ = ELEMENT.tuple_reader_and_writer(ElementState, "trial.change")
+_, store_acceleration, keep_acceleration = ELEMENT.tuple_reader_and_writer(ElementState, "acceleration")
+load_force, store_force, _ = ELEMENT.tuple_reader_and_writer(ElementState, "force")
+load_inertia, _, _ = ELEMENT.tuple_reader_and_writer(ElementState, "inertia")
+_, store_totals, keep_totals = ELEMENT.tuple_reader_and_writer(ElementState, "totals")
+_, store_travel, _ = ELEMENT.tuple_reader_and_writer(ElementState, "travel")
+_, store_record, _ = ELEMENT.tuple_reader_and_writer(ElementState, "record")
+load_home, store_home, _ = ELEMENT.tuple_reader_and_writer(ElementState, "home")
+load_pair, _, _ = PAIR.tuple_reader_and_writer(PairState)
+_, store_face_a, _ = PAIR.tuple_reader_and_writer(PairState, "face_a")
+_, store_face_b, _ = PAIR.tuple_reader_and_writer(PairState, "face_b")
+_, store_bounds, _ = PAIR.tuple_reader_and_writer(PairState, "bounds")
+_, store_law, _ = PAIR.tuple_reader_and_writer(PairState, "law")
+load_nearest, store_nearest, _ = PAIR.tuple_reader_and_writer(PairState, "nearest")
+_, store_history, keep_history = PAIR.tuple_reader_and_writer(PairState, "history")
+_, store_vertices, _ = PAIR.tuple_reader_and_writer(PairState, "history.before")
+load_memory, store_memory, _ = PAIR.tuple_reader_and_writer(PairState, "history.one")
+load_step, _, _ = PAIR.tuple_reader_and_writer(PairIntermediateStepResults)
+_, store_segment, _ = PAIR.tuple_reader_and_writer(
+    PairIntermediateStepResults, "segment", ("turn_q", "turn_r", "closed")
+)
+_, store_predicted_one, _ = PAIR.tuple_reader_and_writer(PairIntermediateStepResults, "one")
+_, store_predicted_two, _ = PAIR.tuple_reader_and_writer(PairIntermediateStepResults, "two")
+_, store_corrected, _ = PAIR.tuple_reader_and_writer(PairIntermediateStepResults, "corrected")
 
 # Rows that are accessed singly. SECOND is the offset from a row of the history of contact point 1 to that of point 2.
 _OF_CASE = (
     "shaking.tick sample energy variant last_check slide_end.sample attempt.length findings.changed decision.again"
 )
 TICK, SAMPLE, ENERGY, VARIANT, LAST_CHECK, SLIDE_END, LENGTH, CHANGED, AGAIN = (
-    CASE.row_start(SceneState, p) for p in _OF_CASE.split()
+    CASE.row_of_field(SceneState, p) for p in _OF_CASE.split()
 )
 _OF_ELEMENT = "inertia.frame totals.moved totals.turned record.upright_until record.carried_until record.side"
 FRAME, MOVED, TURNED, UPRIGHT_UNTIL, CARRIED_UNTIL, SIDE = (
-    ELEMENT.row_start(ElementState, p) for p in _OF_ELEMENT.split()
+    ELEMENT.row_of_field(ElementState, p) for p in _OF_ELEMENT.split()
 )
-LAST_UPRIGHT: Final = ELEMENT.row_start(ElementState, "totals.last_upright")
+LAST_UPRIGHT: Final = ELEMENT.row_of_field(ElementState, "totals.last_upright")
 _OF_PAIR = "nearest.limit nearest.reach nearest.used nearest.ahead slid_one slid_two history.absorbed"
-LIMIT, REACH, USED, AHEAD, SLID_ONE, SLID_TWO, ABSORBED = (PAIR.row_start(PairState, p) for p in _OF_PAIR.split())
-PAIR_LEVER: Final = PAIR.row_start(PairState, "nearest.lever")
-SECOND: Final = PAIR.row_start(PairState, "history.two.spring") - PAIR.row_start(PairState, "history.one.spring")
+LIMIT, REACH, USED, AHEAD, SLID_ONE, SLID_TWO, ABSORBED = (PAIR.row_of_field(PairState, p) for p in _OF_PAIR.split())
+PAIR_LEVER: Final = PAIR.row_of_field(PairState, "nearest.lever")
+SECOND: Final = PAIR.row_of_field(PairState, "history.two.spring") - PAIR.row_of_field(PairState, "history.one.spring")
 
 
 def flatten_nested_tuples(nested_tuples: Iterable[Any]) -> list[float]:

@@ -27,7 +27,7 @@ from overturning.dem.kernel.ground import (
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, borrowed, cache_line_aligned_zeros
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
 from overturning.dem.kernel.queue import (
-    QueueSettings,
+    SettingsOfParallelCases,
     create_lookup_by_type,
     extend_trajectory,
     register_model_functions,
@@ -66,7 +66,7 @@ STEPS: Final = {
 class SceneKernelInput(NamedTuple):
     """Kernel input for cases of a scene that all have the same number of steps per sample."""
 
-    settings: QueueSettings
+    settings: SettingsOfParallelCases
     cases: NDArray[np.void]
     """Case parameters, of type `arrays.CASE`, shape (cases,)."""
     row: NDArray[np.int64]

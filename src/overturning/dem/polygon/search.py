@@ -206,7 +206,7 @@ def contact_vertex_ranges(faces_a: Any, index_a: int, faces_b: Any, index_b: int
 
 @njit(**APART)
 def add_last_step_to_pair_motion(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> tuple[int, int]:
-    """Add the last step's motion to the relative motion of two elements.
+    """Add the last step's motion of two elements to their sum; count cases near contact and near a face change.
 
     Count the cases in which the elements may touch, and those in which their nearest faces may change.
 

@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
+from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import SlideEndSample
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 from overturning.dem.kernel.lanes import INNER
@@ -35,7 +35,7 @@ def write_initial_case_state(
         LinearBaseAcceleration(0.0, 0.0, 0.0),
         case_parameters.first // max(int(CHECK_INTERVAL / sampling_interval), 1),
     )
-    first = StepAttempt(case_parameters.finest, case_parameters.dwell, 0.0)
+    first = NextStepToAttempt(case_parameters.finest, case_parameters.dwell, 0.0)
     step_control = CaseStepControl(
         case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled
     )
@@ -50,7 +50,7 @@ def write_initial_case_state(
             step_control=step_control,
             attempt=first,
             findings=rows.no_findings(),
-            decision=StepAcceptance(0.0, 0.0, StepAttempt(0.0, 0.0, 0.0)),
+            decision=StepAcceptance(0.0, 0.0, NextStepToAttempt(0.0, 0.0, 0.0)),
             amplitude=case_parameters.amplitude,
             rest_limit=case_parameters.rest_limit,
             sample=case_parameters.first,

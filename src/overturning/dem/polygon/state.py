@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
+from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import SlideEndSample
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 
@@ -35,7 +35,7 @@ class StepAcceptance(NamedTuple):
     """Above 0 if the step is rejected."""
     sooner: float
     """Above 0 if the next attempt assumes the same sticking and sliding as this one."""
-    then: StepAttempt
+    then: NextStepToAttempt
     """Next attempt."""
 
 
@@ -50,7 +50,7 @@ class SceneState(NamedTuple):
     lag: float
     """Time by which velocities lag behind poses, s."""
     step_control: CaseStepControl
-    attempt: StepAttempt
+    attempt: NextStepToAttempt
     findings: StepContactChangesAsFloats
     decision: StepAcceptance
     amplitude: float

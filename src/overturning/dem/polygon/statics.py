@@ -11,8 +11,8 @@ from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve_
 from overturning.model.contact import DAMPING_RATIO
 from overturning.model.geometry import (
     ConvexPiecePair,
-    PlacedContactPoint,
     PlacedElement,
+    PossibleContactPoint,
     TouchingContactPoint,
     touching_contact_points,
 )
@@ -30,7 +30,7 @@ class LoadedContactPoint(NamedTuple):
 
     pair: int
     side: int
-    end: PlacedContactPoint
+    end: PossibleContactPoint
     approach: float
     slip: float
 
@@ -122,7 +122,7 @@ def supporting_contact_points(
 
 
 def _contact_point_displacement_derivatives(
-    elements: list[PlacedElement], pair: ConvexPiecePair, touching_point: PlacedContactPoint
+    elements: list[PlacedElement], pair: ConvexPiecePair, touching_point: PossibleContactPoint
 ) -> tuple[FloatArray, FloatArray]:
     """Return the derivatives of a contact point's approach and slip by all displacements, each of shape (3 n,)."""
     number = _displacement_slices_of_free_elements(elements)

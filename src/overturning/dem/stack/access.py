@@ -7,7 +7,7 @@ are those before the step; ``next_`` stands for those after it.
 
 from overturning.dem.body.state import InertialAccelerations3D, StepRejectionFlags
 from overturning.dem.body.vectors import Matrix3, Vector3
-from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
+from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress
 from overturning.dem.kernel.lanes import create_elementwise_tuple_functions, create_window_slicer
 from overturning.dem.stack.joint_state import (
@@ -20,12 +20,12 @@ from overturning.dem.stack.joint_state import (
     JointAtStepStartAndEnd,
     JointConstants,
     JointEquations,
-    JointFriction,
-    JointLandingTimes,
+    JointFrameAxesAndOrigin,
+    JointFrictionInStepEquations,
     JointNormalForceSums,
     JointPointAtStepStartAndEnd,
-    JointPose,
     JointRelativeMotion,
+    RemainingFlatLandingTimes,
     SidePartInContactPatch,
     SolvedContactForceSums,
     SumOfForceTimesDistance,
@@ -38,66 +38,66 @@ from overturning.dem.stack.state import (
     JointEnergyLosses,
     LargestStackContactChanges,
     PredictedStone,
-    StackClock,
-    StackConstants,
+    StackClockWithinSample,
     StackEnergyAccount,
-    StackRestState,
+    StackRestFlagAndLimits,
+    StackTickLengthAndLimits,
     StoneConstants,
     StoneContactForceSums,
     StoneFallState,
     StonePeakTilt,
     StoneState,
-    StoneVelocityChange,
+    StoneVelocityCorrection,
 )
 
 of_stone = create_window_slicer(STONE.size, CASE.size)
 """Return the rows of a stone."""
 
-load_account, store_account, store_account_unless = CASE.tuple_access(StackEnergyAccount)
-load_attempt, store_attempt, _ = CASE.tuple_access(StepAttempt)
-load_case, store_case, _ = CASE.tuple_access(StackConstants)
-load_clock, store_clock, _ = CASE.tuple_access(CaseStepControl)
-load_course, store_course, _ = CASE.tuple_access(CaseProgress)
-load_findings, store_findings, _ = CASE.tuple_access(LargestStackContactChanges)
-load_inertial, store_inertial, _ = CASE.tuple_access(Vector3)
-load_losses, store_losses, _ = CASE.tuple_access(JointEnergyLosses)
-load_rejection, store_rejection, _ = CASE.tuple_access(StepRejectionFlags)
-load_rest, store_rest, _ = CASE.tuple_access(StackRestState)
-load_shaking, store_shaking, _ = CASE.tuple_access(InertialAccelerations3D)
-load_time, store_time, _ = CASE.tuple_access(StackClock)
+load_account, store_account, store_account_unless = CASE.tuple_reader_and_writer(StackEnergyAccount)
+load_attempt, store_attempt, _ = CASE.tuple_reader_and_writer(NextStepToAttempt)
+load_case, store_case, _ = CASE.tuple_reader_and_writer(StackTickLengthAndLimits)
+load_clock, store_clock, _ = CASE.tuple_reader_and_writer(CaseStepControl)
+load_course, store_course, _ = CASE.tuple_reader_and_writer(CaseProgress)
+load_findings, store_findings, _ = CASE.tuple_reader_and_writer(LargestStackContactChanges)
+load_inertial, store_inertial, _ = CASE.tuple_reader_and_writer(Vector3)
+load_losses, store_losses, _ = CASE.tuple_reader_and_writer(JointEnergyLosses)
+load_rejection, store_rejection, _ = CASE.tuple_reader_and_writer(StepRejectionFlags)
+load_rest, store_rest, _ = CASE.tuple_reader_and_writer(StackRestFlagAndLimits)
+load_shaking, store_shaking, _ = CASE.tuple_reader_and_writer(InertialAccelerations3D)
+load_time, store_time, _ = CASE.tuple_reader_and_writer(StackClockWithinSample)
 
-load_axes, store_axes, _ = STONE.tuple_access(Matrix3)
-load_change, store_change, _ = STONE.tuple_access(StoneVelocityChange)
-load_constants, store_constants, _ = STONE.tuple_access(StoneConstants)
-load_diagonal, store_diagonal, _ = STONE.tuple_access(DiagonalBlockAndRightSide)
-load_elimination, store_elimination, _ = STONE.tuple_access(EliminatedStoneSolution)
-load_outcome, store_outcome, _ = STONE.tuple_access(StoneFallState)
-load_peaks, store_peaks, store_peaks_unless = STONE.tuple_access(StonePeakTilt)
-load_predicted, store_predicted, _ = STONE.tuple_access(PredictedStone)
-load_stone, store_stone, store_stone_unless = STONE.tuple_access(StoneState)
-load_sum, store_sum, _ = STONE.tuple_access(StoneContactForceSums)
-store_turn = STONE.tuple_access(StoneState, "turn").store
+load_axes, store_axes, _ = STONE.tuple_reader_and_writer(Matrix3)
+load_change, store_change, _ = STONE.tuple_reader_and_writer(StoneVelocityCorrection)
+load_constants, store_constants, _ = STONE.tuple_reader_and_writer(StoneConstants)
+load_diagonal, store_diagonal, _ = STONE.tuple_reader_and_writer(DiagonalBlockAndRightSide)
+load_elimination, store_elimination, _ = STONE.tuple_reader_and_writer(EliminatedStoneSolution)
+load_outcome, store_outcome, _ = STONE.tuple_reader_and_writer(StoneFallState)
+load_peaks, store_peaks, store_peaks_unless = STONE.tuple_reader_and_writer(StonePeakTilt)
+load_predicted, store_predicted, _ = STONE.tuple_reader_and_writer(PredictedStone)
+load_stone, store_stone, store_stone_unless = STONE.tuple_reader_and_writer(StoneState)
+load_sum, store_sum, _ = STONE.tuple_reader_and_writer(StoneContactForceSums)
+store_turn = STONE.tuple_reader_and_writer(StoneState, "turn").store
 
-load_arm, store_arm, _ = JOINT.tuple_access(SumOfForceTimesDistance)
-load_equations, store_equations, _ = JOINT.tuple_access(JointEquations)
-load_frame, store_frame, _ = JOINT.tuple_access(JointRelativeMotion)
-load_friction, store_friction, _ = JOINT.tuple_access(JointFriction)
-load_history, store_history, store_history_unless = JOINT.tuple_access(JointAtStepStartAndEnd, "old")
-load_joint, store_joint, _ = JOINT.tuple_access(JointConstants)
-load_joint_change, store_joint_change, _ = JOINT.tuple_access(JointEquations, "wrench")
-load_joint_pose, store_joint_pose, _ = JOINT.tuple_access(JointPose)
-load_landing, store_landing, _ = JOINT.tuple_access(JointLandingTimes)
-load_next_history, store_next_history, _ = JOINT.tuple_access(JointAtStepStartAndEnd, "new")
-load_normal, store_normal, _ = JOINT.tuple_access(JointNormalForceSums)
-load_rim, store_rim, _ = JOINT.tuple_access(ContactNormalSums)
-load_point_sum, store_point_sum, _ = JOINT.tuple_access(SolvedContactForceSums, "at_end")
+load_arm, store_arm, _ = JOINT.tuple_reader_and_writer(SumOfForceTimesDistance)
+load_equations, store_equations, _ = JOINT.tuple_reader_and_writer(JointEquations)
+load_frame, store_frame, _ = JOINT.tuple_reader_and_writer(JointRelativeMotion)
+load_friction, store_friction, _ = JOINT.tuple_reader_and_writer(JointFrictionInStepEquations)
+load_history, store_history, store_history_unless = JOINT.tuple_reader_and_writer(JointAtStepStartAndEnd, "old")
+load_joint, store_joint, _ = JOINT.tuple_reader_and_writer(JointConstants)
+load_joint_change, store_joint_change, _ = JOINT.tuple_reader_and_writer(JointEquations, "wrench")
+load_joint_pose, store_joint_pose, _ = JOINT.tuple_reader_and_writer(JointFrameAxesAndOrigin)
+load_landing, store_landing, _ = JOINT.tuple_reader_and_writer(RemainingFlatLandingTimes)
+load_next_history, store_next_history, _ = JOINT.tuple_reader_and_writer(JointAtStepStartAndEnd, "new")
+load_normal, store_normal, _ = JOINT.tuple_reader_and_writer(JointNormalForceSums)
+load_rim, store_rim, _ = JOINT.tuple_reader_and_writer(ContactNormalSums)
+load_point_sum, store_point_sum, _ = JOINT.tuple_reader_and_writer(SolvedContactForceSums, "at_end")
 
-load_clip, store_clip, _ = POINT.tuple_access(SidePartInContactPatch)
-load_next_point, store_next_point, _ = POINT.tuple_access(JointPointAtStepStartAndEnd, "new")
-load_outline, store_outline, _ = POINT.tuple_access(FaceCorner)
-load_place, store_place, _ = POINT.tuple_access(ContactPointPosition)
-load_rim_side, store_rim_side, _ = POINT.tuple_access(BaseOverhangAtSide)
-load_point, _, store_point_unless = POINT.tuple_access(JointPointAtStepStartAndEnd, "old")
+load_clip, store_clip, _ = POINT.tuple_reader_and_writer(SidePartInContactPatch)
+load_next_point, store_next_point, _ = POINT.tuple_reader_and_writer(JointPointAtStepStartAndEnd, "new")
+load_outline, store_outline, _ = POINT.tuple_reader_and_writer(FaceCorner)
+load_place, store_place, _ = POINT.tuple_reader_and_writer(ContactPointPosition)
+load_rim_side, store_rim_side, _ = POINT.tuple_reader_and_writer(BaseOverhangAtSide)
+load_point, _, store_point_unless = POINT.tuple_reader_and_writer(JointPointAtStepStartAndEnd, "old")
 
 add_losses, no_losses = (
     create_elementwise_tuple_functions(JointEnergyLosses).plus,

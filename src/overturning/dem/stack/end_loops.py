@@ -94,19 +94,19 @@ from overturning.dem.stack.landing import (
     remaining_landing_time_of_new_contact,
 )
 from overturning.dem.stack.solve import (
-    shift_wrench_to_centre,
+    shift_wrench_to_stone_centre,
     wrench_minus,
     wrench_plus,
 )
 from overturning.dem.stack.state import (
     STONE,
-    StackClock,
+    StackClockWithinSample,
     StackEnergyAccount,
     StoneContactForceSums,
     StoneFallState,
     StonePeakTilt,
     StoneState,
-    StoneVelocityChange,
+    StoneVelocityCorrection,
     Wrench,
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -116,18 +116,18 @@ add_end, no_end = (
     create_elementwise_tuple_functions(JointPointForceAndImpulse).zero,
 )
 FINE: Final = STACK.fine
-PRESENT: Final = STONE.row_start(StoneFallState, "present")
+PRESENT: Final = STONE.row_of_field(StoneFallState, "present")
 SLID, NEW_SLID = (
-    JOINT.row_start(JointAtStepStartAndEnd, "old.slid"),
-    JOINT.row_start(JointAtStepStartAndEnd, "new.slid"),
+    JOINT.row_of_field(JointAtStepStartAndEnd, "old.slid"),
+    JOINT.row_of_field(JointAtStepStartAndEnd, "new.slid"),
 )
-NEW_CROSSED: Final = JOINT.row_start(JointAtStepStartAndEnd, "new.crossed")
-WEIGHT: Final = POINT.row_start(ContactPointPosition, "weight")
+NEW_CROSSED: Final = JOINT.row_of_field(JointAtStepStartAndEnd, "new.crossed")
+WEIGHT: Final = POINT.row_of_field(ContactPointPosition, "weight")
 
 
 @njit(**INLINE)
 def relative_velocity_change_of_joint(
-    upper: StoneVelocityChange, lower: StoneVelocityChange, arms: tuple[Vector3, Vector3], axes: Matrix3
+    upper: StoneVelocityCorrection, lower: StoneVelocityCorrection, arms: tuple[Vector3, Vector3], axes: Matrix3
 ) -> tuple[Vector3, Vector3]:
     """Return the change of the upper stone's velocity and angular velocity relative to the lower one."""
     to_face = transpose(axes)
@@ -210,15 +210,15 @@ def compute_joint_force_and_moment(
             early = Wrench(matrix_times_vector(axes, early.force), matrix_times_vector(axes, early.moment))
             arm, other = minus(origin, below.place), load_sum(lower_rows, j)
             store_sum(lower_rows, j, StoneContactForceSums(
-                wrench_minus(other.at_end, shift_wrench_to_centre(at_end, arm)),
-                wrench_minus(other.early, shift_wrench_to_centre(early, arm)),
+                wrench_minus(other.at_end, shift_wrench_to_stone_centre(at_end, arm)),
+                wrench_minus(other.early, shift_wrench_to_stone_centre(early, arm)),
             ))  # fmt: skip
         else:
             origin = Vector3(0.0, 0.0, 0.0)
         arm = minus(origin, stone.place)
         store_sum(upper_rows, j, StoneContactForceSums(
-            wrench_plus(total.at_end, shift_wrench_to_centre(at_end, arm)),
-            wrench_plus(total.early, shift_wrench_to_centre(early, arm)),
+            wrench_plus(total.at_end, shift_wrench_to_stone_centre(at_end, arm)),
+            wrench_plus(total.early, shift_wrench_to_stone_centre(early, arm)),
         ))  # fmt: skip
 
 
@@ -252,7 +252,7 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
         )
         store_attempt(case_rows, j, following)
         store_rejection(case_rows, j, StepRejectionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0))
-        store_time(case_rows, j, StackClock(time.tick + (0.0 if again else attempt.length), time.half))
+        store_time(case_rows, j, StackClockWithinSample(time.tick + (0.0 if again else attempt.length), time.half))
 
 
 @njit(**APART)

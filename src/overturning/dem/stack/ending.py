@@ -59,9 +59,9 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
 ENERGY, SAMPLE, SLIDE_END = (
-    CASE.row_start(CaseProgress, "energy"),
-    CASE.row_start(CaseProgress, "sample"),
-    CASE.row_start(SlideEndSample, "sample"),
+    CASE.row_of_field(CaseProgress, "energy"),
+    CASE.row_of_field(CaseProgress, "sample"),
+    CASE.row_of_field(SlideEndSample, "sample"),
 )
 
 

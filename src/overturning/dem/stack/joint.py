@@ -20,7 +20,7 @@ from overturning.dem.stack.joint_state import (
     JointConstants,
     JointContactState,
     JointEquations,
-    JointFriction,
+    JointFrictionInStepEquations,
     JointNormalForceSums,
     JointPointForceAndImpulse,
     JointRelativeMotion,
@@ -107,7 +107,7 @@ def flat_landing_slip_direction(
 
 
 @njit(**INLINE)
-def slip_velocity(velocity: Vector3, spin: Vector3, cx: float, cy: float, arm: float) -> TangentialVector:
+def slip_velocity_at_contact(velocity: Vector3, spin: Vector3, cx: float, cy: float, arm: float) -> TangentialVector:
     """Return the slip velocity (x, y, twist), m/s, of the upper stone on the lower one at a point of the contact."""
     return TangentialVector(velocity.x - spin.z * cy, velocity.y + spin.z * cx, arm * spin.z)
 
@@ -127,7 +127,7 @@ def spring_stretch_after_step(
 def predict_friction(
     joint: JointConstants, frame: JointRelativeMotion, sums: JointNormalForceSums, previous: JointContactState,
     half_step: float, state: tuple[bool, bool, float],
-) -> JointFriction:  # fmt: skip
+) -> JointFrictionInStepEquations:  # fmt: skip
     """Predict tangential spring stretch, sliding and friction direction between two stones for a step's equations.
 
     `state` holds whether the predicted forces decide about sliding, whether the base lands flat, and the height of the
@@ -138,7 +138,7 @@ def predict_friction(
     one = 1.0 / (sums.force if loaded else 1.0)
     cx = previous.cx if was else (sums.x * one if loaded else 0.0)
     cy = previous.cy if was else (sums.y * one if loaded else 0.0)
-    velocity = slip_velocity(frame.velocity, frame.spin, cx, cy, previous.arm)
+    velocity = slip_velocity_at_contact(frame.velocity, frame.spin, cx, cy, previous.arm)
     stretch = scale_tangential_vector(
         1.0 if was else 0.0, spring_stretch_after_step(previous.stretch, half_step, previous.velocity, velocity)
     )
@@ -158,12 +158,18 @@ def predict_friction(
     cz = centre_height * (1.0 - joint.tilting) if drifts else 0.0
     in_contact = 1.0 if loaded else 0.0
     sliding = 1.0 if loaded & slides else 0.0
-    return JointFriction(cx, cy, cz, previous.arm, stretch, velocity, in_contact, sliding, TangentialVector(dx, dy, dt))
+    return JointFrictionInStepEquations(
+        cx, cy, cz, previous.arm, stretch, velocity, in_contact, sliding, TangentialVector(dx, dy, dt)
+    )
 
 
 @njit(**INLINE)
 def joint_equation_terms(
-    joint: JointConstants, sums: JointNormalForceSums, friction: JointFriction, half_step: float, normal: float
+    joint: JointConstants,
+    sums: JointNormalForceSums,
+    friction: JointFrictionInStepEquations,
+    half_step: float,
+    normal: float,
 ) -> JointEquations:
     """Return the predicted force and moment between two stones about the lower face's centre, with derivatives.
 
@@ -318,7 +324,7 @@ def friction_changes_from_assumption(
 
 @njit(**INLINE)
 def solve_joint_contact(
-    joint: JointConstants, frame: JointRelativeMotion, friction: JointFriction,
+    joint: JointConstants, frame: JointRelativeMotion, friction: JointFrictionInStepEquations,
     points: tuple[JointPointForceAndImpulse, float], change: tuple[Vector3, Vector3], previous: JointContactState,
     step: tuple[float, bool, bool, float],
 ) -> tuple[Wrench, Wrench, LargestStackContactChanges, JointEnergyLosses, JointContactState]:  # fmt: skip
@@ -331,7 +337,7 @@ def solve_joint_contact(
     half_step, forces_decide_contact, lands_flat, centre_height = step
     ends, arm_sum = points
     cx, cy, arm = friction.cx, friction.cy, friction.arm
-    more = slip_velocity(change[0], change[1], cx, cy, arm)
+    more = slip_velocity_at_contact(change[0], change[1], cx, cy, arm)
     first = friction.velocity
     velocity = TangentialVector(first.x + more.x, first.y + more.y, first.twist + more.twist)
     loaded = ends.force > 0.0

@@ -98,7 +98,7 @@ class JointAtStepStartAndEnd(NamedTuple):
     new: JointContactState
 
 
-class JointLandingTimes(NamedTuple):
+class RemainingFlatLandingTimes(NamedTuple):
     """Shortest and longest time left (s) in a flat landing of a stone, and lowest and highest contact point (m).
 
     The times are those over the contact points of two stones, in the impact of a base that lands flat.
@@ -133,7 +133,7 @@ class JointRelativeMotion(NamedTuple):
     """Length of the rim of the patch, m."""
 
 
-class JointPose(NamedTuple):
+class JointFrameAxesAndOrigin(NamedTuple):
     """Axes and origin of the coordinate frame of a joint (contact of two stones), in the axes of the ground.
 
     They are those at the predicted end of a step.
@@ -184,7 +184,7 @@ class SumOfForceTimesDistance(NamedTuple):
     moment: float
 
 
-class JointFriction(NamedTuple):
+class JointFrictionInStepEquations(NamedTuple):
     """Friction between two stones assumed in a step's equations: point of action, spring stretch, direction."""
 
     cx: float
@@ -305,9 +305,9 @@ class SolvedContactForceSums(NamedTuple):
 
 
 JOINT: Final = TupleRowLayout(
-    COLUMNS, JointConstants, JointAtStepStartAndEnd, JointLandingTimes, JointPose, ContactNormalSums,
-    JointRelativeMotion, JointNormalForceSums, SumOfForceTimesDistance, JointFriction, JointEquations,
-    SolvedContactForceSums
+    COLUMNS, JointConstants, JointAtStepStartAndEnd, RemainingFlatLandingTimes, JointFrameAxesAndOrigin,
+    ContactNormalSums, JointRelativeMotion, JointNormalForceSums, SumOfForceTimesDistance,
+    JointFrictionInStepEquations, JointEquations, SolvedContactForceSums
 )  # fmt: skip
 POINT: Final = TupleRowLayout(
     COLUMNS, FaceCorner, ContactPointPosition, SidePartInContactPatch, BaseOverhangAtSide, JointPointAtStepStartAndEnd

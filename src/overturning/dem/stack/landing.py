@@ -4,10 +4,15 @@ from typing import Final
 
 from numba import njit
 
-from overturning.dem.body.base_contact import updated_longest_landing_time
+from overturning.dem.body.base_contact import longest_landing_time_with_point
 from overturning.dem.body.state import IN_THE_AIR
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.stack.joint_state import ContactPointPosition, ContactPointState, JointConstants, JointLandingTimes
+from overturning.dem.stack.joint_state import (
+    ContactPointPosition,
+    ContactPointState,
+    JointConstants,
+    RemainingFlatLandingTimes,
+)
 
 NO_POINT: Final = 1e300
 """Shortest landing time of a joint without points, s."""
@@ -22,7 +27,7 @@ END_SHARE: Final = 0.05
 
 
 @njit(**INLINE)
-def contact_points_land_together(landing: JointLandingTimes) -> bool:
+def contact_points_land_together(landing: RemainingFlatLandingTimes) -> bool:
     """True if all contact points of two stones touch down in one impact, a flat landing.
 
     Dashpots may pull during this impact.
@@ -33,7 +38,7 @@ def contact_points_land_together(landing: JointLandingTimes) -> bool:
 @njit(**INLINE)
 def point_contact_is_deferred(
     joint: JointConstants,
-    landing: JointLandingTimes,
+    landing: RemainingFlatLandingTimes,
     position: ContactPointPosition,
     previous: ContactPointState,
     distance_from_rim: float,
@@ -57,19 +62,19 @@ def point_contact_is_deferred(
 
 @njit(**INLINE)
 def include_point_in_landing_times(
-    landing: JointLandingTimes, point: ContactPointState, position: ContactPointPosition
-) -> JointLandingTimes:
+    landing: RemainingFlatLandingTimes, point: ContactPointState, position: ContactPointPosition
+) -> RemainingFlatLandingTimes:
     """Return the landing times and the range of heights of two stones' contact points with one more point included."""
     lowest = position.z if (position.weight > 0.0) & (position.z < landing.lowest) else landing.lowest
     highest = position.z if (position.weight > 0.0) & (position.z > landing.highest) else landing.highest
     counts = point.weight > 0.0
     left = point.landing if counts & (point.landing < landing.shortest) else landing.shortest
-    longest = updated_longest_landing_time(landing.longest, point.landing, point.depth)
-    return JointLandingTimes(left, longest if counts else landing.longest, lowest, highest)
+    longest = longest_landing_time_with_point(landing.longest, point.landing, point.depth)
+    return RemainingFlatLandingTimes(left, longest if counts else landing.longest, lowest, highest)
 
 
 @njit(**INLINE)
-def remaining_landing_time_of_new_contact(joint: JointConstants, landing: JointLandingTimes) -> float:
+def remaining_landing_time_of_new_contact(joint: JointConstants, landing: RemainingFlatLandingTimes) -> float:
     """Return the time left (s) in a flat landing for a point that comes into contact.
 
     It is that of the points already in contact, or the full duration if there are none.

@@ -44,8 +44,8 @@ from overturning.dem.stack.joint_state import (
     ContactPointPosition,
     FaceCorner,
     JointAtStepStartAndEnd,
+    JointFrameAxesAndOrigin,
     JointPointAtStepStartAndEnd,
-    JointPose,
     JointRelativeMotion,
     SidePartInContactPatch,
 )
@@ -54,11 +54,11 @@ from overturning.dem.stack.state import STONE, PredictedStone, StoneConstants, S
 P: Final = POINT.size
 point_window: Final = create_window_slicer(P)
 """Return the rows of a point of a joint."""
-INSIDE, RIM = JOINT.row_start(JointRelativeMotion, "inside"), JOINT.row_start(JointRelativeMotion, "rim")
-CROSSED: Final = JOINT.row_start(JointAtStepStartAndEnd, "old.crossed")
-WEIGHT: Final = POINT.row_start(ContactPointPosition, "weight")
-OLD_WEIGHT: Final = POINT.row_start(JointPointAtStepStartAndEnd, "old.weight")
-PRESENT: Final = STONE.row_start(StoneFallState, "present")
+INSIDE, RIM = (JOINT.row_of_field(JointRelativeMotion, "inside"), JOINT.row_of_field(JointRelativeMotion, "rim"))
+CROSSED: Final = JOINT.row_of_field(JointAtStepStartAndEnd, "old.crossed")
+WEIGHT: Final = POINT.row_of_field(ContactPointPosition, "weight")
+OLD_WEIGHT: Final = POINT.row_of_field(JointPointAtStepStartAndEnd, "old.weight")
+PRESENT: Final = STONE.row_of_field(StoneFallState, "present")
 
 
 @njit(**INLINE)
@@ -124,12 +124,12 @@ def predict_motion_relative_to_stone_below(upper_rows: Any, lower_rows: Any, joi
     for j in range(whole_vectors(lane_count)):
         axes = load_axes(lower_rows, j)
         origin = upper_face_centre(load_constants(lower_rows, j), load_predicted(lower_rows, j), axes)
-        store_joint_pose(joint_rows, j, JointPose(axes, origin))
+        store_joint_pose(joint_rows, j, JointFrameAxesAndOrigin(axes, origin))
         store_frame(joint_rows, j, relative_motion_in_contact_frame(upper_rows, lower_rows, j, axes, origin))
 
 
 @njit(**INLINE)
-def base_corner_position(frame: JointRelativeMotion, corner: FaceCorner, present: float) -> ContactPointPosition:
+def base_corner_contact_point(frame: JointRelativeMotion, corner: FaceCorner, present: float) -> ContactPointPosition:
     """Return the position of a base corner on the lower face, and its share of the stiffness if all corners rest."""
     return ContactPointPosition(
         frame.corner.x + (corner.x * frame.along_x.x + corner.y * frame.along_y.x),
@@ -143,7 +143,7 @@ def base_corner_position(frame: JointRelativeMotion, corner: FaceCorner, present
 def predict_base_corner_position(upper_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
     """Compute the predicted position of one corner of a stone's base on its support, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
-        place = base_corner_position(load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j])
+        place = base_corner_contact_point(load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j])
         store_place(point, j, place)
 
 
@@ -193,7 +193,7 @@ def any_stack_uses_contact_point(point: Any, lane_count: int) -> bool:
 
 
 @njit(**INLINE)
-def clip_by_half_plane(clip: SidePartInContactPatch, at_begin: float, at_end: float) -> SidePartInContactPatch:
+def clip_side_by_half_plane(clip: SidePartInContactPatch, at_begin: float, at_end: float) -> SidePartInContactPatch:
     """Clip a part of a face's side by a half plane, given how far both ends of the side lie inside the half plane."""
     crosses = (at_begin < 0.0) != (at_end < 0.0)
     share = at_begin / (at_begin - at_end if crosses else 1.0)
@@ -222,7 +222,7 @@ def clip_base_side(point: Any, next_corner: Any, side: Any, lane_count: int) -> 
     """Clip a side of the upper stone's base by the line of one side of the lower face, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
         a, b, limit = load_place(point, j), load_place(next_corner, j), load_outline(side, j)
-        store_clip(point, j, clip_by_half_plane(
+        store_clip(point, j, clip_side_by_half_plane(
             load_clip(point, j), limit.reach - (limit.nx * a.x + limit.ny * a.y),
             limit.reach - (limit.nx * b.x + limit.ny * b.y),
         ))  # fmt: skip
@@ -257,7 +257,7 @@ def twice_triangle_area(a: ContactPointPosition, b: ContactPointPosition, x: flo
 
 
 @njit(**INLINE)
-def contact_normal_slope_at_crossing(lower: FaceCorner, a: ContactPointPosition, b: ContactPointPosition) -> float:
+def normal_slope_at_crossing_of_sides(lower: FaceCorner, a: ContactPointPosition, b: ContactPointPosition) -> float:
     """Return the slope (≥ 0) of the contact normal where side a–b of the upper base crosses a lower face's side.
 
     The normal is perpendicular to both sides; the slope is that across the side of the lower face.
@@ -281,8 +281,8 @@ def clip_side_of_lower_face(side: Any, next_corner: Any, begin: Any, end: Any, l
         a, b = load_place(begin, j), load_place(end, j)
         c, d = load_outline(side, j), load_outline(next_corner, j)
         old, rim = load_clip(side, j), load_rim_side(side, j)
-        new = clip_by_half_plane(old, twice_triangle_area(a, b, c.x, c.y), twice_triangle_area(a, b, d.x, d.y))
-        slope, beyond = contact_normal_slope_at_crossing(c, a, b), (c.nx * a.x + c.ny * a.y) - c.reach
+        new = clip_side_by_half_plane(old, twice_triangle_area(a, b, c.x, c.y), twice_triangle_area(a, b, d.x, d.y))
+        slope, beyond = normal_slope_at_crossing_of_sides(c, a, b), (c.nx * a.x + c.ny * a.y) - c.reach
         store_clip(side, j, new)
         store_rim_side(side, j, BaseOverhangAtSide(
             overhang=beyond if beyond > rim.overhang else rim.overhang,
@@ -319,7 +319,7 @@ def clip_sides_of_lower_face(joint_rows: Any, points: Any, upper_count: int, low
 
 
 @njit(**INLINE)
-def point_on_side(
+def contact_point_on_side(
     a: ContactPointPosition, b: ContactPointPosition, share: float, weight: float
 ) -> ContactPointPosition:
     """Return the point on the side from a to b at a share of its length from a, with a stiffness weight."""
@@ -373,8 +373,8 @@ def place_contact_points_of_base_side(
         unit, within = 0.5 / (frame.rim if frame.rim > 0.0 else 1.0), frame.inside >= 0.0
         part, other = (0.0 if within else unit * own.length), (0.0 if within else unit * previous.length)
         corner = (part if own.begin == 0.0 else 0.0) + (other if previous.end == 1.0 else 0.0)
-        store_place(start, j, point_on_side(a, b, own.begin, part if own.begin > 0.0 else 0.0))
-        store_place(end, j, point_on_side(a, b, own.end, part if own.end < 1.0 else 0.0))
+        store_place(start, j, contact_point_on_side(a, b, own.begin, part if own.begin > 0.0 else 0.0))
+        store_place(end, j, contact_point_on_side(a, b, own.end, part if own.end < 1.0 else 0.0))
         point[WEIGHT + j] = select(within, a.weight, corner)
 
 

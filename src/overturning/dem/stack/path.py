@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.path import rotate_to_east_north_up, vertical_axis_of_body
+from overturning.dem.body.path import body_axis_vertical_at_rest, rotate_to_east_north_up
 from overturning.dem.path import dataset_variable_tuple
 from overturning.dem.plan import check_trajectory_size
 from overturning.model.results import CaseResults
@@ -41,7 +41,7 @@ class StackTrajectory:
 
         columns = self.rows[:, GROUND_COLUMNS:].reshape(len(self.rows), len(self.stones), STONE_COLUMNS)
         quaternion, present = columns[:, :, 3:7], columns[:, :, 13]
-        axis = to_east_north_up(vertical_axis_of_body(quaternion))
+        axis = to_east_north_up(body_axis_vertical_at_rest(quaternion))
         drawn = [stone.drawn_corners_and_edges() for stone in self.stones]
         outline = np.full((len(drawn), max(len(corners) for corners, _ in drawn), 3), np.nan)
         edges = np.full((len(drawn), max(len(pairs) for _, pairs in drawn), 2), -1)
@@ -127,10 +127,10 @@ def fill_in_free_flights(rows: FloatArray, stones: list[StackStone]) -> None:
         gone = np.flatnonzero(columns[:, index, 13] == 0.0)
         if gone.size:
             begin = max(int(gone[0]) - 1, 0)
-            _fill_in_free_flight(columns[begin:, index], rows[begin:, :GROUND_COLUMNS], stone)
+            _fill_in_stone_free_flight(columns[begin:, index], rows[begin:, :GROUND_COLUMNS], stone)
 
 
-def _fill_in_free_flight(columns: FloatArray, time_and_base_acceleration: FloatArray, stone: StackStone) -> None:
+def _fill_in_stone_free_flight(columns: FloatArray, time_and_base_acceleration: FloatArray, stone: StackStone) -> None:
     """Fill in the poses of a stone in free flight after the first row, until the stone meets the ground.
 
     Positions are relative to the base, so the stone has the acceleration of gravity less that of the base, which is

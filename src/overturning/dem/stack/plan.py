@@ -138,24 +138,24 @@ class StackSimulationPlan(SimulationPlan3D):
         new, samples = slice(len(trajectory), None), np.arange(self.motion.sample_count) * self.motion.sampling_interval
         for column in (1, 2, 3):
             longer[new, column] = np.interp(longer[new, 0], samples, at_rest[:, column], right=0.0)
-        fill_in_free_flights(longer, self._stones_of_case)
+        fill_in_free_flights(longer, self._stones_of_first_case)
         return longer
 
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> StackTrajectory:
         """Convert the kernel's output rows of the plan's only case to a `StackTrajectory`."""
         cosine, sine = self.cosines[0].tolist()
         critical = np.arcsin(np.sqrt(self.stones[0]["critical"]))
-        reference = self.model.scene.default_output_element
-        return StackTrajectory(trajectory_rows, (cosine, sine), self._stones_of_case, reference, critical)
+        reference = self.model.scene.name_of_element_shown_by_default
+        return StackTrajectory(trajectory_rows, (cosine, sine), self._stones_of_first_case, reference, critical)
 
     @property
-    def _stones_of_case(self) -> list[StackStone]:
+    def _stones_of_first_case(self) -> list[StackStone]:
         """Stones of the stack in the plan's first case, from the lowest up."""
         height, b_over_h = (float(np.asarray(getattr(self.cases, name))[0]) for name in ("height", "b_over_h"))
         return self.model.stones(height, b_over_h)
 
 
-def _check_that_stacks_stand(sizes: FloatArray, stacks: list[list[StackStone]]) -> None:
+def _check_that_stacks_can_stand(sizes: FloatArray, stacks: list[list[StackStone]]) -> None:
     """Raise an `ArgumentError` if a stack with one of the `sizes` (height, B/H) cannot stand."""
     for (height, ratio), stones in zip(sizes.tolist(), stacks, strict=True):
         if faults := reasons_stones_do_not_stand(stones):
@@ -207,7 +207,7 @@ def plan_stack_simulation(
     _check_stack_arguments(cases, numerics)
     sizes, which = np.unique(np.stack([cases.height, cases.b_over_h], axis=1), axis=0, return_inverse=True)
     stacks = [model.stones(float(height), float(ratio)) for height, ratio in sizes]
-    _check_that_stacks_stand(sizes, stacks)
+    _check_that_stacks_can_stand(sizes, stacks)
     joints = [joint_constants_of_stack(stones, model.contact) for stones in stacks]
     tables = np.stack([stone_rows_at_rest(stones, table) for stones, table in zip(stacks, joints, strict=True)])
     given = np.array([np.nan if stone.friction is None else stone.friction for stone in stacks[0]])

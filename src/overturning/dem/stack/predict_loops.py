@@ -61,10 +61,7 @@ from overturning.dem.stack.joint import (
     predict_friction,
     predicted_point_force_and_contact,
 )
-from overturning.dem.stack.joint_state import (
-    JointLandingTimes,
-    JointNormalForceSums,
-)
+from overturning.dem.stack.joint_state import JointNormalForceSums, RemainingFlatLandingTimes
 from overturning.dem.stack.landing import (
     NO_POINT,
     contact_points_land_together,
@@ -76,17 +73,17 @@ from overturning.dem.stack.solve import (
     mass_matrix_of_stone,
     matrix_6x6_times_wrench,
     right_side_of_stone_equations,
-    rotate_equations,
-    solve_velocity_change_of_lowest_stone,
+    rotate_contact_equations,
+    solve_velocity_correction_of_lowest_stone,
     wrench_plus,
 )
 from overturning.dem.stack.state import (
     DiagonalBlockAndRightSide,
     PredictedStone,
-    StackClock,
+    StackClockWithinSample,
     StoneContactForceSums,
     StoneState,
-    StoneVelocityChange,
+    StoneVelocityCorrection,
     Wrench,
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -129,7 +126,7 @@ def predict_inertial_acceleration(case_rows: Any, lane_count: int, ticks_per_sam
             push_at(shaking.push_x, tick, past), push_at(shaking.push_y, tick, past),
             -(GRAVITY + push_at(shaking.lift, tick, past)),
         ))  # fmt: skip
-        store_time(case_rows, j, StackClock(time.tick, 0.5 * (load_case(case_rows, j).step * length)))
+        store_time(case_rows, j, StackClockWithinSample(time.tick, 0.5 * (load_case(case_rows, j).step * length)))
         store_findings(case_rows, j, no_findings())
         store_losses(case_rows, j, no_losses())
 
@@ -162,7 +159,7 @@ def clear_joint_sums(joint_rows: Any, lane_count: int) -> None:
     for j in range(whole_vectors(lane_count)):
         # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
         longest = 0.0 if load_history(joint_rows, j).normal > 0.0 else IN_THE_AIR
-        store_landing(joint_rows, j, JointLandingTimes(NO_POINT, longest, NO_POINT, -NO_POINT))
+        store_landing(joint_rows, j, RemainingFlatLandingTimes(NO_POINT, longest, NO_POINT, -NO_POINT))
         store_normal(joint_rows, j, no_normal())
 
 
@@ -215,7 +212,7 @@ def rotate_joint_equations(joint_rows: Any, lane_count: int) -> None:
     """Rotate the contact terms of two stones in the equations from the axes of their contact to those of the ground."""
     for j in range(whole_vectors(lane_count)):
         axes = load_joint_pose(joint_rows, j).axes
-        store_equations(joint_rows, j, rotate_equations(axes, load_equations(joint_rows, j)))
+        store_equations(joint_rows, j, rotate_contact_equations(axes, load_equations(joint_rows, j)))
 
 
 @njit(**APART)
@@ -236,22 +233,22 @@ def eliminate_upper_stones(case_rows: Any, upper_rows: Any, lower_rows: Any, joi
 
 
 @njit(**APART)
-def solve_velocity_changes_of_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: int) -> None:
+def solve_velocity_corrections_of_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Solve the equations of the lowest stone of each stack for its velocity correction."""
     for j in range(whole_vectors(lane_count)):
         arm = scale_vector(-1.0, load_predicted(rows, j).place)
-        e = solve_velocity_change_of_lowest_stone(
+        e = solve_velocity_correction_of_lowest_stone(
             load_diagonal(rows, j), load_equations(joint_rows, j), load_time(case_rows, j).half, arm
         )
-        store_change(rows, j, StoneVelocityChange(e.force, e.moment))
+        store_change(rows, j, StoneVelocityCorrection(e.force, e.moment))
 
 
 @njit(**APART)
-def compute_upper_stone_velocity_changes(upper_rows: Any, lower_rows: Any, lane_count: int) -> None:
+def compute_upper_stone_velocity_corrections(upper_rows: Any, lower_rows: Any, lane_count: int) -> None:
     """Compute the velocity correction of an upper stone from that of the stone below, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
         solution, below = load_elimination(upper_rows, j), load_change(lower_rows, j)
         e = wrench_plus(
             solution.fixed_part, matrix_6x6_times_wrench(solution.factor_below, Wrench(below.velocity, below.spin))
         )
-        store_change(upper_rows, j, StoneVelocityChange(e.force, e.moment))
+        store_change(upper_rows, j, StoneVelocityCorrection(e.force, e.moment))

@@ -33,18 +33,18 @@ from overturning.dem.stack.access import (
 )
 from overturning.dem.stack.joint_state import JOINT, POINT
 from overturning.dem.stack.landing import FLAT_SPREAD, NEVER
-from overturning.dem.stack.state import CASE, STONE, TICKS, StackRestState
+from overturning.dem.stack.state import CASE, STONE, TICKS, StackRestFlagAndLimits
 from overturning.dem.stack.step import joint_state_size
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
-AT_REST: Final = CASE.row_start(StackRestState, "at_rest")
+AT_REST: Final = CASE.row_of_field(StackRestFlagAndLimits, "at_rest")
 
 LEAST_WIDTH: Final = 1e-3
 """Least width of a contact patch, as a share of its length, whose points give a plane of pressure."""
 
 
-class StonesAboveJoint(NamedTuple):
+class MassAndMassMomentAboveJoint(NamedTuple):
     """Stones above a joint (contact of two stones): their mass (kg), and mass times position of their centre (kg m)."""
 
     mass: float
@@ -159,14 +159,14 @@ def current_motion_onset_acceleration(state: Any, lane: int, stone_count: int, c
     or slides.
     """
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
-    onset, above = np.inf, StonesAboveJoint(0.0, 0.0, 0.0, 0.0)
+    onset, above = np.inf, MassAndMassMomentAboveJoint(0.0, 0.0, 0.0, 0.0)
     for k in range(stone_count):
         s = stone_count - 1 - k
         rows = of_stone(state, s)
         if not load_outcome(rows, lane).present > 0.0:
             continue
         mass, place = load_constants(rows, lane).mass, load_stone(rows, lane).place
-        above = StonesAboveJoint(
+        above = MassAndMassMomentAboveJoint(
             above.mass + mass, above.x + mass * place.x, above.y + mass * place.y, above.z + mass * place.z
         )
         joint = state[first + s * size : first + (s + 1) * size]
@@ -194,11 +194,11 @@ def base_acceleration_limit_of_stack_at_rest(state: Any, lane: int, stone_count:
     if not all_contact_points_carry_load(state, lane, stone_count, corner_limit):
         return 0.0
     limit = load_rest(state, lane).share * current_motion_onset_acceleration(state, lane, stone_count, corner_limit)
-    return limit if limit > 0.0 and stones_are_still(state, lane, stone_count, limit) else 0.0
+    return limit if limit > 0.0 and stones_stand_upright_and_still(state, lane, stone_count, limit) else 0.0
 
 
 @njit(**INNER)
-def stones_are_still(state: Any, lane: int, stone_count: int, rest_limit: float) -> bool:
+def stones_stand_upright_and_still(state: Any, lane: int, stone_count: int, rest_limit: float) -> bool:
     """True if all stones that have not fallen stand upright, with speeds and accelerations of a stack at rest."""
     step = load_case(state, lane).step * load_attempt(state, lane).length
     for s in range(stone_count):

@@ -41,7 +41,7 @@ from overturning.dem.stack.access import (
 from overturning.dem.stack.joint_state import (
     ContactNormalSums,
     ContactPointPosition,
-    JointPose,
+    JointFrameAxesAndOrigin,
     JointRelativeMotion,
 )
 from overturning.dem.stack.patch import point_window, relative_motion_in_contact_frame
@@ -53,7 +53,7 @@ Below it the normal turns in proportion, so that forces are continuous when a co
 
 
 @njit(**INLINE)
-def base_normal_slopes(frame: JointRelativeMotion) -> tuple[float, float]:
+def slopes_of_upper_base_normal(frame: JointRelativeMotion) -> tuple[float, float]:
     """Return the horizontal components of the normal of the upper stone's base, divided by the vertical one."""
     normal = cross_product(frame.along_x, frame.along_y)
     up = normal.z if normal.z > 0.1 else 0.1
@@ -107,7 +107,7 @@ def add_rim_points_to_normal_sums(
     """Add a corner of the lower face and both ends of its side to the sums for the normal of contact."""
     for j in range(whole_vectors(lane_count)):
         own, previous = load_outline(side, j), load_outline(previous_side, j)
-        slope_x, slope_y = base_normal_slopes(load_frame(joint_rows, j))
+        slope_x, slope_y = slopes_of_upper_base_normal(load_frame(joint_rows, j))
         rim, other = load_rim_side(side, j), load_rim_side(previous_side, j)
         full, corner = (
             contact_normal_weight_of_rim_side(rim.overhang, own.reach),
@@ -128,7 +128,7 @@ def add_rim_points_to_normal_sums(
 
 
 @njit(**INLINE)
-def rotation_to_normal(normal: Vector3) -> Matrix3:
+def rotation_from_z_axis_to_normal(normal: Vector3) -> Matrix3:
     """Return the smallest rotation that turns the z axis to a normal (unit vector with positive z)."""
     x, y, z = normal.x, normal.y, normal.z
     unit = 1.0 / (1.0 + z)
@@ -138,7 +138,7 @@ def rotation_to_normal(normal: Vector3) -> Matrix3:
 
 
 @njit(**INLINE)
-def contact_frame_with_mean_normal(rim: ContactNormalSums) -> JointPose:
+def contact_frame_with_mean_normal(rim: ContactNormalSums) -> JointFrameAxesAndOrigin:
     """Return axes and origin of the coordinate frame of a contact, with the mean normal, in the lower face's frame.
 
     The origin is the foot, from the centre of the lower face, on the plane through the mean position of the loads that
@@ -149,7 +149,7 @@ def contact_frame_with_mean_normal(rim: ContactNormalSums) -> JointPose:
     z = 1.0 / math.sqrt(1.0 + (x * x + y * y))
     normal = Vector3(x * z, y * z, z)
     height = (normal.x * rim.x + normal.y * rim.y) * one
-    return JointPose(rotation_to_normal(normal), scale_vector(height, normal))
+    return JointFrameAxesAndOrigin(rotation_from_z_axis_to_normal(normal), scale_vector(height, normal))
 
 
 @njit(**APART)
@@ -170,7 +170,7 @@ def rotate_contact_frame_to_mean_normal(upper_rows: Any, lower_rows: Any, joint_
         axes = matrix_product(pose.axes, turn.axes)
         origin = plus(pose.origin, matrix_times_vector(pose.axes, turn.origin))
         new = relative_motion_in_contact_frame(upper_rows, lower_rows, j, axes, origin)
-        store_joint_pose(joint_rows, j, JointPose(axes, origin))
+        store_joint_pose(joint_rows, j, JointFrameAxesAndOrigin(axes, origin))
         store_frame(joint_rows, j, JointRelativeMotion(
             new.corner, new.along_x, new.along_y, new.velocity, new.spin, old.inside, old.rim
         ))  # fmt: skip

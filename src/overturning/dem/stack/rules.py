@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.body.state import (
     BaseMotionSampleNumber,
+    inertial_accelerations_until_next_sample,
     lean_as_squared_sine,
-    linear_inertial_acceleration_of_sample,
 )
 from overturning.dem.body.vectors import (
     Quaternion,
@@ -19,7 +19,7 @@ from overturning.dem.body.vectors import (
     normalise_quaternion,
     rotation_matrix,
 )
-from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
+from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress, case_progress_in_next_sample
 from overturning.dem.kernel.ground import (
     GroundMotion,
@@ -28,7 +28,7 @@ from overturning.dem.kernel.ground import (
     upcoming_motion_is_below_rest_limit,
 )
 from overturning.dem.kernel.lanes import INNER, cache_line_aligned_zeros, whole_vectors
-from overturning.dem.kernel.queue import QueueSettings, extend_trajectory, register_model_functions
+from overturning.dem.kernel.queue import SettingsOfParallelCases, extend_trajectory, register_model_functions
 from overturning.dem.stack.access import (
     load_course,
     load_outcome,
@@ -70,9 +70,9 @@ from overturning.dem.stack.state import (
     CASE,
     COLUMNS,
     STONE,
-    StackClock,
-    StackConstants,
-    StackRestState,
+    StackClockWithinSample,
+    StackRestFlagAndLimits,
+    StackTickLengthAndLimits,
     StoneConstants,
     StoneFallState,
     StonePeakTilt,
@@ -81,18 +81,18 @@ from overturning.dem.stack.state import (
 from overturning.dem.stack.step import advance_stacks, joint_state_size
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
-TICK, SAMPLE = CASE.row_start(StackClock, "tick"), CASE.row_start(CaseProgress, "sample")
-ENERGY, LOADED = CASE.row_start(CaseProgress, "energy"), CASE.row_start(BaseMotionSampleNumber, "sample")
+TICK, SAMPLE = (CASE.row_of_field(StackClockWithinSample, "tick"), CASE.row_of_field(CaseProgress, "sample"))
+ENERGY, LOADED = (CASE.row_of_field(CaseProgress, "energy"), CASE.row_of_field(BaseMotionSampleNumber, "sample"))
 LAST_UPRIGHT, UPRIGHT_UNTIL = (
-    STONE.row_start(StonePeakTilt, "last_upright"),
-    STONE.row_start(StoneFallState, "upright_until"),
+    STONE.row_of_field(StonePeakTilt, "last_upright"),
+    STONE.row_of_field(StoneFallState, "upright_until"),
 )
 
 
 class StackKernelInput(NamedTuple):
     """Input of the stack kernel, for cases with equal steps per sample and equal numbers of stones and corners."""
 
-    settings: QueueSettings
+    settings: SettingsOfParallelCases
     cases: NDArray[np.void]
     """Case parameters, of type `CASE`, shape (n,)."""
     row: NDArray[np.int64]
@@ -151,11 +151,11 @@ def write_initial_stack_state(
         state[row * COLUMNS + lane] = 0.0
     first, size = CASE_SIZE + stones.size * STONE_SIZE, joint_state_size(outlines.shape[2])
     store_clock(state, lane, CaseStepControl(case.finest, case.standing, case.dwell, case.settled))
-    store_case(state, lane, StackConstants(
+    store_case(state, lane, StackTickLengthAndLimits(
         sampling_interval / ticks_per_sample, case.deepest, case.steady, case.still, case.reach
     ))  # fmt: skip
-    store_rest(state, lane, StackRestState(case.rest_share, case.rest_bound, 0.0))
-    store_attempt(state, lane, StepAttempt(case.finest, case.dwell, 0.0))
+    store_rest(state, lane, StackRestFlagAndLimits(case.rest_share, case.rest_bound, 0.0))
+    store_attempt(state, lane, NextStepToAttempt(case.finest, case.dwell, 0.0))
     for s in range(stones.size):
         write_initial_stone_state(of_stone(state, s), lane, stones[s])
         at = first + s * size
@@ -244,7 +244,7 @@ def load_base_motion_of_sample(
     motion_rows: Any,
     lane_cases: Any,
     ground: Any,
-    settings: QueueSettings,
+    settings: SettingsOfParallelCases,
 ) -> None:
     """Load the base motion of the current sample for each stack, and rescale all quaternions to length 1."""
     along, up, ticks, interval, scale = ground.along, ground.up, settings.ticks, settings.interval, 1.0 / settings.ticks
@@ -268,7 +268,7 @@ def load_base_motion_of_sample(
         state[LOADED + j] = course.sample + 1.0
         i = min(int(course.sample), last)
         horizontal = along[motion_rows[lane_cases[j]]]
-        store_shaking(state, j, linear_inertial_acceleration_of_sample(horizontal, up, i, course.amplitude, scale))
+        store_shaking(state, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude, scale))
 
 
 def advance_one_sample(

@@ -60,7 +60,7 @@ def rotate_matrix(rotation: Matrix3, m: Matrix3) -> Matrix3:
 
 
 @njit(**INLINE)
-def rotate_equations(rotation: Matrix3, joint_equations: JointEquations) -> JointEquations:
+def rotate_contact_equations(rotation: Matrix3, joint_equations: JointEquations) -> JointEquations:
     """Rotate two stones' contact terms in the equations by `rotation`, from the lower stone's axes to the ground's."""
     wrench, joint_matrix = joint_equations.wrench, joint_equations.blocks
     return JointEquations(
@@ -96,7 +96,7 @@ def shift_matrix_to_centres(
 
 
 @njit(**INLINE)
-def shift_wrench_to_centre(wrench: Wrench, arm: Vector3) -> Wrench:
+def shift_wrench_to_stone_centre(wrench: Wrench, arm: Vector3) -> Wrench:
     """Return a force and moment moved to a stone's centre; `arm` leads from the centre to the old reference point."""
     return Wrench(wrench.force, plus(wrench.moment, cross_product(arm, wrench.force)))
 
@@ -196,7 +196,7 @@ def eliminate_stone_from_equations(
     inverse = inverse_of_6x6_matrix(own)
     factor_below = product_of_6x6_matrices(inverse, coupling)
     fixed_part = matrix_6x6_times_wrench(
-        inverse, wrench_plus(diagonal.right, shift_wrench_to_centre(wrench, upper_arm))
+        inverse, wrench_plus(diagonal.right, shift_wrench_to_stone_centre(wrench, upper_arm))
     )
     # e = fixed part + factor · e_below: the coupling has a minus sign.
     return EliminatedStoneSolution(factor_below, fixed_part), DiagonalBlockAndRightSide(
@@ -205,17 +205,17 @@ def eliminate_stone_from_equations(
             product_of_6x6_matrices(back, factor_below),
         ),
         wrench_plus(
-            wrench_minus(lower.right, shift_wrench_to_centre(wrench, lower_arm)),
+            wrench_minus(lower.right, shift_wrench_to_stone_centre(wrench, lower_arm)),
             matrix_6x6_times_wrench(back, fixed_part),
         ),
     )
 
 
 @njit(**INLINE)
-def solve_velocity_change_of_lowest_stone(
+def solve_velocity_correction_of_lowest_stone(
     diagonal: DiagonalBlockAndRightSide, joint: JointEquations, half_step: float, arm: Vector3
 ) -> Wrench:
     """Return the velocity correction of the lowest stone, after the stones above it have been eliminated."""
     own = sum_of_6x6_matrices(diagonal.blocks, shift_matrix_to_centres(joint.blocks, arm, arm))
-    right = wrench_plus(diagonal.right, shift_wrench_to_centre(scale_wrench(half_step, joint.wrench), arm))
+    right = wrench_plus(diagonal.right, shift_wrench_to_stone_centre(scale_wrench(half_step, joint.wrench), arm))
     return matrix_6x6_times_wrench(inverse_of_6x6_matrix(own), right)

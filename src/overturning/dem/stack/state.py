@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 
 from overturning.dem.body.state import BaseMotionSampleNumber, InertialAccelerations3D, StepRejectionFlags
 from overturning.dem.body.vectors import Matrix3, Quaternion, SymmetricMatrix, Vector3
-from overturning.dem.kernel.clock import STACK, CaseStepControl, StepAttempt
+from overturning.dem.kernel.clock import STACK, CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress, SlideEndSample
 from overturning.dem.kernel.lanes import TupleRowLayout
 
@@ -24,7 +24,7 @@ TICKS: Final = STACK.whole
 """Ticks of a whole step."""
 
 
-class StackConstants(NamedTuple):
+class StackTickLengthAndLimits(NamedTuple):
     """Constants of one simulated stack: length of a tick, and limits for failure, for long steps and for rest."""
 
     step: float
@@ -39,7 +39,7 @@ class StackConstants(NamedTuple):
     """Least distance, over all joints, of the centre of mass above from the nearest side of the joint, m."""
 
 
-class StackRestState(NamedTuple):
+class StackRestFlagAndLimits(NamedTuple):
     """Limits of base acceleration up to which a stack stays at rest, and 1 or 0 for whether it may be at rest."""
 
     share: float
@@ -50,7 +50,7 @@ class StackRestState(NamedTuple):
     """1 if the stack may be at rest at the beginning of the sample, else 0."""
 
 
-class StackClock(NamedTuple):
+class StackClockWithinSample(NamedTuple):
     """Clock of one stack: time within the sample (ticks), and half the length of the attempted step (s)."""
 
     tick: float
@@ -205,7 +205,7 @@ class EliminatedStoneSolution(NamedTuple):
     fixed_part: Wrench
 
 
-class StoneVelocityChange(NamedTuple):
+class StoneVelocityCorrection(NamedTuple):
     """Correction of a stone's predicted velocity (m/s) and angular velocity (rad/s) from a step's equations."""
 
     velocity: Vector3
@@ -220,11 +220,11 @@ class StoneContactForceSums(NamedTuple):
 
 
 CASE: Final = TupleRowLayout(
-    COLUMNS, CaseStepControl, StackConstants, StackRestState, StackClock, StackEnergyAccount, InertialAccelerations3D,
-    BaseMotionSampleNumber, CaseProgress, StepAttempt, StepRejectionFlags, LargestStackContactChanges,
-    JointEnergyLosses, Vector3, SlideEndSample,
+    COLUMNS, CaseStepControl, StackTickLengthAndLimits, StackRestFlagAndLimits, StackClockWithinSample,
+    StackEnergyAccount, InertialAccelerations3D, BaseMotionSampleNumber, CaseProgress, NextStepToAttempt,
+    StepRejectionFlags, LargestStackContactChanges, JointEnergyLosses, Vector3, SlideEndSample
 )  # fmt: skip
 STONE: Final = TupleRowLayout(
     COLUMNS, StoneConstants, StoneState, StonePeakTilt, StoneFallState, PredictedStone, Matrix3,
-    DiagonalBlockAndRightSide, EliminatedStoneSolution, StoneVelocityChange, StoneContactForceSums
+    DiagonalBlockAndRightSide, EliminatedStoneSolution, StoneVelocityCorrection, StoneContactForceSums
 )  # fmt: skip

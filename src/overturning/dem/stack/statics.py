@@ -63,7 +63,7 @@ def joint_constants_of_stack(stones: list[StackStone], contact: VertexContact) -
     rows["base_corners"] = [len(stone.base) for stone in stones]
     rows["waits"] = np.where([len(stone.base) > 4 for stone in stones], RIM_SHARE * width, NEVER)
     table = JointConstantsOfStack(rows, penetration, patches)
-    _fill_in_loads_at_rest(stones, table)
+    _fill_in_contact_loads_at_rest(stones, table)
     return table
 
 
@@ -78,7 +78,7 @@ def stone_rows_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) 
             row[f"a{name}"], row[f"i{name}"] = stone.inertia[at], inverse[at]
         reach = stone.nearest_base_side_distance
         row["mass"], row["foot"], row["top"], row["reach"] = stone.mass, stone.foot, stone.top, reach
-        ahead, height = distance_and_height_over_nearest_patch_side(stone, patch)
+        ahead, height = tipping_mass_centre_distance_and_height(stone, patch)
         row["critical"] = ahead**2 / (ahead**2 + height**2)
         row["base_critical"] = reach**2 / (reach**2 + stone.foot**2)
         tilt = max(FALLEN_TILT, 0.5 * (np.arctan2(reach, stone.foot) + 0.5 * np.pi))
@@ -93,7 +93,7 @@ def stone_rows_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) 
     return table
 
 
-def distance_and_height_over_nearest_patch_side(stone: StackStone, patch: ContactPatchAtRest) -> tuple[float, float]:
+def tipping_mass_centre_distance_and_height(stone: StackStone, patch: ContactPatchAtRest) -> tuple[float, float]:
     """Return the distance and height (m) of the centre of mass that tips over the nearest side of a contact.
 
     The distance is horizontal, from this side to the centre; the height is that above the contact.
@@ -233,7 +233,7 @@ def _penetrations_at_patch_corners(
     ]
 
 
-def _fill_in_loads_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> None:
+def _fill_in_contact_loads_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> None:
     """Compute, for each contact of a stack at rest, normal force, centre of pressure and mean distance from it."""
     depths = _penetrations_at_patch_corners(stones, joints, pose_at_rest(stones, joints).ravel())
     for k, (row, patch, depth) in enumerate(zip(joints.rows, joints.patches, depths, strict=True)):

@@ -30,14 +30,14 @@ from overturning.dem.stack.patch import (
 )
 from overturning.dem.stack.predict_loops import (
     clear_joint_sums,
-    compute_upper_stone_velocity_changes,
+    compute_upper_stone_velocity_corrections,
     eliminate_upper_stones,
     predict_inertial_acceleration,
     predict_joint_friction,
     predict_point_normal_force,
     predict_stone_motion_and_equations,
     rotate_joint_equations,
-    solve_velocity_changes_of_lowest_stones,
+    solve_velocity_corrections_of_lowest_stones,
     update_landing_times_with_contact_point,
 )
 from overturning.dem.stack.rim import (
@@ -178,12 +178,12 @@ def advance_stacks(
             eliminate_upper_stones(
                 case, stone, lower, state[first + s * size : first + s * size + JOINT_SIZE], lane_count
             )
-        solve_velocity_changes_of_lowest_stones(
+        solve_velocity_corrections_of_lowest_stones(
             case, state[CASE_SIZE : CASE_SIZE + STONE_SIZE], state[first : first + JOINT_SIZE], lane_count
         )
         for s in range(1, stone_count):
             stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
-            compute_upper_stone_velocity_changes(
+            compute_upper_stone_velocity_corrections(
                 stone, state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE], lane_count
             )
         for s in range(stone_count):

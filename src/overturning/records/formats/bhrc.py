@@ -43,7 +43,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         channel_lines.parse_number(text[RATE_LINE][:13], RATE_LINE, "the rate"), RATE_LINE
     )
     count = int(header.field_text("NO. OF POINTS"))
-    channel_lines.check_recorded_duration(10, count, interval, header.field_number("DURATION"))
+    channel_lines.check_duration_stated_in_line(10, count, interval, header.field_number("DURATION"))
     samples, end, notes = channel_lines.read_fixed_width_samples(HEADER_LINES, width=13, per_line=10, count=count)
     if end >= len(text) or not text[end].startswith("/&"):
         at = min(end, len(text) - 1)

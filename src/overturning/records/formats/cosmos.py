@@ -95,7 +95,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         )
     interval = float(real[61]) * 1e-3 if real[61] > 0 else float(real[33])
     if real[62] > 0:
-        channel_lines.check_recorded_duration(data_at, samples.size, interval, float(real[62]))
+        channel_lines.check_duration_stated_in_line(data_at, samples.size, interval, float(real[62]))
     axis, direction = _axis_name_and_direction(header, text[comments_at + 1 : data_at], int(whole[53]))
     known = {index: float(value) for index, value in enumerate(real) if value != NULL}
     origin, places = header.origin_time_and_epicentre_metadata()
@@ -108,7 +108,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         samples * scale,
         interval,
         # The header does not state the offset of a local clock from UTC.
-        start=_start_time(channel_lines, whole, float(real[29]))
+        start=_utc_time_of_first_sample(channel_lines, whole, float(real[29]))
         if header.field_text("clock").upper() in ("", "UTC", "GMT")
         else None,
         origin=origin,
@@ -181,7 +181,7 @@ def _axis_name_and_direction(
     return word or str(direction_code), direction
 
 
-def _start_time(channel_lines: TextLines, header_integers: np.ndarray, seconds: float) -> datetime | None:
+def _utc_time_of_first_sample(channel_lines: TextLines, header_integers: np.ndarray, seconds: float) -> datetime | None:
     """Return the UTC time of the first sample from the header's integers and `seconds`; None if it is not stated."""
     year, _, month, day, hour, minute = (int(header_integers[i]) for i in range(39, 45))
     if NULL in (year, month, day, hour, minute) or not 0 <= seconds < 61:

@@ -112,7 +112,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     (latitude, longitude), station, start = (
         header.field_coordinates("coordinates"),
         header.field_text("station"),
-        header.utc_time_of_date_field("start"),
+        header.utc_time_of_month_day_year_field("start"),
     )
     origin, places = header.origin_time_and_epicentre_metadata()
     if header.field_text("renadic"):
@@ -153,7 +153,7 @@ def _start_time_of_renadic_file(header: HeaderFields, stated_origin: datetime | 
     arrive in time. The memory lasts whole seconds, so the fraction of the trigger's second is also that of the first
     sample. Recorders without a satellite clock have local time there, although the header says GMT, or 1980-01-01.
     """
-    trigger = header.utc_time_of_date_field("trigger")
+    trigger = header.utc_time_of_month_day_year_field("trigger")
     if trigger is None or stated_origin is None or LOCAL_CLOCKS.search(header.lines[4]):
         return None
     if (trigger.year, trigger.month, trigger.day) == (1980, 1, 1):
@@ -197,7 +197,7 @@ def _read_evenly_spaced_samples(
     )
     if header.field_text("record length"):
         header.check_sample_count("NO. OF POINTS", count)
-        channel_lines.check_recorded_duration(
+        channel_lines.check_duration_stated_in_line(
             header.line_index_of_field("record length"), count, interval, header.field_number("record length")
         )
     return samples * UNITS[unit], interval, notes

@@ -16,7 +16,7 @@ from overturning.records.formats.headings import (
     first_number_line_index,
     heading_mismatch_notes_and_refusal,
     read_heading_cells,
-    unit_mismatch_notes_of_text_lines,
+    unit_mismatch_notes_and_refusal,
 )
 from overturning.records.formats.lines import TextLines
 from overturning.records.source import SourceFile
@@ -165,7 +165,7 @@ def _read_number_rows(
     separator = next((mark for mark in ";\t," if mark in next(iter(texts.values()), "")), None)
     headings = read_heading_cells(lines.lines[:first], separator, len(declared_columns))
     notes, why = heading_mismatch_notes_and_refusal(name, headings, declared_columns)
-    stated, quantity = unit_mismatch_notes_of_text_lines(name, lines.lines[:first], separator, declared_columns)
+    stated, quantity = unit_mismatch_notes_and_refusal(name, lines.lines[:first], separator, declared_columns)
     notes, why = notes + stated, why or quantity
     if why and not trusting:
         raise RecordError(f"{name}: {why}; declare its acceleration, or say --trust-data if the heading is wrong")

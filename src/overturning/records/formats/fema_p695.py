@@ -44,7 +44,7 @@ def read_components(record_source: str) -> list[RecordComponent]:
             if number not in records:
                 known = sorted(map(int, records))
                 raise RecordError(f"source {record_source!r}: {record_set} has the ids {known[0]} to {known[-1]}")
-            components = _read_both_components(archive, record_source, records[number])
+            components = _read_horizontal_components(archive, record_source, records[number])
     except (OSError, EOFError, KeyError, NotImplementedError, zlib.error, zipfile.BadZipFile) as problem:
         raise RecordError(
             f"{ARCHIVE.name}: record {record_source} is damaged ({problem}); install overturning again"
@@ -61,7 +61,7 @@ def _read_csv_rows(archive: zipfile.ZipFile, name: str) -> list[dict[str, str]]:
     return list(csv.DictReader(io.StringIO(archive.read(name).decode())))
 
 
-def _read_both_components(archive: zipfile.ZipFile, source: str, record: dict[str, str]) -> list[RecordComponent]:
+def _read_horizontal_components(archive: zipfile.ZipFile, source: str, record: dict[str, str]) -> list[RecordComponent]:
     """Read both horizontal components of a FEMA P-695 record, given its row in the table of its record set."""
     record_set, number = source.split(":")
     components = []

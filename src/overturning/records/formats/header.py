@@ -175,7 +175,7 @@ class HeaderFields(TextLines):
             raise self.line_error(index, f"{field_name} {stated!r} is no time like {like}; correct it")
         return moment
 
-    def utc_time_of_date_field(self, field_name: str) -> datetime | None:
+    def utc_time_of_month_day_year_field(self, field_name: str) -> datetime | None:
         """Return the UTC time in a header field (month, day, year, hour, minute, second); None if it is missing."""
         match = self.field_pattern_match(field_name)
         if match is None:
@@ -241,7 +241,7 @@ class HeaderFields(TextLines):
         """
         stated = self.field_text(field_name) if text_part is None else text_part
         if stated:
-            self.check_recorded_duration(
+            self.check_duration_stated_in_line(
                 self.line_index_of_field(field_name),
                 sample_count,
                 sampling_interval,

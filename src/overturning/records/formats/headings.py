@@ -92,7 +92,7 @@ def axis_direction_in_column_heading(heading: str) -> AxisDirection:
     return named.pop() if len(named) == 1 else UNKNOWN
 
 
-def unit_mismatch_notes_of_text_lines(
+def unit_mismatch_notes_and_refusal(
     file_name: str, lines: Sequence[str], separator: str | None, declared_columns: Sequence[tuple[str, str]]
 ) -> tuple[tuple[str, ...], str]:
     """Return notes on lines with another unit than the user states, and the reason to refuse the file (or "").

@@ -73,7 +73,7 @@ class TextLines:
             )
         return 1.0 / rate
 
-    def check_recorded_duration(
+    def check_duration_stated_in_line(
         self, line_index: int, sample_count: int, sampling_interval: float, duration: float, tolerance: float = 0.0
     ) -> None:
         """Raise a RecordError if the duration of the samples differs from the stated ``duration``, s."""

@@ -18,7 +18,7 @@ from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.stationxml import (
     acceleration_unit_in_m_s2,
     find_channel_epoch,
-    is_velocity_unit,
+    is_metre_per_second,
     normalise_filter_coefficient_sums,
     read_stationxml_inventory,
 )
@@ -89,7 +89,7 @@ def _component_of_trace(
     channel, moment, code = f"{source_file.name}: channel {trace.id}", trace.stats.starttime, trace.stats.channel
     epoch = find_channel_epoch(trace, inventory, source_file, declared_properties)
     unit, scale = epoch.unit, acceleration_unit_in_m_s2(epoch.unit)
-    if scale is None and not is_velocity_unit(unit):
+    if scale is None and not is_metre_per_second(unit):
         raise RecordError(f"{channel} is in {unit or 'no unit'} in the StationXML; acceleration or velocity is needed")
     if scale is not None and code[1:2] == "H" and declared_properties.unit is None:
         raise RecordError(

@@ -58,14 +58,14 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             direction,
             samples * GAL,
             interval,
-            start=_start_time(whole, text),
+            start=_utc_time_of_first_sample(whole, text),
             station=(station[1] if station else "") or lines[2].strip(),
             origin=parse_time_as_utc(" ".join(lines[3].split()[:4]), "%Y %m %d %H%M"),
             event=re.sub(r"^\s*\d+\s+\d+\s+\d+\s+\d*\s*", "", lines[3]).strip(),
             coordinates=(known.get(10), known.get(11)),
             # The header has seven digits, the data have five: they may differ by half a unit of the data's last digit.
             peak=HeaderPeak.from_signed_acceleration(extreme * GAL, 1e-4, line=23) if extreme is not None else None,
-            location=_sensor_location(whole),
+            location=_sensor_location_in_structure(whole),
             processed=KINDS[kind],
             extra={"magnitude": known[5]} if 5 in known else {},
             notes=(*notes, *inclined, *_flagged_problem_and_longitude_notes(source_file.name, whole, known)),
@@ -101,7 +101,7 @@ def _axis_name_direction_and_notes(
     return axis, axis_direction_from_name_or_code(axis, coded, partial(lines.line_error, 5)), notes
 
 
-def _sensor_location(header_integers: np.ndarray) -> str:
+def _sensor_location_in_structure(header_integers: np.ndarray) -> str:
     """Return the location of the sensor in a building, bridge or dam from the header's integers; else ""."""
     floor, bridge, dam = (int(header_integers[i]) for i in (24, 26, 27))
     if 0 < floor < 200:
@@ -123,7 +123,7 @@ def _flagged_problem_and_longitude_notes(
     return flagged + ([f"the station's longitude {east:g} is taken as east; {remedy}"] if east > 0 else [])
 
 
-def _start_time(header_integers: np.ndarray, lines: TextLines) -> datetime | None:
+def _utc_time_of_first_sample(header_integers: np.ndarray, lines: TextLines) -> datetime | None:
     """Return the UTC time of the first sample from year, day of year and time of day; None if not stated.
 
     Without milliseconds, a time of whole minutes is that of the earthquake, as in files of digitised film.

@@ -55,14 +55,14 @@ def acceleration_unit_in_m_s2(unit: str) -> float | None:
     return _SCALES.get(normalise_unit(unit))
 
 
-def is_velocity_unit(unit: str) -> bool:
+def is_metre_per_second(unit: str) -> bool:
     """Return True if the unit is metres per second."""
     return normalise_unit(unit) == "M/S"
 
 
 def is_acceleration_or_velocity_unit(unit: str) -> bool:
     """Return True if a unit is one of acceleration, or metres per second."""
-    return acceleration_unit_in_m_s2(unit) is not None or is_velocity_unit(unit)
+    return acceleration_unit_in_m_s2(unit) is not None or is_metre_per_second(unit)
 
 
 def read_stationxml_inventory(stationxml_files: Sequence[SourceFile]) -> Any:
@@ -121,7 +121,7 @@ def find_channel_epoch(
             f"is sampled at {rate:g} Hz, but at {stated:g} Hz in the StationXML", "get the StationXML of that time"
         )
     gain, unit = _channel_gain_and_unit(channel, name)
-    notes = _check_stage_gains(channel.response, gain, unit, name, report_contradiction)
+    notes = _compare_gain_with_stage_gains(channel.response, gain, unit, name, report_contradiction)
     _check_first_stage_unit(channel.response, unit, report_contradiction)
     direction, unknown, inclined = _channel_direction(channel, name)
     notes += inclined
@@ -141,7 +141,7 @@ def _channel_at_trace_start(
         why = f"at {trace.stats.starttime} is not in the StationXML given"
         raise RecordError(f"{channel_label} {why}; get it with level=response for that channel and time")
     channel = fitting[-1]
-    if len({_channel_values_for_comparison(one) for one in fitting}) > 1:
+    if len({_channel_properties_affecting_record(one) for one in fitting}) > 1:
         listed = " and ".join(
             f"{_gain_and_direction_text(one)} from {str(one.start_date or 'ever')[:10]} on" for one in fitting
         )
@@ -150,7 +150,9 @@ def _channel_at_trace_start(
             "end the one that was over, in the StationXML",
         )
     later = _channels_active_at_time(trace, inventory, trace.stats.endtime)
-    if later and all(_channel_values_for_comparison(one) != _channel_values_for_comparison(channel) for one in later):
+    if later and all(
+        _channel_properties_affecting_record(one) != _channel_properties_affecting_record(channel) for one in later
+    ):
         report_contradiction(
             f"changes in the StationXML while it records: {_gain_and_direction_text(channel)}, "
             f"then {_gain_and_direction_text(later[-1])} from "
@@ -173,16 +175,16 @@ def _channel_gain_and_unit(channel: Any, channel_label: str) -> tuple[float, str
     return gain, unit
 
 
-def _check_stage_gains(
+def _compare_gain_with_stage_gains(
     response: Any, gain: float, unit: str, channel_label: str, report_contradiction: Callable[[str, str], None]
 ) -> tuple[str, ...]:
     """Compare a channel's gain with the product of its stage gains: note a small, report a large difference."""
     made, difference = _stage_gain_and_difference(response, gain)
     stated = f"has a gain of {gain:g} in the StationXML, whose stages make {made:g}"
-    if difference > (MAX_VELOCITY_GAIN_DIFFERENCE if is_velocity_unit(unit) else MAX_GAIN_DIFFERENCE):
+    if difference > (MAX_VELOCITY_GAIN_DIFFERENCE if is_metre_per_second(unit) else MAX_GAIN_DIFFERENCE):
         report_contradiction(stated, "find out which is right")
     elif difference > MAX_SILENT_GAIN_DIFFERENCE:
-        used = "the stages" if is_velocity_unit(unit) else f"{gain:g}"
+        used = "the stages" if is_metre_per_second(unit) else f"{gain:g}"
         return (f"{channel_label} {stated}, a difference of {100 * difference:.2g} %; computed with {used}",)
     return ()
 
@@ -285,7 +287,7 @@ def _channels_active_at_time(trace: Any, inventory: Any, time: Any) -> list[Any]
     return sorted(found, key=lambda channel: channel.start_date.timestamp if channel.start_date else -np.inf)
 
 
-def _channel_values_for_comparison(channel: Any) -> tuple[Any, ...]:
+def _channel_properties_affecting_record(channel: Any) -> tuple[Any, ...]:
     """Return a channel's properties that affect a record, to test whether two epochs of the channel differ."""
     response = channel.response
     sensitivity = getattr(response, "instrument_sensitivity", None)

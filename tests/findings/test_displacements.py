@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.findings.displacements import element_displacement_findings
+from overturning.findings.displacements import final_slip_and_rotation_of_elements
 from overturning.findings.exactness import final_twist_findings
 from overturning.findings.results import StudyResults
 from overturning.study.load import load_study
@@ -47,7 +47,7 @@ def stack_and_single_shaft_results() -> StudyResults:
 
 
 def test_median_slip_and_twist_are_of_standing_cases(stack_and_single_shaft_results: StudyResults) -> None:
-    base, shaft, alone = element_displacement_findings(stack_and_single_shaft_results)
+    base, shaft, alone = final_slip_and_rotation_of_elements(stack_and_single_shaft_results)
     assert [one.element for one in (base, shaft)] == ["base", "shaft"]
     assert (base.variant, shaft.variant, alone.variant) == (NOMINAL, NOMINAL, "shaft-alone")
     assert (base.standing, base.falls, base.share_slid_off) == (5, 0, None)
@@ -69,7 +69,7 @@ def test_findings_have_no_sliding_off_of_the_lowest_stone_nor_twist_of_a_stack(
         ["base", "shaft"], overturned=[[1] * 5, [1] * 5], slid_off=[[0] * 5, [1, 0, 0, 0, 0]]
     )
     both = cast(StudyResults, SimpleNamespace(study=stack_and_single_shaft_results.study, cubes={NOMINAL: fallen}))
-    base, shaft = element_displacement_findings(both)
+    base, shaft = final_slip_and_rotation_of_elements(both)
     assert (base.falls, base.share_slid_off) == (5, None)
     assert (shaft.falls, shaft.share_slid_off) == (5, 0.2)
     assert final_twist_findings(both) is None

@@ -78,7 +78,7 @@ def score_tables(score_rows: pd.DataFrame) -> dict[str, str]:
     """Return the tables of scores as Markdown, by marker; they need the stored scores only."""
     return {
         "shaking-table-scores": _score_table(score_rows),
-        "shaking-table-improvement": _improvement_table(score_rows),
+        "shaking-table-improvement": _better_score_count_table(score_rows),
     }
 
 
@@ -103,7 +103,7 @@ def _score_table(score_rows: pd.DataFrame) -> str:
     return markdown_table(("split", "specimen", "model", *NAMES, "tests"), lines)
 
 
-def _improvement_table(score_rows: pd.DataFrame) -> str:
+def _better_score_count_table(score_rows: pd.DataFrame) -> str:
     """Return a table of how many scores of each model are better than those of the logistic model."""
     known = {(one.model, one.split, one.specimen, one.score): one for one in iterate_rows(score_rows)}
     counts: dict[tuple[str, str], list[int]] = {}

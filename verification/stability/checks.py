@@ -231,7 +231,7 @@ def standing_rotation_limits(prepared: PreparedScene) -> FloatArray:
 
 
 def _rotations_counted_as_fallen(prepared: PreparedScene) -> FloatArray:
-    """Return the rotation, rad, from which each free element counts as fallen: given by the scene or at rest."""
+    """Return the rotation, rad, from which each free element counts as fallen: the scene's, or to another face."""
     items = [prepared.placed[index] for index in prepared.free_element_indices]
     asked = [item.element.fallen_rotation_deg for item in items]
     return np.array([

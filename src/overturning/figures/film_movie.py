@@ -157,7 +157,7 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
                     scene.add_patch(Polygon(vertex_positions_by_frame(body)[0], closed=True, linewidth=0.8, **look)),
                 )
             )
-        marks = _draw_motion_traces(trace_axes, film, panel)
+        marks = _draw_traces_and_current_time_lines(trace_axes, film, panel)
         draw_scale_bar(scene, (left, right, bottom, top))
         rows.append((panel, outcome, shapes, marks, scene.set_xlabel("", fontsize=8)))
 
@@ -179,7 +179,7 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
     return figure, move_artists_to_frame
 
 
-def _draw_motion_traces(trace_axes: Sequence[Any], film: Film, panel: FilmPanel) -> list[Any]:
+def _draw_traces_and_current_time_lines(trace_axes: Sequence[Any], film: Film, panel: FilmPanel) -> list[Any]:
     """Draw the acceleration traces of a film panel; return the lines that mark the current time, to be moved later.
 
     All traces of a film have one scale. Horizontal and vertical traces are named only if both are drawn.

@@ -34,7 +34,7 @@ from overturning.findings.direction import (
     fall_direction_findings,
     planar_model_agreement,
 )
-from overturning.findings.displacements import ElementDisplacementFindings, element_displacement_findings
+from overturning.findings.displacements import ElementDisplacementFindings, final_slip_and_rotation_of_elements
 from overturning.findings.exactness import (
     ConvergenceFindings,
     EnsembleFindings,
@@ -153,7 +153,7 @@ def findings_from_results(results: StudyResults) -> Findings:
         reference_alignments=fall_alignments_with_references(results),
         planar_model_agreement=planar_model_agreement(results),
         element_outcomes=element_fall_findings(results),
-        element_displacements=element_displacement_findings(results),
+        element_displacements=final_slip_and_rotation_of_elements(results),
         site_fall_rates=population_fall_rates_by_soil(results),
         not_converged=unconverged_soil_analyses(results),
         beyond_curves=soil_analyses_with_strain_beyond_curves(results),

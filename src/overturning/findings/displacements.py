@@ -32,7 +32,7 @@ class ElementDisplacementFindings(FindingBaseClass):
     stone, since the ground has no rim."""
 
 
-def element_displacement_findings(results: StudyResults) -> list[ElementDisplacementFindings]:
+def final_slip_and_rotation_of_elements(results: StudyResults) -> list[ElementDisplacementFindings]:
     """Summarise final slip and rotation of each element that stands, for the study and each variant.
 
     Empty for planar models and for studies of a single body, whose rotation is in the finding `final_twist`.

@@ -33,6 +33,7 @@ from overturning.dem.body.state import (
     VERTEX,
     BaseContactState,
     BodyConstants,
+    BodyContactChangesInStep,
     BodyEnergyAndMomentumAccount,
     BodyPeakValues,
     BodyPredictedForStepEnd,
@@ -44,7 +45,6 @@ from overturning.dem.body.state import (
     ContactForceSum,
     ContactPointAtStepStartAndEnd,
     InertialAccelerations3D,
-    LargestBodyContactChanges,
     PredictedContactPoint,
     StepRejectionFlags,
 )
@@ -69,11 +69,11 @@ load_predicted, store_predicted, _ = ROWS.tuple_reader_and_writer(BodyPredictedF
 load_equations, store_equations, _ = ROWS.tuple_reader_and_writer(ContactEquationTerms)
 load_change, store_change, _ = ROWS.tuple_reader_and_writer(BodyVelocityChange)
 load_sum, store_sum, _ = ROWS.tuple_reader_and_writer(ContactForceSum)
-load_largest, store_largest, _ = ROWS.tuple_reader_and_writer(LargestBodyContactChanges)
+load_largest, store_largest, _ = ROWS.tuple_reader_and_writer(BodyContactChangesInStep)
 add_equations, add_sum, larger_of = (
     create_elementwise_tuple_functions(ContactEquationTerms).plus,
     create_elementwise_tuple_functions(ContactForceSum).plus,
-    create_elementwise_tuple_functions(LargestBodyContactChanges).largest,
+    create_elementwise_tuple_functions(BodyContactChangesInStep).largest,
 )
 load_vertex = VERTEX.tuple_reader_and_writer(BodyVertex).load
 load_memory, _, store_memory = VERTEX.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old")

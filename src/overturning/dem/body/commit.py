@@ -8,6 +8,7 @@ from numba import njit
 from overturning.dem.body.centred import acceleration_of_body_centre, flat_landing_slip_direction
 from overturning.dem.body.state import (
     BodyConstants,
+    BodyContactChangesInStep,
     BodyEnergyAndMomentumAccount,
     BodyPeakValues,
     BodyPredictedForStepEnd,
@@ -16,7 +17,6 @@ from overturning.dem.body.state import (
     ContactForceSum,
     ContactPointHistory,
     InertialAccelerations3D,
-    LargestBodyContactChanges,
     PredictedContactPoint,
     lean_as_squared_sine,
 )
@@ -77,7 +77,7 @@ def contact_changes_of_point(
     friction_limit: float,
     slips: bool,
     forces_decide_contact: bool,
-) -> LargestBodyContactChanges:
+) -> BodyContactChangesInStep:
     """Return the changes (opening, closing, sliding…) of one contact point of a body in an attempted step.
 
     If the predicted forces decided about its contact (`forces_decide_contact`), sliding contrary to the assumption does
@@ -97,7 +97,7 @@ def contact_changes_of_point(
         )
     )
     changed = -penetration if point_history.depth > 0.0 else deeper
-    return LargestBodyContactChanges(
+    return BodyContactChangesInStep(
         changed, 1.0 if wrong & long else 0.0, 1.0 if backwards & long else 0.0, 1.0 if carries & (not slips) else 0.0,
         1.0 if back & long else 0.0, 0.0 if force.z > 0.0 else 1.0, penetration,
     )  # fmt: skip
@@ -112,7 +112,7 @@ def compute_point_forces(
     velocity_change: BodyVelocityChange,
     forces_decide_contact: bool,
     has_rim: bool,
-) -> tuple[ContactForceSum, LargestBodyContactChanges, ContactPointHistory]:
+) -> tuple[ContactForceSum, BodyContactChangesInStep, ContactPointHistory]:
     """Return forces, contact changes and new state of a contact point of a body at the end of a step."""
     half, r, e = (
         predicted_body.half,
@@ -179,7 +179,7 @@ def compute_point_forces(
 
 @njit(**INLINE)
 def rim_contact_point_moves_fast(
-    state: BodyState, predicted_body: BodyPredictedForStepEnd, largest_contact_changes: LargestBodyContactChanges
+    state: BodyState, predicted_body: BodyPredictedForStepEnd, largest_contact_changes: BodyContactChangesInStep
 ) -> bool:
     """True if the lowest point of a tilted round base moves along its rim by an angle above `FAST_TURN` in the step."""
     a, b = rotation_matrix(state.turn), rotation_matrix(predicted_body.turn)
@@ -215,7 +215,7 @@ def base_motion_stays_below_limit(
 
 @njit(**INLINE)
 def contact_changes_in_body_step(
-    largest_contact_changes: LargestBodyContactChanges, normal_force: float, rim_turns_fast: bool, shaking_is_weak: bool
+    largest_contact_changes: BodyContactChangesInStep, normal_force: float, rim_turns_fast: bool, shaking_is_weak: bool
 ) -> StepContactChanges:
     """Return the contact changes of a body in an attempted step, by which the step is accepted or rejected."""
     slides = (largest_contact_changes.holds == 0.0) & (normal_force > 0.0)

@@ -312,7 +312,7 @@ class ContactForceSum(NamedTuple):
     """Energy released by springs, m²/s²."""
 
 
-class LargestBodyContactChanges(NamedTuple):
+class BodyContactChangesInStep(NamedTuple):
     """Contact changes in an attempted step: for each kind of change, the largest value over a body's contact points."""
 
     changed: float
@@ -335,7 +335,7 @@ ROWS: Final = TupleRowLayout(
     COLUMNS, BodyConstants, CaseStepControl, BodyState, Matrix3, BaseContactState, BodyPeakValues,
     BodyEnergyAndMomentumAccount, InertialAccelerations3D, BaseMotionSampleNumber, CaseProgress, BodyTerminationLimits,
     NextStepToAttempt, StepRejectionFlags, BodyPredictedForStepEnd, ContactEquationTerms, BodyVelocityChange,
-    ContactForceSum, LargestBodyContactChanges, CaseRestState, LargestTiltNearCaseEnd, SlideEndSample,
+    ContactForceSum, BodyContactChangesInStep, CaseRestState, LargestTiltNearCaseEnd, SlideEndSample,
 )  # fmt: skip
 VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointAtStepStartAndEnd, PredictedContactPoint)
 

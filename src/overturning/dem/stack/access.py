@@ -36,9 +36,9 @@ from overturning.dem.stack.state import (
     DiagonalBlockAndRightSide,
     EliminatedStoneSolution,
     JointEnergyLosses,
-    LargestStackContactChanges,
     PredictedStone,
     StackClockWithinSample,
+    StackContactChangesInStep,
     StackEnergyAccount,
     StackRestFlagAndLimits,
     StackTickLengthAndLimits,
@@ -58,7 +58,7 @@ load_attempt, store_attempt, _ = CASE.tuple_reader_and_writer(NextStepToAttempt)
 load_case, store_case, _ = CASE.tuple_reader_and_writer(StackTickLengthAndLimits)
 load_clock, store_clock, _ = CASE.tuple_reader_and_writer(CaseStepControl)
 load_course, store_course, _ = CASE.tuple_reader_and_writer(CaseProgress)
-load_findings, store_findings, _ = CASE.tuple_reader_and_writer(LargestStackContactChanges)
+load_findings, store_findings, _ = CASE.tuple_reader_and_writer(StackContactChangesInStep)
 load_inertial, store_inertial, _ = CASE.tuple_reader_and_writer(Vector3)
 load_losses, store_losses, _ = CASE.tuple_reader_and_writer(JointEnergyLosses)
 load_rejection, store_rejection, _ = CASE.tuple_reader_and_writer(StepRejectionFlags)
@@ -104,6 +104,6 @@ add_losses, no_losses = (
     create_elementwise_tuple_functions(JointEnergyLosses).zero,
 )
 larger_of, no_findings = (
-    create_elementwise_tuple_functions(LargestStackContactChanges).largest,
-    create_elementwise_tuple_functions(LargestStackContactChanges).zero,
+    create_elementwise_tuple_functions(StackContactChangesInStep).largest,
+    create_elementwise_tuple_functions(StackContactChangesInStep).zero,
 )

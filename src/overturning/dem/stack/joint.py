@@ -29,7 +29,7 @@ from overturning.dem.stack.joint_state import (
     squared_length,
     unit_tangential_vector,
 )
-from overturning.dem.stack.state import JointEnergyLosses, LargestStackContactChanges, VelocityToForceBlocks, Wrench
+from overturning.dem.stack.state import JointEnergyLosses, StackContactChangesInStep, VelocityToForceBlocks, Wrench
 
 LEAST_WEIGHT: Final = 1e-3
 """Smallest weight of a point that asks for a finer step when it opens or closes."""
@@ -228,7 +228,7 @@ def joint_equation_terms(
 def solve_point_contact(
     joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: ContactPointState,
     change: tuple[Vector3, Vector3], step: tuple[float, bool, float, bool, bool],
-) -> tuple[JointPointForceAndImpulse, LargestStackContactChanges, JointEnergyLosses, ContactPointState]:  # fmt: skip
+) -> tuple[JointPointForceAndImpulse, StackContactChangesInStep, JointEnergyLosses, ContactPointState]:  # fmt: skip
     """Return normal force, contact changes, losses and new state of a contact point from a step's solved equations.
 
     `change` is the change of the relative velocity at the origin and of the relative angular velocity. `step` holds
@@ -270,7 +270,7 @@ def solve_point_contact(
     both = (depth if inside else 0.0) * (previous.depth if was else depth if joins else 0.0)
     let_go = 0.5 * joint.stiffness * ((w * over if inside | was else 0.0) + both * (previous.weight - w))
     let_go = let_go if counts | had else 0.0
-    findings = LargestStackContactChanges(
+    findings = StackContactChangesInStep(
         changed=changed if heavy else 0.0, wrong=0.0, reversed=0.0, holds=0.0, back=0.0,
         off=1.0 if heavy & (not (pressure > 0.0)) & (offset == 0.0) & (not between) else 0.0,
         depth=depth if counts else 0.0, loaded=0.0,
@@ -295,7 +295,7 @@ def solve_point_contact(
 def friction_changes_from_assumption(
     direction: TangentialVector, force: TangentialVector, velocity: TangentialVector, stretch: TangentialVector,
     state: tuple[bool, bool, bool], slides: tuple[bool, bool],
-) -> LargestStackContactChanges:  # fmt: skip
+) -> StackContactChangesInStep:  # fmt: skip
     """Return how friction of two stones at the end of a step differs from that assumed in its equations.
 
     `direction` is the assumed direction of friction, `stretch` that of its springs at the step's start. `state` holds
@@ -315,7 +315,7 @@ def friction_changes_from_assumption(
             | ((force.x * velocity.x + force.y * velocity.y) + force.twist * velocity.twist > 0.0)
         )
     )
-    return LargestStackContactChanges(
+    return StackContactChangesInStep(
         changed=0.0, wrong=1.0 if wrong & coarse else 0.0, reversed=1.0 if backwards & coarse else 0.0,
         holds=1.0 if carries & (not slips) else 0.0, back=1.0 if back & coarse else 0.0, off=0.0, depth=0.0,
         loaded=1.0 if loaded else 0.0,
@@ -327,7 +327,7 @@ def solve_joint_contact(
     joint: JointConstants, frame: JointRelativeMotion, friction: JointFrictionInStepEquations,
     points: tuple[JointPointForceAndImpulse, float], change: tuple[Vector3, Vector3], previous: JointContactState,
     step: tuple[float, bool, bool, float],
-) -> tuple[Wrench, Wrench, LargestStackContactChanges, JointEnergyLosses, JointContactState]:  # fmt: skip
+) -> tuple[Wrench, Wrench, StackContactChangesInStep, JointEnergyLosses, JointContactState]:  # fmt: skip
     """Return force, moment, contact changes, losses and new state between two stones from a step's solved equations.
 
     `points` holds the sums over the contact points and Σ n r (normal force × distance from the centre of pressure,

@@ -68,7 +68,7 @@ class StackEnergyAccount(NamedTuple):
     """Largest penetration so far, m."""
 
 
-class LargestStackContactChanges(NamedTuple):
+class StackContactChangesInStep(NamedTuple):
     """Contact changes of a stack in an attempted step: the largest value of each kind over all contacts."""
 
     changed: float
@@ -222,7 +222,7 @@ class StoneContactForceSums(NamedTuple):
 CASE: Final = TupleRowLayout(
     COLUMNS, CaseStepControl, StackTickLengthAndLimits, StackRestFlagAndLimits, StackClockWithinSample,
     StackEnergyAccount, InertialAccelerations3D, BaseMotionSampleNumber, CaseProgress, NextStepToAttempt,
-    StepRejectionFlags, LargestStackContactChanges, JointEnergyLosses, Vector3, SlideEndSample
+    StepRejectionFlags, StackContactChangesInStep, JointEnergyLosses, Vector3, SlideEndSample
 )  # fmt: skip
 STONE: Final = TupleRowLayout(
     COLUMNS, StoneConstants, StoneState, StonePeakTilt, StoneFallState, PredictedStone, Matrix3,

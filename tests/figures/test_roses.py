@@ -90,7 +90,7 @@ def test_rose_of_3d_falls_shows_axes_only_if_a_fault_normal_is_known() -> None:
 
 
 def test_interval_of_the_share_along_an_axis_adds_both_directions_first() -> None:
-    """Earthquakes fall towards 0° and 180° in turn: the share along this axis is 1 in each, that to one side is not."""
+    """Earthquakes with falls towards 0° or 180°: the share along this axis is 1 in each, that to one side is not."""
     one = cube_of_earthquakes_with_one_record_each(10)
     flags = np.zeros(one["overturned"].shape)
     flags[::2, 0], flags[1::2, 12] = 1, 1  # towards 0° under records 0, 2, 4, towards 180° under the others

@@ -164,7 +164,7 @@ def test_maps_of_many_earthquakes_are_split_over_several_figures() -> None:
 
 @pytest.fixture(scope="module")
 def cube_of_four_stations(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
-    """Return a cube of three stations of earthquake A, where blocks fall along 30°, and one station of earthquake B."""
+    """Return a cube of three stations of earthquake A, with falls along 30°, and one station of earthquake B."""
     # Two records of the same samples would be one.
     records = [
         sine_cycle_record(name, across=math.tan(math.radians(30.0)), cycles=1 + number)

@@ -151,7 +151,7 @@ def test_azimuth_colours_differ_with_red_green_blindness(seen: np.ndarray) -> No
 
 
 def test_map_is_blank_only_in_azimuth_gaps_wider_than_the_step() -> None:
-    """For planes of 60° and 70° and their mirror images 240° and 250°, blank gaps begin and end one step (10°) away."""
+    """Around planes of 60°, 70° and their mirror images (240°, 250°), blank gaps begin one step (10°) away."""
     unknown = {(60, 70, 240, 250): [50, 80, 230, 260], (60, 150, 240, 330): [], (0, 30, 90, 180, 210, 270): []}
     for azimuth, ends in unknown.items():
         np.testing.assert_allclose(np.sort(azimuths_inside_unsimulated_gaps(np.array(azimuth))), ends)

@@ -21,7 +21,7 @@ from tests.report.by_hand import STUDY_FINDINGS
 
 @pytest.mark.parametrize(("low", "high"), [(0.9, 0.1), (0.5, 0.5), (0.7, 0.4)])
 def test_estimates_of_variance_between_low_and_high_relief_runs_are_unbiased(low: float, high: float) -> None:
-    """For fall probabilities p₁, p₀ in two run halves, mean p: (p₁ − p₀)²/4 between them, p (1 − p) in total."""
+    """If half of the runs fall with probability a and half with b, the variance between halves is (a − b)²/4."""
     generator = np.random.default_rng(5)
     shares = [generator.binomial(12, share, 40_000) / 12 for share in (low, high)]
     between, total = estimate_variance_between_run_halves_and_total(*shares, np.full(40_000, 24.0))
@@ -30,7 +30,7 @@ def test_estimates_of_variance_between_low_and_high_relief_runs_are_unbiased(low
     assert total.mean() == pytest.approx(mean * (1.0 - mean), abs=2e-3)
 
 
-class StubResultsForReliefFindings:
+class StubReliefResults:
     """Stand-in for study results with only the variables used by the findings on the relief under the base."""
 
     def __init__(self, low: np.ndarray, high: np.ndarray, settings: dict) -> None:
@@ -50,7 +50,7 @@ RELIEF_SETTINGS = {"relief": {"low": 0.001, "high": 0.005}}
 def test_share_of_variance_explained_by_base_relief_matches_known_outcomes() -> None:
     """The relief under the base decides all falls in the first record and none in the second; one case was not run."""
     low, high = np.array([[1.0, 1.0], [0.5, np.nan]]), np.array([[0.0, 0.0], [0.5, np.nan]])
-    found = fall_variance_due_to_base_relief(StubResultsForReliefFindings(low, high, RELIEF_SETTINGS))  # type: ignore[arg-type]
+    found = fall_variance_due_to_base_relief(StubReliefResults(low, high, RELIEF_SETTINGS))  # type: ignore[arg-type]
     assert found is not None
     assert found.middle_mm == pytest.approx(3.0)
     assert (found.share_falling_low, found.share_falling_high) == pytest.approx((2.5 / 3, 0.5 / 3))
@@ -58,7 +58,7 @@ def test_share_of_variance_explained_by_base_relief_matches_known_outcomes() -> 
     noise = 0.25 * 0.5 / 11
     total = 0.5 + 0.5 * 12 / 11 * 0.5 - noise
     assert found.share_of_spread == pytest.approx((0.5 - noise) / total, abs=1e-6)
-    assert fall_variance_due_to_base_relief(StubResultsForReliefFindings(low, high, {})) is None  # type: ignore[arg-type]
+    assert fall_variance_due_to_base_relief(StubReliefResults(low, high, {})) is None  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

@@ -4,8 +4,8 @@
 `compute_pair_forces_after_solution` computes the forces of the pair from the solution, and
 `overturning.dem.kernel.clock` chooses the next step.
 
-Signs: at a contact point, penetration u and opening velocity v give n = K u − h v; spring stretch s and slip velocity w
-give t = −(K_s s + h w).
+Signs: at a contact point, penetration u and opening velocity v give n = K u − h v; spring stretch s and slip
+velocity w give t = −(K_s s + h w).
 """
 
 import math

@@ -338,7 +338,13 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int)
     return GOES_ON if kept else status
 
 
-def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:  # noqa: ARG001
+def write_results_of_ended_case(
+    kernel_input: Any,
+    workspace: Any,
+    lane: int,
+    case: int,
+    status: int,  # noqa: ARG001
+) -> None:
     """Mark fallen elements of case number `case`, stored in column `lane`, and write its results into the tables."""
     write_case_results(workspace.state, lane, kernel_input.scene, kernel_input.results[case], kernel_input.each[case])
 

@@ -11,13 +11,13 @@ from pathlib import Path
 
 from pen import Pen, Point
 
-from overturning.figures.style import FALLS, FAULT, MISSING
+from overturning.figures.style import FALL_COLOUR, FAULT_COLOUR, MISSING_COLOUR
 from overturning.model.element import Element
 from overturning.model.geometry import (
     PlacedElement,
-    contact_points_of_elements,
     nearest_faces_and_separation,
     place_elements,
+    possible_contact_points_of_elements,
 )
 from overturning.model.scene import Scene
 
@@ -42,12 +42,12 @@ def _shape(pen: Pen) -> None:
     pen.shape([(20, floor), (260, floor), (260, floor + 24), (20, floor + 24)], fill=GROUND, stroke="none")
     pen.line((20, floor), (260, floor))
     pen.shape([(left, floor), (left, top), (right, top), (right, floor)], fill=STONE)
-    pen.line(middle, (right, floor), colour=FAULT, width=1.8)
+    pen.line(middle, (right, floor), colour=FAULT_COLOUR, width=1.8)
     pen.dot(middle)
     alpha = math.degrees(math.atan((right - left) / (floor - top)))
-    pen.arc((right, floor), 62, 0, -alpha, colour=FAULT, tip=False)
-    pen.text((187, 194), "α", colour=FAULT)
-    pen.text((158, 222), "R", colour=FAULT)
+    pen.arc((right, floor), 62, 0, -alpha, colour=FAULT_COLOUR, tip=False)
+    pen.text((187, 194), "α", colour=FAULT_COLOUR)
+    pen.text((158, 222), "R", colour=FAULT_COLOUR)
     pen.arrow((left, 65), (right, 65), width=1, both=True)
     pen.text((145, 57), "B")
     pen.arrow((70, floor), (70, top), width=1, both=True)
@@ -70,22 +70,22 @@ def _state(pen: Pen) -> None:
     # The rotation, between the vertical through the centre and the block's own axis.
     pen.line(middle, (middle[0], 50), dash="4 3", width=1)
     pen.line(middle, at(-half[0], 2 * half[1] + 20), dash="4 3", width=1)
-    pen.arc(middle, 105, 0, 17, colour=FALLS)
-    pen.text((middle[0] + 44, middle[1] - 98), "θ > 0", colour=FALLS, anchor="start")
+    pen.arc(middle, 105, 0, 17, colour=FALL_COLOUR)
+    pen.text((middle[0] + 44, middle[1] - 98), "θ > 0", colour=FALL_COLOUR, anchor="start")
     # Body forces in the frame of the base, and what shakes it.
-    pen.arrow(middle, (middle[0] - 78, middle[1]), colour=FAULT)
-    pen.text((middle[0] - 84, middle[1] + 4), "−m a", colour=FAULT, anchor="end")
-    pen.arrow(middle, (middle[0], middle[1] + 46), colour=FAULT)
-    pen.text((middle[0] - 62, middle[1] + 64), "−m (g + a_{up})", colour=FAULT, anchor="start", size=12)
+    pen.arrow(middle, (middle[0] - 78, middle[1]), colour=FAULT_COLOUR)
+    pen.text((middle[0] - 84, middle[1] + 4), "−m a", colour=FAULT_COLOUR, anchor="end")
+    pen.arrow(middle, (middle[0], middle[1] + 46), colour=FAULT_COLOUR)
+    pen.text((middle[0] - 62, middle[1] + 64), "−m (g + a_{up})", colour=FAULT_COLOUR, anchor="start", size=12)
     pen.dot(middle)
     pen.text((middle[0] + 9, middle[1] - 3), "(x, z)", anchor="start")
-    pen.arrow((330, floor + 26), (390, floor + 26), colour=FAULT, width=2.4)
-    pen.text((398, floor + 30), "a(t)", colour=FAULT, anchor="start")
+    pen.arrow((330, floor + 26), (390, floor + 26), colour=FAULT_COLOUR, width=2.4)
+    pen.text((398, floor + 30), "a(t)", colour=FAULT_COLOUR, anchor="start")
     # The forces of the base on the right corner.
-    pen.arrow((corner[0], corner[1] + 40), corner, colour=FALLS, width=2)
-    pen.text((corner[0] + 8, corner[1] + 36), "f_n", colour=FALLS, anchor="start")
-    pen.arrow(corner, (corner[0] + 46, corner[1]), colour=FALLS, width=2)
-    pen.text((corner[0] + 52, corner[1] + 9), "f_s", colour=FALLS, anchor="start")
+    pen.arrow((corner[0], corner[1] + 40), corner, colour=FALL_COLOUR, width=2)
+    pen.text((corner[0] + 8, corner[1] + 36), "f_n", colour=FALL_COLOUR, anchor="start")
+    pen.arrow(corner, (corner[0] + 46, corner[1]), colour=FALL_COLOUR, width=2)
+    pen.text((corner[0] + 52, corner[1] + 9), "f_s", colour=FALL_COLOUR, anchor="start")
     pen.line((corner[0] + 92, floor), (corner[0] + 92, corner[1]), width=3)
     pen.text((corner[0] + 100, corner[1] + 5), "U_n", anchor="start")
     pen.text((corner[0] + 14, floor - 8), "right", size=12, anchor="start")
@@ -101,9 +101,9 @@ def _state(pen: Pen) -> None:
 def _plan(pen: Pen) -> None:
     centre, radius, azimuth = (810, 165), 92, math.radians(60)
     towards = (math.sin(azimuth), -math.cos(azimuth))
-    pen.dot(centre, radius, fill="#ffffff", stroke=MISSING)
+    pen.dot(centre, radius, fill="#ffffff", stroke=MISSING_COLOUR)
     for words, (dx, dy) in (("N", (0, -1)), ("E", (1, 0)), ("S", (0, 1)), ("W", (-1, 0))):
-        pen.text((centre[0] + (radius + 13) * dx, centre[1] + (radius + 13) * dy + 5), words, colour=MISSING)
+        pen.text((centre[0] + (radius + 13) * dx, centre[1] + (radius + 13) * dy + 5), words, colour=MISSING_COLOUR)
     pen.line(centre, (centre[0], centre[1] - radius), dash="4 3", width=1)
     side, front = 16, 16
     corners = [(-side, -front), (side, -front), (side, front), (-side, front)]
@@ -117,17 +117,17 @@ def _plan(pen: Pen) -> None:
     far = (centre[0] - 84 * towards[0], centre[1] - 84 * towards[1])
     pen.line(centre, far, dash="4 3")
     tip = (centre[0] + 128 * towards[0], centre[1] + 128 * towards[1])
-    pen.arrow(centre, tip, colour=FALLS, width=2)
-    pen.text((tip[0] + 4, tip[1] - 8), "s", colour=FALLS)
+    pen.arrow(centre, tip, colour=FALL_COLOUR, width=2)
+    pen.text((tip[0] + 4, tip[1] - 8), "s", colour=FALL_COLOUR)
     pen.arc(centre, 52, 0, 60)
     pen.text((centre[0] + 33, centre[1] - 56), "φ")
-    pen.text((centre[0] + 112, centre[1] - 22), "+1", colour=FALLS, bold=True, anchor="start")
+    pen.text((centre[0] + 112, centre[1] - 22), "+1", colour=FALL_COLOUR, bold=True, anchor="start")
     pen.text((far[0] - 26, far[1] + 21), "−1", bold=True)
     pen.text((810, 300), "overturned: the side to which it falls", size=12)
     pen.text((702, 318), "a = a_{north} cos φ + a_{east} sin φ", size=12, anchor="start")
 
 
-WHOLE, LONG, SHORT, FINE = "#e9e9e6", "#cfe3f0", "#f6c9a0", FALLS
+WHOLE, LONG, SHORT, FINE = "#e9e9e6", "#cfe3f0", "#f6c9a0", FALL_COLOUR
 
 
 def clock() -> Pen:
@@ -169,8 +169,8 @@ def clock() -> Pen:
         (0.5625, 0.59375, 14.0),
     ):
         a, b = origin + zoom * start, origin + zoom * end
-        pen.arc(((a + b) / 2, low), (b - a) / 2, 90, -90, colour=FAULT, dash="4 3", flat=2 * height / (b - a))
-    pen.text((origin + 150, low - 30), "rejected: a contact would change", anchor="start", colour=FAULT, size=12)
+        pen.arc(((a + b) / 2, low), (b - a) / 2, 90, -90, colour=FAULT_COLOUR, dash="4 3", flat=2 * height / (b - a))
+    pen.text((origin + 150, low - 30), "rejected: a contact would change", anchor="start", colour=FAULT_COLOUR, size=12)
     at = origin + zoom * (change - 1)
     pen.line((at, low - 5), (at, low + 44), width=2.2)
     pen.text((at - 6, low + 52), "the change, in a finest step", size=12, anchor="end")
@@ -220,18 +220,18 @@ def data() -> Pen:
     ):  # fmt: skip
         pen.arrow((start + half, top), (end - half, top))
         pen.text(((start + end) / 2, top - 9), words, size=12)
-        pen.text(((start + end) / 2, top + 18), room, size=11, colour=MISSING)
-    pen.text((776, top + 32), "figures/ report/", size=11, colour=MISSING)
+        pen.text(((start + end) / 2, top + 18), room, size=11, colour=MISSING_COLOUR)
+    pen.text((776, top + 32), "figures/ report/", size=11, colour=MISSING_COLOUR)
     pen.arrow((270, top + 17), (270, low - 17))
     pen.text((262, 94), "rotate", size=12, anchor="end")
-    pen.text((278, 94), "motion/", size=11, anchor="start", colour=MISSING)
+    pen.text((278, 94), "motion/", size=11, anchor="start", colour=MISSING_COLOUR)
     pen.arrow((468, low - 17), (468, top + 17))
     pen.text((460, 94), "cases", size=12, anchor="end")
-    pen.text((476, 94), "study/", size=11, anchor="start", colour=MISSING)
+    pen.text((476, 94), "study/", size=11, anchor="start", colour=MISSING_COLOUR)
     pen.line((666 + half, low), (868, low), (868, top + 22), width=1.6)
     pen.arrow((868, top + 40), (868, top + 17))
     pen.text((796, low - 9), "compare", size=12)
-    pen.text((796, low + 18), "surveys/", size=11, colour=MISSING)
+    pen.text((796, low + 18), "surveys/", size=11, colour=MISSING_COLOUR)
     pen.line((270, low + 17), (270, low + 46), (904, low + 46), (904, top + 22), width=1.6)
     pen.arrow((904, top + 40), (904, top + 17))
     return pen
@@ -286,7 +286,7 @@ def faces() -> Pen:
                 width=0.8,
             )
         face_a, face_b, _ = nearest_faces_and_separation(a, b)
-        for item, face, colour in ((a, face_a, FALLS), (b, face_b, FAULT)):
+        for item, face, colour in ((a, face_a, FALL_COLOUR), (b, face_b, FAULT_COLOUR)):
             ends = item.vertices_in_scene[[face, (face + 1) % len(item.vertices_in_scene)]]
             normal, middle = item.shape.face_table[face, 4:6], ends.mean(axis=0)
             pen.line(*(at((min(max(x, -1.35), 1.35), z)) for x, z in ends), colour=colour, width=2.6)
@@ -294,7 +294,7 @@ def faces() -> Pen:
             for end in ends:
                 if abs(end[0]) < 1.35:
                     pen.dot(at(end), 4, fill="#ffffff", stroke=colour)
-        for end in contact_points_of_elements(a, b):
+        for end in possible_contact_points_of_elements(a, b):
             if math.isfinite(end.gap):
                 pen.dot(at(end.point), 4)
     return pen

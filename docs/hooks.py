@@ -130,30 +130,30 @@ def commands() -> str:
 
 def keys() -> str:
     """Return the table of the keys of a study."""
-    from overturning.study.document import key_and_column_tables
+    from overturning.study.document import study_key_and_record_column_tables
 
-    return key_and_column_tables()["keys"]
+    return study_key_and_record_column_tables()["keys"]
 
 
 def columns() -> str:
     """Return the table of the columns of the record table."""
-    from overturning.study.document import key_and_column_tables
+    from overturning.study.document import study_key_and_record_column_tables
 
-    return key_and_column_tables()["columns"]
+    return study_key_and_record_column_tables()["columns"]
 
 
 def variables() -> str:
     """Return the table of the variables of a cube, the ensemble included."""
-    from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES, VARIABLES
+    from overturning.model.variables import PLANAR_OUTCOME_VARIABLES, PLANE_ENSEMBLE_VARIABLES
 
-    return _table((*VARIABLES, *PLANE_ENSEMBLE_VARIABLES))
+    return _table((*PLANAR_OUTCOME_VARIABLES, *PLANE_ENSEMBLE_VARIABLES))
 
 
 def space() -> str:
     """Return the table of the variables of a 3-D cube."""
-    from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_VARIABLES, FACE_VARIABLES
+    from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_VARIABLES, FACE_PLANE_VARIABLES
 
-    return _table((*BODY_VARIABLES, *FACE_VARIABLES, *BODY_ENSEMBLE_VARIABLES))
+    return _table((*BODY_VARIABLES, *FACE_PLANE_VARIABLES, *BODY_ENSEMBLE_VARIABLES))
 
 
 def _table(every: Any) -> str:

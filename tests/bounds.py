@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 STATM = Path("/proc/self/statm")
-IS_BOUNDED = hasattr(signal, "setitimer") and STATM.exists()
+HAS_RESOURCE_LIMITS = hasattr(signal, "setitimer") and STATM.exists()
 
 
 def raise_time_limit_error(_signal: int, _frame: object) -> None:
@@ -18,7 +18,7 @@ def raise_time_limit_error(_signal: int, _frame: object) -> None:
 @contextmanager
 def limited_time_and_memory(seconds: float = 10.0) -> Iterator[None]:
     """Limit a `with` block to `seconds` of processor time and 1 GB of further memory, where the system can."""
-    if not IS_BOUNDED:
+    if not HAS_RESOURCE_LIMITS:
         yield
         return
     now = int(STATM.read_text().split()[0]) * resource.getpagesize()

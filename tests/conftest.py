@@ -9,21 +9,21 @@ from pathlib import Path
 import pytest
 from xdist.scheduler import LoadFileScheduling
 
-KERNELS = (
+KERNEL_TEST_FILES = (
     "test_ladder.py", "test_one.py", "test_digests.py", "test_closed_forms.py", "test_bad_input.py",
     "test_polygon_cost.py",
 )  # fmt: skip
 """Files whose tests compile the kernels of scenes and stacks. They run in one process, in this order: two processes
 would compile the same kernel at the same time, and a second variant of a kernel takes a quarter of the first."""
 
-SOURCES = ("test_layers.py", "test_locks.py")
+SOURCE_CODE_TEST_FILES = ("test_layers.py", "test_locks.py")
 """Files whose tests search the same Python sources for imports: in one process, so that each is parsed once."""
 
-WORKFLOW = ("test_study.py", "test_messages.py", "test_imports.py")
+WORKFLOW_TEST_FILES = ("test_study.py", "test_messages.py", "test_imports.py")
 """Files whose tests plan studies by Snakemake: in one process, so that it is imported once."""
 
-FIRST = (
-    *KERNELS, "test_body_closed_forms.py", "test_rocking.py", "test_study.py", "test_messages.py",
+TEST_FILES_RUN_FIRST = (
+    *KERNEL_TEST_FILES, "test_body_closed_forms.py", "test_rocking.py", "test_study.py", "test_messages.py",
     "test_in_browsers.py", "test_explorer_in_browsers.py", "test_commands_on_results.py", "test_japanese_figures.py",
     "test_fetch.py", "test_imports.py", "test_new_project.py", "test_python.py", "test_fork_server.py",
 )  # fmt: skip
@@ -31,12 +31,12 @@ FIRST = (
 
 
 class GroupedFileScheduling(LoadFileScheduling):
-    """Scheduler that runs all tests of a file, or of files in `KERNELS`, `SOURCES` or `WORKFLOW`, in one process."""
+    """Scheduler that runs all tests of a file, or of one of the groups of files above, in one process."""
 
     def _split_scope(self, nodeid: str) -> str:
         file = super()._split_scope(nodeid)
         name = file.rpartition("/")[2]
-        groups = {"kernels": KERNELS, "sources": SOURCES, "workflow": WORKFLOW}
+        groups = {"kernels": KERNEL_TEST_FILES, "sources": SOURCE_CODE_TEST_FILES, "workflow": WORKFLOW_TEST_FILES}
         return next((group for group, names in groups.items() if name in names), file)
 
 
@@ -57,8 +57,14 @@ def pytest_collection() -> Generator[None, object, object]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run the test files listed in `FIRST` first, in that order."""
-    items.sort(key=lambda item: FIRST.index(item.path.name) if item.path.name in FIRST else len(FIRST))
+    """Run the test files listed in `TEST_FILES_RUN_FIRST` first, in that order."""
+    items.sort(
+        key=lambda item: (
+            TEST_FILES_RUN_FIRST.index(item.path.name)
+            if item.path.name in TEST_FILES_RUN_FIRST
+            else len(TEST_FILES_RUN_FIRST)
+        )
+    )
 
 
 def pytest_collection_finish() -> None:

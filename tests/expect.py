@@ -29,7 +29,7 @@ def command_output(*words: object, status: int = 0) -> str:
     return text.getvalue()
 
 
-def skip_or_fail(reason: str) -> NoReturn:
+def skip_test_unless_skipping_is_forbidden(reason: str) -> NoReturn:
     """Skip a test whose environment lacks a requirement; fail it if ``OVERTURNING_NO_SKIP`` is set."""
     (pytest.fail if "OVERTURNING_NO_SKIP" in os.environ else pytest.skip)(reason)
     raise AssertionError

@@ -14,8 +14,8 @@ import pytest
 
 from overturning.cli import main
 from overturning.model.status import CaseStatus
-from overturning.model.variables import BODY_VARIABLES, FACE_VARIABLES, VARIABLES
-from tests.expect import skip_or_fail
+from overturning.model.variables import BODY_VARIABLES, FACE_PLANE_VARIABLES, PLANAR_OUTCOME_VARIABLES
+from tests.expect import skip_test_unless_skipping_is_forbidden
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -53,7 +53,7 @@ def test_no_line_of_the_docs_exceeds_130_characters(page):
         )
 
 
-NO_MEASUREMENT = {
+PERCENTAGES_NOT_MEASURED = {
     "README.md": {"1"}, "README.ja.md": set(), "method.md": set(), "measurements.md": {"1"}, "glossary.md": {"2", "95"},
     "validation.md": {"0.5", "1", "2", "95"}, "surveys.md": {"5", "20", "40", "90", "95"},
     "shaking-table.md": {"19", "95"},
@@ -65,13 +65,13 @@ NO_MEASUREMENT = {
 
 
 @pytest.mark.parametrize(
-    "page", [page for page in PAGES if page.name in NO_MEASUREMENT and page.parent != ROOT / "config"]
+    "page", [page for page in PAGES if page.name in PERCENTAGES_NOT_MEASURED and page.parent != ROOT / "config"]
 )
 def test_no_measured_percentage_in_the_docs_is_typed_by_hand(page):
     text = re.sub(r"<!-- ([\w-]+):begin -->.*?<!-- \1:end -->", "", text_without_code(page), flags=re.DOTALL)
     text = re.sub(r"<!--=[\w-]+-->.*?<!--/-->", "", text, flags=re.DOTALL)
     found = set(re.findall(r"([\d.]+)\s*%", text))
-    assert found <= NO_MEASUREMENT[page.name], "put it into verification/sentences.py"
+    assert found <= PERCENTAGES_NOT_MEASURED[page.name], "put it into verification/sentences.py"
 
 
 @each_page
@@ -135,13 +135,13 @@ def test_each_image_in_the_docs_is_shown_on_a_page():
     assert [image.name for image in (DOCS / "images").iterdir() if f"images/{image.name})" not in shown] == []
 
 
-def rows_on_where_to_add_an_extension() -> list[str]:
+def extension_table_rows() -> list[str]:
     """Return the rows of the table in docs/method.md that states where each kind of extension is added."""
     section = (DOCS / "method.md").read_text(encoding="utf-8").split("## Where would I add", 1)[1]
     return [line for line in section.splitlines() if line.startswith("| a ")]
 
 
-@pytest.mark.parametrize("row", rows_on_where_to_add_an_extension(), ids=lambda row: row.split("|")[1].strip())
+@pytest.mark.parametrize("row", extension_table_rows(), ids=lambda row: row.split("|")[1].strip())
 def test_paths_in_the_docs_on_where_to_extend_the_package_exist(row):
     for name, path in re.findall(r"(?:`([A-Z]+)` in )?`([\w./-]+/[\w./-]*|\w+\.py)`", row):
         found = [base / path for base in (ROOT / "src" / "overturning", ROOT) if (base / path).exists()]
@@ -153,8 +153,8 @@ def test_docs_explain_each_case_status_and_each_variable():
     method, glossary = ((DOCS / name).read_text(encoding="utf-8") for name in ("method.md", "glossary.md"))
     table = method.split("| `status` |", 1)[1].split("\n\n", 1)[0]
     assert re.findall(r"^\| `(\w+)` \|", table, flags=re.MULTILINE) == [status.name.lower() for status in CaseStatus]
-    assert [variable.name for variable in VARIABLES if f"`{variable.name}`" not in glossary] == []
-    in_space = (*BODY_VARIABLES, *FACE_VARIABLES)
+    assert [variable.name for variable in PLANAR_OUTCOME_VARIABLES if f"`{variable.name}`" not in glossary] == []
+    in_space = (*BODY_VARIABLES, *FACE_PLANE_VARIABLES)
     assert [variable.name for variable in in_space if f"`{variable.name}`" not in glossary] == []
 
 
@@ -252,7 +252,7 @@ def test_every_docs_page_is_in_the_table_of_contents():
 @pytest.mark.long
 def test_the_site_builds_with_checked_links_and_an_executed_notebook(tmp_path):
     if importlib.util.find_spec("material") is None:
-        skip_or_fail("mkdocs-material is not installed (group docs)")
+        skip_test_unless_skipping_is_forbidden("mkdocs-material is not installed (group docs)")
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path / "site")]
     environment = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300)

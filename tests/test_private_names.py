@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "overturning"
 
 LIBRARIES = ("numba", "llvmlite", "matplotlib", "xarray")
-DOCUMENTED = {
+DOCUMENTED_MODULES = {
     "numba",
     "numba.extending",
     "numba.types",
@@ -28,15 +28,15 @@ DOCUMENTED = {
 }
 """Modules of Numba, llvmlite and xarray with documented names; those of Matplotlib are all that have no underscore."""
 
-NAMED_TUPLE = {"_fields", "_replace", "_asdict", "_make"}
+NAMED_TUPLE_MEMBERS = {"_fields", "_replace", "_asdict", "_make"}
 """Documented names of Python's named tuples."""
 
-CACHE = "tests/dem/test_cache.py::test_a_damaged_cache_file_is_a_cache_miss"
-COMPILER = "tests/dem/test_cache.py::test_importing_the_package_changes_no_setting_of_numba_or_llvm"
-LANES = "tests/dem/test_lanes.py::test_store_unless_keeps_values_on_request_and_skips_omitted_fields"
-VECTORS = "tests/dem/test_vector_code.py::test_small_loops_are_fully_vectorised_without_fused_multiply_add"
+CACHE_TEST = "tests/dem/test_cache.py::test_a_damaged_cache_file_is_a_cache_miss"
+COMPILER_TEST = "tests/dem/test_cache.py::test_importing_the_package_changes_no_setting_of_numba_or_llvm"
+LANES_TEST = "tests/dem/test_lanes.py::test_store_unless_keeps_values_on_request_and_skips_omitted_fields"
+VECTOR_CODE_TEST = "tests/dem/test_vector_code.py::test_small_loops_are_fully_vectorised_without_fused_multiply_add"
 
-USED: dict[str, dict[tuple[str, ...], tuple[str, str]]] = {
+USED_PRIVATE_NAMES_BY_FILE: dict[str, dict[tuple[str, ...], tuple[str, str]]] = {
     "arrays.py": {
         ("xarray.namedarray", "_cached_duck_array_modules"): (
             "xarray imports dask (0.3 s) to learn that an array is none of dask's; without the table it still does",
@@ -44,21 +44,24 @@ USED: dict[str, dict[tuple[str, ...], tuple[str, str]]] = {
         ),
     },
     "kernel_cache.py": {
-        ("numba.core.runtime",): ("reference counts must be initialised before a kernel is loaded", CACHE),
+        ("numba.core.runtime",): ("reference counts must be initialised before a kernel is loaded", CACHE_TEST),
         ("_cache", "_cache_file", "_cache_path", "_impl", "_load_overload", "load_overload", "save_overload"): (
             "the cache's folder is named after all sources, and a kernel that cannot be loaded is compiled again",
-            CACHE,
+            CACHE_TEST,
         ),
         ("_source_stamp", "_index_path", "_data_path", "_data_name_pattern", "get_cache_path"): (
             "one index per model, and a stamp of the contents in place of the file's time",
             "tests/dem/test_cache.py::test_kernel_variants_compiled_by_different_processes_are_not_confused",
         ),
-        ("_dump", "_load_index", "_load_data"): ("damaged machine code must not run: files end with a digest", CACHE),
+        ("_dump", "_load_index", "_load_data"): (
+            "damaged machine code must not run: files end with a digest",
+            CACHE_TEST,
+        ),
     },
     "dem/kernel/compiler.py": {
         ("numba.core.compiler", "numba.core.compiler_machinery", "numba.core.typed_passes"): (
             "a pipeline of our own, as Numba documents for pipeline_class, though its classes lie in numba.core",
-            COMPILER,
+            COMPILER_TEST,
         ),
         ("numba.core.lowering",): (
             "an aligned stack, and no entry for Python in functions that only compiled code calls",
@@ -72,15 +75,18 @@ USED: dict[str, dict[tuple[str, ...], tuple[str, str]]] = {
             "passes of LLVM over a whole kernel: arguments that no function uses are removed (up to a tenth of a step)",
             "tests/dem/test_vector_code.py::test_loops_of_a_kernel_get_no_arguments_that_they_do_not_use",
         ),
-        ("_name",): ("the name that Numba requires of a pass", COMPILER),
+        ("_name",): ("the name that Numba requires of a pass", COMPILER_TEST),
     },
     "dem/kernel/lanes.py": {
-        ("numba.core", "_getvalue"): ("views of arrays without owner and without bounds checks", VECTORS),
-        ("_nrt",): ("no reference counts in inner functions, which would keep loops from being vector code", VECTORS),
+        ("numba.core", "_getvalue"): ("views of arrays without owner and without bounds checks", VECTOR_CODE_TEST),
+        ("_nrt",): (
+            "no reference counts in inner functions, which would keep loops from being vector code",
+            VECTOR_CODE_TEST,
+        ),
     },
     "dem/kernel/tuples.py": {
-        ("numba.core", "numba.core.errors"): ("named tuples are loaded and stored by generated LLVM code", LANES),
-        ("llvmlite.ir.instructions", "_insert"): ("llvmlite's builder has no method for freeze", LANES),
+        ("numba.core", "numba.core.errors"): ("named tuples are loaded and stored by generated LLVM code", LANES_TEST),
+        ("llvmlite.ir.instructions", "_insert"): ("llvmlite's builder has no method for freeze", LANES_TEST),
     },
     "figures/style.py": {
         ("_repr_png_",): (
@@ -121,9 +127,9 @@ def private_library_names_used_in(source: str, own: frozenset[str]) -> set[str]:
             members = (name for one in node.body if isinstance(one, ast.Assign) for name in one.targets)
             found |= {one.id for one in members if isinstance(one, ast.Name) and _is_private(one.id)}
         elif isinstance(node, ast.Assign):
-            found |= _attributes_assigned_a_function(node, functions, of_package)
+            found |= _attributes_replaced_by_functions(node, functions, of_package)
         elif isinstance(node, ast.Call | ast.Dict):
-            found |= {name for name in _names_in_strings_and_keywords(node) if _is_private(name)} - own
+            found |= {name for name in _names_in_getattr_keywords_and_dict_keys(node) if _is_private(name)} - own
     return found
 
 
@@ -140,7 +146,7 @@ def _private_names_in_import(node: ast.Import | ast.ImportFrom) -> set[str]:
     return found
 
 
-def _names_in_strings_and_keywords(node: ast.AST) -> list[str]:
+def _names_in_getattr_keywords_and_dict_keys(node: ast.AST) -> list[str]:
     """Return the names that a call passes to `getattr` and similar functions, its keywords, or the keys of a dict."""
     texts: list[ast.expr | None] = []
     keywords: list[str | None] = []
@@ -156,12 +162,12 @@ def _names_in_strings_and_keywords(node: ast.AST) -> list[str]:
 
 def _is_documented_library_module(module: str) -> bool:
     """True if a module of a library belongs to its documented interface."""
-    return module in DOCUMENTED or (module.startswith("matplotlib") and "._" not in module)
+    return module in DOCUMENTED_MODULES or (module.startswith("matplotlib") and "._" not in module)
 
 
 def _is_private(name: str) -> bool:
     """True if a name begins with one underscore and is no documented method of named tuples."""
-    return bool(re.fullmatch(r"_[a-z]\w*", name)) and name not in NAMED_TUPLE
+    return bool(re.fullmatch(r"_[a-z]\w*", name)) and name not in NAMED_TUPLE_MEMBERS
 
 
 def _is_self_or_cls(node: ast.AST) -> bool:
@@ -172,7 +178,7 @@ def _is_import_from_overturning(node: ast.AST) -> TypeGuard[ast.ImportFrom]:
     return isinstance(node, ast.ImportFrom) and (node.module or "").startswith("overturning")
 
 
-def _attributes_assigned_a_function(node: ast.Assign, functions: set[str], of_package: set[str]) -> set[str]:
+def _attributes_replaced_by_functions(node: ast.Assign, functions: set[str], of_package: set[str]) -> set[str]:
     """Return attributes of other libraries' objects to which a function of this module or a lambda is assigned."""
     found = set()
     for target in node.targets:
@@ -198,11 +204,13 @@ def test_each_used_private_library_name_has_a_listed_reason_and_test() -> None:
     sources = {path.relative_to(PACKAGE).as_posix(): path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")}
     own = frozenset(name for source in sources.values() for name in private_names_defined_in(source))
     found = {name: used for name, source in sources.items() if (used := private_library_names_used_in(source, own))}
-    listed = {name: {one for names in groups for one in names} for name, groups in USED.items()}
+    listed = {name: {one for names in groups for one in names} for name, groups in USED_PRIVATE_NAMES_BY_FILE.items()}
     assert found == listed, "a private name is new, or no longer used: list it in USED with its reason and its guard"
 
 
-@pytest.mark.parametrize("guard", sorted({guard for groups in USED.values() for _, guard in groups.values()}))
+@pytest.mark.parametrize(
+    "guard", sorted({guard for groups in USED_PRIVATE_NAMES_BY_FILE.values() for _, guard in groups.values()})
+)
 def test_the_test_listed_for_each_private_library_name_exists(guard: str) -> None:
     path, name = guard.split("::")
     text = (ROOT / path).read_text(encoding="utf-8")

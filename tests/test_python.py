@@ -45,7 +45,7 @@ from overturning.study.intensity import write_intensity_measures
 from overturning.study.load import study_from_content
 from overturning.study.schema import Study
 from overturning.study.sections import BodySettings, SimulationSettings
-from tests.expect import expect_error, skip_or_fail
+from tests.expect import expect_error, skip_test_unless_skipping_is_forbidden
 from tests.study.small_study import simulate_study_cube, sine_cycle_record, small_study
 
 WAVE = Motion.sine(6.0, 0.8)
@@ -118,7 +118,7 @@ def test_a_record_can_be_read_simulated_and_used_in_a_study_from_python(tmp_path
     (tmp_path / "pulse.csv").write_text("\n".join(["time,north,east", *rows]) + "\n", encoding="utf-8")
     columns = "time:s north:gal east:gal"
     record = overturning.read(tmp_path / "pulse.csv", columns=columns, processed=True)
-    assert Motion.from_record(record).along(60).max() == pytest.approx(6.0, rel=1e-3)
+    assert Motion.from_record(record).acceleration_along(60).max() == pytest.approx(6.0, rel=1e-3)
     with pytest.raises(ArgumentError, match=r"units: no keyword of read; did you mean unit\?"):
         overturning.read(tmp_path / "pulse.csv", units="gal")
     grid = {"b_over_h": [0.2, 0.4], "height": [0.6], "friction": [1.0]}
@@ -220,7 +220,7 @@ def test_motion_survives_conversion_to_obspy_and_back(up: float | None) -> None:
     np.testing.assert_array_equal(np.array(back.components), np.array(motion.components))
     record = replace(sine_cycle_record(), start="2016-11-13T11:02:56.5")
     assert str(record.to_obspy()[0].stats.starttime) == "2016-11-13T11:02:56.500000Z"
-    assert Motion.from_obspy(record.to_obspy()).along(0).max() == record.north.max()
+    assert Motion.from_obspy(record.to_obspy()).acceleration_along(0).max() == record.north.max()
 
 
 def run_command_and_return_exit_status(*words: str) -> int:
@@ -230,7 +230,7 @@ def run_command_and_return_exit_status(*words: str) -> int:
     return int(stop.value.code or 0)
 
 
-def polar_map_heading_if_study_selects_friction(cube: xr.Dataset, folder: Path, friction: float) -> str:
+def polar_map_heading_with_study_friction(cube: xr.Dataset, folder: Path, friction: float) -> str:
     """Return height and friction in the heading of the polar map if the study next to the cube selects a friction.
 
     Check that the explorer page selects the same friction.
@@ -262,7 +262,7 @@ def test_each_cube_figure_is_drawn_without_changing_matplotlib_settings(cube_fil
     before = dict(mpl.rcParams)
     kept, cube = plt.get_fignums(), overturning.open_cube(cube_file)
     several = cube_repeated_for_two_frictions(cube)
-    for kind, draw in overturning.plot.KINDS.items():
+    for kind, draw in overturning.plot.CUBE_FIGURE_FUNCTIONS.items():
         if kind == "follow":
             with pytest.raises(ArgumentError, match="follow: a cube without orientation has no such figure"):
                 draw(cube)
@@ -272,14 +272,14 @@ def test_each_cube_figure_is_drawn_without_changing_matplotlib_settings(cube_fil
     assert mpl.get_backend() == "svg"
     assert dict(mpl.rcParams) == before
     assert plt.get_fignums() == kept  # those of other tests
-    maps = {kind: overturning.plot.KINDS[kind](several, "b") for kind in ("polar", "blocks")}
+    maps = {kind: overturning.plot.CUBE_FIGURE_FUNCTIONS[kind](several, "b") for kind in ("polar", "blocks")}
     assert height_and_friction_in_heading(maps["polar"]) == "µ = 1, H = 0.6 m"  # what the study shows first
     assert [axes.get_title() for axes in maps["blocks"].axes] == ["µ = 0.5", "µ = 1"]
     assert (
         height_and_friction_in_heading(overturning.plot.fall_map(several.sel(friction=[0.5]), "b"))
         == "µ = 0.5, H = 0.6 m"
     )
-    assert [polar_map_heading_if_study_selects_friction(several, tmp_path, mu) for mu in (0.5, 1.0)] == [
+    assert [polar_map_heading_with_study_friction(several, tmp_path, mu) for mu in (0.5, 1.0)] == [
         "µ = 0.5, H = 0.6 m",
         "µ = 1, H = 0.6 m",
     ]
@@ -579,7 +579,7 @@ def test_a_cube_is_exported_as_a_table_of_its_cases(
 
 def test_a_cube_is_exported_as_a_parquet_table(cube_file: Path, tmp_path: Path) -> None:
     if importlib.util.find_spec("pyarrow") is None:
-        skip_or_fail("pyarrow is not installed (`make parquet`)")
+        skip_test_unless_skipping_is_forbidden("pyarrow is not installed (`make parquet`)")
     assert run_command_and_return_exit_status("cube", "export", str(cube_file), str(tmp_path / "cases.parquet")) == 0
     expected = overturning.to_dataframe(overturning.open_cube(cube_file))
     pd.testing.assert_frame_equal(pd.read_parquet(tmp_path / "cases.parquet"), expected, check_dtype=False)

@@ -11,7 +11,12 @@ from typing import Final
 from overturning.figures.svg_translation import translate_svg
 from overturning.findings.collect import Findings, findings
 from overturning.findings.values import Estimate
-from overturning.report.filters import estimate, number, percent, share
+from overturning.report.filters import (
+    format_estimate_with_interval,
+    format_number,
+    format_percent,
+    format_share_with_interval,
+)
 from overturning.study.load import load_study
 from verification.tables import ROOT, markdown_table, publish_markdown
 
@@ -28,7 +33,9 @@ STUDY_BY_PICTURE: Final = {"rinaldi.svg": "fine-map", "rinaldi-in-space.svg": "i
 def _finding_row(quantity: str, one: Estimate, *, percent: bool = False) -> Row:
     """Return a table row of an estimate with its interval, which is left out if there are too few earthquakes."""
     digits = 1 if one.value is not None and one.value < 0.1 else 0
-    shown = share(one, digits, to=" to ") if percent else estimate(one, to=" to ")
+    shown = (
+        format_share_with_interval(one, digits, to=" to ") if percent else format_estimate_with_interval(one, to=" to ")
+    )
     return quantity, shown, one.earthquakes
 
 
@@ -51,7 +58,7 @@ def _velocity_and_fault_alignment_rows(found: Findings) -> Iterator[Row]:
             yield _finding_row(f"alignment with the {name}, {_short_group_name(group.group)}", axes[name].all_b_over_h)
 
 
-def _study_and_variant_rows(found: Findings) -> Iterator[Row]:
+def _variant_comparison_rows(found: Findings) -> Iterator[Row]:
     """Yield rows that compare the falls of a study with those of its main variant, such as another scene."""
     (one,) = (each for each in found.contrasts if each.primary)
     yield _finding_row(f"falls in “{found.study.name}” only", one.only_study_overturns, percent=True)
@@ -63,9 +70,9 @@ def _study_and_variant_rows(found: Findings) -> Iterator[Row]:
 ROWS_BY_STUDY: Final[dict[str, Callable[[Findings], Iterator[Row]]]] = {
     "near-fault": _fault_normal_alignment_rows,
     "in-space": _velocity_and_fault_alignment_rows,
-    "three-tier": _study_and_variant_rows,
-    "stack-3d": _study_and_variant_rows,
-    "waiau": _study_and_variant_rows,
+    "three-tier": _variant_comparison_rows,
+    "stack-3d": _variant_comparison_rows,
+    "waiau": _variant_comparison_rows,
 }
 
 
@@ -82,10 +89,10 @@ def stack_displacement_table(found: Findings) -> str:
         (
             one.scene,
             one.element,
-            percent(shares[one.variant, one.element]),
-            percent(one.share_slid_off),
-            number(one.percentile_90_slip_cm, 1),
-            number(one.percentile_90_twist_deg, 1),
+            format_percent(shares[one.variant, one.element]),
+            format_percent(one.share_slid_off),
+            format_number(one.percentile_90_slip_cm, 1),
+            format_number(one.percentile_90_twist_deg, 1),
         )
         for one in found.element_displacements
     ]

@@ -5,9 +5,9 @@
 Each survey is simulated under a record of one earthquake; all records of this earthquake are removed from the library.
 The peak velocity lies between the levels of the library. Each stone is simulated by itself, with the friction, scatter,
 random outcomes and restitution of the survey. The earthquakes are split into two halves. On the surveys of one half the
-exponent of the likelihood of directions is chosen: the largest of `EXPONENTS` with which each of the three intervals
-covers at least `TARGET_COVERAGE`. The surveys of the other half are reported with this exponent. Then the halves are
-exchanged. The shipped exponent should be the smaller of the two.
+exponent of the likelihood of directions is chosen: the largest of `LIKELIHOOD_EXPONENTS` with which each of the three
+intervals covers at least `TARGET_COVERAGE`. The surveys of the other half are reported with this exponent. Then the
+halves are exchanged. The shipped exponent should be the smaller of the two.
 """
 
 from dataclasses import dataclass
@@ -27,19 +27,19 @@ from overturning.report.drawings import write_ground_motion_posterior_figure
 from overturning.report.render import parse_markdown, render_template_as_markdown
 from overturning.report.terminal import plain_paragraphs
 from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval, exact_interval_if_all_0_or_all_1
-from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER, SurveyInversion
+from overturning.surveys.inversion import DIRECTION_LIKELIHOOD_EXPONENT, MIN_FIT_P_VALUE, SurveyInversion
 from overturning.surveys.library import CandidateMotion, candidate_motions
 from overturning.surveys.posterior import MotionPosterior
-from overturning.surveys.responses import StoneKind, StoneOutcomeProbabilities
-from overturning.surveys.stone_outcomes import LEVELS
-from overturning.surveys.stones import Stone, read_stones
+from overturning.surveys.responses import StoneDimensions, StoneOutcomeProbabilities
+from overturning.surveys.stone_outcomes import PGV_LEVELS
+from overturning.surveys.stones import Stone, read_counted_stones
 from verification.tables import RESULTS, ROOT, markdown_table, publish_markdown, select_parts, wrap_text, write_csv
 
 PARTS: Final = ("ruin", "coverage")
 RUIN: Final = ROOT / "surveys" / "example-ruin.csv"
 SURVEYS: Final = 392
 SEED: Final = 26
-EXPONENTS: Final = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0)
+LIKELIHOOD_EXPONENTS: Final = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0)
 TARGET_COVERAGE: Final = 0.9
 FIT_CHECK_INTERVAL: Final = 16
 """Every sixteenth survey is also checked for fit."""
@@ -53,7 +53,7 @@ class SimulatedSurveyWithTrueMotion:
     """Simulated survey of fallen and standing stones, with its true motion, peak velocity and axis."""
 
     motion: CandidateMotion
-    level: float
+    pgv: float
     axis: float
     stones: list[Stone]
 
@@ -66,7 +66,7 @@ def random_log_uniform(generator: np.random.Generator, low: float, high: float, 
 def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> SimulatedSurveyWithTrueMotion:
     """Simulate a survey of 12 to 60 stones under a motion: columns, or in a third of the surveys square prisms."""
     draw, count = generator, int(generator.integers(12, 61))
-    level, turn = float(random_log_uniform(draw, LEVELS[0], LEVELS[-1], 1)[0]), draw.uniform(0, 360)
+    level, turn = float(random_log_uniform(draw, PGV_LEVELS[0], PGV_LEVELS[-1], 1)[0]), draw.uniform(0, 360)
     # Scatter between stones, scatter of the motion over the site, and share of random outcomes in this survey.
     alike, site, lapses = draw.uniform(0, 0.12), draw.uniform(0, 0.15), draw.uniform(0, 0.06)
     friction = draw.uniform(0.45, 0.95) + draw.uniform(-0.05, 0.05, count)
@@ -101,20 +101,18 @@ def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> 
               face_azimuth_deg=float(face[i]), height=float(height[i]), round=columns)
         for i in range(count) if lapse[i] or result.overturned[i] in (0, 1)
     ]  # fmt: skip
-    return SimulatedSurveyWithTrueMotion(motion, level, (motion.axis + turn) % 180, stones)
+    return SimulatedSurveyWithTrueMotion(motion, level, (motion.peak_velocity_azimuth_deg + turn) % 180, stones)
 
 
-def check_intervals_against_true_motion(
-    posterior: MotionPosterior, survey: SimulatedSurveyWithTrueMotion
-) -> dict[str, float]:
+def interval_coverage_and_widths(posterior: MotionPosterior, survey: SimulatedSurveyWithTrueMotion) -> dict[str, float]:
     """Return, by name, whether the intervals of the inferred motion contain the true value, and their widths.
 
     The widths of the intervals of PGV and PGA are ratios of their bounds.
     """
     found: dict[str, float] = {}
-    pga = posterior.pga[:, None] * posterior.pgv
-    true_pga = survey.level * survey.motion.pga / survey.motion.pgv
-    for name, values, true in (("pgv", posterior.pgv, survey.level), ("pga", pga, true_pga)):
+    pga = posterior.pga[:, None] * posterior.pgv_by_motion_and_level
+    true_pga = survey.pgv * survey.motion.pga / survey.motion.pgv
+    for name, values, true in (("pgv", posterior.pgv_by_motion_and_level, survey.pgv), ("pga", pga, true_pga)):
         (low, high), (least, most) = (
             posterior.credible_interval(values),
             posterior.credible_interval(values, use_prior=True),
@@ -138,14 +136,14 @@ def measure_interval_coverage(survey_count: int, threads: int) -> pd.DataFrame:
     true = [one for one in library if one.event]
     events = sorted({one.event for one in true})
     truths = [simulate_survey(true[k % len(true)], np.random.default_rng([SEED, k])) for k in range(survey_count)]
-    kinds = [StoneKind.from_stone(stone) for truth in truths for stone in truth.stones]
+    kinds = [StoneDimensions.from_stone(stone) for truth in truths for stone in truth.stones]
     inversion, rows = SurveyInversion(StoneOutcomeProbabilities(library, kinds, threads=threads)), []
     for number, truth in enumerate(truths):
         prior = np.array([float(one.event != truth.motion.event) for one in library])[:, None, None]
-        logs = inversion.log_likelihoods_by_motion(truth.stones)
-        for power in EXPONENTS:
+        logs = inversion.log_likelihoods_of_survey_by_motion(truth.stones)
+        for power in LIKELIHOOD_EXPONENTS:
             one = inversion.compute_posterior(logs, prior=prior, power=power)
-            checked = power == POWER and number % FIT_CHECK_INTERVAL == 0
+            checked = power == DIRECTION_LIKELIHOOD_EXPONENT and number % FIT_CHECK_INTERVAL == 0
             about = {
                 "half": events.index(truth.motion.event) % 2, "power": power, "event": truth.motion.event,
                 "record": truth.motion.name,
@@ -153,7 +151,7 @@ def measure_interval_coverage(survey_count: int, threads: int) -> pd.DataFrame:
                 "round": truth.stones[0].round,
                 "fit": inversion.posterior_predictive_p_value(truth.stones, one) if checked else np.nan,
             }  # fmt: skip
-            rows.append(about | check_intervals_against_true_motion(one, truth))
+            rows.append(about | interval_coverage_and_widths(one, truth))
     return pd.DataFrame(rows)
 
 
@@ -164,7 +162,7 @@ def choose_likelihood_exponent(rows: pd.DataFrame) -> float:
     """
     covered = rows.groupby("power")[COVERED_COLUMNS].mean().min(axis=1)
     good = covered.index[covered >= TARGET_COVERAGE]
-    return float(good.max()) if good.size else EXPONENTS[0]
+    return float(good.max()) if good.size else LIKELIHOOD_EXPONENTS[0]
 
 
 def surveys_with_cross_validated_exponent(rows: pd.DataFrame) -> pd.DataFrame:
@@ -173,7 +171,7 @@ def surveys_with_cross_validated_exponent(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.concat([rows[(rows["half"] == half) & (rows["power"] == power)] for half, power in halves])
 
 
-def interval_of_covered_survey_share(rows: pd.DataFrame, column: str) -> ConfidenceInterval:
+def confidence_interval_of_coverage(rows: pd.DataFrame, column: str) -> ConfidenceInterval:
     """Compute the 95 % interval of the share of surveys for which a column is true, by earthquake.
 
     Surveys under one earthquake share its motions, so earthquakes are resampled (`bootstrap_interval`), each with all
@@ -199,7 +197,7 @@ def interval_of_covered_survey_share(rows: pd.DataFrame, column: str) -> Confide
 
 def covered_share_with_interval_text(rows: pd.DataFrame, column: str) -> str:
     """Return a label with the share of surveys for which a column is true, and its interval if there is one."""
-    low, high = interval_of_covered_survey_share(rows, column)
+    low, high = confidence_interval_of_coverage(rows, column)
     bounds = "" if np.isnan(low) else f" ({100 * low:.0f} to {100 * high:.0f})"
     return f"{100 * rows[column].mean():.0f} %{bounds}"
 
@@ -215,7 +213,7 @@ def coverage_table_row(group_name: str, rows: pd.DataFrame) -> tuple[str, ...]:
 
 def markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
     """Return the tables and the text on coverage as Markdown, by marker."""
-    shown, shipped = surveys_with_cross_validated_exponent(rows), rows[rows["power"] == POWER]
+    shown, shipped = surveys_with_cross_validated_exponent(rows), rows[rows["power"] == DIRECTION_LIKELIHOOD_EXPONENT]
     few = shown["stones"] < 36
     parts = {
         "**reported: all**": shown,
@@ -226,7 +224,7 @@ def markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
         "more than nine tenths fell, not all": shown[(shown["fell"] > 0.9) & (shown["fell"] < 1.0)],
         "every stone fell": shown[shown["fell"] == 1.0],
         "12 to 35 stones": shown[few], "36 to 60 stones": shown[~few],
-        **{f"all, exponent {power:g}": rows[rows["power"] == power] for power in EXPONENTS},
+        **{f"all, exponent {power:g}": rows[rows["power"] == power] for power in LIKELIHOOD_EXPONENTS},
     }  # fmt: skip
     head = (
         "surveys", "number", "earthquakes", "exponent", "PGV covered", "PGA covered", "axis covered", "no upper bound",
@@ -246,7 +244,8 @@ def markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
         "bound, its width is computed with the strongest level of shaking in the library; if it has no lower bound, "
         "with the weakest level. Without a survey, the upper end divided by the lower end of the 90 % interval is "
         f"{rows['pgv_before'].median():.3g} for PGV and {rows['pga_before'].median():.3g} for PGA, and the arc of the "
-        f"axis is 162° of 180°. With the default exponent {POWER:g}, the check whether any motion fits the survey "
+        f"axis is 162° of 180°. With the default exponent {DIRECTION_LIKELIHOOD_EXPONENT:g}, "
+        "the check whether any motion fits the survey "
         f"rejects {100 * (fits < MIN_FIT_P_VALUE).mean():.1f} % of {fits.size} tested surveys."
     )
     lines = [coverage_table_row(*part) for part in parts.items()]
@@ -255,10 +254,10 @@ def markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
 
 def estimate_ruin_motion_as_markdown(threads: int) -> str:
     """Estimate the motion of the example survey of a ruin; return it as a Markdown list, and draw its figure."""
-    stones = read_stones(RUIN)
+    stones = read_counted_stones(RUIN)
     inversion = SurveyInversion(
         StoneOutcomeProbabilities(
-            candidate_motions(), [StoneKind.from_stone(stone) for stone in stones], threads=threads
+            candidate_motions(), [StoneDimensions.from_stone(stone) for stone in stones], threads=threads
         )
     )
     result = inversion.invert_survey(RUIN.name, stones)
@@ -289,7 +288,7 @@ def main(
     print(
         f"powers chosen on the other half: {choose_likelihood_exponent(rows[rows['half'] == 1])}, "
         f"{choose_likelihood_exponent(rows[rows['half'] == 0])}; "
-        f"shipped {POWER}"
+        f"shipped {DIRECTION_LIKELIHOOD_EXPONENT}"
     )
 
 

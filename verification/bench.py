@@ -20,7 +20,7 @@ from numba import njit
 
 from overturning.dem.block.loops import SCHEMES
 from overturning.dem.block.rigid import simulate_rigid_rocking
-from overturning.dem.block.state import ROWS, TICKS
+from overturning.dem.block.state import ROWS, TICKS_PER_WHOLE_STEP
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.time_step import IntegrationScheme
@@ -30,7 +30,7 @@ from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.units import GRANITE_DENSITY
 from verification import scalar
-from verification.inputs import NO_SLIDING, case_grid, default_study_groups, read_default_motions
+from verification.inputs import NO_SLIDING_FRICTION, case_grid, default_study_groups, read_motions_of_default_study
 from verification.measures import compare_results, join_results, percentage, run_case_groups, wrong_outcome_percentages
 from verification.tables import (
     RESULTS,
@@ -41,7 +41,7 @@ from verification.tables import (
     write_measured_numbers,
 )
 from verification.timing import minimum_processor_time, run_python_program_and_time_it
-from verification.whole_run import WITH_SERVER, fork_server_comparison_table, measure_whole_run
+from verification.whole_run import QUANTITY_PREFIX_WITH_FORK_SERVER, fork_server_comparison_table, measure_whole_run
 
 
 @njit
@@ -105,7 +105,7 @@ def scalar_loop_benchmark(
     stiff, _, dashpot = (
         float(one[0]) for one in SOFT_CONTACT.stiffness_and_damping_per_mass(width, height, GRANITE_DENSITY)
     )
-    wave, own = motion.along(0.0), (motion.sampling_interval, steps, 0.12, 0.3, stiff, dashpot)
+    wave, own = motion.acceleration_along(0.0), (motion.sampling_interval, steps, 0.12, 0.3, stiff, dashpot)
     frictions = np.linspace(0.3, 1.0, blocks).tolist()
     return lambda: [scalar.run_scalar_block(is_centred, wave, *own, mu) for mu in frictions], blocks * steps * (
         motion.sample_count - 1
@@ -124,7 +124,7 @@ def measure_throughput() -> list[MeasuredNumber]:
     for scheme in ("centred", "cundall"):
         constants, loops = SCHEMES[IntegrationScheme[scheme.upper()]]
         advance = wrap_loop_for_calls_from_python(loops(with_vertical=False, with_friction=True))
-        advance(constants, np.zeros(ROWS.size), 8, 1, float(TICKS))
+        advance(constants, np.zeros(ROWS.size), 8, 1, float(TICKS_PER_WHOLE_STEP))
         wide = run_cases(motion, many, scheme=scheme, **how).block_steps.sum()
         plain_run, narrow = scalar_loop_benchmark(motion, scheme == "centred")
         # Interleaved, so that other load on the machine affects both alike.
@@ -146,8 +146,8 @@ def measure_throughput() -> list[MeasuredNumber]:
 
 def measure_time_per_case() -> list[MeasuredNumber]:
     """Measure the time per case of about 1000 cases of 20 s, and the agreement with the exact rigid block."""
-    motion = read_default_motions()["rinaldi"]
-    axes = (np.arange(0.0, 360.0, 5.0), [0.6, 1.2], [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4], [NO_SLIDING])
+    motion = read_motions_of_default_study()["rinaldi"]
+    axes = (np.arange(0.0, 360.0, 5.0), [0.6, 1.2], [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4], [NO_SLIDING_FRICTION])
     cases = case_grid(*axes)
     rigid = np.stack(
         [simulate_rigid_rocking(motion.scaled_by(factor), cases).overturned for factor in (1.0, 0.99, 1.01)]
@@ -204,8 +204,8 @@ def measure_default_study(azimuths: int = 36) -> list[MeasuredNumber]:
         MeasuredNumber("default study: processor time, both threads together", busy, "s"),
     ]
     for where, counts in (
-        ("where the neighbours agree", far.firm),
-        ("of all cells, against an eighth of the step", far.counts),
+        ("where the neighbours agree", far.counts_where_neighbours_agree),
+        ("of all cells, against an eighth of the step", far.counts_of_all_cases),
     ):
         flags, sides = wrong_outcome_percentages(counts)
         rows.append(MeasuredNumber(f"default study: wrong flags {where}", flags, "%"))
@@ -213,13 +213,13 @@ def measure_default_study(azimuths: int = 36) -> list[MeasuredNumber]:
     return rows
 
 
-def measure_work_saved_by_skipping_rest(azimuths: int = 18) -> list[MeasuredNumber]:
+def measure_work_saved_by_omitting_rest_samples(azimuths: int = 18) -> list[MeasuredNumber]:
     """Measure the work saved in the default study by skipping samples at rest, and the outcomes that this changes."""
     groups = default_study_groups(azimuths)
     short = run_case_groups(groups, threads=2).results
     full = run_case_groups(groups, threads=2, leave_out=False).results
     nudged = [group._replace(motion=group.motion.scaled_by(1 + 1e-9)) for group in groups]
-    other = compare_results(run_case_groups(nudged, threads=2, leave_out=False).results, full).counts
+    other = compare_results(run_case_groups(nudged, threads=2, leave_out=False).results, full).counts_of_all_cases
     below = np.tile(np.asarray(groups[0].cases.friction) < np.asarray(groups[0].cases.b_over_h), len(groups))
     moves, far = short.block_steps > 0, compare_results(short, full)
     return [
@@ -233,8 +233,8 @@ def measure_work_saved_by_skipping_rest(azimuths: int = 18) -> list[MeasuredNumb
         MeasuredNumber(
             "samples at rest and left out, mean per simulated case", float(short.samples_left_out[moves].mean())
         ),
-        MeasuredNumber("flags changed by leaving out", far.counts.flags),
-        MeasuredNumber("sides changed by leaving out", far.counts.flags + far.counts.sides),
+        MeasuredNumber("flags changed by leaving out", far.counts_of_all_cases.flags),
+        MeasuredNumber("sides changed by leaving out", far.counts_of_all_cases.flags + far.counts_of_all_cases.sides),
         MeasuredNumber("flags changed by amplitudes larger by 1e-9", other.flags),
         MeasuredNumber("sides changed by amplitudes larger by 1e-9", other.flags + other.sides),
         MeasuredNumber("simulated cases with μ < B/H", int((moves & below).sum())),
@@ -270,7 +270,7 @@ def measure_memory_and_time_growth() -> list[MeasuredNumber]:
 PARTS: dict[str, Callable[[], list[MeasuredNumber]]] = {
     "growth": measure_memory_and_time_growth, "throughput": measure_throughput, "sweep": measure_time_per_case,
     "compilation": measure_compilation, "study": measure_default_study,
-    "whole-run": measure_whole_run, "left-out": measure_work_saved_by_skipping_rest
+    "whole-run": measure_whole_run, "left-out": measure_work_saved_by_omitting_rest_samples
 }  # fmt: skip
 
 
@@ -288,7 +288,11 @@ def main(
         known = write_measured_numbers(
             rows, RESULTS / f"{machine}.csv", keep_other_figures=bool(parts) or name != names[-1]
         )
-        bodies = {"bench": measured_numbers_table(one for one in known if not one.quantity.startswith(WITH_SERVER))}
+        bodies = {
+            "bench": measured_numbers_table(
+                one for one in known if not one.quantity.startswith(QUANTITY_PREFIX_WITH_FORK_SERVER)
+            )
+        }
         own = (
             {"left-out": body}
             if name == "left-out"

@@ -15,9 +15,9 @@ import xarray as xr
 from overturning.arrays import FloatArray
 from overturning.dem.run import run_cases
 from overturning.figures.style import (
-    FALLS,
+    FALL_COLOUR,
     INK,
-    SERIES,
+    SERIES_COLOURS,
     add_title_and_legend,
     create_panel_grid,
     label_axes,
@@ -31,7 +31,7 @@ from overturning.findings.values import Estimate
 from overturning.model.cases import Cases
 from overturning.records.store import read_record_from_motion_file
 from overturning.report.drawings import write_fall_rates_figure
-from overturning.report.filters import percent
+from overturning.report.filters import format_percent
 from overturning.statistics.space import count_agreements_of_2d_and_3d_outcomes, shares_of_agreeing_2d_and_3d_outcomes
 from overturning.study.cube import open_cube
 from overturning.study.load import load_study
@@ -122,10 +122,10 @@ def draw_published_and_computed_fall_rates(rows: pd.DataFrame, rates: FloatArray
         for place, row in enumerate(near[::-1], 1):
             low = 0.0 if np.isnan(row.rate_low_percent) else row.rate_low_percent
             high = 100.0 if np.isnan(row.rate_high_percent) else row.rate_high_percent
-            axes.plot([low, high], [place, place], color=SERIES[0], linewidth=6, solid_capstyle="butt")
+            axes.plot([low, high], [place, place], color=SERIES_COLOURS[0], linewidth=6, solid_capstyle="butt")
             if low == high:
-                axes.plot(low, place, "o", color=SERIES[0])
-        axes.plot(rates, np.zeros(rates.size), "|", color=FALLS, markersize=13)
+                axes.plot(low, place, "o", color=SERIES_COLOURS[0])
+        axes.plot(rates, np.zeros(rates.size), "|", color=FALL_COLOUR, markersize=13)
         axes.plot(np.median(rates), 0, "D", color=INK, markersize=5)
         names = [f"{row.event}: {row.where}" for row in near[::-1]]
         axes.set_yticks(range(len(near) + 1), ["computed, each near-field record (median)", *names])
@@ -179,7 +179,7 @@ def criteria_tables(results: StudyResults) -> dict[str, str]:
     assert found is not None
     shutil.copy(STUDY / "figures" / "plane.svg", ROOT / "docs" / "images" / "criteria.svg")
     rows = [
-        (one.criterion, one.rule, percent(one.hit_rate), percent(one.false_alarm_rate),
+        (one.criterion, one.rule, format_percent(one.hit_rate), format_percent(one.false_alarm_rate),
          estimate_with_interval_text(one.skill), estimate_with_interval_text(one.skill_within_block_shape))
         for one in found.scores
     ]  # fmt: skip
@@ -202,10 +202,10 @@ def compare_grid_and_per_stone_fall_rates(results: StudyResults) -> str:
 
     Each of these stones has its own height, B/H and µ.
     """
-    found, population_ = results.populations[NOMINAL], results.study.population
+    found, population_ = results.population_rates_by_variant[NOMINAL], results.study.population
     assert population_ is not None
     stones, rates = sample_stones(population_), []
-    planes = np.concatenate([stones.face, stones.face + 90])
+    planes = np.concatenate([stones.face_azimuth_deg, stones.face_azimuth_deg + 90])
     cases = Cases(planes, np.tile(stones.height, 2), np.tile(stones.b_over_h, 2), np.tile(stones.friction, 2))
     for name in results.record_names:
         motion = ground_motion_for_variant(
@@ -249,7 +249,7 @@ def main() -> None:
     write_measured_numbers(planar_model_accuracy(), RESULTS / "in-space.csv")
     study = load_study(ROOT / "config" / "near-fault.yaml")
     with open_study_results(STUDY, study) as results:
-        found = results.populations[NOMINAL]
+        found = results.population_rates_by_variant[NOMINAL]
         comparison = population_fall_rate_markdown(results)
         publish_markdown(
             {"population": f"{comparison}\n{wrap_text(compare_grid_and_per_stone_fall_rates(results), '- ')}"}

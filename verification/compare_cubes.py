@@ -18,9 +18,9 @@ from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.direction import angle_between_azimuths
-from overturning.study.answers import MAX_AZIMUTH_DIFFERENCE_DEG, count_outcome_differences
+from overturning.study.answers import MIN_AZIMUTH_CHANGE_DEG, count_outcome_differences
 from overturning.study.cube import open_cube
-from verification.measures import MIN_ROCKING, percentage
+from verification.measures import MIN_PEAK_ROTATION_OVER_ALPHA, percentage
 from verification.tables import markdown_table
 
 MIN_SLIP_M = 1e-3
@@ -28,9 +28,9 @@ MIN_SLIP_M = 1e-3
 
 
 def fall_azimuths_differ(first_azimuths: NDArray[Any], second_azimuths: NDArray[Any]) -> NDArray[np.bool_]:
-    """True where the azimuths, degrees, of two falls differ by at least `MAX_AZIMUTH_DIFFERENCE_DEG`; False for NaN."""
+    """True where the azimuths, degrees, of two falls differ by at least `MIN_AZIMUTH_CHANGE_DEG`; False for NaN."""
     first, second = (np.asarray(azimuths, np.float64) for azimuths in (first_azimuths, second_azimuths))
-    return np.asarray(angle_between_azimuths(first, second) >= MAX_AZIMUTH_DIFFERENCE_DEG)
+    return np.asarray(angle_between_azimuths(first, second) >= MIN_AZIMUTH_CHANGE_DEG)
 
 
 def neighbours_have_same_outcome(flags: xr.DataArray, fall_azimuths: NDArray[Any] | None = None) -> NDArray[np.bool_]:
@@ -53,7 +53,7 @@ def neighbours_have_same_outcome(flags: xr.DataArray, fall_azimuths: NDArray[Any
     return same
 
 
-def relative_peak_rotation(cube: xr.Dataset) -> FloatArray:
+def peak_rotation_over_critical_angle(cube: xr.Dataset) -> FloatArray:
     """Return the peak rotation (3-D: peak tilt) over the critical angle α; NaN for an element without α."""
     if "peak_tilt" not in cube:
         return np.asarray(cube.peak_rotation, dtype=np.float64)
@@ -101,12 +101,15 @@ def outcome_changes_between_cubes(old_cube: xr.Dataset, new_cube: xr.Dataset) ->
     counts = count_outcome_differences(before, after, away)
     firmly = count_outcome_differences(before[firm], after[firm], None if away is None else away[firm])
     turned, turned_too, stands = (
-        relative_peak_rotation(old_cube),
-        relative_peak_rotation(new_cube),
+        peak_rotation_over_critical_angle(old_cube),
+        peak_rotation_over_critical_angle(new_cube),
         (before == 0) & (after == 0),
     )
     slid, slid_too = peak_slip_of_cells(old_cube), peak_slip_of_cells(new_cube)
-    rocks, slides = stands & (turned > MIN_ROCKING) & np.isfinite(turned_too), stands & (slid > MIN_SLIP_M)
+    rocks, slides = (
+        stands & (turned > MIN_PEAK_ROTATION_OVER_ALPHA) & np.isfinite(turned_too),
+        stands & (slid > MIN_SLIP_M),
+    )
     return {
         "cells": f"{before.size:,}",
         "fall, before": fallen_count_and_share_text(before),

@@ -16,20 +16,20 @@ from overturning.model.geometry import PlacedElement
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
-STEP: Final = 1.0 / 240.0
+DEFAULT_TIME_STEP: Final = 1.0 / 240.0
 """Default time step, s."""
 
-SCALE: Final = 20.0
+BOX2D_LENGTH_SCALE: Final = 20.0
 """Factor on all lengths for Box2D, whose tolerances are made for bodies of metres."""
 
-FALLEN: Final = 0.49 * math.pi
+FALLEN_ROTATION_RAD: Final = 0.49 * math.pi
 """Rotation from which a stone counts as fallen, rad."""
 
-FLAT: Final = 0.05
+MAX_VERTICAL_COMPONENT_OF_FALLEN_AXIS: Final = 0.05
 """Vertical component of the axis below which a prism counts as fallen."""
 
-AFTER_BLOCK: Final = 5.0
-AFTER_SCENE: Final = 3.0
+TIME_AFTER_RECORD_OF_BLOCK: Final = 5.0
+TIME_AFTER_RECORD_OF_SCENE: Final = 3.0
 """Simulated time after the record, s, for a block and for a scene."""
 
 
@@ -73,7 +73,7 @@ def _simulate_fall_sides(
     for acceleration in ground_acceleration.tolist():
         advance_engine(acceleration)
         for index, body in enumerate(bodies):
-            if sides[index] == 0 and abs(body.angle) > FALLEN:
+            if sides[index] == 0 and abs(body.angle) > FALLEN_ROTATION_RAD:
                 sides[index] = -1 if body.angle > 0 else 1
         if all(sides) or (early and sides[-1]):
             break
@@ -86,19 +86,21 @@ def fall_sides_in_box2d(
     """Return the side to which each stone falls in Box2D under ground accelerations at its time steps."""
     from Box2D import b2EdgeShape, b2PolygonShape, b2World
 
-    world = b2World(gravity=(0.0, -STANDARD_GRAVITY * SCALE), doSleep=False)
+    world = b2World(gravity=(0.0, -STANDARD_GRAVITY * BOX2D_LENGTH_SCALE), doSleep=False)
     world.CreateStaticBody(shapes=b2EdgeShape(vertices=[(-1000, 0), (1000, 0)])).fixtures[0].friction = friction
     bodies = []
     for stone in free:
         # Otherwise a stone is set to sleep before the shaking begins, in spite of doSleep=False of the world.
-        body = world.CreateDynamicBody(position=(stone.x * SCALE, stone.z * SCALE), allowSleep=False)
-        shape = b2PolygonShape(vertices=[(x * SCALE, z * SCALE) for x, z in stone.corners])
+        body = world.CreateDynamicBody(
+            position=(stone.x * BOX2D_LENGTH_SCALE, stone.z * BOX2D_LENGTH_SCALE), allowSleep=False
+        )
+        shape = b2PolygonShape(vertices=[(x * BOX2D_LENGTH_SCALE, z * BOX2D_LENGTH_SCALE) for x, z in stone.corners])
         body.CreateFixture(shape=shape, density=stone.mass / _polygon_area(stone), friction=friction, restitution=0.0)
         bodies.append(body)
 
     def advance_world(acceleration: float) -> None:
         """Move the world of Box2D by a time step under a ground acceleration, m/s²."""
-        world.gravity = (-acceleration * SCALE, -STANDARD_GRAVITY * SCALE)
+        world.gravity = (-acceleration * BOX2D_LENGTH_SCALE, -STANDARD_GRAVITY * BOX2D_LENGTH_SCALE)
         world.Step(time_step, 30, 10)
 
     return _simulate_fall_sides(bodies, ground_acceleration, advance_world, early)
@@ -150,7 +152,7 @@ def fall_side_in_mujoco(
     for acceleration in ground_acceleration.tolist():
         model.opt.gravity[0] = -acceleration
         engine.mj_step(model, data)
-        if abs(data.qpos[2]) > FALLEN:
+        if abs(data.qpos[2]) > FALLEN_ROTATION_RAD:
             return [1 if data.qpos[2] > 0 else -1]
     return [0]
 
@@ -181,9 +183,11 @@ class Prism(NamedTuple):
 
 def effective_gravity_on_base(motion: Motion, orientation_deg: float, time_step: float) -> np.ndarray:
     """Return gravity minus ground acceleration, with x along the orientation, at the middle of each step."""
-    along = [motion.along(orientation_deg), motion.along(orientation_deg - 90.0)]
+    along = [motion.acceleration_along(orientation_deg), motion.acceleration_along(orientation_deg - 90.0)]
     waves = [*along, np.zeros(motion.sample_count) if motion.up is None else motion.up]
-    x, y, z = (resample_acceleration(wave, motion.sampling_interval, time_step, AFTER_BLOCK) for wave in waves)
+    x, y, z = (
+        resample_acceleration(wave, motion.sampling_interval, time_step, TIME_AFTER_RECORD_OF_BLOCK) for wave in waves
+    )
     return np.stack([-x, -y, -STANDARD_GRAVITY - z], axis=1)
 
 
@@ -196,7 +200,7 @@ def fall_direction_in_mujoco(prism: Prism, gravity: np.ndarray, time_step: float
     for pull in gravity:
         model.opt.gravity[:] = pull
         engine.mj_step(model, data)
-        if data.xmat[1][8] < FLAT:
+        if data.xmat[1][8] < MAX_VERTICAL_COMPONENT_OF_FALLEN_AXIS:
             return float(data.xmat[1][2]), float(data.xmat[1][5])
     return None
 
@@ -229,21 +233,21 @@ def fall_direction_in_bullet(prism: Prism, gravity: np.ndarray, time_step: float
             engine.setGravity(*pull, physicsClientId=client)
             engine.stepSimulation(physicsClientId=client)
             x, y, z, w = engine.getBasePositionAndOrientation(body, physicsClientId=client)[1]
-            if 1.0 - 2.0 * (x * x + y * y) < FLAT:
+            if 1.0 - 2.0 * (x * x + y * y) < MAX_VERTICAL_COMPONENT_OF_FALLEN_AXIS:
                 return 2.0 * (x * z + w * y), 2.0 * (y * z - w * x)
     finally:
         engine.disconnect(client)
     return None
 
 
-SidesInEngine = Callable[..., list[int]]
-FallDirectionInEngine = Callable[[Prism, np.ndarray, float], tuple[float, float] | None]
-ENGINES: Final[dict[str, SidesInEngine]] = {
+StoneFallSidesOfCaseFunction = Callable[..., list[int]]
+FallDirectionFunction = Callable[[Prism, np.ndarray, float], tuple[float, float] | None]
+PLANAR_ENGINES: Final[dict[str, StoneFallSidesOfCaseFunction]] = {
     "Box2D": fall_sides_in_box2d,
     "pymunk": fall_sides_in_pymunk,
     "MuJoCo": fall_side_in_mujoco,
 }
-SPACE_ENGINES: Final[dict[str, FallDirectionInEngine]] = {
+SPACE_ENGINES: Final[dict[str, FallDirectionFunction]] = {
     "MuJoCo": fall_direction_in_mujoco,
     "Bullet": fall_direction_in_bullet,
 }
@@ -259,22 +263,24 @@ def installed_engines(engines: Mapping[str, Any], *names: str) -> dict[str, Any]
 
 
 def fall_side_of_block(
-    engine: SidesInEngine, acceleration: np.ndarray, interval: float, height: float, b_over_h: float, friction: float,
-    step: float = STEP,
+    engine: StoneFallSidesOfCaseFunction, acceleration: np.ndarray, interval: float, height: float, b_over_h: float,
+    friction: float,
+    step: float = DEFAULT_TIME_STEP,
 ) -> int:  # fmt: skip
     """Return the side to which a block falls in a physics engine (±1; 0: none)."""
-    ground = resample_acceleration(acceleration, interval, step, AFTER_BLOCK)
+    ground = resample_acceleration(acceleration, interval, step, TIME_AFTER_RECORD_OF_BLOCK)
     return engine([rectangular_planar_body(height, b_over_h)], ground, friction, step)[0]
 
 
 def fall_sides_of_scene(
-    engine: SidesInEngine, placed: Iterable[PlacedElement], acceleration: np.ndarray, interval: float, friction: float,
-    step: float = STEP, early: bool = False,
+    engine: StoneFallSidesOfCaseFunction, placed: Iterable[PlacedElement], acceleration: np.ndarray, interval: float,
+    friction: float,
+    step: float = DEFAULT_TIME_STEP, early: bool = False,
 ) -> list[int]:  # fmt: skip
     """Return the sides to which the free elements of a scene fall in a physics engine (±1; 0: none)."""
     return engine(
         convert_elements_to_planar_bodies(placed),
-        resample_acceleration(acceleration, interval, step, AFTER_SCENE),
+        resample_acceleration(acceleration, interval, step, TIME_AFTER_RECORD_OF_SCENE),
         friction,
         step,
         early=early,
@@ -282,7 +288,7 @@ def fall_sides_of_scene(
 
 
 def fall_azimuth_of_prism(
-    engine: FallDirectionInEngine, motion: Motion, orientation_deg: float, prism: Prism, step: float
+    engine: FallDirectionFunction, motion: Motion, orientation_deg: float, prism: Prism, step: float
 ) -> float:
     """Return the azimuth to which the top of a fallen prism points in an engine, degrees; NaN if it stands."""
     axis = engine(prism, effective_gravity_on_base(motion, orientation_deg, step), step)

@@ -38,13 +38,13 @@ class EnvironmentCost(NamedTuple):
     """Elapsed time, s."""
     processor_seconds: float
     """Processor time, s."""
-    size: float
+    size_gb: float
     """Size on the disk, GB (10⁹ bytes)."""
     packages: int
     """Number of installed packages, pip and this one included."""
 
 
-def install_environment(checkout: Path, target: str, environment: Path) -> EnvironmentCost:
+def install_and_measure_environment(checkout: Path, target: str, environment: Path) -> EnvironmentCost:
     """Run a make target that installs packages.
 
     Return its times, and the size and number of packages of the whole environment.
@@ -61,10 +61,10 @@ def install_environment(checkout: Path, target: str, environment: Path) -> Envir
     elapsed, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
     spent = (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
     blocks = sum(path.lstat().st_blocks for path in environment.rglob("*"))
-    return EnvironmentCost(elapsed, spent, 512 * blocks / 1e9, count_packages(environment))
+    return EnvironmentCost(elapsed, spent, 512 * blocks / 1e9, count_installed_packages(environment))
 
 
-def count_packages(environment: Path) -> int:
+def count_installed_packages(environment: Path) -> int:
     """Return the number of installed packages; copies inside another package (setuptools has some) do not count."""
     return len(list(environment.glob("lib/*/site-packages/*.dist-info")))
 
@@ -72,15 +72,15 @@ def count_packages(environment: Path) -> int:
 def measure_make_targets(checkout: Path, targets: list[str]) -> list[EnvironmentCost]:
     """Run make targets one after the other in a new Python environment, and return the cost after each."""
     with tempfile.TemporaryDirectory() as scratch:
-        return [install_environment(checkout, target, Path(scratch, "environment")) for target in targets]
+        return [install_and_measure_environment(checkout, target, Path(scratch, "environment")) for target in targets]
 
 
-def environment_cost_figures(name: str, cost: EnvironmentCost) -> list[MeasuredNumber]:
+def environment_cost_numbers(name: str, cost: EnvironmentCost) -> list[MeasuredNumber]:
     """Return the cost of an environment as measured numbers."""
     return [
         MeasuredNumber(f"{name}: time", cost.seconds, "s"),
         MeasuredNumber(f"{name}: processor time", cost.processor_seconds, "s"),
-        MeasuredNumber(f"{name}: size", cost.size, "GB"),
+        MeasuredNumber(f"{name}: size", cost.size_gb, "GB"),
         MeasuredNumber(f"{name}: packages", cost.packages),
     ]
 
@@ -102,11 +102,11 @@ def main(
             runs.append(run)
             tests.append(test)
     figures = [
-        *environment_cost_figures("`make setup`", min(runs)),
-        *environment_cost_figures("then `make setup-dev`", min(tests)),
+        *environment_cost_numbers("`make setup`", min(runs)),
+        *environment_cost_numbers("then `make setup-dev`", min(tests)),
     ]
     if before:
-        figures += environment_cost_figures(f"`make setup` at {before}, one lock for all", min(earlier))
+        figures += environment_cost_numbers(f"`make setup` at {before}, one lock for all", min(earlier))
     written = write_measured_numbers(figures, RESULTS / "environments.csv", keep_other_figures=True)
     publish_markdown({"environments": measured_numbers_table(written)})
 

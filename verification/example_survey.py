@@ -24,33 +24,33 @@ from overturning.records.catalogue import RecordTableRow
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
 from overturning.surveys.library import CandidateMotion
-from overturning.surveys.notation import WINDS_16
+from overturning.surveys.notation import COMPASS_POINTS_16
 from verification.tables import ROOT
 
 SURVEY: Final = ROOT / "surveys" / "example-cemeteries.csv"
 PAGE: Final = ROOT / "docs" / "how-to" / "survey.md"
 ROSE: Final = ROOT / "docs" / "images" / "example-cemeteries.svg"
 
-SOURCE: Final = "example:20161113_110259_WTMC_20.V2A"
-SITES: Final = {"Hill": "degrees", "River": "winds", "Church": "bearings"}
+RECORD_SOURCE: Final = "example:20161113_110259_WTMC_20.V2A"
+DIRECTION_NOTATION_BY_SITE: Final = {"Hill": "degrees", "River": "winds", "Church": "bearings"}
 """Names of the cemeteries, each with the notation of its directions."""
 STONES_PER_SITE: Final = 20
 DECLINATION_DEG: Final = 22.5
-"""Magnetic declination, east positive, of the directions that were taken with a compass: those not in winds."""
+"""Magnetic declination, east positive, of the directions that were taken with a compass."""
 FRICTION: Final = 0.7
-SPREAD_DEG: Final = 10.0
+FALL_DIRECTION_SPREAD_DEG: Final = 10.0
 """Standard deviation of the fall directions about the normals of the faces."""
 
 HEADER: Final = (
     "site", "stone", "kind", "outcome", "azimuth_deg", "declination", "face_azimuth_deg", "height_m", "b_over_h",
     "b_over_h_side", "note",
 )  # fmt: skip
-OUTCOMES_OF_FEW: Final = {
+OUTCOMES_OF_EXCLUDED_STONES: Final = {
     ("Hill", 4): "fixed", ("Hill", 15): "fixed", ("River", 7): "broken", ("River", 12): "unknown",
     ("Church", 9): "repaired",
 }  # fmt: skip
 """Outcomes of the stones that do not count, by site and number."""
-WITHOUT_DIRECTION: Final = 3
+FALL_NUMBER_WITHOUT_DIRECTION: Final = 3
 """Number, among the stones of each site that fell, of the one whose direction is not noted."""
 
 
@@ -70,7 +70,7 @@ class InventedStone:
 
 def true_motion_of_example_survey() -> CandidateMotion:
     """Return the motion of Te Mara Farm, processed as in a study, with its velocity axis."""
-    record = process_record(read_record(RecordTableRow(id="wtmc", format="geonet", source=SOURCE), Path()), None)
+    record = process_record(read_record(RecordTableRow(id="wtmc", format="geonet", source=RECORD_SOURCE), Path()), None)
     return CandidateMotion.from_motion("Te Mara Farm", record.event, Motion.of(record))
 
 
@@ -93,13 +93,13 @@ def invent_stones() -> dict[str, list[InventedStone]]:
     """Invent the stones of each cemetery, in rows of one orientation, and simulate them."""
     generator = np.random.Generator(np.random.PCG64(47))
     drawn: list[tuple[float, ...]] = []
-    for _ in SITES:
+    for _ in DIRECTION_NOTATION_BY_SITE:
         row = generator.uniform(0.0, 360.0)
         for _ in range(STONES_PER_SITE):
             face = round(row + generator.normal(0.0, 15.0)) % 360.0
             height, shape = (round(float(one), 2) for one in generator.uniform((0.5, 0.3), (1.1, 0.55)))
             side = round(shape * float(generator.uniform(1.0, 1.4)), 2)
-            drawn.append((face, height, shape, side, generator.normal(0.0, SPREAD_DEG)))
+            drawn.append((face, height, shape, side, generator.normal(0.0, FALL_DIRECTION_SPREAD_DEG)))
     face, height, shape, side, spread = np.array(drawn).T
     seen = (
         fall_azimuths_of_stones(true_motion_of_example_survey().motion, face, height, np.column_stack([shape, side]))
@@ -107,13 +107,13 @@ def invent_stones() -> dict[str, list[InventedStone]]:
     ) % 360.0
     rows = zip(drawn, seen.tolist(), strict=True)
     stones = [InventedStone(one[0], one[1], one[2], one[3], fall) for one, fall in rows]
-    return {site: stones[n * STONES_PER_SITE :][:STONES_PER_SITE] for n, site in enumerate(SITES)}
+    return {site: stones[n * STONES_PER_SITE :][:STONES_PER_SITE] for n, site in enumerate(DIRECTION_NOTATION_BY_SITE)}
 
 
 def direction_in_notation(azimuth_deg: float, notation: str) -> str:
-    """Return a true azimuth, degrees, as people note it: magnetic degrees, a true wind, or a magnetic bearing."""
+    """Return a true azimuth, degrees, as people note it: magnetic degrees, true compass point, or magnetic bearing."""
     if notation == "winds":
-        return WINDS_16[round(azimuth_deg / 22.5) % 16]
+        return COMPASS_POINTS_16[round(azimuth_deg / 22.5) % 16]
     magnetic = round(azimuth_deg - DECLINATION_DEG) % 360
     if notation == "degrees":
         return str(magnetic)
@@ -131,7 +131,7 @@ def survey_text() -> str:
         ";".join(HEADER),
     ]
     for site, stones in invent_stones().items():
-        notation, falls = SITES[site], 0
+        notation, falls = DIRECTION_NOTATION_BY_SITE[site], 0
         for number, stone in enumerate(stones, 1):
             outcome, azimuth = "stands", ""
             if math.isfinite(stone.fall_azimuth_deg):
@@ -141,10 +141,10 @@ def survey_text() -> str:
                 twist, shift = int(generator.choice([-1, 1])) * int(generator.integers(2, 15)), generator.integers(1, 5)
                 outcome = f"twisted {twist}" if moved < 0.25 else f"shifted {shift} cm"
             falls += outcome == "fell"
-            if outcome == "fell" and falls == WITHOUT_DIRECTION:
+            if outcome == "fell" and falls == FALL_NUMBER_WITHOUT_DIRECTION:
                 outcome, azimuth = "fell, direction not known", ""
-            if (site, number) in OUTCOMES_OF_FEW:
-                outcome, azimuth = OUTCOMES_OF_FEW[site, number], ""
+            if (site, number) in OUTCOMES_OF_EXCLUDED_STONES:
+                outcome, azimuth = OUTCOMES_OF_EXCLUDED_STONES[site, number], ""
             face = "" if notation == "winds" else direction_in_notation(stone.face_azimuth_deg, notation)
             declination = "" if notation == "winds" else f"{DECLINATION_DEG}"
             sizes = (f"{one:.2f}".replace(".", ",") for one in (stone.height, stone.b_over_h, stone.b_over_h_side))
@@ -182,7 +182,7 @@ def write_example_study_cube(path: Path) -> None:
     cube.to_netcdf(path)
 
 
-def comparison_outputs() -> dict[str, str]:
+def survey_command_outputs() -> dict[str, str]:
     """Return the printed comparisons of the survey that the page shows, by marker."""
     with tempfile.TemporaryDirectory() as folder:
         cube = Path(folder) / "cube.nc"
@@ -206,7 +206,7 @@ def main() -> None:
     write_text(SURVEY, survey_text())
     output_of_overturning_command("survey", str(SURVEY), "--rose", str(ROSE))
     page = PAGE.read_text(encoding="utf-8")
-    for mark, block in (comparison_outputs() | inferred_motion_output()).items():
+    for mark, block in (survey_command_outputs() | inferred_motion_output()).items():
         begin, end = f"<!-- {mark}:begin -->", f"<!-- {mark}:end -->"
         page = f"{page.partition(begin)[0]}{begin}\n\n{fenced_code_block(block)}\n\n{end}{page.partition(end)[2]}"
     write_text(PAGE, page)

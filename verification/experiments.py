@@ -23,21 +23,21 @@ from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.model.body import Body
 from overturning.model.cases import Cases
-from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION, Contact, VertexContact
+from overturning.model.contact import DEFAULT_DAMPING_RATIO, DEFAULT_STATIC_PENETRATION_RATIO, Contact, VertexContact
 from overturning.model.scene import gravestone
 from overturning.model.shapes import RectangularPrism
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from verification.inputs import (
-    NO_SLIDING,
+    NO_SLIDING_FRICTION,
     CaseGroup,
     case_grid,
     default_study_groups,
     half_circle_azimuths,
-    read_default_motions,
+    read_motions_of_default_study,
 )
 from verification.measures import (
-    MIN_ROCKING,
+    MIN_PEAK_ROTATION_OVER_ALPHA,
     Flags,
     compare_results,
     percentage,
@@ -53,16 +53,16 @@ MarkdownByMarker = dict[str, str]
 class PartOfDefaultStudy(NamedTuple):
     """Part of the default study that an experiment runs: some azimuths under every n-th record."""
 
-    azimuths: int
-    every_record: int
+    azimuth_count: int
+    every_nth_record: int
     checkout: Path | None = None
     """Checkout with another state of the sources, for comparison."""
-    kept: Path = RESULTS
+    table_folder: Path = RESULTS
     """Folder in which the tables are stored."""
 
     def groups(self) -> list[CaseGroup]:
         """Return the cases of this part of the default study, a group for each record."""
-        return default_study_groups(self.azimuths, self.every_record)
+        return default_study_groups(self.azimuth_count, self.every_nth_record)
 
 
 def markdown_table_of_named_rows(first: str, rows: dict[str, dict[str, float]], heads: list[str]) -> str:
@@ -70,7 +70,7 @@ def markdown_table_of_named_rows(first: str, rows: dict[str, dict[str, float]], 
     return markdown_table((first, *heads), [(name, *(row[head] for head in heads)) for name, row in rows.items()])
 
 
-STEPS: Final = [("centred", share) for share in (0.0625, 0.125, 0.25, 0.5, 0.75, 1.0)] + [
+SCHEMES_AND_STEPS: Final = [("centred", share) for share in (0.0625, 0.125, 0.25, 0.5, 0.75, 1.0)] + [
     ("cundall", share) for share in (0.25, 0.5, 0.9)
 ]
 """Schemes with shares of their longest step; the automatic step of the centred scheme is its longest."""
@@ -79,11 +79,11 @@ BOUNDARY_SHIFT: Final = "shift of the boundary, %"
 ERROR_COLUMNS: Final = ["median error of peak rotation", BOUNDARY_SHIFT, "wrong flags, %", "wrong sides, %"]
 
 
-def measure_error_over_step(thin: PartOfDefaultStudy) -> MarkdownByMarker:
+def measure_error_by_scheme_and_step(thin: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure error and cost by scheme and time step, on which the choice of the defaults is based."""
     groups = thin.groups()
     ratios = np.unique(groups[0].cases.b_over_h)
-    shape = (len(groups), thin.azimuths, -1, ratios.size, np.unique(groups[0].cases.friction).size)
+    shape = (len(groups), thin.azimuth_count, -1, ratios.size, np.unique(groups[0].cases.friction).size)
 
     def overturning_boundary_b_over_h(flags: Flags) -> FloatArray:
         """Return the B/H below which the block falls, from the number of falling cells along B/H."""
@@ -91,26 +91,26 @@ def measure_error_over_step(thin: PartOfDefaultStudy) -> MarkdownByMarker:
 
     exact, rows = run_case_groups(groups, threads=2, **FINEST_STEP).results, []
     right = overturning_boundary_b_over_h(exact.overturned)
-    for scheme, share in STEPS:
+    for scheme, share in SCHEMES_AND_STEPS:
         found, seconds = run_case_groups(groups, threads=2, scheme=scheme, time_step=f"{share} stable")
         far = compare_results(found, exact)
         shift = (np.abs(overturning_boundary_b_over_h(found.overturned) - right) / right)[right > ratios[0]]
         rows.append(
-            {"scheme": scheme, "step": share, "cases": far.counts.cases}
+            {"scheme": scheme, "step": share, "cases": far.counts_of_all_cases.cases}
             | far.cost_and_error_columns(seconds)
             | {BOUNDARY_SHIFT: round(100 * float(shift.mean()), 3)}
         )
         print(rows[-1], flush=True)
     curve = pd.DataFrame(rows)
-    write_csv(curve, thin.kept / "default-step.csv")
+    write_csv(curve, thin.table_folder / "default-step.csv")
     shown = ["scheme", "step", "processor time, s", *ERROR_COLUMNS, "marked", "largest energy error"]
     return {
         "default-step": markdown_table(shown, curve[shown].to_numpy(dtype=object)),
-        "equal-error": cost_at_equal_error(curve),
+        "equal-error": cost_ratio_table_at_equal_error(curve),
     }
 
 
-def cost_at_equal_error(error_curves: pd.DataFrame) -> str:
+def cost_ratio_table_at_equal_error(error_curves: pd.DataFrame) -> str:
     """Return a table of the default scheme's processor time over that of Cundall's scheme at the same error.
 
     The time of Cundall's scheme at this error is found by log-log interpolation.
@@ -146,36 +146,41 @@ def measure_wrong_flags_over_step_and_contact(thin: PartOfDefaultStudy) -> Markd
             given: dict[str, Any] = {"model": gravestone(Contact(static_penetration=penetration, damping_ratio=ratio))}
             exact = run_case_groups(groups, threads=2, time_step="0.125 stable", **given).results
             own = compare_results(exact, exact)
-            computed = own.moving.cases + own.moving.unanswered
-            cells = [f"{percentage(own.unstable, computed):.2f}"]
+            computed = own.counts_of_simulated_cases.cases + own.counts_of_simulated_cases.unanswered
+            cells = [f"{percentage(own.unstable_count, computed):.2f}"]
             for step in steps.values():
                 far = compare_results(run_case_groups(groups, threads=2, time_step=step, **given).results, exact)
                 cells.append(
-                    f"{percentage(far.unstable, computed):.2f} / {wrong_outcome_percentages(far.moving)[0]:.2f}"
+                    f"{percentage(far.unstable_count, computed):.2f} / "
+                    f"{wrong_outcome_percentages(far.counts_of_simulated_cases)[0]:.2f}"
                 )
             lines.append((f"{penetration:g}", f"{ratio:g}", *cells))
             print(*lines[-1], flush=True)
     cells_of = markdown_table(("δ/B", "ξ", "0.125", *steps), lines)
     about = (
         f"Each row of the table of steps and contacts has {computed} cases, under {len(groups)} records along "
-        f"{thin.azimuths} azimuths, in which the shaking is strong enough to move the block."
+        f"{thin.azimuth_count} azimuths, in which the shaking is strong enough to move the block."
     )
     return {"step-and-contact": f"{cells_of}\n\n{wrap_text(about)}"}
 
 
-CLOCK_REPLACEMENT: Final = "from overturning.dem.kernel import clock; clock.BLOCK = clock.BLOCK._replace({})"
-CLOCK_RULES: Final = {
+STEP_CONTROL_CHANGE_TEMPLATE: Final = (
+    "from overturning.dem.kernel import clock; clock.BLOCK_STEP_CONTROL = clock.BLOCK_STEP_CONTROL._replace({})"
+)
+STEP_CONTROL_CHANGE_BY_NAME: Final = {
     "unchanged": "",
-    "finest step half as long": CLOCK_REPLACEMENT.format("finest=0.04"),
-    "finest step twice as long": CLOCK_REPLACEMENT.format("finest=0.16"),
-    "finest step four times as long": CLOCK_REPLACEMENT.format("finest=0.32"),
-    "finest step eight times as long": CLOCK_REPLACEMENT.format("finest=0.64"),
-    "every change in a finest step": "from overturning.dem.block import state; state.MAX_GENTLE_TRAVEL *= 0",
-    "four steps of each length": CLOCK_REPLACEMENT.format("dwell=4.0"),
-    "sixteen steps of each length": CLOCK_REPLACEMENT.format("dwell=16.0"),
-    "one step of each length above eight finest steps": CLOCK_REPLACEMENT.format("settled=1.0"),
-    "whole steps while standing": "from overturning.dem.block import state; state.RIGID_TIME_RATIO *= 1e9",
-    "no step repeated at the same length, only halved": CLOCK_REPLACEMENT.format("tries=0.0"),
+    "finest step half as long": STEP_CONTROL_CHANGE_TEMPLATE.format("finest=0.04"),
+    "finest step twice as long": STEP_CONTROL_CHANGE_TEMPLATE.format("finest=0.16"),
+    "finest step four times as long": STEP_CONTROL_CHANGE_TEMPLATE.format("finest=0.32"),
+    "finest step eight times as long": STEP_CONTROL_CHANGE_TEMPLATE.format("finest=0.64"),
+    "every change in a finest step": "from overturning.dem.block import state; state.MAX_UNREFINED_CORNER_TRAVEL *= 0",
+    "four steps of each length": STEP_CONTROL_CHANGE_TEMPLATE.format("dwell=4.0"),
+    "sixteen steps of each length": STEP_CONTROL_CHANGE_TEMPLATE.format("dwell=16.0"),
+    "one step of each length above eight finest steps": STEP_CONTROL_CHANGE_TEMPLATE.format("settled=1.0"),
+    "whole steps while standing": (
+        "from overturning.dem.block import state; state.MIN_INTERVAL_RATIO_FOR_SAMPLE_LONG_STEPS *= 1e9"
+    ),
+    "no step repeated at the same length, only halved": STEP_CONTROL_CHANGE_TEMPLATE.format("tries=0.0"),
 }
 """Statements that change one rule of the clock before the kernel is imported, by name."""
 
@@ -185,14 +190,14 @@ def measure_step_control_rules(thin: PartOfDefaultStudy) -> MarkdownByMarker:
     groups, rows = thin.groups(), {}
     exact = run_case_groups(groups, threads=2, time_step="0.125 stable").results
     with tempfile.TemporaryDirectory() as folder:
-        for number, (name, before) in enumerate(CLOCK_RULES.items()):
+        for number, (name, before) in enumerate(STEP_CONTROL_CHANGE_BY_NAME.items()):
             (found,) = run_case_groups_in_subprocess(groups, [{}], before=before, NUMBA_CACHE_DIR=f"{folder}/{number}")
             rows[name] = compare_results(found.results, exact).cost_and_error_columns(found.seconds)
             print(name, rows[name], flush=True)
     return {"fine-steps": markdown_table_of_named_rows("", rows, list(next(iter(rows.values()))))}
 
 
-def measure_error_over_stiffness(thin: PartOfDefaultStudy) -> MarkdownByMarker:
+def measure_error_by_stiffness_and_step(thin: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure error and cost by contact stiffness and time step, and the share of chaotic cases.
 
     The outcome of a chaotic case changes with a tiny change of amplitude, stiffness or step.
@@ -208,7 +213,8 @@ def measure_error_over_stiffness(thin: PartOfDefaultStudy) -> MarkdownByMarker:
     def wrong_flag_and_side_percentages(one: TimedResults, other: TimedResults) -> tuple[str, ...]:
         """Return the shares of wrong flags and of wrong flags or sides, percent, as text."""
         return tuple(
-            f"{share:.2f}" for share in wrong_outcome_percentages(compare_results(one.results, other.results).counts)
+            f"{share:.2f}"
+            for share in wrong_outcome_percentages(compare_results(one.results, other.results).counts_of_all_cases)
         )
 
     steps = {"0.125": "0.125 stable", "0.25": "0.25 stable", "0.5": "0.5 stable", "auto": "auto"}
@@ -219,7 +225,7 @@ def measure_error_over_stiffness(thin: PartOfDefaultStudy) -> MarkdownByMarker:
         costs["of the other checkout"] = compare_results(before.results, exact.results).cost_and_error_columns(
             before.seconds
         )
-    for penetration in (2e-5, 2e-6, 5e-7, STATIC_PENETRATION, 2e-8):
+    for penetration in (2e-5, 2e-6, 5e-7, DEFAULT_STATIC_PENETRATION_RATIO, 2e-8):
         found = {
             name: exact if (penetration, name) == reference else run_with_penetration(penetration, time_step=step)
             for name, step in steps.items()
@@ -232,17 +238,29 @@ def measure_error_over_stiffness(thin: PartOfDefaultStudy) -> MarkdownByMarker:
             found["auto"].seconds
         )
         print(lines[-1], costs[f"{penetration:g}"], flush=True)
-    own, finer = run_with_penetration(STATIC_PENETRATION), run_with_penetration(STATIC_PENETRATION, refinement=8)
-    stiffer = run_with_penetration(STATIC_PENETRATION / 4)
+    own, finer = (
+        run_with_penetration(DEFAULT_STATIC_PENETRATION_RATIO),
+        run_with_penetration(DEFAULT_STATIC_PENETRATION_RATIO, refinement=8),
+    )
+    stiffer = run_with_penetration(DEFAULT_STATIC_PENETRATION_RATIO / 4)
     pairs = {
         "default, and time step / 8": (own, finer),
         "default, and contact stiffness × 4": (own, stiffer),
-        "time step / 8, and time step / 16": (finer, run_with_penetration(STATIC_PENETRATION, refinement=16)),
-        "contact stiffness × 4, and contact stiffness × 16": (stiffer, run_with_penetration(STATIC_PENETRATION / 16)),
-        "default, and default with amplitude × (1 + 1e-9)": (own, run_with_penetration(STATIC_PENETRATION, moved)),
+        "time step / 8, and time step / 16": (
+            finer,
+            run_with_penetration(DEFAULT_STATIC_PENETRATION_RATIO, refinement=16),
+        ),
+        "contact stiffness × 4, and contact stiffness × 16": (
+            stiffer,
+            run_with_penetration(DEFAULT_STATIC_PENETRATION_RATIO / 16),
+        ),
+        "default, and default with amplitude × (1 + 1e-9)": (
+            own,
+            run_with_penetration(DEFAULT_STATIC_PENETRATION_RATIO, moved),
+        ),
         "time step / 8, and time step / 8 with amplitude × (1 + 1e-9)": (
             finer,
-            run_with_penetration(STATIC_PENETRATION, moved, refinement=8),
+            run_with_penetration(DEFAULT_STATIC_PENETRATION_RATIO, moved, refinement=8),
         ),
     }
     heads = ["million block steps", "processor time, s", *ERROR_COLUMNS[2:], ERROR_COLUMNS[0], "marked"]
@@ -260,8 +278,8 @@ class KernelOutcomes(NamedTuple):
     """Results of a kernel for the cases of all motions, in order: sides, peak rotations over α, and steps."""
 
     sides: NDArray[Any]
-    rotations: FloatArray
-    steps: NDArray[Any]
+    peak_rotations: FloatArray
+    step_counts: NDArray[Any]
 
 
 def run_planar_blocks(group: CaseGroup, damping: float, general: bool) -> KernelOutcomes:
@@ -276,9 +294,9 @@ def run_square_prisms(group: CaseGroup, damping: float) -> KernelOutcomes:
     """Simulate 3-D square prisms, one face of which points along a motion with one component."""
     parts, cases = [], group.cases
     for azimuth in np.unique(cases.azimuth_deg):
-        chosen, along = np.asarray(cases.azimuth_deg) == azimuth, group.motion.along(float(azimuth))
+        chosen, along = np.asarray(cases.azimuth_deg) == azimuth, group.motion.acceleration_along(float(azimuth))
         ahead = Motion(along, 0.0 * along, sampling_interval=group.motion.sampling_interval)
-        shapes = Cases(0.0, np.asarray(cases.height)[chosen], np.asarray(cases.b_over_h)[chosen], NO_SLIDING)
+        shapes = Cases(0.0, np.asarray(cases.height)[chosen], np.asarray(cases.b_over_h)[chosen], NO_SLIDING_FRICTION)
         contact = VertexContact(damping_ratio=damping)
         found = simulate_cases(Body(RectangularPrism(), contact), ahead, shapes)
         side = np.where(np.cos(np.radians(found.fall_azimuth)) > 0, 1, -1)
@@ -287,14 +305,16 @@ def run_square_prisms(group: CaseGroup, damping: float) -> KernelOutcomes:
     return KernelOutcomes(sides, np.radians(tilts) / np.arctan(np.asarray(cases.b_over_h)), steps)
 
 
-def measure_error_over_damping_ratio(thin: PartOfDefaultStudy) -> MarkdownByMarker:
+def measure_error_by_damping_ratio(thin: PartOfDefaultStudy) -> MarkdownByMarker:
     """Compare blocks that do not slide with Housner's block, for several damping ratios, in the three kernels.
 
     A flag is firm if it does not change under a motion 1 % weaker or stronger. A peak rotation is wrong if its error
     exceeds 0.01 α. Blocks are squat from B/H = 0.4.
     """
-    cases = case_grid(np.arange(1.24, 180.0, 15.0), [0.6, 1.6], np.arange(0.1, 0.51, 0.05), NO_SLIDING)
-    groups = [CaseGroup(motion, cases) for motion in list(read_default_motions().values())[:: thin.every_record]]
+    cases = case_grid(np.arange(1.24, 180.0, 15.0), [0.6, 1.6], np.arange(0.1, 0.51, 0.05), NO_SLIDING_FRICTION)
+    groups = [
+        CaseGroup(motion, cases) for motion in list(read_motions_of_default_study().values())[:: thin.every_nth_record]
+    ]
     kernels: dict[str, Callable[[CaseGroup, float], KernelOutcomes]] = {
         "kernel for single blocks": partial(run_planar_blocks, general=False),
         "general kernel": partial(run_planar_blocks, general=True),
@@ -306,18 +326,18 @@ def measure_error_over_damping_ratio(thin: PartOfDefaultStudy) -> MarkdownByMark
     )
     side, peak = (np.concatenate(part) for part in zip(*exact, strict=True))
     firm = np.all([np.concatenate([one.overturned for one in other]) == side for other in (weaker, stronger)], axis=0)
-    rocks = firm & (side == 0) & (peak > MIN_ROCKING)
+    rocks = firm & (side == 0) & (peak > MIN_PEAK_ROTATION_OVER_ALPHA)
     squat = np.tile(np.asarray(cases.b_over_h) > 0.39, len(groups))
     lines = []
-    for damping in (0.5, 1.0, 2.0, DAMPING_RATIO, 4.0, 6.0, 10.0):
+    for damping in (0.5, 1.0, 2.0, DEFAULT_DAMPING_RATIO, 4.0, 6.0, 10.0):
         cells = [f"{damping:g}"]
         for kernel in kernels.values():
             found = KernelOutcomes(
                 *map(np.concatenate, zip(*(kernel(group, damping) for group in groups), strict=True))
             )
-            stands, away = rocks & (found.sides == 0), np.abs(found.rotations - peak)
+            stands, away = rocks & (found.sides == 0), np.abs(found.peak_rotations - peak)
             off = (f"{percentage((away[of] > 0.01).sum(), of.sum()):.1f}" for of in (stands, stands & squat))
-            wrong, spent = (firm & (found.sides != side)).sum(), found.steps.sum() / 1e6
+            wrong, spent = (firm & (found.sides != side)).sum(), found.step_counts.sum() / 1e6
             cells.append(" / ".join([f"{wrong}", *off, f"{np.median(away[stands]):.2g}", f"{spent:.1f}"]))
         lines.append(tuple(cells))
         print(lines[-1], flush=True)
@@ -328,21 +348,21 @@ def measure_error_over_damping_ratio(thin: PartOfDefaultStudy) -> MarkdownByMark
     return {"damping-ratio": markdown_table(("ξ", *kernels), lines) + f"\n\n{wrap_text(about)}"}
 
 
-FRICTIONS_ABOVE_MAXIMUM: Final = (MAX_FRICTION, 300.0, 1e3, 1e4, 1e6)
+FRICTIONS_FROM_MAXIMUM: Final = (MAX_FRICTION, 300.0, 1e3, 1e4, 1e6)
 """Frictions from `MAX_FRICTION`, the largest that blocks are computed with."""
 
 
 def measure_effect_of_high_friction(thin: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure the effect of friction above `MAX_FRICTION` on results and number of steps."""
-    shapes = half_circle_azimuths(thin.azimuths), [0.6, 2.0], np.arange(0.1, 0.61, 0.1)
-    motions, lines, first = list(read_default_motions().values())[:: thin.every_record], [], None
+    shapes = half_circle_azimuths(thin.azimuth_count), [0.6, 2.0], np.arange(0.1, 0.61, 0.1)
+    motions, lines, first = list(read_motions_of_default_study().values())[:: thin.every_nth_record], [], None
     with patch("overturning.dem.block.plan.MAX_FRICTION", np.inf):
-        for friction in FRICTIONS_ABOVE_MAXIMUM:
+        for friction in FRICTIONS_FROM_MAXIMUM:
             groups = [CaseGroup(motion, case_grid(*shapes, friction)) for motion in motions]
             found = run_case_groups(groups, threads=2).results
             first = found if first is None else first
             steps = found.block_steps.sum() / first.block_steps.sum()
-            far = compare_results(found, first).counts
+            far = compare_results(found, first).counts_of_all_cases
             unbalanced = percentage((found.status == CaseStatus.UNSTABLE).sum(), found.status.size)
             lines.append(
                 (
@@ -362,11 +382,11 @@ def measure_effect_of_high_friction(thin: PartOfDefaultStudy) -> MarkdownByMarke
 
 
 EXPERIMENTS: Final[dict[str, tuple[Callable[[PartOfDefaultStudy], MarkdownByMarker], PartOfDefaultStudy]]] = {
-    "default-step": (measure_error_over_step, PartOfDefaultStudy(2, 1)),
+    "default-step": (measure_error_by_scheme_and_step, PartOfDefaultStudy(2, 1)),
     "step-and-contact": (measure_wrong_flags_over_step_and_contact, PartOfDefaultStudy(4, 10)),
     "fine-steps": (measure_step_control_rules, PartOfDefaultStudy(6, 4)),
-    "rigid-limit": (measure_error_over_stiffness, PartOfDefaultStudy(18, 4)),
-    "damping-ratio": (measure_error_over_damping_ratio, PartOfDefaultStudy(12, 4)),
+    "rigid-limit": (measure_error_by_stiffness_and_step, PartOfDefaultStudy(18, 4)),
+    "damping-ratio": (measure_error_by_damping_ratio, PartOfDefaultStudy(12, 4)),
     "most-friction": (measure_effect_of_high_friction, PartOfDefaultStudy(18, 4)),
 }
 """Experiment and the part of the default study that it runs, by name."""
@@ -383,7 +403,7 @@ def main(
     for name in select_parts(names, EXPERIMENTS):
         measure, thin = EXPERIMENTS[name]
         if trial:
-            thin = PartOfDefaultStudy(1, 14, kept=ROOT / "results" / "trial")
+            thin = PartOfDefaultStudy(1, 14, table_folder=ROOT / "results" / "trial")
             print(*measure(thin._replace(checkout=checkout)).values(), sep="\n\n")
             continue
         publish_markdown(measure(thin._replace(checkout=checkout)))

@@ -18,7 +18,7 @@ import numpy as np
 
 from overturning.errors import MissingDataError, ResultError
 from overturning.files import atomic_write
-from overturning.records.formats.fema_p695 import ARCHIVE, SETS
+from overturning.records.formats.fema_p695 import ARCHIVE, RECORD_SETS
 
 TIME_STAMP: Final = (1980, 1, 1, 0, 0, 0)
 """Time stamp of all members: the same records give the same bytes."""
@@ -51,7 +51,7 @@ def archive_texts_by_file_name(folder: Path) -> dict[str, str]:
     package = f"fema-p695 {version('fema-p695')}"
     members: dict[str, str] = {}
     sources = []
-    for record_set in SETS:
+    for record_set in RECORD_SETS:
         path = folder / f"{record_set}.hdf5"
         digest = hashlib.sha256(path.read_bytes()).hexdigest()
         sources.append({"package": package, "file": path.name, "sha256": digest})

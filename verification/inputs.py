@@ -29,10 +29,10 @@ RECORDS: Final = {
 FRICTIONS: Final = {"sliding": (0.33, 0.58), "rocking": (1.0, 10.0)}
 """Frictions with which many blocks slide, and with which they rock, under the six records."""
 
-NO_SLIDING: Final = 10.0
+NO_SLIDING_FRICTION: Final = 10.0
 """Friction with which nothing slides."""
 
-_AXES: Final = ("azimuth_deg", "height", "b_over_h", "friction", "amplitude")
+_CASE_PARAMETERS: Final = ("azimuth_deg", "height", "b_over_h", "friction", "amplitude")
 
 
 class CaseGroup(NamedTuple):
@@ -43,17 +43,18 @@ class CaseGroup(NamedTuple):
 
     def parameters_of_case(self, index: int) -> dict[str, float]:
         """Return azimuth (degrees), height (m), B/H, friction and amplitude of one case."""
-        return {name: float(np.asarray(getattr(self.cases, name))[index]) for name in _AXES}
+        return {name: float(np.asarray(getattr(self.cases, name))[index]) for name in _CASE_PARAMETERS}
 
     def acceleration_of_case(self, index: int) -> NDArray[np.float64]:
         """Return the ground acceleration of one case along its azimuth, m/s²."""
         case = self.parameters_of_case(index)
-        return case["amplitude"] * self.motion.along(case["azimuth_deg"])
+        return case["amplitude"] * self.motion.acceleration_along(case["azimuth_deg"])
 
     def subset(self, case_indices: NDArray[np.int64]) -> "CaseGroup":
         """Return a group with the same motion and the cases at the given indices."""
         return CaseGroup(
-            self.motion, Cases(**{name: np.asarray(getattr(self.cases, name))[case_indices] for name in _AXES})
+            self.motion,
+            Cases(**{name: np.asarray(getattr(self.cases, name))[case_indices] for name in _CASE_PARAMETERS}),
         )
 
 
@@ -76,7 +77,7 @@ def strong_part_of_motion(motion: Motion, time_before_peak: float = 6.0, length:
     return Motion(motion.north[span], motion.east[span], sampling_interval=motion.sampling_interval)
 
 
-def read_near_field_motion(number: int) -> Motion:
+def read_strong_part_of_pulse_record(number: int) -> Motion:
     """Read 20 s of a near-field record with a pulse that overturns shafts, rounded to 1e-9 m/s²."""
     motion = read_fema_motion(f"nearfield_pulse:{number}")
     north, east = (np.round(part, 9) for part in (motion.north, motion.east))
@@ -84,7 +85,7 @@ def read_near_field_motion(number: int) -> Motion:
 
 
 @cache
-def read_default_motions() -> dict[str, Motion]:
+def read_motions_of_default_study() -> dict[str, Motion]:
     """Read the motions of the records of the default study, by record id."""
     catalogue = read_record_table(ROOT / "config" / "records.tsv")
     study = load_study(ROOT / "config" / "near-fault.yaml")
@@ -105,7 +106,7 @@ def default_study_cases_in_half_circle(azimuths: int = 36) -> Cases:
 def default_study_groups(azimuths: int, every_record: int = 1) -> list[CaseGroup]:
     """Return the cases of the default study for every n-th record, without the mirrored half."""
     cases = default_study_cases_in_half_circle(azimuths)
-    return [CaseGroup(motion, cases) for motion in list(read_default_motions().values())[::every_record]]
+    return [CaseGroup(motion, cases) for motion in list(read_motions_of_default_study().values())[::every_record]]
 
 
 def _groups_under_six_records(cases: Cases) -> list[CaseGroup]:
@@ -120,10 +121,10 @@ def block_groups_under_records(friction_kind: str) -> list[CaseGroup]:
     )
 
 
-def rigid_block_groups_under_records() -> list[CaseGroup]:
+def non_sliding_block_groups_under_records() -> list[CaseGroup]:
     """Return blocks of both heights of the default study that cannot slide, under six records."""
     return _groups_under_six_records(
-        case_grid(half_circle_azimuths(6, 10.0), [0.6, 1.2], [0.15, 0.2, 0.25, 0.3, 0.35], NO_SLIDING)
+        case_grid(half_circle_azimuths(6, 10.0), [0.6, 1.2], [0.15, 0.2, 0.25, 0.3, 0.35], NO_SLIDING_FRICTION)
     )
 
 
@@ -132,7 +133,7 @@ def sliding_block_groups() -> list[CaseGroup]:
     return _groups_under_six_records(case_grid(20.0, 0.2, 4.0, [0.05, 0.1, 0.2]))
 
 
-def rocking_pulse_groups(periods: int = 12, blocks: int = 48, seed: int = 3) -> list[CaseGroup]:
+def rocking_block_groups_under_sine_pulses(periods: int = 12, blocks: int = 48, seed: int = 3) -> list[CaseGroup]:
     """Return blocks that do not slide (B/H 0.1 to 0.5, H 0.5 to 2.5 m) under one-cycle sine pulses.
 
     The pulses last 0.3 to 2 s and reach six times g·B/H.
@@ -146,7 +147,7 @@ def rocking_pulse_groups(periods: int = 12, blocks: int = 48, seed: int = 3) -> 
         amplitude = generator.uniform(1.0, 6.0, blocks) * STANDARD_GRAVITY * ratio
         height = generator.uniform(0.5, 2.5, blocks)
         motion = Motion(north, np.zeros(north.size), sampling_interval=interval)
-        groups.append(CaseGroup(motion, Cases(0.0, height, ratio, NO_SLIDING, amplitude)))
+        groups.append(CaseGroup(motion, Cases(0.0, height, ratio, NO_SLIDING_FRICTION, amplitude)))
     return groups
 
 

@@ -1,6 +1,6 @@
 """Outcomes of stones under the motions of the package, for ``src/overturning/surveys/library-outcomes.npz``.
 
-The module simulates the sizes of `HEIGHTS_SHIPPED` and `ASPECTS_SHIPPED`, and all B/H of the grid, in hours of
+The module simulates the sizes of `SHIPPED_HEIGHT_INDICES` and `ASPECTS_SHIPPED`, and all B/H of the grid, in hours of
 processor time. An interrupted run goes on with the motion at which it stopped: the outcomes of each motion are stored
 in the folder `--folder`, under a name that contains a hash of the package's source files.
 """
@@ -16,15 +16,15 @@ from overturning.surveys.library import candidate_motions
 from overturning.surveys.stone_outcomes import (
     ASPECTS,
     HEIGHTS,
-    LIBRARY_FILE,
-    SHAPES,
+    SHIPPED_OUTCOMES_FILE,
+    SIMULATED_B_OVER_H,
     load_or_simulate_outcomes,
     motion_signature,
     simulated_grid_as_text,
 )
 from verification.tables import ROOT
 
-HEIGHTS_SHIPPED: Final = slice(0, 6)
+SHIPPED_HEIGHT_INDICES: Final = slice(0, 6)
 """Heights of `HEIGHTS` whose outcomes are shipped: those of gravestones, 0.3 to 2.28 m."""
 
 ASPECTS_SHIPPED: Final = (0.0, *ASPECTS)
@@ -36,8 +36,8 @@ def simulate_library_outcomes(aspect: float, folder: Path, threads: int) -> tupl
 
     Returns the indices of height and B/H, shape (sizes, 2), and the outcomes.
     """
-    needed = np.zeros((HEIGHTS.size, SHAPES.size), np.bool_)
-    needed[HEIGHTS_SHIPPED] = True
+    needed = np.zeros((HEIGHTS.size, SIMULATED_B_OVER_H.size), np.bool_)
+    needed[SHIPPED_HEIGHT_INDICES] = True
     sizes: list[tuple[int, int]] = [(h, b) for h, b in np.argwhere(needed).tolist()]
     outcomes = []
     for motion in candidate_motions():
@@ -59,7 +59,7 @@ def main(
     for aspect in ASPECTS_SHIPPED:
         sizes, outcomes = simulate_library_outcomes(aspect, folder, threads)
         members |= {f"sizes {aspect:g}": sizes.astype(np.int8), f"outcomes {aspect:g}": outcomes}
-    np.savez_compressed(LIBRARY_FILE, allow_pickle=False, **members)
+    np.savez_compressed(SHIPPED_OUTCOMES_FILE, allow_pickle=False, **members)
 
 
 if __name__ == "__main__":

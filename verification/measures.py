@@ -14,10 +14,10 @@ from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_dif
 from verification.inputs import CaseGroup
 from verification.timing import TimedResults, time_run
 
-Peaks = NDArray[np.floating[Any]]
+PeakRotations = NDArray[np.floating[Any]]
 Flags = NDArray[np.int8]
 
-MIN_ROCKING: Final = 0.05
+MIN_PEAK_ROTATION_OVER_ALPHA: Final = 0.05
 """Smallest peak rotation, as a share of α, of blocks that count in the error of peak rotation."""
 
 
@@ -38,13 +38,17 @@ def run_case_groups(case_groups: Sequence[CaseGroup], repeats: int = 1, **settin
     return TimedResults(join_results(found), seconds)
 
 
-def peak_rotation_errors(flags: Flags, peaks: Peaks, reference_flags: Flags, reference_peaks: Peaks) -> FloatArray:
+def peak_rotation_errors(
+    flags: Flags, peaks: PeakRotations, reference_flags: Flags, reference_peaks: PeakRotations
+) -> FloatArray:
     """Return the errors of peak rotation, as a share of α, of blocks that rock and stand in results and reference."""
-    both = (flags == 0) & (reference_flags == 0) & (reference_peaks > MIN_ROCKING)
+    both = (flags == 0) & (reference_flags == 0) & (reference_peaks > MIN_PEAK_ROTATION_OVER_ALPHA)
     return np.abs(np.asarray(peaks, np.float64) - reference_peaks)[both]
 
 
-def median_rotation_error(flags: Flags, peaks: Peaks, reference_flags: Flags, reference_peaks: Peaks) -> float:
+def median_rotation_error(
+    flags: Flags, peaks: PeakRotations, reference_flags: Flags, reference_peaks: PeakRotations
+) -> float:
     """Return the median error of peak rotation, as a share of α (`peak_rotation_errors`); NaN if no block counts."""
     errors = peak_rotation_errors(flags, peaks, reference_flags, reference_peaks)
     return float(np.median(errors)) if errors.size else float("nan")
@@ -75,30 +79,30 @@ def neighbours_have_same_flag(flags: Flags) -> NDArray[np.bool_]:
 class ResultDifference(NamedTuple):
     """Differences between results and a reference: changed flags and sides, rotation errors, and cost."""
 
-    counts: OutcomeDifferenceCounts
-    firm: OutcomeDifferenceCounts
+    counts_of_all_cases: OutcomeDifferenceCounts
+    counts_where_neighbours_agree: OutcomeDifferenceCounts
     """Counts over the cases whose neighbours agree in the reference; empty if the set is not a grid."""
-    moving: OutcomeDifferenceCounts
+    counts_of_simulated_cases: OutcomeDifferenceCounts
     """Counts over the cases that the reference simulates."""
-    rotation: FloatArray
+    peak_rotation_errors: FloatArray
     """Errors of peak rotation, as a share of α."""
-    unstable: int
+    unstable_count: int
     block_steps: int
-    energy_error: float
+    max_energy_error: float
     """Largest energy error of the simulated cases."""
 
     def cost_and_error_columns(self, seconds: float) -> dict[str, float]:
         """Return cost and errors by the column titles of the tables in the docs."""
-        flags, sides = wrong_outcome_percentages(self.counts)
+        flags, sides = wrong_outcome_percentages(self.counts_of_all_cases)
         return {
             "million block steps": round(self.block_steps / 1e6, 1),
             "processor time, s": round(seconds, 2),
             "wrong flags, %": round(flags, 3),
             "wrong sides, %": round(sides, 3),
-            "median error of peak rotation": round_to_three_digits(np.median(self.rotation)),
-            "90th percentile": round_to_three_digits(np.quantile(self.rotation, 0.9)),
-            "marked": self.unstable,
-            "largest energy error": round_to_three_digits(self.energy_error),
+            "median error of peak rotation": round_to_three_digits(np.median(self.peak_rotation_errors)),
+            "90th percentile": round_to_three_digits(np.quantile(self.peak_rotation_errors, 0.9)),
+            "marked": self.unstable_count,
+            "largest energy error": round_to_three_digits(self.max_energy_error),
         }
 
 

@@ -20,13 +20,13 @@ from typing import Final
 
 CONFIGURATION: Final = Path("/etc/slurm/slurm.conf")
 
-OPTIONS: Final = ("--slurm-no-account", "--slurm-status-command", "squeue")
+SNAKEMAKE_OPTIONS: Final = ("--slurm-no-account", "--slurm-status-command", "squeue")
 """Options that Snakemake needs for this cluster."""
 
 _PROGRAMS: Final = ("munged", "slurmctld", "slurmd", "sbatch", "squeue")
-_WAIT: Final = 30.0  # s, for the node to be idle
+_START_TIMEOUT_S: Final = 30.0  # s, for the node to be idle
 
-_MARK: Final = "# A cluster of one node for a test of overturning; to be removed where none runs.\n"
+_CONFIGURATION_FIRST_LINE: Final = "# A cluster of one node for a test of overturning; to be removed where none runs.\n"
 
 _TEMPLATE: Final = """\
 ClusterName=one
@@ -66,7 +66,7 @@ def slurm_unavailable_reason() -> str:
 
 
 @contextmanager
-def one_node_slurm(processors: int = 2) -> Iterator[None]:
+def run_one_node_slurm(processors: int = 2) -> Iterator[None]:
     """Run a SLURM cluster of one node during a `with` block.
 
     Raise a RuntimeError with the end of its logs if it does not start.
@@ -106,11 +106,11 @@ def _temporary_slurm_configuration(text: str) -> Iterator[None]:
     """Write a SLURM configuration for a `with` block, and restore the former configuration at its end."""
     before = CONFIGURATION.read_bytes() if CONFIGURATION.is_file() else b""
     CONFIGURATION.parent.mkdir(exist_ok=True)
-    CONFIGURATION.write_text(_MARK + text, encoding="utf-8")
+    CONFIGURATION.write_text(_CONFIGURATION_FIRST_LINE + text, encoding="utf-8")
     try:
         yield
     finally:
-        if before and not before.startswith(_MARK.encode()):
+        if before and not before.startswith(_CONFIGURATION_FIRST_LINE.encode()):
             CONFIGURATION.write_bytes(before)
         else:
             CONFIGURATION.unlink()
@@ -141,8 +141,8 @@ def _command_output(*command: str) -> str:
 
 
 def _wait_until(is_done: Callable[[], bool], folder: Path) -> None:
-    """Wait until a condition is true; raise a RuntimeError with the end of the logs after `_WAIT` seconds."""
-    deadline = time.monotonic() + _WAIT
+    """Wait until a condition is true; raise a RuntimeError with the end of the logs after `_START_TIMEOUT_S` s."""
+    deadline = time.monotonic() + _START_TIMEOUT_S
     while not is_done():
         if time.monotonic() > deadline:
             logs = [log.read_text(encoding="utf-8", errors="replace")[-500:] for log in sorted(folder.glob("*.log"))]

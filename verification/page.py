@@ -48,7 +48,7 @@ def publish_error_against_run_time(error_rows: pd.DataFrame, root: Path) -> dict
     images, orders = root / "docs" / "images", error_page.convergence_orders(error_rows)
     error_figures.draw_errors_against_finer_steps(error_rows, images / "work-precision-steps.svg")
     error_figures.draw_errors_against_rigid_solutions(error_rows, images / "work-precision-rigid.svg")
-    _publish_figures_and_tables(
+    _publish_numbers_and_tables(
         error_page.numbers_for_summary(error_rows, orders), error_page.markdown_by_marker(error_rows, orders), root
     )
     return orders
@@ -60,13 +60,13 @@ def publish_stability(block_rows: pd.DataFrame, scene_rows: pd.DataFrame, stack_
     map_figures.draw_block_cases(block_rows, images / "stability-map.svg")
     map_figures.draw_outcome_shares(block_rows, images / "stability-shares.svg")
     map_figures.draw_scene_cases(scene_rows, images / "stability-scenes.svg")
-    _publish_figures_and_tables(
+    _publish_numbers_and_tables(
         map_page.numbers_for_summary(block_rows, scene_rows, stack_rows),
         map_page.markdown_by_marker(block_rows, scene_rows, stack_rows), root,
     )  # fmt: skip
 
 
-def _publish_figures_and_tables(figures: list[MeasuredNumber], bodies: dict[str, str], root: Path) -> None:
+def _publish_numbers_and_tables(figures: list[MeasuredNumber], bodies: dict[str, str], root: Path) -> None:
     """Add measured numbers to the summary file, and write all tables into the docs."""
     kept = root / RESULTS.relative_to(ROOT)
     known = write_measured_numbers(figures, kept / "exactness.csv", keep_other_figures=True)

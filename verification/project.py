@@ -14,10 +14,10 @@ from overturning.commands.study import WORKFLOW
 from verification.tables import ROOT
 
 CUBE: Final = "cube.nc"
-_LONG: Final = 900.0  # s, in which any run must end
+_RUN_TIMEOUT_S: Final = 900.0  # s, in which any run must end
 
 
-class Project:
+class WorkflowFolder:
     """Copy of the project's workflow with a study.
 
     Parameters
@@ -59,11 +59,11 @@ class Project:
         return other
 
     @property
-    def cube(self) -> Path:
+    def cube_path(self) -> Path:
         """Path of the cube (NetCDF file with all outcomes of the study)."""
         return self.results / CUBE
 
-    def command(self, *options: str, file: str = CUBE) -> dict[str, Any]:
+    def subprocess_arguments(self, *options: str, file: str = CUBE) -> dict[str, Any]:
         """Return arguments of `subprocess` for the command that makes a file of the results (empty: all)."""
         environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
         if self._own_kernels:
@@ -76,9 +76,11 @@ class Project:
 
     def run(self, *options: str, file: str = CUBE) -> subprocess.CompletedProcess[str]:
         """Run the Snakemake command of the study up to a result file and wait for its end."""
-        return subprocess.run(**self.command(*options, file=file), capture_output=True, text=True, timeout=_LONG)
+        return subprocess.run(
+            **self.subprocess_arguments(*options, file=file), capture_output=True, text=True, timeout=_RUN_TIMEOUT_S
+        )
 
     def start(self) -> psutil.Popen:
         """Start the Snakemake command of the study in a new process group."""
         quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        return psutil.Popen(**self.command(), **quiet, start_new_session=True)
+        return psutil.Popen(**self.subprocess_arguments(), **quiet, start_new_session=True)

@@ -14,13 +14,13 @@ from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.scene import load_scene
-from verification.engines import ENGINES, installed_engines
-from verification.inputs import CaseGroup, read_near_field_motion
+from verification.engines import PLANAR_ENGINES, installed_engines
+from verification.inputs import CaseGroup, read_strong_part_of_pulse_record
 from verification.scenes import fall_sides_of_shaft
 from verification.tables import RESULTS, ROOT, write_csv
 
 TABLE: Final = RESULTS / "three-tier-peers.csv"
-RECORDS: Final = (6, 7, 8, 9, 10)
+RECORD_NUMBERS: Final = (6, 7, 8, 9, 10)
 CASES_PER_RECORD: Final = 24
 STEP: Final = 1.0 / 960.0
 
@@ -35,7 +35,7 @@ def choose_random_three_tier_cases() -> pd.DataFrame:
             float(generator.choice([0.2, 0.25, 0.3, 0.35])),
             float(generator.choice([0.5, 0.7, 1.0])),
         )
-        for number in RECORDS
+        for number in RECORD_NUMBERS
         for _ in range(CASES_PER_RECORD)
     ]
     return pd.DataFrame(rows, columns=["record", "azimuth_deg", "b_over_h", "friction"])
@@ -47,14 +47,15 @@ def fall_sides_of_shaft_by_engine(cases: pd.DataFrame) -> dict[str, np.ndarray]:
     height, _ = reference_element_height_and_b_over_h(scene)
     groups = [
         CaseGroup(
-            read_near_field_motion(number), Cases(rows["azimuth_deg"], height, rows["b_over_h"], rows["friction"])
+            read_strong_part_of_pulse_record(number),
+            Cases(rows["azimuth_deg"], height, rows["b_over_h"], rows["friction"]),
         )
-        for number in RECORDS
+        for number in RECORD_NUMBERS
         if (rows := cases[cases["record"] == number]).size
     ]
     return {
         name.lower(): np.concatenate([fall_sides_of_shaft(engine, scene, group, STEP) for group in groups])
-        for name, engine in installed_engines(ENGINES, "pymunk", "Box2D").items()
+        for name, engine in installed_engines(PLANAR_ENGINES, "pymunk", "Box2D").items()
     }
 
 

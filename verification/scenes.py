@@ -18,13 +18,13 @@ from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.model.cases import Cases
-from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION
+from overturning.model.contact import DEFAULT_DAMPING_RATIO, DEFAULT_STATIC_PENETRATION_RATIO
 from overturning.model.geometry import place_elements, reference_element_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene, gravestone, load_scene, parse_scene_content
 from overturning.motion.motion import Motion
-from verification.engines import ENGINES, fall_sides_of_scene, installed_engines
-from verification.inputs import CaseGroup, case_grid, read_default_motions, read_near_field_motion
+from verification.engines import PLANAR_ENGINES, fall_sides_of_scene, installed_engines
+from verification.inputs import CaseGroup, case_grid, read_motions_of_default_study, read_strong_part_of_pulse_record
 from verification.measures import join_results
 from verification.tables import (
     RESULTS,
@@ -38,9 +38,9 @@ from verification.tables import (
 )
 from verification.timing import minimum_processor_time, run_case_groups_in_subprocess, time_run
 
-SHAFT: Final = 2
+SHAFT_INDEX: Final = 2
 """Index of the compared element, the topmost of three."""
-PEERS: Final = ("pymunk", "Box2D")
+COMPARED_ENGINES: Final = ("pymunk", "Box2D")
 
 PILLARS: Final = (
     ((0.40, 0.40), (0.36, 0.40), (0.06, 0.40)),
@@ -49,13 +49,13 @@ PILLARS: Final = (
 )
 """Width and height, m, of two stones and the finial on them. It falls first; then both stones may tip together."""
 
-GROUPS = (
-    ("default", STATIC_PENETRATION, DAMPING_RATIO, "centred", "auto"),
-    ("half the step", STATIC_PENETRATION, DAMPING_RATIO, "centred", "0.5 stable"),
-    ("less damping", STATIC_PENETRATION, 1.0, "centred", "auto"),
-    ("softer", 2e-6, DAMPING_RATIO, "centred", "auto"),
-    ("softest", 2e-5, DAMPING_RATIO, "centred", "auto"),
-    ("softest, cundall", 2e-5, DAMPING_RATIO, "cundall", "auto"),
+COMPARED_SETTINGS = (
+    ("default", DEFAULT_STATIC_PENETRATION_RATIO, DEFAULT_DAMPING_RATIO, "centred", "auto"),
+    ("half the step", DEFAULT_STATIC_PENETRATION_RATIO, DEFAULT_DAMPING_RATIO, "centred", "0.5 stable"),
+    ("less damping", DEFAULT_STATIC_PENETRATION_RATIO, 1.0, "centred", "auto"),
+    ("softer", 2e-6, DEFAULT_DAMPING_RATIO, "centred", "auto"),
+    ("softest", 2e-5, DEFAULT_DAMPING_RATIO, "centred", "auto"),
+    ("softest, cundall", 2e-5, DEFAULT_DAMPING_RATIO, "cundall", "auto"),
 )
 """Label, static penetration over width, damping ratio, scheme, time step."""
 
@@ -65,7 +65,9 @@ def three_tier_scene_and_cases() -> tuple[Scene, CaseGroup]:
     scene = load_scene("three-tier", ROOT)
     height, ratio = reference_element_height_and_b_over_h(scene)
     ratios = [0.2, 0.25, 0.3, round(ratio, 10)]
-    return scene, CaseGroup(read_near_field_motion(7), case_grid(np.arange(0, 360, 30.0), height, ratios, [0.6, 1.0]))
+    return scene, CaseGroup(
+        read_strong_part_of_pulse_record(7), case_grid(np.arange(0, 360, 30.0), height, ratios, [0.6, 1.0])
+    )
 
 
 def median_error_percent(results: Any, reference_results_of_cases: Any, case_mask: np.ndarray) -> float:
@@ -106,15 +108,15 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredNumber]:
     The engines are physics engines; correct outcomes are given as a share of the cases.
     """
     scene, (motion, cases) = three_tier_scene_and_cases()
-    fine, firm = reference_results(scene, motion, cases)
-    right = fine.overturned[:, SHAFT]
+    fine, firm = reference_results_and_robust_cases(scene, motion, cases)
+    right = fine.overturned[:, SHAFT_INDEX]
     yield MeasuredNumber("cases of the sweep", cases.case_count)
     yield MeasuredNumber("cases in which the shaft falls", 100 * float((right != 0).mean()), "%")
     yield MeasuredNumber("cases whose outcome changes with step or scheme", 100 * float((~firm).mean()), "%")
     chosen = np.random.default_rng(1).choice(np.flatnonzero(firm), min(count, int(firm.sum())), replace=False)
     some = CaseGroup(motion, cases).subset(chosen)
     times, ended, found = {}, {}, {}
-    for name, engine in installed_engines(ENGINES, "Box2D", "pymunk").items():
+    for name, engine in installed_engines(PLANAR_ENGINES, "Box2D", "pymunk").items():
         _, ended[name] = time_run(partial(fall_sides_of_shaft, engine, scene, some, early=True), 1, int)
         found[name], times[name] = time_run(partial(fall_sides_of_shaft, engine, scene, some), 1, int)
         yield MeasuredNumber(f"{name}: time per case", times[name] / chosen.size * 1e3, "ms")
@@ -128,7 +130,7 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredNumber]:
         one, other = found.values()
         yield MeasuredNumber("agreement of the other engines with each other", 100 * float((one == other).mean()), "%")
     axes: dict[str, Any] = {name: np.unique(getattr(cases, name)) for name in ("azimuth_deg", "height", "b_over_h")}
-    for label, penetration, damping, scheme, step in GROUPS:
+    for label, penetration, damping, scheme, step in COMPARED_SETTINGS:
         stones = scene_with_other_contact_law(scene, penetration, damping)
         options: dict[str, Any] = {"scheme": scheme, "time_step": step}
         coarse, whole = time_run(
@@ -136,7 +138,7 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredNumber]:
         )
         used = partial(simulate_as_arrays, motion, stones, friction=np.unique(cases.friction), **axes, **options)
         whole, left = whole / cases.case_count, minimum_processor_time(used, 2) / cases.case_count
-        same = coarse.overturned[:, SHAFT] == right
+        same = coarse.overturned[:, SHAFT_INDEX] == right
         yield MeasuredNumber(f"{label}: time per case, nothing left out", whole * 1e3, "ms")
         yield MeasuredNumber(f"{label}: time per case, as a user runs it", left * 1e3, "ms")
         yield MeasuredNumber(
@@ -144,7 +146,7 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredNumber]:
         )
         yield MeasuredNumber(f"{label}: correct side of the shaft, all firm cases", 100 * float(same[firm].mean()), "%")
         stands = firm & same & (right == 0)
-        error = median_error_percent(coarse.peak_rotation[:, SHAFT], fine.peak_rotation[:, SHAFT], stands)
+        error = median_error_percent(coarse.peak_rotation[:, SHAFT_INDEX], fine.peak_rotation[:, SHAFT_INDEX], stands)
         yield MeasuredNumber(f"{label}: median error of the shaft's peak rotation", error, "%")
         stands = firm[:, None] & (coarse.overturned == fine.overturned) & (fine.overturned == 0)
         error = median_error_percent(coarse.peak_rotation, fine.peak_rotation, stands)
@@ -170,17 +172,17 @@ def fall_sides_of_shaft(
         case = group.parameters_of_case(index)
         placed = place_elements(scene, case["height"], case["b_over_h"])[1:]
         wave, interval = group.acceleration_of_case(index), group.motion.sampling_interval
-        sides.append(fall_sides_of_scene(engine, placed, wave, interval, case["friction"], step, early)[SHAFT])
+        sides.append(fall_sides_of_scene(engine, placed, wave, interval, case["friction"], step, early)[SHAFT_INDEX])
     return np.array(sides)
 
 
-def reference_results(scene: Scene, motion: Motion, cases: Cases) -> tuple[CaseResults, np.ndarray]:
+def reference_results_and_robust_cases(scene: Scene, motion: Motion, cases: Cases) -> tuple[CaseResults, np.ndarray]:
     """Return results at a tenth of the default step, and where the outcome does not change with step or scheme."""
     fine = simulate_cases(scene, motion, cases, NumericalOptions(time_step="0.1 stable", leave_out=False))
     firm = np.ones(cases.case_count, dtype=bool)
     for scheme, step in (("centred", "0.2 stable"), ("cundall", "auto")):
         other = simulate_cases(scene, motion, cases, NumericalOptions(scheme=scheme, time_step=step))
-        firm &= other.overturned[:, SHAFT] == fine.overturned[:, SHAFT]
+        firm &= other.overturned[:, SHAFT_INDEX] == fine.overturned[:, SHAFT_INDEX]
     return fine, firm
 
 
@@ -195,7 +197,7 @@ def table_of_errors_by_time_step() -> str:
     exact = found[-1].results
     for step, (results, seconds) in zip(chosen, found, strict=False):
         stands = (exact.overturned == 0) & (results.overturned == 0)
-        of_shaft = stands & (np.arange(stands.shape[1]) == SHAFT)
+        of_shaft = stands & (np.arange(stands.shape[1]) == SHAFT_INDEX)
         errors = (median_error_percent(results.peak_rotation, exact.peak_rotation, part) for part in (stands, of_shaft))
         time = f"{1e3 * seconds / len(stands):.3g}"
         rows.append((step.replace("auto", "default"), time, *(f"{one:.2g}" for one in errors)))
@@ -221,7 +223,7 @@ def count_changed_flags_of_pillars() -> Iterator[MeasuredNumber]:
             elements.append({"name": f"{number}", "width": width, "height": height, "stands_on": f"{number - 1}"})
         scene = parse_scene_content({"name": "pillar", "elements": elements})
         cases = case_grid(np.arange(0, 360, 45.0), *reference_element_height_and_b_over_h(scene), 1.0)
-        for motion in read_default_motions().values():
+        for motion in read_motions_of_default_study().values():
             full = simulate_cases(scene, motion, cases, NumericalOptions(leave_out=False)).overturned
             flags += full.size
             for way, (short, factor) in ways.items():
@@ -240,7 +242,7 @@ def compare_block_and_general_kernels(records: Sequence[int] = (6, 7, 8, 9, 10))
     A cell is chaotic if either kernel gives another flag with the amplitude changed by ±1e-9 or with half the step; no
     computation of this kind decides it. The other cells must agree.
     """
-    motions = [read_near_field_motion(number) for number in records]
+    motions = [read_strong_part_of_pulse_record(number) for number in records]
     # Half of the azimuths; the others are mirror images.
     cases = case_grid(np.arange(0, 180, 15.0), 0.6, np.arange(2, 13) * 0.05, [0.58, 1.0])
 
@@ -293,7 +295,7 @@ def main(
         "pillars": ("scenes.csv", count_changed_flags_of_pillars),
         "kernels": ("both-kernels.csv", compare_block_and_general_kernels),
     }
-    others = tuple(f"{label}:" for label, *_ in GROUPS[1:])
+    others = tuple(f"{label}:" for label, *_ in COMPARED_SETTINGS[1:])
     for name in select_parts(parts, (*made, "steps")):
         if name == "steps":
             publish_markdown({"scene-steps": table_of_errors_by_time_step()})

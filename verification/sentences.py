@@ -2,8 +2,8 @@
 
 A page contains ``<!--=name-->5<!--/-->``. `verification.tables.publish_markdown` calls
 `fill_measured_numbers_into_page`, which replaces the text between the markers by the figure `FIGURES[name]`, computed
-from the tables in verification/results. To state a new figure, add it to `FIGURES`, write its marker into the page,
-and run `python -m verification.tables`.
+from the tables in verification/results. To state a new figure, add it to `NUMBER_FUNCTION_BY_MARKER`, write its marker
+into the page, and run `python -m verification.tables`.
 """
 
 import re
@@ -14,7 +14,7 @@ from typing import Final
 
 import pandas as pd
 
-MARK: Final = re.compile(r"<!--=([\w-]+)-->(.*?)<!--/-->", flags=re.DOTALL)
+MARKED_NUMBER_PATTERN: Final = re.compile(r"<!--=([\w-]+)-->(.*?)<!--/-->", flags=re.DOTALL)
 
 
 def formatted_measured_number(file: str, quantity: str, number_format: str, results: Path) -> str:
@@ -26,7 +26,7 @@ def formatted_measured_number(file: str, quantity: str, number_format: str, resu
     return number_format.format(rows.loc[rows["quantity"] == quantity, "value"].item())
 
 
-def format_errors_at_default_and_eighth_step(number_format: str, results: Path) -> str:
+def format_errors_at_default_step_and_its_eighth(number_format: str, results: Path) -> str:
     """Format the wrong-flag shares, %, at the default time step and 1/8 of it, and the ratio of processor times."""
     curve = pd.read_csv(results / "default-step.csv")
     own = curve[curve["scheme"] == "centred"].set_index("step")
@@ -46,7 +46,7 @@ def format_rigid_block_disagreement_counts(number_format: str, results: Path) ->
     return number_format.format(at[0], at[1] + at[2], at[3])
 
 
-def predicted_boulder_test_count(results: Path) -> str:
+def count_of_predicted_boulder_tests(results: Path) -> str:
     """Return the number of shaking-table tests that are predicted from tests with other motions."""
     rows = pd.read_csv(results / "shaking-table.csv")
     return str(rows.loc[rows["split"] == "motion left out", "tests"].max())
@@ -60,9 +60,9 @@ def printed_output_as_code_block(file: str, results: Path) -> str:
 
 _BENCH: Final = "x86-64-2-cores.csv"
 _TUTORIAL: Final = "tutorial.csv"
-_PLANES: Final = "2-D model predicts correctly whether it falls"
+_PLANAR_ACCURACY_QUANTITY: Final = "2-D model predicts correctly whether it falls"
 
-FIGURES: Final[dict[str, Callable[[Path], str]]] = {
+NUMBER_FUNCTION_BY_MARKER: Final[dict[str, Callable[[Path], str]]] = {
     "study-cases": partial(
         formatted_measured_number, _BENCH, "default study: flags, mirrored half included", "{:,.0f}"
     ),
@@ -71,12 +71,15 @@ FIGURES: Final[dict[str, Callable[[Path], str]]] = {
     "left-out-sides": partial(formatted_measured_number, _BENCH, "sides changed by leaving out", "{:.0f}"),
     "operations-centred": partial(formatted_measured_number, _BENCH, "operations per block step, centred", "{:.0f}"),
     "operations-cundall": partial(formatted_measured_number, _BENCH, "operations per block step, cundall", "{:.0f}"),
-    "whole-step-flags": partial(format_errors_at_default_and_eighth_step, "{0:.1f} %"),
-    "eighth-step-flags": partial(format_errors_at_default_and_eighth_step, "{1:.1f} %"),
-    "eighth-step-time": partial(format_errors_at_default_and_eighth_step, "{2:.1f}"),
-    "planes-right": partial(formatted_measured_number, "in-space.csv", _PLANES, "{:.0f} %"),
+    "whole-step-flags": partial(format_errors_at_default_step_and_its_eighth, "{0:.1f} %"),
+    "eighth-step-flags": partial(format_errors_at_default_step_and_its_eighth, "{1:.1f} %"),
+    "eighth-step-time": partial(format_errors_at_default_step_and_its_eighth, "{2:.1f}"),
+    "planes-right": partial(formatted_measured_number, "in-space.csv", _PLANAR_ACCURACY_QUANTITY, "{:.0f} %"),
     "planes-right-near": partial(
-        formatted_measured_number, "in-space.csv", f"{_PLANES}, a neighbour in B/H has another flag", "{:.0f} %"
+        formatted_measured_number,
+        "in-space.csv",
+        f"{_PLANAR_ACCURACY_QUANTITY}, a neighbour in B/H has another flag",
+        "{:.0f} %",
     ),
     "planes-other-edge": partial(
         formatted_measured_number,
@@ -98,7 +101,7 @@ FIGURES: Final[dict[str, Callable[[Path], str]]] = {
     "rigid-cases": partial(format_rigid_block_disagreement_counts, "{0:.0f}"),
     "rigid-otherwise": partial(format_rigid_block_disagreement_counts, "{1:.0f}"),
     "rigid-otherwise-shared": partial(format_rigid_block_disagreement_counts, "{2:.0f}"),
-    "boulder-tests": predicted_boulder_test_count,
+    "boulder-tests": count_of_predicted_boulder_tests,
     "waiau-cases": partial(formatted_measured_number, _TUTORIAL, "2-D: cases", "{:.0f}"),
     "waiau-with-only": partial(
         formatted_measured_number, _TUTORIAL, "2-D: falls with vertical motion only", "{:.1f} %"
@@ -139,4 +142,6 @@ def fill_measured_numbers_into_page(text: str, results_folder: Path) -> str:
 
     Raise a KeyError for an unknown marker.
     """
-    return MARK.sub(lambda found: f"<!--={found[1]}-->{FIGURES[found[1]](results_folder)}<!--/-->", text)
+    return MARKED_NUMBER_PATTERN.sub(
+        lambda found: f"<!--={found[1]}-->{NUMBER_FUNCTION_BY_MARKER[found[1]](results_folder)}<!--/-->", text
+    )

@@ -34,13 +34,13 @@ AMPLITUDES: Final = (0.6, 1.0)
 ORIENTATIONS_DEG: Final = 22.5 * np.arange(8)
 FRICTIONS: Final = (0.5, 0.7)
 
-LEAST: Final = {"slip": 0.001, "twist": 0.2}
+MIN_REFERENCE_VALUES: Final = {"slip": 0.001, "twist": 0.2}
 """Least slip (m) and twist (degrees) in the reference of the stones whose relative error is measured."""
 
 UNITS: Final = {"slip": (1.0 / CM, " cm"), "twist": (1.0, "°")}
 """Factor and unit with which a value is printed."""
 
-EXCEEDED: Final = 0.1
+EXCEEDANCE_SHARE: Final = 0.1
 """Share of the standing stones that exceed the slip or twist in the last columns of the table."""
 
 
@@ -82,14 +82,16 @@ def slip_and_twist_error_table(rows: pd.DataFrame) -> str:
         standing = pd.concat([one["overturned"] == 0 for one in by_step.values()], axis=1).all(axis=1)
         reference = by_step[REFINEMENTS[-1]][standing]
         for quantity, (factor, unit) in UNITS.items():
-            exceeded_by_reference = factor * reference[quantity].quantile(1 - EXCEEDED)
+            exceeded_by_reference = factor * reference[quantity].quantile(1 - EXCEEDANCE_SHARE)
             for refinement in REFINEMENTS[:-1]:
                 values = by_step[refinement][standing][quantity]
-                error = relative_errors(values.to_numpy(), reference[quantity].to_numpy(), LEAST[quantity])
+                error = relative_errors(
+                    values.to_numpy(), reference[quantity].to_numpy(), MIN_REFERENCE_VALUES[quantity]
+                )
                 lines.append((
                     name, quantity, f"{1 / refinement:g}", error.size,
                     f"{100 * np.median(error):.2g} %", f"{100 * np.quantile(error, 0.9):.2g} %",
-                    f"{factor * values.quantile(1 - EXCEEDED):.3g}{unit}", f"{exceeded_by_reference:.3g}{unit}",
+                    f"{factor * values.quantile(1 - EXCEEDANCE_SHARE):.3g}{unit}", f"{exceeded_by_reference:.3g}{unit}",
                 ))  # fmt: skip
     header = (
         "shaft", "quantity", "share of the automatic step", "stones", "median error", "error exceeded by a tenth",

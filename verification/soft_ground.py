@@ -20,14 +20,14 @@ STUDY: Final = ROOT / "results" / "soft-ground"
 def fall_rates_by_ground(results: StudyResults) -> pd.DataFrame:
     """Return a table of fall rate and fall axis for each record, ground and amplitude."""
     rows = []
-    for ground_name, found in results.populations.items():
+    for ground_name, found in results.population_rates_by_variant.items():
         table = found[["fall_rate", "fall_axis", "fall_resultant"]].to_dataframe().reset_index()
         table.insert(0, "ground", "rock" if ground_name == NOMINAL else ground_name)
         rows.append(table.drop(columns=["record", "event"], errors="ignore"))
     return pd.concat(rows)
 
 
-def fundamental_periods(results: StudyResults) -> str:
+def fundamental_periods_text(results: StudyResults) -> str:
     """Return the fundamental periods, s, of the soil columns of the variants as text, in order."""
     found = []
     for name in results.study.variants:
@@ -72,7 +72,8 @@ def markdown_by_marker(results: StudyResults) -> dict[str, str]:
     heads = ("factor", "ground", "PGA, g, median", "fall rate, mean", "median", "records with half or more")
     text = (
         f"The equivalent-linear computation did not converge for {len(failed)} of the surface motions. The "
-        f"fundamental periods of the soil layers at small strain are {fundamental_periods(results)} (in the order of "
+        "fundamental periods of the soil layers at small strain are "
+        f"{fundamental_periods_text(results)} (in the order of "
         "the table of fall rates)."
     )
     return {

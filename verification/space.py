@@ -15,7 +15,7 @@ from unittest import mock
 import numpy as np
 import typer
 
-from overturning.dem.kernel.balance import RERUN_REFINEMENT, rerun_cases_until_energy_balances
+from overturning.dem.kernel.balance import RERUN_REFINEMENT, run_cases_until_energy_balances
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import plan_simulation
 from overturning.dem.simulate import simulate_as_arrays
@@ -33,7 +33,7 @@ from overturning.study.load import load_study
 from overturning.study.scenes import variant_grid
 from verification import inputs
 from verification.engines import SPACE_ENGINES, Prism, fall_azimuth_of_prism, installed_engines
-from verification.inputs import read_default_motions, strong_part_of_motion
+from verification.inputs import read_motions_of_default_study, strong_part_of_motion
 from verification.measures import convergence_order
 from verification.reference import body_cundall
 from verification.tables import (
@@ -54,16 +54,16 @@ SINGLE_STONE_STACK: Final = "a stack of one stone"
 GRID: Final[dict[str, Any]] = {
     "orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [0.58],
 }  # fmt: skip
-PEER_STEP: Final = 2e-4
+TIME_STEP_OF_OTHER_ENGINES: Final = 2e-4
 """Time step of the other engines, s; a smaller one changes no more flags than the engines differ in."""
-FINER_STEPS: Final = (1, 2, 4, 8)
-"""Refinement factors of the default step at which the order of convergence is measured; the reference is `FINEST`."""
-FINEST: Final = 64
-ROUNDING: Final = float(np.radians(np.spacing(np.float32(360.0))))
+STEP_REFINEMENTS: Final = (1, 2, 4, 8)
+"""Refinement factors of the default step at which the order of convergence is measured."""
+REFERENCE_REFINEMENT: Final = 64
+AZIMUTH_ROUNDING_RAD: Final = float(np.radians(np.spacing(np.float32(360.0))))
 """Rounding of an azimuth in single precision, rad: the resolution of a cube."""
 
 
-def rocking_motion(samples: int = 2000) -> Motion:
+def rocking_motion_without_overturning(samples: int = 2000) -> Motion:
     """Return a motion of 20 s that rocks bodies and overturns none."""
     t = np.arange(samples) * 0.01
     return Motion(1.5 * np.sin(9.0 * t), 1.2 * np.cos(12.0 * t), 0.5 * np.sin(9.0 * t), sampling_interval=0.01)
@@ -91,19 +91,21 @@ def measure_throughput() -> Iterator[MeasuredNumber]:
         ("centred", "circle", "centred, rim"),
     ):
         options: dict[str, Any] = {"friction": [0.6], "leave_out": False, "scheme": scheme}
-        found, seconds = time_run(partial(simulate_as_arrays, rocking_motion(), body, **grid, **options), 2)
+        found, seconds = time_run(
+            partial(simulate_as_arrays, rocking_motion_without_overturning(), body, **grid, **options), 2
+        )
         rate = found["block_steps"].sum() / seconds / 1e6
         yield MeasuredNumber(f"space: block steps per second and core, {name}", rate, "million")
     with tempfile.TemporaryDirectory() as folder:
-        cold = run_python_program_and_time_it(_SOME_CASES, 1, NUMBA_CACHE_DIR=folder)[1]
+        cold = run_python_program_and_time_it(_MEMORY_MEASUREMENT_PROGRAM, 1, NUMBA_CACHE_DIR=folder)[1]
     yield MeasuredNumber("space: processor time of the first case with an empty cache, imports included", cold, "s")
 
 
-_SOME_CASES: Final = """
+_MEMORY_MEASUREMENT_PROGRAM: Final = """
 import resource, sys, numpy as np, verification.space as s
 s.simulate_as_arrays(
-    s.rocking_motion(100), "rectangle", orientation_deg=0, height=1, b_over_h=np.linspace(0.4, 0.5, int(sys.argv[1])),
-    leave_out=False,
+    s.rocking_motion_without_overturning(100), "rectangle", orientation_deg=0, height=1, b_over_h=np.linspace(0.4, 0.5,
+    int(sys.argv[1])), leave_out=False,
 )
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """
@@ -111,7 +113,9 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
 def measure_memory() -> Iterator[MeasuredNumber]:
     """Measure how the peak memory grows with the number of cases; each number in a separate process."""
-    _, few, many = (int(run_python_program_and_time_it(_SOME_CASES, count)[0]) for count in (1000, 1000, 21000))
+    _, few, many = (
+        int(run_python_program_and_time_it(_MEMORY_MEASUREMENT_PROGRAM, count)[0]) for count in (1000, 1000, 21000)
+    )
     yield MeasuredNumber("space: memory of 1000 cases", few / 1024, "MB")
     yield MeasuredNumber("space: memory of each further 1000", (many - few) / 1024 / 20, "MB")
 
@@ -122,14 +126,14 @@ def prism_outcomes(motion: Motion, cases: Cases, numerics: NumericalOptions) -> 
     found: OutcomeArrays = {}
     for group in np.unique(plan.parallel_group_by_case):
         chosen = np.flatnonzero(plan.parallel_group_by_case == group)
-        computed, _ = plan.compute_cases(chosen, np.zeros(1, np.int64))
+        computed, _ = plan.simulate_cases_of_group(chosen, np.zeros(1, np.int64))
         for name, values in computed.items():
             found.setdefault(name, np.full(cases.case_count, np.nan))[chosen] = values
     return found
 
 
 def convergence_orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
-    """Return the order of convergence by quantity, and the median errors by `FINER_STEPS`, rad.
+    """Return the order of convergence by quantity, and the median errors by `STEP_REFINEMENTS`, rad.
 
     The quantities are the peak tilt of stones that rock and stand, and the fall azimuth of stones that fall. The stones
     do not slide; the azimuth of sliding ones converges with an order of 0.5 to 0.8 only.
@@ -142,7 +146,7 @@ def convergence_orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
     cases = inputs.case_grid(np.arange(5.0, 90.0, 10.0), 0.6, [0.14, 0.2, 0.31, 0.32, 0.33, 0.34], 0.8)
     found = [
         prism_outcomes(pulse, cases, NumericalOptions(scheme=scheme, refinement=step))
-        for step in (*FINER_STEPS, FINEST)
+        for step in (*STEP_REFINEMENTS, REFERENCE_REFINEMENT)
     ]
     fell = np.all([one["overturned"] == 1 for one in found], axis=0)
     stood = np.all([(one["overturned"] == 0) & (one["peak_tilt"] > 0.5) for one in found], axis=0)
@@ -151,8 +155,8 @@ def convergence_orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
         away = [np.radians(angle_between_azimuths(one[name], found[-1][name]))[chosen] for one in found[:-1]]
         errors = np.median(away, axis=1)
         # Errors below the rounding do not show the order: the first of them ends the fit.
-        count = 1 + int(np.argmax(np.append(errors, 0.0) <= ROUNDING))
-        slopes[name] = convergence_order(1 / np.array(FINER_STEPS)[:count], errors[:count]), errors
+        count = 1 + int(np.argmax(np.append(errors, 0.0) <= AZIMUTH_ROUNDING_RAD))
+        slopes[name] = convergence_order(1 / np.array(STEP_REFINEMENTS)[:count], errors[:count]), errors
     return slopes
 
 
@@ -173,7 +177,7 @@ def measure_shipped_3d_study() -> Iterator[MeasuredNumber]:
     """
     grid, again = variant_grid(load_study(ROOT / "config" / "in-space.yaml")), list[int]()
     axes = {"orientation_deg": grid.direction_values_deg} | {name: grid[name] for name in grid.dimension_names[1:]}
-    motions = list(read_default_motions().values())
+    motions = list(read_motions_of_default_study().values())
     run_grid_under_motions(motions[:1], grid={name: values[:1] for name, values in axes.items()})
 
     def rerun_and_count(run: Callable[[Any, int], None], *more: Any) -> None:
@@ -184,9 +188,9 @@ def measure_shipped_3d_study() -> Iterator[MeasuredNumber]:
             again.append(rows.size if finer == RERUN_REFINEMENT else 0)
             run(rows, finer)
 
-        rerun_cases_until_energy_balances(count_and_run, *more)
+        run_cases_until_energy_balances(count_and_run, *more)
 
-    with mock.patch("overturning.dem.plan.rerun_cases_until_energy_balances", rerun_and_count):
+    with mock.patch("overturning.dem.plan.run_cases_until_energy_balances", rerun_and_count):
         found, seconds = time_run(partial(run_grid_under_motions, motions, grid=axes), 1, int)
     status, about = found["status"], "space, config/in-space.yaml"
     yield MeasuredNumber(f"{about}: cases", status.size)
@@ -248,7 +252,9 @@ def measure_energy_errors_and_sensitivity(chosen: list[Motion]) -> Iterator[Meas
 def measure_time_of_three_tier_grave() -> Iterator[MeasuredNumber]:
     """Measure the time of a case of the three-tier grave, and of its shaft alone, under records of about 20 s."""
     chosen = [
-        one for one in read_default_motions().values() if 14.0 <= one.sample_count * one.sampling_interval <= 28.0
+        one
+        for one in read_motions_of_default_study().values()
+        if 14.0 <= one.sample_count * one.sampling_interval <= 28.0
     ]
     scene = load_scene("three-tier", ROOT)
     height, b_over_h = reference_element_height_and_b_over_h(scene)
@@ -287,7 +293,9 @@ def compare_with_other_engines(chosen: list[Motion], count: int) -> Iterator[Mea
         for m, o, _, b, *_ in np.stack(cells, axis=1).tolist():
             half = 0.3 * GRID["b_over_h"][b]
             prism = Prism(half, half, 0.3, GRID["friction"][0])
-            found.append(fall_azimuth_of_prism(engine, chosen[m], GRID["orientation_deg"][o], prism, PEER_STEP))
+            found.append(
+                fall_azimuth_of_prism(engine, chosen[m], GRID["orientation_deg"][o], prism, TIME_STEP_OF_OTHER_ENGINES)
+            )
         azimuths[name], flags[name] = np.array(found), np.isfinite(found)
         theirs = (time.process_time() - begin) / len(found)
         yield MeasuredNumber(f"{name} in space: processor time per case", theirs, "s")
@@ -315,7 +323,7 @@ def main(
     peer_cases: Annotated[int, typer.Option(min=1, help="number of cases for the other engines")] = 200,
 ) -> None:
     """Measure speed, memory, convergence and errors of the 3-D model, and write them into the docs."""
-    every = list(read_default_motions().values())[:: max(28 // records, 1)]
+    every = list(read_motions_of_default_study().values())[:: max(28 // records, 1)]
     chosen, figures = [strong_part_of_motion(motion) for motion in every[:records]], list[MeasuredNumber]()
     made: dict[str, Callable[[], Iterator[MeasuredNumber]]] = {
         "throughput": measure_throughput, "memory": measure_memory, "convergence": measure_convergence_order,

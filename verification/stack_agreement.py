@@ -26,14 +26,14 @@ AMPLITUDE_PERTURBATION: Final = 0.01
 """Change of amplitude under which a robust case keeps its outcome."""
 AMPLITUDE_CHANGES: Final = (0.002, 0.005, 0.01, 0.02, 0.03, 0.05)
 """Changes of amplitude that are searched for the outcome of another solver."""
-LARGE_SLIP: Final = 0.1
+LARGE_SLIP_SHARE: Final = 0.1
 """Slip of a standing stone, as a share of the width of its patch, that counts as a cause."""
-LARGE_SINKING: Final = 0.01
+LARGE_CORNER_PENETRATION_SHARE: Final = 0.01
 """Sinking of a corner into the stone below, as a share of the shaft's width, that counts as a fault of a solver."""
-PEER_TABLES: Final = {name: RESULTS / f"stack-peers-{name.lower()}.csv" for name in STACK_ENGINES}
+OUTCOME_FILE_BY_SOLVER: Final = {name: RESULTS / f"stack-peers-{name.lower()}.csv" for name in STACK_ENGINES}
 """Stored outcomes of each solver."""
 AGREEMENT_TABLE: Final = RESULTS / "stack-peers.csv"
-PROGRAM: Final = "this program"
+PROGRAM_LABEL: Final = "this program"
 NO_OUTCOME: Final = "none"
 """Text for a case that a solver did not run, or for which this program has no outcome."""
 CASE_COLUMNS: Final = ["case", "record", "orientation_deg", "amplitude", "friction", "sizes"]
@@ -101,19 +101,19 @@ def read_outcomes_of_other_solvers() -> pd.DataFrame:
     found = pd.DataFrame(
         [case_parameters_as_table_row(number, case) for number, case in enumerate(choose_random_stack_cases())]
     )
-    for name, path in PEER_TABLES.items():
+    for name, path in OUTCOME_FILE_BY_SOLVER.items():
         outcomes = pd.read_csv(path).set_index("case").drop(columns=CASE_COLUMNS[1:])
         found = found.join(outcomes.add_prefix(f"{name} "), on="case")
     return found
 
 
-def compare_all_cases(processes: int = 2) -> pd.DataFrame:
+def collect_outcomes_of_all_solvers(processes: int = 2) -> pd.DataFrame:
     """Return the outcomes of all cases in the solvers and in this program, one row per case."""
     with ProcessPoolExecutor(processes) as pool:
         own = pd.DataFrame(
             list(pool.map(outcome_and_robustness_in_this_program, choose_random_stack_cases(), chunksize=10))
         )
-    return pd.concat([read_outcomes_of_other_solvers(), own.add_prefix(f"{PROGRAM} ")], axis=1)
+    return pd.concat([read_outcomes_of_other_solvers(), own.add_prefix(f"{PROGRAM_LABEL} ")], axis=1)
 
 
 def outcome_text(row: pd.Series, name: str) -> str:
@@ -123,7 +123,7 @@ def outcome_text(row: pd.Series, name: str) -> str:
     """
     azimuth = row[f"{name} fall_azimuth_deg"]
     text = f"{azimuth:.0f}°" if np.isfinite(azimuth) else "stands"
-    unresolved = name == PROGRAM and not has_outcome({"status": row[f"{PROGRAM} status"]})
+    unresolved = name == PROGRAM_LABEL and not has_outcome({"status": row[f"{PROGRAM_LABEL} status"]})
     if unresolved or pd.isna(row[f"{name} robust"]):
         return NO_OUTCOME
     return text if row[f"{name} robust"] == 1 else f"({text})"
@@ -149,7 +149,7 @@ def agreement_counts(table: pd.DataFrame, first: str, second: str) -> dict[str, 
     return counts
 
 
-def shaft_width(sizes: str) -> float:
+def smaller_side_of_topmost_stone(sizes: str) -> float:
     """Return the smaller side, m, of the topmost stone, from the text of the column of sizes."""
     return min(float(side) for side in sizes.split()[-1].split("x")[:2])
 
@@ -165,17 +165,21 @@ def share_text(count: int, total: int) -> str:
 def agreement_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
     """Yield the rows of the table of agreement: compared solvers, cases, flags and azimuths."""
     stones = table["sizes"].map(lambda sizes: len(sizes.split()))
-    robust = {name: table[f"{name} robust"] == 1 for name in PEER_TABLES}
+    robust = {name: table[f"{name} robust"] == 1 for name in OUTCOME_FILE_BY_SOLVER}
     for name, mask in robust.items():
-        yield _agreement_table_row(table[mask], PROGRAM, name, f"robust in {name}")
+        yield _agreement_table_row(table[mask], PROGRAM_LABEL, name, f"robust in {name}")
         for count in (2, 3):
-            yield _agreement_table_row(table[mask & (stones == count)], PROGRAM, name, f"… stacks of {count} stones")
-        sinks = table[f"{name} sinking"] > LARGE_SINKING * table["sizes"].map(shaft_width)
+            yield _agreement_table_row(
+                table[mask & (stones == count)], PROGRAM_LABEL, name, f"… stacks of {count} stones"
+            )
+        sinks = table[f"{name} sinking"] > LARGE_CORNER_PENETRATION_SHARE * table["sizes"].map(
+            smaller_side_of_topmost_stone
+        )
         if (mask & sinks).any():
-            yield _agreement_table_row(table[mask & ~sinks], PROGRAM, name, f"… no corner sinks in {name}")
+            yield _agreement_table_row(table[mask & ~sinks], PROGRAM_LABEL, name, f"… no corner sinks in {name}")
     everywhere = table[np.logical_and.reduce(list(robust.values()))]
-    first, second = PEER_TABLES
-    for pair in ((PROGRAM, first), (PROGRAM, second), (first, second)):
+    first, second = OUTCOME_FILE_BY_SOLVER
+    for pair in ((PROGRAM_LABEL, first), (PROGRAM_LABEL, second), (first, second)):
         yield _agreement_table_row(everywhere, *pair, "robust in both solvers")
 
 
@@ -190,10 +194,10 @@ def _agreement_table_row(chosen: pd.DataFrame, first: str, second: str, label: s
 
 def random_case_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
     """Yield the rows of the table of randomly drawn cases, one per solver; shares are of the cases with an outcome."""
-    for name in (*PEER_TABLES, PROGRAM):
+    for name in (*OUTCOME_FILE_BY_SOLVER, PROGRAM_LABEL):
         ran = table.apply(lambda row, name=name: outcome_text(row, name) != NO_OUTCOME, axis=1)
         fell, robust = np.isfinite(table[f"{name} fall_azimuth_deg"])[ran], (table[f"{name} robust"] == 1)[ran]
-        seconds = table[f"{name} seconds"].mean() if name in PEER_TABLES else math.nan
+        seconds = table[f"{name} seconds"].mean() if name in OUTCOME_FILE_BY_SOLVER else math.nan
         yield (
             name, str(int(ran.sum())), f"{100.0 * fell.mean():.0f} %", str(int(robust.sum())),
             f"{100.0 * fell[robust].mean():.0f} %", f"{seconds:.1f}" if np.isfinite(seconds) else "–",
@@ -202,21 +206,21 @@ def random_case_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
 
 def disagreement_cause(row: pd.Series, case: StackCase, peer: str) -> str:
     """Return the cause for which this program and a solver differ on a case that is robust in the solver."""
-    other = next(name for name in PEER_TABLES if name != peer)
+    other = next(name for name in OUTCOME_FILE_BY_SOLVER if name != peer)
     causes = []
-    if outcome_text(row, PROGRAM) == NO_OUTCOME:
-        causes.append(f"no outcome ({CaseStatus(int(row[f'{PROGRAM} status'])).name.lower()})")
-    elif row[f"{PROGRAM} robust"] != 1:
-        causes.append(f"marginal here ({row[f'{PROGRAM} changed_by']})")
+    if outcome_text(row, PROGRAM_LABEL) == NO_OUTCOME:
+        causes.append(f"no outcome ({CaseStatus(int(row[f'{PROGRAM_LABEL} status'])).name.lower()})")
+    elif row[f"{PROGRAM_LABEL} robust"] != 1:
+        causes.append(f"marginal here ({row[f'{PROGRAM_LABEL} changed_by']})")
     elif np.isfinite(change := smallest_amplitude_change_to_outcome(case, row[f"{peer} fall_azimuth_deg"])):
         causes.append(f"same outcome here with {change:+.1f} % of amplitude")
-    if row[f"{peer} sinking"] > LARGE_SINKING * min(case.stack.sizes[-1][:2]):
+    if row[f"{peer} sinking"] > LARGE_CORNER_PENETRATION_SHARE * min(case.stack.sizes[-1][:2]):
         causes.append(f"a corner sinks by {1e3 * row[f'{peer} sinking']:.0f} mm in {peer}")
     if is_sliding_case(row, case, peer):
         causes.append("slides")
     if outcome_text(row, other) == NO_OUTCOME:
         return "; ".join(causes) or "unexplained"
-    if same_outcome_in_both(row, other, PROGRAM):
+    if same_outcome_in_both(row, other, PROGRAM_LABEL):
         causes.append(f"{other} agrees with this program")
     elif not same_outcome_in_both(row, other, peer):
         causes.append(f"{other} differs from both")
@@ -227,32 +231,32 @@ def is_sliding_case(row: pd.Series, case: StackCase, peer: str) -> bool:
     """True if a stone slides off in this program or in the solver `peer`, or if it slides far in the solver."""
     fallen = int(row[f"{peer} fallen_stone"])
     upright = fallen >= 0 and row[f"{peer} tilt_deg"] < math.degrees(critical_angle(case.stack, fallen))
-    far = row[f"{peer} slip"] > LARGE_SLIP * min(case.stack.sizes[-1][:2])
-    return bool(row[f"{PROGRAM} slid_off"] == 1 or upright or far)
+    far = row[f"{peer} slip"] > LARGE_SLIP_SHARE * min(case.stack.sizes[-1][:2])
+    return bool(row[f"{PROGRAM_LABEL} slid_off"] == 1 or upright or far)
 
 
 def disagreement_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
     """Yield the rows of the table of disagreements on the cases that are robust in a solver."""
     cases = choose_random_stack_cases()
-    for peer in PEER_TABLES:
+    for peer in OUTCOME_FILE_BY_SOLVER:
         for _, row in table[table[f"{peer} robust"] == 1].iterrows():
-            if not same_outcome_in_both(row, PROGRAM, peer):
+            if not same_outcome_in_both(row, PROGRAM_LABEL, peer):
                 case = cases[row["case"]]
                 yield (
                     peer, str(row["case"]), str(len(case.stack.sizes)), f"{case.stack.friction:.2f}",
-                    *(outcome_text(row, name) for name in (PROGRAM, *PEER_TABLES)),
+                    *(outcome_text(row, name) for name in (PROGRAM_LABEL, *OUTCOME_FILE_BY_SOLVER)),
                     disagreement_cause(row, case, peer),
                 )  # fmt: skip
 
 
 def publish_agreement_with_solvers() -> None:
     """Compare this program with the stored outcomes; write the table of all cases and the tables of the docs."""
-    table = compare_all_cases()
+    table = collect_outcomes_of_all_solvers()
     write_csv(table, AGREEMENT_TABLE)
     differ = list(disagreement_table_rows(table))
     drawn = ("", "cases with an outcome", "fall", "robust", "robust ones that fall", "s per case")
     compared = ("compared", "cases", "number", "falls", "same flag (95 %)", "azimuth within 20° (95 %)")
-    listed = ("solver", "case", "stones", "µ", PROGRAM, *PEER_TABLES, "cause")
+    listed = ("solver", "case", "stones", "µ", PROGRAM_LABEL, *OUTCOME_FILE_BY_SOLVER, "cause")
     tables = (
         markdown_table(drawn, random_case_table_rows(table)),
         markdown_table(compared, agreement_table_rows(table)),

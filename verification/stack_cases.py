@@ -10,7 +10,7 @@ from overturning.model.element import Element
 from overturning.model.scene import Scene
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from verification.inputs import read_default_motions, strong_part_of_motion
+from verification.inputs import read_motions_of_default_study, strong_part_of_motion
 from verification.stack_engines import BoxStack
 
 SEED: Final = 20261126
@@ -50,7 +50,7 @@ def _strong_parts_of_records() -> dict[str, Motion]:
     """Return the strong part of each record of the default study."""
     return {
         name: strong_part_of_motion(motion, TIME_BEFORE_PEAK, DURATION)
-        for name, motion in read_default_motions().items()
+        for name, motion in read_motions_of_default_study().items()
     }
 
 
@@ -60,7 +60,7 @@ def choose_random_stack_cases(count: int = CASES, seed: int = SEED) -> list[Stac
     A case in which no joint can open or slide under the peak of its record is drawn again.
     """
     generator = np.random.Generator(np.random.PCG64(seed))
-    records, found = sorted(read_default_motions()), list[StackCase]()
+    records, found = sorted(read_motions_of_default_study()), list[StackCase]()
     while len(found) < count:
         case = _draw_stack_case(generator, records, 2 + len(found) % 2)
         if np.hypot(*case.motion.horizontal_components).max() > least_moving_acceleration(case.stack):
@@ -88,9 +88,9 @@ def _draw_stack_case(generator: np.random.Generator, records: list[str], stone_c
 def least_moving_acceleration(stack: BoxStack) -> float:
     """Return the least steady acceleration that opens a joint (contact of two stones) or lets it slide, m/s²."""
     volumes = np.array([math.prod(size) for size in stack.sizes])
-    feet = np.array(stack.centres) - 0.5 * np.array([size[2] for size in stack.sizes])
+    feet = np.array(stack.centre_heights) - 0.5 * np.array([size[2] for size in stack.sizes])
     opens = [
-        0.5 * min(size[:2]) * volumes[k:].sum() / (volumes[k:] * (np.array(stack.centres)[k:] - feet[k])).sum()
+        0.5 * min(size[:2]) * volumes[k:].sum() / (volumes[k:] * (np.array(stack.centre_heights)[k:] - feet[k])).sum()
         for k, size in enumerate(stack.sizes)
     ]
     return STANDARD_GRAVITY * min(stack.friction, *opens)

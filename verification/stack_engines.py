@@ -29,8 +29,8 @@ FALLEN_DROP: Final = 0.1
 """Drop of the centre from which a stone counts as fallen, as a share of its height."""
 CHECK_INTERVAL: Final = 0.01
 """Time between two tests for a fall, s."""
-UPRIGHT: Final = math.radians(0.2)
-UPRIGHT_TIME: Final = 0.5
+MAX_UPRIGHT_TILT: Final = math.radians(0.2)
+MIN_TIME_AFTER_RECORD_TO_END: Final = 0.5
 """Tilt below which a stone stands upright, rad, and time after the record after which upright stones end a run, s."""
 ALERT_DISTANCE: Final = 1e-3
 """Distance of two faces below which LMGC90 looks for contacts, m."""
@@ -45,7 +45,7 @@ class BoxStack(NamedTuple):
     friction: float
 
     @property
-    def centres(self) -> list[float]:
+    def centre_heights(self) -> list[float]:
         """Heights of the centres at rest, m, from the lowest stone up."""
         heights = np.array([size[2] for size in self.sizes])
         return (np.cumsum(heights) - 0.5 * heights).tolist()
@@ -76,7 +76,7 @@ StackEngine = Callable[[BoxStack, Motion, float, float], Iterator[StonePoses]]
 def accelerations_along_axes(motion: Motion, orientation_deg: float) -> list[FloatArray]:
     """Return the accelerations of the ground along x, y and z, m/s²."""
     up = np.zeros(motion.sample_count) if motion.up is None else motion.up
-    return [motion.along(orientation_deg), motion.along(orientation_deg - 90.0), up]
+    return [motion.acceleration_along(orientation_deg), motion.acceleration_along(orientation_deg - 90.0), up]
 
 
 def mujoco_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_step: float) -> Iterator[StonePoses]:
@@ -86,7 +86,7 @@ def mujoco_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_s
     bodies = "".join(
         f'<body pos="0 0 {z}"><freejoint/>'
         f'<geom type="box" size="{b / 2} {d / 2} {h / 2}" mass="{DENSITY * b * d * h}"/></body>'
-        for (b, d, h), z in zip(stack.sizes, stack.centres, strict=True)
+        for (b, d, h), z in zip(stack.sizes, stack.centre_heights, strict=True)
     )
     model = engine.MjModel.from_xml_string(
         f"""<mujoco><option timestep="{time_step}" integrator="implicitfast" cone="elliptic"
@@ -120,12 +120,14 @@ def _load_lmgc90() -> Any:
     return module
 
 
-_CUBE: Final = [(x, y, z) for z in (-0.5, 0.5) for x, y in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))]
+_UNIT_CUBE_VERTICES: Final = [
+    (x, y, z) for z in (-0.5, 0.5) for x, y in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))
+]
 _TRIANGLES: Final = [
     1, 3, 2, 1, 4, 3, 5, 6, 7, 5, 7, 8, 1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 4, 8, 3, 8, 7, 4, 1, 5, 4, 5, 8
 ]  # fmt: skip
-_BASE: Final = (20.0, 20.0, 1.0)
-_BASE_CORNERS: Final = np.array(_CUBE[:4])
+_BASE_SIZE: Final = (20.0, 20.0, 1.0)
+_UNIT_CUBE_BOTTOM_CORNERS: Final = np.array(_UNIT_CUBE_VERTICES[:4])
 
 
 def lmgc90_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_step: float) -> Iterator[StonePoses]:
@@ -137,9 +139,9 @@ def lmgc90_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_s
     solver.add_one_tact_behav("iqsc0", "IQS_CLB", [stack.friction])
     solver.set_see_tables(ALERT_DISTANCE)
     solver.set_nb_bodies(1 + len(stack.sizes))
-    for size, centre in zip((_BASE, *stack.sizes), (-0.5 * _BASE[2], *stack.centres), strict=True):
-        corners = [side * length for corner in _CUBE for side, length in zip(corner, size, strict=True)]
-        driven = 6 if size is _BASE else 0
+    for size, centre in zip((_BASE_SIZE, *stack.sizes), (-0.5 * _BASE_SIZE[2], *stack.centre_heights), strict=True):
+        corners = [side * length for corner in _UNIT_CUBE_VERTICES for side, length in zip(corner, size, strict=True)]
+        driven = 6 if size is _BASE_SIZE else 0
         solver.set_one_polyr("s0001", [0.0, 0.0, centre], _TRIANGLES, corners, driven, 0)
     interval = motion.sampling_interval
     for axis, wave in enumerate(waves, start=1):
@@ -152,7 +154,7 @@ def lmgc90_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_s
     steps = int((motion.sample_count * interval + REST_TIME) / time_step)
     # The rows of a frame are the principal axes of inertia, whose order is the solver's choice.
     initial = [np.reshape(frame, (3, 3)) for frame in solver.get_initial_state().init_body_frames]
-    origin = np.array([0.0, 0.0, 0.5 * _BASE[2]])
+    origin = np.array([0.0, 0.0, 0.5 * _BASE_SIZE[2]])
     try:
         for step in range(1, steps + 1):
             state = solver.compute_one_step()
@@ -193,7 +195,7 @@ def topmost_stone_outcome_in_engine(
     tenth of its height. The run ends with the first fall, or after the record, once all stones stand upright.
     """
     heights = [size[2] for size in stack.sizes]
-    lowest = [z - FALLEN_DROP * height for z, height in zip(stack.centres, heights, strict=True)]
+    lowest = [z - FALLEN_DROP * height for z, height in zip(stack.centre_heights, heights, strict=True)]
     largest = [least_tilt_of_fallen_stone(stack, stone) for stone in range(len(heights))]
     peak, slip, sinking = 0.0, 0.0, 0.0
     end = motion.sample_count * motion.sampling_interval
@@ -207,7 +209,7 @@ def topmost_stone_outcome_in_engine(
                 return TopmostStoneOutcome(azimuth, time, stone, math.degrees(tilts[stone]), slip, sinking)
         peak, slip = max(peak, tilts[-1]), max(slip, _largest_slip(stack, poses, tilts))
         sinking = max(sinking, _largest_sinking(stack, poses))
-        if number * CHECK_INTERVAL > end + UPRIGHT_TIME and max(tilts) < UPRIGHT:
+        if number * CHECK_INTERVAL > end + MIN_TIME_AFTER_RECORD_TO_END and max(tilts) < MAX_UPRIGHT_TILT:
             break
     return TopmostStoneOutcome(math.nan, math.nan, -1, math.degrees(peak), slip, sinking)
 
@@ -217,7 +219,7 @@ def _largest_slip(stack: BoxStack, poses: StonePoses, tilts: list[float]) -> flo
     below, largest = np.zeros(2), 0.0
     for (place, turn), (_, _, height), tilt in zip(poses, stack.sizes, tilts, strict=True):
         half = 0.5 * height * turn[:2, 2]
-        if tilt < UPRIGHT:
+        if tilt < MAX_UPRIGHT_TILT:
             largest = max(largest, float(np.hypot(*(place[:2] - half - below))))
         below = place[:2] + half
     return largest
@@ -229,7 +231,7 @@ def _largest_sinking(stack: BoxStack, poses: StonePoses) -> float:
     for (place, turn), size, (low_place, low_turn), low_size in zip(
         poses[1:], stack.sizes[1:], poses[:-1], stack.sizes[:-1], strict=True
     ):
-        corners = (place + (_BASE_CORNERS * size) @ turn.T - low_place) @ low_turn
+        corners = (place + (_UNIT_CUBE_BOTTOM_CORNERS * size) @ turn.T - low_place) @ low_turn
         above = (np.abs(corners[:, :2]) <= 0.5 * np.array(low_size[:2])).all(axis=1)
         if above.any():
             largest = max(largest, float((0.5 * low_size[2] - corners[above, 2]).max()))

@@ -22,7 +22,7 @@ from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from verification.stack_agreement import (
     AMPLITUDE_PERTURBATION,
-    PEER_TABLES,
+    OUTCOME_FILE_BY_SOLVER,
     outcomes_agree,
     publish_agreement_with_solvers,
 )
@@ -104,7 +104,7 @@ def main(
         elif find_spec(STACK_MODULES[part]) is None:
             raise ArgumentError(f"{part} is not installed: make peers")
         else:
-            write_csv(run_all_cases_in_solver(part, processes), PEER_TABLES[part])
+            write_csv(run_all_cases_in_solver(part, processes), OUTCOME_FILE_BY_SOLVER[part])
 
 
 if __name__ == "__main__":

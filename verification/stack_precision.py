@@ -22,15 +22,15 @@ from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
-from verification.stack_agreement import PROGRAM, outcomes_agree, share_text
+from verification.stack_agreement import PROGRAM_LABEL, outcomes_agree, share_text
 from verification.stack_cases import StackCase, choose_random_stack_cases, scene_of_stack
 from verification.stack_engines import STACK_ENGINES, STACK_MODULES, topmost_stone_outcome_in_engine
 from verification.tables import RESULTS, markdown_table, publish_markdown, select_parts, write_csv
 
 CASES: Final = 60
 """Number of cases."""
-STEPS: Final = {
-    PROGRAM: (1.0, 0.5, 0.25, 0.125, 0.03125),
+TIME_STEPS_BY_SOLVER: Final = {
+    PROGRAM_LABEL: (1.0, 0.5, 0.25, 0.125, 0.03125),
     "MuJoCo": (4e-3, 2e-3, 1e-3, 5e-4, 1.25e-4),
     "LMGC90": (2e-3, 1e-3, 5e-4, 2e-4),
 }
@@ -39,7 +39,7 @@ reference."""
 TABLE: Final = RESULTS / "stack-precision.csv"
 
 
-def fall_azimuth_and_time_in_program(case: StackCase, share: float) -> tuple[float, float]:
+def fall_azimuth_and_run_time_in_program(case: StackCase, share: float) -> tuple[float, float]:
     """Return the fall azimuth, degrees (NaN if the topmost stone stands), and the processor time of a case, s.
 
     The case is computed together with seven other orientations, which share its time.
@@ -58,10 +58,10 @@ def fall_azimuth_and_time_in_program(case: StackCase, share: float) -> tuple[flo
     return float(found.fall_azimuth[0, -1]) if fell else np.nan, seconds
 
 
-def fall_azimuth_and_time_in_solver(solver: str, step: float, case: StackCase) -> tuple[float, float]:
+def fall_azimuth_and_run_time_in_solver(solver: str, step: float, case: StackCase) -> tuple[float, float]:
     """Return the fall azimuth, degrees (NaN if the topmost stone stands), and the processor time of a case, s."""
-    if solver == PROGRAM:
-        return fall_azimuth_and_time_in_program(case, step)
+    if solver == PROGRAM_LABEL:
+        return fall_azimuth_and_run_time_in_program(case, step)
     begin = time.process_time()
     found = topmost_stone_outcome_in_engine(STACK_ENGINES[solver], case.stack, case.motion, case.orientation_deg, step)
     return found.fall_azimuth_deg, time.process_time() - begin
@@ -70,12 +70,15 @@ def fall_azimuth_and_time_in_solver(solver: str, step: float, case: StackCase) -
 def run_solver_with_all_steps(solver: str, processes: int) -> pd.DataFrame:
     """Run all cases in a solver with all its steps; return one row per case and step."""
     cases = choose_random_stack_cases()[:CASES]
-    fall_azimuth_and_time_in_program(cases[0], 1.0)  # compiles the kernel
+    fall_azimuth_and_run_time_in_program(cases[0], 1.0)  # compiles the kernel
     with ProcessPoolExecutor(processes) as pool:
-        made = [list(pool.map(partial(fall_azimuth_and_time_in_solver, solver, step), cases)) for step in STEPS[solver]]
+        made = [
+            list(pool.map(partial(fall_azimuth_and_run_time_in_solver, solver, step), cases))
+            for step in TIME_STEPS_BY_SOLVER[solver]
+        ]
     return pd.DataFrame([
         {"solver": solver, "step": step, "case": number, "fall_azimuth_deg": azimuth, "seconds": seconds}
-        for step, found in zip(STEPS[solver], made, strict=True)
+        for step, found in zip(TIME_STEPS_BY_SOLVER[solver], made, strict=True)
         for number, (azimuth, seconds) in enumerate(found)
     ])  # fmt: skip
 
@@ -83,7 +86,7 @@ def run_solver_with_all_steps(solver: str, processes: int) -> pd.DataFrame:
 def error_against_run_time_table(rows: pd.DataFrame) -> str:
     """Return the table of wrong flags and azimuths against run time, as Markdown."""
     lines = []
-    for solver, steps in STEPS.items():
+    for solver, steps in TIME_STEPS_BY_SOLVER.items():
         mine = rows[rows["solver"] == solver]
         reference = mine[mine["step"] == steps[-1]]["fall_azimuth_deg"].to_numpy()
         for step in steps[:-1]:
@@ -91,7 +94,7 @@ def error_against_run_time_table(rows: pd.DataFrame) -> str:
             azimuths = chosen["fall_azimuth_deg"].to_numpy()
             both = np.isfinite(azimuths) & np.isfinite(reference)
             away = [not outcomes_agree(*pair) for pair in zip(azimuths[both], reference[both], strict=True)]
-            label = f"{step:g} of the automatic step" if solver == PROGRAM else f"{1e3 * step:g} ms"
+            label = f"{step:g} of the automatic step" if solver == PROGRAM_LABEL else f"{1e3 * step:g} ms"
             lines.append((
                 solver, label, f"{1e3 * chosen['seconds'].mean():.3g} ms",
                 share_text(int((np.isfinite(azimuths) != np.isfinite(reference)).sum()), len(azimuths)),
@@ -108,8 +111,8 @@ def main(
 ) -> None:
     """Measure error against run time of stacks, and write the table of docs/validation.md."""
     kept = pd.read_csv(TABLE) if TABLE.is_file() else pd.DataFrame()
-    for solver in select_parts(solvers, STEPS):
-        if solver != PROGRAM and find_spec(STACK_MODULES[solver]) is None:
+    for solver in select_parts(solvers, TIME_STEPS_BY_SOLVER):
+        if solver != PROGRAM_LABEL and find_spec(STACK_MODULES[solver]) is None:
             raise ArgumentError(f"{solver} is not installed: make peers")
         others = kept[kept["solver"] != solver] if len(kept) else kept
         kept = pd.concat([others, run_solver_with_all_steps(solver, processes)], ignore_index=True)

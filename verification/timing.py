@@ -14,13 +14,13 @@ from typing import Any, Final, NamedTuple, TypeVar
 import numpy as np
 
 from overturning.model.results import CaseResults
-from overturning.model.variables import VARIABLES
+from overturning.model.variables import PLANAR_OUTCOME_VARIABLES
 from verification.inputs import CaseGroup
 from verification.tables import ROOT
 
 Result = TypeVar("Result")
 
-ENOUGH: Final = 4.0
+MAX_TOTAL_PROCESSOR_TIME: Final = 4.0
 """Total processor time, s, after which a computation is not repeated; disturbances matter little in long runs."""
 
 
@@ -34,13 +34,13 @@ class TimedResults(NamedTuple):
 def time_run(
     computation: Callable[[], Result], repeats: int = 3, warm_up: Callable[[], object] | None = None
 ) -> tuple[Result, float]:
-    """Run a computation `repeats` times (at most `ENOUGH` seconds); return its result and minimum processor time, s.
+    """Run a computation several times; return its result and minimum processor time, s.
 
     The times of all threads are added. `warm_up` (default: the computation itself) runs first, to compile.
     """
     (warm_up or computation)()
     times: list[float] = []
-    while len(times) < repeats and sum(times) < ENOUGH:
+    while len(times) < repeats and sum(times) < MAX_TOTAL_PROCESSOR_TIME:
         begin = time.process_time()
         result = computation()
         times.append(time.process_time() - begin)
@@ -63,7 +63,7 @@ def run_python_program_and_time_it(program: str, *arguments: object, **environme
     return done.stdout, (end.ru_utime + end.ru_stime) - (begin.ru_utime + begin.ru_stime)
 
 
-_NAMES: Final = (*(item.name for item in VARIABLES if item.name != "mirrored"), "block_steps")
+_RESULT_NAMES: Final = (*(item.name for item in PLANAR_OUTCOME_VARIABLES if item.name != "mirrored"), "block_steps")
 
 _CHILD_PROGRAM: Final = """
 import json, sys, time
@@ -150,7 +150,7 @@ def run_case_groups_in_subprocess(
         with np.load(made) as arrays:
             return [
                 TimedResults(
-                    CaseResults(**{name: arrays[f"{name}{i}"] for name in _NAMES}),
+                    CaseResults(**{name: arrays[f"{name}{i}"] for name in _RESULT_NAMES}),
                     float(arrays[f"seconds{i}"]),
                 )
                 for i in range(len(settings))

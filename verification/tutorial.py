@@ -27,7 +27,7 @@ STUDY: Final[dict[str, Any]] = {
 }  # fmt: skip
 """Study of the record wtmc that the tutorial writes as config/mine.yaml."""
 
-SPACE: Final[dict[str, Any]] = {
+SETTINGS_OF_3D_STUDY: Final[dict[str, Any]] = {
     "body": {}, "orientation": {"step": 5}, "b_over_h": {"start": 0.1, "stop": 0.6, "step": 0.05}, "height": [0.6],
     "friction": [0.58, 1.0],
 }  # fmt: skip
@@ -39,7 +39,7 @@ SURVEY: Final = "octant,count\nSE,5\nS,2\nNW,1\n"
 SHOWN_B_OVER_H: Final = (0.35, 0.55)
 """B/H whose shares the tutorial states."""
 
-CHANGED_DEG: Final = 15.0
+MIN_AZIMUTH_CHANGE_DEG: Final = 15.0
 """Change of the fall azimuth that the tutorial counts, degrees."""
 
 
@@ -63,7 +63,7 @@ def cubes_with_and_without_vertical(**keys: Any) -> tuple[xr.Dataset, xr.Dataset
     return with_up, without
 
 
-def vertical_motion_figures() -> Iterator[MeasuredNumber]:
+def measure_effect_of_vertical_motion_in_2d() -> Iterator[MeasuredNumber]:
     """Yield the shares of the study config/waiau.yaml in which blocks fall with and without vertical motion."""
     study = load_study(ROOT / "config" / "waiau.yaml")
     with_up, without = cubes_with_and_without_vertical(
@@ -92,7 +92,7 @@ def vertical_motion_figures() -> Iterator[MeasuredNumber]:
 
 def measure_effect_of_vertical_motion_in_3d() -> Iterator[MeasuredNumber]:
     """Yield the shares of the tutorial's 3-D stones that fall, and changes of their fall azimuths."""
-    cubes = cubes_with_and_without_vertical(**SPACE)
+    cubes = cubes_with_and_without_vertical(**SETTINGS_OF_3D_STUDY)
     first, second = (cube["overturned"].to_numpy() == 1 for cube in cubes)
     both = first & second
     turned = angle_between_azimuths(*(cube["fall_azimuth"].to_numpy().astype(np.float64)[both] for cube in cubes))
@@ -101,14 +101,17 @@ def measure_effect_of_vertical_motion_in_3d() -> Iterator[MeasuredNumber]:
     yield MeasuredNumber("3-D: falls without vertical motion", percentage(second.sum(), first.size), "%")
     yield MeasuredNumber("3-D: another outcome", int((first != second).sum()))
     yield MeasuredNumber("3-D: falls in both", int(both.sum()))
-    yield MeasuredNumber("3-D: another direction", percentage((turned >= CHANGED_DEG).sum(), turned.size), "%")
+    yield MeasuredNumber(
+        "3-D: another direction", percentage((turned >= MIN_AZIMUTH_CHANGE_DEG).sum(), turned.size), "%"
+    )
     yield MeasuredNumber("3-D: median change of direction", float(np.median(turned)), "degrees")
 
 
 def main() -> None:
     """Write the measured numbers and the printed output of the tutorial, and fill them into its page."""
     write_measured_numbers(
-        [*vertical_motion_figures(), *measure_effect_of_vertical_motion_in_3d()], RESULTS / "tutorial.csv"
+        [*measure_effect_of_vertical_motion_in_2d(), *measure_effect_of_vertical_motion_in_3d()],
+        RESULTS / "tutorial.csv",
     )
     write_text(RESULTS / "tutorial-survey.txt", printed_survey_of_tutorial())
     publish_markdown({})

@@ -19,19 +19,19 @@ import netCDF4
 
 from overturning.commands.fork_client import SERVER_VARIABLE
 from overturning.errors import ResultError
-from verification.project import Project
+from verification.project import WorkflowFolder
 from verification.tables import ROOT, MeasuredNumber, current_commit, markdown_table, measured_number_with_unit_text
 
 CORES: Final = 2
 
-LONG: Final = 2.0
+MIN_LISTED_PROCESSOR_TIME: Final = 2.0
 """Commands whose steps take at least this processor time together, s, are listed."""
 
-WITH_SERVER: Final = "default study, whole run"
-WITHOUT_SERVER: Final = "default study, whole run, a process for each step"
+QUANTITY_PREFIX_WITH_FORK_SERVER: Final = "default study, whole run"
+QUANTITY_PREFIX_WITHOUT_FORK_SERVER: Final = "default study, whole run, a process for each step"
 """First words of the quantities of the two runs."""
 
-STEPS: Final = "steps.tsv"
+STEP_TABLE_FILE_NAME: Final = "steps.tsv"
 """Table of processor time and memory of each step, in the folder `benchmarks` of the results."""
 
 WRAPPER: Final = """\
@@ -51,7 +51,7 @@ sys.exit(os.waitstatus_to_exitcode(status))
 class CostOfCommandSteps(NamedTuple):
     """Cost of the steps of one command in a complete run: their number, processor time together, and largest memory."""
 
-    steps: int
+    step_count: int
     processor_s: float
     memory_mb: float
 
@@ -62,17 +62,17 @@ class WholeRunCost(NamedTuple):
     wall_s: float
     processor_s: float
     first_map_s: float  # time until the first polar map exists
-    steps: dict[str, CostOfCommandSteps]  # by command
+    step_cost_by_command: dict[str, CostOfCommandSteps]  # by command
     cube_sha256: str
 
 
 def run_whole_study(with_fork_server: bool, checkout: Path = ROOT, study: str = "") -> WholeRunCost:
     """Run a study (text of its file; default: the default study) of a checkout in a new folder; return its cost."""
     with tempfile.TemporaryDirectory() as scratch:
-        project = Project(Path(scratch) / "project", study, "--cores", str(CORES), checkout=checkout)
-        how, table = project.command(file=""), project.results / "benchmarks" / STEPS
+        project = WorkflowFolder(Path(scratch) / "project", study, "--cores", str(CORES), checkout=checkout)
+        how, table = project.subprocess_arguments(file=""), project.results / "benchmarks" / STEP_TABLE_FILE_NAME
         if not with_fork_server:
-            table = Path(scratch) / STEPS
+            table = Path(scratch) / STEP_TABLE_FILE_NAME
             program = str(Path(sys.executable).with_name("overturning"))
             wrapper = Path(scratch) / "overturning"
             text = WRAPPER.format(python=sys.executable, program=program, table=str(table))
@@ -84,7 +84,7 @@ def run_whole_study(with_fork_server: bool, checkout: Path = ROOT, study: str = 
         wall, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
         spent = (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
         first = min(path.stat().st_mtime for path in project.results.glob("figures/polar/*.svg"))
-        with netCDF4.Dataset(project.cube) as cube:  # also of a version whose cubes `open_cube` refuses
+        with netCDF4.Dataset(project.cube_path) as cube:  # also of a version whose cubes `open_cube` refuses
             return WholeRunCost(wall, spent, first - began, read_step_costs(table), str(cube.content_sha256))
 
 
@@ -105,16 +105,18 @@ def measure_whole_run() -> list[MeasuredNumber]:
     if served.cube_sha256 != own.cube_sha256:
         raise ResultError(f"the cubes differ: {served.cube_sha256}, {own.cube_sha256}")
     rows = []
-    for run, what in ((served, WITH_SERVER), (own, WITHOUT_SERVER)):
+    for run, what in ((served, QUANTITY_PREFIX_WITH_FORK_SERVER), (own, QUANTITY_PREFIX_WITHOUT_FORK_SERVER)):
         rows += [
             MeasuredNumber(f"{what}: time on two cores", run.wall_s, "s"),
             MeasuredNumber(f"{what}: processor time", run.processor_s, "s"),
             MeasuredNumber(f"{what}: first polar map after", 100.0 * run.first_map_s / run.wall_s, "%"),
         ]
-    for command in (name for name, cost in own.steps.items() if cost.processor_s >= LONG):
-        for run, what in ((served, WITH_SERVER), (own, WITHOUT_SERVER)):
-            cost = run.steps[command]
-            quantity = f"{what}: processor time of `{command}` × {cost.steps}"
+    for command in (
+        name for name, cost in own.step_cost_by_command.items() if cost.processor_s >= MIN_LISTED_PROCESSOR_TIME
+    ):
+        for run, what in ((served, QUANTITY_PREFIX_WITH_FORK_SERVER), (own, QUANTITY_PREFIX_WITHOUT_FORK_SERVER)):
+            cost = run.step_cost_by_command[command]
+            quantity = f"{what}: processor time of `{command}` × {cost.step_count}"
             rows.append(MeasuredNumber(quantity, cost.processor_s, "s"))
     return rows
 
@@ -122,8 +124,19 @@ def measure_whole_run() -> list[MeasuredNumber]:
 def fork_server_comparison_table(figures: Sequence[MeasuredNumber]) -> str:
     """Return a Markdown table of a whole run: a row per quantity, a column without and one with the fork server."""
     values = {one.quantity: measured_number_with_unit_text(one) for one in figures}
-    names = [quantity.removeprefix(f"{WITHOUT_SERVER}: ") for quantity in values if quantity.startswith(WITHOUT_SERVER)]
-    rows = [(name, values[f"{WITHOUT_SERVER}: {name}"], values[f"{WITH_SERVER}: {name}"]) for name in names]
+    names = [
+        quantity.removeprefix(f"{QUANTITY_PREFIX_WITHOUT_FORK_SERVER}: ")
+        for quantity in values
+        if quantity.startswith(QUANTITY_PREFIX_WITHOUT_FORK_SERVER)
+    ]
+    rows = [
+        (
+            name,
+            values[f"{QUANTITY_PREFIX_WITHOUT_FORK_SERVER}: {name}"],
+            values[f"{QUANTITY_PREFIX_WITH_FORK_SERVER}: {name}"],
+        )
+        for name in names
+    ]
     return markdown_table(("", "a process for each step", "fork server"), rows)
 
 
@@ -151,7 +164,7 @@ def compare_whole_runs(checkout: Path, pairs: int, study: str = "") -> str:
 
 def _times_by_row(run: WholeRunCost) -> dict[str, float]:
     """Return the times of a complete run, s, by the name of their table row."""
-    steps = {f"processor time of `{name}`, s": cost.processor_s for name, cost in run.steps.items()}
+    steps = {f"processor time of `{name}`, s": cost.processor_s for name, cost in run.step_cost_by_command.items()}
     rest = run.processor_s - sum(steps.values())
     return {
         "time on two cores, s": run.wall_s,

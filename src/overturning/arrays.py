@@ -91,7 +91,7 @@ def create_xarray_dataset(
     return xr.Dataset(to_xarray_variables(variables), to_xarray_variables(coordinates), attributes)
 
 
-class _DaskTableEntryWithoutImport:
+class _DaskArrayTypeEntryWithoutImport:
     """Substitute for the dask entry in xarray's table of array types; unlike that entry, it does not import dask."""
 
     @property
@@ -109,4 +109,4 @@ def keep_xarray_from_importing_dask() -> None:
     from xarray.namedarray import pycompat
 
     table: Any = getattr(pycompat, "_cached_duck_array_modules", {})
-    table.setdefault("dask", _DaskTableEntryWithoutImport())
+    table.setdefault("dask", _DaskArrayTypeEntryWithoutImport())

@@ -11,16 +11,18 @@ from typing import Any, Final, TypeVar, cast
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 
-MOST_LINES: Final = 20
+MAX_MESSAGE_LINES: Final = 20
 """Largest number of lines of a message; for longer ones the number of further lines is given."""
 
 REASON_SEPARATOR: Final = "\n       "
 """Separator of reasons in one message: each starts on a new line, aligned with the text after ``error:``."""
 
-LONGEST_LINE: Final = 600
+MAX_LINE_LENGTH: Final = 600
 """Largest number of characters in a line of a message."""
 
-_CONTROL: Final = re.compile(r"[^\x20-\x7e\xa0-\u2027\u202f-\u2065\u2070-\ud7ff\ue000-\U0010ffff\n\t]")
+_CONTROL_CHARACTER_PATTERN: Final = re.compile(
+    r"[^\x20-\x7e\xa0-\u2027\u202f-\u2065\u2070-\ud7ff\ue000-\U0010ffff\n\t]"
+)
 
 
 class OverturningError(Exception):
@@ -31,11 +33,14 @@ class OverturningError(Exception):
 
     def __str__(self) -> str:
         # Do not use the base class: FileNotFoundError formats its arguments as errno and file name.
-        lines = _CONTROL.sub(lambda sign: repr(sign[0])[1:-1], str(self.args[0]) if self.args else "").split("\n")
-        more = [f"       … and {len(lines) - MOST_LINES} more lines"] if len(lines) > MOST_LINES else []
-        half = LONGEST_LINE // 2
+        lines = _CONTROL_CHARACTER_PATTERN.sub(
+            lambda sign: repr(sign[0])[1:-1], str(self.args[0]) if self.args else ""
+        ).split("\n")
+        more = [f"       … and {len(lines) - MAX_MESSAGE_LINES} more lines"] if len(lines) > MAX_MESSAGE_LINES else []
+        half = MAX_LINE_LENGTH // 2
         short = [
-            line if len(line) <= LONGEST_LINE else f"{line[:half]} … {line[-half:]}" for line in lines[:MOST_LINES]
+            line if len(line) <= MAX_LINE_LENGTH else f"{line[:half]} … {line[-half:]}"
+            for line in lines[:MAX_MESSAGE_LINES]
         ]
         return "\n".join(short + more)
 
@@ -65,10 +70,10 @@ def refuse_unknown_keywords(*further_keywords: type | str) -> Callable[[Decorate
     `further_keywords` names keywords that are passed on, one by one or as a dataclass whose fields are keywords.
     """
 
-    def check_keywords_of(function_or_class: Decorated) -> Decorated:
+    def add_keyword_check(function_or_class: Decorated) -> Decorated:
         """Return the function or class with a check of its keywords at each call."""
         if isinstance(function_or_class, type):
-            function_or_class.__init__ = check_keywords_of(function_or_class.__init__)  # type: ignore[misc]
+            function_or_class.__init__ = add_keyword_check(function_or_class.__init__)  # type: ignore[misc]
             return function_or_class
         own = signature(function_or_class).parameters.values()
         several = (Parameter.VAR_KEYWORD, Parameter.VAR_POSITIONAL)
@@ -85,7 +90,7 @@ def refuse_unknown_keywords(*further_keywords: type | str) -> Callable[[Decorate
 
         return cast(Decorated, call_with_known_keywords)
 
-    return check_keywords_of
+    return add_keyword_check
 
 
 class RecordRefusalReasons:

@@ -80,7 +80,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
         # for the temporary file, although it was writable before.
         netcdf = str(error).startswith("NetCDF: ") if isinstance(error, RuntimeError) else error.errno == errno.EACCES
         full = isinstance(error, OSError) and error.errno == errno.ENOSPC
-        if full or (netcdf and shutil.disk_usage(path.parent).free < _LITTLE):
+        if full or (netcdf and shutil.disk_usage(path.parent).free < _FULL_DISK_FREE_BYTES):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path)) from None
         raise
     finally:
@@ -93,8 +93,8 @@ def write_text(path: Path, text: str) -> None:
         part.write_text(text, encoding="utf-8")
 
 
-_MARK = b"\n# sha256 "
-_SEAL = len(_MARK) + 65  # bytes: 64 digits and the end of the line
+_CHECKSUM_LINE_PREFIX = b"\n# sha256 "
+_CHECKSUM_LINE_LENGTH = len(_CHECKSUM_LINE_PREFIX) + 65  # bytes: 64 digits and the end of the line
 
 
 # Remedies by error number.
@@ -121,7 +121,7 @@ def append_checksum(path: Path) -> None:
     """
     with path.open("r+b") as file:
         digest = hashlib.file_digest(file, "sha256")
-        file.write(_MARK + digest.hexdigest().encode() + b"\n")
+        file.write(_CHECKSUM_LINE_PREFIX + digest.hexdigest().encode() + b"\n")
 
 
 def checksum_at_end_matches(path: Path) -> bool | None:
@@ -130,22 +130,22 @@ def checksum_at_end_matches(path: Path) -> bool | None:
     try:
         with path.open("rb") as file:
             size = file.seek(0, os.SEEK_END)
-            file.seek(max(size - _SEAL, 0))
+            file.seek(max(size - _CHECKSUM_LINE_LENGTH, 0))
             end = file.read()
-            if not (end.startswith(_MARK) and len(end) == _SEAL):
+            if not (end.startswith(_CHECKSUM_LINE_PREFIX) and len(end) == _CHECKSUM_LINE_LENGTH):
                 return None
             file.seek(0)
-            left = size - _SEAL
+            left = size - _CHECKSUM_LINE_LENGTH
             while left:
-                block = file.read(min(left, _BLOCK))
+                block = file.read(min(left, _READ_CHUNK_BYTES))
                 digest.update(block)
                 left -= len(block)
     except OSError:
         return None
-    return end[len(_MARK) : -1] == digest.hexdigest().encode()
+    return end[len(_CHECKSUM_LINE_PREFIX) : -1] == digest.hexdigest().encode()
 
 
-def find_project_file(relative_path: Path) -> Path:
+def path_in_working_folder_or_package(relative_path: Path) -> Path:
     """Find a project file, such as ``config/records.tsv``, in the working folder or else in the package.
 
     A wheel contains the project files inside the package, a checkout has them around it.
@@ -164,11 +164,11 @@ def possible_project_file_folders() -> list[Path]:
     return [package / "project", package.parents[1]]
 
 
-MOST_SETTINGS = 500_000
+MAX_YAML_FILE_BYTES = 500_000
 """Largest size of a YAML file, bytes; reading a larger one takes too long."""
 
-_LITTLE = 1_000_000  # bytes; a disk with less free space counts as full
-_BLOCK = 1 << 20  # bytes read at a time
+_FULL_DISK_FREE_BYTES = 1_000_000  # bytes; a disk with less free space counts as full
+_READ_CHUNK_BYTES = 1 << 20  # bytes read at a time
 
 
 def convert_argument_to_path(name: str, value: Any, wanted: str = "the path of a file") -> Path:
@@ -240,9 +240,10 @@ def read_yaml_mapping(
     import yaml
 
     try:
-        if path.stat().st_size > MOST_SETTINGS:
+        if path.stat().st_size > MAX_YAML_FILE_BYTES:
             raise ConfigError(
-                f"{path}: larger than {MOST_SETTINGS} bytes; a {file_description} is smaller: {documentation_hint}"
+                f"{path}: larger than {MAX_YAML_FILE_BYTES} bytes; "
+                f"a {file_description} is smaller: {documentation_hint}"
             )
         data = yaml.load(path.read_text(encoding="utf-8-sig"), _strict_yaml_loader_class())
     except OSError as error:

@@ -12,7 +12,7 @@ from numba.core.runtime import rtsys
 
 _LOG = logging.getLogger(__name__)
 _PACKAGE = Path(__file__).parent
-_COMPILED = (
+_COMPILED_MODULE_PATHS = (
     _PACKAGE / "units.py",
     Path(__file__),
     *(path for room in ("dem", "model") for path in (_PACKAGE / room).rglob("*.py")),
@@ -23,7 +23,7 @@ _COMPILED = (
 def sources_digest(source_folder: Path) -> str:
     """Return a digest (16 hex digits) of all source files on which the compiled kernels of a folder depend."""
     digest = hashlib.sha256()
-    for path in sorted({*_COMPILED, *source_folder.rglob("*.py")}):
+    for path in sorted({*_COMPILED_MODULE_PATHS, *source_folder.rglob("*.py")}):
         digest.update(
             path.relative_to(_PACKAGE if path.is_relative_to(_PACKAGE) else source_folder).as_posix().encode()
         )
@@ -31,10 +31,10 @@ def sources_digest(source_folder: Path) -> str:
     return digest.hexdigest()[:16]
 
 
-_DIGEST = 32  # bytes
+_CHECKSUM_SIZE_BYTES = 32  # bytes
 
-_KERNELS = _PACKAGE / "dem"
-_IMPORTED = {_KERNELS: sources_digest(_KERNELS)}
+_DEFAULT_KERNEL_FOLDER = _PACKAGE / "dem"
+_DIGEST_AT_IMPORT_BY_FOLDER = {_DEFAULT_KERNEL_FOLDER: sources_digest(_DEFAULT_KERNEL_FOLDER)}
 """Digest of the kernels' sources at import time; this module is imported before all that is compiled."""
 
 
@@ -50,7 +50,7 @@ def cache_directory(source_folder: Path | None = None) -> Path:
         import platformdirs
 
         base = str(Path(platformdirs.user_cache_dir("overturning")) / "kernels")
-    return Path(base) / f"overturning-{sources_digest(source_folder or _KERNELS)}"
+    return Path(base) / f"overturning-{sources_digest(source_folder or _DEFAULT_KERNEL_FOLDER)}"
 
 
 def subpackage_folder_of_module(module_path: Path) -> Path:
@@ -63,16 +63,16 @@ def subpackage_folder_of_module(module_path: Path) -> Path:
     return module_path.parent
 
 
-def _add_checksums_to_cache_file(cache_file: Any) -> None:
+def _make_cache_file_use_checksums(cache_file: Any) -> None:
     """Make a Numba cache file store its SHA-256 when it is saved, and verify it before the file is loaded."""
     dump, load_index, load_data = cache_file._dump, cache_file._load_index, cache_file._load_data
 
-    def append_checksum(content: Any) -> bytes:
+    def serialise_with_checksum(content: Any) -> bytes:
         data: bytes = dump(content)  # unpickling ignores the digest that follows
         return data + hashlib.sha256(data).digest()
 
     def verify_checksum(data: bytes) -> None:
-        if hashlib.sha256(data[:-_DIGEST]).digest() != data[-_DIGEST:]:
+        if hashlib.sha256(data[:-_CHECKSUM_SIZE_BYTES]).digest() != data[-_CHECKSUM_SIZE_BYTES:]:
             raise ValueError("damaged")
 
     def load_checked_index() -> Any:
@@ -86,7 +86,7 @@ def _add_checksums_to_cache_file(cache_file: Any) -> None:
         return load_data(data_name)
 
     cache_file._dump, cache_file._load_index, cache_file._load_data = (
-        append_checksum,
+        serialise_with_checksum,
         load_checked_index,
         load_checked_data,
     )
@@ -107,7 +107,7 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
     cache = dispatcher._cache
     file = cache._cache_file
     layer = subpackage_folder_of_module(Path(dispatcher.py_func.__code__.co_filename))
-    folder, imported = cache_directory(layer), _IMPORTED.get(layer) or sources_digest(layer)
+    folder, imported = cache_directory(layer), _DIGEST_AT_IMPORT_BY_FOLDER.get(layer) or sources_digest(layer)
     cache._cache_path = file._cache_path = str(folder)
     name = Path(file._index_path).stem
     file._source_stamp = folder.name  # contents, not the time at which the file was checked out
@@ -139,7 +139,7 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
             with suppress(OSError):
                 save(signature, data)
 
-    _add_checksums_to_cache_file(file)
+    _make_cache_file_use_checksums(file)
     cache.load_overload = load_kernel_or_none
     cache.save_overload = save_kernel_if_possible
     return dispatcher

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from overturning.model.planes import azimuth_gaps_and_step, azimuth_period_of_cube_deg
+from overturning.model.planes import azimuth_gap_mask_and_step, azimuth_period_of_cube_deg
 from overturning.study.cube import element_name_to_show, parse_json_attribute, study_of_cube
 from overturning.study.scenes import NOMINAL, variant_scene, variant_size_note
 from overturning.study.schema import Study
@@ -67,7 +67,7 @@ def unsimulated_azimuth_ranges(cube: "xr.Dataset") -> list[tuple[float, float]]:
     period = azimuth_period_of_cube_deg(cube)
     planes = np.unique(cube["azimuth"].to_numpy().astype(np.float64) % period)
     following = np.append(planes[1:], planes[:1] + period)
-    ranges = zip(planes.tolist(), following.tolist(), azimuth_gaps_and_step(planes, period)[0], strict=True)
+    ranges = zip(planes.tolist(), following.tolist(), azimuth_gap_mask_and_step(planes, period)[0], strict=True)
     return [(begin, end) for begin, end, missing in ranges if missing]
 
 

@@ -28,10 +28,10 @@ __all__ = [
 DrawFunction = TypeVar("DrawFunction", bound=Callable[..., Any])
 AnyMotion = TypeVar("AnyMotion", bound=Any)  # a motion or record
 
-KINDS: Final[dict[str, Callable[..., Any]]] = {}
+CUBE_FIGURE_FUNCTIONS: Final[dict[str, Callable[..., Any]]] = {}
 """Functions that draw a figure of a cube, by kind: the name in `overturning figure` and in the folder of figures."""
 
-MOTION_KINDS: Final = ("intensity", "hodograph", "history")
+MOTION_FIGURE_KINDS: Final = ("intensity", "hodograph", "history")
 """Kinds of figures that show only the motion and no block."""
 
 
@@ -58,7 +58,7 @@ def _with_project_style(draw_figure: DrawFunction, takes_cube: bool = False) -> 
 
 def _register_cube_figure(kind: str, draw_figure: DrawFunction) -> DrawFunction:
     """Register a function that draws a kind of figure from a results cube; return it with the project's style."""
-    KINDS[kind] = styled = _with_project_style(draw_figure, takes_cube=kind != "history")
+    CUBE_FIGURE_FUNCTIONS[kind] = styled = _with_project_style(draw_figure, takes_cube=kind != "history")
     return styled
 
 
@@ -99,19 +99,18 @@ def _draw_fall_map(kind: str, cube: "xr.Dataset", record: str | Sequence[str] | 
     first = several[0]
     if len(several) == 1:
         return fall_map_figure(
-            first,
-            _record_title(first) + _scene_and_element_title(first) if title is None else title,
-            _peak_ground_velocity_by_azimuth(first),
-        )
+            first, _record_title(first) + _scene_and_element_title(first) if title is None else title,
+            _read_pgv_by_azimuth(first),
+        )  # fmt: skip
     _check_cube_has_coordinate_for_figure(cube, "azimuth", f"{kind} of several records")
     own = (_record_title(first, ()) + _scene_and_element_title(first)).strip() if title is None else title
-    return fall_map_by_azimuth_figure(several, own, [_peak_ground_velocity_by_azimuth(one) for one in several])
+    return fall_map_by_azimuth_figure(several, own, [_read_pgv_by_azimuth(one) for one in several])
 
 
-def _peak_ground_velocity_by_azimuth(cube: "xr.Dataset") -> "xr.DataArray | None":
+def _read_pgv_by_azimuth(cube: "xr.Dataset") -> "xr.DataArray | None":
     """Return PGV by azimuth, m/s, of the record in a results cube; None if it was not computed."""
     try:
-        return _intensity_measures(cube, "pgv")["pgv"].isel(record=0)
+        return _read_intensity_measures(cube, "pgv")["pgv"].isel(record=0)
     except MissingDataError:
         return None
 
@@ -134,7 +133,7 @@ def overturning_boundary(cube: "xr.Dataset", record: str | None = None) -> "Figu
     _check_cube_has_coordinate_for_figure(one, "azimuth", "boundary")
     check_has_falls(one, "boundary")
     top = float(one["b_over_h"].max())
-    bounds = statistics.largest_falling_b_over_h_by_azimuth(one).assign_attrs(one.attrs)
+    bounds = statistics.overturning_boundaries_by_azimuth(one).assign_attrs(one.attrs)
     return overturning_boundary_figure(
         bounds, top, float(one["fault_normal"]), _record_title(one) + _scene_and_element_title(one)
     )
@@ -145,12 +144,13 @@ def fall_rose(cube: "xr.Dataset") -> "Figure":
     """Draw roses of the fall axes under records with and without a velocity pulse, relative to the fault normal."""
     from overturning.figures.content import check_has_falls
     from overturning.figures.rose import fall_roses_by_group_figure
-    from overturning.statistics.earthquakes import fall_axes_by_group, summarise_fall_axes
+    from overturning.statistics.earthquakes import fall_axes_from_fault_normal_by_group, summarise_fall_axes
 
     def draw_fall_rose(sorted_cube: "xr.Dataset") -> "Figure":
         check_has_falls(sorted_cube, "rose")
+        groups = fall_axes_from_fault_normal_by_group(sorted_cube)
         return fall_roses_by_group_figure(
-            sorted_cube, {name: summarise_fall_axes(found) for name, found in fall_axes_by_group(sorted_cube).items()}
+            sorted_cube, {name: summarise_fall_axes(found) for name, found in groups.items()}
         )
 
     return _figure_of_all_records(cube, draw_fall_rose)
@@ -174,10 +174,10 @@ def fall_alignment_by_earthquake(cube: "xr.Dataset") -> "Figure":
     """Draw the alignment of falls with the fault normal by earthquake, and its means with confidence intervals."""
     from overturning.figures.alignment import fall_alignment_by_earthquake_figure
     from overturning.figures.content import check_has_falls_and_fault_normal
-    from overturning.statistics.earthquakes import fall_axes_by_group, summarise_fall_axes
+    from overturning.statistics.earthquakes import fall_axes_from_fault_normal_by_group, summarise_fall_axes
 
     def draw_fall_alignment_by_earthquake(sorted_cube: "xr.Dataset") -> "Figure":
-        groups = fall_axes_by_group(sorted_cube)
+        groups = fall_axes_from_fault_normal_by_group(sorted_cube)
         summaries = {name: summarise_fall_axes(found) for name, found in groups.items()}
         check_has_falls_and_fault_normal(sorted_cube, groups)
         return fall_alignment_by_earthquake_figure(groups, summaries)
@@ -195,7 +195,7 @@ def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
     _check_cube_has_coordinate_for_figure(cube, "orientation", "follow")
 
     def draw_fall_alignment_by_b_over_h(sorted_cube: "xr.Dataset") -> "Figure":
-        found = fall_alignment_with_reference_directions(sorted_cube, _intensity_measures(sorted_cube))
+        found = fall_alignment_with_reference_directions(sorted_cube, _read_intensity_measures(sorted_cube))
         check_has_fall_alignment(sorted_cube, found)
         return fall_alignment_by_b_over_h_figure(found, sorted_cube["b_over_h"].to_numpy())
 
@@ -206,17 +206,17 @@ def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
 def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
     """Draw outcomes by PGA and PGV/PGA at the largest friction, with fit and published criteria (2-D only)."""
     from overturning.figures.content import check_has_outcomes_and_motion
-    from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_over_pga_figure
+    from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_figure
     from overturning.labels import note_on_size_reference_stone
     from overturning.statistics.logistic import fit_logistic_overturning_model
 
     def draw_outcomes_by_pga_and_pgv_ratio(sorted_cube: "xr.Dataset") -> "Figure":
         if other := note_on_size_reference_stone(sorted_cube):
             raise ArgumentError(f"plane: criteria and fit need the stone's own height and B/H; {other}")
-        measures = _intensity_measures(sorted_cube)
+        measures = _read_intensity_measures(sorted_cube)
         check_has_outcomes_and_motion(sorted_cube, measures)
         fit = fit_logistic_overturning_model(sorted_cube, measures)
-        return outcomes_by_pga_and_pgv_over_pga_figure(sorted_cube, measures, fit, float(sorted_cube["friction"].max()))
+        return outcomes_by_pga_and_pgv_ratio_figure(sorted_cube, measures, fit, float(sorted_cube["friction"].max()))
 
     _check_cube_has_coordinate_for_figure(cube, "azimuth", "plane")
     return _figure_of_all_records(cube, draw_outcomes_by_pga_and_pgv_ratio)
@@ -229,7 +229,7 @@ def pga_and_pgv_by_azimuth(cube: "xr.Dataset", record: str | None = None) -> "Fi
     from overturning.figures.ground import pga_and_pgv_by_azimuth_figure
 
     one = _select_outcomes_under_record(cube, record)
-    measures = _intensity_measures(one).isel(record=0)
+    measures = _read_intensity_measures(one).isel(record=0)
     check_ground_moves(float(measures["pga"].max()), "intensity")
     return pga_and_pgv_by_azimuth_figure(measures, float(one["fault_normal"]), _record_title(one))
 
@@ -242,7 +242,7 @@ def hodograph(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     from overturning.records.store import read_record_from_motion_file
 
     one = _select_outcomes_under_record(cube, record)
-    motion = _check_motion_not_zero(Motion.of(read_record_from_motion_file(_ground_motion_file(one))), "hodograph")
+    motion = _checked_nonzero_motion(Motion.of(read_record_from_motion_file(_ground_motion_file(one))), "hodograph")
     return hodograph_figure(motion, float(one["fault_normal"]), _record_title(one))
 
 
@@ -260,11 +260,11 @@ def time_histories(motion: "Accelerogram | xr.Dataset", record: str | None = Non
         path = _ground_motion_file(_select_outcomes_under_record(motion, record))
         used = read_record_from_motion_file(path)
         return record_before_and_after_processing_figure(
-            read_unprocessed_record_from_motion_file(path) or used, _check_motion_not_zero(used, "history")
+            read_unprocessed_record_from_motion_file(path) or used, _checked_nonzero_motion(used, "history")
         )
     if record is not None:
         raise ArgumentError(f"record: {record!r}; it chooses a record of a cube, not of a motion or record: omit it")
-    one = _check_motion_not_zero(as_record(motion if isinstance(motion, Record) else as_motion(motion)), "history")
+    one = _checked_nonzero_motion(as_record(motion if isinstance(motion, Record) else as_motion(motion)), "history")
     return record_before_and_after_processing_figure(one, one)
 
 
@@ -276,7 +276,7 @@ def spectra(motion: "Accelerogram", azimuth_deg: "ArrayLike" = (0.0, 90.0), titl
     from overturning.motion.motion import as_motion
 
     return fourier_and_response_spectra_figure(
-        _check_motion_not_zero(as_motion(motion), "spectra"), checked_azimuths(azimuth_deg).tolist(), title
+        _checked_nonzero_motion(as_motion(motion), "spectra"), checked_azimuths(azimuth_deg).tolist(), title
     )
 
 
@@ -294,11 +294,11 @@ def rotation_slip_and_uplift(trajectories: "xr.Dataset | Sequence[xr.Dataset]", 
 def _figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Dataset"], "Figure"]) -> "Figure":
     """Draw a figure of all records in a results cube; the title has variant, amplitude factor and scene."""
     from overturning.figures.style import add_title_and_legend
-    from overturning.study.cube import sort_cube_for_figures
+    from overturning.study.cube import normalise_cube_dimensions_for_figures
 
     if "record" not in cube.dims:
         raise ArgumentError("cube: no dimension record; keep it (cube.sel(record=['rinaldi'])), or draw fall_map")
-    sorted_cube = sort_cube_for_figures(cube.assign_coords(record=range(cube.sizes["record"])))
+    sorted_cube = normalise_cube_dimensions_for_figures(cube.assign_coords(record=range(cube.sizes["record"])))
     figure, heading = (draw_figure(sorted_cube), _record_title(sorted_cube, ()) + _scene_and_element_title(sorted_cube))
     add_title_and_legend(figure, f"{heading}\n{figure.get_suptitle()}".strip())
     return figure
@@ -306,16 +306,16 @@ def _figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Datase
 
 def _select_outcomes_under_record(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
     """Return the outcomes under one record in a results cube, in memory and sorted for figures."""
-    from overturning.study.cube import index_of_record, sort_cube_for_figures
+    from overturning.study.cube import index_of_record, normalise_cube_dimensions_for_figures
 
     number = index_of_record(cube, record)
     one = cube.isel(record=number) if "record" in cube.dims else cube
     unknown = {"station": "", "event": "", "fault_normal": float("nan")}  # defaults for a cube of no study
     one = one.assign_coords({name: value for name, value in unknown.items() if name not in one})
-    return sort_cube_for_figures(one).drop_vars("record", errors="ignore").load()
+    return normalise_cube_dimensions_for_figures(one).drop_vars("record", errors="ignore").load()
 
 
-def _check_motion_not_zero(motion: AnyMotion, figure_kind: str) -> AnyMotion:
+def _checked_nonzero_motion(motion: AnyMotion, figure_kind: str) -> AnyMotion:
     """Return a motion or record unchanged; raise an ArgumentError if its acceleration is zero throughout."""
     from overturning.figures.content import check_ground_moves
 
@@ -375,7 +375,7 @@ def _ground_motion_folder(cube: "xr.Dataset") -> Path:
     )
 
 
-def _intensity_measures(cube: "xr.Dataset", *names: str) -> "xr.Dataset":
+def _read_intensity_measures(cube: "xr.Dataset", *names: str) -> "xr.Dataset":
     """Return the intensity measures of the records in a results cube, in their order; only `names` if given."""
     import xarray as xr
 

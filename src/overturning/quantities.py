@@ -7,10 +7,10 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_NUMBER_PATTERN = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 
 # Unit names and their factor to the key's own unit.
-_UNITS: dict[str, dict[str, float]] = {
+_UNIT_FACTORS: dict[str, dict[str, float]] = {
     "m": {"m": 1.0, "cm": 0.01, "mm": 0.001},
     "s": {"s": 1.0, "ms": 0.001, "min": 60.0},
     "kg/m³": dict.fromkeys(("kg/m³", "kg/m3", "kg/m^3"), 1.0)
@@ -28,12 +28,12 @@ def parse_quantity(value: object, unit: str) -> float:
         raise ValueError(f"give a number in {unit}")
     if not isinstance(value, str):
         return float(value)
-    match = re.fullmatch(rf"\s*({_NUMBER})\s*(.*?)\s*", value)
+    match = re.fullmatch(rf"\s*({_NUMBER_PATTERN})\s*(.*?)\s*", value)
     if match is None:
         raise ValueError(f"give a number in {unit}")
-    factor = 1.0 if match[2] == "" else _UNITS[unit].get(match[2])
+    factor = 1.0 if match[2] == "" else _UNIT_FACTORS[unit].get(match[2])
     if factor is None:
-        raise ValueError(f"unit {match[2]!r} does not fit; use {unit} or one of {', '.join(_UNITS[unit])}")
+        raise ValueError(f"unit {match[2]!r} does not fit; use {unit} or one of {', '.join(_UNIT_FACTORS[unit])}")
     # Dividing by the inverse keeps 60 cm at exactly 0.6 m.
     return float(match[1]) * factor if factor >= 1 else float(match[1]) / round(1 / factor)
 

@@ -77,7 +77,7 @@ class EnsembleSettings(StrictModel):
         unused = [name for name in ("relief", "orientation") if not content.get(name)]
         return {name: value for name, value in content.items() if name not in unused}
 
-    def repeats_every_cell(self, b_over_h_count: int) -> bool:
+    def has_ensemble_runs_for_all_cases(self, b_over_h_count: int) -> bool:
         """Return True if all cases get ensemble runs, False if only cases near a change of outcome along B/H do.
 
         `b_over_h_count` is the number of values of B/H of the study; with one value there is no change along B/H.

@@ -12,7 +12,7 @@ from overturning.validation import format_validation_error
 
 _NAMES = {"\t": "tabs", ",": "commas", ";": "semicolons", "  ": "spaces"}
 
-MOST_BYTES = 20_000_000
+MAX_TABLE_BYTES = 20_000_000
 """Largest size of a table, bytes: far more than a table written by hand."""
 
 Row = TypeVar("Row", bound=BaseModel)
@@ -87,9 +87,9 @@ def _numbered_table_lines(
 ) -> list[tuple[int, str]]:
     """Return number and text of a table's lines except comments and empty ones; an error if there are none."""
     try:
-        if path.stat().st_size > MOST_BYTES:
+        if path.stat().st_size > MAX_TABLE_BYTES:
             raise error_class(
-                f"{path}: larger than {MOST_BYTES} bytes; no {table_kind} is: check the path, or cut the file"
+                f"{path}: larger than {MAX_TABLE_BYTES} bytes; no {table_kind} is: check the path, or cut the file"
             )
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:

@@ -18,7 +18,7 @@ _KEYS: Final = "keys with values are needed, as in {key: value}"
 _DATE: Final = "a date is needed, as in 2026-11-21"
 _MOMENT: Final = "a date and time are needed, as in 2016-11-13T11:02:56"
 
-_WORDS: Final[dict[str, str]] = {
+_MESSAGES_BY_ERROR_TYPE: Final[dict[str, str]] = {
     "missing": "this key is needed",
     "extra_forbidden": "unknown key",
     **dict.fromkeys(("bool_type", "bool_parsing"), _TRUTH),
@@ -62,7 +62,7 @@ def _unknown_setting_kind_text(error_details: Details) -> str:
     return f"unknown {error_details['discriminator'].strip(chr(39))} {error_details['tag']!r}; {hint}"
 
 
-_OF_DETAILS: Final[dict[str, Callable[[Details, Any], str]]] = {
+_MESSAGE_FUNCTIONS_BY_ERROR_TYPE: Final[dict[str, Callable[[Details, Any], str]]] = {
     "too_short": lambda details, _: (
         f"at least {_allowed_value_count_text(details, 'min')} needed, not {details['actual_length']}"
     ),
@@ -83,11 +83,11 @@ _OF_DETAILS: Final[dict[str, Callable[[Details, Any], str]]] = {
 }
 """Functions that make a message by type of error, from the error's details and the value."""
 
-LISTS: Final = ("tuple_type", "list_type", "set_type", "frozen_set_type")
+LIST_ERROR_TYPES: Final = ("tuple_type", "list_type", "set_type", "frozen_set_type")
 """Types of error of a value that is not a list."""
 
 
-class BooleanGivenAsNumber(str):
+class RefusedBooleanText(str):
     """Text "true" or "false" that replaces a Boolean where a number is expected, so that pydantic refuses it."""
 
 
@@ -129,7 +129,7 @@ def _replace_booleans_by_texts(value: Any) -> Any:
     """Return a value with true and false replaced by their texts, also in lists."""
     if isinstance(value, list | tuple):
         return type(value)(map(_replace_booleans_by_texts, value)) if type(value) in (list, tuple) else value
-    return BooleanGivenAsNumber(str(value).lower()) if isinstance(value, bool) else value
+    return RefusedBooleanText(str(value).lower()) if isinstance(value, bool) else value
 
 
 def format_validation_error(error_entry: Any) -> str:
@@ -137,16 +137,16 @@ def format_validation_error(error_entry: Any) -> str:
     kind, details, given = error_entry["type"], error_entry.get("ctx", {}), error_entry.get("input")
     if kind == "string_pattern_mismatch":
         return _allowed_characters_text(details["pattern"])
-    if kind in LISTS:
+    if kind in LIST_ERROR_TYPES:
         single = isinstance(given, str | int | float) and not isinstance(given, bool)
         return f"a list is needed: [{given}]" if single else "a list is needed, as in [first, second]"
     if kind in ("string_type", "string_sub_type", "string_unicode"):
         return "a text is needed" + ("; put it in quotes" if isinstance(given, bool | int | float) else "")
     if kind == "missing" and error_entry["loc"] and isinstance(error_entry["loc"][-1], int):
         return "a value is missing here"
-    if kind in _OF_DETAILS:
-        return _OF_DETAILS[kind](details, given)
-    return _WORDS.get(
+    if kind in _MESSAGE_FUNCTIONS_BY_ERROR_TYPE:
+        return _MESSAGE_FUNCTIONS_BY_ERROR_TYPE[kind](details, given)
+    return _MESSAGES_BY_ERROR_TYPE.get(
         kind, str(error_entry["msg"]).removeprefix("Value error, ").replace("Input should be", "it should be")
     )
 
@@ -172,11 +172,14 @@ def _omit_redundant_length_errors(error_entries: Sequence[Any]) -> list[Any]:
     ]
 
 
-Steps = list[int | str]
+KeyPath = list[int | str]
 
 
 def describe_invalid_keys(
-    error: ValidationError, root_model: Any, rename_keys: Callable[[Steps], Steps] = list, file_description: str = ""
+    error: ValidationError,
+    root_model: Any,
+    rename_keys: Callable[[KeyPath], KeyPath] = list,
+    file_description: str = "",
 ) -> list[str]:
     """Return a line for each invalid key of a file: the key, its value and the expected value.
 
@@ -242,12 +245,12 @@ def make_constructor_raise_argument_errors(model_class: type[Model]) -> type[Mod
     return model_class
 
 
-def _key_path_and_models_of_error(error_entry: Any, root_model: Any) -> tuple[Steps, list[type[BaseModel]]]:
+def _key_path_and_models_of_error(error_entry: Any, root_model: Any) -> tuple[KeyPath, list[type[BaseModel]]]:
     """Return the keys that lead to a wrong value, and the pydantic models in which its last key is defined.
 
     Names that pydantic adds for members of a union, and tags of models, are left out: they are not keys of the file.
     """
-    steps: Steps = []
+    steps: KeyPath = []
     forms = _pydantic_models_in_annotation(root_model)
     for place, part in enumerate(error_entry["loc"]):
         last = place == len(error_entry["loc"]) - 1
@@ -256,7 +259,7 @@ def _key_path_and_models_of_error(error_entry: Any, root_model: Any) -> tuple[St
         elif owner := next((form for form in forms if part in form.model_fields), None):
             steps.append(part)
             forms = _pydantic_models_in_annotation(owner.model_fields[part].annotation)
-        elif tagged := [form for form in forms if part in _model_selecting_key_and_its_values([form])[1]]:
+        elif tagged := [form for form in forms if part in _discriminator_key_and_values([form])[1]]:
             forms = tagged
         elif _is_key_of_file(part):
             steps.append(part)
@@ -270,7 +273,7 @@ def _pydantic_models_in_annotation(annotation: Any) -> list[type[BaseModel]]:
     return [model for part in get_args(annotation) for model in _pydantic_models_in_annotation(part)]
 
 
-def _model_selecting_key_and_its_values(union_models: Sequence[type[BaseModel]]) -> tuple[str, list[str]]:
+def _discriminator_key_and_values(union_models: Sequence[type[BaseModel]]) -> tuple[str, list[str]]:
     """Return the key whose value selects one of several pydantic models, and its possible values; else "" and []."""
     for name in union_models[0].model_fields if union_models else ():
         words = [form.model_fields[name].annotation for form in union_models if name in form.model_fields]
@@ -289,10 +292,10 @@ def _is_key_of_file(location_part: str) -> bool:
     )
 
 
-def _hint_on_keys_of_setting(key_path: Steps, union_models: Sequence[type[BaseModel]], given_value: object) -> str:
+def _hint_on_keys_of_setting(key_path: KeyPath, union_models: Sequence[type[BaseModel]], given_value: object) -> str:
     """Return a message with the correct form of a setting that has keys of its own but was given as a single value."""
     if len(union_models) > 1:
-        key, known = _model_selecting_key_and_its_values(union_models)
+        key, known = _discriminator_key_and_values(union_models)
         if isinstance(given_value, str) and given_value in known:
             return f"write {{{key}: {given_value}}}"
         return f"the key {key} is needed, one of {', '.join(known)}"
@@ -335,7 +338,7 @@ def short_text_of_value(value: object) -> str:
         """Return a value with long texts, and lists and dictionaries below the last level, shortened."""
         if isinstance(nested_value, list | tuple):
             return [shorten_nested(one, levels_left - 1) for one in nested_value[:20]] if levels_left else "…"
-        if isinstance(nested_value, BooleanGivenAsNumber):
+        if isinstance(nested_value, RefusedBooleanText):
             return nested_value == "true"
         if isinstance(nested_value, dict):
             return (

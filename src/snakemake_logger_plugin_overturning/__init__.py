@@ -36,7 +36,7 @@ _HIDDEN_MESSAGES = (
     "At least one job did not complete successfully",
     "Exiting because a job execution failed",
 )
-_LITTLE = 1_000_000  # bytes of free disk space; with less, a step cannot even write its error message
+_MIN_FREE_DISK_BYTES = 1_000_000  # bytes of free disk space; with less, a step cannot even write its error message
 _STOPPED = "Terminating processes on user request"
 _RESUMES = "finished results are kept, and the same command resumes the run"
 
@@ -109,11 +109,11 @@ class LogHandler(LogHandlerBase):
     def _update_progress(self, event: Any, about: dict[str, Any]) -> None:
         """Update the data of the progress line from an event."""
         if "expected_s" in about:
-            self._expected.seconds = about["expected_s"]
+            self._expected.expected_seconds_by_rule = about["expected_s"]
             figure = Path(about["first_figure"])
             self._first_figure = None if figure.is_file() else figure
         elif event == LogEvent.RESOURCES_INFO and ("cores" in about or "nodes" in about):
-            self._expected.at_once = int(about.get("cores") or about.get("nodes") or 1)
+            self._expected.parallel_job_count = int(about.get("cores") or about.get("nodes") or 1)
         elif event == LogEvent.RUN_INFO:
             self._expected.store_run_start_and_job_counts(
                 {rule: count for rule, count in about["stats"].items() if rule != "total"}
@@ -177,7 +177,7 @@ def _error_message_of_step(rule: str, logs: list[str]) -> str:
             return "\n".join([lines[begins[-1]], *after[:ends]])
         if lines:
             return f"error: {lines[-1].strip()} (see {log})"
-        if Path(log).is_file() and shutil.disk_usage(log).free < _LITTLE:
+        if Path(log).is_file() and shutil.disk_usage(log).free < _MIN_FREE_DISK_BYTES:
             return (
                 f"error: {log}: no space left on device; free some space and run again; nothing half-written was kept"
             )

@@ -30,7 +30,7 @@ def unpacked_wheel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     return folder / "site"
 
 
-COMMANDS = """
+COMMAND_RUNNER_SCRIPT = """
 import json, os, runpy, sys
 import overturning, snakemake_logger_plugin_overturning
 from overturning.cli import main
@@ -72,7 +72,7 @@ def outputs_of_wheel_commands(
     listed = json.dumps([(str(place), shlex.split(words)) for place, words in commands])
     paths = os.pathsep.join([str(unpacked_wheel), os.environ.get("XDG_DATA_HOME", "")]).rstrip(os.pathsep)
     done = subprocess.run(
-        [sys.executable, "-c", COMMANDS, listed],
+        [sys.executable, "-c", COMMAND_RUNNER_SCRIPT, listed],
         cwd=folder, env=os.environ | {"PYTHONPATH": paths}, capture_output=True, text=True, check=True, timeout=300,
     )  # fmt: skip
     (where, *outputs), (warned, *errors) = (text.split("\f") for text in (done.stdout, done.stderr))

@@ -13,16 +13,18 @@ from overturning import read
 from overturning.figures.film import Film
 from overturning.figures.style import format_three_significant_digits
 from overturning.records.record import start_offset_from_file_start_s
-from overturning.report.filters import number
+from overturning.report.filters import format_number
 from tests.expect import command_output
 from tests.model.solids import column_with_overhanging_slab, rotate_surface, write_mesh
 
-TABLE = str(Path(__file__).parents[2] / "config/records.tsv")
+DEFAULT_RECORD_TABLE_PATH = str(Path(__file__).parents[2] / "config/records.tsv")
 
 
 def run_command_one(*arguments: object, status: int = 0) -> str:
     """Run `overturning one` with the shipped record table, or with a pulse, and return its output."""
-    of_table = () if any(str(word).startswith("sine ") for word in arguments) else ("--table", TABLE)
+    of_table = (
+        () if any(str(word).startswith("sine ") for word in arguments) else ("--table", DEFAULT_RECORD_TABLE_PATH)
+    )
     return command_output("one", *of_table, *arguments, status=status)
 
 
@@ -45,7 +47,7 @@ def test_command_one_accepts_a_damping_coefficient_in_absolute_units() -> None:
 
 
 def test_command_one_simulates_a_planar_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(Path(TABLE).parents[1])
+    monkeypatch.chdir(Path(DEFAULT_RECORD_TABLE_PATH).parents[1])
     page, figure = tmp_path / "fall.html", tmp_path / "response.svg"
     given = ("--record", "rinaldi", "--azimuth", "32", "--azimuth", "122", "--scene", "three-tier")
     text = run_command_one(*given, "--animate", page, "--response", figure)
@@ -72,7 +74,7 @@ def test_a_printed_value_rounded_to_zero_has_no_minus_sign(monkeypatch: pytest.M
     text = run_command_one("--record", "sine amplitude_gal=100 period_s=0.5", "--azimuth", "0")
     assert text.rstrip().endswith("stands; does not lean; slipped 0.0 cm by the end")
     assert format_three_significant_digits(-0.0) == "0"
-    assert number(-0.001) == "0.00"
+    assert format_number(-0.001) == "0.00"
 
 
 def test_the_package_runs_as_a_module() -> None:
@@ -89,16 +91,17 @@ def test_the_help_lists_workflow_steps_separately() -> None:
     first, steps = command_output("--help").split("Steps of the workflow (run by Snakemake):")
     listed = [set(re.findall(r"^  ([a-z][a-z-]+)  +\S", part, flags=re.MULTILINE)) for part in (first, steps)]
     rules = "".join(
-        path.read_text(encoding="utf-8") for path in (Path(TABLE).parents[1] / "workflow/rules").glob("*.smk")
+        path.read_text(encoding="utf-8")
+        for path in (Path(DEFAULT_RECORD_TABLE_PATH).parents[1] / "workflow/rules").glob("*.smk")
     )
     called = set(re.findall(r"\"overturning ([a-z-]+) ", rules)) - {"explore", "findings", "survey", "backwards"}
     assert listed[1] == called
     assert {"init", "one", "findings", "figure", "explore", "survey", "study", "records", "cube"} <= listed[0]
 
 
-OF_RINALDI = ("--record", "rinaldi")
-PLANAR_OPTIONS = (*OF_RINALDI, "--azimuth", "1")
-BODY_OPTIONS = (*OF_RINALDI, "--body")
+RINALDI_RECORD_OPTIONS = ("--record", "rinaldi")
+PLANAR_OPTIONS = (*RINALDI_RECORD_OPTIONS, "--azimuth", "1")
+BODY_OPTIONS = (*RINALDI_RECORD_OPTIONS, "--body")
 
 
 @pytest.mark.parametrize(
@@ -108,20 +111,20 @@ BODY_OPTIONS = (*OF_RINALDI, "--body")
         ((*PLANAR_OPTIONS, "--animate", "fall.avi"), "use the extension"),
         ((*PLANAR_OPTIONS, "--damping", "3", "--damping-ratio", "1"), "keep one"),
         ((*PLANAR_OPTIONS, "--b-over-h", "-1"), "b_over_h"),
-        ((*OF_RINALDI, "--azimuth", "nan"), "azimuth"),
+        ((*RINALDI_RECORD_OPTIONS, "--azimuth", "nan"), "azimuth"),
         ((*PLANAR_OPTIONS, "--height", "60"), "height: 60 m; a stone is 0.01 to 50 m high"),
         ((*BODY_OPTIONS, "--height", "60"), "height: 60 m; a stone is 0.01 to 50 m high"),
         ((*PLANAR_OPTIONS, "--scene", "gone"), "scene gone: no file"),
         ((*PLANAR_OPTIONS, "--scene", "boulder", "--damping", "3"), "set them in the scene file"),
-        (OF_RINALDI, "--azimuth: not given; give it, or in 3-D --orientation with --body or --scene"),
+        (RINALDI_RECORD_OPTIONS, "--azimuth: not given; give it, or in 3-D --orientation with --body or --scene"),
         ((*BODY_OPTIONS, "--azimuth", "3"), "--body, --mesh: accept --orientation"),
         ((*BODY_OPTIONS, "--animate", "a.gif"), "a.gif: a film of a 3-D body is an HTML page; use the extension .html"),
         ((*BODY_OPTIONS, "--plan", "oval"), "--plan: 'oval'"),
         ((*BODY_OPTIONS, "--plan", "²"), "--plan: '²'"),
         ((*BODY_OPTIONS, "--plan", "circle", "--mesh", "a.obj"), "--plan, --mesh: both given; leave one out"),
         ((*BODY_OPTIONS, "--mesh", "a.obj"), "a.obj: No such file"),
-        ((*OF_RINALDI, "--mesh", "a.obj", "--mesh-unit", "ft"), "--mesh-unit: 'ft'; give m, cm or mm"),
-        ((*OF_RINALDI, "--mesh", "a.obj", "--azimuth", "3"), "--body, --mesh: accept --orientation"),
+        ((*RINALDI_RECORD_OPTIONS, "--mesh", "a.obj", "--mesh-unit", "ft"), "--mesh-unit: 'ft'; give m, cm or mm"),
+        ((*RINALDI_RECORD_OPTIONS, "--mesh", "a.obj", "--azimuth", "3"), "--body, --mesh: accept --orientation"),
         ((*BODY_OPTIONS, "--relief", "0.001"), "--mesh-unit, --relief: only for a mesh; add --mesh"),
         ((*BODY_OPTIONS, "--density", "2000"), "density without --mesh"),
         ((*PLANAR_OPTIONS, "--plan", "circle"), "error: --plan: only for a 3-D body; add --body"),
@@ -138,7 +141,7 @@ BODY_OPTIONS = (*OF_RINALDI, "--body")
 def test_error_messages_of_command_one_name_the_wrong_value(
     given: tuple[str, ...], message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.chdir(Path(TABLE).parents[1])
+    monkeypatch.chdir(Path(DEFAULT_RECORD_TABLE_PATH).parents[1])
     assert message in (text := run_command_one(*given, status=1))
     assert "Traceback" not in text
 
@@ -174,7 +177,11 @@ def test_printed_times_are_counted_from_the_start_of_the_record_file(
     for kind in ("--raw", "--processed"):
         text = command_output(*given, kind, "--b-over-h", "0.2", "--height", "1", "--animate", tmp_path / "film.html")
         film, panel = films[-1], films[-1].panels[0]
-        trace = np.hypot(*panel.acceleration) if panel.acceleration.ndim > 1 else np.abs(panel.acceleration)
+        trace = (
+            np.hypot(*panel.horizontal_base_acceleration)
+            if panel.horizontal_base_acceleration.ndim > 1
+            else np.abs(panel.horizontal_base_acceleration)
+        )
         assert 4.0 < int(trace.argmax()) * panel.sampling_interval < 6.0, "the trace has the clock of the bodies"
         assert 2.0 < film.start < 5.0
         record = read(
@@ -183,10 +190,10 @@ def test_printed_times_are_counted_from_the_start_of_the_record_file(
         clock = start_offset_from_file_start_s(record) + 0.01 * np.arange(record.north.size)
         moved = cumulative_trapezoid(cumulative_trapezoid(record.north, dx=0.01, initial=0), dx=0.01, initial=0)
         there = np.interp(film.frame_times, clock, moved)
-        ground = panel.ground[:, 1] if panel.shows_3d_body else panel.ground[:, 0]
+        ground = panel.ground_displacement[:, 1] if panel.shows_3d_body else panel.ground_displacement[:, 0]
         assert ground == pytest.approx(there - there[0], abs=2e-3), "the ground moved before the file, too"
         times[kind] = float(re.search(r" falls towards \S+ at ([\d.]+) s", text)[1])  # type: ignore[index]
-        assert panel.outcome_time == pytest.approx(times[kind], abs=0.006)
+        assert panel.last_fall_time == pytest.approx(times[kind], abs=0.006)
         assert ("times count from the first sample of the file; the motion that was simulated" in text) == (
             kind == "--raw"
         )

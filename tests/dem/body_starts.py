@@ -27,6 +27,6 @@ def state_of_leaning_rotating_body(
     return InitialState((0.0, 0.0, float(-arm[2] - sunk)), quaternion, tuple(velocity), tuple(turning))
 
 
-def body_axis_and_lowest_direction(tilt: float) -> tuple[np.ndarray, np.ndarray]:
+def body_axis_and_direction_to_lowest_side(tilt: float) -> tuple[np.ndarray, np.ndarray]:
     """Return unit vectors along the axis of a body that leans towards x, and from its axis to its lowest side."""
     return np.array([np.sin(tilt), 0.0, np.cos(tilt)]), np.array([np.cos(tilt), 0.0, -np.sin(tilt)])

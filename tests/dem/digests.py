@@ -214,7 +214,7 @@ OUTCOME_FUNCTIONS: dict[str, Callable[[], Mapping[str, Any]]] = {
 }
 """Functions that compute the outcomes, by name: random cases of each kernel and scheme, with fixed seeds."""
 
-BIT_EXACT_PREFIXES = (
+BIT_EXACT_OUTCOME_NAME_PREFIXES = (
     "block",
     "soft block",
     "bouncing block",
@@ -234,7 +234,7 @@ def outcome_digest(name: str) -> str:
     """Return the first 16 hexadecimal digits of the SHA-256 of the outcomes that `OUTCOME_FUNCTIONS[name]` computes."""
     with chdir(DIGEST_FILE.parents[2]):  # the names of scenes are relative to the project folder
         found = OUTCOME_FUNCTIONS[name]()
-    exact = name.startswith(BIT_EXACT_PREFIXES)
+    exact = name.startswith(BIT_EXACT_OUTCOME_NAME_PREFIXES)
     hashed = hashlib.sha256()
     for key in sorted(found):
         if exact or key in ("overturned", "status"):

@@ -73,18 +73,22 @@ def run_planned_case(
     """
     rows = motion.sample_count + more
     path = np.zeros((rows, 2 + 6 * how.arrays.sizes.size))
-    answers, path = how.compute_cases(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
+    answers, path = how.simulate_cases_of_group(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
     path = path[:rows]  # a case may last longer
     return CaseResults(**answers), path[:, 0], path[:, 2:].reshape(len(path), -1, 6)
 
 
-def set_initial_state(how: PolygonSimulationPlan, element: int, **values: float) -> None:
+def overwrite_initial_state_of_element(how: PolygonSimulationPlan, element: int, **values: float) -> None:
     """Set x, z, angle, vx, vz or vw of an element at the start; it must not touch another element there."""
 
     def set_initial_state_field(path: str, number: float) -> None:
         """Set one number of the element's initial state; `path` names the field, such as "pose.x"."""
-        row = k.CASE.count + element * k.ELEMENT.count + k.ELEMENT.row_of_field(ElementState, path) // k.COLUMNS
-        how.arrays.initial[0, row] = number
+        row = (
+            k.CASE_ROW_LAYOUT.count
+            + element * k.ELEMENT_ROW_LAYOUT.count
+            + k.ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, path) // k.PARALLEL_CASE_COUNT
+        )
+        how.arrays.initial_state_columns[0, row] = number
 
     paths = {"x": "pose.x", "z": "pose.z", "vx": "velocity.x", "vz": "velocity.z", "vw": "velocity.w"}
     for name, value in values.items():

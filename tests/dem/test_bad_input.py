@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.kernel import balance
-from overturning.dem.numerics import BODY_STEP, ELEMENT_STEP, NumericalOptions
+from overturning.dem.numerics import BLOCK_STEPS_PER_BODY_STEP, BLOCK_STEPS_PER_ELEMENT_STEP, NumericalOptions
 from overturning.dem.run import plan_simulation, run_cases, simulate_cases
 from overturning.dem.simulate import simulate, simulate_as_arrays
 from overturning.dem.trajectory import trajectory
@@ -247,7 +247,7 @@ def test_a_case_over_its_step_budget_is_marked_and_has_no_outcome() -> None:
 
 def test_the_step_budget_of_a_case_includes_its_reruns(monkeypatch: pytest.MonkeyPatch) -> None:
     """A case whose energy never balances is run with 1, 4 and 16 times the steps unless its budget ends it earlier."""
-    monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
+    monkeypatch.setattr(balance, "MAX_ENERGY_ERROR", -1.0)
     once = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0)).block_steps.item() / 21
     found = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0), budget=round(8 * once))
     assert found.status.tolist() == [CaseStatus.OVER_BUDGET]
@@ -265,14 +265,18 @@ def test_a_case_ends_when_its_step_budget_is_used_up() -> None:
     )
     assert stones.status.tolist() == [CaseStatus.OVER_BUDGET]
     assert stones.overturned.tolist() == [[-128] * 3]
-    assert budget / ELEMENT_STEP <= stones.block_steps.item() < budget / ELEMENT_STEP + 3 * steps
+    assert (
+        budget / BLOCK_STEPS_PER_ELEMENT_STEP
+        <= stones.block_steps.item()
+        < budget / BLOCK_STEPS_PER_ELEMENT_STEP + 3 * steps
+    )
     body = Cases(20.0, 0.6, 0.3, 1.0)
     solid, steps = (
         simulate_cases(RectangularPrism(), MOTION, body, numerics),
         plan_simulation(Body(RectangularPrism(), VertexContact()), MOTION, body, numerics).steps.item(),
     )
     assert solid.status.tolist() == [CaseStatus.OVER_BUDGET]
-    assert budget / BODY_STEP <= solid.block_steps.item() < budget / BODY_STEP + steps
+    assert budget / BLOCK_STEPS_PER_BODY_STEP <= solid.block_steps.item() < budget / BLOCK_STEPS_PER_BODY_STEP + steps
 
 
 def test_a_slab_rattling_under_a_million_times_heavier_stone_exceeds_its_budget() -> None:
@@ -287,6 +291,8 @@ def test_a_slab_rattling_under_a_million_times_heavier_stone_exceeds_its_budget(
     )
     wave = 8.0 * np.sin(12.0 * np.arange(600) * 0.01)
     motion = Motion(wave, 0 * wave, sampling_interval=0.01)
-    found = simulate_cases(scene, motion, Cases(0.0, 0.1, 5.0, 1.0), NumericalOptions(budget=ELEMENT_STEP * 200_000))
+    found = simulate_cases(
+        scene, motion, Cases(0.0, 0.1, 5.0, 1.0), NumericalOptions(budget=BLOCK_STEPS_PER_ELEMENT_STEP * 200_000)
+    )
     assert found.status.tolist() == [CaseStatus.OVER_BUDGET]
     assert found.block_steps.item() < 201_000

@@ -14,11 +14,11 @@ from overturning.model.shapes import RectangularPrism
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.body_starts import body_axis_and_lowest_direction, motion_at_rest, state_of_leaning_rotating_body
-from tests.dem.reference.particles import slip_on_a_plane
+from tests.dem.body_starts import body_axis_and_direction_to_lowest_side, motion_at_rest, state_of_leaning_rotating_body
+from tests.dem.reference.particles import final_slip_on_horizontal_plane
 from tests.dem.reference.rigid_impact import velocities_and_impulses_of_plastic_landing as compiled_landing
 
-BOTH_SCHEMES = pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
+PARAMETRIZE_SCHEME = pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
 pytestmark = pytest.mark.usefixtures("enable_cundall_scheme_for_bodies")
 
 
@@ -62,7 +62,7 @@ def test_a_body_falls_above_the_energy_barrier_of_an_edge_or_a_corner() -> None:
     for arm in np.array([[0.2, 0.0, -0.5], [0.2, 0.2, -0.5]]):
         rise = np.sqrt(arm @ arm) - body.centre_height
         turn = np.cross([0.0, 0.0, 1.0], arm) / np.hypot(*arm[:2])
-        inertia = turn @ body.inertia @ turn + arm @ arm
+        inertia = turn @ body.inertia_per_mass @ turn + arm @ arm
         for share, falls in ((0.97, 0), (1.03, 1)):
             turning = turn * np.sqrt(2.0 * share * STANDARD_GRAVITY * rise / inertia)
             path = trajectory(
@@ -80,11 +80,11 @@ def test_a_body_falls_above_the_energy_barrier_of_an_edge_or_a_corner() -> None:
 # ---------------------------------------------------------------------------------------------------
 
 
-@BOTH_SCHEMES
+@PARAMETRIZE_SCHEME
 @pytest.mark.parametrize(("precession", "axial"), [(18.2597, 4.5573), (9.1286, 0.0)])
 def test_a_cylinder_rolls_on_its_rim_with_steady_precession(precession: float, axial: float, scheme: str) -> None:
     R, H, tilt = 0.1, 0.25, 0.1
-    up, down = body_axis_and_lowest_direction(tilt)
+    up, down = body_axis_and_direction_to_lowest_side(tilt)
     turning = precession * np.array([0.0, 0.0, 1.0]) + (axial - precession * np.cos(tilt)) * up
     contact = VertexContact()
     start = state_of_leaning_rotating_body(
@@ -107,7 +107,7 @@ def test_a_cylinder_rolls_on_its_rim_with_steady_precession(precession: float, a
     assert (azimuth[0] - azimuth[-1]) / path.time.values[turns][-1] == pytest.approx(precession, rel=1e-2)
 
 
-@BOTH_SCHEMES
+@PARAMETRIZE_SCHEME
 @pytest.mark.parametrize("slender", [2.5, 3.0, 6.0])
 @pytest.mark.parametrize("rolls", [True, False])
 def test_contact_point_of_a_nearly_flat_cylinder_turns_by_closed_form_angle(
@@ -116,7 +116,7 @@ def test_contact_point_of_a_nearly_flat_cylinder_turns_by_closed_form_angle(
     # The closed form is the limit of ever closer passes; slender bodies need a smaller tilt.
     R, H, contact = 0.1, 0.1 * slender, VertexContact(2e-9)
     tilt, turning = (0.1, 0.005) if slender <= 3.0 else (0.2 / slender, 0.0005)
-    up, down = body_axis_and_lowest_direction(tilt)
+    up, down = body_axis_and_direction_to_lowest_side(tilt)
     start = state_of_leaning_rotating_body(
         tilt, R * down - H * up, turning * down, sunk=4 * contact.static_penetration * 2 * R, rolls=rolls
     )
@@ -166,8 +166,8 @@ def plastic_landing_velocity_ratio(x: np.ndarray, inertia: float, height: float)
     """Return the ratio of angular velocities after and before a flat plastic landing, by a complementarity problem.
 
     The base does not slip, so the centre of a body rotating with w about a horizontal axis moves with w · height, and
-    (inertia + height²) w balances the moments of the vertical impulses p at the arms x, with 0 ≤ p ⟂ upward velocity
-    ≥ 0. Solved by Gauss-Seidel iteration.
+    (inertia + height²) w balances the moments of the vertical impulses p at the arms x, with 0 ≤ p ⟂ upward
+    velocity ≥ 0. Solved by Gauss-Seidel iteration.
     """
     distinct = np.unique(np.round(x, 12))
     v, w, p = compiled_landing(distinct, inertia + height**2)
@@ -252,7 +252,7 @@ def test_a_flat_landing_is_plastic_with_cundalls_scheme_and_strong_damping(body:
 # ------------------------------------------------------------------------------------------------------
 
 
-@BOTH_SCHEMES
+@PARAMETRIZE_SCHEME
 def test_a_squat_block_slides_as_a_particle_with_isotropic_friction(scheme: str) -> None:
     t = np.arange(45) * 0.05
     shakes = t < 1.2
@@ -260,7 +260,7 @@ def test_a_squat_block_slides_as_a_particle_with_isotropic_friction(scheme: str)
     found = simulate_as_arrays(
         motion, "rectangle", orientation_deg=[0.0, 25.0], height=0.1, b_over_h=10.0, friction=0.2, scheme=scheme
     )
-    slip = slip_on_a_plane(motion.horizontal_components, motion.sampling_interval, 0.2)
+    slip = final_slip_on_horizontal_plane(motion.horizontal_components, motion.sampling_interval, 0.2)
     for name, expected in zip(("residual_slip_north", "residual_slip_east"), slip, strict=True):
         np.testing.assert_allclose(found[name].ravel(), expected, rtol=1e-2)
     assert (np.abs(found["residual_twist"]) < 0.01).all()
@@ -278,9 +278,11 @@ def angular_momentum_per_mass_by_time(path: xr.Dataset, inertia: np.ndarray) -> 
     return rotate_with_body(rotate_with_body(path.angular_velocity.values, -1.0) * np.diag(inertia), 1.0)
 
 
-@BOTH_SCHEMES
+@PARAMETRIZE_SCHEME
 def test_free_flight_conserves_angular_momentum_and_energy(scheme: str) -> None:
-    inertia = RectangularPrism().solid(0.6, 0.4, 1.5).inertia[[1, 0, 2]][:, [1, 0, 2]]  # the first side faces north
+    inertia = (
+        RectangularPrism().solid(0.6, 0.4, 1.5).inertia_per_mass[[1, 0, 2]][:, [1, 0, 2]]
+    )  # the first side faces north
     path = trajectory(
         motion_at_rest(1.0),
         Body("rectangle", start=InitialState((0.0, 0.0, 10.0), (1.0, 0.0, 0.0, 0.0), (0.3, 0.1, 2.0), (0.5, 0.4, 0.3))),
@@ -299,7 +301,7 @@ def test_free_flight_conserves_angular_momentum_and_energy(scheme: str) -> None:
     np.testing.assert_allclose(energy, energy[0], rtol=1e-10)
 
 
-@BOTH_SCHEMES
+@PARAMETRIZE_SCHEME
 def test_a_frictionless_body_does_not_rotate_about_the_vertical(scheme: str) -> None:
     arm = np.array([0.12, 0.12, -0.3])
     path = trajectory(
@@ -312,7 +314,7 @@ def test_a_frictionless_body_does_not_rotate_about_the_vertical(scheme: str) -> 
         leave_out=False,
         scheme=scheme,
     )
-    momentum = angular_momentum_per_mass_by_time(path, RectangularPrism().solid(0.6, 0.4, 1.0).inertia)
+    momentum = angular_momentum_per_mass_by_time(path, RectangularPrism().solid(0.6, 0.4, 1.0).inertia_per_mass)
     assert np.ptp(momentum[:, :2]) > 1e-3
     np.testing.assert_allclose(momentum[:, 2], momentum[0, 2], rtol=1e-10)
 
@@ -392,7 +394,7 @@ def drop_moving_prism(
     """
     direction = np.radians(angle)
     velocity = (along * float(np.cos(direction)), along * float(np.sin(direction)), -down)
-    start = InitialState(place=(0.0, 0.0, 0.3 + 1e-6), quaternion=(1.0, 0.0, 0.0, 0.0), velocity=velocity)
+    start = InitialState(centre_position=(0.0, 0.0, 0.3 + 1e-6), quaternion=(1.0, 0.0, 0.0, 0.0), velocity=velocity)
     contact = VertexContact(damping_ratio=damping_ratio, static_penetration=2e-6)
     body, quiet = Body(shape, contact, start), np.zeros(600)
     motion = Motion(quiet, quiet, sampling_interval=0.01, trust_data=True)

@@ -10,9 +10,9 @@ from overturning.model import polyhedron
 from overturning.model.body import Body
 from overturning.model.shapes import Cylinder, Polyhedron, RectangularPrism, RegularPrism
 from overturning.model.solid import RigidSolid
-from overturning.model.tipping import DIRECTIONS, fall_tilt_by_lean_direction
+from overturning.model.tipping import LEAN_DIRECTION_COUNT, fall_tilt_by_lean_direction
 from overturning.motion.motion import Motion
-from tests.dem.compiled.body_end import kernel_counts_body_as_fallen
+from tests.dem.compiled.body_end import is_body_fallen_in_kernel
 
 BOX = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (0.0, 0.6)])
 FACETED_BLOCK = np.array(
@@ -53,11 +53,11 @@ def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
             assert abs((way - azimuth + 180.0) % 360.0 - 180.0) < 1.0
 
 
-def kernel_counts_leaning_body_as_fallen(stone: RigidSolid, turn: float, tilt: float) -> bool:
+def is_leaning_body_fallen_in_kernel(stone: RigidSolid, turn: float, tilt: float) -> bool:
     """True if the kernel counts a body that leans by `tilt` in the direction `turn` (rad) as fallen."""
     half, least = 0.5 * tilt, np.cos(0.999 * stone.fall_tilt)
-    return kernel_counts_body_as_fallen(
-        np.cos(half), -np.sin(turn) * np.sin(half), np.cos(turn) * np.sin(half), least, stone.sectors
+    return is_body_fallen_in_kernel(
+        np.cos(half), -np.sin(turn) * np.sin(half), np.cos(turn) * np.sin(half), least, stone.fall_limits_by_lean_sector
     )
 
 
@@ -94,32 +94,32 @@ def test_the_fall_tilt_is_the_next_tilt_at_which_the_leaning_body_can_rest(seed:
     stone, hull = Polyhedron(whole).unscaled_solid, polyhedron._hull_of_checked_convex_vertices(whole)
     size = float(np.ptp(whole, axis=0).max())
     fall = fall_tilt_by_lean_direction(hull, size, *polyhedron._least_tilt_and_resting_face_normals(hull, size, 0.0))
-    assert len(stone.sectors) > 3
-    for number in rng.integers(0, DIRECTIONS, 25):
-        turn = 2.0 * np.pi * (number + 0.5) / DIRECTIONS
+    assert len(stone.fall_limits_by_lean_sector) > 3
+    for number in rng.integers(0, LEAN_DIRECTION_COUNT, 25):
+        turn = 2.0 * np.pi * (number + 0.5) / LEAN_DIRECTION_COUNT
         tilts = np.arange(0.0, np.pi, np.radians(0.05))
         heights = centre_heights_of_leaning_body(hull.points, turn, tilts)
         valleys = 1 + np.flatnonzero((heights[1:-1] < heights[:-2]) & (heights[1:-1] < heights[2:]))
         stays = (tilts[k] for k in valleys if not released_leaning_body_rolls_back(hull.points, turn, tilts[k]))
         limit = max(next(stays, np.pi), stone.fall_tilt)
-        assert fall.limits[number] == pytest.approx(limit, abs=np.radians(0.1)), np.degrees(turn)
+        assert fall.fall_tilts[number] == pytest.approx(limit, abs=np.radians(0.1)), np.degrees(turn)
         some = rng.uniform(0.0, min(limit, 3.0), 5)
         np.testing.assert_allclose(
-            centre_heights_of_leaning_body(stone.points, turn, some),
+            centre_heights_of_leaning_body(stone.contact_points, turn, some),
             centre_heights_of_leaning_body(hull.points, turn, some),
             rtol=0,
             atol=1e-9,
         )
         for tilt, expected in ((0.998 * limit - 2e-3, False), (limit + 2e-3, True)):
-            assert kernel_counts_leaning_body_as_fallen(stone, turn, tilt) == expected, (
+            assert is_leaning_body_fallen_in_kernel(stone, turn, tilt) == expected, (
                 np.degrees(turn),
                 np.degrees(tilt),
             )
-    for face in stone.faces:  # lying on a face is a fall
-        assert kernel_counts_leaning_body_as_fallen(stone, np.arctan2(face[1], face[0]), np.arccos(-face[2]))
+    for face in stone.resting_face_normals:  # lying on a face is a fall
+        assert is_leaning_body_fallen_in_kernel(stone, np.arctan2(face[1], face[0]), np.arccos(-face[2]))
 
 
 def test_rotationally_symmetric_shapes_have_one_fall_tilt_in_all_directions() -> None:
     wider = np.array([[x * s, y * s, z] for s, z in ((0.2, 0.0), (0.3, 0.9)) for x in (-1, 1) for y in (-1, 1)])
     for shape in (Polyhedron(BOX), Polyhedron(wider), RectangularPrism(), RegularPrism(8), Cylinder()):
-        assert len(shape.solid(0.6, 0.4, 1.0).sectors) == 0, shape.name
+        assert len(shape.solid(0.6, 0.4, 1.0).fall_limits_by_lean_sector) == 0, shape.name

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from overturning.dem import run as run_module
 from overturning.dem.body.statics import largest_unit_spring_eigenvalue
-from overturning.dem.body.tables import ROW
+from overturning.dem.body.tables import TRAJECTORY_ROW_DTYPE
 from overturning.dem.kernel import balance
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import plan_simulation
@@ -36,14 +36,14 @@ RECTANGLE = Body("rectangle", SOFT_CONTACT)
 VARIABLE_NAMES = [item.name for item in BODY_VARIABLES if item.name != "repeated"]
 
 
-def strong_part_of_record_with_vertical(number: int) -> Motion:
+def strong_part_with_artificial_vertical(number: int) -> Motion:
     """Return the strong part of a near-field record, with artificial vertical motion."""
     motion = strong_part_of_near_field_record(number, 8.0, 12.0)
     up = 0.4 * (motion.north - motion.east)
     return Motion(motion.north, motion.east, up, sampling_interval=motion.sampling_interval)
 
 
-BOTH_SCHEMES = pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
+PARAMETRIZE_SCHEME = pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
 pytestmark = pytest.mark.usefixtures("enable_cundall_scheme_for_bodies")
 
 
@@ -51,7 +51,7 @@ pytestmark = pytest.mark.usefixtures("enable_cundall_scheme_for_bodies")
 @pytest.mark.parametrize("number", [1, 7])
 def test_a_3d_body_shaken_along_a_face_normal_equals_the_2d_model(number: int) -> None:
     motion, normal, _ = near_field_motion_and_component_azimuths(number)
-    along = motion.along(normal)
+    along = motion.acceleration_along(normal)
     motion = Motion(along, 0.0 * along, sampling_interval=motion.sampling_interval)
     grid = {"height": [0.6], "b_over_h": [0.15, 0.25, 0.35, 0.45], "friction": [0.4, 0.8]}
     same = {"scheme": "cundall", "time_step": 3e-5, "leave_out": False}
@@ -63,19 +63,19 @@ def test_a_3d_body_shaken_along_a_face_normal_equals_the_2d_model(number: int) -
     np.testing.assert_array_equal(sides, plane["overturned"])
     assert (plane["overturned"] != 0).any()
     stood = plane["overturned"] == 0
-    peak = plane["peak_rotation"] * np.degrees(np.arctan(b_over_h_as_grid_array(grid)))
+    peak = plane["peak_rotation"] * np.degrees(np.arctan(reshape_b_over_h_to_broadcast(grid)))
     np.testing.assert_allclose(in_space["peak_tilt"][stood], peak[stood], rtol=1e-6)
     # Both errors are relative to the same work, or to the same energy barrier if that is larger.
     np.testing.assert_allclose(in_space["energy_error"], plane["energy_error"], rtol=0.02, atol=1e-8)
 
 
-def b_over_h_as_grid_array(grid: dict[str, list[float]]) -> np.ndarray:
+def reshape_b_over_h_to_broadcast(grid: dict[str, list[float]]) -> np.ndarray:
     """Return the B/H of a grid of cases as an array that broadcasts over the outcomes of the 2-D model."""
     return np.array(grid["b_over_h"])[None, None, :, None]
 
 
 def test_orientations_that_symmetry_makes_equal_are_computed_once() -> None:
-    motion = strong_part_of_record_with_vertical(10)
+    motion = strong_part_with_artificial_vertical(10)
     grid = {"height": [0.6], "b_over_h": [0.25], "friction": [0.6], "aspect": [1.0, 2.0]}
     found = simulate_as_arrays(motion, RECTANGLE, orientation_deg=[20.0, 110.0, 200.0, 380.0], **grid)
     assert (found["block_steps"][:, 0, 0, 0, 0] > 0).tolist() == [True, False, False, False]
@@ -87,12 +87,12 @@ def test_orientations_that_symmetry_makes_equal_are_computed_once() -> None:
 
 
 def test_results_do_not_depend_on_order_threads_or_other_cases(monkeypatch: pytest.MonkeyPatch) -> None:
-    motion = strong_part_of_record_with_vertical(10)
+    motion = strong_part_with_artificial_vertical(10)
     grid = {"height": [0.5, 0.8], "b_over_h": [0.2, 0.35], "friction": [0.5]}
     turned = np.arange(0.0, 90.0, 6.0)
     whole = simulate_as_arrays(motion, RECTANGLE, orientation_deg=turned, **grid)
     threaded = simulate_as_arrays(motion, RECTANGLE, orientation_deg=turned[::-1], threads=2, **grid)
-    monkeypatch.setattr(run_module, "MAX_QUEUE_LENGTH", 3)
+    monkeypatch.setattr(run_module, "MAX_CASES_PER_KERNEL_CALL", 3)
     few = simulate_as_arrays(motion, RECTANGLE, orientation_deg=turned[::5], **grid)
     for name in VARIABLE_NAMES:
         np.testing.assert_array_equal(whole[name], threaded[name][::-1])
@@ -120,7 +120,7 @@ def test_vibrations_grow_with_steps_above_the_stable_limit_and_not_below(
     normal, _, dashpot = SOFT_CONTACT.stiffness_and_damping_per_mass(body)
     mode = largest_unit_spring_eigenvalue(body)
     limit = float(longest_stable_step(IntegrationScheme.CUNDALL, np.array(normal * mode), np.array(dashpot * mode)))
-    sunk = STANDARD_GRAVITY / (body.base * normal)
+    sunk = STANDARD_GRAVITY / (body.base_vertex_count * normal)
     for share, grows in ((0.95, False), (1.05, True)):
         # One step per sample, since a plan would refuse a longer step; all contacts stay closed.
         motion = motion_at_rest(400 * share * limit, share * limit)
@@ -134,7 +134,7 @@ def test_vibrations_grow_with_steps_above_the_stable_limit_and_not_below(
             Body(shape, SOFT_CONTACT, start), motion, cases, NumericalOptions(scheme="cundall", leave_out=False)
         )
         one, only = replace(plan, steps=np.ones(1, np.int64)), np.zeros(1, np.int64)
-        path = one.compute_cases(only, np.zeros(1, np.int64), np.zeros(400, ROW))[1]
+        path = one.simulate_cases_of_group(only, np.zeros(1, np.int64), np.zeros(400, TRAJECTORY_ROW_DTYPE))[1]
         moves = sum(
             np.max([np.abs(path[name]) for name in names], axis=0) for names in (("vx", "vy", "vz"), ("wx", "wy", "wz"))
         )
@@ -146,26 +146,28 @@ def test_no_contact_frequency_on_an_edge_or_vertex_exceeds_that_on_the_base() ->
     body = RectangularPrism().solid(0.6, 0.4, 1.3)
     whole = largest_unit_spring_eigenvalue(body)
     for kept in ([0, 1], [1, 2], [2]):
-        part_of = replace(body, points=body.points[[0, 1, 2, 3]], facets=(np.array(kept),))
+        part_of = replace(
+            body, contact_points=body.contact_points[[0, 1, 2, 3]], further_contact_face_point_indices=(np.array(kept),)
+        )
         assert largest_unit_spring_eigenvalue(part_of) == whole
     # On a single vertex: mass and inertia reduced to it.
-    r = body.points[0]
+    r = body.contact_points[0]
     cross = np.array([[0, r[2], -r[1]], [-r[2], 0, r[0]], [r[1], -r[0], 0]])
-    alone = np.linalg.eigvalsh(np.eye(3) + cross @ np.linalg.inv(body.inertia) @ cross.T).max()
+    alone = np.linalg.eigvalsh(np.eye(3) + cross @ np.linalg.inv(body.inertia_per_mass) @ cross.T).max()
     assert 1.0 < alone < whole
 
 
 def test_a_case_whose_energy_does_not_balance_is_rerun_with_shorter_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     grid = {"orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.6], "b_over_h": [0.2, 0.35], "friction": [0.4]}
     first, finer = (
-        simulate_as_arrays(strong_part_of_record_with_vertical(10), "rectangle", refinement=times, **grid)
+        simulate_as_arrays(strong_part_with_artificial_vertical(10), "rectangle", refinement=times, **grid)
         for times in (1, balance.RERUN_REFINEMENT)
     )
     bound = float(np.median(first["energy_error"]))
-    monkeypatch.setattr(balance, "ENERGY_BOUND", bound)
+    monkeypatch.setattr(balance, "MAX_ENERGY_ERROR", bound)
     monkeypatch.setattr(balance, "MAX_RERUNS", 1)
     found, again = (
-        simulate_as_arrays(strong_part_of_record_with_vertical(10), "rectangle", **grid),
+        simulate_as_arrays(strong_part_with_artificial_vertical(10), "rectangle", **grid),
         first["energy_error"] > bound,
     )
     never = again & (finer["energy_error"] > bound)
@@ -174,23 +176,23 @@ def test_a_case_whose_energy_does_not_balance_is_rerun_with_shorter_steps(monkey
         expected = np.where(again, finer[name] + (first[name] if name == "block_steps" else 0), first[name])
         np.testing.assert_array_equal(found[name][~never], expected[~never], err_msg=name)
     cell = {"orientation_deg": 15.0, "height": 0.6, "b_over_h": 0.2, "friction": 0.4}
-    path = trajectory(strong_part_of_record_with_vertical(10), "rectangle", **cell)
+    path = trajectory(strong_part_with_artificial_vertical(10), "rectangle", **cell)
     assert path.attrs["block_steps"] == found["block_steps"][1, 0, 0, 0, 0]
     assert (np.diff(path.time) > 0).all()
     # A case that never balances is marked.
-    monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
+    monkeypatch.setattr(balance, "MAX_ENERGY_ERROR", -1.0)
     marked = simulate_as_arrays(
-        strong_part_of_record_with_vertical(10), "rectangle", **{name: [value] for name, value in cell.items()}
+        strong_part_with_artificial_vertical(10), "rectangle", **{name: [value] for name, value in cell.items()}
     )
     assert (marked["status"].item(), marked["overturned"].item()) == (CaseStatus.UNSTABLE, INT8_MISSING)
     assert np.isnan(marked["fall_azimuth"].item())
 
 
-@BOTH_SCHEMES
+@PARAMETRIZE_SCHEME
 def test_energy_and_angular_momentum_balance_on_real_records(scheme: str) -> None:
     for number in (2, 10):
         found = simulate_as_arrays(
-            strong_part_of_record_with_vertical(number),
+            strong_part_with_artificial_vertical(number),
             "rectangle",
             orientation_deg=np.arange(0.0, 90.0, 18.0),
             height=[0.6],
@@ -205,7 +207,7 @@ def test_energy_and_angular_momentum_balance_on_real_records(scheme: str) -> Non
 
 @pytest.mark.long
 def test_both_integration_schemes_find_nearly_the_same_falls_of_a_body() -> None:
-    motion, turned = strong_part_of_record_with_vertical(10), np.arange(0.0, 90.0, 15.0)
+    motion, turned = strong_part_with_artificial_vertical(10), np.arange(0.0, 90.0, 15.0)
     grid = {"orientation_deg": turned, "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [0.6]}
     found = {
         scheme: simulate_as_arrays(motion, "rectangle", scheme=scheme, **grid) for scheme in ("centred", "cundall")
@@ -259,7 +261,9 @@ def test_a_body_that_slides_for_long_is_simulated_to_its_stop(friction: float, s
     assert found.residual_slip_east.item() == pytest.approx(0.8 * residual, rel=5e-3)
 
 
-def plate_slip_and_turn_to_rest(corners: np.ndarray, gyration: float, friction: float, start: np.ndarray) -> np.ndarray:
+def plate_displacement_and_rotation_until_rest(
+    corners: np.ndarray, gyration: float, friction: float, start: np.ndarray
+) -> np.ndarray:
     """Return the displacement (m) and rotation (rad) over which friction stops a plate with n equal loads.
 
     `start` has the velocity along x and y (m/s) and the angular velocity (rad/s).
@@ -304,7 +308,9 @@ def test_a_body_that_slides_and_spins_for_long_is_simulated_to_its_stop(
     found = outcomes_of_spinning_plate_by_friction(speed, spin, aspect).sel(friction=friction)
     corners = 0.25 * np.array([[1.0, aspect], [1.0, -aspect], [-1.0, -aspect], [-1.0, aspect]])
     gyration = 0.5 * np.sqrt((1.0 + aspect**2) / 12.0)
-    along, left, turned = plate_slip_and_turn_to_rest(corners, gyration, friction, np.array([speed, 0.0, spin]))
+    along, left, turned = plate_displacement_and_rotation_until_rest(
+        corners, gyration, friction, np.array([speed, 0.0, spin])
+    )
     assert found.overturned.item() == 0
     assert found.residual_slip_north.item() == pytest.approx(along, rel=0.01)
     assert found.residual_slip_east.item() == pytest.approx(-left, abs=0.01 * along)

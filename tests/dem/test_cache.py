@@ -14,7 +14,7 @@ import pytest
 
 from overturning import kernel_cache
 from overturning.dem.kernel import queue
-from overturning.dem.kernel.lanes import INNER
+from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.kernel_cache import cache_compiled_kernel, cache_directory
 from overturning.motion.motion import Motion
@@ -55,7 +55,7 @@ def test_a_damaged_cache_file_is_a_cache_miss(
 
 
 def test_an_inner_kernel_function_can_be_called_by_compiled_code_only() -> None:
-    inner = numba.njit(**INNER)(lambda x: x + x)
+    inner = numba.njit(**INTERNAL_COMPILE_OPTIONS)(lambda x: x + x)
     assert numba.njit(lambda x: inner(x) + 2.0)(20.0) == 42.0
     with pytest.raises(TypeError, match=r"called by compiled code only"):
         inner(21.0)
@@ -142,6 +142,6 @@ def test_the_cache_folder_depends_on_all_modules_that_kernels_import() -> None:
         if name.startswith("overturning.dem.") and "numba" in path.read_text(encoding="utf-8"):
             types = {"overturning.arrays", "overturning.motion.motion"}  # nothing in them is compiled
             assert {paths_by_module()[other] for other in imported_project_modules(name) - types} <= {
-                *kernel_cache._COMPILED
+                *kernel_cache._COMPILED_MODULE_PATHS
             }, name
     assert queue.run_case_queue._cache._cache_path == str(cache_directory())

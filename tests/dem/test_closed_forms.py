@@ -11,7 +11,7 @@ from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import run_cases, simulate_cases
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
-from overturning.model.contact import STATIC_PENETRATION, Contact
+from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO, Contact
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.model.shapes import shape_from_name_or_sides
@@ -21,7 +21,7 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.near_field import near_field_motion_and_component_azimuths
 from tests.dem.paths import lower_corner_penetrations, trajectory_of_element_named_stone
-from tests.dem.reference.particles import slip_in_hops
+from tests.dem.reference.particles import slip_with_flights_and_landings
 from verification.reference.closed_forms import (
     amplitude_after_impact,
     slip_acceleration,
@@ -34,7 +34,7 @@ from verification.reference.sliding import peak_and_final_slip
 NO_ACCELERATION = np.zeros(400)
 
 
-def linearly_rising_north_motion(height: float, seconds: float, upward: float = 0.0) -> Motion:
+def motion_with_linear_ramp_of_north_acceleration(height: float, seconds: float, upward: float = 0.0) -> Motion:
     """Return a north acceleration that rises linearly to `height` (m/s²), after 1 s in which `upward` is reached."""
     t = np.arange(int((seconds + 1.0) / 0.005) + 1) * 0.005
     up = upward * np.minimum(t, 1.0)
@@ -75,7 +75,7 @@ def test_uplift_begins_at_the_rocking_threshold(
     # The corner lags 2 ξ/ω behind the load: longer for a softer contact.
     threshold = uplift_acceleration(b_over_h, upward)
     path = trajectory(
-        linearly_rising_north_motion(1.2 * threshold, seconds, upward),
+        motion_with_linear_ramp_of_north_acceleration(1.2 * threshold, seconds, upward),
         gravestone(Contact(static_penetration=penetration)),
         azimuth_deg=0,
         height=0.6,
@@ -94,7 +94,7 @@ def test_uplift_begins_at_the_rocking_threshold(
 def test_a_squat_block_begins_to_slide_at_the_friction_threshold(friction: float, upward: float) -> None:
     threshold = slip_acceleration(friction, upward)
     path = trajectory(
-        linearly_rising_north_motion(1.1 * threshold, 8.0, upward),
+        motion_with_linear_ramp_of_north_acceleration(1.1 * threshold, 8.0, upward),
         gravestone(Contact(static_penetration=2e-6)),
         azimuth_deg=0,
         height=0.3,
@@ -114,8 +114,8 @@ def test_upward_acceleration_shifts_rocking_and_sliding_thresholds() -> None:
     # 15 % above the threshold with a_up = −0.3 g, 15 % below without.
     level = 0.85 * uplift_acceleration(0.2)
     light, heavy = (
-        linearly_rising_north_motion(level, 1.5, -0.3 * STANDARD_GRAVITY),
-        linearly_rising_north_motion(level, 1.5),
+        motion_with_linear_ramp_of_north_acceleration(level, 1.5, -0.3 * STANDARD_GRAVITY),
+        motion_with_linear_ramp_of_north_acceleration(level, 1.5),
     )
     assert run_cases(light, Cases(0.0, 0.6, 0.2, 10.0)).peak_rotation[0] > 1e-2
     assert run_cases(heavy, Cases(0.0, 0.6, 0.2, 10.0)).peak_rotation[0] == 0.0
@@ -145,7 +145,7 @@ def test_energy_in_free_rocking_never_rises(b_over_h: float) -> None:
         fine, azimuth_deg=0, height=height, b_over_h=b_over_h, friction=10.0, initial_tilt=tilt, leave_out=False
     )
     inertia = height**2 * (1.0 + b_over_h**2) / 12.0
-    stiffness = STANDARD_GRAVITY / (2.0 * STATIC_PENETRATION * b_over_h * height)
+    stiffness = STANDARD_GRAVITY / (2.0 * DEFAULT_STATIC_PENETRATION_RATIO * b_over_h * height)
     sunk = np.maximum(lower_corner_penetrations(path), 0.0)
     energy = (
         0.5
@@ -302,11 +302,11 @@ def test_a_block_stays_flat_in_noise_that_throws_it_up(seed: int, general: bool,
     found = run_cases(motion, Cases([0.0], 0.6, 0.4, 0.2), general=general, scheme=scheme)
     assert found.overturned.tolist() == [0]
     assert found.peak_rotation.max() < 0.01
-    np.testing.assert_allclose(found.residual_slip, slip_in_hops(along, up, 0.026, 0.2), rtol=0.03)
+    np.testing.assert_allclose(found.residual_slip, slip_with_flights_and_landings(along, up, 0.026, 0.2), rtol=0.03)
 
 
-NEARBY_AMPLITUDES = tuple(np.round(np.linspace(0.95, 1.05, 21), 4).tolist())
-LANDINGS = [
+AMPLITUDES_NEAR_ONE = tuple(np.round(np.linspace(0.95, 1.05, 21), 4).tolist())
+THROWN_UP_CASES = [
     (0.3, 0.2, 1.5, 0.5),
     (0.3, 0.25, 1.3, 0.5),
     (0.4, 0.3, 1.5, 0.6),
@@ -315,8 +315,8 @@ LANDINGS = [
     (0.3, 0.2, 1.2, 0.3),
 ]
 """B/H and friction of sliding blocks, upward and horizontal acceleration (g) of the base that throws them up."""
-NEARBY_LANDINGS = [(0.3, 0.25, 1.3, 0.5), (0.3, 0.29, 1.3, 0.5), (0.5, 0.3, 2.0, 0.8)]
-"""As `LANDINGS`, for blocks that land at each of the amplitudes `NEARBY_AMPLITUDES`."""
+THROWN_UP_CASES_WITH_VARIED_AMPLITUDE = [(0.3, 0.25, 1.3, 0.5), (0.3, 0.29, 1.3, 0.5), (0.5, 0.3, 2.0, 0.8)]
+"""As `THROWN_UP_CASES`, for blocks that land at each of the amplitudes `AMPLITUDES_NEAR_ONE`."""
 
 
 def base_accelerations_throwing_block_up(lift: float, push: float) -> tuple[np.ndarray, np.ndarray]:
@@ -339,12 +339,14 @@ def outcomes_of_thrown_up_blocks_by_case(
     """
     along, up = base_accelerations_throwing_block_up(lift, push)
     motion = Motion(along, 0 * along, up, sampling_interval=0.01, trust_data=True)
-    cells = {(mu, turn, 1.0) for b, mu, *base in LANDINGS if (b, *base) == (b_over_h, lift, push) for turn in (0, 180)}
+    cells = {
+        (mu, turn, 1.0) for b, mu, *base in THROWN_UP_CASES if (b, *base) == (b_over_h, lift, push) for turn in (0, 180)
+    }
     cells |= {
         (mu, 0, a)
-        for b, mu, *base in NEARBY_LANDINGS
+        for b, mu, *base in THROWN_UP_CASES_WITH_VARIED_AMPLITUDE
         if (b, *base) == (b_over_h, lift, push)
-        for a in NEARBY_AMPLITUDES
+        for a in AMPLITUDES_NEAR_ONE
     }
     keys = sorted(cells)
     friction, azimuth, amplitude = np.array(keys).T
@@ -355,13 +357,13 @@ def outcomes_of_thrown_up_blocks_by_case(
 
 @pytest.mark.parametrize("scheme", ["centred", "cundall"])
 @pytest.mark.parametrize("general", [False, True])
-@pytest.mark.parametrize(("b_over_h", "friction", "lift", "push"), LANDINGS)
+@pytest.mark.parametrize(("b_over_h", "friction", "lift", "push"), THROWN_UP_CASES)
 def test_a_block_that_lands_flat_while_it_slides_stays_flat(
     b_over_h: float, friction: float, lift: float, push: float, general: bool, scheme: str
 ) -> None:
     """The block is thrown up and lands with µ < B/H: the impulse acts within its base, so that no end lifts."""
     found = outcomes_of_thrown_up_blocks_by_case(b_over_h, lift, push, general, scheme)
-    slip = slip_in_hops(*base_accelerations_throwing_block_up(lift, push), 0.01, friction)
+    slip = slip_with_flights_and_landings(*base_accelerations_throwing_block_up(lift, push), 0.01, friction)
     for turn, expected in ((0, slip), (180, -slip)):
         overturned, rotation, residual = found[friction, turn, 1.0]
         assert overturned == 0
@@ -389,29 +391,29 @@ def test_a_block_that_sticks_when_it_lands_flat_slips_in_flight_only(
     assert found.status.tolist() == [CaseStatus.SIMULATED] * 2
     assert found.overturned.tolist() == [0, 0]
     assert found.peak_rotation.max() < 0.15
-    slip = slip_in_hops(along, up, 0.01, 1.0)
+    slip = slip_with_flights_and_landings(along, up, 0.01, 1.0)
     np.testing.assert_allclose(found.residual_slip, [slip, -slip], rtol=0.01)
 
 
 @cache
 def reference_slips_at_nearby_amplitudes(friction: float, lift: float, push: float) -> list[float]:
-    """Return the slip (m) of a block that does not rotate, at each of the amplitudes `NEARBY_AMPLITUDES`."""
+    """Return the slip (m) of a block that does not rotate, at each of the amplitudes `AMPLITUDES_NEAR_ONE`."""
     return [
-        slip_in_hops(*base_accelerations_throwing_block_up(lift, push), 0.01, friction, amplitude)
-        for amplitude in NEARBY_AMPLITUDES
+        slip_with_flights_and_landings(*base_accelerations_throwing_block_up(lift, push), 0.01, friction, amplitude)
+        for amplitude in AMPLITUDES_NEAR_ONE
     ]
 
 
 @pytest.mark.parametrize("scheme", ["centred", "cundall"])
 @pytest.mark.parametrize("general", [False, True])
-@pytest.mark.parametrize(("b_over_h", "friction", "lift", "push"), NEARBY_LANDINGS)
+@pytest.mark.parametrize(("b_over_h", "friction", "lift", "push"), THROWN_UP_CASES_WITH_VARIED_AMPLITUDE)
 def test_a_thrown_up_block_lands_flat_at_all_of_many_nearby_amplitudes(
     b_over_h: float, friction: float, lift: float, push: float, general: bool, scheme: str
 ) -> None:
     """In flight the block rotates by less than 0.001 rad/s, so that one end touches microseconds earlier."""
     found = outcomes_of_thrown_up_blocks_by_case(b_over_h, lift, push, general, scheme)
     overturned, rotation, residual = zip(
-        *(found[friction, 0, amplitude] for amplitude in NEARBY_AMPLITUDES), strict=True
+        *(found[friction, 0, amplitude] for amplitude in AMPLITUDES_NEAR_ONE), strict=True
     )
     assert not any(overturned)
     assert max(rotation) < 0.01

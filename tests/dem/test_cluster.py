@@ -32,7 +32,7 @@ def dask_client() -> Iterator["Client"]:
         yield client
 
 
-def cases_of_sweep() -> overturning.Cases:
+def cases_over_azimuth_and_b_over_h() -> overturning.Cases:
     """Return 2040 cases: blocks of 17 slendernesses in 120 azimuths."""
     azimuth, ratio = (grid.ravel() for grid in np.meshgrid(np.arange(0.0, 360.0, 3.0), np.linspace(0.1, 0.5, 17)))
     return overturning.Cases(azimuth, 0.6, ratio, 0.7)
@@ -58,8 +58,10 @@ def test_a_killed_worker_loses_no_result(dask_client: "Client") -> None:
             killed.append(next(iter(dask_client.run(os.getpid).values())))
             os.kill(killed[0], signal.SIGKILL)
 
-    spread = overturning.run_cases(MOTION, cases_of_sweep(), client=dask_client, progress=kill_worker_once)
-    alone = overturning.run_cases(MOTION, cases_of_sweep())
+    spread = overturning.run_cases(
+        MOTION, cases_over_azimuth_and_b_over_h(), client=dask_client, progress=kill_worker_once
+    )
+    alone = overturning.run_cases(MOTION, cases_over_azimuth_and_b_over_h())
     assert killed
     for name, values in vars(alone).items():
         np.testing.assert_array_equal(getattr(spread, name), values)
@@ -67,6 +69,6 @@ def test_a_killed_worker_loses_no_result(dask_client: "Client") -> None:
 
 def test_an_error_on_a_worker_is_raised_locally(dask_client: "Client") -> None:
     with pytest.raises(ArgumentError, match="time_step"):
-        overturning.run_cases(MOTION, cases_of_sweep(), client=dask_client, time_step=-1.0)
+        overturning.run_cases(MOTION, cases_over_azimuth_and_b_over_h(), client=dask_client, time_step=-1.0)
     with pytest.raises(ArgumentError, match=r"client: str; give a dask.distributed.Client\(\)"):
-        overturning.run_cases(MOTION, cases_of_sweep(), client="here")
+        overturning.run_cases(MOTION, cases_over_azimuth_and_b_over_h(), client="here")

@@ -34,21 +34,23 @@ MAX_AZIMUTH_CHANGE_DEG = 8.0
 class OutcomesByCase:
     """Outcomes of cases simulated by any kernel, one row per case; for a scene one row per case and element."""
 
-    fallen: np.ndarray  # −1, 0, 1 in 2-D; 0 or 1 in 3-D; missing if undecided
-    azimuth: np.ndarray  # fall direction, degrees; NaN without a fall
-    peak: np.ndarray  # largest rotation over α (2-D) or tilt in degrees (3-D); NaN if the case ended before its record
-    slip: np.ndarray  # largest slip, m
+    overturned: np.ndarray  # −1, 0, 1 in 2-D; 0 or 1 in 3-D; missing if undecided
+    fall_azimuth: np.ndarray  # fall direction, degrees; NaN without a fall
+    peak_rotation: (
+        np.ndarray
+    )  # largest rotation over α (2-D) or tilt in degrees (3-D); NaN if the case ended before its record
+    peak_slip: np.ndarray  # largest slip, m
 
     @property
-    def stands(self) -> np.ndarray:
+    def is_standing(self) -> np.ndarray:
         """True for the cases in which the stone stands."""
-        return self.fallen == 0
+        return self.overturned == 0
 
 
-CellSimulator = Callable[..., OutcomesByCase]
+CaseSimulator = Callable[..., OutcomesByCase]
 
 
-def planar_case_simulator(height: float, **options: Any) -> CellSimulator:
+def planar_case_simulator(height: float, **options: Any) -> CaseSimulator:
     """Return a function that simulates cases of a block or scene whose reference element has a height (m).
 
     With `leave_out` a scene case may end before its record after a fall; the peaks of standing elements are then NaN.
@@ -56,7 +58,9 @@ def planar_case_simulator(height: float, **options: Any) -> CellSimulator:
     grid = {"b_over_h": [0.15, 0.25, 0.35, 0.45], "friction": [0.4, 0.8], **options}
     to_the_end = "model" not in grid or not grid.get("leave_out", True)
 
-    def turn_scale_and_simulate(motion: Motion, turn: float = 0.0, scale: float = 1.0, **more: Any) -> OutcomesByCase:
+    def simulate_rotated_and_scaled_cases(
+        motion: Motion, turn: float = 0.0, scale: float = 1.0, **more: Any
+    ) -> OutcomesByCase:
         """Simulate the cases with azimuths rotated by `turn` degrees and lengths multiplied by `scale`."""
         azimuth = turn + np.arange(10.0, 370.0, 40.0)
         cells = simulate_as_arrays(motion, azimuth_deg=azimuth, height=[scale * height], **grid | more)
@@ -69,14 +73,14 @@ def planar_case_simulator(height: float, **options: Any) -> CellSimulator:
         towards = np.where(fallen != 0, towards, np.nan)
         return OutcomesByCase(*(a.ravel() for a in (fallen, towards, peak, cells["peak_slip"])))
 
-    return turn_scale_and_simulate
+    return simulate_rotated_and_scaled_cases
 
 
-def body_case_simulator(strength: float, body: str | int, **options: Any) -> CellSimulator:
+def body_case_simulator(strength: float, body: str | int, **options: Any) -> CaseSimulator:
     """Return a function that simulates cases of a 3-D body under a motion multiplied by `strength`."""
     grid = {"b_over_h": [0.15, 0.25, 0.35], "friction": [0.4, 0.8], **options}
 
-    def turn_scale_and_simulate(motion: Motion, turn: float = 0.0, scale: float = 1.0) -> OutcomesByCase:
+    def simulate_rotated_and_scaled_cases(motion: Motion, turn: float = 0.0, scale: float = 1.0) -> OutcomesByCase:
         """Simulate the cases with orientations rotated by `turn` degrees and lengths multiplied by `scale`."""
         orientation = [turn] if body == "circle" else turn + np.arange(10.0, 90.0, 15.0)
         motion = motion.scaled_by(strength)
@@ -86,11 +90,11 @@ def body_case_simulator(strength: float, body: str | int, **options: Any) -> Cel
             *(cells[name].ravel() for name in ("overturned", "fall_azimuth", "peak_tilt", "peak_slip"))
         )
 
-    return turn_scale_and_simulate
+    return simulate_rotated_and_scaled_cases
 
 
 THREE_TIER_GRID = {"model": load_shipped_scene("three-tier"), "b_over_h": [0.2, 0.3, 0.38], "friction": [0.7]}
-SIMULATORS: dict[str, CellSimulator] = {
+SIMULATORS: dict[str, CaseSimulator] = {
     "block": planar_case_simulator(0.6),
     "block, scene kernel": planar_case_simulator(0.6, general=True, b_over_h=[0.2, 0.35, 0.5], friction=[0.6]),
     "three-tier": planar_case_simulator(0.636, **THREE_TIER_GRID),
@@ -102,7 +106,7 @@ SIMULATORS: dict[str, CellSimulator] = {
 
 
 @cache
-def strong_part_of_record_with_vertical(number: int) -> Motion:
+def strong_part_with_artificial_vertical(number: int) -> Motion:
     """Return eight seconds around a record's peak, with artificial vertical motion, zero at both ends."""
     motion, _, _ = near_field_motion_and_component_azimuths(number)
     peak, around = int(np.argmax(np.hypot(motion.north, motion.east))), round(4.0 / motion.sampling_interval)
@@ -113,29 +117,33 @@ def strong_part_of_record_with_vertical(number: int) -> Motion:
 
 
 @cache
-def outcomes_and_mask_of_robust_cases(model: str, number: int) -> tuple[OutcomesByCase, np.ndarray]:
+def case_outcomes_and_robustness_mask(model: str, number: int) -> tuple[OutcomesByCase, np.ndarray]:
     """Return a model's outcomes under a record, and a mask of the cases that ±1 % of amplitude hardly changes."""
-    motion = strong_part_of_record_with_vertical(number)
+    motion = strong_part_with_artificial_vertical(number)
     found, *others = (SIMULATORS[model](motion.scaled_by(factor)) for factor in (1.0, 0.99, 1.01))
     # A cylinder may roll on its rim beyond the end of the simulation.
-    robust = found.fallen != INT8_MISSING
+    robust = found.overturned != INT8_MISSING
     for other in others:
-        robust &= (found.fallen == other.fallen) & (fall_direction_difference(found, other) < MAX_AZIMUTH_CHANGE_DEG)
-        robust &= ~found.stands | ~(np.abs(found.peak - other.peak) >= largest_allowed_peak_difference(found))
+        robust &= (found.overturned == other.overturned) & (
+            fall_direction_difference(found, other) < MAX_AZIMUTH_CHANGE_DEG
+        )
+        robust &= ~found.is_standing | ~(
+            np.abs(found.peak_rotation - other.peak_rotation) >= largest_allowed_peak_difference(found)
+        )
     # Require enough cells, both standing and fallen.
     assert robust.sum() >= 12
-    assert 0.0 < found.stands[robust].mean() < 1.0
+    assert 0.0 < found.is_standing[robust].mean() < 1.0
     return found, robust
 
 
 def largest_allowed_peak_difference(found: OutcomesByCase) -> np.ndarray:
     """Return the largest allowed change of a robust case's peak rotation, over α (2-D) or in degrees (3-D)."""
-    return 0.1 * found.peak + 2e-3
+    return 0.1 * found.peak_rotation + 2e-3
 
 
 def fall_direction_difference(one: OutcomesByCase, other: OutcomesByCase, turn: float = 0.0) -> np.ndarray:
     """Return the angle between fall directions, degrees, with `other` rotated back by `turn`; 0 without a fall."""
-    return np.nan_to_num(np.abs((other.azimuth - turn - one.azimuth + 180.0) % 360.0 - 180.0))
+    return np.nan_to_num(np.abs((other.fall_azimuth - turn - one.fall_azimuth + 180.0) % 360.0 - 180.0))
 
 
 def rotate_motion(motion: Motion, turn: float) -> Motion:
@@ -145,7 +153,7 @@ def rotate_motion(motion: Motion, turn: float) -> Motion:
     return Motion(north, east, motion.up, sampling_interval=motion.sampling_interval)
 
 
-def pad_with_quiet_samples(motion: Motion) -> Motion:
+def add_quiet_samples_before_and_after(motion: Motion) -> Motion:
     """Return the motion with samples of zero acceleration before and after it."""
     north, east, up = (np.pad(part, (417, 230)) for part in (motion.north, motion.east, motion.up))
     return Motion(north, east, up, sampling_interval=motion.sampling_interval)
@@ -167,7 +175,7 @@ def scale_motion_time(motion: Motion) -> Motion:
 MOTION_CHANGES = {
     "similarity": (scale_motion_time, {"scale": LENGTH_SCALE}),
     "rotation": (lambda motion: rotate_motion(motion, ROTATION_DEG), {"turn": ROTATION_DEG}),
-    "quiet samples": (pad_with_quiet_samples, {}),
+    "quiet samples": (add_quiet_samples_before_and_after, {}),
     "interpolation": (halve_sampling_interval, {}),
 }
 
@@ -176,22 +184,22 @@ MOTION_CHANGES = {
 @pytest.mark.parametrize("change", MOTION_CHANGES)
 @pytest.mark.parametrize("number", RECORD_NUMBERS)
 def test_outcomes_are_invariant_if_motion_is_rotated_padded_or_rescaled(number: int, change: str, model: str) -> None:
-    found, robust = outcomes_and_mask_of_robust_cases(model, number)
+    found, robust = case_outcomes_and_robustness_mask(model, number)
     by, options = MOTION_CHANGES[change]
-    other = SIMULATORS[model](by(strong_part_of_record_with_vertical(number)), **options)
+    other = SIMULATORS[model](by(strong_part_with_artificial_vertical(number)), **options)
     scale, turn = options.get("scale", 1.0), options.get("turn", 0.0)
-    np.testing.assert_array_equal(other.fallen[robust], found.fallen[robust])
+    np.testing.assert_array_equal(other.overturned[robust], found.overturned[robust])
     bearings = fall_direction_difference(found, other, turn)[robust]
     # A body that rolls before it falls may fall in another direction.
     assert np.quantile(bearings, 0.9) < 2.0
     assert bearings.max() < 2 * MAX_AZIMUTH_CHANGE_DEG
-    stands = robust & found.stands & ~np.isnan(found.peak)
-    differs = np.abs(other.peak - found.peak)
+    stands = robust & found.is_standing & ~np.isnan(found.peak_rotation)
+    differs = np.abs(other.peak_rotation - found.peak_rotation)
     assert (differs <= largest_allowed_peak_difference(found))[stands].all()
     # Remaining differences: rounding, which rocking amplifies; other step lengths if samples are shorter; and creep on
     # the springs during the 2 s of lead time, which do not scale. All are far below the effect of 1 % of amplitude.
-    assert np.median(differs[stands] / (found.peak[stands] + 1e-2)) < 2e-3
-    assert np.median(np.abs(other.slip / scale - found.slip)[stands]) < 1e-4
+    assert np.median(differs[stands] / (found.peak_rotation[stands] + 1e-2)) < 2e-3
+    assert np.median(np.abs(other.peak_slip / scale - found.peak_slip)[stands]) < 1e-4
 
 
 def mirror_motion(motion: Motion, north: float, east: float) -> Motion:
@@ -201,11 +209,11 @@ def mirror_motion(motion: Motion, north: float, east: float) -> Motion:
 
 @pytest.mark.parametrize("model", ["block", "block, scene kernel", "three-tier"])
 def test_a_2d_case_under_the_opposite_motion_has_exactly_the_mirrored_outcome(model: str) -> None:
-    motion = strong_part_of_record_with_vertical(10)
+    motion = strong_part_with_artificial_vertical(10)
     found, other = (SIMULATORS[model](one, leave_out=False) for one in (motion, mirror_motion(motion, -1, -1)))
-    assert not found.stands.all()
-    np.testing.assert_array_equal(other.fallen, -found.fallen)
-    for name in ("peak", "slip"):
+    assert not found.is_standing.all()
+    np.testing.assert_array_equal(other.overturned, -found.overturned)
+    for name in ("peak_rotation", "peak_slip"):
         np.testing.assert_array_equal(getattr(other, name), getattr(found, name))
 
 
@@ -214,7 +222,7 @@ def test_a_2d_case_under_the_opposite_motion_has_exactly_the_mirrored_outcome(mo
 @pytest.mark.parametrize("body", ["rectangle", "circle"])
 def test_a_3d_case_under_mirrored_motion_has_exactly_the_mirrored_outcome(body: int | str, scheme: str) -> None:
     # With more vertices, a mirror image reverses the order in which pairs of opposite vertices are summed.
-    motion = strong_part_of_record_with_vertical(10).scaled_by(0.6)
+    motion = strong_part_with_artificial_vertical(10).scaled_by(0.6)
     grid = {
         "height": [0.6], "b_over_h": [0.2, 0.4], "aspect": [1.0, 1.5] if body == "rectangle" else [1.0],
         "friction": [0.4, 0.8],

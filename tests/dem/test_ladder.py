@@ -10,33 +10,33 @@ from overturning.dem.block.commit import (
     contact_changes_in_block_step,
 )
 from overturning.dem.block.state import (
-    GENTLE_STEPS,
+    MAX_UNREFINED_CONTACT_CHANGE_STEP,
     AssumedCornerContact,
     BlockConstants,
-    BlockVelocityChange,
+    BlockVelocityCorrection,
     CornerState,
     PredictedBlock,
     PredictedCorner,
 )
 from overturning.dem.kernel import balance
-from overturning.dem.kernel.balance import ENERGY_BOUND, RERUN_REFINEMENT
+from overturning.dem.kernel.balance import MAX_ENERGY_ERROR, RERUN_REFINEMENT
 from overturning.dem.kernel.clock import (
-    BLOCK,
-    BODY,
+    BLOCK_STEP_CONTROL,
+    BODY_STEP_CONTROL,
     MAX_SLIP_ONSET_STEP,
-    SCENE,
+    SCENE_STEP_CONTROL,
     CaseStepControl,
     KernelStepControl,
     NextStepToAttempt,
     StepContactChanges,
-    choose_next_step_attempt,
+    accept_or_reject_and_choose_next_step,
 )
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import plan_simulation, run_cases
-from overturning.dem.time_step import block_highest_eigenvalue_bound, shortest_contact_time
+from overturning.dem.time_step import block_highest_eigenvalue_bound, shortest_contact_time_constant
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
-from overturning.model.contact import STATIC_PENETRATION, Contact
+from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO, Contact
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone
 from overturning.model.status import CaseStatus
@@ -44,7 +44,7 @@ from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import load_shipped_scene
 
-WHOLE_STEP = BLOCK.whole
+WHOLE_STEP_LENGTH = BLOCK_STEP_CONTROL.ticks_per_whole_step
 COMPARED_RESULTS = ("overturned", "peak_rotation", "peak_slip", "residual_slip", "peak_penetration", "energy_error")
 
 
@@ -88,9 +88,9 @@ def test_the_finest_time_step_resolves_very_stiff_or_damped_contacts(damping_rat
     )
     ticks = made.table["finest"]
     assert (ticks >= 1).all()
-    finest = 0.01 / made.steps / WHOLE_STEP * ticks * refinement
-    assert (finest <= BLOCK.finest * shortest_contact_time(square, rate)).all()
-    assert (finest > 0.49 * BLOCK.finest * shortest_contact_time(square, rate)).all()
+    finest = 0.01 / made.steps / WHOLE_STEP_LENGTH * ticks * refinement
+    assert (finest <= BLOCK_STEP_CONTROL.finest * shortest_contact_time_constant(square, rate)).all()
+    assert (finest > 0.49 * BLOCK_STEP_CONTROL.finest * shortest_contact_time_constant(square, rate)).all()
 
 
 NO_CONTACT_CHANGES = StepContactChanges(False, False, False, False, False, False, False, False)
@@ -98,13 +98,13 @@ NO_CONTACT_CHANGES = StepContactChanges(False, False, False, False, False, False
 
 def step_control_of_case(pace: KernelStepControl, standing: float | None = None) -> CaseStepControl:
     """Return the step control of a case whose finest step is 64 ticks (time units of the kernel)."""
-    return CaseStepControl(64.0, standing or pace.whole, 8.0, pace.settled)
+    return CaseStepControl(64.0, standing or pace.ticks_per_whole_step, 8.0, pace.settled)
 
 
-@pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
+@pytest.mark.parametrize("pace", [BLOCK_STEP_CONTROL, SCENE_STEP_CONTROL, BODY_STEP_CONTROL])
 @pytest.mark.parametrize("steps", [1, 3, 4])
 def test_no_time_step_crosses_the_end_of_a_sample(pace: KernelStepControl, steps: int) -> None:
-    whole, random = pace.whole, np.random.default_rng(1)
+    whole, random = pace.ticks_per_whole_step, np.random.default_rng(1)
     sample = steps * whole
     case_step_control = step_control_of_case(pace, sample)
     attempt, tick, change, stands = (
@@ -118,8 +118,13 @@ def test_no_time_step_crosses_the_end_of_a_sample(pace: KernelStepControl, steps
         length, end = attempt.length, tick + attempt.length
         assert tick // sample == (end - 1.0) // sample, "a step crosses the end of a sample"
         changed = tick < change <= end
-        again, _, attempt = choose_next_step_attempt.py_func(
-            pace, case_step_control, attempt, NO_CONTACT_CHANGES._replace(changed=changed, stands=stands), end, sample
+        again, _, attempt = accept_or_reject_and_choose_next_step.py_func(
+            pace,
+            case_step_control,
+            attempt,
+            NO_CONTACT_CHANGES._replace(changed=changed, all_contacts_are_closed=stands),
+            end,
+            sample,
         )
         assert again == (changed and length > case_step_control.finest)
         if not again:
@@ -138,7 +143,7 @@ def sticking_corner_with_changed_penetration(before: float, after: float) -> Sol
     """Return a sticking corner whose penetration changes from `before` to `after` (m) in a step."""
     there = PredictedCorner(arm=1.0, drop=1.0, depth=after, stretch=0.0, ux=0.0, uz=0.0)
     block = BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0))
-    nothing = BlockVelocityChange(0.0, 0.0, 0.0, 0.0, 0.0)
+    nothing = BlockVelocityCorrection(0.0, 0.0, 0.0, 0.0, 0.0)
     step = PredictedBlock(**dict.fromkeys(PredictedBlock._fields[:-3], 0.0), half=0.5, left=there, right=there)
     return compute_corner_forces.py_func(
         block,
@@ -154,7 +159,7 @@ def sticking_corner_with_changed_penetration(before: float, after: float) -> Sol
 def step_is_rejected(steps: float, left: SolvedCornerContact, right: SolvedCornerContact, gentle: float = 1e-6) -> bool:
     """True if a step of `steps` finest steps is rejected; `gentle` is the largest travel of a gentle step, m."""
     case_step_control, block = (
-        step_control_of_case(BLOCK),
+        step_control_of_case(BLOCK_STEP_CONTROL),
         BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0) | {"gentle": gentle}),
     )
     length = steps * case_step_control.finest
@@ -162,8 +167,13 @@ def step_is_rejected(steps: float, left: SolvedCornerContact, right: SolvedCorne
         block, case_step_control, length, False, SolvedCornerContactPair(left, right), False
     )
     return bool(
-        choose_next_step_attempt.py_func(
-            BLOCK, case_step_control, NextStepToAttempt(length, 8.0, 0.0), found, WHOLE_STEP, WHOLE_STEP
+        accept_or_reject_and_choose_next_step.py_func(
+            BLOCK_STEP_CONTROL,
+            case_step_control,
+            NextStepToAttempt(length, 8.0, 0.0),
+            found,
+            WHOLE_STEP_LENGTH,
+            WHOLE_STEP_LENGTH,
         )[0]
     )
 
@@ -173,9 +183,9 @@ def test_a_gentle_touch_of_corners_is_accepted_in_steps_above_the_finest() -> No
         sticking_corner_with_changed_penetration(-0.5e-6, 0.4e-6),
         sticking_corner_with_changed_penetration(-0.5e-6, 0.6e-6),
     )
-    assert not step_is_rejected(GENTLE_STEPS, near, near)
-    assert step_is_rejected(GENTLE_STEPS, far, far)
-    assert step_is_rejected(2 * GENTLE_STEPS, near, near)
+    assert not step_is_rejected(MAX_UNREFINED_CONTACT_CHANGE_STEP, near, near)
+    assert step_is_rejected(MAX_UNREFINED_CONTACT_CHANGE_STEP, far, far)
+    assert step_is_rejected(2 * MAX_UNREFINED_CONTACT_CHANGE_STEP, near, near)
     assert not step_is_rejected(
         1.0, sticking_corner_with_changed_penetration(-1.0, 1.0), sticking_corner_with_changed_penetration(-1.0, 1.0)
     )
@@ -184,24 +194,31 @@ def test_a_gentle_touch_of_corners_is_accepted_in_steps_above_the_finest() -> No
 def test_only_the_travel_of_a_corner_that_touches_or_lifts_off_rejects_a_step() -> None:
     """One corner touches after 4e-7 m; the other stays closed, stays in the air, or lifts off by 2e-6 m (rejected)."""
     touches = sticking_corner_with_changed_penetration(-1e-7, 3e-7)
-    assert touches.far == pytest.approx(4e-7)
+    assert touches.vertical_travel_if_changed == pytest.approx(4e-7)
     for other in (
         sticking_corner_with_changed_penetration(5e-7, 6e-7),
         sticking_corner_with_changed_penetration(-6e-7, -5e-7),
     ):
-        assert not step_is_rejected(GENTLE_STEPS, touches, other)
-    assert step_is_rejected(GENTLE_STEPS, touches, sticking_corner_with_changed_penetration(1e-6, -1e-6))
+        assert not step_is_rejected(MAX_UNREFINED_CONTACT_CHANGE_STEP, touches, other)
+    assert step_is_rejected(
+        MAX_UNREFINED_CONTACT_CHANGE_STEP, touches, sticking_corner_with_changed_penetration(1e-6, -1e-6)
+    )
 
 
-@pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
+@pytest.mark.parametrize("pace", [BLOCK_STEP_CONTROL, SCENE_STEP_CONTROL, BODY_STEP_CONTROL])
 def test_every_long_time_step_is_tried_equally_often_before_it_is_halved(pace: KernelStepControl) -> None:
     """Each try assumes that other contact points slide; tries of earlier steps do not count."""
-    case_step_control, length = step_control_of_case(pace), 0.5 * pace.whole
+    case_step_control, length = step_control_of_case(pace), 0.5 * pace.ticks_per_whole_step
     attempt, tries, lengths = NextStepToAttempt(length, 8.0, 0.0), [], []
     most = int(pace.tries)
     for wrong in (False, *[True] * (most + 2), False, True):
-        again, _, attempt = choose_next_step_attempt.py_func(
-            pace, case_step_control, attempt, NO_CONTACT_CHANGES._replace(wrong=wrong), length, WHOLE_STEP
+        again, _, attempt = accept_or_reject_and_choose_next_step.py_func(
+            pace,
+            case_step_control,
+            attempt,
+            NO_CONTACT_CHANGES._replace(has_wrong_slip_assumption=wrong),
+            length,
+            WHOLE_STEP_LENGTH,
         )
         tries.append(attempt.tries)
         lengths.append(attempt.length)
@@ -210,23 +227,31 @@ def test_every_long_time_step_is_tried_equally_often_before_it_is_halved(pace: K
     assert lengths == [length] * (most + 1) + [0.5 * length] * 4
 
 
-@pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
+@pytest.mark.parametrize("pace", [BLOCK_STEP_CONTROL, SCENE_STEP_CONTROL, BODY_STEP_CONTROL])
 def test_a_step_in_which_sliding_begins_is_halved_with_unchanged_assumptions(pace: KernelStepControl) -> None:
     """The step is halved with the same assumptions until it is short enough, and only then repeated with sliding."""
-    case_step_control, begins = step_control_of_case(pace), NO_CONTACT_CHANGES._replace(wrong=True, slides=True)
-    attempt, lengths = NextStepToAttempt(pace.whole, 8.0, 0.0), []
+    case_step_control, begins = (
+        step_control_of_case(pace),
+        NO_CONTACT_CHANGES._replace(has_wrong_slip_assumption=True, slides=True),
+    )
+    attempt, lengths = NextStepToAttempt(pace.ticks_per_whole_step, 8.0, 0.0), []
     while attempt.tries == 0.0:
-        again, as_before, attempt = choose_next_step_attempt.py_func(
-            pace, case_step_control, attempt, begins, pace.whole, pace.whole
+        again, as_before, attempt = accept_or_reject_and_choose_next_step.py_func(
+            pace, case_step_control, attempt, begins, pace.ticks_per_whole_step, pace.ticks_per_whole_step
         )
         assert again
         assert as_before == (attempt.tries == 0.0)
         lengths.append(attempt.length)
-    assert lengths[-1] == lengths[-2] == MAX_SLIP_ONSET_STEP * pace.whole
+    assert lengths[-1] == lengths[-2] == MAX_SLIP_ONSET_STEP * pace.ticks_per_whole_step
     # Sliding that was assumed is accepted in steps of any length.
     slides = NO_CONTACT_CHANGES._replace(slides=True)
-    assert not choose_next_step_attempt.py_func(
-        pace, case_step_control, NextStepToAttempt(pace.whole, 8.0, 0.0), slides, pace.whole, pace.whole
+    assert not accept_or_reject_and_choose_next_step.py_func(
+        pace,
+        case_step_control,
+        NextStepToAttempt(pace.ticks_per_whole_step, 8.0, 0.0),
+        slides,
+        pace.ticks_per_whole_step,
+        pace.ticks_per_whole_step,
     )[0]
 
 
@@ -240,8 +265,8 @@ def test_one_step_per_sample_suffices_for_a_standing_block_on_a_rigid_contact(st
     usual = plan_simulation(
         PlanarModel(gravestone(contacts[1])), pulse_motion(), block_cases(), NumericalOptions()
     ).steps
-    assert (soft.table["standing"] == WHOLE_STEP).all()
-    standing = rigid.table["standing"] / WHOLE_STEP
+    assert (soft.table["standing"] == WHOLE_STEP_LENGTH).all()
+    standing = rigid.table["standing"] / WHOLE_STEP_LENGTH
     np.testing.assert_array_equal(rigid.steps % standing, 0.0)
     np.testing.assert_array_equal(standing, np.gcd(usual, rigid.steps))
 
@@ -254,7 +279,7 @@ def test_a_case_whose_energy_does_not_balance_is_rerun_in_shorter_steps(
     first, finer = (run_cases(pulse_motion(), cases, refinement=times, **kernel) for times in (1, RERUN_REFINEMENT))
     moved = first.status == CaseStatus.SIMULATED
     bound = float(np.median(first.energy_error[moved]))
-    monkeypatch.setattr(balance, "ENERGY_BOUND", bound)
+    monkeypatch.setattr(balance, "MAX_ENERGY_ERROR", bound)
     monkeypatch.setattr(balance, "MAX_RERUNS", 1)
     found = run_cases(pulse_motion(), cases, **kernel)
     again = moved & (first.energy_error > bound)
@@ -276,7 +301,7 @@ def test_a_case_whose_energy_does_not_balance_is_rerun_in_shorter_steps(
 
 @pytest.mark.parametrize("general", [False, True])
 def test_a_case_whose_energy_never_balances_is_marked_unstable(general: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
+    monkeypatch.setattr(balance, "MAX_ENERGY_ERROR", -1.0)
     found = run_cases(pulse_motion(), Cases([0.0], [0.6], [0.3], [0.5]), general=general)
     assert found.status.tolist() == [CaseStatus.UNSTABLE]
     assert found.overturned.tolist() == [-128]
@@ -288,7 +313,7 @@ def test_cases_of_any_contact_balance_their_energy_or_have_no_outcome(penetratio
     contact = Contact(static_penetration=penetration, damping_ratio=damping_ratio)
     found = run_cases(pulse_motion(), block_cases(), gravestone(contact))
     simulated = found.status == CaseStatus.SIMULATED
-    assert (found.energy_error[simulated] <= ENERGY_BOUND).all()
+    assert (found.energy_error[simulated] <= MAX_ENERGY_ERROR).all()
     assert (found.overturned[~simulated & (found.status != CaseStatus.AT_REST)] == -128).all()
     assert simulated.sum() > 0.95 * (found.status != CaseStatus.AT_REST).sum()
 
@@ -300,6 +325,6 @@ def test_blocks_and_scenes_have_the_same_default_contact() -> None:
         == scene.contact_law(*scene.elements[:2]).springs_and_dashpots
         == Contact()
     )
-    assert Contact().static_penetration == STATIC_PENETRATION
+    assert Contact().static_penetration == DEFAULT_STATIC_PENETRATION_RATIO
     given = gravestone(Contact(static_penetration=3e-6))
     assert given.contact_law(*given.elements).static_penetration == 3e-6

@@ -10,11 +10,11 @@ from overturning.dem.block import plan as block
 from overturning.dem.body import plan as body
 from overturning.dem.kernel import mechanics
 from overturning.dem.kernel.lanes import (
-    OPTIONS,
+    COMPILE_OPTIONS,
     TupleReaderAndWriter,
     TupleRowLayout,
     cache_line_aligned_zeros,
-    whole_vectors,
+    round_to_vector_multiple,
 )
 from overturning.dem.polygon import plan as polygon
 from overturning.dem.stack import plan as stack
@@ -41,7 +41,7 @@ class MassTuple(NamedTuple):
     mass: float
 
 
-def compile_tuple_access_for_python(access: TupleReaderAndWriter) -> TupleReaderAndWriter:
+def compile_tuple_reader_and_writer_for_python(access: TupleReaderAndWriter) -> TupleReaderAndWriter:
     """Return the access functions of a tuple compiled so that Python can call them."""
     load, store, store_unless = access
     return TupleReaderAndWriter(
@@ -52,68 +52,74 @@ def compile_tuple_access_for_python(access: TupleReaderAndWriter) -> TupleReader
 
 
 updated_maximum = njit(lambda peak, value: mechanics.updated_maximum(peak, value))
-normalise_pair = njit(lambda c, s: mechanics.normalise_cosine_and_sine(c, s))
-rotate_pair = njit(lambda c, s, turn: mechanics.rotate_cosine_and_sine(c, s, turn))
-clamp = njit(lambda force, limit: mechanics.clamp_magnitude(force, limit))
+compiled_normalise_cosine_and_sine = njit(lambda c, s: mechanics.normalise_cosine_and_sine(c, s))
+compiled_rotate_cosine_and_sine = njit(lambda c, s, turn: mechanics.rotate_cosine_and_sine(c, s, turn))
+compiled_clamp_magnitude = njit(lambda force, limit: mechanics.clamp_magnitude(force, limit))
 
-ROWS = TupleRowLayout(4, MassTuple, ContactPairTuple)
-PAIR_ACCESS = compile_tuple_access_for_python(ROWS.tuple_reader_and_writer(ContactPairTuple))
-SECOND_SPRING_ACCESS = compile_tuple_access_for_python(ROWS.tuple_reader_and_writer(ContactPairTuple, "two"))
-ACCESS_WITHOUT_SPRING_FIELD = compile_tuple_access_for_python(
-    ROWS.tuple_reader_and_writer(ContactPairTuple, unused_fields=["spring"])
+TUPLE_ROW_LAYOUT = TupleRowLayout(4, MassTuple, ContactPairTuple)
+CONTACT_PAIR_READER_AND_WRITER = compile_tuple_reader_and_writer_for_python(
+    TUPLE_ROW_LAYOUT.tuple_reader_and_writer(ContactPairTuple)
+)
+SECOND_SPRING_READER_AND_WRITER = compile_tuple_reader_and_writer_for_python(
+    TUPLE_ROW_LAYOUT.tuple_reader_and_writer(ContactPairTuple, "two")
+)
+READER_AND_WRITER_WITHOUT_SPRING_FIELD = compile_tuple_reader_and_writer_for_python(
+    TUPLE_ROW_LAYOUT.tuple_reader_and_writer(ContactPairTuple, unused_fields=["spring"])
 )
 
 
-def state_array_of_own_indices() -> np.ndarray:
+def state_array_filled_with_indices() -> np.ndarray:
     """Return the state array of all lanes (cases in parallel) in which each number is its own index."""
-    return np.arange(float(ROWS.size))
+    return np.arange(float(TUPLE_ROW_LAYOUT.size))
 
 
 def test_the_rows_of_the_state_array_follow_the_fields_of_named_tuples() -> None:
-    assert (ROWS.count, ROWS.size) == (6, 24)
+    assert (TUPLE_ROW_LAYOUT.count, TUPLE_ROW_LAYOUT.size) == (6, 24)
     assert [
-        ROWS.row_of_field(MassTuple, "mass"),
-        ROWS.row_of_field(ContactPairTuple, "depth"),
-        ROWS.row_of_field(ContactPairTuple, "two.spring"),
+        TUPLE_ROW_LAYOUT.row_offset_of_field(MassTuple, "mass"),
+        TUPLE_ROW_LAYOUT.row_offset_of_field(ContactPairTuple, "depth"),
+        TUPLE_ROW_LAYOUT.row_offset_of_field(ContactPairTuple, "two.spring"),
     ] == [
         0,
         4,
         16,
     ]
     with pytest.raises(KeyError):
-        ROWS.row_of_field(ContactPairTuple, "three")
-    assert PAIR_ACCESS.load(state_array_of_own_indices(), 1) == ContactPairTuple(
+        TUPLE_ROW_LAYOUT.row_offset_of_field(ContactPairTuple, "three")
+    assert CONTACT_PAIR_READER_AND_WRITER.load(state_array_filled_with_indices(), 1) == ContactPairTuple(
         5.0, SpringTuple(9.0, 13.0), SpringTuple(17.0, 21.0)
     )
-    assert SECOND_SPRING_ACCESS.load(state_array_of_own_indices(), 3) == SpringTuple(19.0, 23.0)
+    assert SECOND_SPRING_READER_AND_WRITER.load(state_array_filled_with_indices(), 3) == SpringTuple(19.0, 23.0)
 
 
 def test_tuples_are_stored_in_and_loaded_from_the_same_rows() -> None:
-    array = state_array_of_own_indices()
+    array = state_array_filled_with_indices()
     value = ContactPairTuple(-1.0, SpringTuple(-2.0, -3.0), SpringTuple(-4.0, -5.0))
-    PAIR_ACCESS.store(array, 2, value)
-    assert PAIR_ACCESS.load(array, 2) == value
+    CONTACT_PAIR_READER_AND_WRITER.store(array, 2, value)
+    assert CONTACT_PAIR_READER_AND_WRITER.load(array, 2) == value
     assert np.count_nonzero(array < 0) == 5
     # In a slice of a larger array, like the rows of one of many pairs.
-    many = np.concatenate([state_array_of_own_indices(), state_array_of_own_indices()])
-    SECOND_SPRING_ACCESS.store(many[ROWS.size :], 0, value.two)
+    many = np.concatenate([state_array_filled_with_indices(), state_array_filled_with_indices()])
+    SECOND_SPRING_READER_AND_WRITER.store(many[TUPLE_ROW_LAYOUT.size :], 0, value.two)
     assert np.flatnonzero(many < 0).tolist() == [24 + 16, 24 + 20]
 
 
 def test_store_unless_keeps_values_on_request_and_skips_omitted_fields() -> None:
-    array = state_array_of_own_indices()
+    array = state_array_filled_with_indices()
     value = ContactPairTuple(-1.0, SpringTuple(-2.0, -3.0), SpringTuple(-4.0, -5.0))
-    PAIR_ACCESS.store_unless(array, 0, True, value)
-    np.testing.assert_array_equal(array, state_array_of_own_indices())
-    ACCESS_WITHOUT_SPRING_FIELD.store_unless(array, 0, False, value)
-    assert PAIR_ACCESS.load(array, 0) == ContactPairTuple(-1.0, SpringTuple(8.0, -3.0), SpringTuple(16.0, -5.0))
-    assert ACCESS_WITHOUT_SPRING_FIELD.load(array, 0) == ContactPairTuple(
+    CONTACT_PAIR_READER_AND_WRITER.store_unless(array, 0, True, value)
+    np.testing.assert_array_equal(array, state_array_filled_with_indices())
+    READER_AND_WRITER_WITHOUT_SPRING_FIELD.store_unless(array, 0, False, value)
+    assert CONTACT_PAIR_READER_AND_WRITER.load(array, 0) == ContactPairTuple(
+        -1.0, SpringTuple(8.0, -3.0), SpringTuple(16.0, -5.0)
+    )
+    assert READER_AND_WRITER_WITHOUT_SPRING_FIELD.load(array, 0) == ContactPairTuple(
         -1.0, SpringTuple(0.0, -3.0), SpringTuple(0.0, -5.0)
     )
 
 
 def test_compiled_code_allocates_aligned_zeros() -> None:
-    @njit(**OPTIONS)
+    @njit(**COMPILE_OPTIONS)
     def allocate_zeros(size: int) -> np.ndarray:
         """Allocate zeros in compiled code."""
         return cache_line_aligned_zeros(size)
@@ -127,23 +133,25 @@ def test_a_rotated_sine_and_cosine_stay_on_the_unit_circle() -> None:
     c, s = np.cos(0.4), np.sin(0.4)
     for turn in (1e-2, -1e-3, 0.0):
         np.testing.assert_allclose(
-            rotate_pair(c, s, turn), (np.cos(0.4 + turn), np.sin(0.4 + turn)), atol=2 * turn**6 + 1e-16
+            compiled_rotate_cosine_and_sine(c, s, turn),
+            (np.cos(0.4 + turn), np.sin(0.4 + turn)),
+            atol=2 * turn**6 + 1e-16,
         )
     long = (1.0 + 1e-6) * c, (1.0 + 1e-6) * s
-    np.testing.assert_allclose(np.hypot(*normalise_pair(*long)), 1.0, atol=2e-12)
+    np.testing.assert_allclose(np.hypot(*compiled_normalise_cosine_and_sine(*long)), 1.0, atol=2e-12)
 
 
 def test_clamping_keeps_sign_and_nan_and_peaks_ignore_nan() -> None:
-    assert [clamp(force, 2.0) for force in (3.0, -3.0, 1.0, 2.0)] == [2.0, -2.0, 1.0, 2.0]
-    assert np.signbit(clamp(-1.0, 0.0))
-    assert np.isnan(clamp(np.nan, 1.0))
+    assert [compiled_clamp_magnitude(force, 2.0) for force in (3.0, -3.0, 1.0, 2.0)] == [2.0, -2.0, 1.0, 2.0]
+    assert np.signbit(compiled_clamp_magnitude(-1.0, 0.0))
+    assert np.isnan(compiled_clamp_magnitude(np.nan, 1.0))
     assert [updated_maximum(1.0, 2.0), updated_maximum(1.0, 0.0), updated_maximum(1.0, np.nan)] == [2.0, 1.0, 1.0]
 
 
 def test_the_number_of_lanes_is_a_multiple_of_the_vector_length() -> None:
-    """`whole_vectors` returns another number than it is given unless that is a positive multiple of 8."""
-    counted = njit(lambda lane_count: whole_vectors(lane_count))
+    """`round_to_vector_multiple` returns another number than it is given unless that is a positive multiple of 8."""
+    counted = njit(lambda lane_count: round_to_vector_multiple(lane_count))
     for model in (block, body, polygon, stack):
-        assert model.COLUMNS % 8 == 0
-        assert counted(model.COLUMNS) == model.COLUMNS
+        assert model.PARALLEL_CASE_COUNT % 8 == 0
+        assert counted(model.PARALLEL_CASE_COUNT) == model.PARALLEL_CASE_COUNT
     assert [counted(count) for count in (8, 16, 24)] == [8, 16, 24]

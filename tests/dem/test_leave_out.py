@@ -9,7 +9,12 @@ from hypothesis import strategies as st
 
 from overturning.dem.block import plan as block_plan
 from overturning.dem.body import plan as body_plan
-from overturning.dem.kernel.ground import LEAD, REST_CHECK_BLOCK, REST_CHECKS_PER_BLOCK, largest_upcoming_acceleration
+from overturning.dem.kernel.ground import (
+    LEAD_TIME_BEFORE_STRONG_MOTION,
+    REST_CHECKS_PER_SAMPLE_BLOCK,
+    SAMPLES_PER_REST_CHECK_BLOCK,
+    largest_upcoming_acceleration,
+)
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.polygon import plan as polygon_plan
 from overturning.dem.quiet import dynamic_overshoot_bound
@@ -27,9 +32,9 @@ from tests.dem.near_field import near_field_motion_and_component_azimuths
 from tests.dem.polygon_scenes import GROUND, block_element, load_shipped_scene, scene_of_elements
 from tests.dem.test_stack_answers import shaft_off_centre
 
-RECORDS = ((6, True), (8, True), (9, True), (18, False), (21, False))
+RECORD_NUMBERS_AND_PULSE_FLAGS = ((6, True), (8, True), (9, True), (18, False), (21, False))
 """Near-fault records (number, with pulse); the third gets vertical motion, so that thresholds vary with time."""
-BLOCKS: dict[str, Any] = {
+BLOCK_GRID_WITH_TWO_THREADS: dict[str, Any] = {
     "azimuth_deg": np.arange(0.0, 360.0, 15.0), "height": [0.6, 1.2], "b_over_h": np.arange(0.1, 0.61, 0.1),
     "friction": [0.08, 0.33, 0.58, 1.0], "threads": 2,
 }  # fmt: skip
@@ -43,15 +48,15 @@ def near_field_motion(number: int, pulse: bool) -> Motion:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("number", "pulse"), RECORDS)
+@pytest.mark.parametrize(("number", "pulse"), RECORD_NUMBERS_AND_PULSE_FLAGS)
 def test_skipping_quiet_cases_starts_and_ends_changes_no_overturning_flag(
     number: int, pulse: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Whole cases at rest are skipped, and the quiet beginning and end of others; skipping within a case is off."""
     monkeypatch.setattr(block_plan, "largest_acceleration_without_motion", lambda lifts, *_: 0.0 * lifts)
     motion = near_field_motion(number, pulse)
-    short = simulate_as_arrays(motion, **BLOCKS)
-    full = simulate_as_arrays(motion, **BLOCKS, leave_out=False)
+    short = simulate_as_arrays(motion, **BLOCK_GRID_WITH_TWO_THREADS)
+    full = simulate_as_arrays(motion, **BLOCK_GRID_WITH_TWO_THREADS, leave_out=False)
     assert (full["status"] == 0).all()
     different = short["overturned"] != full["overturned"]
     assert different.sum() == 0, f"{different.sum()} of {different.size}"
@@ -64,10 +69,10 @@ def test_skipping_quiet_cases_starts_and_ends_changes_no_overturning_flag(
 @pytest.mark.long
 def test_skipping_rest_changes_no_more_falls_than_a_1e_9_amplitude_change() -> None:
     changed = np.zeros(3, int)
-    for motion in (near_field_motion(*one) for one in RECORDS):
-        short = simulate_as_arrays(motion, **BLOCKS)
+    for motion in (near_field_motion(*one) for one in RECORD_NUMBERS_AND_PULSE_FLAGS):
+        short = simulate_as_arrays(motion, **BLOCK_GRID_WITH_TWO_THREADS)
         full, more, less = (
-            simulate_as_arrays(motion.scaled_by(factor), **BLOCKS, leave_out=False)
+            simulate_as_arrays(motion.scaled_by(factor), **BLOCK_GRID_WITH_TWO_THREADS, leave_out=False)
             for factor in (1.0, 1 + 1e-9, 1 - 1e-9)
         )
         falls = full["overturned"] != 0
@@ -84,7 +89,7 @@ def test_skipping_rest_of_stacks_changes_falls_like_a_1e_9_amplitude_change() ->
         "model": Stack(load_shipped_scene("three-tier")), "orientation_deg": np.arange(0.0, 90.0, 15.0),
         "height": [0.8], "b_over_h": [0.25, 0.35, 0.45], "friction": [0.3, 0.5, 0.7, 0.9], "threads": 2,
     }  # fmt: skip
-    for motion in (near_field_motion(*one) for one in RECORDS[2:]):
+    for motion in (near_field_motion(*one) for one in RECORD_NUMBERS_AND_PULSE_FLAGS[2:]):
         short = simulate_as_arrays(motion, **stacks)
         full, *others = (
             simulate_as_arrays(motion.scaled_by(factor), **stacks, leave_out=False)
@@ -136,14 +141,14 @@ def test_zero_friction_without_tangential_springs_agrees_with_tiny_friction() ->
     assert (smooth.energy_error < 1e-2).all()
 
 
-KERNELS: dict[str, tuple[Any, Any]] = {
+MODELS_AND_PLAN_MODULES: dict[str, tuple[Any, Any]] = {
     "block": (None, block_plan),
     "scene": (load_shipped_scene("three-tier"), polygon_plan),
     "space": ("rectangle", body_plan),
 }
 
 
-def quiet_motion_with_pulse(wave: str, vertical: bool, level: float) -> Motion:
+def motion_below_rocking_threshold_with_pulse(wave: str, vertical: bool, level: float) -> Motion:
     """Return 6 s of motion below the rocking threshold of B/H 0.3 (steps, zigzag or slow sine), with a strong pulse."""
     t, quiet = np.arange(1200) * 0.005, level * STANDARD_GRAVITY
     along = {
@@ -159,14 +164,14 @@ def quiet_motion_with_pulse(wave: str, vertical: bool, level: float) -> Motion:
 
 @pytest.mark.parametrize("vertical", [False, True])
 @pytest.mark.parametrize("wave", ["steps", "zigzag", "slow"])
-@pytest.mark.parametrize("name", KERNELS)
+@pytest.mark.parametrize("name", MODELS_AND_PLAN_MODULES)
 def test_skipping_times_at_rest_does_not_change_the_fall_of_a_body(
     name: str, wave: str, vertical: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Worst case: motion just below the rest threshold, near the contact's resonance, until a strong pulse."""
-    model, plan = KERNELS[name]
+    model, plan = MODELS_AND_PLAN_MODULES[name]
     cases = Cases(np.repeat(np.arange(0.0, 180.0, 20.0), 4), 0.6, np.tile([0.3, 0.34, 0.4, 0.5], 9), 0.9)
-    motion = quiet_motion_with_pulse(wave, vertical, 0.07 if name == "scene" else 0.13)
+    motion = motion_below_rocking_threshold_with_pulse(wave, vertical, 0.07 if name == "scene" else 0.13)
     short = simulate_cases(model, motion, cases)
     monkeypatch.setattr(plan, "largest_acceleration_without_motion", lambda lifts, *_: 0.0 * lifts)
     full = simulate_cases(model, motion, cases)
@@ -186,11 +191,11 @@ def test_skipping_times_at_rest_does_not_change_the_outcome_of_a_stack(
     wave: str, vertical: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Worst case: motion just below the rest threshold. A joint with µ = 0.2 slides in a pulse and is then at rest."""
-    motion = quiet_motion_with_pulse(wave, vertical, 0.08)
+    motion = motion_below_rocking_threshold_with_pulse(wave, vertical, 0.08)
     given: dict[str, Any] = {"orientation_deg": [0.0, 20.0, 40.0, 80.0], "friction": [0.2, 0.6]}
     model = Stack(load_shipped_scene("three-tier"))
     short = simulate_as_arrays(motion, model=model, **given)
-    monkeypatch.setattr(stack_plan, "LIGHT_CORNER_SHARE", 0.0)
+    monkeypatch.setattr(stack_plan, "MAX_CORNER_SLIP_ACCELERATION_RATIO", 0.0)
     full = simulate_as_arrays(motion, model=model, **given)
     assert (full["samples_left_out"] == 0).all()
     assert short["samples_left_out"].mean() > 100
@@ -203,7 +208,7 @@ def test_skipping_times_at_rest_does_not_change_the_outcome_of_a_stack(
 
 
 def test_skipping_times_at_rest_does_not_change_the_flight_of_a_fallen_stone() -> None:
-    motion = quiet_motion_with_pulse("slow", False, 0.05)
+    motion = motion_below_rocking_threshold_with_pulse("slow", False, 0.05)
     case = {"orientation_deg": 0.0, "friction": 0.6, "b_over_h": 0.15}
     short, full = (
         trajectory(motion, load_shipped_scene("three-tier"), **case, aftermath=5.0, leave_out=one)
@@ -305,8 +310,10 @@ def test_the_largest_acceleration_ahead_is_the_maximum_of_its_window(samples: in
     size = np.zeros((2, samples + 3))
     size[:, :samples] = np.random.default_rng(seed).random((2, samples))
     found = largest_upcoming_acceleration(size, interval)
-    assert found.shape == (2, samples // REST_CHECK_BLOCK + 1, REST_CHECKS_PER_BLOCK)
+    assert found.shape == (2, samples // SAMPLES_PER_REST_CHECK_BLOCK + 1, REST_CHECKS_PER_SAMPLE_BLOCK)
     for (row, leap, look), largest in np.ndenumerate(found):
-        at = REST_CHECK_BLOCK * leap + look
-        window = size[row, at : at + REST_CHECK_BLOCK + int(np.ceil(LEAD / interval)) + 1]
-        assert largest == (window.max() if at + REST_CHECK_BLOCK <= samples else np.inf)
+        at = SAMPLES_PER_REST_CHECK_BLOCK * leap + look
+        window = size[
+            row, at : at + SAMPLES_PER_REST_CHECK_BLOCK + int(np.ceil(LEAD_TIME_BEFORE_STRONG_MOTION / interval)) + 1
+        ]
+        assert largest == (window.max() if at + SAMPLES_PER_REST_CHECK_BLOCK <= samples else np.inf)

@@ -9,10 +9,10 @@ from tests.dem.polygon_scenes import (
     block_element,
     motion_at_rest,
     motion_towards_north,
+    overwrite_initial_state_of_element,
     plan_single_case,
     run_planned_case,
     scene_of_elements,
-    set_initial_state,
 )
 
 FloatArray = np.ndarray
@@ -35,10 +35,10 @@ def _simulate_collision_in_flight(
     rng = np.random.default_rng(seed)
     motion = motion_at_rest(1.2, 0.005)
     how = plan_single_case(made, motion, time_step=time_step)
-    set_initial_state(
+    overwrite_initial_state_of_element(
         how, 1, x=-0.8, z=10.0, angle=rng.uniform(-1.5, 1.5), vx=1.0, vz=0.1 * rng.normal(), vw=rng.normal()
     )
-    set_initial_state(
+    overwrite_initial_state_of_element(
         how, 2, x=0.8, z=10.0 + 0.2 * rng.normal(), angle=rng.uniform(-1.5, 1.5), vx=-1.5, vz=0.0, vw=rng.normal()
     )
     _, _, poses = run_planned_case(how, motion)

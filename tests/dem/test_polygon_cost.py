@@ -13,13 +13,16 @@ from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
-from tests.dem.compiled.polygon_steps import run_case_and_count_tested_pairs, solve_equations_and_count_submatrices
+from tests.dem.compiled.polygon_steps import (
+    run_case_and_find_peak_tested_pair_count,
+    solve_equations_and_count_submatrices,
+)
 from tests.dem.polygon_scenes import block_element, motion_towards_north, scene_of_elements
 
-VELOCITY_CHANGE_ROW = rows.ELEMENT.row_of_field(ElementState, "trial.change.x")
+VELOCITY_CHANGE_ROW = rows.ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, "trial.change.x")
 
 
-def solve_by_kernel_and_densely(
+def solve_random_equations_by_kernel_and_numpy(
     size: int, links: list[tuple[int, int]], seed: int
 ) -> tuple[int, np.ndarray, np.ndarray]:
     """Return the number of nonzero submatrices after elimination, the kernel's solution, and the dense solution."""
@@ -35,9 +38,9 @@ def solve_by_kernel_and_densely(
         rows.CASE_SIZE
         + np.arange(size)[:, None] * rows.ELEMENT_SIZE
         + VELOCITY_CHANGE_ROW
-        + np.arange(3) * rows.COLUMNS
+        + np.arange(3) * rows.PARALLEL_CASE_COUNT
     )
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         state[places + j] = right
     used, left_over, _, _ = solve_equations_and_count_submatrices(state, blocks, np.array(links, np.int64), size)
     assert not left_over, "the pattern is empty for the next step"
@@ -49,7 +52,7 @@ def solve_by_kernel_and_densely(
 def test_solving_a_stack_needs_submatrices_in_proportion_to_its_elements(size: int) -> None:
     chain = [(k, k + 1) for k in range(size - 1)]
     for links in (chain, [(k, i) for i, k in chain]):
-        used, found, expected = solve_by_kernel_and_densely(size, links, size)
+        used, found, expected = solve_random_equations_by_kernel_and_numpy(size, links, size)
         np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
         assert used == 3 * size - 2
 
@@ -59,11 +62,13 @@ def test_the_solution_for_any_contact_pattern_equals_a_dense_solution(seed: int)
     rng, size = np.random.default_rng(seed), 9
     every = [(int(i), int(k)) for i, k in rng.integers(0, size, (14, 2)) if i != k]
     links = list({tuple(sorted(pair)): pair for pair in every}.values())
-    _, found, expected = solve_by_kernel_and_densely(size, links, seed)
+    _, found, expected = solve_random_equations_by_kernel_and_numpy(size, links, seed)
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
 
 
-def most_tested_pairs_and_final_state(made: Scene, peak: float, samples: int, sleep: bool) -> tuple[int, np.ndarray]:
+def peak_tested_pair_count_and_final_state(
+    made: Scene, peak: float, samples: int, sleep: bool
+) -> tuple[int, np.ndarray]:
     """Simulate a scene for some samples; return the most pairs of elements tested in a step, and the final state.
 
     With `sleep` False, pairs that cannot touch are tested in every step, too.
@@ -77,7 +82,7 @@ def most_tested_pairs_and_final_state(made: Scene, peak: float, samples: int, sl
         NumericalOptions(leave_out=False),
     )
     chosen = np.zeros(1, np.int64)
-    most, found, _ = run_case_and_count_tested_pairs(
+    most, found, _ = run_case_and_find_peak_tested_pair_count(
         planned.kernel_input(chosen, planned.create_result_tables(1), 1), samples, sleep
     )
     return most, found
@@ -90,7 +95,7 @@ def stack_of_equal_blocks(count: int) -> Scene:
 
 def test_a_step_tests_contacts_between_neighbouring_elements_only() -> None:
     """With the ground, n elements make n (n + 1)/2 pairs."""
-    most = [most_tested_pairs_and_final_state(stack_of_equal_blocks(count), 1.0, 20, True)[0] for count in (8, 16)]
+    most = [peak_tested_pair_count_and_final_state(stack_of_equal_blocks(count), 1.0, 20, True)[0] for count in (8, 16)]
     assert most[0] < 36
     # Each element is tested against the next one, and at most the one after that.
     assert (np.array(most) <= 2 * np.array([8, 16])).all()
@@ -98,11 +103,11 @@ def test_a_step_tests_contacts_between_neighbouring_elements_only() -> None:
 
 def test_suspending_contact_tests_of_pairs_does_not_change_a_tower_collapse() -> None:
     made = scene_of_elements(*(block_element(f"b{k}", 0.2, 0.4, f"b{k - 1}" if k else "ground") for k in range(5)))
-    most, state = most_tested_pairs_and_final_state(made, 12.0, 200, True)
-    every, expected = most_tested_pairs_and_final_state(made, 12.0, 200, False)
+    most, state = peak_tested_pair_count_and_final_state(made, 12.0, 200, True)
+    every, expected = peak_tested_pair_count_and_final_state(made, 12.0, 200, False)
     assert (most, every) != (15, 15)
-    poses = [rows.ELEMENT.row_of_field(ElementState, f"pose.{name}") for name in ("x", "z", "angle")]
-    speeds = [rows.ELEMENT.row_of_field(ElementState, f"velocity.{name}") for name in ("x", "z", "w")]
+    poses = [rows.ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, f"pose.{name}") for name in ("x", "z", "angle")]
+    speeds = [rows.ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, f"velocity.{name}") for name in ("x", "z", "w")]
     found, full = (
         values[rows.CASE_SIZE :].reshape(-1, rows.ELEMENT_SIZE)[:, [*poses, *speeds]] for values in (state, expected)
     )

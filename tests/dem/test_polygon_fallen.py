@@ -28,7 +28,7 @@ from tests.dem.polygon_scenes import (
 from tests.sources import shipped_files
 
 ROTATION_STEP = np.radians(0.02)
-ALL_SHIPPED = sorted(path.stem for path in shipped_files("config/scenes/*.yaml"))
+SHIPPED_SCENE_NAMES = sorted(path.stem for path in shipped_files("config/scenes/*.yaml"))
 
 
 def body_rotations_at_rest_on_ground(vertices: np.ndarray) -> np.ndarray:
@@ -46,7 +46,7 @@ def smallest_rotations_to_rest_on_other_side(vertices: np.ndarray) -> list[float
     return [float(turned[turned > 0].min(initial=np.pi)) for turned in (-rests, rests)]
 
 
-@pytest.mark.parametrize("name", ALL_SHIPPED)
+@pytest.mark.parametrize("name", SHIPPED_SCENE_NAMES)
 def test_fall_angles_of_shipped_scenes_are_rest_rotations_on_another_side(name: str) -> None:
     for item in place_elements(load_shipped_scene(name)):
         if not item.is_driven_or_held:
@@ -160,9 +160,13 @@ def test_a_fall_angle_given_by_the_scene_is_used() -> None:
     for angle in (30.0, 90.0, 120.0):
         made = scene_of_elements(GROUND, block_element("stone", 0.1, 0.6, fallen_rotation_deg=angle))
         assert np.degrees(place_elements(made)[1].fall_threshold_rotations_rad) == pytest.approx([angle, angle])
-    assert load_shipped_scene("gravestone").is_single_block
-    assert scene_of_elements(GROUND, block_element("stone", 0.1, 0.6, fallen_rotation_deg=90)).is_single_block
-    assert not scene_of_elements(GROUND, block_element("stone", 0.1, 0.6, fallen_rotation_deg=30)).is_single_block
+    assert load_shipped_scene("gravestone").is_single_block_on_wide_ground
+    assert scene_of_elements(
+        GROUND, block_element("stone", 0.1, 0.6, fallen_rotation_deg=90)
+    ).is_single_block_on_wide_ground
+    assert not scene_of_elements(
+        GROUND, block_element("stone", 0.1, 0.6, fallen_rotation_deg=30)
+    ).is_single_block_on_wide_ground
 
 
 def simulate_single_case(

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from overturning.dem.block.tables import ROW
-from overturning.dem.numerics import ELEMENT_STEP, NumericalOptions
+from overturning.dem.block.tables import TRAJECTORY_ROW_DTYPE
+from overturning.dem.numerics import BLOCK_STEPS_PER_ELEMENT_STEP, NumericalOptions
 from overturning.dem.polygon.plan import plan_scene_simulation
 from overturning.dem.run import plan_simulation, run_cases, simulate_cases
 from overturning.dem.simulate import simulate_as_arrays
@@ -30,7 +30,7 @@ def _amplified_strong_part_of_record(number: int) -> Motion:
     return strong_part_of_near_field_record(number, 4.0, 6.0).scaled_by(1.5)
 
 
-def _cases_of_blocks_in_all_directions(step: int = 36) -> Cases:
+def _cases_of_varied_blocks_and_azimuths(step: int = 36) -> Cases:
     """Return cases of blocks of two heights, four B/H and three frictions, with azimuths every `step` degrees."""
     grid = np.meshgrid(
         np.arange(0, 360, step) + 1.0, [0.6, 1.1], [0.15, 0.25, 0.35, 0.45], [0.3, 0.7, 2.0], indexing="ij"
@@ -40,7 +40,7 @@ def _cases_of_blocks_in_all_directions(step: int = 36) -> Cases:
 
 @pytest.mark.parametrize("number", [6, 7])
 def test_scene_and_block_kernels_give_the_same_flags_and_peaks(number: int) -> None:
-    motion, cases = _amplified_strong_part_of_record(number), _cases_of_blocks_in_all_directions()
+    motion, cases = _amplified_strong_part_of_record(number), _cases_of_varied_blocks_and_azimuths()
     general = simulate_cases(
         gravestone(SOFT_CONTACT), motion, cases, NumericalOptions(scheme="cundall", leave_out=False, general=True)
     )
@@ -63,7 +63,7 @@ def test_scene_and_block_kernels_give_the_same_flags_and_peaks(number: int) -> N
 
 def test_scene_and_block_kernels_give_the_same_motion_until_the_second_impact() -> None:
     """250 cases agree to 1e-9 m and rad until the second change of sign, or the critical angle of a fall."""
-    whole, cases = _amplified_strong_part_of_record(7), _cases_of_blocks_in_all_directions(17)
+    whole, cases = _amplified_strong_part_of_record(7), _cases_of_varied_blocks_and_azimuths(17)
     upto = round(6.5 / whole.sampling_interval)  # all second impacts occur before 4.8 s
     motion = Motion(whole.north[:upto], whole.east[:upto], sampling_interval=whole.sampling_interval)
     model = PlanarModel(gravestone(SOFT_CONTACT))
@@ -72,8 +72,8 @@ def test_scene_and_block_kernels_give_the_same_motion_until_the_second_impact() 
     first, counter = np.zeros(1, np.int64), np.zeros(1, np.int64)
     for index in np.linspace(0, cases.case_count - 1, 250).astype(int):
         one = Cases(*(getattr(cases, name)[[index]] for name in ("azimuth_deg", "height", "b_over_h", "friction")))
-        _, fast = plan_simulation(model, motion, one, numerics).compute_cases(
-            first, counter, np.zeros(motion.sample_count, ROW)
+        _, fast = plan_simulation(model, motion, one, numerics).simulate_cases_of_group(
+            first, counter, np.zeros(motion.sample_count, TRAJECTORY_ROW_DTYPE)
         )
         tilted = np.where(np.abs(fast["angle"]) < 1e-3, 0.0, np.sign(fast["angle"]))
         sides = np.flatnonzero((tilted[1:] != 0) & (np.abs(np.diff(tilted)) > 0))
@@ -82,9 +82,9 @@ def test_scene_and_block_kernels_give_the_same_motion_until_the_second_impact() 
         end = min([*sides[2:3], *past[:1], len(fast), motion.sample_count])
         seen += sides.size > 2
         plan = plan_scene_simulation(model, motion, one, numerics)
-        budget = ELEMENT_STEP * end * int(plan.steps[0])  # stop at the end of the comparison
+        budget = BLOCK_STEPS_PER_ELEMENT_STEP * end * int(plan.steps[0])  # stop at the end of the comparison
         plan = replace(plan, numerics=replace(numerics, budget=budget))
-        _, general = plan.compute_cases(first, counter, np.zeros((motion.sample_count, 14)))
+        _, general = plan.simulate_cases_of_group(first, counter, np.zeros((motion.sample_count, 14)))
         # Both kernels have their origin at the middle of the base.
         for column, name in ((8, "x"), (9, "z"), (10, "angle")):
             np.testing.assert_allclose(general[: end - 1, column], fast[name][: end - 1], rtol=0, atol=1e-9)

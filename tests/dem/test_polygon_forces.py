@@ -101,20 +101,22 @@ def test_the_slip_of_a_base_is_that_of_the_middle_of_its_lower_side(scene_trajec
 def test_the_film_shows_forces_over_weight_at_their_points_of_action(scene_trajectory: xr.Dataset) -> None:
     film = film_of_trajectories([scene_trajectory], sine_pulse_motion(6.0), "film")
     panel = film.panels[0]
-    assert panel.force is not None
-    assert panel.force_point is not None
-    assert panel.force.shape == panel.force_point.shape
-    assert panel.force.shape[0] == film.frames
-    assert np.isfinite(panel.force).all()
-    assert np.isfinite(panel.force_point).all()
-    standing = panel.force[0][panel.force_point[0, :, 1] < panel.force_point[0, :, 1].min() + 1e-3]
+    assert panel.contact_forces_over_weight is not None
+    assert panel.contact_points is not None
+    assert panel.contact_forces_over_weight.shape == panel.contact_points.shape
+    assert panel.contact_forces_over_weight.shape[0] == film.frame_count
+    assert np.isfinite(panel.contact_forces_over_weight).all()
+    assert np.isfinite(panel.contact_points).all()
+    standing = panel.contact_forces_over_weight[0][
+        panel.contact_points[0, :, 1] < panel.contact_points[0, :, 1].min() + 1e-3
+    ]
     assert standing[:, 1].sum() == pytest.approx(1.0, abs=1e-3)
     unknown = film.frame_times > float(scene_trajectory["time"][-1])
-    assert not panel.force[unknown].any(), "forces are unknown after the last sample"
+    assert not panel.contact_forces_over_weight[unknown].any(), "forces are unknown after the last sample"
 
 
 def test_a_scene_that_stays_at_rest_has_no_forces() -> None:
     path = trajectory(sine_pulse_motion(0.1), load_shipped_scene("three-tier"), azimuth_deg=0.0)
     assert path["status"] == 1
     assert np.isnan(path["contact_force"]).all()
-    assert film_of_trajectories([path], sine_pulse_motion(0.1), "still").panels[0].force is None
+    assert film_of_trajectories([path], sine_pulse_motion(0.1), "still").panels[0].contact_forces_over_weight is None

@@ -10,12 +10,12 @@ from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.scene import Scene
-from overturning.model.variables import VARIABLES
+from overturning.model.variables import PLANAR_OUTCOME_VARIABLES
 from overturning.motion.motion import Motion
 from tests.dem.near_field import strong_part_of_near_field_record
 from tests.dem.polygon_scenes import block_element, load_shipped_scene, motion_towards_north, scene_of_elements
 
-RESULT_FIELDS = (*(item.name for item in VARIABLES if item.name != "mirrored"), "block_steps")
+RESULT_FIELDS = (*(item.name for item in PLANAR_OUTCOME_VARIABLES if item.name != "mirrored"), "block_steps")
 
 
 def noisy_motion() -> Motion:

@@ -13,9 +13,9 @@ from overturning.model.cases import Cases
 from overturning.model.geometry import place_elements, reference_element_height_and_b_over_h
 from overturning.model.pieces import (
     convex_piece_vertex_indices,
-    doubled_triangle_area,
     outline_of_joined_pieces,
     polygon_crosses_itself,
+    signed_doubled_triangle_area,
 )
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
@@ -37,7 +37,7 @@ def stone_element(**keys: Any) -> dict[str, Any]:
     return {"name": "stone", "stands_on": "ground", **keys}
 
 
-def polygon_area(points: np.ndarray) -> float:
+def signed_polygon_area(points: np.ndarray) -> float:
     """Return the area of a polygon, m²; positive if its vertices run anticlockwise."""
     x, z = points.T
     return 0.5 * float((x * np.roll(z, -1) - np.roll(x, -1) * z).sum())
@@ -60,16 +60,21 @@ def test_pieces_are_convex_and_fill_the_outline_with_its_sides_unchanged() -> No
     for number in range(60):
         points = random_star_outline(generator, 4 + number % 12)
         pieces = convex_piece_vertex_indices(points)
-        assert sum(polygon_area(points[loop]) for loop in pieces) == pytest.approx(polygon_area(points), rel=1e-12)
+        assert sum(signed_polygon_area(points[loop]) for loop in pieces) == pytest.approx(
+            signed_polygon_area(points), rel=1e-12
+        )
         for loop in pieces:
             for k in range(len(loop)):
-                assert doubled_triangle_area(*points[[loop[k - 1], loop[k], loop[(k + 1) % len(loop)]]]) > 0
+                assert signed_doubled_triangle_area(*points[[loop[k - 1], loop[k], loop[(k + 1) % len(loop)]]]) > 0
         sides = [(loop[k - 1], loop[k]) for loop in pieces for k in range(len(loop))]
         for k in range(len(points)):
             assert sides.count((k, (k + 1) % len(points))) == 1
         assert (
             len(pieces)
-            <= sum(doubled_triangle_area(points[k - 2], points[k - 1], points[k]) < 0 for k in range(len(points))) * 2
+            <= sum(
+                signed_doubled_triangle_area(points[k - 2], points[k - 1], points[k]) < 0 for k in range(len(points))
+            )
+            * 2
             + 1
         )
 

@@ -12,10 +12,10 @@ from overturning.units import STANDARD_GRAVITY
 from tests.dem.polygon_scenes import (
     block_element,
     motion_towards_north,
+    overwrite_initial_state_of_element,
     plan_single_case,
     run_planned_case,
     scene_of_elements,
-    set_initial_state,
 )
 from tests.dem.reference.scalar_stack import trajectory_of_two_stacked_blocks
 
@@ -29,7 +29,7 @@ def rotate_clockwise(angle: float, arm: FloatArray) -> FloatArray:
     return np.array([c * arm[0] + s * arm[1], c * arm[1] - s * arm[0]])
 
 
-def lever_arms_of_stack_by_upper_pivot(side: int) -> tuple[FloatArray, ...]:
+def lever_arms_of_stack_rocking_at_right_corner(side: int) -> tuple[FloatArray, ...]:
     """Return three lever arms: lower right corner to lower centre and to upper pivot; upper pivot to upper centre."""
     corner = 0.5 * side * UPPER_SIZE[0]
     foot = -0.5 * LOWER_SIZE[0]
@@ -42,7 +42,7 @@ def lever_arms_of_stack_by_upper_pivot(side: int) -> tuple[FloatArray, ...]:
 
 def centres_of_blocks(side: int, angles: FloatArray) -> FloatArray:
     """Return the centres (x, z) of both blocks at given rotations, rad, m."""
-    to_lower, to_corner, to_upper = lever_arms_of_stack_by_upper_pivot(side)
+    to_lower, to_corner, to_upper = lever_arms_of_stack_rocking_at_right_corner(side)
     foot = np.array([0.5 * LOWER_SIZE[0], 0.0])
     upper = foot + rotate_clockwise(angles[0], to_corner) + rotate_clockwise(angles[1], to_upper)
     return np.array([foot + rotate_clockwise(angles[0], to_lower), upper])
@@ -52,7 +52,7 @@ def rotations_of_rigid_stack_until_impact(
     side: int, angles: tuple[float, float], base: Callable[[float], float], duration: float
 ) -> FloatArray:
     """Return both rotations until the first impact, from d'Alembert's principle, shape (samples, 2), rad."""
-    to_lower, to_corner, to_upper = lever_arms_of_stack_by_upper_pivot(side)
+    to_lower, to_corner, to_upper = lever_arms_of_stack_rocking_at_right_corner(side)
     (m, n), (i, j) = (
         (LOWER_SIZE.prod(), UPPER_SIZE.prod()),
         (size.prod() * size @ size / 12 for size in (LOWER_SIZE, UPPER_SIZE)),
@@ -102,7 +102,7 @@ def test_a_stack_released_on_its_corners_rocks_like_two_rigid_bodies(
         3.0,
     )
     for element, (angle, (x, z)) in enumerate(zip(angles, centres_of_blocks(side, np.array(angles)), strict=True), 1):
-        set_initial_state(how, element, x=x, z=z, angle=angle)
+        overwrite_initial_state_of_element(how, element, x=x, z=z, angle=angle)
     _, times, poses = run_planned_case(how, motion)
     end = len(wanted)
     np.testing.assert_allclose(times[1:end], time[1:end])

@@ -12,7 +12,7 @@ from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.scene import Scene
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
-from tests.dem.compiled.polygon_steps import multiply_and_divide_submatrices
+from tests.dem.compiled.polygon_steps import subtract_product_and_divide_submatrices
 from tests.dem.polygon_scenes import block_element, load_shipped_scene, motion_towards_north, scene_of_elements
 
 
@@ -77,11 +77,11 @@ def test_a_tower_falls_and_comes_to_rest() -> None:
 
 def test_submatrix_operations_of_the_kernel_equal_those_of_numpy() -> None:
     given = np.random.default_rng(2).normal(size=(2, 3, 3)) + 3.0 * np.eye(3)
-    size = equations.SUBMATRIX.size
+    size = equations.SUBMATRIX_ROW_LAYOUT.size
     fresh, added, one, other = (
         np.repeat(matrix.ravel(), size // 9) for matrix in (np.full((3, 3), np.nan), given[0], *given)
     )
-    multiply_and_divide_submatrices(fresh, added, one, other)
+    subtract_product_and_divide_submatrices(fresh, added, one, other)
     np.testing.assert_allclose(fresh.reshape(3, 3, -1)[..., 5], -given[0] @ given[1])
     np.testing.assert_allclose(added.reshape(3, 3, -1)[..., 5], given[0] - given[0] @ given[1])
     np.testing.assert_allclose(one.reshape(3, 3, -1)[..., 5], given[0] @ np.linalg.inv(given[1]))

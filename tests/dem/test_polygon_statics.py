@@ -18,7 +18,7 @@ from tests.dem.polygon_scenes import (
     run_planned_case,
     scene_of_elements,
 )
-from tests.dem.reference.particles import slip_on_a_slope
+from tests.dem.reference.particles import final_slip_on_slope
 
 GRAVITY = 9.80665
 
@@ -47,7 +47,7 @@ def test_a_tower_of_ten_blocks_stands() -> None:
 def test_a_stack_stands_up_to_the_harmonic_overhang(blocks: int, share: float) -> None:
     """The k-th block from the top can overhang the one below by B/2k: 2 % less stands, 2 % more falls."""
     table = {"name": "table", "kind": "driven", "width": 2, "height": 1, "at": [-1, -1]}
-    made = scene_of_elements(table, *_harmonic_stack(blocks, share))
+    made = scene_of_elements(table, *_elements_of_overhanging_block_stack(blocks, share))
     motion = motion_at_rest(6)
     _, _, poses = run_planned_case(plan_single_case(made, motion), motion)
     fell = np.abs(poses[-1, 1:, 2]).max() > 0.05
@@ -59,7 +59,7 @@ def test_a_stack_stands_up_to_the_harmonic_overhang(blocks: int, share: float) -
         assert np.abs(poses[-1] - poses[300]).max() <= 1e-8
 
 
-def _harmonic_stack(blocks: int, share: float) -> list[dict[str, object]]:
+def _elements_of_overhanging_block_stack(blocks: int, share: float) -> list[dict[str, object]]:
     """Return blocks that overhang each other by `share` of the limit B/2k, k counted from the top."""
     made = []
     for n in range(blocks):  # from the bottom; the edge of the table is at x = 0, its centre at −1
@@ -117,7 +117,7 @@ def test_a_block_on_a_slope_is_simulated_above_its_sliding_threshold(friction: f
     time = np.arange(0.0, 6.0, 0.01)
     wave = np.where((time > 2.5) & (time < 5.5), np.sin(2 * np.pi * (time - 2.5)), 0.0)
     acceleration = share * threshold * GRAVITY * wave
-    expected = slip_on_a_slope(acceleration, 0.01, friction, 0.2) / np.hypot(1.0, 0.2)
+    expected = final_slip_on_slope(acceleration, 0.01, friction, 0.2) / np.hypot(1.0, 0.2)
     motion = motion_towards_north(acceleration)
     found = simulate_as_arrays(motion, _block_on_slope(0.2, 0.4, 0.3), azimuth_deg=[0], friction=[friction])
     assert (found["status"].item() == 1) == (share < 1)
@@ -140,7 +140,7 @@ def test_a_block_that_slides_as_the_record_ends_is_simulated_until_it_stops(
     """The record ends with the pulse; a fifth of the slip occurs up to 0.1 s later."""
     time = np.arange(0.0, duration + 1e-9, 0.005)
     pulse = -peak * np.sin(np.pi * time / duration)
-    expected = slip_on_a_slope(pulse, 0.005, 0.2, 0.0)
+    expected = final_slip_on_slope(pulse, 0.005, 0.2, 0.0)
     plinth = {"name": "plinth", "kind": "driven", "width": 3.0 * width, "height": 0.5, "at": [0, -0.5]}
     found = simulate_as_arrays(
         motion_towards_north(pulse, 0.005),
@@ -184,7 +184,7 @@ def test_stacks_of_two_lift_off_at_the_static_threshold(elements: tuple[dict[str
     ramp = motion_towards_north(-rate * np.linspace(0, 3, 301))
     _, time, poses = run_planned_case(plan_single_case(made, ramp, 5.0), ramp)
     gaps = {
-        name: np.array([_larger_corner_gap_to_block_below(prepared, pose, index) for pose in poses])
+        name: np.array([_largest_gap_of_lower_corners_to_block_below(prepared, pose, index) for pose in poses])
         for name, index in (("lower", 1), ("upper", 2))
     }
     first = {name: rate * time[np.flatnonzero(gap > 0)[0]] if (gap > 0).any() else np.inf for name, gap in gaps.items()}
@@ -194,7 +194,7 @@ def test_stacks_of_two_lift_off_at_the_static_threshold(elements: tuple[dict[str
     assert first["lower" if index == "upper" else "upper"] > 1.02 * first[index]
 
 
-def _larger_corner_gap_to_block_below(prepared: PreparedScene, pose: np.ndarray, index: int) -> float:
+def _largest_gap_of_lower_corners_to_block_below(prepared: PreparedScene, pose: np.ndarray, index: int) -> float:
     """Return the gap (m) between the higher of a block's lower corners and the upper face of the block below."""
     item, below = prepared.placed[index], prepared.placed[index - 1]
     gaps = []

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from overturning.dem.quiet import LEAD, SAFE_SHARE, find_strong_motion_ranges
+from overturning.dem.quiet import LEAD_TIME, STRONG_MOTION_THRESHOLD_RATIO, find_strong_motion_ranges
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
@@ -14,11 +14,11 @@ STRONG_SAMPLES = slice(400, 700)
 @pytest.mark.parametrize("vertical", [False, True])
 @pytest.mark.parametrize("share", [0.99, 1.01])
 def test_a_case_is_computed_from_before_the_first_to_after_the_last_strong_sample(vertical: bool, share: float) -> None:
-    """Samples above `SAFE_SHARE` of the rocking threshold |a| = (g + a_up) B/H count, samples just below do not."""
+    """Samples above a share of the rocking threshold |a| = (g + a_up) B/H count, samples just below do not."""
     slenderness, amplitude = 0.3, 2.0
     level = np.zeros(1000)
-    level[STRONG_SAMPLES] = share * SAFE_SHARE * slenderness * STANDARD_GRAVITY / amplitude
-    level[650] = 1.01 / SAFE_SHARE * level[650] / share  # one sample above the threshold itself
+    level[STRONG_SAMPLES] = share * STRONG_MOTION_THRESHOLD_RATIO * slenderness * STANDARD_GRAVITY / amplitude
+    level[650] = 1.01 / STRONG_MOTION_THRESHOLD_RATIO * level[650] / share  # one sample above the threshold itself
     # Upward acceleration makes the block heavier: the same ratio needs a stronger motion.
     up = np.full(1000, 0.5 * STANDARD_GRAVITY / amplitude) if vertical else None
     north = level * (1.5 if vertical else 1.0)
@@ -28,7 +28,7 @@ def test_a_case_is_computed_from_before_the_first_to_after_the_last_strong_sampl
     )
     assert not stays_at_rest[0]
     begin, end = (STRONG_SAMPLES.start, STRONG_SAMPLES.stop - 1) if share > 1 else (650, 650)
-    assert first[0] in (max(begin - 1 - round(LEAD / INTERVAL), 0), begin - round(LEAD / INTERVAL))
+    assert first[0] in (max(begin - 1 - round(LEAD_TIME / INTERVAL), 0), begin - round(LEAD_TIME / INTERVAL))
     # The motion is linear from the last strong sample to the next.
     assert end + 1 <= calm[0] <= end + 2
 

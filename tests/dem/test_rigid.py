@@ -12,7 +12,7 @@ from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.near_field import strong_part_of_near_field_record
-from tests.dem.reference.rigid_impact import fall_side_and_peak_rotation, restoring_moment
+from tests.dem.reference.rigid_impact import fall_side_and_peak_rotation, normalised_restoring_moment
 from verification.reference.closed_forms import rocking_frequency_parameter, velocity_ratio_at_impact
 
 G = STANDARD_GRAVITY
@@ -21,8 +21,8 @@ G = STANDARD_GRAVITY
 def peak_rotation_under_half_sine(strength: float, ratio: float) -> float:
     """Return the largest θ/α of a slender block under a half sine with ω = ratio · p; inf if it overturns.
 
-    The amplitude is `strength` times the rocking threshold. Closed form of θ̈ = p² (θ − α + a/g) from lift-off, free
-    motion after the pulse (Housner 1963, section 4); NaN if the block turns back during the pulse.
+    The amplitude is `strength` times the rocking threshold. Closed form of θ̈ = p² (θ − α + a/g) from lift-off,
+    free motion after the pulse (Housner 1963, section 4); NaN if the block turns back during the pulse.
     """
     lift_off = math.asin(1.0 / strength)
     share, end = 1.0 / (1.0 + ratio**2), (math.pi - lift_off) / ratio  # time in 1/p
@@ -69,7 +69,10 @@ def fall_side_and_peak_rotation_by_scipy(motion: Motion, height: float, b_over_h
 
         def state_rates(t: float, y: np.ndarray, side: int = side) -> list[float]:
             """Return the time derivative of rotation and angular velocity."""
-            return [y[1], -square * restoring_moment(t, alpha * side - y[0], *waves, motion.sampling_interval)]
+            return [
+                y[1],
+                -square * normalised_restoring_moment(t, alpha * side - y[0], *waves, motion.sampling_interval),
+            ]
 
         def landing_event(t: float, y: np.ndarray, side: int = side) -> float:
             """Event function: 0 where the block lands on its base."""
@@ -157,7 +160,7 @@ def test_a_block_that_changes_motion_twice_within_a_sample_agrees_with_small_ste
 
 
 @cache
-def sides_and_peaks_under_refined_noise(parts: int) -> list[np.ndarray]:
+def fall_sides_and_peaks_under_resampled_noise(parts: int) -> list[np.ndarray]:
     """Return sides and peaks, shape (2, 3 amplitudes, 40 blocks), for 9 noise records sampled `parts` times finer."""
     generator, answers = np.random.default_rng(5), []
     for interval in (0.005, 0.01, 0.02):
@@ -180,7 +183,7 @@ def test_linear_interpolation_of_a_record_changes_no_fall_and_no_peak(parts: int
     """The records are white noise; chaotic cases, whose peak changes with 0.1 % of amplitude, are left out."""
     cells, worst = 0, 0.0
     for coarse, split in zip(
-        sides_and_peaks_under_refined_noise(1), sides_and_peaks_under_refined_noise(parts), strict=True
+        fall_sides_and_peaks_under_resampled_noise(1), fall_sides_and_peaks_under_resampled_noise(parts), strict=True
     ):
         robust = np.ptp(split[1], axis=0) < 0.01
         np.testing.assert_array_equal(coarse[0][1, robust], split[0][1, robust])

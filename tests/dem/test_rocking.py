@@ -25,7 +25,7 @@ def sine_cycle(period: float) -> np.ndarray:
     return np.sin(2 * np.pi * t / period)
 
 
-def outcomes_and_housner_sides_under_pulse(
+def outcomes_housner_sides_and_robustness_mask(
     shape: np.ndarray, axes: tuple[object, ...], friction: float, spread: float
 ) -> tuple[CaseResults, np.ndarray, np.ndarray]:
     """Return results by height, B/H and amplitude over g·B/H, Housner's fall sides, and a mask of robust cases.
@@ -46,7 +46,7 @@ def test_falls_and_fall_sides_under_pulses_agree_with_the_rocking_solution() -> 
     axes = [0.5, 1.0, 1.7, 2.5], [0.1, 0.2, 0.3, 0.4, 0.5], np.linspace(0.8, 6.0, 40)
     robust = agree = 0
     for period in (0.3, 0.5, 0.7, 0.9, 1.2, 1.5, 2.0):
-        found, expected, firm = outcomes_and_housner_sides_under_pulse(sine_cycle(period), axes, 10.0, 0.01)
+        found, expected, firm = outcomes_housner_sides_and_robustness_mask(sine_cycle(period), axes, 10.0, 0.01)
         assert (found.status <= 1).all()
         robust += int(firm.sum())
         agree += int((found.overturned == expected)[firm].sum())
@@ -57,7 +57,7 @@ def test_falls_and_fall_sides_under_pulses_agree_with_the_rocking_solution() -> 
 @pytest.mark.parametrize("friction", [300.0, 1e3, 1e6])
 def test_any_large_friction_gives_a_block_that_cannot_slide(friction: float) -> None:
     axes = [0.3, 1.0], [0.2, 0.3, 0.4, 0.45], np.linspace(1.1, 6.0, 12)
-    found, expected, firm = outcomes_and_housner_sides_under_pulse(sine_cycle(0.5), axes, friction, 0.03)
+    found, expected, firm = outcomes_housner_sides_and_robustness_mask(sine_cycle(0.5), axes, friction, 0.03)
     assert (found.status == CaseStatus.SIMULATED).all()
     assert np.unique(expected[firm]).size > 1
     assert (found.overturned == expected)[firm].all()

@@ -8,8 +8,8 @@ import xarray as xr
 
 from overturning.dem import plan
 from overturning.dem.block.plan import BlockSimulationPlan
-from overturning.dem.block.tables import RESULT, ROW
-from overturning.dem.kernel.queue import extend_trajectory, run_case_queue
+from overturning.dem.block.tables import RESULT_TABLE_DTYPE, TRAJECTORY_ROW_DTYPE
+from overturning.dem.kernel.queue import grow_trajectory_array, run_case_queue
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.plan import SimulationPlan
 from overturning.dem.polygon import arrays
@@ -22,9 +22,9 @@ from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.falls import model_from_scene_or_shape
 from overturning.model.planes import PlanarModel
-from overturning.model.results import COUNTS
+from overturning.model.results import CASE_COUNTER_NAMES
 from overturning.model.scene import gravestone, parse_scene_content
-from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES
+from overturning.model.variables import INT8_MISSING, PLANAR_OUTCOME_VARIABLES, PLANE_ENSEMBLE_VARIABLES
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import load_shipped_scene, motion_towards_north
 from tests.expect import expect_error
@@ -36,9 +36,9 @@ CASES = Cases(0.0, 0.6, [0.2, 0.3], 0.7)
 
 def test_result_columns_of_planar_kernels_have_the_names_of_outcome_variables() -> None:
     """`CaseResults.store` copies columns by name, so that no table translates the names."""
-    names = {variable.name for variable in VARIABLES} - {"mirrored"} | {*COUNTS}
-    assert {*RESULT.names} == names
-    assert {*arrays.RESULT.names, *arrays.ELEMENT_RESULT.names} == names
+    names = {variable.name for variable in PLANAR_OUTCOME_VARIABLES} - {"mirrored"} | {*CASE_COUNTER_NAMES}
+    assert {*RESULT_TABLE_DTYPE.names} == names
+    assert {*arrays.RESULT_TABLE_DTYPE.names, *arrays.ELEMENT_RESULT_TABLE_DTYPE.names} == names
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_all_simulation_functions_give_the_same_outcomes_of_a_gravestone() -> No
     arrays = simulate_as_arrays(
         MOTION, gravestone(contact), azimuth_deg=0.0, height=0.6, b_over_h=[0.2, 0.3], friction=0.7
     )
-    for variable in VARIABLES:
+    for variable in PLANAR_OUTCOME_VARIABLES:
         if variable.name != "mirrored":
             np.testing.assert_array_equal(getattr(alone, variable.name), arrays[variable.name].ravel())
     path = trajectory(MOTION, gravestone(contact), azimuth_deg=0.0, b_over_h=0.3, friction=0.7)
@@ -80,7 +80,12 @@ def test_all_simulation_functions_give_the_same_outcomes_of_a_gravestone() -> No
 )
 def test_a_grid_a_list_of_cases_and_a_trajectory_have_the_same_outcomes(model: Any) -> None:
     known = model_from_scene_or_shape(model)
-    axes = {f"{known.direction}_deg": [10.0, 50.0], "height": [0.6], "b_over_h": [0.25, 0.75], "friction": [0.7]}
+    axes = {
+        f"{known.direction_dimension_name}_deg": [10.0, 50.0],
+        "height": [0.6],
+        "b_over_h": [0.25, 0.75],
+        "friction": [0.7],
+    }
     arrays = simulate_as_arrays(MOTION, model, **axes)
     cells = [cell.ravel() for cell in np.meshgrid(*axes.values(), indexing="ij")]
     results = simulate_cases(model, MOTION, Cases(*cells))
@@ -88,8 +93,8 @@ def test_a_grid_a_list_of_cases_and_a_trajectory_have_the_same_outcomes(model: A
     one = {name: float(values[-1]) for name, values in axes.items()}
     path = trajectory(MOTION, model, **one)
     path = path.sel(element=list(known.free_element_names)) if "element" in path.dims else path
-    for variable in known.variables:
-        if variable.name != known.copied:
+    for variable in known.outcome_variables:
+        if variable.name != known.copy_flag_variable_name:
             values = getattr(results, variable.name)
             np.testing.assert_array_equal(arrays[variable.name].reshape(values.shape), values, err_msg=variable.name)
             shown = variable.decode(values[-1])
@@ -102,7 +107,7 @@ def test_a_trajectory_is_bit_equal_to_its_case_at_equivalent_orientations(model:
     cell = simulate_as_arrays(MOTION, model, orientation_deg=orientation, **size)
     path = trajectory(MOTION, model, orientation_deg=orientation, **size)
     assert path.attrs["orientation_deg"] == orientation
-    for variable in model_from_scene_or_shape(model).variables:
+    for variable in model_from_scene_or_shape(model).outcome_variables:
         if variable.name != "repeated":
             shown = variable.decode(cell[variable.name]).item()
             np.testing.assert_array_equal(path[variable.name], shown, err_msg=variable.name)
@@ -132,7 +137,7 @@ def test_mirrored_outcomes_for_the_opposite_azimuth_change_sign() -> None:
     }  # fmt: skip
     seen = {
         item.name: item.mirrored_values(arrays)
-        for item in (*VARIABLES, *PLANE_ENSEMBLE_VARIABLES)
+        for item in (*PLANAR_OUTCOME_VARIABLES, *PLANE_ENSEMBLE_VARIABLES)
         if item.name in arrays
     }
     assert seen["overturned"].tolist() == [-1, 1, 0, INT8_MISSING]
@@ -166,7 +171,7 @@ def test_a_trajectory_beyond_its_record_is_computed_in_a_single_run(kind: str, m
 def test_a_trajectory_above_the_memory_limit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     def return_too_many_trajectory_rows(*_: Any) -> Any:
         """Return a trajectory of ten million rows in place of the kernel."""
-        return np.broadcast_to(np.zeros((), ROW), 10_000_000), -1
+        return np.broadcast_to(np.zeros((), TRAJECTORY_ROW_DTYPE), 10_000_000), -1
 
     with monkeypatch.context() as patch, expect_error(ArgumentError, "trajectory", "GB", "at most 0.8 GB", "time_step"):
         patch.setattr(SimulationPlan, "queue", staticmethod(return_too_many_trajectory_rows))
@@ -189,18 +194,18 @@ def test_computing_a_trajectory_stays_within_the_memory_limit(monkeypatch: pytes
     path = compute_trajectory()
     numbers = sum(values.size for values in path.variables.values() if "time" in values.dims)
     # The kernel requests rows for a whole sample.
-    monkeypatch.setattr(plan, "MAX_PATH_NUMBERS", numbers + 20 * numbers // path.sizes["time"])
+    monkeypatch.setattr(plan, "MAX_TRAJECTORY_DATASET_VALUES", numbers + 20 * numbers // path.sizes["time"])
     assert compute_trajectory().sizes == path.sizes
-    monkeypatch.setattr(plan, "MAX_PATH_NUMBERS", numbers - 1)
+    monkeypatch.setattr(plan, "MAX_TRAJECTORY_DATASET_VALUES", numbers - 1)
     with expect_error(ArgumentError, "trajectory", "GB or more", "cut the motion"):
         compute_trajectory()
 
 
 def test_an_extended_trajectory_array_keeps_its_rows() -> None:
     path = np.arange(4.0).astype([("time", "f8")])
-    assert extend_trajectory.py_func(path, 4, 100) is path
-    longer = extend_trajectory(path, 5, 100)
+    assert grow_trajectory_array.py_func(path, 4, 100) is path
+    longer = grow_trajectory_array(path, 5, 100)
     assert longer.shape == (8,)
     np.testing.assert_array_equal(longer[:4], path)
-    assert extend_trajectory(path, 50, 100).shape == (50,)
-    assert extend_trajectory.py_func(path, 101, 100) is path
+    assert grow_trajectory_array(path, 50, 100).shape == (50,)
+    assert grow_trajectory_array.py_func(path, 101, 100) is path

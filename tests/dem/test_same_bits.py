@@ -20,7 +20,7 @@ from overturning.records.read import read_record
 from overturning.records.store import write_record_to_motion_file
 from tests.dem.near_field import near_field_motion_and_component_azimuths
 from tests.dem.paths import trajectory_of_element_named_stone
-from tests.expect import instruction_sets_to_compile_for, skip_or_fail
+from tests.expect import instruction_sets_to_compile_for, skip_test_unless_skipping_is_forbidden
 
 COMPARED_RESULTS = (
     "overturned", "status", "overturning_time", "peak_rotation", "peak_slip", "residual_slip", "peak_penetration",
@@ -37,7 +37,7 @@ def assert_bit_equal(left: object, right: object, rows: np.ndarray | None = None
 
 
 @pytest.fixture(scope="module")
-def cases() -> Cases:
+def cases_of_small_block_grid() -> Cases:
     """Provide cases of blocks over a small grid."""
     axes = ([0.0, 40.0, 77.7, 150.0], [0.6, 1.2], np.arange(0.1, 0.61, 0.1), [0.33, 1.0])
     return Cases(*(values.ravel() for values in np.meshgrid(*axes, indexing="ij")))
@@ -48,16 +48,18 @@ def select_cases(cases: Cases, rows: np.ndarray) -> Cases:
     return Cases(cases.azimuth_deg[rows], cases.height[rows], cases.b_over_h[rows], cases.friction[rows])
 
 
-def test_threads_order_and_subset_of_cases_change_no_bit(cases: Cases, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_threads_order_and_subset_of_cases_change_no_bit(
+    cases_of_small_block_grid: Cases, monkeypatch: pytest.MonkeyPatch
+) -> None:
     motion, _, _ = near_field_motion_and_component_azimuths(10)
-    whole = run_cases(motion, cases)
-    assert_bit_equal(whole, run_cases(motion, cases, threads=2))
-    order = np.random.default_rng(1).permutation(cases.case_count)
-    assert_bit_equal(whole, run_cases(motion, select_cases(cases, order)), order)
+    whole = run_cases(motion, cases_of_small_block_grid)
+    assert_bit_equal(whole, run_cases(motion, cases_of_small_block_grid, threads=2))
+    order = np.random.default_rng(1).permutation(cases_of_small_block_grid.case_count)
+    assert_bit_equal(whole, run_cases(motion, select_cases(cases_of_small_block_grid, order)), order)
     some = order[:17]
-    assert_bit_equal(whole, run_cases(motion, select_cases(cases, some)), some)
-    monkeypatch.setattr(run_module, "MAX_QUEUE_LENGTH", 3)
-    assert_bit_equal(whole, run_cases(motion, cases))
+    assert_bit_equal(whole, run_cases(motion, select_cases(cases_of_small_block_grid, some)), some)
+    monkeypatch.setattr(run_module, "MAX_CASES_PER_KERNEL_CALL", 3)
+    assert_bit_equal(whole, run_cases(motion, cases_of_small_block_grid))
 
 
 def test_a_trajectory_is_bit_equal_to_the_same_case_of_a_grid() -> None:
@@ -96,20 +98,20 @@ def test_azimuths_filled_by_mirroring_are_bit_equal_to_simulated_ones(vertical: 
 
 # NumPy has its own code for each instruction set, with other last digits of exponentials and logarithms.
 NUMPY_INSTRUCTION_SETS = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
-SSE2_VARIABLES = {
+SSE2_ENVIRONMENT_VARIABLES = {
     "NUMBA_CPU_NAME": "x86-64",
     "NUMBA_CPU_FEATURES": "+sse2",
     "NPY_DISABLE_CPU_FEATURES": " ".join(NUMPY_INSTRUCTION_SETS),
 }
-AVX2_VARIABLES = {
+AVX2_ENVIRONMENT_VARIABLES = {
     "NUMBA_CPU_NAME": "haswell", "NUMBA_CPU_FEATURES": "",
     "NPY_DISABLE_CPU_FEATURES": " ".join(name for name in NUMPY_INSTRUCTION_SETS if "512" in name or name == "X86_V4"),
 }  # fmt: skip
 # Environment variables and number of threads by target; "host" uses the widest instruction set of the machine.
-TARGETS = {
+ENVIRONMENT_AND_THREADS_BY_PROCESSOR = {
     "host": ({}, 2),
-    "sse2, without fma": ({"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-AVX2", **SSE2_VARIABLES}, 1),
-    "avx2": (AVX2_VARIABLES, 1),
+    "sse2, without fma": ({"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-AVX2", **SSE2_ENVIRONMENT_VARIABLES}, 1),
+    "avx2": (AVX2_ENVIRONMENT_VARIABLES, 1),
 }
 
 
@@ -129,7 +131,7 @@ def folder_of_motions(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def outcome_hashes_for_target_processor(folder_of_motions: Path, target: str) -> str:
     """Return the output of `tests.dem.bits`, run in a process for one target processor."""
-    variables, threads = TARGETS[target]
+    variables, threads = ENVIRONMENT_AND_THREADS_BY_PROCESSOR[target]
     inputs = [str(folder_of_motions / "motion.npz"), str(folder_of_motions / "motion.nc")]
     command = [sys.executable, "-m", "tests.dem.bits", *inputs, str(threads), str(folder_of_motions / target / "cube")]
     done = subprocess.run(
@@ -146,11 +148,11 @@ def outcome_hashes_of_host(folder_of_motions: Path) -> str:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("target", instruction_sets_to_compile_for(list(TARGETS)[1:]))
+@pytest.mark.parametrize("target", instruction_sets_to_compile_for(list(ENVIRONMENT_AND_THREADS_BY_PROCESSOR)[1:]))
 def test_outcomes_have_the_same_bits_for_each_instruction_set(
     target: str, folder_of_motions: Path, outcome_hashes_of_host: str
 ) -> None:
     if platform.machine() not in ("x86_64", "AMD64"):
-        skip_or_fail("not an x86-64 processor")
+        skip_test_unless_skipping_is_forbidden("not an x86-64 processor")
     if target != "avx2" or llvm.get_host_cpu_features().get("avx2"):
         assert outcome_hashes_for_target_processor(folder_of_motions, target) == outcome_hashes_of_host

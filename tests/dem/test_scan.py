@@ -11,7 +11,7 @@ from overturning.units import STANDARD_GRAVITY
 from tests.model.solids import column_with_overhanging_slab, mass_properties_of_solid_from_its_boxes
 
 
-def slowly_growing_motion(acceleration: float) -> Motion:
+def motion_rising_to_constant_acceleration(acceleration: float) -> Motion:
     """Return a motion along north that grows to an acceleration, m/s², within 3 s and stays there for 3 s."""
     ramp = np.minimum(np.arange(600) * 0.01 / 3.0, 1.0)
     return Motion(acceleration * ramp, np.zeros(600), sampling_interval=0.01, trust_data=True)
@@ -30,7 +30,10 @@ def test_a_statue_falls_over_the_edge_of_its_footprint_from_the_true_centre(side
     assert stone.unscaled_solid.b_over_h == pytest.approx((0.1 - centre[0]) / centre[2], abs=1e-5)
     for factor, falls in ((0.98, 0), (1.02, 1)):
         found = simulate_as_arrays(
-            slowly_growing_motion(-side * factor * threshold), Body(stone), orientation_deg=[0.0], friction=[2.0]
+            motion_rising_to_constant_acceleration(-side * factor * threshold),
+            Body(stone),
+            orientation_deg=[0.0],
+            friction=[2.0],
         )
         assert found["overturned"].item() == falls
         if falls:
@@ -45,6 +48,6 @@ def test_the_height_limit_of_bearing_points_decides_whether_a_scan_falls() -> No
     stone = ScannedStone(points, (0.0, 0.0, 0.4), (0.055, 0.055, 0.003, 0.0, 0.0, 0.0), 0.001)
     bodies = [Body(stone.with_relief(relief)) for relief in (0.001, 0.010)]
     assert [body.shape.solid(0.8, 1, 1).b_over_h for body in bodies] == pytest.approx([0.05 / 0.4, 0.07 / 0.4])
-    motion = slowly_growing_motion(0.15 * STANDARD_GRAVITY)
+    motion = motion_rising_to_constant_acceleration(0.15 * STANDARD_GRAVITY)
     outcomes = [simulate_as_arrays(motion, body, orientation_deg=[0.0])["overturned"].item() for body in bodies]
     assert outcomes == [1, 0]

@@ -13,7 +13,7 @@ import pytest
 
 from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
-from overturning.model.contact import STATIC_PENETRATION, Contact
+from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO, Contact
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
@@ -23,7 +23,9 @@ from tests.dem.reference.scalar_kernel import integrate_block_cases
 FINE_STEP = "0.03 stable"
 SOFT_CONTACT = Contact(static_penetration=2e-5, damping_ratio=1.0)
 """Default contact of the tests: soft, since the steps of the reference shrink with stiffness and damping."""
-CELL_PARAMETERS = list(product([0.0, 45.0, 90.0, 135.0], [0.6, 1.2], [0.15, 0.25, 0.35, 0.45], [0.33, 1.0]))
+AZIMUTH_HEIGHT_RATIO_FRICTION_ROWS = list(
+    product([0.0, 45.0, 90.0, 135.0], [0.6, 1.2], [0.15, 0.25, 0.35, 0.45], [0.33, 1.0])
+)
 
 
 def cases_from_azimuth_height_ratio_friction(cells: list[Any]) -> Cases:
@@ -31,7 +33,9 @@ def cases_from_azimuth_height_ratio_friction(cells: list[Any]) -> Cases:
     return Cases(*np.array(cells).T)
 
 
-def same_sides_and_peak_differences(found: CaseResults, plain: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def side_agreement_and_peak_differences(
+    found: CaseResults, plain: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a mask of equal sides, and the differences of peak rotation and slip of cases that stand in both."""
     same = found.overturned == plain[:, 0]
     stands = same & (found.overturned == 0)
@@ -45,19 +49,19 @@ def test_sides_rotations_and_slips_agree_with_an_independent_integration(number:
     motion = strong_part_of_near_field_record(
         number, 3.0, 3.0, pulse
     )  # short: the reference takes 100,000 steps per second of motion
-    plain = integrate_block_cases(motion, CELL_PARAMETERS)
+    plain = integrate_block_cases(motion, AZIMUTH_HEIGHT_RATIO_FRICTION_ROWS)
     assert 0.2 < (plain[:, 0] != 0).mean() < 0.9
     for scheme in ("centred", "cundall"):
         found = run_cases(
             motion,
-            cases_from_azimuth_height_ratio_friction(CELL_PARAMETERS),
+            cases_from_azimuth_height_ratio_friction(AZIMUTH_HEIGHT_RATIO_FRICTION_ROWS),
             gravestone(SOFT_CONTACT),
             scheme=scheme,
             leave_out=False,
             time_step=FINE_STEP,
         )
         assert (found.status == 0).all()
-        same, rotation, slip = same_sides_and_peak_differences(found, plain)
+        same, rotation, slip = side_agreement_and_peak_differences(found, plain)
         # A rocking block amplifies small differences: a cell near the stability boundary may differ.
         assert same.mean() >= 0.98, scheme
         assert np.median(rotation) < 5e-6, scheme
@@ -65,9 +69,12 @@ def test_sides_rotations_and_slips_agree_with_an_independent_integration(number:
         assert np.median(slip) < 5e-7, scheme
         assert (slip < 1e-4).mean() >= 0.95, scheme
     # With default steps, which are hundreds of times longer.
-    same, rotation, slip = same_sides_and_peak_differences(
+    same, rotation, slip = side_agreement_and_peak_differences(
         run_cases(
-            motion, cases_from_azimuth_height_ratio_friction(CELL_PARAMETERS), gravestone(SOFT_CONTACT), leave_out=False
+            motion,
+            cases_from_azimuth_height_ratio_friction(AZIMUTH_HEIGHT_RATIO_FRICTION_ROWS),
+            gravestone(SOFT_CONTACT),
+            leave_out=False,
         ),
         plain,
     )
@@ -76,10 +83,10 @@ def test_sides_rotations_and_slips_agree_with_an_independent_integration(number:
     assert np.median(slip) < 1e-4
 
 
-CONTACTS = [{"damping_ratio": 0.1}, {"stiffness_ratio": 0.3}, {"stiffness": 1e7}]
+CHANGED_CONTACT_PARAMETERS = [{"damping_ratio": 0.1}, {"stiffness_ratio": 0.3}, {"stiffness": 1e7}]
 
 
-@pytest.mark.parametrize("contact", CONTACTS, ids=lambda contact: next(iter(contact)))
+@pytest.mark.parametrize("contact", CHANGED_CONTACT_PARAMETERS, ids=lambda contact: next(iter(contact)))
 @pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
 def test_other_contacts_with_vertical_motion_agree_with_an_independent_integration(
     contact: dict[str, float], scheme: str
@@ -90,7 +97,7 @@ def test_other_contacts_with_vertical_motion_agree_with_an_independent_integrati
     cells = list(product([0.0, 90.0], [0.6, 1.2], [0.1, 0.2, 0.3, 0.4, 0.5], [0.33, 1.0]))
     # A stiffness cannot be combined with a static penetration.
     soft = (
-        SOFT_CONTACT.model_copy(update={"static_penetration": STATIC_PENETRATION})
+        SOFT_CONTACT.model_copy(update={"static_penetration": DEFAULT_STATIC_PENETRATION_RATIO})
         if "stiffness" in contact
         else SOFT_CONTACT
     )
@@ -104,7 +111,7 @@ def test_other_contacts_with_vertical_motion_agree_with_an_independent_integrati
         time_step=FINE_STEP,
     )
     assert (found.status == 0).all()
-    same, rotation, slip = same_sides_and_peak_differences(found, integrate_block_cases(motion, cells, **contact))
+    same, rotation, slip = side_agreement_and_peak_differences(found, integrate_block_cases(motion, cells, **contact))
     assert same.mean() >= 0.97
     assert np.median(rotation) < 5e-5
     assert (rotation < 5e-3).mean() >= 0.95

@@ -20,7 +20,7 @@ from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 from tests.dem.polygon_scenes import REPOSITORY
-from tests.dem.reference.particles import slip_on_a_plane
+from tests.dem.reference.particles import final_slip_on_horizontal_plane
 
 INTERVAL = 0.01
 
@@ -67,7 +67,7 @@ def simulate_stack(
     )
 
 
-def plateau_acceleration(level: float, angle: float) -> np.ndarray[Any, Any]:
+def acceleration_components_with_plateau(level: float, angle: float) -> np.ndarray[Any, Any]:
     """Return a horizontal acceleration that rises slowly to a level (in g), stays 1.5 s, and falls slowly.
 
     It points along `angle`, degrees; the shape is (2, samples), m/s².
@@ -88,7 +88,7 @@ def test_a_shaft_tips_over_its_nearest_edge_at_the_static_threshold() -> None:
     """The shaft tips at (B/H) g divided by the larger direction cosine; below this, all stones stay in place."""
     angles = np.array([0.0, 20.0, 45.0, 200.0])
     threshold = 0.242 / 0.636 / np.maximum(np.abs(np.cos(np.radians(angles))), np.abs(np.sin(np.radians(angles))))
-    motion = Motion(*plateau_acceleration(1.0, 0.0), sampling_interval=INTERVAL, trust_data=True)
+    motion = Motion(*acceleration_components_with_plateau(1.0, 0.0), sampling_interval=INTERVAL, trust_data=True)
     found = simulate_stack_orientations(
         THREE_BOXES, motion, np.tile(angles, 2), np.outer([0.97, 1.06], threshold).ravel()
     )
@@ -109,7 +109,7 @@ def test_a_joint_slides_at_its_own_coefficient_of_friction() -> None:
     }  # fmt: skip
     scene = Scene.model_validate(content)
     motion = [
-        Motion(*plateau_acceleration(level, 0.0), sampling_interval=INTERVAL, trust_data=True)
+        Motion(*acceleration_components_with_plateau(level, 0.0), sampling_interval=INTERVAL, trust_data=True)
         for level in (0.195, 0.215)
     ]
     still, moved = (simulate(one, scene, orientation_deg=[0.0]) for one in motion)
@@ -122,7 +122,7 @@ def test_a_joint_slides_at_its_own_coefficient_of_friction() -> None:
 def test_a_slab_slides_in_two_directions_by_coulombs_law(seed: int) -> None:
     rows = 6.0 * random_horizontal_accelerations(seed)
     found = simulate_stack(stack_of_boxes((1.0, 0.6, 0.1)), rows, [0.0], 0.3)
-    north, west = slip_on_a_plane(rows, INTERVAL, 0.3)
+    north, west = final_slip_on_horizontal_plane(rows, INTERVAL, 0.3)
     assert found.residual_slip_north.item() == pytest.approx(north, abs=6e-4)
     assert found.residual_slip_east.item() == pytest.approx(-west, abs=6e-4)
     assert found.energy_error.item() < 1e-3

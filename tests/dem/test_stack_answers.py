@@ -19,12 +19,12 @@ from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.motions import simulate_under_each_motion
 from tests.dem.polygon_scenes import REPOSITORY
-from tests.dem.reference.particles import slip_in_hops
+from tests.dem.reference.particles import slip_with_flights_and_landings
 from tests.dem.test_stack import (
     INTERVAL,
     THREE_BOXES,
+    acceleration_components_with_plateau,
     motion_from_north_and_west_accelerations,
-    plateau_acceleration,
     random_horizontal_accelerations,
     simulate_stack,
     stack_of_boxes,
@@ -61,7 +61,7 @@ def test_a_slender_stone_that_slid_on_the_ground_and_still_rocks_stands(push: fl
     )
     assert found.status.to_numpy().ravel().tolist() == [CaseStatus.SIMULATED] * 2
     assert found.overturned.to_numpy().ravel().tolist() == [0, 0]
-    slip = slip_in_hops(along, up, 0.01, 0.5)
+    slip = slip_with_flights_and_landings(along, up, 0.01, 0.5)
     np.testing.assert_allclose(found.residual_slip_north.to_numpy().ravel(), slip, rtol=0.01)
 
 
@@ -69,7 +69,8 @@ def test_two_cubes_on_each_other_tip_like_one_stone_of_their_height() -> None:
     """Two cubes in one column tip as one stone of twice the height: at B/H = 0.5 of the whole."""
     column = stack_of_boxes((0.3, 0.3, 0.3), (0.3, 0.3, 0.3))
     below, above = (
-        simulate_stack(column, plateau_acceleration(0.5 * share, 0.0), [0.0], 3.0) for share in (0.97, 1.06)
+        simulate_stack(column, acceleration_components_with_plateau(0.5 * share, 0.0), [0.0], 3.0)
+        for share in (0.97, 1.06)
     )
     assert below.peak_tilt.to_numpy().max() < 0.02
     assert above.overturned.to_numpy().ravel().tolist() == [1.0, 1.0]
@@ -101,7 +102,7 @@ def test_an_overhanging_stone_stays_at_rest_while_its_centre_is_supported(offset
 def test_an_overhanging_stone_tips_over_the_rim_below_it() -> None:
     """The shaft's centre is 0.05 m from the rim and 0.3 m above it: it tips at g/6 towards the rim."""
     below, above = (
-        simulate_stack(shaft_off_centre(0.2), plateau_acceleration(-share / 6.0, 0.0), [0.0], 3.0)
+        simulate_stack(shaft_off_centre(0.2), acceleration_components_with_plateau(-share / 6.0, 0.0), [0.0], 3.0)
         for share in (0.94, 1.1)
     )
     assert below.overturned.to_numpy().max() == 0.0
@@ -134,7 +135,9 @@ def test_a_stack_with_a_parallelogram_has_a_symmetry_period_of_360_degrees() -> 
 
 def test_a_cross_of_pieces_stands_on_its_pedestal() -> None:
     scene = load_scene("cross", REPOSITORY)
-    still, moving = (simulate_stack(scene, plateau_acceleration(level, 30.0), [0.0], 0.7) for level in (0.1, 0.4))
+    still, moving = (
+        simulate_stack(scene, acceleration_components_with_plateau(level, 30.0), [0.0], 0.7) for level in (0.1, 0.4)
+    )
     assert still.status.item() == CaseStatus.AT_REST
     assert moving.status.item() == CaseStatus.SIMULATED
     assert moving.overturned.to_numpy().ravel()[-1] == 1.0

@@ -190,7 +190,10 @@ def shouldered_stone(height: float, depth: float = 0.6) -> dict[str, Any]:
     return {"vertices": slopes, "depth": depth}
 
 
-NOTCHED_PIECES: Rectangles = [rectangle_outline(-0.1, 0.1, 0.0, 0.02), rectangle_outline(-0.3, 0.3, 0.02, 1.0)]
+PIECES_OF_STONE_ON_LOW_NARROW_FOOT: Rectangles = [
+    rectangle_outline(-0.1, 0.1, 0.0, 0.02),
+    rectangle_outline(-0.3, 0.3, 0.02, 1.0),
+]
 
 
 @pytest.mark.parametrize(
@@ -203,9 +206,9 @@ NOTCHED_PIECES: Rectangles = [rectangle_outline(-0.1, 0.1, 0.0, 0.02), rectangle
         # The lower face ends within the base, and the stone tips over its rim.
         (shouldered_stone(0.02), 0.15, None),
         # Level shoulders: nearest to the rim, 0.15 m and 0.01 m from the base.
-        ({"pieces": NOTCHED_PIECES, "depth": 0.6}, None, np.degrees(np.arctan(0.02 / 0.2))),
-        ({"pieces": NOTCHED_PIECES, "depth": 0.6}, 0.5, np.degrees(np.arctan(0.02 / 0.15))),
-        ({"pieces": NOTCHED_PIECES, "depth": 0.6}, 0.22, None),
+        ({"pieces": PIECES_OF_STONE_ON_LOW_NARROW_FOOT, "depth": 0.6}, None, np.degrees(np.arctan(0.02 / 0.2))),
+        ({"pieces": PIECES_OF_STONE_ON_LOW_NARROW_FOOT, "depth": 0.6}, 0.5, np.degrees(np.arctan(0.02 / 0.15))),
+        ({"pieces": PIECES_OF_STONE_ON_LOW_NARROW_FOOT, "depth": 0.6}, 0.22, None),
         # Along the outline the stone tips first; over a corner of a deep base it tips later, and meets the ground.
         (shouldered_stone(0.06, depth=0.6), None, np.degrees(np.arctan(0.06 / (0.2 * np.cos(np.radians(5.0)))))),
         (shouldered_stone(0.06, depth=0.1), None, None),
@@ -290,7 +293,8 @@ def test_an_outline_that_touches_is_refused_whatever_the_overhang_meets_first() 
     """The stone meets the rim of the plate at atan(0.02/0.15) = 7.6°; on a thin plate it meets the ground at 6.6°."""
     for thickness in (0.3, 0.003):
         scene = stack_of_stones(
-            {"width": 0.5, "depth": 0.6, "height": thickness}, {"pieces": NOTCHED_PIECES, "depth": 0.6}
+            {"width": 0.5, "depth": 0.6, "height": thickness},
+            {"pieces": PIECES_OF_STONE_ON_LOW_NARROW_FOOT, "depth": 0.6},
         )
         (fault,) = reasons_scene_is_no_stack(scene)
         assert "outline of element stone-1 would meet the face below" in fault

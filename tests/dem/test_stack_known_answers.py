@@ -21,8 +21,8 @@ from tests.dem.motions import simulate_under_each_motion
 from tests.dem.test_stack import (
     INTERVAL,
     THREE_BOXES,
+    acceleration_components_with_plateau,
     motion_from_north_and_west_accelerations,
-    plateau_acceleration,
     random_horizontal_accelerations,
     simulate_stack_orientations,
     stack_of_boxes,
@@ -70,7 +70,7 @@ def test_each_joint_opens_at_its_static_threshold(joint: int, lift: float) -> No
     level = np.outer([0.98, 1.03], ratios)
     level /= 1.0 - level * lift  # from level = share · ratio · (1 + lift · level), in g
     up = np.interp(np.arange(0.0, 6.5, INTERVAL), [0.0, 1.0, 6.0, 6.5], [0.0, lift, lift, 0.0]) * GRAVITY
-    motion = Motion(*plateau_acceleration(1.0, 0.0), up, sampling_interval=INTERVAL, trust_data=True)
+    motion = Motion(*acceleration_components_with_plateau(1.0, 0.0), up, sampling_interval=INTERVAL, trust_data=True)
     tilts = simulate_stack_orientations(scene, motion, np.tile(angles, 2), level.ravel()).peak_tilt.reshape(2, 4, 3)
     assert tilts[0].max() < 0.02
     # The stones above the joint move; those below stay.
@@ -139,7 +139,7 @@ def test_two_stones_that_land_together_lose_velocity_like_one_stone() -> None:
 
 
 @cache
-def outcomes_with_divided_samples(parts: int) -> CaseResults:
+def outcomes_with_divided_sampling_interval(parts: int) -> CaseResults:
     """Return the outcomes of two orientations under four motions, each sampling interval divided into `parts`."""
     t, interval = np.arange(0.0, 10.0, INTERVAL), INTERVAL / parts
     times = np.arange(0.0, t[-1] + 0.4 * interval, interval)
@@ -161,7 +161,7 @@ def test_linear_interpolation_of_a_record_changes_no_fall_of_a_stack(seed: int) 
 
     All samples are simulated: which of them are skipped depends on the sampling interval.
     """
-    first, second = (outcomes_with_divided_samples(parts) for parts in (1, 2))
+    first, second = (outcomes_with_divided_sampling_interval(parts) for parts in (1, 2))
     np.testing.assert_array_equal(first.overturned[seed], second.overturned[seed])
     stands = first.overturned[seed] == 0
     assert stands.any()
@@ -182,7 +182,7 @@ def test_threads_and_order_of_cases_change_no_bit_of_stack_outcomes() -> None:
         np.testing.assert_array_equal(one[name], reverse[name].sel(one[name].coords), name)
 
 
-STATUE_SEEDS = (1, 2, 9, 10, 20, 21)
+MOTION_SEEDS_FOR_STATUE = (1, 2, 9, 10, 20, 21)
 """Motions of the first 22 under which time steps 16 times shorter give both the same tilts within 3 %."""
 
 
@@ -192,7 +192,7 @@ def outcomes_of_statue_and_single_stone() -> list[CaseResults]:
     motions, outcomes = (
         [
             motion_from_north_and_west_accelerations(8.0 * random_horizontal_accelerations(seed))
-            for seed in STATUE_SEEDS
+            for seed in MOTION_SEEDS_FOR_STATUE
         ],
         [],
     )
@@ -202,7 +202,7 @@ def outcomes_of_statue_and_single_stone() -> list[CaseResults]:
     return outcomes
 
 
-@pytest.mark.parametrize("number", range(len(STATUE_SEEDS)))
+@pytest.mark.parametrize("number", range(len(MOTION_SEEDS_FOR_STATUE)))
 def test_a_statue_on_its_pedestal_moves_as_one_stone_while_their_joint_stays_closed(number: int) -> None:
     """A thin pedestal below a statue of the same width: the lower joint opens first, and both lean together."""
     both, one = outcomes_of_statue_and_single_stone()

@@ -27,14 +27,14 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 from tests.dem.motions import simulate_under_each_motion
 from tests.dem.test_stack import (
     INTERVAL,
+    acceleration_components_with_plateau,
     motion_from_north_and_west_accelerations,
-    plateau_acceleration,
     random_horizontal_accelerations,
     simulate_stack,
     simulate_stack_orientations,
 )
 
-PLANS: list[PlanShape] = [6, 8, "circle"]
+PLAN_SHAPES: list[PlanShape] = [6, 8, "circle"]
 
 
 def stack_of_prisms(*stones: tuple[PlanShape, float, float]) -> Scene:
@@ -48,14 +48,16 @@ def stack_of_prisms(*stones: tuple[PlanShape, float, float]) -> Scene:
     return Scene(name="prisms", reference=elements[-1].name, elements=tuple(elements))
 
 
-@pytest.mark.parametrize("plan", PLANS)
+@pytest.mark.parametrize("plan", PLAN_SHAPES)
 def test_mass_inertia_and_base_of_a_stacked_stone_are_those_of_its_prism(plan: PlanShape) -> None:
     (stone,) = Stack(stack_of_prisms((plan, 0.4, 1.2))).stones()
-    x, y = stone.base.T
+    x, y = stone.base_corners.T
     cross = x * np.roll(y, -1) - np.roll(x, -1) * y
     square = np.sum(cross * (x * x + x * np.roll(x, -1) + np.roll(x, -1) ** 2)) / (6.0 * cross.sum())
     square = 0.01 if plan == "circle" else square  # r²/4
-    np.testing.assert_allclose(stone.inertia, np.diag([square + 0.12, square + 0.12, 2.0 * square]), atol=1e-12)
+    np.testing.assert_allclose(
+        stone.inertia_per_mass, np.diag([square + 0.12, square + 0.12, 2.0 * square]), atol=1e-12
+    )
     area = math.pi * 0.04 if plan == "circle" else plan * 0.04 * math.tan(math.pi / plan)
     assert 0.5 * cross.sum() == pytest.approx(area)
     assert stone.mass == pytest.approx(2650.0 * area * 1.2, rel=2e-2)
@@ -63,7 +65,7 @@ def test_mass_inertia_and_base_of_a_stacked_stone_are_those_of_its_prism(plan: P
     assert stone.nearest_base_side_distance == pytest.approx(0.2, rel=1e-9 if plan != "circle" else 1e-2)
 
 
-@pytest.mark.parametrize("plan", PLANS)
+@pytest.mark.parametrize("plan", PLAN_SHAPES)
 def test_free_rocking_about_a_side_loses_the_velocity_that_housner_predicts(plan: PlanShape) -> None:
     """1 − 2 b²/(I/m + b² + h²), b: distance of the side, h: height of the centre. With all corners it is 2 to 5 % more.
 
@@ -80,21 +82,21 @@ def test_free_rocking_about_a_side_loses_the_velocity_that_housner_predicts(plan
     arm, critical = math.hypot(b, h), math.atan2(b, h)
     energy = arm * (np.cos(critical - tilt[tops]) - math.cos(critical))
     ratio = np.sqrt(energy[1:4] / energy[:3])
-    np.testing.assert_allclose(ratio, 1.0 - 2.0 * b * b / (stone.inertia[1, 1] + b * b + h * h), rtol=2e-3)
+    np.testing.assert_allclose(ratio, 1.0 - 2.0 * b * b / (stone.inertia_per_mass[1, 1] + b * b + h * h), rtol=2e-3)
 
 
 def test_a_hexagonal_shaft_opens_at_its_nearest_side() -> None:
     """The threshold is the least distance of a side, divided by its direction cosine, over the height of the centre."""
     scene, angles = stack_of_prisms(("rectangle", 0.6, 0.3), (6, 0.25, 0.75)), np.array([0.0, 15.0, 30.0, 100.0])
     cosines = np.cos(np.radians(angles[:, None] - 60.0 * np.arange(6))).max(axis=1)
-    motion = Motion(*plateau_acceleration(1.0, 0.0), sampling_interval=INTERVAL, trust_data=True)
+    motion = Motion(*acceleration_components_with_plateau(1.0, 0.0), sampling_interval=INTERVAL, trust_data=True)
     level = np.outer([0.97, 1.04], 0.125 / cosines / 0.375)
     found = simulate_stack_orientations(scene, motion, np.tile(angles, 2), level.ravel())
     assert found.peak_tilt[:4].max() < 0.02
     assert (found.overturned[4:] == [0, 1]).all()
 
 
-@pytest.mark.parametrize("plan", PLANS)
+@pytest.mark.parametrize("plan", PLAN_SHAPES)
 def test_a_stack_of_one_prism_agrees_with_the_model_of_a_single_body(plan: PlanShape) -> None:
     """Friction acts per contact face in a stack, but per corner in a single body: flags near the limit may differ.
 
@@ -148,7 +150,7 @@ def test_a_rotation_by_the_symmetry_period_gives_the_same_outcome() -> None:
     np.testing.assert_allclose(found.fall_azimuth[:, 1], found.fall_azimuth[0, 1], atol=2.0)
 
 
-@pytest.mark.parametrize("plan", PLANS)
+@pytest.mark.parametrize("plan", PLAN_SHAPES)
 def test_prisms_balance_energy_as_well_as_boxes_and_rest_off_centre(plan: PlanShape) -> None:
     """A case is rerun with finer steps until its error is below 0.01, so the median says more than the maximum.
 
@@ -212,7 +214,7 @@ def test_stones_of_equal_width_balance_their_energy_at_the_first_attempt(
         assert found.energy_error.max() < 1e-3, seed
 
 
-@pytest.mark.parametrize("plan", PLANS)
+@pytest.mark.parametrize("plan", PLAN_SHAPES)
 @pytest.mark.parametrize(
     "taper", [0.0, *(pytest.param(one, marks=pytest.mark.long) for one in (0.0002, 0.001, 0.004, 0.009, -0.002, -0.01))]
 )
@@ -228,7 +230,7 @@ def test_columns_of_drums_balance_their_energy(plan: PlanShape, taper: float) ->
     assert (found.status == CaseStatus.SIMULATED).any()
 
 
-@pytest.mark.parametrize("plan", PLANS)
+@pytest.mark.parametrize("plan", PLAN_SHAPES)
 def test_a_drum_on_an_equal_drum_loses_nearly_the_velocity_that_housner_predicts(plan: PlanShape) -> None:
     """All corners carry in a landing where the rims coincide, so that 2 to 5 % less velocity is lost."""
     heavy = {"materials": {"stone": Material(), "lead": Material(density=2e5)}}
@@ -245,7 +247,7 @@ def test_a_drum_on_an_equal_drum_loses_nearly_the_velocity_that_housner_predicts
     tops = [i for i in range(2, len(tilt) - 2) if free[i] and tilt[i] > 2e-3 and tilt[i] >= tilt[i - 2 : i + 3].max()]
     arm, critical = math.hypot(b, h), math.atan2(b, h)
     energy = arm * (np.cos(critical - tilt[tops]) - math.cos(critical))
-    ratio = np.sqrt(energy[1:4] / energy[:3]) / (1.0 - 2.0 * b * b / (stone.inertia[1, 1] + b * b + h * h))
+    ratio = np.sqrt(energy[1:4] / energy[:3]) / (1.0 - 2.0 * b * b / (stone.inertia_per_mass[1, 1] + b * b + h * h))
     assert ((ratio > 0.995) & (ratio < 1.055)).all()
 
 
@@ -255,7 +257,7 @@ def test_a_prism_whose_centre_lies_outside_the_face_below_is_refused() -> None:
     The upper stone narrows with B/H: at 0.1 its base, 0.06 m wide, does not meet the face at all.
     """
 
-    def offset_scene(offset: float) -> Scene:
+    def scene_of_offset_prism(offset: float) -> Scene:
         """Return a scene of a prism on another one, shifted from its middle by `offset`, m."""
         elements = stack_of_prisms((8, 0.5, 0.3), (6, 0.2, 0.6)).elements
         return Scene(name="offset", reference="stone-1", elements=(
@@ -263,11 +265,11 @@ def test_a_prism_whose_centre_lies_outside_the_face_below_is_refused() -> None:
         ))  # fmt: skip
 
     with pytest.raises(ArgumentError, match="stone-1 has its centre of mass outside it"):
-        Stack(offset_scene(0.28))
-    narrow = Stack(offset_scene(0.24)).stones(0.6, 0.1)
+        Stack(scene_of_offset_prism(0.28))
+    narrow = Stack(scene_of_offset_prism(0.24)).stones(0.6, 0.1)
     far = [narrow[0], replace(narrow[1], x=0.3)]
-    assert contact_patches_at_rest(narrow)[1].reach.min() > 0.0
-    assert contact_patches_at_rest(far)[1].reach.min() < 0.0
+    assert contact_patches_at_rest(narrow)[1].side_distances_from_centre_above.min() > 0.0
+    assert contact_patches_at_rest(far)[1].side_distances_from_centre_above.min() < 0.0
 
 
 @pytest.mark.parametrize(

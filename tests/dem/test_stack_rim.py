@@ -15,9 +15,9 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 from tests.dem.test_stack import INTERVAL
 
 WIDTH, HEIGHT, BASE_WIDTH = 0.3, 0.6, 4.0
-RIM_DISTANCE: Final = 0.05
+CENTRE_TO_RIM_DISTANCE: Final = 0.05
 """Distance of the shaft's centre from the rim of the base at rest, m."""
-INERTIA: Final = (WIDTH**2 + HEIGHT**2) / 12.0
+INERTIA_PER_MASS: Final = (WIDTH**2 + HEIGHT**2) / 12.0
 """Moment of inertia of the shaft per mass, m²."""
 
 
@@ -32,7 +32,7 @@ def overhanging_shaft(friction: float) -> Scene:
             {"name": "ground", "kind": "driven", "width": 40.0, "height": 1.0, "at": (0.0, -1.0)},
             {"name": "base", "width": BASE_WIDTH, "depth": BASE_WIDTH, "height": 1.0, "stands_on": "ground"},
             {"name": "shaft", "width": WIDTH, "depth": WIDTH, "height": HEIGHT, "stands_on": "base",
-             "at": (0.5 * BASE_WIDTH - RIM_DISTANCE, 0.0), "material": "slick"},
+             "at": (0.5 * BASE_WIDTH - CENTRE_TO_RIM_DISTANCE, 0.0), "material": "slick"},
         ),
     })  # fmt: skip
 
@@ -57,7 +57,9 @@ def test_a_stone_without_friction_slides_over_the_rim_as_a_plane_body_does() -> 
     pulse = np.where(time < 0.1, -4.0, 0.0)
     path = path_of_overhanging_shaft(pulse, 0.0)
     speed = -float(np.trapezoid(pulse, time))
-    passes = -float(np.trapezoid(pulse * time, time)) / speed + RIM_DISTANCE / speed  # the centre is above the rim, s
+    passes = (
+        -float(np.trapezoid(pulse * time, time)) / speed + CENTRE_TO_RIM_DISTANCE / speed
+    )  # the centre is above the rim, s
 
     def state_rates(_: float, state: np.ndarray[Any, Any]) -> list[float]:
         """Return the time derivative of the state (x, z, angle and their velocities)."""
@@ -66,9 +68,9 @@ def test_a_stone_without_friction_slides_over_the_rim_as_a_plane_body_does() -> 
         at = float(along @ [x, z])
         lever = x * normal[1] - z * normal[0]  # moment of a unit force about the centre, positive with the lean
         other = -GRAVITY * normal[1] + 2.0 * spin * float(along @ [vx, vz]) - spin**2 * float(normal @ [x, z])
-        force = -other / (1.0 + at * lever / INERTIA)
+        force = -other / (1.0 + at * lever / INERTIA_PER_MASS)
         assert force > 0.0
-        return [vx, vz, spin, force * normal[0], force * normal[1] - GRAVITY, force * lever / INERTIA]
+        return [vx, vz, spin, force * normal[0], force * normal[1] - GRAVITY, force * lever / INERTIA_PER_MASS]
 
     expected = solve_ivp(
         state_rates, (0.0, 0.33), [0.0, 0.5 * HEIGHT, 0.0, speed, 0.0, 0.0], rtol=1e-10, atol=1e-12, dense_output=True
@@ -96,9 +98,12 @@ def test_a_rough_stone_turns_about_the_rim_like_a_pendulum(level: float) -> None
     def state_rates(t: float, state: np.ndarray[Any, Any]) -> list[float]:
         """Return the time derivative of angle and angular velocity."""
         angle, spin = state
-        x = -RIM_DISTANCE * math.cos(angle) + above * math.sin(angle)
-        z = RIM_DISTANCE * math.sin(angle) + above * math.cos(angle)
-        return [spin, (GRAVITY * x - base_acceleration(t) * z) / (INERTIA + RIM_DISTANCE**2 + above**2)]
+        x = -CENTRE_TO_RIM_DISTANCE * math.cos(angle) + above * math.sin(angle)
+        z = CENTRE_TO_RIM_DISTANCE * math.sin(angle) + above * math.cos(angle)
+        return [
+            spin,
+            (GRAVITY * x - base_acceleration(t) * z) / (INERTIA_PER_MASS + CENTRE_TO_RIM_DISTANCE**2 + above**2),
+        ]
 
     expected = solve_ivp(
         state_rates, (0.0, 0.6), [0.0, 0.0], rtol=1e-10, atol=1e-12, max_step=1e-3, dense_output=True

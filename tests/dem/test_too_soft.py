@@ -14,12 +14,12 @@ from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
-PEAK_ACCELERATIONS = pytest.mark.parametrize("peak", [0.0, 0.1, 5.0])
-WITH_AND_WITHOUT_SKIPPING = pytest.mark.parametrize("leave_out", [True, False])
+PARAMETRIZE_PEAK_ACCELERATION = pytest.mark.parametrize("peak", [0.0, 0.1, 5.0])
+PARAMETRIZE_SKIPPING_OF_REST = pytest.mark.parametrize("leave_out", [True, False])
 
 
-@PEAK_ACCELERATIONS
-@WITH_AND_WITHOUT_SKIPPING
+@PARAMETRIZE_PEAK_ACCELERATION
+@PARAMETRIZE_SKIPPING_OF_REST
 def test_a_block_with_excessive_static_penetration_is_marked_unstable(peak: float, leave_out: bool) -> None:
     north = peak * np.sin(np.arange(200) * 0.1)
     motion = Motion(north, np.zeros(200), sampling_interval=0.01)
@@ -31,8 +31,8 @@ def test_a_block_with_excessive_static_penetration_is_marked_unstable(peak: floa
     assert (stiff.overturned != INT8_MISSING).all()
 
 
-@PEAK_ACCELERATIONS
-@WITH_AND_WITHOUT_SKIPPING
+@PARAMETRIZE_PEAK_ACCELERATION
+@PARAMETRIZE_SKIPPING_OF_REST
 @pytest.mark.parametrize(("plan", "times"), [("rectangle", 1), ("circle", 2), (6, 3)])
 def test_a_3d_body_with_excessive_static_penetration_is_marked_unstable(
     peak: float, leave_out: bool, plan: str | int, times: int
@@ -64,7 +64,7 @@ def test_a_3d_body_with_excessive_static_penetration_is_marked_unstable(
     assert np.isnan(path.overturned)
 
 
-@PEAK_ACCELERATIONS
+@PARAMETRIZE_PEAK_ACCELERATION
 def test_a_stone_that_overlaps_its_wall_has_a_missing_outcome(peak: float) -> None:
     """The wall is 0.22 m from the centre: a stone 0.6 m high overlaps it from B/H 0.7333 and would be thrown off."""
     motion = Motion(peak * np.sin(np.arange(200) * 0.1), np.zeros(200), sampling_interval=0.01)

@@ -27,15 +27,15 @@ from overturning.model.cases import Cases
 from overturning.model.shapes import RectangularPrism
 from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
-from tests.expect import skip_or_fail
+from tests.expect import skip_test_unless_skipping_is_forbidden
 
 pytestmark = pytest.mark.long
 
-AssembleLoop = Callable[[], Iterator[str]]
+LoopAssemblyGenerator = Callable[[], Iterator[str]]
 """Function that compiles a loop and yields the assembly of each of its variants."""
 
 
-def create_function_yielding_loop_assembly(loop: Any, *arguments: Any) -> AssembleLoop:
+def create_function_yielding_loop_assembly(loop: Any, *arguments: Any) -> LoopAssemblyGenerator:
     """Return a function that compiles a loop for the types of its arguments and yields its assembly code."""
 
     def compile_and_yield_assembly() -> Iterator[str]:
@@ -48,9 +48,10 @@ def create_function_yielding_loop_assembly(loop: Any, *arguments: Any) -> Assemb
 
 UPWARD_ACCELERATION = np.zeros(8)
 PAIR, ELEMENT, CASE, BLOCK = (
-    np.zeros(table.size) for table in (rows.PAIR, rows.ELEMENT, rows.CASE, equations.SUBMATRIX)
+    np.zeros(table.size)
+    for table in (rows.PAIR_ROW_LAYOUT, rows.ELEMENT_ROW_LAYOUT, rows.CASE_ROW_LAYOUT, equations.SUBMATRIX_ROW_LAYOUT)
 )
-LOOPS: dict[str, AssembleLoop] = {
+ASSEMBLY_GENERATORS_BY_LOOP: dict[str, LoopAssemblyGenerator] = {
     "couple": create_function_yielding_loop_assembly(
         add_pair_to_equations,
         PAIR,
@@ -70,7 +71,7 @@ LOOPS: dict[str, AssembleLoop] = {
         equations.subtract_submatrix_product, BLOCK, BLOCK.copy(), BLOCK.copy(), False
     ),
     "subtract product": create_function_yielding_loop_assembly(
-        equations.subtract_from_velocity_change, ELEMENT, BLOCK, ELEMENT.copy()
+        equations.subtract_coupled_velocity_change, ELEMENT, BLOCK, ELEMENT.copy()
     ),
     "predict, vertical": create_function_yielding_loop_assembly(
         predict_element_motion, UPWARD_ACCELERATION, ELEMENT, CASE, 128.0, 9.80665
@@ -120,7 +121,7 @@ def regexes_of_packed_and_scalar_arithmetic() -> tuple[str, str]:
         register = name_of_widest_vector_register()
         return rf"\bv?(?:add|sub|mul|div)pd\b[^\n]*%{register}", r"\bv?(?:add|sub|mul|div)sd\b"
     if kind not in ("aarch64", "arm64"):
-        skip_or_fail(f"{kind}: no patterns of vector code for this processor")
+        skip_test_unless_skipping_is_forbidden(f"{kind}: no patterns of vector code for this processor")
     return r"\bf(?:add|sub|mul|div)(?:\.2d)?\s+v[^\n]*", r"\bf(?:add|sub|mul|div)\s+d\d"
 
 
@@ -130,10 +131,10 @@ MASKED_MOVE = re.compile(r"\bvmaskmovpd\s+%[xy]mm\d+, %[xy]mm\d+, \S*\(|\bvmov[a
 FUSED_MULTIPLY_ADD = re.compile(r"\bv?f[n]?m(?:add|sub|addsub|subadd)\w*|\bfml[as]\b|\bfn?madd\b")
 
 
-@pytest.mark.parametrize("name", LOOPS)
+@pytest.mark.parametrize("name", ASSEMBLY_GENERATORS_BY_LOOP)
 def test_small_loops_are_fully_vectorised_without_fused_multiply_add(name: str) -> None:
     packed, scalar = regexes_of_packed_and_scalar_arithmetic()
-    for assembly in LOOPS[name]():
+    for assembly in ASSEMBLY_GENERATORS_BY_LOOP[name]():
         assert not FUSED_MULTIPLY_ADD.search(assembly)
         wide, single = len(re.findall(packed, assembly)), len(re.findall(scalar, assembly))
         assert not MASKED_MOVE.search(assembly)
@@ -143,7 +144,7 @@ def test_small_loops_are_fully_vectorised_without_fused_multiply_add(name: str) 
 
 
 ACCELERATION = 4.0 * np.sin(0.1 * np.arange(50))
-KERNELS: dict[str, tuple[Callable[..., Any], int]] = {
+KERNEL_CALLS_AND_LARGE_LOOP_COUNTS: dict[str, tuple[Callable[..., Any], int]] = {
     "block, centred": (lambda motion, mu: run_cases(motion, Cases(0.0, 0.6, 0.3, mu)), 3),
     "block, cundall": (lambda motion, mu: run_cases(motion, Cases(0.0, 0.6, 0.3, mu), scheme="cundall"), 1),
     "body": (lambda motion, _: simulate_cases(RectangularPrism(), motion, Cases(0.0, 0.6, 0.3, 1.0)), 6),
@@ -174,7 +175,7 @@ def numba_library_of_kernel_in_call(compute: Callable[[], Any], monkeypatch: pyt
 @pytest.mark.parametrize("name", ["body", "stack"])
 def test_loops_of_a_kernel_get_no_arguments_that_they_do_not_use(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Numba passes an array as seven numbers; these functions, of two to five arrays, use the address alone."""
-    compute, _ = KERNELS[name]
+    compute, _ = KERNEL_CALLS_AND_LARGE_LOOP_COUNTS[name]
     module = str(
         numba_library_of_kernel_in_call(
             lambda: compute(short_motion(False), 1.0), monkeypatch
@@ -189,7 +190,7 @@ def test_loops_of_a_kernel_get_no_arguments_that_they_do_not_use(name: str, monk
 
 def test_loops_of_a_body_have_no_scalar_copy_for_arrays_that_overlap(monkeypatch: pytest.MonkeyPatch) -> None:
     """LLVM would compile each of these loops twice, and test for overlap in every call."""
-    compute, _ = KERNELS["body"]
+    compute, _ = KERNEL_CALLS_AND_LARGE_LOOP_COUNTS["body"]
     library = numba_library_of_kernel_in_call(lambda: compute(short_motion(False), 1.0), monkeypatch)
     assembly = library._codegen._tm.emit_assembly(library._get_module_for_linking())
     packed, scalar = regexes_of_packed_and_scalar_arithmetic()
@@ -201,7 +202,12 @@ def test_loops_of_a_body_have_no_scalar_copy_for_arrays_that_overlap(monkeypatch
 
 @pytest.mark.parametrize(
     ("name", "vertical", "friction"),
-    [(name, up, mu) for name in KERNELS for up in (False, True) for mu in (0.7, 0.0)[: 1 + ("block" in name)]],
+    [
+        (name, up, mu)
+        for name in KERNEL_CALLS_AND_LARGE_LOOP_COUNTS
+        for up in (False, True)
+        for mu in (0.7, 0.0)[: 1 + ("block" in name)]
+    ],
 )
 def test_the_large_loops_of_a_kernel_are_vectorised(
     name: str, vertical: bool, friction: float, monkeypatch: pytest.MonkeyPatch
@@ -210,7 +216,7 @@ def test_the_large_loops_of_a_kernel_are_vectorised(
 
     A loop over a variable number of lanes may have a scalar copy for the lanes that do not fill a vector.
     """
-    compute, large = KERNELS[name]
+    compute, large = KERNEL_CALLS_AND_LARGE_LOOP_COUNTS[name]
     library = numba_library_of_kernel_in_call(lambda: compute(short_motion(vertical), friction), monkeypatch)
     packed, scalar = regexes_of_packed_and_scalar_arithmetic()
     # A loaded library holds machine code and, for linking, the LLVM module from which the assembly is made.

@@ -1,4 +1,4 @@
-"""Figures of the number that answers a question: each value at its place, sorted, with its interval and in print."""
+"""Figures of the number that answers a study's question: positions, order and intervals of values, and grey print."""
 
 import matplotlib.pyplot as plt
 import numpy as np

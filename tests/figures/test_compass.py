@@ -27,8 +27,8 @@ from overturning.figures.style import (
     use_package_matplotlib_settings,
 )
 from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
-from overturning.statistics.boundary import largest_falling_b_over_h_by_azimuth
-from overturning.translation.texts import translate_visible_texts_to
+from overturning.statistics.boundary import overturning_boundaries_by_azimuth
+from overturning.translation.texts import use_translation_language
 from tests.figures.test_further_figures import cube_of_falls_around_azimuth_40
 
 
@@ -73,10 +73,10 @@ def figure_of_pga_and_pgv_by_azimuth() -> Figure:
 
 def figure_of_overturning_boundary() -> Figure:
     cube = cube_of_one_record()
-    return overturning_boundary_figure(largest_falling_b_over_h_by_azimuth(cube), 0.6, 40.0, "A station")
+    return overturning_boundary_figure(overturning_boundaries_by_azimuth(cube), 0.6, 40.0, "A station")
 
 
-FIGURES_WITH_COMPASSES = (
+FUNCTIONS_MAKING_COMPASS_FIGURES = (
     figure_of_one_azimuth_map,
     figure_of_four_azimuth_maps,
     azimuth_map_figure_of_two_records,
@@ -113,7 +113,7 @@ def text_boxes(figure: Figure) -> dict[Text, tuple[float, float, float, float]]:
 
 
 @pytest.mark.parametrize("phone", [False, True], ids=["page", "phone"])
-@pytest.mark.parametrize("make", FIGURES_WITH_COMPASSES)
+@pytest.mark.parametrize("make", FUNCTIONS_MAKING_COMPASS_FIGURES)
 def test_no_text_of_a_compass_figure_is_cut_off_or_overlaps(make: Callable[[], Figure], phone: bool) -> None:
     figure = figure_drawn_once_for_all_tests(make, phone)
     assert not has_cut_or_overlapping_text(figure)
@@ -126,7 +126,7 @@ def test_no_text_of_a_compass_figure_is_cut_off_or_overlaps(make: Callable[[], F
 
 
 @pytest.mark.parametrize("phone", [False, True], ids=["page", "phone"])
-@pytest.mark.parametrize("make", FIGURES_WITH_COMPASSES)
+@pytest.mark.parametrize("make", FUNCTIONS_MAKING_COMPASS_FIGURES)
 def test_compass_titles_stand_between_the_letter_n_and_the_row_above(make: Callable[[], Figure], phone: bool) -> None:
     figure = figure_drawn_once_for_all_tests(make, phone)
     all_boxes = text_boxes(figure)
@@ -152,7 +152,7 @@ def test_compass_titles_stand_between_the_letter_n_and_the_row_above(make: Calla
         assert above[3] < ceiling
 
 
-@pytest.mark.parametrize("make", FIGURES_WITH_COMPASSES)
+@pytest.mark.parametrize("make", FUNCTIONS_MAKING_COMPASS_FIGURES)
 def test_compasses_are_round_and_equal_and_do_not_touch(make: Callable[[], Figure]) -> None:
     figure = figure_drawn_once_for_all_tests(make, False)
     rims = [axes.get_window_extent() for axes in visible_compasses(figure)]
@@ -168,7 +168,7 @@ def test_compasses_are_round_and_equal_and_do_not_touch(make: Callable[[], Figur
 
 @pytest.mark.parametrize(("kind", "language"), [("svg", "en"), ("png", "en"), ("svg", "ja")])
 def test_a_map_drawn_twice_has_the_same_bytes(kind: str, language: str, tmp_path: Path) -> None:
-    with use_package_matplotlib_settings(), translate_visible_texts_to(language):
+    with use_package_matplotlib_settings(), use_translation_language(language):
         for name in ("one", "two"):
             save_figure_files(figure_of_four_azimuth_maps(), tmp_path / f"{name}.{kind}", dpi=50)
     assert (tmp_path / f"one.{kind}").read_bytes() == (tmp_path / f"two.{kind}").read_bytes()
@@ -215,7 +215,7 @@ def test_a_cleared_compass_is_empty() -> None:
         _, ((axes,),) = create_compass_grid(1, 1, 3.0, 3.0)
         axes.draw_compass(1.0, {0.5: "half"})
         axes.clear()
-    assert [*axes.texts, *axes.patches, *axes.fixed_texts] == []
+    assert [*axes.texts, *axes.patches, *axes.direction_and_ring_labels] == []
     assert (axes.get_theta_direction(), np.degrees(axes.get_theta_offset())) == (-1, 90)
 
 

@@ -16,8 +16,8 @@ from tests.expect import command_output, expect_error
 from tests.figures.test_explore import random_3d_cube
 from tests.study.small_study import simulate_study_cube, sine_cycle_record, small_study
 
-FIGURES_OF_FALLS = ("boundary", "rose", "earthquakes", "axes")
-FIGURES_OF_OUTCOMES = ("polar", "blocks", "plane", *FIGURES_OF_FALLS)
+NAMES_OF_FALL_FIGURES = ("boundary", "rose", "earthquakes", "axes")
+NAMES_OF_OUTCOME_FIGURES = ("polar", "blocks", "plane", *NAMES_OF_FALL_FIGURES)
 
 
 def write_cube_and_intensities_of_records(folder: Path, *records: Record) -> Path:
@@ -40,7 +40,7 @@ def cube_with_falls(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_cube_and_intensities_of_records(tmp_path_factory.mktemp("strong"), sine_cycle_record("a", 6.0))
 
 
-@pytest.mark.parametrize("kind", FIGURES_OF_FALLS)
+@pytest.mark.parametrize("kind", NAMES_OF_FALL_FIGURES)
 def test_figure_of_falls_is_refused_without_falls(cube_without_falls: Path, tmp_path: Path, kind: str) -> None:
     out = tmp_path / "empty.svg"
     text = command_output("figure", kind, cube_without_falls, "-o", out, status=1)
@@ -54,7 +54,7 @@ def test_maps_are_drawn_if_all_blocks_stand(cube_without_falls: Path, tmp_path: 
     assert (tmp_path / "stands.svg").stat().st_size > 1000
 
 
-@pytest.mark.parametrize("kind", FIGURES_OF_OUTCOMES)
+@pytest.mark.parametrize("kind", NAMES_OF_OUTCOME_FIGURES)
 def test_figures_of_a_cube_without_outcomes_are_refused(cube_with_falls: Path, kind: str) -> None:
     with open_cube(cube_with_falls) as cube:
         missing = {name: xr.full_like(cube[name], np.nan) for name in ("overturned", "fall_azimuth") if name in cube}
@@ -62,7 +62,7 @@ def test_figures_of_a_cube_without_outcomes_are_refused(cube_with_falls: Path, k
         beside = cube.assign(missing | ({} if status is None else {"status": status}))
         beside.encoding["source"] = str(cube_with_falls)
         with expect_error(ArgumentError, f"{kind}: nothing to draw: none of the 18 cases has an outcome", brief=True):
-            plot.KINDS[kind](beside)
+            plot.CUBE_FIGURE_FUNCTIONS[kind](beside)
 
 
 def test_fall_axes_figure_needs_a_fault_strike_and_roses_do_not(cube_with_falls: Path) -> None:
@@ -75,7 +75,7 @@ def test_fall_axes_figure_needs_a_fault_strike_and_roses_do_not(cube_with_falls:
 def test_figure_of_fall_alignment_needs_falls_and_a_reference_direction(monkeypatch: pytest.MonkeyPatch) -> None:
     cube = random_3d_cube().assign_coords(pulse=("record", [1, 1]))
     unknown = xr.Dataset({name: ("record", [np.nan] * 2) for name in ("pgv_azimuth", "pga_azimuth", "pulse_axis")})
-    monkeypatch.setattr(plot, "_intensity_measures", lambda _: unknown)
+    monkeypatch.setattr(plot, "_read_intensity_measures", lambda _: unknown)
     stands = cube.assign(overturned=xr.zeros_like(cube["overturned"]), fall_azimuth=cube["fall_azimuth"] * np.nan)
     with expect_error(ArgumentError, "follow: nothing to draw: none of the", "cases with an outcome overturns"):
         plot.fall_alignment_by_b_over_h(stands)
@@ -99,7 +99,7 @@ def test_figures_of_motion_are_refused_for_ground_at_rest(tmp_path: Path) -> Non
 
 
 def test_this_file_tests_the_content_check_of_every_kind_of_figure() -> None:
-    assert {*FIGURES_OF_OUTCOMES, "follow", "intensity", "hodograph", "history"} == set(plot.KINDS)
+    assert {*NAMES_OF_OUTCOME_FIGURES, "follow", "intensity", "hodograph", "history"} == set(plot.CUBE_FIGURE_FUNCTIONS)
 
 
 def test_public_modules_list_public_names_only() -> None:
@@ -108,5 +108,5 @@ def test_public_modules_list_public_names_only() -> None:
     for module in (overturning, plot):
         assert [name for name in dir(module) if name.startswith("_") and name != "__version__"] == []
         assert set(dir(module)) - {"__version__"} == set(module.__all__)
-    named = {draw.__name__ for draw in plot.KINDS.values()}
+    named = {draw.__name__ for draw in plot.CUBE_FIGURE_FUNCTIONS.values()}
     assert named | {"rotation_slip_and_uplift", "spectra"} == set(plot.__all__)

@@ -14,7 +14,7 @@ from overturning.figures import explore
 from overturning.figures.explore import explorer_page_data, write_explorer
 from overturning.model.status import CaseStatus
 from overturning.study.load import study_from_content
-from overturning.translation.texts import translate_visible_texts_to
+from overturning.translation.texts import use_translation_language
 
 DIMENSIONS = ("record", "azimuth", "height", "b_over_h", "friction")
 SCRIPT_AS_NAME = "</script><script>window.hurt = 1</script>"
@@ -224,7 +224,7 @@ def test_explorer_page_has_title_question_and_report_of_the_study(tmp_path: Path
 
 def test_film_in_the_explorer_has_the_language_of_the_page() -> None:
     for language, option in (("en", []), ("ja", ["--language", "ja"])):
-        with translate_visible_texts_to(language):
+        with use_translation_language(language):
             assert explorer_page_data(random_planar_cube())["film"]["options"] == option
 
 

@@ -14,7 +14,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from PIL import Image
 
 from overturning.errors import ArgumentError, MissingDataError
-from overturning.figures.film import Film, FilmPanel, extent_of_free_bodies, vertex_positions_by_frame
+from overturning.figures.film import Film, FilmPanel, extent_of_free_2d_bodies, polygon_vertices_by_frame
 from overturning.figures.film_movie import write_film_as_gif_or_mp4
 from overturning.figures.film_strip import film_strip_figure
 from overturning.figures.page import film_page_html, write_film_html_page
@@ -37,7 +37,7 @@ def test_positions_and_rotations_survive_packing_into_the_page() -> None:
 
 
 def test_positive_rotation_in_a_film_turns_towards_the_right() -> None:
-    standing, turned = vertex_positions_by_frame(rocking_film_block(np.array([0.0, 0.3])))
+    standing, turned = polygon_vertices_by_frame(rocking_film_block(np.array([0.0, 0.3])))
     assert standing[:, 1].min() == pytest.approx(0)
     assert turned[1] == pytest.approx([0.12, 0.0])  # it turns about its right lower corner
     assert turned[2, 0] > standing[2, 0]
@@ -45,7 +45,7 @@ def test_positive_rotation_in_a_film_turns_towards_the_right() -> None:
 
 
 def test_film_view_contains_all_free_bodies() -> None:
-    left, right, bottom, top = extent_of_free_bodies(film_of_falling_and_rocking_block())
+    left, right, bottom, top = extent_of_free_2d_bodies(film_of_falling_and_rocking_block())
     assert left < -0.12
     assert 0.12 + 0.6 < right < 2, "the fallen block lies to the right of its corner, and the wide base does not count"
     assert bottom < 0 < 0.6 < top
@@ -130,7 +130,9 @@ def test_a_movie_shows_the_vertical_motion(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr(ConstrainedLayoutEngine, "execute", lambda *_: None)  # slow, and places matter little here
     panel = film_of_falling_and_rocking_block(duration=0.0).panels[0]
     up = np.array([0.0, 3.0, -3.0, 3.0, 0.0])
-    shaken = replace(panel, acceleration=0.0 * up, vertical=up, sampling_interval=2e-4)
+    shaken = replace(
+        panel, horizontal_base_acceleration=0.0 * up, vertical_base_acceleration=up, sampling_interval=2e-4
+    )
     write_film_as_gif_or_mp4(Film("f", 0.0, 0.02, (shaken,)), tmp_path / "a.gif")
     with Image.open(tmp_path / "a.gif") as picture:
         red, _, blue = np.moveaxis(np.asarray(picture.convert("RGB"), dtype=np.int64), -1, 0)

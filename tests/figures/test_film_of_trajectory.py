@@ -10,11 +10,11 @@ import xarray as xr
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
-from overturning.figures.film import extent_of_free_bodies, vertex_positions_by_frame
+from overturning.figures.film import extent_of_free_2d_bodies, polygon_vertices_by_frame
 from overturning.figures.film_movie import write_film_as_gif_or_mp4
 from overturning.figures.film_of_body import convex_hull_faces
 from overturning.figures.film_of_trajectory import (
-    AFTERMATH,
+    SIMULATED_TIME_AFTER_OUTCOME_S,
     film_of_trajectories,
     first_and_last_movement_times,
     outcome_sentence,
@@ -62,11 +62,11 @@ def test_film_of_a_fall_ends_with_the_block_on_its_side(sine_motion_after_rest: 
     assert film.start == pytest.approx(1.6, abs=0.2)  # the quiet time before is not shown
     body = film.panels[0].bodies[1]
     assert body.rotation[-1] == pytest.approx(side * np.pi / 2)
-    assert sorted(vertex_positions_by_frame(body)[-1, :, 1]) == pytest.approx([0, 0, 0.18, 0.18]), "it lies on its side"
+    assert sorted(polygon_vertices_by_frame(body)[-1, :, 1]) == pytest.approx([0, 0, 0.18, 0.18]), "it lies on its side"
     turned = np.abs(trajectory_of_element_named_stone(path)["rotation"].to_numpy()[-1])
     assert turned < np.pi / 2, "the path itself ends before"
     assert np.abs(np.diff(body.position[:, 0])).max() < 0.06, "and does not jump"
-    assert vertex_positions_by_frame(body)[..., 1].min() > -0.01, "nothing sinks into the base"
+    assert polygon_vertices_by_frame(body)[..., 1].min() > -0.01, "nothing sinks into the base"
 
 
 def test_films_of_opposite_azimuths_mirror_each_other(sine_motion_after_rest: Motion) -> None:
@@ -82,7 +82,7 @@ def test_film_of_a_block_that_does_not_move_still_has_frames(sine_motion_after_r
     assert first_and_last_movement_times(path) is None
     assert outcome_sentence(path).startswith("stands")
     film = film_of_trajectories([path], sine_motion_after_rest, "nothing")
-    assert film.frames > 10
+    assert film.frame_count > 10
 
 
 def test_panels_of_a_film_share_time_and_end_at_the_fall(sine_motion_after_rest: Motion) -> None:
@@ -106,13 +106,13 @@ def test_frames_show_the_trajectory_and_the_ground_at_their_times(sine_motion_af
     assert panel.bodies[1].rotation[frame] == pytest.approx(
         np.interp(film.frame_times[frame], path["time"], one["rotation"])
     )
-    along, level = panel.ground.T
+    along, level = panel.ground_displacement.T
     since = np.clip(film.frame_times - 2.0, 0.0, 1.0)
     exact = 9.0 / (2 * np.pi) * (since - np.sin(2 * np.pi * since) / (2 * np.pi))
     assert along == pytest.approx(exact, abs=2e-3)
     assert not level.any()
-    left, right, _, _ = extent_of_free_bodies(film, moving=True)
-    seen = (vertex_positions_by_frame(panel.bodies[1]) + panel.ground[:, None])[..., 0]
+    left, right, _, _ = extent_of_free_2d_bodies(film, moving=True)
+    seen = (polygon_vertices_by_frame(panel.bodies[1]) + panel.ground_displacement[:, None])[..., 0]
     assert left < seen.min() < seen.max() < right
 
 
@@ -125,11 +125,11 @@ def test_ground_of_a_film_reaches_beyond_the_picture(height: float) -> None:
     film = film_of_trajectories(
         [trajectory(motion, azimuth_deg=0, **SLENDER_BLOCK | {"height": height})], motion, "thrown"
     )
-    ground = vertex_positions_by_frame(film.panels[0].bodies[0])
-    shift = film.panels[0].ground
+    ground = polygon_vertices_by_frame(film.panels[0].bodies[0])
+    shift = film.panels[0].ground_displacement
     assert np.ptp(shift[:, 1]) > 1.0
     for moving in (False, True):
-        left, right, bottom, _ = extent_of_free_bodies(film, moving=moving)
+        left, right, bottom, _ = extent_of_free_2d_bodies(film, moving=moving)
         places = ground + (shift[:, None] if moving else 0.0)
         assert (places[..., 1].min(axis=1) < bottom).all()
         assert (places[..., 0].min(axis=1) < left).all()
@@ -140,7 +140,10 @@ def test_film_of_a_stack_ends_when_its_stones_lie() -> None:
     """At the last frame all stones are slower than 1 cm/s; at the end of the case the shaft is in mid-air."""
     motion = Motion.sine(7.0, 0.8)
     given = {"azimuth_deg": 0.0, "friction": 0.7}
-    cut, path = (trajectory(motion, load_scene("three-tier"), **given, aftermath=time) for time in (0.0, AFTERMATH))
+    cut, path = (
+        trajectory(motion, load_scene("three-tier"), **given, aftermath=time)
+        for time in (0.0, SIMULATED_TIME_AFTER_OUTCOME_S)
+    )
     film = film_of_trajectories([path], motion, "stack")
     speed = np.hypot(path["velocity_x"], path["velocity_z"]).max("element")
     assert float(speed.interp(time=float(cut["time"][-1]))) > 0.1
@@ -157,12 +160,14 @@ def test_outcome_of_several_falls_appears_after_the_last_fall() -> None:
         parse_scene_content({"name": "two", "reference": "slim", "elements": elements}),
         Motion.sine(8.0, 1.0),
     )
-    film = film_of_trajectories([trajectory(motion, scene, azimuth_deg=0.0, aftermath=AFTERMATH)], motion, "two")
+    film = film_of_trajectories(
+        [trajectory(motion, scene, azimuth_deg=0.0, aftermath=SIMULATED_TIME_AFTER_OUTCOME_S)], motion, "two"
+    )
     panel = film.panels[0]
     times = [float(time) for time in re.findall(r"at ([\d.]+) s", panel.outcome)]
     assert panel.outcome.startswith("2 of 2 fall: slim falls")
     assert times[0] + 0.1 < times[1]
-    assert [panel.fall_time_for_printed_strip, panel.outcome_time] == pytest.approx(times, abs=0.006)
+    assert [panel.fall_time_for_printed_strip, panel.last_fall_time] == pytest.approx(times, abs=0.006)
     assert film_strip_frame_times_and_captions(film)[0][2] == panel.fall_time_for_printed_strip
 
 
@@ -229,7 +234,7 @@ def block_trajectory_under_record(request: pytest.FixtureRequest) -> xr.Dataset:
     # The record is linear between its samples, which are not all rows of the path.
     sample = np.arange(shaking.sample_count) * shaking.sampling_interval
     every = np.union1d(sample, path["time"])
-    ground = np.interp(every, sample, shaking.along(azimuth))
+    ground = np.interp(every, sample, shaking.acceleration_along(azimuth))
     velocity = np.concatenate([[0.0], np.cumsum(0.5 * (ground[1:] + ground[:-1]) * np.diff(every))])
     return path.assign(base_velocity=("time", np.interp(path["time"], every, velocity)))
 
@@ -326,7 +331,7 @@ def pulse_along_oblique_azimuth() -> Motion:
 
 
 @pytest.fixture(scope="module")
-def falling_and_standing_body(pulse_along_oblique_azimuth: Motion) -> list:
+def trajectories_of_falling_and_standing_body(pulse_along_oblique_azimuth: Motion) -> list:
     """Return the trajectories of a slender 3-D body, which falls, and of a stout one, which stands."""
     return [trajectory_of_3d_body(pulse_along_oblique_azimuth, ratio) for ratio in (0.25, 0.6)]
 
@@ -341,32 +346,32 @@ def test_film_body_of_a_box_has_six_outward_faces() -> None:
 
 
 def test_corners_of_a_3d_body_start_on_the_base_and_end_at_the_fall(
-    falling_and_standing_body: list, pulse_along_oblique_azimuth: Motion
+    trajectories_of_falling_and_standing_body: list, pulse_along_oblique_azimuth: Motion
 ) -> None:
-    film = film_of_trajectories(falling_and_standing_body, pulse_along_oblique_azimuth, "title")
+    film = film_of_trajectories(trajectories_of_falling_and_standing_body, pulse_along_oblique_azimuth, "title")
     panel = film.panels[0]
     (body,) = panel.bodies
     rest = body.vertices
 
-    def corners_in_frame(frame: int) -> np.ndarray:
+    def corner_positions_at_film_frame(frame: int) -> np.ndarray:
         w, *u = body.rotation[frame] / np.linalg.norm(body.rotation[frame])
         return body.position[frame] + rest + 2 * np.cross(u, np.cross(u, rest) + w * rest)
 
-    lowest = [corners_in_frame(frame)[:, 2].min() for frame in range(film.frames)]
+    lowest = [corner_positions_at_film_frame(frame)[:, 2].min() for frame in range(film.frame_count)]
     assert np.abs(lowest).max() < 0.02, "between samples it may hover, but does not sink"
-    moved = corners_in_frame(film.frames - 1)[rest[:, 2] > 0].mean(axis=0) - body.position[0]
+    moved = corner_positions_at_film_frame(film.frame_count - 1)[rest[:, 2] > 0].mean(axis=0) - body.position[0]
     azimuth = np.degrees(np.arctan2(moved[0], moved[1])) % 360
-    assert azimuth == pytest.approx(float(falling_and_standing_body[0]["fall_azimuth"]), abs=15)
+    assert azimuth == pytest.approx(float(trajectories_of_falling_and_standing_body[0]["fall_azimuth"]), abs=15)
     assert panel.outcome.startswith("falls towards ")
     assert "slipped" in film.panels[1].outcome
-    assert "stands" in outcome_sentence(falling_and_standing_body[1])
+    assert "stands" in outcome_sentence(trajectories_of_falling_and_standing_body[1])
     assert len(film.player_data()["panels"][0]["traces"][0]["rows"]) == 2
 
 
 def test_film_of_a_3d_body_is_refused_as_a_gif(
-    falling_and_standing_body: list, pulse_along_oblique_azimuth: Motion, tmp_path: Path
+    trajectories_of_falling_and_standing_body: list, pulse_along_oblique_azimuth: Motion, tmp_path: Path
 ) -> None:
-    film = film_of_trajectories(falling_and_standing_body, pulse_along_oblique_azimuth, "title")
+    film = film_of_trajectories(trajectories_of_falling_and_standing_body, pulse_along_oblique_azimuth, "title")
     with pytest.raises(ArgumentError, match=r"use the extension \.html"):
         write_film_as_gif_or_mp4(film, tmp_path / "film.gif")
     assert not list(tmp_path.iterdir())
@@ -431,16 +436,18 @@ def test_axis_figure_of_a_stack_shows_the_tilt_of_the_reference_element() -> Non
 
 
 def test_axis_figure_shows_tilt_and_outcome(
-    falling_and_standing_body: list, pulse_along_oblique_azimuth: Motion
+    trajectories_of_falling_and_standing_body: list, pulse_along_oblique_azimuth: Motion
 ) -> None:
     with use_package_matplotlib_settings():
-        figure = tilt_path_and_hodographs_figure(falling_and_standing_body[0], pulse_along_oblique_azimuth, "title")
+        figure = tilt_path_and_hodographs_figure(
+            trajectories_of_falling_and_standing_body[0], pulse_along_oblique_azimuth, "title"
+        )
         titles = [axes.get_title() for axes in figure.axes]
         line = next(line for line in figure.axes[0].lines if line.get_label() == "axis of the body")
     assert "falls towards" in titles[0]
     end = np.array([line.get_xdata()[-1], line.get_ydata()[-1]])
     assert np.degrees(np.arctan2(*end)) % 360 == pytest.approx(
-        float(falling_and_standing_body[0]["fall_azimuth"]), abs=3
+        float(trajectories_of_falling_and_standing_body[0]["fall_azimuth"]), abs=3
     )
     assert np.hypot(*end) > 80, "nearly lying"
     looks = {one.get_label(): (one.get_marker(), one.get_color()) for one in figure.legends[0].get_lines()}
@@ -448,12 +455,12 @@ def test_axis_figure_shows_tilt_and_outcome(
     assert [(dot.get_marker(), dot.get_color()) for dot in dots] == 2 * [looks["peak"]] != 2 * [looks["end"]]
     deep = (
         tilt_path_and_hodographs_figure(
-            falling_and_standing_body[0].assign_attrs(aspect=0.5), pulse_along_oblique_azimuth, "title"
+            trajectories_of_falling_and_standing_body[0].assign_attrs(aspect=0.5), pulse_along_oblique_azimuth, "title"
         )
         .axes[0]
         .lines[0]
     )
     least = np.degrees(
-        np.arctan(0.5 * falling_and_standing_body[0].attrs["b_over_h"])
+        np.arctan(0.5 * trajectories_of_falling_and_standing_body[0].attrs["b_over_h"])
     )  # over the edges of its narrower sides
     assert np.hypot(*deep.get_xydata().T) == pytest.approx(least)

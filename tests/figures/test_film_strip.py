@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from overturning.figures.film import Film, vertex_positions_by_frame
+from overturning.figures.film import Film, polygon_vertices_by_frame
 from overturning.figures.film_case import film_title_facts
 from overturning.figures.film_strip import (
     body_at_frame,
@@ -13,7 +13,13 @@ from overturning.figures.film_strip import (
     film_strip_figure,
     film_strip_frame_times_and_captions,
 )
-from overturning.figures.film_words import STRIP, STRIP_MIXED, STRIP_STANDING, film_title_text, length_with_unit
+from overturning.figures.film_words import (
+    STRIP_CAPTIONS_ALL_FALL,
+    STRIP_CAPTIONS_NONE_FALL,
+    STRIP_CAPTIONS_SOME_FALL,
+    film_title_text,
+    length_with_unit,
+)
 from overturning.figures.style import create_figure, use_package_matplotlib_settings
 from overturning.model.body import Body
 from overturning.model.planes import PlanarModel
@@ -29,10 +35,10 @@ def test_film_strip_shows_the_times_of_uplift_and_fall() -> None:
     """
     film = film_of_falling_and_rocking_block()
     times, names = film_strip_frame_times_and_captions(film)
-    assert names == STRIP_MIXED, "the other block does not lie at the end"
+    assert names == STRIP_CAPTIONS_SOME_FALL, "the other block does not lie at the end"
     assert times == pytest.approx([0.0, 0.1, 2.1, film.last_frame_time], abs=0.021)
     alone = Film("falls", 0.0, 0.02, film.panels[:1])
-    assert film_strip_frame_times_and_captions(alone)[1] == STRIP
+    assert film_strip_frame_times_and_captions(alone)[1] == STRIP_CAPTIONS_ALL_FALL
     assert film_strip_frame_times_and_captions(alone)[0][1] == pytest.approx(
         1.0 + 1.5 * (0.05 / (math.pi / 2)) ** (1 / 3), abs=0.021
     )
@@ -42,7 +48,7 @@ def test_film_strip_of_a_standing_stone_shows_its_largest_rotation() -> None:
     times, names = film_strip_frame_times_and_captions(
         Film("stands", 0.0, 0.02, film_of_falling_and_rocking_block().panels[1:])
     )
-    assert names == STRIP_STANDING
+    assert names == STRIP_CAPTIONS_NONE_FALL
     # The largest of e⁻ᵗ sin 2πt is where tan 2πt = 2π.
     assert times[2] == pytest.approx(math.atan(2 * math.pi) / (2 * math.pi), abs=0.011)
 
@@ -56,7 +62,7 @@ def test_film_strip_draws_each_panel_at_its_own_times() -> None:
     for column, time in enumerate(times):
         drawn = figure.axes[column].patches[1].get_xy()[:-1]
         body = body_at_frame(film.panels[0].bodies[1], time / 0.02)
-        assert drawn == pytest.approx(vertex_positions_by_frame(body)[0])
+        assert drawn == pytest.approx(polygon_vertices_by_frame(body)[0])
     fallen = figure.axes[3].patches[1].get_xy()
     assert np.ptp(fallen[:, 1]) == pytest.approx(0.24), "it lies on its side"
 

@@ -26,8 +26,8 @@ from overturning.figures.ground import (
     pga_and_pgv_by_azimuth_figure,
 )
 from overturning.figures.intensity_plane import (
-    LOOKS,
-    outcomes_by_pga_and_pgv_over_pga_figure,
+    CRITERION_LINE_STYLES,
+    outcomes_by_pga_and_pgv_ratio_figure,
     pga_pgv_over_pga_and_fall_probability,
 )
 from overturning.figures.observed_rose import ObservedFallRose, observed_fall_roses_figure
@@ -36,16 +36,16 @@ from overturning.figures.response import rotation_slip_and_uplift_figure
 from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses_by_group_figure
 from overturning.figures.scene import scenes_figure
 from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_maps_in_one_figure
-from overturning.figures.style import FALLS, PAGE_WIDTH, use_package_matplotlib_settings
+from overturning.figures.style import FALL_COLOUR, PAGE_WIDTH, use_package_matplotlib_settings
 from overturning.figures.survey import OCTANT, SurveyFigureData, survey_falls_figure
-from overturning.figures.ticks import create_only_inner_ticks
+from overturning.figures.ticks import limit_ticks_to_axis_range
 from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
 from overturning.model.scene import load_scene
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.statistics.bootstrap import MeanOverEarthquakes
-from overturning.statistics.boundary import largest_falling_b_over_h_by_azimuth
-from overturning.statistics.earthquakes import fall_axes_by_earthquake, summarise_fall_axes
+from overturning.statistics.boundary import overturning_boundaries_by_azimuth
+from overturning.statistics.earthquakes import fall_axes_from_fault_normal_by_earthquake, summarise_fall_axes
 from overturning.statistics.logistic import PREDICTORS, LogisticFit, fit_logistic_overturning_model
 
 AZIMUTHS_DEG = np.arange(0, 360, 15)
@@ -103,12 +103,12 @@ def draw_hodograph() -> Figure:
 
 
 def draw_fall_alignment_by_earthquake() -> Figure:
-    found = fall_axes_by_earthquake(cube_of_falls_around_azimuth_40())
+    found = fall_axes_from_fault_normal_by_earthquake(cube_of_falls_around_azimuth_40())
     return fall_alignment_by_earthquake_figure({"all records": found}, {"all records": summarise_fall_axes(found)})
 
 
 def draw_station_map() -> Figure:
-    known = StationOnMap("ttrh02", 35.23, 133.39, strike=150.0, axis=60.0)
+    known = StationOnMap("ttrh02", 35.23, 133.39, strike=150.0, mean_fall_axis_deg=60.0)
     trace = (((35.3, 133.3), (35.2, 133.4)),)
     return earthquake_maps_in_one_figure(
         [EarthquakeOnMap("Western $Tottori", [known, StationOnMap("S$1", 35.3, 133.2)], (35.27, 133.35), trace)]
@@ -172,7 +172,7 @@ def fitted_overturning_model():  # type: ignore[no-untyped-def]
     return fit_logistic_overturning_model(cube_of_falls_around_azimuth_40(), pga_and_pgv_of_five_records())
 
 
-FURTHER_FIGURES: dict[str, Callable[[], Figure]] = {
+FUNCTIONS_MAKING_FIGURES_BY_NAME: dict[str, Callable[[], Figure]] = {
     "falls": lambda: fall_map_by_azimuth_figure(
         cube_of_falls_around_azimuth_40()[["overturned"]].isel(record=0), "A <script>"
     ),
@@ -182,12 +182,12 @@ FURTHER_FIGURES: dict[str, Callable[[], Figure]] = {
         cube_of_falls_around_azimuth_40().isel(record=0), "Station, earthquake"
     ),
     "boundary": lambda: overturning_boundary_figure(
-        largest_falling_b_over_h_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0)),
+        overturning_boundaries_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0)),
         0.4,
         30.0,
         "Station, earthquake",
     ),
-    "plane": lambda: outcomes_by_pga_and_pgv_over_pga_figure(
+    "plane": lambda: outcomes_by_pga_and_pgv_ratio_figure(
         cube_of_falls_around_azimuth_40(), pga_and_pgv_of_five_records(), fitted_overturning_model(), 1.0
     ),
     "hodograph": draw_hodograph,
@@ -201,7 +201,7 @@ FURTHER_FIGURES: dict[str, Callable[[], Figure]] = {
     "observed roses": lambda: observed_fall_roses_figure(
         [
             replace(OBSERVED_ROSE, name="all sites"),
-            *[replace(OBSERVED_ROSE, name="survey, S$1", direction_deg=None)] * 3,
+            *[replace(OBSERVED_ROSE, name="survey, S$1", mean_direction_deg=None)] * 3,
         ]
     ),
 }
@@ -211,27 +211,27 @@ FURTHER_FIGURES: dict[str, Callable[[], Figure]] = {
 def scaled_figure_laid_out_once(name: str, factor: float) -> Figure:
     """Lay out a figure at `factor` times its size, as in its files, once for all tests: do not change it."""
     with use_package_matplotlib_settings():
-        figure = FURTHER_FIGURES[name]()
+        figure = FUNCTIONS_MAKING_FIGURES_BY_NAME[name]()
         figure.set_size_inches(*(factor * figure.get_size_inches()))
-        create_only_inner_ticks(figure)
+        limit_ticks_to_axis_range(figure)
         figure.get_layout_engine().execute(figure)
     return figure
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", FURTHER_FIGURES)
+@pytest.mark.parametrize("name", FUNCTIONS_MAKING_FIGURES_BY_NAME)
 def test_files_of_further_figures_are_reproducible(name: str, tmp_path: Path) -> None:
     """Each figure is written twice as SVG, and one figure in each format."""
     files = [f"{name}.svg", *([f"{name}.png", f"{name}.pdf"] if name == "boundary" else [])]
     for folder in ("one", "two"):
         with use_package_matplotlib_settings():
-            save_figure_files(FURTHER_FIGURES[name](), *(tmp_path / folder / file for file in files))
+            save_figure_files(FUNCTIONS_MAKING_FIGURES_BY_NAME[name](), *(tmp_path / folder / file for file in files))
     for file in files:
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes(), file
 
 
 @pytest.mark.parametrize("factor", [0.85, *(pytest.param(factor, marks=pytest.mark.long) for factor in (1.0, 1.6))])
-@pytest.mark.parametrize("name", FURTHER_FIGURES)
+@pytest.mark.parametrize("name", FUNCTIONS_MAKING_FIGURES_BY_NAME)
 def test_no_text_of_further_figures_is_cut_off(name: str, factor: float) -> None:
     figure = scaled_figure_laid_out_once(name, factor)
     with use_package_matplotlib_settings():
@@ -250,7 +250,7 @@ def test_boundary_of_an_asymmetric_scene_uses_only_simulated_azimuths() -> None:
     flags[:, :, 0], flags[1, 0, 2, 0] = 1, -1
     azimuth = ("azimuth", [0, 30, 60, 90], {"period": 360.0})
     cases = {"azimuth": azimuth, "height": [1.0], "b_over_h": [0.2, 0.3, 0.4], "friction": [1.0]}
-    found = largest_falling_b_over_h_by_azimuth(xr.Dataset({"overturned": (tuple(cases), flags)}, cases))
+    found = overturning_boundaries_by_azimuth(xr.Dataset({"overturned": (tuple(cases), flags)}, cases))
     with use_package_matplotlib_settings():
         figure = overturning_boundary_figure(found, 0.4, np.nan, "A")
         (beyond,) = [line for line in figure.axes[0].lines if line.get_marker() == "^"]
@@ -262,7 +262,7 @@ def test_boundary_of_an_asymmetric_scene_uses_only_simulated_azimuths() -> None:
 
 
 def test_legend_names_the_interval_band_of_a_boundary() -> None:
-    found = largest_falling_b_over_h_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0))
+    found = overturning_boundaries_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0))
     wide = found.assign(boundary_high=found["boundary"] + 0.05, boundary_low=found["boundary"] - 0.05)
     alone = found.assign(boundary_high=found["boundary"], boundary_low=found["boundary"])
     with use_package_matplotlib_settings():
@@ -275,7 +275,7 @@ def test_legend_names_the_interval_band_of_a_boundary() -> None:
 def test_overturning_boundary_curves_close_around_the_circle() -> None:
     with use_package_matplotlib_settings():
         figure = overturning_boundary_figure(
-            largest_falling_b_over_h_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0)), 0.4, 30.0, "A"
+            overturning_boundaries_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0)), 0.4, 30.0, "A"
         )
         lines = [line for line in figure.axes[0].get_lines() if line.get_label().startswith("µ")]
         assert len(lines) == 2
@@ -299,13 +299,13 @@ def test_overturning_fit_without_intervals_is_drawn() -> None:
         "no interval",
     )
     with use_package_matplotlib_settings():
-        figure = outcomes_by_pga_and_pgv_over_pga_figure(
+        figure = outcomes_by_pga_and_pgv_ratio_figure(
             cube_of_falls_around_azimuth_40(), pga_and_pgv_of_five_records(), fit, 1.0
         )
         (line,) = [line for line in figure.axes[0].lines if str(line.get_label()).startswith("fit")]
         assert line.get_label() == "fit of all µ together: probability ½", "its points are of one"
         plt.close(figure)
-        alone = outcomes_by_pga_and_pgv_over_pga_figure(
+        alone = outcomes_by_pga_and_pgv_ratio_figure(
             cube_of_falls_around_azimuth_40().isel(friction=[0]),
             pga_and_pgv_of_five_records(),
             fit,
@@ -346,7 +346,7 @@ def test_survey_figure_shows_observed_and_computed_falls_on_one_scale() -> None:
     assert middle == pytest.approx(COMPUTED_FALLS_BY_OCTANT)
     assert azimuth[-1] - azimuth[0] == pytest.approx(2 * np.pi)
     marks = {line.get_markerfacecolor(): np.degrees(line.get_xdata()[0]) for line in means}
-    assert marks == {FALLS: pytest.approx(41.0), "white": pytest.approx(250.0)}
+    assert marks == {FALL_COLOUR: pytest.approx(41.0), "white": pytest.approx(250.0)}
     assert lines >= {(60.0,), (36.0, 81.0), (35.0,), (20.0, 50.0)}
     assert words == ["60 (36 to 81)", "35 (20 to 50)"]
     assert numbers == ["3", "1", "1"]
@@ -378,7 +378,7 @@ def test_text_of_further_figures_is_legible_at_page_width(name: str) -> None:
 def draw_without_layout(figure: Figure) -> Figure:
     """Draw a figure without a layout, which takes most of the time: only its curves and notes are examined."""
     figure.set_layout_engine("none")
-    create_only_inner_ticks(figure)
+    limit_ticks_to_axis_range(figure)
     figure.draw_without_rendering()
     return figure
 
@@ -467,7 +467,7 @@ LONG_JAPANESE_NAME = (
 
 
 def draw_overturning_boundary_with_title(name: str) -> Figure:
-    found = largest_falling_b_over_h_by_azimuth(
+    found = overturning_boundaries_by_azimuth(
         cube_of_falls_around_azimuth_40().isel(record=0, height=[0], friction=[0])
     )
     return overturning_boundary_figure(found.assign(falls_beyond=found["falls_beyond"] * 0 + 1), 0.4, 30.0, name)
@@ -516,4 +516,4 @@ def test_legend_of_alignment_by_b_over_h_has_only_known_references() -> None:
 
 
 def test_lines_of_overturning_criteria_differ_in_their_dashes() -> None:
-    assert len({str(dashes) for _, dashes in LOOKS}) == len(LOOKS)
+    assert len({str(dashes) for _, dashes in CRITERION_LINE_STYLES}) == len(CRITERION_LINE_STYLES)

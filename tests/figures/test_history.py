@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from overturning.figures.history import (
-    BINS,
+    TIME_BIN_COUNT,
     min_max_envelope,
     record_before_and_after_processing_figure,
     start_shift_from_unprocessed,
@@ -21,21 +21,21 @@ from overturning.records.processing import process_record
 from overturning.records.record import Record
 from overturning.records.steps import Cut, Highpass, RemoveMean
 
-FolderMadeOnce = Callable[[str, Callable[[Path], object]], Path]
+SharedFolderMaker = Callable[[str, Callable[[Path], object]], Path]
 
-MINUTE_OF_TIME = np.arange(0, 60, 0.01)
-QUARTER_MINUTE_OF_TIME = np.arange(0, 15, 0.01)
+SAMPLE_TIMES_OF_60_S = np.arange(0, 60, 0.01)
+SAMPLE_TIMES_OF_15_S = np.arange(0, 15, 0.01)
 
 
 def random_record(up: bool = True) -> Record:
     """Return a record of one minute of noise that sets in after 20 s and decays."""
     random = np.random.default_rng(8)
-    shape = np.where(MINUTE_OF_TIME > 20, np.exp(-(MINUTE_OF_TIME - 20) / 8), 0.002)
-    north, east, vertical = (shape * random.normal(size=MINUTE_OF_TIME.size) + 0.05 for _ in range(3))
+    shape = np.where(SAMPLE_TIMES_OF_60_S > 20, np.exp(-(SAMPLE_TIMES_OF_60_S - 20) / 8), 0.002)
+    north, east, vertical = (shape * random.normal(size=SAMPLE_TIMES_OF_60_S.size) + 0.05 for _ in range(3))
     return Record("r", north, east, vertical if up else None, 0.01, station="Here", event="$Then$")
 
 
-def record_with_offset(up: bool = True) -> tuple[Record, Record]:
+def offset_record_before_and_after_processing(up: bool = True) -> tuple[Record, Record]:
     """Return a record with an offset of −3 m/s², before and after processing."""
     before = random_record(up).with_changed_components(lambda samples: samples - 3.0)
     return before, process_record(before, [RemoveMean(), Highpass(corner_hz=0.2)])
@@ -44,26 +44,28 @@ def record_with_offset(up: bool = True) -> tuple[Record, Record]:
 def write_processing_history_page(folder: Path) -> None:
     """Write the page of a record with an offset, for `make_folder_once`."""
     with use_package_matplotlib_settings():
-        save_figure_files(record_before_and_after_processing_figure(*record_with_offset()), folder / "page.svg")
+        save_figure_files(
+            record_before_and_after_processing_figure(*offset_record_before_and_after_processing()), folder / "page.svg"
+        )
 
 
 @pytest.fixture(scope="module", params=[True, False])
-def history_page_with_offset(
+def history_page_of_record_with_offset(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[bool, str, Figure]:
     """Draw the history page of a record with an offset; return if it has vertical motion, the SVG and the figure."""
     path = tmp_path_factory.mktemp("history") / "page.svg"
     with use_package_matplotlib_settings():
-        figure = record_before_and_after_processing_figure(*record_with_offset(request.param))
+        figure = record_before_and_after_processing_figure(*offset_record_before_and_after_processing(request.param))
         save_figure_files(figure, path)
         figure.draw_without_rendering()
     return request.param, path.read_text(encoding="utf-8"), figure
 
 
 def test_history_page_states_the_processing_and_is_reproducible(
-    history_page_with_offset: tuple[bool, str, Figure], make_folder_once: FolderMadeOnce
+    history_page_of_record_with_offset: tuple[bool, str, Figure], make_folder_once: SharedFolderMaker
 ) -> None:
-    up, text, _ = history_page_with_offset
+    up, text, _ = history_page_of_record_with_offset
     if up:
         again = make_folder_once("history-page", write_processing_history_page) / "page.svg"
         assert text == again.read_text(encoding="utf-8")
@@ -88,10 +90,10 @@ def test_history_page_states_the_processing_and_is_reproducible(
 
 
 def test_scale_labels_of_a_large_offset_do_not_cover_the_next_panel(
-    history_page_with_offset: tuple[bool, str, Figure],
+    history_page_of_record_with_offset: tuple[bool, str, Figure],
 ) -> None:
     """An offset of 3 m/s² gives a displacement of 5.4 km in a minute: numbers of six digits on the right."""
-    up, _, figure = history_page_with_offset
+    up, _, figure = history_page_of_record_with_offset
     right = [axes for axes in figure.axes if axes.yaxis.get_ticks_position() == "right"]
     assert len(right) == 3 * (2 + up)
     numbers = [label.get_window_extent() for axes in right for label in axes.get_yticklabels() if label.get_text()]
@@ -123,7 +125,7 @@ def test_history_page_in_any_file_format_gives_no_overlap_warning(
 @pytest.mark.parametrize("up", [True, False])
 def test_rotd_spectra_of_a_linear_motion_match_closed_forms(up):
     """For motion along N30E, RotD100 is its spectrum, RotD50 cos 45° of it, and RotD00 zero; compared with rotd."""
-    pulse = np.sin(2 * np.pi * QUARTER_MINUTE_OF_TIME) * (QUARTER_MINUTE_OF_TIME < 1)
+    pulse = np.sin(2 * np.pi * SAMPLE_TIMES_OF_15_S) * (SAMPLE_TIMES_OF_15_S < 1)
     along = [pulse * np.cos(np.radians(30)), pulse * np.sin(np.radians(30)), pulse if up else None]
     one = Record("r", *along, 0.01)
     with use_package_matplotlib_settings():
@@ -153,8 +155,7 @@ def notes_in_empty_panels(before: Record, after: Record) -> dict[str, list[str]]
 def test_components_without_motion_have_notes_instead_of_spectra(moving: str) -> None:
     """No curve is drawn at an invented amplitude, and no warning of an empty logarithmic axis is given."""
     wave = (
-        np.sin(2 * np.pi * QUARTER_MINUTE_OF_TIME)
-        * np.sin(np.pi * QUARTER_MINUTE_OF_TIME / QUARTER_MINUTE_OF_TIME[-1]) ** 2
+        np.sin(2 * np.pi * SAMPLE_TIMES_OF_15_S) * np.sin(np.pi * SAMPLE_TIMES_OF_15_S / SAMPLE_TIMES_OF_15_S[-1]) ** 2
     )
     components = {name: wave * (name == moving) for name in ("north", "east", "up")}
     record = Record("r", **components, sampling_interval=0.01)
@@ -171,7 +172,7 @@ def test_record_of_few_samples_has_no_fourier_spectrum(count: int) -> None:
 
 
 def test_no_removed_motion_is_drawn_for_a_record_that_was_only_cut() -> None:
-    """The times of the samples before and after the cut differ by rounding; their difference is no motion."""
+    """Sample times of the record before it is cut and after differ by rounding, which must not be drawn as a motion."""
     before = random_record()
     figure = record_before_and_after_processing_figure(before, process_record(before, [Cut(start_s=5, end_s=6)]))
     (panel,) = (axes for axes in figure.axes if axes.get_ylabel() == "removed, Gal")
@@ -184,7 +185,7 @@ def test_envelope_of_a_long_curve_keeps_peaks_and_order_of_time():
     assert drawn.max() == values.max()
     assert drawn.min() == values.min()
     assert (np.diff(time) >= 0).all()
-    assert time.size <= 2 * BINS
+    assert time.size <= 2 * TIME_BIN_COUNT
 
 
 def test_the_start_shift_of_a_processed_record_includes_padding_and_cut():

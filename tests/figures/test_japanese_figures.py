@@ -32,18 +32,18 @@ from overturning.records.processing import process_record
 from overturning.records.record import Record
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.translation import texts
-from overturning.translation.texts import MissingDataError, translate_visible_texts_to
+from overturning.translation.texts import MissingDataError, use_translation_language
 from tests.figures import test_answer_figures as answers
 from tests.figures.films import film_of_falling_and_rocking_block, trajectory_of_3d_body
 from tests.figures.test_explore import random_3d_cube
 from tests.figures.test_further_figures import (
-    FURTHER_FIGURES,
+    FUNCTIONS_MAKING_FIGURES_BY_NAME,
     OBSERVED_ROSE,
     cube_of_falls_around_azimuth_40,
     draw_observed_and_computed_survey_falls,
     motion_with_one_pulse,
 )
-from tests.figures.test_history import FolderMadeOnce, random_record, write_processing_history_page
+from tests.figures.test_history import SharedFolderMaker, random_record, write_processing_history_page
 from tests.figures.test_roses import fall_axis_summary_of_five_earthquakes
 from tests.translation.test_tables import untranslated_latin_words
 
@@ -83,7 +83,7 @@ def draw_fragility_curves() -> Figure:
     return fragility_curves_figure(level, {"SA(0.5)": level}, [curve])
 
 
-FIGURES_TO_TRANSLATE: dict[str, Callable[[], Figure]] = FURTHER_FIGURES | {
+FIGURES_TO_TRANSLATE: dict[str, Callable[[], Figure]] = FUNCTIONS_MAKING_FIGURES_BY_NAME | {
     "alignments": answers.figure_of_sorted_fall_alignments,
     "references": answers.figure_of_alignments_with_references,
     "contrast": answers.figure_of_two_overturned_shares,
@@ -117,7 +117,7 @@ def svg_texts(svg: str) -> str:
 
 
 @pytest.mark.parametrize("name", [*FIGURES_TO_TRANSLATE, "history"])
-def test_japanese_figures_have_no_english_word(name: str, tmp_path: Path, make_folder_once: FolderMadeOnce) -> None:
+def test_japanese_figures_have_no_english_word(name: str, tmp_path: Path, make_folder_once: SharedFolderMaker) -> None:
     if name == "history":
         path = make_folder_once("history-page", write_processing_history_page) / "page.svg"
     else:
@@ -137,7 +137,7 @@ def test_japanese_figures_have_no_english_word(name: str, tmp_path: Path, make_f
 def test_a_figure_is_drawn_in_the_language_of_the_with_statement(tmp_path: Path) -> None:
     with use_package_matplotlib_settings():
         save_figure_files(answers.figure_of_two_overturned_shares(), tmp_path / "en.svg")
-        with translate_visible_texts_to("ja"):
+        with use_translation_language("ja"):
             save_figure_files(answers.figure_of_two_overturned_shares(), tmp_path / "ja.svg")
     english, japanese = ((tmp_path / f"{one}.svg").read_text(encoding="utf-8") for one in ("en", "ja"))
     assert japanese == translate_svg(english, "ja") != english
@@ -147,7 +147,7 @@ def test_a_figure_is_drawn_in_the_language_of_the_with_statement(tmp_path: Path)
 def test_japanese_png_and_pdf_need_a_japanese_font(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(texts, "installed_fonts_of_language", lambda _: [])
     path = tmp_path / f"a.{kind}"
-    with use_package_matplotlib_settings(), translate_visible_texts_to("ja"):
+    with use_package_matplotlib_settings(), use_translation_language("ja"):
         with pytest.raises(MissingDataError, match=rf"^a\.{kind}: .* install the Debian package fonts-noto-cjk"):
             save_figure_files(answers.figure_of_two_overturned_shares(), path)
         assert not path.exists()
@@ -204,7 +204,7 @@ def test_a_png_with_japanese_letters_has_the_size_of_the_english_one(tmp_path: P
         pytest.skip("no Japanese font")
     with use_package_matplotlib_settings():
         save_figure_files(answers.figure_of_two_overturned_shares(), tmp_path / "en.png")
-        with translate_visible_texts_to("ja"):
+        with use_translation_language("ja"):
             save_figure_files(answers.figure_of_two_overturned_shares(), tmp_path / "ja.png", tmp_path / "ja.pdf")
     with Image.open(tmp_path / "en.png") as english, Image.open(tmp_path / "ja.png") as japanese:
         assert np.abs(np.subtract(english.size, japanese.size)).max() <= 1
@@ -233,7 +233,7 @@ def test_film_page_in_japanese_has_no_english_word(tmp_path: Path) -> None:
     film = film_of_falling_and_rocking_block(
         title="A stone 24 cm wide and 60 cm high, friction 0.7, under the record of Station, Quake"
     )
-    with translate_visible_texts_to("ja"):
+    with use_translation_language("ja"):
         page = film_page_html(film)
     data = json.loads(re.findall(r'<script type="application/json">(.*?)</script>', page, flags=re.DOTALL)[0])
     told = json.dumps([data["title"], data["words"], [(one["title"], one["outcome"]) for one in data["panels"]]])
@@ -248,11 +248,11 @@ def test_film_page_in_japanese_has_no_english_word(tmp_path: Path) -> None:
 
 def test_movie_in_japanese_uses_a_japanese_font(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if texts.installed_fonts_of_language("ja"):
-        with translate_visible_texts_to("ja"):
+        with use_translation_language("ja"):
             write_film_as_gif_or_mp4(film_of_falling_and_rocking_block(0.0), tmp_path / "a.gif")
         assert (tmp_path / "a.gif").read_bytes().startswith(b"GIF")
     monkeypatch.setitem(texts.FONTS, "ja", ("fonts-noto-cjk", ("No such font",)))
-    with translate_visible_texts_to("ja"), pytest.raises(MissingDataError, match="fonts-noto-cjk"):
+    with use_translation_language("ja"), pytest.raises(MissingDataError, match="fonts-noto-cjk"):
         write_film_as_gif_or_mp4(film_of_falling_and_rocking_block(0.0), tmp_path / "b.gif")
     with pytest.raises(MissingDataError, match=r"^c\.gif: .*fonts-noto-cjk"):
         write_film_as_gif_or_mp4(

@@ -15,14 +15,14 @@ from overturning.figures.cells import isolated_curve_point_indices, symmetric_po
 from overturning.figures.explore import explorer_page_data
 from overturning.figures.ground import pga_and_pgv_by_azimuth_figure
 from overturning.figures.polar_map import (
-    PROBABILITY,
+    PROBABILITY_COLOURMAP,
     azimuth_for_radius_labels,
     fall_map_by_azimuth_figure,
     half_probability_line,
     round_up_velocity_at_map_rim,
 )
-from overturning.figures.style import MISSING, PAGE_WIDTH, use_package_matplotlib_settings
-from overturning.statistics.boundary import largest_falling_b_over_h_by_azimuth
+from overturning.figures.style import MISSING_COLOUR, PAGE_WIDTH, use_package_matplotlib_settings
+from overturning.statistics.boundary import overturning_boundaries_by_azimuth
 from tests.figures.test_explore import random_planar_cube
 from tests.figures.test_further_figures import cube_of_falls_around_azimuth_40
 
@@ -31,7 +31,7 @@ AZIMUTHS_DEG = np.arange(0, 360, AZIMUTH_STEP_DEG)
 CUBE_DIMS = ("azimuth", "height", "b_over_h", "friction")
 
 
-def cube_of_one_block_from_fall_shares(
+def cube_of_one_record_from_fall_shares(
     towards: np.ndarray, away: np.ndarray, flags: np.ndarray | None = None, ratios: tuple[float, ...] = (0.2, 0.4, 0.6)
 ) -> xr.Dataset:
     """Return a cube of one block and record from shares of runs that fall towards and away, and overturning flags."""
@@ -44,7 +44,7 @@ def cube_of_one_block_from_fall_shares(
     )
 
 
-def mirrored_fall_shares(*cells: tuple[int, int, float, float]) -> tuple[np.ndarray, np.ndarray]:
+def fall_shares_with_mirror_images(*cells: tuple[int, int, float, float]) -> tuple[np.ndarray, np.ndarray]:
     """Return shares of runs that fall towards and away, (azimuth, ring), from given cells and their mirror images.
 
     A cell is (azimuth, ring, share towards, share away); a ring is the index of a B/H.
@@ -97,14 +97,14 @@ def grey_level(pixels: np.ndarray) -> np.ndarray:
 def test_map_cell_with_falls_only_away_from_its_azimuth_is_white_not_hatched() -> None:
     """Cells of which 20 to 50 % of the runs fall to the other side are white; cells that stand are hatched."""
     shares = {60: 0.2, 90: 0.35, 120: 0.4, 150: 0.5}
-    cells = mirrored_fall_shares(*((azimuth, 1, 0.0, share) for azimuth, share in shares.items()))
+    cells = fall_shares_with_mirror_images(*((azimuth, 1, 0.0, share) for azimuth, share in shares.items()))
     figure = make_figure_and_draw_its_pixels(
-        lambda: fall_map_by_azimuth_figure(cube_of_one_block_from_fall_shares(*cells), "A")
+        lambda: fall_map_by_azimuth_figure(cube_of_one_record_from_fall_shares(*cells), "A")
     )
     for azimuth, share in shares.items():
         assert grey_level(pixels_in_outer_half_of_map_cell(figure, azimuth, 0.4)).min() > 0.99, "probability 0 is white"
         opposite = pixels_in_outer_half_of_map_cell(figure, azimuth + 180, 0.4)
-        np.testing.assert_allclose(opposite.mean(axis=0), PROBABILITY(share)[:3], atol=0.01)
+        np.testing.assert_allclose(opposite.mean(axis=0), PROBABILITY_COLOURMAP(share)[:3], atol=0.01)
     for azimuth in (180, 210):
         stands = grey_level(pixels_in_outer_half_of_map_cell(figure, azimuth, 0.4))
         assert stands.max() < 0.95, "no part of a standing cell is white"
@@ -113,9 +113,9 @@ def test_map_cell_with_falls_only_away_from_its_azimuth_is_white_not_hatched() -
 
 
 def test_cells_with_different_outcomes_differ_in_greyscale_print() -> None:
-    cells = mirrored_fall_shares((60, 1, 0.0, 1.0), (120, 1, 1 / 8, 0.0), (0, 1, 1.0, 0.0))
+    cells = fall_shares_with_mirror_images((60, 1, 0.0, 1.0), (120, 1, 1 / 8, 0.0), (0, 1, 1.0, 0.0))
     figure = make_figure_and_draw_its_pixels(
-        lambda: fall_map_by_azimuth_figure(cube_of_one_block_from_fall_shares(*cells), "A")
+        lambda: fall_map_by_azimuth_figure(cube_of_one_record_from_fall_shares(*cells), "A")
     )
     grey = {at: grey_level(pixels_in_outer_half_of_map_cell(figure, at, 0.4)) for at in (60, 120, 0, 90)}
     plt.close(figure)
@@ -125,7 +125,7 @@ def test_cells_with_different_outcomes_differ_in_greyscale_print() -> None:
     assert dark < 0.3
     assert np.ptp(grey[120]) < 0.02, "a pale cell is even"
     assert np.ptp(grey[90]) > 0.15, "a cell that stands is hatched"
-    ramp = grey_level(PROBABILITY(np.linspace(0, 1, 101))[:, :3])
+    ramp = grey_level(PROBABILITY_COLOURMAP(np.linspace(0, 1, 101))[:, :3])
     assert (np.diff(ramp) < 0).all(), "darker with each per cent"
     assert ramp[0] == pytest.approx(1.0)
 
@@ -134,7 +134,9 @@ def test_map_cell_is_white_if_the_block_falls_but_no_run_of_its_ensemble_does() 
     flags = np.zeros((AZIMUTHS_DEG.size, 3))
     flags[2, 1], flags[8, 1] = 1, -1
     figure = make_figure_and_draw_its_pixels(
-        lambda: fall_map_by_azimuth_figure(cube_of_one_block_from_fall_shares(*mirrored_fall_shares(), flags), "A")
+        lambda: fall_map_by_azimuth_figure(
+            cube_of_one_record_from_fall_shares(*fall_shares_with_mirror_images(), flags), "A"
+        )
     )
     fell, stands = pixels_in_outer_half_of_map_cell(figure, 60, 0.4), pixels_in_outer_half_of_map_cell(figure, 90, 0.4)
     plt.close(figure)
@@ -143,23 +145,23 @@ def test_map_cell_is_white_if_the_block_falls_but_no_run_of_its_ensemble_does() 
 
 
 def test_a_cell_without_an_outcome_differs_from_every_probability_in_greyscale() -> None:
-    towards, away = mirrored_fall_shares()
+    towards, away = fall_shares_with_mirror_images()
     towards[[2, 8], 1] = away[[2, 8], 1] = np.nan
     flags = np.where(np.isnan(towards), np.nan, 0.0)
     figure = make_figure_and_draw_its_pixels(
-        lambda: fall_map_by_azimuth_figure(cube_of_one_block_from_fall_shares(towards, away, flags), "A")
+        lambda: fall_map_by_azimuth_figure(cube_of_one_record_from_fall_shares(towards, away, flags), "A")
     )
     unknown = pixels_in_outer_half_of_map_cell(figure, 60, 0.4)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)
     assert np.ptp(grey_level(unknown)) > 0.3, "crossed"
-    assert grey_level(unknown).min() == pytest.approx(grey_level(np.array(to_rgb(MISSING))), abs=0.03)
+    assert grey_level(unknown).min() == pytest.approx(grey_level(np.array(to_rgb(MISSING_COLOUR))), abs=0.03)
     assert "no outcome" in legend
 
 
 def test_map_is_blank_where_nothing_was_computed() -> None:
     """The hole within B/H 0.1 is blank, and so are azimuths other than 0° to 90° and 180° to 270°."""
-    part = cube_of_one_block_from_fall_shares(*mirrored_fall_shares()).isel(azimuth=slice(0, 4))
+    part = cube_of_one_record_from_fall_shares(*fall_shares_with_mirror_images()).isel(azimuth=slice(0, 4))
     figure = make_figure_and_draw_its_pixels(lambda: fall_map_by_azimuth_figure(part, "A"))
     assert grey_level(pixels_in_outer_half_of_map_cell(figure, 140, 0.4)).min() > 0.99
     assert grey_level(pixels_in_outer_half_of_map_cell(figure, 30, 0.4)).max() < 0.95
@@ -171,7 +173,7 @@ def test_map_is_blank_where_nothing_was_computed() -> None:
     assert "not computed (azimuths outside the outline)" in legend
     assert "no outcome" not in legend
     whole = make_figure_and_draw_its_pixels(
-        lambda: fall_map_by_azimuth_figure(cube_of_one_block_from_fall_shares(*mirrored_fall_shares()), "A")
+        lambda: fall_map_by_azimuth_figure(cube_of_one_record_from_fall_shares(*fall_shares_with_mirror_images()), "A")
     )
     assert not any("azimuths" in text.get_text() for text in whole.legends[0].get_texts())
     plt.close(whole)
@@ -219,7 +221,7 @@ def test_half_probability_line_counts_falls_to_both_sides() -> None:
     for away, inside in ((0.3, True), (0.1, False)):
         figure = make_figure_in_project_style(
             lambda away=away: fall_map_by_azimuth_figure(
-                cube_of_one_block_from_fall_shares(*mirrored_fall_shares((60, 1, 0.3, away))), "A"
+                cube_of_one_record_from_fall_shares(*fall_shares_with_mirror_images((60, 1, 0.3, away))), "A"
             )
         )
         black = [line for line in figure.axes[0].lines if line.get_color() == "black"]
@@ -230,12 +232,12 @@ def test_half_probability_line_counts_falls_to_both_sides() -> None:
 def test_polar_map_shows_a_fall_at_its_azimuth() -> None:
     """A block that falls towards N30°E is dark there and white opposite, with or without an ensemble in the cube."""
     flags = np.sign(np.round(np.cos(np.radians(AZIMUTHS_DEG - 30.0)), 3))[:, None] * np.ones(3)
-    cube = cube_of_one_block_from_fall_shares(np.maximum(flags, 0), np.maximum(-flags, 0), flags)
+    cube = cube_of_one_record_from_fall_shares(np.maximum(flags, 0), np.maximum(-flags, 0), flags)
     for one in (cube, cube[["overturned"]]):
         figure = make_figure_and_draw_its_pixels(lambda one=one: fall_map_by_azimuth_figure(one, "A"))
         axes = figure.axes[0]
         np.testing.assert_allclose(
-            pixels_in_outer_half_of_map_cell(figure, 30, 0.4).mean(axis=0), PROBABILITY(1.0)[:3], atol=0.01
+            pixels_in_outer_half_of_map_cell(figure, 30, 0.4).mean(axis=0), PROBABILITY_COLOURMAP(1.0)[:3], atol=0.01
         )
         assert grey_level(pixels_in_outer_half_of_map_cell(figure, 210, 0.4)).min() > 0.99
         assert grey_level(pixels_in_outer_half_of_map_cell(figure, 120, 0.4)).max() < 0.95
@@ -249,7 +251,7 @@ def test_peak_velocity_is_drawn_at_its_azimuth_on_a_stated_scale() -> None:
     """0.8 m/s along 60° and 0.4 m/s across it: the rim is 1 m/s, so the line reaches 0.8 and 0.4 of the radius."""
     azimuth = np.arange(0.0, 180.0, 30.0)
     peaks = xr.DataArray(0.6 + 0.2 * np.cos(np.radians(2 * (azimuth - 60))), {"azimuth": azimuth}, ["azimuth"])
-    cube = cube_of_one_block_from_fall_shares(*mirrored_fall_shares())
+    cube = cube_of_one_record_from_fall_shares(*fall_shares_with_mirror_images())
     figure = make_figure_in_project_style(lambda: fall_map_by_azimuth_figure([cube, cube], "A", [peaks, 0.5 * peaks]))
     for axes, factor in zip(figure.axes[:2], (1.0, 0.5), strict=True):
         (line,) = [one for one in axes.lines if one.get_path_effects()]
@@ -267,7 +269,9 @@ def test_peak_velocity_is_drawn_at_its_azimuth_on_a_stated_scale() -> None:
 
 def test_maps_of_compared_records_share_radius_colour_bar_and_heading() -> None:
     """One record overturns blocks up to B/H 0.2, the other up to 0.6; both maps end at the same B/H."""
-    small, large = (cube_of_one_block_from_fall_shares(*mirrored_fall_shares((0, ring, 0.9, 0.0))) for ring in (0, 2))
+    small, large = (
+        cube_of_one_record_from_fall_shares(*fall_shares_with_mirror_images((0, ring, 0.9, 0.0))) for ring in (0, 2)
+    )
     named = [one.assign_coords(station=name, event="E") for one, name in ((small, "near"), (large, "far"))]
     figure = make_figure_in_project_style(lambda: fall_map_by_azimuth_figure(named, "Two records"))
     maps = [axes for axes in figure.axes if axes.name == "polar"]
@@ -282,7 +286,7 @@ def test_maps_of_compared_records_share_radius_colour_bar_and_heading() -> None:
 
 def test_records_without_a_station_are_named_by_their_ids() -> None:
     """Maps and explorer name two pulses of one shape, which have no station, by their ids."""
-    one = cube_of_one_block_from_fall_shares(*mirrored_fall_shares((0, 2, 0.9, 0.0)))
+    one = cube_of_one_record_from_fall_shares(*fall_shares_with_mirror_images((0, 2, 0.9, 0.0)))
     text = {"station": "", "event": "sine pulse"}
     pulses = [one.assign_coords(text | {"record_id": name}) for name in ("short", "long")]
     figure = make_figure_in_project_style(lambda: fall_map_by_azimuth_figure(pulses, "Two pulses"))
@@ -325,7 +329,7 @@ def test_arrow_at_the_radius_labels_points_outward(free: float) -> None:
     """The arrow stands outside the rim next to the labels of the radius; text on the left ends at the rim."""
     towards = (np.abs((AZIMUTHS_DEG - free + 180) % 360 - 180) > 20).astype(float)[:, None] * np.ones(3)
     figure = make_figure_and_lay_it_out(
-        lambda: fall_map_by_azimuth_figure(cube_of_one_block_from_fall_shares(towards, 0 * towards), "A")
+        lambda: fall_map_by_azimuth_figure(cube_of_one_record_from_fall_shares(towards, 0 * towards), "A")
     )
     axes = figure.axes[0]
     (arrow,) = [text for text in axes.texts if "stouter" in text.get_text()]
@@ -339,7 +343,9 @@ def test_arrow_at_the_radius_labels_points_outward(free: float) -> None:
 
 
 def test_map_marks_the_direction_away_from_the_epicentre_if_it_is_known() -> None:
-    one = cube_of_one_block_from_fall_shares(*mirrored_fall_shares((0, 1, 0.9, 0.0))).assign_coords(fault_normal=30.0)
+    one = cube_of_one_record_from_fall_shares(*fall_shares_with_mirror_images((0, 1, 0.9, 0.0))).assign_coords(
+        fault_normal=30.0
+    )
     placed = {"epicentre_latitude": 35.0, "epicentre_longitude": 135.0, "station_latitude": 34.0}
     for known in (False, True):
         cube = one.assign_coords(placed | {"station_longitude": 135.0} if known else {})
@@ -356,7 +362,7 @@ def test_map_marks_the_direction_away_from_the_epicentre_if_it_is_known() -> Non
 
 @pytest.mark.parametrize("step", [1, 3])
 def test_cells_of_a_polar_map_are_arcs_and_fill_the_panel(step: int) -> None:
-    one = cube_of_one_block_from_fall_shares(*mirrored_fall_shares((0, 1, 0.9, 0.0))).isel(
+    one = cube_of_one_record_from_fall_shares(*fall_shares_with_mirror_images((0, 1, 0.9, 0.0))).isel(
         azimuth=slice(None, None, step)
     )
     figure = make_figure_and_lay_it_out(lambda: fall_map_by_azimuth_figure(one, "A"))
@@ -374,7 +380,7 @@ def test_cells_of_a_polar_map_are_arcs_and_fill_the_panel(step: int) -> None:
 def test_map_ends_at_the_first_b_over_h_without_falls_and_labels_avoid_falls() -> None:
     with use_package_matplotlib_settings():
         figure = fall_map_by_azimuth_figure(
-            cube_of_one_block_from_fall_shares(*mirrored_fall_shares((0, 0, 0.9, 0.0))), "A"
+            cube_of_one_record_from_fall_shares(*fall_shares_with_mirror_images((0, 0, 0.9, 0.0))), "A"
         )
         assert figure.axes[0].get_ylim()[1] == pytest.approx(0.5)
         plt.close(figure)
@@ -410,7 +416,7 @@ def test_map_and_boundary_of_a_partial_circle_end_where_it_was_simulated() -> No
     with use_package_matplotlib_settings():
         for curves in (
             pga_and_pgv_by_azimuth_figure(peaks, np.nan, "A"),
-            overturning_boundary_figure(largest_falling_b_over_h_by_azimuth(part), 0.4, np.nan, "A"),
+            overturning_boundary_figure(overturning_boundaries_by_azimuth(part), 0.4, np.nan, "A"),
         ):
             theta, radius = curves.axes[0].lines[0].get_data()
             shown = np.isfinite(radius[:-1] + radius[1:])
@@ -420,7 +426,7 @@ def test_map_and_boundary_of_a_partial_circle_end_where_it_was_simulated() -> No
         band = [path.vertices[:, 1].min() for path in curves.axes[0].collections[0].get_paths()]
         assert min(band) > 0.2, "nor does it run to the middle where nothing is known"
         alone = (
-            overturning_boundary_figure(largest_falling_b_over_h_by_azimuth(part.isel(azimuth=[2])), 0.4, np.nan, "A")
+            overturning_boundary_figure(overturning_boundaries_by_azimuth(part.isel(azimuth=[2])), 0.4, np.nan, "A")
             .axes[0]
             .lines[-1]
         )
@@ -432,12 +438,12 @@ def test_innermost_ring_of_a_map_is_drawn_if_b_over_h_values_are_far_apart() -> 
     """Regression: for B/H 0.1 and 0.4 the inner edge of the first ring was negative, and the ring was not drawn."""
     ones = np.ones((AZIMUTHS_DEG.size, 2))
     figure = make_figure_and_draw_its_pixels(
-        lambda: fall_map_by_azimuth_figure(cube_of_one_block_from_fall_shares(ones, 0 * ones, ones, (0.1, 0.4)), "A")
+        lambda: fall_map_by_azimuth_figure(cube_of_one_record_from_fall_shares(ones, 0 * ones, ones, (0.1, 0.4)), "A")
     )
     pixels = pixels_in_outer_half_of_map_cell(figure, 60, 0.03)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)
-    np.testing.assert_allclose(pixels.mean(axis=0), PROBABILITY(1.0)[:3], atol=0.01)
+    np.testing.assert_allclose(pixels.mean(axis=0), PROBABILITY_COLOURMAP(1.0)[:3], atol=0.01)
     assert not any(text.startswith("not computed") for text in legend), "there is no hole"
 
 
@@ -445,7 +451,7 @@ def test_map_extends_to_a_fall_at_the_largest_b_over_h_if_its_ensemble_stands() 
     """Regression: the map ended before a case that falls at the largest B/H while all of its ensemble stands."""
     flags = np.zeros((AZIMUTHS_DEG.size, 3))
     flags[3, 2], flags[9, 2] = 1, -1
-    wide = cube_of_one_block_from_fall_shares(*mirrored_fall_shares((90, 0, 0.0, 0.5)), flags)
+    wide = cube_of_one_record_from_fall_shares(*fall_shares_with_mirror_images((90, 0, 0.0, 0.5)), flags)
     with use_package_matplotlib_settings():
         assert fall_map_by_azimuth_figure(wide, "A").axes[0].get_ylim()[1] == pytest.approx(0.7)
         plt.close("all")

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
-from overturning.figures.rose import FALLS, axis_interval_arcs_deg, draw_fall_rose, fall_roses_by_group_figure
+from overturning.figures.rose import FALL_COLOUR, axis_interval_arcs_deg, draw_fall_rose, fall_roses_by_group_figure
 from overturning.figures.style import INK, create_panel_grid, use_package_matplotlib_settings
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.circular import SECTORS
@@ -50,7 +50,7 @@ def rose_sector_areas(figure: Figure) -> dict[float, float]:
     dark = [
         bar
         for bar in figure.axes[0].patches
-        if np.allclose(bar.get_facecolor()[:3], plt.matplotlib.colors.to_rgb(FALLS))
+        if np.allclose(bar.get_facecolor()[:3], plt.matplotlib.colors.to_rgb(FALL_COLOUR))
     ]
     return {round(float(np.degrees(bar.get_x() + bar.get_width() / 2)), 3): bar.get_height() ** 2 for bar in dark}
 
@@ -73,7 +73,7 @@ def test_rose_angles_are_measured_from_the_fault_normal_where_it_is_known() -> N
         cube_of_falls_around_azimuth_40().assign_coords(fault_normal=("record", [angle] * 5)) for angle in (40.0, NAN)
     )
     found, north = fall_rose_of_all_records(with_normal), fall_rose_of_all_records(without)
-    assert (found.from_normal, north.from_normal) == (True, False)
+    assert (found.is_from_fault_normal, north.is_from_fault_normal) == (True, False)
     assert np.flatnonzero(north.shares).tolist() == [0, 1, 2, 3, 4, 5]
     assert np.flatnonzero(found.shares).tolist() == [0, 1, 2, 9, 10, 11]
     assert found.shares.size == north.shares.size == SECTORS // 2

@@ -13,7 +13,7 @@ from obspy.geodetics import gps2dist_azimuth
 
 from overturning.errors import ArgumentError
 from overturning.figures.site_map import (
-    MOST_SITES,
+    MAX_EARTHQUAKES_PER_FIGURE,
     EarthquakeOnMap,
     StationOnMap,
     earthquake_map_figures,
@@ -83,7 +83,7 @@ def test_stations_are_drawn_at_their_coordinates_on_one_scale() -> None:
 def test_fall_axis_of_a_station_is_drawn_as_arrows_to_both_sides(axis: float) -> None:
     """A fall axis of 30° is drawn as arrows towards N30°E and S30°W of the station, the fault strike as a line."""
     figure = draw_earthquake_map(
-        EarthquakeOnMap("A", [StationOnMap("s", 35.1, 133.0, strike=axis + 20.0, axis=axis)], EPICENTRE)
+        EarthquakeOnMap("A", [StationOnMap("s", 35.1, 133.0, strike=axis + 20.0, mean_fall_axis_deg=axis)], EPICENTRE)
     )
     ((head, tail),) = ends_of_arrows_in_first_map(figure)
     assert (head + tail) / 2 == pytest.approx(points_of_map_lines_with_label(figure, "station")[0][0])
@@ -151,14 +151,15 @@ def test_coordinates_off_the_globe_are_refused(site: EarthquakeOnMap, words: str
 
 def test_maps_of_many_earthquakes_are_split_over_several_figures() -> None:
     sites = [
-        EarthquakeOnMap(str(number), [StationOnMap("s", 35.1, 133.0)], EPICENTRE) for number in range(MOST_SITES + 1)
+        EarthquakeOnMap(str(number), [StationOnMap("s", 35.1, 133.0)], EPICENTRE)
+        for number in range(MAX_EARTHQUAKES_PER_FIGURE + 1)
     ]
     with use_package_matplotlib_settings():
         panels = [
             [axes.get_title() for axes in one.axes if axes.get_visible()] for one in earthquake_map_figures(sites)
         ]
     plt.close("all")
-    assert panels == [[str(number) for number in range(MOST_SITES)], [str(MOST_SITES)]]
+    assert panels == [[str(number) for number in range(MAX_EARTHQUAKES_PER_FIGURE)], [str(MAX_EARTHQUAKES_PER_FIGURE)]]
     assert list(earthquake_map_figures([])) == []
 
 
@@ -196,7 +197,7 @@ def test_map_data_of_a_cube_have_station_coordinates_strikes_and_fall_axes(cube_
     assert (site.name, site.epicentre, site.trace) == ("A", (35.0, 133.0), (((35.0, 133.0), (36.0, 133.0)),))
     assert [one[:3] for one in site.stations] == [("one", 35.1, 133.0), ("two", 35.2, 133.1)]
     assert [one.strike for one in site.stations] == pytest.approx([30.0, math.nan], nan_ok=True)
-    assert [one.axis for one in site.stations] == pytest.approx([30.0, 30.0], abs=0.5)
+    assert [one.mean_fall_axis_deg for one in site.stations] == pytest.approx([30.0, 30.0], abs=0.5)
 
 
 def test_station_without_a_source_of_its_coordinates_is_not_on_the_map(cube_of_four_stations: xr.Dataset) -> None:
@@ -217,4 +218,4 @@ def test_station_where_no_block_falls_has_no_fall_axis_on_the_map(cube_of_four_s
     (site,) = earthquakes_on_map(
         cube_of_four_stations.assign({name: xr.zeros_like(cube_of_four_stations[name]) for name in names})
     )
-    assert all(math.isnan(one.axis) for one in site.stations)
+    assert all(math.isnan(one.mean_fall_axis_deg) for one in site.stations)

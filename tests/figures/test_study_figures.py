@@ -12,18 +12,18 @@ from overturning import open_cube, plot
 from overturning.errors import ArgumentError
 from overturning.figures.cells import (
     azimuth_cell_edges_rad,
+    azimuths_with_known_outcome_deg,
     cell_edges,
     extend_azimuths_to_full_circle,
     panel_row_and_column_counts,
-    simulated_azimuths_deg,
 )
 from overturning.figures.explore import explorer_page_data
 from overturning.figures.illustrative import block_label, simulate_block_trajectories
-from overturning.figures.maps import COLOURS, fall_map_by_orientation_figure
+from overturning.figures.maps import AZIMUTH_COLOURMAP, fall_map_by_orientation_figure
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.figures.style import (
-    azimuths_inside_unsimulated_gaps,
+    azimuths_one_step_inside_gap_ends,
     compass_bearing_text,
     use_package_matplotlib_settings,
 )
@@ -36,7 +36,7 @@ from overturning.study.load import study_from_content
 from tests.expect import expect_error
 from tests.figures.test_explore import random_3d_cube
 from tests.study.small_study import simulate_study_cube, sine_cycle_record
-from tests.study.test_config import ICY
+from tests.study.test_config import SLIPPERY_SCENE
 
 
 @pytest.fixture
@@ -143,7 +143,7 @@ def linear_srgb_to_cielab(linear: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("seen", [np.eye(3), DEUTERANOPIA_MATRIX], ids=["all colours", "without green"])
 def test_azimuth_colours_differ_with_red_green_blindness(seen: np.ndarray) -> None:
     """A just noticeable difference is about 2.3; with colours that differ only in hue, 233° and 293° differ by 7."""
-    given = COLOURS(np.arange(256))[:, :3]
+    given = AZIMUTH_COLOURMAP(np.arange(256))[:, :3]
     linear = np.where(given <= 0.04045, given / 12.92, ((given + 0.055) / 1.055) ** 2.4)
     lab = linear_srgb_to_cielab(np.clip(linear @ seen.T, 0.0, 1.0))
     for apart in range(43, 129):  # 60° and more
@@ -154,9 +154,9 @@ def test_map_is_blank_only_in_azimuth_gaps_wider_than_the_step() -> None:
     """Around planes of 60°, 70° and their mirror images (240°, 250°), blank gaps begin one step (10°) away."""
     unknown = {(60, 70, 240, 250): [50, 80, 230, 260], (60, 150, 240, 330): [], (0, 30, 90, 180, 210, 270): []}
     for azimuth, ends in unknown.items():
-        np.testing.assert_allclose(np.sort(azimuths_inside_unsimulated_gaps(np.array(azimuth))), ends)
+        np.testing.assert_allclose(np.sort(azimuths_one_step_inside_gap_ends(np.array(azimuth))), ends)
     full = np.sort([*range(0, 360, 5), 152.0])
-    assert azimuths_inside_unsimulated_gaps(full).size == azimuths_inside_unsimulated_gaps(full.repeat(2)).size == 0
+    assert azimuths_one_step_inside_gap_ends(full).size == azimuths_one_step_inside_gap_ends(full.repeat(2)).size == 0
 
 
 @pytest.mark.parametrize("azimuth", [[40], [220], [40, 220]])
@@ -169,7 +169,7 @@ def test_map_of_a_single_plane_has_a_sector_on_either_side(azimuth: list[int]) -
     shown = [(edges[k], edges[k + 1]) for k in np.flatnonzero(whole["overturned"].notnull())]
     np.testing.assert_allclose(shown, [(37.5, 42.5), (217.5, 222.5)])
     assert whole["overturned"].sel(azimuth=[40, 220]).to_numpy().tolist() == [1.0, -1.0]
-    np.testing.assert_array_equal(simulated_azimuths_deg(whole.sel(azimuth=azimuth)), [40.0, 220.0])
+    np.testing.assert_array_equal(azimuths_with_known_outcome_deg(whole.sel(azimuth=azimuth)), [40.0, 220.0])
 
 
 @pytest.mark.parametrize(("step", "ratios"), [(45, 2), (15, 3), (5, 8)])
@@ -207,7 +207,7 @@ def test_rose_next_to_3d_maps_shows_only_the_falls_of_these_maps() -> None:
 def test_figures_omit_a_friction_that_the_scene_overrides(tmp_path: Path) -> None:
     """Regression: a scene with its own µ = 0.1 was labelled µ = 1, the friction of the study."""
     grid = {"azimuth": {"step": 90}, "b_over_h": [0.2, 0.4], "friction": [0.2, 1.0], "ensemble": {"members": 0}}
-    scenes = {"scene": ICY, "variants": {"other": {"scene": "gravestone"}}}
+    scenes = {"scene": SLIPPERY_SCENE, "variants": {"other": {"scene": "gravestone"}}}
     settings = study_from_content({"name": "icy", "records": {"use": ["a"]}, **grid, **scenes}, "icy")
     record = sine_cycle_record()
     write_intensity_measures(settings, [record], tmp_path / "intensity.nc")

@@ -21,7 +21,7 @@ from overturning.figures.svg import compact_svg
 from overturning.figures.write import save_figure_files
 
 
-def draw_svg(path: Path, small: bool) -> str:
+def draw_two_panels_as_svg(path: Path, small: bool) -> str:
     """Draw two panels with logarithmic ticks, markers, raster image and formulas; return the SVG as text."""
     import matplotlib.pyplot as plt
 
@@ -54,14 +54,17 @@ def svg_raster_pixels(svg: str) -> np.ndarray:
 
 
 def test_compact_svg_looks_the_same(tmp_path: Path) -> None:
-    large, small = draw_svg(tmp_path / "large.svg", small=False), draw_svg(tmp_path / "small.svg", small=True)
+    large, small = (
+        draw_two_panels_as_svg(tmp_path / "large.svg", small=False),
+        draw_two_panels_as_svg(tmp_path / "small.svg", small=True),
+    )
     assert len(small) < 0.9 * len(large)
     assert svg_text(small) == svg_text(large)
     assert "µ · H/B" in svg_text(small)
     np.testing.assert_array_equal(svg_raster_pixels(small), svg_raster_pixels(large))
     named = set(re.findall(r'id="([^"]+)"', small))
     assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', small)) <= named, "what is referred to is there"
-    assert small == draw_svg(tmp_path / "again.svg", small=True)
+    assert small == draw_two_panels_as_svg(tmp_path / "again.svg", small=True)
 
 
 def test_compact_svg_rounds_coordinates_but_not_scale_factors() -> None:
@@ -133,7 +136,7 @@ def draw_panels_with_many_ticks(*paths: Path) -> tuple[list[bytes], int]:
 def test_skipping_outer_ticks_changes_no_byte_of_saved_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """SVG and PNG of a figure share the layout of the file written first, here the SVG; no byte of either changes."""
     spared, few = draw_panels_with_many_ticks(tmp_path / "spared.svg", tmp_path / "spared.png")
-    monkeypatch.setattr("overturning.figures.ticks.create_only_inner_ticks", lambda _: None)
+    monkeypatch.setattr("overturning.figures.ticks.limit_ticks_to_axis_range", lambda _: None)
     whole, many = draw_panels_with_many_ticks(tmp_path / "whole.svg", tmp_path / "whole.png")
     assert spared == whole
     assert few < 0.9 * many

@@ -43,7 +43,7 @@ def stack_and_single_shaft_results() -> StudyResults:
     )
     alone = displacement_cube_of_one_record(["shaft"], residual_twist=[[7.0, -7.0, 7.0, -7.0, 7.0]])
     cubes = {NOMINAL: stack, "shaft-alone": alone.isel(element=0, drop=True)}
-    return cast(StudyResults, SimpleNamespace(study=load_study(STACK_STUDY_FILE), cubes=cubes))
+    return cast(StudyResults, SimpleNamespace(study=load_study(STACK_STUDY_FILE), cubes_by_variant=cubes))
 
 
 def test_median_slip_and_twist_are_of_standing_cases(stack_and_single_shaft_results: StudyResults) -> None:
@@ -68,7 +68,10 @@ def test_findings_have_no_sliding_off_of_the_lowest_stone_nor_twist_of_a_stack(
     fallen = displacement_cube_of_one_record(
         ["base", "shaft"], overturned=[[1] * 5, [1] * 5], slid_off=[[0] * 5, [1, 0, 0, 0, 0]]
     )
-    both = cast(StudyResults, SimpleNamespace(study=stack_and_single_shaft_results.study, cubes={NOMINAL: fallen}))
+    both = cast(
+        StudyResults,
+        SimpleNamespace(study=stack_and_single_shaft_results.study, cubes_by_variant={NOMINAL: fallen}),
+    )
     base, shaft = final_slip_and_rotation_of_elements(both)
     assert (base.falls, base.share_slid_off) == (5, None)
     assert (shaft.falls, shaft.share_slid_off) == (5, 0.2)

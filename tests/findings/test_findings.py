@@ -20,7 +20,7 @@ import yaml
 
 import overturning
 from overturning.cli import main
-from overturning.commands.cube import STUDY_KINDS
+from overturning.commands.cube import STUDY_FIGURE_KINDS
 from overturning.errors import ArgumentError
 from overturning.figures.fall_rate import fragility_curves_figure
 from overturning.findings.causes import logistic_fit_findings
@@ -29,9 +29,9 @@ from overturning.findings.contrast import compare_study_with_variants, populatio
 from overturning.findings.direction import fall_direction_findings
 from overturning.findings.extent import choose_fall_maps_for_report, count_records_blocks_and_directions
 from overturning.findings.lines import finding_text_lines
-from overturning.findings.processing import DRIFT, TRUSTED
+from overturning.findings.processing import DRIFT_DOUBT_KIND, TRUSTED_CONTRADICTION_DOUBT_KIND
 from overturning.findings.results import StudyResults, open_study_results
-from overturning.findings.study import count_cases, numerical_quality, record_facts
+from overturning.findings.study import case_counts_and_overturned_shares, numerical_quality, record_facts
 from overturning.findings.values import Estimate
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.soil import RockHalfSpace, SoilLayer
@@ -112,10 +112,10 @@ def test_fall_axes_of_records_lie_along_their_velocity_pulses(study_findings: Fi
 def test_earthquakes_with_records_with_and_without_a_pulse_are_counted(study_folder: Path) -> None:
     """Only earthquake A has records both with and without a velocity pulse; B and C have one kind, D neither."""
     with open_study_results(study_folder) as opened:
-        first = opened.cube.isel(record=[0] * 6)
+        first = opened.default_element_cube.isel(record=[0] * 6)
         events, pulses = list("AABCDA"), [1.0, 0.0, 1.0, 0.0, np.nan, 0.0]
         cube = first.assign_coords(event=("record", events), pulse=("record", pulses))
-        extent = count_records_blocks_and_directions(replace(opened, cube=cube))
+        extent = count_records_blocks_and_directions(replace(opened, default_element_cube=cube))
     assert (extent.earthquakes_in_several_groups, extent.records) == (1, 6)
 
 
@@ -135,12 +135,12 @@ def test_notes_on_a_record_repeat_its_stored_provenance(study_findings: Findings
     assert (three.declared, three.trusted, three.notes) == tuple(PROVENANCE_WITH_NOTES.values())
     assert one.declared == one.trusted == one.notes == []
     # The noise across the pulse leaves a velocity at the end.
-    assert (one.doubts, three.doubts) == ([DRIFT], [DRIFT, TRUSTED])
+    assert (one.doubts, three.doubts) == ([DRIFT_DOUBT_KIND], [DRIFT_DOUBT_KIND, TRUSTED_CONTRADICTION_DOUBT_KIND])
     assert "velocity of" in one.drift
     assert three.pga_before_m_s2 == three.pga_after_m_s2 == pytest.approx(5.0 * math.cos(math.radians(20.0)), rel=0.03)
     assert study_findings.record_notes.records_with_notes == 3
     named = {one.doubt: one.records for one in study_findings.record_notes.doubts}
-    assert named == {DRIFT: ["one", "two", "three"], TRUSTED: ["three"]}
+    assert named == {DRIFT_DOUBT_KIND: ["one", "two", "three"], TRUSTED_CONTRADICTION_DOUBT_KIND: ["three"]}
 
 
 def test_median_fall_rate_is_the_median_over_records(study_findings: Findings) -> None:
@@ -223,7 +223,7 @@ def test_findings_command_reads_the_study_file_next_to_the_cube(
         overturning.findings(tmp_path)
 
 
-NAMED_FILES: dict[str, tuple[Callable[[bytes], bytes], str]] = {
+UNREADABLE_CUBE_FILES_AND_ERRORS: dict[str, tuple[Callable[[bytes], bytes], str]] = {
     "other.nc": (lambda _: b"", "no such cube"),
     "report.html": (lambda _: b"<!DOCTYPE html>", "cannot be opened"),
     "cut.nc": (lambda content: content[: len(content) // 2], "damaged|cannot be opened"),
@@ -231,10 +231,10 @@ NAMED_FILES: dict[str, tuple[Callable[[bytes], bytes], str]] = {
 }
 
 
-@pytest.mark.parametrize("name", NAMED_FILES)
+@pytest.mark.parametrize("name", UNREADABLE_CUBE_FILES_AND_ERRORS)
 def test_error_names_a_file_that_is_no_cube_of_a_study(study_folder: Path, tmp_path: Path, name: str) -> None:
     """A whole cube in the same folder does not replace the file named."""
-    change, message = NAMED_FILES[name]
+    change, message = UNREADABLE_CUBE_FILES_AND_ERRORS[name]
     for one in ("cube.nc", "intensity.nc"):
         shutil.copy(study_folder / one, tmp_path)
     if content := change((study_folder / "cube.nc").read_bytes()):
@@ -275,7 +275,7 @@ def test_missing_outcomes_at_other_amplitudes_are_counted(tmp_path: Path) -> Non
     with overturning.open_cube(made / "cube.nc", amplitude=None) as opened:
         flags = opened["overturned"].sel(amplitude=2.0).to_numpy()
     with open_study_results(made) as results:
-        cases = count_cases(results)
+        cases = case_counts_and_overturned_shares(results)
     assert (cases.total, cases.scaled, cases.scaled_without_outcome) == (flags.size, flags.size, np.isnan(flags).sum())
     with xr.open_dataset(made / "cube.nc", decode_timedelta=False) as cube:
         lost = cube["overturned"].where((cube["amplitude"] == 1.0) | (cube["b_over_h"] > 0.25))
@@ -298,7 +298,7 @@ def test_hash_in_findings_changes_only_if_the_outcomes_change(
         cube = opened.load()
     cube.to_netcdf(path)
     with open_study_results(path) as results:
-        assert (numerical_quality(results).content_sha256, results.changed_cubes) == (stated, ())
+        assert (numerical_quality(results).content_sha256, results.changed_cube_names) == (stated, ())
     cube["overturned"][0] = 0
     cube.to_netcdf(path)
     with pytest.warns(UserWarning, match=r"cube\.nc: its outcomes were changed after the run"):
@@ -320,14 +320,16 @@ def test_error_names_the_missing_results_file(tmp_path: Path) -> None:
 def test_blocks_that_fall_in_every_direction_or_in_none_have_no_axis(study_folder: Path) -> None:
     """If slender blocks fall in all planes and the others in none, no fall axis arises, not even by rounding errors."""
     with open_study_results(study_folder) as results:
-        cube = results.cube.load()
+        cube = results.default_element_cube.load()
         slender = (cube["b_over_h"] < float(cube["b_over_h"].mean())).broadcast_like(cube["overturned"])
         towards = xr.where(slender, 1, 0).transpose(*cube["overturned"].dims).astype(np.int8)
         changed = cube.drop_vars([one for one in ("probability_towards", "probability_away") if one in cube])
         values = {name: getattr(results, name) for name in results.__dataclass_fields__}
-        direction = fall_direction_findings(StudyResults(**values | {"cube": changed.assign(overturned=towards)}))
+        direction = fall_direction_findings(
+            StudyResults(**values | {"default_element_cube": changed.assign(overturned=towards)})
+        )
         half = changed.assign(overturned=towards.where((cube["azimuth"] % 180) < 90, INT8_MISSING))
-        found = StudyResults(**values | {"cube": half})
+        found = StudyResults(**values | {"default_element_cube": half})
         missing, extent = fall_direction_findings(found), count_records_blocks_and_directions(found)
     assert direction.no_axis_because == "every direction or none"
     assert not direction.has_comparable_axis
@@ -338,12 +340,14 @@ def test_blocks_that_fall_in_every_direction_or_in_none_have_no_axis(study_folde
 def test_records_that_no_block_falls_under_have_no_direction(study_folder: Path) -> None:
     """A cube in which nothing falls: shares are 0, directions are not defined, and nothing fails."""
     with open_study_results(study_folder) as results:
-        still = results.cube.load().assign(overturned=xr.zeros_like(results.cube["overturned"]))
+        still = results.default_element_cube.load().assign(
+            overturned=xr.zeros_like(results.default_element_cube["overturned"])
+        )
         for name in ("probability_towards", "probability_away"):
             if name in still:
                 still[name] = xr.zeros_like(still[name])
         changed = StudyResults(
-            **{name: getattr(results, name) for name in results.__dataclass_fields__} | {"cube": still}
+            **{name: getattr(results, name) for name in results.__dataclass_fields__} | {"default_element_cube": still}
         )
         direction = fall_direction_findings(changed)
     assert not direction.has_comparable_axis
@@ -364,7 +368,7 @@ def test_simulated_planes_in_one_sector_give_fall_shares_but_no_fall_axis(
     """Falls in planes of one sector lie in it whatever the motion, and so near any fault normal within the sector."""
     with open_study_results(study_folder) as results:
         values = {name: getattr(results, name) for name in results.__dataclass_fields__}
-        sector = StudyResults(**values | {"cube": results.cube.sel(azimuth=planes)})
+        sector = StudyResults(**values | {"default_element_cube": results.default_element_cube.sel(azimuth=planes)})
         direction, records, maps = (
             fall_direction_findings(sector),
             record_facts(sector),
@@ -438,13 +442,19 @@ def test_fall_axes_on_soil_and_rock_are_compared_only_if_all_planes_were_run(
     """With the outcomes of rock on soil too, axes of all planes differ by 0°; planes of one sector give no angle."""
     soil = SoilSite(layers=(SoilLayer(thickness_m=20, velocity_m_s=180),), rock=RockHalfSpace(velocity_m_s=760))
     with open_study_results(study_folder) as opened:
-        cube = opened.cube.sel(azimuth=planes)
+        cube = opened.default_element_cube.sel(azimuth=planes)
         rates = population_outcome_rates_by_record(cube, opened.study.population)
         study = opened.study.model_copy(update={"variants": {"soft": Variant(site=soil)}})
         both = dict.fromkeys(("nominal", "soft"), (cube, rates))
         cubes, populations = ({name: pair[part] for name, pair in both.items()} for part in (0, 1))
         found = population_fall_rates_by_soil(
-            replace(opened, study=study, cube=cube, cubes=cubes, populations=populations)
+            replace(
+                opened,
+                study=study,
+                default_element_cube=cube,
+                cubes_by_variant=cubes,
+                population_rates_by_variant=populations,
+            )
         )
     (soft,) = (one for one in found if one.variant == "soft")
     assert soft.axis_turned_deg == angle
@@ -454,7 +464,7 @@ def test_fall_axes_on_soil_and_rock_are_compared_only_if_all_planes_were_run(
 def test_study_and_variant_are_compared_where_both_have_an_outcome(study_folder: Path) -> None:
     """The same outcomes, but the study lacks those at B/H 0.3 that stand, and the variant those at 0.4 that fall."""
     with open_study_results(study_folder) as opened:
-        whole = opened.cube.isel(record=[0, 1], azimuth=slice(None, None, 4)).load()
+        whole = opened.default_element_cube.isel(record=[0, 1], azimuth=slice(None, None, 4)).load()
         flags, shape = whole["overturned"], whole["b_over_h"]
         lost = [(flags == 0) & (shape == 0.3), (flags != 0) & (shape == 0.4)]
         cubes = {
@@ -464,7 +474,9 @@ def test_study_and_variant_are_compared_where_both_have_an_outcome(study_folder:
         study = opened.study.model_copy(update={"variants": {"flat": Variant(vertical=False)}})
         # Without vertical motion in the records, a variant in the vertical motion has no record to compare.
         cubes["nominal"] = cubes["nominal"].assign_coords(vertical=("record", [1, 1]))
-        (found,) = compare_study_with_variants(replace(opened, study=study, cube=cubes["nominal"], cubes=cubes))
+        (found,) = compare_study_with_variants(
+            replace(opened, study=study, default_element_cube=cubes["nominal"], cubes_by_variant=cubes)
+        )
     assert all(one.any() for one in lost)
     assert found.cases_not_compared == int((lost[0] | lost[1]).sum())
     fell = (flags != 0).where(~(lost[0] | lost[1]))
@@ -480,7 +492,7 @@ def test_study_and_variant_are_compared_where_both_have_an_outcome(study_folder:
 def test_a_study_figure_is_refused_if_the_study_has_no_findings_for_it(
     study_findings: Findings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert tuple(STUDY_FIGURES) == STUDY_KINDS
+    assert tuple(STUDY_FIGURES) == STUDY_FIGURE_KINDS
     opened: Any = SimpleNamespace(study=SimpleNamespace(name="tiny"))
     assert [len(STUDY_FIGURES[kind](opened, study_findings)) for kind in ("fragility", "fall-rate", "surveys")] == [
         1,

@@ -15,11 +15,11 @@ import yaml
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
-from overturning.errors import LONGEST_LINE, MOST_LINES, OverturningError
+from overturning.errors import MAX_LINE_LENGTH, MAX_MESSAGE_LINES, OverturningError
 from tests.bounds import limited_time_and_memory
 
-TOTAL_SECONDS = float(os.environ.get("FUZZ_SECONDS", "10"))
-READER_COUNT = 12
+TOTAL_FUZZING_SECONDS = float(os.environ.get("FUZZ_SECONDS", "10"))
+FUZZ_TEST_COUNT = 12
 
 EVIL_NUMBERS = [
     *("nan", "inf", "-inf", "1e308", "-1e308", "1e-320", "1e999", "-0", "9" * 400, "0x1F", "٣", "1_0", "--1", ""),
@@ -78,7 +78,7 @@ def paths_of_nested_values(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tu
         yield from paths_of_nested_values(value, (*path, key))
 
 
-ANY_VALUE = st.recursive(
+STRATEGY_FOR_ANY_VALUE = st.recursive(
     st.one_of(
         st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=20), st.dates(),
         st.sampled_from(EVIL_WORDS), st.sampled_from([10**30, 1e308, -0.0, 5e-324]),
@@ -88,9 +88,11 @@ ANY_VALUE = st.recursive(
 )  # fmt: skip
 
 
-def strategy_for_corrupted_mapping_files(data: dict[str, Any]) -> st.SearchStrategy[bytes]:
+def strategy_for_corrupted_yaml_files(data: dict[str, Any]) -> st.SearchStrategy[bytes]:
     """Strategy for a file of keys and values, some of which are replaced, deleted or repeated under another name."""
-    change = st.tuples(st.sampled_from(list(paths_of_nested_values(data))), st.sampled_from("vvvdk"), ANY_VALUE)
+    change = st.tuples(
+        st.sampled_from(list(paths_of_nested_values(data))), st.sampled_from("vvvdk"), STRATEGY_FOR_ANY_VALUE
+    )
 
     def file_with_changed_values(changes: list[tuple[tuple[Any, ...], str, Any]]) -> bytes:
         tree = json.loads(json.dumps(data))
@@ -118,14 +120,14 @@ def assert_read_or_plain_error(read: Callable[[], Any]) -> None:
     except OverturningError as problem:
         message = str(problem)
         assert message
-        assert message.count("\n") <= MOST_LINES, f"{message.count(chr(10))} lines: {message[:300]}"
-        assert max(map(len, message.split("\n"))) < LONGEST_LINE + 10, message[:300]
+        assert message.count("\n") <= MAX_MESSAGE_LINES, f"{message.count(chr(10))} lines: {message[:300]}"
+        assert max(map(len, message.split("\n"))) < MAX_LINE_LENGTH + 10, message[:300]
         assert not set(message) & {"\0", "\x1b", "\r", "\u202e"}, repr(message[:300])
 
 
 def run_on_random_examples(strategy: st.SearchStrategy[Any], test: Callable[[Any], None], examples: int = 25) -> None:
     """Run a test on random examples, with a new seed each round, until its share of the fuzzing time is used up."""
-    end = sum(os.times()[:4]) + TOTAL_SECONDS / READER_COUNT  # of processor time, that of children too
+    end = sum(os.times()[:4]) + TOTAL_FUZZING_SECONDS / FUZZ_TEST_COUNT  # of processor time, that of children too
     for turn in itertools.count():
         run = given(strategy)(lambda example: test(example))
         run = settings(

@@ -31,9 +31,9 @@ from tests.fuzz.spoiling import (
     run_on_random_examples,
     script_tags_and_attributes_in_page,
     strategy_for_corrupted_bytes,
-    strategy_for_corrupted_mapping_files,
+    strategy_for_corrupted_yaml_files,
 )
-from tests.report.by_hand import RECORD, STUDY_FINDINGS, findings_with_changed_entries
+from tests.report.by_hand import RECORD_FINDING, STUDY_FINDINGS, findings_with_changed_entries
 
 pytestmark = pytest.mark.long
 
@@ -79,7 +79,7 @@ def make_and_check_explorer_page_of_cube(path: Path) -> None:
         study_of_cube(opened), record_sources(opened), record_provenance(opened)
 
 
-def read_in_child_process(read: Callable[[], Any]) -> str:
+def error_of_reading_in_child_process(read: Callable[[], Any]) -> str:
     """Call a reader in a child process, which a damaged file may crash; return its unexpected error, if any."""
     receiver, sender = os.pipe()
     child = os.fork()
@@ -100,18 +100,18 @@ def test_a_corrupted_cube_is_read_or_refused_plainly(isolated_folder: Path, byte
     path = isolated_folder / "cube.nc"
     bare = bytes_of_small_cube_file[:-75]
 
-    def make_page_of_corrupted_cube(case: tuple[bool, bytes]) -> None:
+    def check_page_of_corrupted_cube(case: tuple[bool, bytes]) -> None:
         path.write_bytes(case[1])
         if case[0]:
             append_checksum(path)
-        said = read_in_child_process(lambda: make_and_check_explorer_page_of_cube(path))
+        said = error_of_reading_in_child_process(lambda: make_and_check_explorer_page_of_cube(path))
         # The library of HDF5 itself may fall over a file that was made to; a process of ours falls with it.
         assert said in ("", "signal 11", "signal 6"), said
 
-    make_page_of_corrupted_cube((False, bytes_of_small_cube_file))
-    make_page_of_corrupted_cube((False, bare))
+    check_page_of_corrupted_cube((False, bytes_of_small_cube_file))
+    check_page_of_corrupted_cube((False, bare))
     run_on_random_examples(
-        st.tuples(st.booleans(), strategy_for_corrupted_bytes(bare)), make_page_of_corrupted_cube, examples=6
+        st.tuples(st.booleans(), strategy_for_corrupted_bytes(bare)), check_page_of_corrupted_cube, examples=6
     )
 
 
@@ -124,7 +124,7 @@ def test_a_cube_with_unexpected_content_is_read_or_refused_plainly(
         whole = opened.load()
     study = json.loads(whole.attrs["study"])
 
-    def make_page_of_changed_cube(case: tuple[str, str, Any]) -> None:
+    def check_page_of_changed_cube(case: tuple[str, str, Any]) -> None:
         what, name, value = case
         changed = whole.copy()
         if what == "variable":
@@ -136,7 +136,7 @@ def test_a_cube_with_unexpected_content_is_read_or_refused_plainly(
         else:
             changed.attrs[name] = value
         changed.drop_encoding().to_netcdf(path, engine="netcdf4")
-        said = read_in_child_process(lambda: make_and_check_explorer_page_of_cube(path))
+        said = error_of_reading_in_child_process(lambda: make_and_check_explorer_page_of_cube(path))
         assert said == "", f"{case[:2]}: {said}"
 
     def convert_yaml_to_json(value: bytes) -> str:
@@ -149,10 +149,10 @@ def test_a_cube_with_unexpected_content_is_read_or_refused_plainly(
         st.tuples(st.just("attribute"), st.sampled_from(sorted(whole.attrs)), st.none()),
         st.tuples(st.just("value"), st.sampled_from(sorted(whole.attrs)), words),
         st.tuples(
-            st.just("value"), st.just("study"), strategy_for_corrupted_mapping_files(study).map(convert_yaml_to_json)
+            st.just("value"), st.just("study"), strategy_for_corrupted_yaml_files(study).map(convert_yaml_to_json)
         ),
     )
-    run_on_random_examples(cases, make_page_of_changed_cube, examples=6)
+    run_on_random_examples(cases, check_page_of_changed_cube, examples=6)
 
 
 def test_hostile_names_cannot_add_scripts_to_the_report(isolated_folder: Path) -> None:
@@ -164,7 +164,7 @@ def test_hostile_names_cannot_add_scripts_to_the_report(isolated_folder: Path) -
 
     def report_page_with_names(names: list[str]) -> str:
         one, two, three = names
-        record = RECORD | {"id": one, "station": two, "event": three}
+        record = RECORD_FINDING | {"id": one, "station": two, "event": three}
         data = findings_with_changed_entries(
             STUDY_FINDINGS["survey"], study={"title": one, "question": two}, records=[record]
         )

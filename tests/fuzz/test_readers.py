@@ -16,17 +16,17 @@ from overturning.records.catalogue import read_record_table
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
 from overturning.study.load import load_study
-from overturning.study.preflight import check_record_files, check_study_size
-from overturning.surveys.stones import read_stones
+from overturning.study.preflight import check_study_size, find_record_rows_and_files
+from overturning.surveys.stones import read_counted_stones
 from tests.fuzz.spoiling import (
     apply_edits,
     assert_read_or_plain_error,
     run_on_random_examples,
     strategy_for_corrupted_bytes,
-    strategy_for_corrupted_mapping_files,
+    strategy_for_corrupted_yaml_files,
 )
 from tests.model.solids import box
-from tests.records.malformed_corpus import COUNTS, VALID_FILES
+from tests.records.malformed_corpus import SAMPLES_IN_COUNTS, VALID_FILES_AND_HEADER_LINE_COUNTS
 from tests.records.seed_writers import write_mseed, write_sac, write_stationxml_of_channels
 
 pytestmark = pytest.mark.long
@@ -41,14 +41,14 @@ DEEP_NESTING = "[" * 5000 + "]" * 5000
 def test_a_corrupted_text_record_is_read_or_refused_plainly(isolated_folder: Path) -> None:
     def read_corrupted_text_record(case: tuple[str, bytes]) -> None:
         form, content = case
-        paths = [isolated_folder / name for name in VALID_FILES[form][0]]
-        for path, text in zip(paths, VALID_FILES[form][0].values(), strict=True):
+        paths = [isolated_folder / name for name in VALID_FILES_AND_HEADER_LINE_COUNTS[form][0]]
+        for path, text in zip(paths, VALID_FILES_AND_HEADER_LINE_COUNTS[form][0].values(), strict=True):
             path.write_bytes(content if path == paths[0] else text.encode())
         assert_read_or_plain_error(lambda: read_record_without_processing(paths, DeclaredFileProperties(unit="gal")))
 
     forms = [
         st.tuples(st.just(form), strategy_for_corrupted_bytes(next(iter(texts.values())).encode()))
-        for form, (texts, _) in VALID_FILES.items()
+        for form, (texts, _) in VALID_FILES_AND_HEADER_LINE_COUNTS.items()
     ]
     run_on_random_examples(st.one_of(forms), read_corrupted_text_record)
 
@@ -57,13 +57,14 @@ def test_a_corrupted_text_record_is_read_or_refused_plainly(isolated_folder: Pat
 @pytest.mark.parametrize("form", ["mseed", "sac", "xml", "zip"])
 def test_a_corrupted_binary_record_is_read_or_refused_plainly(isolated_folder: Path, form: str) -> None:
     if form == "sac":
-        first = write_sac(isolated_folder / "a.sac", COUNTS[0] / 1e3, "HNN", 0.0, 90.0)
-        other = write_sac(isolated_folder / "b.sac", COUNTS[1] / 1e3, "HNE", 90.0, 90.0)
+        first = write_sac(isolated_folder / "a.sac", SAMPLES_IN_COUNTS[0] / 1e3, "HNN", 0.0, 90.0)
+        other = write_sac(isolated_folder / "b.sac", SAMPLES_IN_COUNTS[1] / 1e3, "HNE", 90.0, 90.0)
     elif form == "zip":
         first = other = ROOT / "src" / "overturning" / "records" / "examples" / "20161113_110259_WTMC_20.V2A.zip"
     else:
         first = write_mseed(
-            isolated_folder / "x.mseed", {"HNN": np.repeat(COUNTS[0], 10), "HNE": np.repeat(COUNTS[1], 10)}
+            isolated_folder / "x.mseed",
+            {"HNN": np.repeat(SAMPLES_IN_COUNTS[0], 10), "HNE": np.repeat(SAMPLES_IN_COUNTS[1], 10)},
         )
         other = write_stationxml_of_channels(isolated_folder / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)})
         first, other = (first, other) if form == "mseed" else (other, first)
@@ -92,21 +93,21 @@ def read_study_and_check_names(path: Path) -> None:
     for name in (study.name, *(f"cube.{variant}.nc" for variant in study.variants)):
         assert Path("results", name).resolve().parent == Path("results").resolve(), "a name that leads out"
     check_study_size(study, "mine.yaml")
-    check_record_files(study, "mine.yaml")
+    find_record_rows_and_files(study, "mine.yaml")
 
 
-BOMBS_OF_STUDIES = ("name: {DEEP}", "{whole}\nfriction: *a", "{BOMB}{whole_j}")
-BOMBS_OF_SCENES = ("elements: {DEEP}", "{BOMB}name: *j\nelements: [*j, *j]\n")
+STUDY_FILE_TEMPLATES_WITH_YAML_BOMBS = ("name: {DEEP}", "{whole}\nfriction: *a", "{BOMB}{whole_j}")
+SCENE_FILE_TEMPLATES_WITH_YAML_BOMBS = ("elements: {DEEP}", "{BOMB}name: *j\nelements: [*j, *j]\n")
 
 
 @pytest.mark.parametrize(
     ("name", "read", "bombs"),
     [
         ("config/records.tsv", read_table_and_check_record_ids, ()),
-        ("surveys/example-ruin.csv", read_stones, ()),
-        ("config/near-fault.yaml", read_study_and_check_names, BOMBS_OF_STUDIES),
-        ("config/in-space.yaml", read_study_and_check_names, BOMBS_OF_STUDIES),
-        ("config/scenes/three-tier.yaml", load_scene, BOMBS_OF_SCENES),
+        ("surveys/example-ruin.csv", read_counted_stones, ()),
+        ("config/near-fault.yaml", read_study_and_check_names, STUDY_FILE_TEMPLATES_WITH_YAML_BOMBS),
+        ("config/in-space.yaml", read_study_and_check_names, STUDY_FILE_TEMPLATES_WITH_YAML_BOMBS),
+        ("config/scenes/three-tier.yaml", load_scene, SCENE_FILE_TEMPLATES_WITH_YAML_BOMBS),
     ],
 )
 def test_corrupted_files_of_the_user_are_read_or_refused_plainly(
@@ -130,7 +131,7 @@ def test_corrupted_files_of_the_user_are_read_or_refused_plainly(
         for bomb in (ALIAS_BOMB, *(bomb.format(**words) for bomb in bombs)):
             write_and_read_corrupted_file(bomb.encode())
     run_on_random_examples(
-        strategy_for_corrupted_mapping_files(yaml.safe_load(whole)) | strategy_for_corrupted_bytes(whole)
+        strategy_for_corrupted_yaml_files(yaml.safe_load(whole)) | strategy_for_corrupted_bytes(whole)
         if bombs
         else strategy_for_corrupted_bytes(whole),
         write_and_read_corrupted_file,
@@ -138,20 +139,20 @@ def test_corrupted_files_of_the_user_are_read_or_refused_plainly(
 
 
 _BOX = box((0.4, 0.6, 1.0))
-_TRIANGLES = "".join("f {} {} {}\n".format(*one) for one in _BOX.triangles + 1)
-_LINES = "".join("v {} {} {}\n".format(*one) for one in _BOX.vertices)
-_PLY = (
+_OBJ_TRIANGLE_LINES = "".join("f {} {} {}\n".format(*one) for one in _BOX.triangles + 1)
+_OBJ_VERTEX_LINES = "".join("v {} {} {}\n".format(*one) for one in _BOX.vertices)
+_PLY_HEADER_TEMPLATE = (
     "ply\nformat {}\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n"
     "element face 12\nproperty list uchar int vertex_indices\nend_header\n"
 )
-MESHES = {
-    "obj": (_LINES + _TRIANGLES).encode(),
+MESH_FILE_CONTENTS = {
+    "obj": (_OBJ_VERTEX_LINES + _OBJ_TRIANGLE_LINES).encode(),
     "ply": (
-        _PLY.format("ascii 1.0")
-        + _LINES.replace("v ", "")
+        _PLY_HEADER_TEMPLATE.format("ascii 1.0")
+        + _OBJ_VERTEX_LINES.replace("v ", "")
         + "".join("3 {} {} {}\n".format(*one) for one in _BOX.triangles)
     ).encode(),
-    "binary.ply": _PLY.format("binary_little_endian 1.0").encode()
+    "binary.ply": _PLY_HEADER_TEMPLATE.format("binary_little_endian 1.0").encode()
     + _BOX.vertices.astype("<f4").tobytes()
     + b"".join(b"\3" + one.astype("<i4").tobytes() for one in _BOX.triangles),
     "stl": bytes(80)
@@ -168,11 +169,16 @@ def test_a_corrupted_mesh_is_read_or_refused_plainly(isolated_folder: Path) -> N
         path.write_bytes(case[1])
         assert_read_or_plain_error(lambda: read_scanned_stone(path))
 
-    huge = _PLY.replace("vertex 8", "vertex 99999999999").format("binary_little_endian 1.0")
+    huge = _PLY_HEADER_TEMPLATE.replace("vertex 8", "vertex 99999999999").format("binary_little_endian 1.0")
     read_corrupted_mesh(("ply", huge.encode()))
     read_corrupted_mesh(("stl", bytes(80) + b"\xff\xff\xff\xff"))
     run_on_random_examples(
-        st.one_of([st.tuples(st.just(form), strategy_for_corrupted_bytes(whole)) for form, whole in MESHES.items()]),
+        st.one_of(
+            [
+                st.tuples(st.just(form), strategy_for_corrupted_bytes(whole))
+                for form, whole in MESH_FILE_CONTENTS.items()
+            ]
+        ),
         read_corrupted_mesh,
     )
 

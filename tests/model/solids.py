@@ -6,7 +6,7 @@ import numpy as np
 
 from overturning.model.surface import TriangleSurface
 
-BOXES = {
+BOXES_AND_SIGNS_OF_SOLIDS = {
     "l-shape": [((0, 0, 0), (0.6, 0.3, 0.2), 1), ((0, 0, 0.2), (0.2, 0.3, 0.8), 1)],
     "ring": [((-0.4, -0.3, 0), (0.4, 0.3, 0.25), 1), ((-0.25, -0.15, 0), (0.25, 0.15, 0.25), -1)],
     "statue": [((-0.1, -0.1, 0), (0.1, 0.1, 0.6), 1), ((-0.25, -0.1, 0.6), (0.3, 0.1, 0.8), 1)],
@@ -15,9 +15,9 @@ BOXES = {
 
 
 def mass_properties_of_solid_from_its_boxes(name: str) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return volume, centre and inertia per mass of a solid in `BOXES`, as sums over its boxes (parallel axes)."""
+    """Return volume, centre and inertia per mass of a solid, as sums over its boxes (parallel axes)."""
     volume, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
-    for low, high, sign in BOXES[name]:
+    for low, high, sign in BOXES_AND_SIGNS_OF_SOLIDS[name]:
         side, middle = np.subtract(high, low), np.add(high, low) / 2
         own = sign * np.prod(side)
         volume += own
@@ -76,7 +76,11 @@ def column_with_overhanging_slab() -> TriangleSurface:
     return TriangleSurface(vertices, np.concatenate([front, n + front[:, ::-1], sides]))
 
 
-SURFACES = {"l-shape": l_shaped_prism, "ring": rectangular_ring, "statue": column_with_overhanging_slab}
+FUNCTIONS_MAKING_SURFACES_OF_SOLIDS = {
+    "l-shape": l_shaped_prism,
+    "ring": rectangular_ring,
+    "statue": column_with_overhanging_slab,
+}
 
 
 def rotate_surface(surface: TriangleSurface, axis: int, angle_deg: float) -> TriangleSurface:

@@ -5,10 +5,10 @@ import pytest
 import xarray as xr
 
 from overturning.model.body import Body
-from overturning.model.falls import model_of_results_cube
+from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import PlanarModel
 
-NAMES = ("falls", "direction_cosine", "direction_sine", "axis_cosine", "axis_sine")
+NAMES_OF_FALL_MEASURES = ("falls", "direction_cosine", "direction_sine", "axis_cosine", "axis_sine")
 
 
 def test_a_planar_fall_is_counted_towards_or_away_from_its_azimuth() -> None:
@@ -21,16 +21,20 @@ def test_a_planar_fall_is_counted_towards_or_away_from_its_azimuth() -> None:
         },
         {"azimuth": [0, 90, 180, 270]},
     )
-    assert isinstance(model_of_results_cube(cube), PlanarModel)
+    assert isinstance(default_model_for_results_cube(cube), PlanarModel)
     members, nominal = (
-        model_of_results_cube(cube).fall_probability_and_direction_by_case(cube, use_ensemble=one)
+        default_model_for_results_cube(cube).fall_probability_and_direction_by_case(cube, use_ensemble=one)
         for one in (True, False)
     )
     assert members["azimuth"].values.tolist() == [0, 90]
     assert members["weight"].values.tolist() == [0.5, 0.5]
-    assert np.isnan([members[name].values[0] for name in NAMES]).all()
-    np.testing.assert_allclose([members[name].values[1] for name in NAMES], [0.75, 0, 0.375, -0.75, 0], atol=1e-15)
-    np.testing.assert_allclose([nominal[name].values[1] for name in NAMES], [1, 0, 1, -1, 0], atol=1e-15)
+    assert np.isnan([members[name].values[0] for name in NAMES_OF_FALL_MEASURES]).all()
+    np.testing.assert_allclose(
+        [members[name].values[1] for name in NAMES_OF_FALL_MEASURES], [0.75, 0, 0.375, -0.75, 0], atol=1e-15
+    )
+    np.testing.assert_allclose(
+        [nominal[name].values[1] for name in NAMES_OF_FALL_MEASURES], [1, 0, 1, -1, 0], atol=1e-15
+    )
 
 
 def test_the_fall_direction_of_a_3d_body_is_its_fall_azimuth() -> None:
@@ -39,11 +43,11 @@ def test_the_fall_direction_of_a_3d_body_is_its_fall_azimuth() -> None:
         {"overturned": ("orientation", [1.0, 0.0, np.nan]), "fall_azimuth": ("orientation", [135.0, np.nan, np.nan])},
         {"orientation": [0, 45, 60]},
     )
-    assert isinstance(model_of_results_cube(cube), Body)
-    found = model_of_results_cube(cube).fall_probability_and_direction_by_case(cube)
+    assert isinstance(default_model_for_results_cube(cube), Body)
+    found = default_model_for_results_cube(cube).fall_probability_and_direction_by_case(cube)
     np.testing.assert_allclose(found["weight"], 1 / 3)
     half = np.sqrt(0.5)
-    values = np.array([found[name].values for name in NAMES])
+    values = np.array([found[name].values for name in NAMES_OF_FALL_MEASURES])
     np.testing.assert_allclose(values[:, 0], [1, -half, half, 0, -1], atol=1e-15)
     assert values[:, 1].tolist() == [0] * 5
     assert np.isnan(values[:, 2]).all()

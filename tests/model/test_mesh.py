@@ -11,9 +11,15 @@ from overturning.model.scan import ScannedStone
 from overturning.model.shapes import Polyhedron
 from overturning.model.surface import mass_properties_inside_surface
 from tests.expect import expect_error
-from tests.model.solids import SURFACES, box, l_shaped_prism, mass_properties_of_solid_from_its_boxes, write_mesh
+from tests.model.solids import (
+    FUNCTIONS_MAKING_SURFACES_OF_SOLIDS,
+    box,
+    l_shaped_prism,
+    mass_properties_of_solid_from_its_boxes,
+    write_mesh,
+)
 
-FILES = ("a.obj", "a.ply", "a.text.ply", "a.stl", "a.text.stl")
+MESH_FILE_NAMES = ("a.obj", "a.ply", "a.text.ply", "a.stl", "a.text.stl")
 
 
 @pytest.fixture(autouse=True)
@@ -22,22 +28,26 @@ def _skip_test_without_trimesh() -> None:
     pytest.importorskip("trimesh")
 
 
-@pytest.mark.parametrize("file", FILES)
-@pytest.mark.parametrize("name", SURFACES)
+@pytest.mark.parametrize("file", MESH_FILE_NAMES)
+@pytest.mark.parametrize("name", FUNCTIONS_MAKING_SURFACES_OF_SOLIDS)
 def test_every_mesh_format_gives_the_same_mass_properties(tmp_path: Path, file: str, name: str) -> None:
-    found = mass_properties_inside_surface(read_mesh_surface(write_mesh(SURFACES[name](), tmp_path / file)).corners)
+    found = mass_properties_inside_surface(
+        read_mesh_surface(write_mesh(FUNCTIONS_MAKING_SURFACES_OF_SOLIDS[name](), tmp_path / file)).corners
+    )
     for one, other in zip(found, mass_properties_of_solid_from_its_boxes(name), strict=True):
         np.testing.assert_allclose(one, other, atol=1e-7)
 
 
-@pytest.mark.parametrize("file", FILES)
+@pytest.mark.parametrize("file", MESH_FILE_NAMES)
 def test_a_convex_mesh_becomes_a_polyhedron(tmp_path: Path, file: str) -> None:
     scan = read_scanned_stone(write_mesh(box((0.4, 0.3, 0.8)), tmp_path / file))
     assert isinstance(scan.shape, Polyhedron)
     assert scan.volume == pytest.approx(0.4 * 0.3 * 0.8)
     assert (scan.pose.tilt_deg, scan.notes, scan.shape.name) == (0.0, [], (tmp_path / file).stem)
     np.testing.assert_allclose(
-        scan.shape.unscaled_solid.inertia, Polyhedron(box((0.4, 0.3, 0.8)).vertices).unscaled_solid.inertia, rtol=1e-6
+        scan.shape.unscaled_solid.inertia_per_mass,
+        Polyhedron(box((0.4, 0.3, 0.8)).vertices).unscaled_solid.inertia_per_mass,
+        rtol=1e-6,
     )
 
 
@@ -79,7 +89,7 @@ def test_volume_and_inertia_of_a_mesh_equal_those_of_trimesh(tmp_path: Path) -> 
     found, other = mass_properties_inside_surface(read_mesh_surface(path).corners), import_trimesh().load_mesh(path)
     assert found.volume == pytest.approx(other.volume)
     np.testing.assert_allclose(found.centre, other.center_mass)
-    np.testing.assert_allclose(found.inertia, other.moment_inertia / other.volume, atol=1e-12)
+    np.testing.assert_allclose(found.inertia_per_mass, other.moment_inertia / other.volume, atol=1e-12)
 
 
 @pytest.mark.parametrize("start", range(5))

@@ -5,13 +5,18 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from overturning.errors import ArgumentError
-from overturning.model.outline import simplified_convex_outline
+from overturning.model.outline import simplified_convex_hull_vertices
 from overturning.model.scan import ScannedStone, nearest_stable_pose, stone_from_surface
 from overturning.model.shapes import Polyhedron
-from overturning.model.surface import TriangleSurface, close_base_of_surface, mass_properties_inside_surface, open_edges
+from overturning.model.surface import (
+    TriangleSurface,
+    mass_properties_inside_surface,
+    open_edges,
+    repair_surface_and_close_base,
+)
 from tests.expect import expect_error
 from tests.model.solids import (
-    SURFACES,
+    FUNCTIONS_MAKING_SURFACES_OF_SOLIDS,
     box,
     column_with_overhanging_slab,
     l_shaped_prism,
@@ -24,15 +29,15 @@ ROUGHNESS_M = 0.004
 """Largest height of the rough base of `block_surface_with_rough_base`, m."""
 
 
-@pytest.mark.parametrize("name", SURFACES)
+@pytest.mark.parametrize("name", FUNCTIONS_MAKING_SURFACES_OF_SOLIDS)
 def test_mass_properties_of_non_convex_solids_match_the_sum_of_boxes(name: str) -> None:
     """Volume, centre and inertia equal sums over the boxes that the solid consists of."""
     volume, centre, inertia = mass_properties_of_solid_from_its_boxes(name)
-    surface = SURFACES[name]()
+    surface = FUNCTIONS_MAKING_SURFACES_OF_SOLIDS[name]()
     found = mass_properties_inside_surface(surface.corners)
     assert found.volume == pytest.approx(volume, rel=1e-12)
     np.testing.assert_allclose(found.centre, centre, atol=1e-12)
-    np.testing.assert_allclose(found.inertia, inertia, atol=1e-12)
+    np.testing.assert_allclose(found.inertia_per_mass, inertia, atol=1e-12)
     assert ConvexHull(surface.vertices).volume > 1.2 * volume
     assert len(open_edges(surface.triangles)) == 0
 
@@ -41,21 +46,21 @@ def test_a_scanned_ring_has_the_inertia_of_its_volume_not_of_its_hull() -> None:
     """The ring is a body with a hole: its hull would have a quarter less inertia about the vertical."""
     _, _, inertia = mass_properties_of_solid_from_its_boxes("ring")
     scan = stone_from_surface(rectangular_ring(), [], "ring")
-    np.testing.assert_allclose(scan.shape.solid(0.25, 1.0, 1.0).inertia, inertia, atol=1e-8)
-    assert scan.shape.solid(0.25, 1.0, 1.0).base == 4
+    np.testing.assert_allclose(scan.shape.solid(0.25, 1.0, 1.0).inertia_per_mass, inertia, atol=1e-8)
+    assert scan.shape.solid(0.25, 1.0, 1.0).base_vertex_count == 4
 
 
 def test_clockwise_mesh_faces_are_turned_outwards() -> None:
     inside_out = l_shaped_prism()._replace(triangles=l_shaped_prism().triangles[:, ::-1])
     assert mass_properties_inside_surface(inside_out.corners).volume < 0
-    surface, notes = close_base_of_surface(inside_out)
+    surface, notes = repair_surface_and_close_base(inside_out)
     assert mass_properties_inside_surface(surface.corners).volume == pytest.approx(
         mass_properties_of_solid_from_its_boxes("l-shape")[0]
     )
     assert "clockwise" in notes[0]
 
 
-def translate(surface: TriangleSurface, *by: float) -> TriangleSurface:
+def translate_surface(surface: TriangleSurface, *by: float) -> TriangleSurface:
     """Return a surface moved by the given distances along the axes."""
     return surface._replace(vertices=surface.vertices + np.array(by))
 
@@ -71,19 +76,21 @@ def concatenate_surfaces(*surfaces: TriangleSurface) -> TriangleSurface:
 def test_a_mesh_of_several_bodies_is_refused(away: float) -> None:
     """An overlap would count twice, and stones that do not touch would move as one."""
     with expect_error(ArgumentError, "2 separate parts", "one rigid body", brief=True):
-        close_base_of_surface(concatenate_surfaces(l_shaped_prism(), translate(l_shaped_prism(), away, 0.0, 0.0)))
+        repair_surface_and_close_base(
+            concatenate_surfaces(l_shaped_prism(), translate_surface(l_shaped_prism(), away, 0.0, 0.0))
+        )
 
 
 def test_a_mesh_with_a_second_body_inside_out_is_refused() -> None:
     """A second body with inward faces has a negative volume, like a cavity, and would be subtracted."""
-    small = translate(box((0.1, 0.1, 0.3)), 0.8, 0.0, 0.0)
+    small = translate_surface(box((0.1, 0.1, 0.3)), 0.8, 0.0, 0.0)
     inside_out = small._replace(triangles=small.triangles[:, ::-1])
     for several in (
         concatenate_surfaces(l_shaped_prism(), inside_out),
         concatenate_surfaces(inside_out, l_shaped_prism()),
     ):
         with expect_error(ArgumentError, "2 separate parts", "0.003", "one rigid body", brief=True):
-            close_base_of_surface(several)
+            repair_surface_and_close_base(several)
 
 
 def merge_surfaces(*surfaces: TriangleSurface) -> TriangleSurface:
@@ -110,7 +117,7 @@ def surface_of_unit_cubes(filled: list[list[list[int]]]) -> TriangleSurface:
     return merge_surfaces(TriangleSurface(faces, triangles.reshape(-1, 3)))
 
 
-BASE, SHAFT = box((0.5, 0.5, 0.2)), translate(box((0.5, 0.5, 0.8)), 0.0, 0.0, 0.2)
+BASE, SHAFT = box((0.5, 0.5, 0.2)), translate_surface(box((0.5, 0.5, 0.8)), 0.0, 0.0, 0.2)
 
 
 @pytest.mark.parametrize(
@@ -126,13 +133,13 @@ BASE, SHAFT = box((0.5, 0.5, 0.2)), translate(box((0.5, 0.5, 0.8)), 0.0, 0.0, 0.
 def test_touching_solids_count_as_several_bodies(solids: TriangleSurface, turn_deg: float) -> None:
     """Rotated coordinates are rounded, so that faces that coincide differ a little."""
     with expect_error(ArgumentError, "2 separate parts", "one rigid body", brief=True):
-        close_base_of_surface(rotate_surface(solids, 0, turn_deg))
+        repair_surface_and_close_base(rotate_surface(solids, 0, turn_deg))
 
 
 @pytest.mark.parametrize("turn_deg", [0.0, 33.0])
 def test_a_solid_that_touches_itself_along_an_edge_counts_as_one_body(turn_deg: float) -> None:
     """Two cubes that share an edge stand on a slab of four."""
-    surface, notes = close_base_of_surface(
+    surface, notes = repair_surface_and_close_base(
         rotate_surface(surface_of_unit_cubes([[[1, 1], [1, 0]], [[1, 0], [1, 1]]]), 0, turn_deg)
     )
     assert mass_properties_inside_surface(surface.corners).volume == pytest.approx(6.0)
@@ -141,16 +148,16 @@ def test_a_solid_that_touches_itself_along_an_edge_counts_as_one_body(turn_deg: 
 
 @pytest.mark.parametrize("x", [-0.1, 0.4])
 def test_a_mesh_whose_cavity_breaks_through_the_wall_is_refused(x: float) -> None:
-    whole, hole = box((0.5, 0.5, 0.9)), translate(box((0.2, 0.1, 0.1)), x, 0.2, 0.3)
+    whole, hole = box((0.5, 0.5, 0.9)), translate_surface(box((0.2, 0.1, 0.1)), x, 0.2, 0.3)
     with expect_error(ArgumentError, "2 separate parts", brief=True):
-        close_base_of_surface(concatenate_surfaces(whole, hole._replace(triangles=hole.triangles[:, ::-1])))
+        repair_surface_and_close_base(concatenate_surfaces(whole, hole._replace(triangles=hole.triangles[:, ::-1])))
 
 
 def test_a_double_mesh_face_outside_the_body_adds_no_volume() -> None:
     flap = TriangleSurface(
         np.array([[2.0, 0.0, 0.0], [2.1, 0.0, 0.0], [2.0, 0.1, 0.0]]), np.array([[0, 1, 2], [0, 2, 1]])
     )
-    surface, _ = close_base_of_surface(concatenate_surfaces(l_shaped_prism(), flap))
+    surface, _ = repair_surface_and_close_base(concatenate_surfaces(l_shaped_prism(), flap))
     assert mass_properties_inside_surface(surface.corners).volume == pytest.approx(
         mass_properties_of_solid_from_its_boxes("l-shape")[0], rel=1e-12
     )
@@ -161,7 +168,7 @@ def test_mesh_triangles_that_are_listed_twice_count_once(all_of_it: bool) -> Non
     """The second list starts each triangle at another corner."""
     whole = l_shaped_prism()
     again = np.roll(whole.triangles, 1, axis=1)[: None if all_of_it else 1]
-    surface, notes = close_base_of_surface(whole._replace(triangles=np.concatenate([whole.triangles, again])))
+    surface, notes = repair_surface_and_close_base(whole._replace(triangles=np.concatenate([whole.triangles, again])))
     assert mass_properties_inside_surface(surface.corners).volume == pytest.approx(
         mass_properties_of_solid_from_its_boxes("l-shape")[0], rel=1e-12
     )
@@ -169,11 +176,11 @@ def test_mesh_triangles_that_are_listed_twice_count_once(all_of_it: bool) -> Non
 
 
 def test_a_cavity_in_a_mesh_is_not_taken_for_a_second_body() -> None:
-    hole = translate(
+    hole = translate_surface(
         column_with_overhanging_slab()._replace(vertices=0.1 * column_with_overhanging_slab().vertices), 0.1, 0.15, 0.05
     )
     hollow = concatenate_surfaces(l_shaped_prism(), hole._replace(triangles=hole.triangles[:, ::-1]))
-    surface, notes = close_base_of_surface(hollow)
+    surface, notes = repair_surface_and_close_base(hollow)
     expected = (
         mass_properties_of_solid_from_its_boxes("l-shape")[0]
         - 1e-3 * mass_properties_of_solid_from_its_boxes("statue")[0]
@@ -187,7 +194,7 @@ def test_an_open_planar_base_of_a_mesh_is_closed() -> None:
     for whole in (l_shaped_prism(), rectangular_ring(), column_with_overhanging_slab()):
         bottom = (whole.corners[:, :, 2] == 0.0).all(axis=1)
         assert bottom.sum() >= 2
-        surface, notes = close_base_of_surface(whole._replace(triangles=whole.triangles[~bottom]))
+        surface, notes = repair_surface_and_close_base(whole._replace(triangles=whole.triangles[~bottom]))
         assert "open base" in notes[0]
         for one, other in zip(
             mass_properties_inside_surface(surface.corners), mass_properties_inside_surface(whole.corners), strict=True
@@ -199,15 +206,15 @@ def test_a_mesh_hole_outside_the_base_is_refused_with_its_edges() -> None:
     whole = l_shaped_prism()
     top = int(np.flatnonzero((whole.corners[:, :, 2] == 0.8).all(axis=1))[0])
     with expect_error(ArgumentError, "not closed at 3 edges", "0.8]", "fill the holes", brief=True):
-        close_base_of_surface(whole._replace(triangles=np.delete(whole.triangles, top, axis=0)))
+        repair_surface_and_close_base(whole._replace(triangles=np.delete(whole.triangles, top, axis=0)))
     # A base whose rim is not flat.
     bent = whole.vertices.copy()
     bent[whole.vertices[:, 2] == 0.0, 2] += [0.0, 0.1, 0.0, 0.0]
     open_below = whole.triangles[~(whole.corners[:, :, 2] == 0.0).all(axis=1)]
     with expect_error(ArgumentError, "not closed at 4 edges", brief=True):
-        close_base_of_surface(TriangleSurface(bent, open_below))
+        repair_surface_and_close_base(TriangleSurface(bent, open_below))
     with expect_error(ArgumentError, "without faces", "closed mesh", brief=True):
-        close_base_of_surface(TriangleSurface(whole.vertices, np.zeros((0, 3), np.int64)))
+        repair_surface_and_close_base(TriangleSurface(whole.vertices, np.zeros((0, 3), np.int64)))
 
 
 def test_a_mesh_with_one_face_turned_inwards_is_refused() -> None:
@@ -215,7 +222,7 @@ def test_a_mesh_with_one_face_turned_inwards_is_refused() -> None:
     turned = whole.triangles.copy()
     turned[-1] = turned[-1, ::-1]
     with expect_error(ArgumentError, "not closed", "point outwards", brief=True):
-        close_base_of_surface(whole._replace(triangles=turned))
+        repair_surface_and_close_base(whole._replace(triangles=turned))
 
 
 @pytest.mark.parametrize(("axis", "direction"), [(1, 0.0), (0, -90.0)])
@@ -225,9 +232,11 @@ def test_a_tilted_scan_is_placed_upright_and_its_tilt_is_stored(axis: int, direc
     scan = stone_from_surface(rotate_surface(box((0.4, 0.3, 0.8)), axis, tilt), [], "box")
     assert scan.pose.tilt_deg == pytest.approx(tilt, abs=1e-6)
     # The pose turns the top back, opposite to the lean.
-    assert abs((scan.pose.direction_deg - direction - 180.0 + 180.0) % 360.0 - 180.0) == pytest.approx(0.0, abs=1e-6)
+    assert abs((scan.pose.scan_tilt_direction_deg - direction - 180.0 + 180.0) % 360.0 - 180.0) == pytest.approx(
+        0.0, abs=1e-6
+    )
     solid = scan.shape.solid(0.8, 1.0, 1.0)
-    np.testing.assert_allclose(np.abs(solid.points[:4, :2]), [[0.2, 0.15]] * 4, atol=2e-6)
+    np.testing.assert_allclose(np.abs(solid.contact_points[:4, :2]), [[0.2, 0.15]] * 4, atol=2e-6)
     assert solid.b_over_h == pytest.approx(0.15 / 0.4, abs=1e-5)
 
 
@@ -272,7 +281,7 @@ def block_surface_with_rough_base(generator: np.random.Generator) -> TriangleSur
 
 
 def test_a_scan_footprint_is_the_hull_of_points_up_to_the_relief_height() -> None:
-    surface, _ = close_base_of_surface(block_surface_with_rough_base(np.random.default_rng(4)))
+    surface, _ = repair_surface_and_close_base(block_surface_with_rough_base(np.random.default_rng(4)))
     stone = stone_from_surface(surface, [], "rough", 0.0).shape
     assert isinstance(stone, ScannedStone)
     pose = nearest_stable_pose(surface.vertices, mass_properties_inside_surface(surface.corners).centre)
@@ -282,7 +291,7 @@ def test_a_scan_footprint_is_the_hull_of_points_up_to_the_relief_height() -> Non
     for relief in (0.0005, 0.001, 0.002, 0.004, 0.01):
         solid = stone.with_relief(relief).unscaled_solid
         hull = ConvexHull(placed[above <= relief, :2])
-        x, y = solid.points[: solid.base, :2].T
+        x, y = solid.contact_points[: solid.base_vertex_count, :2].T
         area = 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
         # The simplification may leave out a strip of 1 ‰ of the size along the outline.
         assert hull.volume - 7e-4 * hull.area <= area <= hull.volume + 1e-6
@@ -300,13 +309,15 @@ def test_a_convex_mesh_equals_the_polyhedron_of_its_vertices_bit_for_bit() -> No
     scan = stone_from_surface(frustum._replace(vertices=points), [], "frustum")
     own, other = scan.shape.solid(0.7, 1.0, 1.0), Polyhedron(points).solid(0.7, 1.0, 1.0)
     assert isinstance(scan.shape, Polyhedron)
-    for name in ("points", "inertia", "faces", "sectors"):
+    for name in ("contact_points", "inertia_per_mass", "resting_face_normals", "fall_limits_by_lean_sector"):
         assert getattr(own, name).tobytes() == getattr(other, name).tobytes()
     # As a scan with a relief of its own it differs by the rounding to micrometres only.
     scanned = stone_from_surface(frustum._replace(vertices=points), [], "frustum", 0.001).shape
     assert isinstance(scanned, ScannedStone)
-    np.testing.assert_allclose(np.sort(scanned.unscaled_solid.points, axis=0), np.sort(own.points, axis=0), atol=2e-6)
-    np.testing.assert_allclose(scanned.unscaled_solid.inertia, own.inertia, atol=1e-8)
+    np.testing.assert_allclose(
+        np.sort(scanned.unscaled_solid.contact_points, axis=0), np.sort(own.contact_points, axis=0), atol=2e-6
+    )
+    np.testing.assert_allclose(scanned.unscaled_solid.inertia_per_mass, own.inertia_per_mass, atol=1e-8)
 
 
 def test_a_simplified_outline_leaves_out_points_by_at_most_the_tolerance() -> None:
@@ -314,14 +325,14 @@ def test_a_simplified_outline_leaves_out_points_by_at_most_the_tolerance() -> No
     points /= np.linalg.norm(points, axis=1)[:, None]
     counts = []
     for tolerance in (0.002, 0.005, 0.02):
-        kept = simplified_convex_outline(points, tolerance)
+        kept = simplified_convex_hull_vertices(points, tolerance)
         equations = ConvexHull(kept).equations
         beyond = points @ equations[:, :3].T + equations[:, 3]
         assert beyond[:, equations[:, 2] <= -np.cos(np.radians(45.0))].max() <= tolerance + 1e-12
         counts.append(len(kept))
     assert counts == sorted(counts, reverse=True)
-    assert len(simplified_convex_outline(points[:, :2], 0.01)) < 40
-    whole = simplified_convex_outline(points[:, :2], 0.0)
+    assert len(simplified_convex_hull_vertices(points[:, :2], 0.01)) < 40
+    whole = simplified_convex_hull_vertices(points[:, :2], 0.0)
     assert {tuple(one) for one in whole} == {tuple(one) for one in points[ConvexHull(points[:, :2]).vertices, :2]}
 
 

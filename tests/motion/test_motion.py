@@ -19,10 +19,10 @@ from overturning.records.record import Record
 def test_a_sine_motion_has_the_given_amplitude_and_direction() -> None:
     motion = Motion.sine(3.0, 0.8, azimuth_deg=60, cycles=2, rest=0.5)
     assert motion.duration == pytest.approx(2.6)
-    assert motion.along(60).max() == pytest.approx(3.0, rel=1e-4)
-    assert np.abs(motion.along(150)).max() < 1e-9
-    assert np.abs(motion.along(60)[:101]).max() < 1e-9
-    assert motion.along(60)[100 + 280] == pytest.approx(-3.0)  # 1.4 s: 1¾ cycles
+    assert motion.acceleration_along(60).max() == pytest.approx(3.0, rel=1e-4)
+    assert np.abs(motion.acceleration_along(150)).max() < 1e-9
+    assert np.abs(motion.acceleration_along(60)[:101]).max() < 1e-9
+    assert motion.acceleration_along(60)[100 + 280] == pytest.approx(-3.0)  # 1.4 s: 1¾ cycles
     with pytest.raises(ArgumentError, match="period: 0"):
         Motion.sine(3.0, 0)
     with pytest.raises(ArgumentError, match=r"rest: -0\.2"):
@@ -50,7 +50,7 @@ def test_a_sine_motion_with_impossible_arguments_is_refused(arguments: dict[str,
 @pytest.mark.parametrize("wrong", ["north", None, [1.0, 2.0], np.nan, np.inf])
 def test_the_error_names_a_motion_argument_that_is_not_finite(wrong: object) -> None:
     motion = Motion.sine(3.0, 1.0)
-    for name, call in {"azimuth_deg": motion.along, "factor": motion.scaled_by}.items():
+    for name, call in {"azimuth_deg": motion.acceleration_along, "factor": motion.scaled_by}.items():
         with pytest.raises(ArgumentError, match=f"^{name}: .*number"):
             call(wrong)  # type: ignore[operator]
     with pytest.raises(ArgumentError, match=r"^azimuth_deg: .*number"):

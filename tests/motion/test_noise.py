@@ -9,8 +9,8 @@ from scipy.signal.windows import tukey
 from overturning.motion.fourier import rms_fourier_amplitude_in_bands
 from overturning.motion.noise import motion_onset_index, signal_and_noise_spectra
 from overturning.records.processing import (
-    BOUNDS_HZ,
-    DEFAULT_HZ,
+    CORNER_BOUNDS_HZ,
+    DEFAULT_CORNER_HZ,
     choose_highpass_corner_and_reason,
     default_processing_steps,
     process_record,
@@ -21,7 +21,7 @@ DT = 0.01
 TIME = np.arange(0, 60, DT)
 
 
-def noise_followed_by_decaying_signal(ahead: float, noise: float, seed: int = 3, drift: float = 0.0) -> np.ndarray:
+def noise_with_decaying_signal_from_onset(ahead: float, noise: float, seed: int = 3, drift: float = 0.0) -> np.ndarray:
     """White noise of a standard deviation, with a decaying signal a hundred times as strong from ``ahead`` s on."""
     random = np.random.default_rng(seed)
     envelope = np.where(ahead <= TIME, np.exp(-(TIME - ahead) / 10), 0.0)
@@ -31,14 +31,15 @@ def noise_followed_by_decaying_signal(ahead: float, noise: float, seed: int = 3,
 @pytest.mark.parametrize("ahead", [5.0, 20.0])
 @pytest.mark.parametrize("drift", [0.0, 0.05])
 def test_the_onset_of_the_signal_is_found_within_a_tenth_of_a_second(ahead, drift):
-    samples = noise_followed_by_decaying_signal(ahead, 0.01, drift=drift)
+    samples = noise_with_decaying_signal_from_onset(ahead, 0.01, drift=drift)
     assert motion_onset_index(samples) * DT == pytest.approx(ahead, abs=0.1)
     assert motion_onset_index(samples * 2.0**-24) == motion_onset_index(samples)  # in any unit
 
 
 def test_signal_to_noise_ratio_of_white_signals_matches_their_amplitudes():
     found = signal_and_noise_spectra(
-        [noise_followed_by_decaying_signal(20.0, 0.01), noise_followed_by_decaying_signal(20.0, 0.01, seed=4)], DT
+        [noise_with_decaying_signal_from_onset(20.0, 0.01), noise_with_decaying_signal_from_onset(20.0, 0.01, seed=4)],
+        DT,
     )
     assert found is not None
     assert found.onset == pytest.approx(20.0, abs=0.1)
@@ -71,8 +72,8 @@ def test_spectral_windows_are_tapered_over_five_per_cent_at_each_end(lasting):
 def test_a_constant_offset_does_not_count_as_noise():
     """A tilted sensor has an offset between the samples before and after the onset."""
     level, shifted = (
-        noise_followed_by_decaying_signal(20.0, 0.01),
-        noise_followed_by_decaying_signal(20.0, 0.01) - np.where(TIME < 20.0, 0.05, 0.0),
+        noise_with_decaying_signal_from_onset(20.0, 0.01),
+        noise_with_decaying_signal_from_onset(20.0, 0.01) - np.where(TIME < 20.0, 0.05, 0.0),
     )
     first, second = signal_and_noise_spectra([level], DT), signal_and_noise_spectra([shifted], DT)
     assert first is not None
@@ -82,9 +83,9 @@ def test_a_constant_offset_does_not_count_as_noise():
 
 
 def test_there_is_no_signal_to_noise_ratio_without_noise_before_the_onset():
-    assert signal_and_noise_spectra([noise_followed_by_decaying_signal(1.0, 0.01)], DT) is None
+    assert signal_and_noise_spectra([noise_with_decaying_signal_from_onset(1.0, 0.01)], DT) is None
     assert signal_and_noise_spectra([np.zeros(100)], DT) is None
-    quiet = noise_followed_by_decaying_signal(20.0, 0.0)
+    quiet = noise_with_decaying_signal_from_onset(20.0, 0.0)
     assert signal_and_noise_spectra([quiet], DT) is None  # zeros put before a record are no noise
 
 
@@ -111,11 +112,11 @@ def test_signal_to_noise_ratio_at_long_sampling_intervals_is_finite_or_missing(i
 
 def test_the_reason_for_the_default_corner_frequency_names_the_missing_data():
     wave = np.random.default_rng(2).normal(size=400)
-    still = Record("r", np.zeros(400), np.zeros(400), noise_followed_by_decaying_signal(20.0, 0.01)[:400], DT)
-    assert choose_highpass_corner_and_reason(still) == (DEFAULT_HZ, "no horizontal motion")
+    still = Record("r", np.zeros(400), np.zeros(400), noise_with_decaying_signal_from_onset(20.0, 0.01)[:400], DT)
+    assert choose_highpass_corner_and_reason(still) == (DEFAULT_CORNER_HZ, "no horizontal motion")
     coarse = Record("r", wave, wave[::-1].copy(), None, 0.5)
     assert choose_highpass_corner_and_reason(coarse) == (
-        DEFAULT_HZ,
+        DEFAULT_CORNER_HZ,
         "no noise of 7.5 s before the onset to compare with",
     )
 
@@ -125,8 +126,8 @@ def test_the_automatic_corner_frequency_is_where_signal_exceeds_noise():
     rumble = 0.05 * np.sin(2 * np.pi * 0.2 * TIME) + 0.05 * np.sin(2 * np.pi * 0.33 * TIME + 1)
     corner, reason = choose_highpass_corner_and_reason(
         record_of_components(
-            noise_followed_by_decaying_signal(30.0, 0.01) + rumble,
-            noise_followed_by_decaying_signal(30.0, 0.01, seed=5) + rumble,
+            noise_with_decaying_signal_from_onset(30.0, 0.01) + rumble,
+            noise_with_decaying_signal_from_onset(30.0, 0.01, seed=5) + rumble,
         )
     )
     assert 0.33 < corner < 0.6
@@ -135,13 +136,16 @@ def test_the_automatic_corner_frequency_is_where_signal_exceeds_noise():
 
 def test_the_automatic_corner_frequency_is_the_default_if_noise_is_too_short():
     corner, reason = choose_highpass_corner_and_reason(
-        record_of_components(noise_followed_by_decaying_signal(0.5, 0.01), noise_followed_by_decaying_signal(0.5, 0.01))
+        record_of_components(
+            noise_with_decaying_signal_from_onset(0.5, 0.01), noise_with_decaying_signal_from_onset(0.5, 0.01)
+        )
     )
-    assert corner == DEFAULT_HZ
+    assert corner == DEFAULT_CORNER_HZ
     assert "no noise of 2 s before the onset" in reason
     clean, reason = choose_highpass_corner_and_reason(
         record_of_components(
-            noise_followed_by_decaying_signal(30.0, 0.001), noise_followed_by_decaying_signal(30.0, 0.001, seed=6)
+            noise_with_decaying_signal_from_onset(30.0, 0.001),
+            noise_with_decaying_signal_from_onset(30.0, 0.001, seed=6),
         )
     )
     assert clean == pytest.approx(0.1, rel=0.01)  # three cycles in 30 s
@@ -149,17 +153,17 @@ def test_the_automatic_corner_frequency_is_the_default_if_noise_is_too_short():
     ahead = 0.001 * np.random.default_rng(7).normal(size=(2, 6000))
     long, _ = choose_highpass_corner_and_reason(
         record_of_components(
-            *(np.append(ahead[n], noise_followed_by_decaying_signal(30.0, 0.001, seed=3 + n)) for n in range(2))
+            *(np.append(ahead[n], noise_with_decaying_signal_from_onset(30.0, 0.001, seed=3 + n)) for n in range(2))
         )
     )
-    assert BOUNDS_HZ[0] <= long <= 0.05
+    assert CORNER_BOUNDS_HZ[0] <= long <= 0.05
     # Three seconds of noise tell nothing of what is slower than a hertz.
     short, reason = choose_highpass_corner_and_reason(
         record_of_components(
-            noise_followed_by_decaying_signal(3.0, 0.001), noise_followed_by_decaying_signal(3.0, 0.001, seed=6)
+            noise_with_decaying_signal_from_onset(3.0, 0.001), noise_with_decaying_signal_from_onset(3.0, 0.001, seed=6)
         )
     )
-    assert short == DEFAULT_HZ
+    assert short == DEFAULT_CORNER_HZ
     assert "noise of the first 3.0 s as far down as that tells, 1" in reason
 
 
@@ -185,7 +189,7 @@ def test_sensor_tilt_raises_the_corner_frequency_to_recover_displacement(tilt):
 
 def test_the_automatic_corner_frequency_is_stored_in_hz_with_its_reason():
     raw = record_of_components(
-        noise_followed_by_decaying_signal(30.0, 0.01), noise_followed_by_decaying_signal(30.0, 0.01, seed=5)
+        noise_with_decaying_signal_from_onset(30.0, 0.01), noise_with_decaying_signal_from_onset(30.0, 0.01, seed=5)
     )
     done = process_record(raw, None)
     step = done.processing[-1]

@@ -14,9 +14,9 @@ from overturning import Motion, run_study
 from overturning.commands.workflow import compute_surface_motions
 from overturning.errors import ArgumentError, RecordError
 from overturning.motion.soil import (
-    MIN_TAIL,
+    MAX_RELATIVE_ACCELERATION_AFTER_TAIL,
+    MIN_VIBRATION_TAIL_S,
     MIN_ZERO_PADDING,
-    TAIL_END,
     RockHalfSpace,
     SoilLayer,
     check_pystrata_has_soil_curves,
@@ -38,7 +38,7 @@ if importlib.util.find_spec("pystrata") is None and "OVERTURNING_NO_SKIP" not in
 
 INTERVAL = 0.01
 LAYER, ROCK = SoilLayer(thickness_m=20, velocity_m_s=200), RockHalfSpace(velocity_m_s=1000)
-SITE = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 1000}}
+SOIL_SITE_SETTINGS = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 1000}}
 PULSE = record_of_pulse(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0"))
 
 
@@ -66,8 +66,11 @@ def test_the_response_of_one_soil_layer_matches_the_closed_form(noise_samples: n
     expected = np.fft.irfft(
         np.fft.rfft(noise_samples, length) * closed_form_surface_to_outcrop_ratio(frequency, LAYER, ROCK), length
     )
-    assert found.samples.size == noise_samples.size + round(MIN_TAIL / INTERVAL)
-    assert np.abs(found.samples - expected[: found.samples.size]).max() < 1e-3 * np.abs(expected).max()
+    assert found.surface_acceleration.size == noise_samples.size + round(MIN_VIBRATION_TAIL_S / INTERVAL)
+    assert (
+        np.abs(found.surface_acceleration - expected[: found.surface_acceleration.size]).max()
+        < 1e-3 * np.abs(expected).max()
+    )
     assert found.converged
 
 
@@ -75,7 +78,7 @@ def test_free_vibration_of_soil_does_not_wrap_to_the_start(noise_samples: np.nda
     # A pulse at the very end: without zeros behind it its echo would stand at the start.
     late = np.zeros(1000)
     late[-50:] = np.hanning(50)
-    found = propagate_through_soil(late, INTERVAL, [LAYER], ROCK).samples
+    found = propagate_through_soil(late, INTERVAL, [LAYER], ROCK).surface_acceleration
     assert np.abs(found[:900]).max() < 0.01 * np.abs(found).max()
     assert 5 * 4 * LAYER.thickness_m / LAYER.velocity_m_s < MIN_ZERO_PADDING  # five fundamental periods
 
@@ -88,14 +91,16 @@ def test_lightly_damped_soil_above_a_borehole_matches_the_closed_form(
     layer = SoilLayer(thickness_m=thickness, velocity_m_s=velocity, damping=damping)
     late = np.zeros(2000)
     late[-500:] = np.random.default_rng(3).normal(size=500) * np.hanning(500)
-    found = propagate_through_soil(late, INTERVAL, [layer], ROCK, outcrop=False).samples
+    found = propagate_through_soil(late, INTERVAL, [layer], ROCK, outcrop=False).surface_acceleration
     length = 1 << 19
     rigid = ROCK.model_copy(update={"velocity_m_s": 1e15})
     ratio = closed_form_surface_to_outcrop_ratio(np.fft.rfftfreq(length, INTERVAL), layer, rigid)
     whole = np.fft.irfft(np.fft.rfft(late, length) * ratio, length)
     expected, left = whole[: found.size], np.abs(whole[found.size : -1000]).max() / np.abs(whole).max()
     assert np.abs(found - expected).max() < 3e-3 * np.abs(expected).max()
-    assert left < 1.2 * TAIL_END  # the motion at the surface is not cut off while the layer vibrates
+    assert (
+        left < 1.2 * MAX_RELATIVE_ACCELERATION_AFTER_TAIL
+    )  # the motion at the surface is not cut off while the layer vibrates
     assert np.abs(found[:1400]).max() < 3e-3 * np.abs(found).max()  # before the motion begins
 
 
@@ -115,7 +120,9 @@ def test_a_soil_layer_resonates_at_its_fundamental_period() -> None:
     time = np.arange(0, 30, INTERVAL)
     peaks = [
         np.abs(
-            propagate_through_soil(np.sin(2 * np.pi * time / period), INTERVAL, [LAYER], ROCK).samples[1500:3000]
+            propagate_through_soil(np.sin(2 * np.pi * time / period), INTERVAL, [LAYER], ROCK).surface_acceleration[
+                1500:3000
+            ]
         ).max()
         for period in (0.25, 0.4, 0.8)
     ]
@@ -128,7 +135,7 @@ def test_soil_with_a_strain_curve_amplifies_strong_motion_less_than_weak(noise_s
     weak, strong = (propagate_through_soil(scale * noise_samples, INTERVAL, [soft], ROCK) for scale in (1e-4, 3.0))
     assert weak.converged
     assert strong.largest_strain > 100 * weak.largest_strain
-    ratio = np.abs(strong.samples).max() / 3.0 / (np.abs(weak.samples).max() / 1e-4)
+    ratio = np.abs(strong.surface_acceleration).max() / 3.0 / (np.abs(weak.surface_acceleration).max() / 1e-4)
     assert ratio < 0.8
 
 
@@ -136,11 +143,11 @@ def test_a_soil_strain_beyond_the_curve_is_noted(noise_samples: np.ndarray) -> N
     """At the end of a curve modulus and damping stay the same, so that the iteration converges at any strain."""
     soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})  # ends at a strain of 1 %
     within, beyond = (propagate_through_soil(scale * noise_samples, INTERVAL, [soft], ROCK) for scale in (10.0, 30.0))
-    assert (within.converged, within.beyond_curve) == (True, None)
+    assert (within.converged, within.strain_and_exceeded_curve_end) == (True, None)
     assert within.largest_strain < 0.01
-    assert beyond.beyond_curve == pytest.approx((0.65 * beyond.largest_strain, 0.01))
+    assert beyond.strain_and_exceeded_curve_end == pytest.approx((0.65 * beyond.largest_strain, 0.01))
     assert beyond.largest_strain > 0.02
-    site = SoilSite.model_validate(SITE | {"layers": [soft.model_dump()]})
+    site = SoilSite.model_validate(SOIL_SITE_SETTINGS | {"layers": [soft.model_dump()]})
     _, text = site.propagate_record_to_surface(replace(PULSE, north=100.0 * PULSE.north))
     assert "% beyond the curve (which ends at 1 %); east converged, strain 0 %" in text
 
@@ -176,8 +183,8 @@ def test_processing_with_a_soil_site_gives_the_motion_at_the_soil_surface() -> N
     soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})
     done = process_record(PULSE, (), SoilSite(layers=[soft], rock=ROCK))
     alone = propagate_through_soil(PULSE.north, PULSE.sampling_interval, [soft], ROCK)
-    assert done.north == pytest.approx(alone.samples)
-    assert done.processing[0]["effect"]["pga"][1] == pytest.approx(np.abs(alone.samples).max())
+    assert done.north == pytest.approx(alone.surface_acceleration)
+    assert done.processing[0]["effect"]["pga"][1] == pytest.approx(np.abs(alone.surface_acceleration).max())
     assert "north converged" in processing_entry_text(done.processing[0])
     linear = process_record(PULSE, (), SoilSite(layers=[LAYER], rock=ROCK))
     assert np.abs(linear.north).max() > np.abs(done.north).max()
@@ -200,7 +207,7 @@ def test_components_at_the_soil_surface_have_equal_length(noise_samples: np.ndar
     light = SoilSite(layers=[{"thickness_m": 30, "velocity_m_s": 100, "damping": 0.01}], rock=ROCK)
     record = replace(PULSE, north=noise_samples, east=late, up=np.ones(noise_samples.size))
     found, _ = light.propagate_record_to_surface(record)
-    alone = propagate_through_soil(late, record.sampling_interval, light.layers, ROCK).samples
+    alone = propagate_through_soil(late, record.sampling_interval, light.layers, ROCK).surface_acceleration
     assert found.north.size == found.east.size == found.up.size == alone.size
     assert np.array_equal(found.east, alone)
     assert np.array_equal(found.up, np.append(record.up, np.zeros(alone.size - noise_samples.size)))
@@ -210,22 +217,24 @@ def test_a_record_passed_to_a_study_is_propagated_through_its_soil_site() -> Non
     """For a sine at the period of the layer, 4 H/v, the surface overturns blocks that stand on rock."""
     motion = Motion.sine(amplitude=2.0, period=0.4, cycles=6)
     keys = {"azimuth": {"step": 180}, "b_over_h": [0.2, 0.3], "height": [0.3], "ensemble": {"members": 0}}
-    rock, soft = (run_study([motion], **keys, **more) for more in ({}, {"site": SITE}))
+    rock, soft = (run_study([motion], **keys, **more) for more in ({}, {"site": SOIL_SITE_SETTINGS}))
     peaks = json.loads(soft.attrs["record_processing"])["motion-1"]["peaks"]["pga"]
-    expected = np.abs(propagate_through_soil(motion.north, motion.sampling_interval, [LAYER], ROCK).samples).max()
+    expected = np.abs(
+        propagate_through_soil(motion.north, motion.sampling_interval, [LAYER], ROCK).surface_acceleration
+    ).max()
     assert peaks == pytest.approx([2.0, expected], rel=1e-6)
     assert np.abs(rock["overturned"]).sum() < np.abs(soft["overturned"]).sum()
 
 
 def test_motion_files_of_a_variant_with_soil_hold_the_surface_motions(tmp_path: Path) -> None:
     record = round_to_stored_precision(PULSE)
-    study = {"name": "x", "records": {"use": ["pulse"]}, "variants": {"soft": {"site": SITE}}}
+    study = {"name": "x", "records": {"use": ["pulse"]}, "variants": {"soft": {"site": SOIL_SITE_SETTINGS}}}
     renamed = replace(record, record_id="pulse")
     write_record_to_motion_file(renamed, tmp_path / "rock" / "pulse.nc")
     compute_surface_motions(json.dumps(study), tmp_path / "rock", tmp_path / "soft", "soft")
     found = read_record_from_motion_file(tmp_path / "soft" / "pulse.nc")
     alone = propagate_through_soil(record.north, record.sampling_interval, [LAYER], ROCK)
-    assert found.north == pytest.approx(alone.samples, abs=1e-9)
+    assert found.north == pytest.approx(alone.surface_acceleration, abs=1e-9)
     assert source_and_processing_of_record(found)["peaks"]["pga"] == pytest.approx(
-        [np.abs(record.north).max(), np.abs(alone.samples).max()]
+        [np.abs(record.north).max(), np.abs(alone.surface_acceleration).max()]
     )

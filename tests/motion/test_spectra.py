@@ -20,7 +20,7 @@ from overturning.errors import ArgumentError
 from overturning.motion.direction import cosine_and_sine_of_azimuth, north_east_cosines_of_azimuths
 from overturning.motion.fourier import fourier_amplitude_spectrum, konno_ohmachi_smoothed_amplitude
 from overturning.motion.intensity import (
-    MEASURES,
+    MEASURE_UNITS_AND_LONG_NAMES,
     arias_intensity,
     cumulative_absolute_velocity,
     intensity_dataset_by_azimuth,
@@ -29,7 +29,7 @@ from overturning.motion.intensity import (
     significant_duration,
 )
 from overturning.motion.jma_intensity import (
-    SURVEY_RULE,
+    INTENSITY_BY_OVERTURNED_FRACTION_RULE,
     is_published_intensity_in_range,
     jma_filter_gain,
     jma_instrumental_intensity,
@@ -45,7 +45,7 @@ from overturning.records.read import read_record
 from overturning.records.record import Record
 from overturning.records.steps import Highpass, Scale
 
-TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
+DEFAULT_RECORD_TABLE_PATH = Path(__file__).parents[2] / "config" / "records.tsv"
 
 
 def import_reference_package_or_skip(name: str) -> Any:
@@ -63,7 +63,7 @@ def import_reference_package_or_skip(name: str) -> Any:
 @pytest.fixture(scope="module")
 def rinaldi_record() -> Record:
     """The Rinaldi record of the record table."""
-    return read_record(read_record_table(TABLE)["rinaldi"], Path("unused"))
+    return read_record(read_record_table(DEFAULT_RECORD_TABLE_PATH)["rinaldi"], Path("unused"))
 
 
 @settings(max_examples=60, deadline=None)
@@ -184,7 +184,7 @@ def test_response_spectra_have_the_limits_of_stiff_and_soft_oscillators(rinaldi_
 def test_rotd_spectra_agree_with_pyrotd(name):
     pyrotd = import_reference_package_or_skip("pyrotd")
     pyrotd.processes = 1
-    record = read_record(read_record_table(TABLE)[name], Path("unused"))
+    record = read_record(read_record_table(DEFAULT_RECORD_TABLE_PATH)[name], Path("unused"))
     # pyrotd convolves in a circle: rest before and after keeps one end's motion from ringing into the other.
     ends = round(5 / record.sampling_interval), round(50 / record.sampling_interval)
     pair = np.pad(np.stack([record.north, record.east]), ((0, 0), ends))
@@ -215,7 +215,7 @@ def test_intensity_measures_agree_with_eqsig(rinaldi_record):
     eqsig = import_reference_package_or_skip("eqsig")
     motion = Motion.of(rinaldi_record)
     for azimuth in (0.0, 32.0, 122.0):
-        along = motion.along(azimuth)
+        along = motion.acceleration_along(azimuth)
         signal = eqsig.AccSignal(along, rinaldi_record.sampling_interval)
         arias = eqsig.im.calc_arias_intensity(signal)[-1]
         assert arias_intensity(motion, azimuth)[0] == pytest.approx(arias, rel=0.005)
@@ -235,20 +235,28 @@ def test_intensity_measures_agree_with_eqsig(rinaldi_record):
 
 # pyshindo 0.3.2 (Python 3.12 or newer) for Rinaldi's north and east and, as the vertical, half of east turned round in
 # time.
-PYSHINDO = {"intensity": 6.378077963459177, "si20": (148.24809147, 82.41052249), "si05": (204.06229183, 115.5137774)}
+PYSHINDO_RESULTS_FOR_RINALDI = {
+    "intensity": 6.378077963459177,
+    "si20": (148.24809147, 82.41052249),
+    "si05": (204.06229183, 115.5137774),
+}
 
 
-def motion_with_vertical_from_reversed_east(record: Record) -> Motion:
+def motion_with_vertical_from_time_reversed_east(record: Record) -> Motion:
     """Return the motion of a record with a vertical component made from the reversed east component."""
     return Motion(record.north, record.east, 0.5 * record.east[::-1], sampling_interval=record.sampling_interval)
 
 
 def test_jma_and_spectrum_intensity_agree_with_pyshindo(rinaldi_record):
-    motion = motion_with_vertical_from_reversed_east(rinaldi_record)
-    assert jma_instrumental_intensity(motion) == pytest.approx(PYSHINDO["intensity"], abs=1e-9)
-    np.testing.assert_allclose(housner_spectrum_intensity(motion, [0, 90]) * 100, PYSHINDO["si20"], rtol=0.005)
+    motion = motion_with_vertical_from_time_reversed_east(rinaldi_record)
+    assert jma_instrumental_intensity(motion) == pytest.approx(PYSHINDO_RESULTS_FOR_RINALDI["intensity"], abs=1e-9)
     np.testing.assert_allclose(
-        housner_spectrum_intensity(motion, [0, 90], damping=0.05) * 100, PYSHINDO["si05"], rtol=0.005
+        housner_spectrum_intensity(motion, [0, 90]) * 100, PYSHINDO_RESULTS_FOR_RINALDI["si20"], rtol=0.005
+    )
+    np.testing.assert_allclose(
+        housner_spectrum_intensity(motion, [0, 90], damping=0.05) * 100,
+        PYSHINDO_RESULTS_FOR_RINALDI["si05"],
+        rtol=0.005,
     )
 
 
@@ -256,13 +264,13 @@ if sys.version_info >= (3, 12):
 
     def test_stored_pyshindo_values_match_the_package(rinaldi_record):
         pyshindo = import_reference_package_or_skip("pyshindo")
-        motion = motion_with_vertical_from_reversed_east(rinaldi_record)
+        motion = motion_with_vertical_from_time_reversed_east(rinaldi_record)
         gal = np.column_stack([motion.north, motion.east, motion.up]) * 100
         assert pyshindo.calculate_measured_intensity(gal, 100.0).intensity_raw == pytest.approx(
-            PYSHINDO["intensity"], abs=1e-9
+            PYSHINDO_RESULTS_FOR_RINALDI["intensity"], abs=1e-9
         )
         si = pyshindo.calculate_spectrum_intensity(gal[:, :2], 100.0).si_cm_s
-        np.testing.assert_allclose(si, PYSHINDO["si20"], rtol=1e-6)
+        np.testing.assert_allclose(si, PYSHINDO_RESULTS_FOR_RINALDI["si20"], rtol=1e-6)
 
 
 def test_jma_intensity_of_a_steady_sine_matches_the_closed_form():
@@ -281,7 +289,7 @@ def test_jma_intensity_of_a_steady_sine_matches_the_closed_form():
 
 def test_shares_of_fallen_stones_are_assigned_to_degrees_of_the_jma_scale():
     """By a rule of surveys, 40 to below 90 % overturned mean 6 upper (6.0 to below 6.5), more mean 7 (from 6.5 on)."""
-    (low, high, *upper), (then, whole, *seven) = SURVEY_RULE
+    (low, high, *upper), (then, whole, *seven) = INTENSITY_BY_OVERTURNED_FRACTION_RULE
     assert low < high == then < whole == 1
     assert upper == [6.0, 6.5, "6 upper"]
     assert (seven[0], seven[2]) == (6.5, "7")
@@ -383,8 +391,8 @@ def test_soft_oscillators_follow_fast_motion_sampled_at_20_ms(frequency):
 def test_intensity_dataset_by_azimuth_has_units_and_repeats_after_180_degrees(rinaldi_record):
     motion = Motion.of(rinaldi_record)
     table = intensity_dataset_by_azimuth(motion, np.arange(0, 360, 30))
-    assert set(table) == set(MEASURES)
-    for name, (unit, _) in MEASURES.items():
+    assert set(table) == set(MEASURE_UNITS_AND_LONG_NAMES)
+    for name, (unit, _) in MEASURE_UNITS_AND_LONG_NAMES.items():
         assert table[name].attrs["units"] == unit
         np.testing.assert_array_equal(table[name][:6], table[name][6:])
         assert np.isfinite(table[name]).all()
@@ -414,7 +422,7 @@ def test_motion_along_one_line_has_no_predominant_period_perpendicular_to_it(azi
     motion = Motion(wave * cosine, wave * sine, sampling_interval=0.01)
     found = intensity_measures_by_azimuth(motion, azimuth + np.array([0.0, 89.0, 90.0, 270.0]))
     assert np.isnan(found["predominant_period"]).tolist() == [False, False, True, True]
-    for name in set(MEASURES) - {"predominant_period"}:
+    for name in set(MEASURE_UNITS_AND_LONG_NAMES) - {"predominant_period"}:
         assert (found[name] >= 0).all(), name
         np.testing.assert_allclose(found[name][2:], 0.0, atol=1e-9)
     at_rest = intensity_measures_by_azimuth(Motion([0, 0, 0], [0, 0, 0], sampling_interval=0.01), [0.0])

@@ -12,14 +12,16 @@ import obspy
 
 from tests.records.seed_writers import START, trace_of_samples, write_stationxml_of_channels
 
-BODY = bytes(range(256)) * 2000
-HASH = hashlib.sha256(BODY).hexdigest()
-COUNTS = [np.arange(-500, 500, dtype=np.int32) * k for k in (1, 2, 3)]
+SERVED_FILE_CONTENT = bytes(range(256)) * 2000
+HASH = hashlib.sha256(SERVED_FILE_CONTENT).hexdigest()
+CHANNEL_SAMPLES_IN_COUNTS = [np.arange(-500, 500, dtype=np.int32) * k for k in (1, 2, 3)]
 
 
 def miniseed_bytes_of_three_channels() -> bytes:
     """Return the bytes of a miniSEED file of three channels."""
-    stream = obspy.Stream([trace_of_samples(c, code) for c, code in zip(COUNTS, ("HNN", "HNE", "HNZ"), strict=True)])
+    stream = obspy.Stream(
+        [trace_of_samples(c, code) for c, code in zip(CHANNEL_SAMPLES_IN_COUNTS, ("HNN", "HNE", "HNZ"), strict=True)]
+    )
     buffer = io.BytesIO()
     stream.write(buffer, format="MSEED")
     return buffer.getvalue()
@@ -81,7 +83,7 @@ class HandlerWithPlannedFailures(BaseHTTPRequestHandler):
         parts = urlsplit(self.path)
         self.server.seen.append((parts.path, self.headers.get("Range", "")))
         if not parts.path.startswith("/fdsnws/"):
-            self.send_body_with_behaviour(self.server.take_next_behaviour_of_service("file"), BODY)
+            self.send_body_with_behaviour(self.server.take_next_behaviour_of_service("file"), SERVED_FILE_CONTENT)
             return
         _, _, service, _, method = parts.path.split("/")
         if method == "application.wadl":

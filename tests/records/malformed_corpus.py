@@ -5,12 +5,15 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from tests.records.written import FORMS
+from tests.records.written import TEXT_FORMATS_WITH_WRITERS
 
 random = np.random.default_rng(5)
-COUNTS = [random.integers(-400_000, 400_000, 200) for _ in range(2)]
-STEPS = [np.round(random.normal(0, 500, 203)) for _ in range(2)]
-VALID_FILES = {form: (written.files(*STEPS), written.header) for form, written in FORMS.items()}
+SAMPLES_IN_COUNTS = [random.integers(-400_000, 400_000, 200) for _ in range(2)]
+SAMPLES_IN_FORMAT_STEPS = [np.round(random.normal(0, 500, 203)) for _ in range(2)]
+VALID_FILES_AND_HEADER_LINE_COUNTS = {
+    form: (written.file_texts_by_name(*SAMPLES_IN_FORMAT_STEPS), written.header_line_count)
+    for form, written in TEXT_FORMATS_WITH_WRITERS.items()
+}
 """Files of one record (name, content) and the number of header lines of the first, which is mutated."""
 
 
@@ -25,7 +28,7 @@ def text_mutation_from_change_of_lines(change: Callable[[list[str]], list[str]])
     return lambda text: "".join(change(text.splitlines(keepends=True))).encode()
 
 
-def line_change_replacing_its_first_number(index: int, word: str) -> Callable[[list[str]], list[str]]:
+def line_change_replacing_first_number(index: int, word: str) -> Callable[[list[str]], list[str]]:
     """Return a change that replaces the first number of a line by a word of the same width."""
 
     def replace_first_number(lines: list[str]) -> list[str]:
@@ -76,7 +79,7 @@ def named_mutations_of_any_text_format(header: int) -> Iterator[tuple[str, Calla
     for word in ("NaN", "inf", "******", "1.2.3", "--5", "0x1F", "1_0", "", "1,5", "abc", "1E", "٣"):
         yield (
             f"sample is {word!r}",
-            text_mutation_from_change_of_lines(line_change_replacing_its_first_number(header + 5, word)),
+            text_mutation_from_change_of_lines(line_change_replacing_first_number(header + 5, word)),
         )
     for line in range(header):
         for digit in "* ":
@@ -91,7 +94,7 @@ def named_mutations_of_any_text_format(header: int) -> Iterator[tuple[str, Calla
     yield "Shift-JIS in the first text", lambda t: t.replace("\n", "\n地震 ", 1).encode("shift_jis")
 
 
-OTHERWISE: dict[str, list[tuple[str, ...]]] = {
+TEXT_REPLACEMENTS_BY_FORMAT: dict[str, list[tuple[str, ...]]] = {
     "knet": [
         ("100Hz", "0Hz", "99.5Hz", "-100Hz", "1e9Hz"),
         ("Mag.              6.1", "Mag.              "),
@@ -221,14 +224,14 @@ OTHERWISE: dict[str, list[tuple[str, ...]]] = {
 }
 """Replacements in the first file, as (old text, new text), by format."""
 
-CONTRADICTING_CHANGES = {
+JOINT_TEXT_REPLACEMENTS_BY_FORMAT = {
     "csmip1": (("/&", "  "), ("End of Data", "")),
     "cosmos": (("1: 340 deg", "1: H1"), ("     340", "     700")),
     "geonet": (("at 0.020 sec", "at 0.000 sec"), ("  0.0200", "  0.0000")),
 }
 """Pairs of replacements that are wrong only together: no end mark, an unstated axis, an interval of zero."""
 
-PEAKS = {
+PEAK_PATTERNS_BY_FORMAT = {
     "knet": r"(Max\. Acc\. \(gal\)\s+)([\d.]+)",
     "geonet": r"(peak +)(-?[\d.]+)(?= mm/s/s)",
     "csmip1": r"(Max  = +-?)([\d.]+)",
@@ -245,7 +248,7 @@ PEAKS = {
 
 def named_mutations_of_first_file_of_format(form: str) -> Iterator[tuple[str, Callable[[str], bytes]]]:
     """Yield names and mutations of the first file of a format."""
-    first = next(iter(VALID_FILES[form][0].values()))
+    first = next(iter(VALID_FILES_AND_HEADER_LINE_COUNTS[form][0].values()))
 
     def mutation_with_replacements(*changes: tuple[str, str]) -> Callable[[str], bytes]:
         spoilt = first
@@ -254,13 +257,18 @@ def named_mutations_of_first_file_of_format(form: str) -> Iterator[tuple[str, Ca
             spoilt = spoilt.replace(old, new, -1 if len(changes) > 1 else 1)
         return lambda _text: spoilt.encode()
 
-    yield from named_mutations_of_any_text_format(VALID_FILES[form][1])
-    for old, *others in OTHERWISE.get(form, []):
+    yield from named_mutations_of_any_text_format(VALID_FILES_AND_HEADER_LINE_COUNTS[form][1])
+    for old, *others in TEXT_REPLACEMENTS_BY_FORMAT.get(form, []):
         for new in others:
             yield f"{old!r} became {new!r}", mutation_with_replacements((old, new))
-    if form in CONTRADICTING_CHANGES:
-        yield f"{CONTRADICTING_CHANGES[form]}", mutation_with_replacements(*CONTRADICTING_CHANGES[form])
-    if form in PEAKS:
-        off = re.sub(PEAKS[form], lambda match: f"{match[1]}{1.02 * float(match[2]):.4f}", first, count=1)
+    if form in JOINT_TEXT_REPLACEMENTS_BY_FORMAT:
+        yield (
+            f"{JOINT_TEXT_REPLACEMENTS_BY_FORMAT[form]}",
+            mutation_with_replacements(*JOINT_TEXT_REPLACEMENTS_BY_FORMAT[form]),
+        )
+    if form in PEAK_PATTERNS_BY_FORMAT:
+        off = re.sub(
+            PEAK_PATTERNS_BY_FORMAT[form], lambda match: f"{match[1]}{1.02 * float(match[2]):.4f}", first, count=1
+        )
         assert off != first
         yield "peak 2 % off", lambda _text: off.encode()

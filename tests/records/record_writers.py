@@ -5,14 +5,16 @@ from pathlib import Path
 
 import numpy as np
 
-HEADERS = Path(__file__).parent / "headers"
+HEADER_TEMPLATE_FOLDER = Path(__file__).parent / "headers"
 
 
 def header_text_of_format(form: str, samples, interval: float, **more) -> str:
     """Return the header of a format, filled in with the samples, the sampling interval and further values."""
     n, extreme = samples.size, samples[np.abs(samples).argmax()]
     stated = {"n": n, "interval": interval, "seconds": n * interval, "last": (n - 1) * interval, "extreme": extreme}
-    return (HEADERS / f"{form}.txt").read_text(encoding="utf-8").format(**stated, peak=abs(extreme), **more)
+    return (
+        (HEADER_TEMPLATE_FOLDER / f"{form}.txt").read_text(encoding="utf-8").format(**stated, peak=abs(extreme), **more)
+    )
 
 
 def list_of_header_numbers_with_known_values(size: int, unknown: float, known: dict[int, tuple]) -> list:
@@ -23,7 +25,7 @@ def list_of_header_numbers_with_known_values(size: int, unknown: float, known: d
     return found
 
 
-KNET_SENSORS = {None: ("N-S", "E-W", "U-D"), 1: ("1", "2", "3"), 2: ("4", "5", "6")}
+KNET_DIRECTION_CODES_BY_SENSOR = {None: ("N-S", "E-W", "U-D"), 1: ("1", "2", "3"), 2: ("4", "5", "6")}
 """Direction codes by the number of the sensor, which KiK-net's files have after NS, EW or UD."""
 
 
@@ -46,7 +48,9 @@ def knet_text(
 def write_knet_set(folder: Path, stem: str, north, east, up=None, *, kik: int | None = None, **header) -> list[Path]:
     """Write a K-NET file for each component; ``kik`` is 1 for a KiK-net borehole sensor, 2 for a surface sensor."""
     paths = []
-    for code, axis, counts in zip(KNET_SENSORS[kik], ("NS", "EW", "UD"), (north, east, up), strict=True):
+    for code, axis, counts in zip(
+        KNET_DIRECTION_CODES_BY_SENSOR[kik], ("NS", "EW", "UD"), (north, east, up), strict=True
+    ):
         if counts is not None:
             path = folder / f"{stem}.{axis}{kik or ''}"
             path.write_text(knet_text(counts, direction=code, **header), encoding="ascii")

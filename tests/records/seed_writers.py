@@ -7,7 +7,7 @@ import obspy
 from obspy.core.inventory import Channel, Inventory, Network, Station
 from obspy.core.inventory.response import InstrumentSensitivity, PolesZerosResponseStage, Response
 
-PI2 = np.pi**2
+PI_SQUARED = np.pi**2
 POLES = (-0.037 + 0.037j, -0.037 - 0.037j)
 START = obspy.UTCDateTime(2001, 2, 3, 4, 5, 6, 500000)
 
@@ -15,13 +15,19 @@ START = obspy.UTCDateTime(2001, 2, 3, 4, 5, 6, 500000)
 def broadband_velocity_response(frequency):
     """Velocity response of a seismometer: corner period 120 s, damping 0.707 of critical, magnitude 1 at 1 Hz."""
     s, pole = 2j * np.pi * np.asarray(frequency), POLES[0]
-    return s**2 / ((s - pole) * (s - np.conj(pole))) * abs((2j * np.pi - pole) * (2j * np.pi - np.conj(pole))) / 4 / PI2
+    return (
+        s**2
+        / ((s - pole) * (s - np.conj(pole)))
+        * abs((2j * np.pi - pole) * (2j * np.pi - np.conj(pole)))
+        / 4
+        / PI_SQUARED
+    )
 
 
 def response_metadata_of_sensor(gain: float, unit: str, *, broadband: bool = False) -> Response:
     """Return obspy's response metadata of a sensor with a gain only, or of a broadband seismometer."""
     zeros, poles = ([0j, 0j], list(POLES)) if broadband else ([], [])
-    norm = float(np.prod([abs(2j * np.pi - pole) for pole in poles])) / (4 * PI2) if broadband else 1.0
+    norm = float(np.prod([abs(2j * np.pi - pole) for pole in poles])) / (4 * PI_SQUARED) if broadband else 1.0
     stage = PolesZerosResponseStage(
         1, gain, 1.0, unit, "COUNTS", "LAPLACE (RADIANS/SECOND)", 1.0, zeros, poles, normalization_factor=norm
     )

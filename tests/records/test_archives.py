@@ -18,10 +18,10 @@ from overturning.records.source import SourceFile, unpack_archive
 from tests.bounds import limited_time_and_memory
 from tests.records.record_writers import csmip_text, knet_text
 from tests.records.test_command import exit_status_of_command
-from tests.records.written import FORMS
+from tests.records.written import TEXT_FORMATS_WITH_WRITERS
 
-COUNTS = np.arange(-100, 100) * 1000
-NS, EW = knet_text(COUNTS).encode(), knet_text(COUNTS[::-1], direction="E-W").encode()
+SAMPLES_IN_COUNTS = np.arange(-100, 100) * 1000
+NS, EW = knet_text(SAMPLES_IN_COUNTS).encode(), knet_text(SAMPLES_IN_COUNTS[::-1], direction="E-W").encode()
 
 
 def tar_archive(members: dict[str, bytes], mode: str = "w:gz", extra: Sequence[tarfile.TarInfo] = ()) -> bytes:
@@ -49,14 +49,14 @@ def zip_archive(members: dict[str, bytes]) -> bytes:
 def test_raw_volumes_and_spectra_in_an_archive_are_skipped_with_notes(tmp_path):
     """Regression: archives with several volumes (CESMD) or velocities (PEER, ESM) were refused."""
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
-    (second,) = FORMS["csmip2"].files(*steps).values()
-    (first,) = FORMS["csmip1"].files(*steps).values()
+    (second,) = TEXT_FORMATS_WITH_WRITERS["csmip2"].file_texts_by_name(*steps).values()
+    (first,) = TEXT_FORMATS_WITH_WRITERS["csmip1"].file_texts_by_name(*steps).values()
     first = first.replace("Rcrd of", "Record of")
     third = "RESPONSE AND FOURIER AMPLITUDE SPECTRA\n" + "1.0\n" * 50
     path = tmp_path / "ce.zip"
     path.write_bytes(zip_archive({"CE1.V3": third.encode(), "CE1.V2": second.encode(), "read.pdf": b"%PDF"}))
     record = read_record_without_processing(path)
-    north, east = FORMS["csmip2"].expected_north_east(*steps[:2])
+    north, east = TEXT_FORMATS_WITH_WRITERS["csmip2"].expected_north_east(*steps[:2])
     np.testing.assert_allclose([record.north, record.east], [north, east], atol=1e-9)
     assert record.notes == ["CE1.V3 left out: it holds no acceleration"]
     path.write_bytes(zip_archive({"CE1.V1": first.encode(), "CE1.V2": second.encode(), "CE1.V3": third.encode()}))
@@ -88,13 +88,15 @@ def test_raw_volumes_and_spectra_in_an_archive_are_skipped_with_notes(tmp_path):
 )
 def test_velocities_in_an_archive_of_accelerations_are_skipped(tmp_path, form, old, new):
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
-    files = {name: text.encode() for name, text in FORMS[form].files(*steps).items()}
+    files = {name: text.encode() for name, text in TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*steps).items()}
     others = {name.replace(".", "_other."): data.replace(old.encode(), new.encode()) for name, data in files.items()}
     assert all(data not in files.values() for data in others.values())
     path = tmp_path / "x.zip"
     path.write_bytes(zip_archive(others | files))
     record = read_record_without_processing(path)
-    np.testing.assert_allclose([record.north, record.east], FORMS[form].expected_north_east(*steps[:2]), atol=1e-8)
+    np.testing.assert_allclose(
+        [record.north, record.east], TEXT_FORMATS_WITH_WRITERS[form].expected_north_east(*steps[:2]), atol=1e-8
+    )
     assert [n for n in record.notes if "left" in n] == [f"{name} left out: it holds no acceleration" for name in others]
 
 
@@ -120,7 +122,7 @@ def test_extra_files_do_not_make_an_archive_unreadable(tmp_path, pack):
 def test_checking_a_folder_skips_spectra_and_velocities_next_to_accelerations(tmp_path, capsys, monkeypatch):
     """Regression: CESMD's V3 was reported as refused next to the V2 that was read, with exit status 1."""
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
-    (second,) = FORMS["csmip2"].files(*steps).values()
+    (second,) = TEXT_FORMATS_WITH_WRITERS["csmip2"].file_texts_by_name(*steps).values()
     spectra, folder = "RESPONSE AND FOURIER AMPLITUDE SPECTRA\n" + "1.0\n" * 50, tmp_path / "ce"
     folder.mkdir()
     (folder / "CE1.V3").write_text(spectra)
@@ -154,7 +156,7 @@ SEARCH_RESULTS = """PEER Ground Motion Database
 def test_a_peer_archive_is_read_despite_its_search_results_table(tmp_path):
     """Regression: the archive was refused because the table in it is not a record."""
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
-    files = {name: text.encode() for name, text in FORMS["peer"].files(*steps).items()}
+    files = {name: text.encode() for name, text in TEXT_FORMATS_WITH_WRITERS["peer"].file_texts_by_name(*steps).items()}
     path = tmp_path / "peer.zip"
     for table, why in (
         ("_SearchResults.csv", "it holds no acceleration"),
@@ -165,7 +167,9 @@ def test_a_peer_archive_is_read_despite_its_search_results_table(tmp_path):
         for declared in (None, DeclaredFileProperties(format="peer-at2")):
             record = read_record_without_processing(path, declared)
             np.testing.assert_allclose(
-                [record.north, record.east], FORMS["peer"].expected_north_east(*steps[:2]), atol=1e-8
+                [record.north, record.east],
+                TEXT_FORMATS_WITH_WRITERS["peer"].expected_north_east(*steps[:2]),
+                atol=1e-8,
             )
             assert record.notes == [f"{table} left out: {why}"]
 
@@ -173,7 +177,7 @@ def test_a_peer_archive_is_read_despite_its_search_results_table(tmp_path):
 def test_an_archive_with_an_unreadable_file_named_like_its_records_is_refused(tmp_path):
     """A damaged vertical component must not be skipped like a table that comes with the records."""
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
-    files = [text.encode() for text in FORMS["peer"].files(*steps).values()]
+    files = [text.encode() for text in TEXT_FORMATS_WITH_WRITERS["peer"].file_texts_by_name(*steps).values()]
     path = tmp_path / "peer.zip"
     path.write_bytes(zip_archive({"a.txt": files[0], "b.txt": files[1], "c.txt": files[2][300:]}))
     with pytest.raises(RecordError, match=r"c\.txt: the format is not recognised"):
@@ -185,14 +189,19 @@ def test_an_archive_with_an_unreadable_file_named_like_its_records_is_refused(tm
 def test_compressed_files_are_read_like_their_content(tmp_path, form, compress):
     """Regression: a compressed file that is no tar archive was called damaged."""
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
-    packed = {f"{name}.gz": compress(text.encode()) for name, text in FORMS[form].files(*steps).items()}
+    packed = {
+        f"{name}.gz": compress(text.encode())
+        for name, text in TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*steps).items()
+    }
     for name, data in packed.items():
         (tmp_path / name).write_bytes(data)
     (tmp_path / "x.zip").write_bytes(zip_archive(packed))
     named = [tmp_path / name for name in packed]
     for paths in (named, named[0], tmp_path / "x.zip"):
         record = read_record_without_processing(paths)
-        np.testing.assert_allclose([record.north, record.east], FORMS[form].expected_north_east(*steps[:2]), atol=1e-8)
+        np.testing.assert_allclose(
+            [record.north, record.east], TEXT_FORMATS_WITH_WRITERS[form].expected_north_east(*steps[:2]), atol=1e-8
+        )
     (tmp_path / "x.ps.gz").write_bytes(gzip.compress(b"%!PS-Adobe"))
     assert [found.record is None for found in check_records_in_files([tmp_path])][:1] == [False]
     for path in named:

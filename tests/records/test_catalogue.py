@@ -2,10 +2,16 @@ import numpy as np
 import pytest
 
 from overturning.errors import ConfigError, MissingDataError
-from overturning.records.catalogue import LABELS, PLACES, RecordTableRow, paths_of_record_files, read_record_table
+from overturning.records.catalogue import (
+    DESCRIPTIVE_COLUMNS,
+    STORED_PLACE_METADATA_KEYS,
+    RecordTableRow,
+    paths_of_record_files,
+    read_record_table,
+)
 from overturning.records.fault_trace import parse_fault_trace
 from overturning.records.read import (
-    NO_SOURCE,
+    COORDINATES_WITHOUT_SOURCE_NOTE,
     add_descriptive_metadata_from_table_row,
     read_record,
     read_record_without_descriptive_columns,
@@ -103,7 +109,7 @@ FULL_ROW = RecordTableRow(
 def test_descriptive_columns_of_the_record_table_change_no_sample(tmp_path):
     """The other columns are for the reader; labels do not affect the samples."""
     assert {name for name in RecordTableRow.model_fields if getattr(FULL_ROW, name) not in ("", None, False, 0.0)} == {
-        *LABELS, "id", "source", "format",
+        *DESCRIPTIVE_COLUMNS, "id", "source", "format",
     }  # fmt: skip
     wave = 100 * np.sin(np.arange(400) / 5)
     text = geonet_text({"N28W": (332, wave), "S62W": (242, 2 * wave)}, 0.02)
@@ -118,7 +124,7 @@ def test_descriptive_columns_of_the_record_table_change_no_sample(tmp_path):
     described = add_descriptive_metadata_from_table_row(bare, FULL_ROW)
     assert (described.station, described.event, described.latitude) == ("Church", "Darfield 2010", -43.5)
     assert described.extra["magnitude"] == 7.1
-    assert {name: described.extra[name] for name in PLACES} == {
+    assert {name: described.extra[name] for name in STORED_PLACE_METADATA_KEYS} == {
         "coordinates_source": "survey of 2011",
         "fault_trace": "-43.6 172.0, -43.6 172.3",
         "fault_trace_source": "map of 2011",
@@ -149,4 +155,4 @@ def test_record_table_coordinates_without_a_source_are_noted(tmp_path):
     )
     assert of_file.latitude is not None
     assert [one.extra.get("coordinates_source") for one in (of_file, bare, sourced)] == [None, "", "survey of 2011"]
-    assert [NO_SOURCE in one.notes for one in (of_file, bare, sourced)] == [False, True, False]
+    assert [COORDINATES_WITHOUT_SOURCE_NOTE in one.notes for one in (of_file, bare, sourced)] == [False, True, False]

@@ -8,7 +8,7 @@ from overturning.records.catalogue import RecordTableRow
 from overturning.records.formats.table import FORMATS
 from overturning.records.processing import Step
 from overturning.records.pulses import SHAPES, Pulse
-from overturning.units import UNITS
+from overturning.units import ACCELERATION_UNITS
 
 FORMATS_PAGE = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
 
@@ -18,7 +18,7 @@ def member_types_of_union(union: object) -> tuple[type, ...]:
     return get_args(get_args(union)[0])
 
 
-NAMES = {
+NAMES_TO_DOCUMENT = {
     *(form.name for form in FORMATS),
     "fema-p695",
     "synthetic",
@@ -37,5 +37,5 @@ NAMES = {
 def test_the_formats_page_lists_every_format_name_and_unit():
     rows = set(re.findall(r"^\| `([^`]+)` \|", FORMATS_PAGE, flags=re.MULTILINE))
     assert {form.name for form in FORMATS} - rows == set()
-    assert {name for name in NAMES if f"`{name}`" not in FORMATS_PAGE} == set()
-    assert {unit for unit in UNITS if unit not in FORMATS_PAGE} == set()
+    assert {name for name in NAMES_TO_DOCUMENT if f"`{name}`" not in FORMATS_PAGE} == set()
+    assert {unit for unit in ACCELERATION_UNITS if unit not in FORMATS_PAGE} == set()

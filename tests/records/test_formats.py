@@ -40,11 +40,11 @@ from tests.records.world_writers import (
     unam_text,
     usc_text,
 )
-from tests.records.written import FORMS, OF_COSMOS, TURNED, G
+from tests.records.written import COSMOS_RECORD_FIELDS, ROTATED_AXIS_NAMES_AND_CODES, TEXT_FORMATS_WITH_WRITERS, G
 
 MILLI_G = G / 1000
-STEPS = np.random.default_rng(7).integers(-999, 999, (3, 210))
-A, B, C = STEPS / 10
+SAMPLES_IN_FORMAT_STEPS = np.random.default_rng(7).integers(-999, 999, (3, 210))
+A, B, C = SAMPLES_IN_FORMAT_STEPS / 10
 
 
 def write_files_and_read_record(folder, files: dict[str, str] | str, **declared) -> Record:
@@ -71,10 +71,10 @@ def project_to_north_and_east(first, first_deg, second, second_deg):
     return [f(angles[0]) * first + f(angles[1]) * second for f in (np.cos, np.sin)]
 
 
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("form", TEXT_FORMATS_WITH_WRITERS)
 def test_every_text_format_gives_its_samples_and_header_fields(tmp_path, form):
-    written = FORMS[form]
-    for name, text in written.files(*STEPS).items():
+    written = TEXT_FORMATS_WITH_WRITERS[form]
+    for name, text in written.file_texts_by_name(*SAMPLES_IN_FORMAT_STEPS).items():
         (tmp_path / name).write_text(text)
     if written.declared:
         undeclared = read_record_without_processing(next(tmp_path.iterdir()))
@@ -82,22 +82,26 @@ def test_every_text_format_gives_its_samples_and_header_fields(tmp_path, form):
         assert "does not say whether up or down" in undeclared.extra["notes"][0]
     # The other files of a record are found next to the first.
     record = read_record_without_processing(next(tmp_path.iterdir()), written.declared)
-    up = None if "up" in written.stated else STEPS[2] * written.step * written.unit
-    assert_components(record, *written.expected_north_east(*STEPS[:2]), up, rtol=1e-8)
+    up = (
+        None
+        if "up" in written.expected_record_fields
+        else SAMPLES_IN_FORMAT_STEPS[2] * written.smallest_step * written.unit_m_s2
+    )
+    assert_components(record, *written.expected_north_east(*SAMPLES_IN_FORMAT_STEPS[:2]), up, rtol=1e-8)
     assert record.sampling_interval == pytest.approx(written.interval, rel=1e-9)
-    for name, value in written.stated.items():
+    for name, value in written.expected_record_fields.items():
         found = getattr(record, name) if hasattr(record, name) else record.extra[name]
         assert found == (pytest.approx(value, abs=1e-4) if isinstance(value, float) else value), name
 
 
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("form", TEXT_FORMATS_WITH_WRITERS)
 @settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.integers(2, 60).flatmap(lambda n: arrays(np.int64, (2, n), elements=st.integers(-99999, 99999))))
 def test_any_samples_written_in_a_text_format_are_read_back(form, samples):
-    written = FORMS[form]
+    written = TEXT_FORMATS_WITH_WRITERS[form]
     if form == "cosmos":
         samples = samples // 11  # F10.5 holds -999.9
-    files = [SourceFile(name, text.encode()) for name, text in written.files(*samples).items()]
+    files = [SourceFile(name, text.encode()) for name, text in written.file_texts_by_name(*samples).items()]
     declared = DeclaredFileProperties(vertical_sense="none", trust_data=True)
     record = assemble_record(read_components(files, declared), "x", declared)
     north, east = written.expected_north_east(*samples)
@@ -107,28 +111,30 @@ def test_any_samples_written_in_a_text_format_are_read_back(form, samples):
 @pytest.mark.parametrize("form", ["knet", "peer", "csmnc", "esm"])
 def test_a_file_with_a_sample_split_in_two_is_refused(tmp_path, form):
     """Regression: with a blank inside a number, all later samples were shifted; only a note told of one too many."""
-    files = FORMS[form].files(*STEPS)
+    files = TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*SAMPLES_IN_FORMAT_STEPS)
     name, text = next(iter(files.items()))
     lines = text.splitlines(keepends=True)
-    at = FORMS[form].header + 4
+    at = TEXT_FORMATS_WITH_WRITERS[form].header_line_count + 4
     spoilt = re.sub(r"(\d)(\d)", r"\1 \2", lines[at], count=1)
     assert len(spoilt.split()) == len(lines[at].split()) + 1
     with expect_error(RecordError, f"{name} line {at + 1}", "the line is damaged: get the file again"):
         write_files_and_read_record(tmp_path, files | {name: "".join([*lines[:at], spoilt, *lines[at + 1 :]])})
 
 
-@pytest.mark.parametrize("form", [form for form in FORMS if form not in UNDETECTABLE_MUTATIONS])
+@pytest.mark.parametrize("form", [form for form in TEXT_FORMATS_WITH_WRITERS if form not in UNDETECTABLE_MUTATIONS])
 def test_samples_beyond_the_count_in_the_header_are_left_out_with_a_note(tmp_path, form):
     """Ten samples that follow the 200 of the first component, as stated in its header, are left out."""
-    written = FORMS[form]
-    files, longer = (written.files(*samples) for samples in (STEPS[:, :200], STEPS))
+    written = TEXT_FORMATS_WITH_WRITERS[form]
+    files, longer = (
+        written.file_texts_by_name(*samples) for samples in (SAMPLES_IN_FORMAT_STEPS[:, :200], SAMPLES_IN_FORMAT_STEPS)
+    )
     first = next(iter(files))
     lines, more = files[first].splitlines(), longer[first].splitlines()
-    end = next(i for i in range(written.header, len(more)) if lines[i : i + 1] != more[i : i + 1])
-    surplus_notes = more[end : end + -(-10 * (end - written.header) // 200)]
+    end = next(i for i in range(written.header_line_count, len(more)) if lines[i : i + 1] != more[i : i + 1])
+    surplus_notes = more[end : end + -(-10 * (end - written.header_line_count) // 200)]
     files[first] = "\n".join([*lines[:end], *surplus_notes, *lines[end:]]) + "\n"
     record = write_files_and_read_record(tmp_path, files, vertical_sense="none")
-    assert_components(record, *written.expected_north_east(*STEPS[:2, :200]), record.up, rtol=1e-8)
+    assert_components(record, *written.expected_north_east(*SAMPLES_IN_FORMAT_STEPS[:2, :200]), record.up, rtol=1e-8)
     (note,) = [note for note in record.notes if "is doubtful: 200 samples then last" not in note]  # 1 s is short
     assert f"{first} goes on after the 200 samples that its header promises: " in note
     assert note.endswith("left out")
@@ -150,17 +156,17 @@ def test_samples_beyond_the_count_in_the_header_are_left_out_with_a_note(tmp_pat
 @pytest.mark.parametrize("sense", [1, -1])
 def test_samples_with_the_opposite_sign_of_the_header_peak_are_refused(tmp_path, form, stated, sense):
     """Regression: samples of reversed sign agreed with the header, whose peak was compared without its sign."""
-    steps = STEPS.copy()
+    steps = SAMPLES_IN_FORMAT_STEPS.copy()
     steps[0, 50] = sense * 1500
-    files = FORMS[form].files(*steps)
+    files = TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*steps)
     name, text = next(iter(files.items()))
     right = re.sub(stated, lambda m: f"{m[1]}{sense * abs(float(m[2]))}", text, count=1)
     wrong = re.sub(stated, lambda m: f"{m[1]}{-sense * abs(float(m[2]))}", text, count=1)
     declared = {"vertical_sense": "up"} if form in ("unam", "renadic") else {}
-    north, _ = FORMS[form].expected_north_east(*steps[:2])
+    north, _ = TEXT_FORMATS_WITH_WRITERS[form].expected_north_east(*steps[:2])
     assert_components(
         write_files_and_read_record(tmp_path, files | {name: right}, **declared),
-        *FORMS[form].expected_north_east(*steps[:2]),
+        *TEXT_FORMATS_WITH_WRITERS[form].expected_north_east(*steps[:2]),
         write_files_and_read_record(tmp_path, files, **declared).up,
     )
     if sense < 0 and form == "csmnc":  # A peak without a minus may be an absolute value there.
@@ -193,7 +199,12 @@ def test_smc_samples_with_the_opposite_sign_of_the_header_extremes_are_refused(t
     """The header of an SMC file states the largest and the smallest sample with their signs."""
     peak = np.where(np.arange(A.size) == 50, 150.0, A)
     texts = [smc_text(sense * peak, 100, "360").splitlines(keepends=True) for sense in (1, -1)]
-    reversed_samples = "".join([*texts[0][: FORMS["smc"].header], *texts[1][FORMS["smc"].header :]])
+    reversed_samples = "".join(
+        [
+            *texts[0][: TEXT_FORMATS_WITH_WRITERS["smc"].header_line_count],
+            *texts[1][TEXT_FORMATS_WITH_WRITERS["smc"].header_line_count :],
+        ]
+    )
     files = {"a.smc": reversed_samples, "b.smc": smc_text(B, 100, "90")}
     with expect_error(
         RecordError, "a.smc line 23: the header states a peak of 150 Gal along 360, the data has -150 Gal"
@@ -201,15 +212,17 @@ def test_smc_samples_with_the_opposite_sign_of_the_header_extremes_are_refused(t
         write_files_and_read_record(tmp_path, files)
 
 
-@pytest.mark.parametrize("form", [form for form, written in FORMS.items() if written.peak])
+@pytest.mark.parametrize(
+    "form", [form for form, written in TEXT_FORMATS_WITH_WRITERS.items() if written.has_peak_in_header]
+)
 def test_every_header_peak_is_compared_with_the_samples(tmp_path, form):
     """A file with twice the samples of its header is refused, and read only if trusted."""
-    written = FORMS[form]
-    files = written.files(*STEPS)
-    for name, text in written.files(*(2 * STEPS)).items():
+    written = TEXT_FORMATS_WITH_WRITERS[form]
+    files = written.file_texts_by_name(*SAMPLES_IN_FORMAT_STEPS)
+    for name, text in written.file_texts_by_name(*(2 * SAMPLES_IN_FORMAT_STEPS)).items():
         head, data = files[name].splitlines(), text.splitlines()
-        last = len(head) if len(files) > 1 or written.header < 25 else written.header + 20
-        lines = head[: written.header] + data[written.header : last] + head[last:]
+        last = len(head) if len(files) > 1 or written.header_line_count < 25 else written.header_line_count + 20
+        lines = head[: written.header_line_count] + data[written.header_line_count : last] + head[last:]
         files[name] = "\n".join(lines) + "\n"
     declared = {"vertical_sense": "up"}
     with expect_error(RecordError, "the header states a peak of", "--trust-data"):
@@ -315,7 +328,7 @@ def test_csmip_volume_2_files_of_the_1980s_are_read(tmp_path):
 )
 @pytest.mark.parametrize("form", ["cosmos", "csmip2"])
 def test_the_location_of_a_channel_identifies_a_borehole(tmp_path, form, place):
-    (text,) = FORMS[form].files(*STEPS).values()
+    (text,) = TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*SAMPLES_IN_FORMAT_STEPS).values()
     text = text.replace("Location: free field", f"Location: {place or 'Ground floor'}")
     text = re.sub(r"(?m)^(Chan .*?(?:Deg|Up))[ ]*$", rf"\1   Location: {place or 'Ground floor'}", text)
     deep = place not in ("", "1.5 m deep vault")
@@ -328,7 +341,7 @@ def test_the_location_of_a_channel_identifies_a_borehole(tmp_path, form, place):
 @pytest.mark.parametrize("form", ["cosmos", "csmip2"])
 def test_channels_of_several_places_in_a_structure_are_refused_as_one_record(tmp_path, form):
     """Regression: north of the roof and east of the third floor made a record without a note."""
-    (written,) = FORMS[form].files(*STEPS).values()
+    (written,) = TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*SAMPLES_IN_FORMAT_STEPS).values()
 
     def file_text_with_places(*places: str) -> str:
         channels = zip(re.split(r"(?m)(?<=----------\n)", written), places, strict=False)
@@ -349,7 +362,7 @@ def test_channels_of_several_places_in_a_structure_are_refused_as_one_record(tmp
         assert write_files_and_read_record(tmp_path, file_text_with_places(*[place] * 3)).notes == []
     both = file_text_with_places(*["Ground Floor"] * 3) + file_text_with_places(*["Roof"] * 3)
     (tmp_path / "both.v2").write_text(both)
-    assert [{c.location for c in f.components} for f in check_records_in_files([tmp_path / "both.v2"])] == [
+    assert [{c.sensor_location for c in f.components} for f in check_records_in_files([tmp_path / "both.v2"])] == [
         {"Ground Floor"},
         {"Roof"},
     ]
@@ -458,7 +471,7 @@ def test_jma_csv_is_read_in_shift_jis_with_columns_in_any_order(tmp_path):
 
 
 def test_csmnc_files_without_recorder_time_are_read(tmp_path):
-    files = FORMS["csmnc"].files(*STEPS)
+    files = TEXT_FORMATS_WITH_WRITERS["csmnc"].file_texts_by_name(*SAMPLES_IN_FORMAT_STEPS)
     files = {n: re.sub(r" *RECORDER TIME.*", "", t).replace("UNCORRECTED", "CORRECTED") for n, t in files.items()}
     record = write_files_and_read_record(tmp_path, files)
     assert_components(record, A / 100, B / 100, C / 100)
@@ -507,7 +520,7 @@ def test_cismid_peaks_follow_the_column_order_and_its_earthquake_date_is_read(tm
 @pytest.mark.parametrize("stated", ["17/08/1999 00:01:39.07 (GMT)", "1999/08/17 00:01:39 (GMT)", "17/08/1999 00:01:39"])
 def test_nsmn_dates_may_begin_with_the_day_or_the_year(tmp_path, stated):
     """Regression: an origin with the year first was not read."""
-    (text,) = FORMS["nsmn"].files(*STEPS).values()
+    (text,) = TEXT_FORMATS_WITH_WRITERS["nsmn"].file_texts_by_name(*SAMPLES_IN_FORMAT_STEPS).values()
     assert "17/08/1999 00:01:39.07 (GMT)" in text
     record = write_files_and_read_record(tmp_path, text.replace("17/08/1999 00:01:39.07 (GMT)", stated))
     assert record.extra["origin_time"] == "1999-08-17T00:01:39Z"
@@ -574,7 +587,10 @@ def test_cosmos_axis_text_is_compared_with_its_code(tmp_path, begins):
     """Regression: the axis in the text after `Sta Cha:` was not read, only the code."""
 
     def cosmos_text_with_axis_codes(**codes: int) -> str:
-        axes = {name: (codes.get(name.split()[0], code), x) for (name, code), x in zip(TURNED, (A, B, C), strict=True)}
+        axes = {
+            name: (codes.get(name.split()[0], code), x)
+            for (name, code), x in zip(ROTATED_AXIS_NAMES_AND_CODES, (A, B, C), strict=True)
+        }
         return re.sub(r"Sta Cha:  (\d)", lambda number: begins.format(number[1]), cosmos_text(axes, 0.01))
 
     record = write_files_and_read_record(tmp_path, cosmos_text_with_axis_codes())
@@ -591,7 +607,9 @@ def test_cosmos_axis_text_is_compared_with_its_code(tmp_path, begins):
 
 
 def test_cosmos_unit_text_is_compared_with_its_code(tmp_path):
-    text = cosmos_text({name: (code, x) for (name, code), x in zip(TURNED, (A, B, C), strict=True)}, 0.01)
+    text = cosmos_text(
+        {name: (code, x) for (name, code), x in zip(ROTATED_AXIS_NAMES_AND_CODES, (A, B, C), strict=True)}, 0.01
+    )
     assert_components(
         write_files_and_read_record(tmp_path, text.replace("=cm/sec2(04)", "=cm/sec^2 (04)")),
         *project_to_north_and_east(A / 100, 340, B / 100, 70),
@@ -601,10 +619,14 @@ def test_cosmos_unit_text_is_compared_with_its_code(tmp_path):
         write_files_and_read_record(tmp_path, text.replace("units=cm/sec2(04)", "units=g(04)"))
 
 
-@pytest.mark.parametrize(("clock", "start"), [("UTC", OF_COSMOS["start"]), ("GMT", OF_COSMOS["start"]), ("PDT", None)])
+@pytest.mark.parametrize(
+    ("clock", "start"), [("UTC", COSMOS_RECORD_FIELDS["start"]), ("GMT", COSMOS_RECORD_FIELDS["start"]), ("PDT", None)]
+)
 def test_cosmos_start_time_is_used_only_if_its_clock_is_utc(tmp_path, clock, start):
     """Regression: local time was read as UTC, seven hours early."""
-    text = cosmos_text({name: (code, x) for (name, code), x in zip(TURNED, (A, B, C), strict=True)}, 0.01)
+    text = cosmos_text(
+        {name: (code, x) for (name, code), x in zip(ROTATED_AXIS_NAMES_AND_CODES, (A, B, C), strict=True)}, 0.01
+    )
     assert (
         write_files_and_read_record(tmp_path, text.replace("20:53:04.400 UTC", f"20:53:04.400 {clock}")).start == start
     )
@@ -679,8 +701,11 @@ def test_unam_files_are_read_only_in_gal(tmp_path, unit, known):
 )
 def test_station_coordinates_with_sign_and_letter_or_out_of_range_are_checked(tmp_path, form, old, new, place):
     """Regression: a minus sign next to S or W moved a station to the other hemisphere."""
-    files = {name: text.replace(old, new) for name, text in FORMS[form].files(*STEPS).items()}
-    assert files != FORMS[form].files(*STEPS)
+    files = {
+        name: text.replace(old, new)
+        for name, text in TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*SAMPLES_IN_FORMAT_STEPS).items()
+    }
+    assert files != TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*SAMPLES_IN_FORMAT_STEPS)
     record = write_files_and_read_record(tmp_path, files)
     if place == ():  # is not stated
         assert record.latitude is None
@@ -690,7 +715,7 @@ def test_station_coordinates_with_sign_and_letter_or_out_of_range_are_checked(tm
 
 
 def test_epicentres_with_sign_and_letter_or_out_of_range_are_checked(tmp_path):
-    (text,) = FORMS["csmip2"].files(*STEPS).values()
+    (text,) = TEXT_FORMATS_WITH_WRITERS["csmip2"].file_texts_by_name(*SAMPLES_IN_FORMAT_STEPS).values()
     for stated, longitude in (("-117.60W", -117.6), ("417.60W", None)):
         spoilt = text.replace("35.77N,117.60W", f"35.77N,{stated}")
         assert spoilt != text

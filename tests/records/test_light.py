@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
+DEFAULT_RECORD_TABLE_PATH = Path(__file__).parents[2] / "config" / "records.tsv"
 HEAVY_PACKAGES = {"xarray", "pandas", "scipy", "matplotlib", "numba", "dask", "snakemake"}
 READING_CODE = f"""
 from pathlib import Path
@@ -14,7 +14,7 @@ from overturning.records.catalogue import read_record_table
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
 from overturning.records.store import read_record_from_motion_file, write_record_to_motion_file
-record = process_record(read_record(read_record_table({str(TABLE)!r})["rinaldi"], Path()), None)
+record = process_record(read_record(read_record_table({str(DEFAULT_RECORD_TABLE_PATH)!r})["rinaldi"], Path()), None)
 """
 STORING_CODE = """
 import tempfile
@@ -24,19 +24,19 @@ with tempfile.TemporaryDirectory() as folder:
 """
 
 
-PRINT_IMPORTED_PACKAGES = "import sys\nprint(*sorted({m.split('.')[0] for m in sys.modules}))\n"
+CODE_PRINTING_IMPORTED_PACKAGES = "import sys\nprint(*sorted({m.split('.')[0] for m in sys.modules}))\n"
 
 
 @pytest.fixture(scope="module")
-def imported_packages() -> list[set[str]]:
+def packages_imported_by_reading_and_storing() -> list[set[str]]:
     """Packages that a new process has imported after it has read a record, and after it has stored it."""
-    code = READING_CODE + PRINT_IMPORTED_PACKAGES + STORING_CODE + PRINT_IMPORTED_PACKAGES
+    code = READING_CODE + CODE_PRINTING_IMPORTED_PACKAGES + STORING_CODE + CODE_PRINTING_IMPORTED_PACKAGES
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     return [set(line.split()) for line in done.stdout.splitlines()]
 
 
 @pytest.mark.parametrize(("after", "also"), [(0, {"obspy", "netCDF4"}), (1, {"obspy"})], ids=["read", "store"])
-def test_reading_or_storing_a_record_imports_no_heavy_package(imported_packages, after, also):
-    assert len(imported_packages) == 2
-    assert {"numpy", "overturning"} <= imported_packages[after]
-    assert not (HEAVY_PACKAGES | also) & imported_packages[after]
+def test_reading_or_storing_a_record_imports_no_heavy_package(packages_imported_by_reading_and_storing, after, also):
+    assert len(packages_imported_by_reading_and_storing) == 2
+    assert {"numpy", "overturning"} <= packages_imported_by_reading_and_storing[after]
+    assert not (HEAVY_PACKAGES | also) & packages_imported_by_reading_and_storing[after]

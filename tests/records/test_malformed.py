@@ -22,24 +22,26 @@ from overturning.records.source import SourceFile
 from tests.bounds import limited_time_and_memory
 from tests.expect import expect_error
 from tests.records.malformed_corpus import (
-    COUNTS,
+    SAMPLES_IN_COUNTS,
     UNDETECTABLE_MUTATIONS,
-    VALID_FILES,
+    VALID_FILES_AND_HEADER_LINE_COUNTS,
     named_mutations_of_first_file_of_format,
 )
 from tests.records.seed_writers import write_mseed, write_sac, write_stationxml_of_channels
 
-OPTIONS = DeclaredFileProperties(unit="gal")
+DECLARED_UNIT_GAL = DeclaredFileProperties(unit="gal")
 
-MUTATIONS = {form: dict(named_mutations_of_first_file_of_format(form)) for form in VALID_FILES}
+TEXT_FILE_MUTATIONS_BY_FORMAT = {
+    form: dict(named_mutations_of_first_file_of_format(form)) for form in VALID_FILES_AND_HEADER_LINE_COUNTS
+}
 
 
 HARMLESS_MUTATIONS = ("BOM", "CRLF", "CR CRLF", "CR", "UTF-16", "DOS end of file", "zeros behind", "blank lines behind")
 
 
 def test_at_least_2126_text_mutations_and_19_byte_mutations_exist():
-    assert sum(map(len, MUTATIONS.values())) >= 2126
-    assert len(BYTES) >= 19
+    assert sum(map(len, TEXT_FILE_MUTATIONS_BY_FORMAT.values())) >= 2126
+    assert len(BINARY_FILE_MUTATIONS) >= 19
 
 
 def is_same_motion(record: Record, good: Record) -> bool:
@@ -55,8 +57,8 @@ def is_same_motion(record: Record, good: Record) -> bool:
 
 def write_valid_files(folder: Path, form: str) -> list[Path]:
     """Write the undamaged files of a format and return their paths."""
-    paths = [folder / name for name in VALID_FILES[form][0]]
-    for path, text in zip(paths, VALID_FILES[form][0].values(), strict=True):
+    paths = [folder / name for name in VALID_FILES_AND_HEADER_LINE_COUNTS[form][0]]
+    for path, text in zip(paths, VALID_FILES_AND_HEADER_LINE_COUNTS[form][0].values(), strict=True):
         path.write_bytes(text.encode())
     return paths
 
@@ -74,7 +76,7 @@ def describe_wrong_reading_of_mutated_files(paths: list[Path], good: Record, new
     """
     try:
         with limited_time_and_memory():
-            record = read_record_without_processing(paths, OPTIONS)
+            record = read_record_without_processing(paths, DECLARED_UNIT_GAL)
     except OverturningError as problem:
         message = str(problem)
         if not any(path.name in message for path in paths):
@@ -86,13 +88,16 @@ def describe_wrong_reading_of_mutated_files(paths: list[Path], good: Record, new
     return "" if told or is_same_motion(record, good) else "read without a word, but not the numbers of the whole file"
 
 
-@pytest.mark.parametrize("form", MUTATIONS)
+@pytest.mark.parametrize("form", TEXT_FILE_MUTATIONS_BY_FORMAT)
 def test_a_mutated_text_file_is_refused_by_name_or_read_correctly(tmp_path, form):
     paths = write_valid_files(tmp_path, form)
-    good, whole = read_record_without_processing(paths, OPTIONS), VALID_FILES[form][0][paths[0].name]
+    good, whole = (
+        read_record_without_processing(paths, DECLARED_UNIT_GAL),
+        VALID_FILES_AND_HEADER_LINE_COUNTS[form][0][paths[0].name],
+    )
     objections: dict[str, str] = {}
     read: dict[bytes, str] = {}  # Mutations may make the same file, as of the digits in a line without digits.
-    for name, change in MUTATIONS[form].items():
+    for name, change in TEXT_FILE_MUTATIONS_BY_FORMAT[form].items():
         if (
             name in UNDETECTABLE_MUTATIONS.get(form, ()) or name in HARMLESS_MUTATIONS
         ):  # The latter are all read right: see below.
@@ -105,23 +110,26 @@ def test_a_mutated_text_file_is_refused_by_name_or_read_correctly(tmp_path, form
     assert {name: what for name, what in objections.items() if what} == {}
 
 
-@pytest.mark.parametrize("form", VALID_FILES)
+@pytest.mark.parametrize("form", VALID_FILES_AND_HEADER_LINE_COUNTS)
 def test_other_encodings_and_line_ends_do_not_change_a_record(tmp_path, form):
     paths = write_valid_files(tmp_path, form)
-    good, whole = read_record_without_processing(paths, OPTIONS), VALID_FILES[form][0][paths[0].name]
+    good, whole = (
+        read_record_without_processing(paths, DECLARED_UNIT_GAL),
+        VALID_FILES_AND_HEADER_LINE_COUNTS[form][0][paths[0].name],
+    )
     for name in HARMLESS_MUTATIONS:
-        replace_file(paths[0], MUTATIONS[form][name](whole))
+        replace_file(paths[0], TEXT_FILE_MUTATIONS_BY_FORMAT[form][name](whole))
         with limited_time_and_memory():
-            record = read_record_without_processing(paths, OPTIONS)
+            record = read_record_without_processing(paths, DECLARED_UNIT_GAL)
         assert is_same_motion(record, good), name
 
 
-@pytest.mark.parametrize("form", VALID_FILES)
+@pytest.mark.parametrize("form", VALID_FILES_AND_HEADER_LINE_COUNTS)
 def test_a_randomly_damaged_file_gives_a_named_error_or_a_record(form):
     """Random changes, losses, additions and moves of bytes cause only the documented exceptions."""
     throw = dice.Random(form)
     letters = b"0123456789 .-+EeNaf*\n\r\t,:/()=|#\x00\xff\x80ABCD"
-    texts = {name: text.encode() for name, text in VALID_FILES[form][0].items()}
+    texts = {name: text.encode() for name, text in VALID_FILES_AND_HEADER_LINE_COUNTS[form][0].items()}
     spoilt = next(iter(texts))
     for _ in range(60):
         data = bytearray(texts[spoilt])
@@ -140,7 +148,7 @@ def test_a_randomly_damaged_file_gives_a_named_error_or_a_record(form):
         sources = [SourceFile(name, bytes(data) if name == spoilt else text) for name, text in texts.items()]
         try:
             with limited_time_and_memory():
-                assemble_record(read_components(sources, OPTIONS), "x")
+                assemble_record(read_components(sources, DECLARED_UNIT_GAL), "x")
         except OverturningError as problem:
             message = str(problem)
             if not any(name in message for name in texts):
@@ -151,16 +159,16 @@ def write_binary_file_and_its_companion(folder: Path, form: str) -> tuple[Path, 
     """Write a binary file to mutate and the file that belongs to it, such as the metadata of waveforms."""
     if form == "miniseed":
         other = write_stationxml_of_channels(folder / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)})
-        counts = [np.repeat(c, 10) for c in COUNTS]
+        counts = [np.repeat(c, 10) for c in SAMPLES_IN_COUNTS]
         return write_mseed(folder / "x.mseed", {"HNN": counts[0], "HNE": counts[1]}), other
     if form == "stationxml":
-        other = write_mseed(folder / "x.mseed", {"HNN": COUNTS[0], "HNE": COUNTS[1]})
+        other = write_mseed(folder / "x.mseed", {"HNN": SAMPLES_IN_COUNTS[0], "HNE": SAMPLES_IN_COUNTS[1]})
         return write_stationxml_of_channels(folder / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)}), other
-    other = write_sac(folder / "b.sac", COUNTS[1] / 1e3, "HNE", 90.0, 90.0)
-    return write_sac(folder / "a.sac", COUNTS[0] / 1e3, "HNN", 0.0, 90.0), other
+    other = write_sac(folder / "b.sac", SAMPLES_IN_COUNTS[1] / 1e3, "HNE", 90.0, 90.0)
+    return write_sac(folder / "a.sac", SAMPLES_IN_COUNTS[0] / 1e3, "HNN", 0.0, 90.0), other
 
 
-BYTES: dict[str, Callable[[bytes], bytes]] = {
+BINARY_FILE_MUTATIONS: dict[str, Callable[[bytes], bytes]] = {
     **{f"cut at {p} %": (lambda d, p=p: d[: len(d) * p // 100]) for p in (1, 5, 10, 25, 50, 75, 90, 95, 99)},
     "one byte cut": lambda d: d[:-1],
     "one byte more": lambda d: d + b"\0",
@@ -179,9 +187,9 @@ BYTES: dict[str, Callable[[bytes], bytes]] = {
 @pytest.mark.filterwarnings("ignore::UserWarning", "ignore::obspy.io.mseed.InternalMSEEDWarning")
 def test_a_mutated_binary_file_is_refused_by_name_or_read_correctly(tmp_path, form):
     path, other = write_binary_file_and_its_companion(tmp_path, form)
-    good, whole = read_record_without_processing([path, other], OPTIONS), path.read_bytes()
+    good, whole = read_record_without_processing([path, other], DECLARED_UNIT_GAL), path.read_bytes()
     objections = {}
-    for name, change in BYTES.items():
+    for name, change in BINARY_FILE_MUTATIONS.items():
         replace_file(path, change(whole))
         objections[name] = describe_wrong_reading_of_mutated_files([path, other], good, newlines=2)  # ObsPy's own words
     assert {name: what for name, what in objections.items() if what} == {}

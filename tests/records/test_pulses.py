@@ -22,7 +22,7 @@ def pulse_times_acceleration_and_parameters(line: str):
     pulse = parse_pulse(line)
     record = record_of_pulse(pulse)
     time = np.arange(record.north.size) * record.sampling_interval - pulse.before_s
-    return time, Motion.of(record).along(pulse.azimuth_deg), pulse
+    return time, Motion.of(record).acceleration_along(pulse.azimuth_deg), pulse
 
 
 def test_a_pulse_line_in_the_record_table_becomes_a_record(tmp_path):
@@ -31,8 +31,8 @@ def test_a_pulse_line_in_the_record_table_becomes_a_record(tmp_path):
     )
     record = read_record(entry, tmp_path)
     motion = Motion.of(record)
-    assert np.abs(motion.along(60)).max() == pytest.approx(3.0, rel=1e-12)
-    assert np.abs(motion.along(150)).max() < 1e-12
+    assert np.abs(motion.acceleration_along(60)).max() == pytest.approx(3.0, rel=1e-12)
+    assert np.abs(motion.acceleration_along(150)).max() < 1e-12
     assert (record.record_id, record.event, record.up) == ("sine", "made", None)
     assert read_record(entry, tmp_path).sha256 == record.sha256
     assert processing_label(record) == "synthetic"  # a formula is no agency that has processed a recording

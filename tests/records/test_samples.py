@@ -17,26 +17,28 @@ from overturning.records.source import has_non_record_name
 from overturning.records.steps import RemoveMean
 
 ROOT = Path(__file__).parents[2]
-SAMPLES = Path(os.environ.get("OVERTURNING_SAMPLE_RECORDS", ROOT.parent / "shared" / "records"))
-pytestmark = pytest.mark.skipif(not SAMPLES.is_dir(), reason=f"no folder of sample records ({SAMPLES})")
+SAMPLE_RECORD_FOLDER = Path(os.environ.get("OVERTURNING_SAMPLE_RECORDS", ROOT.parent / "shared" / "records"))
+pytestmark = pytest.mark.skipif(
+    not SAMPLE_RECORD_FOLDER.is_dir(), reason=f"no folder of sample records ({SAMPLE_RECORD_FOLDER})"
+)
 
 
 def test_the_geonet_te_mara_record_has_its_published_peaks():
     """Kaikoura 2016, WTMC: axes N28W and S62W, 974 and 797 Gal."""
-    record = read_record_without_processing(SAMPLES / "20161113_110259_WTMC_20.V2A")
+    record = read_record_without_processing(SAMPLE_RECORD_FOLDER / "20161113_110259_WTMC_20.V2A")
     motion = Motion.of(record)
-    assert np.abs(motion.along(332)).max() * 100 == pytest.approx(973.31, abs=0.01)
-    assert np.abs(motion.along(242)).max() * 100 == pytest.approx(796.64, abs=0.01)
-    assert np.abs(motion.along(62)).max() * 100 == pytest.approx(796.64, abs=0.01)
+    assert np.abs(motion.acceleration_along(332)).max() * 100 == pytest.approx(973.31, abs=0.01)
+    assert np.abs(motion.acceleration_along(242)).max() * 100 == pytest.approx(796.64, abs=0.01)
+    assert np.abs(motion.acceleration_along(62)).max() * 100 == pytest.approx(796.64, abs=0.01)
     # the signed peak of N28W is −9733.1 mm/s² at 44.88 s of the buffer, before which 250 samples are put: the sense
     # is kept
-    assert motion.along(332)[250 + round(44.88 / 0.02)] * 1000 == pytest.approx(-9733.1, abs=0.05)
+    assert motion.acceleration_along(332)[250 + round(44.88 / 0.02)] * 1000 == pytest.approx(-9733.1, abs=0.05)
     assert record.start == "2016-11-13T11:02:14.715Z"
 
 
 def test_raw_and_processed_geonet_records_agree():
-    raw = read_record_without_processing(SAMPLES / "20161113_110313_THZ_20.V1A")
-    done = read_record_without_processing(SAMPLES / "20161113_110313_THZ_20.V2A")
+    raw = read_record_without_processing(SAMPLE_RECORD_FOLDER / "20161113_110313_THZ_20.V1A")
+    done = read_record_without_processing(SAMPLE_RECORD_FOLDER / "20161113_110313_THZ_20.V2A")
     assert np.abs(raw.east).max() * 100 == pytest.approx(39.97, abs=0.01)
     assert np.abs(done.east).max() * 100 == pytest.approx(35.78, abs=0.01)
     ahead = (datetime.fromisoformat(str(raw.start)) - datetime.fromisoformat(str(done.start))).total_seconds()
@@ -46,14 +48,14 @@ def test_raw_and_processed_geonet_records_agree():
 
 
 def test_three_smc_files_become_one_record():
-    record = read_record_without_processing(SAMPLES / "0111a.smc")
+    record = read_record_without_processing(SAMPLE_RECORD_FOLDER / "0111a.smc")
     assert record.up is not None
     assert np.abs(record.north).max() * 100 == pytest.approx(104.41, abs=0.01)
     assert np.abs(record.east).max() * 100 == pytest.approx(70.44, abs=0.01)
 
 
 def test_csmip_channels_of_different_length_are_cut():
-    record = read_record_without_processing(SAMPLES / "CICLC.v1")
+    record = read_record_without_processing(SAMPLE_RECORD_FOLDER / "CICLC.v1")
     assert record.north.size == 31932
     assert record.processing[0]["left_out_s"] == pytest.approx(2.58)
     assert "trusted" not in record.extra
@@ -63,7 +65,7 @@ def test_csmip_channels_of_different_length_are_cut():
 
 
 def test_records_check_gives_a_record_or_a_reason_for_every_example_file():
-    files = sorted(p for p in SAMPLES.iterdir() if p.is_file() and not has_non_record_name(p))
+    files = sorted(p for p in SAMPLE_RECORD_FOLDER.iterdir() if p.is_file() and not has_non_record_name(p))
     findings = check_records_in_files(files)
     named = {name for finding in findings for name in finding.files}
     assert named == {p.name for p in files}
@@ -74,7 +76,9 @@ def test_records_check_gives_a_record_or_a_reason_for_every_example_file():
     assert {"0111a.smc", "0111b.smc", "0111c.smc", "20161113_110259_WTMC_20.V2A"} <= read
 
 
-TTRH02_FILES = [p for folder in (SAMPLES, ROOT / "resources" / "records") for p in folder.glob("TTRH020010061330*")]
+TTRH02_FILES = [
+    p for folder in (SAMPLE_RECORD_FOLDER, ROOT / "resources" / "records") for p in folder.glob("TTRH020010061330*")
+]
 
 if TTRH02_FILES:
 

@@ -29,11 +29,11 @@ from tests.records.seed_writers import (
 quick_examples = settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))
 random = np.random.default_rng(11)
 N, E, Z = (random.integers(-400_000, 400_000, 500) for _ in range(3))
-CHANNELS = {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
+CHANNEL_AZIMUTHS_AND_DIPS = {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
 
 
 def test_miniseed_is_read_with_the_stationxml_in_its_folder(tmp_path):
-    write_stationxml_of_channels(tmp_path / "XX.TST1.xml", CHANNELS)
+    write_stationxml_of_channels(tmp_path / "XX.TST1.xml", CHANNEL_AZIMUTHS_AND_DIPS)
     (tmp_path / "other.xml").write_text("<notes>not about stations</notes>")
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z})
     record = read_record_without_processing(path)
@@ -62,7 +62,7 @@ def test_the_orientation_of_miniseed_channels_comes_from_the_stationxml(tmp_path
 
 
 def test_channels_of_two_location_codes_are_refused_as_one_record(tmp_path):
-    both = {f"{location}.{code}": axes for location in ("00", "10") for code, axes in CHANNELS.items()}
+    both = {f"{location}.{code}": axes for location in ("00", "10") for code, axes in CHANNEL_AZIMUTHS_AND_DIPS.items()}
     write_stationxml_of_channels(tmp_path / "s.xml", both)
     mixed = write_mseed(tmp_path / "x.mseed", {"00.HNN": N, "10.HNE": E})
     with expect_error(RecordError, "components of '00' and '10'; they are not of one record"):
@@ -117,9 +117,11 @@ def test_stations_in_one_miniseed_file_become_separate_records(tmp_path, later):
     )
     stream.write(str(tmp_path / "x.mseed"), format="MSEED")
     for name in motions:
-        write_stationxml_of_channels(tmp_path / f"{name}.xml", CHANNELS, station=name)
+        write_stationxml_of_channels(tmp_path / f"{name}.xml", CHANNEL_AZIMUTHS_AND_DIPS, station=name)
     found = check_records_in_files([tmp_path])
-    assert [[one.axis for one in each.components] for each in found] == [list(motion) for motion in motions.values()]
+    assert [[one.axis_name for one in each.components] for each in found] == [
+        list(motion) for motion in motions.values()
+    ]
     assert found[0].record is None
     for each, motion in zip(found[1:], list(motions.values())[1:], strict=True):
         np.testing.assert_allclose(each.record.north, motion["HNN"] / 4e5, rtol=1e-12)
@@ -206,7 +208,7 @@ def test_sac_components_of_different_stations_or_unknown_start_are_refused(tmp_p
 
 def test_a_channel_that_ends_before_the_strong_motion_is_refused(tmp_path):
     """Regression: all components were cut to the shortest one without a note, 4 Gal of a motion of 100."""
-    write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS)
+    write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS)
     rise = np.linspace(0, 1, N.size) ** 2
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N * rise, "HNE": E * rise, "HNZ": (Z * rise)[:100]})
     with expect_error(RecordError, "HNZ breaks off after 100 of 500 samples, before the largest motion along HN"):
@@ -223,7 +225,7 @@ def test_a_channel_that_ends_before_the_strong_motion_is_refused(tmp_path):
 def test_miniseed_with_gaps_is_refused(tmp_path):
     import obspy
 
-    write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS)
+    write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS)
     pieces = [
         trace_of_samples(N[:200].astype(np.int32), "HNN"),
         trace_of_samples(N[300:].astype(np.int32), "HNN", start=START + 3.0),
@@ -237,7 +239,7 @@ def test_miniseed_with_gaps_is_refused(tmp_path):
 @pytest.mark.parametrize("at", [200, 300, 400])
 def test_miniseed_with_wrong_check_values_is_refused_unless_trusted(tmp_path, at):
     """Regression: a changed byte among differences of samples shifted all later samples, with a note alone."""
-    write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS)
+    write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS)
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
     data = bytearray(path.read_bytes())
     data[at] ^= 0x10
@@ -400,12 +402,12 @@ def test_sac_other_than_evenly_sampled_accelerations_is_refused(tmp_path, word, 
 
 @pytest.mark.parametrize(("unit", "scale"), [("M/S**2", 1.0), ("CM/S**2", 0.01), ("G", 9.80665)])
 def test_the_unit_of_sac_samples_is_read_from_stationxml(tmp_path, unit, scale):
-    write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS, gain=4e5, unit=unit)
+    write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS, gain=4e5, unit=unit)
     paths = [write_sac(tmp_path / f"{name}.sac", x, name, 0.0, 90.0) for name, x in (("HNN", N), ("HNE", E))]
     np.testing.assert_allclose(
         read_record_without_processing([*paths, tmp_path / "s.xml"]).north, N / 4e5 * scale, rtol=1e-6
     )
-    write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS, unit="V")
+    write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS, unit="V")
     with expect_error(RecordError, "HNN.sac", "V in the StationXML"):
         read_record_without_processing([*paths, tmp_path / "s.xml"])
 

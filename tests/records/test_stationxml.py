@@ -19,7 +19,7 @@ from tests.records.seed_writers import START, write_mseed, write_sac, write_stat
 
 random = np.random.default_rng(11)
 N, E, Z = (random.integers(-400_000, 400_000, 500) for _ in range(3))
-CHANNELS = {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
+CHANNEL_AZIMUTHS_AND_DIPS = {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
 
 
 def replace_channel_gains_in_stationxml(metadata, gain):
@@ -31,7 +31,9 @@ def replace_channel_gains_in_stationxml(metadata, gain):
 @pytest.mark.parametrize(("factor", "noted"), [(1.0, ""), (1.004, ""), (1.006, "0.6"), (1.025, "2.5"), (0.96, "4.2")])
 def test_a_gain_that_differs_slightly_from_its_stages_is_noted(tmp_path, factor, noted):
     """Regression: differences of up to 5 % were read without a note."""
-    replace_channel_gains_in_stationxml(write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS), 400_000 * factor)
+    replace_channel_gains_in_stationxml(
+        write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS), 400_000 * factor
+    )
     record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E}))
     np.testing.assert_allclose(record.north, N / (400_000 * factor), rtol=1e-12)
     gain = f"{400_000 * factor:g}"
@@ -44,7 +46,7 @@ def test_a_gain_that_differs_slightly_from_its_stages_is_noted(tmp_path, factor,
 
 def test_a_velocity_sensor_gain_that_differs_from_its_stages_is_noted(tmp_path, capfd):
     """Regression: evalresp printed three lines on the terminal for each channel, and the record had no note."""
-    channels = {code.replace("HN", "HH"): direction for code, direction in CHANNELS.items()}
+    channels = {code.replace("HN", "HH"): direction for code, direction in CHANNEL_AZIMUTHS_AND_DIPS.items()}
     metadata = write_stationxml_of_channels(tmp_path / "s.xml", channels, gain=7.9e8, unit="M/S", broadband=True)
     replace_channel_gains_in_stationxml(metadata, 4e8)
     waves = write_mseed(tmp_path / "x.mseed", {code: x // 10 for code, x in zip(channels, (N, E, Z), strict=True)})
@@ -122,7 +124,7 @@ def test_gains_are_not_compared_where_the_response_is_zero():
 @pytest.mark.parametrize("factor", [10.0, 2.0, 1.06, 0.1])
 def test_a_channel_gain_that_its_response_stages_contradict_is_refused(tmp_path, factor):
     """Regression: a gain wrong by a factor of ten only gave a warning."""
-    metadata = write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS)
+    metadata = write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS)
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
     assert read_record_without_processing(waves).notes == []
     replace_channel_gains_in_stationxml(metadata, 400_000 * factor)
@@ -137,7 +139,8 @@ def test_a_channel_gain_that_its_response_stages_contradict_is_refused(tmp_path,
 def test_two_matching_stationxml_epochs_that_differ_are_refused(tmp_path):
     """An epoch without an end: obspy uses the first that fits, here with a quarter of the correct gain."""
     older, newer = (
-        obspy.read_inventory(write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS, gain=g)) for g in (1e5, 4e5)
+        obspy.read_inventory(write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS, gain=g))
+        for g in (1e5, 4e5)
     )
     for inventory, year in ((older, 1990), (newer, 2000)):
         for channel in inventory[0][0]:
@@ -163,7 +166,8 @@ def test_two_matching_stationxml_epochs_that_differ_are_refused(tmp_path):
 def test_a_response_change_within_the_trace_is_refused(tmp_path):
     """Regression: a gain that changes 2 s after the start was ignored. The end of an epoch alone is no change."""
     older, newer = (
-        obspy.read_inventory(write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS, gain=g)) for g in (1e5, 4e5)
+        obspy.read_inventory(write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS, gain=g))
+        for g in (1e5, 4e5)
     )
     for channel in older[0][0]:
         channel.end_date = START + 2
@@ -181,7 +185,7 @@ def test_a_response_change_within_the_trace_is_refused(tmp_path):
 
 
 def test_a_stationxml_unit_that_its_first_stage_contradicts_is_refused(tmp_path):
-    metadata = write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS)
+    metadata = write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS)
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
     inventory = obspy.read_inventory(metadata)
     for channel in inventory[0][0]:
@@ -199,7 +203,7 @@ def test_a_stationxml_unit_that_its_first_stage_contradicts_is_refused(tmp_path)
 @pytest.mark.parametrize(("rate", "contradicts"), [(100.5, False), (200.0, True), (50.0, True)])
 def test_a_sampling_rate_that_the_stationxml_contradicts_is_refused(tmp_path, rate, contradicts):
     """Regression: the StationXML of another epoch, or a wrong rate in the file, was not noticed."""
-    write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS, rate=100.0)
+    write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS, rate=100.0)
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E}, rate=rate)
     assert read_record_without_processing(path, DeclaredFileProperties(trust_data=True)).north.size == N.size
     if contradicts:
@@ -210,13 +214,13 @@ def test_a_sampling_rate_that_the_stationxml_contradicts_is_refused(tmp_path, ra
 
 
 def test_a_negative_channel_gain_reverses_the_polarity_with_a_note(tmp_path):
-    write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS, gain=-4e5)
+    write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS, gain=-4e5)
     record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z}))
     np.testing.assert_allclose(record.north, -N / 4e5, rtol=1e-12)
     np.testing.assert_allclose(record.up, -Z / 4e5, rtol=1e-12)
     assert len(record.notes) == 3
     assert all("a negative gain, -400000" in note for note in record.notes)
-    write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS, gain=0.0)
+    write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS, gain=0.0)
     with expect_error(RecordError, "HNN has a gain of 0.0; correct the StationXML"):
         read_record_without_processing(tmp_path / "x.mseed")
 
@@ -269,7 +273,7 @@ def test_units_in_stationxml_are_read_in_every_spelling(unit, scale):
 )
 def test_an_unknown_orientation_in_stationxml_is_not_read_as_north(tmp_path, text):
     """GeoNet writes azimuths of 0 and 90 next to this comment."""
-    path = write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS)
+    path = write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS)
     inventory = obspy.read_inventory(path)
     for channel in inventory[0][0]:
         channel.comments = [obspy.core.inventory.Comment(text)]
@@ -287,7 +291,7 @@ def test_channel_codes_name_the_axes_if_sac_and_stationxml_do_not(tmp_path):
     """SAC files from obspy have no CMPAZ. Regression: azimuths in the order of file names made HNE north."""
     files = {
         code: write_sac(tmp_path / f"T.{code}.sac", x / 1e5, code, None, None)
-        for code, x in zip(CHANNELS, (N, E, Z), strict=True)
+        for code, x in zip(CHANNEL_AZIMUTHS_AND_DIPS, (N, E, Z), strict=True)
     }
     record = read_record_without_processing(files["HNE"], DeclaredFileProperties(unit="gal"))
     for samples, truth in zip(record.components, (N, E, Z), strict=True):
@@ -299,7 +303,7 @@ def test_channel_codes_name_the_axes_if_sac_and_stationxml_do_not(tmp_path):
     assert "axis 'HNN' is taken at 90°, as declared; its file says 0°" in turned.notes
     for path in files.values():
         path.unlink()
-    write_stationxml_of_channels(tmp_path / "s.xml", dict.fromkeys(CHANNELS, (None, None)))
+    write_stationxml_of_channels(tmp_path / "s.xml", dict.fromkeys(CHANNEL_AZIMUTHS_AND_DIPS, (None, None)))
     record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNE": E, "HNN": N, "HNZ": Z}))
     np.testing.assert_allclose(record.north, N / 4e5, rtol=1e-12)
     assert sum("the StationXML states no azimuth and dip; the code of" in note for note in record.notes) == 3
@@ -323,9 +327,9 @@ def test_a_channel_code_gives_the_axis_of_a_peer_file(tmp_path):
 
 def test_two_sampling_bands_of_one_sensor_become_two_records(tmp_path):
     """HN? at 100 Hz and BN? at 20 Hz in a folder, as FDSN servers deliver them."""
-    both = CHANNELS | {f"BN{code[2]}": axis for code, axis in CHANNELS.items()}
+    both = CHANNEL_AZIMUTHS_AND_DIPS | {f"BN{code[2]}": axis for code, axis in CHANNEL_AZIMUTHS_AND_DIPS.items()}
     write_stationxml_of_channels(tmp_path / "s.xml", both, rates={"BN": 20.0})
-    for code, samples in zip(CHANNELS, (N, E, Z), strict=True):
+    for code, samples in zip(CHANNEL_AZIMUTHS_AND_DIPS, (N, E, Z), strict=True):
         write_mseed(tmp_path / f"{code}.mseed", {code: samples})
         write_mseed(tmp_path / f"BN{code[2]}.mseed", {f"BN{code[2]}": samples[::5]}, rate=20.0)
     first, second = check_records_in_files([tmp_path])
@@ -337,7 +341,7 @@ def test_two_sampling_bands_of_one_sensor_become_two_records(tmp_path):
 
 
 def test_the_stationxml_of_another_station_does_not_block_a_declared_unit(tmp_path):
-    write_stationxml_of_channels(tmp_path / "other.xml", CHANNELS, station="OTHER")
+    write_stationxml_of_channels(tmp_path / "other.xml", CHANNEL_AZIMUTHS_AND_DIPS, station="OTHER")
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HNE", E, 90.0))]
     (finding,) = check_records_in_files([tmp_path], DeclaredFileProperties(unit="gal"))
     np.testing.assert_allclose(finding.record.north, N / 1e7, atol=1e-8)
@@ -347,7 +351,7 @@ def test_the_stationxml_of_another_station_does_not_block_a_declared_unit(tmp_pa
     with expect_error(RecordError, "HNN", "is not in the StationXML given"):
         read_record_without_processing([*paths, tmp_path / "other.xml"])
     # Its own goes before the declaration, as ever.
-    write_stationxml_of_channels(tmp_path / "own.xml", CHANNELS, gain=1e3)
+    write_stationxml_of_channels(tmp_path / "own.xml", CHANNEL_AZIMUTHS_AND_DIPS, gain=1e3)
     np.testing.assert_allclose(
         read_record_without_processing(paths[0], DeclaredFileProperties(unit="gal")).north, N / 1e8, rtol=1e-6
     )
@@ -355,7 +359,7 @@ def test_the_stationxml_of_another_station_does_not_block_a_declared_unit(tmp_pa
 
 def test_an_obspy_warning_becomes_a_note_on_the_file(tmp_path, monkeypatch):
     """Regression: obspy's warning was printed with its path and source line."""
-    write_stationxml_of_channels(tmp_path / "s.xml", CHANNELS)
+    write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS)
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
     merge = obspy.Stream.merge
 

@@ -14,8 +14,8 @@ from overturning.records.store import (
     write_record_to_motion_file,
 )
 
-samples = arrays(np.float64, 40, elements=st.floats(-50, 50))
-texts = st.text(st.characters(blacklist_categories=("Cs", "Cc")), max_size=12)
+sample_array_strategy = arrays(np.float64, 40, elements=st.floats(-50, 50))
+text_strategy = st.text(st.characters(blacklist_categories=("Cs", "Cc")), max_size=12)
 
 
 def assert_same_record(a: Record, b: Record) -> None:
@@ -30,10 +30,10 @@ def assert_same_record(a: Record, b: Record) -> None:
 
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
-    samples,
-    samples,
-    st.one_of(st.none(), samples),
-    texts,
+    sample_array_strategy,
+    sample_array_strategy,
+    st.one_of(st.none(), sample_array_strategy),
+    text_strategy,
     st.floats(0.0005, 0.1),
     st.one_of(st.none(), st.floats(0, 359)),
 )

@@ -7,7 +7,7 @@ from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 from typing import Any
 
-from tests.expect import skip_or_fail
+from tests.expect import skip_test_unless_skipping_is_forbidden
 
 TIMEOUT_SECONDS = 90
 BROWSER_PROGRAMS = {
@@ -18,7 +18,7 @@ BROWSER_PROGRAMS = {
     ),
     "firefox": (("firefox-esr", "firefox"), "--headless --no-remote --width 1200 --height 900 --profile "),
 }
-SCRIPT_CALLER = """<script>
+SCRIPT_RUNNER_HTML_TEMPLATE = """<script>
 const faults = [];
 addEventListener("error", (event) => faults.push(event.message));
 for (const kind of ["error", "warn"]) console[kind] = (...words) => faults.push(words.join(" "));
@@ -49,7 +49,7 @@ class _PageServerCollectingScriptResults(HTTPServer):
     """HTTP server that sends pages to a browser and collects the results of their scripts by page number."""
 
     pages: list[tuple[str, str]]
-    said: dict[int, dict[str, Any]]
+    script_results_by_page: dict[int, dict[str, Any]]
 
 
 class _PageHandlerStoringScriptResults(BaseHTTPRequestHandler):
@@ -72,7 +72,7 @@ class _PageHandlerStoringScriptResults(BaseHTTPRequestHandler):
         # By page: a browser may load one twice.
         """Store the first result that the script of a page posts."""
         said = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
-        self.server.said.setdefault(int(self.path[1:].partition("?")[0]), said)
+        self.server.script_results_by_page.setdefault(int(self.path[1:].partition("?")[0]), said)
         self.send_response(204)
         self.end_headers()
 
@@ -85,23 +85,26 @@ def run_scripts_in_browser(kind: str, pages: dict[str, tuple[str, str]], profile
     programs, options = BROWSER_PROGRAMS[kind]
     program = next((found for name in programs if (found := shutil.which(name))), None)
     if program is None:
-        skip_or_fail(f"needs one of {', '.join(programs)}")
+        skip_test_unless_skipping_is_forbidden(f"needs one of {', '.join(programs)}")
     profile.mkdir()
     with _PageServerCollectingScriptResults(("127.0.0.1", 0), _PageHandlerStoringScriptResults) as server:
-        server.said, server.timeout = {}, 1.0
+        server.script_results_by_page, server.timeout = {}, 1.0
         scripts = (script for _, script in pages.values())
-        callers = [SCRIPT_CALLER.replace("SCRIPT", one).replace("NEXT", str(n)) for n, one in enumerate(scripts, 1)]
+        callers = [
+            SCRIPT_RUNNER_HTML_TEMPLATE.replace("SCRIPT", one).replace("NEXT", str(n))
+            for n, one in enumerate(scripts, 1)
+        ]
         server.pages = [(page, caller) for (page, _), caller in zip(pages.values(), callers, strict=True)]
         command = [program, *f"{options}{profile}".split(), f"http://127.0.0.1:{server.server_port}/0"]
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
             for _ in range(TIMEOUT_SECONDS):
                 server.handle_request()
-                if len(server.said) == len(pages):
+                if len(server.script_results_by_page) == len(pages):
                     break
         finally:
             process.terminate()
             process.wait()
-    said = {name: server.said[number] for number, name in enumerate(pages)}
+    said = {name: server.script_results_by_page[number] for number, name in enumerate(pages)}
     assert {name: one["faults"] for name, one in said.items()} == {name: [] for name in pages}
     return {name: one.get("said") for name, one in said.items()}

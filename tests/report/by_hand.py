@@ -8,7 +8,9 @@ from overturning.surveys.stones import OCTANTS
 SHARE_OF_CHANGED_CASES = {"count": 3, "compared": 400, "value": 0.0075, "low": 0.0025, "high": 0.0218}
 
 
-def estimate(value: float | None, low: float | None = None, high: float | None = None, n: int = 12) -> dict[str, Any]:
+def estimate_finding(
+    value: float | None, low: float | None = None, high: float | None = None, n: int = 12
+) -> dict[str, Any]:
     """Return an estimate (value, interval, number of earthquakes) in the form in which findings store it."""
     return {"statistic": "by hand", "value": value, "low": low, "high": high, "earthquakes": n}
 
@@ -26,7 +28,7 @@ def fall_axis_findings_of_group(name: str, alignment: dict[str, Any]) -> dict[st
         "no_common_axis_p_value": 0.31,
         "earthquakes_with_axis": 12,
         "axes_within_45_of_normal": 9,
-        "axis_resultant_within_record": estimate(0.73, 0.66, 0.79),
+        "axis_resultant_within_record": estimate_finding(0.73, 0.66, 0.79),
         "by_earthquake": [
             {"event": "Upper Vale", "alignment": 0.52, "resultant": 0.62, "axis_from_normal_deg": 17.0},
             {"event": "Lower Vale", "alignment": -0.37, "resultant": 0.42, "axis_from_normal_deg": 61.0},
@@ -45,15 +47,17 @@ def variant_comparison_findings(**changes: Any) -> dict[str, Any]:
     parts = {
         "variant": "other", "primary": True, "scene_here": "stack", "scene_there": "monolith", "differs_in": ["scene"],
         "element_here": "stone", "element_there": "stone", "soil_thickness_m": None,
-        "records": 14, "cases_not_compared": 23, "share_overturned_study": estimate(0.384, 0.203, 0.557),
-        "share_overturned_variant": estimate(0.116, 0.042, 0.263), "share_difference": estimate(0.268, 0.137, 0.391),
-        "only_study_overturns": estimate(0.271, 0.142, 0.401), "only_variant_overturns": estimate(0.013, 0.004, 0.029),
-        "both_overturn": estimate(0.109, 0.037, 0.247), "same_direction": estimate(0.86, 0.74, 0.92),
-        "first_in_study": estimate(0.81, 0.7, 0.9),
+        "records": 14, "cases_not_compared": 23, "share_overturned_study": estimate_finding(0.384, 0.203, 0.557),
+        "share_overturned_variant": estimate_finding(0.116, 0.042, 0.263), "share_difference": estimate_finding(0.268,
+        0.137, 0.391),
+        "only_study_overturns": estimate_finding(0.271, 0.142, 0.401), "only_variant_overturns": estimate_finding(0.013,
+        0.004, 0.029),
+        "both_overturn": estimate_finding(0.109, 0.037, 0.247), "same_direction": estimate_finding(0.86, 0.74, 0.92),
+        "first_in_study": estimate_finding(0.81, 0.7, 0.9),
         "opposite_share": 0.14,
-        "earlier_in_study": estimate(0.57, 0.48, 0.69), "same_time_in_both": estimate(0.0, 0.0, 0.22),
+        "earlier_in_study": estimate_finding(0.57, 0.48, 0.69), "same_time_in_both": estimate_finding(0.0, 0.0, 0.22),
         "by_b_over_h": [], "rate_here": None, "rate_there": None,
-        "primary_difference": estimate(0.268, 0.137, 0.391),
+        "primary_difference": estimate_finding(0.268, 0.137, 0.391),
     }  # fmt: skip
     return parts | changes
 
@@ -73,7 +77,7 @@ RECORD_PROCESSING: dict[str, Any] = {
     "doubts": ["clipped samples", "a velocity or displacement that drifts", "contradictions that were trusted"],
 }  # fmt: skip
 
-RECORD: dict[str, Any] = {
+RECORD_FINDING: dict[str, Any] = {
     "id": "vale", "station": "Vale", "event": "Upper Vale", "group": "with a velocity pulse", "pulse": True,
     "fault_normal_deg": 54.0, "pga_m_s2": 5.3, "pga_azimuth_deg": 110.0, "pga_g": 0.54, "pgv_m_s": 0.83,
     "pgv_cm_s": 83.0, "pgv_azimuth_deg": 72.0, "pgd_m": 0.33, "vertical_pga_m_s2": None, "displacement_drifts": True,
@@ -99,7 +103,7 @@ POPULATION_RATES: dict[str, Any] = {
                           "log_std_within_record": 0.27, "data_minimum": 11.0, "data_maximum": 241.0}],
 }  # fmt: skip
 
-DIRECTION_STUDY: dict[str, Any] = {
+DIRECTION_STUDY_FINDINGS: dict[str, Any] = {
     "study": {
         "name": "by-hand", "title": "By hand", "question": "Which way?", "question_kind": "direction",
         "primary_statistic": "alignment", "primary_compared_with": None, "model": "planes",
@@ -118,9 +122,9 @@ DIRECTION_STUDY: dict[str, Any] = {
               "share_within_45_of_normal": 0.37, "share_beyond_45_of_normal": 0.34},
     "direction": {
         "has_comparable_axis": True, "no_axis_because": "",
-        "groups": [fall_axis_findings_of_group("with a velocity pulse", estimate(0.15, -0.18, 0.41, 12)),
-                   fall_axis_findings_of_group("without (control)", estimate(0.05, -0.32, 0.36, 8))],
-        "alignment_difference": estimate(0.103, -0.39, 0.53), "outcome_changes_between_neighbours": {},
+        "groups": [fall_axis_findings_of_group("with a velocity pulse", estimate_finding(0.15, -0.18, 0.41, 12)),
+                   fall_axis_findings_of_group("without (control)", estimate_finding(0.05, -0.32, 0.36, 8))],
+        "alignment_difference": estimate_finding(0.103, -0.39, 0.53), "outcome_changes_between_neighbours": {},
     },
     "contrasts": [], "reference_alignments": [], "planar_model_agreement": None, "element_outcomes": [],
     "element_displacements": [],
@@ -134,15 +138,16 @@ DIRECTION_STUDY: dict[str, Any] = {
                                       "even_chance_low": 0.58, "even_chance_high": 0.93}]},
     "criteria_scores": {
         "scores": [{"criterion": "West", "rule": "PGA above a limit", "hit_rate": 0.99, "false_alarm_rate": 0.56,
-                    "skill": estimate(0.43, 0.29, 0.58), "skill_within_block_shape": estimate(0.23, 0.08, 0.34),
+                    "skill": estimate_finding(0.43, 0.29, 0.58), "skill_within_block_shape": estimate_finding(0.23,
+                    0.08, 0.34),
                     "skill_within_pulse_range": 0.31},
                    {"criterion": "B/H alone", "rule": "B/H below 0.33", "hit_rate": 0.74, "false_alarm_rate": 0.19,
-                    "skill": estimate(0.55, 0.41, 0.66), "skill_within_block_shape": estimate(0.0),
+                    "skill": estimate_finding(0.55, 0.41, 0.66), "skill_within_block_shape": estimate_finding(0.0),
                     "skill_within_pulse_range": 0.0}],
         "best_criterion": "", "largest_skill_criterion": "West",
-        "skill_lead": {"Ishiyama": estimate(0.101, -0.03, 0.19)},
+        "skill_lead": {"Ishiyama": estimate_finding(0.101, -0.03, 0.19)},
         "not_shown_to_differ": [{"first": "West", "second": "Ishiyama",
-                                 "first_minus_second": estimate(0.101, -0.03, 0.19)}],
+                                 "first_minus_second": estimate_finding(0.101, -0.03, 0.19)}],
         "share_beyond_pulse_range": 0.28,
     },
     "final_twist": None,
@@ -153,7 +158,7 @@ DIRECTION_STUDY: dict[str, Any] = {
     "maps": {"height_m": 0.6, "friction": 0.8, "smallest_b_over_h": 0.1,
              "records": [{"record": "vale", "station": "Vale", "event": "Upper Vale", "reason": "median",
                           "alignment": 0.52}]},
-    "records": [RECORD],
+    "records": [RECORD_FINDING],
     "record_notes": {"records_with_notes": 1,
                      "doubts": [{"doubt": d, "count": 1, "records": ["vale"]} for d in RECORD_PROCESSING["doubts"]]},
     "cells": [{"status": "simulated", "cells": 101528}, {"status": "step limit", "cells": 19}],
@@ -162,7 +167,7 @@ DIRECTION_STUDY: dict[str, Any] = {
                           "content_sha256": "abcdef", "versions": {"overturning": "x.y"}},
 }  # fmt: skip
 
-CONVERGENCE_CHECK: dict[str, Any] = {
+CONVERGENCE_CHECK_FINDINGS: dict[str, Any] = {
     "result": {
         "seed": 1, "wanted": 400, "chosen": 400, "at_rest": 99, "cells": 133056, "computed": 66528,
         "study_block_steps": 4000, "cost": 1.0, "finer_by": 8, "stiffer_by": 4.0,
@@ -186,8 +191,10 @@ CONVERGENCE_CHECK: dict[str, Any] = {
 REFERENCE_ALIGNMENT: dict[str, Any] = {
     "group": "with a velocity pulse",
     "references": [], "closest_references": ["peak velocity", "fault normal"],
-    "closest_minus_second": estimate(0.29, 0.11, 0.47), "closest_alignment": estimate(0.58, 0.42, 0.69, 13),
-    "fault_normal": estimate(0.27, -0.03, 0.51, 13), "directions_with_interval": 6, "directions_excluding_zero": 0,
+    "closest_minus_second": estimate_finding(0.29, 0.11, 0.47), "closest_alignment": estimate_finding(0.58, 0.42, 0.69,
+    13),
+    "fault_normal": estimate_finding(0.27, -0.03, 0.51, 13), "directions_with_interval": 6,
+    "directions_excluding_zero": 0,
 }  # fmt: skip
 
 REMARK = (
@@ -228,7 +235,7 @@ def _displacement_measure_finding(name: str, stones: int, observed: list[Any], c
     return {"measure": name, "stones": stones, **pairs}
 
 
-_DISPLACED: dict[str, Any] = {
+_SITE_DISPLACEMENT_FINDINGS: dict[str, Any] = {
     "site": "", "fell": 21, "stood": 33, "cells": 417, "never_stand": 2, "without_outcome": 4, "far_outside_grid": 3,
     "measures": [
         _displacement_measure_finding("fell", 54, [0.389, 0.259, 0.531], [0.44, 0.37, 0.52]),
@@ -248,11 +255,11 @@ _DISPLACED: dict[str, Any] = {
 }  # fmt: skip
 SURVEY_DISPLACEMENTS: dict[str, Any] = {
     "stones": "plots", "sha256": "abc", "record": "vale", "doubts": ["angles may be in gon"], "remarks": [],
-    "together": _DISPLACED, "sites": [], "grounds": [],
+    "together": _SITE_DISPLACEMENT_FINDINGS, "sites": [], "grounds": [],
 }  # fmt: skip
 
 
-def _observed_mean(mean: float | None, half_width: float | None, p_value: float) -> dict[str, Any]:
+def _observed_mean_direction_finding(mean: float | None, half_width: float | None, p_value: float) -> dict[str, Any]:
     """Return the finding on a mean direction of observed falls, degrees."""
     return {"sample_size": 19, "mean_deg": mean, "half_width_deg": half_width, "resultant": 0.57, "p_value": p_value}
 
@@ -265,7 +272,8 @@ def _observed_site_findings(site: str, **changes: Any) -> dict[str, Any]:
         "fell_share": {"value": 0.759, "low": 0.565, "high": 0.897},
         "stands_share": {"value": 0.241, "low": 0.103, "high": 0.435},
         "not_counted_share": {"value": 0.147, "low": 0.05, "high": 0.311},
-        "direction": _observed_mean(131.0, 23.0, 0.0024), "axis": _observed_mean(None, None, 0.28),
+        "direction": _observed_mean_direction_finding(131.0, 23.0, 0.0024),
+        "axis": _observed_mean_direction_finding(None, None, 0.28),
         "falls_by_sector": [12.0, 7.0], **changes,
     }  # fmt: skip
 
@@ -274,8 +282,9 @@ OBSERVED_SURVEY: dict[str, Any] = {
     "stones": "ruin", "doubts": [], "declination_low_deg": -7.5, "declination_high_deg": -7.25,
     "together": _observed_site_findings(""),
     "sites": [
-        _observed_site_findings("upper", axis=_observed_mean(122.0, 8.0, 0.013)),
-        _observed_site_findings("", fell_share=None, stands_share=None, axis=_observed_mean(99.0, None, 0.0005))
+        _observed_site_findings("upper", axis=_observed_mean_direction_finding(122.0, 8.0, 0.013)),
+        _observed_site_findings("", fell_share=None, stands_share=None, axis=_observed_mean_direction_finding(99.0,
+        None, 0.0005))
     ],
 }  # fmt: skip
 
@@ -314,10 +323,10 @@ def findings_with_changed_entries(base: dict[str, Any], **parts: Any) -> dict[st
 def findings_without_fall_axis(reason: str, **parts: Any) -> dict[str, Any]:
     """Return findings of a study whose falls have no axis to compare with a fault, with the reason."""
     direction = {"has_comparable_axis": False, "no_axis_because": reason}
-    return findings_with_changed_entries(DIRECTION_STUDY, direction=direction, **parts)
+    return findings_with_changed_entries(DIRECTION_STUDY_FINDINGS, direction=direction, **parts)
 
 
-def study_section(name: str, **study: Any) -> dict[str, Any]:
+def study_section_of_findings(name: str, **study: Any) -> dict[str, Any]:
     """Return the section `study` of findings for a kind of question, such as "scene", with further entries."""
     return {"question_kind": name, "primary_compared_with": "other", "primary_statistic": "share", **study}
 
@@ -333,32 +342,34 @@ SITE_EFFECT = {
     "variant": "other", "equivalent_linear": True, "layers": [{"thickness_m": 20.0, "velocity_m_s": 180.0}],
     "amplitude": 1.5, "median_pga_m_s2": 4.12, "mean_fall_rate": 0.31, "median_fall_rate": 0.28,
     "records_with_half_fallen": 9, "axis_turned_deg": 14.0, "axes_compared": 21}  # fmt: skip
-FALL_RATES = {
-    "rate_here": estimate(0.31, 0.22, 0.43), "rate_there": estimate(0.47, 0.33, 0.59),
-    "primary_difference": estimate(-0.164, -0.278, -0.049)}  # fmt: skip
+FALL_RATE_COMPARISON_FINDINGS = {
+    "rate_here": estimate_finding(0.31, 0.22, 0.43), "rate_there": estimate_finding(0.47, 0.33, 0.59),
+    "primary_difference": estimate_finding(-0.164, -0.278, -0.049)}  # fmt: skip
 PLANAR_AGREEMENT = {
     "cases": 66528, "same_outcome": 0.967, "same_outcome_near_boundary": 0.854, "only_3d_overturns": 0.021,
     "only_2d_overturns": 0.012, "same_edge": 0.743, "angle_between_axes_deg": 23.0}  # fmt: skip
 TWIST_OF_STANDING_STONES = {"stones": 31000, "median_deg": 0.4, "percentile_90_deg": 6.2, "largest_deg": 88.0}
 
 STUDY_FINDINGS: dict[str, dict[str, Any]] = {
-    "direction": findings_with_changed_entries(DIRECTION_STUDY, convergence=CONVERGENCE_CHECK),
+    "direction": findings_with_changed_entries(DIRECTION_STUDY_FINDINGS, convergence=CONVERGENCE_CHECK_FINDINGS),
     "reference": findings_with_changed_entries(
-        DIRECTION_STUDY, study=study_section("reference", primary_statistic="alignment", model="space"),
+        DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("reference", primary_statistic="alignment",
+        model="space"),
         reference_alignments=[REFERENCE_ALIGNMENT, REFERENCE_ALIGNMENT | {"group": "without (control)"}],
         planar_model_agreement=PLANAR_AGREEMENT, final_twist=TWIST_OF_STANDING_STONES, logistic_fit=None,
         criteria_scores=None, population=None),
     "vertical": findings_without_fall_axis(
-        "no fault normal", study=study_section("vertical", vertical_motion=True), population=None,
+        "no fault normal", study=study_section_of_findings("vertical", vertical_motion=True), population=None,
         extent=ONE_RECORD_COUNTS | {"records_with_vertical": 1},
-        contrasts=[variant_comparison_findings(differs_in=["vertical"], share_difference=estimate(-0.006, n=1),
-                                         primary_difference=estimate(-0.006, n=1))]),
+        contrasts=[variant_comparison_findings(differs_in=["vertical"], share_difference=estimate_finding(-0.006, n=1),
+                                         primary_difference=estimate_finding(-0.006, n=1))]),
     "scene": findings_with_changed_entries(
-        DIRECTION_STUDY, study=study_section("scene"), extent={"elements": 3, "element": "shaft", "mirrored": False},
+        DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("scene"), extent={"elements": 3, "element": "shaft",
+        "mirrored": False},
         contrasts=[variant_comparison_findings(element_here="shaft", element_there="monolith")],
         element_outcomes=[ELEMENT_OUTCOME], logistic_fit=None, criteria_scores=None),
     "stack in 3-D": findings_with_changed_entries(
-        DIRECTION_STUDY, study=study_section("scene", model="space"),
+        DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("scene", model="space"),
         extent={"elements": 3, "element": "shaft", "mirrored": False},
         contrasts=[variant_comparison_findings(opposite_share=0.21, element_here="shaft", element_there="shaft")],
         element_outcomes=[ELEMENT_OUTCOME], final_twist=TWIST_OF_STANDING_STONES,
@@ -366,11 +377,14 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
                                ELEMENT_DISPLACEMENT | {"variant": "other", "share_slid_off": 0.0}],
         logistic_fit=None, criteria_scores=None),
     "site": findings_with_changed_entries(
-        DIRECTION_STUDY, study=study_section("site", primary_statistic="fall_rate"), site_fall_rates=[SITE_EFFECT],
-        contrasts=[variant_comparison_findings(differs_in=["site"], soil_thickness_m=20.0, **FALL_RATES)],
+        DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("site", primary_statistic="fall_rate"),
+        site_fall_rates=[SITE_EFFECT],
+        contrasts=[variant_comparison_findings(differs_in=["site"], soil_thickness_m=20.0,
+        **FALL_RATE_COMPARISON_FINDINGS)],
         not_converged=["other, vale: north not converged"], beyond_curves=["other, ford: east converged"]),
     "survey": findings_with_changed_entries(
-        DIRECTION_STUDY, study=study_section("survey"), surveys=[SURVEY_COMPARISON], inferred_motions=[INFERRED_MOTION],
+        DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("survey"), surveys=[SURVEY_COMPARISON],
+        inferred_motions=[INFERRED_MOTION],
         published_peaks=[{"component": "north", "measure": "PGA", "unit": "Gal", "published": 1023.3,
                           "computed": 1019.4, "difference": -0.0038, "expected_within": 0.01, "agrees": True}],
         published_agreement=[{"variant": "nominal", "blocks": 12, "blocks_that_agree": 9,

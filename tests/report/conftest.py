@@ -14,11 +14,11 @@ from tests.report.test_rendering import SCRIPT_AS_NAME, elements_of_well_formed_
 from tests.report.tiny_studies import pulse_record, simulate_study_into_result_folder
 
 PAGE_NAME, PDF_NAME = "report.html", "report.pdf"
-FolderMadeOnce = Callable[[str, Callable[[Path], object]], Path]
+SharedFolderMaker = Callable[[str, Callable[[Path], object]], Path]
 
 
 @pytest.fixture(scope="session")
-def results_with_hostile_names(make_folder_once: FolderMadeOnce) -> Path:
+def results_with_hostile_names(make_folder_once: SharedFolderMaker) -> Path:
     """Return the results of a study of two records, with and without a pulse, whose names contain scripts."""
     pulse = {
         "station": SCRIPT_AS_NAME,
@@ -37,7 +37,7 @@ def results_with_hostile_names(make_folder_once: FolderMadeOnce) -> Path:
 
 
 @pytest.fixture(scope="session")
-def report_page_and_pdf(results_with_hostile_names: Path, make_folder_once: FolderMadeOnce) -> tuple[str, bytes]:
+def report_page_and_pdf(results_with_hostile_names: Path, make_folder_once: SharedFolderMaker) -> tuple[str, bytes]:
     """Return page and PDF of a report in which names of records contain HTML and scripts; the page is well formed."""
     folder = make_folder_once(
         "rendered", lambda folder: write_report(results_with_hostile_names, folder / PAGE_NAME, folder / PDF_NAME)
@@ -58,7 +58,7 @@ def study_in_japanese(results_with_hostile_names: Path) -> Study:
 
 @pytest.fixture(scope="session")
 def japanese_report_page_and_pdf(
-    results_with_hostile_names: Path, study_in_japanese: Study, make_folder_once: FolderMadeOnce
+    results_with_hostile_names: Path, study_in_japanese: Study, make_folder_once: SharedFolderMaker
 ) -> tuple[str, bytes]:
     """Return page and PDF of the report in Japanese; the PDF is empty where there is no Japanese font."""
 

@@ -16,8 +16,8 @@ from overturning.figures import explore, style
 from overturning.figures.explore import explorer_page_data, explorer_page_html
 from overturning.model.status import CaseStatus
 from overturning.study.cube import open_cube
-from overturning.translation.texts import translate_visible_texts_to
-from tests.expect import skip_or_fail
+from overturning.translation.texts import use_translation_language
+from tests.expect import skip_test_unless_skipping_is_forbidden
 from tests.figures.test_explore import SCRIPT_AS_NAME, random_3d_cube, random_planar_cube
 from tests.report.browsers import BROWSER_PROGRAMS, run_scripts_in_browser
 from tests.translation.test_tables import untranslated_latin_words
@@ -93,7 +93,7 @@ return {seen, record: Number(document.querySelector("select").value),
         focus: document.activeElement === canvas, stop: canvas.tabIndex, role: canvas.getAttribute("role"),
         sliders: [...document.querySelectorAll("input")].map((one) => one.getAttribute("aria-valuetext"))};
 """
-PHONE_SCRIPT = """
+ANSWER_POSITION_ON_PHONE_SCRIPT = """
 const look = (page) => {
   const window = page.defaultView, map = page.querySelector(".map canvas"), seen = [];
   const top = map.getBoundingClientRect().top + window.scrollY;
@@ -104,7 +104,7 @@ const look = (page) => {
   return seen; };
 return await onPhone(look);
 """
-CONTRAST_SCRIPT = """
+COLOUR_CONTRAST_SCRIPT = """
 point("click", 90, 0.1);
 point("pointermove", 180, 0.5);
 const light = (colour) => {
@@ -221,7 +221,7 @@ def cube_with_late_falls_at_azimuth_90() -> xr.Dataset:
     return whole
 
 
-def cube_of_known_colours() -> xr.Dataset:
+def cube_with_known_outcome_by_b_over_h() -> xr.Dataset:
     """Return a cube of three planes: the smallest B/H falls towards the azimuth, the next away, the last stands.
 
     At the last B/H, 40 % of the runs along 60° fall to the other side.
@@ -259,9 +259,9 @@ def explorer_script_results(
         "sentences": (plain, SENTENCES_SCRIPT),
         "pinning": (plain, PINNING_SCRIPT),
         "keys": (plain, KEYS_SCRIPT),
-        "phone": (plain, PHONE_SCRIPT),
-        "contrast": (plain, CONTRAST_SCRIPT),
-        "painted": (explorer_page_html(explorer_page_data(cube_of_known_colours())), CELL_COLOURS_SCRIPT),
+        "phone": (plain, ANSWER_POSITION_ON_PHONE_SCRIPT),
+        "contrast": (plain, COLOUR_CONTRAST_SCRIPT),
+        "painted": (explorer_page_html(explorer_page_data(cube_with_known_outcome_by_b_over_h())), CELL_COLOURS_SCRIPT),
         "late": (explorer_page_html(explorer_page_data(cube_with_late_falls_at_azimuth_90())), FALL_TIMES_SCRIPT),
         "in space": (explorer_page_html(explorer_page_data(random_3d_cube())), ORIENTATIONS_SCRIPT),
         "stack": (
@@ -275,9 +275,11 @@ def explorer_script_results(
         "command": (command, COMMAND_SCRIPT),
     }
     if request.param == "chromium":  # one start of the browser for all
-        with translate_visible_texts_to("ja"):
+        with use_translation_language("ja"):
             for name, data in zip(
-                JAPANESE_PAGES, (random_planar_cube(), cube_of_known_colours(), random_3d_cube()), strict=True
+                JAPANESE_PAGES,
+                (random_planar_cube(), cube_with_known_outcome_by_b_over_h(), random_3d_cube()),
+                strict=True,
             ):
                 pages[name] = (explorer_page_html(explorer_page_data(data), "report.html"), ALL_TEXTS_SCRIPT)
     profile: Path = tmp_path_factory.mktemp("browser") / "profile"
@@ -390,7 +392,7 @@ def test_explorer_colours_show_the_fall_probability_towards_the_azimuth(
 ) -> None:
     """White to dark with the probability of falls towards the azimuth; grey if none falls; blank if not run."""
     found = {name: np.array(one) for name, one in explorer_script_results["painted"].items() if name != "legend"}
-    dark = 255 * np.array(to_rgb(style.PROBABILITY[-1][1]))
+    dark = 255 * np.array(to_rgb(style.PROBABILITY_COLOUR_STOPS[-1][1]))
     for name in ("towards", "opposite"):
         np.testing.assert_allclose(np.median(found[name], axis=0)[:3], dark, atol=3)
     for name in ("away", "some"):
@@ -409,7 +411,7 @@ def test_explorer_scales_colours_of_fall_times_to_those_of_the_record(explorer_s
     """The latest fall differs from a block that stands; a probability near 0 or 100 % is not printed as certain."""
     page = explorer_script_results["late"]
     early, last, stands = (np.median(page[name], axis=0)[:3] for name in ("early", "late", "stands"))
-    np.testing.assert_allclose(early, 255 * np.array(to_rgb(style.PROBABILITY[-1][1])), atol=3)
+    np.testing.assert_allclose(early, 255 * np.array(to_rgb(style.PROBABILITY_COLOUR_STOPS[-1][1])), atol=3)
     assert np.ptp(stands) <= 4
     assert np.ptp(last) > 60, "a colour, not the grey of what stands"
     assert last.sum() > early.sum() + 200
@@ -489,7 +491,9 @@ def test_explorer_reads_record_files_next_to_the_page_from_disk(
     monkeypatch.setattr(explore, "MAX_CELLS_PER_PAGE", 10)
     explore.write_explorer(random_planar_cube(), tmp_path / "look around.html")
     names, options = BROWSER_PROGRAMS["chromium"]
-    program = next((found for name in names if (found := shutil.which(name))), None) or skip_or_fail("needs Chromium")
+    program = next(
+        (found for name in names if (found := shutil.which(name))), None
+    ) or skip_test_unless_skipping_is_forbidden("needs Chromium")
     command = [program, *options.replace("--remote-debugging-port=0 ", "").split()]
     command[-1] += str(tmp_path / "profile")
     page = (tmp_path / "look around.html").as_uri() + "#record=r1&azimuth=90&b_over_h=0.1"

@@ -8,7 +8,7 @@ import pytest
 from overturning.findings.causes import LogisticCoefficient
 from overturning.findings.collect import Findings
 from overturning.report.render import LANGUAGES, render_template_as_markdown
-from tests.report.by_hand import FALL_RATES, estimate, handwritten_findings_of_study
+from tests.report.by_hand import FALL_RATE_COMPARISON_FINDINGS, estimate_finding, handwritten_findings_of_study
 from tests.report.test_templates import report_text, report_text_of_handwritten_findings
 
 
@@ -78,8 +78,8 @@ def headline_and_text_of_comparison_report(study: str, language: str, **contrast
 
 
 SMALL_OVERTURNED_SHARES = {
-    "share_overturned_study": estimate(0.046, 0.018, 0.074),
-    "share_overturned_variant": estimate(0.029, 0.008, 0.051),
+    "share_overturned_study": estimate_finding(0.046, 0.018, 0.074),
+    "share_overturned_variant": estimate_finding(0.029, 0.008, 0.051),
 }
 
 
@@ -87,11 +87,27 @@ SMALL_OVERTURNED_SHARES = {
 @pytest.mark.parametrize(
     ("difference", "words", "said"),
     [
-        (estimate(0.018, 0.006, 0.031), {"en": "More stones fall with", "ja": "転倒が多い"}, ["4.6 %", "2.9 %"]),
-        (estimate(-0.018, -0.031, -0.006), {"en": "Fewer stones fall with", "ja": "転倒が少ない"}, ["4.6 %", "2.9 %"]),
-        (estimate(0.018, -0.006, 0.031), {"en": "No clear difference", "ja": "明らかな差はない"}, ["1.8", "3.1"]),
-        (estimate(0.0, n=1), {"en": "(one earthquake, so no interval)", "ja": "一つの地震のため"}, ["4.6 %", "2.9 %"]),
-        (estimate(0.0, n=2), {"en": "(few earthquakes, so no interval)", "ja": "地震の数が少ない"}, ["4.6 %"]),
+        (
+            estimate_finding(0.018, 0.006, 0.031),
+            {"en": "More stones fall with", "ja": "転倒が多い"},
+            ["4.6 %", "2.9 %"],
+        ),
+        (
+            estimate_finding(-0.018, -0.031, -0.006),
+            {"en": "Fewer stones fall with", "ja": "転倒が少ない"},
+            ["4.6 %", "2.9 %"],
+        ),
+        (
+            estimate_finding(0.018, -0.006, 0.031),
+            {"en": "No clear difference", "ja": "明らかな差はない"},
+            ["1.8", "3.1"],
+        ),
+        (
+            estimate_finding(0.0, n=1),
+            {"en": "(one earthquake, so no interval)", "ja": "一つの地震のため"},
+            ["4.6 %", "2.9 %"],
+        ),
+        (estimate_finding(0.0, n=2), {"en": "(few earthquakes, so no interval)", "ja": "地震の数が少ない"}, ["4.6 %"]),
     ],
 )
 def test_headline_of_a_comparison_follows_from_its_interval(
@@ -108,7 +124,7 @@ def test_headline_of_a_comparison_follows_from_its_interval(
 @pytest.mark.parametrize("study", ["nothing falls", "vertical"])
 def test_headline_that_no_stone_falls_is_limited_to_cases_with_an_outcome(study: str, language: str) -> None:
     """The headline does not speak for the cases without an outcome, which may be most of the study."""
-    none = estimate(0.0, 0.0, 0.26)
+    none = estimate_finding(0.0, 0.0, 0.26)
     data = json.loads(handwritten_findings_of_study(study).model_dump_json())
     for contrast in data["contrasts"]:
         contrast |= {"share_overturned_study": none, "share_overturned_variant": none}
@@ -123,9 +139,13 @@ def test_headline_that_no_stone_falls_is_limited_to_cases_with_an_outcome(study:
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_two_settings_without_falls_are_not_compared(language: str) -> None:
-    none = estimate(0.0, 0.0, 0.26)
+    none = estimate_finding(0.0, 0.0, 0.26)
     shares = dict.fromkeys(("share_overturned_study", "share_overturned_variant", "both_overturn"), none)
-    same = {"only_study_overturns": none, "only_variant_overturns": none, "primary_difference": estimate(0.0, 0.0, 0.0)}
+    same = {
+        "only_study_overturns": none,
+        "only_variant_overturns": none,
+        "primary_difference": estimate_finding(0.0, 0.0, 0.0),
+    }
     headline, text = headline_and_text_of_comparison_report("vertical", language, **shares, **same)
     assert {"en": "No stone falls, neither with vertical", "ja": "墓石は一つも転倒しない"}[language] in headline
     assert {"en": "No case falls in either setting", "ja": "どちらの条件でも転倒するケースがない"}[language] in text
@@ -135,7 +155,7 @@ def test_two_settings_without_falls_are_not_compared(language: str) -> None:
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("primary", [True, False])
 def test_settings_without_an_outcome_in_both_are_not_compared(primary: bool, language: str) -> None:
-    none = estimate(0.0, n=0) | {"value": None}
+    none = estimate_finding(0.0, n=0) | {"value": None}
     data = json.loads(handwritten_findings_of_study("vertical").model_dump_json())
     other = {name: none for name, value in data["contrasts"][0].items() if isinstance(value, dict)}
     data["contrasts"].append(data["contrasts"][0] | other | {"opposite_share": None, "primary": False})
@@ -160,7 +180,7 @@ def test_report_states_simultaneous_falls_and_order_of_elements_where_they_exist
     data = json.loads(handwritten_findings_of_study("scene").model_dump_json())
     data["extent"]["elements"] = elements
     data["element_outcomes"][0] |= {"variant": "nominal", "element": data["extent"]["element"], "share_first": 0.97}
-    data["contrasts"][0]["same_time_in_both"] = estimate(same_time)
+    data["contrasts"][0]["same_time_in_both"] = estimate_finding(same_time)
     text = report_text(Findings.model_validate(data), language)
     assert ({"en": "counts half", "ja": "半分と数える"}[language] in text) is (same_time > 0)
     order = {"en": "Within it the shaft falls before", "ja": "ではほかの石より先に"}[language]
@@ -181,7 +201,7 @@ def test_report_names_every_setting_that_differs_between_the_variants(
     settings: list[str], named: dict[str, list[str]], language: str
 ) -> None:
     """The study asks about vertical motion, and its primary statistic is a fall rate."""
-    rates = FALL_RATES | {"differs_in": settings, "primary_statistic": "fall_rate"}
+    rates = FALL_RATE_COMPARISON_FINDINGS | {"differs_in": settings, "primary_statistic": "fall_rate"}
     headline, text = headline_and_text_of_comparison_report("vertical", language, **rates)
     for one in named[language]:
         assert one in headline
@@ -272,7 +292,7 @@ def test_report_states_no_effect_of_predictors_that_may_be_chance(
     assert (jackknife in page) == (fitted and not note)
 
 
-SENTENCES_ON_REFERENCES = {
+PHRASES_ON_REFERENCE_DIRECTIONS = {
     "en": ("two dimensions are enough", "of the borderline cases", "set up to test the fault normal",
            "with the fault normal it", "largest alignment was not predicted", "it is –"),
     "ja": ("二次元モデルは転倒の有無には十分", "転倒の境界付近では", "事前に定めた問い", "断層直交方向との一致度は",
@@ -287,7 +307,7 @@ SENTENCES_ON_REFERENCES = {
         ({}, {}, [True, True, True, True, True]),
         ({"same_edge": 1.0, "same_outcome": 1.0}, {}, [False, True, True, True, True]),
         ({"same_outcome_near_boundary": None, "same_edge": None}, {}, [False, False, True, True, True]),
-        ({}, {"fault_normal": estimate(None, n=0)}, [True, True, False, False, True]),
+        ({}, {"fault_normal": estimate_finding(None, n=0)}, [True, True, False, False, True]),
         ({}, {"fault_normal": None}, [True, True, False, False, True]),
         ({}, {"closest_references": ["fault normal", "pulse"]}, [True, True, False, False, False]),
     ],
@@ -299,7 +319,7 @@ def test_conclusions_about_reference_directions_follow_from_their_numbers(
     data["planar_model_agreement"] |= planar
     data["reference_alignments"] = [data["reference_alignments"][0] | reference]
     text = report_text(Findings.model_validate(data), language)
-    *sentences, missing = SENTENCES_ON_REFERENCES[language]
+    *sentences, missing = PHRASES_ON_REFERENCE_DIRECTIONS[language]
     assert [one in text for one in sentences] == shown
     assert missing not in text
 
@@ -307,7 +327,7 @@ def test_conclusions_about_reference_directions_follow_from_their_numbers(
 NO_VALUE = {"value": None, "low": None, "high": None}
 INTERCEPT_COEFFICIENT = dict.fromkeys(LogisticCoefficient.model_fields) | {"predictor": "intercept", "value": -1.8}
 NO_INTERVAL = {"low": None, "high": None}
-CURVE_PATH = ("population", "fragility_curves", 0)
+KEY_PATH_OF_FRAGILITY_CURVE = ("population", "fragility_curves", 0)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -370,7 +390,7 @@ CURVE_PATH = ("population", "fragility_curves", 0)
         ),
         (
             "direction",
-            {CURVE_PATH: NO_INTERVAL},
+            {KEY_PATH_OF_FRAGILITY_CURVE: NO_INTERVAL},
             {"en": "95 % band", "ja": "95 % 信頼帯"},
             {"en": "Line: lognormal fragility curve", "ja": "フラジリティ曲線"},
         ),

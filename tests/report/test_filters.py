@@ -14,12 +14,12 @@ from overturning.report import filters
      (1e-12, 0, "0 %"), (None, 0, "–"), (math.nan, 0, "–")],
 )  # fmt: skip
 def test_shares_between_none_and_all_are_not_printed_as_0_or_100(share: float | None, digits: int, shown: str) -> None:
-    assert filters.percent(share, digits) == shown.replace(" ", filters.NO_BREAK)
+    assert filters.format_percent(share, digits) == shown.replace(" ", filters.NO_BREAK)
 
 
 def test_interval_of_a_share_is_printed_with_the_digits_of_the_share() -> None:
     one = SimpleNamespace(value=0.99973, low=0.9985, high=0.99999)
-    assert filters.share(one, to=" to ") == f"99.97{filters.NO_BREAK}% (99.85 to 100.00)"
+    assert filters.format_share_with_interval(one, to=" to ") == f"99.97{filters.NO_BREAK}% (99.85 to 100.00)"
 
 
 @pytest.mark.parametrize(
@@ -28,7 +28,7 @@ def test_interval_of_a_share_is_printed_with_the_digits_of_the_share() -> None:
 def test_numbers_are_printed_with_a_true_minus_and_without_minus_zero(
     value: float | None, digits: int, shown: str
 ) -> None:
-    assert filters.number(value, digits) == shown
+    assert filters.format_number(value, digits) == shown
 
 
 @pytest.mark.parametrize(("value", "full", "shown"), [
@@ -39,7 +39,7 @@ def test_numbers_are_printed_with_a_true_minus_and_without_minus_zero(
     ],
 )  # fmt: skip
 def test_rounded_degrees_stay_within_the_circle(value: float, full: int, shown: str) -> None:
-    assert filters.degrees(value, full) == shown
+    assert filters.format_degrees(value, full) == shown
 
 
 @pytest.mark.parametrize(
@@ -57,6 +57,6 @@ def test_a_median_is_printed_with_the_digits_of_its_interval(
     median: float, low: float | None, high: float | None, shown: tuple[str, str]
 ) -> None:
     one = SimpleNamespace(median=median, low=low, high=high, data_minimum=0.1, data_maximum=1.4)
-    found = filters.censored(one, to=" to "), filters.censored_interval(one, to=" to ")
+    found = filters.format_fragility_median(one, to=" to "), filters.format_fragility_median_interval(one, to=" to ")
     assert found == tuple(text.replace("> ", f">{filters.NO_BREAK}").replace("< ", f"<{filters.NO_BREAK}")
                           for text in shown)  # fmt: skip

@@ -75,7 +75,7 @@ pictures.push(canvas.toDataURL());
 press(film, "End");
 return {different: new Set(pictures).size, outcome: document.querySelector(".film-outcome").textContent};
 """
-WHOLE_STONE_SCRIPT = """
+STONE_WITHIN_CANVAS_SCRIPT = """
 const film = document.querySelector(".film"), canvas = document.querySelector("canvas"), found = [];
 const slider = film.querySelector("input[type=range]");
 await until(() => film.dataset.ready === "true");
@@ -162,7 +162,7 @@ def film_and_report_script_results(
             **{
                 name: (
                     film_page_html(film_of_trajectories([path], {"thrown": jump, "slender": rest}[name], name)),
-                    WHOLE_STONE_SCRIPT,
+                    STONE_WITHIN_CANVAS_SCRIPT,
                 )
                 for name, path in films.items()
             },

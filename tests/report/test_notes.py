@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from overturning.findings.collect import Findings
-from overturning.findings.processing import DRIFT, TRUSTED, RecordNotes, processing_finding_of_record
+from overturning.findings.processing import (
+    DRIFT_DOUBT_KIND,
+    TRUSTED_CONTRADICTION_DOUBT_KIND,
+    RecordNotes,
+    processing_finding_of_record,
+)
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
 from overturning.records.record import Record, source_and_processing_of_record
@@ -19,7 +24,7 @@ from overturning.report.render import (
     translate_whole_text_by_table,
 )
 from overturning.report.terminal import plain_paragraphs
-from tests.report.by_hand import RECORD, STUDY_FINDINGS
+from tests.report.by_hand import RECORD_FINDING, STUDY_FINDINGS
 from tests.report.test_rendering import elements_of_well_formed_page
 
 RECORD_TIME = np.arange(2000) / 100.0
@@ -39,7 +44,7 @@ def markdown_report_on_record(record: Record, language: str) -> str:
     processing = processing_finding_of_record(source_and_processing_of_record(record))
     doubts = [{"doubt": one, "count": 1, "records": ["vale"]} for one in processing.doubts]
     notes = RecordNotes.model_validate({"records_with_notes": 1, "doubts": doubts})
-    parts = {"records": [RECORD | {"processing": processing}], "record_notes": notes}
+    parts = {"records": [RECORD_FINDING | {"processing": processing}], "record_notes": notes}
     return render_template_as_markdown(Findings.model_validate(STUDY_FINDINGS["direction"] | parts), language)
 
 
@@ -64,12 +69,14 @@ def test_report_names_a_clipped_component_and_its_clipped_samples(tmp_path: Path
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_names_drift_and_trusted_contradictions_of_a_record(tmp_path: Path, language: str) -> None:
     drifting = write_and_read_record_with_north(tmp_path / "x.csv", NORTH_WAVE + 0.003)
-    assert DRIFT in processing_finding_of_record(source_and_processing_of_record(drifting)).doubts
+    assert DRIFT_DOUBT_KIND in processing_finding_of_record(source_and_processing_of_record(drifting)).doubts
     text = markdown_report_on_record(drifting, language)
     assert {"en": "velocity of north ends at", "ja": "北方向の速度が最後に最大値の"}[language] in text
-    assert translate_whole_text_by_table(DRIFT, read_label_translations(language)) in text
+    assert translate_whole_text_by_table(DRIFT_DOUBT_KIND, read_label_translations(language)) in text
     dead = write_and_read_record_with_north(tmp_path / "y.csv", 1e-9 * NORTH_WAVE, trust_data=True)
-    assert processing_finding_of_record(source_and_processing_of_record(dead)).doubts == [TRUSTED]
+    assert processing_finding_of_record(source_and_processing_of_record(dead)).doubts == [
+        TRUSTED_CONTRADICTION_DOUBT_KIND
+    ]
     text = markdown_report_on_record(dead, language)
     assert "north\\' is dead" in text
-    assert translate_whole_text_by_table(TRUSTED, read_label_translations(language)) in text
+    assert translate_whole_text_by_table(TRUSTED_CONTRADICTION_DOUBT_KIND, read_label_translations(language)) in text

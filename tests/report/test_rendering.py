@@ -24,7 +24,12 @@ from overturning.report.render import (
 from overturning.report.terminal import terminal_lines_of_markdown
 from overturning.report.write import ReportFilmTexts
 from overturning.translation.texts import installed_fonts_of_language
-from tests.report.by_hand import RECORD, STUDY_FINDINGS, findings_with_changed_entries, handwritten_findings_of_study
+from tests.report.by_hand import (
+    RECORD_FINDING,
+    STUDY_FINDINGS,
+    findings_with_changed_entries,
+    handwritten_findings_of_study,
+)
 
 SCRIPT_AS_NAME = "<script>window.hurt = 1</script>"
 HOSTILE_NAMES = [
@@ -82,7 +87,7 @@ def render_markdown_as_html_page(text: str, figures: dict[str, Path] | None = No
 def findings_with_given_names_and_titles(*names: str) -> Findings:
     """Return findings that contain three given names in all titles and names."""
     one, two, three = names
-    record = RECORD | {"id": one, "station": two, "event": three}
+    record = RECORD_FINDING | {"id": one, "station": two, "event": three}
     data = findings_with_changed_entries(
         STUDY_FINDINGS["survey"], study={"title": one, "question": two}, records=[record]
     )
@@ -116,7 +121,9 @@ def test_hostile_name_changes_no_page_element_and_is_shown_unchanged(
 def test_chapter_of_a_record_links_to_it_in_the_explorer() -> None:
     """The explorer reads the part behind # as a query string (URLSearchParams), as `parse_qs` does."""
     names = ["rinaldi", "imperial-06", "a b+c&d=e#f%20_g_", *HOSTILE_NAMES]
-    data = findings_with_changed_entries(STUDY_FINDINGS["survey"], records=[RECORD | {"id": name} for name in names])
+    data = findings_with_changed_entries(
+        STUDY_FINDINGS["survey"], records=[RECORD_FINDING | {"id": name} for name in names]
+    )
     media = ReportMedia(chapters=dict.fromkeys(names, ("polar/x",)), explorer="explore.html")
     found = elements_of_well_formed_page(
         render_markdown_as_html_page(render_template_as_markdown(Findings.model_validate(data), media=media))

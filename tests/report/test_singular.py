@@ -25,7 +25,7 @@ from tests.report.by_hand import (
 )
 from tests.report.test_templates import report_text
 
-COUNTS_ABOVE_ONE = ("first_batch_runs", "fewest_runs_per_cell", "most_runs_per_cell")
+KEYS_OF_COUNTS_ABOVE_ONE = ("first_batch_runs", "fewest_runs_per_cell", "most_runs_per_cell")
 """Counts of findings that are at least 2: runs of an ensemble."""
 
 COUNTED_NOUNS = "stone|case|cell|record|range|interval|earthquake|motion|fall|block|stack|orientation|height|azimuth"
@@ -40,12 +40,12 @@ PLURAL_AFTER_ONE = re.compile(
 
 
 def copy_with_whole_numbers_set_to_1(part: Any, key: str = "") -> Any:
-    """Return a copy of findings in which every whole number, but for `COUNTS_ABOVE_ONE`, is 1."""
+    """Return a copy of findings in which every whole number, but for `KEYS_OF_COUNTS_ABOVE_ONE`, is 1."""
     if isinstance(part, dict):
         return {name: copy_with_whole_numbers_set_to_1(value, name) for name, value in part.items()}
     if isinstance(part, list):
         return [copy_with_whole_numbers_set_to_1(value) for value in part]
-    return 1 if isinstance(part, int) and not isinstance(part, bool) and key not in COUNTS_ABOVE_ONE else part
+    return 1 if isinstance(part, int) and not isinstance(part, bool) and key not in KEYS_OF_COUNTS_ABOVE_ONE else part
 
 
 SURVIVAL_OF_ONE_STONE = {

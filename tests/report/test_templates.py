@@ -38,7 +38,7 @@ from tests.report.by_hand import (
     handwritten_findings_of_study,
 )
 
-TEMPLATE_NUMBERS = {"0", "1", "−1", "2", "15", "30", "45", "50", "95", "10", "180"}
+NUMBERS_ALLOWED_IN_TEMPLATES = {"0", "1", "−1", "2", "15", "30", "45", "50", "95", "10", "180"}
 """Numbers of the templates themselves: ends of a scale, angles and levels that define a statistic."""
 
 NUMBER_IN_TEXT = re.compile(r"(?<![\w.-])[−-]?\d+(?:[.,]\d+)*", re.ASCII)
@@ -65,7 +65,7 @@ def numbers_not_in_findings(printed: list[str], found: BaseModel) -> list[str]:
     known = np.array(list(numeric_values_of_findings(found.model_dump(mode="json"))))
     known = np.concatenate([known, 100.0 * known])
     lost: list[str] = []
-    for text in dict.fromkeys(one for one in printed if one not in TEMPLATE_NUMBERS):
+    for text in dict.fromkeys(one for one in printed if one not in NUMBERS_ALLOWED_IN_TEMPLATES):
         number = text.replace("−", "-").replace(",", "")
         # Two or three significant digits: the last printed digit is the last that counts.
         step = 10.0 ** -len(number.partition(".")[2])
@@ -437,7 +437,8 @@ def test_japanese_label_keeps_the_numbers_of_a_name() -> None:
 def test_all_languages_print_the_same_numbers() -> None:
     for study in STUDY_FINDINGS:
         printed = [
-            set(NUMBER_IN_TEXT.findall(report_text_of_handwritten_findings(study, language))) - TEMPLATE_NUMBERS
+            set(NUMBER_IN_TEXT.findall(report_text_of_handwritten_findings(study, language)))
+            - NUMBERS_ALLOWED_IN_TEMPLATES
             for language in LANGUAGES
         ]
         assert all(one == printed[0] for one in printed), study

@@ -50,12 +50,14 @@ def cube_from_fall_rules(
 def sector_fall_rule(axis: float, half_width: float, largest: float = 1.0, side: int = 1) -> FallRule:
     """Return a rule: blocks of B/H ≤ ``largest`` fall within ``half_width`` of ``axis`` (side −1: opposite)."""
 
-    def sector_falls(azimuth: np.ndarray, height: np.ndarray, slender: np.ndarray, friction: np.ndarray) -> np.ndarray:
+    def signed_falls_in_sector(
+        azimuth: np.ndarray, height: np.ndarray, slender: np.ndarray, friction: np.ndarray
+    ) -> np.ndarray:
         offset = (azimuth - axis + 180) % 360 - 180
         sign = np.where(np.abs(offset) <= half_width, 1, np.where(np.abs(offset) >= 180 - half_width, -1, 0))
         return np.where(slender <= largest + 1e-9, side * sign, 0)
 
-    return sector_falls
+    return signed_falls_in_sector
 
 
 def fit_curve_to_lognormal_fall_rates(
@@ -71,12 +73,12 @@ def fit_curve_to_lognormal_fall_rates(
 
 
 @pytest.fixture
-def make_cube() -> Callable[..., xr.Dataset]:
+def make_cube_from_fall_rules() -> Callable[..., xr.Dataset]:
     """Return the function `cube_from_fall_rules`, which makes a synthetic 2-D cube from given fall rules."""
     return cube_from_fall_rules
 
 
 @pytest.fixture
-def falls_in_sector() -> Callable[..., FallRule]:
+def make_sector_fall_rule() -> Callable[..., FallRule]:
     """Return the function `sector_fall_rule`, which makes a rule by which blocks fall within a sector of azimuths."""
     return sector_fall_rule

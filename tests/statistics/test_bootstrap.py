@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from overturning.statistics.bootstrap import (
-    FEWEST_EARTHQUAKES,
+    MIN_EARTHQUAKES_FOR_INTERVAL,
     bootstrap_interval,
     exact_interval_if_all_0_or_all_1,
     mean_of_each_bootstrap_sample,
@@ -19,7 +19,7 @@ from overturning.statistics.bootstrap import (
 )
 
 RECORD_VALUES = np.array([0.1, 0.5, 0.9, -0.2, 0.4, np.nan, 0.7, 1.1, -0.6, 0.0])
-RECORD_EARTHQUAKES = list("AABCDEFGHI")
+EARTHQUAKE_NAMES_BY_RECORD = list("AABCDEFGHI")
 EARTHQUAKE_MEANS = np.array([0.3, 0.9, -0.2, 0.4, 0.7, 1.1, -0.6, 0.0])
 
 
@@ -29,7 +29,7 @@ def test_records_are_averaged_within_their_earthquake() -> None:
 
 
 def test_interval_of_a_mean_over_earthquakes_matches_scipy() -> None:
-    found = mean_over_earthquakes(RECORD_VALUES, RECORD_EARTHQUAKES, draws=20_000)
+    found = mean_over_earthquakes(RECORD_VALUES, EARTHQUAKE_NAMES_BY_RECORD, draws=20_000)
     assert (found.n, found.value) == (8, pytest.approx(EARTHQUAKE_MEANS.mean()))
     # The expanded percentile by SciPy: its percentile interval of the wider level that Hesterberg (2015) gives.
     level = 1 - 2 * stats.norm.cdf(-math.sqrt(8 / 7) * stats.t.ppf(0.975, 7))
@@ -45,8 +45,8 @@ def test_interval_of_a_mean_over_earthquakes_matches_scipy() -> None:
 
 
 def test_mean_over_few_earthquakes_lacks_an_interval_and_over_none_is_nan() -> None:
-    few = mean_over_earthquakes(RECORD_VALUES[:-1], RECORD_EARTHQUAKES[:-1])
-    assert (few.n, few.value) == (FEWEST_EARTHQUAKES - 1, pytest.approx(EARTHQUAKE_MEANS[:-1].mean()))
+    few = mean_over_earthquakes(RECORD_VALUES[:-1], EARTHQUAKE_NAMES_BY_RECORD[:-1])
+    assert (few.n, few.value) == (MIN_EARTHQUAKES_FOR_INTERVAL - 1, pytest.approx(EARTHQUAKE_MEANS[:-1].mean()))
     assert math.isnan(few.low)
     nothing = mean_over_earthquakes(np.array([np.nan]), ["A"])
     assert nothing.n == 0
@@ -111,7 +111,7 @@ def test_interval_for_eight_earthquakes_covers_95_percent() -> None:
     generator, held = np.random.default_rng(1), 0
     for seed in range(1000):
         low, high = bootstrap_interval(
-            mean_of_each_bootstrap_sample, generator.normal(size=FEWEST_EARTHQUAKES), draws=1000, seed=seed
+            mean_of_each_bootstrap_sample, generator.normal(size=MIN_EARTHQUAKES_FOR_INTERVAL), draws=1000, seed=seed
         )
         held += low <= 0 <= high
     assert held / 1000 == pytest.approx(0.94, abs=0.02)

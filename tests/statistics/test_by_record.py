@@ -7,15 +7,15 @@ import xarray as xr
 from overturning.errors import ArgumentError
 from overturning.statistics import by_record
 from overturning.statistics.by_record import record_masks_by_group
-from overturning.statistics.earthquakes import fall_axes_by_group, fall_vector_sums_by_record
+from overturning.statistics.earthquakes import fall_axes_from_fault_normal_by_group, fall_vector_sums_by_record
 
 
 @pytest.fixture
-def four_record_cube(make_cube, falls_in_sector):
+def four_record_cube(make_cube_from_fall_rules, make_sector_fall_rule):
     """Cube of four records, with wall (text), vs30 (number) and pulse (1 or 0) to group the records by."""
-    rules = [falls_in_sector(60.0 + offset, 10) for offset in (0, 0, 80, 80)]
+    rules = [make_sector_fall_rule(60.0 + offset, 10) for offset in (0, 0, 80, 80)]
     described = {"wall": ["hanging", "", "foot", "hanging"], "vs30": [200.0, 360.0, 800.0, np.nan]}
-    made = make_cube(
+    made = make_cube_from_fall_rules(
         rules, azimuth=range(0, 360, 5), events=["A", "B", "C", "D"], fault_normal=60.0, pulse=[1, 1, 0, 0]
     )
     return made.assign_coords({name: ("record", values) for name, values in described.items()})
@@ -47,7 +47,7 @@ def test_records_are_grouped_by_pulse_by_text_and_by_numeric_range(four_record_c
 
 
 def test_fall_axes_are_computed_for_each_group_of_records(four_record_cube):
-    axes = fall_axes_by_group(four_record_cube, "vs30", [500.0])
+    axes = fall_axes_from_fault_normal_by_group(four_record_cube, "vs30", [500.0])
     assert list(axes) == ["vs30 below 500", "vs30 from 500"]
     assert axes["vs30 below 500"]["axis"].values == pytest.approx([0, 0], abs=1e-6)
     assert axes["vs30 from 500"]["axis"].values == pytest.approx([80])

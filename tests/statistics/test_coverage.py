@@ -12,7 +12,7 @@ from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.earthquakes import (
     FallAxisSummary,
     difference_of_fall_alignments,
-    fall_axes_by_group,
+    fall_axes_from_fault_normal_by_group,
     summarise_fall_axes,
 )
 from tests.statistics.conftest import FallRule, cube_from_fall_rules
@@ -83,7 +83,7 @@ def summarise_random_data_sets(kappa: float) -> list[FallAxisSummariesOfRandomDa
     """Summarise random data sets with von Mises concentration κ as the report does; κ = 0 is isotropic."""
     generator, found = np.random.default_rng(42), list[FallAxisSummariesOfRandomDataSet]()
     for _ in range(DATA_SET_COUNT // DATA_SETS_PER_CUBE):
-        groups = fall_axes_by_group(cube_of_random_fall_directions(generator, kappa))
+        groups = fall_axes_from_fault_normal_by_group(cube_of_random_fall_directions(generator, kappa))
         for replicate in range(DATA_SETS_PER_CUBE):
             own = {
                 name: axes.isel(event=np.flatnonzero(np.char.startswith(axes["event"].values, f"{replicate}-")))
@@ -131,11 +131,17 @@ def test_mean_axis_is_reported_for_aligned_and_rarely_for_isotropic_falls(group:
     Directions with κ = 3 have a mean cos 2Δ of 0.31 (Δ: fall axis to fault normal).
     """
     given = {
-        kappa: np.mean([np.isfinite(one.groups[group].axis_deg) for one in summarise_random_data_sets(kappa)])
+        kappa: np.mean(
+            [np.isfinite(one.groups[group].axis_from_fault_normal_deg) for one in summarise_random_data_sets(kappa)]
+        )
         for kappa in (0, 3)
     }
     assert given[0] <= 0.07
     assert given[3] >= 0.25
     # If an axis is given, its interval covers the true one.
-    axes = [one.groups[group] for one in summarise_random_data_sets(3) if np.isfinite(one.groups[group].axis_deg)]
-    assert np.mean([abs(one.axis_deg) <= one.half_width_deg for one in axes]) >= 0.9
+    axes = [
+        one.groups[group]
+        for one in summarise_random_data_sets(3)
+        if np.isfinite(one.groups[group].axis_from_fault_normal_deg)
+    ]
+    assert np.mean([abs(one.axis_from_fault_normal_deg) <= one.half_width_deg for one in axes]) >= 0.9

@@ -14,7 +14,7 @@ from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.statistics.criteria import (
     CRITERIA,
-    PULSE_VALID,
+    MAX_VALID_PULSE_FREQUENCY_RATIO,
     SLENDERNESS_ONLY,
     FallPredictionCounts,
     OverturningCriteriaScores,
@@ -63,7 +63,9 @@ def test_two_branches_of_the_kaneko_hayashi_limit_meet(height: float, slender: f
     assert pgv == pytest.approx(10 * slender * height_cm / math.sqrt(height_cm) * (1 + slender) ** 2.5)
 
 
-def rocking_outcomes_under_one_sine(factors: Any, ratio: float, height: float, slender: float) -> np.ndarray:
+def fall_sides_of_rocking_block_under_sine_cycle(
+    factors: Any, ratio: float, height: float, slender: float
+) -> np.ndarray:
     """Return the fall sides (−1, 0 or 1) of a rocking block under one sine cycle of ω = ratio · p.
 
     The amplitudes are given multiples of West's acceleration.
@@ -75,7 +77,7 @@ def rocking_outcomes_under_one_sine(factors: Any, ratio: float, height: float, s
     ).overturned
 
 
-def predicted_multiple_of_wests_acceleration(criterion: Any, ratio: float, height: float, slender: float) -> float:
+def overturning_threshold_over_wests_acceleration(criterion: Any, ratio: float, height: float, slender: float) -> float:
     """Return the multiple of West's acceleration from which a criterion predicts a fall for a sine with ω = ratio p."""
     pgv_over_pga = 2 / (ratio * float(block_frequency_parameter(height, slender)))
     return float(criterion(height, slender, pgv_over_pga)) / (9.80665 * slender)
@@ -84,8 +86,12 @@ def predicted_multiple_of_wests_acceleration(criterion: Any, ratio: float, heigh
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 3.0, 5.0])
 def test_pulse_limit_without_impact_matches_the_simulated_rocking_block(ratio: float) -> None:
     # A base that accelerates towards +s first throws the block towards −s: the fall without impact.
-    factor = predicted_multiple_of_wests_acceleration(pulse_acceleration_to_overturn_without_impact, ratio, 1.0, 0.1)
-    assert (rocking_outcomes_under_one_sine([0.995 * factor, 1.015 * factor], ratio, 1.0, 0.1) == -1).tolist() == [
+    factor = overturning_threshold_over_wests_acceleration(
+        pulse_acceleration_to_overturn_without_impact, ratio, 1.0, 0.1
+    )
+    assert (
+        fall_sides_of_rocking_block_under_sine_cycle([0.995 * factor, 1.015 * factor], ratio, 1.0, 0.1) == -1
+    ).tolist() == [
         False,
         True,
     ]
@@ -93,16 +99,18 @@ def test_pulse_limit_without_impact_matches_the_simulated_rocking_block(ratio: f
 
 @pytest.mark.parametrize("ratio", [1.0, 2.0, 3.0, 4.0])
 def test_pulse_limit_after_one_impact_is_near_the_simulated_block(ratio: float) -> None:
-    factor = predicted_multiple_of_wests_acceleration(pulse_acceleration_to_overturn_after_impact, ratio, 1.0, 0.1)
+    factor = overturning_threshold_over_wests_acceleration(pulse_acceleration_to_overturn_after_impact, ratio, 1.0, 0.1)
     factors = np.arange(1.01, 2.0, 0.01)
-    first = factors[rocking_outcomes_under_one_sine(factors, ratio, 1.0, 0.1) == 1].min()
+    first = factors[fall_sides_of_rocking_block_under_sine_cycle(factors, ratio, 1.0, 0.1) == 1].min()
     assert 0.98 <= factor / first <= 1.11
 
 
 def test_no_criterion_predicts_a_fall_below_the_rocking_acceleration() -> None:
     ratio = np.geomspace(0.02, 0.5, 30)
     for criterion in CRITERIA:
-        assert (criterion.acceleration(0.6, 0.3, ratio) >= west_acceleration_limit(0.3) * (1 - 1e-12)).all()
+        assert (
+            criterion.acceleration_limit_function(0.6, 0.3, ratio) >= west_acceleration_limit(0.3) * (1 - 1e-12)
+        ).all()
 
 
 def test_hit_rate_and_skill_match_hand_computation() -> None:
@@ -111,10 +119,10 @@ def test_hit_rate_and_skill_match_hand_computation() -> None:
     assert found.skill == pytest.approx(2 / 3 - 1 / 2)
 
 
-def test_wests_criterion_has_full_skill_for_falls_by_its_own_formula(make_cube) -> None:
+def test_wests_criterion_has_full_skill_for_falls_by_its_own_formula(make_cube_from_fall_rules) -> None:
     azimuth, slender = np.arange(0, 180, 20), np.array([0.1, 0.2, 0.3, 0.4])
     pga = STANDARD_GRAVITY * np.linspace(0.05, 0.45, azimuth.size)
-    cube = make_cube(
+    cube = make_cube_from_fall_rules(
         lambda at, _, ratio, *__: np.interp(at, azimuth, pga) >= STANDARD_GRAVITY * ratio, azimuth=azimuth,
         b_over_h=slender, friction=[1.0], events="abcdefgh",
     )  # fmt: skip
@@ -125,16 +133,19 @@ def test_wests_criterion_has_full_skill_for_falls_by_its_own_formula(make_cube) 
     assert found is not None
     west, *others, blind = found.rules
     assert (west.name, blind.name) == ("West", SLENDERNESS_ONLY)
-    for one in (west.skill, west.within):  # 0.05^(1/8) of all earthquakes have the skill 1, the others at least -1
+    for one in (
+        west.skill,
+        west.mean_skill_within_block_sizes,
+    ):  # 0.05^(1/8) of all earthquakes have the skill 1, the others at least -1
         assert (one.n, one.value, one.low, one.high) == pytest.approx((8, 1.0, 2 * 0.05 ** (1 / 8) - 1, 1.0))
-    assert all(one.skill.value < 1 and one.within.value < 1 for one in others)
+    assert all(one.skill.value < 1 and one.mean_skill_within_block_sizes.value < 1 for one in others)
     # Within a block only the motion differs, so a rule without motion has no skill.
-    assert blind.within.value == pytest.approx(0.0)
-    assert found.blocks[0.6, 0.1][0].fall_share == pytest.approx(np.mean(pga >= 0.1 * STANDARD_GRAVITY))
-    assert len(found.blocks) == 8
+    assert blind.mean_skill_within_block_sizes.value == pytest.approx(0.0)
+    assert found.counts_by_block_size[0.6, 0.1][0].fall_share == pytest.approx(np.mean(pga >= 0.1 * STANDARD_GRAVITY))
+    assert len(found.counts_by_block_size) == 8
 
 
-def test_criteria_are_ranked_by_skill_within_blocks_of_equal_slenderness(make_cube) -> None:
+def test_criteria_are_ranked_by_skill_within_blocks_of_equal_slenderness(make_cube_from_fall_rules) -> None:
     # Falls by the pulse after one impact, of blocks that mostly fall (B/H 0.1) or mostly stand (0.4).
     azimuth, slender = np.arange(0, 180, 10), np.array([0.1, 0.2, 0.3, 0.4])
     pga = STANDARD_GRAVITY * np.linspace(0.15, 0.60, azimuth.size)
@@ -145,7 +156,7 @@ def test_criteria_are_ranked_by_skill_within_blocks_of_equal_slenderness(make_cu
     }  # fmt: skip
     falls = {each: pga >= limit[each] for each in limit}
     table = np.stack([*falls.values()])
-    cube = make_cube(
+    cube = make_cube_from_fall_rules(
         lambda at, _, shape, *__: table[(10 * shape - 0.5).astype(int), (at // 10).astype(int)],
         azimuth=azimuth, height=[0.6], b_over_h=slender, friction=[1.0], events="abcdefgh",
     )  # fmt: skip
@@ -153,23 +164,26 @@ def test_criteria_are_ranked_by_skill_within_blocks_of_equal_slenderness(make_cu
     found = score_overturning_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     blind = found.rules[-1]
-    assert (found.best_criterion.name, found.best_criterion.within.value) == ("pulse, one impact", pytest.approx(1.0))
+    assert (found.best_criterion.name, found.best_criterion.mean_skill_within_block_sizes.value) == (
+        "pulse, one impact",
+        pytest.approx(1.0),
+    )
     # All earthquakes are alike: 0.05^(1/8) of all earthquakes have the lead, the others at least -2.
-    for lead in found.leads.values():
+    for lead in found.skill_leads_of_best_criterion.values():
         assert lead.low == pytest.approx(0.05 ** (1 / 8) * (lead.value + 2) - 2)
     # By hand: hits minus false alarms for each block with falls and stands, averaged with weights f(1 − f).
     skills = {}
-    for name, rule in ((one.name, one.acceleration) for one in CRITERIA):
+    for name, rule in ((one.name, one.acceleration_limit_function) for one in CRITERIA):
         said = {each: pga >= np.array([float(rule(0.6, each, one)) for one in ratio]) for each in falls}
         mixed = [each for each in falls if 0 < falls[each].mean() < 1]
         skills[name] = np.average(
             [said[each][falls[each]].mean() - said[each][~falls[each]].mean() for each in mixed],
             weights=[falls[each].mean() * (1 - falls[each].mean()) for each in mixed],
         )
-    assert {one.name: one.within.value for one in found.rules[:-1]} == pytest.approx(skills)
+    assert {one.name: one.mean_skill_within_block_sizes.value for one in found.rules[:-1]} == pytest.approx(skills)
     assert [one.name for one in found.rules[:-1]] == [one.name for one in CRITERIA]
     best = max(skills.values())
-    assert {name: lead.value for name, lead in found.leads.items()} == pytest.approx(
+    assert {name: lead.value for name, lead in found.skill_leads_of_best_criterion.items()} == pytest.approx(
         {name: best - skill for name, skill in skills.items() if skill < best}
     )
     # The rule without motion: the best of all bounds between the shapes.
@@ -179,27 +193,31 @@ def test_criteria_are_ranked_by_skill_within_blocks_of_equal_slenderness(make_cu
         - np.mean([shape < bound for shape, fell in rows if not fell])
         for bound in (0.15, 0.25, 0.35)
     )  # fmt: skip
-    assert (blind.name, blind.skill.value, blind.within.value) == (
+    assert (blind.name, blind.skill.value, blind.mean_skill_within_block_sizes.value) == (
         SLENDERNESS_ONLY,
         pytest.approx(best),
         pytest.approx(0.0),
     )
     # ω = 2 PGA/PGV and p² = 3g/4R by hand.
     sizes = [0.5 * 0.6 * math.hypot(1, each) for each in falls]
-    beyond = [2 / one / math.sqrt(0.75 * STANDARD_GRAVITY / size) > PULSE_VALID for size in sizes for one in ratio]
-    assert 0 < found.beyond < 1
-    assert found.beyond == pytest.approx(np.mean(beyond))
+    beyond = [
+        2 / one / math.sqrt(0.75 * STANDARD_GRAVITY / size) > MAX_VALID_PULSE_FREQUENCY_RATIO
+        for size in sizes
+        for one in ratio
+    ]
+    assert 0 < found.share_beyond_pulse_validity < 1
+    assert found.share_beyond_pulse_validity == pytest.approx(np.mean(beyond))
 
 
-MOTION_KINDS = np.array([(1.60, 0.15), (1.30, 0.07), (1.45, 0.12), (2.60, 0.05)])
+PGA_OVER_WEST_AND_PGV_OVER_PGA = np.array([(1.60, 0.15), (1.30, 0.07), (1.45, 0.12), (2.60, 0.05)])
 """PGA over g B/H and PGV/PGA, s, of motions for which of Kaneko–Hayashi and the pulse with one impact both predict that
 a block of 0.6 m and B/H 0.3 falls, neither, the first alone, and the second alone. West and Ishiyama always predict a
 fall, the pulse without impact never."""
 FIRST_CRITERION, SECOND_CRITERION = "Kaneko–Hayashi", "pulse, one impact"
 
 
-def scores_with_first_criterion_right_by_odds(
-    make_cube: Callable[..., xr.Dataset], generator: np.random.Generator, odds: tuple[float, float]
+def criteria_scores_of_beta_distributed_success(
+    make_cube_from_fall_rules: Callable[..., xr.Dataset], generator: np.random.Generator, odds: tuple[float, float]
 ) -> OverturningCriteriaScores:
     """Return scores from 14 synthetic earthquakes in which the first of two criteria is right by given odds.
 
@@ -210,32 +228,48 @@ def scores_with_first_criterion_right_by_odds(
     right = generator.random(kind.shape) < generator.beta(*odds, size=(14, 1))
     falls = np.choose(kind, [np.full(kind.shape, True), np.full(kind.shape, False), right, ~right]).astype(float)
     rules = [lambda at, *_, own=own: own[(at // 15).astype(int)] for own in falls]
-    cube = make_cube(
+    cube = make_cube_from_fall_rules(
         rules, azimuth=azimuth, height=[0.6], b_over_h=[0.3], friction=[1.0], events="abcdefghijklmn"
     )  # fmt: skip
-    pga = STANDARD_GRAVITY * 0.3 * MOTION_KINDS[kind, 0]
-    peaks = {"pga": (("record", "azimuth"), pga), "pgv": (("record", "azimuth"), pga * MOTION_KINDS[kind, 1])}
+    pga = STANDARD_GRAVITY * 0.3 * PGA_OVER_WEST_AND_PGV_OVER_PGA[kind, 0]
+    peaks = {
+        "pga": (("record", "azimuth"), pga),
+        "pgv": (("record", "azimuth"), pga * PGA_OVER_WEST_AND_PGV_OVER_PGA[kind, 1]),
+    }
     found = score_overturning_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     return found
 
 
 @pytest.mark.long
-def test_best_criterion_is_named_only_if_criteria_differ(make_cube: Callable[..., xr.Dataset]) -> None:
+def test_best_criterion_is_named_only_if_criteria_differ(make_cube_from_fall_rules: Callable[..., xr.Dataset]) -> None:
     """Regression: the criterion with the higher skill was called the best even if two were equal."""
     generator = np.random.default_rng(42)
-    alike = [scores_with_first_criterion_right_by_odds(make_cube, generator, (2, 2)) for _ in range(400)]
+    alike = [
+        criteria_scores_of_beta_distributed_success(make_cube_from_fall_rules, generator, (2, 2)) for _ in range(400)
+    ]
     assert {one.best_criterion.name for one in alike} == {FIRST_CRITERION, SECOND_CRITERION}
-    assert np.mean([all(lead.low > 0 for lead in one.leads.values()) for one in alike]) <= 0.07
+    assert np.mean([all(lead.low > 0 for lead in one.skill_leads_of_best_criterion.values()) for one in alike]) <= 0.07
     # Both lead the three that always say the same.
-    assert np.mean([sum(lead.low > 0 for lead in one.leads.values()) >= 3 for one in alike]) >= 0.95
-    better = [scores_with_first_criterion_right_by_odds(make_cube, generator, (6, 2)) for _ in range(60)]
-    ranked = [one.best_criterion.name for one in better if all(lead.low > 0 for lead in one.leads.values())]
+    assert (
+        np.mean([sum(lead.low > 0 for lead in one.skill_leads_of_best_criterion.values()) >= 3 for one in alike])
+        >= 0.95
+    )
+    better = [
+        criteria_scores_of_beta_distributed_success(make_cube_from_fall_rules, generator, (6, 2)) for _ in range(60)
+    ]
+    ranked = [
+        one.best_criterion.name
+        for one in better
+        if all(lead.low > 0 for lead in one.skill_leads_of_best_criterion.values())
+    ]
     assert set(ranked) == {FIRST_CRITERION}
     assert len(ranked) >= 48
 
 
-def test_blocks_that_nearly_always_stand_have_little_weight_in_scores(make_cube: Callable[..., xr.Dataset]) -> None:
+def test_blocks_that_nearly_always_stand_have_little_weight_in_scores(
+    make_cube_from_fall_rules: Callable[..., xr.Dataset],
+) -> None:
     """The weight of a block is f(1 − f): by hand for f = 1/2 and f = 1/50."""
     azimuth = np.arange(0, 180, 3.6)
     strong = np.arange(50) < 25
@@ -245,15 +279,17 @@ def test_blocks_that_nearly_always_stand_have_little_weight_in_scores(make_cube:
         0.8: np.arange(50) == 30,
     }  # West: correct for the first earthquake, wrong for the only fall of the other
 
-    def falls_by_block_shape(at: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray) -> np.ndarray:
+    def falls_by_b_over_h(at: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray) -> np.ndarray:
         place = np.rint(at / 3.6).astype(int)
         return np.where(slender < 0.5, falls[0.3][place], falls[0.8][place]).astype(float)
 
-    cube = make_cube(
-        falls_by_block_shape, azimuth=azimuth, height=[0.6], b_over_h=[0.3, 0.8], friction=[1.0], events="abcdefgh"
+    cube = make_cube_from_fall_rules(
+        falls_by_b_over_h, azimuth=azimuth, height=[0.6], b_over_h=[0.3, 0.8], friction=[1.0], events="abcdefgh"
     )
     peaks = {name: (("record", "azimuth"), np.tile(one, (8, 1))) for name, one in (("pga", pga), ("pgv", pga / 10))}
     found = score_overturning_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     weights = np.array([0.5 * 0.5, 0.02 * 0.98])
-    assert found.rules[0].within.value == pytest.approx(weights @ [1.0, -25 / 49] / weights.sum())
+    assert found.rules[0].mean_skill_within_block_sizes.value == pytest.approx(
+        weights @ [1.0, -25 / 49] / weights.sum()
+    )

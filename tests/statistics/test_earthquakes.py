@@ -10,16 +10,16 @@ from overturning.statistics.alignment_by_rule import fault_normal_alignment_by_b
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import (
     difference_of_fall_alignments,
-    fall_axes_by_earthquake,
+    fall_axes_from_fault_normal_by_earthquake,
     mean_fall_directions_by_record,
     summarise_fall_axes,
 )
-from overturning.statistics.falls import BLOCK_RULES, EVERY_BLOCK, MARGINAL
+from overturning.statistics.falls import BLOCK_RULES, EVERY_BLOCK, MARGINAL_BLOCKS_RULE
 from overturning.statistics.roses import fall_rose
 
 
 @pytest.fixture
-def fall_axes_at_offsets(make_cube, falls_in_sector):
+def compute_fall_axes_for_offsets(make_cube_from_fall_rules, make_sector_fall_rule):
     """Return a function for the fall axes of records whose blocks fall at given offsets from the fault normals.
 
     Offsets are in degrees; the function computes the axes by earthquake.
@@ -27,9 +27,11 @@ def fall_axes_at_offsets(make_cube, falls_in_sector):
 
     def fall_axes(offsets, *, normals=None, events=None):
         normals = [20.0 + 37 * i for i in range(len(offsets))] if normals is None else normals
-        rules = [falls_in_sector(normal + offset, 10) for normal, offset in zip(normals, offsets, strict=True)]
+        rules = [make_sector_fall_rule(normal + offset, 10) for normal, offset in zip(normals, offsets, strict=True)]
         names = [f"E{i}" for i in range(len(offsets))] if events is None else events
-        return fall_axes_by_earthquake(make_cube(rules, azimuth=range(360), events=names, fault_normal=normals))
+        return fall_axes_from_fault_normal_by_earthquake(
+            make_cube_from_fall_rules(rules, azimuth=range(360), events=names, fault_normal=normals)
+        )
 
     return fall_axes
 
@@ -45,27 +47,31 @@ def fall_axes_at_offsets(make_cube, falls_in_sector):
         ([10, 30, -40], {"events": ["A", "A", "B"]}, [20, -40]),
     ],
 )
-def test_fall_axis_is_measured_from_the_fault_normal(fall_axes_at_offsets, offsets, more, expected) -> None:
-    found = fall_axes_at_offsets(offsets, **more)
+def test_fall_axis_is_measured_from_the_fault_normal(compute_fall_axes_for_offsets, offsets, more, expected) -> None:
+    found = compute_fall_axes_for_offsets(offsets, **more)
     assert found["axis"].values == pytest.approx(expected, abs=1e-6)
     assert found["records"].values.tolist() == [len(offsets) - len(expected) + 1, *[1] * (len(expected) - 1)]
     assert summarise_fall_axes(found).alignment.n == len(expected)
 
 
-def test_sample_size_excludes_records_without_falls_or_fault_normal(make_cube, falls_in_sector) -> None:
-    cube = make_cube(
-        [falls_in_sector(60, 10)] * 4, azimuth=range(360), events="ABCD", fault_normal=[60, 60, 60, math.nan]
+def test_sample_size_excludes_records_without_falls_or_fault_normal(
+    make_cube_from_fall_rules, make_sector_fall_rule
+) -> None:
+    cube = make_cube_from_fall_rules(
+        [make_sector_fall_rule(60, 10)] * 4, azimuth=range(360), events="ABCD", fault_normal=[60, 60, 60, math.nan]
     )
     cube["overturned"][{"record": 1}] = 0
-    summary = summarise_fall_axes(fall_axes_by_earthquake(cube))
+    summary = summarise_fall_axes(fall_axes_from_fault_normal_by_earthquake(cube))
     assert (summary.earthquakes, summary.alignment.n) == (4, 2)
     assert math.isnan(summary.half_width_deg)
-    nothing = summarise_fall_axes(fall_axes_by_earthquake(cube.assign(overturned=0 * cube["overturned"])))
+    nothing = summarise_fall_axes(
+        fall_axes_from_fault_normal_by_earthquake(cube.assign(overturned=0 * cube["overturned"]))
+    )
     assert nothing.alignment.n == 0
-    assert np.isnan([nothing.axis_deg, nothing.alignment.value]).all()
+    assert np.isnan([nothing.axis_from_fault_normal_deg, nothing.alignment.value]).all()
 
 
-def test_fall_axes_use_only_marginal_blocks_and_are_weighted_by_resultant(make_cube) -> None:
+def test_fall_axes_use_only_marginal_blocks_and_are_weighted_by_resultant(make_cube_from_fall_rules) -> None:
     """B/H 0.1 falls in every plane; B/H 0.3 near one axis or, in the last earthquake, near two perpendicular axes.
 
     The expected values are computed by numpy from the azimuths in which B/H 0.3 falls.
@@ -83,21 +89,21 @@ def test_fall_axes_use_only_marginal_blocks_and_are_weighted_by_resultant(make_c
 
     rules = [fall_rule_about_normal(*one) for one in zip(normals, offsets, strict=True)]
     more = {"azimuth": range(0, 360, 2), "b_over_h": (0.1, 0.3, 0.5), "fault_normal": normals}
-    cube = make_cube(rules, events="ABCD", **more)
+    cube = make_cube_from_fall_rules(rules, events="ABCD", **more)
     doubled = []
     for normal, offset in zip(normals, offsets, strict=True):
         apart = planes - normal
         fell = [one for one in apart if any(abs((one - each + 90) % 180 - 90) <= 14 for each in offset)]
         doubled.append(np.exp(2j * np.radians(fell)).mean())
-    found = fall_axes_by_earthquake(cube)
+    found = fall_axes_from_fault_normal_by_earthquake(cube)
     assert found["cosine"].values == pytest.approx(np.real(doubled))
     assert found["resultant"].values == pytest.approx(np.abs(doubled))
     assert np.abs(doubled[-1]) < 0.05
     assert np.isfinite(found["axis"].values).tolist() == [True, True, True, False]
     summary = summarise_fall_axes(found)
-    assert (summary.alignment.n, summary.with_axis, summary.closer_to_normal) == (4, 3, 2)
+    assert (summary.alignment.n, summary.earthquakes_with_axis, summary.earthquakes_closer_to_normal) == (4, 3, 2)
     assert summary.alignment.value == pytest.approx(np.mean(np.real(doubled)))
-    by_shape = fall_axes_by_earthquake(cube, "b_over_h")
+    by_shape = fall_axes_from_fault_normal_by_earthquake(cube, "b_over_h")
     assert by_shape["falls"].sum("event").values.tolist() == [
         4,
         4,
@@ -105,11 +111,11 @@ def test_fall_axes_use_only_marginal_blocks_and_are_weighted_by_resultant(make_c
     ]  # slender blocks fall everywhere and do not indicate a direction
     assert by_shape["axis"].count("event").values.tolist() == [0, 3, 0]
     # A record without marginal blocks counts with all its falls, which are isotropic.
-    (alone,) = fall_axes_by_earthquake(cube.isel(record=[0], b_over_h=[0]))["resultant"].values
+    (alone,) = fall_axes_from_fault_normal_by_earthquake(cube.isel(record=[0], b_over_h=[0]))["resultant"].values
     assert alone == pytest.approx(0.0, abs=1e-9)
 
 
-def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube, falls_in_sector) -> None:
+def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
     """The alignment is at most the mean resultant of the records, reached if all fall along the fault normal.
 
     If blocks fall in planes within w of an axis, spaced by s, the resultant of the doubled axes is sin(2w + s)/((2w/s
@@ -121,8 +127,8 @@ def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube, falls_i
 
     widths, normals = (10, 40, 20, 30), np.array([20.0, 20.0, 75.0, 110.0])
     cube = [
-        make_cube(
-            [falls_in_sector(a + b, width) for a, b, width in zip(normals, offsets, widths, strict=True)],
+        make_cube_from_fall_rules(
+            [make_sector_fall_rule(a + b, width) for a, b, width in zip(normals, offsets, widths, strict=True)],
             azimuth=range(360), events="AABC", fault_normal=normals,
         )
         for offsets in ([0, 0, 0, 0], [0, 90, 30, 60])
@@ -130,11 +136,11 @@ def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube, falls_i
     largest = np.mean(
         [(resultant_of_planes(10) + resultant_of_planes(40)) / 2, resultant_of_planes(20), resultant_of_planes(30)]
     )
-    along, aside = (summarise_fall_axes(fall_axes_by_earthquake(one)) for one in cube)
-    assert along.largest == pytest.approx(largest)
+    along, aside = (summarise_fall_axes(fall_axes_from_fault_normal_by_earthquake(one)) for one in cube)
+    assert along.largest_possible_alignment == pytest.approx(largest)
     assert along.alignment.value == pytest.approx(largest), "it is reached where all fall along the normal"
     # Two records of one earthquake that fall across each other allow no less: the axes need not have been.
-    assert aside.largest == pytest.approx(largest)
+    assert aside.largest_possible_alignment == pytest.approx(largest)
     cosines = [
         (resultant_of_planes(10) - resultant_of_planes(40)) / 2,
         0.5 * resultant_of_planes(20),
@@ -143,7 +149,7 @@ def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube, falls_i
     assert aside.alignment.value == pytest.approx(np.mean(cosines))
 
 
-def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube) -> None:
+def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube_from_fall_rules) -> None:
     """B/H 0.1 falls in all planes, 0.2 in 5/6, 0.3 in 2/5 and 0.4 in 1/10 of them, each about an axis of its own.
 
     Numpy computes the expected values.
@@ -167,12 +173,12 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube) -> N
 
         return signed_falls
 
-    cube = make_cube(
+    cube = make_cube_from_fall_rules(
         [fall_rule_up_to_b_over_h(10.0, 0.4), fall_rule_up_to_b_over_h(130.0, 0.2)],
         azimuth=range(360), b_over_h=tuple(share), events="AB", fault_normal=normals
     )  # fmt: skip
 
-    def mean_doubled_axis(record: int, shapes: list[float]) -> complex:
+    def mean_vector_of_doubled_axes(record: int, shapes: list[float]) -> complex:
         doubled = [
             2j * np.radians(planes[is_near_axis(planes, normals[record], one)] - normals[record]) for one in shapes
         ]
@@ -183,26 +189,31 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube) -> N
     ((group, found),) = fault_normal_alignment_by_block_selection(cube).items()
     assert (group, [one.rule for one in found]) == ("all records", list(BLOCK_RULES))
     for one, shapes in zip(found, chosen, strict=True):
-        means = [mean_doubled_axis(record, own) for record, own in enumerate(shapes) if own]
+        means = [mean_vector_of_doubled_axes(record, own) for record, own in enumerate(shapes) if own]
         assert (one.records, one.alignment.n) == (len(means), len(means))
         assert one.alignment.value == pytest.approx(np.mean(np.real(means)), abs=1e-6)
-        assert one.largest == pytest.approx(np.mean(np.abs(means)), abs=1e-6)
+        assert one.largest_possible_alignment == pytest.approx(np.mean(np.abs(means)), abs=1e-6)
         assert math.isnan(one.alignment.low), "two earthquakes are too few for an interval"
     # The rule of the report is that of the alignment elsewhere, with its interval.
     many = xr.concat([cube.isel(record=[0])] * 9, "record").assign_coords(event=("record", list("ABCDEFGHI")))
     many["fault_normal"] = ("record", 10.0 + 7.0 * np.arange(9))
-    own = fault_normal_alignment_by_block_selection(many, [MARGINAL])["all records"][0]
-    summary = summarise_fall_axes(fall_axes_by_earthquake(many))
+    own = fault_normal_alignment_by_block_selection(many, [MARGINAL_BLOCKS_RULE])["all records"][0]
+    summary = summarise_fall_axes(fall_axes_from_fault_normal_by_earthquake(many))
     assert own.alignment == summary.alignment
-    assert own.largest == pytest.approx(summary.largest)
+    assert own.largest_possible_alignment == pytest.approx(summary.largest_possible_alignment)
     assert own.alignment.low < own.alignment.value < own.alignment.high
-    assert fault_normal_alignment_by_block_selection(many, [EVERY_BLOCK])["all records"][0].largest < own.largest
+    assert (
+        fault_normal_alignment_by_block_selection(many, [EVERY_BLOCK])["all records"][0].largest_possible_alignment
+        < own.largest_possible_alignment
+    )
 
 
-def test_fall_rose_weights_earthquakes_equally_and_shows_marginal_blocks(make_cube, falls_in_sector) -> None:
+def test_fall_rose_weights_earthquakes_equally_and_shows_marginal_blocks(
+    make_cube_from_fall_rules, make_sector_fall_rule
+) -> None:
     """Blocks of seven earthquakes fall in eleven planes about 0°; an eighth has two records with one plane at 90°."""
-    rules = [falls_in_sector(0, 5)] * 7 + [falls_in_sector(90, 0)] * 2
-    cube = make_cube(rules, azimuth=range(360), events="ABCDEFGHH")
+    rules = [make_sector_fall_rule(0, 5)] * 7 + [make_sector_fall_rule(90, 0)] * 2
+    cube = make_cube_from_fall_rules(rules, azimuth=range(360), events="ABCDEFGHH")
     rose = fall_rose(cube)
     assert (rose.falls, rose.earthquakes) == (7 * 11 * 20 + 2 * 20, 8)
     shares = np.zeros(24)
@@ -218,12 +229,14 @@ def test_fall_rose_weights_earthquakes_equally_and_shows_marginal_blocks(make_cu
     assert fall_rose(together).shares == pytest.approx(shares)
 
 
-def test_rose_sector_with_the_same_share_in_all_earthquakes_has_exact_bounds(make_cube, falls_in_sector) -> None:
+def test_rose_sector_with_the_same_share_in_all_earthquakes_has_exact_bounds(
+    make_cube_from_fall_rules, make_sector_fall_rule
+) -> None:
     """A rose sector with the share 1 or 0 in all earthquakes has an interval with exact, unequal bounds.
 
     All falls lie along the fault normal (regression: the intervals had zero width).
     """
-    cube = make_cube([falls_in_sector(60, 5)] * 9, events="ABCDEFGHI", fault_normal=60.0)
+    cube = make_cube_from_fall_rules([make_sector_fall_rule(60, 5)] * 9, events="ABCDEFGHI", fault_normal=60.0)
     rose = fall_rose(cube, from_normal=True, axial=True)
     bound = 0.05 ** (1 / 9)  # nine of nine earthquakes have it with a probability of 5 %
     assert rose.shares.tolist() == [1.0] + [0.0] * 11
@@ -236,31 +249,33 @@ def test_rose_sector_with_the_same_share_in_all_earthquakes_has_exact_bounds(mak
 
 @pytest.mark.parametrize("step", [5, 10, 15, 20, 30, 45])
 @pytest.mark.parametrize("from_normal", [False, True])
-def test_rose_of_falls_in_all_directions_is_round_for_any_azimuth_step(make_cube, step, from_normal) -> None:
+def test_rose_of_falls_in_all_directions_is_round_for_any_azimuth_step(
+    make_cube_from_fall_rules, step, from_normal
+) -> None:
     """Regression: with a step of 10° every second sector had two azimuths, with 30° every second none."""
 
     def falls_in_all_directions(azimuth: np.ndarray, _: np.ndarray, __: np.ndarray, friction: np.ndarray) -> np.ndarray:
         return np.where(friction < 0.5, 1, -1) * np.where(azimuth < 180, 1, -1)
 
-    cube = make_cube(falls_in_all_directions, azimuth=range(0, 360, step), fault_normal=60.0)
+    cube = make_cube_from_fall_rules(falls_in_all_directions, azimuth=range(0, 360, step), fault_normal=60.0)
     assert fall_rose(cube, from_normal=from_normal).shares == pytest.approx(np.full(SECTORS, 1 / SECTORS))
 
 
-def test_aligned_fall_axes_have_a_mean_axis_and_scattered_ones_none(fall_axes_at_offsets) -> None:
+def test_aligned_fall_axes_have_a_mean_axis_and_scattered_ones_none(compute_fall_axes_for_offsets) -> None:
     offsets = [-12, -7, -3, 2, 6, 9, 14, 4]
-    aligned = summarise_fall_axes(fall_axes_at_offsets(offsets))
-    assert abs(aligned.axis_deg) < 3
+    aligned = summarise_fall_axes(compute_fall_axes_for_offsets(offsets))
+    assert abs(aligned.axis_from_fault_normal_deg) < 3
     assert aligned.half_width_deg < 10
     assert aligned.alignment.low > 0.8
-    assert aligned.closer_to_normal == aligned.with_axis == 8
+    assert aligned.earthquakes_closer_to_normal == aligned.earthquakes_with_axis == 8
     # Planes within 10° of its axis, of each degree, fall under each.
     doubled = np.exp(2j * np.radians(offsets)).mean() * np.cos(2 * np.radians(np.arange(-10, 11))).mean()
-    assert aligned.axis_deg == pytest.approx(np.degrees(np.angle(doubled)) / 2)
+    assert aligned.axis_from_fault_normal_deg == pytest.approx(np.degrees(np.angle(doubled)) / 2)
     assert aligned.alignment.value == pytest.approx(doubled.real)
-    scattered = summarise_fall_axes(fall_axes_at_offsets([0, 23, 45, 68, 90, -68, -45, -23]))
-    assert math.isnan(scattered.axis_deg)
+    scattered = summarise_fall_axes(compute_fall_axes_for_offsets([0, 23, 45, 68, 90, -68, -45, -23]))
+    assert math.isnan(scattered.axis_from_fault_normal_deg)
     assert scattered.alignment.low < 0 < scattered.alignment.high
-    assert str(summarise_fall_axes(fall_axes_at_offsets([0, 23, 45, 68, 90, -68, -45, -23]))) == str(
+    assert str(summarise_fall_axes(compute_fall_axes_for_offsets([0, 23, 45, 68, 90, -68, -45, -23]))) == str(
         scattered
     )  # the same each time
 
@@ -276,15 +291,15 @@ def test_bootstrap_interval_covers_the_mean_axis_at_its_level() -> None:
             {name: ("event", values) for name, values in parts.items()}, {"event": [str(i) for i in range(12)]}
         )
         summary = summarise_fall_axes(axes, level=0.9, draws=400)
-        held += abs((summary.axis_deg - 20 + 90) % 180 - 90) <= summary.half_width_deg
+        held += abs((summary.axis_from_fault_normal_deg - 20 + 90) % 180 - 90) <= summary.half_width_deg
     assert 0.80 <= held / 200 <= 0.97
 
 
-def test_difference_of_alignment_of_pulse_and_control_groups_has_an_interval(fall_axes_at_offsets) -> None:
-    pulse = fall_axes_at_offsets([0, 5, -5, 8, -8, 3, 6, -2])
+def test_difference_of_alignment_of_pulse_and_control_groups_has_an_interval(compute_fall_axes_for_offsets) -> None:
+    pulse = compute_fall_axes_for_offsets([0, 5, -5, 8, -8, 3, 6, -2])
     names = ["E0", "E1", "C2", "C3", "C4", "C5", "C6", "C7"]
     difference = difference_of_fall_alignments(
-        pulse, fall_axes_at_offsets([90, 70, 85, -80, 60, 88, 75, -85], events=names)
+        pulse, compute_fall_axes_for_offsets([90, 70, 85, -80, 60, 88, 75, -85], events=names)
     )
     assert difference.value > 1.5
     assert difference.low > 1
@@ -294,7 +309,7 @@ def test_difference_of_alignment_of_pulse_and_control_groups_has_an_interval(fal
     assert (same.value, same.low, same.high) == pytest.approx(
         (0, *(2 * one * (1 - 0.05 ** (1 / 8)) for one in (-1, 1)))
     )
-    few = fall_axes_at_offsets([0, 5, 10, 15, 20, 25, 30])
+    few = compute_fall_axes_for_offsets([0, 5, 10, 15, 20, 25, 30])
     assert np.isnan([difference_of_fall_alignments(few, few).low, summarise_fall_axes(few).alignment.low]).all()
 
 
@@ -309,15 +324,15 @@ def test_difference_of_alignment_of_pulse_and_control_groups_has_an_interval(fal
     ],
 )
 def test_axis_is_omitted_if_unknown_outcomes_on_one_side_could_impose_it(
-    make_cube, falls_in_sector, unknown_planes, half_width: float, imposed: bool
+    make_cube_from_fall_rules, make_sector_fall_rule, unknown_planes, half_width: float, imposed: bool
 ) -> None:
     """The fall axis of a record is missing if unknown outcomes in some planes could impose it.
 
     Planes are 5° apart; under the first record the outcomes of both blocks are unknown in the given planes, under the
     second record all are known.
     """
-    whole = make_cube(
-        [falls_in_sector(120, half_width), falls_in_sector(120, 30)],
+    whole = make_cube_from_fall_rules(
+        [make_sector_fall_rule(120, half_width), make_sector_fall_rule(120, 30)],
         azimuth=range(0, 360, 5), b_over_h=(0.1, 0.2), events="AB", fault_normal=[120.0, 120.0],
     )  # fmt: skip
     unknown = whole["azimuth"].isin([*unknown_planes, *(one + 180 for one in unknown_planes)]) & (whole["record"] == 0)
@@ -326,7 +341,7 @@ def test_axis_is_omitted_if_unknown_outcomes_on_one_side_could_impose_it(
     assert means["is_imposed"].values.tolist() == [imposed, False]
     assert np.isnan(means["mean_axis"].values).tolist() == [imposed, False]
     assert means["mean_axis"].values[1] == pytest.approx(120.0)
-    axes = fall_axes_by_earthquake(cube)
+    axes = fall_axes_from_fault_normal_by_earthquake(cube)
     assert np.isnan(axes["cosine"].values).tolist() == [imposed, False]
     rules = fault_normal_alignment_by_block_selection(cube, [EVERY_BLOCK])["all records"]
     assert rules[0].records == 2 - imposed

@@ -7,19 +7,19 @@ import xarray as xr
 from overturning.errors import ResultError
 from overturning.labels import unsimulated_azimuth_label
 from overturning.model.body import Body
-from overturning.model.falls import model_of_results_cube
+from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import (
-    LARGEST_RESULTANT_OF_PLANES,
+    MAX_RESULTANT_OF_UNIFORM_PLANES,
     PlanarModel,
-    azimuth_gaps_and_step,
+    azimuth_gap_mask_and_step,
     distinct_plane_indices,
     fall_probabilities_towards_and_away,
     plane_weights_by_azimuth_spacing,
     simulated_planes_impose_fall_axis,
 )
 from overturning.model.stack import Stack
-from overturning.statistics.circular import LEAST_RESULTANT
-from overturning.statistics.elements import count_falls_by_element, element_displacements
+from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
+from overturning.statistics.elements import count_falls_by_element, summarise_element_displacements
 from overturning.statistics.falls import (
     BLOCK_RULES,
     add_opposite_azimuths,
@@ -147,13 +147,13 @@ def test_blocks_are_informative_if_they_fall_in_some_planes_but_at_most_half() -
     assert mask_of_blocks_for_direction_statistics(data.isel(azimuth=[0, 1, 3], b_over_h=[2])).values.tolist() == [True]
 
 
-def test_opposite_azimuths_of_one_plane_are_counted_once(make_cube, falls_in_sector) -> None:
-    cube = make_cube(falls_in_sector(60, 20))
+def test_opposite_azimuths_of_one_plane_are_counted_once(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
+    cube = make_cube_from_fall_rules(make_sector_fall_rule(60, 20))
     whole = mean_fall_probability_over_directions(cube)
     half = mean_fall_probability_over_directions(cube.isel(azimuth=cube["azimuth"] < 180))
     assert whole.values == pytest.approx(9 / 36)  # 40° to 80° by 5° of 36 planes
     xr.testing.assert_allclose(whole, half)
-    assert model_of_results_cube(cube).fall_probability_and_direction_by_case(cube).sizes["azimuth"] == 36
+    assert default_model_for_results_cube(cube).fall_probability_and_direction_by_case(cube).sizes["azimuth"] == 36
 
 
 def fall_rule_both_ways_along_30_degrees(azimuth, *_):
@@ -173,11 +173,13 @@ def fall_rule_both_ways_along_30_degrees(azimuth, *_):
     ],
 )
 def test_fall_shares_mean_directions_and_axes_match_known_fall_rules(
-    make_cube, falls_in_sector, rule, share, direction, axis
+    make_cube_from_fall_rules, make_sector_fall_rule, rule, share, direction, axis
 ) -> None:
     if isinstance(rule, str):
-        rule = falls_in_sector(60, 20, side=1 if rule == "towards 60" else -1)
-    cube = make_cube(rule, azimuth=range(360) if rule is fall_rule_both_ways_along_30_degrees else range(0, 360, 5))
+        rule = make_sector_fall_rule(60, 20, side=1 if rule == "towards 60" else -1)
+    cube = make_cube_from_fall_rules(
+        rule, azimuth=range(360) if rule is fall_rule_both_ways_along_30_degrees else range(0, 360, 5)
+    )
     means = mean_fall_directions(cube)
     assert mean_fall_probability_over_directions(cube).values == pytest.approx(share)
     for kind, (angle, resultant) in (("direction", direction), ("axis", axis)):
@@ -189,8 +191,8 @@ def test_fall_shares_mean_directions_and_axes_match_known_fall_rules(
         )
 
 
-def test_missing_outcomes_do_not_count_as_standing_in_shares(make_cube, falls_in_sector) -> None:
-    cube = make_cube(falls_in_sector(60, 20))
+def test_missing_outcomes_do_not_count_as_standing_in_shares(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
+    cube = make_cube_from_fall_rules(make_sector_fall_rule(60, 20))
     cube["overturned"] = cube["overturned"].where(cube["azimuth"] % 180 != 0)
     shares = mean_fall_probability_over_directions(cube)
     assert shares.values == pytest.approx(9 / 35)
@@ -199,44 +201,49 @@ def test_missing_outcomes_do_not_count_as_standing_in_shares(make_cube, falls_in
     assert mean_fall_probability_over_directions(cube.where(False)).isnull().all()
 
 
-def test_fall_shares_are_averaged_over_all_block_parameters(make_cube, falls_in_sector) -> None:
+def test_fall_shares_are_averaged_over_all_block_parameters(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
     shares = mean_fall_probability_over_directions(
-        make_cube(falls_in_sector(60, 20, largest=0.3)), summed_dims=PlanarModel.case_dims
+        make_cube_from_fall_rules(make_sector_fall_rule(60, 20, largest=0.3)),
+        summed_dims=PlanarModel.case_dims_without_direction,
     )
     assert float(shares[0]) == pytest.approx(9 / 36 * 3 / 5)
     assert shares.dims == ("record",)
 
 
-def test_statistics_of_a_lazy_cube_are_those_of_a_loaded_one(make_cube, falls_in_sector) -> None:
-    cube = make_cube(falls_in_sector(100, 30), events=("A", "B", "C"))
+def test_statistics_of_a_lazy_cube_are_those_of_a_loaded_one(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
+    cube = make_cube_from_fall_rules(make_sector_fall_rule(100, 30), events=("A", "B", "C"))
     for function in (mean_fall_probability_over_directions, mean_fall_directions):
         answer = function(cube.chunk({"record": 1, "azimuth": 12}))
         assert answer.chunks
         xr.testing.assert_allclose(answer.compute(), function(cube))
 
 
-def test_azimuths_added_to_a_grid_do_not_change_shares_and_axes(make_cube, falls_in_sector) -> None:
-    regular = make_cube(falls_in_sector(60, 20))
-    extra = make_cube(falls_in_sector(60, 20), azimuth=sorted([*range(0, 360, 5), 61, 62, 63, 64, 241, 242, 243, 244]))
+def test_azimuths_added_to_a_grid_do_not_change_shares_and_axes(
+    make_cube_from_fall_rules, make_sector_fall_rule
+) -> None:
+    regular = make_cube_from_fall_rules(make_sector_fall_rule(60, 20))
+    extra = make_cube_from_fall_rules(
+        make_sector_fall_rule(60, 20), azimuth=sorted([*range(0, 360, 5), 61, 62, 63, 64, 241, 242, 243, 244])
+    )
     assert plane_weights_by_azimuth_spacing(
         extra["azimuth"].values[distinct_plane_indices(extra["azimuth"].values)]
     ).sum() == pytest.approx(1)
     assert float(
-        mean_fall_probability_over_directions(extra, summed_dims=("record", *PlanarModel.case_dims))
+        mean_fall_probability_over_directions(extra, summed_dims=("record", *PlanarModel.case_dims_without_direction))
     ) == pytest.approx(9 / 36)
     assert mean_fall_directions(extra)["mean_axis"].values == pytest.approx(
         mean_fall_directions(regular)["mean_axis"].values, abs=0.01
     )
 
 
-def test_end_planes_of_a_partial_circle_have_no_extra_weight(make_cube, falls_in_sector) -> None:
+def test_end_planes_of_a_partial_circle_have_no_extra_weight(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
     """Of twelve planes from 30° to 85°, those from 40° on fall, each counted once."""
     part = np.arange(30, 90, 5)
     assert plane_weights_by_azimuth_spacing(part) == pytest.approx(np.full(12, 1 / 12))
     assert plane_weights_by_azimuth_spacing(part, divide_gaps=True)[[0, 1, -1]] == pytest.approx(
         [65 / 180, 5 / 180, 65 / 180]
     )
-    cube = make_cube(falls_in_sector(62.5, 24), azimuth=part.tolist())
+    cube = make_cube_from_fall_rules(make_sector_fall_rule(62.5, 24), azimuth=part.tolist())
     assert mean_fall_probability_over_directions(cube).values == pytest.approx(10 / 12)
     assert mean_fall_directions(cube)["mean_axis"].values == pytest.approx(62.5, abs=1e-4)
     assert plane_weights_by_azimuth_spacing([0, 60, 90]) == pytest.approx([75 / 180, 45 / 180, 60 / 180]), (
@@ -248,9 +255,9 @@ def test_end_planes_of_two_partial_circles_have_no_extra_weight() -> None:
     """End planes of azimuth ranges near both faces of a stone have the same weight as all other planes."""
     both = [*range(0, 25, 5), *range(90, 115, 5)]
     assert plane_weights_by_azimuth_spacing(both) == pytest.approx(np.full(10, 1 / 10))
-    not_computed, step = azimuth_gaps_and_step(both)
+    not_computed, step = azimuth_gap_mask_and_step(both)
     assert (np.flatnonzero(not_computed).tolist(), step) == ([4, 9], 5.0)
-    assert np.flatnonzero(azimuth_gaps_and_step(both, 360.0)[0]).tolist() == [4, 9]
+    assert np.flatnonzero(azimuth_gap_mask_and_step(both, 360.0)[0]).tolist() == [4, 9]
 
 
 @pytest.mark.parametrize(
@@ -258,7 +265,7 @@ def test_end_planes_of_two_partial_circles_have_no_extra_weight() -> None:
 )
 def test_grid_with_a_missing_plane_is_a_partial_circle(part, last: float) -> None:
     """An azimuth range that stops one step short, as its end is excluded, counts as a partial circle with a gap."""
-    not_computed, step = azimuth_gaps_and_step(list(part))
+    not_computed, step = azimuth_gap_mask_and_step(list(part))
     assert np.flatnonzero(not_computed).tolist() == [len(part) - 1]
     assert step == part[1] - part[0]
     assert plane_weights_by_azimuth_spacing(list(part)) == pytest.approx(1 / len(part))
@@ -278,16 +285,16 @@ def test_grid_with_a_missing_plane_is_a_partial_circle(part, last: float) -> Non
     ],
 )
 def test_azimuths_added_to_a_full_circle_do_not_make_it_partial(whole) -> None:
-    assert not azimuth_gaps_and_step(whole)[0].any()
+    assert not azimuth_gap_mask_and_step(whole)[0].any()
     assert plane_weights_by_azimuth_spacing(whole) == pytest.approx(
         plane_weights_by_azimuth_spacing(whole, divide_gaps=True)
     )
 
 
-def test_opposite_azimuths_of_an_asymmetric_scene_are_two_different_cases(make_cube) -> None:
+def test_opposite_azimuths_of_an_asymmetric_scene_are_two_different_cases(make_cube_from_fall_rules) -> None:
     """The stone falls away from its wall: towards azimuths from 0° to 175°; for azimuths from 180° on it stands."""
-    cube = make_cube(lambda azimuth, *_: np.where(azimuth < 180, 1, 0))
-    falling = make_cube(lambda azimuth, *_: np.ones_like(azimuth))
+    cube = make_cube_from_fall_rules(lambda azimuth, *_: np.where(azimuth < 180, 1, 0))
+    falling = make_cube_from_fall_rules(lambda azimuth, *_: np.ones_like(azimuth))
     for one in (cube, falling):
         one["azimuth"].attrs["period"] = 360.0
     assert mean_fall_probability_over_directions(cube).values == pytest.approx(0.5)
@@ -300,8 +307,10 @@ def test_opposite_azimuths_of_an_asymmetric_scene_are_two_different_cases(make_c
         assert fall_counts_towards_azimuths(case).sel(azimuth=[0, 175, 180, 355]).values.tolist() == expected
 
 
-def test_fall_probabilities_come_from_the_ensemble_where_it_was_run(make_cube, falls_in_sector) -> None:
-    cube = make_cube(falls_in_sector(60, 20))
+def test_fall_probabilities_come_from_the_ensemble_where_it_was_run(
+    make_cube_from_fall_rules, make_sector_fall_rule
+) -> None:
+    cube = make_cube_from_fall_rules(make_sector_fall_rule(60, 20))
     towards = xr.full_like(cube["overturned"], np.nan)
     towards[{"b_over_h": 1}] = 0.25
     cube = cube.assign(probability_towards=towards, probability_away=towards * 0 + 0.5)
@@ -315,8 +324,8 @@ def test_fall_probabilities_come_from_the_ensemble_where_it_was_run(make_cube, f
     assert set(np.unique(nominal["towards"])) == {0, 1}
 
 
-def test_mean_axis_of_a_single_azimuth_is_that_azimuth(make_cube) -> None:
-    cube = make_cube(lambda azimuth, *_rest: np.ones_like(azimuth), azimuth=(32,))
+def test_mean_axis_of_a_single_azimuth_is_that_azimuth(make_cube_from_fall_rules) -> None:
+    cube = make_cube_from_fall_rules(lambda azimuth, *_rest: np.ones_like(azimuth), azimuth=(32,))
     assert mean_fall_directions(cube)["mean_axis"].values == pytest.approx(32)
     assert (mean_fall_probability_over_directions(cube) == 1).all()
 
@@ -338,8 +347,8 @@ def test_a_scene_falls_where_any_of_its_elements_falls() -> None:
         {"overturned": (dims, flags), "overturning_time": (dims, times)}, {"element": ["pillar", "lintel"]}
     )
     pillar, lintel, anything = count_falls_by_element(made)
-    assert (pillar.cases, pillar.falls, pillar.first) == (4, 2, 2)
-    assert (lintel.cases, lintel.falls, lintel.first) == (4, 2, 1)
+    assert (pillar.cases, pillar.falls, pillar.first_falls) == (4, 2, 2)
+    assert (lintel.cases, lintel.falls, lintel.first_falls) == (4, 2, 1)
     assert (anything.cases, anything.falls, anything.share, anything.median_time) == (4, 3, 0.75, 3.0)
 
 
@@ -360,13 +369,13 @@ def test_displacements_of_each_stone_of_a_stack_match_hand_computation() -> None
         {name: (dims, values) for name, values in zip(names, (fell, north, east, twist, slid), strict=True)},
         {"element": ["base", "shaft"]},
     )
-    base, shaft = element_displacements(made)
-    assert (base.standing, base.fallen, base.slid_off) == (8, 0, 0)
-    assert base.slip == pytest.approx((0.05, 0.05))
-    assert (shaft.standing, shaft.fallen, shaft.slid_off) == (5, 3, 1)
-    assert shaft.slip == (0.0, 0.0)
-    assert shaft.twist == pytest.approx((2.0, 3.6)), "of 0, 1, 2, 3, 4 degrees"
-    assert element_displacements(made.drop_vars("slid_off"))[1].slid_off is None
+    base, shaft = summarise_element_displacements(made)
+    assert (base.standing, base.fallen, base.slide_off_count) == (8, 0, 0)
+    assert base.median_and_p90_slip_m == pytest.approx((0.05, 0.05))
+    assert (shaft.standing, shaft.fallen, shaft.slide_off_count) == (5, 3, 1)
+    assert shaft.median_and_p90_slip_m == (0.0, 0.0)
+    assert shaft.median_and_p90_twist_deg == pytest.approx((2.0, 3.6)), "of 0, 1, 2, 3, 4 degrees"
+    assert summarise_element_displacements(made.drop_vars("slid_off"))[1].slide_off_count is None
 
 
 def test_model_kind_is_recognised_from_the_coordinates_of_a_cube() -> None:
@@ -375,10 +384,10 @@ def test_model_kind_is_recognised_from_the_coordinates_of_a_cube() -> None:
     They load few variables of a cube, so that the model must follow from the coordinates that remain.
     """
     stack = xr.Dataset({"overturned": (("orientation", "height"), np.zeros((2, 1)))}, {"height": [0.6]})
-    assert isinstance(model_of_results_cube(stack), Stack)
-    assert isinstance(model_of_results_cube(stack.expand_dims(aspect=[1.0])), Body)
-    assert isinstance(model_of_results_cube(stack.expand_dims(aspect=[1.0]).isel(aspect=0)), Body)
-    assert isinstance(model_of_results_cube(stack.rename(orientation="azimuth")), PlanarModel)
+    assert isinstance(default_model_for_results_cube(stack), Stack)
+    assert isinstance(default_model_for_results_cube(stack.expand_dims(aspect=[1.0])), Body)
+    assert isinstance(default_model_for_results_cube(stack.expand_dims(aspect=[1.0]).isel(aspect=0)), Body)
+    assert isinstance(default_model_for_results_cube(stack.rename(orientation="azimuth")), PlanarModel)
 
 
 @pytest.mark.parametrize(
@@ -404,4 +413,4 @@ def test_model_kind_is_recognised_from_the_coordinates_of_a_cube() -> None:
 )
 def test_unevenly_spaced_planes_are_detected_as_imposing_the_fall_axis(azimuth, imposed: bool) -> None:
     assert simulated_planes_impose_fall_axis(list(azimuth)) is imposed
-    assert LARGEST_RESULTANT_OF_PLANES == LEAST_RESULTANT  # up to which falls have no axis
+    assert MAX_RESULTANT_OF_UNIFORM_PLANES == MIN_RESULTANT_WITH_MEAN_DIRECTION  # up to which falls have no axis

@@ -9,12 +9,12 @@ from obspy.geodetics import gps2dist_azimuth
 from scipy.stats import bootstrap, circmean, norm, t
 
 from overturning.model.body import Body
-from overturning.model.falls import model_of_results_cube
+from overturning.model.falls import default_model_for_results_cube
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import (
     azimuth_away_from_epicentre,
     fall_alignment_with_reference_directions,
-    fall_axes_by_earthquake,
+    fall_axes_from_fault_normal_by_earthquake,
     fall_vector_sums_by_record,
     summarise_fall_axes,
 )
@@ -32,14 +32,14 @@ from overturning.statistics.space import (
     summarise_twists,
 )
 
-RECORD_EARTHQUAKES = ("A", "A", "B", "C", "D")
+EARTHQUAKE_NAMES_BY_RECORD = ("A", "A", "B", "C", "D")
 FAULT_NORMALS_DEG = np.array([10.0, 10.0, 80.0, 150.0, 40.0])
 DIMENSIONS = ("record", "orientation", "height", "b_over_h", "aspect", "friction")
 
 
 def random_3d_cube(
     seed: int = 1,
-    events: Sequence[str] = RECORD_EARTHQUAKES,
+    events: Sequence[str] = EARTHQUAKE_NAMES_BY_RECORD,
     spread: float = 30.0,
     normals: np.ndarray = FAULT_NORMALS_DEG,
 ) -> xr.Dataset:
@@ -72,11 +72,12 @@ def fall_azimuths_of_record(cube: xr.Dataset, record: int) -> np.ndarray:
 
 def test_mean_directions_axes_and_shares_of_3d_falls_match_scipy_and_numpy() -> None:
     cube = random_3d_cube()
-    assert isinstance(model_of_results_cube(cube), Body)
+    assert isinstance(default_model_for_results_cube(cube), Body)
     means, shares = (
-        of(cube, summed_dims=Body.case_dims) for of in (mean_fall_directions, mean_fall_probability_over_directions)
+        of(cube, summed_dims=Body.case_dims_without_direction)
+        for of in (mean_fall_directions, mean_fall_probability_over_directions)
     )
-    for record in range(len(RECORD_EARTHQUAKES)):
+    for record in range(len(EARTHQUAKE_NAMES_BY_RECORD)):
         angles = np.radians(fall_azimuths_of_record(cube, record))
         expected = np.degrees(circmean(angles))
         assert float(means["mean_direction"][record]) == pytest.approx(expected, abs=1e-4)
@@ -85,7 +86,7 @@ def test_mean_directions_axes_and_shares_of_3d_falls_match_scipy_and_numpy() -> 
         flags = cube["overturned"].isel(record=record).to_numpy()
         assert float(shares[record]) == pytest.approx(np.nanmean(flags))
     whole = cube.assign(overturned=cube["overturned"].fillna(-128).astype("int8"))  # as in the file
-    assert mean_fall_probability_over_directions(whole, summed_dims=Body.case_dims).equals(shares)
+    assert mean_fall_probability_over_directions(whole, summed_dims=Body.case_dims_without_direction).equals(shares)
 
 
 def test_an_ensemble_takes_the_place_of_the_nominal_falls_where_it_was_run() -> None:
@@ -100,27 +101,29 @@ def test_an_ensemble_takes_the_place_of_the_nominal_falls_where_it_was_run() -> 
     everywhere = with_members.assign(
         {name: with_members[name].fillna(0.5 * part) for name, part in zip(names, parts, strict=True)}
     )
-    found = mean_fall_directions(everywhere, summed_dims=Body.case_dims)
+    found = mean_fall_directions(everywhere, summed_dims=Body.case_dims_without_direction)
     assert found["mean_direction"].to_numpy() == pytest.approx(70.0)
     assert found["direction_resultant"].to_numpy() == pytest.approx(1.0)
-    mixed = mean_fall_probability_over_directions(with_members, summed_dims=("record", *Body.case_dims))
+    mixed = mean_fall_probability_over_directions(
+        with_members, summed_dims=("record", *Body.case_dims_without_direction)
+    )
     flags = np.where(run, 0.5, cube["overturned"].to_numpy())
     assert float(mixed) == pytest.approx(np.nanmean(flags), abs=1e-6)
 
 
 def test_fall_axes_relative_to_fault_normals_are_averaged_by_earthquake() -> None:
     cube = random_3d_cube(spread=10.0)
-    axes = fall_axes_by_earthquake(cube)
+    axes = fall_axes_from_fault_normal_by_earthquake(cube)
     vectors = [
         np.exp(2j * np.radians(fall_azimuths_of_record(cube, record) - FAULT_NORMALS_DEG[record])).mean()
         for record in range(5)
     ]
     means = [np.mean(vectors[:2]), *vectors[2:]]
     assert axes["axis"].to_numpy() == pytest.approx(np.degrees(np.angle(means)) / 2, abs=1e-4)
-    assert summarise_fall_axes(axes).axis_deg == pytest.approx(20.0, abs=5.0)
+    assert summarise_fall_axes(axes).axis_from_fault_normal_deg == pytest.approx(20.0, abs=5.0)
 
 
-def sector_shares_of_record(cube: xr.Dataset, record: int, zero: float = 0.0) -> np.ndarray:
+def fall_shares_by_sector_of_record(cube: xr.Dataset, record: int, zero: float = 0.0) -> np.ndarray:
     """Return the share of the falls of one record in each sector of 15°, counted clockwise from ``zero``, degrees."""
     angles = (fall_azimuths_of_record(cube, record) - zero + 7.5) % 360.0 - 7.5
     return np.histogram(angles, np.arange(-7.5, 360.0, 15.0))[0] / angles.size
@@ -131,7 +134,8 @@ def test_fall_rose_is_the_mean_over_earthquakes_of_their_sector_shares(from_norm
     cube = random_3d_cube()
     rose = fall_rose(cube, from_normal=from_normal)
     shares = [
-        sector_shares_of_record(cube, record, FAULT_NORMALS_DEG[record] if from_normal else 0.0) for record in range(5)
+        fall_shares_by_sector_of_record(cube, record, FAULT_NORMALS_DEG[record] if from_normal else 0.0)
+        for record in range(5)
     ]
     assert rose.shares == pytest.approx(np.mean([np.mean(shares[:2], axis=0), *shares[2:]], axis=0))
     assert rose.shares.sum() == pytest.approx(1.0)
@@ -162,7 +166,7 @@ def test_falls_random_within_their_ensemble_affect_neither_mean_nor_rose() -> No
         "members": np.full(shape, members),
     }  # fmt: skip
     weighed = nominal.assign({name: (DIMENSIONS, values) for name, values in means.items()})
-    over = ("record", *Body.case_dims)
+    over = ("record", *Body.case_dims_without_direction)
     assert float(mean_fall_directions(nominal, summed_dims=over)["mean_direction"]) == pytest.approx(75.0, abs=8.0)
     assert float(mean_fall_directions(weighed, summed_dims=over)["mean_direction"]) == pytest.approx(30.0, abs=3.0)
     before, after = (fall_rose(one).shares for one in (nominal, weighed))
@@ -175,7 +179,7 @@ def test_falls_random_within_their_ensemble_affect_neither_mean_nor_rose() -> No
 def test_rose_intervals_match_scipy() -> None:
     cube = random_3d_cube(events="ABCDEFGH", normals=np.arange(8) * 20.0)
     half = fall_rose(cube, level=0.5, draws=20_000)
-    means = np.array([sector_shares_of_record(cube, record) for record in range(8)])
+    means = np.array([fall_shares_by_sector_of_record(cube, record) for record in range(8)])
     scipys = bootstrap((means,), np.mean, method="percentile", confidence_level=0.5, n_resamples=20_000, rng=5)
     assert (half.low, half.high) == tuple(pytest.approx(ends, abs=0.006) for ends in scipys.confidence_interval)
 
@@ -259,7 +263,7 @@ def test_falls_towards_the_epicentre_align_with_the_radial_axis() -> None:
     intensity = xr.Dataset({"pgv_azimuth": other, "pga_azimuth": other, "pulse_axis": other})
     (found,) = fall_alignment_with_reference_directions(cube, intensity, [slice(0, 3)]).values()
     assert [found.means["radial direction", axial][0].value for axial in (True, False)] == pytest.approx([1.0, -1.0])
-    assert found.closest[0] == "radial direction"
+    assert found.best_aligned_references[0] == "radial direction"
     nowhere = cube.assign_coords(epicentre_latitude=("record", np.full(5, np.nan)))
     (found,) = fall_alignment_with_reference_directions(nowhere, intensity, [slice(0, 3)]).values()
     assert ("radial direction", True) not in found.means
@@ -275,7 +279,7 @@ def test_a_direction_known_for_one_record_is_not_called_the_closest() -> None:
     (found,) = fall_alignment_with_reference_directions(cube, intensity, [slice(0, 3)]).values()
     normal, peak = (found.means[name, True][0] for name in ("fault normal", "peak velocity"))
     assert (normal.n, normal.value > peak.value) == (1, True)
-    assert found.closest[0] == "peak velocity", "which under that one record is as close"
+    assert found.best_aligned_references[0] == "peak velocity", "which under that one record is as close"
 
 
 def test_two_reference_directions_are_compared_earthquake_by_earthquake() -> None:
@@ -285,14 +289,15 @@ def test_two_reference_directions_are_compared_earthquake_by_earthquake() -> Non
     references = {"pgv_azimuth": normals + 20.0, "pga_azimuth": normals + 110.0, "pulse_axis": normals + 20.0 + away}
     intensity = xr.Dataset({name: ("record", values) for name, values in references.items()})
     (found,) = fall_alignment_with_reference_directions(cube, intensity, [slice(0, 3)]).values()
-    assert found.closest == ("peak velocity", "fault normal")
+    assert found.best_aligned_references == ("peak velocity", "fault normal")
 
-    def mean_doubled_cosine(record: int, reference: float) -> float:
+    def mean_cosine_of_doubled_angle(record: int, reference: float) -> float:
         return float(np.cos(2 * np.radians(fall_azimuths_of_record(cube, record) - reference)).mean())
 
     apart = np.array(
         [
-            mean_doubled_cosine(record, normals[record] + 20.0) - mean_doubled_cosine(record, normals[record])
+            mean_cosine_of_doubled_angle(record, normals[record] + 20.0)
+            - mean_cosine_of_doubled_angle(record, normals[record])
             for record in range(9)
         ]
     )
@@ -301,7 +306,7 @@ def test_two_reference_directions_are_compared_earthquake_by_earthquake() -> Non
     scipys = bootstrap(
         (apart,), np.mean, method="percentile", confidence_level=level, n_resamples=20_000, rng=5
     ).confidence_interval
-    (closer,) = found.closer
+    (closer,) = found.best_minus_second_cosines
     assert (closer.n, closer.value) == (8, pytest.approx(apart.mean(), abs=1e-6))
     assert (closer.low, closer.high) == pytest.approx(tuple(scipys), abs=0.01)
 
@@ -341,7 +346,7 @@ def test_twist_statistics_cover_stones_that_moved_and_stand() -> None:
     ((shape, turned),) = standing_stone_twists_deg(cube).items()
     assert shape == (0.2, 0.6)
     found = summarise_twists(turned, quantile=0.5)
-    assert (found.stones, found.median, found.most, found.largest) == (3, 3.0, 3.0, 10.0)
+    assert (found.stones, found.median, found.upper_quantile, found.largest) == (3, 3.0, 3.0, 10.0)
     assert summarise_twists(standing_stone_twists_deg(cube.isel(record=[3, 4]))[shape]).stones == 0
 
 
@@ -350,7 +355,7 @@ def test_quantiles_of_twist_match_numpy(size: int) -> None:
     turned = np.random.default_rng(size).normal(size=size).astype(np.float32)
     expected = np.quantile(turned.astype(np.float64), [0.5, 0.9, 1.0])
     found = summarise_twists(turned.copy())
-    assert (found.median, found.most, found.largest) == tuple(expected)
+    assert (found.median, found.upper_quantile, found.largest) == tuple(expected)
 
 
 def test_each_illustrative_3d_case_is_the_extreme_by_its_selection_rule() -> None:
@@ -363,12 +368,16 @@ def test_each_illustrative_3d_case_is_the_extreme_by_its_selection_rule() -> Non
     values = {"overturned": flags, "fall_azimuth": falls, "plane_overturned": plane, "residual_twist": turned}
     whole = cube.assign({name: (DIMENSIONS, value) for name, value in values.items()})
     which_side, alone, corner, twisted = find_illustrative_cases(whole)
-    two = whole["fall_azimuth"][which_side.record].sel(which_side.block).sel(orientation=list(which_side.direction_deg))
+    two = (
+        whole["fall_azimuth"][which_side.record_index]
+        .sel(which_side.block)
+        .sel(orientation=list(which_side.direction_deg))
+    )
     assert abs(abs(float(two[0] - two[1])) - 180.0) < 90.0
     assert which_side.block["b_over_h"] == 0.4
     block = {"height": 0.6, "b_over_h": 0.4, "aspect": 1.0, "friction": 1.0}
-    assert (alone.record, alone.direction_deg, alone.block) == (2, (15.0,), block)
+    assert (alone.record_index, alone.direction_deg, alone.block) == (2, (15.0,), block)
     assert corner.block["b_over_h"] == 0.4
-    assert (twisted.record, twisted.direction_deg, twisted.block["height"]) == (0, (60.0,), 1.2)
+    assert (twisted.record_index, twisted.direction_deg, twisted.block["height"]) == (0, (60.0,), 1.2)
     still = cube.assign(residual_twist=(DIMENSIONS, np.zeros(shape)))
     assert find_illustrative_cases(still.assign(overturned=still["overturned"] * 0)) == []

@@ -13,9 +13,9 @@ from overturning.figures.cells import extend_azimuths_to_full_circle
 from overturning.figures.explore import explorer_page_data
 from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.findings.exactness import ensemble_findings
-from overturning.model.falls import model_of_results_cube
+from overturning.model.falls import default_model_for_results_cube
 from overturning.settings import EnsembleSettings, StonePopulation
-from overturning.statistics.earthquakes import fall_axes_by_earthquake
+from overturning.statistics.earthquakes import fall_axes_from_fault_normal_by_earthquake
 from overturning.statistics.elements import count_falls_of_two_stones, mean_shares_of_two_stone_falls
 from overturning.statistics.falls import (
     fall_counts_towards_azimuths,
@@ -72,18 +72,20 @@ def rose_bar_heights(cube: xr.Dataset) -> list[float]:
 def ensemble_findings_of_cube(cube: xr.Dataset) -> object:
     """Return the findings on the ensemble of a cube, as in a report."""
     study = SimpleNamespace(ensemble=EnsembleSettings())
-    results = SimpleNamespace(cube=cube, model=model_of_results_cube(cube), study=study)
+    results = SimpleNamespace(default_element_cube=cube, model=default_model_for_results_cube(cube), study=study)
     return ensemble_findings(results)  # type: ignore[arg-type]
 
 
 def predicted_azimuth_and_side_probabilities(cube: xr.Dataset) -> np.ndarray:
     """Return the predicted probabilities of fall azimuths, and of fall sides of a stone that faces 252°."""
     site = SiteFallPrediction(cube.isel(record=[0]))
-    stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=252)
-    return np.concatenate([site.fall_sector_probabilities(), site.fall_side_probabilities(stone)])
+    stone = Stone(fell=True, azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=252)
+    return np.concatenate(
+        [site.fall_sector_probabilities_over_all_faces(), site.standing_and_side_probabilities(stone)]
+    )
 
 
-EXACTLY_EQUAL_STATISTICS = {
+STATISTICS_EXACTLY_EQUAL_FOR_HALF_CIRCLE = {
     "population": lambda cube: population_outcome_rates_by_record(cube, StonePopulation(stones=256)),
     "population that faces 250": lambda cube: population_outcome_rates_by_record(
         cube, StonePopulation(stones=64, face=250, face_spread=0)
@@ -94,10 +96,10 @@ EXACTLY_EQUAL_STATISTICS = {
     "explorer": explorer_page_data,
     "report of the ensemble": ensemble_findings_of_cube,
 }
-NEARLY_EQUAL_STATISTICS = {
+STATISTICS_NEARLY_EQUAL_FOR_HALF_CIRCLE = {
     "shares": lambda cube: mean_fall_probability_over_directions(cube, summed_dims=BLOCK_DIMS),
     "means": lambda cube: mean_fall_directions(cube, summed_dims=BLOCK_DIMS),
-    "axes": fall_axes_by_earthquake,
+    "axes": fall_axes_from_fault_normal_by_earthquake,
     "prediction": predicted_azimuth_and_side_probabilities,
     "roses": rose_bar_heights,
 }
@@ -106,19 +108,25 @@ NEARLY_EQUAL_STATISTICS = {
 @cache
 def statistic_of_full_circle(name: str) -> Any:
     """Compute the named statistic of the cube of all azimuths, with which the statistic of each half is compared."""
-    return (EXACTLY_EQUAL_STATISTICS | NEARLY_EQUAL_STATISTICS)[name](copy_of_full_circle_cube())
+    return (STATISTICS_EXACTLY_EQUAL_FOR_HALF_CIRCLE | STATISTICS_NEARLY_EQUAL_FOR_HALF_CIRCLE)[name](
+        copy_of_full_circle_cube()
+    )
 
 
 @pytest.mark.parametrize("half", [FIRST_HALF, SECOND_HALF, np.arange(9, 45)], ids=["0…175", "180…355", "45…220"])
-@pytest.mark.parametrize("name", [*EXACTLY_EQUAL_STATISTICS, *NEARLY_EQUAL_STATISTICS])
+@pytest.mark.parametrize("name", [*STATISTICS_EXACTLY_EQUAL_FOR_HALF_CIRCLE, *STATISTICS_NEARLY_EQUAL_FOR_HALF_CIRCLE])
 def test_half_of_the_azimuths_gives_the_statistics_of_the_full_circle(name: str, half: np.ndarray) -> None:
-    found = (EXACTLY_EQUAL_STATISTICS | NEARLY_EQUAL_STATISTICS)[name](copy_of_full_circle_cube().isel(azimuth=half))
+    found = (STATISTICS_EXACTLY_EQUAL_FOR_HALF_CIRCLE | STATISTICS_NEARLY_EQUAL_FOR_HALF_CIRCLE)[name](
+        copy_of_full_circle_cube().isel(azimuth=half)
+    )
     expected = statistic_of_full_circle(name)
     if not isinstance(expected, (xr.Dataset, xr.DataArray)):
         assert (
-            found == expected if name in EXACTLY_EQUAL_STATISTICS else np.allclose(found, expected, rtol=1e-6, atol=0)
+            found == expected
+            if name in STATISTICS_EXACTLY_EQUAL_FOR_HALF_CIRCLE
+            else np.allclose(found, expected, rtol=1e-6, atol=0)
         )
-    elif name in EXACTLY_EQUAL_STATISTICS:
+    elif name in STATISTICS_EXACTLY_EQUAL_FOR_HALF_CIRCLE:
         xr.testing.assert_identical(found, expected)
     else:
         xr.testing.assert_allclose(found, expected, rtol=1e-6)
@@ -140,7 +148,7 @@ def test_a_stone_facing_250_degrees_uses_the_outcome_of_the_plane_at_70() -> Non
     assert [float(found["fall_rate"].max()) for found in rates.values()] == [0, 1, 1]
 
 
-def cube_of_stone_before_wall(
+def cube_of_stone_in_front_of_wall(
     falls: Callable[[np.ndarray], np.ndarray], azimuth: np.ndarray = AZIMUTHS_DEG
 ) -> xr.Dataset:
     """Return a cube of one record and a stone before a wall: `falls` gives 1, 0 or −1 for each azimuth.
@@ -161,9 +169,11 @@ def test_prediction_before_a_wall_never_uses_the_opposite_azimuth() -> None:
 
     A stone that faces 250° would fall backwards if it used the outcome of the opposite azimuth, 70°.
     """
-    stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=250)
-    cube = cube_of_stone_before_wall(np.ones_like)
-    stood, forwards, right, backwards, left = SiteFallPrediction(cube, background=0).fall_side_probabilities(stone)
+    stone = Stone(fell=True, azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=250)
+    cube = cube_of_stone_in_front_of_wall(np.ones_like)
+    stood, forwards, right, backwards, left = SiteFallPrediction(cube, background=0).standing_and_side_probabilities(
+        stone
+    )
     assert (stood, backwards, left) == (0, 0, 0)
     assert forwards + right == pytest.approx(1)
 
@@ -171,17 +181,17 @@ def test_prediction_before_a_wall_never_uses_the_opposite_azimuth() -> None:
 def test_fall_directions_predicted_before_walls_are_only_those_simulated() -> None:
     """Stones that face 180° to 355° fall backwards, towards 0° to 175°; the others stand."""
     prediction = SiteFallPrediction(
-        cube_of_stone_before_wall(lambda azimuth: np.where(azimuth >= 180, -1, 0)), background=0
+        cube_of_stone_in_front_of_wall(lambda azimuth: np.where(azimuth >= 180, -1, 0)), background=0
     )
-    density = prediction.fall_sector_probabilities()
+    density = prediction.fall_sector_probabilities_over_all_faces()
     assert density[prediction.azimuth < 180].sum() == pytest.approx(1)
 
 
 def test_unsimulated_half_circle_of_an_asymmetric_scene_stays_missing() -> None:
     """Only the azimuths from 0° to 175° are simulated: for a stone that faces 250° the outcome is unknown."""
-    half = cube_of_stone_before_wall(np.ones_like, AZIMUTHS_DEG[FIRST_HALF])
-    stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=250)
-    assert SiteFallPrediction(half, background=0).fall_side_probabilities(stone).tolist() == [0.5, *[0.125] * 4]
+    half = cube_of_stone_in_front_of_wall(np.ones_like, AZIMUTHS_DEG[FIRST_HALF])
+    stone = Stone(fell=True, azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=250)
+    assert SiteFallPrediction(half, background=0).standing_and_side_probabilities(stone).tolist() == [0.5, *[0.125] * 4]
     populations = {face: StonePopulation(face=face, face_spread=0, stones=64) for face in (60, 250)}
     rates = {face: population_outcome_rates_by_record(half, stones) for face, stones in populations.items()}
     assert {face: float(found["unknown"].max()) for face, found in rates.items()} == {60: 0, 250: 1}
@@ -190,8 +200,12 @@ def test_unsimulated_half_circle_of_an_asymmetric_scene_stays_missing() -> None:
     assert flags.sel(azimuth=slice(180, None)).isnull().all()
 
 
-def test_missing_outcomes_are_not_filled_from_the_opposite_azimuth(make_cube: Callable[..., xr.Dataset]) -> None:
-    cube = make_cube(lambda azimuth, *_: np.where(azimuth < 180, np.nan, 1.0), azimuth=[0, 90, 180, 270])
+def test_missing_outcomes_are_not_filled_from_the_opposite_azimuth(
+    make_cube_from_fall_rules: Callable[..., xr.Dataset],
+) -> None:
+    cube = make_cube_from_fall_rules(
+        lambda azimuth, *_: np.where(azimuth < 180, np.nan, 1.0), azimuth=[0, 90, 180, 270]
+    )
     assert fall_counts_towards_azimuths(cube).isel(azimuth=[0, 1]).isnull().all()
 
 
@@ -204,18 +218,22 @@ def test_missing_outcomes_are_not_filled_from_the_opposite_azimuth(make_cube: Ca
     ],
     ids=len,
 )
-def test_comparison_of_two_stones_weights_azimuths_as_fall_shares_do(make_cube, azimuths: list[int]) -> None:
-    def cube_of_stone_falling_between(first: int, last: int) -> xr.Dataset:
+def test_comparison_of_two_stones_weights_azimuths_as_fall_shares_do(
+    make_cube_from_fall_rules, azimuths: list[int]
+) -> None:
+    def cube_of_stone_falling_between_azimuths(first: int, last: int) -> xr.Dataset:
         """Return a cube of stones that, for B/H up to 0.3, fall in the planes from `first` to below `last`, degrees."""
 
         def signed_falls(azimuth: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray) -> np.ndarray:
             falls = (azimuth % 180 >= first) & (azimuth % 180 < last) & (slender < 0.35)
             return np.where(falls, np.where(azimuth < 180, 1.0, -1.0), 0.0)
 
-        cube = make_cube(signed_falls, azimuth=azimuths, height=[0.6], b_over_h=[0.2, 0.3, 0.4], friction=[1.0])
+        cube = make_cube_from_fall_rules(
+            signed_falls, azimuth=azimuths, height=[0.6], b_over_h=[0.2, 0.3, 0.4], friction=[1.0]
+        )
         return cube.assign(overturning_time=cube["overturned"] * 0 + last)
 
-    this, other = cube_of_stone_falling_between(0, 95), cube_of_stone_falling_between(15, 130)
+    this, other = cube_of_stone_falling_between_azimuths(0, 95), cube_of_stone_falling_between_azimuths(15, 130)
     counts = count_falls_of_two_stones(this, other)
     found = mean_shares_of_two_stone_falls(counts, np.array(["one"]))
     here, there = (float(overturned_shares_by_record(cube)[0]) for cube in (this, other))

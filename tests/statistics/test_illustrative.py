@@ -8,16 +8,16 @@ import xarray as xr
 
 from overturning.statistics.illustrative import (
     ANY_ELEMENT_FALLS,
-    FALLS_IN_ONE,
-    OPPOSITE,
-    WHICH_SIDE,
+    BOTH_SIDES_CASE_TITLE,
+    FALLS_IN_ONE_SETTING_RULE,
+    OPPOSITE_FALLS_RULE,
     case_with_differing_outcomes,
     find_illustrative_cases,
 )
 
 
 @pytest.fixture
-def b_over_h_by_case_title(make_cube) -> Callable[[list[float]], dict[str, float]]:
+def find_b_over_h_of_illustrative_cases(make_cube_from_fall_rules) -> Callable[[list[float]], dict[str, float]]:
     """Return a function that gives the B/H of illustrative cases for given peak rotations of the blocks.
 
     The rotations are those along the fault; the B/H are returned by case title.
@@ -26,7 +26,7 @@ def b_over_h_by_case_title(make_cube) -> Callable[[list[float]], dict[str, float
     """
 
     def b_over_h_of_cases(rocks: list[float]) -> dict[str, float]:
-        cube = make_cube(
+        cube = make_cube_from_fall_rules(
             lambda azimuth, *_: np.cos(np.radians(azimuth)).round(), azimuth=[0, 90, 180, 270], height=[0.6],
             b_over_h=[0.2, 0.4], friction=[1.0], fault_normal=0.0,
         )  # fmt: skip
@@ -43,10 +43,10 @@ def block_and_azimuths_with_opposite_falls(cube: xr.Dataset) -> tuple[dict[str, 
     The azimuths are the neighbouring ones at which the block falls to opposite sides.
     """
     found = {case.title: (case.block, case.direction_deg) for case in find_illustrative_cases(cube)}
-    return found.get(WHICH_SIDE)
+    return found.get(BOTH_SIDES_CASE_TITLE)
 
 
-def test_case_of_opposite_falls_exists_only_if_a_block_falls_to_both_sides(make_cube) -> None:
+def test_case_of_opposite_falls_exists_only_if_a_block_falls_to_both_sides(make_cube_from_fall_rules) -> None:
     """The broad block falls to the other side at 40° only, the slender one at 40° and 60°.
 
     In the second part only the slender one falls in every ensemble member.
@@ -56,7 +56,7 @@ def test_case_of_opposite_falls_exists_only_if_a_block_falls_to_both_sides(make_
         return np.where((azimuth == 40) | ((azimuth == 60) & (broad == 0.2)), -1.0, 1.0)
 
     grid = {"azimuth": list(range(0, 180, 20)), "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [1.0]}
-    cube = make_cube(signed_falls, **grid)
+    cube = make_cube_from_fall_rules(signed_falls, **grid)
     assert block_and_azimuths_with_opposite_falls(cube) == (
         {"height": 0.6, "b_over_h": 0.4, "friction": 1.0},
         (40.0, 60.0),
@@ -70,19 +70,26 @@ def test_case_of_opposite_falls_exists_only_if_a_block_falls_to_both_sides(make_
         {"height": 0.6, "b_over_h": 0.2, "friction": 1.0},
         (60.0, 80.0),
     )
-    assert block_and_azimuths_with_opposite_falls(make_cube(lambda azimuth, *_: np.ones_like(azimuth), **grid)) is None
+    assert (
+        block_and_azimuths_with_opposite_falls(
+            make_cube_from_fall_rules(lambda azimuth, *_: np.ones_like(azimuth), **grid)
+        )
+        is None
+    )
     assert (
         block_and_azimuths_with_opposite_falls(cube.where(cube["azimuth"] % 40 == 0, 0.0)) is None
     )  # none beside another
 
 
 @pytest.mark.parametrize(("first", "side"), [(0, -1), (30, -1), (10, -1), (0, 1), (20, 1)])
-def test_falls_at_right_angles_are_not_more_than_90_degrees_apart(make_cube, first: int, side: int) -> None:
+def test_falls_at_right_angles_are_not_more_than_90_degrees_apart(
+    make_cube_from_fall_rules, first: int, side: int
+) -> None:
     """In the planes φ and φ + 90° the block falls to φ and to φ + 90° or φ − 90°, whatever the rounding of cosines."""
     grid = {"azimuth": [first, first + 90], "height": [0.6], "b_over_h": [0.2], "friction": [1.0]}
     assert (
         block_and_azimuths_with_opposite_falls(
-            make_cube(lambda azimuth, *_: np.where(azimuth == first, 1.0, side), **grid)
+            make_cube_from_fall_rules(lambda azimuth, *_: np.where(azimuth == first, 1.0, side), **grid)
         )
         is None
     )
@@ -94,31 +101,35 @@ def test_falls_at_right_angles_are_not_more_than_90_degrees_apart(make_cube, fir
     ids=["the one that rocks along the fault too", "of those the broadest", "where none rocks one that only stands"],
 )
 def test_fault_normal_example_prefers_blocks_that_also_rock_along_the_fault(
-    b_over_h_by_case_title, rocks: list[float], broad: float
+    find_b_over_h_of_illustrative_cases, rocks: list[float], broad: float
 ) -> None:
-    assert b_over_h_by_case_title(rocks)["Falls normal to the fault, stands along it"] == broad
+    assert find_b_over_h_of_illustrative_cases(rocks)["Falls normal to the fault, stands along it"] == broad
 
 
 @pytest.mark.parametrize(("rocks", "broad"), [([0.3, 0.7], 0.4), ([0.3, 0.0], 0.2), ([0.05, 0.0], None)])
 def test_example_nearest_to_falling_has_the_largest_rotation_while_standing(
-    b_over_h_by_case_title, rocks: list[float], broad: float
+    find_b_over_h_of_illustrative_cases, rocks: list[float], broad: float
 ) -> None:
-    assert b_over_h_by_case_title(rocks).get("Leans furthest of all that stand") == broad
+    assert find_b_over_h_of_illustrative_cases(rocks).get("Leans furthest of all that stand") == broad
 
 
 @pytest.mark.parametrize(("turn", "titles"), [(-0.2, ["Stands, and has turned"]), (0.04, [])])
 def test_twists_below_the_printed_resolution_make_no_illustrative_case(
-    make_cube, turn: float, titles: list[str]
+    make_cube_from_fall_rules, turn: float, titles: list[str]
 ) -> None:
-    cube = make_cube(lambda azimuth, *_: 0 * azimuth, azimuth=[0, 45], height=[0.6], b_over_h=[0.3], friction=[1.0])
+    cube = make_cube_from_fall_rules(
+        lambda azimuth, *_: 0 * azimuth, azimuth=[0, 45], height=[0.6], b_over_h=[0.3], friction=[1.0]
+    )
     still = cube.rename(azimuth="orientation").expand_dims(aspect=[1.0])
     still = still.assign(residual_twist=still["overturned"] + turn, fall_azimuth=still["overturned"] * np.nan)
     assert [case.title for case in find_illustrative_cases(still)] == titles
 
 
-def test_a_case_where_another_stone_falls_is_no_standing_example(make_cube) -> None:
+def test_a_case_where_another_stone_falls_is_no_standing_example(make_cube_from_fall_rules) -> None:
     """The film shows all stones of a scene: if the upper one falls, the lower one is no example of a standing stone."""
-    cube = make_cube(lambda azimuth, *_: 0 * azimuth, azimuth=[0, 45], height=[0.6], b_over_h=[0.3], friction=[1.0])
+    cube = make_cube_from_fall_rules(
+        lambda azimuth, *_: 0 * azimuth, azimuth=[0, 45], height=[0.6], b_over_h=[0.3], friction=[1.0]
+    )
     still = cube.rename(azimuth="orientation").expand_dims(aspect=[1.0])
     turn = still["overturned"] + xr.where(still["orientation"] == 0, 8.0, 3.0)
     still = still.assign(residual_twist=turn, fall_azimuth=still["overturned"] * np.nan)
@@ -131,7 +142,7 @@ def test_a_case_where_another_stone_falls_is_no_standing_example(make_cube) -> N
 CUBE_GRID = {"azimuth": list(range(0, 360, 30)), "height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [1.0]}
 
 
-def test_example_of_two_differing_settings_falls_in_one_of_them_only(make_cube) -> None:
+def test_example_of_two_differing_settings_falls_in_one_of_them_only(make_cube_from_fall_rules) -> None:
     """The example case differs between two settings as most differing cases do, and so do its neighbours."""
 
     def falls_in_first_setting(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
@@ -142,23 +153,24 @@ def test_example_of_two_differing_settings_falls_in_one_of_them_only(make_cube) 
         return np.where(falls, 1.0, 0.0)
 
     cube, other = (
-        make_cube(each, **CUBE_GRID, fault_normal=0.0) for each in (falls_in_first_setting, falls_in_second_setting)
+        make_cube_from_fall_rules(each, **CUBE_GRID, fault_normal=0.0)
+        for each in (falls_in_first_setting, falls_in_second_setting)
     )
     rocks = xr.full_like(cube["overturned"], 0.5)
     case = case_with_differing_outcomes(
         cube.assign(peak_rotation=rocks), other.assign(peak_rotation=rocks), ("nominal", "other")
     )
     assert case is not None
-    assert (case.title, case.settings) == (FALLS_IN_ONE.title, ("nominal", "other"))
+    assert (case.title, case.panel_variants) == (FALLS_IN_ONE_SETTING_RULE.title, ("nominal", "other"))
     assert case.block["b_over_h"] == 0.3, "most of those that differ fall in the other setting only"
     assert case.direction_deg == (60.0, 60.0), "its neighbours at 30° and 90° differ, too"
 
 
-def test_two_settings_with_equal_outcomes_have_no_illustrative_case(make_cube) -> None:
-    cube = make_cube(lambda azimuth, *_: 1.0 + 0 * azimuth, **CUBE_GRID, fault_normal=0.0)
+def test_two_settings_with_equal_outcomes_have_no_illustrative_case(make_cube_from_fall_rules) -> None:
+    cube = make_cube_from_fall_rules(lambda azimuth, *_: 1.0 + 0 * azimuth, **CUBE_GRID, fault_normal=0.0)
     assert case_with_differing_outcomes(cube, cube, ("nominal", "other")) is None
     other = cube.assign(overturned=cube["overturned"].where(cube["azimuth"] != 60, -1.0))
     case = case_with_differing_outcomes(cube, other, ("nominal", "other"))
     assert case is not None
-    assert (case.title, case.direction_deg) == (OPPOSITE.title, (60.0, 60.0))
+    assert (case.title, case.direction_deg) == (OPPOSITE_FALLS_RULE.title, (60.0, 60.0))
     assert case.block["b_over_h"] in (0.3, 0.4)

@@ -21,32 +21,58 @@ from overturning.statistics.logistic import (
 
 # Dalal, Fowlkes & Hoadley (1989), JASA 84: joint temperature (°F) and thermal distress of 23 launches before
 # Challenger.
-JOINT_TEMPERATURE_F = [66, 70, 69, 68, 67, 72, 73, 70, 57, 63, 70, 78, 67, 53, 67, 75, 70, 81, 76, 79, 75, 76, 58]
-JOINT_DISTRESS = [0, 1, 0, 0, 0, 0, 0, 0, 1, 1, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 1]
+SHUTTLE_JOINT_TEMPERATURE_F = [
+    66,
+    70,
+    69,
+    68,
+    67,
+    72,
+    73,
+    70,
+    57,
+    63,
+    70,
+    78,
+    67,
+    53,
+    67,
+    75,
+    70,
+    81,
+    76,
+    79,
+    75,
+    76,
+    58,
+]
+SHUTTLE_JOINT_DISTRESS = [0, 1, 0, 0, 0, 0, 0, 0, 1, 1, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 1]
 
 
 def test_fit_matches_published_estimates_for_challenger_launches() -> None:
     """The published estimates for joint distress by temperature are those of maximum likelihood."""
-    fit = fit_logistic_model(np.array(JOINT_TEMPERATURE_F)[:, None], JOINT_DISTRESS, np.arange(23), intervals=False)
+    fit = fit_logistic_model(
+        np.array(SHUTTLE_JOINT_TEMPERATURE_F)[:, None], SHUTTLE_JOINT_DISTRESS, np.arange(23), intervals=False
+    )
     assert fit.coefficient == pytest.approx([15.0429, -0.2322], abs=1e-4)
     assert np.isnan([*fit.low, *fit.standard_error]).all()
     assert float(fit.fall_probability([31.0])) == pytest.approx(0.9996, abs=1e-4)
 
 
-def maximum_likelihood_by_bfgs(design: np.ndarray, outcome: np.ndarray) -> np.ndarray:
+def maximum_likelihood_coefficients_by_bfgs(design: np.ndarray, outcome: np.ndarray) -> np.ndarray:
     """Return the coefficients of maximum likelihood by another optimiser (SciPy's BFGS)."""
 
-    def negative_log_likelihood(line: np.ndarray) -> tuple[float, np.ndarray]:
+    def negative_log_likelihood_and_gradient(line: np.ndarray) -> tuple[float, np.ndarray]:
         z = design @ line
         return float(np.logaddexp(0.0, z).sum() - outcome @ z), design.T @ (expit(z) - outcome)
 
     found = minimize(
-        negative_log_likelihood, np.zeros(design.shape[1]), jac=True, method="BFGS", options={"gtol": 1e-9}
+        negative_log_likelihood_and_gradient, np.zeros(design.shape[1]), jac=True, method="BFGS", options={"gtol": 1e-9}
     )
     return np.asarray(found.x)
 
 
-def random_sample_with_slope(seed: int, slope: float, rows: int) -> tuple[np.ndarray, np.ndarray]:
+def random_predictors_and_falls_with_slope(seed: int, slope: float, rows: int) -> tuple[np.ndarray, np.ndarray]:
     """Return two normal predictors, and falls whose log odds rise by `slope` per standard deviation of the first."""
     generator = np.random.default_rng(seed)
     x = generator.normal(size=(rows, 2))
@@ -69,7 +95,7 @@ def is_separated_by_a_plane(design: np.ndarray, outcome: np.ndarray) -> bool:
 def test_fit_is_called_separated_only_if_a_plane_separates_falls(slope: float, rows: int) -> None:
     """For samples in which no plane separates falls from stands, the fit matches SciPy's BFGS, however steep it is."""
     for seed in range(12):
-        x, y = random_sample_with_slope(seed, slope, rows)
+        x, y = random_predictors_and_falls_with_slope(seed, slope, rows)
         design = np.column_stack([np.ones(rows), x])
         fit = fit_logistic_model(x, y, np.zeros(rows), intervals=False)
         assert ("predictors separate falls from stands" in fit.note) == is_separated_by_a_plane(design, y), (
@@ -77,7 +103,7 @@ def test_fit_is_called_separated_only_if_a_plane_separates_falls(slope: float, r
             fit.note,
         )
         if not fit.note:
-            assert fit.coefficient == pytest.approx(maximum_likelihood_by_bfgs(design, y), rel=1e-4), seed
+            assert fit.coefficient == pytest.approx(maximum_likelihood_coefficients_by_bfgs(design, y), rel=1e-4), seed
 
 
 @pytest.mark.parametrize(
@@ -128,16 +154,18 @@ def test_fit_has_no_interval_if_omitting_one_earthquake_separates_the_data() -> 
 @pytest.mark.parametrize(
     ("x", "y"),
     [
-        (np.array(JOINT_TEMPERATURE_F)[:, None] / 10.0 - 7.0, np.array(JOINT_DISTRESS)),
-        random_sample_with_slope(1, 10.0, 240),
+        (np.array(SHUTTLE_JOINT_TEMPERATURE_F)[:, None] / 10.0 - 7.0, np.array(SHUTTLE_JOINT_DISTRESS)),
+        random_predictors_and_falls_with_slope(1, 10.0, 240),
     ],
     ids=["launches", "steep"],
 )
 def test_estimates_and_errors_match_a_jackknife_over_clusters(x: np.ndarray, y: np.ndarray) -> None:
     """Logistic estimates and errors match SciPy's BFGS and the jackknife formulas over 12 clusters of rows."""
     cluster, design = np.arange(y.size) % 12, np.column_stack([np.ones(y.size), x])
-    whole = maximum_likelihood_by_bfgs(design, y)
-    without = np.array([maximum_likelihood_by_bfgs(design[cluster != one], y[cluster != one]) for one in range(12)])
+    whole = maximum_likelihood_coefficients_by_bfgs(design, y)
+    without = np.array(
+        [maximum_likelihood_coefficients_by_bfgs(design[cluster != one], y[cluster != one]) for one in range(12)]
+    )
     error = np.sqrt(11 / 12 * ((without - without.mean(axis=0)) ** 2).sum(axis=0))
     fit = fit_logistic_model(x, y, cluster)
     assert fit.coefficient == pytest.approx(12 * whole - 11 * without.mean(axis=0), rel=1e-4)
@@ -145,7 +173,9 @@ def test_estimates_and_errors_match_a_jackknife_over_clusters(x: np.ndarray, y: 
     assert fit.high - fit.coefficient == pytest.approx(t.ppf(0.975, 11) * error, rel=1e-4)
 
 
-def random_falls_by_predictors(generator: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def random_predictors_falls_and_earthquakes(
+    generator: np.random.Generator, count: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return predictors, falls and earthquake of random records, as many per earthquake as in the default study."""
     records = np.resize([4, 1, 1, 4, 1, 2, 1, 4, 2, 4, 1, 1, 1, 1], count)
     event = np.repeat(np.arange(count), records)
@@ -169,8 +199,8 @@ def test_intervals_cover_the_slopes_and_estimates_are_unbiased() -> None:
     The truth is a fit to 4,000 earthquakes, which includes the random effects of earthquakes.
     """
     generator = np.random.default_rng(42)
-    truth = fit_logistic_model(*random_falls_by_predictors(generator, 4000), intervals=False).coefficient
-    fits = [fit_logistic_model(*random_falls_by_predictors(generator, 14)) for _ in range(600)]
+    truth = fit_logistic_model(*random_predictors_falls_and_earthquakes(generator, 4000), intervals=False).coefficient
+    fits = [fit_logistic_model(*random_predictors_falls_and_earthquakes(generator, 14)) for _ in range(600)]
     fits = [fit for fit in fits if not fit.note]
     assert len(fits) > 580
     held = np.mean([(fit.low <= truth) & (truth <= fit.high) for fit in fits], axis=0)
@@ -208,7 +238,7 @@ def test_equal_fall_shares_give_an_intercept_and_zero_slope(share: float) -> Non
 
 def test_repeating_all_rows_of_clusters_leaves_standard_errors_unchanged() -> None:
     """Each cluster counts once, however many equal rows it has."""
-    x, y = np.array(JOINT_TEMPERATURE_F)[:, None], np.array(JOINT_DISTRESS)
+    x, y = np.array(SHUTTLE_JOINT_TEMPERATURE_F)[:, None], np.array(SHUTTLE_JOINT_DISTRESS)
     single = fit_logistic_model(x, y, np.arange(23))
     double = fit_logistic_model(np.repeat(x, 3, axis=0), np.repeat(y, 3), np.repeat(np.arange(23), 3))
     assert double.standard_error == pytest.approx(single.standard_error, rel=1e-6)
@@ -217,7 +247,7 @@ def test_repeating_all_rows_of_clusters_leaves_standard_errors_unchanged() -> No
 
 
 def test_weight_of_a_row_counts_as_repetition() -> None:
-    x, y = np.array(JOINT_TEMPERATURE_F)[:, None], np.array(JOINT_DISTRESS)
+    x, y = np.array(SHUTTLE_JOINT_TEMPERATURE_F)[:, None], np.array(SHUTTLE_JOINT_DISTRESS)
     weighted = fit_logistic_model(x, y, np.arange(23), weight=1 + y)
     repeated = fit_logistic_model(np.repeat(x, 1 + y, axis=0), np.repeat(y, 1 + y), np.repeat(np.arange(23), 1 + y))
     assert weighted.coefficient == pytest.approx(repeated.coefficient, rel=1e-8)
@@ -229,7 +259,7 @@ def test_rows_of_zero_weight_do_not_affect_the_fit() -> None:
 
     If all rows with a weight fall, the note says that everything falls.
     """
-    x, y = np.array(JOINT_TEMPERATURE_F, np.float64)[:, None], np.array(JOINT_DISTRESS, np.float64)
+    x, y = np.array(SHUTTLE_JOINT_TEMPERATURE_F, np.float64)[:, None], np.array(SHUTTLE_JOINT_DISTRESS, np.float64)
     whole = fit_logistic_model(x, y, np.arange(23))
     more = fit_logistic_model(
         np.vstack([x, x[:4]]), np.append(y, 1 - y[:4]), np.arange(27), weight=np.append(np.ones(23), np.zeros(4))
@@ -269,7 +299,9 @@ def test_the_note_states_why_a_fit_fails(outcome: list[int], word: str, monkeypa
 @pytest.mark.parametrize("earthquakes", [1, 2, 7, 8])
 def test_few_earthquakes_give_no_interval(earthquakes: int) -> None:
     """Fewer than eight earthquakes give no interval."""
-    fit = fit_logistic_model(np.array(JOINT_TEMPERATURE_F)[:, None], JOINT_DISTRESS, np.arange(23) % earthquakes)
+    fit = fit_logistic_model(
+        np.array(SHUTTLE_JOINT_TEMPERATURE_F)[:, None], SHUTTLE_JOINT_DISTRESS, np.arange(23) % earthquakes
+    )
     assert np.isfinite(fit.coefficient).all()
     assert np.isfinite([fit.low, fit.high]).all() == (earthquakes == 8)
     assert ("no interval: fewer than 8 earthquakes" in fit.note) == (earthquakes < 8)
@@ -283,8 +315,8 @@ def test_a_constant_predictor_has_no_coefficient(constant: float, rounding: floa
     Regression: ln PGV/PGA of a pulse, which varies by rounding only, had a coefficient of −10¹².
     """
     near = constant * (1.0 + rounding * np.cos(np.arange(23.0)))
-    x = np.column_stack([JOINT_TEMPERATURE_F, near])
-    fit, without = (fit_logistic_model(one, JOINT_DISTRESS, np.arange(23)) for one in (x, x[:, :1]))
+    x = np.column_stack([SHUTTLE_JOINT_TEMPERATURE_F, near])
+    fit, without = (fit_logistic_model(one, SHUTTLE_JOINT_DISTRESS, np.arange(23)) for one in (x, x[:, :1]))
     assert fit.coefficient[:2] == pytest.approx(without.coefficient)
     assert fit.standard_error[:2] == pytest.approx(without.standard_error)
     assert np.isnan([fit.coefficient[2], fit.standard_error[2]]).all()
@@ -296,13 +328,15 @@ def test_regression_data_of_wrong_shape_or_value_are_refused(x: list[list[float]
         fit_logistic_model(x, outcome, range(len(outcome)))
 
 
-def test_fit_to_a_cube_recovers_the_known_slope(make_cube: Callable[..., xr.Dataset]) -> None:
+def test_fit_to_a_cube_recovers_the_known_slope(make_cube_from_fall_rules: Callable[..., xr.Dataset]) -> None:
     """Blocks fall above West's limit by a noisy margin; the fit recovers the slope on PGA over the limit."""
     generator = np.random.default_rng(4)
     azimuth = np.arange(0, 360, 10.0)
     pga = np.exp(generator.uniform(0, 2.5, size=(12, 1)) + 0.1 * np.cos(np.radians(2 * azimuth)))
     pgv = pga * np.exp(generator.uniform(-3, -1.5, size=(12, 1)))
-    cube = make_cube(lambda a, *_rest: np.zeros_like(a), azimuth=azimuth, events=[f"E{i}" for i in range(12)])
+    cube = make_cube_from_fall_rules(
+        lambda a, *_rest: np.zeros_like(a), azimuth=azimuth, events=[f"E{i}" for i in range(12)]
+    )
     limit = 9.80665 * cube["b_over_h"].values[None, None, None, :, None]
     linear = 3 * np.log(pga[:, :, None, None, None] / limit) + np.log(pgv / pga)[:, :, None, None, None] + 2
     fell = generator.random(cube["overturned"].shape) < 1 / (1 + np.exp(-linear))

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.statistics.circular import LEAST_RESULTANT
+from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.statistics.map_choice import (
-    CLEAREST,
+    CLEAREST_AXIS_REASON,
     EVERY,
-    FIRST,
+    FIRST_WITH_FALLS_REASON,
     LEAST,
     MEDIAN,
     MOST,
@@ -38,7 +38,7 @@ def test_maps_show_the_extreme_and_median_alignments_of_the_pulse_group() -> Non
     cube = cube_of_earthquakes_and_groups("ABCDEFGHI", [1.0] * 7 + [0.0] * 2)
     chosen = {reason: place for place, reason in choose_records_for_report_maps(cube, alignment, resultant, np.ones(9))}
     # Sorted: B 0.9, E 0.5, D 0.3, A 0.1, F −0.2, C −0.7: the middle one is A.
-    assert chosen == {MOST: 1, LEAST: 2, MEDIAN: 0, CLEAREST: 6}
+    assert chosen == {MOST: 1, LEAST: 2, MEDIAN: 0, CLEAREST_AXIS_REASON: 6}
 
 
 def test_each_map_shows_a_record_of_another_earthquake() -> None:
@@ -59,7 +59,7 @@ def test_maps_show_the_clearest_fall_axes_without_fault_normals(known: bool) -> 
     assert [place for place, _ in chosen] == ([1, 2, 4, 3] if known else [])
 
 
-@pytest.mark.parametrize("resultant", [0.9 * LEAST_RESULTANT, np.nan])
+@pytest.mark.parametrize("resultant", [0.9 * MIN_RESULTANT_WITH_MEAN_DIRECTION, np.nan])
 def test_maps_show_the_first_records_with_falls_if_none_has_a_fall_axis(resultant: float) -> None:
     """The resultants are too small (falls in all directions) or undefined (the choice of planes imposes the axis).
 
@@ -69,4 +69,9 @@ def test_maps_show_the_first_records_with_falls_if_none_has_a_fall_axis(resultan
     chosen = choose_records_for_report_maps(
         cube_of_earthquakes_and_groups("ABCCDE", [1.0] * 6), np.full(6, 0.01), np.full(6, resultant), share
     )
-    assert chosen == [(1, FIRST), (2, FIRST), (4, FIRST), (5, FIRST)]
+    assert chosen == [
+        (1, FIRST_WITH_FALLS_REASON),
+        (2, FIRST_WITH_FALLS_REASON),
+        (4, FIRST_WITH_FALLS_REASON),
+        (5, FIRST_WITH_FALLS_REASON),
+    ]

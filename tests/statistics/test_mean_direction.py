@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy
 
-from overturning.statistics.mean_direction import MOST_RESAMPLED, mean_direction_with_interval
+from overturning.statistics.mean_direction import MAX_OBSERVATIONS_FOR_BOOTSTRAP, mean_direction_with_interval
 
 
 def test_mean_direction_of_four_falls_matches_hand_computation() -> None:
@@ -114,7 +114,7 @@ def test_rounding_much_finer_than_the_scatter_does_not_widen_the_interval() -> N
 
 
 def test_equal_compass_directions_have_an_interval_of_half_their_step() -> None:
-    many = mean_direction_with_interval([90.0] * (MOST_RESAMPLED + 1), 45.0)
+    many = mean_direction_with_interval([90.0] * (MAX_OBSERVATIONS_FOR_BOOTSTRAP + 1), 45.0)
     assert (many.mean_deg, many.half_width_deg) == (pytest.approx(90.0), pytest.approx(22.5))
     falls = [0.0] * 5 + [180.0] * 4
     found, axis = (mean_direction_with_interval(falls, 45.0, axial=axial) for axial in (False, True))
@@ -124,7 +124,7 @@ def test_equal_compass_directions_have_an_interval_of_half_their_step() -> None:
 
 def test_interval_of_many_falls_is_the_large_sample_approximation() -> None:
     generator = np.random.default_rng(4)
-    few = np.degrees(generator.vonmises(1.0, 1.0, MOST_RESAMPLED))
+    few = np.degrees(generator.vonmises(1.0, 1.0, MAX_OBSERVATIONS_FOR_BOOTSTRAP))
     of_few, of_many = (mean_direction_with_interval(angles) for angles in (few, np.tile(few, 4)))
     assert of_many.mean_deg == pytest.approx(of_few.mean_deg)
     assert of_many.half_width_deg == pytest.approx(of_few.half_width_deg / 2, rel=0.06)

@@ -14,7 +14,7 @@ from overturning.study.cube import open_cube
 from overturning.study.gather import merge_outcome_files_into_cube
 from overturning.study.intensity import write_intensity_measures
 from overturning.study.load import study_from_content
-from overturning.study.recheck import recompute_random_cases
+from overturning.study.recheck import recompute_and_compare_random_cases
 from overturning.study.sample import read_random_case_sample
 from overturning.study.scenes import numerical_options_of_study
 from overturning.study.sections import ConvergenceCheckSettings
@@ -81,12 +81,12 @@ def test_each_amplitude_factor_multiplies_the_motion(cube_paths: dict[str, Path]
 
 
 def test_recomputed_cases_equal_the_cube_at_all_amplitude_factors(cube_paths: dict[str, Path]) -> None:
-    found = recompute_random_cases(cube_paths["three"], cell_count=72)
-    assert (found.of, found.cells, found.is_identical) == (72, 72, True)
+    found = recompute_and_compare_random_cases(cube_paths["three"], cell_count=72)
+    assert (found.cube_cell_count, found.recomputed_cell_count, found.is_identical) == (72, 72, True)
     samples = [
         read_random_case_sample(cube_paths[name], ConvergenceCheckSettings(at_least=12)) for name in ("one", "three")
     ]
-    np.testing.assert_array_equal(*(sample.answers["overturned"] for sample in samples))
+    np.testing.assert_array_equal(*(sample.outcomes["overturned"] for sample in samples))
 
 
 def test_an_unknown_amplitude_factor_is_refused(cube_paths: dict[str, Path]) -> None:

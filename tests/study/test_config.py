@@ -9,7 +9,7 @@ from overturning.model.contact import ContactSettings
 from overturning.quantities import parse_quantity
 from overturning.settings import StonePopulation
 from overturning.study.document import (
-    CATALOGUE,
+    WORKFLOW_CATALOGUE_SCHEMA_PATH,
     insert_tables_into_readme,
     study_json_schema_text,
     study_yaml_schema_text,
@@ -25,7 +25,7 @@ from overturning.study.values import AzimuthRange, ValueRange
 from tests.expect import expect_error
 from tests.sources import shipped_files
 
-CONFIG = Path(__file__).parents[2] / "config"
+CONFIG_FOLDER = Path(__file__).parents[2] / "config"
 SMALL_STUDY = {"name": "small", "records": {"use": ["rinaldi"]}}
 STUDY_IN_3D = {"body": {"aspect": [1, 2]}, "orientation": {"step": 45}, "b_over_h": [0.15, 0.25, 0.4]}
 
@@ -47,29 +47,31 @@ def test_the_azimuths_of_a_study_exclude_360_and_include_additional_ones() -> No
 
 
 def test_the_default_study_has_the_number_of_cases_that_the_readme_states() -> None:
-    study = load_study(CONFIG / "near-fault.yaml")
+    study = load_study(CONFIG_FOLDER / "near-fault.yaml")
     assert len(study.records.use) * study.cases_per_record == 133_056
 
 
 @pytest.mark.parametrize("name", ["near-fault.yaml", "tottori.yaml"])
 def test_all_records_of_shipped_studies_are_in_the_record_table(name: str) -> None:
-    study = load_study(CONFIG / name)
-    assert list(read_record_table_rows_of_study(study, name, CONFIG.parent)) == list(study.records.use)
+    study = load_study(CONFIG_FOLDER / name)
+    assert list(read_record_table_rows_of_study(study, name, CONFIG_FOLDER.parent)) == list(study.records.use)
 
 
 def test_the_study_schema_and_key_table_are_up_to_date() -> None:
-    assert (CONFIG / "schema.json").read_text(encoding="utf-8") == study_json_schema_text(), (
+    assert (CONFIG_FOLDER / "schema.json").read_text(encoding="utf-8") == study_json_schema_text(), (
         "run: overturning study document"
     )
-    assert (CONFIG.parent / CATALOGUE).read_text(encoding="utf-8") == study_yaml_schema_text()
-    readme = (CONFIG / "README.md").read_text(encoding="utf-8")
+    assert (CONFIG_FOLDER.parent / WORKFLOW_CATALOGUE_SCHEMA_PATH).read_text(
+        encoding="utf-8"
+    ) == study_yaml_schema_text()
+    readme = (CONFIG_FOLDER / "README.md").read_text(encoding="utf-8")
     assert readme == insert_tables_into_readme(readme), "run: overturning study document"
 
 
 def test_a_study_with_all_defaults_is_read_back_equal_from_json() -> None:
-    study = load_study(CONFIG / "tottori.yaml")
+    study = load_study(CONFIG_FOLDER / "tottori.yaml")
     assert load_study_from_file_or_json(study.model_dump_json()) == study
-    assert load_study_from_file_or_json(str(CONFIG / "tottori.yaml")) == study
+    assert load_study_from_file_or_json(str(CONFIG_FOLDER / "tottori.yaml")) == study
     with pytest.raises(ConfigError, match="not valid JSON"):
         load_study_from_file_or_json("{name:")
 
@@ -165,7 +167,7 @@ WRONG_2D_SETTINGS = [
         "asks: vertical, but variant 'soft' has none of its own",
     ),
 ]
-ICY = {
+SLIPPERY_SCENE = {
     "name": "icy",
     "contacts": [{"between": ["stone", "stone"], "friction": 0.1}],
     "elements": [
@@ -180,7 +182,10 @@ WRONG_SCENE_SETTINGS = [
     ({"density": 2000}, "density: the scene's materials have it"),
     ({"ensemble": {"members": 4, "initial_tilt": 0.01}}, "ensemble.initial_tilt: a scene starts at rest"),
     ({"population": {}}, "population: its stones are single blocks"),
-    ({"scene": ICY, "friction": [0.2, 1.0]}, "friction: the scene has coefficients of its own; leave it out"),
+    (
+        {"scene": SLIPPERY_SCENE, "friction": [0.2, 1.0]},
+        "friction: the scene has coefficients of its own; leave it out",
+    ),
     (
         GRAVESTONE_WITH_STACK_VARIANT | {"variants": {"stack": {"scene": "three-tier", "contact": {"damping": 9}}}},
         "variants.stack.contact: the scene has contact laws of its own",
@@ -242,7 +247,7 @@ WRONG_3D_SETTINGS = [
 def test_each_wrong_key_or_value_of_a_study_gives_a_line_with_the_remedy(
     change: dict, expected: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.chdir(CONFIG.parent)  # from where scenes are named
+    monkeypatch.chdir(CONFIG_FOLDER.parent)  # from where scenes are named
     with pytest.raises(ConfigError) as caught:
         study_from_content(
             {key: value for key, value in (SMALL_STUDY | change).items() if value is not None}, "mine.yaml"
@@ -276,7 +281,7 @@ def test_all_incompatible_settings_of_a_study_are_named_at_once() -> None:
 def test_a_record_missing_from_the_record_table_is_named_with_a_suggestion() -> None:
     study = study_from_content({"name": "small", "records": {"use": ["rinaldy"]}}, "mine.yaml")
     with pytest.raises(ConfigError, match=r"mine.yaml: records.use: 'rinaldy' is not in .*did you mean rinaldi\?"):
-        read_record_table_rows_of_study(study, "mine.yaml", CONFIG.parent)
+        read_record_table_rows_of_study(study, "mine.yaml", CONFIG_FOLDER.parent)
 
 
 def test_error_outside_the_project_says_where_to_run_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -317,7 +322,7 @@ def test_compatible_settings_of_a_study_are_accepted() -> None:
     assert study_from_content(SMALL_STUDY | {"variants": {"soft": SOIL}}, "x").variants["soft"].site.motion == "outcrop"
     assert study_from_content(SMALL_STUDY | {"contact": {"stiffness": 0.5}}, "x").contact.stiffness == 0.5
     block = {"block": {"scene": "gravestone", "contact": {"damping_ratio": 0.5}}}
-    both = {"scene": ICY, "friction": [0.2, 1.0], "variants": {"stack": {"scene": "three-tier"}}}
+    both = {"scene": SLIPPERY_SCENE, "friction": [0.2, 1.0], "variants": {"stack": {"scene": "three-tier"}}}
     assert study_from_content(SMALL_STUDY | both, "x").friction == (0.2, 1.0)
     assert (
         study_from_content(SMALL_STUDY | {"scene": "three-tier", "variants": block}, "x").variants["block"].contact

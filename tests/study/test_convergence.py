@@ -19,7 +19,7 @@ from overturning.dem.run import plan_simulation, run_cases, simulate_cases
 from overturning.errors import ResultError
 from overturning.findings.comparison import comparisons_with_second_computations
 from overturning.model.cases import Cases
-from overturning.model.contact import STATIC_PENETRATION, Contact
+from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO, Contact
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
@@ -44,14 +44,14 @@ from overturning.study.sections import ConvergenceCheckSettings
 from tests.dem.near_field import strong_part_of_near_field_record
 from tests.study.small_study import simulate_study_cube, small_study
 
-COUNT_FIELDS = {
+OUTCOME_CHANGE_COUNT_FIELDS = {
     "element": "", "cases": 200, "flags": 2, "undivided": 160, "flags_undivided": 1, "sides_undivided": 0, "fallen": 50,
     "sides": 0, "fallen_undivided": 45, "fallen_agreed": 40, "sides_agreed": 0, "unanswered": 0,
 }  # fmt: skip
-RESULT_FIELDS = {
+CONVERGENCE_RESULT_FIELDS = {
     "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "computed": 4500, "study_block_steps": 1000,
     "cost": 1.0, "finer_by": 8, "stiffer_by": 4.0,
-    "finer": {"block_steps": 500, "outcomes": [COUNT_FIELDS]},
+    "finer": {"block_steps": 500, "outcomes": [OUTCOME_CHANGE_COUNT_FIELDS]},
     "stiffer": {"block_steps": 0, "outcomes": [], "refused": "too stiff"},
     "settling": {"changed": 0, "looked_at": 0, "settled": 0, "chaotic": 0, "block_steps": 0},
     "amplitude": None, "rigid": None,
@@ -102,32 +102,39 @@ def near_field_strong_part(number: int, name: str = "a") -> Record:
 
 
 @dataclass(frozen=True)
-class RecordsAndCellsDrawnFromCube:
+class RecordsAndRandomCaseSample:
     """Records of a study that was simulated, and the cells drawn from its cube to be simulated again."""
 
     records: list[Record]
     sample: RandomCaseSample
 
-    def drawn_cells_with_changed_flags(self, overturned: Any, divided: Any = None) -> RandomCaseSample:
+    def sample_with_replaced_flags(self, overturned: Any, divided: Any = None) -> RandomCaseSample:
         """Return the cells to be checked as if the study had found these overturning flags in them."""
-        answers = self.sample.answers.copy()
+        answers = self.sample.outcomes.copy()
         answers["overturned"] = overturned
-        divided = self.sample.divided if divided is None else divided
-        return replace(self.sample, answers=answers, divided=divided, apart=self.sample.apart | divided)
+        divided = self.sample.has_divided_ensemble if divided is None else divided
+        return replace(
+            self.sample,
+            outcomes=answers,
+            has_divided_ensemble=divided,
+            has_divided_ensemble_or_sides=self.sample.has_divided_ensemble_or_sides | divided,
+        )
 
 
-def simulate_study_and_draw_cells(settings: Study, records: list[Record], folder: Path) -> RecordsAndCellsDrawnFromCube:
+def simulate_study_and_draw_case_sample(
+    settings: Study, records: list[Record], folder: Path
+) -> RecordsAndRandomCaseSample:
     """Simulate a small study without an ensemble and draw the cells to check from its cube."""
     alone = settings.model_copy(update={"ensemble": EnsembleSettings(members=0)})
     assert isinstance(settings.verification, ConvergenceCheckSettings)
-    return RecordsAndCellsDrawnFromCube(
+    return RecordsAndRandomCaseSample(
         records, read_random_case_sample(simulate_study_cube(alone, records, folder), settings.verification)
     )
 
 
 def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Path) -> None:
     settings = small_study(verification={"at_least": 10, "cost": 20})
-    done = simulate_study_and_draw_cells(
+    done = simulate_study_and_draw_case_sample(
         settings, [near_field_strong_part(7, "a"), near_field_strong_part(8, "b")], tmp_path
     )
     found = check_convergence(settings, done.records, done.sample)
@@ -136,7 +143,10 @@ def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Pat
     assert finer.cases + finer.unanswered == 10
 
     def total_block_steps(**changed: Any) -> int:
-        chosen = (cases_at_positions(settings, done.sample.index[done.sample.record == number]) for number in (0, 1))
+        chosen = (
+            cases_at_positions(settings, done.sample.grid_indices[done.sample.record_indices == number])
+            for number in (0, 1)
+        )
         each = zip(map(Motion.of, done.records), chosen, strict=True)
         return sum(int(run_cases(motion, one, **changed).block_steps.sum()) for motion, one in each)
 
@@ -145,33 +155,35 @@ def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Pat
         return plan_simulation(
             model or PlanarModel(),
             Motion.of(near_field_strong_part(7)),
-            cases_at_positions(settings, done.sample.index),
+            cases_at_positions(settings, done.sample.grid_indices),
             numerics,
         ).steps
 
-    stiff = {"model": PlanarModel(gravestone(Contact(static_penetration=STATIC_PENETRATION / 4)))}
+    stiff = {"model": PlanarModel(gravestone(Contact(static_penetration=DEFAULT_STATIC_PENETRATION_RATIO / 4)))}
     np.testing.assert_array_equal(planned_steps(refinement=8), 8 * planned_steps())
     # Whole steps follow the motion, whatever the contact.
     np.testing.assert_array_equal(planned_steps(**stiff), planned_steps())
     assert found.finer.block_steps == total_block_steps(refinement=8)
     assert found.stiffer.block_steps == total_block_steps(**stiff)
-    opposite = np.where(done.sample.answers["overturned"] == 0, 1, 0).astype(np.int8)
-    wrong = check_convergence(settings, done.records, done.drawn_cells_with_changed_flags(opposite))
+    opposite = np.where(done.sample.outcomes["overturned"] == 0, 1, 0).astype(np.int8)
+    wrong = check_convergence(settings, done.records, done.sample_with_replaced_flags(opposite))
     assert wrong.finer.outcomes[0].flags == 10 - finer.flags
     assert wrong.stiffer.outcomes[0].flags == 10 - stiffer.flags
     # Where the ensemble is divided anyway a changed flag is counted, but not among those that matter.
     assert wrong.finer.outcomes[0].flags_undivided == wrong.finer.outcomes[0].flags
     assert wrong.finer.outcomes[0].undivided == wrong.finer.outcomes[0].cases
-    unsure = done.drawn_cells_with_changed_flags(opposite, divided=np.ones(opposite.shape, np.bool_))
+    unsure = done.sample_with_replaced_flags(opposite, divided=np.ones(opposite.shape, np.bool_))
     (all_divided,) = check_convergence(settings, done.records, unsure).finer.outcomes
     zeros = ("undivided", "flags_undivided", "fallen_undivided", "fallen_agreed", "sides_agreed")
     none = dict.fromkeys(zeros, 0)
     assert all_divided == wrong.finer.outcomes[0].model_copy(update=none)
     # Falls to the other side are counted where the members fall one way, and not where they fall to both.
-    turned = done.drawn_cells_with_changed_flags(-done.sample.answers["overturned"])
+    turned = done.sample_with_replaced_flags(-done.sample.outcomes["overturned"])
     (sides,) = check_convergence(settings, done.records, turned).finer.outcomes
     assert sides.sides_agreed == sides.sides == finer.fallen - finer.sides > 0
-    (both,) = check_convergence(settings, done.records, replace(turned, apart=~turned.divided)).finer.outcomes
+    (both,) = check_convergence(
+        settings, done.records, replace(turned, has_divided_ensemble_or_sides=~turned.has_divided_ensemble)
+    ).finer.outcomes
     assert (both.sides, both.sides_undivided, both.fallen_agreed) == (sides.sides, sides.sides, 0)
     again = check_convergence(settings, done.records, done.sample, threads=2)
     assert again == found
@@ -181,12 +193,12 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     settings = small_study(verification={"at_least": 10, "cost": 30})
-    done = simulate_study_and_draw_cells(settings, [near_field_strong_part(7)], tmp_path)
-    own = done.sample.answers["overturned"][:, 0]
+    done = simulate_study_and_draw_case_sample(settings, [near_field_strong_part(7)], tmp_path)
+    own = done.sample.outcomes["overturned"][:, 0]
     other = np.where(own == 0, 1, 0).astype(np.int8)
-    position = {tuple(cell): row for row, cell in enumerate(done.sample.index.tolist())}
+    position = {tuple(cell): row for row, cell in enumerate(done.sample.grid_indices.tolist())}
     grid = variant_grid(settings)
-    axes = tuple(grid.rows.values())
+    axes = tuple(grid.values_by_dimension.values())
 
     def fake_run_of_kind(kind: str) -> Any:
         def fake_run(_: Motion, cases: Cases) -> Any:
@@ -207,7 +219,7 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
 
     fakes = {kind: fake_run_of_kind(kind) for kind in ("finer", "finest", "stiffer")}
     monkeypatch.setattr("overturning.study.convergence_check.case_rerun_functions", lambda _: fakes)
-    found = check_convergence(settings, done.records, replace(done.sample, block_steps=1000))
+    found = check_convergence(settings, done.records, replace(done.sample, study_block_steps=1000))
     assert found.settling.model_dump() == {
         "changed": 4,
         "looked_at": 4,
@@ -216,14 +228,14 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
         "block_steps": 7200,
     }
     assert [one.record for one in found.by_record] == [record.record_id for record in done.records]
-    assert sum(one.cases for one in found.by_record) == len(done.sample.record)
+    assert sum(one.cases for one in found.by_record) == len(done.sample.record_indices)
     assert sum(one.changed for one in found.by_record) == 4
-    first_four = done.sample.record[:4].tolist()
+    first_four = done.sample.record_indices[:4].tolist()
     assert [one.changed for one in found.by_record] == [first_four.count(number) for number in range(len(done.records))]
     # What is left of the allowance pays for three times a finer case each, as far as it goes.
     looked_at = set()
     for steps in range(300, 500, 10):
-        found = check_convergence(settings, done.records, replace(done.sample, block_steps=steps))
+        found = check_convergence(settings, done.records, replace(done.sample, study_block_steps=steps))
         assert sum(part.block_steps for part in (found.finer, found.stiffer, found.settling)) <= 30 * steps
         looked_at.add(found.settling.looked_at)
     assert len(looked_at) > 2
@@ -232,7 +244,7 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
 def cases_at_positions(settings: Study, index: np.ndarray) -> Cases:
     """Return the cases of a study at index positions of its grid."""
     grid = variant_grid(settings)
-    return grid.cases_at_positions(list(index.T))
+    return grid.cases_at_grid_indices(list(index.T))
 
 
 @pytest.mark.parametrize(("step", "least"), [(90, 0), (20, 3), (5, 12)])
@@ -240,15 +252,15 @@ def test_the_convergence_check_of_a_small_study_costs_no_more_than_the_study(
     step: int, least: int, tmp_path: Path
 ) -> None:
     settings = small_study(azimuth={"step": step}, verification={})
-    done = simulate_study_and_draw_cells(
+    done = simulate_study_and_draw_case_sample(
         settings, [near_field_strong_part(7, "a"), near_field_strong_part(8, "b")], tmp_path
     )
     found = check_convergence(settings, done.records, done.sample)
-    assert found.wanted == min(200, done.sample.computed)
+    assert found.wanted == min(200, done.sample.computed_case_count)
     spent = found.finer.block_steps + found.stiffer.block_steps
-    assert spent <= done.sample.block_steps
+    assert spent <= done.sample.study_block_steps
     assert least <= found.chosen < found.wanted
-    assert found.chosen < 4 or spent > 0.5 * done.sample.block_steps, "the allowance is made use of"
+    assert found.chosen < 4 or spent > 0.5 * done.sample.study_block_steps, "the allowance is made use of"
 
 
 def test_convergence_is_checked_with_finer_steps_if_stiffer_springs_are_refused() -> None:
@@ -275,17 +287,17 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     )
     assert rigid is not None
     # Three azimuths of two records: µ = 1 holds two of the three, 1.2 all.
-    assert rigid.computed == len(rigid.record) == 2 * 3 * (2 + 3)
+    assert rigid.computed_case_count == len(rigid.record_indices) == 2 * 3 * (2 + 3)
     found = check_convergence(settings, records, sample, rigid_sample=rigid).rigid
     assert found is not None
     assert found.cells == found.cases == 30
     assert found.fallen > 3
     assert found.flags == found.sides == 0
-    overturned = rigid.answers["overturned"].copy()
+    overturned = rigid.outcomes["overturned"].copy()
     first, second = np.flatnonzero(overturned)[:2]
     overturned[first], overturned[second] = 0, -overturned[second]
-    wrong = replace(rigid, answers=rigid.answers.copy())
-    wrong.answers["overturned"] = overturned
+    wrong = replace(rigid, outcomes=rigid.outcomes.copy())
+    wrong.outcomes["overturned"] = overturned
     again = check_convergence(settings, records, sample, threads=2, rigid_sample=wrong).rigid
     one_fall_less = dict.fromkeys(("fallen", "fallen_undivided", "fallen_agreed"), found.fallen - 1)
     one_of_each = dict.fromkeys(("flags", "sides", "flags_undivided", "sides_undivided", "sides_agreed"), 1)
@@ -300,7 +312,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     assert (hopping.cases, hopping.unanswered) == (15, 15)
 
 
-ROW_SCENE = {
+SCENE_OF_TWO_STONES_SIDE_BY_SIDE = {
     "name": "row",
     "elements": [
         {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]},
@@ -313,7 +325,14 @@ ROW_SCENE = {
 def study_of_two_stones_side_by_side(**keys: object) -> Study:
     """Return a study of a slender and a squat stone next to each other: two free elements."""
     return study_from_content(
-        {"name": "row", "records": {"use": ["a"]}, "scene": ROW_SCENE, "friction": [0.7], **keys}, "row"
+        {
+            "name": "row",
+            "records": {"use": ["a"]},
+            "scene": SCENE_OF_TWO_STONES_SIDE_BY_SIDE,
+            "friction": [0.7],
+            **keys,
+        },
+        "row",
     )
 
 
@@ -329,17 +348,17 @@ def test_sliding_blocks_and_other_shapes_are_not_compared_with_the_rigid_block()
 
 def test_convergence_of_a_scene_is_checked_for_each_element(tmp_path: Path) -> None:
     settings = study_of_two_stones_side_by_side(azimuth={"step": 60}, verification={"at_least": 4, "cost": 20})
-    done = simulate_study_and_draw_cells(settings, [near_field_strong_part(7)], tmp_path)
+    done = simulate_study_and_draw_case_sample(settings, [near_field_strong_part(7)], tmp_path)
     found = check_convergence(settings, done.records, done.sample)
     assert [one.element for one in found.finer.outcomes] == ["slender", "squat"]
     for outcome in (*found.finer.outcomes, *found.stiffer.outcomes):
         assert outcome.cases + outcome.unanswered == found.chosen == 4
     # The slender one alone is said to have stood where it fell.
-    wrong = done.sample.answers["overturned"].copy()
+    wrong = done.sample.outcomes["overturned"].copy()
     fell = int((wrong[:, 0] != 0).sum())
     assert fell > 0
     wrong[:, 0] = 0
-    found = check_convergence(settings, done.records, done.drawn_cells_with_changed_flags(wrong))
+    found = check_convergence(settings, done.records, done.sample_with_replaced_flags(wrong))
     assert [one.flags for one in found.finer.outcomes] == [fell, 0]
     rows = comparisons_with_second_computations(found)[:2]
     assert [(one.element, one.falls_or_stands.count, one.falls_or_stands.compared) for one in rows] == [
@@ -411,9 +430,11 @@ def test_ensemble_members_disagree_if_some_fall_and_some_stand(tmp_path: Path) -
     table = xr.Dataset({name: (dims, values) for name, values in given.items()}, attrs={"block_steps": 1})
     table.to_netcdf(tmp_path / "cube.nc")
     sample = read_random_case_sample(tmp_path / "cube.nc", ConvergenceCheckSettings(at_least=5))
-    divided = dict(zip(sample.index[:, 0].tolist(), sample.divided[:, 0].tolist(), strict=True))
+    divided = dict(zip(sample.grid_indices[:, 0].tolist(), sample.has_divided_ensemble[:, 0].tolist(), strict=True))
     assert divided == {0: False, 1: True, 2: False, 3: False, 4: False}
-    apart = dict(zip(sample.index[:, 0].tolist(), sample.apart[:, 0].tolist(), strict=True))
+    apart = dict(
+        zip(sample.grid_indices[:, 0].tolist(), sample.has_divided_ensemble_or_sides[:, 0].tolist(), strict=True)
+    )
     assert apart == {0: False, 1: True, 2: True, 3: False, 4: False}
 
 
@@ -433,11 +454,13 @@ def test_3d_ensemble_members_disagree_if_their_fall_directions_spread(tmp_path: 
     table = xr.Dataset({name: (dims, values) for name, values in given.items()}, attrs={"block_steps": 1})
     table.to_netcdf(tmp_path / "cube.nc")
     sample = read_random_case_sample(tmp_path / "cube.nc", ConvergenceCheckSettings(at_least=5))
-    place = np.argsort(sample.index[:, 0])
-    assert sample.divided[place, 0].tolist() == [False, False, False, True, False]
-    assert sample.apart[place, 0].tolist() == [False, False, True, True, False]
+    place = np.argsort(sample.grid_indices[:, 0])
+    assert sample.has_divided_ensemble[place, 0].tolist() == [False, False, False, True, False]
+    assert sample.has_divided_ensemble_or_sides[place, 0].tolist() == [False, False, True, True, False]
     # k R² is 8, 7.76 and 4.69 where all eight fall, 4 where four do, all the same way.
-    assert sample.weight[place] == pytest.approx([1.0, *np.sqrt((8 * np.cos(half[1:]) ** 2 - 1) / 7), 1.0, 1.0])
+    assert sample.direction_weight[place] == pytest.approx(
+        [1.0, *np.sqrt((8 * np.cos(half[1:]) ** 2 - 1) / 7), 1.0, 1.0]
+    )
 
 
 def test_3d_falls_whose_azimuth_changes_under_nearly_the_same_motion_are_counted(
@@ -449,14 +472,14 @@ def test_3d_falls_whose_azimuth_changes_under_nearly_the_same_motion_are_counted
     """
     body = {"body": {}, "azimuth": {}, "orientation": {"step": 30}, "b_over_h": [0.1, 0.15, 0.2, 0.25]}
     settings = small_study(**body, verification={"at_least": 24, "cost": 100})
-    done = simulate_study_and_draw_cells(settings, [near_field_strong_part(7)], tmp_path)
+    done = simulate_study_and_draw_case_sample(settings, [near_field_strong_part(7)], tmp_path)
     sample = done.sample
-    fell = np.flatnonzero(sample.answers["overturned"][:, 0] == 1)
+    fell = np.flatnonzero(sample.outcomes["overturned"][:, 0] == 1)
     assert fell.size >= 6
-    rank = np.full(len(sample.record), -1)
+    rank = np.full(len(sample.record_indices), -1)
     rank[fell] = np.arange(fell.size)
-    position = {tuple(cell): row for row, cell in enumerate(sample.index.tolist())}
-    names, axes = zip(*variant_grid(settings).rows.items(), strict=True)
+    position = {tuple(cell): row for row, cell in enumerate(sample.grid_indices.tolist())}
+    names, axes = zip(*variant_grid(settings).values_by_dimension.items(), strict=True)
     factors = set[float]()
 
     def fake_nominal_run(_: Motion, cases: Cases) -> Any:
@@ -472,14 +495,14 @@ def test_3d_falls_whose_azimuth_changes_under_nearly_the_same_motion_are_counted
         stands = (rank[row] == 2) & (factor > 1.005)
         return SimpleNamespace(
             overturned=np.where(stands, 0, 1).astype(np.int8)[:, None],
-            fall_azimuth=np.where(stands, np.nan, (sample.answers["azimuth"][row, 0] + turn) % 360.0),
+            fall_azimuth=np.where(stands, np.nan, (sample.outcomes["azimuth"][row, 0] + turn) % 360.0),
             block_steps=np.full(row.size, 10),
         )
 
     kinds = case_rerun_functions(settings) | {"nominal": fake_nominal_run}
     monkeypatch.setattr("overturning.study.convergence_check.case_rerun_functions", lambda _: kinds)
-    weight = np.linspace(0.2, 1.0, len(sample.record))
-    found = check_convergence(settings, done.records, replace(sample, weight=weight)).amplitude
+    weight = np.linspace(0.2, 1.0, len(sample.record_indices))
+    found = check_convergence(settings, done.records, replace(sample, direction_weight=weight)).amplitude
     assert found is not None
     assert factors == {0.99, 0.995, 1.005, 1.01}
     assert (found.falls, found.moved, found.stood) == (fell.size, len(fell[::3]), 1)
@@ -491,13 +514,19 @@ def test_3d_falls_whose_azimuth_changes_under_nearly_the_same_motion_are_counted
 @pytest.mark.parametrize(
     ("written", "said"),
     [
-        ({name: value for name, value in RESULT_FIELDS.items() if name != "seed"}, "seed: this key is needed"),
-        (RESULT_FIELDS | {"finer": {"outcomes": [COUNT_FIELDS]}}, "finer.block_steps: this key is needed"),
         (
-            RESULT_FIELDS | {"finer": {"block_steps": 1, "outcomes": [{"element": ""}]}},
+            {name: value for name, value in CONVERGENCE_RESULT_FIELDS.items() if name != "seed"},
+            "seed: this key is needed",
+        ),
+        (
+            CONVERGENCE_RESULT_FIELDS | {"finer": {"outcomes": [OUTCOME_CHANGE_COUNT_FIELDS]}},
+            "finer.block_steps: this key is needed",
+        ),
+        (
+            CONVERGENCE_RESULT_FIELDS | {"finer": {"block_steps": 1, "outcomes": [{"element": ""}]}},
             "finer.outcomes.0.cases: this key is needed",
         ),
-        (RESULT_FIELDS | {"chosen": "many"}, "chosen: a whole number is needed"),
+        (CONVERGENCE_RESULT_FIELDS | {"chosen": "many"}, "chosen: a whole number is needed"),
         (["old"], "keys with values are needed"),
     ],
 )

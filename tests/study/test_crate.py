@@ -13,10 +13,10 @@ from overturning.errors import ResultError
 from overturning.study.crate import METADATA, write_ro_crate
 from overturning.study.load import load_study
 from overturning.study.schema import Study
-from tests.expect import skip_or_fail
+from tests.expect import skip_test_unless_skipping_is_forbidden
 from tests.study.small_study import simulate_study_cube, sine_cycle_record, small_study
 
-PUBLISHED = {"licence": "https://spdx.org/licenses/CC-BY-4.0", "date": "2026-01-31", "authors": ["A. Mason"]}
+PUBLICATION_METADATA = {"licence": "https://spdx.org/licenses/CC-BY-4.0", "date": "2026-01-31", "authors": ["A. Mason"]}
 
 
 def study_without_ensemble(**keys: Any) -> Study:
@@ -43,7 +43,9 @@ def result_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def crate_entities(result_folder: Path) -> dict[str, dict[str, Any]]:
     """Entities of the research crate of the small study by id."""
-    return write_and_read_crate(study_without_ensemble(records={"use": ["a", "b"]}, crate=PUBLISHED), result_folder)
+    return write_and_read_crate(
+        study_without_ensemble(records={"use": ["a", "b"]}, crate=PUBLICATION_METADATA), result_folder
+    )
 
 
 def test_the_research_crate_lists_all_files_with_hashes_and_descriptions(
@@ -94,16 +96,16 @@ def test_licence_date_and_authors_of_the_crate_are_those_of_the_study(
     crate_entities: dict[str, dict[str, Any]],
 ) -> None:
     root = crate_entities["./"]
-    assert root["license"] == {"@id": PUBLISHED["licence"]}
-    assert root["datePublished"] == PUBLISHED["date"]
-    assert [crate_entities[root["author"]["@id"]]["name"]] == PUBLISHED["authors"]
+    assert root["license"] == {"@id": PUBLICATION_METADATA["licence"]}
+    assert root["datePublished"] == PUBLICATION_METADATA["date"]
+    assert [crate_entities[root["author"]["@id"]]["name"]] == PUBLICATION_METADATA["authors"]
 
 
 def test_the_study_file_in_the_crate_is_the_complete_study(
     crate_entities: dict[str, dict[str, Any]], result_folder: Path
 ) -> None:
     assert load_study(result_folder / "study.yaml") == study_without_ensemble(
-        records={"use": ["a", "b"]}, crate=PUBLISHED
+        records={"use": ["a", "b"]}, crate=PUBLICATION_METADATA
     )
 
 
@@ -114,7 +116,9 @@ def test_the_crate_is_reproducible_and_contains_no_local_path(
     assert write_and_read_crate(plain, tmp_path)["./"]["datePublished"] == "2026-11-21", (
         "of the version, in CITATION.cff"
     )
-    write_and_read_crate(study_without_ensemble(records={"use": ["a", "b"]}, crate=PUBLISHED), tmp_path / "again")
+    write_and_read_crate(
+        study_without_ensemble(records={"use": ["a", "b"]}, crate=PUBLICATION_METADATA), tmp_path / "again"
+    )
     text = (result_folder / METADATA).read_bytes()
     assert (tmp_path / "again" / METADATA).read_bytes() == text
     assert str(result_folder).encode() not in text
@@ -132,7 +136,7 @@ def test_the_crate_passes_the_ro_crate_validator(
 ) -> None:
     """The crate is valid RO-Crate 1.1 (roc-validator); its terms are looked up offline, in the package `rocrate`."""
     if importlib.util.find_spec("rocrate_validator") is None:
-        skip_or_fail("roc-validator is not installed (`make crate`)")
+        skip_test_unless_skipping_is_forbidden("roc-validator is not installed (`make crate`)")
     from rocrate_validator import models, services
     from rocrate_validator.utils.http import HttpRequester
 

@@ -15,8 +15,8 @@ from tests.dem.test_polygon_fallen import arch_scene
 from tests.expect import command_output
 from tests.sources import shipped_files
 
-CONFIG = Path(__file__).parents[2] / "config"
-PULSE = {"use": [], "pulses": {"p1": "sine amplitude_gal=300 period_s=1 azimuth_deg=60"}}
+CONFIG_FOLDER = Path(__file__).parents[2] / "config"
+PULSE_RECORD_SETTINGS = {"use": [], "pulses": {"p1": "sine amplitude_gal=300 period_s=1 azimuth_deg=60"}}
 GRID = {"b_over_h": [0.3, 0.7], "height": [0.6, 0.9], "friction": [0.5, 0.9]}
 """The sizes of the default population."""
 ONE_SIZE = {"width": {"low": 0.25, "high": 0.25}, "height": {"low": 0.75, "high": 0.75}}
@@ -31,7 +31,9 @@ def soil_site(velocity: float, rock: float = 760.0, **more: float) -> dict[str, 
 def warnings_on_study_settings(**keys: Any) -> list[str]:
     """Return the warnings on implausible settings of a study."""
     return list(
-        implausible_setting_warnings(study_from_content({"name": "mine", "records": PULSE} | keys, "mine.yaml"))
+        implausible_setting_warnings(
+            study_from_content({"name": "mine", "records": PULSE_RECORD_SETTINGS} | keys, "mine.yaml")
+        )
     )
 
 
@@ -246,7 +248,7 @@ def test_level_frictionless_ground_and_an_arch_give_no_warning() -> None:
 
 def test_study_check_prints_warnings_and_succeeds(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
-    keys = {"name": "mine", "records": PULSE, "b_over_h": [2.5], "density": 2.65}
+    keys = {"name": "mine", "records": PULSE_RECORD_SETTINGS, "b_over_h": [2.5], "density": 2.65}
     path.write_text(json.dumps(keys), encoding="utf-8")
     text = command_output("study", "check", path)
     assert f"{path}: b_over_h: 2.5 above 1.5; H/B? Give width over height: 0.4\n" in text

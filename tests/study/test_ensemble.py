@@ -11,7 +11,7 @@ import pytest
 from scipy.special import i0, i1
 from scipy.stats import binom
 
-from overturning.dem.numerics import Progress
+from overturning.dem.numerics import ProgressCallback
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.errors import ResultError
@@ -27,7 +27,7 @@ from overturning.settings import EnsembleSettings
 from overturning.study import ensemble
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import (
-    BATCH,
+    MEMBERS_PER_BATCH,
     EnsembleMembers,
     EnsembleRunner,
     draw_parameter_changes_of_members,
@@ -36,7 +36,7 @@ from overturning.study.ensemble import (
     wilson_interval,
 )
 from overturning.study.load import study_from_content
-from overturning.study.recheck import recompute_random_cases
+from overturning.study.recheck import recompute_and_compare_random_cases
 from tests.study.small_study import simulate_study_cube, sine_cycle_record
 
 AZIMUTH = np.arange(0, 360, 60, dtype=np.int16)
@@ -62,15 +62,15 @@ def nominal_outcomes(pulse_motion: Motion) -> dict[str, np.ndarray]:
 
 
 def ensemble_statistics_of_grid(
-    motion: Motion, nominal: dict[str, np.ndarray], members: EnsembleMembers, everywhere: bool = True, **more
+    motion: Motion, nominal: dict[str, np.ndarray], members: EnsembleMembers, run_all_cells: bool = True, **more
 ):
     """Run the ensemble members of the cells of `GRID` and return their statistics."""
 
-    def run_member_cases(cases: Cases, progress: Progress | None) -> CaseResults:
+    def run_member_cases(cases: Cases, progress: ProgressCallback | None) -> CaseResults:
         return run_cases(motion, cases, progress=progress, threads=2)
 
     progress = more.pop("progress", None)
-    return EnsembleRunner(PlanarModel(), members, everywhere, **more).run_ensemble_of_selected_cases(
+    return EnsembleRunner(PlanarModel(), members, run_all_cells, **more).run_ensemble_of_selected_cases(
         motion, GRID, nominal, run_member_cases, progress
     )[0]
 
@@ -118,8 +118,8 @@ def test_ensembles_are_run_near_a_change_of_the_overturning_flag() -> None:
     side = np.array([1, -1, -1, -1, -1, -1], np.int8)[None, None, :, None]
     assert select_cases_for_ensemble_runs(side, run_all_cells=False)[0, 0, :, 0].nonzero()[0].tolist() == [0, 1, 2]
     assert select_cases_for_ensemble_runs(np.zeros((3, 1, 1, 2), np.int8), run_all_cells=False).all()
-    assert [EnsembleSettings().repeats_every_cell(count) for count in (1, 2)] == [True, False]
-    assert EnsembleSettings(where="everywhere").repeats_every_cell(2)
+    assert [EnsembleSettings().has_ensemble_runs_for_all_cases(count) for count in (1, 2)] == [True, False]
+    assert EnsembleSettings(where="everywhere").has_ensemble_runs_for_all_cases(2)
 
 
 def test_ensembles_are_also_run_near_a_change_of_the_fall_azimuth() -> None:
@@ -153,7 +153,7 @@ def test_3d_ensemble_members_are_run_where_the_fall_azimuth_changes(pulse_motion
     nominal = {"overturned": np.ones(grid.shape, np.int8), "repeated": np.zeros(grid.shape, np.int8)}
     members = draw_parameter_changes_of_members(EnsembleSettings(members=8, b_over_h=0.0))
 
-    def fake_member_results(cases: Cases, _: Progress | None) -> Any:
+    def fake_member_results(cases: Cases, _: ProgressCallback | None) -> Any:
         shape = np.asarray(cases.b_over_h)
         every_way = np.tile(45.0 * np.arange(8), shape.size // 8)
         towards = np.where(np.isclose(shape, 0.2), every_way, 40.0) + np.tile(members.azimuth_deg, shape.size // 8)
@@ -161,7 +161,7 @@ def test_3d_ensemble_members_are_run_where_the_fall_azimuth_changes(pulse_motion
             overturned=np.ones(shape.size, np.int8), fall_azimuth=towards, block_steps=np.ones(shape.size)
         )
 
-    found = EnsembleRunner(Body(), members, everywhere=False).run_ensemble_of_selected_cases(
+    found = EnsembleRunner(Body(), members, run_all_cells=False).run_ensemble_of_selected_cases(
         pulse_motion, grid, nominal | {"fall_azimuth": azimuth}, fake_member_results
     )
     run = (found[0]["members"] > 0).ravel()
@@ -234,7 +234,9 @@ def test_ensemble_probabilities_equal_those_of_members_run_one_by_one(
     assert difference == pytest.approx(halves[0].mean() - halves[1].mean())
 
 
-@pytest.mark.parametrize(("name", "most"), [("MAX_MOTION_SAMPLES", 2 * 8 * 400), ("MAX_MEMBER_CASES", 2 * 8 * 10)])
+@pytest.mark.parametrize(
+    ("name", "most"), [("MAX_MOTION_SAMPLES", 2 * 8 * 400), ("MAX_MEMBER_CASES_PER_RUN", 2 * 8 * 10)]
+)
 def test_an_ensemble_is_run_in_pieces_within_the_memory_limit(
     pulse_motion: Motion, monkeypatch: pytest.MonkeyPatch, name: str, most: int
 ) -> None:
@@ -247,7 +249,7 @@ def test_an_ensemble_is_run_in_pieces_within_the_memory_limit(
     nothing = {name: np.zeros(grid.shape, np.int8) for name in ("overturned", "mirrored")}
     calls = []
 
-    def fake_results_all_standing(cases: Cases, progress: Progress | None) -> Any:
+    def fake_results_all_standing(cases: Cases, progress: ProgressCallback | None) -> Any:
         calls.append(np.column_stack([cases.azimuth_deg, cases.height, cases.b_over_h, cases.friction]))
         return SimpleNamespace(overturned=np.zeros(len(calls[-1]), np.int8), block_steps=np.ones(len(calls[-1])))
 
@@ -277,7 +279,7 @@ def test_opposite_azimuths_exchange_the_probabilities_of_both_fall_sides(
 
 def test_ensemble_batches_contain_equal_numbers_of_both_sobol_scrambles() -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings())
-    batches = members.split_member_numbers_into_batches(BATCH)
+    batches = members.split_member_numbers_into_batches(MEMBERS_PER_BATCH)
     assert [batch.size for batch in batches] == [8, 8, 8]
     assert sorted(np.concatenate(batches)) == list(range(24))
     for batch in batches:
@@ -285,7 +287,7 @@ def test_ensemble_batches_contain_equal_numbers_of_both_sobol_scrambles() -> Non
     # Fewer members are the first of more, so that a larger number only adds to them.
     few, size = draw_parameter_changes_of_members(EnsembleSettings(members=16)), 16
     assert np.array_equal(
-        few.amplitude[np.concatenate(few.split_member_numbers_into_batches(BATCH))],
+        few.amplitude[np.concatenate(few.split_member_numbers_into_batches(MEMBERS_PER_BATCH))],
         members.amplitude[np.concatenate(batches)[:size]],
     )
 
@@ -311,7 +313,7 @@ def test_the_number_of_members_of_a_cell_does_not_depend_on_other_cells(
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(amplitude=0.1, b_over_h=0.05))
     every = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members)
-    some = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members, widest=0.19)
+    some = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members, max_half_width=0.19)
     assert set(np.unique(some["members"])) == {8, 16, 24}
     assert (every["members"] == 24).all()
     whole = some["members"] == 24
@@ -324,7 +326,7 @@ def test_the_number_of_members_of_a_cell_does_not_depend_on_other_cells(
             **{name: GRID[name][[at]] for name, at in zip(GRID.dimension_names, place, strict=True)}
         )
         own = {name: values[tuple(slice(at, at + 1) for at in place)] for name, values in nominal_outcomes.items()}
-        few = EnsembleRunner(PlanarModel(), members, widest=0.19)
+        few = EnsembleRunner(PlanarModel(), members, max_half_width=0.19)
         alone = few.run_ensemble_of_selected_cases(
             pulse_motion, one, own, lambda cases, _: run_cases(pulse_motion, cases)
         )[0]
@@ -346,8 +348,8 @@ def test_a_recheck_finds_only_the_changed_values_if_ensembles_stopped_early(tmp_
         assert len(np.unique(cube["members"].to_numpy())) > 1
     with netCDF4.Dataset(tmp_path / "cube.nc", "a") as cube:
         cube["peak_penetration"][:] = 99.0
-    found = recompute_random_cases(tmp_path / "cube.nc", cell_count=18)
-    assert found.cells == found.ensemble_cells == 18
+    found = recompute_and_compare_random_cases(tmp_path / "cube.nc", cell_count=18)
+    assert found.recomputed_cell_count == found.recomputed_ensemble_cell_count == 18
     # What was changed is found in every cell, each of them looked at once, and nothing else.
     assert len(set(found.differences)) == len(found.differences) == 18
     assert all("peak_penetration is 99.0 in the cube" in line for line in found.differences)
@@ -360,7 +362,9 @@ def _stopping_rule_ends_ensemble(falls: int, size: int, widest: float) -> bool:
     return bool(fall_probabilities_converged(flags, widest)[0])
 
 
-def _chance_of_stopping_by_falls(probability: float, widest: float, batches: list[int]) -> dict[tuple[int, int], float]:
+def _stopping_probability_by_falls_and_members(
+    probability: float, widest: float, batches: list[int]
+) -> dict[tuple[int, int], float]:
     """Return the exact probability, by (k, n), that the stopping rule ends an ensemble with k falls of n members."""
     going, ended, size = {0: 1.0}, {}, 0
     for batch in batches:
@@ -388,7 +392,7 @@ def test_intervals_with_early_stopping_cover_as_well_as_those_of_16_members() ->
         covered, square, widths = [], [], [0.0]
         for probability in np.linspace(0, 1, 101):
             cover = off = 0.0
-            for (falls, size), chance in _chance_of_stopping_by_falls(probability, 0.19, batches).items():
+            for (falls, size), chance in _stopping_probability_by_falls_and_members(probability, 0.19, batches).items():
                 low, high = (float(end) for end in interval(falls, size))
                 half = (high - low) / 2
                 cover += chance * (low - 1e-12 <= probability <= high + 1e-12)
@@ -408,7 +412,7 @@ def test_ensemble_probabilities_are_missing_where_no_members_were_run(
     pulse_motion: Motion, nominal_outcomes: dict[str, np.ndarray]
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(members=4))
-    found = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members, everywhere=False)
+    found = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members, run_all_cells=False)
     chosen = select_cases_for_ensemble_runs(nominal_outcomes["overturned"], run_all_cells=False)
     assert 0 < chosen.sum() < chosen.size
     assert np.array_equal(np.isfinite(found["probability_towards"]), chosen)

@@ -11,20 +11,28 @@ from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.store import round_to_stored_precision
 from overturning.study.film_options import film_command_options
 from overturning.study.small import run_study
-from overturning.translation.texts import translate, translate_visible_texts_to
+from overturning.translation.texts import translate, use_translation_language
 
 PULSE = "sine amplitude_gal=420 period_s=1 azimuth_deg=30"
-BLOCK: dict[str, Any] = {"b_over_h": [0.2], "height": [0.6], "friction": [0.7], "ensemble": {"members": 0}}
-STACK: dict[str, Any] = {"scene": "three-tier", "azimuth": {"step": 30}}
+BLOCK_STUDY_SETTINGS: dict[str, Any] = {
+    "b_over_h": [0.2],
+    "height": [0.6],
+    "friction": [0.7],
+    "ensemble": {"members": 0},
+}
+STACK_STUDY_SETTINGS: dict[str, Any] = {"scene": "three-tier", "azimuth": {"step": 30}}
 
 
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        (BLOCK | {"azimuth": {"step": 30}}, ""),
-        (BLOCK | {"contact": {"damping_ratio": 1.0}, "density": 2000}, "--damping-ratio 1 --density 2000"),
-        (BLOCK | {"orientation": {"step": 15}, "body": {"plan": 8}}, "--body --plan 8"),
-        (STACK, "--scene three-tier"),
+        (BLOCK_STUDY_SETTINGS | {"azimuth": {"step": 30}}, ""),
+        (
+            BLOCK_STUDY_SETTINGS | {"contact": {"damping_ratio": 1.0}, "density": 2000},
+            "--damping-ratio 1 --density 2000",
+        ),
+        (BLOCK_STUDY_SETTINGS | {"orientation": {"step": 15}, "body": {"plan": 8}}, "--body --plan 8"),
+        (STACK_STUDY_SETTINGS, "--scene three-tier"),
     ],
 )
 def test_the_film_command_reproduces_the_outcome_of_its_cell(
@@ -48,7 +56,7 @@ def test_the_film_command_reproduces_the_outcome_of_its_cell(
 
 def test_a_reason_is_given_if_no_film_command_can_reproduce_a_study() -> None:
     record = round_to_stored_precision(record_of_pulse(parse_pulse(PULSE)))
-    cube = run_study([record], **BLOCK, azimuth={"step": 90}, simulation={"time_step": 0.0001})
+    cube = run_study([record], **BLOCK_STUDY_SETTINGS, azimuth={"step": 90}, simulation={"time_step": 0.0001})
     assert film_command_options(cube)["missing"] == "the study has numerical settings of its own"
 
 
@@ -60,14 +68,16 @@ def test_no_film_command_is_given_for_records_outside_the_project(
     The results state only the file name of a record table with an absolute path, and this name is valid only in that
     folder.
     """
-    cube = run_study([round_to_stored_precision(record_of_pulse(parse_pulse(PULSE)))], **BLOCK, azimuth={"step": 90})
+    cube = run_study(
+        [round_to_stored_precision(record_of_pulse(parse_pulse(PULSE)))], **BLOCK_STUDY_SETTINGS, azimuth={"step": 90}
+    )
     study = json.loads(cube.attrs["study"])
     study["records"] |= {"table": "table é.tsv", "folder": "data/records"}
     cube.attrs["study"] = json.dumps(study)
     monkeypatch.chdir(tmp_path)
     missing = film_command_options(cube)["missing"]
     assert missing == "the record table table é.tsv is not in the project's folder"
-    with translate_visible_texts_to("ja"):
+    with use_translation_language("ja"):
         assert translate(missing) == "記録表 table é.tsv がプロジェクトのフォルダーにない"
     (tmp_path / "table é.tsv").touch()
     film = film_command_options(cube)

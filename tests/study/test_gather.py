@@ -15,7 +15,7 @@ from overturning.errors import ResultError
 from overturning.labels import earthquake_assignment_notes
 from overturning.model.scene import load_scene
 from overturning.model.status import CaseStatus
-from overturning.model.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
+from overturning.model.variables import FLOAT32_MISSING, INT8_MISSING, PLANAR_OUTCOME_VARIABLES
 from overturning.records.record import Record
 from overturning.study.cube import open_cube, record_provenance, record_sources, study_of_cube
 from overturning.study.gather import create_cube_structure, merge_outcome_files_into_cube
@@ -39,7 +39,7 @@ RECORDS = [
 def random_outcomes(shape: tuple[int, ...], seed: int) -> dict[str, np.ndarray]:
     """Return random outcome variables of a grid shape."""
     rng = np.random.default_rng(seed)
-    values = {v.name: rng.random(shape).astype(v.dtype) for v in VARIABLES if v.dtype == "f4"}
+    values = {v.name: rng.random(shape).astype(v.dtype) for v in PLANAR_OUTCOME_VARIABLES if v.dtype == "f4"}
     values |= {"overturned": rng.integers(-1, 2, shape, dtype=np.int8), "status": np.zeros(shape, np.int8)}
     return values | {"mirrored": np.zeros(shape, np.int8)}
 
@@ -116,7 +116,7 @@ def test_a_cube_states_the_azimuth_period_after_which_cases_repeat(scene: str, p
         create_cube_structure(cube, of_scene, [])
         assert cube["azimuth"].period == period
     grid = variant_grid(of_scene)
-    answering = np.unique(variant_model(of_scene).simulated_direction_for_each_direction(grid).cell).size
+    answering = np.unique(variant_model(of_scene).simulated_direction_for_each_direction(grid).direction_index).size
     assert answering == np.unique(grid["azimuth"] % period).size
     assert (answering == grid["azimuth"].size) == (period == 360)
 

@@ -12,7 +12,7 @@ from overturning.figures.film_of_trajectory import film_of_trajectories, outcome
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 
-WAVE = Motion.sine(6.0, 0.8)
+SINE_MOTION = Motion.sine(6.0, 0.8)
 # The wall's face is at 0.22 m, so that a stone of 0.6 m overlaps it at rest from B/H = 0.7333 on.
 SIZES_AND_FRICTION = {"height": [0.6], "b_over_h": [0.2, 0.3, 0.75, 0.9], "friction": [1.0]}
 AZIMUTHS = np.arange(0.0, 360.0, 45.0)
@@ -22,12 +22,12 @@ AZIMUTHS = np.arange(0.0, 360.0, 45.0)
 def simulated_and_saved_outcomes(tmp_path_factory: pytest.TempPathFactory) -> tuple[xr.Dataset, xr.Dataset]:
     """The same cases twice: as returned by `simulate`, and as read from the saved cube of a study."""
     own = overturning.simulate(
-        WAVE, overturning.load_scene("against-a-wall"), azimuth_deg=AZIMUTHS, **SIZES_AND_FRICTION
+        SINE_MOTION, overturning.load_scene("against-a-wall"), azimuth_deg=AZIMUTHS, **SIZES_AND_FRICTION
     )
     keys: dict[str, Any] = {**SIZES_AND_FRICTION}
     path: Path = tmp_path_factory.mktemp("study") / "cube.nc"
     overturning.run_study(
-        [WAVE], scene="against-a-wall", azimuth={"step": 45}, ensemble={"members": 0}, **keys
+        [SINE_MOTION], scene="against-a-wall", azimuth={"step": 45}, ensemble={"members": 0}, **keys
     ).to_netcdf(path)
     with overturning.open_cube(path) as cube:
         return own, cube.isel(record=0).load()
@@ -76,7 +76,7 @@ def test_a_simulated_dataset_is_equal_after_saving_and_opening(
 def test_a_case_that_exceeds_its_step_budget_is_nan(model: str | None) -> None:
     made = overturning.load_scene(model) if model == "three-tier" else model
     direction = "orientation_deg" if model == "rectangle" else "azimuth_deg"
-    motion = Motion(WAVE.north, WAVE.north, sampling_interval=WAVE.sampling_interval)
+    motion = Motion(SINE_MOTION.north, SINE_MOTION.north, sampling_interval=SINE_MOTION.sampling_interval)
     case = {direction: 30.0, "height": 0.636, "b_over_h": 0.38}
     cell = overturning.simulate(motion, made, **case, budget=200)
     path = overturning.trajectory(motion, made, **case, budget=200)

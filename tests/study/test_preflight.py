@@ -19,10 +19,10 @@ from overturning.statistics.by_record import record_masks_by_group
 from overturning.study.load import load_study, study_from_content
 from overturning.study.preflight import (
     can_compute_fault_alignment,
-    check_optional_packages,
-    check_record_files,
+    check_soil_curve_package,
     check_study_size,
     estimate_study_size,
+    find_record_rows_and_files,
     read_and_check_records,
 )
 from tests.expect import command_output
@@ -47,12 +47,12 @@ def study_of_record(record: str, **more: Any) -> Any:
 
 def record_notes(study: Any) -> tuple[str, ...]:
     """Return the notes on the records of a study."""
-    return read_and_check_records(study, check_record_files(study, "mine.yaml")[0])
+    return read_and_check_records(study, find_record_rows_and_files(study, "mine.yaml")[0])
 
 
 def test_the_preflight_check_names_all_missing_record_files(tmp_path: Path) -> None:
     with pytest.raises(MissingDataError) as found:
-        check_record_files(
+        find_record_rows_and_files(
             write_record_table_and_make_study(tmp_path, *(f"r{n}\tauto\tr{n}.V2A" for n in range(9))), "mine.yaml"
         )
     lines = str(found.value).splitlines()
@@ -64,14 +64,14 @@ def test_the_preflight_check_names_all_missing_record_files(tmp_path: Path) -> N
 @pytest.mark.parametrize("source", ["../secret.V2A", "/etc/passwd"])
 def test_a_record_source_outside_its_folder_is_refused(tmp_path: Path, source: str) -> None:
     with pytest.raises(ConfigError, match=rf"record one: source '{source}' lies outside"):
-        check_record_files(write_record_table_and_make_study(tmp_path, f"one\tauto\t{source}"), "mine.yaml")
+        find_record_rows_and_files(write_record_table_and_make_study(tmp_path, f"one\tauto\t{source}"), "mine.yaml")
 
 
 def test_the_preflight_check_names_unreadable_record_files(tmp_path: Path) -> None:
     for name in ("one.csv", "two.csv"):
         (tmp_path / name).write_text("time,north,east\n0,1,2\n", encoding="utf-8")
     study = write_record_table_and_make_study(tmp_path, "one\tcsv\tone.csv", "two\tnonsense\ttwo.csv")
-    entries, files = check_record_files(study, "mine.yaml")
+    entries, files = find_record_rows_and_files(study, "mine.yaml")
     assert files["one"] == [tmp_path / "one.csv"]
     with pytest.raises(OverturningError) as found:
         read_and_check_records(study, entries)
@@ -135,7 +135,7 @@ def test_no_note_is_given_on_weak_records_that_soil_can_amplify(tmp_path: Path) 
         )
 
 
-SITE = {"layers": [{"thickness_m": 20, "velocity_m_s": 150}], "rock": {"velocity_m_s": 760}}
+SOIL_SITE_SETTINGS = {"layers": [{"thickness_m": 20, "velocity_m_s": 150}], "rock": {"velocity_m_s": 760}}
 """20 m of soil over rock: a motion goes through it by pystrata, an optional package."""
 
 
@@ -146,7 +146,11 @@ def test_study_check_finds_that_the_package_for_soil_is_missing(
     """None in sys.modules makes the import fail, as if pystrata were not installed."""
     monkeypatch.setitem(sys.modules, "pystrata", None)
     pulse = {"use": [], "pulses": {"p1": "sine amplitude_gal=300 period_s=1 azimuth_deg=60"}}
-    site = {"site": SITE} if key == "site" else {"variants": {"soil": {"site": SITE}, "flat": {"vertical": False}}}
+    site = (
+        {"site": SOIL_SITE_SETTINGS}
+        if key == "site"
+        else {"variants": {"soil": {"site": SOIL_SITE_SETTINGS}, "flat": {"vertical": False}}}
+    )
     (tmp_path / "mine.yaml").write_text(json.dumps({"name": "mine", "records": pulse} | site), encoding="utf-8")
     (line,) = command_output("study", "check", tmp_path / "mine.yaml", status=1).splitlines()
     assert line.startswith(f"error: {tmp_path / 'mine.yaml'}: {key}: soil layers need pystrata")
@@ -169,10 +173,10 @@ def test_study_check_finds_an_unknown_soil_curve(monkeypatch: pytest.MonkeyPatch
     """Pystrata, which defines the names of soil curves, is replaced by a stub that knows two of them."""
     curves = SimpleNamespace(known_published_curves=lambda: ["kishida", "idriss_sand"])
     monkeypatch.setitem(sys.modules, "pystrata", SimpleNamespace(site=curves))
-    layers = [*SITE["layers"], {"thickness_m": 5, "velocity_m_s": 150, "curve": "idris"}]
-    check_optional_packages(study_of_record("rinaldi", site=SITE | {"layers": layers[:1]}), "mine.yaml")
+    layers = [*SOIL_SITE_SETTINGS["layers"], {"thickness_m": 5, "velocity_m_s": 150, "curve": "idris"}]
+    check_soil_curve_package(study_of_record("rinaldi", site=SOIL_SITE_SETTINGS | {"layers": layers[:1]}), "mine.yaml")
     with pytest.raises(ConfigError, match=re.escape("mine.yaml: site: curve 'idris'; known are idriss_sand, kishida")):
-        check_optional_packages(study_of_record("rinaldi", site=SITE | {"layers": layers}), "mine.yaml")
+        check_soil_curve_package(study_of_record("rinaldi", site=SOIL_SITE_SETTINGS | {"layers": layers}), "mine.yaml")
 
 
 @pytest.mark.parametrize(
@@ -204,7 +208,7 @@ def test_fault_alignment_needs_a_fault_strike_in_the_first_record_group(
 
 def test_a_study_without_soil_needs_no_optional_package(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pystrata", None)
-    check_optional_packages(study_of_record("rinaldi"), "mine.yaml")
+    check_soil_curve_package(study_of_record("rinaldi"), "mine.yaml")
 
 
 def test_a_study_that_is_too_large_is_refused_with_its_size() -> None:
@@ -250,7 +254,7 @@ def test_the_memory_estimate_includes_the_outcomes_of_ensemble_members() -> None
     without, with_members = (
         estimate_study_size(study_of_record("rinaldi", ensemble={"members": n}), chunks_per_record=4) for n in (0, 24)
     )
-    assert with_members.memory_bytes - without.memory_bytes >= 9 * 24 * with_members.cases / 4
+    assert with_members.memory_bytes - without.memory_bytes >= 9 * 24 * with_members.cases_per_record / 4
 
 
 @pytest.mark.parametrize(("step", "size"), [(360, "1 record × 1 case = 1; "), (180, "1 record × 2 cases = 2; ")])
@@ -270,4 +274,4 @@ def test_a_record_table_separated_by_commas_is_refused(tmp_path: Path) -> None:
     study = write_record_table_and_make_study(tmp_path, "one\tauto\tone.csv")
     (tmp_path / "records.tsv").write_text("id,format\none,auto\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"line 1: columns are separated by commas; use tabs"):
-        check_record_files(study, "mine.yaml")
+        find_record_rows_and_files(study, "mine.yaml")

@@ -13,10 +13,12 @@ from overturning.settings import EnsembleSettings
 from overturning.study.ensemble import EnsembleMembers, EnsembleRunner, draw_parameter_changes_of_members
 from overturning.study.load import load_study_from_file_or_json, study_from_content
 
-POINTS = np.array([[x, y, z] for a, z in ((0.05, 0.0), (0.07, 0.003), (0.07, 0.8)) for x in (-a, a) for y in (-a, a)])
-STONE = ScannedStone(POINTS, (0.0, 0.0, 0.4), (0.055, 0.055, 0.003, 0.0, 0.0, 0.0), 0.001)
-BODY = {
-    "vertices": POINTS.tolist(),
+STONE_VERTICES = np.array(
+    [[x, y, z] for a, z in ((0.05, 0.0), (0.07, 0.003), (0.07, 0.8)) for x in (-a, a) for y in (-a, a)]
+)
+STONE = ScannedStone(STONE_VERTICES, (0.0, 0.0, 0.4), (0.055, 0.055, 0.003, 0.0, 0.0, 0.0), 0.001)
+SCANNED_BODY_SETTINGS = {
+    "vertices": STONE_VERTICES.tolist(),
     "relief": 0.001,
     "scan": {"volume": 0.015, "tilt": 1.5, "centre_of_mass": [0, 0, 0.4], "inertia": [0.055, 0.055, 0.003, 0, 0, 0]},
 }
@@ -35,7 +37,7 @@ def test_ensemble_members_vary_relief_and_orientation_only_on_request(tmp_path: 
     assert (varied.relief <= 0.005).all()
     assert varied.relief.mean() == pytest.approx(0.003, abs=2e-4)
     assert np.abs(varied.orientation_deg).max() == pytest.approx(5.0, abs=0.5)
-    assert varied.has_high_relief.sum() == 32
+    assert varied.high_relief_mask.sum() == 32
     for members, columns in ((plain, 7), (varied, 9)):
         members.write_csv(tmp_path / "members.csv")
         assert len((tmp_path / "members.csv").read_text().splitlines()[0].split(",")) == columns
@@ -65,7 +67,7 @@ def test_ensemble_members_of_a_scan_have_their_own_relief_and_orientation(monkey
     )
     limit, seen = float(np.median(members.relief)), []
 
-    def fall_if_relief_is_low(cases: Any, progress: Any, relief: float) -> Any:
+    def fake_results_falling_if_relief_is_low(cases: Any, progress: Any, relief: float) -> Any:
         seen.append((relief, np.asarray(cases.azimuth_deg)))
         falls = np.full(cases.case_count, relief <= limit)
 
@@ -86,7 +88,7 @@ def test_ensemble_members_of_a_scan_have_their_own_relief_and_orientation(monkey
     runner = EnsembleRunner(Body(STONE), members)
     monkeypatch.setattr(EnsembleRunner, "_copy_to_symmetric_cells", lambda *_: None)
     found, steps = runner.run_ensemble_of_selected_cases(
-        StubMotion(), TwoOrientationGrid(), nominal, fall_if_relief_is_low
+        StubMotion(), TwoOrientationGrid(), nominal, fake_results_falling_if_relief_is_low
     )  # type: ignore[arg-type]
     assert steps == 2 * 16
     assert [relief for relief, _ in seen] == pytest.approx(
@@ -104,12 +106,12 @@ def test_ensemble_members_of_a_scan_have_their_own_relief_and_orientation(monkey
 def test_relief_spread_is_accepted_only_for_a_scanned_stone() -> None:
     about = {"name": "b", "records": {"use": ["a"]}}
     ensemble = {"relief": {"low": 0.001, "high": 0.005}, "members": 8}
-    study = study_from_content(about | {"body": BODY, "ensemble": ensemble}, "b")
+    study = study_from_content(about | {"body": SCANNED_BODY_SETTINGS, "ensemble": ensemble}, "b")
     assert load_study_from_file_or_json(study.model_dump_json()) == study
     for wrong, words in (
         ({"body": {"plan": "circle"}, "ensemble": ensemble}, "only a scanned stone has a relief"),
         ({"ensemble": ensemble}, "only a single 3-D body has them"),
-        ({"body": BODY, "ensemble": {"relief": {"low": 1, "high": 5}}}, "the unit is the metre"),
+        ({"body": SCANNED_BODY_SETTINGS, "ensemble": {"relief": {"low": 1, "high": 5}}}, "the unit is the metre"),
     ):
         with pytest.raises(ConfigError, match=words):
             study_from_content(about | wrong, "b")

@@ -17,7 +17,7 @@ from overturning.settings import EnsembleSettings
 from overturning.study.ensemble import EnsembleMembers, draw_parameter_changes_of_members
 from overturning.study.resume import (
     back_up_cubes,
-    lock_folder,
+    lock_results_folder_or_refuse,
     remove_damaged_results,
     remove_files_of_dropped_records,
     restore_cubes,
@@ -182,17 +182,18 @@ def test_the_folder_lock_is_released_when_its_process_ends(tmp_path: Path, monke
     monkeypatch.chdir(tmp_path)
     file = tmp_path / "hidden" / "run.lock"
     code = (
-        "import sys, time\nfrom pathlib import Path\nfrom overturning.study.resume import lock_folder\n"
-        "lock_folder(Path(sys.argv[1]))\nprint('holds', flush=True)\ntime.sleep(60)\n"
+        "import sys, time\nfrom pathlib import Path\n"
+        "from overturning.study.resume import lock_results_folder_or_refuse\n"
+        "lock_results_folder_or_refuse(Path(sys.argv[1]))\nprint('holds', flush=True)\ntime.sleep(60)\n"
     )
     other = subprocess.Popen([sys.executable, "-c", code, str(file)], stdout=subprocess.PIPE, text=True, cwd=tmp_path)
     assert other.stdout is not None
     assert other.stdout.readline() == "holds\n"
     with pytest.raises(ResultError, match=rf"another run works in this folder \(process {other.pid}\)"):
-        lock_folder(file)
+        lock_results_folder_or_refuse(file)
     other.kill()
     other.communicate()
-    descriptor = lock_folder(file)
+    descriptor = lock_results_folder_or_refuse(file)
     assert descriptor is not None
     assert file.read_text(encoding="utf-8") == str(os.getpid())
     os.close(descriptor)
@@ -208,7 +209,7 @@ def test_a_new_run_waits_for_a_running_step_of_a_killed_run(
     )
     while Path(f"/proc/{step.pid}/cmdline").read_bytes().split(b"\0")[0] != sys.executable.encode():
         time.sleep(0.01)
-    descriptor = lock_folder(tmp_path / "run.lock")
+    descriptor = lock_results_folder_or_refuse(tmp_path / "run.lock")
     assert descriptor is not None
     os.close(descriptor)
     assert step.poll() is not None or step.wait(1) == 0
@@ -228,7 +229,7 @@ def test_a_new_run_does_not_wait_for_a_command_that_only_reads_results(
     assert reads.stdout.readline() == b"1\n"
     waited_for: list[int] = []
     monkeypatch.setattr("psutil.Process.wait", lambda process: waited_for.append(process.pid))
-    descriptor = lock_folder(tmp_path / "run.lock")
+    descriptor = lock_results_folder_or_refuse(tmp_path / "run.lock")
     assert descriptor is not None
     os.close(descriptor)
     reads.kill()

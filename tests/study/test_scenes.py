@@ -30,14 +30,17 @@ from overturning.statistics.elements import (
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import draw_parameter_changes_of_members
 from overturning.study.load import study_from_content
-from overturning.study.recheck import recompute_random_cases
+from overturning.study.recheck import recompute_and_compare_random_cases
 from overturning.study.scenes import variant_scene
 from overturning.study.schema import Study
 from tests.expect import command_output
 from tests.study.small_study import simulate_study_cube, sine_cycle_record
 
 ROOT = Path(__file__).parents[2]
-AXES = "µ = 0.9, H = 0.636 m; radius: slenderness B/H", "largest B/H that falls, by azimuth of the motion"
+POLAR_MAP_AXIS_TITLES = (
+    "µ = 0.9, H = 0.636 m; radius: slenderness B/H",
+    "largest B/H that falls, by azimuth of the motion",
+)
 
 
 @pytest.fixture(autouse=True)
@@ -77,7 +80,7 @@ def test_a_study_without_a_scene_uses_the_shipped_gravestone_scene() -> None:
     assert study.scene == gravestone() == load_scene("gravestone")
     assert (study.height, study.b_over_h, study.ensemble.members) == ((0.6,), (0.2, 0.3, 0.4), 24)
     scene, soft = variant_scene(study), variant_scene(study, "soft")
-    assert scene.is_single_block
+    assert scene.is_single_block_on_wide_ground
     assert scene.materials["stone"].density == soft.materials["stone"].density == 2000
     assert scene.contact_law(*scene.elements).springs_and_dashpots == Contact(damping_ratio=0.5)
     assert soft.contact_law(*soft.elements).springs_and_dashpots == Contact(stiffness=1e7, damping_ratio=0.5)
@@ -105,7 +108,7 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
         assert list(rows) == ["lower-base", "upper-base", "shaft", "any element"]
         np.testing.assert_allclose(cube["critical_angle"].sel(element="shaft"), np.degrees(np.arctan([0.2, 0.25])))
         assert rows["shaft"].falls == int((cube["overturned"].sel(element="shaft") != 0).sum()) > 0
-        assert rows["shaft"].first == rows["shaft"].falls == rows["any element"].falls
+        assert rows["shaft"].first_falls == rows["shaft"].falls == rows["any element"].falls
         assert rows["lower-base"].falls == 0
         assert explorer_page_data(cube)["title"] == "stack, H and B/H of the shaft"
     with open_cube(nominal) as shaft, open_cube(paths["alone"]) as alone:
@@ -132,7 +135,7 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
                 with pytest.raises(ArgumentError, match="boundary: nothing to draw: none of the 24 cases"):
                     plot.overturning_boundary(one)
         assert falls is (element == "shaft")
-        assert titles == [f"S, E three-tier{whose} {axis}" for axis in AXES[: 1 + falls]]
+        assert titles == [f"S, E three-tier{whose} {axis}" for axis in POLAR_MAP_AXIS_TITLES[: 1 + falls]]
     # The limit of West, a ≥ g B/H, lay at 0.2 g for a monolith that does not rock below 0.53 g.
     for path, element, why in (("nominal", "upper-base", "not of the upper"), ("monolith", None, "a B/H of 0.463")):
         with open_cube(paths[path], element=element) as one, pytest.raises(ArgumentError, match=f"plane: .*{why}"):
@@ -161,7 +164,8 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
         assert f"cases.csv: 24 cases, {variant_label_as_list(monolith)[0]}\n" in exported
     cubes = {name: open_cube(path, element=None) for name, path in paths.items()}
     results = StudyResults(
-        study=study, cube=cubes["nominal"], cubes=cubes, intensity=cubes["nominal"], convergence=None, surveys=(),
+        study=study, default_element_cube=cubes["nominal"], cubes_by_variant=cubes,
+        intensity=cubes["nominal"], convergence=None, survey_comparisons=(),
     )  # fmt: skip
     elements, contrasts = element_fall_findings(results), compare_study_with_variants(results)
     # A study of the upper base is compared with the variant that has a shaft by the shaft, which is in both scenes.
@@ -283,8 +287,8 @@ def test_a_recheck_reproduces_the_cube_of_a_scene_cell_by_cell(tmp_path: Path, v
         azimuth={"start": 0, "stop": 360, "step": 180}, b_over_h=[0.25, 0.3, 0.35], friction=[0.8],
         ensemble={"members": 2, "where": "everywhere"}, variants={"wall": {"scene": "against-a-wall"}},
     )  # fmt: skip
-    found = recompute_random_cases(
+    found = recompute_and_compare_random_cases(
         simulate_study_cube(study, [_record_of_two_sine_cycles()], tmp_path, variant), cell_count=6
     )
     assert found.differences == []
-    assert found.cells == found.ensemble_cells == 6
+    assert found.recomputed_cell_count == found.recomputed_ensemble_cell_count == 6

@@ -26,7 +26,7 @@ from overturning.study.ensemble import draw_parameter_changes_of_members
 from overturning.study.film_options import film_command_options
 from overturning.study.gather import merge_outcome_files_into_cube
 from overturning.study.load import load_study, load_study_from_file_or_json, study_from_content
-from overturning.study.recheck import recompute_random_cases
+from overturning.study.recheck import recompute_and_compare_random_cases
 from overturning.study.sample import read_random_case_sample
 from overturning.study.schema import Study
 from overturning.study.sections import ConvergenceCheckSettings
@@ -190,9 +190,9 @@ def test_3d_ensemble_statistics_equal_those_of_members_run_one_by_one(
 
 
 def test_a_recheck_reproduces_every_bit_of_a_3d_cube(cube_file: Path) -> None:
-    found = recompute_random_cases(cube_file, cell_count=12)
+    found = recompute_and_compare_random_cases(cube_file, cell_count=12)
     assert found.is_identical
-    assert found.ensemble_cells == 12
+    assert found.recomputed_ensemble_cell_count == 12
 
 
 def test_convergence_of_a_3d_study_is_checked_with_finer_and_stiffer_reruns(
@@ -200,8 +200,8 @@ def test_convergence_of_a_3d_study_is_checked_with_finer_and_stiffer_reruns(
 ) -> None:
     assert isinstance(study_settings.verification, ConvergenceCheckSettings)
     sample = read_random_case_sample(cube_file, study_settings.verification)
-    assert sample.index.shape == (6, 5)
-    done = replace(sample, block_steps=10_000_000)
+    assert sample.grid_indices.shape == (6, 5)
+    done = replace(sample, study_block_steps=10_000_000)
     found = check_convergence(
         study_settings, [read_record_from_motion_file(cube_file.parent / "motion" / "a.nc")], done
     )

@@ -11,7 +11,7 @@ import xarray as xr
 
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.errors import ConfigError
-from overturning.model.falls import model_of_results_cube
+from overturning.model.falls import default_model_for_results_cube
 from overturning.model.scene import parse_scene_content
 from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
@@ -21,7 +21,7 @@ from overturning.study.convergence_check import check_convergence
 from overturning.study.cube import open_cube, select_element_and_amplitude, study_of_cube
 from overturning.study.film_options import film_command_options
 from overturning.study.load import study_from_content, study_settings_without_absolute_paths
-from overturning.study.recheck import recompute_random_cases
+from overturning.study.recheck import recompute_and_compare_random_cases
 from overturning.study.sample import read_random_case_sample
 from overturning.study.schema import Study
 from overturning.surveys.displacements import compare_displacements
@@ -77,13 +77,15 @@ def test_estimated_time_of_polygonal_and_round_drums_is_near_the_measured(plan: 
     """
     ground = {"name": "ground", "kind": "driven", "width": 40, "depth": 40, "height": 1, "at": (0, -1)}
 
-    def computing_time_of_column_case(**drum: Any) -> float:
+    def relative_computing_time_of_column_case(**drum: Any) -> float:
         drums = [{"height": 0.8, "name": f"drum-{k}", "stands_on": ("ground", "drum-0")[k]} | drum for k in range(2)]
         capital = {"name": "capital", "width": 0.8, "depth": 0.8, "height": 0.3, "stands_on": "drum-1"}
         column = parse_scene_content({"name": "column", "reference": "capital", "elements": [ground, *drums, capital]})
         return Stack(column).relative_computing_time_of_case
 
-    times = computing_time_of_column_case(width=0.6, plan=plan) / computing_time_of_column_case(width=0.6, depth=0.6)
+    times = relative_computing_time_of_column_case(width=0.6, plan=plan) / relative_computing_time_of_column_case(
+        width=0.6, depth=0.6
+    )
     assert measured / 2 <= times <= 2 * measured
 
 
@@ -98,7 +100,7 @@ def test_the_cube_of_a_stack_has_orientations_and_an_outcome_of_each_stone(
         assert "element" in loaded_cube[name].dims, name
     assert {"residual_slip_north", "residual_slip_east"} <= set(loaded_cube.data_vars)
     assert study_of_cube(loaded_cube) == study_settings
-    assert isinstance(model_of_results_cube(loaded_cube), Stack)
+    assert isinstance(default_model_for_results_cube(loaded_cube), Stack)
     assert loaded_cube["vertical"].item() == 1
     shares = {row.name: row.share for row in count_falls_by_element(loaded_cube)}
     assert 0.0 < shares["shaft"] <= 1.0
@@ -130,9 +132,9 @@ def test_the_ensemble_of_a_stack_has_probabilities_and_directions_of_each_stone(
 
 
 def test_a_recheck_reproduces_every_bit_of_a_stack_cube(cube_file: Path) -> None:
-    found = recompute_random_cases(cube_file, cell_count=4)
+    found = recompute_and_compare_random_cases(cube_file, cell_count=4)
     assert found.is_identical, found.differences
-    assert found.ensemble_cells > 0
+    assert found.recomputed_ensemble_cell_count > 0
 
 
 def test_the_convergence_check_of_a_stack_compares_each_stone(cube_file: Path, study_settings: Study) -> None:

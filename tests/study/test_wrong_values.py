@@ -31,7 +31,7 @@ WRONG_VALUES: tuple[Any, ...] = (
 )  # fmt: skip
 """A value of each kind; most keys take none of them."""
 
-BASE: dict[str, Any] = {"name": "mine", "records": {"use": ["rinaldi"]}}
+VALID_STUDY_SETTINGS: dict[str, Any] = {"name": "mine", "records": {"use": ["rinaldi"]}}
 BLOCK = {"name": "stone", "width": 0.3, "height": 0.6}
 SCENE = {"name": "mine", "elements": [{"name": "ground", "kind": "driven", "width": 9, "height": 1}, BLOCK]}
 
@@ -67,7 +67,7 @@ def error_lines_for_wrong_values(check: Any, base: dict[str, Any], path: tuple[s
 
 @pytest.mark.parametrize("path", list(key_paths_of_model(Study)), ids=".".join)
 def test_error_for_a_wrong_study_value_has_no_pydantic_words(path: tuple[str, ...]) -> None:
-    lines = error_lines_for_wrong_values(lambda data: study_from_content(data, "mine.yaml"), BASE, path)
+    lines = error_lines_for_wrong_values(lambda data: study_from_content(data, "mine.yaml"), VALID_STUDY_SETTINGS, path)
     assert lines, "no value of WRONG is wrong there"
     assert [line for line in lines if PYDANTIC_WORDS.search(line)] == []
     assert [line for line in lines if not line.startswith("mine.yaml: ")] == []
@@ -83,7 +83,7 @@ def test_error_for_a_wrong_list_or_mapping_entry_has_no_pydantic_words(settings:
             "layers": {"site": {"layers": [value], "rock": {"velocity_m_s": 700}}},
         }.get(settings, {settings: [value]})
         try:
-            study_from_content(BASE | data, "mine.yaml")
+            study_from_content(VALID_STUDY_SETTINGS | data, "mine.yaml")
         except ConfigError as error:
             lines += str(error).split("\n")
     assert len(lines) >= len(WRONG_VALUES) // 2
@@ -134,7 +134,7 @@ def test_error_for_a_wrong_table_cell_has_no_pydantic_words(model: type[BaseMode
 def test_the_error_for_a_wrong_processing_step_names_the_remedy(processing: Any, message: str, tmp_path: Path) -> None:
     """The error is the same for a study file and for `read` in Python."""
     with pytest.raises(ConfigError, match=re.escape(f"mine.yaml: {message}")):
-        study_from_content(BASE | {"processing": processing}, "mine.yaml")
+        study_from_content(VALID_STUDY_SETTINGS | {"processing": processing}, "mine.yaml")
     with pytest.raises(ArgumentError, match=re.escape(message)):
         read(tmp_path / "none.V2A", processing=processing)
 
@@ -161,6 +161,6 @@ def test_the_error_for_a_wrong_processing_step_names_the_remedy(processing: Any,
 )  # fmt: skip
 def test_the_error_for_a_wrong_value_of_a_study_names_the_remedy(text: str, message: str) -> None:
     with pytest.raises(OverturningError) as found:
-        study_from_content(BASE | yaml.safe_load(text), "mine.yaml")
+        study_from_content(VALID_STUDY_SETTINGS | yaml.safe_load(text), "mine.yaml")
     assert message in str(found.value)
     assert len(str(found.value).splitlines()) <= 4

@@ -15,23 +15,23 @@ from overturning.surveys.comparison import StoredSurveyComparison, compare_surve
 from overturning.surveys.fall_directions import shares_of_fallen_stone_by_octant
 from overturning.surveys.population import population_outcome_rates_by_record
 from overturning.surveys.prediction import (
-    SIDES,
+    STANDING_OR_FALL_SIDES,
     SiteFallPrediction,
-    note_on_b_over_h_outside_study,
+    note_on_b_over_h_far_outside_study,
     observed_standing_or_side_index,
 )
 from overturning.surveys.stones import OCTANTS, Stone
 
 
 @pytest.fixture
-def cube_of_falls_around_60(make_cube, falls_in_sector):
+def cube_of_falls_around_azimuth_60(make_cube_from_fall_rules, make_sector_fall_rule):
     """Return the cube of one site: blocks fall in planes within 30° of 60°, towards 60°."""
-    return make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 2))
+    return make_cube_from_fall_rules(make_sector_fall_rule(60, 30), azimuth=range(0, 360, 2))
 
 
 def fallen_stone(azimuth: float, **more) -> Stone:
     """Return a stone that fell towards an azimuth, degrees."""
-    return Stone(fell=True, azimuth_deg=azimuth % 360, octant=False, **more)
+    return Stone(fell=True, azimuth_deg=azimuth % 360, has_octant_direction=False, **more)
 
 
 def random_fallen_stones(n: int, centre: float, half: float, seed: int) -> list[Stone]:
@@ -39,9 +39,9 @@ def random_fallen_stones(n: int, centre: float, half: float, seed: int) -> list[
     return [fallen_stone(a) for a in np.random.default_rng(seed).uniform(centre - half, centre + half, n)]
 
 
-def test_prediction_for_stones_of_unknown_face_averages_all_azimuths(cube_of_falls_around_60) -> None:
-    prediction = SiteFallPrediction(cube_of_falls_around_60, background=0)
-    density = prediction.fall_sector_probabilities()
+def test_prediction_for_stones_of_unknown_face_averages_all_azimuths(cube_of_falls_around_azimuth_60) -> None:
+    prediction = SiteFallPrediction(cube_of_falls_around_azimuth_60, background=0)
+    density = prediction.fall_sector_probabilities_over_all_faces()
     assert density.sum() == pytest.approx(1)
     inside = np.abs((prediction.azimuth - 60 + 180) % 360 - 180) <= 30
     assert density[inside].sum() == pytest.approx(1)
@@ -52,9 +52,9 @@ def test_prediction_for_stones_of_unknown_face_averages_all_azimuths(cube_of_fal
     assert octants[OCTANTS.index("E")] == pytest.approx(23.5 / 62, abs=0.01)
 
 
-def test_survey_drawn_from_the_prediction_fits_and_random_falls_do_not(cube_of_falls_around_60) -> None:
+def test_survey_drawn_from_the_prediction_fits_and_random_falls_do_not(cube_of_falls_around_azimuth_60) -> None:
     drawn, blind = (
-        compare_survey_with_prediction(random_fallen_stones(40, *of), cube_of_falls_around_60)
+        compare_survey_with_prediction(random_fallen_stones(40, *of), cube_of_falls_around_azimuth_60)
         for of in ((60, 30, 1), (0, 180, 2))
     )
     assert (drawn.fallen, drawn.turned_every_way) == (40, 40)
@@ -68,8 +68,8 @@ def test_survey_drawn_from_the_prediction_fits_and_random_falls_do_not(cube_of_f
 
 
 @pytest.mark.long
-def test_p_values_are_uniform_for_falls_in_random_directions(make_cube, falls_in_sector) -> None:
-    site = make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 10))
+def test_p_values_are_uniform_for_falls_in_random_directions(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
+    site = make_cube_from_fall_rules(make_sector_fall_rule(60, 30), azimuth=range(0, 360, 10))
     p = [
         compare_survey_with_prediction(
             random_fallen_stones(12, 0, 180, seed=i), site, random_survey_count=200
@@ -80,46 +80,49 @@ def test_p_values_are_uniform_for_falls_in_random_directions(make_cube, falls_in
     assert np.mean(p) == pytest.approx(0.5, abs=0.12)
 
 
-def test_one_impossible_fall_excludes_a_prediction_without_background(cube_of_falls_around_60) -> None:
+def test_one_impossible_fall_excludes_a_prediction_without_background(cube_of_falls_around_azimuth_60) -> None:
     """A single fall in a direction of probability 0 excludes a prediction without background.
 
     Only falls towards 30° to 90° are predicted, and a survey of such falls fits.
     """
     inside, outside = random_fallen_stones(20, 60, 25, seed=4), fallen_stone(200)
-    found = compare_survey_with_prediction(inside, cube_of_falls_around_60, background=0.0)
+    found = compare_survey_with_prediction(inside, cube_of_falls_around_azimuth_60, background=0.0)
     share = found.octant_predicted / 20
     there = share > 0
     assert found.fit_octants.statistic == pytest.approx(
         chisquare(found.octant_observed[there], 20 * share[there]).statistic
     )
     assert found.fit_octants.p_value > 0.05
-    ruled_out = compare_survey_with_prediction([*inside, outside], cube_of_falls_around_60, background=0.0)
+    ruled_out = compare_survey_with_prediction([*inside, outside], cube_of_falls_around_azimuth_60, background=0.0)
     assert ruled_out.fit_octants.statistic == math.inf
     assert ruled_out.fit_octants.p_value < 1e-3
     assert (ruled_out.log_likelihood_ratio, ruled_out.likelihood_ratio_p) == (-math.inf, 1.0)
 
 
-def test_falls_noted_as_octants_carry_less_evidence_than_azimuths(cube_of_falls_around_60) -> None:
+def test_falls_noted_as_octants_carry_less_evidence_than_azimuths(cube_of_falls_around_azimuth_60) -> None:
     exact = random_fallen_stones(30, 60, 30, seed=3)
-    coarse = [Stone(fell=True, azimuth_deg=45.0 * (((s.azimuth_deg + 22.5) % 360) // 45), octant=True) for s in exact]
-    fine = compare_survey_with_prediction(exact, cube_of_falls_around_60)
-    grouped = compare_survey_with_prediction(coarse, cube_of_falls_around_60)
+    coarse = [
+        Stone(fell=True, azimuth_deg=45.0 * (((s.azimuth_deg + 22.5) % 360) // 45), has_octant_direction=True)
+        for s in exact
+    ]
+    fine = compare_survey_with_prediction(exact, cube_of_falls_around_azimuth_60)
+    grouped = compare_survey_with_prediction(coarse, cube_of_falls_around_azimuth_60)
     assert np.array_equal(fine.octant_observed, grouped.octant_observed)
     assert 0 < grouped.log_likelihood_ratio < fine.log_likelihood_ratio
     assert grouped.fit_exact.n == 0
 
 
-def test_count_of_a_stone_equals_repeated_stones(cube_of_falls_around_60) -> None:
+def test_count_of_a_stone_equals_repeated_stones(cube_of_falls_around_azimuth_60) -> None:
     one = compare_survey_with_prediction(
-        [fallen_stone(60), fallen_stone(60), fallen_stone(80)], cube_of_falls_around_60
+        [fallen_stone(60), fallen_stone(60), fallen_stone(80)], cube_of_falls_around_azimuth_60
     )
-    two = compare_survey_with_prediction([fallen_stone(60, count=2), fallen_stone(80)], cube_of_falls_around_60)
+    two = compare_survey_with_prediction([fallen_stone(60, count=2), fallen_stone(80)], cube_of_falls_around_azimuth_60)
     assert one.log_likelihood_ratio == two.log_likelihood_ratio
     assert one.octant_observed.tolist() == two.octant_observed.tolist()
 
 
-def test_stones_outside_the_grid_of_b_over_h_are_counted(make_cube, falls_in_sector) -> None:
-    cube = make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 2), b_over_h=(0.2, 0.3, 0.4))
+def test_stones_outside_the_grid_of_b_over_h_are_counted(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
+    cube = make_cube_from_fall_rules(make_sector_fall_rule(60, 30), azimuth=range(0, 360, 2), b_over_h=(0.2, 0.3, 0.4))
     inside = [fallen_stone(60), fallen_stone(60, b_over_h=0.4), fallen_stone(60, b_over_h=0.2, b_over_h_side=0.3)]
     outside = [fallen_stone(60, b_over_h=0.5, count=2), fallen_stone(60, b_over_h=0.2, b_over_h_side=0.1)]
     found = compare_survey_with_prediction([*inside, *outside], cube)
@@ -132,13 +135,15 @@ def test_stones_outside_the_grid_of_b_over_h_are_counted(make_cube, falls_in_sec
     ("shape", "predicted"),
     [((0.2, 0.2), True), ((0.2, 0.49), True), ((0.2, 0.6), False), ((0.15, 0.3), False), ((0.6, 0.6), False)],
 )
-def test_stones_far_outside_the_grid_of_b_over_h_are_not_predicted(make_cube, shape, predicted) -> None:
+def test_stones_far_outside_the_grid_of_b_over_h_are_not_predicted(make_cube_from_fall_rules, shape, predicted) -> None:
     """A stone whose B/H in one direction is far outside the grid of the study is not predicted.
 
     Regression: a thin headstone, in one direction far stouter than all blocks of the study, was predicted to fall in
     that direction as they do.
     """
-    cube = make_cube(lambda azimuth, *_: np.isfinite(azimuth), azimuth=range(0, 360, 2), b_over_h=(0.2, 0.3, 0.4))
+    cube = make_cube_from_fall_rules(
+        lambda azimuth, *_: np.isfinite(azimuth), azimuth=range(0, 360, 2), b_over_h=(0.2, 0.3, 0.4)
+    )
     stone = fallen_stone(0, face_azimuth_deg=0.0, b_over_h=shape[0], b_over_h_side=shape[1], count=2)
     found = compare_survey_with_prediction([stone], cube)
     assert found.unpredicted == (0 if predicted else 2)
@@ -158,22 +163,26 @@ def test_stones_far_outside_the_grid_of_b_over_h_are_not_predicted(make_cube, sh
 )
 def test_note_counts_stones_far_outside_the_grid_of_a_study(shapes, count, theirs) -> None:
     stones = [fallen_stone(0, b_over_h=front, b_over_h_side=side, count=2) for front, side in shapes]
-    notes = note_on_b_over_h_outside_study(stones, (0.2, 0.3, 0.4), "a.csv")
+    notes = note_on_b_over_h_far_outside_study(stones, (0.2, 0.3, 0.4), "a.csv")
     start = (
         f"a.csv: {count} stones with b_over_h or b_over_h_side {theirs}, far outside the study's b_over_h, 0.2 to 0.4:"
     )
     assert [note.startswith(start) for note in notes] == [True] * bool(count)
 
 
-def test_a_stone_stouter_than_blocks_that_stand_also_stands(make_cube) -> None:
-    cube = make_cube(lambda azimuth, *_: np.isnan(azimuth), azimuth=range(0, 360, 2), b_over_h=(0.2, 0.3, 0.4))
-    stone = Stone(False, math.nan, octant=False, face_azimuth_deg=0.0, b_over_h=0.3, b_over_h_side=0.9)
+def test_a_stone_stouter_than_blocks_that_stand_also_stands(make_cube_from_fall_rules) -> None:
+    cube = make_cube_from_fall_rules(
+        lambda azimuth, *_: np.isnan(azimuth), azimuth=range(0, 360, 2), b_over_h=(0.2, 0.3, 0.4)
+    )
+    stone = Stone(False, math.nan, has_octant_direction=False, face_azimuth_deg=0.0, b_over_h=0.3, b_over_h_side=0.9)
     found = compare_survey_with_prediction([stone], cube)
     assert (found.unpredicted, found.computed_fall_share) == (0, 0.0)
 
 
 @pytest.mark.parametrize(("front", "side"), [(0.2, 0.2), (0.2, 0.35), (0.5, 0.5)])
-def test_prediction_of_unknown_orientation_is_the_mean_over_faces(make_cube, front: float, side: float) -> None:
+def test_prediction_of_unknown_orientation_is_the_mean_over_faces(
+    make_cube_from_fall_rules, front: float, side: float
+) -> None:
     """Blocks fall in planes within 60° of 20°, and below B/H 0.4 in all.
 
     If both planes of a stone fall, the earlier fall decides.
@@ -183,7 +192,7 @@ def test_prediction_of_unknown_orientation_is_the_mean_over_faces(make_cube, fro
         off = (azimuth - 20 + 90) % 180 - 90
         return np.where((np.abs(off) <= 60) | (slender < 0.4), np.where(np.cos(np.radians(azimuth - 50)) > 0, 1, -1), 0)
 
-    cube = make_cube(signed_falls_below_b_over_h_or_near_axis, azimuth=range(0, 360, 10))
+    cube = make_cube_from_fall_rules(signed_falls_below_b_over_h_or_near_axis, azimuth=range(0, 360, 10))
     times = 3 + np.random.default_rng(3).random(18)
     shape = cube["overturned"].shape
     cube["overturning_time"] = (
@@ -193,16 +202,16 @@ def test_prediction_of_unknown_orientation_is_the_mean_over_faces(make_cube, fro
     prediction = SiteFallPrediction(cube, background=0)
     counts = np.zeros(36)
     for face in range(0, 360, 10):
-        sides = prediction.fall_side_probabilities(standing_stone_of_known_face(face, front, side))
+        sides = prediction.standing_and_side_probabilities(standing_stone_of_known_face(face, front, side))
         for turn in range(4):
             counts[(face // 10 + 9 * turn) % 36] += sides[1 + turn]
-    assert prediction.fall_sector_probabilities(front, side) == pytest.approx(counts / counts.sum())
+    assert prediction.fall_sector_probabilities_over_all_faces(front, side) == pytest.approx(counts / counts.sum())
     if front == side:  # a population of squares, drawn one by one
         shape = {"low": 0.7 * front, "high": 0.7 * front}
         stones = StonePopulation(width=shape, height={"low": 0.7, "high": 0.7}, stones=8192)
         octants = population_outcome_rates_by_record(cube, stones)["fall_octant"].to_numpy().ravel()
         assert prediction.octant_probabilities_from_sectors(
-            prediction.fall_sector_probabilities(front)
+            prediction.fall_sector_probabilities_over_all_faces(front)
         ) == pytest.approx(octants / octants.sum(), abs=0.02)
 
 
@@ -219,36 +228,38 @@ def standing_stone_of_known_face(face: float = 60, front: float = 0.3, side: flo
         (standing_stone_of_known_face(330, 0.5, 0.2), "to its right"),
     ],
 )
-def test_a_rectangular_stone_falls_over_its_slender_side(make_cube, falls_in_sector, stone: Stone, most: str) -> None:
+def test_a_rectangular_stone_falls_over_its_slender_side(
+    make_cube_from_fall_rules, make_sector_fall_rule, stone: Stone, most: str
+) -> None:
     """Falls within 30° of 60°, up to B/H = 0.3 only: a stone that is broad towards 60° stands."""
-    site = make_cube(falls_in_sector(60, 30, largest=0.3), azimuth=range(0, 360, 2))
-    sides = SiteFallPrediction(site, background=0).fall_side_probabilities(stone)
-    assert SIDES[int(np.argmax(sides))] == most
+    site = make_cube_from_fall_rules(make_sector_fall_rule(60, 30, largest=0.3), azimuth=range(0, 360, 2))
+    sides = SiteFallPrediction(site, background=0).standing_and_side_probabilities(stone)
+    assert STANDING_OR_FALL_SIDES[int(np.argmax(sides))] == most
     assert sides.sum() == pytest.approx(1)
 
 
 @pytest.mark.parametrize(("face", "step", "north"), [(30, 15, 37.5), (45, 30, 22.5), (52, 2, 15.5), (60, 30, 7.5)])
 def test_predicted_azimuths_are_uniform_within_45_degrees_of_the_face_normal(
-    make_cube, falls_in_sector, face, step, north
+    make_cube_from_fall_rules, make_sector_fall_rule, face, step, north
 ) -> None:
     """Predicted falls cover the 90° about the face normal evenly, even if 90° is no multiple of the azimuth step.
 
     `north` is the part in octant N, degrees.
     """
-    site = make_cube(falls_in_sector(face, step), azimuth=range(0, 360, step))
+    site = make_cube_from_fall_rules(make_sector_fall_rule(face, step), azimuth=range(0, 360, step))
     stone = fallen_stone(face, b_over_h=0.3, face_azimuth_deg=face)
     expected = compare_survey_with_prediction([stone], site, background=0, random_survey_count=1).octant_predicted
     assert expected == pytest.approx([north / 90, 0.5, (45 - north) / 90, 0, 0, 0, 0, 0], abs=1e-3)
 
 
-def cube_with_fall_times_along_60_and_150(make_cube, front, across, **more):
+def cube_with_fall_times_along_60_and_150(make_cube_from_fall_rules, front, across, **more):
     """Return a cube: blocks fall towards 60° and 150° (to the right) at the given times, s, in the two planes."""
 
     def signed_falls_along_60_and_150(azimuth, *_rest):
         away = np.isin(azimuth, (240, 330))
         return np.where(np.isin(azimuth, (60, 150)), 1, np.where(away, -1, 0))
 
-    cube = make_cube(signed_falls_along_60_and_150, azimuth=range(0, 360, 30), **more)
+    cube = make_cube_from_fall_rules(signed_falls_along_60_and_150, azimuth=range(0, 360, 30), **more)
     times = np.where(np.isin(cube["azimuth"] % 180, 60), front, across)
     shape = cube["overturned"].shape
     return cube.assign(
@@ -268,98 +279,110 @@ def cube_with_fall_times_along_60_and_150(make_cube, front, across, **more):
     ],
 )
 def test_the_earlier_fall_of_two_planes_decides_the_direction(
-    make_cube, front: float, across: float, expected: list[float]
+    make_cube_from_fall_rules, front: float, across: float, expected: list[float]
 ) -> None:
     sides = SiteFallPrediction(
-        cube_with_fall_times_along_60_and_150(make_cube, front, across), background=0
-    ).fall_side_probabilities(standing_stone_of_known_face())
+        cube_with_fall_times_along_60_and_150(make_cube_from_fall_rules, front, across), background=0
+    ).standing_and_side_probabilities(standing_stone_of_known_face())
     assert sides == pytest.approx(expected)
 
 
-def test_ensemble_runs_of_both_planes_are_combined_as_independent(make_cube) -> None:
+def test_ensemble_runs_of_both_planes_are_combined_as_independent(make_cube_from_fall_rules) -> None:
     """Half of the runs fall in each plane, the front one earlier: ¼ stand, ½ fall forwards, ¼ to the right."""
-    cube = cube_with_fall_times_along_60_and_150(make_cube, 5.0, 6.0)
+    cube = cube_with_fall_times_along_60_and_150(make_cube_from_fall_rules, 5.0, 6.0)
     half = np.abs(cube["overturned"]) * 0.5
     towards, away = half.where(cube["overturned"] > 0, 0.0), half.where(cube["overturned"] < 0, 0.0)
     cube = cube.assign(probability_towards=towards, probability_away=away)
-    assert SiteFallPrediction(cube, background=0).fall_side_probabilities(
+    assert SiteFallPrediction(cube, background=0).standing_and_side_probabilities(
         standing_stone_of_known_face()
     ) == pytest.approx([0.25, 0.5, 0.25, 0, 0])
 
 
-def test_both_planes_of_a_stone_share_its_height_and_friction(make_cube) -> None:
+def test_both_planes_of_a_stone_share_its_height_and_friction(make_cube_from_fall_rules) -> None:
     """At one friction blocks fall forwards, at the other to the right: none of them stands."""
 
     def signed_falls_along_axis_of_friction(azimuth, height, slender, friction):
         axis = np.where(friction < 0.5, 60, 150)
         return np.where(azimuth == axis, 1, np.where(azimuth == axis + 180, -1, 0))
 
-    cube = make_cube(signed_falls_along_axis_of_friction, azimuth=range(0, 360, 30), friction=(0.33, 1.0))
-    assert SiteFallPrediction(cube, background=0).fall_side_probabilities(
+    cube = make_cube_from_fall_rules(
+        signed_falls_along_axis_of_friction, azimuth=range(0, 360, 30), friction=(0.33, 1.0)
+    )
+    assert SiteFallPrediction(cube, background=0).standing_and_side_probabilities(
         standing_stone_of_known_face()
     ) == pytest.approx([0, 0.5, 0.5, 0, 0])
 
 
-def test_predictions_are_interpolated_between_azimuths_and_b_over_h(make_cube, falls_in_sector) -> None:
-    site = make_cube(falls_in_sector(60, 1, largest=0.3), azimuth=range(0, 360, 30))
+def test_predictions_are_interpolated_between_azimuths_and_b_over_h(
+    make_cube_from_fall_rules, make_sector_fall_rule
+) -> None:
+    site = make_cube_from_fall_rules(make_sector_fall_rule(60, 1, largest=0.3), azimuth=range(0, 360, 30))
     prediction = SiteFallPrediction(site, background=0)
-    assert prediction.fall_side_probabilities(standing_stone_of_known_face(75.0, side=0.5))[1] == pytest.approx(0.5)
-    assert prediction.fall_side_probabilities(standing_stone_of_known_face(front=0.35, side=0.5))[1] == pytest.approx(
+    assert prediction.standing_and_side_probabilities(standing_stone_of_known_face(75.0, side=0.5))[1] == pytest.approx(
         0.5
     )
+    assert prediction.standing_and_side_probabilities(standing_stone_of_known_face(front=0.35, side=0.5))[
+        1
+    ] == pytest.approx(0.5)
 
 
-def test_cells_without_an_outcome_do_not_count_as_standing(make_cube, falls_in_sector) -> None:
-    site = make_cube(falls_in_sector(60, 1), azimuth=range(0, 360, 30))
+def test_cells_without_an_outcome_do_not_count_as_standing(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
+    site = make_cube_from_fall_rules(make_sector_fall_rule(60, 1), azimuth=range(0, 360, 30))
     site["overturned"][..., 0] = np.nan  # one friction of two
-    sides = SiteFallPrediction(site, background=0).fall_side_probabilities(standing_stone_of_known_face())
+    sides = SiteFallPrediction(site, background=0).standing_and_side_probabilities(standing_stone_of_known_face())
     assert sides == pytest.approx([0, 1, 0, 0, 0])
     site["overturned"][:] = np.nan
-    assert SiteFallPrediction(site, background=0).fall_side_probabilities(
+    assert SiteFallPrediction(site, background=0).standing_and_side_probabilities(
         standing_stone_of_known_face()
     ).sum() == pytest.approx(1)
 
 
-def test_azimuths_without_outcomes_get_the_mean_fall_probability(make_cube) -> None:
+def test_azimuths_without_outcomes_get_the_mean_fall_probability(make_cube_from_fall_rules) -> None:
     """Fall azimuths whose plane has unknown outcomes get the mean probability of the other azimuths.
 
     Blocks fall in all planes but one, whose outcomes are unknown.
     """
-    cube = make_cube(lambda azimuth, *_: np.where(azimuth % 180 == 90, np.nan, 1.0), azimuth=range(0, 180, 10))
+    cube = make_cube_from_fall_rules(
+        lambda azimuth, *_: np.where(azimuth % 180 == 90, np.nan, 1.0), azimuth=range(0, 180, 10)
+    )
     prediction = SiteFallPrediction(cube, background=0)
     # Towards its azimuth a plane falls always, away from it never; of plane 90 either is as likely.
     towards = np.where(prediction.azimuth < 180, 1.0, 0.0)
     # Nor is anything known of stones that face 0 or 90: one of their planes is that one.
     unknown = prediction.azimuth % 90 == 0
     towards[unknown] = towards[~unknown].mean()
-    assert prediction.fall_sector_probabilities() == pytest.approx(towards / towards.sum())
+    assert prediction.fall_sector_probabilities_over_all_faces() == pytest.approx(towards / towards.sum())
 
 
-def test_falls_normal_to_the_known_faces_are_not_tested_for_fit(cube_of_falls_around_60) -> None:
+def test_falls_normal_to_the_known_faces_are_not_tested_for_fit(cube_of_falls_around_azimuth_60) -> None:
     """Falls of stones with known faces, which are close to the normals of edges, are not tested for fit.
 
     Stones drawn from the prediction fall within some degrees of the normals, not evenly over 90°, so that a test of
     fit would reject them.
     """
     generator = np.random.default_rng(8)
-    chances = SiteFallPrediction(cube_of_falls_around_60).fall_side_probabilities(standing_stone_of_known_face(45))[1:]
+    chances = SiteFallPrediction(cube_of_falls_around_azimuth_60).standing_and_side_probabilities(
+        standing_stone_of_known_face(45)
+    )[1:]
     edges = generator.choice(4, size=40, p=chances / chances.sum())
     azimuths = 45 + 90 * edges + generator.normal(0, 8, size=40)
     known = [fallen_stone(a, b_over_h=0.3, b_over_h_side=0.3, face_azimuth_deg=45) for a in azimuths]
-    found = compare_survey_with_prediction(known, cube_of_falls_around_60)
+    found = compare_survey_with_prediction(known, cube_of_falls_around_azimuth_60)
     assert max(found.fit_octants.p_value, found.fit_exact.p_value) < 0.01  # evenly over 90° they are not
     assert found.log_likelihood_ratio > 0
     assert found.likelihood_ratio_p < 0.05
     assert survey_prediction_findings(StoredSurveyComparison("", "", "", found)).faces_known, (
         "so that the report has no test of fit"
     )
-    unknown = compare_survey_with_prediction([fallen_stone(a) for a in azimuths], cube_of_falls_around_60)
+    unknown = compare_survey_with_prediction([fallen_stone(a) for a in azimuths], cube_of_falls_around_azimuth_60)
     assert not survey_prediction_findings(StoredSurveyComparison("", "", "", unknown)).faces_known
     assert min(unknown.fit_octants.p_value, unknown.fit_exact.p_value) < 0.05
 
 
-def test_confusion_matrix_of_observed_and_predicted_sides_is_counted_right(make_cube, falls_in_sector) -> None:
-    site = make_cube(falls_in_sector(60, 30, largest=0.3), azimuth=range(0, 360, 2))
+def test_confusion_matrix_of_observed_and_predicted_sides_is_counted_right(
+    make_cube_from_fall_rules, make_sector_fall_rule
+) -> None:
+    site = make_cube_from_fall_rules(make_sector_fall_rule(60, 30, largest=0.3), azimuth=range(0, 360, 2))
     stones = [
         Stone(True, 65.0, False, count=3, b_over_h=0.2, b_over_h_side=0.5, face_azimuth_deg=60),
         Stone(False, math.nan, False, count=2, b_over_h=0.5, face_azimuth_deg=60),
@@ -388,26 +411,26 @@ def test_confusion_matrix_of_observed_and_predicted_sides_is_counted_right(make_
     ],
 )
 def test_missing_face_and_slenderness_are_counted_only_where_missing(
-    cube_of_falls_around_60, given: dict[str, float], without: tuple[int, int]
+    cube_of_falls_around_azimuth_60, given: dict[str, float], without: tuple[int, int]
 ) -> None:
     stone = fallen_stone(60, **given)
     for stones in ([stone], [stone, fallen_stone(62, b_over_h=0.2, face_azimuth_deg=60.0)]):
-        found = compare_survey_with_prediction(stones, cube_of_falls_around_60)
+        found = compare_survey_with_prediction(stones, cube_of_falls_around_azimuth_60)
         assert (found.without_face, found.without_b_over_h) == without
         assert found.turned_every_way == int(any(without))
 
 
-def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(cube_of_falls_around_60) -> None:
+def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(cube_of_falls_around_azimuth_60) -> None:
     """Stones with unknown direction do not affect statistics of directions (regression: they counted as standing)."""
     stones = [*random_fallen_stones(20, 60, 30, 3), Stone(False, math.nan, False, count=4)]
     lost = Stone(True, math.nan, False, count=5, b_over_h=0.2, face_azimuth_deg=60.0)
-    without = compare_survey_with_prediction(stones, cube_of_falls_around_60)
-    found = compare_survey_with_prediction([*stones, lost], cube_of_falls_around_60)
+    without = compare_survey_with_prediction(stones, cube_of_falls_around_azimuth_60)
+    found = compare_survey_with_prediction([*stones, lost], cube_of_falls_around_azimuth_60)
     assert (found.fallen, found.stood, found.fallen_count_in_known_direction, found.without_direction) == (25, 4, 20, 5)
     np.testing.assert_array_equal(found.octant_observed, without.octant_observed)
     for name in ("log_likelihood_ratio", "likelihood_ratio_p", "mean_direction_deg", "fit_exact", "confusion"):
         assert getattr(found, name) == getattr(without, name)
-    only = compare_survey_with_prediction([lost], cube_of_falls_around_60)
+    only = compare_survey_with_prediction([lost], cube_of_falls_around_azimuth_60)
     assert only.octant_observed.sum() == 0
     doubted = survey_prediction_findings(StoredSurveyComparison("x", "", "site", only, ("x: radians?",)))
     assert (doubted.doubts, doubted.octant_falls) == (["x: radians?"], 0)
@@ -440,21 +463,27 @@ STANDING_STONE = Stone(False, math.nan, False, b_over_h=0.2, face_azimuth_deg=0.
     ],
 )
 def test_computed_share_of_falls_has_the_range_over_height_and_friction(
-    make_cube, stones: list[Stone], mean: float, low: float, high: float
+    make_cube_from_fall_rules, stones: list[Stone], mean: float, low: float, high: float
 ) -> None:
-    found = compare_survey_with_prediction(stones, make_cube(fall_rule_by_friction_and_height), random_survey_count=1)
+    found = compare_survey_with_prediction(
+        stones, make_cube_from_fall_rules(fall_rule_by_friction_and_height), random_survey_count=1
+    )
     share = (found.computed_fall_share, found.computed_fall_share_low, found.computed_fall_share_high)
     assert share == pytest.approx((mean, low, high), nan_ok=True)
     assert found.beyond_heights == sum(one.height in (0.2, 3.0) for one in stones)
 
 
-def test_computed_fall_share_uses_the_known_face_or_all_orientations(make_cube, falls_in_sector) -> None:
+def test_computed_fall_share_uses_the_known_face_or_all_orientations(
+    make_cube_from_fall_rules, make_sector_fall_rule
+) -> None:
     """The computed fall share uses the known face of a stone, or all orientations if the face is unknown.
 
     Blocks fall in planes within 30° of 60°: a square stone falls if blocks fall in either of its planes, in 60°/90°
     of all orientations.
     """
-    site = make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 1), height=(0.6,), friction=(1.0,))
+    site = make_cube_from_fall_rules(
+        make_sector_fall_rule(60, 30), azimuth=range(0, 360, 1), height=(0.6,), friction=(1.0,)
+    )
     shares = [
         compare_survey_with_prediction([stone], site, random_survey_count=1).computed_fall_share
         for stone in (
@@ -466,7 +495,9 @@ def test_computed_fall_share_uses_the_known_face_or_all_orientations(make_cube, 
         )
     ]
     assert shares == pytest.approx([61 / 90, 1, 0, 1, 61 / 90], abs=1e-9)
-    heights = make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 5), height=(0.6, 1.2), friction=(1.0,))
+    heights = make_cube_from_fall_rules(
+        make_sector_fall_rule(60, 30), azimuth=range(0, 360, 5), height=(0.6, 1.2), friction=(1.0,)
+    )
     half = fallen_stone(60, b_over_h=0.3, height=0.8, face_azimuth_deg=60), fallen_stone(60, b_over_h=0.3, height=0.8)
     for stones, of in (
         ([standing_stone_of_known_face(60)], site),
@@ -477,7 +508,7 @@ def test_computed_fall_share_uses_the_known_face_or_all_orientations(make_cube, 
         assert math.isnan(single.computed_fall_share_high)
 
 
-def test_observed_share_and_predicted_mean_direction_match_known_values(cube_of_falls_around_60) -> None:
+def test_observed_share_and_predicted_mean_direction_match_known_values(cube_of_falls_around_azimuth_60) -> None:
     """The share 14 of 20 has SciPy's exact interval.
 
     Falls spread evenly within δ of 60° have the mean direction 60° and the resultant sin δ/δ.
@@ -485,7 +516,7 @@ def test_observed_share_and_predicted_mean_direction_match_known_values(cube_of_
     stones = [fallen_stone(60, count=14), Stone(False, math.nan, False, count=6)]
     found = survey_prediction_findings(
         StoredSurveyComparison(
-            "", "", "", compare_survey_with_prediction(stones, cube_of_falls_around_60, background=0.0)
+            "", "", "", compare_survey_with_prediction(stones, cube_of_falls_around_azimuth_60, background=0.0)
         )
     )
     exact = binomtest(14, 20).proportion_ci(method="exact")
@@ -495,7 +526,7 @@ def test_observed_share_and_predicted_mean_direction_match_known_values(cube_of_
     half = np.radians(31)
     assert found.predicted_mean_direction_deg == pytest.approx(60)
     assert found.predicted_resultant == pytest.approx(np.sin(half) / half, abs=2e-3)
-    only = compare_survey_with_prediction(stones[:1], cube_of_falls_around_60)
+    only = compare_survey_with_prediction(stones[:1], cube_of_falls_around_azimuth_60)
     assert survey_prediction_findings(StoredSurveyComparison("", "", "", only)).observed_fall_share is None, (
         "perhaps the fallen ones alone"
     )
@@ -513,8 +544,8 @@ def test_side_of_a_fall_follows_from_face_and_fall_azimuth(azimuth: float, side:
     assert observed_standing_or_side_index(fallen_stone(azimuth, face_azimuth_deg=60.0, b_over_h=0.4)) == side
 
 
-def test_a_study_or_survey_without_falls_gives_no_evidence(make_cube) -> None:
-    site = make_cube(lambda a, *_rest: np.zeros_like(a))
+def test_a_study_or_survey_without_falls_gives_no_evidence(make_cube_from_fall_rules) -> None:
+    site = make_cube_from_fall_rules(lambda a, *_rest: np.zeros_like(a))
     comparison = compare_survey_with_prediction([fallen_stone(10), fallen_stone(200)], site)
     assert comparison.log_likelihood_ratio == pytest.approx(0, abs=1e-9)
     standing = compare_survey_with_prediction([Stone(False, math.nan, False)], site)
@@ -523,16 +554,18 @@ def test_a_study_or_survey_without_falls_gives_no_evidence(make_cube) -> None:
 
 
 @pytest.mark.parametrize(("b_over_h", "share"), [(0.2, 1.0), (0.3, 0.0), (0.1 + 0.2, 0.0), (0.35, math.nan)])
-def test_grid_b_over_h_is_unaffected_by_missing_outcomes_of_the_next(make_cube, b_over_h: float, share: float) -> None:
-    site = make_cube(lambda *of: np.where(of[2] > 0.35, np.nan, np.where(of[2] < 0.25, 1, 0)))
+def test_grid_b_over_h_is_unaffected_by_missing_outcomes_of_the_next(
+    make_cube_from_fall_rules, b_over_h: float, share: float
+) -> None:
+    site = make_cube_from_fall_rules(lambda *of: np.where(of[2] > 0.35, np.nan, np.where(of[2] < 0.25, 1, 0)))
     stone = Stone(False, math.nan, False, b_over_h=b_over_h, face_azimuth_deg=60.0)
     found = compare_survey_with_prediction([stone], site, background=0.0)
     assert found.computed_fall_share == pytest.approx(share, nan_ok=True)
 
 
-def test_stones_without_a_computed_outcome_are_counted_and_not_predicted_to_stand(make_cube) -> None:
+def test_stones_without_a_computed_outcome_are_counted_and_not_predicted_to_stand(make_cube_from_fall_rules) -> None:
     """Slender blocks fall in every plane, to both azimuths equally; stout ones have no outcome, at any height."""
-    site = make_cube(lambda *of: np.where(of[2] > 0.35, np.nan, np.where(of[0] < 180, 1, -1)))
+    site = make_cube_from_fall_rules(lambda *of: np.where(of[2] > 0.35, np.nan, np.where(of[0] < 180, 1, -1)))
     site["overturned"].loc[{"height": 1.2}] = np.nan
     slender = Stone(False, math.nan, False, count=2, height=1.0, b_over_h=0.2, face_azimuth_deg=60.0)
     stout = Stone(False, math.nan, False, count=3, b_over_h=0.4, face_azimuth_deg=60.0)
@@ -548,9 +581,11 @@ def test_stones_without_a_computed_outcome_are_counted_and_not_predicted_to_stan
 
 
 @pytest.mark.parametrize("background", [0.0, 0.05])
-def test_fallen_stones_that_never_fall_in_the_simulations_are_counted(make_cube, background: float) -> None:
+def test_fallen_stones_that_never_fall_in_the_simulations_are_counted(
+    make_cube_from_fall_rules, background: float
+) -> None:
     """All blocks fall up to B/H 0.3; for larger B/H the prediction is an extrapolation."""
-    site = make_cube(lambda azimuth, _, shape, *_rest: np.where(azimuth < 180, 1, -1) * (shape < 0.35))
+    site = make_cube_from_fall_rules(lambda azimuth, _, shape, *_rest: np.where(azimuth < 180, 1, -1) * (shape < 0.35))
     slender = fallen_stone(10)
     stout = fallen_stone(200, b_over_h=0.45)
     faced = fallen_stone(80, b_over_h=0.45, face_azimuth_deg=80.0)
@@ -563,50 +598,61 @@ def test_fallen_stones_that_never_fall_in_the_simulations_are_counted(make_cube,
     assert compare_survey_with_prediction([slender], site, background=background).never == 0
 
 
-def test_comparison_refuses_empty_surveys_several_records_and_3d_cubes(make_cube, cube_of_falls_around_60) -> None:
+def test_comparison_refuses_empty_surveys_several_records_and_3d_cubes(
+    make_cube_from_fall_rules, cube_of_falls_around_azimuth_60
+) -> None:
     with pytest.raises(ArgumentError, match="none"):
-        compare_survey_with_prediction([], cube_of_falls_around_60)
+        compare_survey_with_prediction([], cube_of_falls_around_azimuth_60)
     with pytest.raises(ArgumentError, match="2 records"):
         compare_survey_with_prediction(
-            [fallen_stone(1)], make_cube(lambda a, *_rest: np.zeros_like(a), events=("A", "B"))
+            [fallen_stone(1)], make_cube_from_fall_rules(lambda a, *_rest: np.zeros_like(a), events=("A", "B"))
         )
     with pytest.raises(ArgumentError, match="background"):
-        compare_survey_with_prediction([fallen_stone(1)], cube_of_falls_around_60, background=1.0)
+        compare_survey_with_prediction([fallen_stone(1)], cube_of_falls_around_azimuth_60, background=1.0)
     with pytest.raises(ArgumentError, match="of 3-D bodies"):
-        compare_survey_with_prediction([fallen_stone(1)], cube_of_falls_around_60.rename(azimuth="orientation"))
+        compare_survey_with_prediction([fallen_stone(1)], cube_of_falls_around_azimuth_60.rename(azimuth="orientation"))
 
 
 def test_a_compass_direction_between_two_octants_counts_half_in_each() -> None:
-    def octant_counts_of_fall(azimuth: float, **notation: bool) -> dict[str, float]:
-        found = shares_of_fallen_stone_by_octant(Stone(True, azimuth, **{"octant": False, **notation}))
+    def octant_shares_of_fall(azimuth: float, **notation: bool) -> dict[str, float]:
+        found = shares_of_fallen_stone_by_octant(Stone(True, azimuth, **{"has_octant_direction": False, **notation}))
         return {name: round(float(share), 9) for name, share in zip(OCTANTS, found, strict=True) if share > 0}
 
-    assert octant_counts_of_fall(22.5, wind_16=True) == {"N": 0.5, "NE": 0.5}
-    assert octant_counts_of_fall(337.5, wind_16=True) == {"NW": 0.5, "N": 0.5}
-    assert octant_counts_of_fall(45, wind_16=True) == {"NE": 1}
+    assert octant_shares_of_fall(22.5, has_16_point_direction=True) == {"N": 0.5, "NE": 0.5}
+    assert octant_shares_of_fall(337.5, has_16_point_direction=True) == {"NW": 0.5, "N": 0.5}
+    assert octant_shares_of_fall(45, has_16_point_direction=True) == {"NE": 1}
     # NNE from magnetic north, declination 5°: 16.25° to 38.75°, of which 6.25° lie in N.
-    assert octant_counts_of_fall(27.5, wind_16=True) == {"N": round(6.25 / 22.5, 9), "NE": round(16.25 / 22.5, 9)}
-    assert octant_counts_of_fall(22.5) == {"NE": 1}
-    assert octant_counts_of_fall(315, octant=True) == {"NW": 1}
+    assert octant_shares_of_fall(27.5, has_16_point_direction=True) == {
+        "N": round(6.25 / 22.5, 9),
+        "NE": round(16.25 / 22.5, 9),
+    }
+    assert octant_shares_of_fall(22.5) == {"NE": 1}
+    assert octant_shares_of_fall(315, has_octant_direction=True) == {"NW": 1}
 
 
 @pytest.mark.parametrize("declination", [6.5, 6.6])
-def test_fractions_of_stones_in_two_octants_add_up_to_whole_stones(cube_of_falls_around_60, declination: float) -> None:
+def test_fractions_of_stones_in_two_octants_add_up_to_whole_stones(
+    cube_of_falls_around_azimuth_60, declination: float
+) -> None:
     """With a declination of 6.5° the fractions of a stone in two octants add up to slightly less than 1 by rounding.
 
     The tests still count two stones.
 
     Two stones lie at least so near to each other, whatever the prediction, in an eighth of random surveys.
     """
-    stones = [Stone(True, wind + declination, False, wind_16=True) for wind in (22.5, 45.0)]
-    found = compare_survey_with_prediction(stones, cube_of_falls_around_60)
+    stones = [Stone(True, wind + declination, False, has_16_point_direction=True) for wind in (22.5, 45.0)]
+    found = compare_survey_with_prediction(stones, cube_of_falls_around_azimuth_60)
     assert {found.uniform_octants.n, found.fit_octants.n, found.fit_octants_watson.n} == {2}
     assert found.uniform_octants.p_value > 0.1
 
 
-def test_stones_of_each_site_are_compared_with_the_motion_there(make_cube, falls_in_sector) -> None:
+def test_stones_of_each_site_are_compared_with_the_motion_there(
+    make_cube_from_fall_rules, make_sector_fall_rule
+) -> None:
     """Stones at A fall as under one motion, those at B as under another; the sums are those of the sites alone."""
-    east, west = (make_cube(falls_in_sector(towards, 30), azimuth=range(0, 360, 2)) for towards in (90, 270))
+    east, west = (
+        make_cube_from_fall_rules(make_sector_fall_rule(towards, 30), azimuth=range(0, 360, 2)) for towards in (90, 270)
+    )
     at_a = [replace(stone, site="A") for stone in random_fallen_stones(20, 90, 30, seed=1)]
     at_b = [replace(stone, site="B") for stone in random_fallen_stones(20, 270, 30, seed=2)]
     both = compare_survey_with_prediction([*at_a, *at_b], east, site_cubes={"B": west})
@@ -615,8 +661,8 @@ def test_stones_of_each_site_are_compared_with_the_motion_there(make_cube, falls
     assert both.octant_predicted == pytest.approx(sum(one.octant_predicted for one in alone))
     assert both.log_likelihood_ratio > 40 > 0 > compare_survey_with_prediction(at_b, east).log_likelihood_ratio
     # Shares by hand: where each plane falls and where none does.
-    stands = make_cube(lambda azimuth, *_: 0 * azimuth, azimuth=range(0, 360, 2))
-    falls = make_cube(lambda azimuth, *_: np.where(azimuth < 180, 1, -1), azimuth=range(0, 360, 2))
+    stands = make_cube_from_fall_rules(lambda azimuth, *_: 0 * azimuth, azimuth=range(0, 360, 2))
+    falls = make_cube_from_fall_rules(lambda azimuth, *_: np.where(azimuth < 180, 1, -1), azimuth=range(0, 360, 2))
     stones = [
         replace(standing_stone_of_known_face(), site="A", count=3),
         replace(standing_stone_of_known_face(), site="B", count=1),
@@ -630,7 +676,9 @@ def test_stones_of_each_site_are_compared_with_the_motion_there(make_cube, falls
     assert found.computed_fall_share == 0.0
 
 
-def test_cubes_of_the_sites_of_a_survey_need_equal_grids(make_cube, falls_in_sector) -> None:
-    fine, coarse = (make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, step)) for step in (2, 4))
+def test_cubes_of_the_sites_of_a_survey_need_equal_grids(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
+    fine, coarse = (
+        make_cube_from_fall_rules(make_sector_fall_rule(60, 30), azimuth=range(0, 360, step)) for step in (2, 4)
+    )
     with pytest.raises(ArgumentError, match="site 'B': its cube has other values of azimuth"):
         compare_survey_with_prediction(random_fallen_stones(3, 60, 30, 1), fine, site_cubes={"B": coarse})

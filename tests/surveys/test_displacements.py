@@ -91,15 +91,17 @@ def test_a_stone_is_compared_with_cases_of_its_own_face_size_and_shape(tmp_path:
     names = 100.0 * np.arange(6)[:, None, None, None] + 10.0 * np.arange(2)[:, None, None] + np.arange(3)[:, None]
     cube = cube_of_unmoved_stones_with_changes(residual_twist=names + 5.0)
 
-    def computed_twist(row: str) -> tuple[float, int]:
+    def computed_twist_and_cell_count(row: str) -> tuple[float, int]:
         found = compare_displacements(survey_table_of_rows(tmp_path, row), cube)
         return measures_by_name(found)["twist_deg"].computed, found.cells
 
     # A square looks alike every 90°: 107° is 17°, nearest to 15°.
-    assert computed_twist("A,stands,107,0.52,0.41,1\n") == (100.0 + 0.0 + 1.0 + 5.0, 2)
-    assert computed_twist("A,stands,359,2.0,0.3,1\n") == (0.0 + 10.0 + 0.0 + 5.0, 2)
-    assert computed_twist("A,stands,,0.8,0.5,1\n")[1] == 2 * 6, "every orientation of a stone whose face is not known"
-    assert computed_twist("A,stands,0,,,1\n")[1] == 2 * 2 * 3, "every size"
+    assert computed_twist_and_cell_count("A,stands,107,0.52,0.41,1\n") == (100.0 + 0.0 + 1.0 + 5.0, 2)
+    assert computed_twist_and_cell_count("A,stands,359,2.0,0.3,1\n") == (0.0 + 10.0 + 0.0 + 5.0, 2)
+    assert computed_twist_and_cell_count("A,stands,,0.8,0.5,1\n")[1] == 2 * 6, (
+        "every orientation of a stone whose face is not known"
+    )
+    assert computed_twist_and_cell_count("A,stands,0,,,1\n")[1] == 2 * 2 * 3, "every size"
 
 
 def test_intervals_of_a_survey_drawn_from_the_cube_contain_its_values(tmp_path: Path) -> None:
@@ -251,9 +253,9 @@ def test_interval_of_a_median_has_at_least_its_stated_probability(n: int) -> Non
     low, high = exact_median_interval(np.random.default_rng(n).permutation(n))
     rank = int(low) + 1
 
-    def coverage_of_rank(r: int) -> float:
+    def coverage_of_median_interval_at_rank(r: int) -> float:
         return float(1 - 2 * scipy.stats.binom.cdf(r - 1, n, 0.5))
 
     assert high == n - rank
-    assert coverage_of_rank(rank) >= 0.95 > coverage_of_rank(rank + 1)
+    assert coverage_of_median_interval_at_rank(rank) >= 0.95 > coverage_of_median_interval_at_rank(rank + 1)
     assert np.isnan(exact_median_interval(np.arange(5.0)).low)

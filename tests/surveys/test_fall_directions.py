@@ -13,10 +13,12 @@ from overturning.surveys.stones import Stone
 
 def fallen_stone(azimuth: float, **more) -> Stone:
     """Return a stone that fell towards an azimuth, degrees."""
-    return Stone(fell=True, azimuth_deg=azimuth % 360, octant=False, **more)
+    return Stone(fell=True, azimuth_deg=azimuth % 360, has_octant_direction=False, **more)
 
 
-def cube_with_two_fall_directions(make_cube, stout: float = 200.0, half: float = 40.0, period: float = 360.0):
+def cube_with_two_fall_directions(
+    make_cube_from_fall_rules, stout: float = 200.0, half: float = 40.0, period: float = 360.0
+):
     """Return a cube, on a grid of 15°, in which slender blocks fall around 60° and stout ones around `stout`.
 
     They fall within `half` degrees of this azimuth; with a `period` of 180° also to the opposite side.
@@ -26,22 +28,24 @@ def cube_with_two_fall_directions(make_cube, stout: float = 200.0, half: float =
         away = azimuth - np.where(b_over_h < 0.3, 60.0, stout)
         return np.abs((away + 0.5 * period) % period - 0.5 * period) <= half
 
-    return make_cube(fall_rule, azimuth=range(0, 360, 15), b_over_h=[0.2, 0.4])
+    return make_cube_from_fall_rules(fall_rule, azimuth=range(0, 360, 15), b_over_h=[0.2, 0.4])
 
 
-def cube_with_two_fall_axes(make_cube):
+def cube_with_two_fall_axes(make_cube_from_fall_rules):
     """Return a cube in which slender blocks fall along the axis of 60° to both sides, and stout ones along 150°."""
-    return cube_with_two_fall_directions(make_cube, 150.0, 20.0, 180.0)
+    return cube_with_two_fall_directions(make_cube_from_fall_rules, 150.0, 20.0, 180.0)
 
 
 @pytest.mark.parametrize("turn", [90, 195, 300])
 @pytest.mark.parametrize("cube_of", [cube_with_two_fall_directions, cube_with_two_fall_axes])
-def test_rotating_survey_and_cube_together_changes_no_test_result(make_cube, cube_of, turn: int) -> None:
+def test_rotating_survey_and_cube_together_changes_no_test_result(
+    make_cube_from_fall_rules, cube_of, turn: int
+) -> None:
     """Stones of different B/H have different distributions; survey and cube are turned together.
 
     Directions predicted to both sides of an axis have no mean.
     """
-    cube, generator = cube_of(make_cube), np.random.default_rng(5)
+    cube, generator = cube_of(make_cube_from_fall_rules), np.random.default_rng(5)
     stones = [
         fallen_stone(azimuth, b_over_h=b)
         for azimuth, b in zip(generator.uniform(0, 360, 20), [0.2, 0.4] * 10, strict=True)
@@ -57,8 +61,8 @@ def test_rotating_survey_and_cube_together_changes_no_test_result(make_cube, cub
 
 
 @pytest.mark.long
-def test_p_values_of_exact_azimuths_are_uniform_for_falls_to_both_sides(make_cube) -> None:
-    cube, generator = cube_with_two_fall_axes(make_cube), np.random.default_rng(8)
+def test_p_values_of_exact_azimuths_are_uniform_for_falls_to_both_sides(make_cube_from_fall_rules) -> None:
+    cube, generator = cube_with_two_fall_axes(make_cube_from_fall_rules), np.random.default_rng(8)
     p = []
     for _ in range(200):
         b = generator.choice([0.2, 0.4], 20)
@@ -78,7 +82,7 @@ def test_p_values_of_exact_azimuths_are_uniform_for_falls_to_both_sides(make_cub
     ],
 )
 def test_a_true_prediction_fits_azimuths_recorded_in_steps(
-    make_cube, falls_in_sector, step: int, count: int, surveys: int
+    make_cube_from_fall_rules, make_sector_fall_rule, step: int, count: int, surveys: int
 ) -> None:
     """Falls are drawn from the prediction and rounded.
 
@@ -87,14 +91,14 @@ def test_a_true_prediction_fits_azimuths_recorded_in_steps(
     So did the octants that held one or two of the possible azimuths. Azimuths in two octants vary less than whole
     stones, so that the tests of octants reject a true prediction less often than they say.
     """
-    site = make_cube(falls_in_sector(60, 60), azimuth=range(0, 360, 5))
+    site = make_cube_from_fall_rules(make_sector_fall_rule(60, 60), azimuth=range(0, 360, 5))
     predicted, generator = SiteFallPrediction(site), np.random.default_rng(1)
-    share, width = predicted.fall_sector_probabilities(), np.diff(predicted.borders)
+    share, width = predicted.fall_sector_probabilities_over_all_faces(), np.diff(predicted.borders)
     p = []
     for _ in range(surveys):
         place = generator.choice(share.size, count, p=share)
         azimuth = np.round((predicted.borders[place] + generator.random(count) * width[place]) / step) * step
-        stones = [fallen_stone(float(one), degree_step_deg=float(step)) for one in azimuth]
+        stones = [fallen_stone(float(one), azimuth_recording_step_deg=float(step)) for one in azimuth]
         found = compare_survey_with_prediction(stones, site, random_survey_count=200)
         p.append([found.fit_exact.p_value, found.fit_octants.p_value, found.fit_octants_watson.p_value])
     rejected = np.mean(np.array(p) <= 0.05, axis=0)
@@ -102,35 +106,41 @@ def test_a_true_prediction_fits_azimuths_recorded_in_steps(
     assert np.mean(np.array(p)[:, 0] <= 0.5) == pytest.approx(0.5, abs=0.2 if surveys < 100 else 0.1)
 
 
-def test_a_wrong_prediction_does_not_fit_azimuths_recorded_in_steps(make_cube, falls_in_sector) -> None:
-    site = make_cube(falls_in_sector(60, 60), azimuth=range(0, 360, 5))
+def test_a_wrong_prediction_does_not_fit_azimuths_recorded_in_steps(
+    make_cube_from_fall_rules, make_sector_fall_rule
+) -> None:
+    site = make_cube_from_fall_rules(make_sector_fall_rule(60, 60), azimuth=range(0, 360, 5))
     stones = [
-        fallen_stone(30.0 * number, degree_step_deg=30.0) for number in (5, 6, 6, 7, 7, 7, 8, 8, 9) for _ in range(3)
+        fallen_stone(30.0 * number, azimuth_recording_step_deg=30.0)
+        for number in (5, 6, 6, 7, 7, 7, 8, 8, 9)
+        for _ in range(3)
     ]
     found = compare_survey_with_prediction(stones, site)
     assert max(found.fit_exact.p_value, found.fit_octants.p_value, found.fit_octants_watson.p_value) < 0.01
 
 
-def test_expected_octant_counts_follow_the_steps_of_observed_azimuths(make_cube, falls_in_sector) -> None:
+def test_expected_octant_counts_follow_the_steps_of_observed_azimuths(
+    make_cube_from_fall_rules, make_sector_fall_rule
+) -> None:
     """All fall within 52.5° to 67.5°, noted as 60° in steps of 30°: a quarter of the step lies in E."""
-    site = make_cube(falls_in_sector(60, 1), azimuth=range(0, 360, 15))
-    found = compare_survey_with_prediction([fallen_stone(60, degree_step_deg=30.0)], site, background=0.0)
+    site = make_cube_from_fall_rules(make_sector_fall_rule(60, 1), azimuth=range(0, 360, 15))
+    found = compare_survey_with_prediction([fallen_stone(60, azimuth_recording_step_deg=30.0)], site, background=0.0)
     np.testing.assert_allclose(found.octant_observed, [0, 0.75, 0.25, 0, 0, 0, 0, 0])
     np.testing.assert_allclose(found.octant_predicted, found.octant_observed, atol=1e-12)
 
 
 def fallen_stone_of_compass_point(number: int, **more) -> Stone:
     """Return a stone whose fall direction is noted as one of the 16 compass points, numbered clockwise from north."""
-    return Stone(True, 22.5 * number, False, wind_16=True, **more)
+    return Stone(True, 22.5 * number, False, has_16_point_direction=True, **more)
 
 
-def test_mirrored_survey_of_compass_points_has_the_same_likelihood_ratio(make_cube) -> None:
+def test_mirrored_survey_of_compass_points_has_the_same_likelihood_ratio(make_cube_from_fall_rules) -> None:
     """Mirroring both a survey of compass points and the prediction does not change the likelihood ratio.
 
     On a grid of 15°, every second of the 16 compass points is an azimuth of the grid, and the others lie half-way
     between two.
     """
-    cube = cube_with_two_fall_directions(make_cube)
+    cube = cube_with_two_fall_directions(make_cube_from_fall_rules)
     mirrored = cube.isel(azimuth=[-i % 24 for i in range(24)]).assign_coords(azimuth=cube["azimuth"])
     numbers = [1, 3, 3, 5, 7, 9, 10]
     one = compare_survey_with_prediction([fallen_stone_of_compass_point(n, b_over_h=0.2) for n in numbers], cube)
@@ -140,9 +150,11 @@ def test_mirrored_survey_of_compass_points_has_the_same_likelihood_ratio(make_cu
     assert other.log_likelihood_ratio == pytest.approx(one.log_likelihood_ratio, rel=1e-9)
 
 
-def test_probability_of_a_compass_point_is_the_mean_density_over_its_width(make_cube, falls_in_sector) -> None:
+def test_probability_of_a_compass_point_is_the_mean_density_over_its_width(
+    make_cube_from_fall_rules, make_sector_fall_rule
+) -> None:
     """All falls lie within 52.5° to 67.5°: a quarter of these 15° lies in NE (up to 56.25°), the rest in ENE."""
-    cube = make_cube(falls_in_sector(60, 1), azimuth=range(0, 360, 15))
+    cube = make_cube_from_fall_rules(make_sector_fall_rule(60, 1), azimuth=range(0, 360, 15))
     for number, share in ((2, 3.75 / 15), (3, 11.25 / 15)):
         found = compare_survey_with_prediction([fallen_stone_of_compass_point(number)], cube, background=0.0)
         assert found.log_likelihood_ratio == pytest.approx(math.log(share * 16), rel=1e-9)
@@ -153,8 +165,10 @@ def test_probability_of_a_compass_point_is_the_mean_density_over_its_width(make_
 
 
 @pytest.mark.long
-def test_p_values_of_compass_points_are_uniform_for_random_directions(make_cube, falls_in_sector) -> None:
-    cube = make_cube(falls_in_sector(60, 40), azimuth=range(0, 360, 15))
+def test_p_values_of_compass_points_are_uniform_for_random_directions(
+    make_cube_from_fall_rules, make_sector_fall_rule
+) -> None:
+    cube = make_cube_from_fall_rules(make_sector_fall_rule(60, 40), azimuth=range(0, 360, 15))
     generator = np.random.default_rng(3)
     p = [
         compare_survey_with_prediction(
@@ -168,8 +182,10 @@ def test_p_values_of_compass_points_are_uniform_for_random_directions(make_cube,
     assert np.mean(np.array(p) <= 0.5) == pytest.approx(0.5, abs=0.11)
 
 
-def test_mean_direction_is_reported_only_if_random_directions_are_rejected(make_cube, falls_in_sector) -> None:
-    site = make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 2))
+def test_mean_direction_is_reported_only_if_random_directions_are_rejected(
+    make_cube_from_fall_rules, make_sector_fall_rule
+) -> None:
+    site = make_cube_from_fall_rules(make_sector_fall_rule(60, 30), azimuth=range(0, 360, 2))
     around = compare_survey_with_prediction([fallen_stone(azimuth) for azimuth in (3, 100)], site)
     assert around.resultant > 0.6
     assert math.isnan(around.mean_direction_deg)

@@ -8,7 +8,7 @@ import pytest
 
 from overturning.errors import RecordError
 from overturning.surveys.row import SurveyRow
-from overturning.surveys.stones import SurveyTable, read_stones, read_survey_table
+from overturning.surveys.stones import SurveyTable, read_counted_stones, read_survey_table
 
 
 def write_and_read_survey_table(
@@ -40,7 +40,7 @@ COMMA_SEPARATED_TABLE = "azimuth_deg,height_m,note\n12.5,0.6,a\nSSE,0.8,\n"
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
 def test_separators_encodings_and_decimal_commas_give_the_same_stones(tmp_path: Path, text: str, encoding: str) -> None:
     stones = write_and_read_survey_table(tmp_path, text, encoding).stones
-    assert [(one.azimuth_deg, one.height, one.wind_16, one.octant) for one in stones] == [
+    assert [(one.azimuth_deg, one.height, one.has_16_point_direction, one.has_octant_direction) for one in stones] == [
         (12.5, 0.6, False, False),
         (157.5, 0.8, True, False),
     ]
@@ -277,16 +277,19 @@ def test_table_cells_that_state_an_unknown_value_are_read_as_empty(tmp_path: Pat
 def test_a_survey_without_countable_stones_is_refused_but_read_as_a_table(tmp_path: Path) -> None:
     assert write_and_read_survey_table(tmp_path, "outcome\nfixed\nbroken\n").stones == []
     with pytest.raises(RecordError, match="no stone counts as fallen or standing"):
-        read_stones(tmp_path / "field.csv")
+        read_counted_stones(tmp_path / "field.csv")
 
 
 def test_compass_points_are_octants_if_all_are_among_the_main_eight(tmp_path: Path) -> None:
     eight = write_and_read_survey_table(tmp_path, "azimuth_deg\nN\nse\n130\n").stones
-    assert [(one.octant, one.wind_16, one.direction_half_width_deg) for one in eight] == [
+    assert [(one.has_octant_direction, one.has_16_point_direction, one.direction_half_width_deg) for one in eight] == [
         (True, False, 22.5), (True, False, 22.5), (False, False, 0.0),
     ]  # fmt: skip
     sixteen = write_and_read_survey_table(tmp_path, "azimuth_deg\nN\nsse\n").stones
-    assert [(one.octant, one.direction_half_width_deg) for one in sixteen] == [(False, 11.25), (False, 11.25)]
+    assert [(one.has_octant_direction, one.direction_half_width_deg) for one in sixteen] == [
+        (False, 11.25),
+        (False, 11.25),
+    ]
 
 
 def test_declination_is_added_from_column_or_option(tmp_path: Path) -> None:
@@ -298,7 +301,9 @@ def test_declination_is_added_from_column_or_option(tmp_path: Path) -> None:
         write_and_read_survey_table(tmp_path, "azimuth_deg,declination\n10,5\n", declination_deg=-7.5)
     with pytest.raises(RecordError, match="from -180 to 180, east positive"):
         write_and_read_survey_table(tmp_path, "azimuth_deg\n10\n", declination_deg=200)
-    with pytest.raises(RecordError, match="lines 2, 3: one of 8 winds from magnetic north, 20° from true north"):
+    with pytest.raises(
+        RecordError, match="lines 2, 3: one of 8 compass points from magnetic north, 20° from true north"
+    ):
         write_and_read_survey_table(tmp_path, "azimuth_deg\nN\nSE\n", declination_deg=20)
 
 

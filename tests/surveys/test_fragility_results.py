@@ -22,7 +22,7 @@ STORED_CURVES = [
 
 
 @pytest.fixture
-def fall_rates_and_intensities(monkeypatch: pytest.MonkeyPatch) -> tuple[xr.Dataset, xr.Dataset]:
+def fall_rates_and_intensities_with_stub_fit(monkeypatch: pytest.MonkeyPatch) -> tuple[xr.Dataset, xr.Dataset]:
     """Return fall rates and intensities of two records, and replace the fitting of curves by a stub.
 
     Fitting is replaced by a stub that gives no curves, so that a test notices a new fit.
@@ -44,25 +44,25 @@ def fall_rates_and_intensities(monkeypatch: pytest.MonkeyPatch) -> tuple[xr.Data
 
 
 def test_stored_fragility_curves_are_read_back_bit_for_bit(
-    fall_rates_and_intensities: tuple[xr.Dataset, xr.Dataset], tmp_path: Path
+    fall_rates_and_intensities_with_stub_fit: tuple[xr.Dataset, xr.Dataset], tmp_path: Path
 ) -> None:
     path = tmp_path / "curves.json"
-    write_fragility_curves(STORED_CURVES, *fall_rates_and_intensities, path)
-    read = fit_or_read_fragility_curves(*fall_rates_and_intensities, path)
+    write_fragility_curves(STORED_CURVES, *fall_rates_and_intensities_with_stub_fit, path)
+    read = fit_or_read_fragility_curves(*fall_rates_and_intensities_with_stub_fit, path)
     assert repr(read) == repr(STORED_CURVES), "NaN and infinity, too"
     assert read[0].median_interval.high == math.inf
 
 
 @pytest.mark.parametrize("change", ["fall rate", "event", "period", "intensity", "sources", "damaged", "gone"])
 def test_fragility_curves_are_fitted_again_if_their_input_changed(
-    fall_rates_and_intensities: tuple[xr.Dataset, xr.Dataset],
+    fall_rates_and_intensities_with_stub_fit: tuple[xr.Dataset, xr.Dataset],
     tmp_path: Path,
     change: str,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     path = tmp_path / "curves.json"
-    write_fragility_curves(STORED_CURVES, *fall_rates_and_intensities, path)
-    rates, measures = (one.copy(deep=True) for one in fall_rates_and_intensities)
+    write_fragility_curves(STORED_CURVES, *fall_rates_and_intensities_with_stub_fit, path)
+    rates, measures = (one.copy(deep=True) for one in fall_rates_and_intensities_with_stub_fit)
     if change == "fall rate":
         rates["free_fall_rate"][0, 0] = np.nextafter(0.2, 1.0)
     elif change == "event":

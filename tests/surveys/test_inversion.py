@@ -18,22 +18,22 @@ from overturning.records.store import write_record_to_motion_file
 from overturning.report.drawings import write_ground_motion_posterior_figure
 from overturning.settings import StonePopulation
 from overturning.surveys import stone_outcomes
-from overturning.surveys.inversion import SurveyInversion, possible_outcome_indices
+from overturning.surveys.inversion import SurveyInversion, outcome_indices_matching_observation
 from overturning.surveys.library import (
     CandidateMotion,
     candidate_motions,
     read_motions_with_unique_ids,
     shipped_candidate_motions,
 )
-from overturning.surveys.posterior import TURNS, read_inversion_result, write_inversion_result
+from overturning.surveys.posterior import ROTATION_COUNT, read_inversion_result, write_inversion_result
 from overturning.surveys.responses import (
-    CASE_S,
-    StoneKind,
+    CASE_SECONDS_PER_MOTION_SECOND,
+    StoneDimensions,
     StoneOutcomeProbabilities,
-    kinds_of_survey_stones,
+    dimensions_of_survey_stones,
     simulation_case_count_and_time,
 )
-from overturning.surveys.stone_outcomes import DIRECTION_BINS, FRICTIONS, HEIGHTS, LEVELS, SHAPES, STOOD
+from overturning.surveys.stone_outcomes import DIRECTION_BINS, FRICTIONS, HEIGHTS, PGV_LEVELS, SIMULATED_B_OVER_H, STOOD
 from overturning.surveys.stones import Stone
 from tests.study.small_study import sine_cycle_record
 
@@ -55,10 +55,15 @@ def outcomes_by_pgv_rule(one: CandidateMotion, aspect: float, nodes: list[tuple[
 
     They fall to the north under the motion of 0.5 s and to the south under another.
     """
-    height, shape = (grid[np.array(nodes)[:, i]] for i, grid in enumerate((HEIGHTS, SHAPES)))
-    falls = 3 * (shape * np.sqrt(height))[:, None] < LEVELS
+    height, shape = (grid[np.array(nodes)[:, i]] for i, grid in enumerate((HEIGHTS, SIMULATED_B_OVER_H)))
+    falls = 3 * (shape * np.sqrt(height))[:, None] < PGV_LEVELS
     way = np.where(falls, 0 if one.name == "0.5 s" else DIRECTION_BINS // 2, STOOD)
-    size = (len(nodes), len(FRICTIONS), LEVELS.size, StoneKind(aspect=aspect).orientations_deg.size)
+    size = (
+        len(nodes),
+        len(FRICTIONS),
+        PGV_LEVELS.size,
+        StoneDimensions(aspect=aspect).orientations_to_simulate_deg.size,
+    )
     return np.broadcast_to(way[:, None, :, None], size).astype(np.int8)
 
 
@@ -66,7 +71,7 @@ def outcomes_by_pgv_rule(one: CandidateMotion, aspect: float, nodes: list[tuple[
 def inversion_with_known_outcomes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SurveyInversion:
     """Return the inversion of surveys of round columns with two motions, whose outcomes follow from a rule."""
     monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", outcomes_by_pgv_rule)
-    kinds = [StoneKind(*size, 0.0) for size in COLUMN_SIZES]
+    kinds = [StoneDimensions(*size, 0.0) for size in COLUMN_SIZES]
     return SurveyInversion(
         StoneOutcomeProbabilities(
             [elliptic_candidate_motion(0.5), elliptic_candidate_motion(0.8)], kinds, folder=tmp_path
@@ -96,22 +101,24 @@ def test_motions_with_equal_ids_have_distinct_names_in_the_results(tmp_path: Pat
 
 def test_outcome_probabilities_of_a_stone_add_up_to_1(inversion_with_known_outcomes: SurveyInversion) -> None:
     chances = inversion_with_known_outcomes.outcome_probabilities(stone_of_round_column(COLUMN_SIZES[0]))
-    assert chances.shape == (2, LEVELS.size, TURNS, DIRECTION_BINS + 1)
+    assert chances.shape == (2, PGV_LEVELS.size, ROTATION_COUNT, DIRECTION_BINS + 1)
     assert chances.sum(axis=-1) == pytest.approx(1, abs=1e-5)
 
 
 def test_without_stones_the_posterior_is_the_prior_and_has_no_bounds(
     inversion_with_known_outcomes: SurveyInversion,
 ) -> None:
-    one = inversion_with_known_outcomes.compute_posterior(inversion_with_known_outcomes.log_likelihoods_by_motion([]))
+    one = inversion_with_known_outcomes.compute_posterior(
+        inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion([])
+    )
     assert one.probability == pytest.approx(one.prior)
     # Even over the levels: the middle 90 % of the logarithm, each level a cell about it.
-    half = np.log(LEVELS[1] / LEVELS[0]) / 2
-    width = np.log(LEVELS[-1] / LEVELS[0]) + 2 * half
-    expected = LEVELS[0] * np.exp([0.05 * width - half, 0.95 * width - half])
-    assert one.credible_interval(one.pgv, use_prior=True) == pytest.approx(tuple(expected))
+    half = np.log(PGV_LEVELS[1] / PGV_LEVELS[0]) / 2
+    width = np.log(PGV_LEVELS[-1] / PGV_LEVELS[0]) + 2 * half
+    expected = PGV_LEVELS[0] * np.exp([0.05 * width - half, 0.95 * width - half])
+    assert one.credible_interval(one.pgv_by_motion_and_level, use_prior=True) == pytest.approx(tuple(expected))
     # Each level holds a thirteenth, more than a tail.
-    assert one.credible_interval(one.pgv) == (0.0, math.inf)
+    assert one.credible_interval(one.pgv_by_motion_and_level) == (0.0, math.inf)
 
 
 def test_fallen_and_standing_stones_bound_the_peak_velocity(inversion_with_known_outcomes: SurveyInversion) -> None:
@@ -122,13 +129,13 @@ def test_fallen_and_standing_stones_bound_the_peak_velocity(inversion_with_known
         stone_of_round_column(COLUMN_SIZES[2], count=8),
     ]
     one = inversion_with_known_outcomes.compute_posterior(
-        inversion_with_known_outcomes.log_likelihoods_by_motion(stones)
+        inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(stones)
     )
-    low, high = one.credible_interval(one.pgv)
+    low, high = one.credible_interval(one.pgv_by_motion_and_level)
     assert 0.5 < low < 1.14
     assert 0.82 < high < 1.6
     # Directions that scatter tell an axis the less the smaller their power.
-    logs = inversion_with_known_outcomes.log_likelihoods_by_motion(
+    logs = inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(
         [stone_of_round_column(COLUMN_SIZES[0], azimuth) for azimuth in (0, 20, 350, 40)]
     )
     assert (
@@ -144,7 +151,7 @@ def test_rotating_the_survey_rotates_the_axis_of_the_motion(inversion_with_known
             for size, way in zip(COLUMN_SIZES, (0, 10, 180), strict=True)
         ]
         return inversion_with_known_outcomes.compute_posterior(
-            inversion_with_known_outcomes.log_likelihoods_by_motion(stones)
+            inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(stones)
         ).credible_axis_arc_deg()
 
     first, turned = axis_arc_of_rotated_survey(0), axis_arc_of_rotated_survey(70)
@@ -157,14 +164,14 @@ def test_probability_of_an_octant_is_the_sum_of_its_direction_bins(
     inversion_with_known_outcomes: SurveyInversion,
 ) -> None:
     octant = Stone(True, 45.0, True, b_over_h=0.2, height=0.9, round=True)
-    assert (possible_outcome_indices(octant) * 5).tolist() == [25, 30, 35, 40, 45, 50, 55, 60, 65]
+    assert (outcome_indices_matching_observation(octant) * 5).tolist() == [25, 30, 35, 40, 45, 50, 55, 60, 65]
     ways = [
-        inversion_with_known_outcomes.log_likelihoods_by_motion([stone_of_round_column(COLUMN_SIZES[0], azimuth)]).sum(
-            axis=0
-        )
+        inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(
+            [stone_of_round_column(COLUMN_SIZES[0], azimuth)]
+        ).sum(axis=0)
         for azimuth in range(25, 70, 5)
     ]
-    assert inversion_with_known_outcomes.log_likelihoods_by_motion([octant]).sum(axis=0) == pytest.approx(
+    assert inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion([octant]).sum(axis=0) == pytest.approx(
         np.log(np.exp(ways).sum(axis=0)), abs=1e-5
     )
 
@@ -174,19 +181,19 @@ def test_probability_of_an_unknown_direction_is_the_sum_of_all_bins(
 ) -> None:
     lost = Stone(True, math.nan, False, b_over_h=0.2, height=0.9, round=True)
     ways = [
-        inversion_with_known_outcomes.log_likelihoods_by_motion([stone_of_round_column(COLUMN_SIZES[0], azimuth)]).sum(
-            axis=0
-        )
+        inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(
+            [stone_of_round_column(COLUMN_SIZES[0], azimuth)]
+        ).sum(axis=0)
         for azimuth in range(0, 360, 5)
     ]
-    fell = inversion_with_known_outcomes.log_likelihoods_by_motion([lost])
+    fell = inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion([lost])
     assert fell[0] == pytest.approx(np.log(np.exp(ways).sum(axis=0)), abs=1e-5)
     assert not fell[1].any()
     answers = [
         inversion_with_known_outcomes.invert_survey("x", 6 * [stone]) for stone in (lost, replace(lost, fell=False))
     ]
     assert [(one.fell, one.stood) for one in answers] == [(6, 0), (0, 6)]
-    low, stood = (one.posterior.credible_interval(one.posterior.pgv) for one in answers)
+    low, stood = (one.posterior.credible_interval(one.posterior.pgv_by_motion_and_level) for one in answers)
     assert low[0] > 0.2 > stood[0]
     np.testing.assert_allclose(answers[0].posterior.velocity_axis_probabilities().sum(), 1)
     assert answers[0].fit > 0.1
@@ -196,14 +203,14 @@ def test_falls_alone_give_the_peak_velocity_no_upper_bound(inversion_with_known_
     asked = inversion_with_known_outcomes.invert_survey(
         "ruin.csv", [stone_of_round_column(size, 0, 6) for size in COLUMN_SIZES]
     )
-    low, high = asked.posterior.credible_interval(asked.posterior.pgv)
+    low, high = asked.posterior.credible_interval(asked.posterior.pgv_by_motion_and_level)
     assert low > 0.6
     assert high == math.inf
     assert inferred_motion_findings(asked).beyond_library_above
     stood = inversion_with_known_outcomes.invert_survey(
         "ruin.csv", [stone_of_round_column(size, count=6) for size in COLUMN_SIZES]
     )
-    assert stood.posterior.credible_interval(stood.posterior.pgv)[0] == 0.0
+    assert stood.posterior.credible_interval(stood.posterior.pgv_by_motion_and_level)[0] == 0.0
     assert inferred_motion_findings(stood).beyond_library_below
 
 
@@ -255,9 +262,9 @@ def test_missing_sizes_are_reported_and_drawn_at_random(inversion_with_known_out
     assert not inferred_motion_findings(answer, [stone_of_round_column(COLUMN_SIZES[0])]).sizes_assumed
     found = inferred_motion_findings(answer, [stone_of_round_column(COLUMN_SIZES[0]), tall, shaped])
     assert (found.stones_without_height, found.stones_without_b_over_h) == (4, 2)
-    heights, shapes = (StoneKind.from_stone(one).size_grid_weights(StonePopulation()) for one in (tall, shaped))
+    heights, shapes = (StoneDimensions.from_stone(one).size_grid_weights(StonePopulation()) for one in (tall, shaped))
     assert 0.6 < np.exp(np.log(HEIGHTS) @ heights.sum(axis=1)) < 0.9
-    assert 0.3 < 0.75 * np.exp(np.log(SHAPES) @ shapes.sum(axis=0)) < 0.4
+    assert 0.3 < 0.75 * np.exp(np.log(SIMULATED_B_OVER_H) @ shapes.sum(axis=0)) < 0.4
 
 
 def test_a_survey_with_zero_background_has_a_posterior(inversion_with_known_outcomes: SurveyInversion) -> None:
@@ -270,30 +277,36 @@ def test_a_survey_with_zero_background_has_a_posterior(inversion_with_known_outc
         stone_of_round_column(COLUMN_SIZES[2], 180, 1),
         stone_of_round_column(COLUMN_SIZES[2], count=8),
     ]
-    logs = replace(inversion_with_known_outcomes, background=0.0).log_likelihoods_by_motion(stones)
+    logs = replace(inversion_with_known_outcomes, random_outcome_share=0.0).log_likelihoods_of_survey_by_motion(stones)
     assert np.isfinite(logs).all()
     one, other = (
         inversion_with_known_outcomes.compute_posterior(each)
-        for each in (logs, inversion_with_known_outcomes.log_likelihoods_by_motion(stones))
+        for each in (logs, inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(stones))
     )
-    assert one.credible_interval(one.pgv) == pytest.approx(other.credible_interval(other.pgv), rel=0.3)
+    assert one.credible_interval(one.pgv_by_motion_and_level) == pytest.approx(
+        other.credible_interval(other.pgv_by_motion_and_level), rel=0.3
+    )
 
 
 def test_standing_stones_bound_the_pgv_less_if_many_are_fixed(inversion_with_known_outcomes: SurveyInversion) -> None:
     stones = [stone_of_round_column(size, count=4) for size in COLUMN_SIZES]
-    loose = SurveyInversion(inversion_with_known_outcomes.responses, fixed=0.8)
+    loose = SurveyInversion(inversion_with_known_outcomes.stone_outcome_probabilities, fixed_stone_share=0.8)
     bound, less = (
-        one.compute_posterior(one.log_likelihoods_by_motion(stones)) for one in (inversion_with_known_outcomes, loose)
+        one.compute_posterior(one.log_likelihoods_of_survey_by_motion(stones))
+        for one in (inversion_with_known_outcomes, loose)
     )
     assert less.probability[:, 6:].sum() > 2 * bound.probability[:, 6:].sum()
 
 
 def test_kind_of_stone_to_simulate_has_the_smaller_of_both_b_over_h() -> None:
     stone = Stone(True, 0.0, False, b_over_h=0.5, b_over_h_side=0.25, face_azimuth_deg=30, height=0.8)
-    assert StoneKind.from_stone(stone) == StoneKind(0.8, 0.25, 2.0)
+    assert StoneDimensions.from_stone(stone) == StoneDimensions(0.8, 0.25, 2.0)
     assert stone.slender_face_azimuth_deg == 120
     square = Stone(True, 0.0, False, b_over_h=0.25, face_azimuth_deg=30)
-    assert (StoneKind.from_stone(square), square.slender_face_azimuth_deg) == (StoneKind(None, 0.25, 1.0), 30)
+    assert (StoneDimensions.from_stone(square), square.slender_face_azimuth_deg) == (
+        StoneDimensions(None, 0.25, 1.0),
+        30,
+    )
 
 
 def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
@@ -304,13 +317,13 @@ def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
     one = elliptic_candidate_motion(1.0)
     slab = {"b_over_h": 0.15, "b_over_h_side": 0.6, "height": 0.45}
     north, east = (Stone(False, math.nan, False, face_azimuth_deg=face, **slab) for face in (0.0, 90.0))
-    asked = SurveyInversion(StoneOutcomeProbabilities([one], [StoneKind.from_stone(north)], folder=tmp_path))
-    level = int(np.argmin(np.abs(LEVELS * one.pga / one.pgv - 0.4 * 9.80665)))
+    asked = SurveyInversion(StoneOutcomeProbabilities([one], [StoneDimensions.from_stone(north)], folder=tmp_path))
+    level = int(np.argmin(np.abs(PGV_LEVELS * one.pga / one.pgv - 0.4 * 9.80665)))
     stands = [asked.outcome_probabilities(stone)[0, level, 0, STOOD] for stone in (north, east)]
     assert stands[0] < 0.3
     assert stands[1] > 0.8
     # Turned by a quarter with its motion, each does the same.
-    assert asked.outcome_probabilities(east)[0, level, TURNS // 4, STOOD] == pytest.approx(stands[0], abs=1e-6)
+    assert asked.outcome_probabilities(east)[0, level, ROTATION_COUNT // 4, STOOD] == pytest.approx(stands[0], abs=1e-6)
 
 
 @pytest.mark.long
@@ -336,9 +349,13 @@ def test_pgv_bounds_contain_a_true_motion_missing_from_the_library(tmp_path: Pat
         for i in range(24)
     ]
     asked = SurveyInversion(
-        StoneOutcomeProbabilities(others, [StoneKind.from_stone(stone) for stone in stones], folder=tmp_path, threads=2)
+        StoneOutcomeProbabilities(
+            others, [StoneDimensions.from_stone(stone) for stone in stones], folder=tmp_path, threads=2
+        )
     )
-    low, high = (one := asked.compute_posterior(asked.log_likelihoods_by_motion(stones))).credible_interval(one.pgv)
+    low, high = (one := asked.compute_posterior(asked.log_likelihoods_of_survey_by_motion(stones))).credible_interval(
+        one.pgv_by_motion_and_level
+    )
     assert low < factors.mean() * truth.pgv < high
     assert high / low < 8  # before the survey 15
 
@@ -353,12 +370,12 @@ def test_simulated_outcomes_of_stones_are_cached_in_files(tmp_path: Path, monkey
         return outcomes_by_pgv_rule(one, aspect, nodes, threads)
 
     monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", count_and_fake_simulations)
-    one, kind = elliptic_candidate_motion(0.5), StoneKind(*COLUMN_SIZES[0], 0.0)
+    one, kind = elliptic_candidate_motion(0.5), StoneDimensions(*COLUMN_SIZES[0], 0.0)
     first = StoneOutcomeProbabilities([one], [kind], folder=tmp_path).table(kind)
     assert np.array_equal(StoneOutcomeProbabilities([one], [kind], folder=tmp_path).table(kind), first)
     assert len(calls) == 1
     # Another size computes what is not there yet, another motion everything.
-    StoneOutcomeProbabilities([one], [kind, StoneKind(*COLUMN_SIZES[2], 0.0)], folder=tmp_path)
+    StoneOutcomeProbabilities([one], [kind, StoneDimensions(*COLUMN_SIZES[2], 0.0)], folder=tmp_path)
     StoneOutcomeProbabilities([elliptic_candidate_motion(0.8)], [kind], folder=tmp_path)
     assert calls[1] > 0
     assert calls[2] == calls[0]
@@ -374,14 +391,14 @@ def test_stone_sizes_outside_the_simulated_range_are_refused() -> None:
         ("height_m 50", Stone(False, math.nan, False, height=50.0, line=7)),
     ):
         with pytest.raises(ArgumentError, match=f"line 7: {name}; stones of .* are computed: leave out the stone"):
-            StoneKind.from_stone(stone)  # without its height it would be computed as one of 0.6 to 0.9 m
+            StoneDimensions.from_stone(stone)  # without its height it would be computed as one of 0.6 to 0.9 m
 
 
 def test_error_about_stone_sizes_names_the_file_and_all_lines() -> None:
     sizes = ((24.0, 2), (1.0, 3), (20.0, 4))
     stones = [Stone(False, math.nan, False, height=height, line=line) for height, line in sizes]
     with pytest.raises(ArgumentError, match=r"(?s)ruin\.csv line 2: height_m 24; .*ruin\.csv line 4: height_m 20; "):
-        kinds_of_survey_stones(stones, "ruin.csv")
+        dimensions_of_survey_stones(stones, "ruin.csv")
 
 
 def test_the_predicted_case_count_is_that_of_simulated_cases(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -394,16 +411,16 @@ def test_the_predicted_case_count_is_that_of_simulated_cases(tmp_path: Path, mon
 
     monkeypatch.setattr(stone_outcomes, "simulate_cases", count_and_fake_cases)
     motions = [elliptic_candidate_motion(0.5), elliptic_candidate_motion(0.8)]
-    kinds = [StoneKind(*COLUMN_SIZES[0], 0.0), StoneKind(*COLUMN_SIZES[1], 2.0)]
+    kinds = [StoneDimensions(*COLUMN_SIZES[0], 0.0), StoneDimensions(*COLUMN_SIZES[1], 2.0)]
     cases, seconds = simulation_case_count_and_time(motions, kinds, tmp_path)
     StoneOutcomeProbabilities(motions, kinds, folder=tmp_path)
     assert cases == sum(asked)
     lasts = [one.motion.north.size * one.motion.sampling_interval for one in motions]
-    assert seconds == pytest.approx(CASE_S * cases / 2 * sum(lasts))
+    assert seconds == pytest.approx(CASE_SECONDS_PER_MOTION_SECOND * cases / 2 * sum(lasts))
     assert simulation_case_count_and_time(motions, kinds, tmp_path) == (0, 0.0)
-    more, _ = simulation_case_count_and_time(motions, [*kinds, StoneKind(*COLUMN_SIZES[2], 0.0)], tmp_path)
+    more, _ = simulation_case_count_and_time(motions, [*kinds, StoneDimensions(*COLUMN_SIZES[2], 0.0)], tmp_path)
     asked.clear()
-    StoneOutcomeProbabilities(motions, [*kinds, StoneKind(*COLUMN_SIZES[2], 0.0)], folder=tmp_path)
+    StoneOutcomeProbabilities(motions, [*kinds, StoneDimensions(*COLUMN_SIZES[2], 0.0)], folder=tmp_path)
     assert 0 < more == sum(asked)
 
 
@@ -415,13 +432,15 @@ def test_each_combination_of_size_friction_pgv_and_face_is_simulated(
     The stand-in of the kernel returns a direction that names height, B/H, friction, level and face of its case.
     """
 
-    def direction_that_encodes_case(height, shape, friction, amplitude, azimuth):  # one of 72 bins
-        parts = [np.searchsorted(grid, value * 1.001) - 1 for grid, value in ((HEIGHTS, height), (SHAPES, shape))]
-        level = np.searchsorted(LEVELS, amplitude * one.pgv * 1.001) - 1
+    def direction_bin_encoding_case(height, shape, friction, amplitude, azimuth):  # one of 72 bins
+        parts = [
+            np.searchsorted(grid, value * 1.001) - 1 for grid, value in ((HEIGHTS, height), (SIMULATED_B_OVER_H, shape))
+        ]
+        level = np.searchsorted(PGV_LEVELS, amplitude * one.pgv * 1.001) - 1
         return (7 * parts[0] + 11 * parts[1] + 13 * level + 5 * np.round(azimuth / 15) + 17 * (friction > 0.5)) % 72
 
     def results_encoding_case(shape: str, motion: Motion, cases: Cases, numerics: NumericalOptions) -> SimpleNamespace:
-        bins = direction_that_encodes_case(
+        bins = direction_bin_encoding_case(
             cases.height, cases.b_over_h, cases.friction, cases.amplitude, cases.azimuth_deg
         )
         return SimpleNamespace(overturned=np.ones(bins.size), fall_azimuth=5.0 * bins)
@@ -430,11 +449,18 @@ def test_each_combination_of_size_friction_pgv_and_face_is_simulated(
     monkeypatch.setattr(stone_outcomes, "simulate_cases", results_encoding_case)
     nodes = [(2, 5), (2, 6), (3, 5)]
     found = stone_outcomes.simulate_outcomes_of_sizes(one, 2.0, nodes, 1)
-    assert found.shape == (3, len(FRICTIONS), LEVELS.size, 12)
+    assert found.shape == (3, len(FRICTIONS), PGV_LEVELS.size, 12)
     for (h, b), f, at, o in ((nodes[n], f, at, o) for n, f, at, o in np.argwhere(found >= 0)[::7].tolist()):
-        expected = direction_that_encodes_case(HEIGHTS[h], SHAPES[b], FRICTIONS[f], LEVELS[at] / one.pgv, 15.0 * o)
+        expected = direction_bin_encoding_case(
+            HEIGHTS[h], SIMULATED_B_OVER_H[b], FRICTIONS[f], PGV_LEVELS[at] / one.pgv, 15.0 * o
+        )
         assert found[nodes.index((h, b)), f, at, o] == expected
-    assert stone_outcomes.simulate_outcomes_of_sizes(one, 0.0, nodes, 1).shape == (3, len(FRICTIONS), LEVELS.size, 1)
+    assert stone_outcomes.simulate_outcomes_of_sizes(one, 0.0, nodes, 1).shape == (
+        3,
+        len(FRICTIONS),
+        PGV_LEVELS.size,
+        1,
+    )
 
 
 def test_motion_is_estimated_for_each_site_and_for_all_together(
@@ -463,8 +489,8 @@ def test_motion_is_estimated_for_each_site_and_for_all_together(
     assert [one.site for one in inferred_motion_findings(back).sites] == ["A", "B"]
 
 
-def test_library_has_61_motions_of_20_earthquakes(library_motions: tuple[CandidateMotion, ...]) -> None:
-    every = library_motions
+def test_library_has_61_motions_of_20_earthquakes(candidate_motions_of_package: tuple[CandidateMotion, ...]) -> None:
+    every = candidate_motions_of_package
     assert len(every) == 61
     assert len({one.event for one in every}) == 20
     assert sum(one.event == "Imperial Valley" for one in every) == 6
@@ -476,9 +502,9 @@ def test_library_has_61_motions_of_20_earthquakes(library_motions: tuple[Candida
 
 
 def test_posterior_is_read_back_from_file(tmp_path: Path, inversion_with_known_outcomes: SurveyInversion) -> None:
-    asked = SurveyInversion(inversion_with_known_outcomes.responses, fixed=0.1).invert_survey(
-        "ruin.csv", [stone_of_round_column(COLUMN_SIZES[0], 0), stone_of_round_column(COLUMN_SIZES[1])]
-    )
+    asked = SurveyInversion(
+        inversion_with_known_outcomes.stone_outcome_probabilities, fixed_stone_share=0.1
+    ).invert_survey("ruin.csv", [stone_of_round_column(COLUMN_SIZES[0], 0), stone_of_round_column(COLUMN_SIZES[1])])
     write_inversion_result(asked, tmp_path / "motion.nc")
     back = read_inversion_result(tmp_path / "motion.nc")
     assert (back.fell, back.stood, back.fixed, back.fit) == (1, 1, 0.1, asked.fit)

@@ -4,7 +4,13 @@ import math
 
 import pytest
 
-from overturning.surveys.notation import WINDS_16, StatedOutcome, azimuth_unit_warning, parse_direction, parse_outcome
+from overturning.surveys.notation import (
+    COMPASS_POINTS_16,
+    StatedOutcome,
+    azimuth_unit_warning,
+    parse_direction,
+    parse_outcome,
+)
 
 
 @pytest.mark.parametrize(
@@ -18,13 +24,13 @@ from overturning.surveys.notation import WINDS_16, StatedOutcome, azimuth_unit_w
 def test_direction_notations_are_read_as_azimuths(text: str, azimuth: float) -> None:
     found = parse_direction(text)
     assert found.azimuth_deg == pytest.approx(azimuth)
-    assert found.wind is None
+    assert found.compass_point_index is None
 
 
 def test_the_16_compass_points_are_22_5_degrees_apart() -> None:
     by_hand = {"N": 0, "NNE": 22.5, "ENE": 67.5, "E": 90, "ESE": 112.5, "SSE": 157.5, "WSW": 247.5, "NNW": 337.5}
     assert {name: parse_direction(name).azimuth_deg for name in by_hand} == by_hand
-    assert [parse_direction(name.lower()).azimuth_deg for name in WINDS_16] == [22.5 * i for i in range(16)]
+    assert [parse_direction(name.lower()).azimuth_deg for name in COMPASS_POINTS_16] == [22.5 * i for i in range(16)]
 
 
 @pytest.mark.parametrize(
@@ -32,7 +38,7 @@ def test_the_16_compass_points_are_22_5_degrees_apart() -> None:
     [
         ("S95E", "0 to 90 degrees, as in S40E"),
         ("E40S", "quadrant bearing such as S40E"),
-        ("NNNE", "one of the 16 winds"),
+        ("NNNE", "one of the 16 compass points"),
         ("390", "in gon"),
         ("1e9", "from -360 to 360"),
     ],

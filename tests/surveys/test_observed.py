@@ -95,10 +95,13 @@ def test_a_single_site_is_not_listed_and_only_used_declinations_count(tmp_path: 
 
 
 def test_falls_noted_as_compass_points_are_shared_among_rose_sectors() -> None:
-    octant, wind = Stone(True, 45.0, octant=True, count=3), Stone(True, 22.5, octant=False, wind_16=True)
-    exact = Stone(True, 355.0, octant=False)
+    octant, wind = (
+        Stone(True, 45.0, has_octant_direction=True, count=3),
+        Stone(True, 22.5, has_octant_direction=False, has_16_point_direction=True),
+    )
+    exact = Stone(True, 355.0, has_octant_direction=False)
     assert rose_sector_count([octant, exact]) == 8
-    assert rose_sector_count([wind, exact, Stone(False, math.nan, octant=False)]) == 16
+    assert rose_sector_count([wind, exact, Stone(False, math.nan, has_octant_direction=False)]) == 16
     np.testing.assert_allclose(falls_by_sector([octant, wind, exact], 8), [1.5, 3.5, 0, 0, 0, 0, 0, 0])
     np.testing.assert_allclose(falls_by_sector([wind, exact], 16), [1, 1, *[0] * 14])
 

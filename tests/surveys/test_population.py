@@ -46,7 +46,7 @@ def test_sampled_stones_have_the_sizes_of_the_population() -> None:
     assert stones.height.mean() == pytest.approx(0.75, abs=0.002)
     width = stones.height * stones.b_over_h
     assert (width.min() >= 0.3, width.max() <= 0.4) == (True, True)
-    assert (np.abs(stones.face - 90) <= 5).all()
+    assert (np.abs(stones.face_azimuth_deg - 90) <= 5).all()
     # Square plan, independent width and height: the mean of B/H is E[B] E[1/H].
     assert stones.b_over_h.mean() == pytest.approx(0.35 * np.log(0.9 / 0.6) / 0.3, rel=0.002)
 
@@ -59,7 +59,7 @@ def simulated_cube(motion: Motion, **axes: list[float]) -> xr.Dataset:
 def test_a_stone_falls_in_the_plane_of_the_pulse() -> None:
     # A pulse towards the east throws a slender stone west, or east after an impact: never north or south.
     stones = equal_stones(0.7, 0.15, 0.8, 0.0, count=2)
-    stones = replace(stones, face=np.array([90.0, 0.0]))
+    stones = replace(stones, face_azimuth_deg=np.array([90.0, 0.0]))
     size = {"height": [0.7], "b_over_h": [0.15], "friction": [0.8]}
     weak, strong = (
         outcomes_of_sampled_stones(simulated_cube(sine_pulse_motion(4.0, 1.0, 90).scaled_by(f), **size), stones)
@@ -215,7 +215,7 @@ def test_shares_of_shifted_and_rotated_stones_match_hand_counts(fixed: float) ->
     site = xr.Dataset({name: (tuple(grid), np.reshape(v, (4, 1, 1, 1, 1))) for name, v in values.items()}, grid)
     for turn in (0, 90, 270):
         face = np.array([1.0, 29.0, 44.0, 61.0]) + turn
-        stones = replace(equal_stones(0.7, 0.5, 0.7, 0.0, count=4), face=face)
+        stones = replace(equal_stones(0.7, 0.5, 0.7, 0.0, count=4), face_azimuth_deg=face)
         found = outcome_rates_by_amplitude(outcomes_of_sampled_stones(site, stones), StonePopulation(fixed=fixed))
         assert found["fall_rate"] == pytest.approx([0.25 * free], rel=1e-15)
         assert found["free_fall_rate"] == [0.25]

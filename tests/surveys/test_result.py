@@ -18,10 +18,13 @@ from overturning.surveys.stones import Stone
 
 
 @pytest.mark.parametrize("faces", [True, False])
-def test_stored_comparison_is_read_back_byte_for_byte(make_cube, falls_in_sector, tmp_path: Path, faces: bool) -> None:
+def test_stored_comparison_is_read_back_byte_for_byte(
+    make_cube_from_fall_rules, make_sector_fall_rule, tmp_path: Path, faces: bool
+) -> None:
     shape = {"b_over_h": 0.2, "face_azimuth_deg": 60.0} if faces else {}
     found = compare_survey_with_prediction(
-        [Stone(True, 45.0, octant=True, count=3, **shape)], make_cube(falls_in_sector(60, 30))
+        [Stone(True, 45.0, has_octant_direction=True, count=3, **shape)],
+        make_cube_from_fall_rules(make_sector_fall_rule(60, 30)),
     )
     source, path = tmp_path / "stones.csv", tmp_path / "survey" / "1.json"
     source.write_text("octant,count\nNE,3\n", encoding="utf-8")
@@ -37,12 +40,15 @@ def test_stored_comparison_is_read_back_byte_for_byte(make_cube, falls_in_sector
     assert math.isnan(back.comparison.fit_exact.p_value)
 
 
-def test_stored_comparison_has_table_comments_and_flags_few_falls(make_cube, falls_in_sector, tmp_path: Path) -> None:
+def test_stored_comparison_has_table_comments_and_flags_few_falls(
+    make_cube_from_fall_rules, make_sector_fall_rule, tmp_path: Path
+) -> None:
     source = tmp_path / "stones.csv"
     source.write_text("# A churchyard,\n#\n##  in haste.\noctant,count\nNE,39\n# no remark\n", encoding="utf-8")
     for count, few in ((39, True), (40, False)):
         found = compare_survey_with_prediction(
-            [Stone(True, 45.0, octant=True, count=count)], make_cube(falls_in_sector(60, 30))
+            [Stone(True, 45.0, has_octant_direction=True, count=count)],
+            make_cube_from_fall_rules(make_sector_fall_rule(60, 30)),
         )
         made = survey_prediction_findings(make_stored_survey_comparison(source, "r0", found))
         assert made.remarks == ["A churchyard,", "in haste."]

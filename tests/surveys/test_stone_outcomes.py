@@ -15,7 +15,7 @@ from overturning.motion.motion import Motion
 from overturning.surveys import stone_outcomes
 from overturning.surveys.library import CandidateMotion
 from overturning.surveys.responses import (
-    StoneKind,
+    StoneDimensions,
     note_on_stones_broader_than_simulated,
     simulation_case_count_and_time,
 )
@@ -27,10 +27,10 @@ from tests.dem.test_same_bits import NUMPY_INSTRUCTION_SETS
 @pytest.mark.parametrize("count", [2, pytest.param(60, marks=pytest.mark.long)])
 @pytest.mark.parametrize("aspect", [0.0, *stone_outcomes.ASPECTS])
 def test_shipped_outcomes_match_new_simulations(
-    library_motions: tuple[CandidateMotion, ...], aspect: float, count: int
+    candidate_motions_of_package: tuple[CandidateMotion, ...], aspect: float, count: int
 ) -> None:
     """Stones of random motions and sizes are simulated again, for all frictions, peak velocities and face azimuths."""
-    motions, dice = library_motions, np.random.default_rng([count, int(10 * aspect)])
+    motions, dice = candidate_motions_of_package, np.random.default_rng([count, int(10 * aspect)])
     for one in dice.choice(len(motions), count):
         shipped = shipped_stone_outcomes_of_motion(motions[one], aspect)
         name = sorted(shipped)[dice.integers(len(shipped))]
@@ -54,12 +54,12 @@ def test_simulated_grid_equals_that_of_shipped_outcomes_on_any_processor() -> No
         text=True,
         check=True,
     )
-    with np.load(stone_outcomes.LIBRARY_FILE) as stored:
+    with np.load(stone_outcomes.SHIPPED_OUTCOMES_FILE) as stored:
         assert done.stdout.strip() == str(stored["grid"])
 
 
 def test_grid_of_peak_velocities_and_b_over_h_is_geometric() -> None:
-    for grid, ends in ((stone_outcomes.LEVELS, (0.2, 3.2)), (stone_outcomes.SHAPES, (0.08, 0.8))):
+    for grid, ends in ((stone_outcomes.PGV_LEVELS, (0.2, 3.2)), (stone_outcomes.SIMULATED_B_OVER_H, (0.08, 0.8))):
         np.testing.assert_allclose(grid, np.geomspace(*ends, grid.size), rtol=1e-15)
 
 
@@ -87,7 +87,7 @@ def test_note_counts_stones_broader_than_the_largest_simulated_aspect(
 
 
 def test_only_stones_within_the_documented_limits_have_shipped_outcomes(
-    library_motions: tuple[CandidateMotion, ...],
+    candidate_motions_of_package: tuple[CandidateMotion, ...],
 ) -> None:
     stated = re.search(
         r"outcomes of stones up to ([\d.]+) m high under the (\d+) motions of the library",
@@ -95,10 +95,10 @@ def test_only_stones_within_the_documented_limits_have_shipped_outcomes(
     )
     assert stated
     highest, count = map(float, stated.groups())
-    motions = library_motions
+    motions = candidate_motions_of_package
     assert len(motions) == count
     known = [
-        StoneKind.from_stone(standing_stone(height, aspect, ratio))
+        StoneDimensions.from_stone(standing_stone(height, aspect, ratio))
         for height in (0.25, 0.9, highest)
         for ratio in (0.1, 0.37, 0.8)
         for aspect in (0.0, 1.0, 1.5, 2.3, 3.5, 7.0)
@@ -107,7 +107,10 @@ def test_only_stones_within_the_documented_limits_have_shipped_outcomes(
     every, seconds = simulation_case_count_and_time(motions, known, with_known=True)
     assert every > 1e6
     assert seconds > 60.0
-    assert simulation_case_count_and_time(motions, [StoneKind.from_stone(standing_stone(1.05 * highest, 1.0))])[0] > 0
+    assert (
+        simulation_case_count_and_time(motions, [StoneDimensions.from_stone(standing_stone(1.05 * highest, 1.0))])[0]
+        > 0
+    )
 
 
 def motion_with_changed_components(one: CandidateMotion, **changes: object) -> CandidateMotion:
@@ -118,9 +121,9 @@ def motion_with_changed_components(one: CandidateMotion, **changes: object) -> C
 
 
 def test_a_motion_that_only_resembles_one_of_the_library_has_no_shipped_outcomes(
-    library_motions: tuple[CandidateMotion, ...],
+    candidate_motions_of_package: tuple[CandidateMotion, ...],
 ) -> None:
-    motions = {one.name: one for one in library_motions}
+    motions = {one.name: one for one in candidate_motions_of_package}
     kaikoura, sine = motions["Kaikoura, WTMC"], motions["sine 0.8 s"]
     assert shipped_stone_outcomes_of_motion(kaikoura, 1.0)
     assert shipped_stone_outcomes_of_motion(motion_with_changed_components(sine, up=0.0 * sine.motion.north), 1.0)
@@ -128,7 +131,7 @@ def test_a_motion_that_only_resembles_one_of_the_library_has_no_shipped_outcomes
         motion_with_changed_components(kaikoura, up=None),
         motion_with_changed_components(sine, up=np.ones_like(sine.motion.north)),
         replace(sine, pga=1.001 * sine.pga),
-        replace(sine, axis=90.0),
+        replace(sine, peak_velocity_azimuth_deg=90.0),
         CandidateMotion.from_motion("longer", "", Motion(np.append(sine.motion.north, 0.0),
                                     np.append(sine.motion.east, 0.0), sampling_interval=0.01)),
     ):  # fmt: skip
@@ -136,9 +139,9 @@ def test_a_motion_that_only_resembles_one_of_the_library_has_no_shipped_outcomes
 
 
 def test_shipped_outcomes_of_another_grid_are_not_used(
-    library_motions: tuple[CandidateMotion, ...], monkeypatch: pytest.MonkeyPatch
+    candidate_motions_of_package: tuple[CandidateMotion, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    one = library_motions[0]
+    one = candidate_motions_of_package[0]
     assert shipped_stone_outcomes_of_motion(one, 1.0)
     for read in (stone_outcomes._aspects_with_shipped_outcomes, stone_outcomes._shipped_outcome_array):
         read.cache_clear()

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from overturning.errors import RecordError
-from overturning.surveys.stones import COLUMNS, read_counted_stones_with_notes, read_stones
+from overturning.surveys.stones import COLUMNS, read_counted_stones, read_counted_stones_with_notes
 
 
 def write_survey(folder: Path, text: str, encoding: str = "utf-8") -> Path:
@@ -18,7 +18,7 @@ def write_survey(folder: Path, text: str, encoding: str = "utf-8") -> Path:
 
 
 def test_azimuths_octants_counts_and_lines_of_a_survey_are_read(tmp_path: Path) -> None:
-    stones = read_stones(
+    stones = read_counted_stones(
         write_survey(
             tmp_path,
             "# cemetery of the temple\nfell,azimuth_deg,octant,count,b_over_h,face_azimuth_deg\n"
@@ -27,8 +27,8 @@ def test_azimuths_octants_counts_and_lines_of_a_survey_are_read(tmp_path: Path) 
     )
     assert [stone.count for stone in stones] == [1, 3, 2]
     assert [stone.line for stone in stones] == [3, 5, 6]
-    assert (stones[0].azimuth_deg, stones[0].octant, stones[0].face_azimuth_deg) == (62.5, False, 60)
-    assert (stones[1].azimuth_deg, stones[1].octant) == (315, True)
+    assert (stones[0].azimuth_deg, stones[0].has_octant_direction, stones[0].face_azimuth_deg) == (62.5, False, 60)
+    assert (stones[1].azimuth_deg, stones[1].has_octant_direction) == (315, True)
     assert math.isnan(stones[1].b_over_h)
     assert not stones[2].fell
     assert not any(stone.round for stone in stones)
@@ -36,18 +36,18 @@ def test_azimuths_octants_counts_and_lines_of_a_survey_are_read(tmp_path: Path) 
 
 
 def test_a_stone_with_a_direction_counts_as_fallen(tmp_path: Path) -> None:
-    assert read_stones(write_survey(tmp_path, "octant\nE\n"))[0].fell
+    assert read_counted_stones(write_survey(tmp_path, "octant\nE\n"))[0].fell
 
 
 def test_magnetic_declination_is_added(tmp_path: Path) -> None:
     text = "azimuth_deg,face_azimuth_deg,magnetic_declination_deg\n5,350,-7.5\n"
-    stone = read_stones(write_survey(tmp_path, text))[0]
+    stone = read_counted_stones(write_survey(tmp_path, text))[0]
     assert stone.azimuth_deg == pytest.approx(357.5)
     assert stone.face_azimuth_deg == pytest.approx(342.5)
 
 
 def test_survey_with_byte_order_mark_and_crlf_is_read(tmp_path: Path) -> None:
-    assert len(read_stones(write_survey(tmp_path, "octant,count\r\nN,2\r\n", "utf-8-sig"))) == 1
+    assert len(read_counted_stones(write_survey(tmp_path, "octant,count\r\nN,2\r\n", "utf-8-sig"))) == 1
 
 
 @pytest.mark.parametrize(
@@ -88,17 +88,17 @@ def test_survey_with_byte_order_mark_and_crlf_is_read(tmp_path: Path) -> None:
 )
 def test_invalid_surveys_are_refused_with_the_reason(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(RecordError, match=message) as error:
-        read_stones(write_survey(tmp_path, text))
+        read_counted_stones(write_survey(tmp_path, text))
     assert "survey.csv" in str(error.value)
 
 
 def test_survey_file_that_is_no_utf_8_text_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RecordError, match="UTF-8"):
-        read_stones(write_survey(tmp_path, "octant\n北\n", "shift_jis"))
+        read_counted_stones(write_survey(tmp_path, "octant\n北\n", "shift_jis"))
     with pytest.raises(RecordError, match="cannot be read"):
-        read_stones(tmp_path)
+        read_counted_stones(tmp_path)
     with pytest.raises(RecordError, match="cannot be read"):
-        read_stones(tmp_path / "nothing.csv")
+        read_counted_stones(tmp_path / "nothing.csv")
 
 
 def test_the_docs_name_every_survey_column() -> None:
@@ -111,16 +111,16 @@ def test_error_about_a_huge_cell_names_its_line(tmp_path: Path) -> None:
     path = tmp_path / "stones.csv"
     path.write_text(f"octant\nN\n{'N' * 200_000}\n", encoding="utf-8")
     with pytest.raises(RecordError, match=r"stones\.csv line 3: field larger than field limit"):
-        read_stones(path)
+        read_counted_stones(path)
 
 
 def test_stones_that_all_stood_need_no_direction(tmp_path: Path) -> None:
-    stones = read_stones(write_survey(tmp_path, "fell,b_over_h,height_m,count\nno,0.3,0.6,4\nno,0.25,0.9,2\n"))
+    stones = read_counted_stones(write_survey(tmp_path, "fell,b_over_h,height_m,count\nno,0.3,0.6,4\nno,0.25,0.9,2\n"))
     assert [(stone.fell, stone.count) for stone in stones] == [(False, 4), (False, 2)]
 
 
 def test_a_stone_that_fell_in_an_unknown_direction_has_fallen(tmp_path: Path) -> None:
-    stones = read_stones(write_survey(tmp_path, "fell,octant,count\nyes,,3\nyes,N,1\nno,,2\n"))
+    stones = read_counted_stones(write_survey(tmp_path, "fell,octant,count\nyes,,3\nyes,N,1\nno,,2\n"))
     assert [(stone.fell, stone.fell_in_known_direction) for stone in stones] == [
         (True, False),
         (True, True),

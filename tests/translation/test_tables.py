@@ -18,8 +18,8 @@ from overturning.translation.texts import (
     read_translation_table,
     translate,
     translate_nested_texts,
-    translate_visible_texts_to,
     translate_whole_text_by_table,
+    use_translation_language,
 )
 from tests.sources import shipped_files
 
@@ -53,7 +53,7 @@ def test_each_translation_keeps_the_placeholders_and_has_no_english_word(name: s
             assert sorted(before) == sorted(after), english
 
 
-NOISE_LIMIT_REASON = "3 times the noise of the first 3.5 s"
+NOISE_LIMIT_TEXT = "3 times the noise of the first 3.5 s"
 
 
 @pytest.mark.parametrize(
@@ -63,12 +63,12 @@ NOISE_LIMIT_REASON = "3 times the noise of the first 3.5 s"
             {"step": "highpass", "corner_hz": 0.1, "order": 2, "chosen": reason}
             for reason in (
                 "no noise of 2 s before the onset to compare with",
-                f"signal nowhere {NOISE_LIMIT_REASON}, so the highest corner is taken",
-                f"signal less than {NOISE_LIMIT_REASON} below it",
+                f"signal nowhere {NOISE_LIMIT_TEXT}, so the highest corner is taken",
+                f"signal less than {NOISE_LIMIT_TEXT} below it",
                 "signal less than 3 times the offset that the shock leaves below it, kept within 0.03 to 1 Hz",
-                f"signal more than {NOISE_LIMIT_REASON} as far down as that tells",
-                f"signal more than {NOISE_LIMIT_REASON} as far down as that tells, 0.87 Hz",
-                f"signal more than {NOISE_LIMIT_REASON} as far down as that tells, kept within 0.03 to 1 Hz",
+                f"signal more than {NOISE_LIMIT_TEXT} as far down as that tells",
+                f"signal more than {NOISE_LIMIT_TEXT} as far down as that tells, 0.87 Hz",
+                f"signal more than {NOISE_LIMIT_TEXT} as far down as that tells, kept within 0.03 to 1 Hz",
             )
         ),
         *(
@@ -132,10 +132,19 @@ def test_translation_table_lists_exactly_the_texts_of_the_explorer_scripts() -> 
 
 
 def test_texts_of_films_and_players_are_translated() -> None:
-    several = (film_words.PLAYER, film_words.COMPONENTS)
+    several = (film_words.PLAYER_TEXTS, film_words.ACCELERATION_TRACE_LABELS)
     told = [text for table in several for text in table.values()]
-    told += [film_words.KEYS, film_words.FRAME_NOTE, film_words.SPACE_NOTE, *film_words.NO_OUTCOME.values()]
-    told += [*film_words.STRIP, *film_words.STRIP_MIXED, *film_words.STRIP_STANDING]
+    told += [
+        film_words.KEYBOARD_HELP_TEXT,
+        film_words.REFERENCE_FRAME_NOTE,
+        film_words.VIEW_ROTATION_HINT,
+        *film_words.NO_OUTCOME_SENTENCE_BY_STATUS.values(),
+    ]
+    told += [
+        *film_words.STRIP_CAPTIONS_ALL_FALL,
+        *film_words.STRIP_CAPTIONS_SOME_FALL,
+        *film_words.STRIP_CAPTIONS_NONE_FALL,
+    ]
     assert not set().union(*(untranslated_latin_words(translate(text, "ja")) for text in told))
 
 
@@ -206,10 +215,10 @@ def test_packed_data_and_numbers_of_a_film_are_not_translated() -> None:
 
 
 def test_language_is_changed_only_inside_the_with_block() -> None:
-    with translate_visible_texts_to("ja"):
+    with use_translation_language("ja"):
         assert translate("stands") == "非転倒"
     assert translate("stands") == "stands"
-    with pytest.raises(ArgumentError, match="choose one of en, ja"), translate_visible_texts_to("de"):
+    with pytest.raises(ArgumentError, match="choose one of en, ja"), use_translation_language("de"):
         pass
 
 

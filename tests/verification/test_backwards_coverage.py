@@ -5,10 +5,10 @@ import pandas as pd
 import pytest
 
 from verification import backwards_coverage
-from verification.backwards_coverage import covered_share_with_interval_text, interval_of_covered_survey_share, main
+from verification.backwards_coverage import confidence_interval_of_coverage, covered_share_with_interval_text, main
 
 
-def surveys_with_given_covered_shares(shares: list[float], size: int = 10) -> pd.DataFrame:
+def surveys_with_given_coverage_by_event(shares: list[float], size: int = 10) -> pd.DataFrame:
     """Return a table of surveys; for a given share of each earthquake's, the interval contains the true value."""
     rows = [(f"E{event}", k < round(share * size)) for event, share in enumerate(shares) for k in range(size)]
     return pd.DataFrame(rows, columns=["event", "holds"])
@@ -21,7 +21,8 @@ def test_surveys_under_one_earthquake_are_not_independent_samples() -> None:
     """
     shares = [1.0, 1.0, 0.9, 1.0, 0.5, 0.8, 1.0, 0.7, 0.9, 1.0]
     few, many = (
-        interval_of_covered_survey_share(surveys_with_given_covered_shares(shares, size), "holds") for size in (10, 100)
+        confidence_interval_of_coverage(surveys_with_given_coverage_by_event(shares, size), "holds")
+        for size in (10, 100)
     )
     assert many == pytest.approx(few)
     assert few.low < np.mean(shares) < few.high
@@ -34,22 +35,23 @@ def test_most_confidence_intervals_by_earthquake_contain_the_true_coverage() -> 
     generator, held = np.random.default_rng(7), 0
     for _ in range(120):
         shares = generator.binomial(20, generator.beta(9.0, 1.0, 19)) / 20
-        low, high = interval_of_covered_survey_share(surveys_with_given_covered_shares(shares.tolist(), 20), "holds")
+        low, high = confidence_interval_of_coverage(surveys_with_given_coverage_by_event(shares.tolist(), 20), "holds")
         held += low <= 0.9 <= high
     assert held / 120 > 0.88
 
 
 def test_the_coverage_bound_is_exact_if_all_surveys_or_none_are_covered() -> None:
-    low, high = interval_of_covered_survey_share(surveys_with_given_covered_shares([1.0] * 9), "holds")
+    low, high = confidence_interval_of_coverage(surveys_with_given_coverage_by_event([1.0] * 9), "holds")
     assert high == 1.0
     assert low**9 == pytest.approx(0.05)
-    assert interval_of_covered_survey_share(surveys_with_given_covered_shares([0.0] * 9), "holds") == pytest.approx(
+    assert confidence_interval_of_coverage(surveys_with_given_coverage_by_event([0.0] * 9), "holds") == pytest.approx(
         (0.0, 1 - low)
     )
-    assert np.isnan(interval_of_covered_survey_share(surveys_with_given_covered_shares([1.0, 0.5, 0.8]), "holds").low)
-    assert covered_share_with_interval_text(surveys_with_given_covered_shares([1.0, 0.5, 0.9]), "holds") == "80 %"
+    assert np.isnan(confidence_interval_of_coverage(surveys_with_given_coverage_by_event([1.0, 0.5, 0.8]), "holds").low)
+    assert covered_share_with_interval_text(surveys_with_given_coverage_by_event([1.0, 0.5, 0.9]), "holds") == "80 %"
     assert (
-        covered_share_with_interval_text(surveys_with_given_covered_shares([1.0] * 9), "holds") == "100 % (72 to 100)"
+        covered_share_with_interval_text(surveys_with_given_coverage_by_event([1.0] * 9), "holds")
+        == "100 % (72 to 100)"
     )
 
 

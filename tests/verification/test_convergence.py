@@ -5,17 +5,17 @@ import pytest
 
 from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
-from overturning.model.contact import STATIC_PENETRATION
+from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO
 from overturning.motion.motion import Motion
-from verification.inputs import CaseGroup, case_grid, every_nth_case, rocking_pulse_groups
+from verification.inputs import CaseGroup, case_grid, every_nth_case, rocking_block_groups_under_sine_pulses
 from verification.measures import convergence_order, median_rotation_error, run_case_groups
 from verification.work_precision.boundaries import (
-    BRACKET,
+    BRACKET_HALF_WIDTH,
     bisect_boundaries,
     falling_and_standing_b_over_h,
     find_boundaries,
 )
-from verification.work_precision.parts import SchemeSetting, flags_and_peak_rotations, run_rocking_block
+from verification.work_precision.parts import SchemeSetting, flags_and_peak_rotations, run_rigid_rocking_blocks
 
 pytestmark = pytest.mark.long
 
@@ -66,7 +66,10 @@ def test_a_stiff_contact_has_smaller_rotation_errors_at_the_longest_stable_step(
         found = [flags_and_peak_rotations(groups, SchemeSetting("centred", step, penetration)) for step in steps]
         return np.array([median_rotation_error(*one, *right) for one in found])
 
-    rigid, soft_one = median_rotation_errors_by_time_step(STATIC_PENETRATION), median_rotation_errors_by_time_step(2e-5)
+    rigid, soft_one = (
+        median_rotation_errors_by_time_step(DEFAULT_STATIC_PENETRATION_RATIO),
+        median_rotation_errors_by_time_step(2e-5),
+    )
     assert convergence_order(steps, rigid) >= 0.7
     assert convergence_order(steps, soft_one) >= 1.5
     assert rigid[0] < 0.5 * soft_one[0]
@@ -98,7 +101,12 @@ def test_the_overturning_boundary_converges_with_the_time_step(scheme: str, leas
 
     def bisected_boundaries(scheme: str, step: float) -> np.ndarray:
         return bisect_boundaries(
-            groups, where, soft_contact_setting(scheme, step).arguments, near * (1 - BRACKET), near * (1 + BRACKET), 20
+            groups,
+            where,
+            soft_contact_setting(scheme, step).arguments,
+            near * (1 - BRACKET_HALF_WIDTH),
+            near * (1 + BRACKET_HALF_WIDTH),
+            20,
         )
 
     exact = bisected_boundaries("centred", 0.015)
@@ -118,7 +126,7 @@ def test_the_bisected_overturning_boundary_lies_where_the_flag_changes() -> None
     assert (found < high).all()
     for factor, falls in ((0.9995, True), (1.0005, False)):
         cases = Cases(b_over_h=found * factor, **{
-            name: [place.falling[name] for place in where] for name in ("azimuth_deg", "height", "friction")
+            name: [place.falling_case[name] for place in where] for name in ("azimuth_deg", "height", "friction")
         })  # fmt: skip
         assert ((run_cases(groups[0].motion, cases).overturned != 0) == falls).all()
 
@@ -135,8 +143,8 @@ def test_an_overturning_boundary_without_a_bracket_is_nan() -> None:
 
 
 def test_the_difference_from_the_rigid_block_is_smaller_on_a_stiffer_contact() -> None:
-    groups = rocking_pulse_groups(periods=3, blocks=12)
-    right = run_rocking_block(groups)
+    groups = rocking_block_groups_under_sine_pulses(periods=3, blocks=12)
+    right = run_rigid_rocking_blocks(groups)
     errors = [
         median_rotation_error(*flags_and_peak_rotations(groups, SchemeSetting("centred", 0.5, delta)), *right)
         for delta in (2e-4, 2e-5)

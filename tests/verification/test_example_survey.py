@@ -9,7 +9,15 @@ import overturning
 from overturning.motion.direction import angle_between_azimuths
 from overturning.units import STANDARD_GRAVITY
 from verification import example_survey
-from verification.example_survey import PAGE, ROSE, SITES, SURVEY, InventedStone, direction_in_notation, invent_stones
+from verification.example_survey import (
+    DIRECTION_NOTATION_BY_SITE,
+    PAGE,
+    ROSE,
+    SURVEY,
+    InventedStone,
+    direction_in_notation,
+    invent_stones,
+)
 
 
 @pytest.fixture(scope="module")
@@ -27,16 +35,18 @@ def test_the_example_survey_equals_the_output_of_its_script(
 
 def test_the_survey_page_shows_the_output_of_its_commands() -> None:
     page = PAGE.read_text(encoding="utf-8")
-    for mark, block in example_survey.comparison_outputs().items():
+    for mark, block in example_survey.survey_command_outputs().items():
         assert f"<!-- {mark}:begin -->\n\n{example_survey.fenced_code_block(block)}\n\n<!-- {mark}:end -->" in page, (
             "python -m verification.example_survey"
         )
     true, text = example_survey.true_motion_of_example_survey(), " ".join(page.split())
-    assert f"the velocity of the motion is largest along {true.axis:.0f}°" in text
+    assert f"the velocity of the motion is largest along {true.peak_velocity_azimuth_deg:.0f}°" in text
     strength = f"a PGV of {100 * true.pgv:.0f} cm/s, a PGA of {true.pga / STANDARD_GRAVITY:.2f} g"
-    assert f"{strength} and its largest velocity along {true.axis:.0f}°" in text
+    assert f"{strength} and its largest velocity along {true.peak_velocity_azimuth_deg:.0f}°" in text
     inferred = page.partition("<!-- example-survey-backwards:begin -->")[2].partition("<!--")[0]
-    assert [site for site in SITES if f"\n  {site} " in inferred] == [*SITES], "a line for each site"
+    assert [site for site in DIRECTION_NOTATION_BY_SITE if f"\n  {site} " in inferred] == [
+        *DIRECTION_NOTATION_BY_SITE
+    ], "a line for each site"
     header, *rows = [line.strip() for line in page.split("\n") if line.startswith("        ") and ";" in line]
     lines = SURVEY.read_text(encoding="utf-8").splitlines()
     assert header in lines
@@ -47,8 +57,8 @@ def test_the_survey_page_shows_the_output_of_its_commands() -> None:
 def test_the_example_survey_is_read_as_it_was_invented(invented_stones: dict[str, list[InventedStone]]) -> None:
     stones = overturning.read_survey(SURVEY)
     assert stones.attrs["warnings"] == []
-    assert Counter(stones["site"]) == dict.fromkeys(SITES, 20)
-    true_stones = [stone for site in SITES for stone in invented_stones[site]]
+    assert Counter(stones["site"]) == dict.fromkeys(DIRECTION_NOTATION_BY_SITE, 20)
+    true_stones = [stone for site in DIRECTION_NOTATION_BY_SITE for stone in invented_stones[site]]
     width = {"Hill": 0.5, "River": 11.25, "Church": 0.5}
     for (_, row), stone in zip(stones.iterrows(), true_stones, strict=True):
         assert row["height_m"] == stone.height

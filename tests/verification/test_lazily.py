@@ -26,65 +26,69 @@ from verification.scale.made import synthetic_records, synthetic_study, write_sy
 
 pytestmark = pytest.mark.long
 
-BLOCKS: dict[str, Any] = {
+BLOCK_GRID: dict[str, Any] = {
     "height": {"start": 0.5, "stop": 0.9, "step": 0.1},
     "b_over_h": {"start": 0.05, "stop": 0.6, "step": 0.05},
     "friction": {"start": 0.3, "stop": 1.2, "step": 0.1},
 }
-KINDS: dict[str, dict[str, Any]] = {
-    "planes": BLOCKS | {"azimuth": {"step": 5}},
-    "space": BLOCKS | {"body": {"aspect": [1, 2]}, "orientation": {"step": 3}, "ensemble": {"members": 4}},
-    "scene": BLOCKS
+GRID_BY_STUDY_KIND: dict[str, dict[str, Any]] = {
+    "planes": BLOCK_GRID | {"azimuth": {"step": 5}},
+    "space": BLOCK_GRID | {"body": {"aspect": [1, 2]}, "orientation": {"step": 3}, "ensemble": {"members": 4}},
+    "scene": BLOCK_GRID
     | {"scene": "three-tier", "variants": {"monolith": {"scene": "monolith"}}}
     | {"azimuth": {"step": 10}, "ensemble": {"members": 4}},
 }
 FEW_RECORDS, MANY_RECORDS = 1, 3
-MAX_MEMORY_SHARE = 1 / 3  # of the bytes of the records that are more, as the cube's types have them
+MAX_MEMORY_GROWTH_SHARE = 1 / 3  # of the bytes of the records that are more, as the cube's types have them
 
 Statistic = Callable[[StudyResults], object]
 
 
-def report_statistics_of_elements_and_variants(results: StudyResults) -> list[object]:
+def element_and_variant_statistics(results: StudyResults) -> list[object]:
     """Compute the statistics of a report that concern the elements and variants of a scene."""
-    stones = {name: results.cube_of_default_element(name) for name in results.cubes}
+    stones = {name: results.cube_of_default_element(name) for name in results.cubes_by_variant}
     one, other = stones.values()
     said = [
         count_falls_of_two_stones(one, other),
         ensemble_findings(results),
         fall_roses_by_element_figure(stones),
     ]
-    return said + [count_falls_by_element(cube) for cube in results.cubes.values()]
+    return said + [count_falls_by_element(cube) for cube in results.cubes_by_variant.values()]
 
 
-STATISTICS: dict[str, dict[str, Statistic]] = {
+STATISTICS_BY_STUDY_KIND: dict[str, dict[str, Statistic]] = {
     "planes": {
         "axes of earthquakes": lambda results: results.fall_axis_summaries,
         "share that falls": lambda results: results.share_overturned,
         "statuses": lambda results: results.case_and_unknown_counts_by_status,
-        "rose": lambda results: fall_roses_by_group_figure(results.cube),
+        "rose": lambda results: fall_roses_by_group_figure(results.default_element_cube),
         "logistic fit": logistic_fit_findings,
         "criteria": skill_of_published_criteria,
     },
     "space": {
-        "roses": lambda results: fall_roses_by_group_figure(results.cube),
+        "roses": lambda results: fall_roses_by_group_figure(results.default_element_cube),
         "references": fall_alignments_with_references,
         "planar model": planar_model_agreement,
         "twist": final_twist_findings,
         "ensemble": ensemble_findings,
-        "population": lambda results: population_outcome_rates_by_record(results.cube, StonePopulation()),
-        "illustrative cases": lambda results: find_illustrative_cases(results.cube),
+        "population": lambda results: population_outcome_rates_by_record(
+            results.default_element_cube, StonePopulation()
+        ),
+        "illustrative cases": lambda results: find_illustrative_cases(results.default_element_cube),
     },
-    "scene": {"elements and variants": report_statistics_of_elements_and_variants},
+    "scene": {"elements and variants": element_and_variant_statistics},
 }
 
 
 @pytest.fixture(scope="module")
-def folders_of_few_and_many_records(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, list[Path]]]:
+def result_folders_with_few_and_many_records(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Iterator[dict[str, list[Path]]]:
     """Folders of study results with few and with many records, by kind of study."""
     made: dict[str, list[Path]] = {}
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(Path(__file__).parents[2])  # scenes are named from the project's folder
-        for kind, grid in KINDS.items():
+        for kind, grid in GRID_BY_STUDY_KIND.items():
             made[kind] = [tmp_path_factory.mktemp(f"{kind}-{records}") for records in (FEW_RECORDS, MANY_RECORDS)]
             for records, folder in zip((FEW_RECORDS, MANY_RECORDS), made[kind], strict=True):
                 study = synthetic_study(records, grid)
@@ -105,15 +109,20 @@ def peak_memory_bytes(statistic: Statistic, folder: Path) -> int:
         return most
 
 
-@pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind, names in STATISTICS.items() for name in names])
+@pytest.mark.parametrize(
+    ("kind", "name"), [(kind, name) for kind, names in STATISTICS_BY_STUDY_KIND.items() for name in names]
+)
 def test_memory_of_report_statistics_grows_little_with_each_record(
-    kind: str, name: str, folders_of_few_and_many_records: dict[str, list[Path]], monkeypatch: pytest.MonkeyPatch
+    kind: str,
+    name: str,
+    result_folders_with_few_and_many_records: dict[str, list[Path]],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(cube_module, "IN_MEMORY", 0)  # these are as small as tests must be
-    statistic, few_many = STATISTICS[kind][name], folders_of_few_and_many_records[kind]
+    monkeypatch.setattr(cube_module, "MAX_CUBE_VALUES_IN_MEMORY", 0)  # these are as small as tests must be
+    statistic, few_many = STATISTICS_BY_STUDY_KIND[kind][name], result_folders_with_few_and_many_records[kind]
     with open_study_results(few_many[0]) as results, use_package_matplotlib_settings():
         statistic(results)  # what is imported and kept on the first call
     few, many = (peak_memory_bytes(statistic, folder) for folder in few_many)
     with open_cube(few_many[0] / "cube.nc", element=None) as cube:
         more = cube.nbytes / FEW_RECORDS * (MANY_RECORDS - FEW_RECORDS)
-    assert (many - few) / more < MAX_MEMORY_SHARE, f"{(many - few) / more:.2f} of the records' own size"
+    assert (many - few) / more < MAX_MEMORY_GROWTH_SHARE, f"{(many - few) / more:.2f} of the records' own size"

@@ -16,10 +16,10 @@ from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.planes import PlanarModel
 from tests.dem.near_field import near_field_motion_and_component_azimuths as installed_near_field
 from tests.dem.polygon_scenes import load_shipped_scene
-from tests.expect import skip_or_fail
-from verification.inputs import read_near_field_motion
+from tests.expect import skip_test_unless_skipping_is_forbidden
+from verification.inputs import read_strong_part_of_pulse_record
 from verification.scene_peers import TABLE, choose_random_three_tier_cases, fall_sides_of_shaft_by_engine
-from verification.scenes import SHAFT
+from verification.scenes import SHAFT_INDEX
 
 pytestmark = pytest.mark.long
 
@@ -39,10 +39,12 @@ def test_scene_outcomes_differ_from_two_engines_no_more_than_those_differ() -> N
     ours, rigid = np.zeros((2, len(cases)))
     for number, here in cases.groupby("record"):
         blocks = Cases(here["azimuth_deg"], height, here["b_over_h"], here["friction"])
-        rigid[here.index] = simulate_cases(scene, read_near_field_motion(number), blocks).overturned[:, SHAFT]
+        rigid[here.index] = simulate_cases(scene, read_strong_part_of_pulse_record(number), blocks).overturned[
+            :, SHAFT_INDEX
+        ]
         ours[here.index] = simulate_cases(
-            PlanarModel(scene).with_stiffness_factor(1 / 200), read_near_field_motion(number), blocks
-        ).overturned[:, SHAFT]
+            PlanarModel(scene).with_stiffness_factor(1 / 200), read_strong_part_of_pulse_record(number), blocks
+        ).overturned[:, SHAFT_INDEX]
     pymunk, box2d = (kept[name].to_numpy() for name in ("pymunk", "box2d"))
     assert 0.3 < (pymunk != 0).mean() < 0.9
     for what in (np.abs, np.asarray):  # flags, then sides
@@ -56,7 +58,9 @@ def test_scene_outcomes_differ_from_two_engines_no_more_than_those_differ() -> N
 
 def test_some_stored_engine_outcomes_of_a_scene_are_reproduced() -> None:
     if find_spec("pymunk") is None or find_spec("Box2D") is None:
-        skip_or_fail("pymunk and Box2D are not installed (`make peers`); their kept answers are compared above")
+        skip_test_unless_skipping_is_forbidden(
+            "pymunk and Box2D are not installed (`make peers`); their kept answers are compared above"
+        )
     kept = pd.read_csv(TABLE)
     some = choose_random_three_tier_cases().query("record == 6").iloc[:6]
     for name, found in fall_sides_of_shaft_by_engine(some).items():

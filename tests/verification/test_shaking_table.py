@@ -28,12 +28,12 @@ from verification.shaking_table.clouds import (
 )
 from verification.shaking_table.data import SPECIMENS, ShakingTableTests, read_shaking_table_tests
 from verification.shaking_table.models import (
-    B_OVER_H,
-    BOTH,
-    ENSEMBLE,
-    HEIGHT,
-    PEAKS,
-    SPACE,
+    B_OVER_H_CENTRES,
+    ENSEMBLE_AND_PEAKS_MODEL,
+    HEIGHT_CENTRES,
+    PEAKS_MODEL,
+    PRISMS_MODEL,
+    RECTANGLES_MODEL,
     fall_shares_by_size_neighbourhood,
     most_likely_size_neighbourhood,
     split_odd_and_even_tests,
@@ -83,8 +83,8 @@ def test_a_reliability_bin_without_falls_has_an_exact_upper_bound() -> None:
     probabilities, fell = np.tile([0.01, 0.01, 0.99], 20), np.tile([False, False, True], 20)
     first, last = reliability_bins(probabilities, fell, motions, 40)
     bound = 0.05 ** (1 / 20)
-    assert (first.fell, first.low, first.high) == (0.0, 0.0, pytest.approx(1 - bound))
-    assert (last.fell, last.low, last.high) == (1.0, pytest.approx(bound), 1.0)
+    assert (first.fallen_share, first.low, first.high) == (0.0, 0.0, pytest.approx(1 - bound))
+    assert (last.fallen_share, last.low, last.high) == (1.0, pytest.approx(bound), 1.0)
 
 
 @pytest.mark.parametrize("kind", [RECTANGLES, PRISMS], ids=lambda kind: kind.name)
@@ -127,11 +127,13 @@ def invented_overturning_acceleration(b_over_h: np.ndarray, height: np.ndarray) 
     return 9.8 * b_over_h * (1 + height**2)
 
 
-def invented_table_tests(peak: np.ndarray, threshold: np.ndarray, generator: np.random.Generator) -> ShakingTableTests:
+def synthetic_shaking_table_tests(
+    peak: np.ndarray, threshold: np.ndarray, generator: np.random.Generator
+) -> ShakingTableTests:
     """Return equally many tests of each of twelve motions; a stone falls if the peak exceeds its threshold."""
     return ShakingTableTests(
         number=np.arange(peak.size),
-        motion=np.repeat([f"RSN{i}" for i in range(12)], peak.size // 12),
+        played_record=np.repeat([f"RSN{i}" for i in range(12)], peak.size // 12),
         acceleration=[np.zeros(2)] * peak.size,
         sampling_interval=0.005,
         pga=peak,
@@ -150,7 +152,7 @@ def synthetic_tests_and_stones() -> tuple[ShakingTableTests, StonesWithSimulated
     threshold = invented_overturning_acceleration(np.array(0.15), np.array(0.8)) * np.exp(
         generator.normal(0, 0.35, 300)
     )
-    tests = invented_table_tests(peak, threshold, generator)
+    tests = synthetic_shaking_table_tests(peak, threshold, generator)
     return tests, StonesWithSimulatedOutcomes(rows["b_over_h"], rows["height"], rows["damping"], fell)
 
 
@@ -165,8 +167,8 @@ def test_the_likeliest_size_range_has_the_true_overturning_acceleration(
 ) -> None:
     tests, _ = synthetic_tests_and_stones
     centre = most_likely_size_neighbourhood(fall_fractions, tests.fell[1], np.arange(150))
-    shape, size = divmod(centre, HEIGHT.size)
-    assert invented_overturning_acceleration(B_OVER_H[shape], HEIGHT[size]) == pytest.approx(
+    shape, size = divmod(centre, HEIGHT_CENTRES.size)
+    assert invented_overturning_acceleration(B_OVER_H_CENTRES[shape], HEIGHT_CENTRES[size]) == pytest.approx(
         invented_overturning_acceleration(np.array(0.15), np.array(0.8)), rel=0.15
     )
 
@@ -175,15 +177,17 @@ def test_models_predict_unseen_synthetic_shaking_table_tests_reliably(
     synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes], fall_fractions: FloatArray
 ) -> None:
     tests, _ = synthetic_tests_and_stones
-    rows, held = score_models_with_intervals(tests, {ENSEMBLE: fall_fractions, SPACE: fall_fractions}, draws=40)
+    rows, held = score_models_with_intervals(
+        tests, {RECTANGLES_MODEL: fall_fractions, PRISMS_MODEL: fall_fractions}, draws=40
+    )
     values = rows.set_index(["split", "specimen", "model", "score"])["value"]
     for split in ("odd to even", "motion left out"):
-        for model in (PEAKS, ENSEMBLE, BOTH):
+        for model in (PEAKS_MODEL, RECTANGLES_MODEL, ENSEMBLE_AND_PEAKS_MODEL):
             assert values[split, 1, model, "AUC"] > 0.94
             assert values[split, 1, model, "Brier score"] < 0.11
     assert (rows["low"] <= rows["value"] + 0.02).all()
-    assert np.isfinite(held["motion left out", ENSEMBLE, 1]).all()
-    for one in reliability_bins(held["motion left out", ENSEMBLE, 1], tests.fell[1], tests.motion, 40):
+    assert np.isfinite(held["motion left out", RECTANGLES_MODEL, 1]).all()
+    for one in reliability_bins(held["motion left out", RECTANGLES_MODEL, 1], tests.fell[1], tests.played_record, 40):
         if np.isfinite(one.low):  # at least eight motions
             assert one.low - 0.25 <= one.probability <= one.high + 0.25
 
@@ -194,7 +198,7 @@ def test_every_simulated_rectangle_is_in_exactly_one_damping_class(
     tests, made = synthetic_tests_and_stones
     found = scores_by_damping_ratio(tests, made)
     assert list(found) == ["0.9 to 1.6", "1.6 to 2.8", "2.8 to 5.1", "5.1 to 9.0"]
-    assert sum(count for count, _ in found.values()) == made.damping.size
+    assert sum(count for count, _ in found.values()) == made.relative_damping_ratio.size
     assert all(rows.shape == (2, 3) and np.isfinite(rows).all() for _, rows in found.values())
 
 
@@ -203,7 +207,7 @@ def test_no_shaking_table_test_is_predicted_from_its_own_motion(
 ) -> None:
     tests, _ = synthetic_tests_and_stones
     for learn, predict in splits_leaving_out_one_motion(tests):
-        assert not set(tests.motion[learn]) & set(tests.motion[predict])
+        assert not set(tests.played_record[learn]) & set(tests.played_record[predict])
     learn, predict = next(split_odd_and_even_tests(tests))
     assert (tests.number[learn] % 2 == 1).all()
     assert (tests.number[predict] % 2 == 0).all()
@@ -220,7 +224,7 @@ def test_the_error_names_a_missing_array_or_file_of_shaking_table_tests(
     np.savez(tmp_path / "tests.npz", **whole)
     tests = read_shaking_table_tests(tmp_path)
     assert tests.acceleration[1] == pytest.approx([2, 2.5, 3, 3.5, 4, 4.5])
-    assert set(tests.motion) == {"RSN1"}
+    assert set(tests.played_record) == {"RSN1"}
     assert tests.fell[1].tolist() == [False, True]
     np.savez(tmp_path / "tests.npz", **{key: value for key, value in whole.items() if key != "pgv"})
     with pytest.raises(ResultError, match="no array 'pgv'"):
@@ -237,7 +241,7 @@ def test_a_cosine_motion_of_the_small_shaking_table_has_the_stated_peaks() -> No
         velocity = np.cumsum(along) * motion.sampling_interval
         assert np.abs(velocity).max() == pytest.approx(pga * 9.80665 * ratio, rel=0.02)
         assert abs(velocity[-1]) < 0.03 * np.abs(velocity).max()
-    sizes = {name: len(small_table.read_small_table_tests(name)) for name in small_table.SETS}
+    sizes = {name: len(small_table.read_small_table_tests(name)) for name in small_table.LABEL_BY_TEST_SET}
     # Omitted: three tests without a motion, and two with an outcome other than Y or N.
     assert sizes == {"exp0": 83, "exp270": 134, "PBR_0": 135, "PBR_90": 63}
     assert small_table.read_small_table_tests("exp270")["fell"].sum() == 51  # 50 times Y, once y
@@ -253,7 +257,7 @@ def test_the_fit_to_small_shaking_table_tests_recovers_a_known_block() -> None:
     motions = [small_table.one_cosine_cycle(*pair) for pair in grid]
     fell = [bool(simulate_rigid_rocking(motion, Cases(0.0, 0.2, 0.15, 1.0)).overturned[0]) for motion in motions]
     tests = pd.DataFrame(grid, columns=["pga", "ratio"]).assign(fell=fell).sample(frac=1.0, random_state=1)
-    shares = small_table.fall_shares_by_size_neighbourhood(tests)
+    shares = small_table.simulated_fall_shares_by_neighbourhood_and_test(tests)
     probabilities, centres = small_table.predict_each_half_from_the_other(tests, shares)
     for b_over_h, height in centres:
         assert b_over_h == pytest.approx(0.15, rel=0.2)

@@ -9,10 +9,10 @@ import pytest
 from overturning.errors import ResultError
 from overturning.model.scan import ScannedStone, stone_from_surface
 from tests.model.solids import column_with_overhanging_slab, mass_properties_of_solid_from_its_boxes, write_mesh
-from tests.verification.test_shaking_table import invented_table_tests
+from tests.verification.test_shaking_table import synthetic_shaking_table_tests
 from verification.shaking_table import scan
 from verification.shaking_table.data import SPECIMENS, ShakingTableTests
-from verification.shaking_table.models import PEAKS, fall_prediction_models_by_name
+from verification.shaking_table.models import PEAKS_MODEL, fall_prediction_models_by_name
 from verification.shaking_table.scan import (
     YAWS,
     fall_probabilities,
@@ -22,7 +22,7 @@ from verification.shaking_table.scan import (
     split_motions_in_halves,
 )
 from verification.shaking_table.scan_page import (
-    SCAN,
+    SCAN_MODEL,
     fall_table_by_bearing_height,
     fitted_orientation_table,
     scan_orientation_model,
@@ -31,7 +31,7 @@ from verification.shaking_table.scan_page import (
     scores_on_unseen_tests,
 )
 
-TRUE_YAW = 7
+TRUE_YAW_INDEX = 7
 """Index of the orientation of the synthetic boulder."""
 
 
@@ -43,8 +43,8 @@ def synthetic_tests_and_falls(monkeypatch: pytest.MonkeyPatch) -> tuple[ShakingT
     peak = np.exp(generator.uniform(np.log(0.5), np.log(8), 240))
     limit = 2.5 - 1.2 * np.cos(np.radians(YAWS))
     fell = peak[None, :, None] * np.array([1.1, 1.0])[:, None, None] > limit[None, None, :]
-    threshold = limit[TRUE_YAW] * np.exp(generator.normal(0, 0.25, 240))
-    return invented_table_tests(peak, threshold, generator), fell
+    threshold = limit[TRUE_YAW_INDEX] * np.exp(generator.normal(0, 0.25, 240))
+    return synthetic_shaking_table_tests(peak, threshold, generator), fell
 
 
 def test_the_boulder_orientation_is_recovered_from_each_half_of_the_tests(
@@ -61,7 +61,7 @@ def test_the_boulder_orientation_is_recovered_from_each_half_of_the_tests(
     assert ((shares > 0) & (shares < 1)).all()
     for learn, _ in split_motions_in_halves(tests):
         chosen = most_likely_orientation(shares, tests.fell[1], learn)
-        assert min(abs(chosen - TRUE_YAW), abs(YAWS.size - chosen - TRUE_YAW)) <= 2
+        assert min(abs(chosen - TRUE_YAW_INDEX), abs(YAWS.size - chosen - TRUE_YAW_INDEX)) <= 2
 
 
 def test_no_motion_is_in_both_halves_of_the_tests(
@@ -70,7 +70,7 @@ def test_no_motion_is_in_both_halves_of_the_tests(
     tests, _ = synthetic_tests_and_falls
     predicted = []
     for learn, predict in split_motions_in_halves(tests):
-        assert not set(tests.motion[learn]) & set(tests.motion[predict])
+        assert not set(tests.played_record[learn]) & set(tests.played_record[predict])
         assert abs(len(learn) - len(predict)) <= 20
         predicted.append(predict)
     assert np.array_equal(np.sort(np.concatenate(predicted)), np.arange(240))
@@ -83,14 +83,14 @@ def test_scores_and_tables_of_a_scanned_boulder_are_complete(
     shares = fall_probabilities(fell)
     unknown = np.full((576, 240), 0.5)
     models = {
-        PEAKS: fall_prediction_models_by_name(tests, unknown, unknown)[PEAKS],
-        SCAN: scan_orientation_model(tests, shares),
+        PEAKS_MODEL: fall_prediction_models_by_name(tests, unknown, unknown)[PEAKS_MODEL],
+        SCAN_MODEL: scan_orientation_model(tests, shares),
     }
     rows = scores_on_unseen_tests(tests, models)
     values = rows.set_index(["split", "specimen", "model", "score"])["value"]
-    assert values["half of the motions", 1, SCAN, "F1"] > 0.85
+    assert values["half of the motions", 1, SCAN_MODEL, "F1"] > 0.85
     assert isinstance(rows, pd.DataFrame)
-    own = rows[rows["model"] == SCAN]
+    own = rows[rows["model"] == SCAN_MODEL]
     assert (own["low"] <= own["value"] + 0.02).all()
     assert score_table(rows).count("\n") == 1 + 2 * 2 * 2
     assert score_table_of_all_orientations(tests, shares).count("\n") == 1 + 24
@@ -135,4 +135,4 @@ def test_a_boulder_mesh_is_read_with_its_unit_and_volume(tmp_path: Path, capsys:
     write_mesh(column_with_overhanging_slab(), tmp_path / "SP1.ply")
     stone = read_scanned_boulder(tmp_path)
     assert f"{mass_properties_of_solid_from_its_boxes('statue')[0]:.4f} m³" in capsys.readouterr().out
-    assert stone.unscaled_solid.base == 4
+    assert stone.unscaled_solid.base_vertex_count == 4

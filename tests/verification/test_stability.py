@@ -13,7 +13,7 @@ from overturning.model.cases import Cases
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from verification.stability.cases import (
-    ADVERSARIAL,
+    ADVERSARIAL_MOTIONS,
     StabilityCase,
     cases_under_adversarial_motions,
     motion_of_case,
@@ -22,14 +22,14 @@ from verification.stability.cases import (
 from verification.stability.checks import CheckedOutcome, find_failed_block_check, max_acceleration_ratio
 from verification.stability.figures import draw_block_cases
 from verification.stability.maps import (
-    GROUPS,
-    MEANINGS,
+    BLOCK_COLUMN_MEANINGS,
+    DIMENSIONLESS_GROUPS,
     collect_stability_map_rows,
     contact_of_case,
     simulate_and_check_block_case,
 )
 
-BUDGET = 100_000
+STEP_BUDGET = 100_000
 STABLE_CASE = StabilityCase(1e8, 1.0, 0.3, 1.0, 2650.0, 0.6, 6.0, 0.01, float("nan"), "centred", "pulse", 80.0, 0.0)
 
 
@@ -39,8 +39,8 @@ def test_no_wrong_outcome_of_an_extreme_block_is_reported_as_valid() -> None:
         *space_filling_cases(256, 5),
         *(case for case in cases_under_adversarial_motions(2, 5) if case.motion != "ten minutes"),
     ]
-    found = collect_stability_map_rows(partial(simulate_and_check_block_case, budget=BUDGET), cases)
-    assert set(found) == set(MEANINGS)
+    found = collect_stability_map_rows(partial(simulate_and_check_block_case, budget=STEP_BUDGET), cases)
+    assert set(found) == set(BLOCK_COLUMN_MEANINGS)
     assert found[found["ending"] == CheckedOutcome.SILENT].empty
     marked = ~np.isin(found["ending"], (CheckedOutcome.RIGHT, CheckedOutcome.AT_REST))
     assert (found["overturned"][marked] == -128).all()
@@ -49,11 +49,11 @@ def test_no_wrong_outcome_of_an_extreme_block_is_reported_as_valid() -> None:
         found["ending"].tolist()
     )
     # A case may finish the sample in which its budget ends.
-    per_sample = found["block_steps"].max() - BUDGET
-    assert per_sample < BUDGET
+    per_sample = found["block_steps"].max() - STEP_BUDGET
+    assert per_sample < STEP_BUDGET
 
 
-@pytest.mark.parametrize("name", ADVERSARIAL)
+@pytest.mark.parametrize("name", ADVERSARIAL_MOTIONS)
 def test_adversarial_motions_have_the_properties_in_their_names(name: str) -> None:
     case = next(case for case in cases_under_adversarial_motions(8, 1) if case.motion == name and case.peak > 0)
     motion = motion_of_case(case, 0)
@@ -105,7 +105,7 @@ def test_a_contact_that_is_too_stiff_is_refused_with_the_reason_stiffness() -> N
 @pytest.mark.long
 def test_the_figure_of_twenty_thousand_block_cases_is_a_small_file(tmp_path: Path) -> None:
     random = np.random.Generator(np.random.PCG64(3))
-    rows = {group: 10.0 ** random.uniform(-3.0, 0.0, 20_000) for group in GROUPS}
+    rows = {group: 10.0 ** random.uniform(-3.0, 0.0, 20_000) for group in DIMENSIONLESS_GROUPS}
     rows["ending"] = random.choice(
         [CheckedOutcome.RIGHT, CheckedOutcome.AT_REST, CheckedOutcome.UNSTABLE, CheckedOutcome.OVER_BUDGET], 20_000
     )

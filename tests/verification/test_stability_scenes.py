@@ -21,7 +21,11 @@ from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import load_shipped_scene
 from verification.stability.cases import CASES_PER_SETTING, SCENES, scene_settings
 from verification.stability.checks import CheckedOutcome, find_failed_scene_check, least_rocking_acceleration_ratio
-from verification.stability.maps import SCENE_MEANINGS, collect_stability_map_rows, simulate_and_check_scene_cases
+from verification.stability.maps import (
+    SCENE_COLUMN_MEANINGS,
+    collect_stability_map_rows,
+    simulate_and_check_scene_cases,
+)
 
 pytestmark = pytest.mark.long
 
@@ -36,10 +40,10 @@ def one_second_pulse(peak: float) -> Motion:
 
 
 def test_no_wrong_outcome_of_an_extreme_scene_is_reported_as_valid() -> None:
-    settings = [setting for setting in scene_settings(8, 1, 7) if setting.common.motion != "ten minutes"]
+    settings = [setting for setting in scene_settings(8, 1, 7) if setting.common_parameters.motion != "ten minutes"]
     assert {setting.scene for setting in settings} == set(SCENES)
     found = collect_stability_map_rows(partial(simulate_and_check_scene_cases, root=ROOT), settings, threads=2)
-    assert set(found) == set(SCENE_MEANINGS)
+    assert set(found) == set(SCENE_COLUMN_MEANINGS)
     assert len(found["ending"]) == len(settings) * CASES_PER_SETTING
     silent = found["ending"] == CheckedOutcome.SILENT
     assert not silent.any(), list(zip(found["scene"][silent], found["reason"][silent], strict=True))
@@ -175,7 +179,7 @@ def test_a_stone_in_the_air_when_the_simulation_ends_does_not_count_as_fallen() 
     """
     number = 341
     setting = scene_settings(160, 2, 1)[number]
-    assert (setting.scene, setting.common.motion) == ("three-tier", "vertical above g")
+    assert (setting.scene, setting.common_parameters.motion) == ("three-tier", "vertical above g")
     ending = simulate_and_check_scene_cases(setting, number, Path(__file__).parents[2])["ending"]
     assert (ending != CheckedOutcome.SILENT).all()
     assert (ending[4], ending[7]) == (CheckedOutcome(CaseStatus.UNDECIDED), CheckedOutcome(CaseStatus.SIMULATED))

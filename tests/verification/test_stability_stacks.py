@@ -12,12 +12,12 @@ from overturning.model.results import CaseResults
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
-from tests.dem.test_stack import plateau_acceleration
+from tests.dem.test_stack import acceleration_components_with_plateau
 from verification.stability.checks import CheckedOutcome
 from verification.stability.maps import collect_stability_map_rows
 from verification.stability.stacks import (
-    STACK_MEANINGS,
-    STIFF,
+    MAX_STIFF_PENETRATION_RATIO,
+    STACK_COLUMN_MEANINGS,
     ParametersOfStackCases,
     find_failed_stack_check,
     random_stack_settings,
@@ -31,13 +31,13 @@ pytestmark = pytest.mark.long
 def test_no_wrong_outcome_of_an_extreme_stack_is_reported_as_valid() -> None:
     settings = random_stack_settings(16, 7)
     rows = collect_stability_map_rows(simulate_and_check_stack_cases, settings, threads=2)
-    assert set(rows) == set(STACK_MEANINGS)
+    assert set(rows) == set(STACK_COLUMN_MEANINGS)
     silent = rows["ending"] == CheckedOutcome.SILENT
     assert not silent.any(), rows["reason"][silent].tolist()
     answered = rows["ending"].isin((CheckedOutcome.RIGHT, CheckedOutcome.AT_REST))
     assert ((rows["fallen"] >= 0) == answered).all()
     # Soft contacts, up to a hundredth of their width, leave the range of the contact law.
-    assert answered[rows["penetration_ratio"] < STIFF].mean() > 0.6
+    assert answered[rows["penetration_ratio"] < MAX_STIFF_PENETRATION_RATIO].mean() > 0.6
     assert (rows["fallen"] > 1).any(), "some stacks come down"
     again = collect_stability_map_rows(simulate_and_check_stack_cases, settings[:3])
     assert again.equals(rows[: len(again)])
@@ -48,10 +48,10 @@ def simulated_stack_case() -> tuple[ParametersOfStackCases, Motion, CaseResults]
     setting = replace(
         random_stack_settings(1, 1)[0],
         sizes=np.array([[0.6, 0.6, 0.3], [0.2, 0.2, 0.6]]), density=np.array([2650.0, 2650.0]),
-        penetration_ratio=2e-6, damping=1.0, friction=np.array([0.7]), amplitude=np.array([1.0]),
+        penetration_ratio=2e-6, damping_ratio=1.0, friction=np.array([0.7]), amplitude=np.array([1.0]),
         orientation_deg=np.array([0.0]),
     )  # fmt: skip
-    motion = Motion(*plateau_acceleration(0.4, 0.0), sampling_interval=0.01, trust_data=True)
+    motion = Motion(*acceleration_components_with_plateau(0.4, 0.0), sampling_interval=0.01, trust_data=True)
     found = simulate_cases(Stack(scene_of_stack_setting(setting)), motion, Cases([0.0], 0.6, 1.0 / 3.0, 0.7))
     assert found.status[0] == CaseStatus.SIMULATED
     assert found.overturned[0].tolist() == [0, 1]

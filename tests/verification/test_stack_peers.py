@@ -13,10 +13,10 @@ import pandas as pd
 import pytest
 
 from tests.dem.near_field import near_field_motion_and_component_azimuths as installed_near_field
-from tests.expect import skip_or_fail
+from tests.expect import skip_test_unless_skipping_is_forbidden
 from verification.stack_agreement import (
     CASE_COLUMNS,
-    PEER_TABLES,
+    OUTCOME_FILE_BY_SOLVER,
     has_outcome,
     outcomes_agree,
     topmost_outcomes_in_this_program,
@@ -32,10 +32,10 @@ def random_stack_cases() -> list[StackCase]:
     return choose_random_stack_cases()
 
 
-@pytest.mark.parametrize("name", PEER_TABLES)
+@pytest.mark.parametrize("name", OUTCOME_FILE_BY_SOLVER)
 def test_the_stored_stack_cases_are_reproduced_from_the_seed(name: str) -> None:
     installed_near_field(6)  # skips where the records are not installed
-    kept, cases = pd.read_csv(PEER_TABLES[name]), random_stack_cases()
+    kept, cases = pd.read_csv(OUTCOME_FILE_BY_SOLVER[name]), random_stack_cases()
     drawn = pd.DataFrame([case_parameters_as_table_row(number, cases[number]) for number in kept["case"]])
     pd.testing.assert_frame_equal(kept[CASE_COLUMNS], drawn[CASE_COLUMNS], check_dtype=False)
     assert kept["case"].tolist() == list(range(len(cases)))
@@ -44,9 +44,9 @@ def test_the_stored_stack_cases_are_reproduced_from_the_seed(name: str) -> None:
     assert 0.3 < np.isfinite(robust["fall_azimuth_deg"]).mean() < 0.7
 
 
-@pytest.mark.parametrize("name", PEER_TABLES)
+@pytest.mark.parametrize("name", OUTCOME_FILE_BY_SOLVER)
 def test_at_least_200_stack_cases_are_robust_in_each_solver(name: str) -> None:
-    assert pd.read_csv(PEER_TABLES[name])["robust"].sum() >= 200
+    assert pd.read_csv(OUTCOME_FILE_BY_SOLVER[name])["robust"].sum() >= 200
 
 
 @cache
@@ -57,7 +57,7 @@ def flag_and_azimuth_agreement_with_solver(name: str) -> tuple[float, int, int]:
     in both programs.
     """
     installed_near_field(6)
-    kept, cases = pd.read_csv(PEER_TABLES[name]), random_stack_cases()
+    kept, cases = pd.read_csv(OUTCOME_FILE_BY_SOLVER[name]), random_stack_cases()
     some = kept[kept["robust"] == 1]
     found = [topmost_outcomes_in_this_program(cases[number], [1.0])[0] for number in some["case"]]
     ours = np.array([outcome["fall_azimuth_deg"] for outcome in found])
@@ -82,7 +82,7 @@ def test_most_stack_flags_and_fall_azimuths_agree_with_the_solver(name: str, azi
 @pytest.mark.xfail(
     strict=True, reason="83 of 93 azimuths agree with MuJoCo, and 85 of 104 with LMGC90, whose corners sink"
 )
-@pytest.mark.parametrize("name", PEER_TABLES)
+@pytest.mark.parametrize("name", OUTCOME_FILE_BY_SOLVER)
 def test_nine_of_ten_stack_fall_azimuths_agree_with_the_solver(name: str) -> None:
     """Expected to fail: fewer than nine in ten fall azimuths agree.
 
@@ -93,11 +93,13 @@ def test_nine_of_ten_stack_fall_azimuths_agree_with_the_solver(name: str) -> Non
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", PEER_TABLES)
+@pytest.mark.parametrize("name", OUTCOME_FILE_BY_SOLVER)
 def test_some_stored_stack_outcomes_match_the_solver(name: str) -> None:
     if find_spec(STACK_MODULES[name]) is None:
-        skip_or_fail(f"{name} is not installed (`make peers`); its kept answers are compared with this program")
-    kept, cases = pd.read_csv(PEER_TABLES[name]), random_stack_cases()
+        skip_test_unless_skipping_is_forbidden(
+            f"{name} is not installed (`make peers`); its kept answers are compared with this program"
+        )
+    kept, cases = pd.read_csv(OUTCOME_FILE_BY_SOLVER[name]), random_stack_cases()
     some = kept[(kept["robust"] == 1) & np.isfinite(kept["fall_azimuth_deg"])].iloc[:5]
     found = [outcome_and_robustness_in_solver(name, cases[number])["fall_azimuth_deg"] for number in some["case"]]
     same = [outcomes_agree(*pair) for pair in zip(found, some["fall_azimuth_deg"], strict=True)]

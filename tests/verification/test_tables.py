@@ -99,12 +99,14 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 def test_measured_numbers_in_sentences_equal_those_in_their_tables(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
     assert sentences.fill_measured_numbers_into_page(text, RESULTS) == text, "python -m verification.tables"
-    assert len(sentences.MARK.findall(text)) == text.count("<!--=") == text.count("<!--/-->")
+    assert len(sentences.MARKED_NUMBER_PATTERN.findall(text)) == text.count("<!--=") == text.count("<!--/-->")
 
 
 def test_each_measured_number_is_in_a_sentence_and_updated_from_its_table(tmp_path: Path) -> None:
     texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
-    assert {name for name, _ in sentences.MARK.findall(texts)} == set(sentences.FIGURES)
+    assert {name for name, _ in sentences.MARKED_NUMBER_PATTERN.findall(texts)} == set(
+        sentences.NUMBER_FUNCTION_BY_MARKER
+    )
     write_measured_numbers([MeasuredNumber("flags changed by leaving out", 7.0)], tmp_path / "x86-64-2-cores.csv")
     assert (
         sentences.fill_measured_numbers_into_page("<!--=left-out-flags-->5<!--/--> do", tmp_path)
@@ -117,7 +119,7 @@ def test_each_measured_number_is_in_a_sentence_and_updated_from_its_table(tmp_pa
     )
     (tmp_path / "work-precision.csv").write_text(rows, encoding="utf-8")
     names = ("rigid-cases", "rigid-otherwise", "rigid-otherwise-shared")
-    assert [sentences.FIGURES[name](tmp_path) for name in names] == ["90", "7", "2"]
+    assert [sentences.NUMBER_FUNCTION_BY_MARKER[name](tmp_path) for name in names] == ["90", "7", "2"]
     with pytest.raises(KeyError):
         sentences.fill_measured_numbers_into_page("<!--=unheard-of-->5<!--/-->", tmp_path)
 
@@ -125,7 +127,7 @@ def test_each_measured_number_is_in_a_sentence_and_updated_from_its_table(tmp_pa
 def test_tables_in_the_docs_equal_those_of_the_result_files() -> None:
     boulder = shaking_table.score_tables(pd.read_csv(RESULTS / "shaking-table.csv"))
     curve = pd.read_csv(RESULTS / "default-step.csv")
-    made = boulder | {"equal-error": experiments.cost_at_equal_error(curve)}
+    made = boulder | {"equal-error": experiments.cost_ratio_table_at_equal_error(curve)}
     made["equal-agreement"] = error_page.table_of_time_at_equal_agreement(pd.read_csv(RESULTS / "work-precision.csv"))
     texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     assert [mark for mark, body in made.items() if f"<!-- {mark}:begin -->\n\n{body}\n\n" not in texts] == []
@@ -136,9 +138,9 @@ def test_cost_at_equal_error_is_found_on_a_non_monotonic_curve() -> None:
     rows = [("centred", 0.1, 2.0), ("cundall", 4.0, 2.0), ("cundall", 2.0, 1.0), ("cundall", 1.0, 4.0)]
     curve = pd.DataFrame([(name, cost, *(error,) * 4) for name, cost, error in rows])
     curve.columns = pd.Index(["scheme", "processor time, s", *experiments.ERROR_COLUMNS])
-    assert experiments.cost_at_equal_error(curve).count("| 1/14 |") == 4
+    assert experiments.cost_ratio_table_at_equal_error(curve).count("| 1/14 |") == 4
     curve.loc[0, experiments.ERROR_COLUMNS] = [0.5, 8.0, 4.0, 1.0]
-    shares = [line.split(" | ")[-1] for line in experiments.cost_at_equal_error(curve).splitlines()[2:]]
+    shares = [line.split(" | ")[-1] for line in experiments.cost_ratio_table_at_equal_error(curve).splitlines()[2:]]
     assert shares == ["1/40, at most |", "1/10, at least |", "1/10, at least |", "1/20 |"]
 
 

@@ -34,6 +34,9 @@ def test_the_measured_numbers_of_the_tutorial_are_up_to_date() -> None:
     stored = {one.quantity: one.value for one in read_measured_numbers(RESULTS / "tutorial.csv")}
     today = {
         one.quantity: one.value
-        for one in (*tutorial.vertical_motion_figures(), *tutorial.measure_effect_of_vertical_motion_in_3d())
+        for one in (
+            *tutorial.measure_effect_of_vertical_motion_in_2d(),
+            *tutorial.measure_effect_of_vertical_motion_in_3d(),
+        )
     }
     assert stored == pytest.approx(today, rel=1e-5), "python -m verification.tutorial"

@@ -8,8 +8,8 @@ import pytest
 from verification import whole_run
 from verification.tables import ROOT, MeasuredNumber
 from verification.whole_run import (
-    WITH_SERVER,
-    WITHOUT_SERVER,
+    QUANTITY_PREFIX_WITH_FORK_SERVER,
+    QUANTITY_PREFIX_WITHOUT_FORK_SERVER,
     CostOfCommandSteps,
     WholeRunCost,
     compare_whole_runs,
@@ -31,8 +31,8 @@ def test_measured_costs_of_workflow_steps_are_added_by_command(tmp_path: Path, h
 def test_start_up_table_rows_compare_runs_with_and_without_the_fork_server() -> None:
     quantity = "processor time of `read` × 28"
     figures = [
-        MeasuredNumber(f"{WITH_SERVER}: {quantity}", 1.62, "s"),
-        MeasuredNumber(f"{WITHOUT_SERVER}: {quantity}", 16.6, "s"),
+        MeasuredNumber(f"{QUANTITY_PREFIX_WITH_FORK_SERVER}: {quantity}", 1.62, "s"),
+        MeasuredNumber(f"{QUANTITY_PREFIX_WITHOUT_FORK_SERVER}: {quantity}", 16.6, "s"),
     ]
     assert fork_server_comparison_table(figures).splitlines()[2:] == [f"| {quantity} | 16.6 s | 1.62 s |"]
 

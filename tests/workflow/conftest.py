@@ -14,7 +14,7 @@ import pytest
 
 from overturning.cli import main
 from overturning.study.load import load_study_from_file_or_json
-from verification.project import CUBE, Project
+from verification.project import CUBE, WorkflowFolder
 
 SMALL_STUDY = """\
 name: small
@@ -45,7 +45,7 @@ class PlanCollector(logging.Handler):
             self.commands.append(command)
 
 
-class Checkout(Project):
+class WorkflowFolderWithPlanning(WorkflowFolder):
     """A copy of the project's workflow with a study in a folder of its own."""
 
     def __init__(self, folder: Path, study: str = SMALL_STUDY, *, cores: int = 2, chunks: int = 1) -> None:
@@ -115,12 +115,14 @@ def result_file_contents(results: Path) -> dict[str, bytes]:
 
 
 @pytest.fixture(scope="session")
-def finished_run(make_folder_once: Callable[[str, Callable[[Path], object]], Path]) -> Checkout:
+def checkout_with_finished_run(
+    make_folder_once: Callable[[str, Callable[[Path], object]], Path],
+) -> WorkflowFolderWithPlanning:
     """A study computed on two cores, in two chunks of each record. Tests must not change it."""
 
     def run_small_study(folder: Path) -> None:
-        done = Checkout(folder, chunks=2).run(file="")
+        done = WorkflowFolderWithPlanning(folder, chunks=2).run(file="")
         assert done.returncode == 0, done.stdout + done.stderr
         assert "results/small/report.html" in done.stdout
 
-    return Checkout(make_folder_once("study", run_small_study), chunks=2)
+    return WorkflowFolderWithPlanning(make_folder_once("study", run_small_study), chunks=2)

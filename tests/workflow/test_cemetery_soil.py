@@ -11,7 +11,7 @@ from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import open_cube
 from overturning.surveys.comparison import read_survey_comparison
 from overturning.units import STANDARD_GRAVITY
-from tests.workflow.conftest import Checkout
+from tests.workflow.conftest import WorkflowFolderWithPlanning
 
 if find_spec("pystrata") is None and "OVERTURNING_NO_SKIP" not in os.environ:
     pytest.skip("pystrata is not installed (`make soil`)", allow_module_level=True)
@@ -28,7 +28,7 @@ height: [0.6]
 ensemble: {members: 0}
 verification: none
 """
-STONES = "site,outcome,azimuth_deg,b_over_h,face_azimuth_deg\n" + "".join(
+SURVEY_CSV = "site,outcome,azimuth_deg,b_over_h,face_azimuth_deg\n" + "".join(
     f"{site},{outcome},{azimuth},0.5,{face}\n"
     for site in ("Rock", "River bank")
     for outcome, azimuth, face in (("fell", 45, 45), ("fell", 225, 45), ("fell", 10, ""), ("stands", "", 90))
@@ -37,8 +37,8 @@ STONES = "site,outcome,azimuth_deg,b_over_h,face_azimuth_deg\n" + "".join(
 
 def run_survey_steps(folder: Path, **more: object) -> Path:
     """Execute the workflow steps that the survey comparison needs, and return the folder of the results."""
-    checkout = Checkout(folder, STUDY)
-    (folder / "config" / "stones.csv").write_text(STONES, encoding="utf-8")
+    checkout = WorkflowFolderWithPlanning(folder, STUDY)
+    (folder / "config" / "stones.csv").write_text(SURVEY_CSV, encoding="utf-8")
     plan = checkout.plan(**more)
     wanted = ("read", "describe", "surface", "sweep", "gather", "survey")
     checkout.execute_commands([one for one in plan.commands if one.split()[1] in wanted])

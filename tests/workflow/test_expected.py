@@ -6,7 +6,7 @@ import pytest
 
 from snakemake_logger_plugin_overturning.expected import RunProgressEstimate, format_minutes_and_seconds
 
-SECONDS = {"read": 0.5, "sweep": 4.0, "figures": 12.0, "report": 8.0}
+EXPECTED_SECONDS_BY_RULE = {"read": 0.5, "sweep": 4.0, "figures": 12.0, "report": 8.0}
 
 
 @pytest.mark.parametrize("factor", [0.4, 1.0, 3.0])
@@ -16,10 +16,10 @@ def test_the_remaining_time_follows_the_measured_pace(factor: float, at_once: in
 
     After each job the remaining time is exact.
     """
-    run = RunProgressEstimate(dict(SECONDS), at_once)
+    run = RunProgressEstimate(dict(EXPECTED_SECONDS_BY_RULE), at_once)
     run.store_run_start_and_job_counts({"sweep": 8}, now=0.0)
     assert run.completed_share_and_remaining_time(0.0) == (0.0, 32.0 / at_once)
-    each = factor * SECONDS["sweep"]
+    each = factor * EXPECTED_SECONDS_BY_RULE["sweep"]
     for job in range(8):
         run.store_job_start(job, "sweep", "sweep", [])
     for job in range(8):
@@ -53,7 +53,7 @@ def test_progress_weights_a_large_job_more_than_a_small_one() -> None:
 
 
 def test_the_remaining_time_is_shorter_with_concurrent_jobs() -> None:
-    run = RunProgressEstimate({"sweep": 100.0}, at_once=4)
+    run = RunProgressEstimate({"sweep": 100.0}, parallel_job_count=4)
     run.store_run_start_and_job_counts({"sweep": 8}, now=0.0)
     assert run.completed_share_and_remaining_time(0.0)[1] == 200.0
     assert format_minutes_and_seconds(200.0) == "3:20"

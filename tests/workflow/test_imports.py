@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.workflow.conftest import SMALL_STUDY, Checkout
+from tests.workflow.conftest import SMALL_STUDY, WorkflowFolderWithPlanning
 
 pytestmark = pytest.mark.workflow
 
@@ -21,18 +21,18 @@ HEAVY_PACKAGES = {
 }
 """Modules whose import takes 0.1 s or more."""
 
-STATISTICS = {"scipy.interpolate", "scipy.optimize", "scipy.sparse", "scipy.spatial", "scipy.stats"}
-TABLES = {"xarray", "pandas", "dask", "jinja2"}
-PACKAGES_NEEDED_BY_STEP = {
+STATISTICS_PACKAGES = {"scipy.interpolate", "scipy.optimize", "scipy.sparse", "scipy.spatial", "scipy.stats"}
+TABLE_PACKAGES = {"xarray", "pandas", "dask", "jinja2"}
+ALLOWED_PACKAGES_BY_STEP = {
     "read": set(),
-    "members": STATISTICS,
+    "members": STATISTICS_PACKAGES,
     "sweep": {"numba"},
     "describe": set(),
     "gather": set(),
     "check-convergence": {"numba"},
-    "rotate": TABLES | STATISTICS | {"distributed", "numba"},
-    "fragility": TABLES | STATISTICS,
-    "findings": TABLES | STATISTICS,
+    "rotate": TABLE_PACKAGES | STATISTICS_PACKAGES | {"distributed", "numba"},
+    "fragility": TABLE_PACKAGES | STATISTICS_PACKAGES,
+    "findings": TABLE_PACKAGES | STATISTICS_PACKAGES,
 }
 """Heavy modules that a step may import; steps that draw or write pages are left out."""
 
@@ -49,7 +49,7 @@ STEPS_IN_ORDER = (
 )
 """The steps in an order in which each has its inputs, and all that need tables and statistics are the last."""
 
-PROGRAM = f"""
+PROGRAM_RUNNING_STEPS_IN_FORKS = f"""
 import json, os, sys
 from importlib import import_module
 import netCDF4, overturning.records.store, overturning.study.load  # of all steps
@@ -71,7 +71,7 @@ def run(words):
 commands = json.load(sys.stdin)
 for words in commands:
     if words[0] == "rotate":
-        for name in {sorted(TABLES | STATISTICS)}:
+        for name in {sorted(TABLE_PACKAGES | STATISTICS_PACKAGES)}:
             import_module(name)
     run(words)
 """
@@ -80,17 +80,17 @@ for words in commands:
 
 def test_each_workflow_step_imports_only_the_heavy_packages_that_it_needs(tmp_path: Path) -> None:
     study = SMALL_STUDY.replace("rinaldi, petrolia", "rinaldi").replace("step: 30, also: [32]", "step: 90")
-    checkout = Checkout(tmp_path / "imports", study)
+    checkout = WorkflowFolderWithPlanning(tmp_path / "imports", study)
     planned = [shlex.split(re.sub(r" 2?> .*", "", command))[1:] for command in checkout.plan().commands]
     commands = sorted(
-        (words for words in planned if words[0] in PACKAGES_NEEDED_BY_STEP),
+        (words for words in planned if words[0] in ALLOWED_PACKAGES_BY_STEP),
         key=lambda words: STEPS_IN_ORDER.index(words[0]),
     )
     for word in chain.from_iterable(commands):
         if word.startswith("results/"):
             (checkout.folder / word).parent.mkdir(parents=True, exist_ok=True)
     done = subprocess.run(
-        [sys.executable, "-c", PROGRAM],
+        [sys.executable, "-c", PROGRAM_RUNNING_STEPS_IN_FORKS],
         cwd=checkout.folder,
         env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
         input=json.dumps(commands),
@@ -101,9 +101,9 @@ def test_each_workflow_step_imports_only_the_heavy_packages_that_it_needs(tmp_pa
     assert done.returncode == 0, done.stderr
     answers = [json.loads(line) for line in done.stdout.splitlines() if line.startswith('["')]
     imported = {name: set(found) for name, found in answers}
-    assert imported.keys() == PACKAGES_NEEDED_BY_STEP.keys()
+    assert imported.keys() == ALLOWED_PACKAGES_BY_STEP.keys()
     assert {
-        name: found - PACKAGES_NEEDED_BY_STEP[name]
+        name: found - ALLOWED_PACKAGES_BY_STEP[name]
         for name, found in imported.items()
-        if found - PACKAGES_NEEDED_BY_STEP[name]
+        if found - ALLOWED_PACKAGES_BY_STEP[name]
     } == {}

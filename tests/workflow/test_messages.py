@@ -20,7 +20,7 @@ from snakemake_interface_logger_plugins.tests import TestLogHandlerBase
 from overturning.study.load import load_study
 from snakemake_logger_plugin_overturning import LogHandler
 from tests.records.record_writers import geonet_text
-from tests.workflow.conftest import SMALL_STUDY, Checkout
+from tests.workflow.conftest import SMALL_STUDY, WorkflowFolderWithPlanning
 from verification.tables import ROOT
 
 pytestmark = pytest.mark.workflow
@@ -196,12 +196,12 @@ def test_a_verbose_run_shows_the_output_of_snakemake(capsys: pytest.CaptureFixtu
 
 
 @pytest.fixture(scope="module")
-def small_checkout(tmp_path_factory: pytest.TempPathFactory) -> Checkout:
+def small_checkout(tmp_path_factory: pytest.TempPathFactory) -> WorkflowFolderWithPlanning:
     """A copy of the workflow with the small study."""
-    return Checkout(tmp_path_factory.mktemp("messages") / "checkout")
+    return WorkflowFolderWithPlanning(tmp_path_factory.mktemp("messages") / "checkout")
 
 
-def test_a_second_concurrent_run_in_a_folder_is_refused(small_checkout: Checkout) -> None:
+def test_a_second_concurrent_run_in_a_folder_is_refused(small_checkout: WorkflowFolderWithPlanning) -> None:
     lock = small_checkout.folder / ".snakemake" / "run.lock"
     lock.parent.mkdir(exist_ok=True)
     with lock.open("w") as held:
@@ -214,7 +214,7 @@ def test_a_second_concurrent_run_in_a_folder_is_refused(small_checkout: Checkout
 
 
 def test_a_missing_record_file_is_named_before_the_run(tmp_path: Path) -> None:
-    checkout = Checkout(tmp_path / "checkout", SMALL_STUDY.replace("rinaldi,", "mine,"))
+    checkout = WorkflowFolderWithPlanning(tmp_path / "checkout", SMALL_STUDY.replace("rinaldi,", "mine,"))
     with (checkout.folder / "config" / "records.tsv").open("a", encoding="utf-8") as rows:
         rows.write("mine\tauto\tmine.V2A\n")
     with pytest.raises(WorkflowError, match=r"record mine: mine\.V2A is not in resources/records; "):
@@ -229,7 +229,7 @@ def test_a_missing_record_file_is_named_before_the_run(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_a_replaced_record_file_is_read_again_even_if_it_is_older(tmp_path: Path) -> None:
-    checkout = Checkout(tmp_path / "checkout", SMALL_STUDY.replace("rinaldi, petrolia", "mine"))
+    checkout = WorkflowFolderWithPlanning(tmp_path / "checkout", SMALL_STUDY.replace("rinaldi, petrolia", "mine"))
     with (checkout.folder / "config" / "records.tsv").open("a", encoding="utf-8") as rows:
         rows.write("mine\tauto\tmine.V2A\n")
     file = checkout.folder / "resources" / "records" / "mine.V2A"
@@ -245,14 +245,16 @@ def test_a_replaced_record_file_is_read_again_even_if_it_is_older(tmp_path: Path
 
 
 def test_missing_record_files_are_named_with_the_expected_folder(tmp_path: Path) -> None:
-    checkout = Checkout(tmp_path / "checkout", (ROOT / "config" / "tottori.yaml").read_text(encoding="utf-8"))
+    checkout = WorkflowFolderWithPlanning(
+        tmp_path / "checkout", (ROOT / "config" / "tottori.yaml").read_text(encoding="utf-8")
+    )
     with pytest.raises(WorkflowError, match=r"(?s)TTRH020010061330\.NS2.*resources/records.*NIED"):
         checkout.planned_rules()
 
 
 @pytest.mark.parametrize("key", ["site", "variants"])
 def test_a_missing_soil_package_is_named_before_anything_runs(
-    small_checkout: Checkout, monkeypatch: pytest.MonkeyPatch, key: str
+    small_checkout: WorkflowFolderWithPlanning, monkeypatch: pytest.MonkeyPatch, key: str
 ) -> None:
     """None in sys.modules makes the import fail, as if pystrata were not installed."""
     monkeypatch.setitem(sys.modules, "pystrata", None)
@@ -262,13 +264,13 @@ def test_a_missing_soil_package_is_named_before_anything_runs(
     assert not small_checkout.results.exists()
 
 
-def test_a_wrong_study_key_is_named_before_a_run(small_checkout: Checkout) -> None:
+def test_a_wrong_study_key_is_named_before_a_run(small_checkout: WorkflowFolderWithPlanning) -> None:
     with pytest.raises(WorkflowError, match=r"study\.yaml: frictoin: unknown key; did you mean friction\?"):
         small_checkout.planned_rules(frictoin=[1.0])
 
 
 def test_a_duplicate_study_key_is_named_before_a_run(tmp_path: Path) -> None:
-    checkout = Checkout(tmp_path / "twice", SMALL_STUDY + "friction: [0.5]\n")
+    checkout = WorkflowFolderWithPlanning(tmp_path / "twice", SMALL_STUDY + "friction: [0.5]\n")
     with pytest.raises(WorkflowError, match=r"study\.yaml, line 9: friction is given twice; keep one"):
         checkout.planned_rules()
 
@@ -283,7 +285,7 @@ def test_each_workflow_step_gets_a_valid_study_of_a_scanned_body(tmp_path: Path)
         [a * x, a * y, z] for a, z in ((0.05, 0.0), (0.07, 0.003), (0.07, 0.8)) for x in (-1, 1) for y in (-1, 1)
     ]
     scan = "{volume: 0.015, tilt: 1.5, centre_of_mass: [0, 0, 0.4], inertia: [0.055, 0.055, 0.003, 0, 0, 0]}"
-    checkout = Checkout(
+    checkout = WorkflowFolderWithPlanning(
         tmp_path / "scan",
         "name: scan\nrecords: {use: [rinaldi]}\norientation: {step: 90}\n"
         f"body: {{vertices: {corners}, relief: 0.002, scan: {scan}}}\n"
@@ -295,7 +297,7 @@ def test_each_workflow_step_gets_a_valid_study_of_a_scanned_body(tmp_path: Path)
 def test_each_figure_job_gets_only_its_own_pulses_and_published_values(tmp_path: Path) -> None:
     pulses = ", ".join(f"p{n}: sine amplitude_gal={n}00 period_s=1" for n in range(1, 10))
     published = "published: [{record: rinaldi, azimuth: 32, b_over_h: 0.4, overturns: true}]\n"
-    checkout = Checkout(
+    checkout = WorkflowFolderWithPlanning(
         tmp_path / "pulses",
         SMALL_STUDY.replace("use: [rinaldi, petrolia]", f"use: [rinaldi], pulses: {{{pulses}}}") + published,
     )
@@ -306,7 +308,10 @@ def test_each_figure_job_gets_only_its_own_pulses_and_published_values(tmp_path:
 
 
 def test_keys_of_the_command_line_replace_those_of_the_default_study(tmp_path: Path) -> None:
-    checkout, stones = Checkout(tmp_path / "keys"), {"shifted": 0.02, "period": [1.0]}  # which in space alone are told
+    checkout, stones = (
+        WorkflowFolderWithPlanning(tmp_path / "keys"),
+        {"shifted": 0.02, "period": [1.0]},
+    )  # which in space alone are told
     keys = {"records": {"use": ["rinaldi"]}, "body": {}, "population": stones, "figures": {"friction": 1.0}}
     plan = checkout.plan(file=None, name="mine", **keys)
     (sweep,) = (command for command in plan.commands if "overturning sweep" in command)
@@ -318,7 +323,7 @@ def test_keys_of_the_command_line_replace_those_of_the_default_study(tmp_path: P
 
 
 def test_the_error_for_a_missing_default_study_names_the_option_for_another(tmp_path: Path) -> None:
-    checkout = Checkout(tmp_path / "none")
+    checkout = WorkflowFolderWithPlanning(tmp_path / "none")
     (checkout.folder / "config" / "near-fault.yaml").unlink()
     with pytest.raises(WorkflowError, match=r"cannot be read .*; name a study file with --configfile"):
         checkout.plan(file=None)
@@ -329,7 +334,7 @@ def test_another_snakemake_workflow_can_use_this_one_as_a_module(tmp_path: Path)
 
     Workflows deployed by snakedeploy have this form.
     """
-    checkout = Checkout(tmp_path / "module", SMALL_STUDY.replace("name: small", "name: deployed"))
+    checkout = WorkflowFolderWithPlanning(tmp_path / "module", SMALL_STUDY.replace("name: small", "name: deployed"))
     (checkout.folder / "config" / "near-fault.yaml").unlink()
     (checkout.folder / "Snakefile").rename(checkout.folder / "used.smk")
     (checkout.folder / "Snakefile").write_text(
@@ -343,16 +348,16 @@ def test_another_snakemake_workflow_can_use_this_one_as_a_module(tmp_path: Path)
 def test_a_failed_step_is_reported_when_it_fails_and_at_the_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    checkout = Checkout(tmp_path / "failing", SMALL_STUDY.replace("rinaldi, petrolia", "rinaldi"))
+    checkout = WorkflowFolderWithPlanning(tmp_path / "failing", SMALL_STUDY.replace("rinaldi, petrolia", "rinaldi"))
     programs = tmp_path / "bin"
     programs.mkdir()
     (programs / "overturning").write_text(
         "#!/bin/sh\necho 'error: motion.nc: broken; mend it' >&2\nexit 1\n", encoding="utf-8"
     )
     (programs / "overturning").chmod(0o755)
-    how = checkout.command()
+    how = checkout.subprocess_arguments()
     how["env"] |= {"PATH": f"{programs}:{how['env']['PATH']}"}
-    monkeypatch.setattr(checkout, "command", lambda *_, **__: how)
+    monkeypatch.setattr(checkout, "subprocess_arguments", lambda *_, **__: how)
     done = checkout.run()
     assert done.returncode == 1
     assert done.stdout == ""

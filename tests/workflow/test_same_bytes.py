@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.expect import skip_or_fail
-from tests.workflow.conftest import SMALL_STUDY, Checkout, result_file_contents
+from tests.expect import skip_test_unless_skipping_is_forbidden
+from tests.workflow.conftest import SMALL_STUDY, WorkflowFolderWithPlanning, result_file_contents
 from verification import one_node_slurm
 from verification.faults.__main__ import cause_fault_and_describe_failure
 from verification.faults.kinds import KINDS, FaultKind
@@ -26,13 +26,17 @@ def slurm_runs() -> Iterator[Future[list[StudyRun]]]:
         yield pool.submit(run_study_on_slurm, SMALL_STUDY, 2)
 
 
-def test_a_resumed_run_gives_results_with_the_same_bytes(finished_run: Checkout, tmp_path: Path) -> None:
+def test_a_resumed_run_gives_results_with_the_same_bytes(
+    checkout_with_finished_run: WorkflowFolderWithPlanning, tmp_path: Path
+) -> None:
     """The resumed run computes each record in one piece, the uninterrupted run in two.
 
     The steps after the cube run in the process of the test.
     """
 
-    def kill_snakemake_after_first_motion_file(place: Checkout, _dice: random.Random, _seconds: float) -> None:
+    def kill_snakemake_after_first_motion_file(
+        place: WorkflowFolderWithPlanning, _dice: random.Random, _seconds: float
+    ) -> None:
         """Kill only Snakemake, as soon as a motion file exists; a random moment might come before that."""
         run = place.start()
         while run.poll() is None and not list(place.results.glob("motion/*.nc")):
@@ -40,29 +44,32 @@ def test_a_resumed_run_gives_results_with_the_same_bytes(finished_run: Checkout,
         run.kill()
         run.wait()
         assert list(place.results.glob("motion/*.nc"))
-        assert not place.cube.exists()
+        assert not place.cube_path.exists()
 
     faults = {kind.label: kind for kind in KINDS}
-    assert sum(kind.times for kind in KINDS) == 50
-    place, wanted = Checkout(tmp_path / "elsewhere", cores=1), finished_run.cube.read_bytes()
+    assert sum(kind.repeat_count for kind in KINDS) == 50
+    place, wanted = (
+        WorkflowFolderWithPlanning(tmp_path / "elsewhere", cores=1),
+        checkout_with_finished_run.cube_path.read_bytes(),
+    )
     for kind in (
         FaultKind("killed", kill_snakemake_after_first_motion_file, 1),
         faults["a byte of a partial result changed"],
     ):
         assert cause_fault_and_describe_failure(kind, place, random.Random(1), 0.0, wanted, brief=True) == ""
     place.execute_commands(place.plan().commands)
-    one, other = result_file_contents(finished_run.results), result_file_contents(place.results)
+    one, other = result_file_contents(checkout_with_finished_run.results), result_file_contents(place.results)
     assert {"cube.nc", "report.html", "intensity.nc", "figures/rose.svg"} <= one.keys() == other.keys()
     assert [name for name in one if one[name] != other[name]] == []
 
 
 def test_a_study_on_slurm_gives_the_same_bytes_as_a_local_run(
-    finished_run: Checkout, slurm_runs: Future[list[StudyRun]]
+    checkout_with_finished_run: WorkflowFolderWithPlanning, slurm_runs: Future[list[StudyRun]]
 ) -> None:
     if why := one_node_slurm.slurm_unavailable_reason():
-        skip_or_fail(why)
+        skip_test_unless_skipping_is_forbidden(why)
     (run,) = slurm_runs.result()
-    assert run.sha256 == sha256(finished_run.cube.read_bytes()).hexdigest()
+    assert run.sha256 == sha256(checkout_with_finished_run.cube_path.read_bytes()).hexdigest()
     assert run.kept == 4, "of which figures may be drawn later"
 
 

@@ -15,11 +15,11 @@ import pytest
 from overturning.cli import main
 from overturning.study.cube import open_cube
 from overturning.study.load import load_study_from_file_or_json
-from overturning.study.resume import ENDS, FILES_WITH_END
+from overturning.study.resume import END_CHECKED_FILE_PATTERNS, FILE_END_BYTES_BY_SUFFIX
 from overturning.study.scenes import variant_grid
 from overturning.study.sources import package_source_hash
-from tests.expect import skip_or_fail
-from tests.workflow.conftest import Checkout, result_file_contents
+from tests.expect import skip_test_unless_skipping_is_forbidden
+from tests.workflow.conftest import WorkflowFolderWithPlanning, result_file_contents
 from verification.scale.same_bytes import simulate_study_without_snakemake
 from verification.tables import ROOT
 
@@ -27,30 +27,37 @@ from verification.tables import ROOT
 pytestmark = pytest.mark.workflow
 
 
-def research_crate_entities_by_id(study: Checkout) -> dict[str, dict[str, object]]:
+def research_crate_entities_by_id(study: WorkflowFolderWithPlanning) -> dict[str, dict[str, object]]:
     """The entities of a study's research crate, by id."""
     text = (study.results / "ro-crate-metadata.json").read_text(encoding="utf-8")
     return {one["@id"]: one for one in json.loads(text)["@graph"]}
 
 
-def test_the_research_crate_lists_all_results_with_their_hashes(finished_run: Checkout) -> None:
+def test_the_research_crate_lists_all_results_with_their_hashes(
+    checkout_with_finished_run: WorkflowFolderWithPlanning,
+) -> None:
     """Partial results, logs, run times and the crate's own metadata file are not listed."""
-    crate = research_crate_entities_by_id(finished_run)
-    made = {name: sha256(content).hexdigest() for name, content in result_file_contents(finished_run.results).items()}
+    crate = research_crate_entities_by_id(checkout_with_finished_run)
+    made = {
+        name: sha256(content).hexdigest()
+        for name, content in result_file_contents(checkout_with_finished_run.results).items()
+    }
     assert {name: one["sha256"] for name, one in crate.items() if one["@type"] == "File"} == {
         name: digest for name, digest in made.items() if name != "ro-crate-metadata.json"
     }
     assert {"#record-rinaldi", "#record-petrolia", "study.yaml", "cube.nc", "motion/rinaldi.nc"} <= crate.keys()
 
 
-def test_results_contain_no_time_host_name_or_path(finished_run: Checkout) -> None:
-    report = (finished_run.results / "report.html").read_text(encoding="utf-8")
-    with open_cube(finished_run.results / "cube.nc") as cube:
+def test_results_contain_no_time_host_name_or_path(checkout_with_finished_run: WorkflowFolderWithPlanning) -> None:
+    report = (checkout_with_finished_run.results / "report.html").read_text(encoding="utf-8")
+    with open_cube(checkout_with_finished_run.results / "cube.nc") as cube:
         text = report + repr(dict(cube.attrs))
     # Its day is that of the version, which may be today.
-    text += json.dumps([one | {"datePublished": ""} for one in research_crate_entities_by_id(finished_run).values()])
+    text += json.dumps(
+        [one | {"datePublished": ""} for one in research_crate_entities_by_id(checkout_with_finished_run).values()]
+    )
     for word in (
-        str(finished_run.folder),
+        str(checkout_with_finished_run.folder),
         os.uname().nodename + " ",
         time.strftime("%Y-%m-%d"),
         time.strftime("%H:%M"),
@@ -59,15 +66,15 @@ def test_results_contain_no_time_host_name_or_path(finished_run: Checkout) -> No
 
 
 def test_the_findings_command_prints_the_stored_findings(
-    finished_run: Checkout, capsys: pytest.CaptureFixture[str]
+    checkout_with_finished_run: WorkflowFolderWithPlanning, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit, match="0"):
-        main(["findings", str(finished_run.results / "cube.nc"), "--json"])
-    assert capsys.readouterr().out == (finished_run.results / "findings.json").read_text(encoding="utf-8")
+        main(["findings", str(checkout_with_finished_run.results / "cube.nc"), "--json"])
+    assert capsys.readouterr().out == (checkout_with_finished_run.results / "findings.json").read_text(encoding="utf-8")
 
 
-def test_time_and_memory_of_each_job_are_stored(finished_run: Checkout) -> None:
-    benchmarks = finished_run.results / "benchmarks"
+def test_time_and_memory_of_each_job_are_stored(checkout_with_finished_run: WorkflowFolderWithPlanning) -> None:
+    benchmarks = checkout_with_finished_run.results / "benchmarks"
     names = {path.relative_to(benchmarks).as_posix() for path in benchmarks.rglob("*.tsv")}
     jobs = {"members", "rotate", "describe/motions"} | RULES_AFTER_SWEEP - {"record_figures_1", "all"}
     of_records = {f"{job}/{record}" for job in ("read", "sweep/nominal") for record in ("rinaldi", "petrolia")}
@@ -117,12 +124,12 @@ RULES_AFTER_SWEEP = FIGURE_RULES | {"gather", "convergence", "explore", "fragili
     ids=lambda value: next(iter(value), "nothing") if isinstance(value, dict) else None,
 )
 def test_changing_a_study_key_reruns_only_dependent_steps(
-    finished_run: Checkout, change: dict[str, object], again: set[str]
+    checkout_with_finished_run: WorkflowFolderWithPlanning, change: dict[str, object], again: set[str]
 ) -> None:
     if "cemetery_surface" in again and find_spec("pystrata") is None:
-        skip_or_fail("pystrata is not installed (`make soil`)")
-    (finished_run.folder / "config" / "stones.csv").write_text("octant\nSE\n", encoding="utf-8")
-    assert finished_run.planned_rules(**change) == again
+        skip_test_unless_skipping_is_forbidden("pystrata is not installed (`make soil`)")
+    (checkout_with_finished_run.folder / "config" / "stones.csv").write_text("octant\nSE\n", encoding="utf-8")
+    assert checkout_with_finished_run.planned_rules(**change) == again
 
 
 @pytest.mark.parametrize(
@@ -135,13 +142,13 @@ def test_changing_a_study_key_reruns_only_dependent_steps(
     ],
 )
 def test_changing_a_record_label_repeats_no_reading_or_simulation(
-    finished_run: Checkout, column: str, value: str, again: set[str]
+    checkout_with_finished_run: WorkflowFolderWithPlanning, column: str, value: str, again: set[str]
 ) -> None:
     """Names and the fault strike do not change the samples of a record.
 
     A correction of the sensor azimuth rotates them, so that reading and simulation are repeated.
     """
-    table = finished_run.folder / "config" / "records.tsv"
+    table = checkout_with_finished_run.folder / "config" / "records.tsv"
     text = table.read_text(encoding="utf-8")
     lines = [line.split("\t") for line in text.splitlines()]
     head = next(line for line in lines if line[0] == "id")
@@ -153,7 +160,7 @@ def test_changing_a_record_label_repeats_no_reading_or_simulation(
             line[head.index(column)] = value
     table.write_text("".join("\t".join(line) + "\n" for line in lines), encoding="utf-8")
     try:
-        assert finished_run.planned_rules() == again
+        assert checkout_with_finished_run.planned_rules() == again
     finally:
         table.write_text(text, encoding="utf-8")
 
@@ -175,7 +182,11 @@ def copied_sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ],
 )
 def test_changing_a_source_file_reruns_dependent_steps(
-    finished_run: Checkout, copied_sources: Path, module: str, again: set[str], monkeypatch: pytest.MonkeyPatch
+    checkout_with_finished_run: WorkflowFolderWithPlanning,
+    copied_sources: Path,
+    module: str,
+    again: set[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("overturning.study.sources.PACKAGE", copied_sources)
     package_source_hash.cache_clear()
@@ -183,7 +194,7 @@ def test_changing_a_source_file_reruns_dependent_steps(
     text = path.read_text(encoding="utf-8")
     path.write_text(text + ("\n# changed\n" if module else ""), encoding="utf-8")
     try:
-        assert finished_run.planned_rules() == again
+        assert checkout_with_finished_run.planned_rules() == again
     finally:
         path.write_text(text, encoding="utf-8")
         package_source_hash.cache_clear()
@@ -202,28 +213,38 @@ def test_changing_a_source_file_reruns_dependent_steps(
         ("members.csv", {"members", "sweep"} | RULES_AFTER_SWEEP),
     ],
 )
-def test_a_deleted_result_is_made_again(finished_run: Checkout, tmp_path: Path, name: str, again: set[str]) -> None:
-    path = finished_run.results / name
+def test_a_deleted_result_is_made_again(
+    checkout_with_finished_run: WorkflowFolderWithPlanning, tmp_path: Path, name: str, again: set[str]
+) -> None:
+    path = checkout_with_finished_run.results / name
     kept = path.rename(tmp_path / path.name)
     try:
-        assert finished_run.planned_rules() == again
+        assert checkout_with_finished_run.planned_rules() == again
     finally:
         kept.rename(path)
 
 
-def test_every_page_figure_and_table_is_checked_for_truncation(finished_run: Checkout) -> None:
+def test_every_page_figure_and_table_is_checked_for_truncation(
+    checkout_with_finished_run: WorkflowFolderWithPlanning,
+) -> None:
     """The file patterns name each kind of figure, so that files of the user are not checked.
 
     Every figure, page and table of a run must match one.
     """
-    looked_at = {path for pattern in FILES_WITH_END for path in finished_run.results.glob(pattern)}
-    written = {path for path in finished_run.results.rglob("*") if path.suffix in ENDS}
-    assert {path.relative_to(finished_run.results).as_posix() for path in written - looked_at} == {"convergence.json"}
+    looked_at = {
+        path for pattern in END_CHECKED_FILE_PATTERNS for path in checkout_with_finished_run.results.glob(pattern)
+    }
+    written = {
+        path for path in checkout_with_finished_run.results.rglob("*") if path.suffix in FILE_END_BYTES_BY_SUFFIX
+    }
+    assert {path.relative_to(checkout_with_finished_run.results).as_posix() for path in written - looked_at} == {
+        "convergence.json"
+    }
 
 
-def test_only_added_records_are_simulated(finished_run: Checkout) -> None:
+def test_only_added_records_are_simulated(checkout_with_finished_run: WorkflowFolderWithPlanning) -> None:
     use = ["rinaldi", "petrolia", "sylmar", "tcu065", "izmit", "duzce", "erzincan", "lucerne", "sturno", "tcu102"]
-    plan = finished_run.plan(records={"use": use})
+    plan = checkout_with_finished_run.plan(records={"use": use})
     swept = {line.partition(" --motion ")[2].split()[0] for line in plan.commands if "overturning sweep " in line}
     assert swept == {f"results/small/read/{name}.nc" for name in use[2:]}
     assert "members" not in plan.rules
@@ -235,10 +256,10 @@ def test_only_added_records_are_simulated(finished_run: Checkout) -> None:
     assert not any("cube.nc" in line for line in of_records)
 
 
-def test_only_an_added_variant_is_simulated(finished_run: Checkout) -> None:
+def test_only_an_added_variant_is_simulated(checkout_with_finished_run: WorkflowFolderWithPlanning) -> None:
     """The input of a job depends only on its own variant, so that adding another variant repeats no simulation."""
     soft = {"soft": {"contact": {"damping_ratio": 1}}}
-    one, two = (finished_run.plan(variants=soft | more) for more in ({}, {"flat": {"vertical": False}}))
+    one, two = (checkout_with_finished_run.plan(variants=soft | more) for more in ({}, {"flat": {"vertical": False}}))
     swept = [{line for line in plan.commands if "overturning sweep " in line} for plan in (one, two)]
     assert {line.partition(" --variant ")[2].split()[0] for line in swept[0]} == {"soft"}
     assert swept[0] < swept[1]
@@ -247,8 +268,10 @@ def test_only_an_added_variant_is_simulated(finished_run: Checkout) -> None:
     assert "damping_ratio" in cube, "the cube states all variants of its study"
 
 
-def test_removing_a_record_from_a_study_removes_its_files(finished_run: Checkout, tmp_path: Path) -> None:
-    checkout = finished_run.copy_to(tmp_path / "checkout")
+def test_removing_a_record_from_a_study_removes_its_files(
+    checkout_with_finished_run: WorkflowFolderWithPlanning, tmp_path: Path
+) -> None:
+    checkout = checkout_with_finished_run.copy_to(tmp_path / "checkout")
     before = {str(path.relative_to(checkout.results)) for path in checkout.results.rglob("*") if path.is_file()}
     of_record = {name for name in before if "petrolia" in name}
     assert {"read/petrolia.nc", "motion/petrolia.nc", "figures/polar/petrolia.svg"} < of_record
@@ -261,9 +284,11 @@ def test_removing_a_record_from_a_study_removes_its_files(finished_run: Checkout
     assert not plan.rules & {"read", "sweep"}
 
 
-def test_results_that_the_settings_no_longer_produce_are_removed(finished_run: Checkout, tmp_path: Path) -> None:
+def test_results_that_the_settings_no_longer_produce_are_removed(
+    checkout_with_finished_run: WorkflowFolderWithPlanning, tmp_path: Path
+) -> None:
     """Results of former settings are removed before the first step runs; files that the user has added stay."""
-    checkout = finished_run.copy_to(tmp_path / "checkout")
+    checkout = checkout_with_finished_run.copy_to(tmp_path / "checkout")
     own = [checkout.results / name for name in ("fragility/notes.csv", "figures/mine.svg")]
     for path in own:
         path.write_text("<svg></svg>", encoding="utf-8")
@@ -282,13 +307,15 @@ def test_results_that_the_settings_no_longer_produce_are_removed(finished_run: C
     assert all(path.is_file() for path in own)
 
 
-def test_a_new_title_reruns_only_explorer_findings_report_and_crate(finished_run: Checkout, tmp_path: Path) -> None:
+def test_a_new_title_reruns_only_explorer_findings_report_and_crate(
+    checkout_with_finished_run: WorkflowFolderWithPlanning, tmp_path: Path
+) -> None:
     """A new title reruns only the steps of the explorer page, the findings, the report and the crate.
 
     A missing figure of an illustrative case is planned again, too, although Snakemake does not know the number of
     these cases in advance.
     """
-    checkout = finished_run.copy_to(tmp_path / "checkout")
+    checkout = checkout_with_finished_run.copy_to(tmp_path / "checkout")
     before = result_file_contents(checkout.results)
     gone = next((checkout.results / "figures" / "illustrative").glob("*.svg"))
     kept = gone.rename(tmp_path / gone.name)
@@ -303,14 +330,16 @@ def test_a_new_title_reruns_only_explorer_findings_report_and_crate(finished_run
     assert b"Another title" in after["report.html"]
 
 
-def test_a_run_without_snakemake_gives_a_cube_with_the_same_bytes(finished_run: Checkout, tmp_path: Path) -> None:
-    run = simulate_study_without_snakemake(finished_run.copy_to(tmp_path / "checkout"), "whole")
-    assert run.sha256 == sha256(finished_run.cube.read_bytes()).hexdigest()
-    assert len(list(finished_run.results.glob("sweep/*/*.nc"))) == 4, "the default profile keeps parts"
+def test_a_run_without_snakemake_gives_a_cube_with_the_same_bytes(
+    checkout_with_finished_run: WorkflowFolderWithPlanning, tmp_path: Path
+) -> None:
+    run = simulate_study_without_snakemake(checkout_with_finished_run.copy_to(tmp_path / "checkout"), "whole")
+    assert run.sha256 == sha256(checkout_with_finished_run.cube_path.read_bytes()).hexdigest()
+    assert len(list(checkout_with_finished_run.results.glob("sweep/*/*.nc"))) == 4, "the default profile keeps parts"
 
 
-def test_the_cube_has_the_grid_that_the_study_asks_for(finished_run: Checkout) -> None:
-    with open_cube(finished_run.results / "cube.nc", chunks={"record": 1}) as cube:
+def test_the_cube_has_the_grid_that_the_study_asks_for(checkout_with_finished_run: WorkflowFolderWithPlanning) -> None:
+    with open_cube(checkout_with_finished_run.results / "cube.nc", chunks={"record": 1}) as cube:
         assert cube["overturned"].chunks is not None
         assert dict(cube.sizes) == {"record": 2, "azimuth": 13, "height": 1, "b_over_h": 2, "friction": 2}
         assert 32 in cube["azimuth"]
@@ -325,7 +354,7 @@ def test_settings_too_long_for_a_command_line_are_passed_in_a_file(
 ) -> None:
     """Linux limits the line of a shell command to 128 KiB."""
     also = [round(0.01 * number, 2) for number in range(1, 18000)]
-    checkout = Checkout(tmp_path / "checkout")
+    checkout = WorkflowFolderWithPlanning(tmp_path / "checkout")
     plan = checkout.plan(azimuth={"step": 30, "also": also})
     assert 0 < max(map(len, plan.commands)) < 1 << 17
     monkeypatch.chdir(checkout.folder)

@@ -13,14 +13,14 @@ import typer
 
 from overturning.study.resume import DAMAGED
 from verification.faults.kinds import KINDS, STUDY, FaultKind, unmount_results_folder_at_exit
-from verification.project import Project
+from verification.project import WorkflowFolder
 from verification.tables import markdown_table, publish_markdown
 
 SEED: Final = 18
 
 
 def cause_fault_and_describe_failure(
-    fault_kind: FaultKind, place: Project, dice: random.Random, seconds: float, expected_cube: bytes, brief: bool
+    fault_kind: FaultKind, place: WorkflowFolder, dice: random.Random, seconds: float, expected_cube: bytes, brief: bool
 ) -> str:
     """Cause a fault, run the usual command, and return a description of what went wrong; empty if the cube is right.
 
@@ -36,7 +36,7 @@ def cause_fault_and_describe_failure(
             return f"the command failed: {done.stderr[-2000:]}"
         if damaged and f"{DAMAGED}{damaged}" not in done.stderr:
             return f"{damaged}: damage was not noticed: {done.stderr}"
-        if place.cube.read_bytes() != expected_cube:
+        if place.cube_path.read_bytes() != expected_cube:
             return "another cube"
         if not brief and "Nothing to be done" not in (more := place.run()).stdout:
             return f"a further run does something: {more.stdout}{more.stderr}"
@@ -51,24 +51,24 @@ def cause_faults_and_count_survived(
     With `brief`, existing compiled kernels are used, and no further run is made.
     """
     options = ("--cores", "1", "--set-scatter", "sweep=2")
-    study, dice = Project(folder / "study", STUDY, *options, own_kernels=not brief), random.Random(seed)
+    study, dice = WorkflowFolder(folder / "study", STUDY, *options, own_kernels=not brief), random.Random(seed)
     seconds = _time_undisturbed_run(study)
-    wanted = study.cube.read_bytes()
+    wanted = study.cube_path.read_bytes()
     fresh = study.copy_to(folder / "fresh")
     for name in ("results", ".snakemake"):
         shutil.rmtree(fresh.folder / name)
     if not brief:  # the kernels have been compiled now
         again = fresh.copy_to(folder / "again")
         seconds = _time_undisturbed_run(again)
-        assert again.cube.read_bytes() == wanted
+        assert again.cube_path.read_bytes() == wanted
     found = {}
     for kind, times in fault_kinds:
-        if kind.root and os.geteuid():
+        if kind.needs_root and os.geteuid():
             print(f"{kind.label}: skipped, since only root may mount a file system")
             continue
         good = 0
         for _ in range(times):
-            place = (study if kind.finished else fresh).copy_to(folder / "place")
+            place = (study if kind.needs_finished_study else fresh).copy_to(folder / "place")
             wrong = cause_fault_and_describe_failure(kind, place, dice, seconds, wanted, brief)
             good += not wrong
             print(f"{kind.label}: {wrong or 'the same cube'}", flush=True)
@@ -76,7 +76,7 @@ def cause_faults_and_count_survived(
     return found
 
 
-def _time_undisturbed_run(place: Project) -> float:
+def _time_undisturbed_run(place: WorkflowFolder) -> float:
     """Run a study without a fault and return the elapsed time, s."""
     begin = time.monotonic()
     done = place.run()
@@ -91,7 +91,7 @@ def main(
 ) -> None:
     """Cause faults of all kinds and publish how many the study survived."""
     with tempfile.TemporaryDirectory() as folder:
-        found = cause_faults_and_count_survived([(kind, kind.times) for kind in KINDS], Path(folder), seed)
+        found = cause_faults_and_count_survived([(kind, kind.repeat_count) for kind in KINDS], Path(folder), seed)
         good, total = map(sum, zip(*found.values(), strict=True))
         print(f"{good} of {total}")
         if page:

@@ -16,9 +16,9 @@ from typing import Final, NamedTuple
 
 import psutil
 
-from verification.project import Project
+from verification.project import WorkflowFolder
 
-Fault = Callable[[Project, random.Random, float], Path | None]
+FaultFunction = Callable[[WorkflowFolder, random.Random, float], Path | None]
 """Function of a project, a random generator and the time of an undisturbed run, s; returns the damaged file, if any."""
 
 STUDY: Final = """\
@@ -33,7 +33,7 @@ verification: none
 """
 PART_FILES, MOTION_FILES = "sweep/nominal/*.nc", "motion/*.nc"
 JOBS: Final = 8  # of the study: two records to read, their labels, two parts of each to compute, and gathering
-ROOM_LEFT: Final = (100, 400)  # kB: too little for the first motion; too little for all parts
+FREE_DISK_SPACE_KB: Final = (100, 400)  # kB: too little for the first motion; too little for all parts
 
 
 def iterate_jobs_of_running_study(study_process: psutil.Popen) -> Iterator[psutil.Process]:
@@ -49,7 +49,7 @@ def iterate_jobs_of_running_study(study_process: psutil.Popen) -> Iterator[psuti
         time.sleep(0.01)
 
 
-def kill_process_group(place: Project, dice: random.Random, seconds: float) -> None:
+def kill_process_group(place: WorkflowFolder, dice: random.Random, seconds: float) -> None:
     """Kill the process group of a run at a random moment."""
     run = place.start()
     time.sleep(dice.uniform(0.05, 0.95) * seconds)
@@ -57,10 +57,10 @@ def kill_process_group(place: Project, dice: random.Random, seconds: float) -> N
     run.wait()
 
 
-def fault_killing_job_or_snakemake(kills_snakemake: bool, max_delay_s: float) -> Fault:
+def fault_killing_job_or_snakemake(kills_snakemake: bool, max_delay_s: float) -> FaultFunction:
     """Return a fault that kills a random job (Snakemake goes on), or only Snakemake (the job goes on)."""
 
-    def kill_during_run(place: Project, dice: random.Random, _seconds: float) -> None:
+    def kill_during_run(place: WorkflowFolder, dice: random.Random, _seconds: float) -> None:
         """Start a run and kill the process at a random moment."""
         run, chosen = place.start(), dice.randrange(JOBS)
         for number, job in enumerate(iterate_jobs_of_running_study(run)):
@@ -75,13 +75,13 @@ def fault_killing_job_or_snakemake(kills_snakemake: bool, max_delay_s: float) ->
     return kill_during_run
 
 
-def fault_damaging_file(pattern: str, damage_kind: str) -> Fault:
+def fault_damaging_file(pattern: str, damage_kind: str) -> FaultFunction:
     """Return a fault that damages a file of results or kernels without changing its time.
 
     The file is truncated, emptied, or a byte of it is changed.
     """
 
-    def damage_random_file(place: Project, dice: random.Random, _seconds: float) -> Path | None:
+    def damage_random_file(place: WorkflowFolder, dice: random.Random, _seconds: float) -> Path | None:
         """Damage a random file; return its path if the next run must report the damage."""
         kernel = pattern.startswith("*.nb")
         path = dice.choice(sorted((place.folder / "kernels").rglob(pattern) if kernel else place.results.glob(pattern)))
@@ -92,7 +92,7 @@ def fault_damaging_file(pattern: str, damage_kind: str) -> Fault:
         path.write_bytes(b"" if damage_kind == "emptied" else content[:where] if damage_kind == "cut" else content)
         os.utime(path, ns=(time_ns, time_ns))
         if pattern != "cube.nc":
-            place.cube.unlink()
+            place.cube_path.unlink()
         if kernel:  # a kernel is loaded only if a part must be computed
             dice.choice(sorted(place.results.glob(PART_FILES))).unlink()
         return None if kernel else path.relative_to(place.folder)
@@ -100,25 +100,25 @@ def fault_damaging_file(pattern: str, damage_kind: str) -> Fault:
     return damage_random_file
 
 
-def fill_disk(place: Project, dice: random.Random, _seconds: float) -> None:
+def fill_disk(place: WorkflowFolder, dice: random.Random, _seconds: float) -> None:
     """Fill the disk while the study runs, then free it."""
     results = place.folder / "results"
     results.mkdir()
     _run_mount("-t", "tmpfs", "-o", "size=100m", "none", str(results))
-    run = psutil.Popen(**place.command(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    run = psutil.Popen(**place.subprocess_arguments(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     next(iterate_jobs_of_running_study(run))
     other = results / "other"
     with other.open("wb") as file:
-        os.posix_fallocate(file.fileno(), 0, shutil.disk_usage(results).free - 1000 * dice.choice(ROOM_LEFT))
+        os.posix_fallocate(file.fileno(), 0, shutil.disk_usage(results).free - 1000 * dice.choice(FREE_DISK_SPACE_KB))
     errors = run.communicate()[1]
     assert run.returncode != 0, "the run did not fail"
     assert "no space left" in errors, errors
     other.unlink()
 
 
-def make_results_read_only(place: Project, _dice: random.Random, _seconds: float) -> None:
+def make_results_read_only(place: WorkflowFolder, _dice: random.Random, _seconds: float) -> None:
     """Make the folder of results read-only for one run."""
-    place.cube.unlink()
+    place.cube_path.unlink()
     results = str(place.folder / "results")
     _run_mount("--bind", results, results)
     _run_mount("-o", "remount,ro,bind", results)
@@ -128,7 +128,7 @@ def make_results_read_only(place: Project, _dice: random.Random, _seconds: float
     _run_mount("-o", "remount,rw,bind", results)
 
 
-def start_second_run_during_first(place: Project, _dice: random.Random, _seconds: float) -> None:
+def start_second_run_during_first(place: WorkflowFolder, _dice: random.Random, _seconds: float) -> None:
     """Start a second run in the same folder while a job of the first is suspended."""
     first = place.start()
     for step in iterate_jobs_of_running_study(first):
@@ -143,7 +143,7 @@ def start_second_run_during_first(place: Project, _dice: random.Random, _seconds
     assert first.wait() == 0
 
 
-def set_clock_back(place: Project, dice: random.Random, seconds: float) -> None:
+def simulate_clock_set_back_after_kill(place: WorkflowFolder, dice: random.Random, seconds: float) -> None:
     """Set the clock back by two hours after a run was killed: move all file times into the future."""
     kill_process_group(place, dice, seconds)
     for path in (path for name in ("results", ".snakemake") for path in (place.folder / name).rglob("*")):
@@ -152,7 +152,7 @@ def set_clock_back(place: Project, dice: random.Random, seconds: float) -> None:
             os.utime(path, (moment, moment))
 
 
-def kill_dask_worker(_place: Project, dice: random.Random, _seconds: float) -> None:
+def kill_dask_worker(_place: WorkflowFolder, dice: random.Random, _seconds: float) -> None:
     """Kill a worker of a dask cluster while it computes; the outcome must be bit-equal to that of one process."""
     import numpy as np
     from distributed import Client, LocalCluster
@@ -186,7 +186,7 @@ def _run_mount(*words: str) -> None:
 
 
 @contextmanager
-def unmount_results_folder_at_exit(place: Project) -> Iterator[None]:
+def unmount_results_folder_at_exit(place: WorkflowFolder) -> Iterator[None]:
     """Unmount the folder of results at the end, if a fault has mounted it."""
     try:
         yield
@@ -202,29 +202,38 @@ class FaultKind(NamedTuple):
     """Kind of fault: its label, function, number of repetitions, and conditions."""
 
     label: str
-    fault: Fault
-    times: int
-    finished: bool = False
+    fault: FaultFunction
+    repeat_count: int
+    needs_finished_study: bool = False
     """True: applied to a finished study; False: to one that has not begun."""
-    root: bool = False
+    needs_root: bool = False
     """True if only root can cause it."""
 
 
 KINDS: Final = (
-    FaultKind("disk full", fill_disk, 2, root=True),
-    FaultKind("results read-only", make_results_read_only, 1, finished=True, root=True),
+    FaultKind("disk full", fill_disk, 2, needs_root=True),
+    FaultKind("results read-only", make_results_read_only, 1, needs_finished_study=True, needs_root=True),
     FaultKind("two runs at once", start_second_run_during_first, 2),
-    FaultKind("clock set back", set_clock_back, 2),
-    FaultKind("a worker of a dask cluster killed", kill_dask_worker, 2, finished=True),
-    FaultKind("a partial result truncated", fault_damaging_file(PART_FILES, "cut"), 3, finished=True),
-    FaultKind("a partial result emptied", fault_damaging_file(PART_FILES, "emptied"), 2, finished=True),
-    FaultKind("a byte of a partial result changed", fault_damaging_file(PART_FILES, "changed"), 5, finished=True),
-    FaultKind("a motion truncated", fault_damaging_file(MOTION_FILES, "cut"), 1, finished=True),
-    FaultKind("a byte of a motion changed", fault_damaging_file(MOTION_FILES, "changed"), 1, finished=True),
-    FaultKind("a byte of the cube changed", fault_damaging_file("cube.nc", "changed"), 1, finished=True),
-    FaultKind("a compiled kernel truncated", fault_damaging_file("*.nbc", "cut"), 1, finished=True),
-    FaultKind("a byte of a compiled kernel changed", fault_damaging_file("*.nbc", "changed"), 2, finished=True),
-    FaultKind("the index of the compiled kernels emptied", fault_damaging_file("*.nbi", "emptied"), 1, finished=True),
+    FaultKind("clock set back", simulate_clock_set_back_after_kill, 2),
+    FaultKind("a worker of a dask cluster killed", kill_dask_worker, 2, needs_finished_study=True),
+    FaultKind("a partial result truncated", fault_damaging_file(PART_FILES, "cut"), 3, needs_finished_study=True),
+    FaultKind("a partial result emptied", fault_damaging_file(PART_FILES, "emptied"), 2, needs_finished_study=True),
+    FaultKind(
+        "a byte of a partial result changed", fault_damaging_file(PART_FILES, "changed"), 5, needs_finished_study=True
+    ),
+    FaultKind("a motion truncated", fault_damaging_file(MOTION_FILES, "cut"), 1, needs_finished_study=True),
+    FaultKind("a byte of a motion changed", fault_damaging_file(MOTION_FILES, "changed"), 1, needs_finished_study=True),
+    FaultKind("a byte of the cube changed", fault_damaging_file("cube.nc", "changed"), 1, needs_finished_study=True),
+    FaultKind("a compiled kernel truncated", fault_damaging_file("*.nbc", "cut"), 1, needs_finished_study=True),
+    FaultKind(
+        "a byte of a compiled kernel changed", fault_damaging_file("*.nbc", "changed"), 2, needs_finished_study=True
+    ),
+    FaultKind(
+        "the index of the compiled kernels emptied",
+        fault_damaging_file("*.nbi", "emptied"),
+        1,
+        needs_finished_study=True,
+    ),
     FaultKind("process group killed", kill_process_group, 10),
     FaultKind("one job killed", fault_killing_job_or_snakemake(kills_snakemake=False, max_delay_s=1.0), 7),
     FaultKind("only Snakemake killed", fault_killing_job_or_snakemake(kills_snakemake=True, max_delay_s=0.7), 7),

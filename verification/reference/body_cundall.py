@@ -5,7 +5,7 @@ the whole step, dashpots half a step earlier. Momenta are known at half steps, p
 momentum in space changes only by the moment of the contact forces. The rotation of a step uses the angular velocity in
 its middle, for which the body is first rotated by half of the step with the angular velocity at its start. The forces
 of opposite vertices are summed first. Between samples, where the package reads the state, momenta are stored at whole
-steps; `shift_momenta_by_steps` converts them.
+steps; `advance_momenta_by_steps` converts them.
 """
 
 from collections.abc import Iterator
@@ -28,22 +28,22 @@ from overturning.dem.body.base_contact import (
 )
 from overturning.dem.body.centred import (
     acceleration_of_body_centre,
-    flat_landing_slip_direction,
+    flat_landing_slip_direction_and_tilt_share,
     rim_point_position_from_centre,
 )
 from overturning.dem.body.rules import LOOPS
 from overturning.dem.body.state import (
-    COLUMNS,
+    PARALLEL_CASE_COUNT,
     ROWS,
-    TICKS,
-    VERTEX,
+    TICKS_PER_WHOLE_STEP,
+    VERTEX_ROW_LAYOUT,
     BaseContactState,
+    BodyContactPointState,
     BodyEnergyAndMomentumAccount,
     BodyPeakValues,
     BodyState,
     BodyVertex,
     ContactPointAtStepStartAndEnd,
-    ContactPointHistory,
     InertialAccelerations3D,
     angular_velocity_from_momentum,
     lean_as_squared_sine,
@@ -63,10 +63,10 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import (
+    ALLOCATING_INLINE_COMPILE_OPTIONS,
+    COMPILE_OPTIONS,
     INLINE,
-    INNER,
-    OPTIONS,
-    OWNER,
+    INTERNAL_COMPILE_OPTIONS,
     TupleRowLayout,
     cache_line_aligned_zeros,
     create_elementwise_tuple_functions,
@@ -80,7 +80,7 @@ from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 
-WHOLE: Final = TICKS
+TICKS_PER_STEP: Final = TICKS_PER_WHOLE_STEP
 
 
 class CundallVertexBodyTag(NamedTuple):
@@ -101,13 +101,13 @@ class ContactWrench(NamedTuple):
     force: Vector3
     moment: Vector3
     """Moment about the centre."""
-    damping: Vector3
+    non_spring_force: Vector3
     """Force without the springs."""
-    braking: Vector3
+    non_spring_moment: Vector3
     """Moment of the force without the springs."""
-    opened: float
+    normal_release_over_half_stiffness: float
     """Energy released by normal springs, over half their stiffness, m²."""
-    shortened: float
+    tangential_release_over_half_stiffness: float
     """Energy released by tangential springs, over half their stiffness, m²."""
 
 
@@ -119,7 +119,7 @@ class ContactTotals(NamedTuple):
     """Largest penetration, m."""
 
 
-sum_of = create_elementwise_tuple_functions(ContactWrench).plus
+sum_of_wrenches = create_elementwise_tuple_functions(ContactWrench).plus
 
 
 class ContactPoint(NamedTuple):
@@ -129,15 +129,15 @@ class ContactPoint(NamedTuple):
     depth: float
     slip_x: float
     slip_y: float
-    sinking: float
+    penetration_increase: float
 
 
 @njit(**INLINE)
 def vertex_contact_point(
-    body_state: BodyState, body_axes: Matrix3, vertex: BodyVertex, history: ContactPointHistory
+    body_state: BodyState, body_axes: Matrix3, vertex: BodyVertex, history: BodyContactPointState
 ) -> ContactPoint:
     """Return the contact point at a vertex; its displacement is the difference from its last position."""
-    arm = matrix_times_vector(body_axes, vertex.own)
+    arm = matrix_times_vector(body_axes, vertex.position_in_body_axes)
     place = plus(body_state.place, arm)
     return ContactPoint(arm, -place.z, place.x - history.x, place.y - history.y, -place.z - history.depth)
 
@@ -157,10 +157,10 @@ def apply_contact_law(
     body: Constants,
     body_state: BodyState,
     contact_point: ContactPoint,
-    history: ContactPointHistory,
+    history: BodyContactPointState,
     dashpot_rate: float,
     contact_flags: tuple[bool, bool, float, float],
-) -> tuple[ContactWrench, ContactPointHistory]:
+) -> tuple[ContactWrench, BodyContactPointState]:
     """Apply the contact law at a contact point; return its force and moment, and its new history.
 
     `dashpot_rate` is the dashpot over the step, so that it multiplies displacements. `contact_flags` are
@@ -172,22 +172,25 @@ def apply_contact_law(
     inside, was = depth > 0.0, history.depth > 0.0
     # Spring and dashpot while the point is in, never tension but in a flat landing.
     # A vertex that has waited does not remember how deep it was.
-    sinking = 0.0 if history.depth == 0.0 else contact_point.sinking
+    sinking = 0.0 if history.depth == 0.0 else contact_point.penetration_increase
     n = body.stiffness * depth + dashpot_rate * sinking
     n = n if inside & (flat | (n > 0.0)) else 0.0
     # A new contact starts with unstretched springs; those of a slipping one are shortened to the friction limit.
-    tx, ty = (history.sx + contact_point.slip_x if was else 0.0), (history.sy + contact_point.slip_y if was else 0.0)
+    tx, ty = (
+        (history.stretch_x + contact_point.slip_x if was else 0.0),
+        (history.stretch_y + contact_point.slip_y if was else 0.0),
+    )
     most = body.friction * n
     hx, hy = (
         -(body.tangential * tx) - dashpot_rate * contact_point.slip_x,
         -(body.tangential * ty) - dashpot_rate * contact_point.slip_y,
     )
-    drift_x, drift_y, drifts, tilting = flat_landing_slip_direction(
+    drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
         body, contact_point.arm, body_state.velocity, body_state.spin, (flat, base_tilting)
     )
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
     fx, fy, kx, ky, _ = clamp_friction_and_stretch(hx, hy, tx, ty, most, body.compliance, (flat, drifts))
-    landing = (history.landing if was else begun) - body.step * WHOLE
+    landing = (history.landing if was else begun) - body.tick_length * TICKS_PER_STEP
     landing = landing if inside else 0.0
     force = Vector3(fx, fy, n)
     spring = body.stiffness * (depth if inside else 0.0)
@@ -195,15 +198,15 @@ def apply_contact_law(
     opened = history.depth * history.depth if was & (not inside) else 0.0
     # One that has waited is met by a spring that is pressed in already.
     opened = -(depth * depth) if inside & (history.depth == 0.0) else opened
-    shortened = (history.sx + kx) * (tx - kx) + (history.sy + ky) * (ty - ky)
+    shortened = (history.stretch_x + kx) * (tx - kx) + (history.stretch_y + ky) * (ty - ky)
     lever = Vector3(contact_point.arm.x, contact_point.arm.y, tilting * contact_point.arm.z)
     # The springs are stretched at the point itself, at the full lever arm.
     moment = cross_product(lever, force)
     of_springs = cross_product(contact_point.arm, Vector3(body.tangential * kx, body.tangential * ky, -spring))
     wrench = ContactWrench(force, moment, damping, plus(moment, of_springs), opened, shortened)
-    return wrench, ContactPointHistory(
-        sx=kx,
-        sy=ky,
+    return wrench, BodyContactPointState(
+        stretch_x=kx,
+        stretch_y=ky,
         x=body_state.place.x + contact_point.arm.x,
         y=body_state.place.y + contact_point.arm.y,
         depth=depth,
@@ -223,7 +226,7 @@ def add_contact_pair(
 ) -> ContactTotals:
     """Add the forces of a pair of opposite contact points to the totals of a body."""
     return ContactTotals(
-        sum_of(totals.wrench, sum_of(first_wrench, second_wrench)),
+        sum_of_wrenches(totals.wrench, sum_of_wrenches(first_wrench, second_wrench)),
         updated_maximum(totals.depth, updated_maximum(second_depth, first_depth)),
     )
 
@@ -239,20 +242,25 @@ def advance_body_one_step(
     shaking: InertialAccelerations3D,
 ) -> tuple[BodyState, BodyPeakValues, BodyEnergyAndMomentumAccount]:
     """Advance one body by one step under the contact force of the base."""
-    t, dt = contact_totals.wrench, body.step * WHOLE
+    t, dt = contact_totals.wrench, body.tick_length * TICKS_PER_STEP
     half = 0.5 * dt
     push = Vector3(
-        base_acceleration_at_tick(shaking.push_x, body_state.tick),
-        base_acceleration_at_tick(shaking.push_y, body_state.tick),
+        base_acceleration_at_tick(shaking.inertial_acceleration_x, body_state.tick),
+        base_acceleration_at_tick(shaking.inertial_acceleration_y, body_state.tick),
         base_acceleration_at_tick(shaking.lift, body_state.tick),
     )
     a = acceleration_of_body_centre(t.force, push)
     # The accounts take the velocities at the whole step.
     c = extrapolate_vector(body_state.velocity, half, a)
-    w = angular_velocity_from_momentum(body.inverse, body_axes, extrapolate_vector(body_state.momentum, half, t.moment))
+    w = angular_velocity_from_momentum(
+        body.inverse, body_axes, extrapolate_vector(body_state.angular_momentum, half, t.moment)
+    )
     work = account.work + dt * ((push.x * c.x + push.y * c.y) - push.z * c.z)
-    let_go = 0.5 * (body.stiffness * t.opened + body.tangential * t.shortened)
-    loss = account.lost + (let_go + dt * -(dot_product(t.damping, c) + dot_product(t.braking, w)))
+    let_go = 0.5 * (
+        body.stiffness * t.normal_release_over_half_stiffness
+        + body.tangential * t.tangential_release_over_half_stiffness
+    )
+    loss = account.lost + (let_go + dt * -(dot_product(t.non_spring_force, c) + dot_product(t.non_spring_moment, w)))
     spin = account.spin + dt * (t.moment.z + (body_state.place.x * a.y - body_state.place.y * a.x))
     # Update the peaks and the last time before the critical tilt.
     lean, bx, by = (
@@ -266,7 +274,10 @@ def advance_body_one_step(
         body_state.tick if lean < body.critical else peaks.last_upright,
     )  # fmt: skip
     # Momenta half a step later, position one step later.
-    v, momentum = extrapolate_vector(body_state.velocity, dt, a), extrapolate_vector(body_state.momentum, dt, t.moment)
+    v, momentum = (
+        extrapolate_vector(body_state.velocity, dt, a),
+        extrapolate_vector(body_state.angular_momentum, dt, t.moment),
+    )
     w = angular_velocity_from_momentum(body.inverse, body_axes, momentum)
     w = angular_velocity_from_momentum(
         body.inverse, rotation_matrix(rotate_quaternion(body_state.turn, half, w)), momentum
@@ -276,43 +287,43 @@ def advance_body_one_step(
         place=place,
         turn=turn,
         velocity=v,
-        momentum=momentum,
+        angular_momentum=momentum,
         spin=w,
         acceleration=a,
         moment=t.moment,
-        tick=body_state.tick + WHOLE,
+        tick=body_state.tick + TICKS_PER_STEP,
     )
     return moved, peaks, BodyEnergyAndMomentumAccount(work, loss, spin, 0.0, 0.0, 0.0)
 
 
 # Side by side ---------------------------------------------------------------------------------------------------------
 
-UNUSED: Final = ("power", "loss", "torque", "slid", "bend")
+UNUSED_FIELDS: Final = ("power", "loss", "torque", "slid", "bend")
 load_body, load_state, load_frame = (ROWS.tuple_reader_and_writer(of).load for of in (Constants, BodyState, Matrix3))
 load_base_contact, store_base_contact, _ = ROWS.tuple_reader_and_writer(BaseContactState)
-ACTING: Final = TupleRowLayout(COLUMNS, ContactTotals)
-ACTING_SIZE: Final = ACTING.size
-load_acting, store_acting, _ = ACTING.tuple_reader_and_writer(ContactTotals)
+CONTACT_TOTALS_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ContactTotals)
+CONTACT_TOTALS_SIZE: Final = CONTACT_TOTALS_LAYOUT.size
+load_acting, store_acting, _ = CONTACT_TOTALS_LAYOUT.tuple_reader_and_writer(ContactTotals)
 no_wrench = create_elementwise_tuple_functions(ContactWrench).zero
-load_shaking = ROWS.tuple_reader_and_writer(InertialAccelerations3D, unused_fields=UNUSED).load
+load_shaking = ROWS.tuple_reader_and_writer(InertialAccelerations3D, unused_fields=UNUSED_FIELDS).load
 load_peaks, load_account = (
     ROWS.tuple_reader_and_writer(BodyPeakValues).load,
-    ROWS.tuple_reader_and_writer(BodyEnergyAndMomentumAccount, unused_fields=UNUSED).load,
+    ROWS.tuple_reader_and_writer(BodyEnergyAndMomentumAccount, unused_fields=UNUSED_FIELDS).load,
 )
 store_state, store_frame = (ROWS.tuple_reader_and_writer(of).store for of in (BodyState, Matrix3))
 store_peaks, store_account = (
     ROWS.tuple_reader_and_writer(BodyPeakValues).store,
-    ROWS.tuple_reader_and_writer(BodyEnergyAndMomentumAccount, unused_fields=UNUSED).store,
+    ROWS.tuple_reader_and_writer(BodyEnergyAndMomentumAccount, unused_fields=UNUSED_FIELDS).store,
 )
 load_vertex, (load_memory, store_memory, _) = (
-    VERTEX.tuple_reader_and_writer(BodyVertex).load,
-    VERTEX.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old", unused_fields=UNUSED),
+    VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load,
+    VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old", unused_fields=UNUSED_FIELDS),
 )
-OF_A_VERTEX: Final = VERTEX.size
+VERTEX_ROW_SIZE: Final = VERTEX_ROW_LAYOUT.size
 
 
-@njit(**INNER)
-def reset_contact_forces(state: Any, contact_rows: Any, columns: int) -> None:
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def compute_axes_and_reset_contact_forces(state: Any, contact_rows: Any, columns: int) -> None:
     """Compute the axes of all bodies from their rotations, and set their contact forces to zero."""
     for j in range(columns):
         s = load_state(state, j)
@@ -320,7 +331,7 @@ def reset_contact_forces(state: Any, contact_rows: Any, columns: int) -> None:
         store_acting(contact_rows, j, ContactTotals(no_wrench(), -1.0))
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def add_vertex_contact_forces(
     state: Any, contact_rows: Any, first_vertex_rows: Any, opposite_vertex_rows: Any, columns: int
 ) -> None:
@@ -328,7 +339,7 @@ def add_vertex_contact_forces(
     for j in range(columns):
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
         rate, left, right = (
-            body.dashpot / (body.step * WHOLE),
+            body.dashpot / (body.tick_length * TICKS_PER_STEP),
             load_memory(first_vertex_rows, j),
             load_memory(opposite_vertex_rows, j),
         )
@@ -369,7 +380,7 @@ def add_vertex_contact_forces(
         store_acting(contact_rows, j, add_contact_pair(load_acting(contact_rows, j), a, b, left.depth, right.depth))
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def add_rim_contact_forces(
     state: Any,
     contact_rows: Any,
@@ -382,7 +393,7 @@ def add_rim_contact_forces(
     """Add the contact forces at a pair of opposite points of the rim, for all bodies."""
     for j in range(columns):
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
-        dt = body.step * WHOLE
+        dt = body.tick_length * TICKS_PER_STEP
         rate, left, right = body.dashpot / dt, load_memory(first_point_rows, j), load_memory(opposite_point_rows, j)
         base_contact = load_base_contact(state, j)
         between, flat, begun = (
@@ -402,7 +413,7 @@ def add_rim_contact_forces(
         store_acting(contact_rows, j, add_contact_pair(load_acting(contact_rows, j), a, b, left.depth, right.depth))
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def advance_all_bodies(state: Any, contact_rows: Any, columns: int) -> None:
     """Advance all bodies by one step under their contact forces."""
     for j in range(columns):
@@ -415,15 +426,15 @@ def advance_all_bodies(state: Any, contact_rows: Any, columns: int) -> None:
         store_account(state, j, account)
 
 
-@njit(**INNER)
-def shift_momenta_by_steps(state: Any, columns: int, step_count: float) -> None:
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def advance_momenta_by_steps(state: Any, columns: int, step_count: float) -> None:
     """Advance the momenta of all bodies by a number of steps (here ±½) with the last forces."""
     for j in range(columns):
         s, account = load_state(state, j), load_account(state, j)
-        time = step_count * WHOLE * load_body(state, j).step
+        time = step_count * TICKS_PER_STEP * load_body(state, j).tick_length
         v, momentum = (
             extrapolate_vector(s.velocity, time, s.acceleration),
-            extrapolate_vector(s.momentum, time, s.moment),
+            extrapolate_vector(s.angular_momentum, time, s.moment),
         )
         store_state(
             state,
@@ -432,7 +443,7 @@ def shift_momenta_by_steps(state: Any, columns: int, step_count: float) -> None:
                 place=s.place,
                 turn=s.turn,
                 velocity=v,
-                momentum=momentum,
+                angular_momentum=momentum,
                 spin=s.spin,
                 acceleration=s.acceleration,
                 moment=s.moment,
@@ -448,14 +459,14 @@ def shift_momenta_by_steps(state: Any, columns: int, step_count: float) -> None:
 
 
 @cache
-def select_sample_loop(has_rim: bool) -> Any:
+def compiled_loop_of_sampling_interval(has_rim: bool) -> Any:
     """Return the compiled loop over the time steps of one sampling interval, for bodies with vertices or with a rim.
 
     The type of its argument `kind` makes the compiled names of both variants differ; otherwise variants compiled by
     different processes would be confused in a process that loads both.
     """
 
-    @njit(**OWNER)
+    @njit(**ALLOCATING_INLINE_COMPILE_OPTIONS)
     def advance_sample(
         kind: Any,  # noqa: ARG001
         state: Any,
@@ -467,15 +478,15 @@ def select_sample_loop(has_rim: bool) -> Any:
         ticks: float,  # noqa: ARG001
     ) -> None:
         """Advance all bodies by the time steps of one sampling interval."""
-        half, acting = count // 2 * OF_A_VERTEX, cache_line_aligned_zeros(ACTING_SIZE)
-        shift_momenta_by_steps(state, columns, -0.5)
+        half, acting = count // 2 * VERTEX_ROW_SIZE, cache_line_aligned_zeros(CONTACT_TOTALS_SIZE)
+        advance_momenta_by_steps(state, columns, -0.5)
         for _ in range(steps):
-            reset_contact_forces(state, acting, columns)
+            compute_axes_and_reset_contact_forces(state, acting, columns)
             update_base_contacts(state, vertices, half, base, columns, has_rim)
-            for pair in range(0, half, OF_A_VERTEX):
+            for pair in range(0, half, VERTEX_ROW_SIZE):
                 one, other = (
-                    vertices[pair : pair + OF_A_VERTEX],
-                    vertices[half + pair : half + pair + OF_A_VERTEX],
+                    vertices[pair : pair + VERTEX_ROW_SIZE],
+                    vertices[half + pair : half + pair + VERTEX_ROW_SIZE],
                 )
                 if has_rim:
                     ahead = 1.0 if pair == 0 else 0.0
@@ -483,16 +494,21 @@ def select_sample_loop(has_rim: bool) -> Any:
                 else:
                     add_vertex_contact_forces(state, acting, one, other, columns)
             advance_all_bodies(state, acting, columns)
-        shift_momenta_by_steps(state, columns, 0.5)
+        advance_momenta_by_steps(state, columns, 0.5)
 
     return advance_sample
 
 
-LOOPS.update({CundallVertexBodyTag: select_sample_loop(False), CundallRimBodyTag: select_sample_loop(True)})
-_run_compiled_queue = njit(nogil=True, **OPTIONS)(run_case_queue.py_func)
+LOOPS.update(
+    {
+        CundallVertexBodyTag: compiled_loop_of_sampling_interval(False),
+        CundallRimBodyTag: compiled_loop_of_sampling_interval(True),
+    }
+)
+_run_compiled_queue = njit(nogil=True, **COMPILE_OPTIONS)(run_case_queue.py_func)
 
 
-@njit(nogil=True, **OPTIONS)
+@njit(nogil=True, **COMPILE_OPTIONS)
 def run_cundall_case_queue(inputs: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int]:
     """Run a queue of cases like `run_case_queue`, with a compiled-code cache separate from that of the package."""
     return _run_compiled_queue(inputs, order, counter, path)
@@ -509,7 +525,7 @@ class CundallPlan(body_plan.BodySimulationPlan):
     @property
     def base_shape_loop_tag(self) -> Any:
         """Marker whose type selects the loops; see `BodySimulationPlan.base_shape_loop_tag`."""
-        return CundallRimBodyTag() if self.solids[0].radius > 0 else CundallVertexBodyTag()
+        return CundallRimBodyTag() if self.solids[0].rim_radius > 0 else CundallVertexBodyTag()
 
 
 @contextmanager
@@ -527,7 +543,7 @@ def enable_cundall() -> Iterator[None]:
         rate, interval = planned.table["dashpot"] * modes, motion.sampling_interval
         steps = steps_per_sample(IntegrationScheme.CUNDALL, numerics.time_step, square, rate, interval)
         planned.table["finest"] = planned.table["dwell"] = 1.0
-        planned.table["standing"] = WHOLE
+        planned.table["standing"] = TICKS_PER_STEP
         return CundallPlan(**vars(planned) | {"steps": steps * numerics.refinement})
 
     with mock.patch("overturning.dem.body.plan.plan_body_simulation", plan):

@@ -10,7 +10,7 @@ import pandas as pd
 import typer
 
 from verification.scale import large, on_paper, same_bytes
-from verification.scale.made import SPACE
+from verification.scale.made import SETTINGS_OF_3D_STUDY
 from verification.tables import (
     RESULTS,
     MeasuredNumber,
@@ -25,7 +25,7 @@ from verification.tables import (
 )
 
 PARTS = ("bytes", "slurm", "chunk", "gather", "lazy", "lazy-space", "planning")
-FIGURES = RESULTS / "scale.csv"
+MEASURED_NUMBERS_FILE = RESULTS / "scale.csv"
 RUNS = RESULTS / "scale-bytes.csv"
 
 
@@ -45,17 +45,17 @@ def main(
         "gather": large.measure_merging_of_parts_into_cube,
         "lazy": lambda folder: large.measure_report_on_cube_larger_than_memory(folder, records),
         "lazy-space": lambda folder: large.measure_report_on_cube_larger_than_memory(
-            folder, records, SPACE, "synthetic cube in space"
+            folder, records, SETTINGS_OF_3D_STUDY, "synthetic cube in space"
         ),
         "planning": lambda _: on_paper.measure_planning_per_record(),
     }
     for name, measure in measures.items():
         if name in chosen:
             with tempfile.TemporaryDirectory(prefix="scale-") as folder:
-                write_measured_numbers(measure(Path(folder)), FIGURES, keep_other_figures=True)
-    figures = read_measured_numbers(FIGURES)
+                write_measured_numbers(measure(Path(folder)), MEASURED_NUMBERS_FILE, keep_other_figures=True)
+    figures = read_measured_numbers(MEASURED_NUMBERS_FILE)
     publish_markdown({"scale": measured_numbers_table(figures)})
-    if {one.quantity for one in figures} >= on_paper.NEEDED:
+    if {one.quantity for one in figures} >= on_paper.QUANTITIES_NEEDED_TO_EXTRAPOLATE:
         publish_markdown({"scale-on-paper": extrapolated_resource_table(figures)})
 
 

@@ -28,7 +28,7 @@ class ResourceUse(NamedTuple):
     seconds: float
     processor_s: float
     memory_mb: float  # largest resident set
-    longest: int = 0  # bytes of the longest selected line of its output
+    longest_line_bytes: int = 0  # bytes of the longest selected line of its output
 
 
 def run_subcommand(*command: object) -> ResourceUse:

@@ -21,10 +21,10 @@ from overturning.study.scenes import NOMINAL, variant_grid
 from overturning.study.schema import Study
 from overturning.study.sweep import cube_variables_of_study
 
-FALLS: Final = 0.3
+FALLEN_SHARE: Final = 0.3
 """Share of the cells that fall, as in the default study."""
 
-RUN_AGAIN: Final = 0.6
+ENSEMBLE_SHARE: Final = 0.6
 """Share of the cells with an ensemble."""
 
 GRID: Final = {
@@ -35,7 +35,7 @@ GRID: Final = {
 }
 """Grid of 1,008,000 2-D cases."""
 
-SPACE: Final = {
+SETTINGS_OF_3D_STUDY: Final = {
     "body": {"plan": "rectangle", "aspect": [1, 2]},
     "orientation": {"step": 1},
     "ensemble": {"members": 24},
@@ -70,10 +70,12 @@ def synthetic_records(study: Study) -> Iterator[Record]:
 
 
 def random_outcome_values(variable: OutcomeVariable, shape: tuple[int, ...], seed: int, members: int) -> NDArray[Any]:
-    """Return random values of an outcome variable: float32 with 23 random bits, which compress less than real ones."""
+    """Return made values of an outcome variable, of its type; float32 values have 23 random bits."""
     generator = np.random.default_rng(seed)
-    if variable.name == "overturned" and variable.odd:
-        return generator.choice(np.array([-1, 0, 1], np.int8), shape, p=[FALLS / 2, 1 - FALLS, FALLS / 2])
+    if variable.name == "overturned" and variable.is_odd_under_mirroring:
+        return generator.choice(
+            np.array([-1, 0, 1], np.int8), shape, p=[FALLEN_SHARE / 2, 1 - FALLEN_SHARE, FALLEN_SHARE / 2]
+        )
     if variable.name.endswith("overturned"):
         return synthetic_fall_flags_of_3d_body(variable, shape, seed).astype(np.int8)
     if variable.name == "status":
@@ -82,7 +84,7 @@ def random_outcome_values(variable: OutcomeVariable, shape: tuple[int, ...], see
         return np.full(shape, members if variable.name == "members" else 0, variable.dtype)
     values: NDArray[Any] = generator.random(shape, np.float32)
     if variable.name == "overturning_time":
-        values[generator.random(shape, np.float32) > FALLS] = np.nan
+        values[generator.random(shape, np.float32) > FALLEN_SHARE] = np.nan
     if variable.name.endswith("fall_azimuth"):
         return np.where(synthetic_fall_flags_of_3d_body(variable, shape, seed), 360 * values, np.float32(np.nan))
     if variable.name == "residual_twist":
@@ -92,13 +94,13 @@ def random_outcome_values(variable: OutcomeVariable, shape: tuple[int, ...], see
     if variable.name.startswith(("probability", "scramble", "fall_")):
         # Shares of members; NaN for cells without an ensemble.
         values = np.round(values * 0.5 * members) / np.float32(members)
-        values[generator.random(shape, np.float32) > RUN_AGAIN] = np.nan
+        values[generator.random(shape, np.float32) > ENSEMBLE_SHARE] = np.nan
     return values
 
 
 def synthetic_fall_flags_of_3d_body(variable: OutcomeVariable, shape: tuple[int, ...], seed: int) -> NDArray[np.bool_]:
     """Return True where a 3-D body (or its 2-D model) falls; the same for all variables."""
-    return np.random.default_rng((seed, variable.name.startswith("plane"))).random(shape, np.float32) < FALLS
+    return np.random.default_rng((seed, variable.name.startswith("plane"))).random(shape, np.float32) < FALLEN_SHARE
 
 
 def write_synthetic_partial_results(study: Study, folder: Path, chunks: int, variant: str = NOMINAL) -> list[Path]:

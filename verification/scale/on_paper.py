@@ -8,18 +8,18 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from verification.project import Project
+from verification.project import WorkflowFolder
 from verification.scale.large import ResourceUse, run_program
 from verification.tables import MeasuredNumber
 
 RECORDS: Final = 10_000
-CASES: Final = 1_000_000
+CASES_PER_RECORD: Final = 1_000_000
 CHUNKS: Final = 8
-LONGEST_ARGUMENT: Final = 32 * resource.getpagesize()
+MAX_ARGUMENT_BYTES: Final = 32 * resource.getpagesize()
 """Largest argument of a command, bytes (Linux: MAX_ARG_STRLEN); the command of a rule is one argument."""
 
 
-NEEDED: Final = {
+QUANTITIES_NEEDED_TO_EXTRAPOLATE: Final = {
     *("real chunk: processor time", "real chunk: cases", "real chunk: disk per case"),
     *("synthetic parts: gathering", "synthetic parts: cases", "synthetic cube: cells", "synthetic cube: report, time"),
     *("synthetic cube: figures of all records together, time", "synthetic cube: figures of a record, time"),
@@ -37,8 +37,8 @@ def measure_planning_of_study(records: int) -> ResourceUse:
         }
         # Few cases of each, which planning does not count, so that the disk would hold them.
         study = {"name": "scale", "records": {"pulses": pulses}, "verification": "none", "b_over_h": [0.3]}
-        project = Project(Path(name) / "project", json.dumps(study), "--dry-run", "--printshellcmds")
-        how = project.command("--set-scatter", f"sweep={CHUNKS}", file="")
+        project = WorkflowFolder(Path(name) / "project", json.dumps(study), "--dry-run", "--printshellcmds")
+        how = project.subprocess_arguments("--set-scatter", f"sweep={CHUNKS}", file="")
         return run_program(**how, line_start=b"Shell command: ", stderr=subprocess.DEVNULL)
 
 
@@ -54,7 +54,7 @@ def measure_planning_per_record(small_record_count: int = 20, large_record_count
         for name, value in per_record.items()
     ]
     label = f"planning: longest command, {large_record_count} records in {CHUNKS} chunks each"
-    return [*each, MeasuredNumber(label, more.longest, "bytes")]
+    return [*each, MeasuredNumber(label, more.longest_line_bytes, "bytes")]
 
 
 def extrapolate_resources(measured_figures: Mapping[str, float]) -> list[MeasuredNumber]:
@@ -62,7 +62,7 @@ def extrapolate_resources(measured_figures: Mapping[str, float]) -> list[Measure
 
     The figures are those of `large` and `measure_planning_per_record`.
     """
-    cases = RECORDS * CASES
+    cases = RECORDS * CASES_PER_RECORD
     per_case = measured_figures["real chunk: processor time"] / measured_figures["real chunk: cases"]
     gathering = measured_figures["synthetic parts: gathering"] / measured_figures["synthetic parts: cases"]
     disk = measured_figures["real chunk: disk per case"]
@@ -74,7 +74,7 @@ def extrapolate_resources(measured_figures: Mapping[str, float]) -> list[Measure
     )
     reports = (
         reports / measured_figures["synthetic cube: cells"]
-        + measured_figures["synthetic cube: figures of a record, time"] / CASES
+        + measured_figures["synthetic cube: figures of a record, time"] / CASES_PER_RECORD
     )
     # Per chunk: a part, a benchmark and logs; per record: a motion, one to three figures, and their logs.
     files = RECORDS * (CHUNKS * 3 + 7)

@@ -11,11 +11,11 @@ from typing import Final, NamedTuple
 from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import open_cube, study_of_cube
 from overturning.study.gather import merge_outcome_files_into_cube
-from overturning.study.parts import WHOLE, sweep_part_path
+from overturning.study.parts import SINGLE_CHUNK_OF_RECORD, sweep_part_path
 from overturning.study.scenes import numerical_options_of_study
 from overturning.study.sweep import simulate_and_write_cases_of_record
-from verification.one_node_slurm import OPTIONS, one_node_slurm, slurm_unavailable_reason
-from verification.project import CUBE, Project
+from verification.one_node_slurm import SNAKEMAKE_OPTIONS, run_one_node_slurm, slurm_unavailable_reason
+from verification.project import CUBE, WorkflowFolder
 
 STUDY: Final = """\
 name: scale
@@ -37,9 +37,9 @@ SMALL: Final = (
 
 REPORT: Final = "report.html"
 
-SLURM: Final = (
+SLURM_OPTIONS: Final = (
     *("--workflow-profile", "profiles/slurm"),
-    *(*OPTIONS, "--slurm-init-seconds-before-status-checks", "6", "--seconds-between-status-checks", "6"),
+    *(*SNAKEMAKE_OPTIONS, "--slurm-init-seconds-before-status-checks", "6", "--seconds-between-status-checks", "6"),
     *("--latency-wait", "10"),
 )
 """The profile of the project for SLURM, with the options of the one-node cluster.
@@ -58,13 +58,13 @@ class StudyRun(NamedTuple):
 
 
 @contextmanager
-def temporary_project_with_study(study: str) -> Iterator[Project]:
+def temporary_project_with_study(study: str) -> Iterator[WorkflowFolder]:
     """Provide a temporary folder with the workflow and a study that has not run."""
     with tempfile.TemporaryDirectory(prefix="scale-") as name:
-        yield Project(Path(name) / "project", study)
+        yield WorkflowFolder(Path(name) / "project", study)
 
 
-def run_study_up_to_result_file(project: Project, way: str, *options: str, file: str = CUBE) -> StudyRun:
+def run_study_up_to_result_file(project: WorkflowFolder, way: str, *options: str, file: str = CUBE) -> StudyRun:
     """Run a study up to a file of its results; raise a RuntimeError with the output of Snakemake if it fails."""
     begin = time.perf_counter()
     done = project.run(*options, file=file)
@@ -88,25 +88,25 @@ def run_study_on_slurm(study: str = STUDY, chunks: int = 3, files: tuple[str, ..
     if slurm_unavailable_reason():
         return []
     words = f"SLURM, one node of two cores, {chunks} chunks of each record"
-    with one_node_slurm(), temporary_project_with_study(study) as folder:
+    with run_one_node_slurm(), temporary_project_with_study(study) as folder:
         return [
-            run_study_up_to_result_file(folder, words, *SLURM, "--set-scatter", f"sweep={chunks}", file=file)
+            run_study_up_to_result_file(folder, words, *SLURM_OPTIONS, "--set-scatter", f"sweep={chunks}", file=file)
             for file in files
         ]
 
 
-def simulate_study_without_snakemake(folder: Project, way: str, client: object = None) -> StudyRun:
+def simulate_study_without_snakemake(folder: WorkflowFolder, way: str, client: object = None) -> StudyRun:
     """Simulate a study with the package alone, from the motion files of a workflow run, and hash its cube.
 
     With `client` on a dask cluster.
     """
     begin = time.perf_counter()
-    with open_cube(folder.cube) as cube:
+    with open_cube(folder.cube_path) as cube:
         settings = study_of_cube(cube)
     records = [
-        read_record_from_motion_file(folder.cube.parent / "motion" / f"{name}.nc") for name in settings.records.use
+        read_record_from_motion_file(folder.cube_path.parent / "motion" / f"{name}.nc") for name in settings.records.use
     ]
-    parts = [sweep_part_path(folder.folder / "again", name, WHOLE) for name in settings.records.use]
+    parts = [sweep_part_path(folder.folder / "again", name, SINGLE_CHUNK_OF_RECORD) for name in settings.records.use]
     for record, part in zip(records, parts, strict=True):
         simulate_and_write_cases_of_record(
             settings, record, part, numerics=numerical_options_of_study(settings, client=client)
@@ -128,6 +128,6 @@ def run_study_on_dask(study: str, workers: int = 2) -> StudyRun:
 
 
 def run_study_in_every_local_way(study: str = STUDY) -> list[StudyRun]:
-    """Run the study in every way that needs no SLURM cluster, and make its report."""
+    """Run the study in every way that needs no SLURM cluster; make its report once, on one core."""
     cubes = [run_study_locally(study, cores, chunks) for cores, chunks in ((1, 1), (2, 1), (2, 3), (2, 19))]
     return [*cubes, run_study_on_dask(study), run_study_locally(study, 1, 1, REPORT)]

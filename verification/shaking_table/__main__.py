@@ -14,14 +14,14 @@ import typer
 
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
-from overturning.model.contact import DAMPING_RATIO
+from overturning.model.contact import DEFAULT_DAMPING_RATIO
 from verification.shaking_table import page
 from verification.shaking_table.clouds import PRISMS, RECTANGLES, StonesWithSimulatedOutcomes, simulate_stones
 from verification.shaking_table.data import SPECIMENS, ShakingTableTests, read_shaking_table_tests
 from verification.shaking_table.models import (
-    ENSEMBLE,
-    PEAKS,
-    SPACE,
+    PEAKS_MODEL,
+    PRISMS_MODEL,
+    RECTANGLES_MODEL,
     fall_prediction_models_by_name,
     fall_shares_by_size_neighbourhood,
     predict_unseen_tests,
@@ -30,7 +30,7 @@ from verification.shaking_table.models import (
 )
 from verification.shaking_table.scores import (
     DRAWS,
-    NAMES,
+    SCORE_NAMES,
     bootstrap_interval_over_motions,
     bootstrap_test_indices,
     prediction_scores,
@@ -38,8 +38,8 @@ from verification.shaking_table.scores import (
 from verification.tables import RESULTS, ROOT, publish_markdown, write_csv
 
 SPLITS = {"odd to even": split_odd_and_even_tests, "motion left out": splits_leaving_out_one_motion}
-_LOW, _HIGH = (DAMPING_RATIO * end for end in RECTANGLES.bounds["damping"])
-DAMPING_RATIOS = np.geomspace(_LOW, _HIGH, 5)
+_LOW, _HIGH = (DEFAULT_DAMPING_RATIO * end for end in RECTANGLES.bounds["damping"])
+DAMPING_RATIO_CLASS_BOUNDS = np.geomspace(_LOW, _HIGH, 5)
 """Bounds of the four classes of damping ratio."""
 
 
@@ -56,11 +56,13 @@ def score_models_with_intervals(
             fell = tests.fell[specimen]
             held = {
                 name: predict_unseen_tests(model, specimen, divide(tests), fell.size)
-                for name, model in fall_prediction_models_by_name(tests, fractions[ENSEMBLE], fractions[SPACE]).items()
+                for name, model in fall_prediction_models_by_name(
+                    tests, fractions[RECTANGLES_MODEL], fractions[PRISMS_MODEL]
+                ).items()
             }
-            known = np.isfinite(held[PEAKS])
-            samples = bootstrap_test_indices(tests.motion[known], draws)
-            motion_count = np.unique(tests.motion[known]).size
+            known = np.isfinite(held[PEAKS_MODEL])
+            samples = bootstrap_test_indices(tests.played_record[known], draws)
+            motion_count = np.unique(tests.played_record[known]).size
             outcome, predicted = fell[known], {name: p[known] for name, p in held.items()}
             drawn = {
                 name: np.array([prediction_scores(p[s], outcome[s]) for s in samples]) for name, p in predicted.items()
@@ -68,9 +70,11 @@ def score_models_with_intervals(
             for name, p in held.items():
                 probabilities[split, name, specimen] = p
                 found = prediction_scores(predicted[name], outcome)
-                for place, what in enumerate(NAMES):
+                for place, what in enumerate(SCORE_NAMES):
                     low, high = bootstrap_interval_over_motions(drawn[name][:, place], motion_count)
-                    over = bootstrap_interval_over_motions(drawn[name][:, place] - drawn[PEAKS][:, place], motion_count)
+                    over = bootstrap_interval_over_motions(
+                        drawn[name][:, place] - drawn[PEAKS_MODEL][:, place], motion_count
+                    )
                     rows.append({
                         "split": split, "specimen": specimen, "model": name, "score": what,
                         "value": found[place], "low": low, "high": high,
@@ -84,12 +88,12 @@ def scores_by_damping_ratio(
 ) -> dict[str, tuple[int, FloatArray]]:
     """Return number and scores, shape (specimens, scores), of the rectangles of each class of damping ratio."""
     found: dict[str, tuple[int, FloatArray]] = {}
-    ratio = stones.damping * DAMPING_RATIO
-    for low, high in pairwise(DAMPING_RATIOS):
+    ratio = stones.relative_damping_ratio * DEFAULT_DAMPING_RATIO
+    for low, high in pairwise(DAMPING_RATIO_CLASS_BOUNDS):
         own = (low <= ratio) & (ratio < high)
         part = StonesWithSimulatedOutcomes(stones.b_over_h[own], stones.height[own], ratio[own], stones.fell[:, own])
         fractions = fall_shares_by_size_neighbourhood(part)
-        model, rows = fall_prediction_models_by_name(tests, fractions, fractions)[ENSEMBLE], []
+        model, rows = fall_prediction_models_by_name(tests, fractions, fractions)[RECTANGLES_MODEL], []
         for specimen in SPECIMENS:
             fell = tests.fell[specimen]
             p = predict_unseen_tests(model, specimen, split_odd_and_even_tests(tests), fell.size)
@@ -111,7 +115,7 @@ def main(
     except ResultError as error:
         print(f"skipped: {error}")
         return
-    kinds = {ENSEMBLE: RECTANGLES, SPACE: PRISMS}
+    kinds = {RECTANGLES_MODEL: RECTANGLES, PRISMS_MODEL: PRISMS}
     made = {name: simulate_stones(kind, tests, kept, threads=threads) for name, kind in kinds.items()}
     fractions = {name: fall_shares_by_size_neighbourhood(one) for name, one in made.items()}
     rows, probabilities = score_models_with_intervals(tests, fractions)
@@ -119,7 +123,7 @@ def main(
     page.draw_reliability_diagrams(tests, probabilities, ROOT / "docs" / "images" / "shaking-table-reliability.svg")
     publish_markdown(
         page.markdown_by_marker(tests, fractions, rows)
-        | page.score_table_by_damping_ratio(scores_by_damping_ratio(tests, made[ENSEMBLE]))
+        | page.score_table_by_damping_ratio(scores_by_damping_ratio(tests, made[RECTANGLES_MODEL]))
     )
 
 

@@ -23,16 +23,16 @@ from overturning.motion.motion import Motion
 from verification.shaking_table.data import ShakingTableTests
 
 SEED: Final = 1
-AMPLITUDE: Final = (1 / 1.15, 1.15)
+AMPLITUDE_RANGE: Final = (1 / 1.15, 1.15)
 ASPECT: Final = 1.15
 """D/B of the prisms, as for the boulder: 0.77 m / 0.67 m."""
 
-B_OVER_H: Final = np.geomspace(0.07, 0.33, 36)
-HEIGHT: Final = np.geomspace(0.40, 1.60, 16)
+B_OVER_H_CENTRES: Final = np.geomspace(0.07, 0.33, 36)
+HEIGHT_CENTRES: Final = np.geomspace(0.40, 1.60, 16)
 """Centres of the neighbourhoods: B/H, and height in m."""
 
-WIDTH_B_OVER_H: Final = np.log(1.3)
-WIDTH_HEIGHT: Final = np.log(1.65)
+LOG_B_OVER_H_HALF_WIDTH: Final = np.log(1.3)
+LOG_HEIGHT_HALF_WIDTH: Final = np.log(1.65)
 """Half-widths of a neighbourhood in ln B/H and ln H; all stones within count equally."""
 
 StoneParameters = dict[str, FloatArray]
@@ -42,9 +42,9 @@ class StoneDistribution(NamedTuple):
     """Distribution of random stones: their number, bounds of each parameter, and function that simulates them."""
 
     name: str
-    stones: int
+    stone_count: int
     bounds: dict[str, tuple[float, float]]
-    fell: Callable[[Motion, StoneParameters], NDArray[np.bool_]]
+    simulate_falls: Callable[[Motion, StoneParameters], NDArray[np.bool_]]
 
 
 class StonesWithSimulatedOutcomes(NamedTuple):
@@ -52,7 +52,7 @@ class StonesWithSimulatedOutcomes(NamedTuple):
 
     b_over_h: FloatArray
     height: FloatArray
-    damping: FloatArray
+    relative_damping_ratio: FloatArray
     """Damping ratio divided by that of the default contact."""
     fell: NDArray[np.bool_]
 
@@ -84,19 +84,19 @@ def _prisms_fall(motion: Motion, stone_parameters: StoneParameters) -> NDArray[n
     return np.asarray(simulate_cases(RectangularPrism(), motion, cases, NumericalOptions()).overturned == 1)
 
 
-_CONTACT: Final[dict[str, tuple[float, float]]] = {
-    "friction": (0.4, 1.0), "damping": (0.3, 3.0), "amplitude": AMPLITUDE,
+_COMMON_BOUNDS: Final[dict[str, tuple[float, float]]] = {
+    "friction": (0.4, 1.0), "damping": (0.3, 3.0), "amplitude": AMPLITUDE_RANGE,
 }  # fmt: skip
 RECTANGLES: Final = StoneDistribution(
-    "rectangles", 4096, {"b_over_h": (0.05, 0.45), "height": (0.3, 2.0), **_CONTACT}, _rectangles_fall
+    "rectangles", 4096, {"b_over_h": (0.05, 0.45), "height": (0.3, 2.0), **_COMMON_BOUNDS}, _rectangles_fall
 )
 PRISMS: Final = StoneDistribution(
-    "prisms", 384, {"b_over_h": (0.05, 0.2), "height": (0.4, 1.5), **_CONTACT, "orientation": (0.0, 90.0)},
+    "prisms", 384, {"b_over_h": (0.05, 0.2), "height": (0.4, 1.5), **_COMMON_BOUNDS, "orientation": (0.0, 90.0)},
     _prisms_fall,
 )  # fmt: skip
 
 
-_EVEN: Final = ("friction", "orientation")
+_UNIFORM_PARAMETERS: Final = ("friction", "orientation")
 """Parameters with a uniform distribution; the logarithms of the others have one."""
 
 
@@ -104,7 +104,7 @@ def sample_stones(distribution: StoneDistribution, stone_count: int) -> StonePar
     """Draw stones at random, as scrambled Sobol points within the bounds of each parameter."""
     unit = qmc.Sobol(len(distribution.bounds), seed=SEED).random(stone_count).T
     return {
-        name: low + (high - low) * u if name in _EVEN else low * (high / low) ** u
+        name: low + (high - low) * u if name in _UNIFORM_PARAMETERS else low * (high / low) ** u
         for (name, (low, high)), u in zip(distribution.bounds.items(), unit, strict=True)
     }
 
@@ -113,7 +113,8 @@ def is_in_any_size_neighbourhood(stone_parameters: StoneParameters) -> NDArray[n
     """True for stones within at least one neighbourhood (a range of B/H and height that a model may choose)."""
     shape, size = np.log(stone_parameters["b_over_h"]), np.log(stone_parameters["height"])
     ends = [
-        (np.log(centres[[0, -1]]), width) for centres, width in ((B_OVER_H, WIDTH_B_OVER_H), (HEIGHT, WIDTH_HEIGHT))
+        (np.log(centres[[0, -1]]), width)
+        for centres, width in ((B_OVER_H_CENTRES, LOG_B_OVER_H_HALF_WIDTH), (HEIGHT_CENTRES, LOG_HEIGHT_HALF_WIDTH))
     ]
     return np.logical_and.reduce([
         (low - width < of) & (of < high + width) for of, ((low, high), width) in zip((shape, size), ends, strict=True)
@@ -141,7 +142,7 @@ def simulate_stones(
     stone_count, threads : int
         Number of stones to draw (default: that of the kind), and of tests to run at the same time.
     """
-    stone_count = stone_count or distribution.stones
+    stone_count = stone_count or distribution.stone_count
     rows = sample_stones(distribution, stone_count)
     chosen = is_in_any_size_neighbourhood(rows)
     rows = {name: values[chosen] for name, values in rows.items()}
@@ -157,7 +158,9 @@ def simulate_stones(
         begin = time.monotonic()
         # The kernel releases Python's lock, so one test is planned while another one runs.
         with ThreadPoolExecutor(threads) as pool:
-            found = pool.map(lambda index: distribution.fell(tests.measured_motion(index), rows), range(len(fell)))
+            found = pool.map(
+                lambda index: distribution.simulate_falls(tests.measured_motion(index), rows), range(len(fell))
+            )
             for index, falls in enumerate(found):
                 fell[index] = falls
                 _print_progress(distribution.name, index + 1, len(fell), time.monotonic() - begin)

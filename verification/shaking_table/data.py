@@ -32,7 +32,7 @@ class ShakingTableTests:
     __test__ = False  # tell pytest that this class is not a test case
 
     number: NDArray[np.int64]  # as numbered by the laboratory
-    motion: NDArray[np.str_]
+    played_record: NDArray[np.str_]
     """Record that was played, without its component. Tests of one record are not independent."""
     acceleration: list[FloatArray]
     """Measured acceleration along the axis of the table, m/s²."""
@@ -70,7 +70,7 @@ def read_shaking_table_tests(folder: Path) -> ShakingTableTests:
     record = np.array([str(name).split("_")[0] for name in data["motion"]])
     return ShakingTableTests(
         number=data["test"].astype(np.int64),
-        motion=record,
+        played_record=record,
         acceleration=[samples[first:end] for first, end in pairwise(start)],
         sampling_interval=float(data["sampling_interval"]),
         pga=data["pga_g"].astype(np.float64) * STANDARD_GRAVITY,

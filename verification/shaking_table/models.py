@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.statistics.logistic import fit_logistic_model
 from verification.shaking_table.clouds import (
-    B_OVER_H,
-    HEIGHT,
-    WIDTH_B_OVER_H,
-    WIDTH_HEIGHT,
+    B_OVER_H_CENTRES,
+    HEIGHT_CENTRES,
+    LOG_B_OVER_H_HALF_WIDTH,
+    LOG_HEIGHT_HALF_WIDTH,
     StonesWithSimulatedOutcomes,
 )
 from verification.shaking_table.data import ShakingTableTests
@@ -32,9 +32,9 @@ def fall_shares_by_size_neighbourhood(stones: StonesWithSimulatedOutcomes) -> Fl
     log_b, log_h = np.log(stones.b_over_h), np.log(stones.height)
     fell = stones.fell.astype(np.float32)  # exact: no count comes near 2**24
     made = []
-    for shape in np.log(B_OVER_H):
-        near = np.abs(log_b - shape) < WIDTH_B_OVER_H
-        members = np.abs(log_h[near] - np.log(HEIGHT)[:, None]) < WIDTH_HEIGHT
+    for shape in np.log(B_OVER_H_CENTRES):
+        near = np.abs(log_b - shape) < LOG_B_OVER_H_HALF_WIDTH
+        members = np.abs(log_h[near] - np.log(HEIGHT_CENTRES)[:, None]) < LOG_HEIGHT_HALF_WIDTH
         counts = members.astype(np.float32) @ fell[:, near].T
         made.append((counts + 0.5) / (members.sum(axis=1) + 1)[:, None])
     return np.concatenate(made)
@@ -75,17 +75,17 @@ def fall_prediction_models_by_name(
         return _logistic_probabilities(predictors, tests, specimen, learn, predict)
 
     return {
-        PEAKS: predict_by_peaks,
-        ENSEMBLE: model_of_likeliest_neighbourhood(rectangle_fractions),
-        BOTH: predict_by_peaks_and_fall_share,
-        SPACE: model_of_likeliest_neighbourhood(prism_fractions),
+        PEAKS_MODEL: predict_by_peaks,
+        RECTANGLES_MODEL: model_of_likeliest_neighbourhood(rectangle_fractions),
+        ENSEMBLE_AND_PEAKS_MODEL: predict_by_peaks_and_fall_share,
+        PRISMS_MODEL: model_of_likeliest_neighbourhood(prism_fractions),
     }
 
 
-PEAKS: Final = "logistic of PGA and PGV"
-ENSEMBLE: Final = "ensemble of rectangles"
-BOTH: Final = "ensemble, PGA and PGV in a logistic"
-SPACE: Final = "ensemble of 3-D prisms"
+PEAKS_MODEL: Final = "logistic of PGA and PGV"
+RECTANGLES_MODEL: Final = "ensemble of rectangles"
+ENSEMBLE_AND_PEAKS_MODEL: Final = "ensemble, PGA and PGV in a logistic"
+PRISMS_MODEL: Final = "ensemble of 3-D prisms"
 
 
 def _logistic_probabilities(
@@ -97,7 +97,7 @@ def _logistic_probabilities(
 ) -> FloatArray:
     """Fit a logistic model to the tests to learn from and return the probabilities of a fall in the others."""
     fell = tests.fell[specimen][learning_tests].astype(np.float64)
-    fit = fit_logistic_model(predictors[learning_tests], fell, tests.motion[learning_tests], intervals=False)
+    fit = fit_logistic_model(predictors[learning_tests], fell, tests.played_record[learning_tests], intervals=False)
     return fit.fall_probability(predictors[predicted_tests])
 
 
@@ -109,8 +109,8 @@ def split_odd_and_even_tests(tests: ShakingTableTests) -> Iterator[tuple[TestInd
 
 def splits_leaving_out_one_motion(tests: ShakingTableTests) -> Iterator[tuple[TestIndices, TestIndices]]:
     """Yield a split for each motion: predict its tests and learn from the tests of all other motions."""
-    for name in np.unique(tests.motion):
-        own = tests.motion == name
+    for name in np.unique(tests.played_record):
+        own = tests.played_record == name
         yield np.flatnonzero(~own), np.flatnonzero(own)
 
 

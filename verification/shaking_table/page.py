@@ -11,7 +11,7 @@ from overturning.arrays import FloatArray
 from overturning.figures.style import (
     DASHED,
     INK,
-    SERIES,
+    SERIES_COLOURS,
     add_title_and_legend,
     create_panel_grid,
     label_axes,
@@ -20,18 +20,18 @@ from overturning.figures.style import (
 from overturning.figures.write import save_figure_files
 from verification.shaking_table.data import SPECIMENS, ShakingTableTests
 from verification.shaking_table.models import (
-    B_OVER_H,
-    BOTH,
-    ENSEMBLE,
-    HEIGHT,
-    PEAKS,
-    SPACE,
+    B_OVER_H_CENTRES,
+    ENSEMBLE_AND_PEAKS_MODEL,
+    HEIGHT_CENTRES,
+    PEAKS_MODEL,
+    PRISMS_MODEL,
+    RECTANGLES_MODEL,
     most_likely_size_neighbourhood,
 )
-from verification.shaking_table.scores import NAMES, ReliabilityBin, reliability_bins
+from verification.shaking_table.scores import SCORE_NAMES, ReliabilityBin, reliability_bins
 from verification.tables import iterate_rows, markdown_table
 
-MODELS: Final = (PEAKS, ENSEMBLE, BOTH, SPACE)
+MODELS: Final = (PEAKS_MODEL, RECTANGLES_MODEL, ENSEMBLE_AND_PEAKS_MODEL, PRISMS_MODEL)
 SPLIT: Final = "motion left out"
 
 
@@ -43,7 +43,9 @@ def draw_reliability_diagrams(
         figure, panels = create_panel_grid(len(SPECIMENS), len(MODELS), 10.4, 5.6)
         for row, specimen in enumerate(SPECIMENS):
             for column, model in enumerate(MODELS):
-                bins = reliability_bins(probabilities[SPLIT, model, specimen], tests.fell[specimen], tests.motion)
+                bins = reliability_bins(
+                    probabilities[SPLIT, model, specimen], tests.fell[specimen], tests.played_record
+                )
                 _draw_reliability_bins(panels[row, column], bins)
                 panels[row, column].set_title(f"{model}\nspecimen {specimen}", fontsize=8)
         for axes in panels.ravel():
@@ -56,12 +58,18 @@ def draw_reliability_diagrams(
 def _draw_reliability_bins(axes: Any, bins: list[ReliabilityBin]) -> None:
     """Draw the share that fell over the predicted probability, with intervals and numbers of tests."""
     axes.plot([0, 1], [0, 1], color=INK, linewidth=0.9, linestyle=DASHED)
-    x, y = [one.probability for one in bins], [one.fell for one in bins]
-    spread = [[one.fell - one.low for one in bins], [one.high - one.fell for one in bins]]
-    axes.errorbar(x, y, yerr=np.maximum(spread, 0), color=SERIES[0], marker="o", markersize=4, capsize=2, linewidth=1)
+    x, y = [one.probability for one in bins], [one.fallen_share for one in bins]
+    spread = [[one.fallen_share - one.low for one in bins], [one.high - one.fallen_share for one in bins]]
+    axes.errorbar(
+        x, y, yerr=np.maximum(spread, 0), color=SERIES_COLOURS[0], marker="o", markersize=4, capsize=2, linewidth=1
+    )
     for one in bins:
         axes.annotate(
-            str(one.tests), (one.probability, one.fell), xytext=(4, -10), textcoords="offset points", fontsize=7
+            str(one.test_count),
+            (one.probability, one.fallen_share),
+            xytext=(4, -10),
+            textcoords="offset points",
+            fontsize=7,
         )
     axes.set(xlim=(-0.03, 1.03), ylim=(-0.03, 1.03))
     axes.grid(True)
@@ -84,7 +92,7 @@ def score_tables(score_rows: pd.DataFrame) -> dict[str, str]:
 
 def score_table_by_damping_ratio(scores_by_damping: Mapping[str, tuple[int, FloatArray]]) -> dict[str, str]:
     """Return the table of scores by damping ratio as Markdown, with its marker as key."""
-    head = ("ξ", "rectangles", *(f"{name}, specimen {specimen}" for specimen in SPECIMENS for name in NAMES))
+    head = ("ξ", "rectangles", *(f"{name}, specimen {specimen}" for specimen in SPECIMENS for name in SCORE_NAMES))
     lines = [
         (name, count, *(f"{value:.3f}" for value in rows.ravel())) for name, (count, rows) in scores_by_damping.items()
     ]
@@ -97,10 +105,11 @@ def _score_table(score_rows: pd.DataFrame) -> str:
     for (split, specimen, model), own in score_rows.groupby(["split", "specimen", "model"], sort=False):
         by_score = {one.score: one for one in iterate_rows(own)}
         cells = [
-            f"{by_score[name].value:.3f} ({by_score[name].low:.2f} to {by_score[name].high:.2f})" for name in NAMES
+            f"{by_score[name].value:.3f} ({by_score[name].low:.2f} to {by_score[name].high:.2f})"
+            for name in SCORE_NAMES
         ]
         lines.append((split, specimen, model, *cells, int(own["tests"].iloc[0])))
-    return markdown_table(("split", "specimen", "model", *NAMES, "tests"), lines)
+    return markdown_table(("split", "specimen", "model", *SCORE_NAMES, "tests"), lines)
 
 
 def _better_score_count_table(score_rows: pd.DataFrame) -> str:
@@ -108,9 +117,9 @@ def _better_score_count_table(score_rows: pd.DataFrame) -> str:
     known = {(one.model, one.split, one.specimen, one.score): one for one in iterate_rows(score_rows)}
     counts: dict[tuple[str, str], list[int]] = {}
     for (model, *what), one in known.items():
-        if model != PEAKS:
+        if model != PEAKS_MODEL:
             less = one.score == "Brier score"
-            over = one.value - known[PEAKS, *what].value
+            over = one.value - known[PEAKS_MODEL, *what].value
             sure = one.over_logistic_high < 0 if less else one.over_logistic_low > 0
             found = counts.setdefault((model, one.split), [0, 0, 0])
             for place, holds in enumerate((over < 0 if less else over > 0, sure, True)):
@@ -126,6 +135,8 @@ def _most_likely_size_table(tests: ShakingTableTests, fractions: Mapping[str, Fl
     lines = []
     for model, shares in fractions.items():
         for specimen in SPECIMENS:
-            shape, size = divmod(most_likely_size_neighbourhood(shares, tests.fell[specimen], learn), HEIGHT.size)
-            lines.append((model, specimen, f"{B_OVER_H[shape]:.2f}", f"{HEIGHT[size]:.2f}"))
+            shape, size = divmod(
+                most_likely_size_neighbourhood(shares, tests.fell[specimen], learn), HEIGHT_CENTRES.size
+            )
+            lines.append((model, specimen, f"{B_OVER_H_CENTRES[shape]:.2f}", f"{HEIGHT_CENTRES[size]:.2f}"))
     return markdown_table(("model", "specimen", "B/H", "H, m"), lines)

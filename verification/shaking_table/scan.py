@@ -23,7 +23,7 @@ from overturning.model.cases import Cases
 from overturning.model.contact import VertexContact
 from overturning.model.mesh import read_mesh_surface
 from overturning.model.scan import ScannedStone, stone_from_surface
-from overturning.model.surface import close_base_of_surface
+from overturning.model.surface import repair_surface_and_close_base
 from verification.shaking_table.data import ShakingTableTests
 from verification.shaking_table.models import TestIndices
 
@@ -51,7 +51,7 @@ STATIC_PENETRATION: Final = 1e-5
 HULL_TOLERANCE: Final = 0.016
 """Simplification of the outline above the footprint, as a share of the size: about 20 points can touch."""
 
-WEIGHTS: Final = {-1: 0.25, 0: 0.5, 1: 0.25}
+ORIENTATION_WEIGHTS: Final = {-1: 0.25, 0: 0.5, 1: 0.25}
 """Weights of neighbouring orientations: the boulder's own lies anywhere between two of them."""
 
 
@@ -60,7 +60,7 @@ def read_scanned_boulder(folder: Path) -> ScannedStone:
     path = folder / FILE
     if not path.is_file():
         raise ResultError(f"{folder}: no {FILE}; for its source see docs/shaking-table.md")
-    scan = stone_from_surface(*close_base_of_surface(read_mesh_surface(path, "m")), "boulder", RELIEFS[0])
+    scan = stone_from_surface(*repair_surface_and_close_base(read_mesh_surface(path, "m")), "boulder", RELIEFS[0])
     assert isinstance(scan.shape, ScannedStone)
     print(f"{path.name}: {scan.volume:.4f} m³, tilted by {scan.pose.tilt_deg:.2f}° into its nearest stable pose")
     return scan.shape
@@ -95,7 +95,9 @@ def simulate_orientations(
     made = []
     for relief in reliefs:
         own = boulder_with_bearing_height_limit(stone, relief)
-        key = hashlib.sha256(own.unscaled_solid.points.tobytes() + own.unscaled_solid.inertia.tobytes())
+        key = hashlib.sha256(
+            own.unscaled_solid.contact_points.tobytes() + own.unscaled_solid.inertia_per_mass.tobytes()
+        )
         key.update(repr((YAWS.tolist(), FRICTION, STATIC_PENETRATION)).encode())
         key.update(b"".join(one.tobytes() for one in tests.acceleration))
         path = cache_folder / f"scan-{1000 * relief:g}-mm-{key.hexdigest()[:16]}.npy"
@@ -135,7 +137,9 @@ def fall_probabilities(fell: NDArray[np.bool_]) -> FloatArray:
     single relief are added, so that all likelihoods are finite.
     """
     count = len(fell)
-    falls = np.sum([weight * np.roll(fell, -step, axis=2).sum(axis=0) for step, weight in WEIGHTS.items()], axis=0)
+    falls = np.sum(
+        [weight * np.roll(fell, -step, axis=2).sum(axis=0) for step, weight in ORIENTATION_WEIGHTS.items()], axis=0
+    )
     return np.asarray((falls.T + 0.5) / (count + 1.0))
 
 
@@ -150,7 +154,7 @@ def split_motions_in_halves(tests: ShakingTableTests) -> Iterator[tuple[TestIndi
 
     All tests of a motion are in the same half.
     """
-    names, member = np.unique(tests.motion, return_inverse=True)
+    names, member = np.unique(tests.played_record, return_inverse=True)
     first = np.arange(names.size)[member] % 2 == 0
     yield np.flatnonzero(first), np.flatnonzero(~first)
     yield np.flatnonzero(~first), np.flatnonzero(first)

@@ -17,9 +17,9 @@ from overturning.errors import ResultError
 from verification.shaking_table.clouds import PRISMS, RECTANGLES, simulate_stones
 from verification.shaking_table.data import SPECIMENS, ShakingTableTests, read_shaking_table_tests
 from verification.shaking_table.models import (
-    ENSEMBLE,
-    PEAKS,
-    SPACE,
+    PEAKS_MODEL,
+    PRISMS_MODEL,
+    RECTANGLES_MODEL,
     Model,
     TestIndices,
     fall_prediction_models_by_name,
@@ -38,21 +38,21 @@ from verification.shaking_table.scan import (
     split_motions_in_halves,
 )
 from verification.shaking_table.scores import (
-    NAMES,
+    SCORE_NAMES,
     bootstrap_interval_over_motions,
     bootstrap_test_indices,
     prediction_scores,
 )
 from verification.tables import RESULTS, iterate_rows, markdown_table, publish_markdown, write_csv
 
-SCAN: Final = "scan, orientation fitted"
+SCAN_MODEL: Final = "scan, orientation fitted"
 SPLITS: Final[dict[str, Callable[[ShakingTableTests], Iterator[tuple[TestIndices, TestIndices]]]]] = {
     "half of the motions": split_motions_in_halves,
     "odd to even": split_odd_and_even_tests,
 }
 """Splits into tests for fitting and for prediction, by name."""
 
-FITTED_NUMBERS: Final = {PEAKS: 3, ENSEMBLE: 2, SPACE: 2, SCAN: 1}
+FITTED_PARAMETER_COUNT_BY_MODEL: Final = {PEAKS_MODEL: 3, RECTANGLES_MODEL: 2, PRISMS_MODEL: 2, SCAN_MODEL: 1}
 """Number of fitted numbers of each model."""
 
 
@@ -75,12 +75,15 @@ def scores_on_unseen_tests(tests: ShakingTableTests, models: Mapping[str, Model]
             held = {
                 name: predict_unseen_tests(model, specimen, divide(tests), fell.size) for name, model in models.items()
             }
-            known = np.isfinite(held[SCAN])
-            samples, motions = bootstrap_test_indices(tests.motion[known]), np.unique(tests.motion[known]).size
+            known = np.isfinite(held[SCAN_MODEL])
+            samples, motions = (
+                bootstrap_test_indices(tests.played_record[known]),
+                np.unique(tests.played_record[known]).size,
+            )
             for name, p in held.items():
                 drawn = np.array([prediction_scores(p[known][one], fell[known][one]) for one in samples])
                 for place, (what, value) in enumerate(
-                    zip(NAMES, prediction_scores(p[known], fell[known]), strict=True)
+                    zip(SCORE_NAMES, prediction_scores(p[known], fell[known]), strict=True)
                 ):
                     low, high = bootstrap_interval_over_motions(drawn[:, place], motions)
                     rows.append((split, specimen, name, what, value, low, high, int(known.sum())))
@@ -93,8 +96,10 @@ def score_table(score_rows: pd.DataFrame) -> str:
     lines = []
     for (split, specimen, model), own in score_rows.groupby(["split", "specimen", "model"], sort=False):
         cells = [f"{one.value:.3f} ({one.low:.2f} to {one.high:.2f})" for one in iterate_rows(own)]
-        lines.append((split, specimen, model, FITTED_NUMBERS[str(model)], *cells, int(own["tests"].iloc[0])))
-    return markdown_table(("split", "specimen", "model", "fitted numbers", *NAMES, "tests"), lines)
+        lines.append(
+            (split, specimen, model, FITTED_PARAMETER_COUNT_BY_MODEL[str(model)], *cells, int(own["tests"].iloc[0]))
+        )
+    return markdown_table(("split", "specimen", "model", "fitted numbers", *SCORE_NAMES, "tests"), lines)
 
 
 def fitted_orientation_table(tests: ShakingTableTests, shares: FloatArray) -> str:
@@ -120,7 +125,7 @@ def score_table_of_all_orientations(tests: ShakingTableTests, shares: FloatArray
     for yaw, own in zip(YAWS, shares, strict=True):
         found = [prediction_scores(own, tests.fell[one]) for one in SPECIMENS]
         lines.append((f"{yaw:g}°", *(f"{value:.3f}" for scores in found for value in scores)))
-    heads = (f"{what}, specimen {one}" for one in SPECIMENS for what in NAMES)
+    heads = (f"{what}, specimen {one}" for one in SPECIMENS for what in SCORE_NAMES)
     return markdown_table(("orientation", *heads), lines)
 
 
@@ -170,10 +175,12 @@ def main(
     shares = fall_probabilities(fell)
     others = {
         name: fall_shares_by_size_neighbourhood(simulate_stones(kind, tests, kept, threads=threads))
-        for name, kind in {ENSEMBLE: RECTANGLES, SPACE: PRISMS}.items()
+        for name, kind in {RECTANGLES_MODEL: RECTANGLES, PRISMS_MODEL: PRISMS}.items()
     }
-    models = fall_prediction_models_by_name(tests, others[ENSEMBLE], others[SPACE])
-    compared = {name: models[name] for name in (PEAKS, ENSEMBLE, SPACE)} | {SCAN: scan_orientation_model(tests, shares)}
+    models = fall_prediction_models_by_name(tests, others[RECTANGLES_MODEL], others[PRISMS_MODEL])
+    compared = {name: models[name] for name in (PEAKS_MODEL, RECTANGLES_MODEL, PRISMS_MODEL)} | {
+        SCAN_MODEL: scan_orientation_model(tests, shares)
+    }
     rows = scores_on_unseen_tests(tests, compared)
     write_csv(rows, RESULTS / "shaking-table-scan.csv")
     publish_markdown({

@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.statistics.bootstrap import (
-    FEWEST_EARTHQUAKES,
-    LEAST_BEYOND,
+    MIN_BOOTSTRAP_SAMPLES_PER_TAIL,
+    MIN_EARTHQUAKES_FOR_INTERVAL,
     ConfidenceInterval,
     exact_interval_if_all_0_or_all_1,
     means_by_earthquake,
     tail_share_corrected_for_few_earthquakes,
 )
 
-NAMES: Final = ("F1", "AUC", "Brier score")
+SCORE_NAMES: Final = ("F1", "AUC", "Brier score")
 DRAWS: Final = 1000
 
 
@@ -28,10 +28,10 @@ class ReliabilityBin(NamedTuple):
     """Bin of a reliability diagram: mean probability, share that fell with its 95 % interval, and number of tests."""
 
     probability: float
-    fell: float
+    fallen_share: float
     low: float
     high: float
-    tests: int
+    test_count: int
 
 
 def prediction_scores(probabilities: FloatArray, fell: NDArray[np.bool_]) -> FloatArray:
@@ -51,12 +51,15 @@ def prediction_scores(probabilities: FloatArray, fell: NDArray[np.bool_]) -> Flo
 def bootstrap_test_indices(test_motions: NDArray[np.str_], draws: int = DRAWS, seed: int = 1) -> list[NDArray[np.intp]]:
     """Return the test indices of each bootstrap sample; motions are drawn with replacement, each with all its tests.
 
-    More samples are drawn if fewer than `LEAST_BEYOND` would lie beyond an end of the interval for few motions.
+    More samples are drawn if fewer than `MIN_BOOTSTRAP_SAMPLES_PER_TAIL` would lie beyond an end of the interval for
+    few motions.
     """
     names, member = np.unique(test_motions, return_inverse=True)
     own = [np.flatnonzero(member == i) for i in range(names.size)]
-    if names.size >= FEWEST_EARTHQUAKES:
-        draws = max(draws, math.ceil(LEAST_BEYOND / tail_share_corrected_for_few_earthquakes(names.size)))
+    if names.size >= MIN_EARTHQUAKES_FOR_INTERVAL:
+        draws = max(
+            draws, math.ceil(MIN_BOOTSTRAP_SAMPLES_PER_TAIL / tail_share_corrected_for_few_earthquakes(names.size))
+        )
     generator = np.random.Generator(np.random.PCG64(seed))
     drawn = generator.integers(names.size, size=(draws, names.size)).tolist()
     return [np.concatenate([own[i] for i in sample]) for sample in drawn]
@@ -67,9 +70,9 @@ def bootstrap_interval_over_motions(sample_values: FloatArray, motion_count: int
 
     NaN values are left out.
 
-    There is none for fewer than `FEWEST_EARTHQUAKES` motions.
+    There is none for fewer than `MIN_EARTHQUAKES_FOR_INTERVAL` motions.
     """
-    if motion_count < FEWEST_EARTHQUAKES:
+    if motion_count < MIN_EARTHQUAKES_FOR_INTERVAL:
         return ConfidenceInterval()
     tail = tail_share_corrected_for_few_earthquakes(motion_count)
     low, high = np.nanquantile(sample_values, [tail, 1 - tail])
@@ -81,7 +84,8 @@ def reliability_bins(
 ) -> list[ReliabilityBin]:
     """Return the share that fell in bins of probability, with intervals over motions; omit bins below five tests.
 
-    The interval is exact if all tests of a bin fell, or none. Fewer than `FEWEST_EARTHQUAKES` motions have no interval.
+    The interval is exact if all tests of a bin fell, or none. Fewer than `MIN_EARTHQUAKES_FOR_INTERVAL` motions have no
+    interval.
     """
     edges = np.array([0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0 + 1e-9])
     place = np.searchsorted(edges, probabilities, side="right") - 1
@@ -93,7 +97,11 @@ def reliability_bins(
             continue
         shares = [fell[drawn][own[drawn]].mean() for drawn in samples if own[drawn].any()]
         motion_shares = means_by_earthquake(fell[own].astype(float), test_motions[own])
-        exact = exact_interval_if_all_0_or_all_1(motion_shares) if motion_shares.size >= FEWEST_EARTHQUAKES else None
+        exact = (
+            exact_interval_if_all_0_or_all_1(motion_shares)
+            if motion_shares.size >= MIN_EARTHQUAKES_FOR_INTERVAL
+            else None
+        )
         interval = exact or bootstrap_interval_over_motions(np.array(shares), motion_shares.size)
         bins.append(
             ReliabilityBin(

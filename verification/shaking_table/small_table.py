@@ -17,9 +17,14 @@ from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.statistics.logistic import fit_logistic_model
 from overturning.units import STANDARD_GRAVITY
-from verification.shaking_table.models import WIDTH_B_OVER_H, WIDTH_HEIGHT, TestIndices, most_likely_size_neighbourhood
+from verification.shaking_table.models import (
+    LOG_B_OVER_H_HALF_WIDTH,
+    LOG_HEIGHT_HALF_WIDTH,
+    TestIndices,
+    most_likely_size_neighbourhood,
+)
 from verification.shaking_table.scores import (
-    NAMES,
+    SCORE_NAMES,
     bootstrap_interval_over_motions,
     bootstrap_test_indices,
     prediction_scores,
@@ -27,18 +32,18 @@ from verification.shaking_table.scores import (
 from verification.tables import RESULTS, markdown_table, publish_markdown, write_csv
 
 FOLDER: Final = Path(__file__).with_name("shakebot")
-SETS: Final = {
+LABEL_BY_TEST_SET: Final = {
     "exp0": "2022-09-07, 0°", "exp270": "2022-09-07, 270°", "PBR_0": "2022-10-24, 0°", "PBR_90": "2022-10-24, 90°",
 }  # fmt: skip
 """Day and orientation of the tests, by file."""
 
-B_OVER_H: Final = np.geomspace(0.02, 0.6, 50)
-HEIGHT: Final = np.geomspace(0.01, 1.5, 38)
+B_OVER_H_CENTRES: Final = np.geomspace(0.02, 0.6, 50)
+NEIGHBOURHOOD_HEIGHTS_M: Final = np.geomspace(0.01, 1.5, 38)
 """Centres of the neighbourhoods, which are as wide as those for the boulder: B/H, and height in m."""
 
-ENDS: Final = {what: (f"{what} low", f"{what} high") for what in NAMES}
+INTERVAL_COLUMNS_BY_SCORE: Final = {what: (f"{what} low", f"{what} high") for what in SCORE_NAMES}
 
-QUIET: Final = 0.5
+REST_TIME_S: Final = 0.5
 """Rest before and after the period, s."""
 
 
@@ -56,26 +61,30 @@ def read_small_table_tests(name: str) -> pd.DataFrame:
 def one_cosine_cycle(pga: float, pgv_over_pga: float, sampling_interval: float = 0.001) -> Motion:
     """Return the commanded motion of a test, one cycle of a cosine towards azimuth 0; PGA in g, PGV/PGA in s."""
     duration = 2.0 * np.pi * pgv_over_pga
-    along = np.zeros(round((2.0 * QUIET + duration) / sampling_interval))
-    time = sampling_interval * np.arange(along.size) - QUIET
+    along = np.zeros(round((2.0 * REST_TIME_S + duration) / sampling_interval))
+    time = sampling_interval * np.arange(along.size) - REST_TIME_S
     own = (time >= 0.0) & (time <= duration)
     along[own] = pga * STANDARD_GRAVITY * np.cos(time[own] / pgv_over_pga)
     return Motion(along, np.zeros_like(along), sampling_interval=sampling_interval)
 
 
-def fall_shares_by_size_neighbourhood(tests: pd.DataFrame) -> FloatArray:
+def simulated_fall_shares_by_neighbourhood_and_test(tests: pd.DataFrame) -> FloatArray:
     """Return the share of stones that fall by neighbourhood of B/H and height and by test, never 0 or 1.
 
-    Centres are in the order of `B_OVER_H`, then `HEIGHT`; all blocks of a neighbourhood count equally.
+    Centres are in the order of `B_OVER_H_CENTRES`, then `NEIGHBOURHOOD_HEIGHTS_M`; all blocks of a neighbourhood count
+    equally.
     """
-    grid = np.meshgrid(B_OVER_H, HEIGHT, indexing="ij")
+    grid = np.meshgrid(B_OVER_H_CENTRES, NEIGHBOURHOOD_HEIGHTS_M, indexing="ij")
     cases = Cases(0.0, grid[1].ravel(), grid[0].ravel(), 1.0)
     pairs, of_test = np.unique(tests[["pga", "ratio"]].to_numpy(), axis=0, return_inverse=True)
     fell = np.array([simulate_rigid_rocking(one_cosine_cycle(*pair), cases).overturned != 0 for pair in pairs])
-    of_pair = fell.reshape(len(pairs), B_OVER_H.size, HEIGHT.size).astype(float)
+    of_pair = fell.reshape(len(pairs), B_OVER_H_CENTRES.size, NEIGHBOURHOOD_HEIGHTS_M.size).astype(float)
     near = [
         (np.abs(np.log(values[:, None] / values)) < width).astype(float)
-        for values, width in ((B_OVER_H, WIDTH_B_OVER_H), (HEIGHT, WIDTH_HEIGHT))
+        for values, width in (
+            (B_OVER_H_CENTRES, LOG_B_OVER_H_HALF_WIDTH),
+            (NEIGHBOURHOOD_HEIGHTS_M, LOG_HEIGHT_HALF_WIDTH),
+        )
     ]
     falls = np.einsum("bi,pij,hj->bhp", near[0], of_pair, near[1])
     members = near[0].sum(axis=1)[:, None] * near[1].sum(axis=1)
@@ -101,7 +110,12 @@ def predict_each_half_from_the_other(
         fit = fit_logistic_model(peaks[learn], fell[learn].astype(float), motion_names(tests)[learn], intervals=False)
         best = most_likely_size_neighbourhood(fractions, fell, learn)
         logistic[other], rigid[other] = fit.fall_probability(peaks[other]), fractions[best][other]
-        centres.append((float(B_OVER_H[best // HEIGHT.size]), float(HEIGHT[best % HEIGHT.size])))
+        centres.append(
+            (
+                float(B_OVER_H_CENTRES[best // NEIGHBOURHOOD_HEIGHTS_M.size]),
+                float(NEIGHBOURHOOD_HEIGHTS_M[best % NEIGHBOURHOOD_HEIGHTS_M.size]),
+            )
+        )
     return made, centres
 
 
@@ -113,9 +127,11 @@ def motion_names(tests: pd.DataFrame) -> np.ndarray:
 def measure_scores() -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return scores of each model on each set, with bootstrap intervals over motions, and the most likely blocks."""
     rows, blocks = [], []
-    for name, label in SETS.items():
+    for name, label in LABEL_BY_TEST_SET.items():
         tests = read_small_table_tests(name)
-        probabilities, centres = predict_each_half_from_the_other(tests, fall_shares_by_size_neighbourhood(tests))
+        probabilities, centres = predict_each_half_from_the_other(
+            tests, simulated_fall_shares_by_neighbourhood_and_test(tests)
+        )
         fell, motions = tests["fell"].to_numpy(), motion_names(tests)
         samples, motion_count = bootstrap_test_indices(motions), np.unique(motions).size
         for half, (b_over_h, height) in zip(("odd", "even"), centres, strict=True):
@@ -125,9 +141,9 @@ def measure_scores() -> tuple[pd.DataFrame, pd.DataFrame]:
                 continue  # no regression: a straight line separates the falls from the stands of a half
             drawn, own = np.array([prediction_scores(p[s], fell[s]) for s in samples]), prediction_scores(p, fell)
             row: dict[str, str | float | int] = {"set": label, "model": model, "tests": len(tests), "fell": fell.sum()}
-            for place, what in enumerate(NAMES):
+            for place, what in enumerate(SCORE_NAMES):
                 interval = bootstrap_interval_over_motions(drawn[:, place], motion_count)
-                row |= {what: own[place]} | dict(zip(ENDS[what], interval, strict=True))
+                row |= {what: own[place]} | dict(zip(INTERVAL_COLUMNS_BY_SCORE[what], interval, strict=True))
             rows.append(row)
     return pd.DataFrame(rows), pd.DataFrame(blocks)
 
@@ -139,7 +155,7 @@ def main() -> None:
     lines = [
         (
             *(str(row[key]) for key in ("set", "model")),
-            *(f"{row[what]:.2f} ({row[f'{what} low']:.2f} to {row[f'{what} high']:.2f})" for what in NAMES),
+            *(f"{row[what]:.2f} ({row[f'{what} low']:.2f} to {row[f'{what} high']:.2f})" for what in SCORE_NAMES),
             f"{row['fell']} of {row['tests']}",
         )
         for _, row in rows.iterrows()
@@ -149,7 +165,7 @@ def main() -> None:
         for _, one in blocks.iterrows()
     ]
     publish_markdown({
-        "small-table-scores": markdown_table(("tests", "model", *NAMES, "fell"), lines),
+        "small-table-scores": markdown_table(("tests", "model", *SCORE_NAMES, "fell"), lines),
         "small-table-blocks": markdown_table(("tests", "fitted to", "B/H", "H, m"), centres),
     })  # fmt: skip
 

@@ -14,17 +14,17 @@ from verification.stability.cases import (
 )
 from verification.stability.maps import (
     ADVERSARIAL_BUDGET,
-    BUDGET,
-    MEANINGS,
+    BLOCK_COLUMN_MEANINGS,
+    BLOCK_STEP_BUDGET,
     SCENE_BUDGET,
-    SCENE_MEANINGS,
+    SCENE_COLUMN_MEANINGS,
     collect_stability_map_rows,
     simulate_and_check_block_case,
     simulate_and_check_scene_cases,
 )
 from verification.stability.stacks import (
     STACK_BUDGET,
-    STACK_MEANINGS,
+    STACK_COLUMN_MEANINGS,
     random_stack_settings,
     simulate_and_check_stack_cases,
 )
@@ -32,7 +32,7 @@ from verification.tables import write_table
 
 app = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="The map of stability.")
 
-Map = Annotated[Path, typer.Option(help="map to write (NetCDF; also as CSV)")]
+MapPathOption = Annotated[Path, typer.Option(help="map to write (NetCDF; also as CSV)")]
 Seed = Annotated[int, typer.Option(min=0, help="seed of the sample")]
 Threads = Annotated[int, typer.Option(min=1, help="number of threads")]
 
@@ -44,7 +44,7 @@ def print_progress(done: int, total: int) -> None:
 
 @app.command()
 def blocks(
-    output: Map,
+    output: MapPathOption,
     count: Annotated[int, typer.Option(min=2, help="cases of the space-filling sample")] = 20_480,
     adversarial: Annotated[int, typer.Option(min=1, help="cases of each adversarial motion")] = 64,
     seed: Seed = 1,
@@ -52,14 +52,14 @@ def blocks(
 ) -> None:
     """Simulate and check single blocks on stiff contacts with extreme parameters; write the map of stability."""
     cases = [*space_filling_cases(count, seed), *cases_under_adversarial_motions(adversarial, seed)]
-    about = {"space_filling": count, "adversarial": adversarial, "seed": seed, "budget": BUDGET}
+    about = {"space_filling": count, "adversarial": adversarial, "seed": seed, "budget": BLOCK_STEP_BUDGET}
     rows = collect_stability_map_rows(simulate_and_check_block_case, cases, threads=threads, progress=print_progress)
-    write_table(rows, output, meanings=MEANINGS, attributes=about, dimension="case")
+    write_table(rows, output, meanings=BLOCK_COLUMN_MEANINGS, attributes=about, dimension="case")
 
 
 @app.command()
 def scenes(
-    output: Map,
+    output: MapPathOption,
     settings: Annotated[int, typer.Option(min=2, help="settings of each scene, of eight cases each")] = 160,
     adversarial: Annotated[int, typer.Option(min=1, help="settings of each scene under each adversarial motion")] = 2,
     seed: Seed = 1,
@@ -74,12 +74,12 @@ def scenes(
     )
     about = {"settings": settings, "adversarial": adversarial, "together": CASES_PER_SETTING, "seed": seed}
     about |= {"budget": SCENE_BUDGET, "adversarial_budget": ADVERSARIAL_BUDGET}
-    write_table(rows, output, meanings=SCENE_MEANINGS, attributes=about, dimension="case")
+    write_table(rows, output, meanings=SCENE_COLUMN_MEANINGS, attributes=about, dimension="case")
 
 
 @app.command()
 def stacks(
-    output: Map,
+    output: MapPathOption,
     settings: Annotated[int, typer.Option(min=2, help="number of stacks, of eight cases each")] = 400,
     seed: Seed = 1,
     threads: Threads = 1,
@@ -89,7 +89,7 @@ def stacks(
         simulate_and_check_stack_cases, random_stack_settings(settings, seed), threads=threads, progress=print_progress
     )
     about = {"settings": settings, "together": CASES_PER_SETTING, "seed": seed, "budget": STACK_BUDGET}
-    write_table(rows, output, meanings=STACK_MEANINGS, attributes=about, dimension="case")
+    write_table(rows, output, meanings=STACK_COLUMN_MEANINGS, attributes=about, dimension="case")
 
 
 if __name__ == "__main__":

@@ -18,13 +18,20 @@ from overturning.units import STANDARD_GRAVITY
 SAMPLES: Final = 256
 """Samples of a motion of the space-filling part; only two in a hundred motions last 25 s, most are shorter."""
 
-PAPER_DAMPING: Final = 3500.0
+ORIGINAL_PAPER_DASHPOT: Final = 3500.0
 """Dashpot of the original paper, N·s/m."""
 
-SHAPES: Final = ("pulse", "noise", "square")
+MOTION_SHAPES: Final = ("pulse", "noise", "square")
 """Motions of the space-filling part: one sine cycle, white noise, a square wave."""
 
-ADVERSARIAL: Final = ("impulse", "ten minutes", "0.01 Hz sine", "50 Hz sine", "vertical above g", "constant offset")
+ADVERSARIAL_MOTIONS: Final = (
+    "impulse",
+    "ten minutes",
+    "0.01 Hz sine",
+    "50 Hz sine",
+    "vertical above g",
+    "constant offset",
+)
 """Adversarial motions."""
 
 SHARE_WITH_VERTICAL: Final = 1 / 3
@@ -84,7 +91,7 @@ def space_filling_cases(count: int, seed: int) -> list[StabilityCase]:
         "vertical": np.where(u[12] < SHARE_WITH_VERTICAL, 1.5 * u[12] / SHARE_WITH_VERTICAL, 0.0),
     }
     schemes = np.where(u[9] < 0.8, "centred", "cundall")
-    shapes = np.array(SHAPES)[(u[10] * len(SHAPES)).astype(int)]
+    shapes = np.array(MOTION_SHAPES)[(u[10] * len(MOTION_SHAPES)).astype(int)]
     return [
         StabilityCase(
             scheme=str(schemes[row]),
@@ -98,7 +105,7 @@ def space_filling_cases(count: int, seed: int) -> list[StabilityCase]:
 def cases_under_adversarial_motions(count: int, seed: int) -> list[StabilityCase]:
     """Return cases under the adversarial motions: blocks of ordinary size; other parameters from the whole range."""
     rows = []
-    for number, motion in enumerate(ADVERSARIAL):
+    for number, motion in enumerate(ADVERSARIAL_MOTIONS):
         for case in space_filling_cases(count, seed + 1 + number):
             # Ordinary sizes and stiff contacts, so that most cases have an answer and few are refused.
             height = 0.1 * (case.height / 0.01) ** 0.4
@@ -155,7 +162,7 @@ SCENES: Final = ("gravestone", "three-tier", "against-a-wall", "boulder")
 CASES_PER_SETTING: Final = 8
 """Number of cases that differ only in friction, amplitude and side; the general kernel runs them side by side."""
 
-SHARE_ABSOLUTE: Final = 1 / 3
+SHARE_WITH_ABSOLUTE_STIFFNESS: Final = 1 / 3
 """Share of the settings with K_n in N/m; in the others δ/B is given."""
 
 
@@ -164,7 +171,7 @@ class ParametersOfSceneCases:
     """Common and individual parameters of `CASES_PER_SETTING` cases of a scene that run together."""
 
     scene: str
-    common: StabilityCase
+    common_parameters: StabilityCase
     """Common contact, sizes and motion: height of the reference element, B/H as a factor on that of the scene, and peak
     before the amplitudes; the friction is not used."""
     static_penetration: float
@@ -183,7 +190,7 @@ def scene_settings(per_scene: int, adversarial: int, seed: int) -> list[Paramete
         generator = np.random.Generator(np.random.PCG64([seed, number]))
         sample = space_filling_cases(per_scene, seed + 100 * (number + 1))
         found += [_draw_scene_setting(scene, case, generator) for case in sample]
-        for place, motion in enumerate(ADVERSARIAL):
+        for place, motion in enumerate(ADVERSARIAL_MOTIONS):
             for case in space_filling_cases(adversarial, seed + 100 * (number + 1) + place + 1):
                 # Ordinary sizes, so that most cases end within their budget.
                 interval = {"ten minutes": 0.05, "0.01 Hz sine": 0.05, "50 Hz sine": 0.002}.get(motion, 0.01)
@@ -200,7 +207,7 @@ def _draw_scene_setting(
     """Draw the common and individual parameters of cases of a scene; contact stiffness is within the given ratios."""
     # Position of the stiffness of the block's case within the logarithmic range 1e4 to 1e13 N/m.
     share = np.log(case.stiffness / 1e4) / np.log(1e9)
-    absolute = softest == 1e-12 and generator.random() < SHARE_ABSOLUTE
+    absolute = softest == 1e-12 and generator.random() < SHARE_WITH_ABSOLUTE_STIFFNESS
     factor = 1.0 if generator.random() < 0.5 else float(np.exp(generator.uniform(np.log(0.5), np.log(2.2))))
     vertical = case.motion == "vertical above g"
     amplitude = (
@@ -222,8 +229,10 @@ def _draw_scene_setting(
 
 def scene_of_setting(setting: ParametersOfSceneCases, root: Path = Path()) -> Scene:
     """Return the scene with the density and contact law of the setting."""
-    scene, case = load_scene(setting.scene, root), setting.common
-    damping = {"damping": PAPER_DAMPING} if np.isnan(case.damping_ratio) else {"damping_ratio": case.damping_ratio}
+    scene, case = load_scene(setting.scene, root), setting.common_parameters
+    damping = (
+        {"damping": ORIGINAL_PAPER_DASHPOT} if np.isnan(case.damping_ratio) else {"damping_ratio": case.damping_ratio}
+    )
     law = ContactLaw(between=("stone", "stone"), **damping)
     if np.isnan(setting.static_penetration):
         law = law.model_copy(update={"stiffness": case.stiffness})

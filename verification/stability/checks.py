@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.balance import ENERGY_BOUND
-from overturning.dem.limits import MAX_PENETRATION
+from overturning.dem.kernel.balance import MAX_ENERGY_ERROR
+from overturning.dem.limits import MAX_PENETRATION_RATIO
 from overturning.dem.polygon.prepare import PreparedScene
 from overturning.model.geometry import PlacedElement
 from overturning.model.results import CaseResults
@@ -27,13 +27,13 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from verification.stability.cases import StabilityCase
 
-LEVEL: Final = 0.5 * np.pi
+RIGHT_ANGLE_RAD: Final = 0.5 * np.pi
 """Rotation that turns an upright face down, rad."""
 
-ROUNDING: Final = 1e-6
+ROTATION_TOLERANCE_RAD: Final = 1e-6
 """Tolerance for a rotation that is stored as a share of α in single precision."""
 
-SMALL_SLIDE: Final = 1e-9
+MAX_ROUNDING_SLIP_PER_METRE: Final = 1e-9
 """Largest slip of a block at rest due to rounding, per metre of its size."""
 
 
@@ -57,19 +57,19 @@ class CheckedOutcome(IntEnum):
 class BoundsOnCaseResults(NamedTuple):
     """Bounds that the results of a case must keep, computed from shapes, contacts and motion only."""
 
-    sunk: float
+    max_static_penetration: float
     """Largest static penetration, m."""
-    size: float
+    smallest_side: float
     """Smallest side of an element, m; the allowed penetration is a share of it."""
     width: float
     """Width of a contact, m; for a stiff contact the static penetration is small compared with it."""
-    demand: float
+    max_acceleration_ratio: float
     """Largest ratio of horizontal to vertical acceleration, |a|/(g + a_up)."""
-    rests: float
+    motion_threshold_ratio: float
     """Demand below which nothing moves."""
-    stands: float
+    fall_threshold_ratio: float
     """Demand below which nothing falls if contacts are stiff."""
-    slides: float = np.inf
+    min_slip_of_moved_element: float = np.inf
     """Slip from which an element counts as moved in a case without shaking, m."""
 
 
@@ -80,7 +80,7 @@ def find_failed_check(bounds: BoundsOnCaseResults, results: CaseResults, row: in
     numbers, and must agree with rigid elements: below both thresholds they neither fall nor slide.
     `flags_match` is True if flags and rotations are consistent.
     """
-    limit = MAX_PENETRATION * 0.5 * bounds.size
+    limit = MAX_PENETRATION_RATIO * 0.5 * bounds.smallest_side
     if not CaseStatus(results.status[row]).has_outcome:
         return "" if np.all(results.overturned[row] == INT8_MISSING) else "flag in spite of the mark"
     if not np.isin(results.overturned[row], (-1, 0, 1)).all():
@@ -94,20 +94,26 @@ def find_failed_check(bounds: BoundsOnCaseResults, results: CaseResults, row: in
     )
     if not all(np.isfinite(values[row]).all() for values in numbers):
         return "a number is not finite"
-    if bounds.sunk > limit or results.peak_penetration[row] > limit * (1 + 1e-6):
+    if bounds.max_static_penetration > limit or results.peak_penetration[row] > limit * (1 + 1e-6):
         return "penetration"
-    if results.energy_error[row] > ENERGY_BOUND:
+    if results.energy_error[row] > MAX_ENERGY_ERROR:
         return "energy balance"
     fallen = results.overturned[row] != 0
     if not flags_match:
         return "flag and rotation"
     if np.any(np.isfinite(results.overturning_time[row]) != fallen):
         return "flag and time"
-    if results.status[row] == CaseStatus.AT_REST and bounds.demand > bounds.rests:
+    if results.status[row] == CaseStatus.AT_REST and bounds.max_acceleration_ratio > bounds.motion_threshold_ratio:
         return "left out above a threshold"
-    if bounds.demand == 0.0 and np.any(fallen | (results.peak_slip[row] > bounds.slides)):
+    if bounds.max_acceleration_ratio == 0.0 and np.any(
+        fallen | (results.peak_slip[row] > bounds.min_slip_of_moved_element)
+    ):
         return "moved without motion"
-    if np.any(fallen) and bounds.demand < 0.2 * bounds.stands and bounds.sunk < 1e-4 * bounds.width:
+    if (
+        np.any(fallen)
+        and bounds.max_acceleration_ratio < 0.2 * bounds.fall_threshold_ratio
+        and bounds.max_static_penetration < 1e-4 * bounds.width
+    ):
         return "fell below the threshold of rocking"
     return ""
 
@@ -134,9 +140,9 @@ def find_failed_block_check(case: StabilityCase, motion: Motion, results: CaseRe
     stands = ratio if case.friction < 0.5 * ratio else 0.0
     bounds = BoundsOnCaseResults(
         static_penetration(case), min(width, case.height), width, max_acceleration_ratio(motion),
-        min(ratio, case.friction), stands, SMALL_SLIDE * (width + case.height),
+        min(ratio, case.friction), stands, MAX_ROUNDING_SLIP_PER_METRE * (width + case.height),
     )  # fmt: skip
-    lies = results.peak_rotation[0] * np.arctan(ratio) >= LEVEL * (1 - ROUNDING)
+    lies = results.peak_rotation[0] * np.arctan(ratio) >= RIGHT_ANGLE_RAD * (1 - ROTATION_TOLERANCE_RAD)
     return find_failed_check(bounds, results, 0, bool((results.overturned[0] != 0) == lies))
 
 
@@ -144,7 +150,7 @@ def find_failed_scene_check(
     prepared: PreparedScene, friction: float, motion: Motion, results: CaseResults, row: int = 0
 ) -> str:
     """Return the first failed check of a scene with one μ for all contacts; see `find_failed_check`."""
-    size = min(item.smaller_side for item in prepared.placed if not item.is_driven_or_held)
+    size = min(item.smaller_extent for item in prepared.placed if not item.is_driven_or_held)
     bound = min(least_rocking_acceleration_ratio(prepared.placed), friction)
     bounds = BoundsOnCaseResults(
         max_static_penetration(prepared), size, size, max_acceleration_ratio(motion), bound * (1 + 1e-9), bound
@@ -179,10 +185,10 @@ def least_rocking_acceleration_ratio(placed: Sequence[PlacedElement]) -> float:
         x = sum(part.mass * part.x for part in above) / mass
         z = sum(part.mass * part.z for part in above) / mass
         level = item.vertices_in_scene[:, 1].min()
-        foot = item.vertices_in_scene[item.vertices_in_scene[:, 1] < level + 1e-9 * item.smaller_side][:, 0]
+        foot = item.vertices_in_scene[item.vertices_in_scene[:, 1] < level + 1e-9 * item.smaller_extent][:, 0]
         if k > 0:
             below = free[k - 1].vertices_in_scene
-            top = below[below[:, 1] > level - 1e-6 * item.smaller_side][:, 0]
+            top = below[below[:, 1] > level - 1e-6 * item.smaller_extent][:, 0]
             foot = np.clip(foot, top.min(), top.max())
         least = min(least, (foot.max() - x) / (z - level), (x - foot.min()) / (z - level))
     return float(max(least, 0.0))
@@ -190,31 +196,33 @@ def least_rocking_acceleration_ratio(placed: Sequence[PlacedElement]) -> float:
 
 def flags_match_rotations(prepared: PreparedScene, fallen: NDArray[np.bool_], rotation: FloatArray) -> bool:
     """True if the flags of the free elements are consistent with their largest rotations, rad, limited to 90°."""
-    early = fallen & (rotation < standing_rotation_limits(prepared) - ROUNDING)
-    missed = ~fallen & (rotation > least_rotations_marked_as_fallen(prepared) - ROUNDING)
+    early = fallen & (rotation < standing_rotation_limits(prepared) - ROTATION_TOLERANCE_RAD)
+    missed = ~fallen & (rotation > least_rotations_marked_as_fallen(prepared) - ROTATION_TOLERANCE_RAD)
     return not (early | missed).any()
 
 
 def least_rotations_marked_as_fallen(prepared: PreparedScene) -> FloatArray:
     """Return the rotation, rad, to either side from which each free element must be marked as fallen.
 
-    A stone that lies level on a face of length L has a penetration δ = m g/(2 K_n) at both ends. With δ at the near end
-    the far end touches at asin(δ/L) before level; from there on the face bears on both ends. K_n is that of the softest
-    contact of the element. If the scene gives a rotation (`fallen_rotation_deg`), it is used itself, except 90° for an
-    element with an upright face. Results contain rotations up to 90° only: the limit is infinite for larger angles.
+    A stone that lies level on a face of length L has a penetration δ = m g/(2 K_n) at both ends. With δ at the near
+    end the far end touches at asin(δ/L) before level; from there on the face bears on both ends. K_n is that of the
+    softest contact of the element. If the scene gives a rotation (`fallen_rotation_deg`), it is used itself, except
+    90° for an element with an upright face. Results contain rotations up to 90° only: the limit is infinite for
+    larger angles.
     """
     angle = _rotations_counted_as_fallen(prepared)
     for place, index in enumerate(prepared.free_element_indices):
         item = prepared.placed[index]
         # The longest face that this rotation turns down.
         length = max(
-            (length for turn, length in _face_rotations(item) if abs(abs(turn) - angle[place]) < 1e-9), default=0.0
+            (length for turn, length in _face_down_rotations_and_lengths(item) if abs(abs(turn) - angle[place]) < 1e-9),
+            default=0.0,
         )
         if length > 0.0:
             mine = [k for k, pair in enumerate(prepared.pairs) if index in pair[:2]]
             pressed = item.mass * STANDARD_GRAVITY / (2.0 * prepared.laws.normal[mine].min())
             angle[place] -= np.arcsin(min(pressed / length, 1.0))
-    return np.where(angle > LEVEL, np.inf, angle)
+    return np.where(angle > RIGHT_ANGLE_RAD, np.inf, angle)
 
 
 def standing_rotation_limits(prepared: PreparedScene) -> FloatArray:
@@ -224,9 +232,9 @@ def standing_rotation_limits(prepared: PreparedScene) -> FloatArray:
         item = prepared.placed[index]
         on_ground = all(prepared.placed[k].is_driven_or_held for k in prepared.carriers[index])
         x, z = item.shape.vertices.T
-        base = x[z < z.min() + 1e-9 * item.smaller_side]
+        base = x[z < z.min() + 1e-9 * item.smaller_extent]
         tips = float(np.arctan2(min(base.max(), -base.min()), -z.min()))
-        found.append(min(asked, tips, LEVEL) if on_ground and item.element.fallen_drop is None else 0.0)
+        found.append(min(asked, tips, RIGHT_ANGLE_RAD) if on_ground and item.element.fallen_drop is None else 0.0)
     return np.array(found)
 
 
@@ -235,14 +243,14 @@ def _rotations_counted_as_fallen(prepared: PreparedScene) -> FloatArray:
     items = [prepared.placed[index] for index in prepared.free_element_indices]
     asked = [item.element.fallen_rotation_deg for item in items]
     return np.array([
-        max(_rest_rotations(item)) if angle is None else np.radians(angle)
+        max(_rotations_to_rest_on_next_face(item)) if angle is None else np.radians(angle)
         for item, angle in zip(items, asked, strict=True)
     ])  # fmt: skip
 
 
-def _rest_rotations(item: PlacedElement) -> tuple[float, float]:
+def _rotations_to_rest_on_next_face(item: PlacedElement) -> tuple[float, float]:
     """Return the least rotations to either side, rad, at which an element can rest on another face."""
-    tilts = [angle for angle, _ in _face_rotations(item)]
+    tilts = [angle for angle, _ in _face_down_rotations_and_lengths(item)]
     stable = np.array(
         [
             angle
@@ -255,7 +263,7 @@ def _rest_rotations(item: PlacedElement) -> tuple[float, float]:
     return float((-others[others < 0]).min(initial=np.pi)), float(others[others > 0].min(initial=np.pi))
 
 
-def _face_rotations(item: PlacedElement) -> list[tuple[float, float]]:
+def _face_down_rotations_and_lengths(item: PlacedElement) -> list[tuple[float, float]]:
     """Return the rotation that turns each face of the convex hull down, rad, and the length of the face, m."""
     found = []
     for first, second in combinations(item.shape.vertices, 2):
@@ -264,7 +272,7 @@ def _face_rotations(item: PlacedElement) -> list[tuple[float, float]]:
         lowest = (
             t
             for t in turns
-            if first[1] * np.cos(t) - first[0] * np.sin(t) < 1e-9 * item.smaller_side - _centre_height(item, t)
+            if first[1] * np.cos(t) - first[0] * np.sin(t) < 1e-9 * item.smaller_extent - _centre_height(item, t)
         )
         found += [(turn, float(np.hypot(x, z))) for turn in lowest]
     return found

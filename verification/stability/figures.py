@@ -11,7 +11,7 @@ from overturning.figures.write import save_figure_files
 from verification.stability.cases import SCENES
 from verification.stability.checks import CheckedOutcome
 
-_KINDS: Final = (
+_LABELS_AND_COLOURS_OF_OUTCOMES: Final = (
     ("right", (CheckedOutcome.RIGHT,), "#9ecae1"),
     ("at rest", (CheckedOutcome.AT_REST,), "#cfcfca"),
     ("undecided", (CheckedOutcome.UNDECIDED,), "#009e73"),
@@ -87,7 +87,7 @@ def _draw_cases_as_points(axis: Any, rows: pd.DataFrame, across: str, up: str, s
     # edges would make the image in the SVG four times as large.
     rows = rows[np.isfinite(rows[across]) & np.isfinite(rows[up])]
     rows = rows.iloc[np.random.Generator(np.random.PCG64(1)).permutation(len(rows))]
-    colour_of = {int(ending): colour for _, endings, colour in _KINDS for ending in endings}
+    colour_of = {int(ending): colour for _, endings, colour in _LABELS_AND_COLOURS_OF_OUTCOMES for ending in endings}
     x, y = (np.clip(rows[group], *_LIMITS[group]) for group in (across, up))
     colours = [colour_of[ending] for ending in rows["ending"]]
     axis.scatter(x, y, s=size**2, c=colours, marker="s", linewidths=0, antialiaseds=False, rasterized=True)
@@ -103,7 +103,7 @@ def _add_outcome_legend(figure: Any, rows: pd.DataFrame) -> None:
 
     handles = [
         Line2D([], [], linestyle="none", marker="o", markersize=7, markeredgewidth=0, color=colour, label=name)
-        for name, endings, colour in _KINDS
+        for name, endings, colour in _LABELS_AND_COLOURS_OF_OUTCOMES
         if np.isin(rows["ending"], endings).any()
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
@@ -122,7 +122,7 @@ def draw_outcome_shares(rows: pd.DataFrame, path: Path) -> None:
             place = np.clip(known[group], low, high * (1 - 1e-9))
             total = np.histogram(place, edges)[0]
             bottom = np.zeros(_BINS)
-            for name, endings, colour in _KINDS:
+            for name, endings, colour in _LABELS_AND_COLOURS_OF_OUTCOMES:
                 counted = np.histogram(place[np.isin(known["ending"], endings)], edges)[0]
                 # No share is drawn for fewer than ten cases.
                 top = bottom + np.where(total >= 10, counted / np.maximum(total, 1), 0.0)

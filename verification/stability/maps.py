@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.numerics import ELEMENT_STEP, NumericalOptions
+from overturning.dem.numerics import BLOCK_STEPS_PER_ELEMENT_STEP, NumericalOptions
 from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.run import run_cases, simulate_cases
 from overturning.dem.time_step import (
@@ -31,9 +31,9 @@ from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from verification.stability.cases import (
-    ADVERSARIAL,
+    ADVERSARIAL_MOTIONS,
     CASES_PER_SETTING,
-    PAPER_DAMPING,
+    ORIGINAL_PAPER_DASHPOT,
     ParametersOfSceneCases,
     StabilityCase,
     motion_of_case,
@@ -48,16 +48,16 @@ from verification.stability.checks import (
     static_penetration,
 )
 
-BUDGET: Final = 1_000_000
+BLOCK_STEP_BUDGET: Final = 1_000_000
 """Budget of block steps of a case of the map; below that of a study, to limit the run time to minutes."""
 SCENE_BUDGET: Final = 300_000
 """Budget of steps of a case of a scene; one step costs as much as some tens of block steps."""
 ADVERSARIAL_BUDGET: Final = 600_000
 """Budget of steps of a case of a scene under an adversarial motion."""
 
-GROUPS: Final = ("penetration_ratio", "damping", "step_ratio", "acceleration_ratio", "friction_ratio")
+DIMENSIONLESS_GROUPS: Final = ("penetration_ratio", "damping", "step_ratio", "acceleration_ratio", "friction_ratio")
 
-_BOTH: Final = {
+_COMMON_COLUMN_MEANINGS: Final = {
     "friction": ("friction coefficient", "1"),
     "peak": ("largest horizontal acceleration", "m s-2"),
     "scheme": ("integration scheme", ""),
@@ -67,7 +67,7 @@ _BOTH: Final = {
     "energy_error": ("residual of work and energy", "1"),
     "step_ratio": ("time step over the stable one", "1"),
 }
-MEANINGS: Final = _BOTH | {
+BLOCK_COLUMN_MEANINGS: Final = _COMMON_COLUMN_MEANINGS | {
     "stiffness": ("normal stiffness of a corner, per metre of depth", "N m-1"),
     "damping_ratio": ("damping ratio of heave asked for; NaN: the paper's dashpot", "1"),
     "b_over_h": ("slenderness", "1"),
@@ -88,7 +88,7 @@ MEANINGS: Final = _BOTH | {
     "friction_ratio": ("friction coefficient over B/H", "1"),
 }
 """Long name and unit of the columns of the map of blocks."""
-SCENE_MEANINGS: Final = _BOTH | {
+SCENE_COLUMN_MEANINGS: Final = _COMMON_COLUMN_MEANINGS | {
     "scene": ("scene", ""),
     "height": ("height of the reference element", "m"),
     "b_over_h": ("slenderness of the reference element", "1"),
@@ -106,11 +106,11 @@ SCENE_MEANINGS: Final = _BOTH | {
 def contact_of_case(case: StabilityCase) -> Contact:
     """Return the contact of a case of the map."""
     if np.isnan(case.damping_ratio):
-        return Contact(stiffness=case.stiffness, damping=PAPER_DAMPING)
+        return Contact(stiffness=case.stiffness, damping=ORIGINAL_PAPER_DASHPOT)
     return Contact(stiffness=case.stiffness, damping_ratio=case.damping_ratio)
 
 
-def simulate_and_check_block_case(case: StabilityCase, number: int, budget: int = BUDGET) -> dict[str, Any]:
+def simulate_and_check_block_case(case: StabilityCase, number: int, budget: int = BLOCK_STEP_BUDGET) -> dict[str, Any]:
     """Run one case within a budget of block steps and check its answer; return a row of the map.
 
     `number` is the index of the case on the map; it is the seed of the noise.
@@ -156,7 +156,7 @@ def _dimensionless_groups_of_block(case: StabilityCase, contact: Contact, motion
         case.peak / (STANDARD_GRAVITY * case.b_over_h),
         case.friction / case.b_over_h,
     )
-    return dict(zip(GROUPS, groups, strict=True))
+    return dict(zip(DIMENSIONLESS_GROUPS, groups, strict=True))
 
 
 def _step_over_stable_step(
@@ -180,8 +180,8 @@ def simulate_and_check_scene_cases(
 
     `number` is the index of the setting on the map; it is the seed of the noise. `root` contains config/scenes.
     """
-    case = setting.common
-    scene, motion = scene_of_setting(setting, root), motion_of_case(setting.common, number)
+    case = setting.common_parameters
+    scene, motion = scene_of_setting(setting, root), motion_of_case(setting.common_parameters, number)
     ratio = reference_element_height_and_b_over_h(scene)[1] * case.b_over_h
     alike = {
         "scene": setting.scene, "motion": case.motion, "scheme": case.scheme, "height": case.height, "b_over_h": ratio,
@@ -191,7 +191,7 @@ def simulate_and_check_scene_cases(
     rows: dict[str, NDArray[Any]] = {name: np.full(CASES_PER_SETTING, value) for name, value in alike.items()}
     rows["friction"], rows["reason"] = setting.friction, np.full(CASES_PER_SETTING, "", object)
     rows["peak"] = setting.amplitude * np.abs(motion.north).max()
-    budget = ADVERSARIAL_BUDGET if case.motion in ADVERSARIAL else SCENE_BUDGET
+    budget = ADVERSARIAL_BUDGET if case.motion in ADVERSARIAL_MOTIONS else SCENE_BUDGET
     prepared = None
     try:
         prepared = prepare_scene(scene, case.height, ratio)
@@ -199,7 +199,7 @@ def simulate_and_check_scene_cases(
         numerics = NumericalOptions(
             scheme=case.scheme,
             time_step=case.time_step,
-            budget=ELEMENT_STEP * budget * len(scene.free_element_names),
+            budget=BLOCK_STEPS_PER_ELEMENT_STEP * budget * len(scene.free_element_names),
             general=True,
         )
         found = simulate_cases(scene, motion, cases, numerics)
@@ -213,7 +213,7 @@ def simulate_and_check_scene_cases(
         if not reason and CaseStatus(found.status[row]).has_outcome:
             rows["fallen"][row] = np.count_nonzero(found.overturned[row])
     rows["energy_error"][:], rows["block_steps"][:] = found.energy_error, found.block_steps
-    if scene.is_single_block:
+    if scene.is_single_block_on_wide_ground:
         block = simulate_cases(scene, motion, cases, replace(numerics, general=False))
         # The ground of the scene is finite, that of the single block is not.
         there = found.peak_slip < 0.5 * prepared.placed[0].shape.width
@@ -227,22 +227,25 @@ def _dimensionless_groups_of_scene(
 ) -> dict[str, NDArray[Any]]:
     """Return the dimensionless groups of the cases of a scene by name; NaN if the scene was refused."""
     if prepared is None:
-        return dict.fromkeys(GROUPS, np.full(CASES_PER_SETTING, np.nan))
+        return dict.fromkeys(DIMENSIONLESS_GROUPS, np.full(CASES_PER_SETTING, np.nan))
     laws, bound = prepared.laws, max(least_rocking_acceleration_ratio(prepared.placed), 1e-9)
     loaded = laws.carried > 0
     heave = 2.0 * np.sqrt(0.5 * laws.normal * laws.carried / STANDARD_GRAVITY)
     damping = laws.dashpot[loaded] / heave[loaded]
     groups = (
         max_static_penetration(prepared)
-        / min(item.smaller_side for item in prepared.placed if not item.is_driven_or_held),
+        / min(item.smaller_extent for item in prepared.placed if not item.is_driven_or_held),
         float(damping.max()) if damping.size else np.nan,
         _step_over_stable_step(
-            setting.common, np.array([prepared.square]), np.array([prepared.rate]), motion.sampling_interval
+            setting.common_parameters, np.array([prepared.square]), np.array([prepared.rate]), motion.sampling_interval
         ),
         setting.amplitude * np.abs(motion.north).max() / (STANDARD_GRAVITY * bound),
         setting.friction / bound,
     )
-    return {name: np.broadcast_to(value, CASES_PER_SETTING) for name, value in zip(GROUPS, groups, strict=True)}
+    return {
+        name: np.broadcast_to(value, CASES_PER_SETTING)
+        for name, value in zip(DIMENSIONLESS_GROUPS, groups, strict=True)
+    }
 
 
 def collect_stability_map_rows(

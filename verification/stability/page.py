@@ -7,14 +7,14 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from overturning.dem.limits import MAX_PENETRATION
-from overturning.dem.numerics import BUDGET
-from overturning.model.contact import PRECISION_FLOOR
-from verification.stability.cases import ADVERSARIAL, SCENES
+from overturning.dem.limits import MAX_PENETRATION_RATIO
+from overturning.dem.numerics import DEFAULT_MAX_BLOCK_STEPS
+from overturning.model.contact import MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO
+from verification.stability.cases import ADVERSARIAL_MOTIONS, SCENES
 from verification.stability.checks import CheckedOutcome
 from verification.tables import MeasuredNumber, markdown_table, wrap_text
 
-STIFF: Final = 1e-5
+MAX_STIFF_PENETRATION_RATIO: Final = 1e-5
 """δ/B below which contacts are stiff: here only extreme cases should be marked."""
 
 _HEADS: Final = tuple(ending.name.lower().replace("_", " ") for ending in CheckedOutcome)
@@ -40,9 +40,11 @@ def numbers_for_summary(blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.D
             MeasuredNumber(f"map of stability, {name}: wrong without a mark", int(silent.sum())),
             MeasuredNumber(f"map of stability, {name}: largest residual of work and energy", energy),
         ]
-    stiff = blocks["ending"][blocks["penetration_ratio"] < STIFF]
+    stiff = blocks["ending"][blocks["penetration_ratio"] < MAX_STIFF_PENETRATION_RATIO]
     marked = 100 * float((stiff == CheckedOutcome.UNSTABLE).mean())
-    made.append(MeasuredNumber(f"map of stability, blocks: marked, δ/B below {STIFF:g}", marked, "%"))
+    made.append(
+        MeasuredNumber(f"map of stability, blocks: marked, δ/B below {MAX_STIFF_PENETRATION_RATIO:g}", marked, "%")
+    )
     return made
 
 
@@ -71,7 +73,9 @@ def _paragraph_on_check_results(rows: pd.DataFrame, checks: str = "six") -> str:
 
 def _block_outcome_tables(rows: pd.DataFrame) -> str:
     """Return the tables of outcomes of single blocks."""
-    kinds = {"space-filling": ~rows["motion"].isin(ADVERSARIAL)} | {n: rows["motion"] == n for n in ADVERSARIAL}
+    kinds = {"space-filling": ~rows["motion"].isin(ADVERSARIAL_MOTIONS)} | {
+        n: rows["motion"] == n for n in ADVERSARIAL_MOTIONS
+    }
     by_motion = _outcome_count_table("motion", kinds, rows)
     by_penetration = _outcome_share_table_by_penetration(rows, (0.0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2, 1e-1, np.inf))
     budget = f"The table counts {len(rows)} cases; each of them may use at most {rows.attrs['budget']:.3g} time steps."
@@ -90,7 +94,7 @@ def _outcome_share_table_by_penetration(rows: pd.DataFrame, edges: tuple[float, 
 
 def _scene_outcome_table(rows: pd.DataFrame) -> str:
     """Return the table of outcomes of scenes."""
-    adversarial = rows["motion"].isin(ADVERSARIAL)
+    adversarial = rows["motion"].isin(ADVERSARIAL_MOTIONS)
     kinds: dict[str, pd.Series[bool]] = {}
     for scene in SCENES:
         mine = rows["scene"] == scene
@@ -100,8 +104,8 @@ def _scene_outcome_table(rows: pd.DataFrame) -> str:
         f"The table counts {len(rows)} cases of scenes. A case may use at most {rows.attrs['budget']:.3g} time steps, "
         f"or {rows.attrs['adversarial_budget']:.3g} time steps under adversarial motions (chosen to make the program "
         f"fail). {_paragraph_on_check_results(rows)} "
-        f"The {len(compared)} cases of gravestones that stay on the ground were also run with the program for single "
-        f"blocks; the flags of the two programs differ in {(compared == 0).sum()} of these cases."
+        f"The {len(compared)} cases of gravestones that do not slide off the ground were also run with the program for "
+        f"single blocks; the flags of the two programs differ in {(compared == 0).sum()} of these cases."
     )
     return f"{_outcome_count_table('scene', kinds, rows)}\n\n{wrap_text(summary)}"
 
@@ -133,7 +137,7 @@ def _paragraphs_on_inputs_without_outcome(blocks: pd.DataFrame, scenes: pd.DataF
     soft = ratio > 0.1
     unstable = (ending == CheckedOutcome.UNSTABLE) & (ratio < 1e-2)
     # The penetration is in B, its limit a share of half the smaller side.
-    sunk = blocks["penetration"] > 0.5 * MAX_PENETRATION * np.minimum(1.0, 1.0 / blocks["b_over_h"])
+    sunk = blocks["penetration"] > 0.5 * MAX_PENETRATION_RATIO * np.minimum(1.0, 1.0 / blocks["b_over_h"])
     over, undecided = ending == CheckedOutcome.OVER_BUDGET, ending == CheckedOutcome.UNDECIDED
     in_scenes = (scenes["ending"] == CheckedOutcome.UNSTABLE) & (scenes["penetration_ratio"] < 1e-2)
     lines = [
@@ -142,7 +146,8 @@ def _paragraphs_on_inputs_without_outcome(blocks: pd.DataFrame, scenes: pd.DataF
         "into the base that the contact law no longer applies. "
         f"Of the {int(soft.sum())} blocks with δ/B above 0.1, {_percent(ending[soft] == CheckedOutcome.UNSTABLE)} are "
         "marked `unstable`.",
-        f"Very stiff contacts have a penetration δ at rest below {PRECISION_FLOOR * np.finfo(float).eps:.1g} H, where "
+        "Very stiff contacts have a penetration δ at rest below "
+        f"{MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO * np.finfo(float).eps:.1g} H, where "
         "H is the height: double precision cannot resolve such a penetration. The program refuses a block or "
         "scene whose contacts are too stiff for double precision, and the error names `stiffness`.",
         "On lightly damped contacts, strong shaking throws corners up, and the corners land fast. Of the "
@@ -159,7 +164,7 @@ def _paragraphs_on_inputs_without_outcome(blocks: pd.DataFrame, scenes: pd.DataF
         "A case that reaches the largest allowed number of steps is marked `over_budget`. Half of the "
         f"{int(over.sum())} blocks over budget are lower than {np.median(blocks['height'][over]):.2g} m. The program "
         f"allows a case at most {blocks.attrs['budget']:.2g} time steps in the map of stability, and at most "
-        f"{BUDGET:.0e} time steps in a study.",
+        f"{DEFAULT_MAX_BLOCK_STEPS:.0e} time steps in a study.",
         "Blocks on contacts with little damping may still bounce or rock strongly at the time 20/p after the record (p "
         "is the rocking frequency). They are marked `undecided` if they have enough energy to overturn. Of the "
         f"{int(undecided.sum())} undecided blocks, {_percent(blocks['damping'][undecided] < 0.01)} have a damping "

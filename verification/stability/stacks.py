@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.balance import ENERGY_BOUND
-from overturning.dem.limits import MAX_PENETRATION
-from overturning.dem.numerics import BODY_STEP, NumericalOptions
+from overturning.dem.kernel.balance import MAX_ENERGY_ERROR
+from overturning.dem.limits import MAX_PENETRATION_RATIO
+from overturning.dem.numerics import BLOCK_STEPS_PER_BODY_STEP, NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError
 from overturning.model.cases import LOWEST_STONE_M, Cases
@@ -30,18 +30,18 @@ from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from verification.stability.cases import CASES_PER_SETTING, SHAPES, StabilityCase, motion_of_case
+from verification.stability.cases import CASES_PER_SETTING, MOTION_SHAPES, StabilityCase, motion_of_case
 from verification.stability.checks import CheckedOutcome
 
 STACK_BUDGET: Final = 500_000
 """Largest number of time steps of a case."""
-ONSET_SHARE: Final = 0.2
+MAX_ONSET_SHARE_WITHOUT_FALL: Final = 0.2
 """Share of the least acceleration that opens or slides a joint, up to which no stone may fall."""
-STIFF: Final = 1e-4
+MAX_STIFF_PENETRATION_RATIO: Final = 1e-4
 """Static penetration over the width of a contact, below which the stones are close to rigid."""
-PLANS: Final[tuple[PlanShape, ...]] = ("rectangle", "circle", 3, 5, 6, 8, 12, 16)
+PLAN_SHAPES: Final[tuple[PlanShape, ...]] = ("rectangle", "circle", 3, 5, 6, 8, 12, 16)
 """Plans of the stones of a stack that does not consist of boxes."""
-STACK_MEANINGS: Final = {
+STACK_COLUMN_MEANINGS: Final = {
     "stones": ("number of stones", "1"),
     "kind": ("boxes, prisms of several widths, or drums: prisms of one width", ""),
     "motion": ("kind of motion", ""),
@@ -74,8 +74,8 @@ class ParametersOfStackCases:
     density: FloatArray
     """Density of each stone, kg/m³, shape (stones,)."""
     penetration_ratio: float
-    damping: float
-    shaking: StabilityCase
+    damping_ratio: float
+    motion_parameters: StabilityCase
     """Kind, sampling interval and vertical component of a motion with a peak of 1 g."""
     friction: FloatArray
     amplitude: FloatArray
@@ -89,7 +89,7 @@ class ParametersOfStackCases:
         return "boxes" if not self.plans else "drums" if np.ptp(self.sizes[:, 0]) == 0.0 else "prisms"
 
     @property
-    def mass(self) -> FloatArray:
+    def stone_masses(self) -> FloatArray:
         """Mass of each stone, kg."""
         box: PlanShape = "rectangle"
         shares = [_plan_area_share(plan) for plan in self.plans or (box,) * len(self.sizes)]
@@ -106,7 +106,7 @@ class ParametersOfStackCases:
         centres, feet = tops - 0.5 * self.sizes[:, 2], tops - self.sizes[:, 2]
         side, least = self.sizes[:, :2].min(axis=1), np.inf
         for joint, foot in enumerate(feet):
-            mass = self.mass[joint:]
+            mass = self.stone_masses[joint:]
             height = float((mass * (centres[joint:] - foot)).sum() / mass.sum())
             patch = min(side[joint], side[joint - 1]) if joint > 0 else side[joint]
             least = min(least, 0.5 * float(patch) / height)
@@ -136,7 +136,7 @@ def _draw_stack_setting(generator: np.random.Generator) -> ParametersOfStackCase
     width = draw_log_uniform(0.1, 2.0) * np.cumprod(np.concatenate([[1.0], generator.uniform(0.5, 1.2, stones - 1)]))
     depth = width * draw_log_uniform(0.5, 2.0, stones)
     height = np.maximum(np.minimum(width, depth) * draw_log_uniform(0.02, 6.0, stones), LOWEST_STONE_M)
-    kind = ("vertical above g", *SHAPES)[int(generator.integers(4))]
+    kind = ("vertical above g", *MOTION_SHAPES)[int(generator.integers(4))]
     shaking = StabilityCase(
         stiffness=1.0, damping_ratio=1.0, b_over_h=1.0, height=1.0, density=1.0, friction=1.0, scheme="centred",
         step_fraction=float("nan"), peak=STANDARD_GRAVITY, sampling_interval=float(draw_log_uniform(0.005, 0.05)),
@@ -148,14 +148,14 @@ def _draw_stack_setting(generator: np.random.Generator) -> ParametersOfStackCase
     slick = generator.random(CASES_PER_SETTING) < 0.05
     plans: tuple[PlanShape, ...] = ()
     if generator.random() < 1.0 / 3.0:
-        plans = tuple(PLANS[number] for number in generator.integers(0, len(PLANS), stones))
+        plans = tuple(PLAN_SHAPES[number] for number in generator.integers(0, len(PLAN_SHAPES), stones))
         width = np.full(stones, width[0]) if generator.random() < 0.5 else width
         depth = width
     return ParametersOfStackCases(
         plans=plans, sizes=np.round(np.stack([width, depth, height], axis=1), 4) + 1e-4,
         density=np.round(draw_log_uniform(500.0, 20_000.0, stones)),
-        penetration_ratio=float(draw_log_uniform(1e-8, 1e-2)), damping=float(draw_log_uniform(0.01, 5.0)),
-        shaking=shaking,
+        penetration_ratio=float(draw_log_uniform(1e-8, 1e-2)), damping_ratio=float(draw_log_uniform(0.01, 5.0)),
+        motion_parameters=shaking,
         friction=np.where(slick, 0.0, draw_log_uniform(0.02, 10.0, CASES_PER_SETTING)), amplitude=amplitude,
         orientation_deg=np.round(generator.uniform(0.0, 360.0, CASES_PER_SETTING), 1),
     )  # fmt: skip
@@ -178,7 +178,7 @@ def scene_of_stack_setting(setting: ParametersOfStackCases) -> Scene:
     pairs[0] = ("ground", pairs[0][1])
     return Scene(
         name="stack", reference=elements[-1].name, elements=tuple(elements), materials=materials,
-        contacts=tuple(ContactLaw(between=pair, damping_ratio=setting.damping) for pair in pairs),
+        contacts=tuple(ContactLaw(between=pair, damping_ratio=setting.damping_ratio) for pair in pairs),
     )  # fmt: skip
 
 
@@ -197,9 +197,9 @@ def find_failed_stack_check(setting: ParametersOfStackCases, motion: Motion, res
     slips = [getattr(results, name)[row] for name in ("residual_slip_north", "residual_slip_east", "residual_twist")]
     if not (np.isfinite(numbers).all() and all(np.isfinite(values[~fallen]).all() for values in slips)):
         return "a number is not finite"
-    if results.energy_error[row] > ENERGY_BOUND:
+    if results.energy_error[row] > MAX_ENERGY_ERROR:
         return "energy balance"
-    if results.peak_penetration[row] > MAX_PENETRATION * 0.5 * setting.sizes.min() * (1.0 + 1e-6):
+    if results.peak_penetration[row] > MAX_PENETRATION_RATIO * 0.5 * setting.sizes.min() * (1.0 + 1e-6):
         return "penetration"
     critical = np.degrees(np.arctan2(setting.sizes[:, :2].min(axis=1), setting.sizes[:, 2]))
     lowest = int(np.argmax(fallen))
@@ -213,7 +213,11 @@ def find_failed_stack_check(setting: ParametersOfStackCases, motion: Motion, res
         return "left out above a threshold"
     if amplitude == 0.0 and (fallen.any() or max(np.abs(slips[0]).max(), np.abs(slips[1]).max()) > 1e-9):
         return "moved without motion"
-    if fallen.any() and demand < ONSET_SHARE * onset and setting.penetration_ratio < STIFF:
+    if (
+        fallen.any()
+        and demand < MAX_ONSET_SHARE_WITHOUT_FALL * onset
+        and setting.penetration_ratio < MAX_STIFF_PENETRATION_RATIO
+    ):
         return "fell below the least acceleration that moves a joint"
     return ""
 
@@ -225,14 +229,14 @@ def simulate_and_check_stack_cases(setting: ParametersOfStackCases, number: int)
 
     `number` is the index of the setting on the map; it is the seed of the noise.
     """
-    motion, stones = motion_of_case(setting.shaking, number), len(setting.sizes)
-    above = np.cumsum(setting.mass[::-1])[::-1] - setting.mass
+    motion, stones = motion_of_case(setting.motion_parameters, number), len(setting.sizes)
+    above = np.cumsum(setting.stone_masses[::-1])[::-1] - setting.stone_masses
     relative = setting.sizes[:, 2] / setting.sizes[:, :2].min(axis=1)
     alike = {
-        "stones": stones, "kind": setting.kind, "motion": setting.shaking.motion,
-        "sampling_interval": setting.shaking.sampling_interval,
-        "thinnest": relative.min(), "slenderest": relative.max(), "mass_ratio": (above / setting.mass).max(),
-        "penetration_ratio": setting.penetration_ratio, "damping": setting.damping,
+        "stones": stones, "kind": setting.kind, "motion": setting.motion_parameters.motion,
+        "sampling_interval": setting.motion_parameters.sampling_interval,
+        "thinnest": relative.min(), "slenderest": relative.max(), "mass_ratio": (above / setting.stone_masses).max(),
+        "penetration_ratio": setting.penetration_ratio, "damping": setting.damping_ratio,
         "ending": np.int8(CheckedOutcome.REFUSED), "fallen": np.int8(-1), "energy_error": np.nan,
         "block_steps": np.int64(0),
     }  # fmt: skip
@@ -250,7 +254,9 @@ def simulate_and_check_stack_cases(setting: ParametersOfStackCases, number: int)
     try:
         cases = Cases(setting.orientation_deg, height, ratio, setting.friction, setting.amplitude)
         model = Stack(scene, VertexContact(static_penetration=setting.penetration_ratio))
-        found = simulate_cases(model, motion, cases, NumericalOptions(budget=BODY_STEP * STACK_BUDGET * stones))
+        found = simulate_cases(
+            model, motion, cases, NumericalOptions(budget=BLOCK_STEPS_PER_BODY_STEP * STACK_BUDGET * stones)
+        )
     except ArgumentError as error:
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
         return rows

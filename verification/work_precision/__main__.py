@@ -8,7 +8,7 @@ import typer
 
 from overturning.errors import ArgumentError
 from verification.tables import write_table
-from verification.work_precision.parts import MEANINGS, PARTS, result_table
+from verification.work_precision.parts import COLUMN_MEANINGS, PARTS, result_table
 
 
 def main(
@@ -23,7 +23,7 @@ def main(
         for row in measure():
             rows.append(row)
             print(*(row.get(name) for name in ("cases_of", "method", "step_fraction")), file=sys.stderr, flush=True)
-    write_table(result_table(rows), output, meanings=MEANINGS)
+    write_table(result_table(rows), output, meanings=COLUMN_MEANINGS)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.block.state import COLUMNS
+from overturning.dem.block.state import PARALLEL_CASE_COUNT
 from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
 from overturning.model.variables import INT8_MISSING
@@ -23,24 +23,24 @@ RunSettings = Mapping[str, Any]
 HALVINGS: Final = 15
 """Number of halvings of the bracket of a boundary, which is then known to 3e-7 of B/H."""
 
-AT_ONCE: Final = 3
+MAX_HALVINGS_RUN_TOGETHER: Final = 3
 """Largest number of halvings whose midpoints are run together, to fill the columns of the kernel; same result."""
 
-BRACKET: Final = 0.005
+BRACKET_HALF_WIDTH: Final = 0.005
 """Half-width of the bracket in which the boundary of a method is searched, as a share of B/H."""
 
-RESOLUTION: Final = 2 * BRACKET / 2**HALVINGS
+RESOLUTION: Final = 2 * BRACKET_HALF_WIDTH / 2**HALVINGS
 """Width of the last bracket, as a share of B/H; a smaller shift counts as 0."""
 
 
 class OverturningBoundary(NamedTuple):
     """Overturning boundary between a falling case and its standing neighbour along B/H."""
 
-    group: int
+    group_index: int
     """Number of its group."""
-    falling: dict[str, float]
+    falling_case: dict[str, float]
     """Azimuth (degrees), height (m), friction and B/H of the falling case."""
-    stands_at: float
+    standing_b_over_h: float
     """B/H of its standing neighbour."""
 
 
@@ -72,7 +72,7 @@ def locate_boundaries(
     boundaries: Sequence[OverturningBoundary],
     usual: RunSettings,
     finest: RunSettings,
-    bracket: float = BRACKET,
+    bracket: float = BRACKET_HALF_WIDTH,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the B/H of the boundaries by the usual settings, and by fine ones within a bracket around them."""
     near = bisect_boundaries(groups, boundaries, usual, *falling_and_standing_b_over_h(boundaries), 2 * HALVINGS)
@@ -81,8 +81,8 @@ def locate_boundaries(
 
 def falling_and_standing_b_over_h(boundaries: Sequence[OverturningBoundary]) -> tuple[FloatArray, FloatArray]:
     """Return B/H of the falling cases and of their standing neighbours."""
-    return np.array([place.falling["b_over_h"] for place in boundaries]), np.array(
-        [place.stands_at for place in boundaries]
+    return np.array([place.falling_case["b_over_h"] for place in boundaries]), np.array(
+        [place.standing_b_over_h for place in boundaries]
     )
 
 
@@ -102,8 +102,8 @@ def bisect_boundaries(
     low, high = np.where(known, low, 1.0), np.where(known, high, 1.0)
     fell = _blocks_fall(groups, boundaries, method, np.stack([low, high]))
     good = known & fell[0] & ~fell[1]
-    most = max(sum(place.group == number for place in boundaries) for number in range(len(groups)))
-    together = max(1, min(AT_ONCE, int(np.log2(COLUMNS / max(most, 1) + 1))))
+    most = max(sum(place.group_index == number for place in boundaries) for number in range(len(groups)))
+    together = max(1, min(MAX_HALVINGS_RUN_TOGETHER, int(np.log2(PARALLEL_CASE_COUNT / max(most, 1) + 1))))
     while halvings > 0:
         depth = min(together, halvings)
         halvings -= depth
@@ -129,10 +129,10 @@ def _blocks_fall(
     """Return True where blocks with the given B/H fall at each boundary; shape (values, boundaries)."""
     fell = np.zeros(b_over_h.shape, bool)
     for number, group in enumerate(groups):
-        rows = [row for row, place in enumerate(boundaries) if place.group == number]
+        rows = [row for row, place in enumerate(boundaries) if place.group_index == number]
         if rows:
             axes = {
-                name: np.tile([boundaries[row].falling[name] for row in rows], len(b_over_h))
+                name: np.tile([boundaries[row].falling_case[name] for row in rows], len(b_over_h))
                 for name in ("azimuth_deg", "height", "friction")
             }
             found = run_cases(group.motion, Cases(b_over_h=b_over_h[:, rows].ravel(), **axes), **method)
@@ -146,7 +146,7 @@ def boundary_shift(
     method: RunSettings,
     expected_boundaries: FloatArray,
     reference_boundaries: FloatArray,
-    bracket: float = BRACKET,
+    bracket: float = BRACKET_HALF_WIDTH,
 ) -> float:
     """Return the median shift of the boundary as a share of B/H; outside of the bracket it counts as the half-width.
 

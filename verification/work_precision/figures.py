@@ -7,19 +7,19 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from overturning.figures.style import DASHES, INK, SERIES, use_package_matplotlib_settings
+from overturning.figures.style import INK, SERIES_COLOURS, SERIES_LINE_STYLES, use_package_matplotlib_settings
 from overturning.figures.write import save_figure_files
-from overturning.model.contact import STATIC_PENETRATION
+from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO
 from verification.work_precision.boundaries import RESOLUTION
 from verification.work_precision.page import is_from_time_step_variation
 
-_LOOK: Final = {
-    name: ((*SERIES, INK)[index], (*DASHES, "-")[index], marker)
+_LINE_STYLE_BY_METHOD: Final = {
+    name: ((*SERIES_COLOURS, INK)[index], (*SERIES_LINE_STYLES, "-")[index], marker)
     for index, (name, marker) in enumerate(
         zip(("centred", "cundall", "stiffness", "Box2D", "pymunk", "MuJoCo", "exact"), "osD^vP*", strict=True)
     )
 }
-LEAST_ROTATION: Final = 1e-8
+MIN_DRAWN_ROTATION_ERROR: Final = 1e-8
 """Smallest error of peak rotation that is drawn, far below the errors of springs and steps."""
 _LABELS: Final = {
     "wrong_flags": "wrong flags, share",
@@ -30,9 +30,9 @@ _LABELS: Final = {
     "slip_error": "peak slip,\nlargest error, share",
     "energy_error": "work and energy,\nmean residual",
 }
-_SCHEMES: Final = {"centred": "centred, over time steps", "cundall": "cundall, over time steps"}
-_ACROSS: Final = {"seconds_per_case": "processor time per case, s", "step_fraction": "Δt / Δt stable"}
-_COUNTED: Final = {"wrong_flags": "cases", "wrong_sides": "fallen", "disagree": "shared"}
+_SCHEME_LABELS: Final = {"centred": "centred, over time steps", "cundall": "cundall, over time steps"}
+_X_AXIS_LABELS: Final = {"seconds_per_case": "processor time per case, s", "step_fraction": "Δt / Δt stable"}
+_TOTAL_COLUMN_BY_COUNT_COLUMN: Final = {"wrong_flags": "cases", "wrong_sides": "fallen", "disagree": "shared"}
 
 
 def draw_errors_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
@@ -53,8 +53,8 @@ def draw_errors_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
             )  # shared axis: use the widest limits
             axes[0, column].set_xlim(limits[:, 0].min(), limits[:, 1].max())
             axes[0, column].set_title(f"six records, {friction}")
-            axes[-1, column].set_xlabel(_ACROSS["seconds_per_case"])
-        methods = _SCHEMES | {"stiffness": "centred, δ/B 2e-3 to 2e-8, against 2e-8"}
+            axes[-1, column].set_xlabel(_X_AXIS_LABELS["seconds_per_case"])
+        methods = _SCHEME_LABELS | {"stiffness": "centred, δ/B 2e-3 to 2e-8, against 2e-8"}
         figure.legend(handles=_legend_handles(methods), loc="lower center", ncols=2, bbox_to_anchor=(0.5, 0.0))
         figure.subplots_adjust(left=0.13, right=0.98, top=0.96, bottom=0.15, hspace=0.12, wspace=0.2)
         save_figure_files(figure, path)
@@ -64,7 +64,7 @@ def draw_errors_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
     """Draw the errors of kernel, exact block and engines against rigid rocking and sliding."""
     import matplotlib.pyplot as plt
 
-    own = np.isclose(rows["penetration_ratio"], STATIC_PENETRATION) | rows["penetration_ratio"].isna()
+    own = np.isclose(rows["penetration_ratio"], DEFAULT_STATIC_PENETRATION_RATIO) | rows["penetration_ratio"].isna()
     default_step = rows["step_fraction"] == rows["step_fraction"][rows["default"] == 1].iloc[0]
     with use_package_matplotlib_settings():
         figure, axes = plt.subplots(3, 2, figsize=(7.6, 9.6), layout="constrained")
@@ -78,8 +78,8 @@ def draw_errors_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
         axes[2, 0].set_title("sliding blocks, exact sliding")
         _draw_error_panel(axes[2, 1], rows[rows["against"] == "energy balance"], "energy_error", across="step_fraction")
         axes[2, 1].set_title("six records")
-        methods = _SCHEMES | {"stiffness": "centred, δ/B 2e-3 to 2e-8"}
-        methods |= {name: f"{name}, over substeps" for name in list(_LOOK)[3:-1]}
+        methods = _SCHEME_LABELS | {"stiffness": "centred, δ/B 2e-3 to 2e-8"}
+        methods |= {name: f"{name}, over substeps" for name in list(_LINE_STYLE_BY_METHOD)[3:-1]}
         methods = {
             name: text for name, text in methods.items() if (rows["method"] == name).any() or name == "stiffness"
         }
@@ -100,7 +100,7 @@ def _draw_error_panel(
     """Draw one line per method, and one over stiffness, with axes in whole decades."""
     from matplotlib.ticker import NullFormatter
 
-    for method in _LOOK:
+    for method in _LINE_STYLE_BY_METHOD:
         own = rows[rows["method"] == method] if method != "stiffness" else springs
         if own is not None:
             _draw_method_line(axis, own, across, measure, method)
@@ -112,7 +112,7 @@ def _draw_error_panel(
     axis.xaxis.set_minor_formatter(NullFormatter())
     axis.yaxis.set_minor_formatter(NullFormatter())
     axis.grid(True, which="major")
-    axis.set_xlabel(_ACROSS[across])
+    axis.set_xlabel(_X_AXIS_LABELS[across])
     if first:
         axis.set_ylabel(_LABELS[measure])
 
@@ -123,7 +123,13 @@ def _legend_handles(methods: Mapping[str, str]) -> list[Any]:
 
     handles = [
         Line2D(
-            [], [], color=_LOOK[name][0], linestyle=_LOOK[name][1], marker=_LOOK[name][2], markersize=4.5, label=label
+            [],
+            [],
+            color=_LINE_STYLE_BY_METHOD[name][0],
+            linestyle=_LINE_STYLE_BY_METHOD[name][1],
+            marker=_LINE_STYLE_BY_METHOD[name][2],
+            markersize=4.5,
+            label=label,
         )
         for name, label in methods.items()
     ]
@@ -140,18 +146,18 @@ def _legend_handles(methods: Mapping[str, str]) -> list[Any]:
 
 def _draw_method_line(axis: Any, rows: pd.DataFrame, across: str, measure: str, method: str) -> None:
     """Draw the errors of one method over cost or step: hollow marks for no error, a ring for the default."""
-    colour, dash, marker = _LOOK[method]
+    colour, dash, marker = _LINE_STYLE_BY_METHOD[method]
     rows = rows[np.isfinite(rows[measure])].sort_values(across, kind="stable")
     if rows.empty:
         return
     x, y, default = rows[across].to_numpy(), rows[measure].to_numpy(), rows["default"].to_numpy() == 1
-    none = (y == 0) & (measure in {*_COUNTED, "boundary_shift"})
+    none = (y == 0) & (measure in {*_TOTAL_COLUMN_BY_COUNT_COLUMN, "boundary_shift"})
     # A logarithmic axis has no zero: draw no wrong case as half a case, and a shift below the resolution as half of it.
-    if measure in _COUNTED:
-        y = np.where(none, 0.5, y) / np.maximum(rows[_COUNTED[measure]].to_numpy(), 1)
+    if measure in _TOTAL_COLUMN_BY_COUNT_COLUMN:
+        y = np.where(none, 0.5, y) / np.maximum(rows[_TOTAL_COLUMN_BY_COUNT_COLUMN[measure]].to_numpy(), 1)
     y = np.where(none & (y == 0), 0.5 * RESOLUTION, y)
     if measure == "rotation_error":
-        y = np.maximum(y, LEAST_ROTATION)
+        y = np.maximum(y, MIN_DRAWN_ROTATION_ERROR)
     axis.plot(x, y, color=colour, linestyle=dash, linewidth=1.3)
     common: dict[str, Any] = {"linestyle": "none", "clip_on": False, "in_layout": False}
     for face, part in ((colour, ~none), ("white", none)):

@@ -6,34 +6,36 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from overturning.model.contact import STATIC_PENETRATION
+from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO
 from overturning.study.ensemble import wilson_interval
 from verification.measures import convergence_order
 from verification.tables import MeasuredNumber, iterate_rows, markdown_table
 from verification.work_precision.boundaries import RESOLUTION
 from verification.work_precision.parts import SCHEMES
 
-ORDER_FRACTIONS: Final = (0.5, 0.05)
+STEP_FRACTIONS_OF_ORDER_FIT: Final = (0.5, 0.05)
 """Largest and smallest Δt/Δt_stable of the fit of the order of convergence."""
 
-SHOWN_FRACTIONS: Final = (1.0, 0.5, 0.12)
+SHOWN_STEP_FRACTIONS: Final = (1.0, 0.5, 0.12)
 SHOWN_ENGINE_STEPS: Final = (1 / 60, 1 / 240, 1 / 960, 1 / 3840)
 """Time steps shown in the docs: of the kernel as Δt/Δt_stable, of the engines in s."""
 
-AGREEMENTS: Final = (0.9, 0.95, 0.97, 0.98, 0.99)
+COMPARED_AGREEMENT_SHARES: Final = (0.9, 0.95, 0.97, 0.98, 0.99)
 """Shares of agreeing cases at which times are compared."""
-COMPARED: Final = ("exact", "centred", "cundall", "pymunk", "MuJoCo", "Box2D")
+COMPARED_METHODS: Final = ("exact", "centred", "cundall", "pymunk", "MuJoCo", "Box2D")
 
-_ERRORS: Final = ("wrong flags (95 %)", "wrong sides (95 %)", "peak rotation", "boundary")
+_ERROR_HEADERS: Final = ("wrong flags (95 %)", "wrong sides (95 %)", "peak rotation", "boundary")
 
 
 def is_from_time_step_variation(rows: pd.DataFrame, kind: str) -> "pd.Series[bool]":
     """Return True for rows of a set of records with the default stiffness and varying time step."""
-    own = np.isclose(rows["penetration_ratio"], STATIC_PENETRATION)
+    own = np.isclose(rows["penetration_ratio"], DEFAULT_STATIC_PENETRATION_RATIO)
     return (rows["cases_of"] == f"records, {kind}") & (rows["against"] == "finer step") & own
 
 
-def convergence_orders(rows: pd.DataFrame, between: tuple[float, float] = ORDER_FRACTIONS) -> dict[str, float]:
+def convergence_orders(
+    rows: pd.DataFrame, between: tuple[float, float] = STEP_FRACTIONS_OF_ORDER_FIT
+) -> dict[str, float]:
     """Return the order of convergence of each scheme for each continuous measure between two Δt/Δt_stable."""
     high, low = between
     steps = (rows["step_fraction"] <= high) & (rows["step_fraction"] >= low)
@@ -122,21 +124,24 @@ def _has_time_step_shown_in_docs(rows: pd.DataFrame) -> "pd.Series[bool]":
     """Return True for rows with time steps that the docs show, of any stiffness."""
     steps, engine = rows["step_fraction"], rows["penetration_ratio"].isna()
     own = np.isclose(steps.to_numpy()[:, None], SHOWN_ENGINE_STEPS, rtol=1e-3, atol=0.0).any(axis=1)
-    return (steps.isin(SHOWN_FRACTIONS).where(~engine, own) | (rows["method"] == "exact")).astype(bool)
+    return (steps.isin(SHOWN_STEP_FRACTIONS).where(~engine, own) | (rows["method"] == "exact")).astype(bool)
 
 
 def table_of_time_at_equal_agreement(rows: pd.DataFrame) -> str:
     """Return the lowest time at which each method reaches given agreements with the rigid block, and the highest."""
     of = rows[rows["cases_of"] == "records, no sliding"]
     agreement = 1.0 - of["disagree"] / of["shared"]
-    most = {name: agreement[of["method"] == name].max() for name in COMPARED if (of["method"] == name).any()}
+    most = {name: agreement[of["method"] == name].max() for name in COMPARED_METHODS if (of["method"] == name).any()}
 
     def shortest_time_text(name: str, least: float) -> str:
         """Return the shortest time at which a method reaches an agreement, or "–"."""
         seconds = of["seconds_per_case"][(of["method"] == name) & (agreement >= least)].min()
         return f"{1e3 * seconds:.3g} ms" if np.isfinite(seconds) else "–"
 
-    lines = [(f"{100 * least:g} %", *(shortest_time_text(name, least) for name in most)) for least in AGREEMENTS]
+    lines = [
+        (f"{100 * least:g} %", *(shortest_time_text(name, least) for name in most))
+        for least in COMPARED_AGREEMENT_SHARES
+    ]
     best = [f"{100 * share:.1f} % in {shortest_time_text(name, share)}" for name, share in most.items()]
     return markdown_table(
         (f"agreement in {of['shared'].max():.0f} cases", *most), [*lines, ("highest agreement", *best)]
@@ -159,20 +164,20 @@ def _step_error_table(rows: pd.DataFrame) -> str:
         )
         for at in iterate_rows(chosen)
     ]
-    return markdown_table(("cases", "scheme", "Δt/Δt stable", "s per case", *_ERRORS), lines)
+    return markdown_table(("cases", "scheme", "Δt/Δt stable", "s per case", *_ERROR_HEADERS), lines)
 
 
 def _stiffness_error_table(rows: pd.DataFrame) -> str:
     """Return the table of errors of the default scheme and step over stiffness."""
     ratio = rows["penetration_ratio"]
-    several = ratio.notna() & ~np.isclose(ratio, STATIC_PENETRATION) & (rows["against"] == "finer step")
+    several = ratio.notna() & ~np.isclose(ratio, DEFAULT_STATIC_PENETRATION_RATIO) & (rows["against"] == "finer step")
     names = {"finer step": "same springs, finer steps", "stiffest springs": "stiffest springs, finer steps"}
     lines = [
         (at.cases_of, _mark_default_setting(at, f"{at.penetration_ratio:.0e}"), f"{at.seconds_per_case:.2g}",
          names[at.against], *_error_cells(at))
         for at in iterate_rows(rows[several | (rows["against"] == "stiffest springs")])
     ]  # fmt: skip
-    return markdown_table(("cases", "δ/B", "s per case", "against", *_ERRORS), lines)
+    return markdown_table(("cases", "δ/B", "s per case", "against", *_ERROR_HEADERS), lines)
 
 
 def _rigid_error_table(rows: pd.DataFrame) -> str:
@@ -215,7 +220,7 @@ def _time_step_or_order_label(at: Any) -> str:
 
 
 def _convergence_order_table(found: Mapping[str, float], over_all: Mapping[str, float]) -> str:
-    """Return the table of orders of convergence, within `ORDER_FRACTIONS` and over all steps."""
+    """Return the table of orders of convergence, within `STEP_FRACTIONS_OF_ORDER_FIT` and over all steps."""
 
     def order_text(value: float) -> str:
         """Return an order of convergence as text."""

@@ -13,19 +13,19 @@ import numpy as np
 import pandas as pd
 
 from overturning.arrays import FloatArray
-from overturning.dem.block.rigid import ORDER, simulate_rigid_rocking
-from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, parse_scheme
-from overturning.model.contact import STATIC_PENETRATION, Contact
+from overturning.dem.block.rigid import TAYLOR_SERIES_ORDER, simulate_rigid_rocking
+from overturning.dem.time_step import AUTO_TO_STABLE_STEP_RATIO, DEFAULT_SCHEME, parse_scheme
+from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO, Contact
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.study.answers import count_outcome_differences
-from verification.engines import ENGINES, SidesInEngine, fall_side_of_block, installed_engines
+from verification.engines import PLANAR_ENGINES, StoneFallSidesOfCaseFunction, fall_side_of_block, installed_engines
 from verification.inputs import (
     CaseGroup,
     block_groups_under_records,
     every_nth_case,
-    rigid_block_groups_under_records,
-    rocking_pulse_groups,
+    non_sliding_block_groups_under_records,
+    rocking_block_groups_under_sine_pulses,
     sliding_block_groups,
     values_of_every_nth_case,
 )
@@ -37,35 +37,35 @@ from verification.work_precision.boundaries import boundary_shift, find_boundari
 Row = dict[str, Any]
 
 SCHEMES: Final = ("centred", "cundall")
-FRACTIONS: Final = (1.0, 0.9, 0.5, 0.25, 0.12, 0.06, 0.03, 0.01)
+STEP_FRACTIONS: Final = (1.0, 0.9, 0.5, 0.25, 0.12, 0.06, 0.03, 0.01)
 """Time steps, as Δt/Δt_stable."""
-LEAST_EXPLICIT: Final = 0.1
+MIN_STEP_FRACTION_OF_CUNDALL: Final = 0.1
 """Smallest Δt/Δt_stable of Cundall's scheme; its stable step is 1/50 of that of the centred scheme by default."""
-PENETRATIONS: Final = (2e-3, 2e-4, 2e-5, 2e-6, STATIC_PENETRATION, 2e-8)
+PENETRATIONS: Final = (2e-3, 2e-4, 2e-5, 2e-6, DEFAULT_STATIC_PENETRATION_RATIO, 2e-8)
 """Static penetrations, as δ/B."""
-AUTOMATIC: Final = AUTO_FRACTION[parse_scheme(DEFAULT_SCHEME)]
-FINEST: Final = 0.006
+AUTOMATIC_STEP_FRACTION: Final = AUTO_TO_STABLE_STEP_RATIO[parse_scheme(DEFAULT_SCHEME)]
+REFERENCE_STEP_FRACTION: Final = 0.006
 """Δt/Δt_stable of the reference, which uses the centred scheme."""
 THINNED_BELOW_FRACTION, THINNING = 0.05, 3
 """Below this Δt/Δt_stable only every third case is run, to limit the run time to minutes."""
-LEAST_WITH_BOUNDARY: Final = 0.02
+MIN_STEP_FRACTION_WITH_BOUNDARY: Final = 0.02
 """Below this Δt/Δt_stable no boundary is computed."""
-MOST: Final = 4
+MAX_BOUNDARIES_PER_RECORD: Final = 4
 """Largest number of boundaries for each record."""
-FINE_FOR_STIFFNESS: Final = 0.03
+STIFFNESS_REFERENCE_STEP_FRACTION: Final = 0.03
 """Δt/Δt_stable of the references with other stiffnesses; their errors are far below the effect of the stiffness."""
-WIDE_BRACKET: Final = 0.02
+WIDE_BRACKET_HALF_WIDTH: Final = 0.02
 """Half-width of the bracket for boundaries with other stiffnesses, as a share of B/H."""
-ENGINES_EVERY: Final = {"sine pulses": 5, "records, no sliding": 2}
+ENGINE_CASE_INTERVAL_BY_SET: Final = {"sine pulses": 5, "records, no sliding": 2}
 """The engines run every n-th case of a set, since a case takes at least a hundred times as long as in the kernel."""
 ENGINE_STEPS: Final = tuple(1 / 60 / 2**halved for halved in range(7))
 """Time steps of the engines, s: 1 to 64 substeps of 1/60 s, their usual step."""
-ORDERS: Final = (2, 3, 4, 6, ORDER, 10)
+SERIES_ORDERS: Final = (2, 3, 4, 6, TAYLOR_SERIES_ORDER, 10)
 """Orders of the series of the exact block."""
-EXACT: Final = 16
+REFERENCE_SERIES_ORDER: Final = 16
 """Order of the series of the reference."""
 
-MEANINGS: Final = {
+COLUMN_MEANINGS: Final = {
     "cases_of": ("set of cases", ""),
     "method": ("scheme of the kernel, the exact block, or an engine", ""),
     "against": ("what the error is against", ""),
@@ -94,27 +94,27 @@ MEANINGS: Final = {
 
 def result_table(rows: Sequence[Row]) -> pd.DataFrame:
     """Return the rows as a table with all columns; columns that were not measured are NaN."""
-    table = pd.DataFrame(rows, columns=list(MEANINGS))
-    return table.astype({name: np.float64 for name, (_, unit) in MEANINGS.items() if unit})
+    table = pd.DataFrame(rows, columns=list(COLUMN_MEANINGS))
+    return table.astype({name: np.float64 for name, (_, unit) in COLUMN_MEANINGS.items() if unit})
 
 
 class SchemeSetting(NamedTuple):
     """Setting of a computation: scheme, time step over the longest stable one, and static penetration over width."""
 
     scheme: str
-    fraction: float
-    penetration: float = STATIC_PENETRATION
+    step_fraction: float
+    penetration_ratio: float = DEFAULT_STATIC_PENETRATION_RATIO
 
     @property
     def arguments(self) -> dict[str, Any]:
         """Return this setting as arguments of `run_cases`."""
-        contact = Contact(static_penetration=self.penetration)
-        return {"scheme": self.scheme, "time_step": f"{self.fraction:g} stable", "model": gravestone(contact)}
+        contact = Contact(static_penetration=self.penetration_ratio)
+        return {"scheme": self.scheme, "time_step": f"{self.step_fraction:g} stable", "model": gravestone(contact)}
 
     def row(self, cases_of: str, against: str, **columns: Any) -> Row:
         """Return a table row with this setting, the kind of cases, the reference and further columns."""
-        own = {"method": self.scheme, "step_fraction": self.fraction, "penetration_ratio": self.penetration}
-        default = self == SchemeSetting(DEFAULT_SCHEME, AUTOMATIC)
+        own = {"method": self.scheme, "step_fraction": self.step_fraction, "penetration_ratio": self.penetration_ratio}
+        default = self == SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_FRACTION)
         return {"cases_of": cases_of, "against": against, "default": default} | own | columns
 
     def run(self, groups: Sequence[CaseGroup]) -> tuple[CaseResults, Row]:
@@ -139,7 +139,7 @@ def wrong_outcome_counts(flags: Flags, right: Flags) -> Row:
 def scheme_and_step_settings(least: float = 0.0, finest: bool = True) -> Iterator[SchemeSetting]:
     """Yield both schemes with time steps above `least` of the stable one, with or without the finest."""
     for scheme in SCHEMES:
-        fractions = [share for share in FRACTIONS if scheme != "cundall" or share >= LEAST_EXPLICIT]
+        fractions = [share for share in STEP_FRACTIONS if scheme != "cundall" or share >= MIN_STEP_FRACTION_OF_CUNDALL]
         for fraction in fractions[: None if finest else -1]:
             if fraction > least:
                 yield SchemeSetting(scheme, fraction)
@@ -156,19 +156,19 @@ def measure_errors_against_finer_steps(kind: str) -> Iterator[Row]:
 
     The reference is the centred scheme at a far finer step.
     """
-    groups, finest = block_groups_under_records(kind), SchemeSetting("centred", FINEST)
+    groups, finest = block_groups_under_records(kind), SchemeSetting("centred", REFERENCE_STEP_FRACTION)
     right, few = flags_and_peak_rotations(groups, finest), every_nth_case(groups, THINNING)
     right_few = (
         values_of_every_nth_case(groups, right[0], THINNING),
         values_of_every_nth_case(groups, right[1], THINNING),
     )
-    where = find_boundaries(groups, right[0], MOST)
+    where = find_boundaries(groups, right[0], MAX_BOUNDARIES_PER_RECORD)
     near, exact = locate_boundaries(groups, where, {}, finest.arguments)
     for setting in scheme_and_step_settings():
-        thin = setting.fraction < THINNED_BELOW_FRACTION
+        thin = setting.step_fraction < THINNED_BELOW_FRACTION
         found, columns = setting.run(few if thin else groups)
         columns |= error_table_columns(found, right_few if thin else right)
-        if setting.fraction >= LEAST_WITH_BOUNDARY:
+        if setting.step_fraction >= MIN_STEP_FRACTION_WITH_BOUNDARY:
             columns["boundary_shift"] = boundary_shift(groups, where, setting.arguments, near, exact)
         yield setting.row(f"records, {kind}", "finer step", **columns)
 
@@ -180,18 +180,18 @@ def measure_errors_over_stiffness(kind: str) -> Iterator[Row]:
     """
     groups, stiffest = block_groups_under_records(kind), PENETRATIONS[-1]
     exact = {
-        delta: flags_and_peak_rotations(groups, SchemeSetting("centred", FINE_FOR_STIFFNESS, delta))
+        delta: flags_and_peak_rotations(groups, SchemeSetting("centred", STIFFNESS_REFERENCE_STEP_FRACTION, delta))
         for delta in PENETRATIONS
-        if delta != STATIC_PENETRATION  # included in the comparison of time steps
+        if delta != DEFAULT_STATIC_PENETRATION_RATIO  # included in the comparison of time steps
     }
-    usual = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC, stiffest).arguments
-    slow = SchemeSetting("centred", 2 * FINE_FOR_STIFFNESS, stiffest).arguments
-    where = find_boundaries(groups, run_case_groups(groups, **usual).results.overturned, MOST)
-    near, right = locate_boundaries(groups, where, usual, slow, WIDE_BRACKET)
+    usual = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_FRACTION, stiffest).arguments
+    slow = SchemeSetting("centred", 2 * STIFFNESS_REFERENCE_STEP_FRACTION, stiffest).arguments
+    where = find_boundaries(groups, run_case_groups(groups, **usual).results.overturned, MAX_BOUNDARIES_PER_RECORD)
+    near, right = locate_boundaries(groups, where, usual, slow, WIDE_BRACKET_HALF_WIDTH)
     for delta in PENETRATIONS:
-        setting = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC, delta)
+        setting = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_FRACTION, delta)
         found, spent = setting.run(groups)
-        shift = boundary_shift(groups, where, setting.arguments, near, right, WIDE_BRACKET)
+        shift = boundary_shift(groups, where, setting.arguments, near, right, WIDE_BRACKET_HALF_WIDTH)
         columns = spent | error_table_columns(found, exact[stiffest]) | {"boundary_shift": shift}
         yield setting.row(f"records, {kind}", "stiffest springs", **columns)
         if delta in exact:
@@ -208,7 +208,9 @@ def measure_energy_balance() -> Iterator[Row]:
         yield setting.row("records, all", "energy balance", cases=int(simulated.sum()), energy_error=residual)
 
 
-def run_rocking_block(groups: Sequence[CaseGroup], order: int = EXACT, factor: float = 1.0) -> tuple[Flags, FloatArray]:
+def run_rigid_rocking_blocks(
+    groups: Sequence[CaseGroup], order: int = REFERENCE_SERIES_ORDER, factor: float = 1.0
+) -> tuple[Flags, FloatArray]:
     """Return sides and peak rotations of Housner's rocking block, under motions multiplied by `factor`."""
     found = [simulate_rigid_rocking(motion.scaled_by(factor), cases, order) for motion, cases in groups]
     return np.concatenate([one.overturned for one in found]), np.concatenate([one.peak_rotation for one in found])
@@ -216,8 +218,8 @@ def run_rocking_block(groups: Sequence[CaseGroup], order: int = EXACT, factor: f
 
 def select_robust_cases(groups: Sequence[CaseGroup]) -> tuple[list[CaseGroup], tuple[Flags, FloatArray]]:
     """Return the cases whose rigid-block outcome does not change with ±1 % of amplitude, and these outcomes."""
-    flags, peaks = run_rocking_block(groups)
-    same = np.all([run_rocking_block(groups, factor=factor)[0] == flags for factor in (0.99, 1.01)], axis=0)
+    flags, peaks = run_rigid_rocking_blocks(groups)
+    same = np.all([run_rigid_rocking_blocks(groups, factor=factor)[0] == flags for factor in (0.99, 1.01)], axis=0)
     of_each = np.split(same, np.cumsum([group.cases.case_count for group in groups])[:-1])
     kept = [group.subset(np.flatnonzero(own)) for group, own in zip(groups, of_each, strict=True)]
     return kept, (flags[same], peaks[same])
@@ -225,7 +227,10 @@ def select_robust_cases(groups: Sequence[CaseGroup]) -> tuple[list[CaseGroup], t
 
 def sets_of_blocks_without_sliding() -> dict[str, list[CaseGroup]]:
     """Return the sets of blocks that cannot slide, by name."""
-    return {"sine pulses": rocking_pulse_groups(), "records, no sliding": rigid_block_groups_under_records()}
+    return {
+        "sine pulses": rocking_block_groups_under_sine_pulses(),
+        "records, no sliding": non_sliding_block_groups_under_records(),
+    }
 
 
 def measure_errors_against_rigid_rocking() -> Iterator[Row]:
@@ -233,21 +238,25 @@ def measure_errors_against_rigid_rocking() -> Iterator[Row]:
 
     The exact block is compared by order of its series.
     """
-    others = [SchemeSetting(DEFAULT_SCHEME, AUTOMATIC, delta) for delta in PENETRATIONS if delta != STATIC_PENETRATION]
+    others = [
+        SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_FRACTION, delta)
+        for delta in PENETRATIONS
+        if delta != DEFAULT_STATIC_PENETRATION_RATIO
+    ]
     for name, every in sets_of_blocks_without_sliding().items():
         groups, right = select_robust_cases(every)
         for setting in (*scheme_and_step_settings(0.05), *others):
             found, spent = setting.run(groups)
             common = disagreement_columns_for_engine_cases(name, groups, found.overturned, right[0])
             yield setting.row(name, "rigid rocking", **spent, **error_table_columns(found, right), **common)
-        for order in ORDERS:
-            (flags, peaks), seconds = time_run(partial(run_rocking_block, groups, order))
+        for order in SERIES_ORDERS:
+            (flags, peaks), seconds = time_run(partial(run_rigid_rocking_blocks, groups, order))
             own = {"method": "exact", "step_fraction": order, "seconds_per_case": seconds / flags.size}
             own |= wrong_outcome_counts(flags, right[0]) | disagreement_columns_for_engine_cases(
                 name, groups, flags, right[0]
             )
             own["rotation_error"] = median_rotation_error(flags, peaks, *right)
-            yield {"cases_of": name, "against": "rigid rocking", "default": order == ORDER} | own
+            yield {"cases_of": name, "against": "rigid rocking", "default": order == TAYLOR_SERIES_ORDER} | own
 
 
 def disagreement_columns_for_engine_cases(name: str, groups: Sequence[CaseGroup], flags: Flags, right: Flags) -> Row:
@@ -255,11 +264,13 @@ def disagreement_columns_for_engine_cases(name: str, groups: Sequence[CaseGroup]
 
     A case is wrong if its flag or side is wrong.
     """
-    some, known = (values_of_every_nth_case(groups, values, ENGINES_EVERY[name]) for values in (flags, right))
+    some, known = (
+        values_of_every_nth_case(groups, values, ENGINE_CASE_INTERVAL_BY_SET[name]) for values in (flags, right)
+    )
     return {"shared": some.size, "disagree": int((some != known).sum())}
 
 
-def measure_against_exact_sliding() -> Iterator[Row]:
+def measure_slip_errors_against_exact_sliding() -> Iterator[Row]:
     """Compare the peak slip of squat blocks with the exact sliding block, over time steps."""
     groups = sliding_block_groups()
     exact = np.array([
@@ -280,15 +291,15 @@ def measure_against_exact_sliding() -> Iterator[Row]:
 
 def measure_engine_errors_against_rigid_rocking() -> Iterator[Row]:
     """Compare installed engines, over their time steps, with Housner's block for cases that cannot slide."""
-    engines, against = installed_engines(ENGINES), {"against": "rigid rocking", "default": 0}
+    engines, against = installed_engines(PLANAR_ENGINES), {"against": "rigid rocking", "default": 0}
     if not engines:  # without engines the table has one row that states it
         yield {"cases_of": "sine pulses", "method": "no engine installed", **against}
         return
     for name, every in sets_of_blocks_without_sliding().items():
         kept, right = select_robust_cases(every)
         few, flags = (
-            every_nth_case(kept, ENGINES_EVERY[name]),
-            values_of_every_nth_case(kept, right[0], ENGINES_EVERY[name]),
+            every_nth_case(kept, ENGINE_CASE_INTERVAL_BY_SET[name]),
+            values_of_every_nth_case(kept, right[0], ENGINE_CASE_INTERVAL_BY_SET[name]),
         )
         for (method, engine), step in itertools.product(engines.items(), ENGINE_STEPS):
             sides, seconds = time_run(
@@ -301,7 +312,9 @@ def measure_engine_errors_against_rigid_rocking() -> Iterator[Row]:
             yield {"cases_of": name, **against, **own, **wrong_outcome_counts(sides, flags)}
 
 
-def _fall_sides_of_blocks_in_engine(engine: SidesInEngine, groups: Sequence[CaseGroup], step: float) -> Flags:
+def _fall_sides_of_blocks_in_engine(
+    engine: StoneFallSidesOfCaseFunction, groups: Sequence[CaseGroup], step: float
+) -> Flags:
     """Return the sides to which the blocks of all groups fall in an engine."""
     sides = [
         _fall_side_of_case_in_engine(engine, group, index, step)
@@ -311,7 +324,9 @@ def _fall_sides_of_blocks_in_engine(engine: SidesInEngine, groups: Sequence[Case
     return np.array(sides, np.int8)
 
 
-def _fall_side_of_case_in_engine(engine: SidesInEngine, group: CaseGroup, index: int, step: float) -> int:
+def _fall_side_of_case_in_engine(
+    engine: StoneFallSidesOfCaseFunction, group: CaseGroup, index: int, step: float
+) -> int:
     """Return the side to which the block of one case falls in an engine."""
     case, interval = group.parameters_of_case(index), group.motion.sampling_interval
     return fall_side_of_block(
@@ -323,7 +338,7 @@ PARTS: Final[dict[str, Sequence[Callable[[], Iterator[Row]]]]] = {
     "rocking": [partial(measure_errors_against_finer_steps, "rocking")],
     "sliding": [partial(measure_errors_against_finer_steps, "sliding")],
     "stiffness": [partial(measure_errors_over_stiffness, "rocking"), partial(measure_errors_over_stiffness, "sliding")],
-    "rigid": [measure_errors_against_rigid_rocking, measure_against_exact_sliding],
+    "rigid": [measure_errors_against_rigid_rocking, measure_slip_errors_against_exact_sliding],
     "energy": [measure_energy_balance],
     "peers": [measure_engine_errors_against_rigid_rocking],
 }

@@ -15,17 +15,17 @@ from overturning.commands.fork_client import start_fork_server
 from overturning.errors import OverturningError
 from overturning.files import atomic_write
 from overturning.statistics.fragility_files import openquake_file_name
-from overturning.surveys.stones import read_stones
+from overturning.surveys.stones import read_counted_stones
 from overturning.study.grounds import (
     soil_layers_with_own_cube,
     check_survey_site_names,
     soil_cube_names_of_survey,
 )
 from overturning.study.preflight import (
-    check_record_files,
-    check_optional_packages,
+    find_record_rows_and_files,
+    check_soil_curve_package,
     read_and_check_records,
-    check_results_folder,
+    check_results_folder_is_writable,
     check_study_size,
     estimate_job_seconds_by_workflow_rule,
     explorer_fits_single_page,
@@ -35,7 +35,7 @@ from overturning.study.load import study_from_content, read_study_content
 from overturning.study.resume import (
     DAMAGED,
     back_up_cubes,
-    lock_folder,
+    lock_results_folder_or_refuse,
     restore_cubes,
     remove_files_of_dropped_records,
     remove_damaged_results,
@@ -76,17 +76,17 @@ def load_study_and_records():
             update_config(keys, config)
         study = study_from_content(keys, where)
         check_study_size(study, where, chunks_per_record=CHUNKS)
-        entries, files = check_record_files(study, where)
+        entries, files = find_record_rows_and_files(study, where)
         for number, survey in enumerate(study.surveys):
             # Report errors in the survey now, not after the sweep.
-            stones = read_stones(Path(survey.stones))
+            stones = read_counted_stones(Path(survey.stones))
             check_survey_site_names(study, number, {one.site for one in stones}, where)
         if workflow.is_main_process:
             results = Path("results", study.name)
             # Requests that compute nothing need neither the lock nor a repair.
             if not (workflow.output_settings.dryrun or QUERY_OPTIONS & set(sys.argv)):
-                check_results_folder(results)
-                lock_folder(Path(".snakemake", "run.lock"))
+                check_results_folder_is_writable(results)
+                lock_results_folder_or_refuse(Path(".snakemake", "run.lock"))
                 restore_cubes(results)  # kept by an interrupted run
                 for path in remove_damaged_results(results):
                     logger.warning(f"{DAMAGED}{path}")
@@ -113,7 +113,7 @@ def load_study_and_records():
                 surface += [motion / ground / f"{name}.nc" for name in names]
             # A report of existing results does not need the packages that computed them.
             if (study.site and new) or not all(path.is_file() for path in surface):
-                check_optional_packages(study, where)
+                check_soil_curve_package(study, where)
             read_and_check_records(study, new)
         return study, entries, files
     except OverturningError as error:

@@ -11,15 +11,15 @@ from typer.main import get_command
 from typing_extensions import override
 
 from overturning.commands import cube, records, study, surveys, workflow
-from overturning.commands.explore import write_explorer_page
-from overturning.commands.one import simulate_one_stone
+from overturning.commands.explore import write_interactive_cube_page
+from overturning.commands.one import simulate_stone_or_scene_under_one_record
 from overturning.errors import OverturningError
 from overturning.files import os_error_message
 
 _INTERRUPTED = 130
 """Exit status of a command stopped by Ctrl-C."""
 
-_STEPS = "Steps of the workflow (run by Snakemake)"
+_WORKFLOW_STEPS_HELP_HEADING = "Steps of the workflow (run by Snakemake)"
 """Heading of the list of commands that the workflow calls."""
 
 
@@ -69,10 +69,10 @@ def _add_command_group(group: typer.Typer, group_name: str) -> None:
 # Subcommands import what they need inside their functions, so that this module is imported quickly.
 _COMMANDS: dict[str, Callable[..., None]] = {
     "init": study.create_project,
-    "one": simulate_one_stone,
+    "one": simulate_stone_or_scene_under_one_record,
     "findings": cube.print_findings,
     "figure": cube.draw_figure,
-    "explore": write_explorer_page,
+    "explore": write_interactive_cube_page,
     "survey": surveys.summarise_or_compare_survey,
     "backwards": surveys.infer_motion_from_survey,
     "stood": surveys.compute_survival_probability,
@@ -80,8 +80,10 @@ _COMMANDS: dict[str, Callable[..., None]] = {
 }
 for _name, _command in _COMMANDS.items():
     app.command(_name, short_help=_first_docstring_paragraph(_command))(_command)
-for _name, _command in workflow.STEPS.items():
-    app.command(_name, short_help=_first_docstring_paragraph(_command), rich_help_panel=_STEPS)(_command)
+for _name, _command in workflow.WORKFLOW_STEPS_BY_COMMAND.items():
+    app.command(_name, short_help=_first_docstring_paragraph(_command), rich_help_panel=_WORKFLOW_STEPS_HELP_HEADING)(
+        _command
+    )
 for _name, _group in {"study": study.app, "records": records.app, "cube": cube.app}.items():
     _add_command_group(_group, _name)
 

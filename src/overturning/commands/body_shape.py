@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from overturning.model.shapes import Shape
 
 
-def body_shape_and_scan_notes(body_options: BodyOptions, density: float | None) -> "tuple[Shape, list[str]]":
+def create_body_shape_and_scan_notes(body_options: BodyOptions, density: float | None) -> "tuple[Shape, list[str]]":
     """Create the shape of a 3-D body from options; also return text lines on a scan; `density` is in kg/m³."""
     from overturning.errors import ArgumentError
     from overturning.model.shapes import shape_from_name_or_sides
@@ -21,13 +21,13 @@ def body_shape_and_scan_notes(body_options: BodyOptions, density: float | None) 
         return shape_from_name_or_sides(int(plan) if plan.isdecimal() else plan, "--plan"), []
     if body_options.plan is not None:
         raise ArgumentError("--plan, --mesh: both given; leave one out")
-    from overturning.model.mesh import METRES, read_scanned_stone
+    from overturning.model.mesh import UNITS_PER_METRE, read_scanned_stone
     from overturning.units import GRANITE_DENSITY
 
     unit: Any = body_options.mesh_unit
-    if unit is not None and unit not in METRES:
+    if unit is not None and unit not in UNITS_PER_METRE:
         raise ArgumentError(f"--mesh-unit: {unit!r}; give m, cm or mm")
     if density is not None and not 0.0 < density < math.inf:
         raise ArgumentError(f"--density: {density:g} kg/m³; it must be above 0 and finite")
     scan = read_scanned_stone(body_options.mesh, unit, body_options.relief)
-    return scan.shape, scan.description(GRANITE_DENSITY if density is None else density)
+    return scan.shape, scan.description_lines(GRANITE_DENSITY if density is None else density)

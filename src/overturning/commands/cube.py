@@ -1,13 +1,22 @@
-"""`overturning figure`, `recheck` and `cube`: figures, checks and tables of a cube."""
+"""`overturning figure`, `recheck` and `cube`: draw a cube, simulate some of its cases again, write it as tables."""
 
 from pathlib import Path
 from typing import Annotated, Final
 
 import typer
 
-from overturning.plot import KINDS, MOTION_KINDS
+from overturning.plot import CUBE_FIGURE_FUNCTIONS, MOTION_FIGURE_KINDS
 
-STUDY_KINDS: Final = ("references", "contrast", "maps", "scene", "fall-rate", "surveys", "backwards", "fragility")
+STUDY_FIGURE_KINDS: Final = (
+    "references",
+    "contrast",
+    "maps",
+    "scene",
+    "fall-rate",
+    "surveys",
+    "backwards",
+    "fragility",
+)
 """Kinds of figures that are drawn from all results of a study: those of `overturning.report.drawings.STUDY_FIGURES`."""
 
 Cube = Annotated[Path, typer.Argument(help="cube of a study (NetCDF)")]
@@ -16,7 +25,7 @@ app = typer.Typer(no_args_is_help=True, help="Write a cube in another form.")
 
 
 def draw_figure(
-    kind: Annotated[str, typer.Argument(help=", ".join((*KINDS, *STUDY_KINDS)))],
+    kind: Annotated[str, typer.Argument(help=", ".join((*CUBE_FIGURE_FUNCTIONS, *STUDY_FIGURE_KINDS)))],
     cube: Cube,
     output: Annotated[Path, typer.Option("--output", "-o", help="figure to draw: .svg, .png or .pdf")],
     record: Annotated[str | None, typer.Option(help="id of the record; optional if the cube has only one")] = None,
@@ -49,29 +58,31 @@ def draw_figure(
         set_figure_title,
     )
     from overturning.files import check_output_path
-    from overturning.study.cube import open_cube, select_heights_and_frictions, study_with_title_and_figures
-    from overturning.translation.texts import ENGLISH, check_language_is_known, translate_visible_texts_to
+    from overturning.study.cube import open_cube, select_heights_and_frictions, study_with_title_and_figure_settings
+    from overturning.translation.texts import ENGLISH, check_language_is_known, use_translation_language
 
-    if kind not in (*KINDS, *STUDY_KINDS):
-        known = f"known are {', '.join((*KINDS, *STUDY_KINDS))}"
-        raise ArgumentError(f"{kind}: no such figure; {closest_name_hint(kind, (*KINDS, *STUDY_KINDS), known)}")
+    if kind not in (*CUBE_FIGURE_FUNCTIONS, *STUDY_FIGURE_KINDS):
+        known = f"known are {', '.join((*CUBE_FIGURE_FUNCTIONS, *STUDY_FIGURE_KINDS))}"
+        raise ArgumentError(
+            f"{kind}: no such figure; {closest_name_hint(kind, (*CUBE_FIGURE_FUNCTIONS, *STUDY_FIGURE_KINDS), known)}"
+        )
     check_output_path(output, "--output", ".svg", ".png", ".pdf")
     inches = parse_figure_width_inches(width)
-    draw = KINDS.get(kind)
+    draw = CUBE_FIGURE_FUNCTIONS.get(kind)
     of_one = draw is not None and "record" in inspect.signature(draw).parameters
     if record is not None and not of_one:
         raise ArgumentError(f"--record: {kind} shows all records; leave it out")
     if draw is None and (height or friction):
         raise ArgumentError(f"--height, --friction: {kind} shows the whole study; leave them out")
-    if kind in MOTION_KINDS and (height or friction):
+    if kind in MOTION_FIGURE_KINDS and (height or friction):
         raise ArgumentError(f"--height, --friction: {kind} shows the ground motion; leave them out")
     if kind == "polar" and (height or friction):
-        draw = KINDS["blocks"]
+        draw = CUBE_FIGURE_FUNCTIONS["blocks"]
     check_language_is_known(language or ENGLISH)
     if font:  # a font that cannot be used is refused before drawing, which takes seconds
         parse_font_family_and_size(font)
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
-        study = study_with_title_and_figures(data)
+        study = study_with_title_and_figure_settings(data)
         if draw is not None:
             chosen = select_heights_and_frictions(data, cube, height, friction, single=kind == "polar")
             drawn = draw(chosen, record) if of_one else draw(chosen)
@@ -80,7 +91,7 @@ def draw_figure(
 
         drawn = draw_study_figure(kind, cube)
     set_figure_title(drawn, title)
-    with translate_visible_texts_to(language or (study.language if study else None)):
+    with use_translation_language(language or (study.language if study else None)):
         warning = save_figure_with_checks(drawn, output, dpi=dpi, width=inches, font=font)
     print(output)
     if warning:
@@ -131,20 +142,24 @@ def recheck_random_cases_of_cube(
     seed: Annotated[int, typer.Option(min=0, help="seed of the sample")] = 1,
 ) -> None:
     """Simulate a random sample of the cases of a results cube again; report whether every value is identical."""
-    from overturning.study.recheck import recompute_random_cases as compute_again
+    from overturning.study.recheck import recompute_and_compare_random_cases as compute_again
 
     result = compute_again(cube, motions, cell_count=cells, seed=seed)
-    if not result.content_as_stated:
+    if not result.content_hash_matches:
         print(f"{cube}: its numbers do not match its content hash; the file was changed after it was written")
     for line in result.differences[:10]:
         print(line)
     if len(result.differences) > 10:
         print(f"… and {len(result.differences) - 10} more")
-    with_ensemble = f", {result.ensemble_cells} of them with their ensemble" if result.ensemble_cells else ""
+    with_ensemble = (
+        f", {result.recomputed_ensemble_cell_count} of them with their ensemble"
+        if result.recomputed_ensemble_cell_count
+        else ""
+    )
     different = "1 value differs" if len(result.differences) == 1 else f"{len(result.differences)} values differ"
     print(
-        f"{result.cells} of {result.of} cell{'' if result.of == 1 else 's'} computed again{with_ensemble}: "
-        + (different if result.differences else "all identical, bit for bit")
+        f"{result.recomputed_cell_count} of {result.cube_cell_count} cell{'' if result.cube_cell_count == 1 else 's'} "
+        f"computed again{with_ensemble}: " + (different if result.differences else "all identical, bit for bit")
     )
     if not result.is_identical:
         raise typer.Exit(1)

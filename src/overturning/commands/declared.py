@@ -11,14 +11,14 @@ import typer
 
 from overturning.records.declared_properties import DeclaredFileProperties, FilePropertyColumns
 
-TABLE: Final = Path("config/records.tsv")
+DEFAULT_RECORD_TABLE_PATH: Final = Path("config/records.tsv")
 """Default record table."""
 
-RESOURCES: Final = Path("resources/records")
+DEFAULT_RECORD_FOLDER: Final = Path("resources/records")
 """Default folder of the record files."""
 
 
-def dataclass_fields_as_options(command: Callable[..., None]) -> Callable[..., None]:
+def expand_dataclass_parameters_to_options(command: Callable[..., None]) -> Callable[..., None]:
     """Decorate a command: each field of its dataclass parameters becomes a command-line option.
 
     Typer makes one option for each parameter in the signature of a function. The returned function has the fields of
@@ -72,7 +72,7 @@ class RecordFileOptions:
     unit: Annotated[str, _option_for_record_file_property("unit")] = ""
     vertical_sense: Annotated[str, _option_for_record_file_property("vertical_sense")] = ""
 
-    def declared_properties(self) -> DeclaredFileProperties:
+    def to_declared_file_properties(self) -> DeclaredFileProperties:
         """Convert the options to declared file properties; the ArgumentError for an invalid value names its option."""
         from overturning.errors import ArgumentError
         from overturning.records.formats.table import find_format_by_name
@@ -96,9 +96,9 @@ class MotionOptions:
     ]
     amplitude: Annotated[float, typer.Option(help="factor on the motion")] = 1.0
     vertical: Annotated[bool, typer.Option(help="apply the vertical motion, if the record has one")] = True
-    table: Annotated[Path | None, typer.Option(help=f"record table (default {TABLE})")] = None
+    table: Annotated[Path | None, typer.Option(help=f"record table (default {DEFAULT_RECORD_TABLE_PATH})")] = None
     folder: Annotated[
-        Path | None, typer.Option(help=f"folder of the record files of the table (default {RESOURCES})")
+        Path | None, typer.Option(help=f"folder of the record files of the table (default {DEFAULT_RECORD_FOLDER})")
     ] = None
 
 

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 
-def write_explorer_page(
+def write_interactive_cube_page(
     cube: Annotated[Path, typer.Argument(help="cube of a study (NetCDF)")],
     output: Annotated[
         Path | None,
@@ -31,9 +31,9 @@ def write_explorer_page(
     """
     from overturning.figures.explore import write_explorer
     from overturning.files import check_output_path
-    from overturning.study.cube import index_of_record, open_cube, study_with_title_and_figures
+    from overturning.study.cube import index_of_record, open_cube, study_with_title_and_figure_settings
     from overturning.study.load import load_study_from_file_or_json
-    from overturning.translation.texts import translate_visible_texts_to
+    from overturning.translation.texts import use_translation_language
 
     # The page of a variant is explore.NAME.html, so that it does not replace that of the study.
     path = output or cube.with_name(cube.name.replace("cube", "explore", 1)).with_suffix(".html")
@@ -43,7 +43,7 @@ def write_explorer_page(
         chosen = data.isel(record=[index_of_record(data, name) for name in names])
         beside = path.with_name("report.html")
         link = report if report is not None else beside.name if beside.is_file() else ""
-        settings = study_with_title_and_figures(data, load_study_from_file_or_json(study) if study else None)
-        with translate_visible_texts_to(language or (settings.language if settings else None)):
+        settings = study_with_title_and_figure_settings(data, load_study_from_file_or_json(study) if study else None)
+        with use_translation_language(language or (settings.language if settings else None)):
             write_explorer(chosen, path, settings, link)
     print(path)

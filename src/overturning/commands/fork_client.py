@@ -26,11 +26,11 @@ LIBRARY_THREADS: Final = (
 HEADER_BYTES: Final = 4
 """Length of the number before a request: the size of the request, bytes."""
 
-STARTED: Final = b"+"
+STEP_STARTED_ANSWER: Final = b"+"
 """First byte of the answer: the step has begun. Its exit status follows as text at its end."""
 
 
-def python_and_package_paths() -> list[str]:
+def python_executable_and_package_folder() -> list[str]:
     """Return the paths of Python and of this package, which must be the same in fork server and client."""
     return [sys.executable, os.path.dirname(os.path.dirname(os.path.abspath(__file__)))]
 
@@ -49,7 +49,7 @@ def run_workflow_step_in_fork_server(arguments: Sequence[str]) -> int | None:
     import socket
 
     about = {"arguments": list(arguments), "folder": os.getcwd(), "environment": dict(os.environ)}
-    request = json.dumps(about | {"installation": python_and_package_paths()}).encode()
+    request = json.dumps(about | {"installation": python_executable_and_package_folder()}).encode()
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as server:
         # Ctrl-C ends this process, and thereby the step, if the step does not exist yet.
         interrupt_handler = signal.getsignal(signal.SIGINT)
@@ -60,7 +60,7 @@ def run_workflow_step_in_fork_server(arguments: Sequence[str]) -> int | None:
             # Standard output and error of the step are those of this process.
             socket.send_fds(server, [len(request).to_bytes(HEADER_BYTES, "big")], [1, 2])
             server.sendall(request)
-            accepted = server.recv(1) == STARTED
+            accepted = server.recv(1) == STEP_STARTED_ANSWER
         except OSError:  # the server has ended
             accepted = False
         if not accepted:

@@ -23,9 +23,14 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, NoReturn
 
 from overturning.commands.application import run_command_line
-from overturning.commands.fork_client import HEADER_BYTES, SERVER_VARIABLE, STARTED, python_and_package_paths
+from overturning.commands.fork_client import (
+    HEADER_BYTES,
+    SERVER_VARIABLE,
+    STEP_STARTED_ANSWER,
+    python_executable_and_package_folder,
+)
 
-_MODULES: Final = {
+_PRELOADED_MODULES_BY_COMMAND: Final = {
     "read": ("overturning.records.processing", "overturning.records.read", "overturning.study.load", "netCDF4"),
     "members": ("scipy.stats",),
     "rotate": ("overturning.study.intensity", "scipy.fft", "xarray", "dask.base"),
@@ -36,7 +41,7 @@ _MODULES: Final = {
 """Modules that the server imports before the first step of a command, because later steps use them, too."""
 
 _REQUEST_TIMEOUT: Final = 30.0  # s until a client must have sent its request
-_DIE_WITH_PARENT: Final = 1  # PR_SET_PDEATHSIG of prctl(2)
+_PRCTL_SET_PARENT_DEATH_SIGNAL: Final = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
 class RunningWorkflowStep(NamedTuple):
@@ -75,7 +80,7 @@ class ForkServer:
                     self._fork_process_for_workflow_step()
                 elif key.fileobj is ended_step:
                     ended_step.recv(4096)
-                    self._report_ended_workflow_steps()
+                    self._send_exit_statuses_of_ended_steps()
                 elif key.fileobj is sys.stdin:
                     self._selector.unregister(sys.stdin)
                     going_on = False
@@ -95,7 +100,7 @@ class ForkServer:
         with contextlib.ExitStack() as stack:
             for output in outputs:
                 stack.callback(os.close, output)
-            if request["installation"] != python_and_package_paths():
+            if request["installation"] != python_executable_and_package_folder():
                 connection.close()
                 return
             self._preload_modules_for_command(request["arguments"])
@@ -109,21 +114,21 @@ class ForkServer:
             if not process:
                 _run_workflow_step_and_exit(request, outputs, self._interrupt_handler, server_process)
         with contextlib.suppress(OSError):  # the client was killed: the selector notices
-            connection.sendall(STARTED)
+            connection.sendall(STEP_STARTED_ANSWER)
         self._steps[process] = RunningWorkflowStep(request["arguments"], connection)
         self._selector.register(connection, selectors.EVENT_READ, process)
 
     def _preload_modules_for_command(self, arguments: list[str]) -> None:
         """Import the modules that a command needs, before the fork; for a simulation, also load compiled code."""
         with contextlib.suppress(Exception):  # the step reports it
-            for name in _MODULES.get(arguments[0], ()):
+            for name in _PRELOADED_MODULES_BY_COMMAND.get(arguments[0], ()):
                 import_module(name)
             variant = _values_by_command_line_option(arguments).get("--variant", "")
             if arguments[0] == "sweep" and (last := self._sweeps.get(variant)) is not None:
                 self._sweeps[variant] = None
                 _load_compiled_simulation_code(last)
 
-    def _report_ended_workflow_steps(self) -> None:
+    def _send_exit_statuses_of_ended_steps(self) -> None:
         """Store processor time and memory of ended steps, and send their exit statuses to their clients."""
         while self._steps:
             process, wait_status, used = os.wait4(-1, os.WNOHANG)
@@ -195,7 +200,7 @@ def _run_workflow_step_and_exit(
         signal.set_wakeup_fd(-1)
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         signal.signal(signal.SIGINT, interrupt_handler)
-        ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
+        ctypes.CDLL(None).prctl(_PRCTL_SET_PARENT_DEATH_SIGNAL, signal.SIGKILL)
         if os.getppid() != server_process:  # the server ended before the call above
             os._exit(1)
         os.dup2(os.open(os.devnull, os.O_RDONLY), 0)

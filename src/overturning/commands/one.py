@@ -5,15 +5,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from overturning.commands.declared import (
-    RESOURCES,
-    TABLE,
+    DEFAULT_RECORD_FOLDER,
+    DEFAULT_RECORD_TABLE_PATH,
     BodyOptions,
     MotionOptions,
     OutputOptions,
     PlanarModelOptions,
     RecordFileOptions,
     StoneOptions,
-    dataclass_fields_as_options,
+    expand_dataclass_parameters_to_options,
 )
 
 if TYPE_CHECKING:
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from overturning.records.record import Record
 
 
-@dataclass_fields_as_options
-def simulate_one_stone(
+@expand_dataclass_parameters_to_options
+def simulate_stone_or_scene_under_one_record(
     motion_options: MotionOptions,
     body_options: BodyOptions,
     planar_model_options: PlanarModelOptions,
@@ -38,10 +38,10 @@ def simulate_one_stone(
     from overturning.errors import ArgumentError
     from overturning.motion.motion import Motion
     from overturning.records.record import start_offset_from_file_start_s
-    from overturning.translation.texts import translate_visible_texts_to
+    from overturning.translation.texts import use_translation_language
 
-    _check_output_files(output_options, body_options)
-    record = _read_processed_record(motion_options, file_options)
+    _check_film_and_figure_can_be_written(output_options, body_options)
+    record = _read_and_process_record_or_create_pulse(motion_options, file_options)
     motion = Motion.of(record if motion_options.vertical else replace(record, up=None))
     if body_options.mesh is not None and not body_options.body:
         body_options = replace(body_options, body=True)
@@ -81,16 +81,14 @@ def simulate_one_stone(
         from overturning.figures.page import write_film_html_page
 
         facts = film_title_facts(
-            found.model,
-            found.block_parameters,
+            found.model, found.block_parameters,
             station_and_event_text(record.station or record.record_id, record.event),
-            direction=found.direction,
-            amplitude=motion_options.amplitude,
-            level=motion.up is None and record.up is not None,
-        )
+            direction=found.single_case_azimuth_or_orientation_deg,
+            amplitude=motion_options.amplitude, is_vertical_motion_omitted=motion.up is None and record.up is not None,
+        )  # fmt: skip
         film = film_of_trajectories(found.trajectories, motion, film_title_text(facts), first_sample_time=shift)
         write = write_film_html_page if output_options.animate.suffix.lower() == ".html" else write_film_as_gif_or_mp4
-        with translate_visible_texts_to(output_options.language):
+        with use_translation_language(output_options.language):
             write(film, output_options.animate)
         print(f"film: {output_options.animate}")
     if output_options.response is not None:
@@ -98,7 +96,7 @@ def simulate_one_stone(
         from overturning.figures.style import use_package_matplotlib_settings
         from overturning.figures.write import save_figure_files
 
-        with use_package_matplotlib_settings(), translate_visible_texts_to(output_options.language):
+        with use_package_matplotlib_settings(), use_translation_language(output_options.language):
             figure = (
                 tilt_path_and_hodographs_figure(found.trajectories[0], motion, title)
                 if body_options.body or is_stack
@@ -144,9 +142,9 @@ class _SimulatedTrajectories:
     block_parameters: dict[str, float]
 
     @property
-    def direction(self) -> float | None:
+    def single_case_azimuth_or_orientation_deg(self) -> float | None:
         """Azimuth or orientation, degrees, of the simulated case; None if there are several."""
-        name = f"{self.model.direction}_deg"
+        name = f"{self.model.direction_dimension_name}_deg"
         return float(self.trajectories[0].attrs[name]) if len(self.trajectories) == 1 else None
 
 
@@ -183,7 +181,11 @@ def _simulate_stack(
 ) -> _SimulatedTrajectories:
     """Simulate a 3-D stack at each orientation; `file_time_shift`, s, is added to all times (0 s: start of file)."""
     from overturning.dem.trajectory import trajectory
-    from overturning.figures.film_of_trajectory import AFTERMATH, outcome_sentence, panel_heading_of_trajectory
+    from overturning.figures.film_of_trajectory import (
+        SIMULATED_TIME_AFTER_OUTCOME_S,
+        outcome_sentence,
+        panel_heading_of_trajectory,
+    )
     from overturning.model.stack import Stack
 
     stones = _load_scene_or_create_gravestone(planar_model_options, stone_options.damping_ratio)
@@ -192,7 +194,7 @@ def _simulate_stack(
         _shift_trajectory_to_file_time(
             trajectory(
                 motion, model, orientation_deg=angle, height=stone_options.height, b_over_h=stone_options.b_over_h,
-                friction=friction, amplitude=amplitude, aftermath=AFTERMATH,
+                friction=friction, amplitude=amplitude, aftermath=SIMULATED_TIME_AFTER_OUTCOME_S,
             ),
             file_time_shift,
         )
@@ -203,11 +205,9 @@ def _simulate_stack(
     what = f"{stones.title or stones.name} in 3-D, B/H = {sizes['b_over_h']:.3g}, H = {sizes['height']:.3g} m, "
     return _SimulatedTrajectories(
         what + f"µ = {f'{friction:g}' if stones.has_contact_with_unset_friction else 'that of the scene'}",
-        [*level, *(f"{panel_heading_of_trajectory(path)}: {outcome_sentence(path)}" for path in paths)],
-        paths,
-        model,
+        [*level, *(f"{panel_heading_of_trajectory(path)}: {outcome_sentence(path)}" for path in paths)], paths, model,
         sizes | {"friction": friction},
-    )
+    )  # fmt: skip
 
 
 def _friction_option_or_error_if_scene_has_own(scene: "Scene", stone_options: StoneOptions) -> float:
@@ -232,7 +232,7 @@ def _simulate_planar_scene(
     """Simulate a 2-D scene along each azimuth; `file_time_shift`, s, is added to all times (0 s: start of the file)."""
     from overturning.dem.polygon.prepare import reason_scene_moves_by_itself
     from overturning.dem.trajectory import trajectory
-    from overturning.figures.film_of_trajectory import AFTERMATH, outcome_sentence
+    from overturning.figures.film_of_trajectory import SIMULATED_TIME_AFTER_OUTCOME_S, outcome_sentence
     from overturning.figures.style import compass_bearing_text
     from overturning.model.geometry import default_height_and_b_over_h
     from overturning.model.planes import PlanarModel
@@ -246,7 +246,7 @@ def _simulate_planar_scene(
         _shift_trajectory_to_file_time(
             trajectory(
                 motion, stones, azimuth_deg=angle, height=height, b_over_h=b_over_h,
-                friction=friction, amplitude=amplitude, aftermath=AFTERMATH,
+                friction=friction, amplitude=amplitude, aftermath=SIMULATED_TIME_AFTER_OUTCOME_S,
             ),
             file_time_shift,
         )
@@ -276,21 +276,18 @@ def _simulate_body(
     density: float | None,
 ) -> _SimulatedTrajectories:
     """Simulate a 3-D body at each orientation; `file_time_shift`, s, is added to all times (0 s: start of the file)."""
-    from overturning.commands.body_shape import body_shape_and_scan_notes
+    from overturning.commands.body_shape import create_body_shape_and_scan_notes
     from overturning.dem.trajectory import trajectory
     from overturning.figures.film_of_trajectory import outcome_sentence, panel_heading_of_trajectory
     from overturning.model.body import Body
     from overturning.model.contact import VertexContact
 
-    shape, about_scan = body_shape_and_scan_notes(body_options, density)
+    shape, about_scan = create_body_shape_and_scan_notes(body_options, density)
     height, b_over_h, friction = stone_options.height, stone_options.b_over_h, stone_options.friction_coefficient
     if shape.slenderness_is_parameter:
         height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h
-    contact = (
-        VertexContact()
-        if stone_options.damping_ratio is None
-        else VertexContact(damping_ratio=stone_options.damping_ratio)
-    )
+    damping_ratio = stone_options.damping_ratio
+    contact = VertexContact() if damping_ratio is None else VertexContact(damping_ratio=damping_ratio)
     paths = [
         _shift_trajectory_to_file_time(
             trajectory(
@@ -313,7 +310,7 @@ def _simulate_body(
     )
 
 
-def _check_output_files(output_options: OutputOptions, body_options: BodyOptions) -> None:
+def _check_film_and_figure_can_be_written(output_options: OutputOptions, body_options: BodyOptions) -> None:
     """Raise an error before the simulation if the film or figure could not be written after it."""
     from overturning.errors import ArgumentError
     from overturning.files import check_output_path
@@ -365,24 +362,26 @@ def _load_scene_or_create_gravestone(planar_model_options: PlanarModelOptions, d
     return load_scene(planar_model_options.scene)
 
 
-def _read_processed_record(motion_options: MotionOptions, file_options: RecordFileOptions) -> "Record":
+def _read_and_process_record_or_create_pulse(
+    motion_options: MotionOptions, file_options: RecordFileOptions
+) -> "Record":
     """Read a record from its table entry or file, or create a pulse, and apply the default processing."""
     from overturning.errors import ArgumentError, ConfigError, closest_name_hint
-    from overturning.files import find_project_file
+    from overturning.files import path_in_working_folder_or_package
     from overturning.records.catalogue import read_record_table
     from overturning.records.processing import process_record
     from overturning.records.pulses import SHAPES, parse_pulse, record_of_pulse
     from overturning.records.read import read_record, read_record_without_processing
     from overturning.records.store import round_to_stored_precision
 
-    name, table = motion_options.record, motion_options.table or TABLE
+    name, table = motion_options.record, motion_options.table or DEFAULT_RECORD_TABLE_PATH
     is_pulse = bool(name.split()) and name.split()[0] in SHAPES
     if (is_pulse or Path(name).is_file()) and (motion_options.table, motion_options.folder) != (None, None):
         what = "a pulse" if is_pulse else "a file"
         raise ArgumentError(f"--table, --folder: --record {name!r} is {what}, not in a record table; leave them out")
     if Path(name).is_file():
         return round_to_stored_precision(
-            process_record(read_record_without_processing(Path(name), file_options.declared_properties()), None)
+            process_record(read_record_without_processing(Path(name), file_options.to_declared_file_properties()), None)
         )
     if file_options != RecordFileOptions():
         raise ArgumentError(f"--record {name!r}: no such file; options that describe a file, such as --unit, need one")
@@ -390,11 +389,11 @@ def _read_processed_record(motion_options: MotionOptions, file_options: RecordFi
         return round_to_stored_precision(record_of_pulse(parse_pulse(name)))
     if " " not in name and (Path(name).suffix or len(Path(name).parts) > 1):
         raise ConfigError(f"--record {name}: no such file; give a file, or the id of a record in {table}")
-    entries = read_record_table(find_project_file(table))
+    entries = read_record_table(path_in_working_folder_or_package(table))
     if name not in entries:
         raise ConfigError(
             f"{table}: no record {name!r}, nor a file of that name or a pulse; {closest_name_hint(name, entries)}"
         )
     return round_to_stored_precision(
-        process_record(read_record(entries[name], motion_options.folder or RESOURCES), None)
+        process_record(read_record(entries[name], motion_options.folder or DEFAULT_RECORD_FOLDER), None)
     )

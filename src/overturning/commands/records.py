@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from overturning.commands.declared import RESOURCES, TABLE, RecordFileOptions, dataclass_fields_as_options
+from overturning.commands.declared import (
+    DEFAULT_RECORD_FOLDER,
+    DEFAULT_RECORD_TABLE_PATH,
+    RecordFileOptions,
+    expand_dataclass_parameters_to_options,
+)
 
 if TYPE_CHECKING:
     from overturning.records.record import Record
@@ -21,25 +26,27 @@ app = typer.Typer(no_args_is_help=True, help="Check, plot, add or fetch record f
 
 
 @app.command("check")
-@dataclass_fields_as_options
+@expand_dataclass_parameters_to_options
 def check_record_files(paths: Paths, file_options: RecordFileOptions) -> None:
     """Read record files of any known format, and print each record, or the reason why a file is refused.
 
     Folders are read recursively. The exit status is 1 if a file was refused.
     """
-    from overturning.records.check import check_records_in_files, format_record_check, skipped_file_names
+    from overturning.records.check import check_records_in_files, format_record_check, non_record_file_names
     from overturning.records.duplicates import duplicate_record_messages, find_duplicate_records, motion_fingerprint
     from overturning.records.earthquakes import assign_records_to_earthquakes
 
-    findings = check_records_in_files(paths, file_options.declared_properties())
+    findings = check_records_in_files(paths, file_options.to_declared_file_properties())
     for finding in findings:
         typer.echo(format_record_check(finding))
-    _print_notes(assign_records_to_earthquakes(f.record for f in findings if f.record is not None).notes)
-    named = [replace(f.used, record_id=", ".join(f.files)) for f in findings if f.used is not None]
+    _print_earthquake_notes(assign_records_to_earthquakes(f.record for f in findings if f.record is not None).notes)
+    named = [
+        replace(f.processed_record, record_id=", ".join(f.files)) for f in findings if f.processed_record is not None
+    ]
     for text in duplicate_record_messages(find_duplicate_records(map(motion_fingerprint, named))):
         typer.echo(text)
     read = sum(f.record is not None for f in findings)
-    if no_records := skipped_file_names(paths):
+    if no_records := non_record_file_names(paths):
         shown = ", ".join(no_records[:5]) + (" …" if len(no_records) > 5 else "")
         typer.echo(f"skipped because of their extensions: {len(no_records)} ({shown})")
     refused = sum(f.record is None and not f.skipped for f in findings)
@@ -48,7 +55,7 @@ def check_record_files(paths: Paths, file_options: RecordFileOptions) -> None:
         raise typer.Exit(1)
 
 
-def _print_notes(notes: Iterable[str]) -> None:
+def _print_earthquake_notes(notes: Iterable[str]) -> None:
     """Print notes on record files, each on its own line."""
     for note in notes:
         typer.echo(f"earthquakes: {note}")
@@ -63,7 +70,7 @@ def _print_record_notes(record: "Record") -> None:
 
 
 @app.command("plot")
-@dataclass_fields_as_options
+@expand_dataclass_parameters_to_options
 def plot_records(
     paths: Paths,
     file_options: RecordFileOptions,
@@ -91,7 +98,7 @@ def plot_records(
     from overturning.records.processing import default_processing_steps, process_record
     from overturning.records.record import processing_entry_text
 
-    declared = file_options.declared_properties()
+    declared = file_options.to_declared_file_properties()
     try:
         frequency: float | Literal["auto"] = "auto" if corner == "auto" else float(corner)
     except ValueError:
@@ -137,8 +144,8 @@ def add_record(
         list[str] | None,
         typer.Option("--set", help="value of a column: event='Kaikoura 2016', unit=gal; may be given several times"),
     ] = None,
-    table: Annotated[Path, typer.Option(help="record table")] = TABLE,
-    folder: Annotated[Path, typer.Option(help="folder to which the files are copied")] = RESOURCES,
+    table: Annotated[Path, typer.Option(help="record table")] = DEFAULT_RECORD_TABLE_PATH,
+    folder: Annotated[Path, typer.Option(help="folder to which the files are copied")] = DEFAULT_RECORD_FOLDER,
 ) -> None:
     """Copy the files of a record into the folder of record files, and add a line for it to the record table."""
     from overturning.errors import ArgumentError
@@ -159,17 +166,17 @@ def add_record(
     typer.echo(f"look at it: overturning one --record {record.record_id} --azimuth 0 --animate {record.record_id}.html")
 
 
-fetch = typer.Typer(no_args_is_help=True, help="Download record files into a folder.")
-app.add_typer(fetch, name="fetch")
+fetch_app = typer.Typer(no_args_is_help=True, help="Download record files into a folder.")
+app.add_typer(fetch_app, name="fetch")
 
 Folder = Annotated[Path, typer.Option(help="folder for the files; existing files are not downloaded again")]
 
 
-@fetch.command("url")
+@fetch_app.command("url")
 def fetch_file_from_url(
     address: Annotated[str, typer.Argument(help="http or https, without credentials")],
     sha256: Annotated[str, typer.Option(help="SHA-256 of the file")],
-    folder: Folder = RESOURCES,
+    folder: Folder = DEFAULT_RECORD_FOLDER,
     name: Annotated[str, typer.Option(help="file name; default: the end of the address")] = "",
     timeout: Annotated[float, typer.Option(help="longest time without data from the server, s")] = 30.0,
 ) -> None:
@@ -195,8 +202,8 @@ class WaveformWindowOptions:
     after: Annotated[float | None, typer.Option(help="time after the origin time of the event, s (default 270)")] = None
 
 
-@fetch.command("fdsn")
-@dataclass_fields_as_options
+@fetch_app.command("fdsn")
+@expand_dataclass_parameters_to_options
 def fetch_records_from_fdsn(
     server: Annotated[str, typer.Argument(help="address of FDSN services, or a name that obspy knows")],
     network: Annotated[str, typer.Option(help="network code")],
@@ -206,7 +213,7 @@ def fetch_records_from_fdsn(
         str, typer.Option(help="channel codes; HN? selects the three components of an accelerometer")
     ] = "HN?",
     location: Annotated[str, typer.Option(help="location code")] = "*",
-    folder: Folder = RESOURCES,
+    folder: Folder = DEFAULT_RECORD_FOLDER,
     timeout: Annotated[float, typer.Option(help="longest time without an answer, s")] = 60.0,
 ) -> None:
     """Download the records of a station and their StationXML from FDSN web services, and check them."""

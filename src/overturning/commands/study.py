@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from overturning.surveys.responses import StoneKind
+    from overturning.surveys.responses import StoneDimensions
 
 WORKFLOW = ("Snakefile", "profiles", "workflow")
 """Files and folders of the workflow, at the top of the repository and of each project."""
@@ -58,15 +58,15 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
     from overturning.study.grounds import check_survey_site_names
     from overturning.study.load import read_study_content, study_from_content
     from overturning.study.preflight import (
-        check_optional_packages,
-        check_record_files,
+        check_soil_curve_package,
         check_study_size,
+        find_record_rows_and_files,
         note_if_primary_statistic_is_unavailable,
         read_and_check_records,
     )
     from overturning.study.sections import read_scan_of_body
-    from overturning.surveys.prediction import note_on_b_over_h_outside_study
-    from overturning.surveys.responses import kinds_of_survey_stones
+    from overturning.surveys.prediction import note_on_b_over_h_far_outside_study
+    from overturning.surveys.responses import dimensions_of_survey_stones
     from overturning.surveys.stones import read_counted_stones_with_notes
 
     content = read_study_content(path)
@@ -74,29 +74,29 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
     for doubt in (*implausible_setting_warnings(study), *warnings_on_ranges_not_reaching_their_stop(content)):
         print(f"{path}: {doubt}")
     size = check_study_size(study, str(path))
-    check_optional_packages(study, str(path))
-    entries, _ = check_record_files(study, str(path))
-    searched: list[StoneKind] = []
+    check_soil_curve_package(study, str(path))
+    entries, _ = find_record_rows_and_files(study, str(path))
+    searched: list[StoneDimensions] = []
     for number, survey in enumerate(study.surveys):
         stones, notes, doubts = read_counted_stones_with_notes(Path(survey.stones))
         check_survey_site_names(study, number, {stone.site for stone in stones}, str(path))
-        searched += kinds_of_survey_stones(stones, survey.stones) if survey.backwards else []
+        searched += dimensions_of_survey_stones(stones, survey.stones) if survey.backwards else []
         if study.orientation is None:
-            notes = [*notes, *note_on_b_over_h_outside_study(stones, study.b_over_h, survey.stones)]
+            notes = [*notes, *note_on_b_over_h_far_outside_study(stones, study.b_over_h, survey.stones)]
         print(*notes, *doubts, sep="\n", end="\n" * bool(notes or doubts))
     for note in (*read_and_check_records(study, entries), *note_if_primary_statistic_is_unavailable(study, entries)):
         print(note)
     body = content.get("body")
     if isinstance(body, dict) and body.get("mesh") is not None:
         # Read again: the study holds the body, but not what was repaired in the file.
-        for line in read_scan_of_body(body).description():
+        for line in read_scan_of_body(body).description_lines():
             print(f"{path}: body: {line}")
     print(f"{path}: study {study.name!r}, {size}")
     if searched:
-        print(_motion_inference_time_note(searched, len(entries)))
+        print(_note_on_motion_inference_duration(searched, len(entries)))
 
 
-def _motion_inference_time_note(stone_kinds: "Sequence[StoneKind]", record_count: int) -> str:
+def _note_on_motion_inference_duration(stone_kinds: "Sequence[StoneDimensions]", record_count: int) -> str:
     """Return a note on the processor time needed to infer the ground motion from each survey of a study."""
     from overturning.study.preflight import format_duration
     from overturning.surveys.library import candidate_motions

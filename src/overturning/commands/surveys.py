@@ -279,14 +279,14 @@ def infer_motion_from_survey(
     from overturning.findings.inferred_motion import inferred_motion_findings
     from overturning.findings.survey_commands import SurveyCommandResults
     from overturning.report.drawings import write_ground_motion_posterior_figure
-    from overturning.report.filters import counted
+    from overturning.report.filters import format_count_with_noun
     from overturning.study.preflight import format_duration
     from overturning.surveys.inversion import SurveyInversion
     from overturning.surveys.library import candidate_motions, read_motions_with_unique_ids
     from overturning.surveys.posterior import write_inversion_result
     from overturning.surveys.responses import (
         StoneOutcomeProbabilities,
-        kinds_of_survey_stones,
+        dimensions_of_survey_stones,
         note_on_stones_broader_than_simulated,
         simulation_case_count_and_time,
     )
@@ -296,15 +296,16 @@ def infer_motion_from_survey(
     check_output_path(output, "--output", ".nc")
     check_outputs_are_separate_files({"--figure": figure, "--output": output}, [stones, *(motion_files or ())])
     rows, notes, doubts = read_counted_stones_with_notes(stones)
-    kinds = kinds_of_survey_stones(rows, str(stones))
+    kinds = dimensions_of_survey_stones(rows, str(stones))
     for note in (*notes, *doubts, *note_on_stones_broader_than_simulated(rows)):
         print(note)
     library = candidate_motions(read_motions_with_unique_ids(motion_files or ()), only_user_records=only_given_motions)
     cases, seconds = simulation_case_count_and_time(library, kinds)
     if cases:
-        under, expected = counted(len(library), "motion"), format_duration(seconds / threads)
+        under, expected = format_count_with_noun(len(library), "motion"), format_duration(seconds / threads)
         print(
-            f"{cases:,} cases under {under} to compute, about {expected} on {counted(threads, 'thread')}",
+            f"{cases:,} cases under {under} to compute, "
+            f"about {expected} on {format_count_with_noun(threads, 'thread')}",
             file=sys.stderr,
             flush=True,
         )

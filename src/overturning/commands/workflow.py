@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 Study = Annotated[str, typer.Option(help="study file, or its content as JSON")]
-StudySettings = Annotated[
+OptionalStudyOption = Annotated[
     str | None,
     typer.Option("--study", help="study file or JSON; its figures, surveys and population replace those of the cube"),
 ]
@@ -20,7 +20,7 @@ Motions = Annotated[Path, typer.Option(help="folder of the motions")]
 Variant = Annotated[str, typer.Option(help="name of the contact setting")]
 Threads = Annotated[int, typer.Option(min=1, help="number of threads or processes")]
 Chunks = Annotated[int, typer.Option(min=1, help="number of chunks into which the cases of each record are split")]
-Parts = Annotated[Path, typer.Option(help="folder of the parts")]
+OutcomePartFolderOption = Annotated[Path, typer.Option(help="folder of the parts")]
 Cube = Annotated[Path, typer.Option(help="the study's cube (NetCDF)")]
 Intensity = Annotated[Path, typer.Option(help="intensity measures of the study's records (NetCDF)")]
 Figures = Annotated[Path, typer.Option(help="folder for the figures")]
@@ -93,7 +93,7 @@ def compute_surface_motions(
         )
 
 
-def add_record_labels(
+def add_station_event_and_site_to_motions(
     study: Study, motions: Motions, output: Annotated[Path, typer.Option(help="folder for the motions with labels")]
 ) -> None:
     """Add station, event and site from the record table to the stored motions of all records."""
@@ -160,7 +160,7 @@ def simulate_cases_of_record(
 def merge_outcome_files_into_cube(
     study: Study,
     motions: Motions,
-    parts: Parts,
+    parts: OutcomePartFolderOption,
     output: NetCDF,
     variant: Variant = "nominal",
     chunks: Chunks = 1,
@@ -238,7 +238,12 @@ def run_convergence_check(
 
 
 def draw_figures_of_records(
-    study: Study, parts: Parts, intensity: Intensity, motions: Motions, output: Figures, chunks: Chunks = 1
+    study: Study,
+    parts: OutcomePartFolderOption,
+    intensity: Intensity,
+    motions: Motions,
+    output: Figures,
+    chunks: Chunks = 1,
 ) -> None:
     """Draw the figures of single records from the files with their outcomes."""
     from functools import partial
@@ -248,11 +253,11 @@ def draw_figures_of_records(
     from overturning.figures.write import write_figure_in_study_formats
     from overturning.study.gather import merge_outcome_files_into_cube
     from overturning.study.parts import sweep_part_paths
-    from overturning.translation.texts import translate_visible_texts_to
+    from overturning.translation.texts import use_translation_language
 
     settings, records = _load_study_and_processed_motions(study, motions)
     write = partial(write_figure_in_study_formats, settings.figures)
-    with TemporaryDirectory() as folder, translate_visible_texts_to(settings.language):
+    with TemporaryDirectory() as folder, use_translation_language(settings.language):
         cube = Path(folder) / "cube.nc"
         merge_outcome_files_into_cube(settings, records, sweep_part_paths(parts, settings.records.use, chunks), cube)
         draw_record_figures(cube, intensity, output, write)
@@ -265,10 +270,10 @@ def draw_figures_of_study(study: Study, cube: Cube, intensity: Intensity, output
     from overturning.figures.study import draw_study_figures
     from overturning.figures.write import write_figure_in_study_formats
     from overturning.study.load import load_study_from_file_or_json
-    from overturning.translation.texts import translate_visible_texts_to
+    from overturning.translation.texts import use_translation_language
 
     settings = load_study_from_file_or_json(study)
-    with translate_visible_texts_to(settings.language):
+    with use_translation_language(settings.language):
         draw_study_figures(cube, intensity, output, partial(write_figure_in_study_formats, settings.figures))
 
 
@@ -294,7 +299,7 @@ def write_study_report(
     results: Annotated[Path, typer.Option(help="folder of the study's results")],
     output: Annotated[Path, typer.Option(help="page to write (HTML)")],
     pdf: Annotated[Path | None, typer.Option(help="PDF file of the report")] = None,
-    study: StudySettings = None,
+    study: OptionalStudyOption = None,
     language: Annotated[str | None, typer.Option(help="language: en or ja; not given: that of the study")] = None,
 ) -> None:
     """Write the HTML report of a study from its results folder; on request also as PDF."""
@@ -319,10 +324,10 @@ def write_research_data_package(
     write_ro_crate(load_study_from_file_or_json(study), results, [Path(name) for name in names.splitlines()])
 
 
-STEPS: dict[str, Callable[..., None]] = {
+WORKFLOW_STEPS_BY_COMMAND: dict[str, Callable[..., None]] = {
     "read": read_and_process_record,
     "surface": compute_surface_motions,
-    "describe": add_record_labels,
+    "describe": add_station_event_and_site_to_motions,
     "rotate": compute_intensity_measures,
     "members": sample_ensemble_members,
     "sweep": simulate_cases_of_record,

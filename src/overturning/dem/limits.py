@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 
-MAX_PENETRATION: Final = 0.2
+MAX_PENETRATION_RATIO: Final = 0.2
 """Largest penetration for which the contact law holds, as a share of half the smaller side."""
 
 MAX_TIME_AFTER_RECORD: Final = 20.0
@@ -24,4 +24,4 @@ def exceeds_penetration_limit(penetration: FloatArray, smaller_side: FloatArray 
     smaller_side : ndarray or float
         Smaller side of the resting element, m.
     """
-    return ~(penetration <= MAX_PENETRATION * 0.5 * np.asarray(smaller_side))
+    return ~(penetration <= MAX_PENETRATION_RATIO * 0.5 * np.asarray(smaller_side))

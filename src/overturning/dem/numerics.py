@@ -9,10 +9,10 @@ import numpy as np
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.errors import REASON_SEPARATOR, ArgumentError
 
-Progress = Callable[[int, int], None]
+ProgressCallback = Callable[[int, int], None]
 """Callback that receives the block steps done and the block steps expected."""
 
-BUDGET: Final = 2_000_000_000
+DEFAULT_MAX_BLOCK_STEPS: Final = 2_000_000_000
 """Default largest number of block steps of one case."""
 
 MAX_BUDGET: Final = 10**15
@@ -21,10 +21,10 @@ MAX_BUDGET: Final = 10**15
 MAX_REFINEMENT: Final = 65_536
 """Largest refinement: numbers of steps then stay below the largest integer of the kernels."""
 
-BODY_STEP: Final = 5
+BLOCK_STEPS_PER_BODY_STEP: Final = 5
 """Block steps charged to the budget for one step of a 3-D body, in proportion to its processor time."""
 
-ELEMENT_STEP: Final = 20
+BLOCK_STEPS_PER_ELEMENT_STEP: Final = 20
 """Block steps charged to the budget for one step of one scene element."""
 
 
@@ -45,7 +45,8 @@ class NumericalOptions:
         Number of parts into which each step is divided; for verification.
     budget : int
         Largest number of block steps of one case, including rejected steps and reruns; beyond it the case is marked
-        `over_budget`. One step of a 3-D body counts as `BODY_STEP`, of a scene element as `ELEMENT_STEP` block steps.
+        `over_budget`. One step of a 3-D body counts as `BLOCK_STEPS_PER_BODY_STEP`, of a scene element as
+        `BLOCK_STEPS_PER_ELEMENT_STEP` block steps.
     threads : int
         Number of threads; results are bit-equal for any number.
     progress : callable, optional
@@ -66,9 +67,9 @@ class NumericalOptions:
     time_step: float | str = "auto"
     leave_out: bool = True
     refinement: int = 1
-    budget: int = BUDGET
+    budget: int = DEFAULT_MAX_BLOCK_STEPS
     threads: int = 1
-    progress: Progress | None = None
+    progress: ProgressCallback | None = None
     general: bool = False
     client: Any = None
 

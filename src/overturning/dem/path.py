@@ -9,7 +9,7 @@ from overturning.arrays import FloatArray
 from overturning.model.geometry import PlacedElement
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
-from overturning.model.variables import VARIABLES
+from overturning.model.variables import PLANAR_OUTCOME_VARIABLES
 
 POSES: Final = {
     "x": ("m", "centre towards the azimuth, in the frame of the base"),
@@ -34,11 +34,11 @@ class PlanarTrajectory:
     """Motion of all elements of a scene over time in one case, with the contact forces."""
 
     scene: Scene
-    placed: list[PlacedElement]
+    placed_elements: list[PlacedElement]
     critical: FloatArray  # shape (elements,): α of each free element, rad
     time: FloatArray  # shape (rows,): time after the start of the record, s
     ground: FloatArray  # shape (rows,): acceleration of the base towards the azimuth, m/s²
-    poses: FloatArray  # shape (rows, elements, 6): x, z, rotation and their rates, in the frame of the base
+    poses_and_rates: FloatArray  # shape (rows, elements, 6): x, z, rotation and their rates, in the frame of the base
     force: FloatArray  # shape (rows, contacts, 2): mean force on the first element until the next row, N
     place: FloatArray  # shape (rows, contacts, 2): point at which the force acts, m; NaN without contact or unknown
     contacts: list[tuple[str, str]]  # names of the two elements of each contact
@@ -47,17 +47,19 @@ class PlanarTrajectory:
         self, results: CaseResults
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return variables, coordinates and attributes of the dataset of a case, including the results of the case."""
-        vertices = np.full((len(self.placed), max(len(item.shape.vertices) for item in self.placed), 2), np.nan)
-        for item, row in zip(self.placed, vertices, strict=True):
+        vertices = np.full(
+            (len(self.placed_elements), max(len(item.shape.vertices) for item in self.placed_elements), 2), np.nan
+        )
+        for item, row in zip(self.placed_elements, vertices, strict=True):
             row[: len(item.shape.vertices)] = item.shape.vertices
-        x, _, angle = np.moveaxis(self.poses[:, :, :3], 2, 0)
+        x, _, angle = np.moveaxis(self.poses_and_rates[:, :, :3], 2, 0)
         low = np.nanmin(vertices[:, :, 1], axis=1)
         side = vertices[:, :, 1] <= (low + 1e-9 * np.nanmax(vertices[:, :, 1], axis=1))[:, None]
         # The middle of the lower side is not necessarily below the centre.
         aside = np.mean(vertices[:, :, 0], axis=1, where=side)
-        slip = x - [item.x for item in self.placed] + low * np.sin(angle) + aside * (np.cos(angle) - 1.0)
+        slip = x - [item.x for item in self.placed_elements] + low * np.sin(angle) + aside * (np.cos(angle) - 1.0)
         variables = {
-            name: dataset_variable_tuple("time element", self.poses[:, :, column], *about)
+            name: dataset_variable_tuple("time element", self.poses_and_rates[:, :, column], *about)
             for column, (name, about) in enumerate(POSES.items())
         }
         mean = "mean from this time to the next"
@@ -72,13 +74,13 @@ class PlanarTrajectory:
             "contact_place": dataset_variable_tuple("time contact xz", self.place, "m", f"where it acts, {mean}"),
             "contact_on": ("contact", [on for on, _ in self.contacts]),
             "contact_by": ("contact", [by for _, by in self.contacts]),
-            "kind": ("element", [item.element.kind for item in self.placed]),
+            "kind": ("element", [item.element.kind for item in self.placed_elements]),
             "critical_angle": dataset_variable_tuple("element", self.critical, "rad", "critical angle"),
             "fallen_angle": dataset_variable_tuple(
                 "element side",
                 [
                     (np.nan, np.nan) if item.is_driven_or_held else item.fall_threshold_rotations_rad
-                    for item in self.placed
+                    for item in self.placed_elements
                 ],
                 "rad",
                 "rotation to a side at which it has fallen",
@@ -90,20 +92,23 @@ class PlanarTrajectory:
         variables |= self._outcome_variables(results)
         coordinates = {
             "time": dataset_variable_tuple("time", self.time, "s", "time after the record's start"),
-            "element": ("element", [item.element.name for item in self.placed]),
+            "element": ("element", [item.element.name for item in self.placed_elements]),
             "side": ("side", [-1, 1], {"long_name": "side over which it tips, 1 towards the azimuth"}),
         }
-        weight = self.scene.gravity * sum(item.mass for item in self.placed if not item.is_driven_or_held)
+        weight = self.scene.gravity * sum(item.mass for item in self.placed_elements if not item.is_driven_or_held)
         return variables, coordinates, {"reference": self.scene.name_of_element_shown_by_default, "weight": weight}
 
     def _outcome_variables(self, results: CaseResults) -> dict[str, Any]:
         """Return the outcome variables of a case by name; those per element are missing for driven or held elements."""
         variables: dict[str, Any] = {}
-        free = [index for index, item in enumerate(self.placed) if not item.is_driven_or_held]
-        for variable in (item for item in VARIABLES if item.name != "mirrored"):
+        free = [index for index, item in enumerate(self.placed_elements) if not item.is_driven_or_held]
+        for variable in (item for item in PLANAR_OUTCOME_VARIABLES if item.name != "mirrored"):
             values = getattr(results, variable.name)[0]
             if variable.per_element:
-                values, of_free = np.full(len(self.placed), variable.missing_value_in_memory, variable.dtype), values
+                values, of_free = (
+                    np.full(len(self.placed_elements), variable.missing_value_in_memory, variable.dtype),
+                    values,
+                )
                 values[free] = of_free
             dimensions = ("element",) if variable.per_element else ()
             variables[variable.name] = (dimensions, variable.decode(values), variable.cf_attributes)

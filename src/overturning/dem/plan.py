@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.balance import rerun_cases_until_energy_balances
+from overturning.dem.kernel.balance import run_cases_until_energy_balances
 from overturning.dem.kernel.ground import GroundMotion, largest_upcoming_acceleration
 from overturning.dem.kernel.queue import SettingsOfParallelCases, run_case_queue
 from overturning.dem.numerics import NumericalOptions
@@ -21,15 +21,16 @@ from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
-MAX_PATH_NUMBERS: Final = 100_000_000
+MAX_TRAJECTORY_DATASET_VALUES: Final = 100_000_000
 """Largest number of float64 values in the dataset of a path (0.8 GB)."""
 
 
 def check_trajectory_size(value_count: float) -> None:
-    """Raise an `ArgumentError` if a trajectory of at least `value_count` numbers would exceed `MAX_PATH_NUMBERS`."""
-    if value_count > MAX_PATH_NUMBERS:
+    """Raise an `ArgumentError` if a trajectory of at least `value_count` numbers would be too large."""
+    if value_count > MAX_TRAJECTORY_DATASET_VALUES:
         raise ArgumentError(
-            f"trajectory: a path of {8e-9 * value_count:.1f} GB or more, at most {8e-9 * MAX_PATH_NUMBERS:.1f} GB; cut "
+            f"trajectory: a path of {8e-9 * value_count:.1f} GB or more, "
+            f"at most {8e-9 * MAX_TRAJECTORY_DATASET_VALUES:.1f} GB; cut "
             "the motion to its strong part, take a larger time_step, a shorter aftermath or, in a scene, fewer elements"
         )
 
@@ -67,9 +68,9 @@ class SimulationPlan(ABC):
     """Index of the time in a row of the path."""
     ground_columns: ClassVar[Any] = ("ground",)
     """Indices of the base motion in a row of the path."""
-    values_per_trajectory_row: ClassVar[int] = 1
+    dataset_values_per_trajectory_row: ClassVar[int] = 1
     """Number of values per time in the dataset of a path; limits the number of rows."""
-    step_cost: ClassVar[int] = 1
+    block_steps_per_step: ClassVar[int] = 1
     """Block steps charged to the budget for one step."""
 
     model: Model
@@ -96,7 +97,7 @@ class SimulationPlan(ABC):
 
     @cached_property
     def largest_upcoming_accelerations(self) -> tuple[FloatArray, FloatArray]:
-        """Largest horizontal and vertical base accelerations after each sample, m/s²; see `GroundMotion.loudest`."""
+        """Largest horizontal and vertical base accelerations after each sample, m/s²; see `GroundMotion`."""
         across = np.abs(self.ground) if self.ground.ndim == 2 else np.sqrt((self.ground**2).sum(axis=1))
         up = (
             np.zeros(self.ground.shape[-1])
@@ -109,12 +110,12 @@ class SimulationPlan(ABC):
     def results_before_simulation(self) -> CaseResults:
         """Return the results of all cases before the simulation: at rest, or missing if the contact is too soft."""
         results = CaseResults.of_unmoved_cases(
-            self.model.variables, self.cases.case_count, len(self.model.free_element_names)
+            self.model.outcome_variables, self.cases.case_count, len(self.model.free_element_names)
         )
         results.status[self.too_soft], results.overturned[self.too_soft] = CaseStatus.UNSTABLE, INT8_MISSING
         return results
 
-    def compute_cases(
+    def simulate_cases_of_group(
         self, case_numbers: NDArray[np.int64], steps_done: NDArray[np.int64], trajectory: NDArray[Any] | None = None
     ) -> tuple[dict[str, Any], NDArray[Any]]:
         """Simulate cases of one group; repeat, with finer steps, those whose energy balance has too large an error.
@@ -150,13 +151,13 @@ class SimulationPlan(ABC):
                 self.kernel_input(case_numbers, tables, step_divisor), rows, steps_done, buffer
             )
             if count < 0:  # the path has reached its limit
-                check_trajectory_size(2 * recorded.size * self.values_per_trajectory_row)
+                check_trajectory_size(2 * recorded.size * self.dataset_values_per_trajectory_row)
             recorded = recorded[:count]
 
-        rerun_cases_until_energy_balances(simulate_cases_in_rows, results["status"], results["energy_error"])
+        run_cases_until_energy_balances(simulate_cases_in_rows, results["status"], results["energy_error"])
         return self.case_outcome_variables(case_numbers, tables), recorded
 
-    def compute_single_case(self, aftermath: float = 0.0) -> tuple[CaseResults, Trajectory]:
+    def simulate_single_case(self, aftermath: float = 0.0) -> tuple[CaseResults, Trajectory]:
         """Simulate the single case of the plan; return its results and its trajectory.
 
         The trajectory continues for `aftermath` seconds after the outcome is known.
@@ -171,7 +172,7 @@ class SimulationPlan(ABC):
             path = path[:0]
         else:
             before = int(self.first[0])
-            outcomes, path = self.compute_cases(only, np.zeros(1, np.int64), path)
+            outcomes, path = self.simulate_cases_of_group(only, np.zeros(1, np.int64), path)
             results.store_outcomes(only, outcomes)
             if aftermath > 0.0:
                 path = self.continue_trajectory(path, aftermath, np.atleast_1d(results.overturned[0]) == 1)
@@ -225,11 +226,11 @@ class SimulationPlan(ABC):
         settings = SettingsOfParallelCases(
             samples=self.motion.sample_count,
             interval=self.motion.sampling_interval,
-            ticks=ticks_per_step * steps,
+            ticks_per_sample=ticks_per_step * steps,
             steps_per_check=steps,
-            step_weight=len(self.model.free_element_names),
-            budget=self.numerics.budget // self.step_cost,
-            max_rows=MAX_PATH_NUMBERS // self.values_per_trajectory_row,
+            block_steps_per_step=len(self.model.free_element_names),
+            budget=self.numerics.budget // self.block_steps_per_step,
+            max_rows=MAX_TRAJECTORY_DATASET_VALUES // self.dataset_values_per_trajectory_row,
             lanes=lane_count,
         )
         ground, row = (
@@ -263,7 +264,7 @@ class SimulationPlan(ABC):
     def create_trajectory_buffer(self, is_recorded: bool) -> NDArray[Any]:
         """Return a buffer for a trajectory: with a row per sample, or without rows if no trajectory is recorded."""
         rows = self.motion.sample_count if is_recorded else 0
-        check_trajectory_size(rows * self.values_per_trajectory_row)
+        check_trajectory_size(rows * self.dataset_values_per_trajectory_row)
         return np.zeros(rows, self.trajectory_dtype)
 
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[Any]:
@@ -287,7 +288,7 @@ def base_accelerations_by_azimuth(motion: Motion, cases: Cases) -> tuple[NDArray
     azimuths, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
     ground = np.zeros((azimuths.size, motion.sample_count + 3))
     for index, azimuth in enumerate(azimuths):
-        ground[index, : motion.sample_count] = motion.along(float(azimuth))
+        ground[index, : motion.sample_count] = motion.acceleration_along(float(azimuth))
     return row, ground
 
 

@@ -9,10 +9,10 @@ from overturning.arrays import FloatArray
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
-SAFE_SHARE: Final = 0.1
+STRONG_MOTION_THRESHOLD_RATIO: Final = 0.1
 """Share of the lower threshold at which the simulation of a block starts (docs/design-notes.md explains why not 1)."""
 
-LEAD: Final = 2.0
+LEAD_TIME: Final = 2.0
 """Simulated time before that share is reached, s."""
 
 REST_THRESHOLD_FACTOR: Final = 0.5
@@ -24,7 +24,7 @@ Up to it nothing creeps (docs/method.md). A 3-D body that is simulated while it 
 SCENE_REST_THRESHOLD_FACTOR: Final = 0.3
 """Largest rest threshold of a scene, as a share of its lower threshold: a joint that has slipped lifts earlier."""
 
-LIGHT_CORNER_SHARE: Final = 0.9
+MAX_CORNER_SLIP_ACCELERATION_RATIO: Final = 0.9
 """Upper limit of the rest threshold, as a share of the acceleration at which the lighter corner slips."""
 
 
@@ -63,7 +63,7 @@ def find_strong_motion_ranges(
     count = ground_row.size
     first, calm = np.zeros(count, np.int64), np.zeros(count, np.int64)
     stays_at_rest = np.zeros(count, np.bool_)
-    lead = int(np.ceil(LEAD / motion.sampling_interval))
+    lead = int(np.ceil(LEAD_TIME / motion.sampling_interval))
     samples = ground.shape[1]
     # Without vertical motion the ratio is linear in the amplitude: all amplitudes share one pass over the record.
     keys = [ground_row] if motion.up is None else [ground_row, amplitude]
@@ -80,7 +80,7 @@ def find_strong_motion_ranges(
                 ratio = np.where(weight > 0, np.abs(factor * ground[ground_row[group[0]]]) / weight, np.inf)
             level = motion_threshold[group]
         # Only samples above the lowest level: a running maximum over all samples would take half of the time here.
-        safe = SAFE_SHARE * level
+        safe = STRONG_MOTION_THRESHOLD_RATIO * level
         loud = np.concatenate([[-1], np.flatnonzero(ratio > safe.min()), [samples]])
         rising = np.maximum.accumulate(ratio[loud[1:-1]])
         falling = np.maximum.accumulate(ratio[loud[-2:0:-1]])
@@ -116,7 +116,7 @@ def largest_acceleration_without_motion(
     return np.asarray(
         np.minimum(
             max_threshold_share * np.minimum(lift_threshold, slip_threshold),
-            LIGHT_CORNER_SHARE * creeps / dynamic_overshoot,
+            MAX_CORNER_SLIP_ACCELERATION_RATIO * creeps / dynamic_overshoot,
         )
     )
 

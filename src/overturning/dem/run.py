@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from overturning.model.model import Model
     from overturning.model.shapes import Shape
 
-MAX_QUEUE_LENGTH: Final = 4096
+MAX_CASES_PER_KERNEL_CALL: Final = 4096
 """Largest number of cases per call of a kernel: enough to keep its lanes full, few enough to bound the memory."""
 
 
@@ -44,7 +44,7 @@ def plan_simulation(model: "Model", motion: Motion, cases: Cases, numerics: Nume
 
         return of_bodies.plan_body_simulation(model, motion, cases, numerics)
     assert isinstance(model, PlanarModel)
-    if model.scene.is_single_block and not numerics.general:
+    if model.scene.is_single_block_on_wide_ground and not numerics.general:
         from overturning.dem.block.plan import plan_block_simulation
 
         return plan_block_simulation(model, motion, cases, numerics)
@@ -100,7 +100,7 @@ def simulate_cases(
 
     def simulate_case_group(case_numbers: NDArray[np.int64]) -> None:
         """Simulate the cases with these indices and store their outcomes."""
-        results.store_outcomes(case_numbers, plan.compute_cases(case_numbers, counter)[0])
+        results.store_outcomes(case_numbers, plan.simulate_cases_of_group(case_numbers, counter)[0])
 
     queues = split_into_case_groups(order, plan.parallel_group_by_case, plan.split_long_queues)
     simulate_groups_in_threads(
@@ -142,7 +142,7 @@ def run_cases(
 def split_into_case_groups(
     ordered_cases: NDArray[np.int64], parallel_group_by_case: NDArray[np.int64], split_long_groups: bool
 ) -> list[NDArray[np.int64]]:
-    """Split cases into groups of at most `MAX_QUEUE_LENGTH` cases with equal `parallel_group_by_case`.
+    """Split cases into groups of at most `MAX_CASES_PER_KERNEL_CALL` cases with equal `parallel_group_by_case`.
 
     All cases of a group have the same number in `parallel_group_by_case`.
 
@@ -152,7 +152,9 @@ def split_into_case_groups(
     queues = []
     for chosen in np.split(ordered_cases, np.flatnonzero(np.diff(parallel_group_by_case[ordered_cases])) + 1):
         if chosen.size:
-            count = max(-(-chosen.size // MAX_QUEUE_LENGTH), min(2, chosen.size // 64) if split_long_groups else 1)
+            count = max(
+                -(-chosen.size // MAX_CASES_PER_KERNEL_CALL), min(2, chosen.size // 64) if split_long_groups else 1
+            )
             # Interleaved, so that long and short cases are spread evenly.
             queues += [chosen[part::count] for part in range(count)]
     return queues

@@ -11,10 +11,10 @@ from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError, refuse_unknown_keywords
 from overturning.model.falls import model_from_scene_or_shape
-from overturning.model.grid import AXES, CaseGrid, checked_finite_values
+from overturning.model.grid import CF_ATTRIBUTES_BY_DIMENSION, CaseGrid, checked_finite_values
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
-from overturning.model.results import COUNTS
+from overturning.model.results import CASE_COUNTER_NAMES
 from overturning.model.scene import Scene
 from overturning.model.scene_model import SceneModel
 from overturning.model.shapes import Shape
@@ -51,9 +51,9 @@ def create_case_grid(
             "leave it out"
         )
     height, b_over_h = model.height_and_b_over_h_or_defaults(height, b_over_h)
-    direction = azimuth_deg if model.one_component else orientation_deg
+    direction = azimuth_deg if model.is_planar else orientation_deg
     if direction is None or (azimuth_deg is not None and orientation_deg is not None):
-        fault = "both are given" if direction is not None else f"{model.direction}_deg is not given"
+        fault = "both are given" if direction is not None else f"{model.direction_dimension_name}_deg is not given"
         raise ArgumentError(
             f"azimuth_deg, orientation_deg: {fault}; give azimuth_deg for a block or scene in 2-D, or orientation_deg "
             "for a 3-D body, such as 'rectangle', or a stack of stones in 3-D"
@@ -64,7 +64,9 @@ def create_case_grid(
     model.symmetry_periods_by_aspect_deg(aspects)
     sizes = {"height": height, "b_over_h": b_over_h, "friction": friction, "aspect": aspect}
     several = model.free_element_names if len(model.free_element_names) > 1 else ()
-    rows: dict[str, Any] = {f"{model.direction}_deg": direction} | {name: sizes[name] for name in model.case_dims}
+    rows: dict[str, Any] = {f"{model.direction_dimension_name}_deg": direction} | {
+        name: sizes[name] for name in model.case_dims_without_direction
+    }
     return CaseGrid.from_values(several, **rows)
 
 
@@ -73,15 +75,15 @@ def simulate_grid(model: Model, motion: Motion, grid: CaseGrid, numerics: Numeri
     few = model.drop_ineffective_frictions(grid)
     sources = model.simulated_direction_for_each_direction(few, numerics.leave_out)
     own, of_each = np.arange(few.case_count).reshape(few.shape), few.case_count // few.shape[0]
-    answering = few.broadcast_over_grid(sources.cell) * of_each + own % of_each
+    answering = few.broadcast_over_grid(sources.direction_index) * of_each + own % of_each
     computed, place = np.unique(answering, return_inverse=True)
     turn_deg = few.broadcast_over_grid(sources.turn_deg).ravel()[computed]
     results = simulate_cases(
-        model, motion, few.cases_at_positions(np.unravel_index(computed, few.shape), turn_deg), numerics
+        model, motion, few.cases_at_grid_indices(np.unravel_index(computed, few.shape), turn_deg), numerics
     )
     arrays = {name: values[place.reshape(few.shape)] for name, values in vars(results).items()}
-    model.rotate_copied_outcomes_in_place(arrays, few, sources)
-    for name in COUNTS:
+    model.adapt_and_mark_copied_outcomes_in_place(arrays, few, sources)
+    for name in CASE_COUNTER_NAMES:
         arrays[name][answering != own] = 0
     copies, last = grid.shape[-1] // few.shape[-1], len(grid.shape) - 1
     return {name: np.repeat(values, copies, axis=last) for name, values in arrays.items()}
@@ -150,11 +152,11 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        The model's variables. Dimensions of a 2-D model: `azimuth`, `height`, `b_over_h` and `friction`, and `element`
-        for variables per element of a scene with several free elements. Dimensions of a 3-D body: `orientation`,
-        `height`, `b_over_h`, `aspect` and `friction`. Flags are floats, and missing values are NaN, as in
-        `overturning.open_cube`: `abs(outcome.overturned).mean()` is the fraction overturned of the cases that have an
-        outcome, but `outcome.overturned != 0` is also true for missing values.
+        The model's variables. Dimensions of a 2-D model: `azimuth`, `height`, `b_over_h` and `friction`, and
+        `element_names` for variables per element of a scene with several free elements. Dimensions of a 3-D body:
+        `orientation`, `height`, `b_over_h`, `aspect` and `friction`. Flags are floats, and missing values are NaN, as
+        in `overturning.open_cube`: `abs(outcome.overturned).mean()` is the fraction overturned of the cases that have
+        an outcome, but `outcome.overturned != 0` is also true for missing values.
 
     Raises
     ------
@@ -185,16 +187,18 @@ def simulate(
         orientation_deg=orientation_deg,
     )
     arrays = simulate_grid(model, motion, grid, NumericalOptions(**options))
-    coordinates: dict[str, Any] = {name: (name, grid[name], AXES[name]) for name in grid.dimension_names}
-    if grid.element:
-        coordinates["element"] = ("element", list(grid.element))
+    coordinates: dict[str, Any] = {
+        name: (name, grid[name], CF_ATTRIBUTES_BY_DIMENSION[name]) for name in grid.dimension_names
+    }
+    if grid.element_names:
+        coordinates["element"] = ("element", list(grid.element_names))
     if (angles := critical_angle_coordinate(model, grid)) is not None:
         coordinates["critical_angle"] = angles
     level = "none: the motion has two components, so the base moves level"
     return create_xarray_dataset(
         {
             item.name: (grid.cube_dimensions_of_variable(item), item.decode(arrays[item.name]), item.cf_attributes)
-            for item in model.variables
+            for item in model.outcome_variables
         },
         coordinates,
         model.identifying_dataset_attributes | {"vertical_motion": level if motion.up is None else "as recorded"},
@@ -208,9 +212,13 @@ def critical_angle_coordinate(
 
     A single block or body needs none: its critical angle follows from B/H.
     """
-    if not isinstance(model, PlanarModel) or model.scene.is_single_block:
+    if not isinstance(model, PlanarModel) or model.scene.is_single_block_on_wide_ground:
         return None
-    from overturning.dem.polygon.prepare import CRITICAL, free_element_critical_angles
+    from overturning.dem.polygon.prepare import CRITICAL_ANGLE_ATTRIBUTES, free_element_critical_angles
 
     angles = free_element_critical_angles(model.scene, grid["b_over_h"])
-    return (("b_over_h", "element"), angles, CRITICAL) if grid.element else (("b_over_h",), angles[:, 0], CRITICAL)
+    return (
+        (("b_over_h", "element"), angles, CRITICAL_ANGLE_ATTRIBUTES)
+        if grid.element_names
+        else (("b_over_h",), angles[:, 0], CRITICAL_ANGLE_ATTRIBUTES)
+    )

@@ -36,10 +36,10 @@ LIGHT_DAMPING: Final = 0.25
 
 DEFAULT_SCHEME: Final = "centred"
 
-AUTO_FRACTION: Final = {IntegrationScheme.CUNDALL: 0.5, IntegrationScheme.CENTRED: 1.0}
+AUTO_TO_STABLE_STEP_RATIO: Final = {IntegrationScheme.CUNDALL: 0.5, IntegrationScheme.CENTRED: 1.0}
 """Step of ``time_step="auto"`` as a fraction of the stable step (docs/measurements.md shows how it was chosen)."""
 
-SCENE_FRACTION: Final = 0.5
+SCENE_AUTO_TO_STABLE_STEP_RATIO: Final = 0.5
 """Step of ``time_step="auto"`` for a scene with Cundall's scheme, as a fraction of the stable step."""
 
 MAX_STEPS_PER_SAMPLE: Final = 2_000_000
@@ -142,13 +142,13 @@ def longest_stable_step(
     if scheme == IntegrationScheme.CUNDALL:
         return 4.0 / (np.sqrt(damping_rate**2 + 4.0 * squared_frequency) + damping_rate)
     return (
-        2.0 * shortest_contact_time(squared_frequency, damping_rate)
+        2.0 * shortest_contact_time_constant(squared_frequency, damping_rate)
         if block_rocking_time is None
         else MAX_ROCKING_STEP * block_rocking_time
     )
 
 
-def shortest_contact_time(squared_frequency: FloatArray, damping_rate: FloatArray) -> FloatArray:
+def shortest_contact_time_constant(squared_frequency: FloatArray, damping_rate: FloatArray) -> FloatArray:
     """Return 1/ω of the highest contact mode, s; less if the mode is heavily damped (`HEAVY_DAMPING`)."""
     frequency = np.sqrt(squared_frequency)
     return np.asarray(HEAVY_DAMPING / np.maximum(0.5 * damping_rate / frequency, HEAVY_DAMPING) / frequency)
@@ -245,7 +245,7 @@ def requested_to_automatic_step_ratio(
         if isinstance(time_step, str)
         else np.minimum(time_step / stable_step_s, 1.0)
     )
-    return wanted / AUTO_FRACTION[scheme]
+    return wanted / AUTO_TO_STABLE_STEP_RATIO[scheme]
 
 
 def _automatic_to_stable_step_ratio(
@@ -257,8 +257,8 @@ def _automatic_to_stable_step_ratio(
     """Return the automatic time step of each case as a fraction of its longest stable step."""
     # Chosen from the tables in docs/measurements.md, "The default step".
     if block_rocking_time is not None and scheme == IntegrationScheme.CENTRED:
-        return AUTO_FRACTION[scheme]
-    fraction = SCENE_FRACTION if block_rocking_time is None else AUTO_FRACTION[scheme]
+        return AUTO_TO_STABLE_STEP_RATIO[scheme]
+    fraction = SCENE_AUTO_TO_STABLE_STEP_RATIO if block_rocking_time is None else AUTO_TO_STABLE_STEP_RATIO[scheme]
     return np.where(0.5 * damping_rate / np.sqrt(squared_frequency) < LIGHT_DAMPING, 0.5 * fraction, fraction)
 
 

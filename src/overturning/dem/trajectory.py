@@ -82,7 +82,7 @@ def trajectory(
     ------
     ArgumentError
         As in `overturning.simulate`; also if there is more than one case, or the path is longer than
-        `overturning.dem.plan.MAX_PATH_NUMBERS`.
+        `overturning.dem.plan.MAX_TRAJECTORY_DATASET_VALUES`.
     """
     model = model_from_scene_or_shape(model, in_3d=orientation_deg is not None)
     more = {name: options.pop(name, 1.0) for name in ("aspect", "amplitude")}
@@ -103,12 +103,14 @@ def trajectory(
     # Rotated to the equivalent direction that a grid computes: in another one, the last bits of the result differ.
     sources = model.simulated_direction_for_each_direction(grid, numerics.leave_out)
     case = Cases(grid.direction_values_deg - sources.turn_deg.ravel(), **size, **more, initial_tilt=tilt)
-    results, path = plan_simulation(model, as_motion(motion), case, numerics).compute_single_case(aftermath)
+    results, path = plan_simulation(model, as_motion(motion), case, numerics).simulate_single_case(aftermath)
     views = {name: values.reshape(grid.shape + values.shape[1:]) for name, values in vars(results).items()}
-    model.rotate_copied_outcomes_in_place(views, grid, sources)
+    model.adapt_and_mark_copied_outcomes_in_place(views, grid, sources)
     variables, coordinates, attributes = path.variables_coordinates_and_attributes(results)
-    known = {f"{model.direction}_deg": grid.direction_values_deg.item(), **size, **more}
-    given = {name: value for name, value in known.items() if name != "aspect" or name in model.case_dims}
+    known = {f"{model.direction_dimension_name}_deg": grid.direction_values_deg.item(), **size, **more}
+    given = {
+        name: value for name, value in known.items() if name != "aspect" or name in model.case_dims_without_direction
+    }
     return create_xarray_dataset(
         variables,
         coordinates,

@@ -6,11 +6,11 @@ from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
 from overturning.figures.answer import PlottedEstimate, sorted_fall_alignment_figure
-from overturning.figures.style import SERIES, add_title_and_legend, create_panel_grid, label_axes
+from overturning.figures.style import SERIES_COLOURS, add_title_and_legend, create_panel_grid, label_axes
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.earthquakes import FallAlignmentWithReferences, FallAxisSummary
 
-HOLLOW_MAX_EARTHQUAKES = 2
+MAX_EARTHQUAKES_OF_HOLLOW_MARKER = 2
 """A mean over at most this many earthquakes is drawn with a hollow marker, because it is not reliable."""
 
 
@@ -58,9 +58,12 @@ def fall_alignment_by_b_over_h_figure(
                 if (name, axial) not in means or name not in known:  # the legend has no reference without a mean
                     continue
                 value, low, high = np.array([(mean.value, mean.low, mean.high) for mean in means[name, axial]]).T
-                x, colour = b_over_h + (place - 0.5 * (len(names) - 1)) * apart, SERIES[place % len(SERIES)]
+                x, colour = (
+                    b_over_h + (place - 0.5 * (len(names) - 1)) * apart,
+                    SERIES_COLOURS[place % len(SERIES_COLOURS)],
+                )
                 axes.vlines(x, low, high, color=colour, linewidth=1.0)
-                few = np.array([mean.n <= HOLLOW_MAX_EARTHQUAKES for mean in means[name, axial]])
+                few = np.array([mean.n <= MAX_EARTHQUAKES_OF_HOLLOW_MARKER for mean in means[name, axial]])
                 marker = "osD^v"[place % 5]
                 axes.plot(x[~few], value[~few], marker, color=colour, markersize=3.5, label=name)
                 axes.plot(x[few], value[few], marker, color=colour, markersize=3.5, markerfacecolor="white")

@@ -11,7 +11,7 @@ from overturning.figures.style import (
     DASHED,
     INK,
     PAGE_WIDTH,
-    SERIES,
+    SERIES_COLOURS,
     add_title_and_legend,
     create_panel_grid,
     is_drawing_for_phone,
@@ -20,21 +20,21 @@ from overturning.figures.style import (
 )
 
 MARKERS: Final = ("o", "D", "s")
-COLOURS: Final = (SERIES[1], SERIES[0], SERIES[2])
+COLOURS: Final = (SERIES_COLOURS[1], SERIES_COLOURS[0], SERIES_COLOURS[2])
 """Colours of groups of records, in order; the first group is filled, others are hollow."""
 
-ROW: Final = 0.22
+ROW_HEIGHT: Final = 0.22
 """Height of a row, inches."""
 
-TEXT: Final = 7.5
+VALUE_FONT_SIZE: Final = 7.5
 """Size of printed values, pt."""
 
 
-_BESIDE: Final[dict[str, Any]] = {
+_TEXT_RIGHT_OF_PANEL: Final[dict[str, Any]] = {
     "xycoords": ("axes fraction", "data"),
     "textcoords": "offset points",
     "va": "center",
-    "fontsize": TEXT,
+    "fontsize": VALUE_FONT_SIZE,
 }
 """Place of a text to the right of a panel, at a row."""
 
@@ -66,7 +66,7 @@ def sorted_fall_alignment_figure(
     most_letters = int(7.4 * wide / len(alignments_by_group))  # half of the width of a panel
     every = [name for of_group in alignments_by_group.values() for name in of_group]
     most_lines = max((len(wrap_name_into_lines(name, most_letters)) for name in every), default=1)
-    high = ROW * (rows + 2) * (1.0 + 0.4 * (most_lines - 1)) + 1.05
+    high = ROW_HEIGHT * (rows + 2) * (1.0 + 0.4 * (most_lines - 1)) + 1.05
     figure, panels = create_panel_grid(1, len(alignments_by_group), wide, high)
     for place, ((group, of_group), axes) in enumerate(zip(alignments_by_group.items(), panels[0], strict=True)):
         look, mean = _marker_style_of_record_group(place), mean_by_group[group]
@@ -75,14 +75,19 @@ def sorted_fall_alignment_figure(
         )
         for row, (_, value) in enumerate(ordered):
             if not _is_finite(value):
-                axes.text(0.06, row, "no alignment", va="center", fontsize=TEXT)
+                axes.text(0.06, row, "no alignment", va="center", fontsize=VALUE_FONT_SIZE)
                 continue
             axes.plot([0.0, value], [row, row], color="#bbbbbb", linewidth=1.2, zorder=1)
             axes.plot(value, row, **look, zorder=3)
             side = 1.0 if value >= 0 else -1.0
             align = "left" if value >= 0 else "right"
             axes.text(
-                value + 0.1 * side, row, format_with_typographic_minus(value), va="center", ha=align, fontsize=TEXT
+                value + 0.1 * side,
+                row,
+                format_with_typographic_minus(value),
+                va="center",
+                ha=align,
+                fontsize=VALUE_FONT_SIZE,
             )
         if _is_finite(mean.low) and _is_finite(mean.high):
             axes.axvspan(mean.low, mean.high, color=look["color"], alpha=0.12, linewidth=0, zorder=0)
@@ -118,7 +123,7 @@ def fall_alignment_with_references_figure(alignments_by_group: Mapping[str, Mapp
         ),
     )
     figure, panels = create_panel_grid(
-        1, 1, PAGE_WIDTH, 1.35 * ROW * len(names) * max(1.3, 0.75 * len(alignments_by_group)) + 1.2
+        1, 1, PAGE_WIDTH, 1.35 * ROW_HEIGHT * len(names) * max(1.3, 0.75 * len(alignments_by_group)) + 1.2
     )
     axes, marks = panels[0, 0], []
     apart = 0.28
@@ -131,7 +136,7 @@ def fall_alignment_with_references_figure(alignments_by_group: Mapping[str, Mapp
             )
             draw_estimate_with_interval(axes, dot, at, look, 1.6)
             text = format_estimate(dot) if _is_finite(dot.value) else "not known"
-            axes.annotate(text, (1.0, at), (6, 0), color=look["color"], **_BESIDE)
+            axes.annotate(text, (1.0, at), (6, 0), color=look["color"], **_TEXT_RIGHT_OF_PANEL)
         count = max((dot.n for dot in of_group.values()), default=0)
         (mark,) = axes.plot([], [], **look, label=f"{group}, {_earthquake_count_label(count)}")
         marks.append(mark)
@@ -140,7 +145,7 @@ def fall_alignment_with_references_figure(alignments_by_group: Mapping[str, Mapp
     axes.set_ylim(len(names) - 0.5, -0.5)
     _set_x_axis_from_minus_1_to_1(axes, ("across it", "neither", "along it"), margin=0.05)
     if is_drawing_for_phone():
-        axes.set_xticks([-1, 0, 1], ["−1\nacross it", "0\nneither", "1\nalong it"], fontsize=TEXT)
+        axes.set_xticks([-1, 0, 1], ["−1\nacross it", "0\nneither", "1\nalong it"], fontsize=VALUE_FONT_SIZE)
     axes.grid(True, axis="x")
     axes.set_xlabel("alignment of the falls with each reference", fontsize=8)
     add_title_and_legend(figure, "", None, 2, first_marks=marks)
@@ -164,7 +169,7 @@ def overturned_share_difference_figure(
         Share under the first setting minus that under the second, one for each row.
     """
     figure, ((left, right),) = create_panel_grid(
-        1, 2, PAGE_WIDTH, ROW * len(row_names) * 1.15 + 1.3, width_ratios=(1.25, 1.0), sharey=True
+        1, 2, PAGE_WIDTH, ROW_HEIGHT * len(row_names) * 1.15 + 1.3, width_ratios=(1.25, 1.0), sharey=True
     )
     for place, (setting, dots) in enumerate(shares_by_setting.items()):
         look = _marker_style_of_record_group(place)
@@ -172,7 +177,9 @@ def overturned_share_difference_figure(
             share = scale_estimate(dot, 100.0)
             draw_estimate_with_interval(left, share, row + 0.14 * (2 * place - 1), look, 1.4)
             text = format_estimate(PlottedEstimate(share.value), 1) if _is_finite(share.value) else "–"
-            left.annotate(text, (1.0, row), (31 * place + 29, 0), color=look["color"], ha="right", **_BESIDE)
+            left.annotate(
+                text, (1.0, row), (31 * place + 29, 0), color=look["color"], ha="right", **_TEXT_RIGHT_OF_PANEL
+            )
         left.plot([], [], **look, label=setting)
     for row, pair in enumerate(zip(*shares_by_setting.values(), strict=True)):
         if all(_is_finite(dot.value) for dot in pair):
@@ -184,7 +191,7 @@ def overturned_share_difference_figure(
             right, points, row, {"color": INK, "marker": "s", "markersize": 4.5, "linestyle": "none"}, 1.4
         )
         if _is_finite(points.value):
-            right.annotate(format_estimate(points, 1), (1.0, row), (5, 0), **_BESIDE)
+            right.annotate(format_estimate(points, 1), (1.0, row), (5, 0), **_TEXT_RIGHT_OF_PANEL)
     right.axvline(0.0, color=INK, linestyle=DASHED, linewidth=1.0, zorder=0)
     ends = [100.0 * _nan_if_none(end) for dot in share_differences for end in dot[:3] if _is_finite(end)]
     reach = 1.12 * max([*map(abs, ends), 2.0])
@@ -230,7 +237,7 @@ def _set_x_axis_from_minus_1_to_1(axes: Any, tick_names: tuple[str, str, str], m
     axes.set_xlim(-1.0 - margin, 1.0 + margin)
     low, middle, high = tick_names
     labels = [f"−1\n{low}", "−0.5", f"0\n{middle}", "0.5", f"1\n{high}"]
-    axes.set_xticks([-1, -0.5, 0, 0.5, 1], labels, fontsize=TEXT)
+    axes.set_xticks([-1, -0.5, 0, 0.5, 1], labels, fontsize=VALUE_FONT_SIZE)
 
 
 def draw_estimate_with_interval(

@@ -9,10 +9,10 @@ from matplotlib.ticker import NullLocator
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import (
-    FALLS,
+    FALL_COLOUR,
     INK,
-    NARROW_WIDTH,
-    SERIES,
+    PHONE_FIGURE_WIDTH,
+    SERIES_COLOURS,
     create_figure,
     is_drawing_for_phone,
     label_axes,
@@ -22,7 +22,7 @@ from overturning.figures.style import (
 
 PALE = "#e9c3a8"
 
-_BARS = 10
+_MAX_BARS = 10
 """Number of motions shown: those with the highest probability."""
 
 
@@ -50,7 +50,7 @@ def inferred_motion_posterior_figure(
         same probability of the prior, and the 90 % credible interval, whose ends may be 0 or infinite.
     """
     rows, columns = (4, 1) if is_drawing_for_phone() else (2, 2)
-    figure = create_figure(*((NARROW_WIDTH, 10.8) if is_drawing_for_phone() else (9.5, 5.4)))
+    figure = create_figure(*((PHONE_FIGURE_WIDTH, 10.8) if is_drawing_for_phone() else (9.5, 5.4)))
     polar: Any = figure.add_subplot(rows, columns, 1, projection="polar")
     turn_axes_into_compass(polar)
     # Areas are proportional to probabilities; sectors outside the stated arc are pale.
@@ -61,22 +61,22 @@ def inferred_motion_posterior_figure(
         np.radians(stated_arc_deg[1] / 2),
     )
     inside = np.abs((angle - middle + np.pi / 2) % np.pi - np.pi / 2) <= half + 1e-9
-    polar.bar(angle, both, width=2 * np.pi / both.size, color=np.where(inside, FALLS, PALE), zorder=2)
+    polar.bar(angle, both, width=2 * np.pi / both.size, color=np.where(inside, FALL_COLOUR, PALE), zorder=2)
     for end in (middle, middle + np.pi):
         polar.plot(np.linspace(end - half, end + half, 60), np.full(60, 1.04 * both.max()), color=INK, linewidth=2)
     polar.set_yticks([])
     polar.set_title("axis of the largest velocity", fontsize=9)
     bars = figure.add_subplot(rows, columns, 2)
-    best = sorted(motion_probabilities.items(), key=lambda item: -item[1])[:_BARS][::-1]
-    bars.barh([name for name, _ in best], [100 * share for _, share in best], color=SERIES[0])
+    best = sorted(motion_probabilities.items(), key=lambda item: -item[1])[:_MAX_BARS][::-1]
+    bars.barh([name for name, _ in best], [100 * share for _, share in best], color=SERIES_COLOURS[0])
     bars.tick_params(axis="y", labelsize=8)
     label_axes(bars, "probability, %", "")
     for place, (name, (values, below, before, (low, high))) in enumerate(strength_distributions.items()):
         axes = figure.add_subplot(rows, columns, 3 + place)
         axes.plot(values, before, color=INK, linewidth=1, linestyle=(0, (3, 1.5)), label="before the survey")
-        axes.plot(values, below, color=FALLS, linewidth=1.8, label="after it")
+        axes.plot(values, below, color=FALL_COLOUR, linewidth=1.8, label="after it")
         ends = max(low, values[0]), min(high, values[-1])
-        axes.axvspan(*ends, color=FALLS, alpha=0.15, linewidth=0, label="90 %")
+        axes.axvspan(*ends, color=FALL_COLOUR, alpha=0.15, linewidth=0, label="90 %")
         axes.set_xscale("log")
         set_logarithmic_ticks(axes.xaxis)
         axes.xaxis.set_minor_locator(NullLocator())

@@ -14,8 +14,8 @@ from overturning.figures.cells import (
 )
 from overturning.figures.compass import create_compass_grid, slenderness_ring_labels
 from overturning.figures.style import (
-    DASHES,
-    SERIES,
+    SERIES_COLOURS,
+    SERIES_LINE_STYLES,
     add_title_and_legend,
     mark_fault_normal,
 )
@@ -34,7 +34,7 @@ def _draw_overturning_boundary(axes: Any, boundary_by_azimuth: xr.Dataset, large
     for index, friction in enumerate(boundary_by_azimuth["friction"].to_numpy()):
         one = boundary_by_azimuth.isel(friction=index)
         beyond = one["falls_beyond"].to_numpy() == 1  # False where the outcome is missing
-        largest, colour = one["largest_known"].to_numpy(), SERIES[index % len(SERIES)]
+        largest, colour = one["largest_known"].to_numpy(), SERIES_COLOURS[index % len(SERIES_COLOURS)]
         radius, low, high = (
             np.where(beyond, largest, one[name].to_numpy()) for name in ("boundary", "boundary_low", "boundary_high")
         )
@@ -43,7 +43,8 @@ def _draw_overturning_boundary(axes: Any, boundary_by_azimuth: xr.Dataset, large
             ends = (np.nan_to_num(end, nan=0.0)[around] for end in (low, high))
             axes.fill_between(closed, *ends, where=np.isfinite(low)[around], color=colour, alpha=0.25, linewidth=0)
         axes.plot(
-            closed, radius[around], color=colour, linestyle=DASHES[index % len(DASHES)], linewidth=1.5,
+            closed, radius[around], color=colour, linestyle=SERIES_LINE_STYLES[index % len(SERIES_LINE_STYLES)],
+            linewidth=1.5,
             label=friction_label(boundary_by_azimuth, friction),
         )  # fmt: skip
         # A line needs two neighbouring azimuths; an isolated azimuth is drawn as a point.

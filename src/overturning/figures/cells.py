@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import azimuths_inside_unsimulated_gaps
+from overturning.figures.style import azimuths_one_step_inside_gap_ends
 from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_PERIOD
 from overturning.statistics.falls import add_opposite_azimuths
@@ -18,14 +18,14 @@ MAX_COLUMNS: Final = 3
 def extend_azimuths_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
     """Extend the azimuths of a results cube to the full circle by adding the opposite azimuth of each case.
 
-    Gaps between azimuths that were not simulated are filled with missing values; see `simulated_azimuths_deg`.
+    Gaps between azimuths that were not simulated are filled with missing values; see `azimuths_with_known_outcome_deg`.
     """
     whole = add_opposite_azimuths(cube)
-    unknown = azimuths_inside_unsimulated_gaps(whole["azimuth"].to_numpy())
+    unknown = azimuths_one_step_inside_gap_ends(whole["azimuth"].to_numpy())
     return whole.reindex(azimuth=np.union1d(whole["azimuth"], unknown)) if unknown.size else whole
 
 
-def simulated_azimuths_deg(cube: xr.Dataset) -> FloatArray:
+def azimuths_with_known_outcome_deg(cube: xr.Dataset) -> FloatArray:
     """Return the simulated azimuths, degrees, including opposite azimuths whose outcome follows by mirror symmetry."""
     azimuth = cube["azimuth"].to_numpy().astype(np.float64)
     if azimuth_period_of_cube_deg(cube) != PLANE_PERIOD:
@@ -100,7 +100,7 @@ def symmetric_polar_curve(azimuth_deg: FloatArray, values_by_azimuth: FloatArray
     The curve has NaN across gaps between azimuths that were not simulated.
     """
     both = np.concatenate([azimuth_deg, azimuth_deg + 180.0]) % 360.0
-    around = np.concatenate([both, azimuths_inside_unsimulated_gaps(both)])
+    around = np.concatenate([both, azimuths_one_step_inside_gap_ends(both)])
     unknown = np.full(around.size - both.size, np.nan)
     order = np.argsort(around, kind="stable")
     theta, closed = np.radians(around[order]), np.concatenate([values_by_azimuth, values_by_azimuth, unknown])[order]

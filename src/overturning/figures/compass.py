@@ -25,31 +25,31 @@ from overturning.figures.style import create_panel_grid
 
 DIRECTIONS: Final = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 
-COLOUR_BAR: Final = "<colorbar>"
+COLOUR_BAR_AXES_LABEL: Final = "<colorbar>"
 """Label of the axes of a colour bar, as Matplotlib gives it."""
 
 _NAME_SIZE: Final = 9.0
 """Size of the names of directions, pt."""
 
-_MIDDLE_OF_NAME: Final = 7.0
+_DIRECTION_NAME_DISTANCE_PT: Final = 7.0
 """Distance of the middle of a name from the rim, pt, if nothing is marked at the rim."""
 
-_MARKED: Final = 4.0
+_EXTRA_NAME_DISTANCE_FOR_MARKS_PT: Final = 4.0
 """Distance by which names move outward to make room for marks at the rim, pt."""
 
-_BELOW_BAR: Final = 28.0
+_LABEL_HEIGHT_BELOW_COLOUR_BAR_PT: Final = 28.0
 """Height of the tick labels and of the label below a colour bar, pt."""
 
-_BAR: Final = 6.0
+_COLOUR_BAR_HEIGHT_PT: Final = 6.0
 """Height of a colour bar, pt."""
 
-_OUTER: Final = 3.0
+_FIGURE_MARGIN_PT: Final = 3.0
 """Margin at the edge of a figure, pt."""
 
 _GAP: Final = 4.0
 """Distance between texts of neighbouring compasses, and between the parts of a figure, pt."""
 
-_SMALLEST: Final = 12.0
+_MIN_COMPASS_DIAMETER_PT: Final = 12.0
 """Smallest diameter of a compass that is drawn, pt."""
 
 
@@ -60,24 +60,24 @@ class CompassAxes(PolarAxes):
 
     Attributes
     ----------
-    fixed_texts : list of Text
+    direction_and_ring_labels : list of Text
         The names of directions and the labels of rings, which are the same in all panels of a figure.
     """
 
-    fixed_texts: list[Text]
-    _is_complete: bool = False
+    direction_and_ring_labels: list[Text]
+    _is_initialised: bool = False
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, theta_offset=np.pi / 2.0, theta_direction=-1, **kwargs)
-        self._name_distance = _MIDDLE_OF_NAME
-        self._is_complete = True
+        self._name_distance = _DIRECTION_NAME_DISTANCE_PT
+        self._is_initialised = True
 
     def clear(self) -> None:
         """Remove everything drawn in the compass; the second clearing of a new, empty panel is skipped to save time."""
-        if not self._is_complete and hasattr(self, "fixed_texts"):
+        if not self._is_initialised and hasattr(self, "fixed_texts"):
             return  # Matplotlib clears new polar panels twice, which takes a fifth of the time of a map
         super().clear()
-        self.fixed_texts = []
+        self.direction_and_ring_labels = []
 
     def draw_compass(
         self, outer_radius: float, ring_labels: Mapping[float, str], label_azimuth_deg: float = 112.5,
@@ -106,19 +106,21 @@ class CompassAxes(PolarAxes):
         self.yaxis.set_visible(False)
         self.spines["polar"].set_linewidth(0.6)
         self._draw_compass_rings([radius / outer_radius for radius in ring_labels], has_spokes)
-        self._name_distance = _MIDDLE_OF_NAME + (_MARKED if has_marks else 0.0)
+        self._name_distance = _DIRECTION_NAME_DISTANCE_PT + (_EXTRA_NAME_DISTANCE_FOR_MARKS_PT if has_marks else 0.0)
         scale = self.figure.dpi_scale_trans
         for number, name in enumerate(DIRECTIONS):
             outward = _unit_vector_towards_azimuth(45.0 * number)
             right, up = (float(part) * self._name_distance / 72.0 for part in outward)
             shifted = self.transAxes + ScaledTranslation(right, up, scale)
-            self._write_fixed_text(0.5 + 0.5 * outward, name, transform=shifted, ha="center", fontsize=_NAME_SIZE)
+            self._write_direction_or_ring_label(
+                0.5 + 0.5 * outward, name, transform=shifted, ha="center", fontsize=_NAME_SIZE
+            )
         behind = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}  # legible on any background
         for radius, label in ring_labels.items():
             place = 0.5 + 0.5 * radius / outer_radius * _unit_vector_towards_azimuth(label_azimuth_deg)
             look = {"va": "bottom", "ha": "left", "fontsize": 8, "bbox": behind}
             look |= {"zorder": 2.8} if labels_in_front else {}
-            self._write_fixed_text(place, label, transform=self.transAxes, **look)
+            self._write_direction_or_ring_label(place, label, transform=self.transAxes, **look)
 
     def write_title(self, title: str, font_size: float = 9.0) -> None:
         """Write a title, of one or more lines, above the name of north."""
@@ -140,10 +142,10 @@ class CompassAxes(PolarAxes):
             path = Path.make_compound_path(*lines)
             self.add_artist(PathPatch(path, fill=False, clip_on=False, transform=self.transAxes, **look))
 
-    def _write_fixed_text(self, place: FloatArray, text: str, **look: Any) -> None:
+    def _write_direction_or_ring_label(self, place: FloatArray, text: str, **look: Any) -> None:
         """Add a direction name or ring label to the compass; vertically centred unless `look` states otherwise."""
         x, y = place.tolist()
-        self.fixed_texts.append(self.text(x, y, text, **{"va": "center", "zorder": 1.5, **look}))
+        self.direction_and_ring_labels.append(self.text(x, y, text, **{"va": "center", "zorder": 1.5, **look}))
 
 
 def _unit_vector_towards_azimuth(azimuth_deg: float) -> FloatArray:
@@ -192,29 +194,30 @@ class CompassGridLayout(ConstrainedLayoutEngine):
         renderer, point = RendererAgg(1, 1, fig.dpi), fig.dpi / 72.0
         width, height = 72.0 * fig.get_size_inches()
         panels = [axes for axes in fig.axes if isinstance(axes, CompassAxes) and axes.get_visible()]
-        bars = [axes for axes in fig.axes if axes.get_label() == COLOUR_BAR]
+        bars = [axes for axes in fig.axes if axes.get_label() == COLOUR_BAR_AXES_LABEL]
         if not panels:
             return
-        low, high = _OUTER, height - _OUTER
+        low, high = _FIGURE_MARGIN_PT, height - _FIGURE_MARGIN_PT
         for legend in fig.legends:
             low = max(low, legend.get_window_extent(renderer).y1 / point + _GAP)
         for title in (text for text in fig.texts if text.get_text() and text.get_text() == fig.get_suptitle()):
             title.set_y(high / height)
             high -= title.get_window_extent(renderer).height / point + _GAP
-        bar_low = low + _BELOW_BAR
-        low = bar_low + _BAR + _GAP if bars else low
+        bar_low = low + _LABEL_HEIGHT_BELOW_COLOUR_BAR_PT
+        low = bar_low + _COLOUR_BAR_HEIGHT_PT + _GAP if bars else low
         estimate = min(width / _panel_grid_shape(panels[0])[1], (high - low) / _panel_grid_shape(panels[0])[0])
         for axes in panels:  # distances of texts from the rim hardly depend on its size
-            size = max(_SMALLEST, estimate - 4.0 * _MIDDLE_OF_NAME)
+            size = max(_MIN_COMPASS_DIAMETER_PT, estimate - 4.0 * _DIRECTION_NAME_DISTANCE_PT)
             _set_panel_position(axes, 0.0, 0.0, size / width, size / height)
         across, down = _text_overhang_by_column_and_row(panels, renderer)
         size = min(
-            _largest_compass_diameter_pt(width - 2.0 * _OUTER, across), _largest_compass_diameter_pt(high - low, down)
+            _largest_compass_diameter_pt(width - 2.0 * _FIGURE_MARGIN_PT, across),
+            _largest_compass_diameter_pt(high - low, down),
         )
-        if size < _SMALLEST:
+        if size < _MIN_COMPASS_DIAMETER_PT:
             warnings.warn("constrained_layout not applied: no room for the compasses", stacklevel=2)
             return
-        left = _compass_left_or_upper_edges(_OUTER, width - _OUTER, across, size)
+        left = _compass_left_or_upper_edges(_FIGURE_MARGIN_PT, width - _FIGURE_MARGIN_PT, across, size)
         top = _compass_left_or_upper_edges(height - high, height - low, down, size)
         for axes in panels:
             row, column = _panel_row_and_column(axes)
@@ -223,7 +226,9 @@ class CompassGridLayout(ConstrainedLayoutEngine):
         share = 0.6 if len(left) > 1 else 0.8
         span, middle = share * (left[-1] + size - left[0]), 0.5 * (left[-1] + size + left[0])
         for bar in bars:
-            bar.set_position(((middle - 0.5 * span) / width, bar_low / height, span / width, _BAR / height))
+            bar.set_position(
+                ((middle - 0.5 * span) / width, bar_low / height, span / width, _COLOUR_BAR_HEIGHT_PT / height)
+            )
             bar.set_in_layout(True)
 
 
@@ -252,11 +257,13 @@ def _text_overhang_by_column_and_row(
         Distances above and below each row, pt.
     """
     rows, columns = _panel_grid_shape(panels[0])
-    shared = _text_overhang_beyond_rim(panels[0], panels[0].fixed_texts, renderer)
+    shared = _text_overhang_beyond_rim(panels[0], panels[0].direction_and_ring_labels, renderer)
     across, down = np.tile(shared[:2], (columns, 1)), np.tile(shared[2:], (rows, 1))
     for axes in panels:
         row, column = _panel_row_and_column(axes)
-        own = _text_overhang_beyond_rim(axes, [text for text in axes.texts if text not in axes.fixed_texts], renderer)
+        own = _text_overhang_beyond_rim(
+            axes, [text for text in axes.texts if text not in axes.direction_and_ring_labels], renderer
+        )
         across[column] = np.maximum(across[column], own[:2])
         down[row] = np.maximum(down[row], own[2:])
         down[row, 0] = max(down[row, 0], _text_overhang_beyond_rim(axes, [axes.title], renderer)[2])

@@ -6,13 +6,13 @@ from typing import Any, Final
 
 from overturning.stored import read_json_result, write_result_as_json
 
-CASES: Final = "cases.json"
+CASES_FILE_NAME: Final = "cases.json"
 """File of the cases, next to their figures."""
 
 
 @dataclass(frozen=True)
 class IllustrativeCaseWithFigures:
-    """Case that illustrates the results of a study, with the names of its film and figures.
+    """Case that illustrates the results of a study, with the data of its film and the file names of its figures.
 
     Attributes
     ----------
@@ -48,10 +48,10 @@ class IllustrativeCaseWithFigures:
 
 
 def write_illustrative_case_list(drawn_cases: list[IllustrativeCaseWithFigures], folder: Path) -> None:
-    """Write ``cases.json``: the illustrative cases of a study, with the names of their films and figures."""
-    write_result_as_json(drawn_cases, folder / CASES, indent=None)
+    """Write ``cases.json``: the illustrative cases of a study, with data of films and file names of figures."""
+    write_result_as_json(drawn_cases, folder / CASES_FILE_NAME, indent=None)
 
 
 def read_illustrative_case_list(folder: Path) -> list[IllustrativeCaseWithFigures]:
     """Read the illustrative cases with films and figures from a folder; a `ResultError` if they are missing."""
-    return read_json_result(list[IllustrativeCaseWithFigures], folder / CASES, "illustrative cases")
+    return read_json_result(list[IllustrativeCaseWithFigures], folder / CASES_FILE_NAME, "illustrative cases")

@@ -11,32 +11,42 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.figures.cells import (
     azimuth_cell_edges_rad,
+    azimuths_with_known_outcome_deg,
     b_over_h_cell_edges,
     cell_edges,
     extend_azimuths_to_full_circle,
-    simulated_azimuths_deg,
     trim_outer_rings_without_falls,
 )
 from overturning.figures.explore_cells import (
-    ALPHA_STEP,
-    AZIMUTH_STEP,
-    DEGREE_STEP,
+    AZIMUTH_RESOLUTION_DEG,
     PROBABILITY_STEPS,
+    ROTATION_RESOLUTION_DEG,
+    ROTATION_RESOLUTION_IN_CRITICAL_ANGLES,
     choose_initial_explorer_case,
     encode_outcomes_of_record,
-    ensemble_fall_probabilities,
-    fall_probabilities_to_show,
+    ensemble_fall_or_fall_towards_probability,
+    fall_or_towards_and_away_probabilities,
 )
 from overturning.figures.film_words import record_and_event_text
-from overturning.figures.maps import COLOURS
+from overturning.figures.maps import AZIMUTH_COLOURMAP
 from overturning.figures.page import json_for_script, read_template_text, render_page_template
-from overturning.figures.style import FAULT, HATCH_COLOUR, MISSING, PROBABILITY, STANDS
+from overturning.figures.style import (
+    FAULT_COLOUR,
+    HATCH_COLOUR,
+    MISSING_COLOUR,
+    PROBABILITY_COLOUR_STOPS,
+    STANDS_COLOUR,
+)
 from overturning.files import write_text
 from overturning.labels import variant_label_as_list
-from overturning.model.falls import model_of_results_cube
+from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_PERIOD
-from overturning.study.cube import default_height_and_friction_of_figures, study_of_cube, study_with_title_and_figures
+from overturning.study.cube import (
+    default_height_and_friction_of_figures,
+    study_of_cube,
+    study_with_title_and_figure_settings,
+)
 from overturning.study.film_options import film_command_options
 from overturning.study.preflight import MAX_CELLS_PER_PAGE
 from overturning.study.scenes import variant_scene
@@ -46,7 +56,7 @@ from overturning.translation.texts import ENGLISH, current_language, read_transl
 if TYPE_CHECKING:
     import xarray as xr
 
-_HUES: Final = 72
+_AZIMUTH_COLOUR_COUNT: Final = 72
 """Number of colours for the azimuths of falls."""
 
 _SCRIPTS: Final = (
@@ -74,7 +84,7 @@ def explorer_page_data(
         Function that receives the number and the cells of each record and stores them; the returned data then does not
         contain them.
     study : Study, optional
-        Study whose title, question and `figures` the page shows; by default the `study_with_title_and_figures`.
+        Study whose title, question and `figures` the page shows; by default the `study_with_title_and_figure_settings`.
 
     Returns
     -------
@@ -84,20 +94,23 @@ def explorer_page_data(
     """
     one = cube if "element" in cube.dims else cube.expand_dims(element=[""], axis=-1)
     one = one if "aspect" in one.dims else one.expand_dims(aspect=[1.0])
-    model, study = model_of_results_cube(cube), study_with_title_and_figures(cube, study)
-    degrees = _has_rotation_in_degrees(cube, one.sizes["element"])
-    turn_steps = [DEGREE_STEP if one_in_degrees else ALPHA_STEP for one_in_degrees in degrees]
+    model, study = default_model_for_results_cube(cube), study_with_title_and_figure_settings(cube, study)
+    degrees = _is_rotation_in_degrees_by_element(cube, one.sizes["element"])
+    turn_steps = [
+        ROTATION_RESOLUTION_DEG if one_in_degrees else ROTATION_RESOLUTION_IN_CRITICAL_ANGLES
+        for one_in_degrees in degrees
+    ]
     first, options = _initial_block_and_element_indices(one, study), film_command_options(cube)
     records, rings, clear = [], 1, []
     for index in range(one.sizes["record"]):
         part = one.isel(record=[index]).load()
-        part = extend_azimuths_to_full_circle(part) if model.one_component else part
-        chance = fall_probabilities_to_show(part)
+        part = extend_azimuths_to_full_circle(part) if model.is_planar else part
+        chance = fall_or_towards_and_away_probabilities(part)
         shown = trim_outer_rings_without_falls(part, chance["towards"] + chance["away"], abs(part["overturned"]))
         rings = max(rings, shown.sizes["b_over_h"])
-        clear.append(choose_initial_explorer_case(part.isel({"record": 0, "aspect": 0, **first}), model.one_component))
+        clear.append(choose_initial_explorer_case(part.isel({"record": 0, "aspect": 0, **first}), model.is_planar))
         about, cells = (
-            {**_record_metadata(part), "clear": clear[-1].cell},
+            {**_record_metadata(part), "clear": clear[-1].direction_and_b_over_h_indices},
             encode_outcomes_of_record(part, chance, turn_steps),
         )
         if store_record_cells is None:
@@ -105,30 +118,35 @@ def explorer_page_data(
         else:
             store_record_cells(index, cells)
         records.append(about)
-    direction = part[model.direction].to_numpy().astype(np.float64)
+    direction = part[model.direction_dimension_name].to_numpy().astype(np.float64)
     return {
         "title": _explorer_title(one, study),
         "question": translate(study.question) if study else "",
-        "space": not model.one_component,
-        "mirrors": not model.one_component or azimuth_period_of_cube_deg(cube) == PLANE_PERIOD,
+        "space": not model.is_planar,
+        "mirrors": not model.is_planar or azimuth_period_of_cube_deg(cube) == PLANE_PERIOD,
         "records": records,
         "rings": rings,
         "direction": _rounded_json_list(direction),
-        "computed": np.isin(direction, simulated_azimuths_deg(cube) if model.one_component else direction).tolist(),
+        "computed": np.isin(direction,
+        azimuths_with_known_outcome_deg(cube) if model.is_planar else direction).tolist(),
         **{name: _rounded_json_list(one[name].to_numpy()) for name in ("height", "b_over_h", "aspect", "friction")},
         "element": [str(name) for name in one["element"].to_numpy()],
         "shown": {"record": max(range(len(clear)), key=lambda k: clear[k].clarity), "aspect": 0, **first},
         "degrees": degrees,
-        "directionEdges": _rounded_json_list(_direction_cell_edges(direction, model.one_component)),
+        "directionEdges": _rounded_json_list(_direction_cell_edges(direction, model.is_planar)),
         "radiusEdges": _rounded_json_list(b_over_h_cell_edges(part["b_over_h"].to_numpy().astype(np.float64))),
-        "steps": {"rotation": turn_steps, "azimuth": AZIMUTH_STEP, "chance": 1 / PROBABILITY_STEPS},
-        "ensemble": ensemble_fall_probabilities(one) is not None,
+        "steps": {"rotation": turn_steps, "azimuth": AZIMUTH_RESOLUTION_DEG, "chance": 1 / PROBABILITY_STEPS},
+        "ensemble": ensemble_fall_or_fall_towards_probability(one) is not None,
         "film": options | {
             "missing": translate(options["missing"]), "options": options["options"] + _film_command_language_option()
         },
         "colours": {
-            "probability": PROBABILITY, "stands": STANDS, "hatch": HATCH_COLOUR, "missing": MISSING, "fault": FAULT,
-            "azimuths": [to_hex(COLOURS((place + 0.5) / _HUES)) for place in range(_HUES)],
+            "probability": PROBABILITY_COLOUR_STOPS, "stands": STANDS_COLOUR, "hatch": HATCH_COLOUR,
+            "missing": MISSING_COLOUR, "fault": FAULT_COLOUR,
+            "azimuths": [
+                to_hex(AZIMUTH_COLOURMAP((place + 0.5) / _AZIMUTH_COLOUR_COUNT))
+                for place in range(_AZIMUTH_COLOUR_COUNT)
+            ],
         },
         **_explorer_translations(one),
     }  # fmt: skip
@@ -201,10 +219,10 @@ def _note_on_size_reference_element(cube: "xr.Dataset") -> list[str]:
     return [f"H and B/H of the {variant_scene(study_of_cube(cube), cube.attrs['variant']).size_reference_element_name}"]
 
 
-def _has_rotation_in_degrees(cube: "xr.Dataset", element_count: int) -> list[bool]:
+def _is_rotation_in_degrees_by_element(cube: "xr.Dataset", element_count: int) -> list[bool]:
     """Return, per scene element, True if its rotation is in degrees, False if it is a share of its critical angle."""
     if "critical_angle" not in cube:
-        return element_count * [not model_of_results_cube(cube).one_component]
+        return element_count * [not default_model_for_results_cube(cube).is_planar]
     unknown = cube["critical_angle"].isnull()
     return list(np.atleast_1d(unknown.any([name for name in unknown.dims if name != "element"]).to_numpy()).tolist())
 

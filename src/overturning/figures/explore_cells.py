@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.falls import model_of_results_cube
+from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import fall_probabilities_towards_and_away
 from overturning.model.status import CaseStatus
 
@@ -22,24 +22,24 @@ Shares of 8, 16 and 24 runs are represented exactly. Other shares are rounded, b
 becomes 1.
 """
 
-_TIME_STEP: Final = 1e-2
+_FINEST_TIME_RESOLUTION_S: Final = 1e-2
 """Smallest step of times, s."""
 
-AZIMUTH_STEP: Final = 1 / 101
+AZIMUTH_RESOLUTION_DEG: Final = 1 / 101
 """Step of azimuths, degrees.
 
 The page rounds to whole degrees, tenths of a degree and percent. Steps are an odd fraction of these units, so that no
 multiple of a step is half-way between two shown numbers: rounded twice, 1.3496° would become 1.35° and then 1.4°.
 """
 
-_ROTATION: Final = {"azimuth": "peak_rotation", "orientation": "peak_tilt"}
+_ROTATION_VARIABLE_BY_DIRECTION: Final = {"azimuth": "peak_rotation", "orientation": "peak_tilt"}
 """Name of the rotation variable, by the direction of the model."""
 
-ALPHA_STEP: Final = 0.01 / 11
-"""Step of rotations in units of the critical angle α; see `AZIMUTH_STEP`."""
+ROTATION_RESOLUTION_IN_CRITICAL_ANGLES: Final = 0.01 / 11
+"""Step of rotations in units of the critical angle α; see `AZIMUTH_RESOLUTION_DEG`."""
 
-DEGREE_STEP: Final = 0.1 / 11
-"""Step of rotations in degrees; see `AZIMUTH_STEP`."""
+ROTATION_RESOLUTION_DEG: Final = 0.1 / 11
+"""Step of rotations in degrees; see `AZIMUTH_RESOLUTION_DEG`."""
 
 
 def encode_outcomes_of_record(
@@ -49,45 +49,49 @@ def encode_outcomes_of_record(
 
     Rotations are multiples of the step of each scene element (`rotation_steps`).
     """
-    model = model_of_results_cube(record_cube)
-    order = (model.direction, "height", "b_over_h", "aspect", "friction", "element")
+    model = default_model_for_results_cube(record_cube)
+    order = (model.direction_dimension_name, "height", "b_over_h", "aspect", "friction", "element")
 
-    def flatten_in_page_order(record_variable: "xr.DataArray") -> FloatArray:
+    def transpose_to_page_order(record_variable: "xr.DataArray") -> FloatArray:
         """Return the values of a variable in the order of dimensions that the page expects."""
         return np.asarray(record_variable.variable.isel(record=0).transpose(*order).to_numpy(), dtype=np.float64)
 
-    flag = flatten_in_page_order(record_cube["overturned"])
-    ensemble = ensemble_fall_probabilities(record_cube)
+    flag = transpose_to_page_order(record_cube["overturned"])
+    ensemble = ensemble_fall_or_fall_towards_probability(record_cube)
     # The probability is missing where the ensemble was not run: the map then shows the flag of the cell itself.
     known = fall_probabilities if ensemble is None else fall_probabilities.where(ensemble.notnull())
-    time = flatten_in_page_order(record_cube["overturning_time"])
-    time_step = max(_TIME_STEP, float(np.nanmax(time, initial=0.0)) / (np.iinfo("<u2").max - 1))  # 16 bits must hold it
+    time = transpose_to_page_order(record_cube["overturning_time"])
+    time_step = max(
+        _FINEST_TIME_RESOLUTION_S, float(np.nanmax(time, initial=0.0)) / (np.iinfo("<u2").max - 1)
+    )  # 16 bits must hold it
     cells = {
         "flag": _encode_array_as_base64(
             np.where(
-                np.isnan(flag), flatten_in_page_order(_status_codes_of_cases_without_outcome(record_cube)), flag
+                np.isnan(flag), transpose_to_page_order(_display_codes_of_cases_without_outcome(record_cube)), flag
             ).astype("i1")
         ),
         "rotation": _encode_as_base64_integers(
-            flatten_in_page_order(record_cube[_ROTATION[model.direction]]), np.asarray(rotation_steps), "<u2"
+            transpose_to_page_order(record_cube[_ROTATION_VARIABLE_BY_DIRECTION[model.direction_dimension_name]]),
+            np.asarray(rotation_steps),
+            "<u2",
         ),
         "time": _encode_as_base64_integers(time, time_step, "<u2"),
         "timeStep": time_step,
         **{
             name: _encode_as_base64_integers(
-                _clip_probability_away_from_0_and_1(flatten_in_page_order(known[name])), 1 / PROBABILITY_STEPS, "u1"
+                _clip_intermediate_probabilities(transpose_to_page_order(known[name])), 1 / PROBABILITY_STEPS, "u1"
             )
             for name in ("towards", "away")
         },
     }
-    if not model.one_component:
+    if not model.is_planar:
         cells["azimuth"] = _encode_as_base64_integers(
-            flatten_in_page_order(record_cube["fall_azimuth"]), AZIMUTH_STEP, "<u2"
+            transpose_to_page_order(record_cube["fall_azimuth"]), AZIMUTH_RESOLUTION_DEG, "<u2"
         )
     return cells
 
 
-def _status_codes_of_cases_without_outcome(record_cube: "xr.Dataset") -> "xr.DataArray":
+def _display_codes_of_cases_without_outcome(record_cube: "xr.Dataset") -> "xr.DataArray":
     """Return the code shown for a case without an outcome: 10 + its status number, or 2 if the reason is not stored."""
     import xarray as xr
 
@@ -114,7 +118,7 @@ def _encode_as_base64_integers(values: FloatArray, step: float | FloatArray, int
     return _encode_array_as_base64(whole.astype(integer_type))
 
 
-def _clip_probability_away_from_0_and_1(probability: FloatArray) -> FloatArray:
+def _clip_intermediate_probabilities(probability: FloatArray) -> FloatArray:
     """Clip probabilities strictly between 0 and 1, so that rounding to 255 steps gives neither 0 nor 1."""
     return np.where(
         (probability > 0) & (probability < 1),
@@ -128,14 +132,14 @@ class InitialExplorerCase(NamedTuple):
 
     Attributes
     ----------
-    cell : list of int
+    direction_and_b_over_h_indices : list of int
         Indices of the cell along direction and B/H.
     clarity : tuple
         True if it falls in every run; probability of a fall; mean probability of it and its neighbours; index of B/H.
         Of two cases the clearer one has the larger tuple.
     """
 
-    cell: list[int]
+    direction_and_b_over_h_indices: list[int]
     clarity: tuple[bool, float, float, int]
 
 
@@ -153,10 +157,10 @@ def choose_initial_explorer_case(block_cells: "xr.Dataset", full_circle: bool) -
     full_circle : bool
         True if the last direction is next to the first one.
     """
-    order = (model_of_results_cube(block_cells).direction, "b_over_h")
-    ensemble = ensemble_fall_probabilities(block_cells)
+    order = (default_model_for_results_cube(block_cells).direction_dimension_name, "b_over_h")
+    ensemble = ensemble_fall_or_fall_towards_probability(block_cells)
     chance = np.nan_to_num(
-        fall_probabilities_to_show(block_cells)["towards"].transpose(*order).to_numpy().astype(np.float64)
+        fall_or_towards_and_away_probabilities(block_cells)["towards"].transpose(*order).to_numpy().astype(np.float64)
     )
     ran = np.ones_like(chance) if ensemble is None else ensemble.notnull().transpose(*order).to_numpy()
     every = (chance == 1.0) & (block_cells["overturned"].transpose(*order).to_numpy() == 1) & (ran > 0)
@@ -169,7 +173,7 @@ def choose_initial_explorer_case(block_cells: "xr.Dataset", full_circle: bool) -
     return InitialExplorerCase([int(a), int(b)], (bool(every[a, b]), float(chance[a, b]), float(nearby[a, b]), int(b)))
 
 
-def ensemble_fall_probabilities(cube: "xr.Dataset") -> "xr.DataArray | None":
+def ensemble_fall_or_fall_towards_probability(cube: "xr.Dataset") -> "xr.DataArray | None":
     """Return the share of each case's ensemble runs (slightly changed repetitions) that fall.
 
     NaN for cases without runs; None if the cube has no ensemble.
@@ -177,7 +181,7 @@ def ensemble_fall_probabilities(cube: "xr.Dataset") -> "xr.DataArray | None":
     return cube.get("probability_falls", cube.get("probability_towards"))
 
 
-def fall_probabilities_to_show(cube: "xr.Dataset") -> "xr.Dataset":
+def fall_or_towards_and_away_probabilities(cube: "xr.Dataset") -> "xr.Dataset":
     """Return each case's probability of a fall towards its azimuth (3-D: of any fall), and of the opposite fall."""
     chance = fall_probabilities_towards_and_away(cube)
     if "probability_falls" in cube:

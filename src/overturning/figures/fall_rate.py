@@ -11,25 +11,25 @@ from matplotlib.patches import Rectangle
 from overturning.arrays import FloatArray
 from overturning.figures.style import (
     DASHED,
-    FALLS,
+    FALL_COLOUR,
     INK,
-    SERIES,
+    SERIES_COLOURS,
     add_title_and_legend,
     create_panel_grid,
     label_axes,
     legend_patch,
     set_logarithmic_ticks,
 )
-from overturning.motion.jma_intensity import SURVEY_RULE
+from overturning.motion.jma_intensity import INTENSITY_BY_OVERTURNED_FRACTION_RULE
 from overturning.statistics.fragility import FittedFragilityCurve
 
-INTENSITY_SCALE: Final = {5.0: "5+", 5.5: "6−", 6.0: "6+", 6.5: "7"}
+JMA_DEGREE_BY_LOWER_BOUND: Final = {5.0: "5+", 5.5: "6−", 6.0: "6+", 6.5: "7"}
 """Degrees of the JMA scale by their lower bounds, in instrumental intensity."""
 
-LEAST_LABELLED_WIDTH: Final = 0.1
+MIN_LABELLED_JMA_INTENSITY_RANGE: Final = 0.1
 """Smallest width, in instrumental intensity, of the part of a degree that is labelled at the left of the panel."""
 
-_RULE: Final[dict[str, Any]] = {"color": SERIES[4], "alpha": 0.3}
+_SURVEY_RULE_PATCH_STYLE: Final[dict[str, Any]] = {"color": SERIES_COLOURS[4], "alpha": 0.3}
 
 
 def overturned_fraction_figure(
@@ -55,7 +55,11 @@ def overturned_fraction_figure(
     figure, panels = create_panel_grid(1, 1 + with_jma, 3.5 * (1 + with_jma), 2.9 + 0.2 * with_jma, 1 + with_jma)
     _draw_fragility_curve(panels.flat[0], intensity_levels, fall_rates, fragility_curve)
     if with_jma and _draw_fall_rates_by_jma_intensity(panels.flat[1], jma_intensity, fall_rates):
-        add_title_and_legend(figure, "", first_marks=[legend_patch(_RULE, "share from which surveys infer the degree")])
+        add_title_and_legend(
+            figure,
+            "",
+            first_marks=[legend_patch(_SURVEY_RULE_PATCH_STYLE, "share from which surveys infer the degree")],
+        )
     for panel in panels.flat[: 1 + with_jma]:
         panel.set_ylim(-2, 102)
         panel.grid(True)
@@ -100,7 +104,7 @@ def _draw_fragility_curve(
         intensity_levels.ravel(),
         100 * fall_rates.ravel(),
         ".",
-        color=SERIES[4],
+        color=SERIES_COLOURS[4],
         markersize=3,
         label="a record and factor",
     )
@@ -111,8 +115,10 @@ def _draw_fragility_curve(
             ends = [
                 100 * fragility_curve.fall_probability(x * (fragility_curve.median / median)) for median in (high, low)
             ]
-            panel.fill_between(x, *ends, color=FALLS, alpha=0.2, linewidth=0, label="95 % interval of the median")
-        panel.plot(x, 100 * fragility_curve.fall_probability(x), color=FALLS, linewidth=1.8, label="lognormal curve")
+            panel.fill_between(x, *ends, color=FALL_COLOUR, alpha=0.2, linewidth=0, label="95 % interval of the median")
+        panel.plot(
+            x, 100 * fragility_curve.fall_probability(x), color=FALL_COLOUR, linewidth=1.8, label="lognormal curve"
+        )
     panel.set_xscale("log")
     set_logarithmic_ticks(panel.xaxis)
     label_axes(panel, f"{fragility_curve.measure}, {fragility_curve.unit}", "")
@@ -125,17 +131,17 @@ def _draw_fall_rates_by_jma_intensity(panel: Any, jma_intensity: FloatArray, fal
     Returns True if at least one of these ranges lies in the panel.
     """
     known = np.isfinite(jma_intensity)
-    panel.plot(jma_intensity[known], 100 * fall_rates[known], ".", color=SERIES[4], markersize=3)
+    panel.plot(jma_intensity[known], 100 * fall_rates[known], ".", color=SERIES_COLOURS[4], markersize=3)
     left, right = panel.get_xlim()
-    for low, high, least, most, _ in SURVEY_RULE:
+    for low, high, least, most, _ in INTENSITY_BY_OVERTURNED_FRACTION_RULE:
         if least < right:
             size = min(most, right) - least, 100 * (high - low)
-            panel.add_patch(Rectangle((least, 100 * low), *size, **_RULE))
-    ends = [*list(INTENSITY_SCALE)[1:], math.inf]
-    for (bound, name), end in zip(INTENSITY_SCALE.items(), ends, strict=True):
+            panel.add_patch(Rectangle((least, 100 * low), *size, **_SURVEY_RULE_PATCH_STYLE))
+    ends = [*list(JMA_DEGREE_BY_LOWER_BOUND)[1:], math.inf]
+    for (bound, name), end in zip(JMA_DEGREE_BY_LOWER_BOUND.items(), ends, strict=True):
         panel.axvline(bound, color=INK, linewidth=0.7, linestyle=DASHED)
         begins = max(bound, left)
-        if begins < right and (begins == bound or end - begins > LEAST_LABELLED_WIDTH):
+        if begins < right and (begins == bound or end - begins > MIN_LABELLED_JMA_INTENSITY_RANGE):
             panel.text(begins + 0.03, 96, name, fontsize=7, va="top")
     panel.set_xlim(left, right)
     label_axes(panel, "JMA instrumental intensity", "")

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.figures.film_words import COMPONENTS, PLAYER, SPEEDS
+from overturning.figures.film_words import ACCELERATION_TRACE_LABELS, PLAYBACK_SPEED_LABELS, PLAYER_TEXTS
 from overturning.figures.style import minimum_and_maximum_by_group
 from overturning.motion.integration import integrate
 from overturning.units import GAL
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 FRAME_INTERVAL = 0.02
 """Time between frames, s. A block of 0.5 m rocks in seconds; between frames the player interpolates."""
 
-LEAD_IN = 0.4
+TIME_BEFORE_FIRST_MOVEMENT_S = 0.4
 """Time shown before the first movement, s: two seconds at the speed at which a film starts."""
 
 MOVEMENT_TOLERANCE = 4e-3
@@ -35,7 +35,7 @@ MOVEMENT_TOLERANCE = 4e-3
 The unit is m for positions and rad for rotations; direction cosines and quaternions have no unit.
 """
 
-LINGER = 0.6
+TIME_AFTER_LAST_MOVEMENT_S = 0.6
 """Time shown after the last block has fallen or come to rest, s."""
 
 
@@ -67,22 +67,30 @@ class FilmPanel:
     """One panel of a film: the bodies, base motion, heading and outcome of one simulation."""
 
     title: str  # heading, for instance the azimuth
-    outcome: str  # sentence shown from `outcome_time` on
-    outcome_time: float  # time of the last fall, s; NaN: the outcome is shown at the end of the film
+    outcome: str  # sentence shown from `last_fall_time` on
+    last_fall_time: float  # time of the last fall, s; NaN: the outcome is shown at the end of the film
     bodies: tuple[FilmBody, ...]  # in drawing order
-    acceleration: FloatArray  # of the base, m/s²: towards +s, shape (n,), or towards north and east, shape (2, n)
+    horizontal_base_acceleration: (
+        FloatArray  # of the base, m/s²: towards +s, shape (n,), or towards north and east, shape (2, n)
+    )
     sampling_interval: float  # of the acceleration, s; its first sample is at time 0
-    sides: tuple[str, str] = ("", "")  # names of the directions −s and +s
-    force_point: FloatArray | None = None  # contact points, m, shape (frames, k, 2)
-    force: FloatArray | None = None  # on the free bodies at these points, in units of the weight; 0 without contact
-    vertical: FloatArray | None = None  # upward acceleration of the base, m/s², shape (n,); None: none is applied
-    ground: FloatArray | None = None  # displacement of the base since the first frame, m, shape (frames, 2 | 3)
-    first_fall_time: float = math.nan  # s; NaN: `outcome_time`
+    left_and_right_bearings: tuple[str, str] = ("", "")  # names of the directions −s and +s
+    contact_points: FloatArray | None = None  # contact points, m, shape (frames, k, 2)
+    contact_forces_over_weight: FloatArray | None = (
+        None  # on the free bodies at these points, in units of the weight; 0 without contact
+    )
+    vertical_base_acceleration: FloatArray | None = (
+        None  # upward acceleration of the base, m/s², shape (n,); None: none is applied
+    )
+    ground_displacement: FloatArray | None = (
+        None  # displacement of the base since the first frame, m, shape (frames, 2 | 3)
+    )
+    first_fall_time: float = math.nan  # s; NaN: `last_fall_time`
 
     @property
     def fall_time_for_printed_strip(self) -> float:
         """Time of the first fall, s, near which the printed strip of frames shows the fall; NaN if nothing falls."""
-        return self.outcome_time if math.isnan(self.first_fall_time) else self.first_fall_time
+        return self.last_fall_time if math.isnan(self.first_fall_time) else self.first_fall_time
 
     @property
     def shows_3d_body(self) -> bool:
@@ -90,30 +98,32 @@ class FilmPanel:
         return bool(self.bodies[0].faces)
 
     @property
-    def keyboard_help_text(self) -> str:
+    def keyboard_help_specific_to_2d_or_3d(self) -> str:
         """Text on the keys that the film player accepts only for films of this kind (2-D or 3-D)."""
         return "a and d turn the view, as dragging it does" if self.shows_3d_body else "f shows contact forces"
 
     def labelled_motion_traces(self, with_vertical: bool) -> list[tuple[str, list[FloatArray]]]:
         """Return the acceleration traces drawn below the bodies, as pairs of label and components."""
-        level = list(np.atleast_2d(self.acceleration))
-        shown = [(COMPONENTS["along" if len(level) == 1 else "level"], level)]
+        level = list(np.atleast_2d(self.horizontal_base_acceleration))
+        shown = [(ACCELERATION_TRACE_LABELS["along" if len(level) == 1 else "level"], level)]
         if with_vertical:
-            up = np.zeros_like(level[0]) if self.vertical is None else self.vertical
-            shown.append((COMPONENTS["no_up" if self.vertical is None else "up"], [up]))
+            up = np.zeros_like(level[0]) if self.vertical_base_acceleration is None else self.vertical_base_acceleration
+            shown.append(
+                (ACCELERATION_TRACE_LABELS["no_up" if self.vertical_base_acceleration is None else "up"], [up])
+            )
         return shown
 
     def player_data(self, film: "Film") -> dict[str, Any]:
         """Return the panel as a dictionary for the JavaScript film player, with the motion while `film` runs."""
         traces = [
-            (label, [_thinned_motion_and_interval(one, self.sampling_interval, film) for one in rows])
+            (label, [_film_acceleration_extremes_and_interval(one, self.sampling_interval, film) for one in rows])
             for label, rows in self.labelled_motion_traces(film.has_vertical_motion)
         ]
         data: dict[str, Any] = {
             "title": self.title,
             "outcome": self.outcome,
-            "outcomeTime": None if np.isnan(self.outcome_time) else round(float(self.outcome_time), 4),
-            "sides": self.sides,
+            "outcomeTime": None if np.isnan(self.last_fall_time) else round(float(self.last_fall_time), 4),
+            "sides": self.left_and_right_bearings,
             "bodies": [body.player_data() for body in self.bodies],
             "traces": [
                 {"label": label, "rows": [_encode_as_scaled_base64_integers(row / GAL) for row, _ in rows]}
@@ -121,13 +131,13 @@ class FilmPanel:
             ],
             "traceInterval": round(traces[0][1][0][1], 9),
         }
-        if self.ground is not None:
-            data["ground"] = _encode_as_scaled_base64_integers(self.ground)
-        if self.force is not None and self.force_point is not None:
-            data["points"] = self.force.shape[1]
+        if self.ground_displacement is not None:
+            data["ground"] = _encode_as_scaled_base64_integers(self.ground_displacement)
+        if self.contact_forces_over_weight is not None and self.contact_points is not None:
+            data["points"] = self.contact_forces_over_weight.shape[1]
             data["forcePoint"], data["force"] = (
-                _encode_as_scaled_base64_integers(self.force_point),
-                _encode_as_scaled_base64_integers(self.force),
+                _encode_as_scaled_base64_integers(self.contact_points),
+                _encode_as_scaled_base64_integers(self.contact_forces_over_weight),
             )
         return data
 
@@ -141,7 +151,7 @@ class Film:
     frame_interval: float  # s
     panels: tuple[FilmPanel, ...]  # a panel with fewer frames than another stays at its last frame
     note: str = ""  # line below the film
-    frames: int = field(init=False)
+    frame_count: int = field(init=False)
 
     def __post_init__(self) -> None:
         if not self.panels:
@@ -152,12 +162,12 @@ class Film:
         for title, body in bodies:
             if not (np.isfinite(body.position).all() and np.isfinite(body.rotation).all()):
                 raise ArgumentError(f"{title}, {body.name}: a pose is not finite")
-        object.__setattr__(self, "frames", max(len(body.position) for _, body in bodies))
+        object.__setattr__(self, "frame_count", max(len(body.position) for _, body in bodies))
 
     @property
     def has_vertical_motion(self) -> bool:
         """True if any panel has vertical motion; every panel of the film then shows a trace of it."""
-        return any(panel.vertical is not None for panel in self.panels)
+        return any(panel.vertical_base_acceleration is not None for panel in self.panels)
 
     @property
     def peak_acceleration(self) -> float:
@@ -173,12 +183,12 @@ class Film:
     @property
     def frame_times(self) -> FloatArray:
         """Times of the frames, s after the record's start."""
-        return np.asarray(self.start + self.frame_interval * np.arange(self.frames))
+        return np.asarray(self.start + self.frame_interval * np.arange(self.frame_count))
 
     @property
     def last_frame_time(self) -> float:
         """Time of the last frame of the film, s after the start of the record."""
-        return self.start + (self.frames - 1) * self.frame_interval
+        return self.start + (self.frame_count - 1) * self.frame_interval
 
     def player_data(self) -> dict[str, Any]:
         """Return the film as a dictionary for JSON; positions, motions and forces are base64 texts of integers."""
@@ -186,22 +196,26 @@ class Film:
             "title": self.title,
             "start": round(self.start, 6),
             "interval": self.frame_interval,
-            "frames": self.frames,
-            "view": [round(float(edge), 4) for edge in extent_of_free_bodies(self)],
-            "earthView": [round(float(edge), 4) for edge in extent_of_free_bodies(self, moving=True)],
+            "frames": self.frame_count,
+            "view": [round(float(edge), 4) for edge in extent_of_free_2d_bodies(self)],
+            "earthView": [round(float(edge), 4) for edge in extent_of_free_2d_bodies(self, moving=True)],
             "peak": round(self.peak_acceleration / GAL, 3),
             "note": self.note,
-            "words": PLAYER,
-            "speeds": [[speed, name] for speed, name in SPEEDS.items()],
+            "words": PLAYER_TEXTS,
+            "speeds": [[speed, name] for speed, name in PLAYBACK_SPEED_LABELS.items()],
             "panels": [panel.player_data(self) for panel in self.panels],
         }
 
 
 def frame_times_around_movement(first_movement_time: float, last_movement_time: float) -> FloatArray:
-    """Return the times of the film frames, s, from `LEAD_IN` before the first movement to `LINGER` after the last."""
-    start = max(0.0, float(np.floor((first_movement_time - LEAD_IN) / FRAME_INTERVAL)) * FRAME_INTERVAL)
+    """Return the times of the film frames, s, from shortly before the first movement to shortly after the last."""
+    start = max(
+        0.0, float(np.floor((first_movement_time - TIME_BEFORE_FIRST_MOVEMENT_S) / FRAME_INTERVAL)) * FRAME_INTERVAL
+    )
     return np.asarray(
-        start + FRAME_INTERVAL * np.arange(int(np.ceil((last_movement_time + LINGER - start) / FRAME_INTERVAL)) + 1)
+        start
+        + FRAME_INTERVAL
+        * np.arange(int(np.ceil((last_movement_time + TIME_AFTER_LAST_MOVEMENT_S - start) / FRAME_INTERVAL)) + 1)
     )
 
 
@@ -212,13 +226,13 @@ def interpolate_to_frame_times(
     return np.stack([np.interp(frame_times, sample_times, column) for column in sample_columns.T], axis=1)
 
 
-def known_fall_times(trajectory: "xr.Dataset") -> list[float]:
+def fall_times_of_fallen_stones(trajectory: "xr.Dataset") -> list[float]:
     """Return the times, s, at which stones fall in a simulation; stones that stand are left out."""
     times = np.ravel(trajectory["overturning_time"].to_numpy())
     return [float(time) for time in times[np.isfinite(times)]]
 
 
-def vertex_positions_by_frame(body: FilmBody) -> FloatArray:
+def polygon_vertices_by_frame(body: FilmBody) -> FloatArray:
     """Return the positions of the n vertices of a polygon in all frames, m, shape (frames, n, 2).
 
     A vertex (s, z) is at s₀ + s cos θ + z sin θ, z₀ − s sin θ + z cos θ.
@@ -227,13 +241,13 @@ def vertex_positions_by_frame(body: FilmBody) -> FloatArray:
     return np.asarray(body.position[:, None] + np.stack([s * cos + z * sin, z * cos - s * sin], axis=-1))
 
 
-def extent_of_free_bodies(film: Film, *, moving: bool = False) -> tuple[float, float, float, float]:
+def extent_of_free_2d_bodies(film: Film, *, moving: bool = False) -> tuple[float, float, float, float]:
     """Return the rectangle (left, right, bottom, top), m, that contains all free polygons of a film at all times.
 
     If `moving`, the displacement of the ground is added, as the player shows it on request.
     """
     places = [
-        vertex_positions_by_frame(body)
+        polygon_vertices_by_frame(body)
         + (ground_displacement_at_frames(panel, len(body.position))[:, None] if moving else 0.0)
         for panel in film.panels
         for body in panel.bodies
@@ -253,7 +267,9 @@ def ground_displacement_at_frames(panel: FilmPanel, frame_count: int) -> FloatAr
     It is 0 if the panel stores no ground displacement.
     """
     width = 3 if panel.shows_3d_body else 2
-    return np.zeros((frame_count, width)) if panel.ground is None else panel.ground[:frame_count]
+    return (
+        np.zeros((frame_count, width)) if panel.ground_displacement is None else panel.ground_displacement[:frame_count]
+    )
 
 
 def ground_displacement_at_times(
@@ -301,7 +317,7 @@ def _encode_as_scaled_base64_integers(values: ArrayLike) -> dict[str, Any]:
     return {"scale": scale, "data": base64.b64encode(whole.tobytes()).decode("ascii")}
 
 
-def _thinned_motion_and_interval(
+def _film_acceleration_extremes_and_interval(
     acceleration: FloatArray, sampling_interval: float, film: Film
 ) -> tuple[FloatArray, float]:
     """Return the acceleration during a film, reduced to extreme values per 0.02 s, and its new sampling interval, s."""

@@ -24,29 +24,35 @@ def film_title_facts(model: Model, block_sizes: Mapping[str, float], place_name:
     place_name : str
         Name of the record; see `overturning.figures.film_words.station_and_event_text`.
     **more
-        ``direction`` (degrees), ``amplitude`` and ``level`` of `FilmTitleFacts`.
+        ``direction`` (degrees), ``amplitude`` and ``is_vertical_motion_omitted`` of `FilmTitleFacts`.
     """
     height, width = block_sizes["height"], block_sizes["height"] * block_sizes["b_over_h"]
-    given = {"width": width, "height": height, "friction": block_sizes["friction"], "place": place_name, **more}
+    given = {
+        "width": width,
+        "height": height,
+        "friction": block_sizes["friction"],
+        "station_and_event": place_name,
+        **more,
+    }
     if isinstance(model, Body):
         return FilmTitleFacts(
-            **_stone_facts_of_body(model.shape, width, block_sizes.get("aspect", 1.0)), in_space=True, **given
+            **_title_facts_of_body(model.shape, width, block_sizes.get("aspect", 1.0)), is_3d=True, **given
         )
     if isinstance(model, Stack):
-        return FilmTitleFacts(**(given | _stone_facts_of_scene(model.scene)), in_space=True)
+        return FilmTitleFacts(**(given | _title_facts_of_scene(model.scene)), is_3d=True)
     assert isinstance(model, PlanarModel)
-    return FilmTitleFacts(**(given | _stone_facts_of_scene(model.scene)))
+    return FilmTitleFacts(**(given | _title_facts_of_scene(model.scene)))
 
 
-def _stone_facts_of_scene(scene: Scene) -> dict[str, Any]:
+def _title_facts_of_scene(scene: Scene) -> dict[str, Any]:
     """Return kind, name and friction of a scene's stone for a film title; None as friction if the scene sets it."""
     own = {} if scene.has_contact_with_unset_friction else {"friction": None}
-    if scene.is_single_block and scene.name == "gravestone":
+    if scene.is_single_block_on_wide_ground and scene.name == "gravestone":
         return {"kind": "stone", **own}
     return {"kind": "scene", "scene": scene.title or scene.name, "element": scene.size_reference_element_name, **own}
 
 
-def _stone_facts_of_body(shape: Shape, width: float, aspect: float) -> dict[str, Any]:
+def _title_facts_of_body(shape: Shape, width: float, aspect: float) -> dict[str, Any]:
     """Return shape, width, and depth or number of sides of a 3-D body for a film title."""
     if isinstance(shape, RectangularPrism):
         return {"kind": "square"} if aspect == 1.0 else {"kind": "oblong", "depth": aspect * width}

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.errors import ArgumentError, MissingDataError
-from overturning.figures.film import Film, FilmPanel, extent_of_free_bodies, vertex_positions_by_frame
-from overturning.figures.film_strip import GROUND, STONE, draw_scale_bar
-from overturning.figures.film_words import SPEEDS, movie_title_with_speed
+from overturning.figures.film import Film, FilmPanel, extent_of_free_2d_bodies, polygon_vertices_by_frame
+from overturning.figures.film_strip import GROUND_COLOUR, STONE_COLOUR, draw_scale_bar
+from overturning.figures.film_words import PLAYBACK_SPEED_LABELS, movie_title_with_speed
 from overturning.figures.style import (
-    FALLS,
+    FALL_COLOUR,
     INK,
-    SERIES,
-    SETTINGS,
+    MATPLOTLIB_SETTINGS,
+    SERIES_COLOURS,
     add_title_and_legend,
     create_panel_grid,
     label_axes,
@@ -32,16 +32,16 @@ from overturning.units import GAL
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SPEED = next(iter(SPEEDS))
+MOVIE_PLAYBACK_SPEED = next(iter(PLAYBACK_SPEED_LABELS))
 """Speed of a movie, as a share of real time: that at which a film starts in the player. A frame of a film then takes
 0.1 s, a multiple of the unit of a GIF."""
 
-KINDS = (".gif", ".mp4")
+MOVIE_SUFFIXES = (".gif", ".mp4")
 
 _PANEL_WIDTH: Final = 3.6
 """Width of a panel of a movie, inches."""
 
-_CJK_FILE: Final = re.compile(r"cjk|ipa", re.IGNORECASE)
+_CJK_FONT_PATH_PATTERN: Final = re.compile(r"cjk|ipa", re.IGNORECASE)
 """Part of the path of a font that may have Japanese characters."""
 
 
@@ -64,12 +64,12 @@ def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
     import matplotlib as mpl
     from matplotlib import animation
 
-    from overturning.figures.ticks import create_only_inner_ticks
+    from overturning.figures.ticks import limit_ticks_to_axis_range
 
     kind = path.suffix.lower()
     check_film_can_be_written(path, in_space=film.panels[0].shows_3d_body)
-    check_output_path(path, "film", *KINDS)
-    rate: Any = SPEED / film.frame_interval
+    check_output_path(path, "film", *MOVIE_SUFFIXES)
+    rate: Any = MOVIE_PLAYBACK_SPEED / film.frame_interval
     # Leave date and encoder version out of the file, because they differ between runs.
     exact = ["-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
     with use_package_matplotlib_settings(), atomic_write(path) as part:
@@ -77,9 +77,12 @@ def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
             film = _translate_panel_texts_of_film(film)
         names = "".join([film.title, *(panel.outcome for panel in film.panels)])
         if (language := font_language_of_text(names)) != ENGLISH:
-            mpl.rcParams["font.family"] = [SETTINGS["font.family"][0], matplotlib_font_of_language(language, path.name)]
+            mpl.rcParams["font.family"] = [
+                MATPLOTLIB_SETTINGS["font.family"][0],
+                matplotlib_font_of_language(language, path.name),
+            ]
         figure, move_artists_to_frame = _create_movie_figure_and_updater(film)
-        create_only_inner_ticks(figure)
+        limit_ticks_to_axis_range(figure)
         compute_layout_again = compute_layout_only_once(figure)  # the layout takes longer than the drawing
         writer: Any = animation.PillowWriter(fps=rate)
         if kind == ".mp4":
@@ -87,7 +90,7 @@ def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
         named = part.with_name(f"{part.name}{kind}")  # the writers choose the format by the extension
         try:
             with writer.saving(figure, str(named), dpi=90):
-                for frame in range(film.frames):
+                for frame in range(film.frame_count):
                     if move_artists_to_frame(frame):
                         compute_layout_again()
                     writer.grab_frame()
@@ -103,7 +106,7 @@ def matplotlib_font_of_language(language: str, file_name: str) -> str:
     package, names = FONTS[language]
     known = {one.fname for one in font_manager.fontManager.ttflist}
     for path in font_manager.findSystemFonts():  # the list of fonts that Matplotlib keeps may be older than the font
-        if path not in known and _CJK_FILE.search(path):
+        if path not in known and _CJK_FONT_PATH_PATTERN.search(path):
             font_manager.fontManager.addfont(path)
     listed = {one.name for one in font_manager.fontManager.ttflist}
     if found := [name for name in names if name in listed and "Serif" not in name]:
@@ -117,9 +120,9 @@ def _translate_panel_texts_of_film(film: Film) -> Film:
     return replace(film, panels=tuple(panels))
 
 
-def _wrapped_movie_title(film: Film, width_inches: float) -> str:
+def _translated_movie_title_with_speed(film: Film, width_inches: float) -> str:
     """Return the title of a movie with its playback speed; a title in another language than English is line-broken."""
-    title = movie_title_with_speed(film.title, SPEEDS[SPEED])
+    title = movie_title_with_speed(film.title, PLAYBACK_SPEED_LABELS[MOVIE_PLAYBACK_SPEED])
     if current_language() == ENGLISH:
         return title
     return break_text_at_width(translate(title), width_inches, 10.5)
@@ -141,20 +144,24 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
     figure, panels = create_panel_grid(
         1 + traces, columns, _PANEL_WIDTH * columns, tall, height_ratios=(3.4, *traces * [1])
     )
-    add_title_and_legend(figure, _wrapped_movie_title(film, figure.get_figwidth()))
-    left, right, bottom, top = extent_of_free_bodies(film)
+    add_title_and_legend(figure, _translated_movie_title_with_speed(film, figure.get_figwidth()))
+    left, right, bottom, top = extent_of_free_2d_bodies(film)
     rows: list[tuple[Any, ...]] = []
     for panel, outcome, scene, *trace_axes in zip(film.panels, outcomes, *panels, strict=True):
         scene.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
         scene.spines[:].set_visible(False)
-        scene.set_title("{}\n← {}        {} →".format(panel.title, *panel.sides), fontsize=8)
+        scene.set_title("{}\n← {}        {} →".format(panel.title, *panel.left_and_right_bearings), fontsize=8)
         shapes = []
         for body in panel.bodies:
-            look = {"facecolor": STONE, "edgecolor": INK} if body.free else {"facecolor": GROUND, "edgecolor": "none"}
+            look = (
+                {"facecolor": STONE_COLOUR, "edgecolor": INK}
+                if body.free
+                else {"facecolor": GROUND_COLOUR, "edgecolor": "none"}
+            )
             shapes.append(
                 (
-                    vertex_positions_by_frame(body),
-                    scene.add_patch(Polygon(vertex_positions_by_frame(body)[0], closed=True, linewidth=0.8, **look)),
+                    polygon_vertices_by_frame(body),
+                    scene.add_patch(Polygon(polygon_vertices_by_frame(body)[0], closed=True, linewidth=0.8, **look)),
                 )
             )
         marks = _draw_traces_and_current_time_lines(trace_axes, film, panel)
@@ -170,7 +177,7 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
                 shape.set_xy(places[min(frame_index, len(places) - 1)])
             for mark in marks:
                 mark.set_xdata([time, time])
-            due = film.last_frame_time - 1e-9 if np.isnan(panel.outcome_time) else panel.outcome_time
+            due = film.last_frame_time - 1e-9 if np.isnan(panel.last_fall_time) else panel.last_fall_time
             shown = outcome if time >= due else "\n".join(most_lines * " ")
             text_changed |= text.get_text() != shown
             text.set_text(shown)
@@ -190,12 +197,12 @@ def _draw_traces_and_current_time_lines(trace_axes: Sequence[Any], film: Film, p
     ):
         for component in components:
             time = np.arange(component.size) * panel.sampling_interval
-            axes.plot(time, component / GAL, color=SERIES[0], linewidth=0.6)
+            axes.plot(time, component / GAL, color=SERIES_COLOURS[0], linewidth=0.6)
         axes.set(
             xlim=(film.start, max(film.last_frame_time, film.start + 1e-3)), ylim=(-1.05 * largest, 1.05 * largest)
         )
         if len(trace_axes) > 1:
             axes.set_title(translate(label), fontsize=8)
         label_axes(axes, translate("time, s") if axes is trace_axes[-1] else "", "Gal")
-        marks.append(axes.axvline(film.start, color=FALLS, linewidth=1.2))
+        marks.append(axes.axvline(film.start, color=FALL_COLOUR, linewidth=1.2))
     return marks

@@ -9,9 +9,9 @@ from overturning.arrays import FloatArray
 from overturning.figures.film import (
     FilmBody,
     FilmPanel,
+    fall_times_of_fallen_stones,
     ground_displacement_at_times,
     interpolate_to_frame_times,
-    known_fall_times,
     samples_from_time_zero,
 )
 from overturning.figures.film_words import fall_sentence, join_fall_sentences, standing_body_sentence
@@ -20,7 +20,7 @@ from overturning.motion.motion import Motion
 if TYPE_CHECKING:
     import xarray as xr
 
-STILL = 1e-3
+MAX_TILT_AND_ANGULAR_VELOCITY_AT_REST = 1e-3
 """Largest tilt (direction cosine) and angular velocity, rad/s, of a body at rest."""
 
 
@@ -49,7 +49,10 @@ def _standing_stones_sentence(stones: list["xr.Dataset"]) -> str:
     # A cylinder may roll for minutes: its place of rest is not known at the end of the trajectory.
     last = [one.isel(time=-1) for one in stones]
     tilts_at_end = [float(np.hypot(one["tilt_north"], one["tilt_east"])) for one in last]
-    moves = max(*tilts_at_end, *(float(np.abs(one["angular_velocity"]).max()) for one in last)) > STILL
+    moves = (
+        max(*tilts_at_end, *(float(np.abs(one["angular_velocity"]).max()) for one in last))
+        > MAX_TILT_AND_ANGULAR_VELOCITY_AT_REST
+    )
 
     def largest_value_and_stone_name(values: list[float]) -> tuple[float, str]:
         """Return the largest absolute value, and the name of its stone if there are several."""
@@ -119,15 +122,15 @@ def body_or_stack_film_panel(
     ground = ground_displacement_at_times(east_north_up, interval, frame_times - first_sample_time)
     level = samples_from_time_zero(level, interval, first_sample_time)
     up = None if up is None else samples_from_time_zero(up, interval, first_sample_time)
-    falls = known_fall_times(trajectory)
+    falls = fall_times_of_fallen_stones(trajectory)
     return FilmPanel(
         *heading_and_outcome,
         max(falls, default=math.nan),
         bodies,
         level,
         interval,
-        vertical=up,
-        ground=ground,
+        vertical_base_acceleration=up,
+        ground_displacement=ground,
         first_fall_time=min(falls, default=math.nan),
     )
 

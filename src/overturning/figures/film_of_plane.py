@@ -9,9 +9,9 @@ from overturning.arrays import FloatArray
 from overturning.figures.film import (
     FilmBody,
     FilmPanel,
+    fall_times_of_fallen_stones,
     ground_displacement_at_times,
     interpolate_to_frame_times,
-    known_fall_times,
     samples_from_time_zero,
 )
 from overturning.figures.film_words import fall_sentence, join_fall_sentences, standing_elements_sentence
@@ -21,14 +21,14 @@ from overturning.motion.motion import Motion
 if TYPE_CHECKING:
     import xarray as xr
 
-WIDE_GROUND_FACTOR = 3.0
+ENDLESS_GROUND_MIN_HALF_WIDTH_FACTOR = 3.0
 """Half-width from which an element is drawn as endless ground, as a multiple of the scene's height."""
 
-GROUND_SIZE_FACTOR = 20.0
+DRAWN_GROUND_HALF_WIDTH_FACTOR = 20.0
 """Half-width and depth with which endless ground is drawn, as a multiple of the scene's height: beyond the edges of the
 picture, also if the ground sinks, or stones of another panel slide far or are thrown up."""
 
-MAX_EXTENSION = 0.5
+MAX_TRAJECTORY_EXTENSION_S = 0.5
 """Longest time, s, by which a trajectory that ends just before a stone lies down is extended."""
 
 
@@ -87,7 +87,7 @@ def _extend_poses_until_lying(trajectory: "xr.Dataset", element_index: int) -> t
         return time, poses
     fallen = float(one["fallen_angle"].sel(side=side))
     left = fallen - abs(angle)
-    if not 0.0 < left < MAX_EXTENSION * speed:
+    if not 0.0 < left < MAX_TRAJECTORY_EXTENSION_S * speed:
         return time, poses
     level = float((trajectory["z"][0] + trajectory["vertices"][..., 1].max("vertex")).isel(element=1 - element_index))
     p, q = one["vertices"].to_numpy()[np.isfinite(one["vertices"].to_numpy()[:, 0])].T
@@ -107,7 +107,11 @@ def _film_bodies_of_scene(
     free = np.flatnonzero(trajectory["kind"].to_numpy() == "free")
     levels = vertices[free, :, 1] + trajectory["z"].to_numpy()[0, free, None]
     tall = float(np.nanmax(levels) - np.nanmin(levels))
-    reach = WIDE_GROUND_FACTOR * tall + float(np.abs(x[:, free]).max()) + float(np.abs(ground_shift).max())
+    reach = (
+        ENDLESS_GROUND_MIN_HALF_WIDTH_FACTOR * tall
+        + float(np.abs(x[:, free]).max())
+        + float(np.abs(ground_shift).max())
+    )
     bodies = []
     for index, name in enumerate(trajectory["element"].to_numpy()):
         shape, is_free = vertices[index][np.isfinite(vertices[index, :, 0])], index in free
@@ -120,7 +124,7 @@ def _film_bodies_of_scene(
         if not is_free:
             frames = frames if np.ptp(frames, axis=0).any() else frames[:1]  # held elements move relative to the base
             if np.ptp(shape[:, 0]) > 2 * reach:
-                shape = _clip_wide_ground(shape, reach + GROUND_SIZE_FACTOR * tall)
+                shape = _clip_wide_ground(shape, reach + DRAWN_GROUND_HALF_WIDTH_FACTOR * tall)
         bodies.append(FilmBody(str(name), shape, frames[:, :2], frames[:, 2], free=is_free))
     return tuple(bodies)
 
@@ -171,9 +175,9 @@ def scene_film_panel(
 
     `first_sample_time` is the time of the first sample of the motion, s.
     """
-    azimuth, falls = float(trajectory.attrs["azimuth_deg"]), known_fall_times(trajectory)
+    azimuth, falls = float(trajectory.attrs["azimuth_deg"]), fall_times_of_fallen_stones(trajectory)
     amplitude = float(trajectory.attrs["amplitude"])
-    along, up = amplitude * motion.along(azimuth), None if motion.up is None else amplitude * motion.up
+    along, up = amplitude * motion.acceleration_along(azimuth), None if motion.up is None else amplitude * motion.up
     interval = motion.sampling_interval
     ground = ground_displacement_at_times((along, up), interval, frame_times - first_sample_time)
     point, force = _contact_points_and_forces(trajectory, frame_times)
@@ -183,10 +187,10 @@ def scene_film_panel(
         _film_bodies_of_scene(trajectory, frame_times, ground),
         samples_from_time_zero(along, interval, first_sample_time),
         interval,
-        sides=(compass_bearing_text(azimuth + 180.0), compass_bearing_text(azimuth)),
-        force_point=point,
-        force=force,
-        vertical=None if up is None else samples_from_time_zero(up, interval, first_sample_time),
-        ground=ground,
+        left_and_right_bearings=(compass_bearing_text(azimuth + 180.0), compass_bearing_text(azimuth)),
+        contact_points=point,
+        contact_forces_over_weight=force,
+        vertical_base_acceleration=None if up is None else samples_from_time_zero(up, interval, first_sample_time),
+        ground_displacement=ground,
         first_fall_time=min(falls, default=math.nan),
     )

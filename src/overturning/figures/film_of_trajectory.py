@@ -16,24 +16,31 @@ from overturning.figures.film_of_body import (
     stack_poses_by_time,
 )
 from overturning.figures.film_of_plane import free_element_poses_by_time, scene_film_panel, scene_outcome_sentence
-from overturning.figures.film_words import FRAME_NOTE, NO_OUTCOME, SPACE_NOTE, panel_heading_with_bearing
+from overturning.figures.film_words import (
+    NO_OUTCOME_SENTENCE_BY_STATUS,
+    REFERENCE_FRAME_NOTE,
+    VIEW_ROTATION_HINT,
+    panel_heading_with_bearing,
+)
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 
 if TYPE_CHECKING:
     import xarray as xr
 
-AFTERMATH: Final = 5.0
+SIMULATED_TIME_AFTER_OUTCOME_S: Final = 5.0
 """Time for which the simulation of a filmed scene goes on after its outcome is known, s: until its stones lie."""
 
-FADED: Final = 0.1
+FILM_END_SHARE_OF_LARGEST_MOVEMENT: Final = 0.1
 """Share of the largest movement of a stone that stands, below which its film ends."""
 
 
 def panel_heading_of_trajectory(trajectory: "xr.Dataset") -> str:
     """Return the heading of a film panel: azimuth of the motion (2-D), or azimuth that the body faces (3-D)."""
     display = _film_functions_for_trajectory(trajectory)
-    return panel_heading_with_bearing(float(trajectory.attrs[display.direction]), in_space=display is not _PLANE)
+    return panel_heading_with_bearing(
+        float(trajectory.attrs[display.direction_attribute]), in_space=display is not _FILM_FUNCTIONS_2D_SCENE
+    )
 
 
 def has_outcome(trajectory: "xr.Dataset") -> bool:
@@ -45,7 +52,7 @@ def outcome_sentence(trajectory: "xr.Dataset") -> str:
     """Return a sentence, without full stop, on what falls in a simulation, or why it has no outcome."""
     if has_outcome(trajectory):
         return _film_functions_for_trajectory(trajectory).outcome(trajectory)
-    return NO_OUTCOME[CaseStatus(int(trajectory["status"]))]
+    return NO_OUTCOME_SENTENCE_BY_STATUS[CaseStatus(int(trajectory["status"]))]
 
 
 def first_and_last_movement_times(trajectory: "xr.Dataset") -> tuple[float, float] | None:
@@ -53,8 +60,8 @@ def first_and_last_movement_times(trajectory: "xr.Dataset") -> tuple[float, floa
 
     A body moves at a time if its pose differs from both its first and its last pose.
 
-    If nothing falls, the last movement of at least `FADED` of the largest one counts as the last, since a stone may
-    rock on for long.
+    If nothing falls, the last movement of at least `FILM_END_SHARE_OF_LARGEST_MOVEMENT` of the largest one counts as
+    the last, since a stone may rock on for long.
     """
     times = _movement_start_return_and_end_times(trajectory)
     return None if times is None else (times[0], times[2])
@@ -67,12 +74,18 @@ def _movement_start_return_and_end_times(trajectory: "xr.Dataset") -> tuple[floa
     """
     poses, time = _film_functions_for_trajectory(trajectory).poses(trajectory), trajectory["time"].to_numpy()
     away = np.minimum(np.abs(poses - poses[:1]), np.abs(poses - poses[-1:])).max(axis=1)
-    least = MOVEMENT_TOLERANCE if has_fallen_stone(trajectory) else max(MOVEMENT_TOLERANCE, FADED * float(away.max()))
+    least = (
+        MOVEMENT_TOLERANCE
+        if has_fallen_stone(trajectory)
+        else max(MOVEMENT_TOLERANCE, FILM_END_SHARE_OF_LARGEST_MOVEMENT * float(away.max()))
+    )
     moving = np.flatnonzero(away > MOVEMENT_TOLERANCE)
     if not moving.size:
         return None
     largest = int(away.argmax())
-    back = largest + int(np.argmax(away[largest:] < max(MOVEMENT_TOLERANCE, FADED * float(away.max()))))
+    back = largest + int(
+        np.argmax(away[largest:] < max(MOVEMENT_TOLERANCE, FILM_END_SHARE_OF_LARGEST_MOVEMENT * float(away.max())))
+    )
     return float(time[moving[0]]), float(time[back]), float(time[np.flatnonzero(away >= least)[-1]])
 
 
@@ -108,7 +121,7 @@ def film_of_trajectories(
     title: str,
     *,
     headings: Sequence[str] = (),
-    note: str = FRAME_NOTE,
+    note: str = REFERENCE_FRAME_NOTE,
     first_sample_time: float = 0.0,
 ) -> Film:
     """Return a film with one panel per simulation, from shortly before the first movement to after the last.
@@ -116,8 +129,8 @@ def film_of_trajectories(
     Parameters
     ----------
     trajectories : sequence of Dataset
-        Trajectories, a panel each; simulate a scene with an `aftermath` of `AFTERMATH` so that it ends with its stones
-        lying.
+        Trajectories, a panel each; simulate a scene with an `aftermath` of `SIMULATED_TIME_AFTER_OUTCOME_S` so that it
+        ends with its stones lying.
     motions : Motion or sequence of Motion
         Motion of all trajectories, or of each; a trajectory was simulated under its motion times its own amplitude.
     title : str
@@ -162,7 +175,7 @@ def film_of_trajectories(
 class _FilmFunctionsOfModelKind(NamedTuple):
     """Functions and texts with which a film shows one kind of simulation: a 2-D scene, a 3-D body or a 3-D stack."""
 
-    direction: str  # name of the attribute with the direction, degrees
+    direction_attribute: str  # name of the attribute with the direction, degrees
     outcome: Callable[["xr.Dataset"], str]  # sentence for the outcome of a valid simulation
     poses: Callable[["xr.Dataset"], FloatArray]  # poses that show whether anything moves, shape (time, n)
     # Panel at the times of the frames; the last argument is the time of the first sample of the motion.
@@ -170,19 +183,19 @@ class _FilmFunctionsOfModelKind(NamedTuple):
     note: str  # hint below the film
 
 
-_PLANE: Final = _FilmFunctionsOfModelKind(
+_FILM_FUNCTIONS_2D_SCENE: Final = _FilmFunctionsOfModelKind(
     "azimuth_deg", scene_outcome_sentence, free_element_poses_by_time, scene_film_panel, ""
 )
-_SPACE: Final = _FilmFunctionsOfModelKind(
-    "orientation_deg", body_outcome_sentence, body_poses_by_time, body_or_stack_film_panel, SPACE_NOTE
+_FILM_FUNCTIONS_3D_BODY: Final = _FilmFunctionsOfModelKind(
+    "orientation_deg", body_outcome_sentence, body_poses_by_time, body_or_stack_film_panel, VIEW_ROTATION_HINT
 )
-_STACK: Final = _FilmFunctionsOfModelKind(
-    "orientation_deg", stack_outcome_sentence, stack_poses_by_time, body_or_stack_film_panel, SPACE_NOTE
+_FILM_FUNCTIONS_3D_STACK: Final = _FilmFunctionsOfModelKind(
+    "orientation_deg", stack_outcome_sentence, stack_poses_by_time, body_or_stack_film_panel, VIEW_ROTATION_HINT
 )
 
 
 def _film_functions_for_trajectory(trajectory: "xr.Dataset") -> _FilmFunctionsOfModelKind:
     """Return the functions and texts with which a film shows a trajectory, by its kind: scene, body or stack."""
     if "quaternion" not in trajectory:
-        return _PLANE
-    return _STACK if "element" in trajectory.dims else _SPACE
+        return _FILM_FUNCTIONS_2D_SCENE
+    return _FILM_FUNCTIONS_3D_STACK if "element" in trajectory.dims else _FILM_FUNCTIONS_3D_BODY

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.film import Film, FilmBody, FilmPanel, extent_of_free_bodies, vertex_positions_by_frame
-from overturning.figures.film_words import STRIP, STRIP_MIXED, STRIP_STANDING
+from overturning.figures.film import Film, FilmBody, FilmPanel, extent_of_free_2d_bodies, polygon_vertices_by_frame
+from overturning.figures.film_words import STRIP_CAPTIONS_ALL_FALL, STRIP_CAPTIONS_NONE_FALL, STRIP_CAPTIONS_SOME_FALL
 from overturning.figures.style import (
     INK,
     PAGE_WIDTH,
@@ -19,38 +19,46 @@ from overturning.figures.svg_translation import break_text_at_width, pad_to_equa
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-UPLIFT_ANGLE: Final = 0.05
+MIN_VISIBLE_UPLIFT_ANGLE_RAD: Final = 0.05
 """Rotation at which an uplift is visible in a small picture, rad."""
 
-STONE: Final = "#c9c4ba"
-GROUND: Final = "#8a8a86"
+STONE_COLOUR: Final = "#c9c4ba"
+GROUND_COLOUR: Final = "#8a8a86"
 
 
 def film_strip_frame_times_and_captions(film: Film) -> tuple[FloatArray, tuple[str, ...]]:
     """Return times (s) and captions of the four frames that a printed film shows; all panels have the same frames.
 
-    The first uplift is the first frame in which a stone of any panel has turned by `UPLIFT_ANGLE`, or by half of its
-    largest rotation if that is smaller. The fall is that of the panel whose stone falls first, at the last time at
-    which it could still come back; if nothing falls the time of the largest rotation takes its place.
+    The first uplift is the first frame in which a stone of any panel has turned by `MIN_VISIBLE_UPLIFT_ANGLE_RAD`, or
+    by half of its largest rotation if that is smaller. The fall is that of the panel whose stone falls first, at the
+    last time at which it could still come back; if nothing falls the time of the largest rotation takes its place.
     """
     angle = np.max(
-        [rotation_angle_by_frame(body, film.frames) for panel in film.panels for body in panel.bodies if body.free],
+        [
+            rotation_or_tilt_angle_by_frame(body, film.frame_count)
+            for panel in film.panels
+            for body in panel.bodies
+            if body.free
+        ],
         axis=0,
     )
     falls = [
         panel.fall_time_for_printed_strip for panel in film.panels if np.isfinite(panel.fall_time_for_printed_strip)
     ]
     if falls:
-        near, names = min(falls), STRIP if len(falls) == len(film.panels) else STRIP_MIXED
+        near, names = (
+            min(falls),
+            STRIP_CAPTIONS_ALL_FALL if len(falls) == len(film.panels) else STRIP_CAPTIONS_SOME_FALL,
+        )
     else:
-        near, names = float(film.frame_times[int(angle.argmax())]), STRIP_STANDING
+        near, names = float(film.frame_times[int(angle.argmax())]), STRIP_CAPTIONS_NONE_FALL
     before = angle[: max(1, int(np.searchsorted(film.frame_times, near)))]
-    visible = min(UPLIFT_ANGLE, 0.5 * float(before.max()))
+    visible = min(MIN_VISIBLE_UPLIFT_ANGLE_RAD, 0.5 * float(before.max()))
     first = film.frame_times[int(np.argmax(before >= visible))] if visible > 0 else 0.5 * (film.start + near)
     return np.maximum.accumulate(np.array([film.start, first, near, film.last_frame_time])), names
 
 
-def rotation_angle_by_frame(body: FilmBody, frame_count: int) -> FloatArray:
+def rotation_or_tilt_angle_by_frame(body: FilmBody, frame_count: int) -> FloatArray:
     """Return the angle by which a free body has turned since its first frame (3-D: its tilt), rad, shape (frames,)."""
     if body.faces:
         _, x, y, _ = body.rotation.T / np.linalg.norm(body.rotation, axis=1)
@@ -64,7 +72,7 @@ def film_strip_figure(film: Film, *, titled: bool = True) -> "Figure":
     """Return a figure with four frames of each panel of a film, in rows, for printing."""
     times, names = film_strip_frame_times_and_captions(film)
     rows = len(film.panels)
-    edges = _axis_limits_of_body_view(film) if film.panels[0].shows_3d_body else extent_of_free_bodies(film)
+    edges = _axis_limits_of_body_view(film) if film.panels[0].shows_3d_body else extent_of_free_2d_bodies(film)
     left, right, bottom, top = edges
     tall = PAGE_WIDTH / len(names) * min((top - bottom) / (right - left), 1.3)
     captions, lines = pad_to_equal_line_count(
@@ -92,7 +100,11 @@ def film_strip_figure(film: Film, *, titled: bool = True) -> "Figure":
 
 def _caption_below_frame_row(panel: FilmPanel, row_count: int) -> str:
     """Return the text below a panel's row of frames: directions of left and right, panel heading, and outcome."""
-    sides = f"← {panel.sides[0]}    {panel.sides[1]} →      " if panel.sides[0] else ""
+    sides = (
+        f"← {panel.left_and_right_bearings[0]}    {panel.left_and_right_bearings[1]} →      "
+        if panel.left_and_right_bearings[0]
+        else ""
+    )
     return sides + (f"{panel.title}: " if row_count > 1 else "") + panel.outcome
 
 
@@ -104,8 +116,12 @@ def draw_panel_frame(axes: Any, panel: FilmPanel, frame_position: float) -> None
         _draw_bodies_with_floor(axes, panel.bodies, frame_position)
         return
     for body in panel.bodies:
-        look = {"facecolor": STONE, "edgecolor": INK} if body.free else {"facecolor": GROUND, "edgecolor": "none"}
-        places = vertex_positions_by_frame(body_at_frame(body, frame_position))[0]
+        look = (
+            {"facecolor": STONE_COLOUR, "edgecolor": INK}
+            if body.free
+            else {"facecolor": GROUND_COLOUR, "edgecolor": "none"}
+        )
+        places = polygon_vertices_by_frame(body_at_frame(body, frame_position))[0]
         axes.add_patch(Polygon(places, closed=True, linewidth=0.7, **look))
 
 
@@ -147,7 +163,7 @@ VIEW_AZIMUTH: Final = 2.7
 VIEW_ELEVATION: Final = 0.42
 """Direction of the camera of a 3-D film at its start, rad; as in the player."""
 
-LIGHT: Final = np.array([0.35, -0.5, 0.79])
+LIGHT_DIRECTION: Final = np.array([0.35, -0.5, 0.79])
 
 
 def _camera_view_matrix() -> FloatArray:
@@ -222,7 +238,7 @@ def _draw_body(axes: Any, body: FilmBody, corners: FloatArray, camera: FloatArra
         normal = np.cross(b - a, c - b)
         if camera[2] @ normal <= 0:
             continue
-        bright = 0.72 + 0.28 * float(LIGHT @ normal / np.linalg.norm(normal))
+        bright = 0.72 + 0.28 * float(LIGHT_DIRECTION @ normal / np.linalg.norm(normal))
         colour = tuple(np.clip(np.array([201, 196, 186]) * bright / 255.0, 0.0, 1.0))
         axes.add_patch(
             Polygon(corners[list(face)] @ camera[:2].T, facecolor=colour, edgecolor=INK, linewidth=0.7, zorder=3)

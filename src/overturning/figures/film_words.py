@@ -12,7 +12,7 @@ from overturning.model.status import CaseStatus
 if TYPE_CHECKING:
     import xarray as xr
 
-PLAYER: Final = {
+PLAYER_TEXTS: Final = {
     "play": "Play",
     "pause": "Pause",
     "again": "Again",
@@ -28,15 +28,15 @@ PLAYER: Final = {
 }
 """Texts of the player, by their key in its script."""
 
-SPEEDS: Final = {0.2: "1/5", 0.5: "1/2", 1.0: "1"}
+PLAYBACK_SPEED_LABELS: Final = {0.2: "1/5", 0.5: "1/2", 1.0: "1"}
 """Speeds of the player, as a share of real time; the first is that at which a film starts."""
 
-KEYS: Final = (
+KEYBOARD_HELP_TEXT: Final = (
     "Keys: space plays and pauses, ← and → step by one frame (with shift by half a second), Home and End go to the "
     "first and last frame, s changes the speed, g shows the ground moving"
 )
 
-COMPONENTS: Final = {
+ACCELERATION_TRACE_LABELS: Final = {
     "along": "ground acceleration along the motion",
     "level": "ground acceleration towards north (blue) and east (green)",
     "up": "vertical ground acceleration",
@@ -44,7 +44,7 @@ COMPONENTS: Final = {
 }
 """Labels of the traces below a scene."""
 
-_SHAPES: Final = {
+_STONE_DESCRIPTION_TEMPLATES: Final = {
     "stone": "A stone {width} wide and {height} high",
     "square": "A square stone {width} wide and {height} high",
     "oblong": "A stone {width} wide, {depth} deep and {height} high",
@@ -68,13 +68,13 @@ class FilmTitleFacts:
         Size of the stone, m; depth only if oblong.
     friction : float or None
         Friction coefficient; None if the scene sets it.
-    place : str
+    station_and_event : str
         Station or id of the record, with the earthquake.
     direction : float or None
         Azimuth of the motion (2-D) or orientation of the body (3-D), degrees; None if the panels differ.
     amplitude : float
         Factor on the recorded motion.
-    level : bool
+    is_vertical_motion_omitted : bool
         True if the vertical motion of the record is left out in all panels.
     """
 
@@ -82,15 +82,15 @@ class FilmTitleFacts:
     width: float
     height: float
     friction: float | None
-    place: str
+    station_and_event: str
     direction: float | None = None
-    in_space: bool = False
+    is_3d: bool = False
     depth: float = 0.0
     sides: int = 0
     scene: str = ""
     element: str = ""
     amplitude: float = 1.0
-    level: bool = False
+    is_vertical_motion_omitted: bool = False
 
 
 def length_with_unit(length_m: float) -> str:
@@ -121,22 +121,22 @@ def film_title_text(title_facts: FilmTitleFacts) -> str:
     """Return the title of a film in words: "A square stone 18 cm wide and 60 cm high, friction 0.7, under …"."""
     sizes = {name: length_with_unit(getattr(title_facts, name)) for name in ("width", "height", "depth")}
     parts = [
-        _SHAPES[title_facts.kind].format(
+        _STONE_DESCRIPTION_TEMPLATES[title_facts.kind].format(
             **sizes, scene=title_facts.scene, element=title_facts.element, sides=title_facts.sides
         )
     ]
     if title_facts.friction is not None:
         parts.append(f"friction {title_facts.friction:g}")
-    if title_facts.in_space and title_facts.direction is not None:
+    if title_facts.is_3d and title_facts.direction is not None:
         parts.append(f"facing {compass_bearing_text(title_facts.direction)}")
     turned = (
         ""
-        if title_facts.in_space or title_facts.direction is None
+        if title_facts.is_3d or title_facts.direction is None
         else f", turned to {compass_bearing_text(title_facts.direction)}"
     )
     factor = "" if title_facts.amplitude == 1.0 else f" times {title_facts.amplitude:g}"
-    parts.append(f"under the record of {title_facts.place}{turned}{factor}")
-    return ", ".join([*parts, *(["without its vertical motion"] if title_facts.level else [])])
+    parts.append(f"under the record of {title_facts.station_and_event}{turned}{factor}")
+    return ", ".join([*parts, *(["without its vertical motion"] if title_facts.is_vertical_motion_omitted else [])])
 
 
 def movie_title_with_speed(film_title: str, speed: str) -> str:
@@ -149,7 +149,7 @@ def panel_heading_with_bearing(direction_deg: float, *, in_space: bool) -> str:
     return f"{'facing' if in_space else 'motion along'} {compass_bearing_text(direction_deg)}"
 
 
-_SETTINGS: Final = {
+_SETTING_HEADING_TEMPLATES: Final = {
     "vertical": "with vertical motion",
     "level": "without vertical motion",
     "scene": "{name}",
@@ -171,7 +171,7 @@ def panel_heading_of_setting(setting_kind: str, scene_or_variant_name: str = "")
     scene_or_variant_name : str
         Name of the scene or of the variant.
     """
-    return _SETTINGS[setting_kind].format(
+    return _SETTING_HEADING_TEMPLATES[setting_kind].format(
         name=scene_or_variant_name.replace("-", " ") if setting_kind == "site" else scene_or_variant_name
     )
 
@@ -242,7 +242,7 @@ def standing_body_sentence(
     return f"{stands}; largest tilt {tilt}°{of_tilt}; {turned}"
 
 
-NO_OUTCOME: Final = {
+NO_OUTCOME_SENTENCE_BY_STATUS: Final = {
     CaseStatus.UNDECIDED: "no outcome: still moving long after the record",
     CaseStatus.UNSTABLE: "no outcome: the energy balance, a rotation or a contact became invalid",
     CaseStatus.FAILED: "no outcome: the simulation failed",
@@ -250,15 +250,15 @@ NO_OUTCOME: Final = {
 }
 """Sentence about a case without outcome, by its status."""
 
-FRAME_NOTE: Final = "The picture moves with the ground unless the box is ticked."
+REFERENCE_FRAME_NOTE: Final = "The picture moves with the ground unless the box is ticked."
 
-SPACE_NOTE: Final = "Drag to turn the view."
+VIEW_ROTATION_HINT: Final = "Drag to turn the view."
 
-STRIP: Final = ("start", "first uplift", "near the fall", "lying")
+STRIP_CAPTIONS_ALL_FALL: Final = ("start", "first uplift", "near the fall", "lying")
 """Captions of the four frames of a strip, of a stone that falls."""
 
-STRIP_MIXED: Final = (*STRIP[:3], "end")
+STRIP_CAPTIONS_SOME_FALL: Final = (*STRIP_CAPTIONS_ALL_FALL[:3], "end")
 """Captions of the four frames of a strip in which some stones fall and others stand."""
 
-STRIP_STANDING: Final = ("start", "first uplift", "largest lean", "end")
+STRIP_CAPTIONS_NONE_FALL: Final = ("start", "first uplift", "largest lean", "end")
 """Captions of the four frames of a strip if nothing falls."""

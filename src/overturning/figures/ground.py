@@ -16,7 +16,7 @@ from overturning.motion.motion import Motion
 from overturning.motion.spectra import pseudo_acceleration_spectra
 from overturning.units import CM, GAL
 
-Spectrum = tuple[FloatArray, list[FloatArray]]
+SpectraByAzimuth = tuple[FloatArray, list[FloatArray]]
 """Frequencies or periods, and the spectral values at these along each azimuth."""
 
 
@@ -50,10 +50,10 @@ def _draw_hodograph(
     if np.isfinite(fault_normal_deg):
         look = {"linestyle": style.DASHED, "linewidth": 1.0, "label": "fault normal", "zorder": 1}
         style.draw_line_through_origin(axes, fault_normal_deg, largest, **look)
-    axes.plot(east_component, north_component, color=style.SERIES[2], linewidth=0.6, rasterized=True)
+    axes.plot(east_component, north_component, color=style.SERIES_COLOURS[2], linewidth=0.6, rasterized=True)
     if size > 0:
         at = int(radius.argmax())
-        axes.plot(east_component[at], north_component[at], "o", color=style.FALLS, markersize=4, label="peak")
+        axes.plot(east_component[at], north_component[at], "o", color=style.FALL_COLOUR, markersize=4, label="peak")
         toward = round(float(np.degrees(np.arctan2(east_component[at], north_component[at])))) % 360
         title += f"\n{style.format_three_significant_digits(size)} {unit} towards {toward}°"
     axes.set_title(title, fontsize=9)
@@ -77,18 +77,20 @@ def hodograph_figure(motion: Motion, fault_normal_deg: float, title: str) -> Fig
     return figure
 
 
-def smoothed_fourier_spectra(motion: Motion, azimuths_deg: list[float]) -> Spectrum:
+def smoothed_fourier_spectra(motion: Motion, azimuths_deg: list[float]) -> SpectraByAzimuth:
     """Return frequencies (Hz) and, for each azimuth, Fourier amplitudes (m/s), smoothed by Konno and Ohmachi.
 
     There are no frequencies if the motion is too short for a spectrum.
     """
     low, high = max(0.1, 2.0 / motion.duration), min(25.0, 0.4 / motion.sampling_interval)
     at = np.geomspace(low, high, 120 if high > low else 0)
-    pairs = (fourier_amplitude_spectrum(motion.along(angle), motion.sampling_interval) for angle in azimuths_deg)
+    pairs = (
+        fourier_amplitude_spectrum(motion.acceleration_along(angle), motion.sampling_interval) for angle in azimuths_deg
+    )
     return at, [konno_ohmachi_smoothed_amplitude(frequency, amplitude, at) for frequency, amplitude in pairs]
 
 
-def response_spectra_along_azimuths(motion: Motion, azimuths_deg: list[float]) -> Spectrum:
+def response_spectra_along_azimuths(motion: Motion, azimuths_deg: list[float]) -> SpectraByAzimuth:
     """Return periods (s) and, for each azimuth, pseudo-accelerations (m/s²) at a damping ratio of 0.05."""
     periods = np.geomspace(0.05, 10.0, 60)
     return periods, list(pseudo_acceleration_spectra(motion, periods, azimuths_deg).T)
@@ -100,7 +102,7 @@ def fourier_and_response_spectra_figure(motion: Motion, azimuths_deg: list[float
     An azimuth without motion has no curve.
     """
     largest = float(np.hypot(*motion.horizontal_components).max())
-    moves = [float(np.abs(motion.along(azimuth)).max()) > 1e-9 * largest for azimuth in azimuths_deg]
+    moves = [float(np.abs(motion.acceleration_along(azimuth)).max()) > 1e-9 * largest for azimuth in azimuths_deg]
     figure, ((left, right),) = style.create_panel_grid(1, 2, style.PAGE_WIDTH, 3.4)
     for axes, (x, spectra), unit, across, up in (
         (left, smoothed_fourier_spectra(motion, azimuths_deg), CM, "frequency, Hz", "Fourier amplitude, Gal·s"),
@@ -116,8 +118,8 @@ def fourier_and_response_spectra_figure(motion: Motion, azimuths_deg: list[float
         shown = [(x > 0) & (values > 0) & moving for values, moving in zip(spectra, moves, strict=True)]
         for index, (azimuth, values, keep) in enumerate(zip(azimuths_deg, spectra, shown, strict=True)):
             axes.plot(
-                x[keep], values[keep] / unit, color=style.SERIES[index % len(style.SERIES)],
-                linestyle=style.DASHES[index % len(style.DASHES)], linewidth=1.3,
+                x[keep], values[keep] / unit, color=style.SERIES_COLOURS[index % len(style.SERIES_COLOURS)],
+                linestyle=style.SERIES_LINE_STYLES[index % len(style.SERIES_LINE_STYLES)], linewidth=1.3,
                 label=style.compass_bearing_text(azimuth),
             )  # fmt: skip
         if not any(keep.any() for keep in shown):
@@ -137,7 +139,7 @@ def pga_and_pgv_by_azimuth_figure(peaks_by_azimuth: xr.Dataset, fault_normal_deg
     """
     azimuth = peaks_by_azimuth["azimuth"].to_numpy().astype(np.float64)
     figure, panels = create_compass_grid(1, 2, 6.4, 3.7)
-    measures = (("pga", GAL, "PGA, Gal", style.SERIES[1]), ("pgv", CM, "PGV, cm/s", style.SERIES[2]))
+    measures = (("pga", GAL, "PGA, Gal", style.SERIES_COLOURS[1]), ("pgv", CM, "PGV, cm/s", style.SERIES_COLOURS[2]))
     for axes, (name, factor, label, colour) in zip(panels.flat, measures, strict=True):
         peaks = peaks_by_azimuth[name].to_numpy() / factor
         largest = float(peaks.max())

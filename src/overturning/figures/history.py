@@ -8,10 +8,10 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.figures.style import (
     DASHED,
-    FALLS,
+    FALL_COLOUR,
     INK,
-    MISSING,
-    SERIES,
+    MISSING_COLOUR,
+    SERIES_COLOURS,
     create_panel_grid,
     format_three_significant_digits,
     label_axes,
@@ -25,7 +25,7 @@ from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.motion.noise import SignalNoiseSpectra, shortest_usable_noise_window_s, signal_and_noise_spectra
 from overturning.motion.spectra import rotd_percentile_measures
-from overturning.records.processing import SIGNAL_TO_NOISE
+from overturning.records.processing import MIN_SIGNAL_TO_NOISE_RATIO
 from overturning.records.record import Record, processing_entry_text, processing_label
 from overturning.study.intensity import PERCENTILES, SPECTRUM_PERIODS
 from overturning.units import CM, GAL
@@ -35,11 +35,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COMPONENTS: Final = ("north", "east", "up")
-SERIES_ROWS: Final = (("acceleration, Gal", GAL), ("velocity, cm/s", CM), ("displacement, cm", CM))
+TIME_HISTORY_LABELS_AND_UNITS: Final = (("acceleration, Gal", GAL), ("velocity, cm/s", CM), ("displacement, cm", CM))
 RESPONSE_PERIODS: Final = SPECTRUM_PERIODS[SPECTRUM_PERIODS >= 0.05]
 """Periods of the response spectra, s: twenty per decade; their damping ratio is 0.05."""
 
-BINS: Final = 600
+TIME_BIN_COUNT: Final = 600
 """Number of bins along the time axis; only the smallest and the largest sample of each are drawn (below a pixel)."""
 
 
@@ -107,7 +107,10 @@ def _add_title_and_legend(
     figure.suptitle("\n".join(wrapped), fontsize=8, parse_math=False, y=0.995)
     from matplotlib.lines import Line2D
 
-    marks = [Line2D([], [], color=MISSING, label="before processing"), Line2D([], [], color=INK, label="as used")]
+    marks = [
+        Line2D([], [], color=MISSING_COLOUR, label="before processing"),
+        Line2D([], [], color=INK, label="as used"),
+    ]
     if unprocessed_record is not processed_record:
         figure.legend(handles=marks, loc="lower center", ncols=2, fontsize=8)
     # Fixed margins: a constrained layout would take most of the drawing time.
@@ -137,7 +140,7 @@ def _processing_step_lines(processing_steps: Sequence[Mapping[str, Any]]) -> lis
 
 def min_max_envelope(sample_times: FloatArray, samples: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the times and values of the smallest and largest sample per time bin; all samples if there are few."""
-    width = -(-sample_times.size // BINS)
+    width = -(-sample_times.size // TIME_BIN_COUNT)
     if width <= 2:
         return sample_times, samples
     places, drawn = minimum_and_maximum_by_group(samples, width)
@@ -170,7 +173,7 @@ def _draw_component_time_histories(
     """Draw acceleration, velocity and displacement of one component before and after processing, a panel each."""
     rows = zip(
         component_panels,
-        SERIES_ROWS,
+        TIME_HISTORY_LABELS_AND_UNITS,
         _acceleration_velocity_displacement(unprocessed_record, component_name),
         _acceleration_velocity_displacement(processed_record, component_name),
         strict=True,
@@ -181,9 +184,11 @@ def _draw_component_time_histories(
             # An offset integrates to metres of displacement; on a common scale the motion would look like a line.
             own = np.abs(old).max() / unit > 2.0 * peak
             behind = panel.twinx() if own else panel
-            behind.plot(*min_max_envelope(_sample_times(unprocessed_record), old / unit), color=MISSING, linewidth=0.6)
+            behind.plot(
+                *min_max_envelope(_sample_times(unprocessed_record), old / unit), color=MISSING_COLOUR, linewidth=0.6
+            )
             if own:
-                behind.tick_params(labelsize=6, colors=MISSING)
+                behind.tick_params(labelsize=6, colors=MISSING_COLOUR)
                 behind.locator_params(axis="y", nbins=5)
                 panel.set_zorder(behind.get_zorder() + 1)
                 panel.patch.set_visible(False)
@@ -218,7 +223,7 @@ def _draw_fourier_spectra(
     label_axes(panel, "frequency, Hz", "Fourier amplitude, Gal·s")
     drawn = False
     for record, colour in (
-        ((unprocessed_record, MISSING), (processed_record, INK))
+        ((unprocessed_record, MISSING_COLOUR), (processed_record, INK))
         if unprocessed_record is not processed_record
         else ((processed_record, INK),)
     ):
@@ -235,9 +240,14 @@ def _draw_fourier_spectra(
         write_note_in_empty_panel(panel, "too short for a spectrum" if moves else "no motion")
         return
     for corner in _filter_corner_frequencies(processed_record.processing):
-        panel.axvline(corner, color=FALLS, linewidth=0.8, linestyle=DASHED)
+        panel.axvline(corner, color=FALL_COLOUR, linewidth=0.8, linestyle=DASHED)
         panel.annotate(
-            f"{corner:g} Hz", (corner, 0.03), xycoords=("data", "axes fraction"), fontsize=7, color=FALLS, rotation=90
+            f"{corner:g} Hz",
+            (corner, 0.03),
+            xycoords=("data", "axes fraction"),
+            fontsize=7,
+            color=FALL_COLOUR,
+            rotation=90,
         )
     _set_logarithmic_axes(panel)
 
@@ -259,12 +269,12 @@ def _draw_husid(panel: "Axes", processed_record: Record, component_names: list[s
         write_note_in_empty_panel(panel, "no motion")
         return
     time = _sample_times(processed_record, start_shift_from_unprocessed(processed_record))
-    for name, colour in zip(component_names, SERIES, strict=False):
+    for name, colour in zip(component_names, SERIES_COLOURS, strict=False):
         energy = np.cumsum(getattr(processed_record, name) ** 2)
         if energy[-1] > 0:
             panel.plot(*min_max_envelope(time, 100.0 * energy / energy[-1]), color=colour, linewidth=1.0, label=name)
     for share in (5, 95):
-        panel.axhline(share, color=MISSING, linewidth=0.5, linestyle=DASHED)
+        panel.axhline(share, color=MISSING_COLOUR, linewidth=0.5, linestyle=DASHED)
     panel.legend(fontsize=7, loc="lower right")
 
 
@@ -276,9 +286,9 @@ def _draw_signal_to_noise_ratio(
     if noise_ratio is None:
         write_note_in_empty_panel(panel, f"no noise of {least_noise_s:g} s\nbefore the onset")
         return
-    for row, (name, colour) in enumerate(zip(component_names, SERIES, strict=False)):
+    for row, (name, colour) in enumerate(zip(component_names, SERIES_COLOURS, strict=False)):
         panel.plot(noise_ratio.frequency, noise_ratio.ratio[row], color=colour, linewidth=1.0, label=name)
-    panel.axhline(SIGNAL_TO_NOISE, color=FALLS, linewidth=0.8, linestyle=DASHED)
+    panel.axhline(MIN_SIGNAL_TO_NOISE_RATIO, color=FALL_COLOUR, linewidth=0.8, linestyle=DASHED)
     _set_logarithmic_axes(panel)
     panel.legend(fontsize=7, loc="best")
 
@@ -294,7 +304,7 @@ def _draw_rotd_spectra(panel: "Axes", rotd_spectra: FloatArray) -> None:
     if not rotd_spectra.any():
         write_note_in_empty_panel(panel, "no horizontal motion")
         return
-    for percentile, spectrum, colour in zip(PERCENTILES, rotd_spectra, SERIES, strict=False):
+    for percentile, spectrum, colour in zip(PERCENTILES, rotd_spectra, SERIES_COLOURS, strict=False):
         panel.plot(RESPONSE_PERIODS, spectrum / GAL, color=colour, linewidth=0.9, label=f"RotD{percentile:02.0f}")
     _set_logarithmic_axes(panel)
     # RotD00 of a motion along one azimuth is 0.
@@ -315,7 +325,7 @@ def _draw_removed_acceleration(
         _sample_times(processed_record, start_shift_from_unprocessed(processed_record)),
     )
     inside = (time >= later[0] - 1e-9) & (time <= later[-1] + 1e-9)
-    for name, colour in zip(component_names, SERIES, strict=False):
+    for name, colour in zip(component_names, SERIES_COLOURS, strict=False):
         before = getattr(unprocessed_record, name)
         away = before[inside] - np.interp(time[inside], later, getattr(processed_record, name))
         away[np.abs(away) < 1e-9 * np.abs(before).max()] = 0.0  # rounding of the interpolation

@@ -12,7 +12,7 @@ from overturning.dem.trajectory import trajectory
 from overturning.figures.boundary import overturning_boundary_figure
 from overturning.figures.drawn_case import IllustrativeCaseWithFigures, write_illustrative_case_list
 from overturning.figures.film_case import film_title_facts
-from overturning.figures.film_of_trajectory import AFTERMATH, film_of_trajectories
+from overturning.figures.film_of_trajectory import SIMULATED_TIME_AFTER_OUTCOME_S, film_of_trajectories
 from overturning.figures.film_strip import film_strip_figure
 from overturning.figures.film_words import film_title_text, panel_heading_of_setting, record_and_event_text
 from overturning.figures.ground import fourier_and_response_spectra_figure, hodograph_figure
@@ -20,11 +20,11 @@ from overturning.figures.response import rotation_slip_and_uplift_figure, tilt_p
 from overturning.figures.style import use_package_matplotlib_settings
 from overturning.figures.write import empty_folder_then_list_new_files, save_figure_files
 from overturning.labels import friction_label
-from overturning.model.falls import model_of_results_cube
+from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import PlanarModel
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
-from overturning.statistics.boundary import largest_falling_b_over_h_by_azimuth
+from overturning.statistics.boundary import overturning_boundaries_by_azimuth
 from overturning.statistics.illustrative import (
     ANY_ELEMENT_FALLS,
     IllustrativeCase,
@@ -109,11 +109,11 @@ def _select_default_element_and_mark_any_fall(cube: "xr.Dataset") -> "xr.Dataset
     return select_outcomes_of_element(cube, element_name_to_show(cube)).assign({ANY_ELEMENT_FALLS: falls})
 
 
-CaseFigure = tuple[str, "Callable[[], Figure]", str, dict[str, float]]
+CaseFigureSpecification = tuple[str, "Callable[[], Figure]", str, dict[str, float]]
 """A figure that accompanies a film: suffix of the file name, function that draws it, alternative text, options for the
 report."""
 
-FIGURES_OF_RECORD = ("boundary", "hodograph")
+FIGURES_SHARED_BY_CASES_OF_RECORD = ("boundary", "hodograph")
 """Figures that are the same for all cases of a 2-D study under one motion."""
 
 
@@ -127,11 +127,11 @@ def _draw_illustrative_case(
     """Simulate one illustrative case again, and draw its film and figures.
 
     `output_stem` is the path of the figures without ``-strip.svg`` and so on. `drawn_files` maps the name of a figure
-    of `FIGURES_OF_RECORD`, record and variant to its file; figures that are already drawn are copied.
+    of `FIGURES_SHARED_BY_CASES_OF_RECORD`, record and variant to its file; figures that are already drawn are copied.
     """
-    study, one = study_of_cube(cube), cube.isel(record=case.record).load()
+    study, one = study_of_cube(cube), cube.isel(record=case.record_index).load()
     record = str(one["record_id"].item())
-    settings = case.settings or (NOMINAL,) * len(case.direction_deg)
+    settings = case.panel_variants or (NOMINAL,) * len(case.direction_deg)
     every = [_motion_of_variant(study, motion_folder, record, name) for name in settings]
     paths = [
         simulate_block_trajectories(study, motion, case.block, [angle], name)[0]
@@ -139,14 +139,15 @@ def _draw_illustrative_case(
     ]
     motion = every[0]
     headings = [
-        panel_heading_of_variant(study, *pair) for pair in zip(case.settings, reversed(case.settings), strict=True)
+        panel_heading_of_variant(study, *pair)
+        for pair in zip(case.panel_variants, reversed(case.panel_variants), strict=True)
     ]
     film = film_of_trajectories(paths, every, _film_title(study, one, case, paths), headings=headings)
     place = record_and_event_text(one)
     title = f"{place}: {block_label(study, case.block)}"
     strip_figure = partial(film_strip_figure, film, titled=False)
-    drawn: list[CaseFigure] = [("strip", strip_figure, "four frames of the film", {})]
-    if model_of_results_cube(one).one_component:
+    drawn: list[CaseFigureSpecification] = [("strip", strip_figure, "four frames of the film", {})]
+    if default_model_for_results_cube(one).is_planar:
         drawn += _figures_for_planar_film(one, paths, motion, (title, place))
     else:
         about = "tilt of the axis towards north and east, and hodographs of the ground"
@@ -158,7 +159,11 @@ def _draw_illustrative_case(
     figures = {}
     for name, draw, alt, options in drawn:
         path = output_stem.with_name(f"{output_stem.name}-{name}.svg")
-        same = drawn_files.setdefault((name, record, settings[0]), path) if name in FIGURES_OF_RECORD else path
+        same = (
+            drawn_files.setdefault((name, record, settings[0]), path)
+            if name in FIGURES_SHARED_BY_CASES_OF_RECORD
+            else path
+        )
         if same == path:
             save_figure_files(draw(), path)
         else:
@@ -177,7 +182,7 @@ def _draw_illustrative_case(
         film=film.player_data(),
         strip=strip,
         strip_alt=str(figures.pop(strip)["alt"]),
-        keys=film.panels[0].keyboard_help_text,
+        keys=film.panels[0].keyboard_help_specific_to_2d_or_3d,
         figures=figures,
     )
 
@@ -221,7 +226,7 @@ def block_label(study: Study, block: dict[str, float]) -> str:
 
 def _figures_for_planar_film(
     record_cube: "xr.Dataset", trajectories: list["xr.Dataset"], motion: Motion, title_and_place: tuple[str, str]
-) -> list[CaseFigure]:
+) -> list[CaseFigureSpecification]:
     """Return the figures shown with a 2-D film: rotation history, overturning boundary, spectra and hodograph.
 
     `title_and_place` are the title of the film, and station and earthquake as text.
@@ -232,7 +237,7 @@ def _figures_for_planar_film(
         azimuths.append((azimuths[0] + 90.0) % 360.0)
 
     def draw_overturning_boundary() -> "Figure":
-        edge = largest_falling_b_over_h_by_azimuth(record_cube).assign_attrs(record_cube.attrs)
+        edge = overturning_boundaries_by_azimuth(record_cube).assign_attrs(record_cube.attrs)
         return overturning_boundary_figure(edge, float(record_cube["b_over_h"].max()), normal, place)
 
     seen = "acceleration, velocity and displacement seen from above"
@@ -277,5 +282,12 @@ def simulate_block_trajectories(
         "friction": isinstance(model, PlanarModel) and not model.scene.has_contact_with_unset_friction,
     }
     given = {name: value for name, value in scaled.items() if not own.get(name)}
-    options: dict[str, Any] = {**given, **vars(numerical_options_of_study(study)), "aftermath": AFTERMATH}
-    return [trajectory(motion, model, **options, **{f"{model.direction}_deg": angle}) for angle in directions_deg]
+    options: dict[str, Any] = {
+        **given,
+        **vars(numerical_options_of_study(study)),
+        "aftermath": SIMULATED_TIME_AFTER_OUTCOME_S,
+    }
+    return [
+        trajectory(motion, model, **options, **{f"{model.direction_dimension_name}_deg": angle})
+        for angle in directions_deg
+    ]

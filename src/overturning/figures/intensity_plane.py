@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from overturning.arrays import FloatArray
 from overturning.figures.style import (
     DASHED,
-    FALLS,
+    FALL_COLOUR,
     INK,
-    SERIES,
-    STANDS,
+    SERIES_COLOURS,
+    STANDS_COLOUR,
     add_title_and_legend,
     create_panel_grid,
     is_drawing_for_phone,
@@ -20,18 +20,18 @@ from overturning.figures.style import (
     set_logarithmic_ticks,
 )
 from overturning.labels import friction_label
-from overturning.model.falls import model_of_results_cube
+from overturning.model.falls import default_model_for_results_cube
 from overturning.statistics.criteria import CRITERIA, west_acceleration_limit
 from overturning.statistics.falls import mean_fall_probability_over_directions
-from overturning.statistics.logistic import LEAST_PGA, LogisticFit
+from overturning.statistics.logistic import ROUNDING_ERROR_PGA, LogisticFit
 from overturning.units import GAL, STANDARD_GRAVITY
 
-LOOKS: Final = (
-    (SERIES[0], DASHED),
+CRITERION_LINE_STYLES: Final = (
+    (SERIES_COLOURS[0], DASHED),
     (INK, (0, (1, 1.2))),
-    (SERIES[3], "solid"),
-    (SERIES[5], (0, (5, 1.2, 1, 1.2))),
-    (SERIES[4], (0, (9, 2))),
+    (SERIES_COLOURS[3], "solid"),
+    (SERIES_COLOURS[5], (0, (5, 1.2, 1, 1.2))),
+    (SERIES_COLOURS[4], (0, (9, 2))),
 )
 """Colour and line style of each of `criteria.CRITERIA`."""
 
@@ -41,18 +41,18 @@ def pga_pgv_over_pga_and_fall_probability(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return PGA (m/s²), PGV/PGA (s) and fall probability of one block, one value per record and azimuth.
 
-    The arrays have shape (n,), without cases of unknown outcome and motions below `LEAST_PGA`.
+    The arrays have shape (n,), without cases of unknown outcome and motions below `ROUNDING_ERROR_PGA`.
     """
     block = cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")
-    planes = model_of_results_cube(cube).fall_probability_and_direction_by_case(block).compute()
+    planes = default_model_for_results_cube(cube).fall_probability_and_direction_by_case(block).compute()
     along = intensity[["pga", "pgv"]].sel(azimuth=planes["azimuth"], method="nearest")
     falls = planes["falls"].transpose("record", "azimuth").to_numpy().ravel()
     pga, pgv = (along[name].transpose("record", "azimuth").to_numpy().ravel() for name in ("pga", "pgv"))
-    known = np.isfinite(falls) & (pga > LEAST_PGA)
+    known = np.isfinite(falls) & (pga > ROUNDING_ERROR_PGA)
     return pga[known], (pgv / np.where(known, pga, 1))[known], falls[known]
 
 
-def _draw_outcomes_by_pga_and_pgv_over_pga(
+def _draw_outcomes_by_pga_and_pgv_ratio(
     axes: Any,
     points: tuple[FloatArray, FloatArray, FloatArray],
     height: float,
@@ -71,14 +71,14 @@ def _draw_outcomes_by_pga_and_pgv_over_pga(
     stands = falls < 0.5
     common = {"s": 9, "linewidth": 0.5, "rasterized": True}
     for chosen, label, look in (
-        (stands, "stands", {"marker": "o", "facecolor": STANDS, "edgecolor": "#555555"}),
-        (~stands, "falls", {"marker": "D", "facecolor": FALLS, "edgecolor": FALLS}),
+        (stands, "stands", {"marker": "o", "facecolor": STANDS_COLOUR, "edgecolor": "#555555"}),
+        (~stands, "falls", {"marker": "D", "facecolor": FALL_COLOUR, "edgecolor": FALL_COLOUR}),
     ):
         axes.scatter(pga[chosen] / GAL, ratio[chosen], label=label, **common, **look)
     x = np.geomspace(low_x, high_x, 200)
     y = np.geomspace(low_y, high_y, 200)
-    for criterion, (color, dashes) in zip(CRITERIA, LOOKS, strict=True) if with_criteria else ():
-        limit = criterion.acceleration(height, b_over_h, y)
+    for criterion, (color, dashes) in zip(CRITERIA, CRITERION_LINE_STYLES, strict=True) if with_criteria else ():
+        limit = criterion.acceleration_limit_function(height, b_over_h, y)
         axes.plot(limit / GAL, y, color=color, linewidth=1.3, linestyle=dashes, label=criterion.name)
     if logistic_fit is not None and abs(logistic_fit.coefficient[2]) > 1e-9:
         # Probability one half: the linear predictor is zero.
@@ -86,7 +86,7 @@ def _draw_outcomes_by_pga_and_pgv_over_pga(
         shape, size = np.nan_to_num(over_shape) * np.log(b_over_h), np.nan_to_num(over_size) * np.log(height)
         with np.errstate(over="ignore"):  # far beyond the figure
             y = np.exp(-(constant + over_west * np.log(x / (STANDARD_GRAVITY * b_over_h)) + shape + size) / over_ratio)
-        axes.plot(x / GAL, y, color=SERIES[2], linewidth=1.6, label=fit_label)
+        axes.plot(x / GAL, y, color=SERIES_COLOURS[2], linewidth=1.6, label=fit_label)
     axes.set(xlim=(low_x / GAL, high_x / GAL), ylim=(low_y, high_y))
     for axis in (axes.xaxis, axes.yaxis):
         set_logarithmic_ticks(axis)
@@ -96,7 +96,7 @@ def _draw_outcomes_by_pga_and_pgv_over_pga(
     axes.set_title(f"B/H = {b_over_h:.3g}, H = {height:g} m", fontsize=9, y=1.0)
 
 
-def outcomes_by_pga_and_pgv_over_pga_figure(
+def outcomes_by_pga_and_pgv_ratio_figure(
     cube: xr.Dataset, intensity: xr.Dataset, logistic_fit: LogisticFit | None, friction: float, size_note: str = ""
 ) -> Figure:
     """Draw outcomes in the plane of PGA and PGV/PGA, for up to three B/H (columns) and two heights (rows).
@@ -123,7 +123,7 @@ def outcomes_by_pga_and_pgv_over_pga_figure(
         for column, b_over_h in enumerate(chosen):
             points = pga_pgv_over_pga_and_fall_probability(cube, intensity, float(height), float(b_over_h), friction)
             block = float(height), float(b_over_h)
-            _draw_outcomes_by_pga_and_pgv_over_pga(
+            _draw_outcomes_by_pga_and_pgv_ratio(
                 panels[row, column], points, *block, logistic_fit, named, with_criteria=not size_note
             )
     title = f"Every plane of every record, {friction_label(cube, friction)}"

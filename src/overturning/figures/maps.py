@@ -13,23 +13,25 @@ from overturning.figures import style
 from overturning.figures.cells import b_over_h_cell_edges, cell_edges, trim_outer_rings_without_falls
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.rose import draw_fall_rose
-from overturning.model.falls import model_of_results_cube
+from overturning.model.falls import default_model_for_results_cube
 from overturning.statistics.earthquakes import azimuth_away_from_epicentre
 from overturning.statistics.roses import fall_rose
 
-_TURN = np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)[:, None]
-COLOURS: Final = ListedColormap(
-    0.56 + 0.26 * np.cos(_TURN) + np.sin(_TURN) * np.array([0.18, 0.04, -0.28])  # light and dark; yellow and blue
+_FULL_CIRCLE_ANGLES_RAD = np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)[:, None]
+AZIMUTH_COLOURMAP: Final = ListedColormap(
+    0.56
+    + 0.26 * np.cos(_FULL_CIRCLE_ANGLES_RAD)
+    + np.sin(_FULL_CIRCLE_ANGLES_RAD) * np.array([0.18, 0.04, -0.28])  # light and dark; yellow and blue
 )
 """Cyclic colours of azimuths: light for north, dark for south, ochre for east, blue for west.
 
 They can be distinguished with red-green colour blindness; arrows show the same azimuths.
 """
 
-MOST_ARROWS: Final = 36
+MAX_ARROWS_PER_AXIS: Final = 36
 """Largest number of arrows along each axis of a map."""
 
-_ARROW_LENGTHS: Final = (1 / 30, 1 / 10)
+_ARROW_LENGTH_SHARE_LIMITS: Final = (1 / 30, 1 / 10)
 """Least and largest length of an arrow, as a share of the width of its map."""
 
 
@@ -42,7 +44,7 @@ def fall_map_by_orientation_figure(cube: xr.Dataset, title: str) -> Figure:
     columns = len(frictions) + 1
     # On a phone the map of one friction and its rose stay next to each other.
     narrow = style.is_drawing_for_phone() and columns == 2
-    figure = style.create_figure(style.NARROW_WIDTH if narrow else 2.2 * columns, 1.95 * len(blocks) + 0.9)
+    figure = style.create_figure(style.PHONE_FIGURE_WIDTH if narrow else 2.2 * columns, 1.95 * len(blocks) + 0.9)
     panels = style.add_panel_grid(figure, len(blocks), columns)
     for row, (height, aspect) in enumerate(blocks):
         for column, friction in enumerate(frictions):
@@ -62,13 +64,13 @@ def fall_map_by_orientation_figure(cube: xr.Dataset, title: str) -> Figure:
     around.set_ylim(0.0, 1.22 * top)
     ring, rim = np.linspace(0.0, 2.0 * np.pi, 73), [1.08 * top, 1.22 * top]
     hues = ((ring[:-1] + ring[1:]) / 2)[None, :]
-    around.pcolormesh(ring, rim, hues, cmap=COLOURS, vmin=0, vmax=2 * np.pi, rasterized=True)
+    around.pcolormesh(ring, rim, hues, cmap=AZIMUTH_COLOURMAP, vmin=0, vmax=2 * np.pi, rasterized=True)
     style.mark_fault_normal(around, float(cube["fault_normal"]))
     style.mark_direction_away_from_epicentre(around, float(azimuth_away_from_epicentre(cube)))
     around.set_title("falls of these maps", fontsize=8, pad=3)
-    marks = [style.legend_patch(style.STANDS, "stands")]
+    marks = [style.legend_patch(style.STANDS_COLOUR, "stands")]
     if bool(cube["overturned"].isnull().any()):
-        marks.append(style.legend_patch(style.MISSING, "no outcome"))
+        marks.append(style.legend_patch(style.MISSING_COLOUR, "no outcome"))
     style.add_title_and_legend(
         figure, f"{title}\ncolour and arrow: azimuth of the fall, north up", around, 3, first_marks=marks
     )
@@ -81,16 +83,18 @@ def _draw_falls_by_orientation(axes: Any, block_cells: xr.Dataset) -> None:
     azimuth = np.radians(block_cells["fall_azimuth"].transpose("b_over_h", "orientation").to_numpy().astype(np.float64))
     missing = block_cells["overturned"].isnull().transpose("b_over_h", "orientation").to_numpy()
     edges = cell_edges(x) if x.size > 1 else x[0] + np.array([-2.5, 2.5]), b_over_h_cell_edges(y)
-    axes.set_facecolor(style.STANDS)
-    axes.pcolormesh(*edges, np.ma.masked_invalid(azimuth), cmap=COLOURS, vmin=0.0, vmax=2.0 * np.pi, rasterized=True)
+    axes.set_facecolor(style.STANDS_COLOUR)
+    axes.pcolormesh(
+        *edges, np.ma.masked_invalid(azimuth), cmap=AZIMUTH_COLOURMAP, vmin=0.0, vmax=2.0 * np.pi, rasterized=True
+    )
     if missing.any():
         axes.pcolormesh(
-            *edges, np.ma.masked_where(~missing, missing), cmap=ListedColormap([style.MISSING]), rasterized=True
+            *edges, np.ma.masked_where(~missing, missing), cmap=ListedColormap([style.MISSING_COLOUR]), rasterized=True
         )
     across, up = np.meshgrid(x, y)
     # On a fine grid draw only every second (third, …) arrow: more could not be distinguished.
     fell = np.zeros(azimuth.shape, bool)
-    thin = tuple(slice(None, None, -(-count // MOST_ARROWS)) for count in azimuth.shape)
+    thin = tuple(slice(None, None, -(-count // MAX_ARROWS_PER_AXIS)) for count in azimuth.shape)
     fell[thin] = np.isfinite(azimuth)[thin]
     shown = azimuth[fell]
     axes.quiver(
@@ -105,7 +109,9 @@ def _draw_falls_by_orientation(axes: Any, block_cells: xr.Dataset) -> None:
 def _fall_arrow_length_share(orientation_edges: FloatArray, b_over_h_edges: FloatArray) -> float:
     """Return the length of the fall arrows of a map, as a share of the map width, so that they fit into its cells."""
     across, up = (float(np.diff(edges).min() / np.ptp(edges)) for edges in (orientation_edges, b_over_h_edges))
-    return float(np.clip(min(0.6 * across, 0.45 * up), *_ARROW_LENGTHS))  # a map is about 3/4 as high as wide
+    return float(
+        np.clip(min(0.6 * across, 0.45 * up), *_ARROW_LENGTH_SHARE_LIMITS)
+    )  # a map is about 3/4 as high as wide
 
 
 def fall_map_figure(cube: xr.Dataset, title: str, peak_velocity_by_azimuth: xr.DataArray | None = None) -> Figure:
@@ -113,6 +119,6 @@ def fall_map_figure(cube: xr.Dataset, title: str, peak_velocity_by_azimuth: xr.D
 
     `peak_velocity_by_azimuth` by azimuth, m/s, is drawn on a map by azimuth.
     """
-    if model_of_results_cube(cube).one_component:
+    if default_model_for_results_cube(cube).is_planar:
         return fall_map_by_azimuth_figure(cube, title, [peak_velocity_by_azimuth])
     return fall_map_by_orientation_figure(cube, title)

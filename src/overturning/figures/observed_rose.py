@@ -10,11 +10,11 @@ from matplotlib.lines import Line2D
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import (
-    FALLS,
+    FALL_COLOUR,
     INK,
-    NARROW_WIDTH,
     PAGE_WIDTH,
-    SERIES,
+    PHONE_FIGURE_WIDTH,
+    SERIES_COLOURS,
     add_title_and_legend,
     create_figure,
     is_drawing_for_phone,
@@ -26,11 +26,21 @@ from overturning.figures.style import (
 
 ROSES_IN_A_ROW: Final = 3
 
-_COUNTS: Final = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
-_RIM: Final = 1.07
+_CANDIDATE_RADIUS_LABEL_COUNTS: Final = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
+_MEAN_MARK_RADIUS_FACTOR: Final = 1.07
 """Radius of the marks of means, in units of the radius of the rose."""
-_DIRECTION: Final[dict[str, Any]] = {"color": INK, "linewidth": 1.6, "solid_capstyle": "butt", "clip_on": False}
-_AXIS: Final[dict[str, Any]] = {"color": SERIES[0], "linewidth": 2.2, "solid_capstyle": "butt", "clip_on": False}
+_MEAN_DIRECTION_LINE_STYLE: Final[dict[str, Any]] = {
+    "color": INK,
+    "linewidth": 1.6,
+    "solid_capstyle": "butt",
+    "clip_on": False,
+}
+_MEAN_AXIS_LINE_STYLE: Final[dict[str, Any]] = {
+    "color": SERIES_COLOURS[0],
+    "linewidth": 2.2,
+    "solid_capstyle": "butt",
+    "clip_on": False,
+}
 
 
 _LETTER_INCHES: Final = 0.08
@@ -47,7 +57,7 @@ class ObservedFallRose:
         Name above the rose; "" for none.
     falls_by_sector : ndarray, shape (8,) or (16,)
         Number of falls towards each sector, clockwise; the first is centred on north.
-    direction_deg, axis_deg : float or None
+    mean_direction_deg, mean_axis_deg : float or None
         Mean direction and mean axis, degrees clockwise from north; None if there is none.
     direction_half_width_deg, axis_half_width_deg : float or None
         Half the widths of their 95 % intervals; None if there are none.
@@ -55,9 +65,9 @@ class ObservedFallRose:
 
     name: str
     falls_by_sector: FloatArray
-    direction_deg: float | None = None
+    mean_direction_deg: float | None = None
     direction_half_width_deg: float | None = None
-    axis_deg: float | None = None
+    mean_axis_deg: float | None = None
     axis_half_width_deg: float | None = None
 
 
@@ -66,7 +76,7 @@ def observed_fall_roses_figure(roses: Sequence[ObservedFallRose]) -> Figure:
     count = len(roses)
     columns = 1 if is_drawing_for_phone() else min(count, ROSES_IN_A_ROW)
     rows = -(-count // columns)
-    width = NARROW_WIDTH if columns == 1 else PAGE_WIDTH
+    width = PHONE_FIGURE_WIDTH if columns == 1 else PAGE_WIDTH
     figure = create_figure(width, (width / columns + 0.35) * rows + 0.75)
     places = figure.add_gridspec(rows, columns)
     for number, rose in enumerate(roses):
@@ -75,11 +85,11 @@ def observed_fall_roses_figure(roses: Sequence[ObservedFallRose]) -> Figure:
         if rose.name:
             title = "\n".join(wrap_name_into_lines(rose.name, int(width / columns / _LETTER_INCHES)))
             axes.set_title(title, fontsize=8.5, pad=16, parse_math=False)
-    marks: list[Any] = [legend_patch(FALLS, "observed falls (area: number)")]
-    if any(rose.direction_deg is not None for rose in roses):
+    marks: list[Any] = [legend_patch(FALL_COLOUR, "observed falls (area: number)")]
+    if any(rose.mean_direction_deg is not None for rose in roses):
         marks.append(Line2D([], [], **_mean_direction_marker(0.0), label="mean direction, 95 % interval"))
-    if any(rose.axis_deg is not None for rose in roses):
-        marks.append(Line2D([], [], **_AXIS, label="mean axis, 95 % interval"))
+    if any(rose.mean_axis_deg is not None for rose in roses):
+        marks.append(Line2D([], [], **_MEAN_AXIS_LINE_STYLE, label="mean axis, 95 % interval"))
     add_title_and_legend(figure, "", None, 1 if columns == 1 else 2, first_marks=marks)
     return figure
 
@@ -91,21 +101,39 @@ def _draw_observed_fall_rose(axes: Any, rose: ObservedFallRose) -> None:
     radius, width = np.sqrt(counts), 2.0 * np.pi / counts.size
     top = 1.03 * max(1.0, float(radius.max()))
     axes.bar(
-        np.arange(counts.size) * width, radius, width=width, color=FALLS, edgecolor="white", linewidth=0.5, zorder=2.5
+        np.arange(counts.size) * width,
+        radius,
+        width=width,
+        color=FALL_COLOUR,
+        edgecolor="white",
+        linewidth=0.5,
+        zorder=2.5,
     )
     if not counts.any():
         axes.text(0.0, 0.0, "no fall in a\nknown direction", fontsize=8, ha="center", va="center")
-    shown = [n for n in _COUNTS if 0.45 * top < np.sqrt(n) <= 0.97 * top][-1:] or [1]
+    shown = [n for n in _CANDIDATE_RADIUS_LABEL_COUNTS if 0.45 * top < np.sqrt(n) <= 0.97 * top][-1:] or [1]
     set_radius_ticks(axes, top, {float(np.sqrt(n)): str(n) for n in shown}, zorder=5)
     axes.set_rlabel_position(_sector_border_with_fewest_falls_deg(counts))
-    if rose.axis_deg is not None:
-        for end in (rose.axis_deg, rose.axis_deg + 180.0):
-            axes.plot(np.radians([end, end]), [top, _RIM * top], **_AXIS)
-            _draw_mean_direction_interval(axes, end, rose.axis_half_width_deg, 1.035 * top, _AXIS)
-    if rose.direction_deg is not None:
-        at = np.radians(rose.direction_deg)
-        axes.plot(at, _RIM * top, **_mean_direction_marker(rose.direction_deg), clip_on=False, zorder=6)
-        _draw_mean_direction_interval(axes, rose.direction_deg, rose.direction_half_width_deg, _RIM * top, _DIRECTION)
+    if rose.mean_axis_deg is not None:
+        for end in (rose.mean_axis_deg, rose.mean_axis_deg + 180.0):
+            axes.plot(np.radians([end, end]), [top, _MEAN_MARK_RADIUS_FACTOR * top], **_MEAN_AXIS_LINE_STYLE)
+            _draw_mean_direction_interval(axes, end, rose.axis_half_width_deg, 1.035 * top, _MEAN_AXIS_LINE_STYLE)
+    if rose.mean_direction_deg is not None:
+        at = np.radians(rose.mean_direction_deg)
+        axes.plot(
+            at,
+            _MEAN_MARK_RADIUS_FACTOR * top,
+            **_mean_direction_marker(rose.mean_direction_deg),
+            clip_on=False,
+            zorder=6,
+        )
+        _draw_mean_direction_interval(
+            axes,
+            rose.mean_direction_deg,
+            rose.direction_half_width_deg,
+            _MEAN_MARK_RADIUS_FACTOR * top,
+            _MEAN_DIRECTION_LINE_STYLE,
+        )
     axes.set_ylim(0.0, top)
 
 

@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from overturning.figures.film import Film
-from overturning.figures.film_words import KEYS
+from overturning.figures.film_words import KEYBOARD_HELP_TEXT
 from overturning.files import write_text
 from overturning.translation.texts import ENGLISH, current_language, translate, translate_nested_texts
 
@@ -81,7 +81,7 @@ def film_page_html(film: Film) -> str:
     about = {
         "title": translate(film.title),
         "player": player,
-        "keys": [translate(one) for one in (KEYS, film.panels[0].keyboard_help_text)],
+        "keys": [translate(one) for one in (KEYBOARD_HELP_TEXT, film.panels[0].keyboard_help_specific_to_2d_or_3d)],
         "language": current_language(),
     }
     return render_page_template("film.html.j2", read_template_text("player.css"), film_player_script(), {}, **about)

@@ -17,15 +17,15 @@ from overturning.arrays import FloatArray
 from overturning.figures import style
 from overturning.figures.cells import (
     azimuth_cell_edges_rad,
+    azimuths_with_known_outcome_deg,
     b_over_h_cell_edges,
     count_b_over_h_rings_to_draw,
     extend_azimuths_to_full_circle,
     isolated_curve_point_indices,
     panel_row_and_column_counts,
-    simulated_azimuths_deg,
     symmetric_polar_curve,
 )
-from overturning.figures.compass import COLOUR_BAR, create_compass_grid, slenderness_ring_labels
+from overturning.figures.compass import COLOUR_BAR_AXES_LABEL, create_compass_grid, slenderness_ring_labels
 from overturning.figures.film_words import record_and_event_text
 from overturning.labels import friction_label
 from overturning.model.planes import fall_probabilities_towards_and_away
@@ -33,27 +33,31 @@ from overturning.motion.direction import angle_between_azimuths
 from overturning.statistics.earthquakes import azimuth_away_from_epicentre
 from overturning.units import CM
 
-PANEL: Final = {1: 4.1, 2: 3.0, 3: 2.15}
+PANEL_WIDTH_BY_COLUMN_COUNT: Final = {1: 4.1, 2: 3.0, 3: 2.15}
 """Width of a panel, inches, by the number of panels in a row, so that a full row fills the page."""
 
-LETTER: Final = 0.075
+TITLE_LETTER_WIDTH_INCHES: Final = 0.075
 """Width of a letter of a panel's title, inches."""
 
-STEP_DEG: Final = 2.0
+MAX_DRAWN_CELL_WIDTH_DEG: Final = 2.0
 """Largest width of a drawn cell, degrees: wider cells are split, so that their edges look like arcs, not chords."""
 
-PROBABILITY: Final = LinearSegmentedColormap.from_list("probability", style.PROBABILITY)
+PROBABILITY_COLOURMAP: Final = LinearSegmentedColormap.from_list("probability", style.PROBABILITY_COLOUR_STOPS)
 """Colours of the probability of falling towards an azimuth, 0 to 1, with monotonically decreasing lightness."""
 
-HALF: Final = 0.5
+OUTLINED_FALL_PROBABILITY: Final = 0.5
 """Share of runs that fall, to either side, along the black line."""
 
-_HALF_LINE: Final[dict[str, Any]] = {"color": "black", "linewidth": 1.2, "solid_capstyle": "projecting"}
-_PEAK_LINE: Final[dict[str, Any]] = {"color": style.SERIES[2], "linewidth": 0.9}
-_EDGE: Final = "#777777"
-_THIN: Final[dict[str, Any]] = {"linewidth": 0.5, "zorder": 2.4}
-_STANDS: Final = {"facecolor": style.STANDS, "edgecolor": style.HATCH_COLOUR, "hatch": "/////"}
-_NO_OUTCOME: Final = {"facecolor": style.MISSING, "edgecolor": "white", "hatch": "xxxx"}
+_HALF_PROBABILITY_LINE_STYLE: Final[dict[str, Any]] = {
+    "color": "black",
+    "linewidth": 1.2,
+    "solid_capstyle": "projecting",
+}
+_PEAK_VELOCITY_LINE_STYLE: Final[dict[str, Any]] = {"color": style.SERIES_COLOURS[2], "linewidth": 0.9}
+_SIMULATED_AREA_EDGE_COLOUR: Final = "#777777"
+_SIMULATED_AREA_EDGE_STYLE: Final[dict[str, Any]] = {"linewidth": 0.5, "zorder": 2.4}
+_STANDS_PATCH_STYLE: Final = {"facecolor": style.STANDS_COLOUR, "edgecolor": style.HATCH_COLOUR, "hatch": "/////"}
+_NO_OUTCOME_PATCH_STYLE: Final = {"facecolor": style.MISSING_COLOUR, "edgecolor": "white", "hatch": "xxxx"}
 
 
 @dataclass(frozen=True)
@@ -62,23 +66,23 @@ class PolarMapPanel:
 
     Attributes
     ----------
-    names : tuple of str
+    record_friction_and_height_labels : tuple of str
         Record, friction and height.
     cells : Dataset
         Over the full circle, (b_over_h, azimuth): ``towards`` and ``away``, the probabilities of falling towards the
         azimuth and the opposite one, and ``stands``, True if neither the case nor any of its runs falls.
-    simulated : ndarray of bool
+    is_azimuth_simulated : ndarray of bool
         Azimuths of the cells that were simulated; others fill gaps.
-    marks_deg : tuple of float
+    fault_normal_and_radial_deg : tuple of float
         Azimuths of the fault normal, and away from the epicentre; NaN if unknown.
     peak_velocity : DataArray or None
         Peak velocity by azimuth, m/s.
     """
 
-    names: tuple[str, str, str]
+    record_friction_and_height_labels: tuple[str, str, str]
     cells: xr.Dataset
-    simulated: NDArray[np.bool_]
-    marks_deg: tuple[float, float]
+    is_azimuth_simulated: NDArray[np.bool_]
+    fault_normal_and_radial_deg: tuple[float, float]
     peak_velocity: xr.DataArray | None
 
     @property
@@ -112,26 +116,35 @@ def fall_map_by_azimuth_figure(
     panels = _create_polar_map_panels(records, peak_velocities_by_azimuth)
     outer = len(records) if len(records) > 1 else records[0].sizes["height"]
     rows, columns = panel_row_and_column_counts(outer, len(panels) // outer)
-    size = max(PANEL[columns] * columns + 0.2, 4.3), (PANEL[columns] + 0.1) * rows + (1.85 if columns == 1 else 1.5)
+    size = (
+        max(PANEL_WIDTH_BY_COLUMN_COUNT[columns] * columns + 0.2, 4.3),
+        (PANEL_WIDTH_BY_COLUMN_COUNT[columns] + 0.1) * rows + (1.85 if columns == 1 else 1.5),
+    )
     figure, grid = create_compass_grid(rows, columns, *size, visible_count=len(panels))
     top = max(float(panel.b_over_h_edges[-1]) for panel in panels)
     rim = round_up_velocity_at_map_rim(
         max((float(one.peak_velocity.max()) for one in panels if one.peak_velocity is not None), default=0)
     )
-    shared = [len({panel.names[place] for panel in panels}) == 1 for place in range(3)]
+    shared = [len({panel.record_friction_and_height_labels[place] for panel in panels}) == 1 for place in range(3)]
     used = grid.ravel()[: len(panels)].tolist()
     for axes, panel in zip(used, panels, strict=True):
-        own = [name for name, same in zip(panel.names, shared, strict=True) if name and not same]
+        own = [
+            name
+            for name, same in zip(panel.record_friction_and_height_labels, shared, strict=True)
+            if name and not same
+        ]
         mesh = _draw_polar_map(axes, panel, top, rim)
-        axes.write_title(_panel_title(own, int(PANEL[columns] / LETTER)))
+        axes.write_title(_panel_title(own, int(PANEL_WIDTH_BY_COLUMN_COUNT[columns] / TITLE_LETTER_WIDTH_INCHES)))
     write_radius_meaning_with_arrow(used[0], "stouter")
     spread = any("probability_towards" in one and bool(one["probability_towards"].notnull().any()) for one in records)
     if spread:
-        below = figure.add_axes((0.2, 0.1, 0.6, 0.02), label=COLOUR_BAR)  # the layout moves it
+        below = figure.add_axes((0.2, 0.1, 0.6, 0.02), label=COLOUR_BAR_AXES_LABEL)  # the layout moves it
         bar = figure.colorbar(mesh, cax=below, orientation="horizontal")
         bar.set_label("probability of falling towards this azimuth", fontsize=8)
         bar.ax.tick_params(labelsize=8)
-    common = ", ".join(name for name, same in zip(panels[0].names, shared, strict=True) if name and same)
+    common = ", ".join(
+        name for name, same in zip(panels[0].record_friction_and_height_labels, shared, strict=True) if name and same
+    )
     # A line that is broken at its end could not be translated.
     heading = ("\n" if style.is_drawing_for_phone() else "; ").join(filter(None, [common, "radius: slenderness B/H"]))
     style.add_title_and_legend(
@@ -174,7 +187,7 @@ def _create_polar_map_panels(
         record_cubes, chance, either, falls, [*peak_velocities_by_azimuth, *len(record_cubes) * [None]], strict=False
     ):
         shown = one.assign(stands=(any_run == 0) & ~(fell > 0)).isel(b_over_h=slice(None, rings))
-        simulated = np.isin(shown["azimuth"].to_numpy(), simulated_azimuths_deg(cube))
+        simulated = np.isin(shown["azimuth"].to_numpy(), azimuths_with_known_outcome_deg(cube))
         marks = (
             float(cube["fault_normal"]) if "fault_normal" in cube.variables else np.nan,
             float(azimuth_away_from_epicentre(cube)),
@@ -199,33 +212,35 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
     axes.draw_compass(
         largest_b_over_h,
         slenderness_ring_labels(largest_b_over_h, float(radius.mean())),
-        azimuth_for_radius_labels(cells, *panel.marks_deg),
-        has_marks=bool(np.isfinite(panel.marks_deg[0])),
+        azimuth_for_radius_labels(cells, *panel.fault_normal_and_radial_deg),
+        has_marks=bool(np.isfinite(panel.fault_normal_and_radial_deg[0])),
         labels_in_front=True,
     )
     edges = azimuth_cell_edges_rad(cells["azimuth"].to_numpy().astype(np.float64))
-    parts = int(np.ceil(np.degrees(np.diff(edges).max()) / STEP_DEG))
+    parts = int(np.ceil(np.degrees(np.diff(edges).max()) / MAX_DRAWN_CELL_WIDTH_DEG))
     theta = np.append((edges[:-1, None] + np.diff(edges)[:, None] * np.arange(parts) / parts).ravel(), edges[-1])
-    _draw_simulated_area(axes, edges, radius, panel.simulated)
+    _draw_simulated_area(axes, edges, radius, panel.is_azimuth_simulated)
     towards, stands = (cells[name].to_numpy() for name in ("towards", "stands"))
     hidden = np.repeat(stands | np.isnan(towards), parts, axis=1)
     values = np.ma.masked_where(hidden, np.repeat(towards, parts, axis=1))
     look: dict[str, Any] = {"rasterized": True, "shading": "flat", "zorder": 1.2}
-    mesh = axes.pcolormesh(theta, radius, values, cmap=PROBABILITY, vmin=0.0, vmax=1.0, **look)
-    for ring, missing in enumerate(np.isnan(towards) & panel.simulated):
+    mesh = axes.pcolormesh(theta, radius, values, cmap=PROBABILITY_COLOURMAP, vmin=0.0, vmax=1.0, **look)
+    for ring, missing in enumerate(np.isnan(towards) & panel.is_azimuth_simulated):
         for start, width in start_and_width_of_selected_cell_ranges(missing, edges):
-            look = {"bottom": radius[ring], "align": "edge", "linewidth": 0.0, "zorder": 1.4, **_NO_OUTCOME}
+            look = {"bottom": radius[ring], "align": "edge", "linewidth": 0.0, "zorder": 1.4, **_NO_OUTCOME_PATCH_STYLE}
             axes.bar(start, radius[ring + 1] - radius[ring], width, **look)
     axes.plot(
-        *half_probability_line(towards + cells["away"].to_numpy(), edges, radius, parts), **_HALF_LINE, zorder=2.5
+        *half_probability_line(towards + cells["away"].to_numpy(), edges, radius, parts),
+        **_HALF_PROBABILITY_LINE_STYLE,
+        zorder=2.5,
     )
     if panel.peak_velocity is not None and rim_velocity:
         angles = panel.peak_velocity["azimuth"].to_numpy().astype(np.float64)
         theta, peaks = symmetric_polar_curve(angles, panel.peak_velocity.to_numpy() * largest_b_over_h / rim_velocity)
         casing = [withStroke(linewidth=2.4, foreground="white"), Normal()]
         points = {"marker": ".", "markevery": isolated_curve_point_indices(peaks)}
-        axes.plot(theta, peaks, **_PEAK_LINE, **points, zorder=2.6, path_effects=casing)
-    normal, radial = panel.marks_deg
+        axes.plot(theta, peaks, **_PEAK_VELOCITY_LINE_STYLE, **points, zorder=2.6, path_effects=casing)
+    normal, radial = panel.fault_normal_and_radial_deg
     style.mark_fault_normal(axes, normal)
     style.mark_direction_away_from_epicentre(axes, radial)
     return mesh
@@ -237,15 +252,25 @@ def _draw_simulated_area(
     """Hatch and outline the simulated range of azimuth and B/H; cells with falls are drawn over the hatching."""
     size: dict[str, Any] = {"bottom": b_over_h_edges[0], "align": "edge"}
     for start, width in start_and_width_of_selected_cell_ranges(is_simulated, azimuth_edges_rad):
-        axes.bar(start, b_over_h_edges[-1] - b_over_h_edges[0], width, linewidth=0.0, zorder=1, **size, **_STANDS)
+        axes.bar(
+            start, b_over_h_edges[-1] - b_over_h_edges[0], width, linewidth=0.0, zorder=1, **size, **_STANDS_PATCH_STYLE
+        )
         if width < 2.0 * np.pi:
             axes.bar(
-                start, b_over_h_edges[-1] - b_over_h_edges[0], width, facecolor="none", edgecolor=_EDGE, **_THIN, **size
+                start,
+                b_over_h_edges[-1] - b_over_h_edges[0],
+                width,
+                facecolor="none",
+                edgecolor=_SIMULATED_AREA_EDGE_COLOUR,
+                **_SIMULATED_AREA_EDGE_STYLE,
+                **size,
             )
             continue
         around = np.linspace(0.0, 2.0 * np.pi, 181)
         for edge in b_over_h_edges[[0, -1]]:
-            axes.plot(around, np.full(around.size, edge), color=_EDGE, **_THIN)
+            axes.plot(
+                around, np.full(around.size, edge), color=_SIMULATED_AREA_EDGE_COLOUR, **_SIMULATED_AREA_EDGE_STYLE
+            )
 
 
 def start_and_width_of_selected_cell_ranges(
@@ -285,7 +310,7 @@ def half_probability_line(
     tuple of ndarray
         Angles (radians) and radii of the outline's points, with NaN between pieces.
     """
-    inside, known = fall_probability >= HALF, ~np.isnan(fall_probability)
+    inside, known = fall_probability >= OUTLINED_FALL_PROBABILITY, ~np.isnan(fall_probability)
     angles, radii = list[FloatArray](), list[FloatArray]()
     pause = np.array([np.nan])
     for ring, cell in np.argwhere((inside[1:] != inside[:-1]) & known[1:] & known[:-1]):
@@ -341,20 +366,24 @@ def write_radius_meaning_with_arrow(axes: Any, meaning: str, font_size: float = 
 def _polar_map_legend_marks(panels: Sequence[PolarMapPanel], with_ensemble: bool, rim_velocity: float) -> list[Any]:
     """Return the legend entries of everything that is drawn in at least one polar map."""
     if with_ensemble:
-        marks = [style.legend_patch(_STANDS, "no run falls, to either side")]
-        marks.append(Line2D([], [], **_HALF_LINE, label="half of the runs fall, to either side"))
+        marks = [style.legend_patch(_STANDS_PATCH_STYLE, "no run falls, to either side")]
+        marks.append(Line2D([], [], **_HALF_PROBABILITY_LINE_STYLE, label="half of the runs fall, to either side"))
     else:
-        marks = [style.legend_patch(PROBABILITY(1.0), "falls towards this azimuth")]
+        marks = [style.legend_patch(PROBABILITY_COLOURMAP(1.0), "falls towards this azimuth")]
         marks += [
-            style.legend_patch(PROBABILITY(0.0), "falls to the other side"),
-            style.legend_patch(_STANDS, "stands"),
+            style.legend_patch(PROBABILITY_COLOURMAP(0.0), "falls to the other side"),
+            style.legend_patch(_STANDS_PATCH_STYLE, "stands"),
         ]
-    if any(bool((panel.cells["towards"].isnull() & panel.simulated).any()) for panel in panels):
-        marks.append(style.legend_patch(_NO_OUTCOME, "no outcome"))
+    if any(bool((panel.cells["towards"].isnull() & panel.is_azimuth_simulated).any()) for panel in panels):
+        marks.append(style.legend_patch(_NO_OUTCOME_PATCH_STYLE, "no outcome"))
     if (inner := min(float(panel.b_over_h_edges[0]) for panel in panels)) > 0:
         marks.append(style.legend_patch("none", f"not computed (B/H below {inner:.3g})"))
-    if not all(panel.simulated.all() for panel in panels):
+    if not all(panel.is_azimuth_simulated.all() for panel in panels):
         marks.append(style.legend_patch("none", "not computed (azimuths outside the outline)"))
     if rim_velocity:
-        marks.append(Line2D([], [], **_PEAK_LINE, label=f"peak velocity by azimuth (rim: {rim_velocity / CM:g} cm/s)"))
+        marks.append(
+            Line2D(
+                [], [], **_PEAK_VELOCITY_LINE_STYLE, label=f"peak velocity by azimuth (rim: {rim_velocity / CM:g} cm/s)"
+            )
+        )
     return marks

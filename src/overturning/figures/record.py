@@ -9,7 +9,7 @@ from overturning.figures.film_words import station_and_event_text
 from overturning.figures.ground import pga_and_pgv_by_azimuth_figure
 from overturning.figures.maps import fall_map_figure
 from overturning.figures.style import use_package_matplotlib_settings
-from overturning.figures.write import Write
+from overturning.figures.write import FigureWriter
 from overturning.model.scene import gravestone
 from overturning.study.cube import (
     default_height_and_friction_of_figures,
@@ -24,7 +24,7 @@ def draw_record_figures(
     cube_path: Path,
     intensity_path: Path,
     output_folder: Path,
-    write_figure_files: Write,
+    write_figure_files: FigureWriter,
     record_indices: Iterable[int] | None = None,
 ) -> None:
     """Draw and write the figures of each record in a results cube.

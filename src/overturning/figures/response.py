@@ -15,15 +15,15 @@ from overturning.figures.ground import draw_hodographs
 from overturning.motion.motion import Motion
 from overturning.units import CM, GAL
 
-ROWS = ("base acceleration, Gal", "rotation, °", "slip of the base, cm", "uplift, cm")
+ROW_LABELS_SINGLE_ELEMENT = ("base acceleration, Gal", "rotation, °", "slip of the base, cm", "uplift, cm")
 
-ROWS_SEVERAL_ELEMENTS = (*ROWS[:2], "slip over ground, cm", "uplift over ground, cm")
+ROW_LABELS_SEVERAL_ELEMENTS = (*ROW_LABELS_SINGLE_ELEMENT[:2], "slip over ground, cm", "uplift over ground, cm")
 """Labels for several elements: their motion is relative to the ground, since an element moves with those below it."""
 
-_STILL = 1e-6
+_MAX_RESPONSE_AT_REST = 1e-6
 """Largest rotation, degrees, and displacement, cm, that are rounding errors of a stone at rest."""
 
-LIMIT_FACTOR = 3.0
+MAX_CRITICAL_ANGLE_OVER_ROTATION = 3.0
 """The critical angle is drawn if it is at most this multiple of the largest rotation; otherwise the scale would
 hide the rotations."""
 
@@ -49,26 +49,34 @@ def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: s
     Each free element has a curve, with a legend if there are several, and a dashed line at its critical angle.
     """
     width = max(min(3.3 * len(trajectories), style.PAGE_WIDTH), 4.4, 2.0 * len(trajectories))
-    figure, rows = style.create_panel_grid(len(ROWS), len(trajectories), width, 6.6, sharex=True, sharey="row")
+    figure, rows = style.create_panel_grid(
+        len(ROW_LABELS_SINGLE_ELEMENT), len(trajectories), width, 6.6, sharex=True, sharey="row"
+    )
     start, end = film_start_and_end_times(trajectories)
     largest = max(
         float(np.abs(np.degrees(trajectory_of_free_elements(trajectory)["rotation"])).max())
         for trajectory in trajectories
     )
     several = trajectory_of_free_elements(trajectories[0]).sizes["element"] > 1
-    names = ROWS_SEVERAL_ELEMENTS if several else ROWS
+    names = ROW_LABELS_SEVERAL_ELEMENTS if several else ROW_LABELS_SINGLE_ELEMENT
     for column, trajectory in enumerate(trajectories):
         time, upper = trajectory["time"].to_numpy(), rows[0, column]
         upper.plot(time, trajectory["ground_acceleration"].to_numpy() / GAL, color="#555555", linewidth=0.8)
         for number, name in enumerate(trajectory_of_free_elements(trajectory)["element"].to_numpy()):
             one, look = (
                 trajectory.sel(element=name),
-                {"color": style.SERIES[number % len(style.SERIES)], "linewidth": 1.0},
+                {"color": style.SERIES_COLOURS[number % len(style.SERIES_COLOURS)], "linewidth": 1.0},
             )
             for axes, values in zip(rows[1:, column], element_rotation_slip_and_uplift(one), strict=True):
-                axes.plot(time, values, label=str(name), linestyle=style.DASHES[number % len(style.DASHES)], **look)
+                axes.plot(
+                    time,
+                    values,
+                    label=str(name),
+                    linestyle=style.SERIES_LINE_STYLES[number % len(style.SERIES_LINE_STYLES)],
+                    **look,
+                )
             alpha = float(np.degrees(one["critical_angle"]))
-            if alpha <= LIMIT_FACTOR * largest:
+            if alpha <= MAX_CRITICAL_ANGLE_OVER_ROTATION * largest:
                 for sign in (1, -1):
                     rows[1, column].axhline(sign * alpha, linestyle=style.DASHED, **(look | {"linewidth": 0.7}))
                 position = {"xycoords": ("axes fraction", "data"), "va": "bottom", "fontsize": 8}
@@ -77,7 +85,9 @@ def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: s
         for row, axes in enumerate(rows[:, column]):
             axes.axhline(0, color="#c8c8c8", linewidth=0.5, zorder=0)
             axes.locator_params(axis="y", nbins=5)
-            style.label_axes(axes, "time, s" if row == len(ROWS) - 1 else "", names[row] if column == 0 else "")
+            style.label_axes(
+                axes, "time, s" if row == len(ROW_LABELS_SINGLE_ELEMENT) - 1 else "", names[row] if column == 0 else ""
+            )
         heading = style.compass_bearing_text(trajectory.attrs["azimuth_deg"])
         upper.set_title(
             fill(
@@ -88,7 +98,7 @@ def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: s
             parse_math=False,
         )
     for row in rows[1:]:  # at rest nothing but rounding errors would be drawn, on a scale of 1e-17
-        if max(float(np.abs(line.get_ydata()).max()) for axes in row for line in axes.lines) < _STILL:
+        if max(float(np.abs(line.get_ydata()).max()) for axes in row for line in axes.lines) < _MAX_RESPONSE_AT_REST:
             row[0].set_ylim(-1.0, 1.0)
     # End the time axis with the longest trajectory.
     last = min(end + 1.5, max(float(trajectory["time"][-1]) for trajectory in trajectories))
@@ -151,7 +161,7 @@ def tilt_path_and_hodographs_figure(trajectory: xr.Dataset, motion: Motion, titl
         if radius < largest:
             turn = np.linspace(0.0, 2.0 * np.pi, 181)
             axes.plot(radius * np.cos(turn), radius * np.sin(turn), dash, color=style.INK, linewidth=0.8, label=name)
-    axes.plot(x, y, color=style.SERIES[0], linewidth=0.8, label="axis of the body")
+    axes.plot(x, y, color=style.SERIES_COLOURS[0], linewidth=0.8, label="axis of the body")
     axes.plot(x[-1], y[-1], "s", color=style.INK, markersize=4, label="end")  # unlike the peaks of the hodographs
     axes.set(xlim=(-largest, largest), ylim=(-largest, largest), aspect="equal")
     stone = f" of the {trajectory['element'].item()}" if "element" in trajectory.coords else ""

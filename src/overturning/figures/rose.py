@@ -10,8 +10,8 @@ from matplotlib.lines import Line2D
 
 from overturning.figures import style
 from overturning.figures.style import (
-    FALLS,
-    FAULT,
+    FALL_COLOUR,
+    FAULT_COLOUR,
     INK,
     PAGE_WIDTH,
     create_panel_grid,
@@ -27,11 +27,16 @@ from overturning.statistics.roses import FallRose, fall_rose, fall_rose_by_recor
 
 ROSES_IN_A_ROW: Final = 4
 
-PALE: Final = "#f3cdb0"
+SECTOR_INTERVAL_COLOUR: Final = "#f3cdb0"
 """Colour of the interval of a sector."""
 
-_MEAN_AXIS: Final[dict[str, Any]] = {"color": INK, "linewidth": 2.2, "solid_capstyle": "butt", "clip_on": False}
-_RIM: Final = 1.08
+_MEAN_AXIS_LINE_STYLE: Final[dict[str, Any]] = {
+    "color": INK,
+    "linewidth": 2.2,
+    "solid_capstyle": "butt",
+    "clip_on": False,
+}
+_MEAN_AXIS_RADIUS_FACTOR: Final = 1.08
 """Radius of the mark of a mean axis, in units of the radius of the rose."""
 
 
@@ -53,8 +58,8 @@ def draw_fall_rose(axes: Any, rose: FallRose, radius_limit: float | None = None)
     share, low, high = (np.sqrt(one) for one in values)
     known = np.isfinite(low)
     look = {"width": 2.0 * np.pi / SECTORS, "edgecolor": "white", "linewidth": 0.4}
-    axes.bar(centres, share, color=FALLS, zorder=3, **look)
-    axes.bar(centres[known], (high - share)[known], bottom=share[known], color=PALE, zorder=3, **look)
+    axes.bar(centres, share, color=FALL_COLOUR, zorder=3, **look)
+    axes.bar(centres[known], (high - share)[known], bottom=share[known], color=SECTOR_INTERVAL_COLOUR, zorder=3, **look)
     for angle, radius in zip(centres[known], low[known], strict=True):
         across = angle + np.linspace(-np.pi, np.pi, 5) / SECTORS
         axes.plot(across, np.full(5, radius), color="white", linewidth=1.1, solid_capstyle="butt", zorder=4)
@@ -72,7 +77,7 @@ def draw_fall_rose(axes: Any, rose: FallRose, radius_limit: float | None = None)
     )
     axes.yaxis.grid(True, linewidth=0.4)
     if rose.is_axial:
-        _label_fall_axis_angles(axes, rose.from_normal)
+        _label_fall_axis_angles(axes, rose.is_from_fault_normal)
     else:
         axes.set_rlabel_position(_azimuth_for_radius_labels(rose))
 
@@ -86,7 +91,7 @@ def _label_fall_axis_angles(axes: Any, from_fault_normal: bool) -> None:
     axes.set_rlabel_position(-90.0)
     if from_fault_normal:
         top = axes.get_ylim()[1]
-        axes.plot([0, 0], [0.93 * top, 1.03 * top], color=FAULT, linewidth=2.6, zorder=5, clip_on=False)
+        axes.plot([0, 0], [0.93 * top, 1.03 * top], color=FAULT_COLOUR, linewidth=2.6, zorder=5, clip_on=False)
         axes.set_ylim(0.0, top)
 
 
@@ -98,10 +103,14 @@ def mark_mean_fall_axis(axes: Any, axis_deg: float, half_width_deg: float) -> No
     if not np.isfinite(axis_deg):
         return
     top = axes.get_ylim()[1]
-    axes.plot(np.radians([axis_deg, axis_deg]), [(_RIM - 0.05) * top, (_RIM + 0.05) * top], **_MEAN_AXIS)
+    axes.plot(
+        np.radians([axis_deg, axis_deg]),
+        [(_MEAN_AXIS_RADIUS_FACTOR - 0.05) * top, (_MEAN_AXIS_RADIUS_FACTOR + 0.05) * top],
+        **_MEAN_AXIS_LINE_STYLE,
+    )
     for low, high in axis_interval_arcs_deg(axis_deg, half_width_deg) if np.isfinite(half_width_deg) else ():
         angles = np.radians(np.linspace(low, high, 60))
-        axes.plot(angles, np.full(60, _RIM * top), **_MEAN_AXIS | {"linewidth": 1.4})
+        axes.plot(angles, np.full(60, _MEAN_AXIS_RADIUS_FACTOR * top), **_MEAN_AXIS_LINE_STYLE | {"linewidth": 1.4})
     axes.set_ylim(0.0, top)
 
 
@@ -141,12 +150,14 @@ def fall_roses_by_group_figure(
     top = common_rose_radius(*roses.values())
     for (name, rose), axes in zip(roses.items(), panels[0], strict=True):
         draw_fall_rose(axes, rose, top)
-        frame = "" if rose.from_normal else ", from north"
+        frame = "" if rose.is_from_fault_normal else ", from north"
         axes.set_title(f"{name}\n{rose.title}{frame}", pad=12, fontsize=9)
-        if rose.from_normal and name in means:
-            mark_mean_fall_axis(axes, means[name].axis_deg, means[name].half_width_deg)
+        if rose.is_from_fault_normal and name in means:
+            mark_mean_fall_axis(axes, means[name].axis_from_fault_normal_deg, means[name].half_width_deg)
     marked = any(
-        np.isfinite(means[name].axis_deg) for name, rose in roses.items() if rose.from_normal and name in means
+        np.isfinite(means[name].axis_from_fault_normal_deg)
+        for name, rose in roses.items()
+        if rose.is_from_fault_normal and name in means
     )
     style.add_title_and_legend(
         figure, "", legend_columns=1 if width < 5 else 2, first_marks=_rose_legend_marks(list(roses.values()), marked)
@@ -156,11 +167,13 @@ def fall_roses_by_group_figure(
 
 def _rose_legend_marks(roses: list[FallRose], with_mean_axis: bool) -> list[Any]:
     """Return the legend entries of fall roses: shares, their intervals, and the mean axis if drawn."""
-    marks = [style.legend_patch(FALLS, "share of the falls (area)")]
+    marks = [style.legend_patch(FALL_COLOUR, "share of the falls (area)")]
     if any(np.isfinite(rose.low).any() for rose in roses):
-        marks.append(style.legend_patch(PALE, "95 % interval of each sector by itself, from the white line"))
+        marks.append(
+            style.legend_patch(SECTOR_INTERVAL_COLOUR, "95 % interval of each sector by itself, from the white line")
+        )
     if with_mean_axis:
-        marks.append(Line2D([], [], **_MEAN_AXIS, label="mean axis with its 95 % interval"))
+        marks.append(Line2D([], [], **_MEAN_AXIS_LINE_STYLE, label="mean axis with its 95 % interval"))
     return marks
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.figures.rose import common_rose_radius, draw_fall_rose
-from overturning.figures.style import INK, PAGE_WIDTH, SERIES, create_panel_grid
+from overturning.figures.style import INK, PAGE_WIDTH, SERIES_COLOURS, create_panel_grid
 from overturning.model.geometry import place_elements
 from overturning.model.scene import Scene
 from overturning.statistics.roses import fall_rose_of_all_records
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-_TITLE: Final = 32
+_MAX_TITLE_LINE_LENGTH: Final = 32
 """Line length of the title above a panel, in characters."""
 
 
@@ -35,7 +35,7 @@ def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: f
             hatch="//" if item.element.kind == "held" else None,
         )  # fmt: skip
         if not item.is_driven_or_held:
-            axes.plot(item.x, item.z, marker="+", color=SERIES[0], markersize=5)
+            axes.plot(item.x, item.z, marker="+", color=SERIES_COLOURS[0], markersize=5)
             axes.annotate(
                 item.element.name, (float(item.vertices_in_scene[:, 0].max()), item.z), (4, 0),
                 textcoords="offset points",
@@ -49,7 +49,9 @@ def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: f
 
 def _scene_name_and_title(scene: Scene) -> str:
     """Return the name of a scene, with its title on the following lines."""
-    return scene.name if scene.title in ("", scene.name) else f"{scene.name}\n{fill(scene.title, _TITLE)}"
+    return (
+        scene.name if scene.title in ("", scene.name) else f"{scene.name}\n{fill(scene.title, _MAX_TITLE_LINE_LENGTH)}"
+    )
 
 
 def scenes_figure(scenes: Sequence[Scene]) -> "Figure":

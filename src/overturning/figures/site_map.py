@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from overturning.errors import ArgumentError
 from overturning.figures.style import (
     DASHED,
-    FALLS,
-    FAULT,
+    FALL_COLOUR,
+    FAULT_COLOUR,
     INK,
-    NARROW_WIDTH,
     PAGE_WIDTH,
+    PHONE_FIGURE_WIDTH,
     add_panel_grid,
     add_title_and_legend,
     create_figure,
@@ -23,31 +23,31 @@ from overturning.figures.style import (
     largest_round_number_up_to,
     wrap_name_into_lines,
 )
-from overturning.records.fault_trace import Trace, parse_fault_trace
-from overturning.statistics.circular import LEAST_RESULTANT
+from overturning.records.fault_trace import FaultTrace, parse_fault_trace
+from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.statistics.earthquakes import mean_fall_directions_by_record
 from overturning.study.cube import record_sources
 from overturning.units import EARTH_RADIUS_KM
 
-COLUMNS: Final = 4
+MAX_PANELS_PER_ROW: Final = 4
 """Largest number of panels in a row."""
 
-NARROW_COLUMNS: Final = 2
+MAX_PANELS_PER_ROW_ON_PHONE: Final = 2
 """Largest number of panels in a row on a phone: panels as large as on a page."""
 
-MOST_SITES: Final = 20
+MAX_EARTHQUAKES_PER_FIGURE: Final = 20
 """Largest number of panels of one figure; there are more figures if a study has more earthquakes."""
 
-LEAST_REACH_KM: Final = 5.0
+MIN_MAP_HALF_WIDTH_KM: Final = 5.0
 """Smallest distance from the middle of a panel to its frame."""
 
-MARGIN: Final = 1.7
+MAP_HALF_WIDTH_FACTOR: Final = 1.7
 """Distance from the middle of a panel to its frame, over that to the farthest place: room for arrows and names."""
 
-ARROW: Final = 0.22
+ARROW_HALF_LENGTH_SHARE: Final = 0.22
 """Half of an arrow, as a part of the distance from the middle of a panel to its frame."""
 
-TEXT: Final = 8.0
+TEXT_SIZE_PT: Final = 8.0
 """Size of names, pt."""
 
 
@@ -61,7 +61,7 @@ class StationOnMap(NamedTuple):
     latitude: float
     longitude: float
     strike: float = math.nan
-    axis: float = math.nan
+    mean_fall_axis_deg: float = math.nan
 
 
 class EarthquakeOnMap(NamedTuple):
@@ -73,7 +73,7 @@ class EarthquakeOnMap(NamedTuple):
     name: str
     stations: Sequence[StationOnMap]
     epicentre: tuple[float, float] | None = None
-    trace: Trace = ()
+    trace: FaultTrace = ()
 
 
 def local_east_north_km(
@@ -101,7 +101,7 @@ def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
 
     Stations are named by the ids of their records. A station is left out if its place is unknown, or if the record
     table states it without a source. The axis is the mean axis of the falls over the informative blocks, if their
-    resultant is at least `LEAST_RESULTANT`; the epicentre and the trace are the first known ones.
+    resultant is at least `MIN_RESULTANT_WITH_MEAN_DIRECTION`; the epicentre and the trace are the first known ones.
     """
     ids, events = (np.atleast_1d(cube[name].to_numpy()).astype(str) for name in ("record_id", "event"))
     stations, epicentres = _coordinates_of_records(cube, "station"), _coordinates_of_records(cube, "epicentre")
@@ -110,7 +110,7 @@ def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
     said = {row["id"]: row for row in record_sources(cube)}
     about = [said.get(name, {}) for name in ids.tolist()]
     means = mean_fall_directions_by_record(cube)
-    clear = means["axis_resultant"].to_numpy() >= LEAST_RESULTANT
+    clear = means["axis_resultant"].to_numpy() >= MIN_RESULTANT_WITH_MEAN_DIRECTION
     axes = np.where(clear, means["mean_axis"].to_numpy(), np.nan).tolist()
     strikes = ((cube["fault_normal"].to_numpy().astype(np.float64) - 90.0) % 360.0).tolist()
     sites = []
@@ -142,10 +142,10 @@ def _are_coordinates_known(coordinates: tuple[float, float]) -> bool:
 
 
 def earthquake_map_figures(earthquakes: Sequence[EarthquakeOnMap]) -> Iterator[Figure]:
-    """Yield figures with maps of all earthquakes, with at most `MOST_SITES` maps per figure."""
+    """Yield figures with maps of all earthquakes, with at most `MAX_EARTHQUAKES_PER_FIGURE` maps per figure."""
     yield from (
-        earthquake_maps_in_one_figure(earthquakes[first : first + MOST_SITES])
-        for first in range(0, len(earthquakes), MOST_SITES)
+        earthquake_maps_in_one_figure(earthquakes[first : first + MAX_EARTHQUAKES_PER_FIGURE])
+        for first in range(0, len(earthquakes), MAX_EARTHQUAKES_PER_FIGURE)
     )
 
 
@@ -158,8 +158,12 @@ def earthquake_maps_in_one_figure(earthquakes: Sequence[EarthquakeOnMap]) -> Fig
     if not earthquakes:
         raise ArgumentError("sites: none; give at least one earthquake with a station")
     for site in earthquakes:
-        _check_earthquake_on_map(site)
-    most, width = (NARROW_COLUMNS, NARROW_WIDTH) if is_drawing_for_phone() else (COLUMNS, PAGE_WIDTH)
+        _check_stations_and_coordinates(site)
+    most, width = (
+        (MAX_PANELS_PER_ROW_ON_PHONE, PHONE_FIGURE_WIDTH)
+        if is_drawing_for_phone()
+        else (MAX_PANELS_PER_ROW, PAGE_WIDTH)
+    )
     columns = min(most, len(earthquakes))
     rows = -(-len(earthquakes) // columns)
     side = width / most if columns == most else width / max(columns, 1.6)
@@ -179,7 +183,7 @@ def earthquake_maps_in_one_figure(earthquakes: Sequence[EarthquakeOnMap]) -> Fig
     return figure
 
 
-def _check_earthquake_on_map(earthquake: EarthquakeOnMap) -> None:
+def _check_stations_and_coordinates(earthquake: EarthquakeOnMap) -> None:
     """Raise an error if an earthquake has no stations, or if a latitude or longitude is outside its range."""
     if not earthquake.stations:
         raise ArgumentError(f"{earthquake.name}: no station; leave the earthquake out, or give one")
@@ -201,8 +205,14 @@ def _earthquake_map_legend_marks(earthquakes: Sequence[EarthquakeOnMap]) -> list
         "epicentre": (any(site.epicentre for site in earthquakes), _EPICENTRE | {"linestyle": "none"}),
         "station": (True, _STATION | {"linestyle": "none"}),
         "mean axis of the falls": (
-            any(math.isfinite(one.axis) for one in stations),
-            {"color": FALLS, "linewidth": 1.6, "marker": "$\\leftrightarrow$", "markersize": 13, "linestyle": "none"},
+            any(math.isfinite(one.mean_fall_axis_deg) for one in stations),
+            {
+                "color": FALL_COLOUR,
+                "linewidth": 1.6,
+                "marker": "$\\leftrightarrow$",
+                "markersize": 13,
+                "linestyle": "none",
+            },
         ),
         "strike of the fault": (any(math.isfinite(one.strike) for one in stations), _STRIKE),
         "trace of the fault": (any(site.trace for site in earthquakes), _TRACE),
@@ -214,8 +224,8 @@ _EPICENTRE: Final[dict[str, Any]] = {
     "marker": "*", "color": "#f0c419", "markersize": 10, "markeredgecolor": INK, "markeredgewidth": 0.6,
 }  # fmt: skip
 _STATION: Final[dict[str, Any]] = {"marker": "o", "color": INK, "markersize": 4.5, "markeredgecolor": "white"}
-_STRIKE: Final[dict[str, Any]] = {"color": FAULT, "linewidth": 1.2, "linestyle": DASHED}
-_TRACE: Final[dict[str, Any]] = {"color": FAULT, "linewidth": 2.2, "alpha": 0.55}
+_STRIKE: Final[dict[str, Any]] = {"color": FAULT_COLOUR, "linewidth": 1.2, "linestyle": DASHED}
+_TRACE: Final[dict[str, Any]] = {"color": FAULT_COLOUR, "linewidth": 2.2, "alpha": 0.55}
 
 
 def _draw_earthquake_map(axes: Any, earthquake: EarthquakeOnMap, panel_width_pt: float) -> None:
@@ -228,7 +238,7 @@ def _draw_earthquake_map(axes: Any, earthquake: EarthquakeOnMap, panel_width_pt:
     # The nearest point of the trace is on the map, too.
     shown = [*places, *([np.zeros(2)] if earthquake.epicentre else []), *([along[away.argmin()]] if away.size else [])]
     low, high = np.min(shown, axis=0), np.max(shown, axis=0)
-    middle, reach = (low + high) / 2, max(float(np.max(high - low)) / 2 * MARGIN, LEAST_REACH_KM)
+    middle, reach = (low + high) / 2, max(float(np.max(high - low)) / 2 * MAP_HALF_WIDTH_FACTOR, MIN_MAP_HALF_WIDTH_KM)
     axes.set(xlim=middle[0] + reach * np.array([-1, 1]), ylim=middle[1] + reach * np.array([-1, 1]), aspect="equal")
     axes.set(xticks=[], yticks=[])
     axes.spines[:].set_visible(True)
@@ -240,12 +250,19 @@ def _draw_earthquake_map(axes: Any, earthquake: EarthquakeOnMap, panel_width_pt:
     star = 4.0 * 2 * reach / panel_width_pt * np.array([(0, 0), (1, 1), (-1, 1), (1, -1), (-1, -1)])
     taken = [*along, *(star if earthquake.epicentre else ())]
     for one, place in zip(earthquake.stations, places, strict=True):
-        for azimuth, half in ((one.strike, 1.35 * ARROW * reach), (one.axis, ARROW * reach)):
+        for azimuth, half in (
+            (one.strike, 1.35 * ARROW_HALF_LENGTH_SHARE * reach),
+            (one.mean_fall_axis_deg, ARROW_HALF_LENGTH_SHARE * reach),
+        ):
             if math.isfinite(azimuth):
                 end = half * np.array([math.sin(math.radians(azimuth)), math.cos(math.radians(azimuth))])
                 taken += [place + part * end for part in np.linspace(-1, 1, 9)]
-                if azimuth is one.axis:
-                    look = {"arrowstyle": "<|-|>,head_length=0.28,head_width=0.14", "color": FALLS, "linewidth": 1.5}
+                if azimuth is one.mean_fall_axis_deg:
+                    look = {
+                        "arrowstyle": "<|-|>,head_length=0.28,head_width=0.14",
+                        "color": FALL_COLOUR,
+                        "linewidth": 1.5,
+                    }
                     ends = {"shrinkA": 0, "shrinkB": 0}
                     axes.annotate("", place + end, place - end, arrowprops=look | ends, zorder=5)
                 else:
@@ -275,30 +292,38 @@ def _write_station_names(
     frame = points_per_km * np.array([axes.get_xlim(), axes.get_ylim()])
     boxes: list[StationNameBox] = []
     for number, name in enumerate(station_names):
-        size = np.array([0.58 * TEXT * len(name) + 2, TEXT + 2])
-        around = [own[number] + np.array(side) * (away + size / 2) for away in (6.0, 12.0, 19.0) for side in _SIDES]
+        size = np.array([0.58 * TEXT_SIZE_PT * len(name) + 2, TEXT_SIZE_PT + 2])
+        around = [
+            own[number] + np.array(side) * (away + size / 2)
+            for away in (6.0, 12.0, 19.0)
+            for side in _NAME_OFFSET_DIRECTIONS
+        ]
         best = min((StationNameBox(middle - size / 2, middle + size / 2) for middle in around),
                    key=lambda box: _name_placement_cost(box, number, own, marks, boxes, frame))  # fmt: skip
         boxes.append(best)
         axes.annotate(
-            name, (best.low + best.high) / 2 / points_per_km, ha="center", va="center", fontsize=TEXT, parse_math=False,
+            name, (best.lower_left_corner + best.upper_right_corner) / 2 / points_per_km, ha="center", va="center",
+            fontsize=TEXT_SIZE_PT,
+            parse_math=False,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.4}, annotation_clip=False,
             zorder=4.5,
         )  # fmt: skip
 
 
-_SIDES: Final = ((0, -1), (0, 1), (1, 0), (-1, 0), (1, -1), (-1, -1), (1, 1), (-1, 1))
+_NAME_OFFSET_DIRECTIONS: Final = ((0, -1), (0, 1), (1, 0), (-1, 0), (1, -1), (-1, -1), (1, 1), (-1, 1))
 
 
 class StationNameBox(NamedTuple):
     """Rectangle, pt, that a station's name occupies on a map: lower left and upper right corner."""
 
-    low: Any
-    high: Any
+    lower_left_corner: Any
+    upper_right_corner: Any
 
     def distances_to_points(self, points: Any) -> Any:
         """Return the distances, pt, of points from the box; 0 for points inside the box."""
-        return np.hypot(*np.clip(np.maximum(self.low - points, points - self.high), 0, None).T)
+        return np.hypot(
+            *np.clip(np.maximum(self.lower_left_corner - points, points - self.upper_right_corner), 0, None).T
+        )
 
 
 def _name_placement_cost(
@@ -310,8 +335,21 @@ def _name_placement_cost(
     panel_frame: Any,
 ) -> float:
     """Return a penalty for placing a station's name in a box, such as if the box hides lines or other names."""
-    out = float(np.clip(np.concatenate([panel_frame[:, 0] - box.low, box.high - panel_frame[:, 1]]), 0, None).sum())
-    over = sum(bool(np.all((box.low < other.high) & (box.high > other.low))) for other in placed_boxes)
+    out = float(
+        np.clip(
+            np.concatenate([panel_frame[:, 0] - box.lower_left_corner, box.upper_right_corner - panel_frame[:, 1]]),
+            0,
+            None,
+        ).sum()
+    )
+    over = sum(
+        bool(
+            np.all(
+                (box.lower_left_corner < other.upper_right_corner) & (box.upper_right_corner > other.lower_left_corner)
+            )
+        )
+        for other in placed_boxes
+    )
     away = box.distances_to_points(station_points)
     others = np.delete(away, station_index)
     misleading = bool(others.size) and others.min() < 1.3 * away[station_index]
@@ -325,6 +363,6 @@ def _draw_map_scale_bar(axes: Any, half_width_km: float, centre_km: float, heigh
     below, left = axes.get_xaxis_transform(), centre_km - half_width_km
     look = {"color": INK, "linewidth": 2.2, "solid_capstyle": "butt", "clip_on": False}
     axes.plot([left, left + length], [height_share, height_share], transform=below, label="scale", **look)
-    text = {"xycoords": below, "textcoords": "offset points", "va": "center", "fontsize": TEXT}
+    text = {"xycoords": below, "textcoords": "offset points", "va": "center", "fontsize": TEXT_SIZE_PT}
     axes.annotate(f"{length:g} km", (left + length, height_share), (3, 0), annotation_clip=False, **text)
     axes.annotate("N ↑", (centre_km + half_width_km, height_share), (0, 0), ha="right", annotation_clip=False, **text)

@@ -9,16 +9,16 @@ import numpy as np
 import xarray as xr
 
 from overturning.figures.alignment import fall_alignment_by_b_over_h_figure, fall_alignment_by_earthquake_figure
-from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_over_pga_figure
+from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_figure
 from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses_by_group_figure
 from overturning.figures.site_map import earthquake_map_figures, earthquakes_on_map
 from overturning.figures.style import use_package_matplotlib_settings
-from overturning.figures.write import Write, empty_folder_then_list_new_files
+from overturning.figures.write import FigureWriter, empty_folder_then_list_new_files
 from overturning.labels import note_on_size_reference_stone
-from overturning.model.falls import model_of_results_cube
+from overturning.model.falls import default_model_for_results_cube
 from overturning.statistics.earthquakes import (
     fall_alignment_with_reference_directions,
-    fall_axes_by_group,
+    fall_axes_from_fault_normal_by_group,
     summarise_fall_axes,
 )
 from overturning.statistics.logistic import LogisticFit, fit_logistic_overturning_model
@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def draw_study_figures(cube_path: Path, intensity_path: Path, output_folder: Path, write_figure_files: Write) -> None:
+def draw_study_figures(
+    cube_path: Path, intensity_path: Path, output_folder: Path, write_figure_files: FigureWriter
+) -> None:
     """Draw all figures that combine the records of a study, from its results cube and intensity measures (NetCDF).
 
     Writes into `output_folder`: ``rose``, ``axes``, ``plane`` (2-D) or ``follow`` and ``earthquakes`` (3-D), and the
@@ -41,9 +43,11 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, output_folder: Pat
         xr.open_dataset(intensity_path, engine="netcdf4") as intensity,
         use_package_matplotlib_settings(),
     ):
-        fits = model_of_results_cube(cube).one_component and not note_on_size_reference_stone(cube)
+        fits = default_model_for_results_cube(cube).is_planar and not note_on_size_reference_stone(cube)
         fit = fit_logistic_overturning_model(cube, intensity) if fits else None
-        for name, draw in study_figure_functions(cube, intensity, fit, fall_axes_by_group(cube)).items():
+        for name, draw in study_figure_functions(
+            cube, intensity, fit, fall_axes_from_fault_normal_by_group(cube)
+        ).items():
             write_figure_files(draw(), output_folder / name)
         _draw_earthquake_maps(cube, output_folder / "maps", write_figure_files)
 
@@ -54,16 +58,16 @@ def study_figure_functions(
     """Return, by name, functions that draw the figures combining all records of a study, except for the maps.
 
     The names are ``axes`` and ``rose``, and ``plane`` (2-D) or ``follow`` and ``earthquakes`` (3-D). `fit` is drawn
-    into ``plane``; None leaves it out. `axes_by_group` comes from `fall_axes_by_group`.
+    into ``plane``; None leaves it out. `axes_by_group` comes from `fall_axes_from_fault_normal_by_group`.
     """
     summaries = {name: summarise_fall_axes(axes) for name, axes in axes_by_group.items()}
     functions: dict[str, Callable[[], Figure]] = {
         "axes": partial(fall_alignment_by_earthquake_figure, axes_by_group, summaries),
         "rose": partial(fall_roses_by_group_figure, cube, summaries),
     }
-    if model_of_results_cube(cube).one_component:
+    if default_model_for_results_cube(cube).is_planar:
         friction, another = float(cube["friction"].max()), note_on_size_reference_stone(cube)
-        plane = partial(outcomes_by_pga_and_pgv_over_pga_figure, cube, intensity, fit, friction, another)
+        plane = partial(outcomes_by_pga_and_pgv_ratio_figure, cube, intensity, fit, friction, another)
         return functions | {"plane": plane}
 
     def draw_alignment_by_b_over_h() -> "Figure":
@@ -76,7 +80,7 @@ def study_figure_functions(
     }
 
 
-def _draw_earthquake_maps(cube: xr.Dataset, output_folder: Path, write_figure_files: Write) -> None:
+def _draw_earthquake_maps(cube: xr.Dataset, output_folder: Path, write_figure_files: FigureWriter) -> None:
     """Draw maps of the earthquakes of a study with stations and mean fall axes, and write them into a folder."""
     with empty_folder_then_list_new_files(output_folder):
         for number, figure in enumerate(earthquake_map_figures(earthquakes_on_map(cube)), 1):

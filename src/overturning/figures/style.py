@@ -13,50 +13,63 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.figures.svg_translation import break_lines_at_width
-from overturning.model.planes import azimuth_gaps_and_step
+from overturning.model.planes import azimuth_gap_mask_and_step
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # Okabe & Ito's palette, safe for colour blindness; the chosen colours also differ in lightness, for print in grey.
 INK: Final = "#222222"
-FALLS: Final = "#c44a00"
-STANDS: Final = "#e6e6e4"
+FALL_COLOUR: Final = "#c44a00"
+STANDS_COLOUR: Final = "#e6e6e4"
 HATCH_COLOUR: Final = "#a3a3a3"
-PROBABILITY: Final = ((0.0, "#ffffff"), (0.1, "#fadfc8"), (0.4, "#e8955a"), (0.7, "#c44a00"), (1.0, "#6e2300"))
+PROBABILITY_COLOUR_STOPS: Final = (
+    (0.0, "#ffffff"),
+    (0.1, "#fadfc8"),
+    (0.4, "#e8955a"),
+    (0.7, "#c44a00"),
+    (1.0, "#6e2300"),
+)
 """Share of a ramp of probabilities, and its colour there; only 0 is white, grey is no probability."""
 
-MISSING: Final = "#8a8a8a"
-FAULT: Final = "#0072b2"
-SERIES: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
+MISSING_COLOUR: Final = "#8a8a8a"
+FAULT_COLOUR: Final = "#0072b2"
+SERIES_COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 
 DASHED: Final[Any] = (0, (4, 2))
-DASHES: Final[tuple[Any, ...]] = ("-", (0, (5, 1.5)), (0, (1, 1.2)), (0, (5, 1, 1, 1)), (0, (3, 3)), (0, (8, 2)))
+SERIES_LINE_STYLES: Final[tuple[Any, ...]] = (
+    "-",
+    (0, (5, 1.5)),
+    (0, (1, 1.2)),
+    (0, (5, 1, 1, 1)),
+    (0, (3, 3)),
+    (0, (8, 2)),
+)
 DPI: Final = 200
 """Dots per inch of a PNG, and of rasterised parts of an SVG or PDF."""
 
 PAGE_WIDTH: Final = 6.69
 """Usable width of a page of the report, inches; a wider figure would be scaled down together with its text."""
 
-NARROW_WIDTH: Final = 3.35
+PHONE_FIGURE_WIDTH: Final = 3.35
 """Width of a figure for a phone, inches: at 366 CSS pixels a letter of 7.5 pt is 11 pixels high."""
 
-_FIRST_WIDE: Final = 0x2E80
+_FIRST_CJK_CODE_POINT: Final = 0x2E80
 """Number of the first Chinese or Japanese character."""
 
-_NARROW_COMPASS_HEIGHT: Final = 1.15 * NARROW_WIDTH
+_NARROW_COMPASS_HEIGHT: Final = 1.15 * PHONE_FIGURE_WIDTH
 """Height of a compass with its title on a phone, inches."""
 
-_NARROW: Final = ContextVar("narrow", default=False)
+_IS_DRAWING_FOR_PHONE: Final = ContextVar("narrow", default=False)
 
 # Leave out the date and the program's version: with them, files would not be reproducible.
-METADATA: Final[dict[str, dict[str, Any]]] = {
+REMOVED_FILE_METADATA: Final[dict[str, dict[str, Any]]] = {
     "svg": {"Date": None, "Creator": None},
     "png": {"Software": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
 
-SETTINGS: Final[Any] = {
+MATPLOTLIB_SETTINGS: Final[Any] = {
     "font.family": ["DejaVu Sans", "sans-serif"],  # the first comes with Matplotlib, the second is the fallback in SVG
     "font.size": 9,
     "axes.titlesize": 10,
@@ -74,19 +87,19 @@ SETTINGS: Final[Any] = {
 @contextmanager
 def arrange_panels_for_phone() -> Iterator[None]:
     """Context manager for phone figures: `create_panel_grid` puts panels below each other instead of side by side."""
-    token = _NARROW.set(True)
+    token = _IS_DRAWING_FOR_PHONE.set(True)
     try:
         yield
     finally:
-        _NARROW.reset(token)
+        _IS_DRAWING_FOR_PHONE.reset(token)
 
 
 def is_drawing_for_phone() -> bool:
     """True if figures are drawn for a phone: within a block of `arrange_panels_for_phone`."""
-    return _NARROW.get()
+    return _IS_DRAWING_FOR_PHONE.get()
 
 
-_SETTINGS_IN_USE: Final = threading.RLock()
+_MATPLOTLIB_SETTINGS_LOCK: Final = threading.RLock()
 """Lock of Matplotlib's settings while a thread draws with those of this package."""
 
 
@@ -98,18 +111,18 @@ def use_package_matplotlib_settings() -> Iterator[None]:
     """
     import matplotlib as mpl
 
-    _SETTINGS_IN_USE.acquire()
+    _MATPLOTLIB_SETTINGS_LOCK.acquire()
     collects = gc.isenabled()
     gc.disable()  # a figure holds many live objects: garbage collection takes a fifth of the drawing time
     try:
         with mpl.rc_context():
             mpl.rcdefaults()  # a user's own settings must not change the files
-            mpl.rcParams.update(SETTINGS)
+            mpl.rcParams.update(MATPLOTLIB_SETTINGS)
             yield
     finally:
         if collects:
             gc.enable()
-        _SETTINGS_IN_USE.release()
+        _MATPLOTLIB_SETTINGS_LOCK.release()
 
 
 def minimum_and_maximum_by_group(samples: FloatArray, group_size: int) -> tuple[NDArray[np.intp], FloatArray]:
@@ -154,7 +167,7 @@ def create_figure(width_inches: float, height_inches: float, layout: Any = "cons
     def png_image() -> bytes:
         data = BytesIO()
         with use_package_matplotlib_settings():
-            figure.savefig(data, format="png", metadata=METADATA["png"])
+            figure.savefig(data, format="png", metadata=REMOVED_FILE_METADATA["png"])
         return data.getvalue()
 
     figure = Figure(figsize=(width_inches, height_inches), layout=layout)
@@ -181,14 +194,14 @@ def create_panel_grid(
     below each other.
     """
     kind = {"axes_class": polar} if isinstance(polar, type) else {"projection": "polar"} if polar else None
-    if _NARROW.get():
+    if _IS_DRAWING_FOR_PHONE.get():
         count = row_count * column_count if visible_count is None else visible_count
-        panel_height = height_inches / row_count * (NARROW_WIDTH * column_count / width_inches if polar else 1.0)
+        panel_height = height_inches / row_count * (PHONE_FIGURE_WIDTH * column_count / width_inches if polar else 1.0)
         height = panel_height * count
         if polar:  # title, colour bar and legend of a figure of several maps are there only once
             besides = max(0.0, height_inches - row_count * width_inches / column_count)
             height = min(height, _NARROW_COMPASS_HEIGHT * count + besides)
-        figure = create_figure(NARROW_WIDTH, height + 0.3, layout)
+        figure = create_figure(PHONE_FIGURE_WIDTH, height + 0.3, layout)
         more = {name: value for name, value in more.items() if name != "width_ratios"}
         column = figure.subplots(count, 1, subplot_kw=kind, squeeze=False, **more).ravel()
         panels = np.full(row_count * column_count, None)
@@ -217,7 +230,7 @@ def wrap_name_into_lines(text: str, most_letters: int) -> list[str]:
 
     Chinese and Japanese characters, between which there are no spaces, are about twice as wide.
     """
-    if all(ord(character) < _FIRST_WIDE for character in text):
+    if all(ord(character) < _FIRST_CJK_CODE_POINT for character in text):
         return wrap(text, most_letters) or [""]
     return break_lines_at_width([text], 0.45 * most_letters, most_lines=len(text))
 
@@ -240,7 +253,7 @@ def add_title_and_legend(
         *last_marks,
     ]
     if marks:
-        columns = 1 if _NARROW.get() else legend_columns
+        columns = 1 if _IS_DRAWING_FOR_PHONE.get() else legend_columns
         figure.legend(handles=marks, loc="outside lower center", ncols=columns, fontsize=8)
     if title:
         # About 13 characters of this size fit in an inch.
@@ -267,7 +280,7 @@ def label_axes(axes: Any, x_label: str, y_label: str, small_ticks: str = "major"
 
 def write_note_in_empty_panel(axes: Any, note: str) -> None:
     """Write a note in the middle of a panel in which nothing is drawn, and leave out its ticks."""
-    axes.text(0.5, 0.5, note, transform=axes.transAxes, ha="center", va="center", fontsize=8, color=MISSING)
+    axes.text(0.5, 0.5, note, transform=axes.transAxes, ha="center", va="center", fontsize=8, color=MISSING_COLOUR)
     axes.set(xticks=[], yticks=[])
 
 
@@ -305,7 +318,7 @@ def label_logarithmic_ticks(axis: Any) -> None:
 def draw_line_through_origin(axes: Any, azimuth_deg: float, half_length: float, **look: Any) -> None:
     """Draw a line through the origin of a map along an azimuth, `half_length` (map units) to both sides."""
     east, north = half_length * np.sin(np.radians(azimuth_deg)), half_length * np.cos(np.radians(azimuth_deg))
-    axes.plot([-east, east], [-north, north], color=FAULT, **look)
+    axes.plot([-east, east], [-north, north], color=FAULT_COLOUR, **look)
 
 
 def turn_axes_into_compass(
@@ -325,7 +338,7 @@ SINGLE_PLANE_STEP_DEG: Final = 5.0
 """Width of the sector of an azimuth, degrees, if a single plane was simulated, so that the grid has no step."""
 
 
-def azimuths_inside_unsimulated_gaps(azimuth_deg: FloatArray) -> FloatArray:
+def azimuths_one_step_inside_gap_ends(azimuth_deg: FloatArray) -> FloatArray:
     """Return the azimuths, degrees, that lie one grid step inside the ends of each unsimulated range of azimuths.
 
     A single plane (one azimuth, or two opposite ones) has no step; it counts as `SINGLE_PLANE_STEP_DEG`.
@@ -334,7 +347,7 @@ def azimuths_inside_unsimulated_gaps(azimuth_deg: FloatArray) -> FloatArray:
     if np.unique(azimuth % 180.0).size == 1:
         around = [azimuth - SINGLE_PLANE_STEP_DEG, azimuth + SINGLE_PLANE_STEP_DEG]
         return np.asarray(np.round(np.concatenate(around) % 360.0, 10))
-    not_computed, step = azimuth_gaps_and_step(azimuth, 360.0)
+    not_computed, step = azimuth_gap_mask_and_step(azimuth, 360.0)
     begins, ends = azimuth[not_computed], np.roll(azimuth, -1)[not_computed]
     return np.round(np.concatenate([begins + step, ends - step]) % 360.0, 10)
 
@@ -360,7 +373,7 @@ def mark_fault_normal(axes: Any, fault_normal_deg: float, label: str | None = "f
     ends = [0.93 * radius, 1.03 * radius]  # the rim covers neither the data nor the names of directions
     axes.plot(
         [angle, angle, np.nan, opposite, opposite], [*ends, np.nan, *ends],
-        color=FAULT, linewidth=2.6, label=label, zorder=5, clip_on=False,
+        color=FAULT_COLOUR, linewidth=2.6, label=label, zorder=5, clip_on=False,
     )  # fmt: skip
     axes.set_ylim(0.0, radius)
 
@@ -372,6 +385,6 @@ def mark_direction_away_from_epicentre(axes: Any, radial_deg: float) -> None:
     radius = axes.get_ylim()[1]
     axes.plot(
         np.radians(radial_deg), radius, marker=(3, 0, -radial_deg), markersize=10, markeredgecolor="white",
-        color=SERIES[2], linestyle="none", label="away from the epicentre", zorder=6, clip_on=False,
+        color=SERIES_COLOURS[2], linestyle="none", label="away from the epicentre", zorder=6, clip_on=False,
     )  # fmt: skip
     axes.set_ylim(0.0, radius)

@@ -10,19 +10,19 @@ from matplotlib.lines import Line2D
 
 from overturning.arrays import FloatArray
 from overturning.figures.answer import (
-    ROW,
-    TEXT,
+    ROW_HEIGHT,
+    VALUE_FONT_SIZE,
     PlottedEstimate,
     draw_estimate_with_interval,
     format_estimate,
     scale_estimate,
 )
 from overturning.figures.style import (
-    FALLS,
+    FALL_COLOUR,
     INK,
-    NARROW_WIDTH,
     PAGE_WIDTH,
-    SERIES,
+    PHONE_FIGURE_WIDTH,
+    SERIES_COLOURS,
     add_title_and_legend,
     create_figure,
     is_drawing_for_phone,
@@ -37,11 +37,16 @@ OCTANT: Final = np.pi / 4
 
 ROSES_IN_A_ROW: Final = 3
 
-_COUNTS: Final = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
-_OUTLINE: Final[dict[str, Any]] = {"color": SERIES[0], "linewidth": 1.6}
-_OBSERVED: Final[dict[str, Any]] = {"color": FALLS, "marker": "o", "markersize": 6, "linestyle": "none"}
-_COMPUTED: Final[dict[str, Any]] = {
-    "color": SERIES[0], "marker": "D", "markersize": 5.5, "markerfacecolor": "white", "linestyle": "none"
+_CANDIDATE_RADIUS_LABEL_COUNTS: Final = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
+_COMPUTED_ROSE_LINE_STYLE: Final[dict[str, Any]] = {"color": SERIES_COLOURS[0], "linewidth": 1.6}
+_OBSERVED_SHARE_MARKER_STYLE: Final[dict[str, Any]] = {
+    "color": FALL_COLOUR,
+    "marker": "o",
+    "markersize": 6,
+    "linestyle": "none",
+}
+_COMPUTED_SHARE_MARKER_STYLE: Final[dict[str, Any]] = {
+    "color": SERIES_COLOURS[0], "marker": "D", "markersize": 5.5, "markerfacecolor": "white", "linestyle": "none"
 }  # fmt: skip
 
 
@@ -53,21 +58,21 @@ class SurveyFigureData:
     ----------
     name : str
         Name of the survey.
-    observed, computed : ndarray, shape (8,)
+    observed_falls_by_octant, computed_falls_by_octant : ndarray, shape (8,)
         Number of stones that fell towards each octant, from N clockwise, and as many as are computed.
     observed_mean_deg, computed_mean_deg : float or None
         Mean fall directions, degrees; None if there is none.
-    observed_share, computed_share : PlottedEstimate
+    observed_fallen_share, computed_fallen_share : PlottedEstimate
         Share of the stones that fell, 0 to 1, with its interval or range.
     """
 
     name: str
-    observed: FloatArray
-    computed: FloatArray
+    observed_falls_by_octant: FloatArray
+    computed_falls_by_octant: FloatArray
     observed_mean_deg: float | None
     computed_mean_deg: float | None
-    observed_share: PlottedEstimate
-    computed_share: PlottedEstimate
+    observed_fallen_share: PlottedEstimate
+    computed_fallen_share: PlottedEstimate
 
 
 def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
@@ -75,7 +80,7 @@ def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
     count = len(drawn_surveys)
     rows = -(-count // ROSES_IN_A_ROW)
     if count == 1 and is_drawing_for_phone():
-        figure = create_figure(NARROW_WIDTH, 4.9)
+        figure = create_figure(PHONE_FIGURE_WIDTH, 4.9)
         halves = figure.add_gridspec(2, 1, height_ratios=(3.0, 1.0))
         places, below = [halves[0]], halves[1]
     elif count == 1:
@@ -83,8 +88,8 @@ def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
         halves = figure.add_gridspec(1, 2, width_ratios=(1.0, 1.05))
         places, below = [halves[0]], halves[1].subgridspec(3, 1, height_ratios=(0.75, 1.0, 0.75))[1]
     else:
-        figure = create_figure(PAGE_WIDTH, 2.7 * rows + 2.1 * ROW * count + 1.1)
-        whole = figure.add_gridspec(2, 1, height_ratios=(2.6 * rows, 2.1 * ROW * count + 0.4))
+        figure = create_figure(PAGE_WIDTH, 2.7 * rows + 2.1 * ROW_HEIGHT * count + 1.1)
+        whole = figure.add_gridspec(2, 1, height_ratios=(2.6 * rows, 2.1 * ROW_HEIGHT * count + 0.4))
         roses = whole[0].subgridspec(rows, min(count, ROSES_IN_A_ROW))
         places, below = [roses[divmod(place, ROSES_IN_A_ROW)] for place in range(count)], whole[1]
     for survey, place in zip(drawn_surveys, places, strict=True):
@@ -94,17 +99,21 @@ def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
             axes.set_title(survey.name, fontsize=8.5, pad=9, parse_math=False)
     _draw_fallen_shares(figure.add_subplot(below), drawn_surveys)
     marks = [
-        legend_patch(FALLS, "observed falls (area: number)"),
-        Line2D([], [], **_OUTLINE, label="computed for as many falls"),
+        legend_patch(FALL_COLOUR, "observed falls (area: number)"),
+        Line2D([], [], **_COMPUTED_ROSE_LINE_STYLE, label="computed for as many falls"),
     ]
     if any(one.observed_mean_deg is not None for one in drawn_surveys):
-        marks.append(Line2D([], [], **_mean_direction_marker(0.0, FALLS, FALLS), label="mean azimuth, observed"))
+        marks.append(
+            Line2D([], [], **_mean_direction_marker(0.0, FALL_COLOUR, FALL_COLOUR), label="mean azimuth, observed")
+        )
     if any(one.computed_mean_deg is not None for one in drawn_surveys):
-        marks.append(Line2D([], [], **_mean_direction_marker(0.0, SERIES[0], "white"), label="mean azimuth, computed"))
+        marks.append(
+            Line2D([], [], **_mean_direction_marker(0.0, SERIES_COLOURS[0], "white"), label="mean azimuth, computed")
+        )
     if count > 1:
         marks += [
-            Line2D([], [], **_OBSERVED, label="observed share, 95 % interval"),
-            Line2D([], [], **_COMPUTED, label="computed share, range over the grid"),
+            Line2D([], [], **_OBSERVED_SHARE_MARKER_STYLE, label="observed share, 95 % interval"),
+            Line2D([], [], **_COMPUTED_SHARE_MARKER_STYLE, label="computed share, range over the grid"),
         ]
     add_title_and_legend(figure, drawn_surveys[0].name if count == 1 else "", None, 2, first_marks=marks)
     return figure
@@ -114,28 +123,37 @@ def _draw_survey_rose(axes: Any, drawn_survey: SurveyFigureData) -> None:
     """Draw a rose of a survey: observed falls as sectors, computed falls as an outline."""
     turn_axes_into_compass(axes)
     centres = np.arange(8) * OCTANT
-    observed, computed = np.sqrt(drawn_survey.observed), np.sqrt(drawn_survey.computed)
+    observed, computed = np.sqrt(drawn_survey.observed_falls_by_octant), np.sqrt(drawn_survey.computed_falls_by_octant)
     top = 1.06 * max(1.0, float(observed.max()), float(computed.max()))
-    axes.bar(centres, observed, width=OCTANT, color=FALLS, edgecolor="white", linewidth=0.6, zorder=2)
+    axes.bar(centres, observed, width=OCTANT, color=FALL_COLOUR, edgecolor="white", linewidth=0.6, zorder=2)
     around = np.linspace(-0.5, 0.5, 16) * OCTANT
     outline, radius = (centres[:, None] + around).ravel(), np.repeat(computed, around.size)
-    axes.plot(np.append(outline, outline[0] + 2 * np.pi), np.append(radius, radius[0]), zorder=3, **_OUTLINE)
-    for centre, radius, number in zip(centres, observed, drawn_survey.observed, strict=True):
+    axes.plot(
+        np.append(outline, outline[0] + 2 * np.pi), np.append(radius, radius[0]), zorder=3, **_COMPUTED_ROSE_LINE_STYLE
+    )
+    for centre, radius, number in zip(centres, observed, drawn_survey.observed_falls_by_octant, strict=True):
         if radius > 0.25 * top:
             axes.text(
-                centre, 0.68 * radius, f"{number:g}", color="white", fontsize=TEXT, ha="center", va="center", zorder=4
+                centre,
+                0.68 * radius,
+                f"{number:g}",
+                color="white",
+                fontsize=VALUE_FONT_SIZE,
+                ha="center",
+                va="center",
+                zorder=4,
             )
-    if not drawn_survey.observed.any():
+    if not drawn_survey.observed_falls_by_octant.any():
         axes.text(0.0, 0.0, "no fall in a\nknown direction", fontsize=8, ha="center", va="center")
-    shown = [n for n in _COUNTS if 0.4 * top < np.sqrt(n) <= 0.97 * top][-2:] or [1]
+    shown = [n for n in _CANDIDATE_RADIUS_LABEL_COUNTS if 0.4 * top < np.sqrt(n) <= 0.97 * top][-2:] or [1]
     set_radius_ticks(axes, top, {float(np.sqrt(n)): str(n) for n in shown}, zorder=5)
     # On the border of two octants, where least is drawn.
     most = np.maximum(observed, computed)
     axes.set_rlabel_position(22.5 + 45.0 * int(np.argmin(most + np.roll(most, -1))))
     axes.tick_params(axis="x", pad=5)
     for azimuth, face, edge in (
-        (drawn_survey.computed_mean_deg, "white", SERIES[0]),
-        (drawn_survey.observed_mean_deg, FALLS, FALLS),
+        (drawn_survey.computed_mean_deg, "white", SERIES_COLOURS[0]),
+        (drawn_survey.observed_mean_deg, FALL_COLOUR, FALL_COLOUR),
     ):
         if azimuth is not None:
             axes.plot(
@@ -157,15 +175,15 @@ def _draw_fallen_shares(axes: Any, drawn_surveys: Sequence[SurveyFigureData]) ->
     ticks = []
     for row, survey in enumerate(drawn_surveys):
         for offset, look, estimate, name in (
-            (-0.2, _OBSERVED, survey.observed_share, "observed\n(95 % interval)"),
-            (0.2, _COMPUTED, survey.computed_share, "computed\n(range over grid)"),
+            (-0.2, _OBSERVED_SHARE_MARKER_STYLE, survey.observed_fallen_share, "observed\n(95 % interval)"),
+            (0.2, _COMPUTED_SHARE_MARKER_STYLE, survey.computed_fallen_share, "computed\n(range over grid)"),
         ):
             share = scale_estimate(estimate, 100.0)
             draw_estimate_with_interval(axes, share, row + offset, look, 1.8)
             text = f"{format_estimate(share, 0)}"
             axes.annotate(
                 text, (1.0, row + offset), (6, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
-                va="center", fontsize=TEXT, color=look["color"],
+                va="center", fontsize=VALUE_FONT_SIZE, color=look["color"],
             )  # fmt: skip
             ticks.append((row + offset, name))
     if len(drawn_surveys) == 1:

@@ -7,17 +7,17 @@ import re
 from typing import Final
 
 _NUMBER: Final = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
-_COORDINATES: Final = re.compile(r' (?:d|x|y|points|transform)="[^"]*"')
+_COORDINATE_ATTRIBUTE_PATTERN: Final = re.compile(r' (?:d|x|y|points|transform)="[^"]*"')
 _METADATA: Final = re.compile(r"\s*<metadata>.*?</metadata>", flags=re.DOTALL)
-_NAME: Final = re.compile(r' id="([^"]*)"')
-_NAMED: Final = re.compile(r'(?:href="|url\()#([^")]*)')
+_ID_ATTRIBUTE_PATTERN: Final = re.compile(r' id="([^"]*)"')
+_REFERENCED_ID_PATTERN: Final = re.compile(r'(?:href="|url\()#([^")]*)')
 
 
 def compact_svg(svg_text: str) -> str:
     """Shorten the text of a Matplotlib SVG file without changing the picture by more than 0.01 pt."""
-    used = set(_NAMED.findall(svg_text))
-    svg_text = _NAME.sub(lambda one: one[0] if one[1] in used else "", _METADATA.sub("", svg_text))
-    return _COORDINATES.sub(_round_coordinates, svg_text)
+    used = set(_REFERENCED_ID_PATTERN.findall(svg_text))
+    svg_text = _ID_ATTRIBUTE_PATTERN.sub(lambda one: one[0] if one[1] in used else "", _METADATA.sub("", svg_text))
+    return _COORDINATE_ATTRIBUTE_PATTERN.sub(_round_coordinates, svg_text)
 
 
 def _round_coordinates(attribute_match: "re.Match[str]") -> str:

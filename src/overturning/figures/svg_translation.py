@@ -8,10 +8,10 @@ from typing import Final, NamedTuple
 
 from overturning.translation.texts import ENGLISH, current_language, translate
 
-_TEXT: Final = re.compile(r'(\s*)<text style="([^"]*)"([^>]*)>([^<]*)</text>')
-_LINES: Final = re.compile(r"(?:\s*<text [^>]*>[^<]*</text>)+")
-_PLACE: Final = re.compile(r' transform="translate\((\S+) (\S+)\)(?: rotate\((\S+)\))?"')
-_SIZE: Final = re.compile(r"font-size: ([\d.]+)px")
+_TEXT_ELEMENT_PATTERN: Final = re.compile(r'(\s*)<text style="([^"]*)"([^>]*)>([^<]*)</text>')
+_ADJACENT_TEXT_ELEMENTS_PATTERN: Final = re.compile(r"(?:\s*<text [^>]*>[^<]*</text>)+")
+_TEXT_TRANSFORM_PATTERN: Final = re.compile(r' transform="translate\((\S+) (\S+)\)(?: rotate\((\S+)\))?"')
+_FONT_SIZE_PATTERN: Final = re.compile(r"font-size: ([\d.]+)px")
 
 BROWSER_FONTS: Final = {"ja": "'Noto Sans CJK JP', 'Hiragino Sans', 'Yu Gothic', 'IPAexGothic'"}
 """Names of fonts of a language that a browser tries before its own choice."""
@@ -21,7 +21,7 @@ _NO_LINE_START: Final = "、。，．・：；！？)）」』]％%°ー～,.;"
 
 
 def translate_svg(svg_text: str, language: str | None = None) -> str:
-    """Translate the visible texts of an SVG file; the default is the language set by `translate_visible_texts_to`.
+    """Translate the visible texts of an SVG file; the default is the language set by `use_translation_language`.
 
     A file that is already in this language is returned unchanged. Positions and alignment stay those of the English
     texts, and a text of several lines has at most as many lines as before.
@@ -29,7 +29,7 @@ def translate_svg(svg_text: str, language: str | None = None) -> str:
     language = language or current_language()
     if language == ENGLISH or f'<svg xml:lang="{language}" ' in svg_text:
         return svg_text
-    text = _LINES.sub(lambda lines: _translate_svg_text_lines(lines[0], language), svg_text)
+    text = _ADJACENT_TEXT_ELEMENTS_PATTERN.sub(lambda lines: _translate_svg_text_lines(lines[0], language), svg_text)
     text = text.replace("Helvetica', 'Avant Garde', sans-serif", f"Helvetica', {BROWSER_FONTS[language]}, sans-serif")
     return text.replace("<svg ", f'<svg xml:lang="{language}" ', 1)
 
@@ -45,13 +45,13 @@ class _SvgTextLine(NamedTuple):
     @property
     def font_size(self) -> float:
         """Size of the font, in units of the SVG file."""
-        found = _SIZE.search(self.style)
+        found = _FONT_SIZE_PATTERN.search(self.style)
         return float(found[1]) if found else 10.0
 
     @property
     def start_and_rotation(self) -> tuple[float, float, float] | None:
         """Position x, y and clockwise rotation, degrees, of the line; None for a centred or right-aligned text."""
-        found = _PLACE.fullmatch(self.attributes)
+        found = _TEXT_TRANSFORM_PATTERN.fullmatch(self.attributes)
         return (float(found[1]), float(found[2]), float(found[3] or 0.0)) if found else None
 
     @property
@@ -62,7 +62,7 @@ class _SvgTextLine(NamedTuple):
 
 def _translate_svg_text_lines(svg_lines: str, language: str) -> str:
     """Translate a text of one or more lines in an SVG file; return the SVG elements of the translated lines."""
-    found = _TEXT.findall(svg_lines)
+    found = _TEXT_ELEMENT_PATTERN.findall(svg_lines)
     lines = [_SvgTextLine(indent, style, attributes, unescape(text)) for indent, style, attributes, text in found]
     english = "\n".join(one.text for one in lines)
     translation = translate(english, language)

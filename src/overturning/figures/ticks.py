@@ -52,7 +52,7 @@ class InnerTickLocator(Locator):
         return self.base.view_limits(vmin, vmax)
 
 
-def create_only_inner_ticks(figure: Figure) -> None:
+def limit_ticks_to_axis_range(figure: Figure) -> None:
     """Make the axes of a figure create only ticks within their limits, to save time; the picture stays the same."""
     for axes in figure.axes:
         for axis in () if axes.name == "polar" else (axes.xaxis, axes.yaxis):

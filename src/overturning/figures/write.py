@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from overturning.errors import ArgumentError
-from overturning.figures.style import DPI, METADATA, SETTINGS, use_package_matplotlib_settings
+from overturning.figures.style import DPI, MATPLOTLIB_SETTINGS, REMOVED_FILE_METADATA, use_package_matplotlib_settings
 from overturning.figures.svg import compact_svg
 from overturning.figures.svg_translation import translate_svg
 from overturning.files import atomic_write, write_text
@@ -49,14 +49,14 @@ def save_figure_files(
     MissingDataError
         If a PNG or PDF needs a font that is not installed: for the current language, or for Japanese names.
     """
-    from overturning.figures.ticks import create_only_inner_ticks
+    from overturning.figures.ticks import limit_ticks_to_axis_range
 
-    own = SETTINGS["font.size"]
+    own = MATPLOTLIB_SETTINGS["font.size"]
     scale = font / own if font else (width or figure.get_figwidth()) / figure.get_figwidth()
     if (wide := (width or figure.get_figwidth()) / scale) != figure.get_figwidth():
         figure.set_size_inches(wide, wide * figure.get_figheight() / figure.get_figwidth())
     compute_layout_only_once(figure)
-    create_only_inner_ticks(figure)
+    limit_ticks_to_axis_range(figure)
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
         if not axis.get_label_text():  # else Matplotlib would measure all ticks to place an empty label
             axis.set_label_coords(0.5, 0.0)
@@ -68,8 +68,8 @@ def save_figure_files(
             if kind != "svg" and ((scale != 1.0 and kind == "pdf") or current_language() != ENGLISH):
                 _save_figure_by_typst(figure, part, kind, scale, dpi)
                 continue
-            with _list_characters_without_glyph() as missing:
-                figure.savefig(part, format=kind, metadata=METADATA[kind], dpi=dpi * scale)
+            with _collect_characters_without_glyph() as missing:
+                figure.savefig(part, format=kind, metadata=REMOVED_FILE_METADATA[kind], dpi=dpi * scale)
             if missing and kind != "svg":  # an SVG is drawn with the fonts of its viewer
                 check_font_is_installed(font_language_of_text("".join(missing)), path.name)
                 _save_figure_by_typst(figure, part, kind, scale, dpi, "".join(missing))
@@ -82,7 +82,7 @@ def save_figure_files(
 
 
 @contextmanager
-def _list_characters_without_glyph() -> Iterator[list[str]]:
+def _collect_characters_without_glyph() -> Iterator[list[str]]:
     """Context manager: collect the characters that Matplotlib's font lacks in a list, instead of printing warnings."""
     missing: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
@@ -113,8 +113,8 @@ def _save_figure_by_typst(
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         drawing = folder / "figure.svg"
-        with _list_characters_without_glyph():
-            figure.savefig(drawing, format="svg", metadata=METADATA["svg"], dpi=dpi * scale)
+        with _collect_characters_without_glyph():
+            figure.savefig(drawing, format="svg", metadata=REMOVED_FILE_METADATA["svg"], dpi=dpi * scale)
         if translated:
             drawing.write_text(translate_svg(drawing.read_text(encoding="utf-8")), encoding="utf-8")
         wide, high = (72.0 * scale * inches for inches in figure.get_size_inches())
@@ -143,21 +143,23 @@ def has_cut_or_overlapping_text(figure: "Figure") -> bool:
     The check removes the layout of the figure, so that its panels keep their positions.
     """
     figure.set_layout_engine("none")
-    with _list_characters_without_glyph():
+    with _collect_characters_without_glyph():
         figure.draw_without_rendering()  # Matplotlib keeps the places of labels in pixels of the file written last
     renderer, whole = figure.canvas.get_renderer(), figure.bbox.padded(2.0)  # type: ignore[attr-defined]
     shown = [axes for axes in figure.axes if axes.get_visible()]
     titles = [one.get_window_extent(renderer).padded(-1.0) for one in (axes.title for axes in shown) if one.get_text()]
     outer = [one.get_window_extent(renderer) for one in figure.texts if _is_visible_text(one)]
-    outer += [one.get_window_extent(renderer).padded(-2.0 * _TOUCH) for one in figure.legends]  # a legend has margins
+    outer += [
+        one.get_window_extent(renderer).padded(-2.0 * _TEXT_BOX_MARGIN_PX) for one in figure.legends
+    ]  # a legend has margins
     if any(not whole.contains(*corner) for box in (*titles, *outer) for corner in (box.min, box.max)):
         return True
     inner = [one.get_window_extent(renderer) for axes in shown for one in _visible_panel_texts(axes)]
-    boxes = [box.padded(-_TOUCH) for box in (*titles, *outer, *inner)]
+    boxes = [box.padded(-_TEXT_BOX_MARGIN_PX) for box in (*titles, *outer, *inner)]
     return any(one.overlaps(other) for place, one in enumerate(boxes) for other in boxes[:place])
 
 
-_TOUCH: Final = 3.0
+_TEXT_BOX_MARGIN_PX: Final = 3.0
 """Margin of the box of a text, pixels: boxes that only touch do not overlap."""
 
 
@@ -238,7 +240,7 @@ def save_figure_with_checks(figure: "Figure", path: Path, *, dpi: float, width: 
     with use_package_matplotlib_settings(), warnings.catch_warnings():
         warnings.filterwarnings("error", "constrained_layout not applied")
         if family:  # ticks that are made while drawing have the family of the settings
-            mpl.rcParams["font.family"] = [family, *SETTINGS["font.family"]]
+            mpl.rcParams["font.family"] = [family, *MATPLOTLIB_SETTINGS["font.family"]]
             for text in figure.findobj(Text):
                 text.set_fontfamily(mpl.rcParams["font.family"])
         try:
@@ -248,7 +250,7 @@ def save_figure_with_checks(figure: "Figure", path: Path, *, dpi: float, width: 
     return f"text is cut off or overlaps; {_REMEDY}" if has_cut_or_overlapping_text(figure) else ""
 
 
-Write = Callable[["Figure", Path], None]
+FigureWriter = Callable[["Figure", Path], None]
 """Function that writes a figure to a path without extension, in all formats of a study."""
 
 

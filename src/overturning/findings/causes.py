@@ -4,12 +4,12 @@ import math
 from collections.abc import Mapping, Sequence
 
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Estimate, FindingBaseClass, Number, estimate_from_mean, negate_estimate
+from overturning.findings.values import Estimate, FindingBaseClass, OptionalNumber, estimate_from_mean, negate_estimate
 from overturning.labels import note_on_size_reference_stone
-from overturning.statistics.criteria import PULSE_VALID, score_overturning_criteria
+from overturning.statistics.criteria import MAX_VALID_PULSE_FREQUENCY_RATIO, score_overturning_criteria
 from overturning.statistics.logistic import LEVEL, fitted_coefficient_rows
 
-DOUBLED = {1: "PGA and PGV", 2: "PGV alone", 4: "size of the block"}
+DOUBLED_QUANTITY_BY_COEFFICIENT_INDEX = {1: "PGA and PGV", 2: "PGV alone", 4: "size of the block"}
 """Quantity that doubles if a predictor of `statistics.logistic.PREDICTORS` grows by ln 2, by coefficient index."""
 
 
@@ -18,21 +18,21 @@ class LogisticCoefficient(FindingBaseClass):
 
     predictor: str
     """Name of the predictor; "intercept" for the constant."""
-    value: Number
+    value: OptionalNumber
     """Change of the log-odds of a fall per unit of the predictor."""
-    low: Number
+    low: OptionalNumber
     """Lower end of the interval of `value`."""
-    high: Number
+    high: OptionalNumber
     """Upper end of the interval of `value`."""
-    data_minimum: Number
+    data_minimum: OptionalNumber
     """Smallest value of the predictor in the data."""
-    data_maximum: Number
+    data_maximum: OptionalNumber
     """Largest value of the predictor in the data."""
-    odds_factor_per_doubling: Number
+    odds_factor_per_doubling: OptionalNumber
     """Factor on the odds of a fall if the quantity doubles and the other predictors stay; None for the intercept."""
-    odds_factor_low: Number
+    odds_factor_low: OptionalNumber
     """Lower end of the interval of `odds_factor_per_doubling`."""
-    odds_factor_high: Number
+    odds_factor_high: OptionalNumber
     """Upper end of the interval of `odds_factor_per_doubling`."""
 
 
@@ -41,10 +41,10 @@ class FallProbabilityAfterDoubling(FindingBaseClass):
 
     doubled: str
     """Quantity that doubles, the others fixed: "PGA and PGV", "PGV alone", or "size of the block"."""
-    even_chance_becomes: Number
-    even_chance_low: Number = None
+    even_chance_becomes: OptionalNumber
+    even_chance_low: OptionalNumber = None
     """Lower end of the interval of `even_chance_becomes`."""
-    even_chance_high: Number = None
+    even_chance_high: OptionalNumber = None
     """Upper end of the interval of `even_chance_becomes`."""
 
 
@@ -72,15 +72,15 @@ class CriterionScore(FindingBaseClass):
     """Name of the criterion."""
     rule: str
     """Condition under which the criterion predicts a fall."""
-    hit_rate: Number
+    hit_rate: OptionalNumber
     """Share of the falls that the criterion predicts."""
-    false_alarm_rate: Number
+    false_alarm_rate: OptionalNumber
     """Share of the standing blocks for which the criterion predicts a fall."""
     skill: Estimate
     """Skill over all blocks together."""
     skill_within_block_shape: Estimate
     """Mean over heights and B/H of the skill among the blocks of one height and B/H."""
-    skill_within_pulse_range: Number
+    skill_within_pulse_range: OptionalNumber
     """Value of `skill_within_block_shape` without planes and blocks beyond the range of the pulse criterion."""
 
 
@@ -108,9 +108,9 @@ class CriteriaFindings(FindingBaseClass):
     """Value of `skill_within_block_shape` of `largest_skill_criterion` minus that of each other criterion."""
     not_shown_to_differ: list[SkillDifference]
     """Values of `skill_lead` whose interval does not exclude 0, as differences in the order of `scores`."""
-    share_beyond_pulse_range: Number
+    share_beyond_pulse_range: OptionalNumber
     """Share of planes and blocks for which the pulse criterion is far too low."""
-    pulse_range: float = PULSE_VALID
+    pulse_range: float = MAX_VALID_PULSE_FREQUENCY_RATIO
     """Largest frequency ratio ω/p for which the pulse criterion is valid."""
 
 
@@ -156,7 +156,11 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
                 odds_factor_high=doubled[2],
             )
         )
-    fitted = {} if fit.note.startswith("no fit") else {rows[place].predictor: name for place, name in DOUBLED.items()}
+    fitted = (
+        {}
+        if fit.note.startswith("no fit")
+        else {rows[place].predictor: name for place, name in DOUBLED_QUANTITY_BY_COEFFICIENT_INDEX.items()}
+    )
     chances = [
         _fall_probability_if_quantity_doubles(fitted[one.predictor], one) for one in rows if one.predictor in fitted
     ]
@@ -192,24 +196,27 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
 
     None for 3-D models, for elements of several sizes, and if no outcome is known.
     """
-    asked = results.model.one_component and not note_on_size_reference_stone(results.cube)
-    found = score_overturning_criteria(results.cube, results.intensity) if asked else None
+    asked = results.model.is_planar and not note_on_size_reference_stone(results.default_element_cube)
+    found = score_overturning_criteria(results.default_element_cube, results.intensity) if asked else None
     if found is None:
         return None
     scores = [
         CriterionScore(
             criterion=one.name,
             rule=one.rule,
-            hit_rate=one.overall.hit_rate,
-            false_alarm_rate=one.overall.false_alarm_rate,
+            hit_rate=one.overall_counts.hit_rate,
+            false_alarm_rate=one.overall_counts.false_alarm_rate,
             skill=estimate_from_mean(one.skill, "skill over all blocks together"),
-            skill_within_block_shape=estimate_from_mean(one.within, "mean skill over blocks of one height and B/H"),
-            skill_within_pulse_range=one.within_valid,
+            skill_within_block_shape=estimate_from_mean(
+                one.mean_skill_within_block_sizes, "mean skill over blocks of one height and B/H"
+            ),
+            skill_within_pulse_range=one.mean_skill_in_valid_range,
         )
         for one in found.rules
     ]
     leads = {
-        name: estimate_from_mean(lead, "difference of the skills within blocks") for name, lead in found.leads.items()
+        name: estimate_from_mean(lead, "difference of the skills within blocks")
+        for name, lead in found.skill_leads_of_best_criterion.items()
     }
     return CriteriaFindings(
         scores=scores,
@@ -219,7 +226,7 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
         not_shown_to_differ=_insignificant_skill_differences(
             found.best_criterion.name, leads, [one.criterion for one in scores]
         ),
-        share_beyond_pulse_range=found.beyond,
+        share_beyond_pulse_range=found.share_beyond_pulse_validity,
     )
 
 
@@ -256,7 +263,7 @@ def compare_outcomes_with_published(results: StudyResults) -> list[ComparisonWit
             published_overturns=row.overturns,
             computed_overturns=overturns,
         )
-        for variant in results.cubes
+        for variant in results.cubes_by_variant
         for (height, friction), found in computed_outcomes_of_published_cases(results, variant).items()
         for row, overturns in zip(results.study.published, found, strict=True)
     ]

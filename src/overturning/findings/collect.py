@@ -44,7 +44,7 @@ from overturning.findings.exactness import (
     final_twist_findings,
 )
 from overturning.findings.extent import (
-    CellCount,
+    CaseCountOfStatus,
     RecordSource,
     ReportMaps,
     StudyCounts,
@@ -55,10 +55,10 @@ from overturning.findings.extent import (
 )
 from overturning.findings.inferred_motion import InferredMotion, all_inferred_motion_findings
 from overturning.findings.population import PopulationFindings, population_findings
-from overturning.findings.processing import RecordNotes, record_notes
+from overturning.findings.processing import RecordNotes, summarise_record_notes_and_doubts
 from overturning.findings.published import (
-    PublishedAgreement,
-    PublishedPeak,
+    BlockAgreementWithPublished,
+    PublishedPeakComparison,
     compare_peaks_with_published,
     count_blocks_that_agree_with_published,
 )
@@ -68,12 +68,12 @@ from overturning.findings.study import (
     NumericalQuality,
     RecordFacts,
     StudyFacts,
-    count_cases,
+    case_counts_and_overturned_shares,
     numerical_quality,
     record_facts,
     study_facts,
 )
-from overturning.findings.survey_displacements import SurveyDisplacements, all_survey_displacements
+from overturning.findings.survey_displacements import SurveyDisplacementFindings, all_survey_displacement_findings
 from overturning.findings.surveys import SurveyFindings, all_survey_prediction_findings
 from overturning.findings.values import FindingBaseClass
 from overturning.stored import read_json_result
@@ -108,13 +108,13 @@ class Findings(FindingBaseClass):
     """Soil computations whose effective strain exceeds the largest strain of the curve of a layer."""
     surveys: list[SurveyFindings]
     """Comparison of each survey of fallen stones with the prediction."""
-    survey_displacements: list[SurveyDisplacements] = Field(default_factory=list)
+    survey_displacements: list[SurveyDisplacementFindings] = Field(default_factory=list)
     """Comparison of each survey with the displacements computed in a 3-D study."""
     inferred_motions: list[InferredMotion]
     """Motion inferred from each survey."""
-    published_peaks: list[PublishedPeak]
+    published_peaks: list[PublishedPeakComparison]
     """Published peaks of the motions and computed ones."""
-    published_agreement: list[PublishedAgreement]
+    published_agreement: list[BlockAgreementWithPublished]
     """Blocks for which all published outcomes are found."""
     published_comparisons: list[ComparisonWithPublished]
     """Outcomes next to published ones."""
@@ -135,7 +135,7 @@ class Findings(FindingBaseClass):
     """Records and the falls under each."""
     record_notes: RecordNotes
     """Notes and doubts about the data of the records."""
-    cells: list[CellCount]
+    cells: list[CaseCountOfStatus]
     sources: list[RecordSource]
     numerical_quality: NumericalQuality
     """Energy error, penetration and versions."""
@@ -147,7 +147,7 @@ def findings_from_results(results: StudyResults) -> Findings:
     return Findings(
         study=study_facts(results),
         extent=count_records_blocks_and_directions(results),
-        cases=count_cases(results),
+        cases=case_counts_and_overturned_shares(results),
         direction=fall_direction_findings(results),
         contrasts=compare_study_with_variants(results),
         reference_alignments=fall_alignments_with_references(results),
@@ -158,7 +158,7 @@ def findings_from_results(results: StudyResults) -> Findings:
         not_converged=unconverged_soil_analyses(results),
         beyond_curves=soil_analyses_with_strain_beyond_curves(results),
         surveys=all_survey_prediction_findings(results),
-        survey_displacements=all_survey_displacements(results),
+        survey_displacements=all_survey_displacement_findings(results),
         inferred_motions=all_inferred_motion_findings(results),
         published_peaks=compare_peaks_with_published(results),
         published_agreement=count_blocks_that_agree_with_published(results),
@@ -171,7 +171,7 @@ def findings_from_results(results: StudyResults) -> Findings:
         convergence=convergence_findings(results),
         maps=choose_fall_maps_for_report(results),
         records=records,
-        record_notes=record_notes({one.id: one.processing for one in records}),
+        record_notes=summarise_record_notes_and_doubts({one.id: one.processing for one in records}),
         cells=case_counts_by_status(results),
         sources=source_and_licence_of_records(results),
         numerical_quality=numerical_quality(results),
@@ -205,7 +205,7 @@ def findings(cube: str | Path, study: Study | None = None) -> Findings:
     """
     path = convert_argument_to_path("cube", cube, "the path of cube.nc, or of its folder: other results are next to it")
     with open_study_results(path, study) as results:
-        for name in results.changed_cubes:
+        for name in results.changed_cube_names:
             why = "its outcomes were changed after the run; the findings are of the changed ones and state their hash"
             warnings.warn(f"{results.folder / name}: {why}", stacklevel=3)
         if study is None and (lacking := note_on_findings_missing_without_study_file(results)):

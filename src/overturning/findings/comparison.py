@@ -2,7 +2,7 @@
 
 import math
 
-from overturning.findings.values import FindingBaseClass, Number
+from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.study.convergence import ConvergenceCheckResult, OutcomeChangesOfElement
 from overturning.study.ensemble import wilson_interval
 
@@ -17,11 +17,11 @@ class ChangedCases(FindingBaseClass):
     """Number of cases that change."""
     compared: int
     """Number of cases that are compared."""
-    value: Number
+    value: OptionalNumber
     """Share of the compared cases that change; None if none is compared."""
-    low: Number
+    low: OptionalNumber
     """Lower end of the 95 % interval; None if all cases of the study are compared."""
-    high: Number
+    high: OptionalNumber
 
 
 class ComparisonWithSecondComputation(FindingBaseClass):
@@ -29,7 +29,7 @@ class ComparisonWithSecondComputation(FindingBaseClass):
 
     computation: str
     """"finer" (shorter steps), "stiffer" (stiffer contact), or "rigid" (exact rigid block without sliding)."""
-    factor: Number
+    factor: OptionalNumber
     """Factor on the number of steps or on the stiffness; None for the rigid block."""
     element: str
     """Element that is compared; empty for a single block."""

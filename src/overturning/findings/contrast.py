@@ -6,12 +6,12 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Estimate, FindingBaseClass, Number, estimate_from_mean
+from overturning.findings.values import Estimate, FindingBaseClass, OptionalNumber, estimate_from_mean
 from overturning.model.scene import Scene
 from overturning.model.variables import outcome_is_known
-from overturning.records.site import BEYOND_CURVE, SoilSite
+from overturning.records.site import BEYOND_CURVE_PHRASE, SoilSite
 from overturning.statistics.bootstrap import mean_over_earthquakes, mean_share_over_earthquakes
-from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis_difference
+from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION, wrap_axis_difference
 from overturning.statistics.elements import ElementFallCounts, count_falls_of_two_stones, mean_shares_of_two_stone_falls
 from overturning.statistics.falls import overturned_shares_by_record
 from overturning.study.cube import record_provenance
@@ -41,7 +41,7 @@ class VariantContrast(FindingBaseClass):
     element_there: str
     differs_in: list[str]
     """Settings that differ: scene, contact, vertical, site."""
-    soil_thickness_m: Number
+    soil_thickness_m: OptionalNumber
     """Thickness of the soil of the variant above the rock, m; None without soil."""
     records: int
     """Number of compared records; if only vertical motion differs, those with a vertical component."""
@@ -61,7 +61,7 @@ class VariantContrast(FindingBaseClass):
     """Share of the cases that overturn in both."""
     same_direction: Estimate
     """Share of the falls in both that go within 45° of each other."""
-    opposite_share: Number
+    opposite_share: OptionalNumber
     """Share of the falls in both that go more than 45° apart; None without such falls."""
     earlier_in_study: Estimate
     """Share of the falls in both that are earlier in the study."""
@@ -106,15 +106,15 @@ class ElementFallOutcomes(FindingBaseClass):
     """Number of cases with an outcome."""
     falls: int
     """Number of cases in which the element falls."""
-    share_overturned: Number
+    share_overturned: OptionalNumber
     """Share of the cases in which the element falls."""
     falls_first: int
     """Number of falls in which no other element falls before."""
-    share_first: Number
+    share_first: OptionalNumber
     """Share of its falls in which no other element falls before; None without falls."""
-    share_alone: Number
+    share_alone: OptionalNumber
     """Share of its falls in which no other element falls at all; None without falls."""
-    median_fall_time_s: Number
+    median_fall_time_s: OptionalNumber
     """Median time of the falls from the start of the record, s."""
 
 
@@ -138,23 +138,23 @@ class SiteFallRates(FindingBaseClass):
     """True if a layer softens with strain (equivalent-linear computation), False if all layers are linear."""
     amplitude: float
     """Factor on the motion."""
-    median_pga_m_s2: Number
+    median_pga_m_s2: OptionalNumber
     """Median of the largest horizontal acceleration over records, m/s²."""
-    mean_fall_rate: Number
+    mean_fall_rate: OptionalNumber
     """Mean over records of the share of the stones that fall."""
-    axis_turned_deg: Number
+    axis_turned_deg: OptionalNumber
     """Median angle, over records, between the fall axes on this ground and on the ground as recorded; None if the
     planes of the study impose the axis."""
     axes_compared: int
     """Number of records with an axis on both grounds."""
-    median_fall_rate: Number
+    median_fall_rate: OptionalNumber
     """Median over records of the share of the stones that fall."""
     records_with_half_fallen: int
     """Number of records under which at least half of the stones fall."""
 
 
-SHARE_OVERTURNED = "share of the cases that overturn"
-FALL_RATE = "share of the stones of a cemetery that fall under the records as they are"
+SHARE_OVERTURNED_DESCRIPTION = "share of the cases that overturn"
+FALL_RATE_DESCRIPTION = "share of the stones of a cemetery that fall under the records as they are"
 
 
 def compared_record_indices(results: StudyResults, variant: str) -> NDArray[np.intp]:
@@ -163,7 +163,7 @@ def compared_record_indices(results: StudyResults, variant: str) -> NDArray[np.i
     If the variant differs in vertical motion only, records without a vertical component are left out: both cubes have
     the same cases for them, which show nothing about vertical motion.
     """
-    every = np.arange(results.cube.sizes["record"])
+    every = np.arange(results.default_element_cube.sizes["record"])
     if names_of_differing_settings(results.study, NOMINAL, variant) != ["vertical"]:
         return every
     applied = [results.cube_of_default_element(name)["vertical"].to_numpy() == 1 for name in (NOMINAL, variant)]
@@ -182,7 +182,7 @@ def _compare_study_with_variant(
     """Compare the outcomes of the study and of one variant under the records with the given indices."""
     elements = names_of_compared_elements(results.study, variant)
     cubes = [
-        select_outcomes_of_element(results.cubes[name], element).isel(record=record_indices)
+        select_outcomes_of_element(results.cubes_by_variant[name], element).isel(record=record_indices)
         for name, element in zip((NOMINAL, variant), elements, strict=True)
     ]
     events = results.record_events[record_indices]
@@ -195,16 +195,20 @@ def _compare_study_with_variant(
     by_shape = [
         OverturnedSharesAtBOverH(
             b_over_h=round(float(ratio), 9),
-            share_overturned_study=estimate_from_mean(mean_share_over_earthquakes(one, events), SHARE_OVERTURNED),
-            share_overturned_variant=estimate_from_mean(mean_share_over_earthquakes(other, events), SHARE_OVERTURNED),
+            share_overturned_study=estimate_from_mean(
+                mean_share_over_earthquakes(one, events), SHARE_OVERTURNED_DESCRIPTION
+            ),
+            share_overturned_variant=estimate_from_mean(
+                mean_share_over_earthquakes(other, events), SHARE_OVERTURNED_DESCRIPTION
+            ),
             share_difference=estimate_from_mean(
-                mean_over_earthquakes(one - other, events), f"difference of the {SHARE_OVERTURNED}"
+                mean_over_earthquakes(one - other, events), f"difference of the {SHARE_OVERTURNED_DESCRIPTION}"
             ),
         )
-        for ratio, one, other in zip(results.cube["b_over_h"].to_numpy(), *shapes, strict=True)
+        for ratio, one, other in zip(results.default_element_cube["b_over_h"].to_numpy(), *shapes, strict=True)
     ]
     difference = estimate_from_mean(
-        mean_over_earthquakes(here - there, events), f"difference of the {SHARE_OVERTURNED}"
+        mean_over_earthquakes(here - there, events), f"difference of the {SHARE_OVERTURNED_DESCRIPTION}"
     )
     stones = results.study.population
     rates = None if stones is None else fall_rates_of_stones_known_in_both_cubes(cubes[0], cubes[1], stones)
@@ -223,8 +227,12 @@ def _compare_study_with_variant(
         soil_thickness_m=sum(layer.thickness_m for layer in site.layers) if site is not None else None,
         records=int(record_indices.size),
         cases_not_compared=cubes[0]["overturned"].size - int(counts["compared"].sum()),
-        share_overturned_study=estimate_from_mean(mean_share_over_earthquakes(here, events), SHARE_OVERTURNED),
-        share_overturned_variant=estimate_from_mean(mean_share_over_earthquakes(there, events), SHARE_OVERTURNED),
+        share_overturned_study=estimate_from_mean(
+            mean_share_over_earthquakes(here, events), SHARE_OVERTURNED_DESCRIPTION
+        ),
+        share_overturned_variant=estimate_from_mean(
+            mean_share_over_earthquakes(there, events), SHARE_OVERTURNED_DESCRIPTION
+        ),
         share_difference=difference,
         only_study_overturns=estimate_from_mean(found.only_this, "share of the cases that overturn in the study only"),
         only_variant_overturns=estimate_from_mean(
@@ -241,12 +249,16 @@ def _compare_study_with_variant(
             found.first, "share of the cases with a fall in either in which the stone of the study falls first or alone"
         ),
         by_b_over_h=by_shape,
-        rate_here=estimate_from_mean(mean_share_over_earthquakes(rates[0], events), FALL_RATE) if rates else None,
-        rate_there=estimate_from_mean(mean_share_over_earthquakes(rates[1], events), FALL_RATE) if rates else None,
+        rate_here=estimate_from_mean(mean_share_over_earthquakes(rates[0], events), FALL_RATE_DESCRIPTION)
+        if rates
+        else None,
+        rate_there=estimate_from_mean(mean_share_over_earthquakes(rates[1], events), FALL_RATE_DESCRIPTION)
+        if rates
+        else None,
         primary_difference=(
             difference
             if rate_difference is None
-            else estimate_from_mean(rate_difference, f"difference of the {FALL_RATE}")
+            else estimate_from_mean(rate_difference, f"difference of the {FALL_RATE_DESCRIPTION}")
         ),
     )
 
@@ -270,12 +282,12 @@ def element_fall_findings(results: StudyResults) -> list[ElementFallOutcomes]:
     Empty if all have the same scene of one element.
     """
     study = results.study
-    several = any("element" in cube.dims for cube in results.cubes.values())
+    several = any("element" in cube.dims for cube in results.cubes_by_variant.values())
     if not several and not any(variant.scene for variant in study.variants.values()):
         return []
     return [
         _fall_outcomes_of_element(name, variant_scene(study, name), row, "element" in cube.dims)
-        for name, cube in results.cubes.items()
+        for name, cube in results.cubes_by_variant.items()
         for row in results.element_fall_counts_by_variant[name]
     ]
 
@@ -294,9 +306,9 @@ def _fall_outcomes_of_element(
         cases=fall_counts.cases,
         falls=fall_counts.falls,
         share_overturned=fall_counts.share,
-        falls_first=fall_counts.first,
-        share_first=fall_counts.first / fall_counts.falls if fall_counts.falls else None,
-        share_alone=fall_counts.alone / fall_counts.falls if fall_counts.falls else None,
+        falls_first=fall_counts.first_falls,
+        share_first=fall_counts.first_falls / fall_counts.falls if fall_counts.falls else None,
+        share_alone=fall_counts.lone_falls / fall_counts.falls if fall_counts.falls else None,
         median_fall_time_s=fall_counts.median_time,
     )
 
@@ -309,18 +321,18 @@ def population_fall_rates_by_soil(results: StudyResults) -> list[SiteFallRates]:
     sites: dict[str, SoilSite | None] = {NOMINAL: None}
     sites |= {name: variant_settings(results.study, name).site for name in results.study.variants}
     sites = {name: site for name, site in sites.items() if site is not None or name == NOMINAL}
-    if len(sites) == 1 or not results.populations:
+    if len(sites) == 1 or not results.population_rates_by_variant:
         return []
     found = []
-    for factor in map(float, results.populations[NOMINAL]["amplitude"].to_numpy()):
+    for factor in map(float, results.population_rates_by_variant[NOMINAL]["amplitude"].to_numpy()):
         for name, site in sites.items():
-            rate = results.populations[name].sel(amplitude=factor)["fall_rate"]
-            accounts = record_provenance(results.cubes[name]).values()
+            rate = results.population_rates_by_variant[name].sel(amplitude=factor)["fall_rate"]
+            accounts = record_provenance(results.cubes_by_variant[name]).values()
             angles = (
                 np.empty(0)
                 if site is None or results.plane_choice_imposes_fall_axis
                 else angles_between_fall_axes_deg(
-                    *(results.populations[each].sel(amplitude=factor) for each in (name, NOMINAL))
+                    *(results.population_rates_by_variant[each].sel(amplitude=factor) for each in (name, NOMINAL))
                 )
             )
             layers = site.layers if site is not None else ()
@@ -343,7 +355,7 @@ def population_fall_rates_by_soil(results: StudyResults) -> list[SiteFallRates]:
     return found
 
 
-LEAST_FALLS = 0.05
+MIN_FALL_RATE_FOR_FALL_AXIS = 0.05
 """Smallest fall rate under a record for which the axis of the falls is compared."""
 
 
@@ -354,7 +366,9 @@ def angles_between_fall_axes_deg(soil_rates: xr.Dataset, rock_rates: xr.Dataset)
     """
     apart = np.abs(wrap_axis_difference(soil_rates["fall_axis"].to_numpy() - rock_rates["fall_axis"].to_numpy()))
     for found in (soil_rates, rock_rates):
-        clear = (found["fall_rate"] >= LEAST_FALLS) & (found["fall_resultant"] >= LEAST_RESULTANT)
+        clear = (found["fall_rate"] >= MIN_FALL_RATE_FOR_FALL_AXIS) & (
+            found["fall_resultant"] >= MIN_RESULTANT_WITH_MEAN_DIRECTION
+        )
         apart = np.where(clear, apart, np.nan)
     return np.asarray(apart[np.isfinite(apart)])
 
@@ -366,7 +380,7 @@ def unconverged_soil_analyses(results: StudyResults) -> list[str]:
 
 def soil_analyses_with_strain_beyond_curves(results: StudyResults) -> list[str]:
     """Return variant, record and components of each soil-response analysis whose strain exceeds a curve."""
-    return _soil_analyses_with_note(results, BEYOND_CURVE)
+    return _soil_analyses_with_note(results, BEYOND_CURVE_PHRASE)
 
 
 def _soil_analyses_with_note(results: StudyResults, note: str) -> list[str]:
@@ -375,7 +389,7 @@ def _soil_analyses_with_note(results: StudyResults, note: str) -> list[str]:
     for variant in results.study.variants:
         if variant_settings(results.study, variant).site is None:
             continue
-        for record, account in record_provenance(results.cubes[variant]).items():
+        for record, account in record_provenance(results.cubes_by_variant[variant]).items():
             text = (account["steps"] or [{}])[-1].get("chosen", "")
             parts = [part for part in text.split("; ") if note in part]
             found += [f"{variant}, {record}: {'; '.join(parts)}"] if parts else []

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Estimate, FindingBaseClass, Number, estimate_from_mean
+from overturning.findings.values import Estimate, FindingBaseClass, OptionalNumber, estimate_from_mean
 from overturning.model.symmetry import PLANE_PERIOD
 from overturning.statistics.alignment_by_rule import FaultNormalAlignmentOfSelectedBlocks
 from overturning.statistics.bootstrap import mean_over_earthquakes
@@ -15,7 +15,9 @@ from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.falls import block_selection_rule_for_cube, count_outcome_changes, overturning_indicator
 from overturning.statistics.space import shares_of_agreeing_2d_and_3d_outcomes
 
-ALIGNMENT = "mean of cos 2Δ, Δ the angle from the fault normal to a fall: 1 normal to the fault, −1 along it"
+ALIGNMENT_DESCRIPTION = (
+    "mean of cos 2Δ, Δ the angle from the fault normal to a fall: 1 normal to the fault, −1 along it"
+)
 
 
 class EarthquakeFallAxis(FindingBaseClass):
@@ -23,11 +25,11 @@ class EarthquakeFallAxis(FindingBaseClass):
 
     event: str
     """Name of the earthquake."""
-    alignment: Number
+    alignment: OptionalNumber
     """Mean of cos 2Δ; None without falls or fault normal."""
-    resultant: Number
+    resultant: OptionalNumber
     """Length of the mean of the doubled fall axes: 0 for axes in all directions, 1 for one axis."""
-    axis_from_normal_deg: Number
+    axis_from_normal_deg: OptionalNumber
     """Axis of the falls relative to the fault normal, (−90, 90]; None if the resultant is too small."""
 
 
@@ -42,7 +44,7 @@ class BlockSelectionAlignment(FindingBaseClass):
     """Number of records with falls that count."""
     alignment: Estimate
     """Mean of cos 2Δ over earthquakes, Δ the angle from the fault normal to a fall."""
-    largest_possible_alignment: Number
+    largest_possible_alignment: OptionalNumber
     """Alignment if the mean axis of every record were its fault normal."""
 
 
@@ -55,13 +57,13 @@ class GroupFallDirection(FindingBaseClass):
     """Number of earthquakes with records in the group; `alignment.earthquakes` counts those with an alignment."""
     alignment: Estimate
     """Mean of cos 2Δ over earthquakes, Δ the angle from the fault normal to a fall."""
-    largest_possible_alignment: Number
+    largest_possible_alignment: OptionalNumber
     """Alignment if the mean axis of every record were its fault normal."""
-    axis_from_normal_deg: Number
+    axis_from_normal_deg: OptionalNumber
     """Mean axis relative to the fault normal; None if a test does not reject "no common axis" at 5 %."""
-    axis_interval_half_width_deg: Number
+    axis_interval_half_width_deg: OptionalNumber
     """Half of the 95 % interval of the axis."""
-    no_common_axis_p_value: Number
+    no_common_axis_p_value: OptionalNumber
     """p-value of the test of "no common axis"."""
     earthquakes_with_axis: int
     """Number of earthquakes whose falls have an axis (large enough resultant)."""
@@ -73,9 +75,9 @@ class GroupFallDirection(FindingBaseClass):
     """Falls of each earthquake relative to its fault normal."""
     by_rule: list[BlockSelectionAlignment]
     """Alignment under each rule that selects blocks."""
-    smallest_by_rule: Number
+    smallest_by_rule: OptionalNumber
     """Smallest alignment under the rules of `by_rule`."""
-    largest_by_rule: Number
+    largest_by_rule: OptionalNumber
     rules_with_interval: int
     """Number of these rules with an interval, and how many of the intervals exclude 0."""
     rules_excluding_zero: int
@@ -93,7 +95,7 @@ class FallDirection(FindingBaseClass):
     """Direction of the falls of each group of records."""
     alignment_difference: Estimate | None
     """Alignment of the first group minus that of the second; None if there is one group."""
-    outcome_changes_between_neighbours: dict[str, Number]
+    outcome_changes_between_neighbours: dict[str, OptionalNumber]
     """Share of neighbouring cells with different outcomes, by dimension."""
     share_overturned_by_plane: list["OverturnedShareOfPlane"] = Field(default_factory=list)
     """Share of the cases that overturn in each plane; empty unless the planes are spread unevenly over the circle."""
@@ -104,7 +106,7 @@ class OverturnedShareOfPlane(FindingBaseClass):
 
     azimuth_deg: float
     """Azimuth of the plane, degrees, 0 to 180."""
-    share_overturned: Number
+    share_overturned: OptionalNumber
     """Share of the cases with an outcome that overturn."""
 
 
@@ -150,17 +152,17 @@ class PlanarModelAgreement(FindingBaseClass):
 
     cases: int
     """Number of cases with both outcomes."""
-    same_outcome: Number
+    same_outcome: OptionalNumber
     """Share of cases in which the 2-D model predicts correctly whether the stone falls."""
-    same_outcome_near_boundary: Number
+    same_outcome_near_boundary: OptionalNumber
     """Value of `same_outcome` for cases whose neighbour in B/H has another outcome."""
-    only_3d_overturns: Number
+    only_3d_overturns: OptionalNumber
     """Share of the cases that overturn in the 3-D model only."""
-    only_2d_overturns: Number
+    only_2d_overturns: OptionalNumber
     """Share of the cases that overturn in the 2-D model only."""
-    same_edge: Number
+    same_edge: OptionalNumber
     """Share of the falls in both models that go over the edge that the 2-D model predicts."""
-    angle_between_axes_deg: Number
+    angle_between_axes_deg: OptionalNumber
     """Mean angle between the fall axes of the two models, 0 to 90."""
 
 
@@ -175,12 +177,12 @@ def _alignment_finding_of_block_selection(
         rule=rule_alignment.rule.name.format(direction_noun),
         is_study_rule=is_study_rule,
         records=rule_alignment.records,
-        alignment=estimate_from_mean(rule_alignment.alignment, ALIGNMENT),
-        largest_possible_alignment=rule_alignment.largest,
+        alignment=estimate_from_mean(rule_alignment.alignment, ALIGNMENT_DESCRIPTION),
+        largest_possible_alignment=rule_alignment.largest_possible_alignment,
     )
 
 
-def _reason_for_no_fall_axis(results: StudyResults) -> str:
+def _reason_for_no_comparable_fall_axis(results: StudyResults) -> str:
     """Return the reason why falls have no axis to compare with a fault, such as "no falls"; "" if they have one."""
     if math.isnan(results.share_overturned):
         return "no outcome"
@@ -193,19 +195,19 @@ def _reason_for_no_fall_axis(results: StudyResults) -> str:
     imposed = bool(results.records_with_imposed_axis)
     if not results.any_record_has_fall_axis:
         return "unknown outcomes" if imposed else "every direction or none"
-    if results.has_known_fault_normal:
+    if results.has_falls_with_known_fault_normal:
         return ""
     return "unknown outcomes" if imposed and results.any_fault_normal_is_stated else "no fault normal"
 
 
 def _plane_azimuths_deg(results: StudyResults) -> FloatArray:
     """Return the azimuth modulo 180°, degrees, of each simulated vertical plane of a 2-D study."""
-    return np.asarray(results.cube["azimuth"].to_numpy().astype(np.float64) % PLANE_PERIOD)
+    return np.asarray(results.default_element_cube["azimuth"].to_numpy().astype(np.float64) % PLANE_PERIOD)
 
 
 def _overturned_share_by_plane(results: StudyResults) -> list[OverturnedShareOfPlane]:
     """Return the share of the cases that overturn in each vertical plane of a 2-D study."""
-    falls, planes = overturning_indicator(results.cube), _plane_azimuths_deg(results)
+    falls, planes = overturning_indicator(results.default_element_cube), _plane_azimuths_deg(results)
     others = [name for name in falls.dims if name != "azimuth"]
     fallen, known = (part.sum(others).compute().to_numpy() for part in (falls, falls.notnull()))
     shares = []
@@ -218,12 +220,15 @@ def _overturned_share_by_plane(results: StudyResults) -> list[OverturnedShareOfP
 
 def fall_direction_findings(results: StudyResults) -> FallDirection:
     """Compute the axis of falls relative to the fault normal, and their alignment, by group of records."""
-    cube, groups = results.cube, []
+    cube, groups = results.default_element_cube, []
     lengths, own = (
         results.mean_fall_directions_by_record["axis_resultant"].to_numpy(),
         block_selection_rule_for_cube(cube),
     )
-    members, word = record_masks_by_group(cube), "plane" if results.model.one_component else results.model.direction
+    members, word = (
+        record_masks_by_group(cube),
+        "plane" if results.model.is_planar else results.model.direction_dimension_name,
+    )
     for name, summary in results.fall_axis_summaries.items():
         axes = results.fall_axes_by_group[name]
         rows = zip(*(axes[key].to_numpy() for key in ("event", "cosine", "resultant", "axis")), strict=True)
@@ -237,13 +242,13 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
             GroupFallDirection(
                 group=name,
                 earthquakes=summary.earthquakes,
-                alignment=estimate_from_mean(summary.alignment, ALIGNMENT),
-                largest_possible_alignment=summary.largest,
-                axis_from_normal_deg=summary.axis_deg,
+                alignment=estimate_from_mean(summary.alignment, ALIGNMENT_DESCRIPTION),
+                largest_possible_alignment=summary.largest_possible_alignment,
+                axis_from_normal_deg=summary.axis_from_fault_normal_deg,
                 axis_interval_half_width_deg=summary.half_width_deg,
                 no_common_axis_p_value=summary.axis_p_value,
-                earthquakes_with_axis=summary.with_axis,
-                axes_within_45_of_normal=summary.closer_to_normal,
+                earthquakes_with_axis=summary.earthquakes_with_axis,
+                axes_within_45_of_normal=summary.earthquakes_closer_to_normal,
                 axis_resultant_within_record=estimate_from_mean(
                     agreement, "resultant of the doubled fall axes of one record"
                 ),
@@ -258,16 +263,16 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
                 rules_excluding_zero=sum(one.alignment.excludes_zero for one in rules),
             )
         )
-    changes = dict[str, Number]()
-    for dim in (results.model.direction, "b_over_h"):
+    changes = dict[str, OptionalNumber]()
+    for dim in (results.model.direction_dimension_name, "b_over_h"):
         changed, pairs = count_outcome_changes(cube, dim)
         changes[dim] = changed / pairs if pairs else None
-    difference, reason = results.first_minus_second_group_alignment, _reason_for_no_fall_axis(results)
+    difference, reason = results.first_minus_second_group_alignment, _reason_for_no_comparable_fall_axis(results)
     return FallDirection(
         has_comparable_axis=results.has_fall_axis_and_fault_normal,
         no_axis_because=reason,
         groups=groups,
-        alignment_difference=estimate_from_mean(difference, f"difference of {ALIGNMENT}")
+        alignment_difference=estimate_from_mean(difference, f"difference of {ALIGNMENT_DESCRIPTION}")
         if difference and difference.n
         else None,
         outcome_changes_between_neighbours=changes,
@@ -280,7 +285,7 @@ def fall_alignments_with_references(results: StudyResults) -> list[GroupReferenc
 
     Empty for planar models, and without falls.
     """
-    if results.model.one_component or not results.share_overturned > 0:
+    if results.model.is_planar or not results.share_overturned > 0:
         return []
     found, ranges = results.fall_alignment_by_reference
     groups = []
@@ -298,18 +303,27 @@ def fall_alignments_with_references(results: StudyResults) -> list[GroupReferenc
                     by_b_over_h_range=by_b_over_h_range,
                 )
             )
-        closer, axes = references.closer[:1], {one.reference: one for one in means if one.alignment_kind == "axis"}
-        ends = [one for one in means if one.alignment_kind == "direction" and one.reference in references.closest[:1]]
+        closer, axes = (
+            references.best_minus_second_cosines[:1],
+            {one.reference: one for one in means if one.alignment_kind == "axis"},
+        )
+        ends = [
+            one
+            for one in means
+            if one.alignment_kind == "direction" and one.reference in references.best_aligned_references[:1]
+        ]
         heads = [one for each in ends for one in each.by_b_over_h_range.values() if one.low is not None]
         groups.append(
             GroupReferenceAlignment(
                 group=group,
                 references=means,
-                closest_references=list(references.closest),
+                closest_references=list(references.best_aligned_references),
                 closest_minus_second=estimate_from_mean(closer[0], "difference of the means of cos 2Δ")
                 if closer
                 else None,
-                closest_alignment=axes[references.closest[0]].all_b_over_h if references.closest else None,
+                closest_alignment=axes[references.best_aligned_references[0]].all_b_over_h
+                if references.best_aligned_references
+                else None,
                 fault_normal=axes["fault normal"].all_b_over_h if "fault normal" in axes else None,
                 directions_with_interval=len(heads),
                 directions_excluding_zero=sum(one.excludes_zero for one in heads),
@@ -323,7 +337,7 @@ def planar_model_agreement(results: StudyResults) -> PlanarModelAgreement | None
 
     The 2-D simulations are those in the vertical planes of the body's faces; None if there are none.
     """
-    if "plane_overturned" not in results.cube:
+    if "plane_overturned" not in results.default_element_cube:
         return None
     whole = {
         str(name): float(one)

@@ -1,8 +1,8 @@
 """Slip and twist of the stones of a 3-D scene at the end, and falls over the rim of what a stone stands on."""
 
 from overturning.findings.results import StudyResults
-from overturning.findings.values import FindingBaseClass, Number
-from overturning.statistics.elements import element_displacements
+from overturning.findings.values import FindingBaseClass, OptionalNumber
+from overturning.statistics.elements import summarise_element_displacements
 from overturning.study.scenes import variant_scene
 
 
@@ -17,17 +17,17 @@ class ElementDisplacementFindings(FindingBaseClass):
     """Name of the element."""
     standing: int
     """Number of cases in which the element stands."""
-    median_slip_cm: Number
+    median_slip_cm: OptionalNumber
     """Median of the horizontal slip over the standing cases, cm."""
-    percentile_90_slip_cm: Number
+    percentile_90_slip_cm: OptionalNumber
     """90th percentile of the horizontal slip over the standing cases, cm."""
-    median_twist_deg: Number
+    median_twist_deg: OptionalNumber
     """Median of the absolute rotation about the vertical over the standing cases, degrees."""
-    percentile_90_twist_deg: Number
+    percentile_90_twist_deg: OptionalNumber
     """90th percentile of the absolute rotation about the vertical over the standing cases, degrees."""
     falls: int
     """Number of cases in which the element falls."""
-    share_slid_off: Number
+    share_slid_off: OptionalNumber
     """Share of its falls in which it slides over the rim of what it stands on; None without falls, and for the lowest
     stone, since the ground has no rim."""
 
@@ -45,13 +45,15 @@ def final_slip_and_rotation_of_elements(results: StudyResults) -> list[ElementDi
             scene=variant_scene(results.study, variant).name,
             element=row.name if "element" in cube.dims else variant_scene(results.study, variant).free_element_names[0],
             standing=row.standing,
-            median_slip_cm=100.0 * row.slip[0],
-            percentile_90_slip_cm=100.0 * row.slip[1],
-            median_twist_deg=row.twist[0],
-            percentile_90_twist_deg=row.twist[1],
+            median_slip_cm=100.0 * row.median_and_p90_slip_m[0],
+            percentile_90_slip_cm=100.0 * row.median_and_p90_slip_m[1],
+            median_twist_deg=row.median_and_p90_twist_deg[0],
+            percentile_90_twist_deg=row.median_and_p90_twist_deg[1],
             falls=row.fallen,
-            share_slid_off=row.slid_off / row.fallen if place and row.slid_off is not None and row.fallen else None,
+            share_slid_off=row.slide_off_count / row.fallen
+            if place and row.slide_off_count is not None and row.fallen
+            else None,
         )
-        for variant, cube in results.cubes.items()
-        for place, row in enumerate(element_displacements(cube))
+        for variant, cube in results.cubes_by_variant.items()
+        for place, row in enumerate(summarise_element_displacements(cube))
     ]

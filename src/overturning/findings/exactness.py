@@ -15,7 +15,7 @@ from overturning.findings.comparison import (
 )
 from overturning.findings.relief import ReliefFindings, fall_variance_due_to_base_relief
 from overturning.findings.results import StudyResults
-from overturning.findings.values import FindingBaseClass, Number
+from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.model.model import Model
 from overturning.settings import EnsembleSettings
 from overturning.statistics.by_record import apply_to_record_batches
@@ -23,37 +23,37 @@ from overturning.statistics.space import standing_stone_twists_deg, summarise_tw
 from overturning.statistics.spread import (
     Statistic,
     estimate_statistic_of_first_run_batch,
+    most_runs_fall_and_to_both_sides,
     runs_disagree_on_fall,
-    runs_fall_to_both_sides,
 )
 from overturning.study.convergence import ConvergenceCheckResult, RecordChanges
-from overturning.study.ensemble import BATCH
+from overturning.study.ensemble import MEMBERS_PER_BATCH
 
-MIN_CASES_OF_RECORD: Final = 20
+MIN_COMPARED_CASES_PER_RECORD: Final = 20
 """Smallest number of compared cases of a record of which the share of changes is judged."""
 
 
 class EnsembleFindings(FindingBaseClass):
     """Shares of cases whose ensemble runs, with slightly changed parameters, disagree about the fall."""
 
-    share_of_cells_repeated: Number
+    share_of_cells_repeated: OptionalNumber
     """Share of all cells that were run again, several times."""
     repeats_every_cell: bool
     """True if the study repeats all cells, False if it repeats those near a change of outcome along B/H."""
-    fewest_runs_per_cell: Number
+    fewest_runs_per_cell: OptionalNumber
     """Smallest number of runs of a repeated cell."""
-    most_runs_per_cell: Number
+    most_runs_per_cell: OptionalNumber
     """Largest number of runs of a repeated cell."""
-    mean_runs_per_cell: Number
+    mean_runs_per_cell: OptionalNumber
     """Mean number of runs of a repeated cell."""
     first_batch_runs: int
     """Number of runs per cell to which `share_disagreeing` and (2-D) `share_falling_both_ways` refer."""
-    share_disagreeing: Number
+    share_disagreeing: OptionalNumber
     """Estimated share of the repeated cells in which, of `first_batch_runs` runs, some fall and others stand.
 
     Cells with an outcome of fewer runs are left out.
     """
-    share_falling_both_ways: Number
+    share_falling_both_ways: OptionalNumber
     """Estimated share of the repeated cells in which most of `first_batch_runs` runs fall, but not all to one side; in
     3-D the share, of the repeated cells in which all runs fall, whose directions are far apart."""
     relief: ReliefFindings | None = None
@@ -79,7 +79,7 @@ class ConvergenceFindings(FindingBaseClass):
     """True if a random sample of the cases was run again, False if all were."""
     comparisons: list[ComparisonWithSecondComputation]
     """Cases that change in each second computation."""
-    share_at_rest: Number
+    share_at_rest: OptionalNumber
     """Share of the cases run again that lie below the thresholds of rocking and sliding and cannot change."""
     undecidable: ChangedCases
     """Cases that change under a motion stronger by a factor of 1 + 10⁻⁹: no computation can decide them."""
@@ -98,11 +98,11 @@ class FinalTwist(FindingBaseClass):
 
     stones: int
     """Number of stones that moved and stand."""
-    median_deg: Number
+    median_deg: OptionalNumber
     """Median of the absolute rotation."""
-    percentile_90_deg: Number
+    percentile_90_deg: OptionalNumber
     """90th percentile of the absolute rotation."""
-    largest_deg: Number
+    largest_deg: OptionalNumber
     """Largest absolute rotation."""
 
 
@@ -129,7 +129,7 @@ def _records_with_unusually_many_outcome_changes(by_record: list[RecordChanges])
     found = []
     for one in by_record:
         changes = share_of_changed_cases(one.changed, one.cases, is_random_sample=True)
-        if one.cases >= MIN_CASES_OF_RECORD and (changes.low or 0.0) * cases > changed:
+        if one.cases >= MIN_COMPARED_CASES_PER_RECORD and (changes.low or 0.0) * cases > changed:
             found.append(ChangesUnderRecord(record=one.record, changes=changes))
     return sorted(found, key=lambda one: -(one.changes.value or 0.0))
 
@@ -139,21 +139,23 @@ def final_twist_findings(results: StudyResults) -> FinalTwist | None:
 
     The findings `element_displacements` have the rotations of the stones of a stack.
     """
-    if results.study.is_stack or not results.model.twists:
+    if results.study.is_stack or not results.model.can_twist:
         return None
-    found = summarise_twists(np.concatenate(list(standing_stone_twists_deg(results.cube).values())))
+    found = summarise_twists(np.concatenate(list(standing_stone_twists_deg(results.default_element_cube).values())))
     return FinalTwist(
-        stones=found.stones, median_deg=found.median, percentile_90_deg=found.most, largest_deg=found.largest
+        stones=found.stones, median_deg=found.median, percentile_90_deg=found.upper_quantile, largest_deg=found.largest
     )
 
 
 def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
     """Compute the shares of cases whose ensemble runs disagree about the fall; None without an ensemble."""
-    cube, settings = results.cube, results.study.ensemble
+    cube, settings = results.default_element_cube, results.study.ensemble
     if "members" not in cube:
         return None
     found = apply_to_record_batches(
-        partial(count_ensemble_cases_by_record, results.model, settings), cube, (*results.model.reads, "members")
+        partial(count_ensemble_cases_by_record, results.model, settings),
+        cube,
+        (*results.model.variables_for_fall_probability, "members"),
     )
     sums = found.drop_vars(("fewest", "most")).sum()
 
@@ -163,11 +165,11 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
 
     return EnsembleFindings(
         share_of_cells_repeated=ratio_of_sums_over_records("run", "cells"),
-        repeats_every_cell=settings.repeats_every_cell(cube.sizes["b_over_h"]),
+        repeats_every_cell=settings.has_ensemble_runs_for_all_cases(cube.sizes["b_over_h"]),
         fewest_runs_per_cell=float(found["fewest"].min()),
         most_runs_per_cell=float(found["most"].max()),
         mean_runs_per_cell=ratio_of_sums_over_records("members", "with_members"),
-        first_batch_runs=min(BATCH, settings.members),
+        first_batch_runs=min(MEMBERS_PER_BATCH, settings.members),
         share_disagreeing=ratio_of_sums_over_records("divided", "with_first_batch"),
         share_falling_both_ways=ratio_of_sums_over_records("apart", "agree"),
         relief=fall_variance_due_to_base_relief(results),
@@ -182,7 +184,7 @@ def count_ensemble_cases_by_record(model: Model, ensemble_settings: EnsembleSett
     """
     found, half = (
         model.ensemble_fall_shares_by_case(cube),
-        cube.isel({model.direction: model.distinct_direction_indices(cube)}),
+        cube.isel({model.direction_dimension_name: model.distinct_direction_indices(cube)}),
     )
     run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)
 
@@ -202,7 +204,9 @@ def count_ensemble_cases_by_record(model: Model, ensemble_settings: EnsembleSett
         "with_first_batch": divided.notnull(),
         "divided": divided,
         "agree": found.get("agree", divided.notnull()),
-        "apart": found["apart"] if "apart" in found else estimate_statistic_of_each_case(runs_fall_to_both_sides),
+        "apart": (
+            found["apart"] if "apart" in found else estimate_statistic_of_each_case(most_runs_fall_and_to_both_sides)
+        ),
         "members": members,
         "with_members": members.notnull(),
     }).sum(over)  # fmt: skip

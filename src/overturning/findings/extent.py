@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 
 from overturning.findings.results import StudyResults
-from overturning.findings.values import FindingBaseClass, Number
+from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.labels import earthquake_assignment_notes, unsimulated_azimuth_ranges
 from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_PERIOD
@@ -29,11 +29,11 @@ class StudyCounts(FindingBaseClass):
     frictions: int
     blocks: int
     """Number of blocks: heights times slendernesses times frictions, times ratios of depth to width in 3-D."""
-    direction_step_deg: Number
+    direction_step_deg: OptionalNumber
     """Angle between neighbouring azimuths of the motion, or orientations of the body; None if it varies."""
-    first_direction_deg: Number = None
+    first_direction_deg: OptionalNumber = None
     """Smallest azimuth of the motion, or orientation of the body, degrees clockwise from north."""
-    last_direction_deg: Number = None
+    last_direction_deg: OptionalNumber = None
     """Largest azimuth of the motion, or orientation of the body, degrees clockwise from north."""
     azimuth_gaps: list[tuple[float, float]]
     """Ranges of azimuths, degrees, in which no plane was computed."""
@@ -68,20 +68,20 @@ class ChosenMap(FindingBaseClass):
     reason: str
     """Reason for the choice: "every record", "most aligned", "median", "least aligned", "clearest axis" or
     "first with falls"."""
-    alignment: Number
+    alignment: OptionalNumber
     """Mean cos 2Δ of the falls under this record: 1 normal to the fault, −1 along it."""
 
 
 class ReportMaps(FindingBaseClass):
     """Records whose polar maps the report shows, with the height, friction and smallest B/H of these maps."""
 
-    height_m: Number
-    friction: Number
+    height_m: OptionalNumber
+    friction: OptionalNumber
     smallest_b_over_h: float
     records: list[ChosenMap]
 
 
-class CellCount(FindingBaseClass):
+class CaseCountOfStatus(FindingBaseClass):
     """Number of cases with one status, such as "simulated"."""
 
     status: str
@@ -97,15 +97,15 @@ class RecordSource(FindingBaseClass):
 
 
 def count_records_blocks_and_directions(results: StudyResults) -> StudyCounts:
-    """Return the numbers of records, earthquakes, blocks, and azimuths or orientations of a study."""
-    study, cube, model = results.study, results.cube, results.model
+    """Return the numbers of records, earthquakes and blocks of a study, and the range of azimuths or orientations."""
+    study, cube, model = results.study, results.default_element_cube, results.model
     sizes = {name: int(cube.sizes[name]) for name in ("height", "b_over_h", "friction")}
-    directions = cube[model.direction].to_numpy().astype(np.float64)
+    directions = cube[model.direction_dimension_name].to_numpy().astype(np.float64)
     steps = np.unique(np.diff(directions).round(9))
     groups = list(record_masks_by_group(cube).values())
     in_group = [name for members in groups for name in set(results.record_events[members].tolist())]
     neither = ~np.any(groups, axis=0)
-    mirrored = not model.one_component or azimuth_period_of_cube_deg(cube) == PLANE_PERIOD
+    mirrored = not model.is_planar or azimuth_period_of_cube_deg(cube) == PLANE_PERIOD
     plan = study.body
     return StudyCounts(
         records=len(results.record_names),
@@ -134,7 +134,7 @@ def count_records_blocks_and_directions(results: StudyResults) -> StudyCounts:
 
 def choose_fall_maps_for_report(results: StudyResults) -> ReportMaps:
     """Choose the records of which the report shows polar maps of falls, and the height and friction of these maps."""
-    cube, means = results.cube, results.mean_fall_directions_by_record
+    cube, means = results.default_element_cube, results.mean_fall_directions_by_record
     axis, length = means["mean_axis"].to_numpy(), means["axis_resultant"].to_numpy()
     normal = cube["fault_normal"].to_numpy().astype(np.float64)
     alignment = length * np.cos(np.radians(2.0 * (axis - normal)))
@@ -157,10 +157,10 @@ def choose_fall_maps_for_report(results: StudyResults) -> ReportMaps:
     )
 
 
-def case_counts_by_status(results: StudyResults) -> list[CellCount]:
+def case_counts_by_status(results: StudyResults) -> list[CaseCountOfStatus]:
     """Return the number of cases with each status, such as "simulated"; a status without cases is left out."""
     return [
-        CellCount(status=name, cells=count)
+        CaseCountOfStatus(status=name, cells=count)
         for name, (count, _) in results.case_and_unknown_counts_by_status.items()
         if count
     ]
@@ -170,5 +170,5 @@ def source_and_licence_of_records(results: StudyResults) -> list[RecordSource]:
     """Return the source and the licence of the file of each record of the study."""
     return [
         RecordSource(record=str(row["id"]), source=str(row["source"]), licence=str(row["licence"]))
-        for row in record_sources(results.cube)
+        for row in record_sources(results.default_element_cube)
     ]

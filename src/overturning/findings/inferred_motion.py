@@ -6,28 +6,28 @@ from collections.abc import Sequence
 from pydantic import Field
 
 from overturning.findings.results import StudyResults
-from overturning.findings.values import FindingBaseClass, Number
+from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.settings import StonePopulation
-from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER
-from overturning.surveys.posterior import LEVEL, SurveyInversionResult
+from overturning.surveys.inversion import DIRECTION_LIKELIHOOD_EXPONENT, MIN_FIT_P_VALUE
+from overturning.surveys.posterior import CREDIBLE_PROBABILITY, SurveyInversionResult
 from overturning.surveys.stones import Stone
 from overturning.units import CM
 
 
-class InferredMotionStrength(FindingBaseClass):
+class IntensityCredibleIntervals(FindingBaseClass):
     """Credible intervals of an intensity measure without the survey (prior) and with it (posterior)."""
 
     measure: str
     """Intensity measure, such as PGV."""
     unit: str
     """Unit of the bounds."""
-    posterior_low: Number
+    posterior_low: OptionalNumber
     """Lower end of the interval after the survey."""
-    posterior_high: Number
+    posterior_high: OptionalNumber
     """Upper end of the interval after the survey."""
-    prior_low: Number
+    prior_low: OptionalNumber
     """Lower end of the interval before the survey."""
-    prior_high: Number
+    prior_high: OptionalNumber
     """Upper end of the interval before the survey."""
 
 
@@ -35,8 +35,8 @@ class LikelyMotion(FindingBaseClass):
     """Candidate motion, and its probability without the survey (prior) and with it (posterior)."""
 
     motion: str
-    probability: Number
-    prior: Number
+    probability: OptionalNumber
+    prior: OptionalNumber
 
 
 class StoneSizeRange(FindingBaseClass):
@@ -55,17 +55,17 @@ class InferredMotionOfSite(FindingBaseClass):
     """Number of stones that fell."""
     stood: int
     """Number of stones that stood."""
-    strengths: list[InferredMotionStrength]
+    strengths: list[IntensityCredibleIntervals]
     """Interval of each intensity measure."""
-    velocity_axis_deg: Number
+    velocity_axis_deg: OptionalNumber
     """Middle of the credible arc of the axis of the largest velocity, 0 to 180."""
-    velocity_axis_arc_deg: Number
+    velocity_axis_arc_deg: OptionalNumber
     """Width of this arc."""
-    axis_half_arc_deg: Number
+    axis_half_arc_deg: OptionalNumber
     """Half of the width of this arc."""
     everything_fell: bool
     """True if every stone fell: then the site shows no axis."""
-    fit_p_value: Number
+    fit_p_value: OptionalNumber
     """p-value of the posterior predictive check; small if no motion fits the stones of the site."""
     fits: bool
     """False if the check rejects every motion."""
@@ -80,17 +80,17 @@ class InferredMotion(FindingBaseClass):
     """Number of stones that fell."""
     stood: int
     """Number of stones that stood."""
-    level: float = LEVEL
+    level: float = CREDIBLE_PROBABILITY
     """Probability of the credible intervals and of the arc."""
-    velocity_axis_deg: Number
+    velocity_axis_deg: OptionalNumber
     """Middle of the credible arc of the axis of the largest velocity, 0 to 180."""
-    velocity_axis_arc_deg: Number
+    velocity_axis_arc_deg: OptionalNumber
     """Width of the arc of the axis of the largest velocity."""
-    strengths: list[InferredMotionStrength]
+    strengths: list[IntensityCredibleIntervals]
     """Interval of each intensity measure."""
     everything_fell: bool
     """True if every stone fell: then the survey shows no axis."""
-    axis_half_arc_deg: Number
+    axis_half_arc_deg: OptionalNumber
     """Half of the width of the arc of the axis."""
     stronger_than_library: float
     """Share of the probability on the strongest level of the motions."""
@@ -100,7 +100,7 @@ class InferredMotion(FindingBaseClass):
     strongest_level_cm_s: float
     fixed: float
     """Share of stones taken to be fixed to their base."""
-    fit_p_value: Number
+    fit_p_value: OptionalNumber
     """p-value of the posterior predictive check; small if no motion fits the survey."""
     fits: bool
     """False if the check rejects every motion."""
@@ -154,9 +154,9 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
         axis_half_arc_deg=width / 2,
         weaker_than_library=weakest,
         stronger_than_library=strongest,
-        beyond_library_below=weakest > (1 - LEVEL) / 2,
-        beyond_library_above=strongest > (1 - LEVEL) / 2,
-        power=POWER,
+        beyond_library_below=weakest > (1 - CREDIBLE_PROBABILITY) / 2,
+        beyond_library_above=strongest > (1 - CREDIBLE_PROBABILITY) / 2,
+        power=DIRECTION_LIKELIHOOD_EXPONENT,
         weakest_level_cm_s=float(one.level[0]) / CM,
         strongest_level_cm_s=float(one.level[-1]) / CM,
         fixed=inversion_result.fixed,
@@ -175,13 +175,13 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
     )
 
 
-def _intensity_measure_credible_intervals(inversion_result: SurveyInversionResult) -> list[InferredMotionStrength]:
+def _intensity_measure_credible_intervals(inversion_result: SurveyInversionResult) -> list[IntensityCredibleIntervals]:
     """Return the credible intervals of each intensity measure without (prior) and with the survey (posterior)."""
     one, strengths = inversion_result.posterior, []
     for name, values in inversion_result.pgv_and_pga_by_motion_and_level.items():
         (low, high), (least, most) = one.credible_interval(values), one.credible_interval(values, use_prior=True)
         strengths.append(
-            InferredMotionStrength(
+            IntensityCredibleIntervals(
                 measure=name.split(", ")[0],
                 unit=name.split(", ")[1],
                 posterior_low=low,

@@ -2,40 +2,40 @@
 
 from pydantic import Field
 
-from overturning.findings.values import FindingBaseClass, Number
+from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.statistics.bootstrap import exact_share_interval
 from overturning.statistics.mean_direction import MeanDirectionWithInterval
-from overturning.surveys.observed import ObservedFalls, ObservedSurvey
+from overturning.surveys.observed import ObservedFalls, SurveySummary
 
 
-class ObservedFallShare(FindingBaseClass):
+class ObservedStoneShare(FindingBaseClass):
     """Share of the stones of a survey, such as those that fell, with its exact binomial interval (Clopper & Pearson).
 
     Stones are taken to fall independently of each other.
     """
 
-    value: Number
+    value: OptionalNumber
     """Share, 0 to 1."""
-    low: Number
+    low: OptionalNumber
     """Lower end of the interval."""
-    high: Number
+    high: OptionalNumber
     """Upper end of the interval."""
     level: float = 0.95
     """Probability of the interval."""
 
 
-class MeanFallDirection(FindingBaseClass):
+class MeanFallDirectionOrAxis(FindingBaseClass):
     """Mean direction or axis of observed falls, with its interval, and a test against random directions."""
 
     sample_size: int
     """Number of falls of known direction."""
-    mean_deg: Number
+    mean_deg: OptionalNumber
     """Mean, degrees clockwise from true north (axes: 0 to 180); None if the falls may well be in random directions."""
-    half_width_deg: Number
+    half_width_deg: OptionalNumber
     """Half the width of the interval of the mean; None for fewer than eight falls, or without mean."""
-    resultant: Number
+    resultant: OptionalNumber
     """Mean resultant length, 0 to 1; for axes that of the doubled angles."""
-    p_value: Number
+    p_value: OptionalNumber
     """Probability of a resultant at least as long if the stones fell in random directions."""
     level: float = 0.95
     """Probability of the interval."""
@@ -60,20 +60,20 @@ class ObservedFallsFinding(FindingBaseClass):
     """Number of stones that do not count by reason: fixed, repaired, broken, unknown."""
     fell_in_unknown_direction: int
     """Number of stones that fell in an unknown direction."""
-    fell_share: ObservedFallShare | None
+    fell_share: ObservedStoneShare | None
     """Share of the counted stones that fell; None if no standing stone is listed, and thus perhaps only the fallen.
 
     For all sites together only those sites count that list a standing stone.
     """
-    stands_share: ObservedFallShare | None
+    stands_share: ObservedStoneShare | None
     """Share of the counted stones that stand; None if no standing stone is listed."""
-    not_counted_share: ObservedFallShare
+    not_counted_share: ObservedStoneShare
     """Share of all stones that do not count."""
-    direction: MeanFallDirection
+    direction: MeanFallDirectionOrAxis
     """Mean direction of the falls, and test against no common direction."""
-    axis: MeanFallDirection
+    axis: MeanFallDirectionOrAxis
     """Mean axis of the falls, and test against no common axis."""
-    falls_by_sector: list[Number]
+    falls_by_sector: list[OptionalNumber]
     """Number of falls of known direction in each of 8 or 16 equal sectors, clockwise; the first is centred on north."""
 
 
@@ -84,9 +84,9 @@ class ObservedSurveyFindings(FindingBaseClass):
     """Name of the survey file."""
     doubts: list[str]
     """Doubts about the survey file, such as the unit of its azimuths."""
-    declination_low_deg: Number
+    declination_low_deg: OptionalNumber
     """Smallest magnetic declination that was added to a direction, east positive; None without directions."""
-    declination_high_deg: Number
+    declination_high_deg: OptionalNumber
     """Largest magnetic declination that was added to a direction."""
     together: ObservedFallsFinding
     """All sites together."""
@@ -96,7 +96,7 @@ class ObservedSurveyFindings(FindingBaseClass):
     """Sites that list fallen stones only, while other sites list standing ones."""
 
 
-def observed_survey_findings(summary: ObservedSurvey) -> ObservedSurveyFindings:
+def observed_survey_findings(summary: SurveySummary) -> ObservedSurveyFindings:
     """Return the report's numbers on a survey by itself: outcomes and fall directions, together and by site."""
     declinations = summary.declinations_deg or (None,)
     return ObservedSurveyFindings(
@@ -104,18 +104,18 @@ def observed_survey_findings(summary: ObservedSurvey) -> ObservedSurveyFindings:
         doubts=list(summary.warnings),
         declination_low_deg=declinations[0],
         declination_high_deg=declinations[-1],
-        together=_observed_falls_finding(summary.together),
+        together=_observed_falls_finding(summary.all_sites),
         sites=[_observed_falls_finding(site) for site in summary.sites],
         sites_without_standing=[
-            one.site for one in summary.sites if one.fell and not one.stands and summary.together.stands
+            one.site for one in summary.sites if one.fell and not one.stands and summary.all_sites.stands
         ],
     )
 
 
-def observed_share(matching_count: int, stone_count: int) -> ObservedFallShare:
+def observed_share(matching_count: int, stone_count: int) -> ObservedStoneShare:
     """Return the share `matching_count`/`stone_count` of stones with its exact binomial interval; None for 0/0."""
     low, high = exact_share_interval(matching_count, stone_count)
-    return ObservedFallShare(value=matching_count / stone_count if stone_count else None, low=low, high=high)
+    return ObservedStoneShare(value=matching_count / stone_count if stone_count else None, low=low, high=high)
 
 
 def _observed_falls_finding(observed: ObservedFalls) -> ObservedFallsFinding:
@@ -127,14 +127,18 @@ def _observed_falls_finding(observed: ObservedFalls) -> ObservedFallsFinding:
         stones=counted + not_counted,
         fell=observed.fell,
         stands=observed.stands,
-        moved=observed.moved,
+        moved=observed.shifted_or_twisted,
         not_counted=not_counted,
         reasons_not_counted=observed.not_counted,
         fell_in_unknown_direction=observed.fell_in_unknown_direction,
-        fell_share=observed_share(observed.share_fell, observed.share_stones) if observed.share_stones else None,
+        fell_share=observed_share(observed.fallen_count_for_share, observed.stone_count_for_share)
+        if observed.stone_count_for_share
+        else None,
         stands_share=(
-            observed_share(observed.share_stones - observed.share_fell, observed.share_stones)
-            if observed.share_stones
+            observed_share(
+                observed.stone_count_for_share - observed.fallen_count_for_share, observed.stone_count_for_share
+            )
+            if observed.stone_count_for_share
             else None
         ),
         not_counted_share=observed_share(not_counted, counted + not_counted),
@@ -144,9 +148,9 @@ def _observed_falls_finding(observed: ObservedFalls) -> ObservedFallsFinding:
     )
 
 
-def _finding_from_mean_fall_direction(mean_direction: MeanDirectionWithInterval) -> MeanFallDirection:
+def _finding_from_mean_fall_direction(mean_direction: MeanDirectionWithInterval) -> MeanFallDirectionOrAxis:
     """Return the report's numbers on a mean fall direction or axis: angle, interval, resultant and p-value."""
-    return MeanFallDirection(
+    return MeanFallDirectionOrAxis(
         sample_size=mean_direction.n,
         mean_deg=mean_direction.mean_deg,
         half_width_deg=mean_direction.half_width_deg,

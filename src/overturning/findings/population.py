@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
-from overturning.findings.values import FindingBaseClass, Number
+from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.motion.jma_intensity import (
-    SURVEY_RULE,
-    VERTICAL_INTENSITY_INCREMENT,
+    INTENSITY_BY_OVERTURNED_FRACTION_RULE,
+    INTENSITY_INCREMENT_BY_VERTICAL_MOTION,
     is_published_intensity_in_range,
     truncate_to_published_intensity,
 )
@@ -22,7 +22,7 @@ from overturning.surveys.population import jma_intensities_of_scaled_motions
 JMA_DEGREES: Final = (("5 upper", 5.0, 5.5), ("6 lower", 5.5, 6.0), ("6 upper", 6.0, 6.5), ("7", 6.5, math.inf))
 """Degrees of the JMA scale, with their range of instrumental intensity."""
 
-FEWEST_MOTIONS: Final = 3
+MIN_MOTIONS_FOR_FALL_RATE: Final = 3
 """Smallest number of motions for which the fall rate at an intensity is reported."""
 
 BoolArray = NDArray[np.bool_]
@@ -43,11 +43,11 @@ class MotionCount(FindingBaseClass):
 class ShareOfMotions(FindingBaseClass):
     """Share of motions that agree with a survey rule, with its 95 % interval over earthquakes."""
 
-    value: Number
+    value: OptionalNumber
     """Share."""
-    low: Number
+    low: OptionalNumber
     """Lower end of the interval."""
-    high: Number
+    high: OptionalNumber
     """Upper end of the interval."""
 
 
@@ -56,7 +56,7 @@ class FallRateAtIntensity(FindingBaseClass):
 
     jma_degree: str
     """Degree of the JMA intensity scale, such as "6 lower"."""
-    median_fall_rate: Number
+    median_fall_rate: OptionalNumber
     """Median over motions of the share of the stones that fall."""
     count: MotionCount
     """Number of motions of this degree."""
@@ -67,11 +67,11 @@ class JmaSurveyRuleCheck(FindingBaseClass):
 
     fall_rate_from: float
     """Lower end of the share of the stones that fall."""
-    fall_rate_below: Number
+    fall_rate_below: OptionalNumber
     """Upper end of the share of the stones that fall; infinite if the rule has no upper end."""
     inferred_jma_degree: str
     """Degree of the JMA scale that the rule infers."""
-    median_jma_intensity: Number
+    median_jma_intensity: OptionalNumber
     """Median of the instrumental intensity of these motions."""
     count: MotionCount
     """Number of motions with such a share."""
@@ -95,17 +95,17 @@ class FragilityCurve(FindingBaseClass):
     """Intensity measure."""
     unit: str
     """Unit of the intensity measure."""
-    median: Number
+    median: OptionalNumber
     """Intensity at which half of the stones fall."""
-    low: Number
+    low: OptionalNumber
     """Lower end of the 95 % interval of the median."""
-    high: Number
+    high: OptionalNumber
     """Upper end of the 95 % interval of the median."""
-    log_std: Number
+    log_std: OptionalNumber
     """Standard deviation of the logarithm of the intensity at which a stone falls."""
-    log_std_between_records: Number
+    log_std_between_records: OptionalNumber
     """Part of `log_std` between records; the squares of both parts add up."""
-    log_std_within_record: Number
+    log_std_within_record: OptionalNumber
     """Part of `log_std` between stones and their orientations under one record."""
     data_minimum: float
     """Smallest intensity in the data."""
@@ -121,19 +121,19 @@ class RecordFallRate(FindingBaseClass):
 
     record: str
     """Identifier of the record."""
-    fall_rate: Number
+    fall_rate: OptionalNumber
     """Share of the stones that fall."""
-    low: Number
+    low: OptionalNumber
     """Lower end of the interval."""
-    high: Number
+    high: OptionalNumber
     """Upper end of the interval."""
-    share_shifted: Number
+    share_shifted: OptionalNumber
     """Share of the stones that stand shifted; None for planar models."""
-    share_rotated: Number
+    share_rotated: OptionalNumber
     """Share of the stones that stand rotated; None for planar models."""
-    main_octant_deg: Number
+    main_octant_deg: OptionalNumber
     """Centre of the octant towards which most stones fall; None without falls."""
-    share_towards_main_octant: Number
+    share_towards_main_octant: OptionalNumber
     """Share of the stones that fall towards this octant."""
 
 
@@ -144,33 +144,33 @@ class PopulationFindings(FindingBaseClass):
     """Number of stones of the population."""
     share_fixed: float = 0.0
     """Share of the stones that are fixed to their base and do not fall; shares of the stones count them."""
-    share_outside_grid: Number
+    share_outside_grid: OptionalNumber
     """Share of the stones outside the grid of the study, which take the outcome of its nearest block."""
-    mean_share_without_outcome: Number
+    mean_share_without_outcome: OptionalNumber
     """Mean share of the stones without an outcome."""
-    largest_share_without_outcome: Number
+    largest_share_without_outcome: OptionalNumber
     """Largest share of the stones without an outcome under one record."""
-    largest_share_without_outcome_at_any_factor: Number = 0.0
+    largest_share_without_outcome_at_any_factor: OptionalNumber = 0.0
     """The same over all amplitude factors of the records."""
-    median_share_shifted: Number
+    median_share_shifted: OptionalNumber
     """Median share of the stones that stand shifted; None for planar models."""
-    median_share_rotated: Number
+    median_share_rotated: OptionalNumber
     """Median share of the stones that stand rotated; None for planar models."""
-    median_fall_rate: Number
+    median_fall_rate: OptionalNumber
     """Median over records (amplitude 1) of the share of the stones that fall."""
-    lower_quartile_fall_rate: Number
+    lower_quartile_fall_rate: OptionalNumber
     """First quartile over records of the share of the stones that fall."""
-    upper_quartile_fall_rate: Number
+    upper_quartile_fall_rate: OptionalNumber
     """Third quartile over records of the share of the stones that fall."""
-    smallest_fall_rate: Number
+    smallest_fall_rate: OptionalNumber
     """Smallest share of the stones that fall under a record."""
-    largest_fall_rate: Number
+    largest_fall_rate: OptionalNumber
     """Largest share of the stones that fall under a record."""
     by_record: list[RecordFallRate]
     """Fall rate under each record."""
     records_without_vertical: int
     """Number of records without a vertical component."""
-    vertical_intensity_increment: float = VERTICAL_INTENSITY_INCREMENT
+    vertical_intensity_increment: float = INTENSITY_INCREMENT_BY_VERTICAL_MOTION
     """Instrumental intensity that a vertical component usually adds."""
     by_intensity: list[FallRateAtIntensity]
     """Fall rate for each degree of the JMA scale."""
@@ -185,7 +185,7 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
     stones = results.study.population
     if stones is None:
         return None
-    found = results.populations[NOMINAL]
+    found = results.population_rates_by_variant[NOMINAL]
     own, jma = found.sel(amplitude=1.0), jma_intensities_of_scaled_motions(found, results.intensity)
     horizontal = results.intensity["jma_intensity"].isnull().to_numpy()
     rate = own["fall_rate"].dropna("record").to_numpy()
@@ -200,8 +200,8 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
         mean_share_without_outcome=float(own["unknown"].mean()),
         largest_share_without_outcome=float(own["unknown"].max()),
         largest_share_without_outcome_at_any_factor=float(found["unknown"].max()),
-        median_share_shifted=float(own["shift_rate"].median()) if results.model.twists else math.nan,
-        median_share_rotated=float(own["rotation_rate"].median()) if results.model.twists else math.nan,
+        median_share_shifted=float(own["shift_rate"].median()) if results.model.can_twist else math.nan,
+        median_share_rotated=float(own["rotation_rate"].median()) if results.model.can_twist else math.nan,
         smallest_fall_rate=quantiles[0],
         lower_quartile_fall_rate=quantiles[1],
         median_fall_rate=quantiles[2],
@@ -214,12 +214,12 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
                 jma_degree=degree, median_fall_rate=float(np.median(rates[at])), count=_count_motions(at, events)
             )
             for degree, low, high in JMA_DEGREES
-            if (at := known & is_published_intensity_in_range(jma, low, high)).sum() >= FEWEST_MOTIONS
+            if (at := known & is_published_intensity_in_range(jma, low, high)).sum() >= MIN_MOTIONS_FOR_FALL_RATE
         ],
         survey_rules=[
             _check_jma_survey_rule(rule, known, free_rates, jma, horizontal, events)
-            for rule in SURVEY_RULE
-            if _motions_with_fall_rate_in_rule_range(rule, known, free_rates).sum() >= FEWEST_MOTIONS
+            for rule in INTENSITY_BY_OVERTURNED_FRACTION_RULE
+            if _motions_with_fall_rate_in_rule_range(rule, known, free_rates).sum() >= MIN_MOTIONS_FOR_FALL_RATE
         ],
         fragility_curves=[
             FragilityCurve(
@@ -243,10 +243,10 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
 
 def _record_fall_rate(results: StudyResults, record_index: int) -> RecordFallRate:
     """Return the share of the stone population that falls under one record, with its interval."""
-    own = results.populations[NOMINAL].isel(record=record_index).sel(amplitude=1.0)
+    own = results.population_rates_by_variant[NOMINAL].isel(record=record_index).sel(amplitude=1.0)
     rate, ends = float(own["fall_rate"]), own["fall_interval"].to_numpy().tolist()
     most = own.isel(octant=int(np.argmax(own["fall_octant"].to_numpy()))) if rate > 0 else None
-    twists = results.model.twists
+    twists = results.model.can_twist
     return RecordFallRate(
         record=results.record_names[record_index].id,
         fall_rate=rate,
@@ -281,7 +281,7 @@ def _check_jma_survey_rule(
     """
     low, high, least, most, text = survey_rule
     selected = _motions_with_fall_rate_in_rule_range(survey_rule, known_motions, fall_rates)
-    more = jma_intensity + VERTICAL_INTENSITY_INCREMENT * lacks_vertical[:, None]
+    more = jma_intensity + INTENSITY_INCREMENT_BY_VERTICAL_MOTION * lacks_vertical[:, None]
     agreeing, agreeing_more, above = (
         selected & is_published_intensity_in_range(one, a, b)
         for one, a, b in ((jma_intensity, least, most), (more, least, most), (jma_intensity, most, math.inf))

@@ -4,15 +4,15 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from overturning.findings.results import StudyResults
-from overturning.findings.values import FindingBaseClass, Number
-from overturning.records.doubts import DOUBT_KINDS, data_problem_kinds_in_notes
+from overturning.findings.values import FindingBaseClass, OptionalNumber
+from overturning.records.doubts import PHRASE_BY_DATA_PROBLEM, data_problem_kinds_in_notes
 from overturning.records.record import processing_entry_text
 from overturning.study.cube import record_provenance
 
-DRIFT: Final = "a velocity or displacement that drifts"
+DRIFT_DOUBT_KIND: Final = "a velocity or displacement that drifts"
 """Kind of doubt about a record whose velocity does not end near 0, or whose displacement is largest at its end."""
 
-TRUSTED: Final = "contradictions that were trusted"
+TRUSTED_CONTRADICTION_DOUBT_KIND: Final = "contradictions that were trusted"
 """Kind of doubt about a record that was read in spite of contradictions of its header and its data."""
 
 
@@ -29,19 +29,19 @@ class RecordProcessing(FindingBaseClass):
     """Processing steps of the study, with their parameters."""
     first_sample: str
     """Time of the first sample, ISO 8601 in UTC; empty if it is not known."""
-    duration_s: Number
+    duration_s: OptionalNumber
     """Duration of the processed record, s."""
-    pga_before_m_s2: Number
+    pga_before_m_s2: OptionalNumber
     """Larger peak acceleration of north and east before the steps."""
-    pga_after_m_s2: Number
+    pga_after_m_s2: OptionalNumber
     """Larger peak acceleration of north and east after the steps."""
-    pgv_before_m_s: Number
+    pgv_before_m_s: OptionalNumber
     """Larger peak velocity of north and east before the steps."""
-    pgv_after_m_s: Number
+    pgv_after_m_s: OptionalNumber
     """Larger peak velocity of north and east after the steps."""
-    pgd_before_m: Number
+    pgd_before_m: OptionalNumber
     """Larger peak displacement of north and east before the steps."""
-    pgd_after_m: Number
+    pgd_after_m: OptionalNumber
     """Larger peak displacement of north and east after the steps."""
     declared: list[str]
     """Properties of the record that the user declared because its files do not state them."""
@@ -103,22 +103,28 @@ def processing_finding_of_record(provenance: Mapping[str, Any]) -> RecordProcess
         trusted=trusted,
         notes=notes,
         drift=drift,
-        doubts=[*data_problem_kinds_in_notes(notes), *([DRIFT] if drift else []), *([TRUSTED] if trusted else [])],
+        doubts=[
+            *data_problem_kinds_in_notes(notes),
+            *([DRIFT_DOUBT_KIND] if drift else []),
+            *([TRUSTED_CONTRADICTION_DOUBT_KIND] if trusted else []),
+        ],
     )
 
 
 def processing_by_record(results: StudyResults) -> dict[str, RecordProcessing]:
     """Return source, processing and notes of each record, by record id, as far as the results state them."""
     return {
-        name: processing_finding_of_record(provenance) for name, provenance in record_provenance(results.cube).items()
+        name: processing_finding_of_record(provenance)
+        for name, provenance in record_provenance(results.default_element_cube).items()
     }
 
 
-def record_notes(processing_by_id: Mapping[str, RecordProcessing | None]) -> RecordNotes:
+def summarise_record_notes_and_doubts(processing_by_id: Mapping[str, RecordProcessing | None]) -> RecordNotes:
     """Count the records with notes on their data, and list the records with each kind of doubt."""
     known = {name: one for name, one in processing_by_id.items() if one is not None}
     named = {
-        kind: [name for name, one in known.items() if kind in one.doubts] for kind in (*DOUBT_KINDS, DRIFT, TRUSTED)
+        kind: [name for name, one in known.items() if kind in one.doubts]
+        for kind in (*PHRASE_BY_DATA_PROBLEM, DRIFT_DOUBT_KIND, TRUSTED_CONTRADICTION_DOUBT_KIND)
     }
     return RecordNotes(
         records_with_notes=sum(bool(one.declared or one.trusted or one.notes or one.drift) for one in known.values()),

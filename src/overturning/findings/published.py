@@ -7,12 +7,13 @@ from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass
 from overturning.units import CM, GAL
 
-PEAKS: Final = (("pga", "pga_gal", "PGA", "Gal", GAL, 0.01), ("pgv", "pgv_cm_s", "PGV", "cm/s", CM, 0.05),
+PUBLISHED_PEAK_MEASURES: Final = (("pga", "pga_gal", "PGA", "Gal", GAL, 0.01), ("pgv", "pgv_cm_s", "PGV", "cm/s", CM,
+0.05),
                 ("pgd", "pgd_cm", "PGD", "cm", CM, 0.20))  # fmt: skip
 """Variable, key of the study, measure, unit, factor to SI, and difference that the choices of a processing explain."""
 
 
-class PublishedPeak(FindingBaseClass):
+class PublishedPeakComparison(FindingBaseClass):
     """Published peak of one component of a record, and the peak of the motion that the study uses."""
 
     component: str
@@ -27,7 +28,7 @@ class PublishedPeak(FindingBaseClass):
     agrees: bool
 
 
-class PublishedAgreement(FindingBaseClass):
+class BlockAgreementWithPublished(FindingBaseClass):
     """Number of blocks, in one variant of a study, whose outcomes all agree with published outcomes."""
 
     variant: str
@@ -38,18 +39,18 @@ class PublishedAgreement(FindingBaseClass):
     """Heights for which all published outcomes are found with at least one friction."""
 
 
-def compare_peaks_with_published(results: StudyResults) -> list[PublishedPeak]:
+def compare_peaks_with_published(results: StudyResults) -> list[PublishedPeakComparison]:
     """Compare PGA, PGV and other peaks of the study's motions with published peaks along the same azimuths."""
     ids, rows = [name.id for name in results.record_names], []
     for row in results.study.published:
         measures = results.intensity.isel(record=ids.index(row.record)).sel(azimuth=row.azimuth)
-        for variable, key, measure, unit, factor, tolerance in PEAKS:
+        for variable, key, measure, unit, factor, tolerance in PUBLISHED_PEAK_MEASURES:
             published = getattr(row, key)
             if published is not None:
                 computed = float(measures[variable]) / factor
                 difference = computed / published - 1.0
                 rows.append(
-                    PublishedPeak(
+                    PublishedPeakComparison(
                         component=row.label or f"{row.record}, {row.azimuth:g}°",
                         measure=measure,
                         unit=unit,
@@ -63,18 +64,18 @@ def compare_peaks_with_published(results: StudyResults) -> list[PublishedPeak]:
     return rows
 
 
-def count_blocks_that_agree_with_published(results: StudyResults) -> list[PublishedAgreement]:
+def count_blocks_that_agree_with_published(results: StudyResults) -> list[BlockAgreementWithPublished]:
     """Count, for each variant, the blocks (height and friction) whose outcomes all agree with published ones.
 
     A block is a height and friction.
     """
     wanted = tuple(row.overturns for row in results.study.published)
     rows = []
-    for variant in results.cubes if wanted else ():
+    for variant in results.cubes_by_variant if wanted else ():
         found = computed_outcomes_of_published_cases(results, variant)
         agreeing = [block for block, overturns in found.items() if overturns == wanted]
         rows.append(
-            PublishedAgreement(
+            BlockAgreementWithPublished(
                 variant=variant,
                 blocks=len(found),
                 blocks_that_agree=len(agreeing),

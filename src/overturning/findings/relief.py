@@ -5,23 +5,23 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
-from overturning.findings.values import FindingBaseClass, Number
-from overturning.model.variables import RELIEF_VARIABLES
+from overturning.findings.values import FindingBaseClass, OptionalNumber
+from overturning.model.variables import RELIEF_ENSEMBLE_VARIABLES
 from overturning.statistics.by_record import apply_to_record_batches
 
-_LOW, _HIGH = (variable.name for variable in RELIEF_VARIABLES)
+_LOW, _HIGH = (variable.name for variable in RELIEF_ENSEMBLE_VARIABLES)
 
 
 class ReliefFindings(FindingBaseClass):
     """Falls of a scanned stone in ensemble runs with a low and with a high relief (unevenness) under its base."""
 
-    middle_mm: Number
+    middle_mm: OptionalNumber
     """Relief that divides the runs of a case into two halves, mm."""
-    share_falling_low: Number
+    share_falling_low: OptionalNumber
     """Share of the runs with a lower relief that fall, over the cases that were run again."""
-    share_falling_high: Number
+    share_falling_high: OptionalNumber
     """Share of the runs with a higher relief that fall, over the cases that were run again."""
-    share_of_spread: Number
+    share_of_spread: OptionalNumber
     """Share of the variance of the outcome (fall or stand) within ensembles between both halves of the reliefs."""
 
 
@@ -31,10 +31,10 @@ def fall_variance_due_to_base_relief(results: StudyResults) -> ReliefFindings | 
     The relief is the unevenness of the base; None unless it varies between the runs.
     """
     relief = results.study.ensemble.relief
-    if relief is None or _LOW not in results.cube:
+    if relief is None or _LOW not in results.default_element_cube:
         return None
     found = apply_to_record_batches(
-        _fall_share_and_variance_sums_by_record, results.cube, (_LOW, _HIGH, "members", "overturned")
+        _fall_share_and_variance_sums_by_record, results.default_element_cube, (_LOW, _HIGH, "members", "overturned")
     ).sum()
     cells, total = float(found["cells"]), float(found["total"])
     return ReliefFindings(

@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from overturning.errors import ResultError
 from overturning.files import path_without_absolute_folder
 from overturning.labels import note_on_size_reference_stone
-from overturning.model.falls import model_of_results_cube
+from overturning.model.falls import default_model_for_results_cube
 from overturning.model.model import Model
 from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
 from overturning.statistics import alignment_by_rule, earthquakes
 from overturning.statistics.bootstrap import MeanOverEarthquakes
-from overturning.statistics.circular import LEAST_RESULTANT
+from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.statistics.elements import ElementFallCounts, count_falls_by_element
 from overturning.statistics.falls import overturned_share
 from overturning.statistics.fragility import FittedFragilityCurve
@@ -27,7 +27,12 @@ from overturning.statistics.logistic import LogisticFit, fit_logistic_overturnin
 from overturning.statistics.space import count_agreements_of_2d_and_3d_outcomes
 from overturning.stored import read_json_result
 from overturning.study.convergence import ConvergenceCheckResult, read_convergence_result
-from overturning.study.cube import CONFIGURATION, open_cube_by_record, study_of_cube, study_with_title_and_figures
+from overturning.study.cube import (
+    CONFIGURATION,
+    open_cube_by_record,
+    study_of_cube,
+    study_with_title_and_figure_settings,
+)
 from overturning.study.load import load_study
 from overturning.study.recheck import hash_of_outcomes_in_cube
 from overturning.study.scenes import NOMINAL, cube_covers_study_grid, select_outcomes_of_element, variant_scene
@@ -56,53 +61,55 @@ class StudyResults:
     ----------
     study : Study
         The study.
-    cube : xarray.Dataset
+    default_element_cube : xarray.Dataset
         Its cube, of the reference element of its scene; read one record at a time.
-    cubes : dict of xarray.Dataset
+    cubes_by_variant : dict of xarray.Dataset
         Cubes of all elements, of the study itself and of its variants, by name; read one record at a time.
-    scaled_cube : xarray.Dataset or None
-        Cube like `cube` at the other amplitude factors of the study, over ``amplitude``; None if it has one factor.
+    other_amplitudes_cube : xarray.Dataset or None
+        Cube like `default_element_cube` at the other amplitude factors of the study, over ``amplitude``; None if it has
+        one factor.
     intensity : xarray.Dataset
         Intensity measures.
     convergence : ConvergenceCheckResult or None
         Result of its convergence check; None if the study has none.
-    surveys : tuple of StoredSurveyComparison
+    survey_comparisons : tuple of StoredSurveyComparison
         Comparisons of surveys of stones with its predictions; empty for a 3-D study.
-    survey_displacements : tuple of StoredDisplacementComparison
+    survey_displacement_comparisons : tuple of StoredDisplacementComparison
         Comparisons of the displacements in surveys with those of a 3-D study; empty for a 2-D study.
-    populations : dict of xarray.Dataset
+    population_rates_by_variant : dict of xarray.Dataset
         Fall rates of the study's population, by the names of the cubes; empty if it has none.
     inferred_motions : tuple of SurveyInversionResult
         Motions inferred from the surveys with the key `backwards`.
     folder : Path
         Folder of the results.
-    changed_cubes : tuple of str
+    changed_cube_names : tuple of str
         Names of the cubes whose outcomes were changed after the run.
     """
 
     study: Study
-    cube: xr.Dataset
-    cubes: dict[str, xr.Dataset]
+    default_element_cube: xr.Dataset
+    cubes_by_variant: dict[str, xr.Dataset]
     intensity: xr.Dataset
     convergence: ConvergenceCheckResult | None
-    surveys: tuple[StoredSurveyComparison, ...]
-    survey_displacements: tuple[StoredDisplacementComparison, ...] = ()
-    populations: dict[str, xr.Dataset] = field(default_factory=dict)
+    survey_comparisons: tuple[StoredSurveyComparison, ...]
+    survey_displacement_comparisons: tuple[StoredDisplacementComparison, ...] = ()
+    population_rates_by_variant: dict[str, xr.Dataset] = field(default_factory=dict)
     inferred_motions: tuple[SurveyInversionResult, ...] = ()
     folder: Path = Path()
-    changed_cubes: tuple[str, ...] = ()
-    scaled_cube: xr.Dataset | None = None
+    changed_cube_names: tuple[str, ...] = ()
+    other_amplitudes_cube: xr.Dataset | None = None
 
     @cached_property
     def record_names(self) -> tuple[RecordIdAndNames, ...]:
         """Identifier, station and earthquake of each record, in the order of the results."""
-        texts = (self.cube[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event"))
+        cube = self.default_element_cube
+        texts = (cube[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event"))
         return tuple(RecordIdAndNames(*each) for each in zip(*texts, strict=True))
 
     @cached_property
     def record_events(self) -> NDArray[np.str_]:
         """Name of the earthquake of each record, shape (records,)."""
-        return self.cube["event"].to_numpy().astype(str)
+        return self.default_element_cube["event"].to_numpy().astype(str)
 
     @property
     def earthquake_count(self) -> int:
@@ -112,7 +119,7 @@ class StudyResults:
     @cached_property
     def count_of_records_with_applied_vertical(self) -> int:
         """Number of records with vertical motion that the study applies."""
-        return int((self.cube["vertical"] == 1).sum().compute())
+        return int((self.default_element_cube["vertical"] == 1).sum().compute())
 
     @property
     def count_of_records_with_unused_vertical(self) -> int:
@@ -122,24 +129,24 @@ class StudyResults:
     @cached_property
     def model(self) -> Model:
         """Mechanical model (2-D or 3-D) with which the results of the study were computed."""
-        return model_of_results_cube(self.cube)
+        return default_model_for_results_cube(self.default_element_cube)
 
     @cached_property
     def plane_choice_imposes_fall_axis(self) -> bool:
         """True if the fall axis is imposed by simulating only one vertical plane or a sector of azimuths."""
-        return azimuths_in_results_bias_mean_fall_axis(self.cube)
+        return azimuths_in_results_bias_mean_fall_axis(self.default_element_cube)
 
     @cached_property
     def logistic_fit(self) -> LogisticFit | None:
         """Logistic fit of the fall probability; None in 3-D, or if outcomes and B/H are of different stones."""
-        if not self.model.one_component or note_on_size_reference_stone(self.cube):
+        if not self.model.is_planar or note_on_size_reference_stone(self.default_element_cube):
             return None
-        return fit_logistic_overturning_model(self.cube, self.intensity)
+        return fit_logistic_overturning_model(self.default_element_cube, self.intensity)
 
     @cached_property
     def share_overturned(self) -> float:
         """Share of the cases with a known outcome that overturn; NaN if no outcome is known."""
-        return float(overturned_share(self.cube))
+        return float(overturned_share(self.default_element_cube))
 
     @cached_property
     def fall_counts_of_study_elements(self) -> tuple[ElementFallCounts, ...]:
@@ -147,7 +154,7 @@ class StudyResults:
 
         Empty for a scene of one free element.
         """
-        return self.element_fall_counts_by_variant[NOMINAL] if "element" in self.cubes[NOMINAL].dims else ()
+        return self.element_fall_counts_by_variant[NOMINAL] if "element" in self.cubes_by_variant[NOMINAL].dims else ()
 
     @cached_property
     def element_fall_counts_by_variant(self) -> dict[str, tuple[ElementFallCounts, ...]]:
@@ -155,12 +162,12 @@ class StudyResults:
 
         A scene of one free element has one row, "block".
         """
-        return {name: tuple(count_falls_by_element(cube)) for name, cube in self.cubes.items()}
+        return {name: tuple(count_falls_by_element(cube)) for name, cube in self.cubes_by_variant.items()}
 
     @cached_property
     def case_and_unknown_counts_by_status(self) -> dict[str, tuple[int, int]]:
         """Numbers of all cases and of cases without an outcome, by name of the case status."""
-        status, unknown = self.cube["status"], self.cube["overturned"].isnull()
+        status, unknown = self.default_element_cube["status"], self.default_element_cube["overturned"].isnull()
         counts = {}
         for code, name in zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True):
             cells = status == code
@@ -179,12 +186,12 @@ class StudyResults:
         Only informative blocks count. All are missing if the planes of the study impose the axis, or the unknown
         outcomes of the record (``is_imposed``).
         """
-        return earthquakes.mean_fall_directions_by_record(self.cube)
+        return earthquakes.mean_fall_directions_by_record(self.default_element_cube)
 
     @cached_property
     def fall_axes_by_group(self) -> dict[str, xr.Dataset]:
         """Mean fall axis of each earthquake relative to its fault normal, by name of the group of records."""
-        return earthquakes.fall_axes_by_group(self.cube)
+        return earthquakes.fall_axes_from_fault_normal_by_group(self.default_element_cube)
 
     @cached_property
     def fall_axis_summaries(self) -> dict[str, earthquakes.FallAxisSummary]:
@@ -194,18 +201,15 @@ class StudyResults:
     @cached_property
     def first_minus_second_group_alignment(self) -> MeanOverEarthquakes | None:
         """Alignment of falls with the fault normal, first minus second group of records; None if there is one group."""
-        return (
-            earthquakes.difference_of_fall_alignments(*self.fall_axes_by_group.values())
-            if len(self.fall_axes_by_group) == 2
-            else None
-        )
+        groups = self.fall_axes_by_group.values()
+        return earthquakes.difference_of_fall_alignments(*groups) if len(groups) == 2 else None
 
     @cached_property
     def fault_normal_alignment_by_block_selection(
         self,
     ) -> dict[str, list[alignment_by_rule.FaultNormalAlignmentOfSelectedBlocks]]:
         """Alignment of falls with the fault normal, for each rule that selects blocks, by name of the group."""
-        return alignment_by_rule.fault_normal_alignment_by_block_selection(self.cube)
+        return alignment_by_rule.fault_normal_alignment_by_block_selection(self.default_element_cube)
 
     @cached_property
     def fall_alignment_by_reference(self) -> tuple[dict[str, earthquakes.FallAlignmentWithReferences], list[str]]:
@@ -213,21 +217,23 @@ class StudyResults:
 
         The first alignment is over all B/H, those after it over the ranges with these labels.
         """
-        ratio = self.cube["b_over_h"].to_numpy()
-        count, classes = ratio.size, min(B_OVER_H_RANGES, ratio.size) if ratio.size > 1 else 0
+        ratio = self.default_element_cube["b_over_h"].to_numpy()
+        count, classes = ratio.size, min(B_OVER_H_RANGE_COUNT, ratio.size) if ratio.size > 1 else 0
         parts = [slice(count * part // classes, count * (part + 1) // classes) for part in range(classes)]
         ends = (dict.fromkeys(f"{end:g}" for end in ratio[part][[0, -1]]) for part in parts)
         names = [f"B/H {' to '.join(one)}" for one in ends]
         return earthquakes.fall_alignment_with_reference_directions(
-            self.cube, self.intensity, [slice(0, count), *parts]
+            self.default_element_cube, self.intensity, [slice(0, count), *parts]
         ), names
 
     @cached_property
     def fragility_curves(self) -> list[FittedFragilityCurve]:
         """Fitted fragility curves of the study's population of stones; empty without a population."""
-        if not self.populations:
+        if not self.population_rates_by_variant:
             return []
-        return fit_or_read_fragility_curves(self.populations[NOMINAL], self.intensity, self.folder / CURVES)
+        return fit_or_read_fragility_curves(
+            self.population_rates_by_variant[NOMINAL], self.intensity, self.folder / CURVES
+        )
 
     @cached_property
     def count_agreements_of_2d_and_3d_outcomes(self) -> xr.Dataset:
@@ -235,30 +241,31 @@ class StudyResults:
 
         See `statistics.space.count_agreements_of_2d_and_3d_outcomes`.
         """
-        return count_agreements_of_2d_and_3d_outcomes(self.cube)
+        return count_agreements_of_2d_and_3d_outcomes(self.default_element_cube)
 
     @property
-    def has_known_fault_normal(self) -> bool:
+    def has_falls_with_known_fault_normal(self) -> bool:
         """True if at least one earthquake has both falls and a known fault normal."""
         return any(summary.alignment.n > 0 for summary in self.fall_axis_summaries.values())
 
     @property
     def any_fault_normal_is_stated(self) -> bool:
         """True if the study knows the fault normal of at least one record, with or without falls."""
-        return bool(np.isfinite(self.cube["fault_normal"].to_numpy().astype(np.float64)).any())
+        return bool(np.isfinite(self.default_element_cube["fault_normal"].to_numpy().astype(np.float64)).any())
 
     @property
     def every_2d_case_overturns(self) -> bool:
         """True if every case of a 2-D model with known outcome overturns, so that falls show no axis."""
-        return self.model.one_component and self.share_overturned >= 1
+        return self.model.is_planar and self.share_overturned >= 1
 
     @property
     def any_record_has_fall_axis(self) -> bool:
-        """True if the falls of at least one record have an axis: a resultant of `LEAST_RESULTANT` or more.
+        """True if the falls of at least one record have an axis: a resultant that suffices for a mean direction.
 
         The falls have none if each block falls in every direction or in none.
         """
-        return bool((self.mean_fall_directions_by_record["axis_resultant"].to_numpy() >= LEAST_RESULTANT).any())
+        resultant = self.mean_fall_directions_by_record["axis_resultant"].to_numpy()
+        return bool((resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION).any())
 
     @property
     def records_with_imposed_axis(self) -> list[str]:
@@ -270,7 +277,7 @@ class StudyResults:
     def has_fall_axis_and_fault_normal(self) -> bool:
         """True if falls have an axis that can be compared with a known fault normal."""
         return (
-            self.has_known_fault_normal
+            self.has_falls_with_known_fault_normal
             and self.any_record_has_fall_axis
             and self.share_overturned > 0
             and not self.plane_choice_imposes_fall_axis
@@ -279,20 +286,20 @@ class StudyResults:
 
     def cube_of_default_element(self, variant: str) -> xr.Dataset:
         """Return a variant's results cube for the scene element whose outcomes are shown by default."""
-        return _select_default_element(self.study, variant, self.cubes[variant])
+        return _select_default_element(self.study, variant, self.cubes_by_variant[variant])
 
 
-REPORT_KEYS = ("title", "question", "asks", "language", "primary", "figures", "population", "crate")
+PRESENTATION_STUDY_KEYS = ("title", "question", "asks", "language", "primary", "figures", "population", "crate")
 """Settings of a study on which the cube does not depend."""
 
-B_OVER_H_RANGES = 3
+B_OVER_H_RANGE_COUNT = 3
 """Number of ranges of B/H for which the alignment with references is computed."""
 
 
 def note_on_findings_missing_without_study_file(results: StudyResults) -> str:
     """Return a line naming the parts of the findings that are empty because the cube has no study.yaml next to it.
 
-    It is "" if there is a study.yaml. The cube of a run stores neither `REPORT_KEYS` nor surveys.
+    It is "" if there is a study.yaml. The cube of a run stores neither `PRESENTATION_STUDY_KEYS` nor surveys.
     """
     names = {
         "question": "the question", "primary": "the primary statistic", "population": "the population of stones",
@@ -334,8 +341,8 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
     the file named is not the whole cube of a study. If the outcomes in a cube were changed after the run, its attribute
     ``content_sha256`` is the hash of the outcomes as they are.
 
-    The keys `REPORT_KEYS` and the surveys are those of `study_override`; if it is None, those of the
-    `study_with_title_and_figures` of the cube.
+    The keys `PRESENTATION_STUDY_KEYS` and the surveys are those of `study_override`; if it is None, those of
+    the `study_with_title_and_figure_settings` of the cube.
     """
     cube_path = results_path / "cube.nc" if os.path.isdir(results_path) else results_path
     folder, changed = cube_path.parent, list[str]()
@@ -363,37 +370,36 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
         intensity = stack.enter_context(xr.open_dataset(measures))
         _check_cube_is_whole_study(nominal, intensity, cube_path)
         study = study_of_cube(nominal)
-        presented = study_with_title_and_figures(nominal, study_override) or study
+        presented = study_with_title_and_figure_settings(nominal, study_override) or study
         named = (
             survey.model_copy(update={"stones": path_without_absolute_folder(survey.stones)})
             for survey in presented.surveys
         )
-        own = {name: getattr(presented, name) for name in REPORT_KEYS}
+        own = {name: getattr(presented, name) for name in PRESENTATION_STUDY_KEYS}
         study = study.model_copy(update=own | {"surveys": tuple(named)})
         whole = {NOMINAL: nominal} | {name: open_variant_cube(name) for name in study.variants}
         cubes = {name: select_recorded_amplitude(cube) for name, cube in whole.items()}
         stones, files = study.population, [folder / "survey" / f"{n + 1}" for n in range(len(study.surveys))]
         in_space = study.body is not None or study.is_stack
+        survey_files = [file.with_suffix(".json") for file in files]
         asked = [file for file, survey in zip(files, study.surveys, strict=True) if survey.backwards]
+        scaled = nominal.sel(amplitude=nominal.amplitude != 1.0) if "amplitude" in nominal.dims else None
         yield StudyResults(
             study=study,
-            cube=_select_default_element(study, NOMINAL, cubes[NOMINAL]),
-            cubes=cubes,
+            default_element_cube=_select_default_element(study, NOMINAL, cubes[NOMINAL]),
+            cubes_by_variant=cubes,
             intensity=intensity,
             convergence=read_convergence_result(folder / "convergence.json") if study.verification != "none" else None,
-            surveys=() if in_space else tuple(read_survey_comparison(file.with_suffix(".json")) for file in files),
-            survey_displacements=tuple(
-                read_json_result(StoredDisplacementComparison, file.with_suffix(".json"), "comparison with a survey")
-                for file in files
-                if in_space
+            survey_comparisons=tuple(read_survey_comparison(file) for file in (() if in_space else survey_files)),
+            survey_displacement_comparisons=tuple(
+                read_json_result(StoredDisplacementComparison, file, "comparison with a survey")
+                for file in (survey_files if in_space else ())
             ),
-            populations={name: population_outcome_rates_by_record(cube, stones) for name, cube in whole.items()}
-            if stones
-            else {},
+            population_rates_by_variant={
+                one: population_outcome_rates_by_record(cube, stones) for one, cube in whole.items() if stones
+            },
             inferred_motions=tuple(read_inversion_result(file.with_suffix(".motion.nc")) for file in asked),
             folder=folder,
-            changed_cubes=tuple(changed),
-            scaled_cube=_select_default_element(study, NOMINAL, nominal.sel(amplitude=nominal.amplitude != 1.0))
-            if "amplitude" in nominal.dims
-            else None,
+            changed_cube_names=tuple(changed),
+            other_amplitudes_cube=None if scaled is None else _select_default_element(study, NOMINAL, scaled),
         )

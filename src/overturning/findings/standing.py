@@ -5,11 +5,11 @@ from collections.abc import Sequence
 from typing import Final
 
 from overturning.errors import ResultError
-from overturning.findings.values import FindingBaseClass, Number
+from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.statistics.bootstrap import exact_share_interval
 from overturning.surveys.standing import (
     BOUND_PROBABILITY,
-    LARGEST_SHARE_BEYOND,
+    MAX_FALL_SHARE_OUTSIDE_RECORDS,
     SurvivalByStoneClass,
     annual_fall_rate_below_first_level,
     hazard_unit_warning,
@@ -18,7 +18,7 @@ from overturning.surveys.standing import (
 )
 from overturning.surveys.stones import Stone
 
-NEGLIGIBLE: Final = 0.01
+MAX_NEGLIGIBLE_SHARE_OF_FALLS: Final = 0.01
 """Share of the falls from shaking below the hazard's first level up to which it is not reported."""
 
 
@@ -27,22 +27,22 @@ class StoneClassSurvival(FindingBaseClass):
 
     stones: str
     measure: str
-    falls_per_year: Number
-    stands: Number
+    falls_per_year: OptionalNumber
+    stands: OptionalNumber
     """Probability that a stone stands for the exposure time, with its 95 % interval."""
-    stands_low: Number
-    stands_high: Number
-    share_of_class: Number
+    stands_low: OptionalNumber
+    stands_high: OptionalNumber
+    share_of_class: OptionalNumber
     """Share of the class that stands if the deviation of each stone from its class is constant."""
-    beyond_records: Number
+    beyond_records: OptionalNumber
     """Share of the falls that come from shaking beyond the records."""
-    largest_hazard_factor: Number
+    largest_hazard_factor: OptionalNumber
     """Upper bound of a factor on the hazard from standing stones; None without a bound."""
-    fall_at_first_level: Number
+    fall_at_first_level: OptionalNumber
     """Share of the stones that fall at the first level of the hazard; None if weaker shaking is negligible."""
     first_level: float
     unit: str
-    weaker_falls_per_year: Number
+    weaker_falls_per_year: OptionalNumber
     """Falls from shaking down to a tenth of the first level, if the fragility curve holds there."""
 
 
@@ -61,13 +61,13 @@ class StandingStones(FindingBaseClass):
     stood: int
     fell: int
     total: int
-    rate_bound_per_year: Number
+    rate_bound_per_year: OptionalNumber
     """Upper bound of the rate of falls if none fell; otherwise None."""
     bound_probability: float
-    share: Number
+    share: OptionalNumber
     """Share that stands, with its exact binomial 95 % interval."""
-    low: Number
-    high: Number
+    low: OptionalNumber
+    high: OptionalNumber
 
 
 class SurvivalFindings(FindingBaseClass):
@@ -95,7 +95,7 @@ def survival_findings(survival: SurvivalByStoneClass, survey_stones: Sequence[St
     bound = upper_bound_of_annual_fall_rate(survival.years) if stood and not fell else math.nan
     return SurvivalFindings(
         years=survival.years,
-        doubts=_hazard_unit_warnings(survival),
+        doubts=_check_hazard_units_and_list_warnings(survival),
         classes=[_survival_of_class(survival, place, bound) for place in range(len(survival.estimates))],
         without_curve=[
             StoneClassWithoutFragilityCurve(
@@ -107,7 +107,7 @@ def survival_findings(survival: SurvivalByStoneClass, survey_stones: Sequence[St
     )
 
 
-def _hazard_unit_warnings(survival: SurvivalByStoneClass) -> list[str]:
+def _check_hazard_units_and_list_warnings(survival: SurvivalByStoneClass) -> list[str]:
     """Return a warning for each hazard curve whose intensity levels are implausible in its unit.
 
     A `ResultError` is raised if the unit of a curve is doubtful and most falls come from shaking outside the range of
@@ -119,7 +119,7 @@ def _hazard_unit_warnings(survival: SurvivalByStoneClass) -> list[str]:
         if (why := hazard_unit_warning(one))
     }
     for *_, one in survival.estimates:
-        if one.measure in doubts and not one.beyond <= LARGEST_SHARE_BEYOND:
+        if one.measure in doubts and not one.beyond <= MAX_FALL_SHARE_OUTSIDE_RECORDS:
             share = "no falls" if math.isnan(one.beyond) else f"{100 * one.beyond:.0f} % of the falls of {one.stones}"
             raise ResultError(f"{doubts[one.measure]}; {share} come from levels beyond the records")
     return list(doubts.values())
@@ -129,7 +129,7 @@ def _survival_of_class(survival: SurvivalByStoneClass, class_index: int, fall_ra
     """Return the report's numbers on the survival of one class of stones, with bounds on the hazard."""
     curve, hazard, one = survival.estimates[class_index]
     weaker = annual_fall_rate_below_first_level(curve, hazard)
-    counts = weaker > NEGLIGIBLE * one.rate
+    counts = weaker > MAX_NEGLIGIBLE_SHARE_OF_FALLS * one.rate
     return StoneClassSurvival(
         stones=one.stones,
         measure=one.measure,

@@ -8,11 +8,11 @@ import numpy as np
 
 from overturning.findings.processing import RecordProcessing, processing_by_record
 from overturning.findings.results import StudyResults
-from overturning.findings.values import FindingBaseClass, Number
+from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.model.status import CaseStatus
 from overturning.model.variables import outcome_is_known
 from overturning.statistics.by_record import record_masks_by_group
-from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis_difference
+from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION, wrap_axis_difference
 from overturning.statistics.falls import overturned_shares_by_record, overturned_shares_near_and_off_fault_normal
 from overturning.study.schema import Study
 from overturning.units import CM, STANDARD_GRAVITY
@@ -81,11 +81,11 @@ class CaseCounts(FindingBaseClass):
     """Number of further cases, at other amplitude factors than 1; no other number here counts them."""
     scaled_without_outcome: int = 0
     """Number of these further cases without an outcome."""
-    share_overturned: Number
+    share_overturned: OptionalNumber
     """Share of the cases with an outcome that overturn."""
-    share_within_45_of_normal: Number
+    share_within_45_of_normal: OptionalNumber
     """Share of the cases that overturn, azimuths within 45° of the fault normal; None without a fault or in space."""
-    share_beyond_45_of_normal: Number
+    share_beyond_45_of_normal: OptionalNumber
     """Share of the cases that overturn, azimuths more than 45° from the fault normal."""
 
 
@@ -102,38 +102,38 @@ class RecordFacts(FindingBaseClass):
     """Group in which the record is counted; empty if it is not stated whether the record has a pulse."""
     pulse: bool | None
     """True if the record has a velocity pulse; None if it is not stated."""
-    fault_normal_deg: Number
+    fault_normal_deg: OptionalNumber
     """Azimuth of the fault normal; None if it is not known."""
-    pga_m_s2: Number
+    pga_m_s2: OptionalNumber
     """Largest horizontal peak acceleration over the azimuths of the study."""
-    pga_azimuth_deg: Number
+    pga_azimuth_deg: OptionalNumber
     """Axis of this peak, 0 to 180."""
-    pga_g: Number
+    pga_g: OptionalNumber
     """The same in units of the standard acceleration of gravity."""
-    pgv_m_s: Number
+    pgv_m_s: OptionalNumber
     """Largest horizontal peak velocity over the azimuths of the study."""
-    pgv_cm_s: Number
-    pgv_azimuth_deg: Number
+    pgv_cm_s: OptionalNumber
+    pgv_azimuth_deg: OptionalNumber
     """Axis of this peak, 0 to 180."""
-    pgd_m: Number
+    pgd_m: OptionalNumber
     """Largest horizontal peak displacement over the azimuths of the study."""
-    vertical_pga_m_s2: Number
+    vertical_pga_m_s2: OptionalNumber
     """Peak vertical acceleration; None without a vertical component."""
     displacement_drifts: bool
     """True if the integrated displacement drifts, so that `pgd_m` is not a ground displacement."""
-    share_overturned: Number
+    share_overturned: OptionalNumber
     """Share of the cases with an outcome that overturn."""
     too_weak_to_move_blocks: bool
     """True if the record is too weak to move any block of the study."""
-    mean_direction_deg: Number
+    mean_direction_deg: OptionalNumber
     """Mean fall direction; None if its resultant is too small."""
-    direction_resultant: Number
+    direction_resultant: OptionalNumber
     """Length of the mean of the fall directions as unit vectors, 0 to 1."""
-    mean_axis_deg: Number
+    mean_axis_deg: OptionalNumber
     """Mean fall axis, 0 to 180; None if its resultant is too small."""
-    axis_resultant: Number
+    axis_resultant: OptionalNumber
     """Length of the mean of the doubled fall axes as unit vectors, 0 to 1."""
-    axis_from_normal_deg: Number
+    axis_from_normal_deg: OptionalNumber
     """Angle between the mean fall axis and the fault normal, 0 to 90."""
     processing: RecordProcessing | None
     """Origin, processing and notes of the record; None if the cube does not state them."""
@@ -142,11 +142,11 @@ class RecordFacts(FindingBaseClass):
 class NumericalQuality(FindingBaseClass):
     """Energy error and contact penetration of the cases, hash of the results cube, and software versions."""
 
-    mean_energy_error: Number
+    mean_energy_error: OptionalNumber
     """Mean error of the energy balance over simulated cells, as a share of the input."""
-    largest_energy_error: Number
+    largest_energy_error: OptionalNumber
     """Largest such error."""
-    largest_penetration_m: Number
+    largest_penetration_m: OptionalNumber
     """Largest penetration of a contact, m."""
     content_sha256: str
     """SHA-256 hash of the content of the cube."""
@@ -156,7 +156,7 @@ class NumericalQuality(FindingBaseClass):
 
 def study_facts(results: StudyResults) -> StudyFacts:
     """Return the question of a study, its mechanical model and the parameter values of its cases."""
-    study, cube = results.study, results.cube
+    study, cube = results.study, results.default_element_cube
 
     def rounded_coordinate_values(coordinate_name: str) -> list[float]:
         """Return the values of a coordinate of the results cube, such as the heights, rounded to 9 decimals."""
@@ -169,13 +169,13 @@ def study_facts(results: StudyResults) -> StudyFacts:
         question_kind=study.asks,
         primary_statistic=study.primary.statistic,
         primary_compared_with=study.primary.against,
-        model="planes" if results.model.one_component else "space",
+        model="planes" if results.model.is_planar else "space",
         free_elements=list(results.free_element_names),
         variants=list(study.variants),
         height_m=rounded_coordinate_values("height"),
         b_over_h=rounded_coordinate_values("b_over_h"),
         friction=rounded_coordinate_values("friction"),
-        directions=int(cube.sizes[results.model.direction]),
+        directions=int(cube.sizes[results.model.direction_dimension_name]),
         amplitude=[float(one) for one in study.amplitude],
         ensemble_members=study.ensemble.members,
         vertical_motion=bool(results.count_of_records_with_applied_vertical),
@@ -193,13 +193,13 @@ def scanned_stone_facts(study: Study) -> ScannedStoneFacts | None:
     )
 
 
-def count_cases(results: StudyResults) -> CaseCounts:
+def case_counts_and_overturned_shares(results: StudyResults) -> CaseCounts:
     """Count the cases of a study, and those without an outcome; compute the shares that overturn."""
-    within, beyond = overturned_shares_near_and_off_fault_normal(results.cube)
-    scaled = None if results.scaled_cube is None else results.scaled_cube["overturned"]
+    within, beyond = overturned_shares_near_and_off_fault_normal(results.default_element_cube)
+    scaled = None if results.other_amplitudes_cube is None else results.other_amplitudes_cube["overturned"]
     return CaseCounts(
-        total=int(results.cube["overturned"].size),
-        computed=int((results.cube[results.model.copied] == 0).sum().compute()),
+        total=int(results.default_element_cube["overturned"].size),
+        computed=int((results.default_element_cube[results.model.copy_flag_variable_name] == 0).sum().compute()),
         without_outcome={
             name: count for name, (_, count) in results.case_and_unknown_counts_by_status.items() if count
         },
@@ -213,7 +213,7 @@ def count_cases(results: StudyResults) -> CaseCounts:
 
 def record_facts(results: StudyResults) -> list[RecordFacts]:
     """Return the peaks of each record, and the mean direction and mean axis of the falls under it."""
-    cube, intensity, found = results.cube, results.intensity, results.mean_fall_directions_by_record
+    cube, intensity, found = results.default_element_cube, results.intensity, results.mean_fall_directions_by_record
     azimuth, processing = intensity["azimuth"].to_numpy(), processing_by_record(results)
     shares, groups = overturned_shares_by_record(cube).to_numpy(), record_masks_by_group(cube)
     at_rest = cube["status"] == CaseStatus.AT_REST
@@ -230,7 +230,7 @@ def record_facts(results: StudyResults) -> list[RecordFacts]:
             if measure != "pgd":
                 peaks[f"{measure}_azimuth_deg"] = float(azimuth[int(along.argmax())] % 180)
         peaks |= {"pga_g": peaks["pga_m_s2"] / STANDARD_GRAVITY, "pgv_cm_s": peaks["pgv_m_s"] / CM}
-        clear = {kind: lengths[kind][index] >= LEAST_RESULTANT for kind in lengths}
+        clear = {kind: lengths[kind][index] >= MIN_RESULTANT_WITH_MEAN_DIRECTION for kind in lengths}
         mean = {kind: float(angles[kind][index]) if clear[kind] else math.nan for kind in angles}
         pulse = float(cube["pulse"].to_numpy()[index])
         records.append(
@@ -259,7 +259,7 @@ def record_facts(results: StudyResults) -> list[RecordFacts]:
 
 def numerical_quality(results: StudyResults) -> NumericalQuality:
     """Return the energy error and contact penetration of the cases, content hash and software versions."""
-    cube = results.cube
+    cube = results.default_element_cube
     simulated = cube["status"] == CaseStatus.SIMULATED
     energy, depth = (cube[name].where(simulated) for name in ("energy_error", "peak_penetration"))
     return NumericalQuality(

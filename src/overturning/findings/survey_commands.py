@@ -4,7 +4,7 @@ from pydantic import Field
 
 from overturning.findings.inferred_motion import InferredMotion
 from overturning.findings.observed import ObservedSurveyFindings
-from overturning.findings.survey_displacements import SurveyDisplacements
+from overturning.findings.survey_displacements import SurveyDisplacementFindings
 from overturning.findings.surveys import SurveyFindings
 from overturning.findings.values import FindingBaseClass
 
@@ -15,4 +15,4 @@ class SurveyCommandResults(FindingBaseClass):
     observed: list[ObservedSurveyFindings] = Field(default_factory=list)
     surveys: list[SurveyFindings] = Field(default_factory=list)
     inferred_motions: list[InferredMotion] = Field(default_factory=list)
-    survey_displacements: list[SurveyDisplacements] = Field(default_factory=list)
+    survey_displacements: list[SurveyDisplacementFindings] = Field(default_factory=list)

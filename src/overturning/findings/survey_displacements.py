@@ -6,12 +6,12 @@ from pydantic import Field
 
 from overturning.findings.results import StudyResults
 from overturning.findings.surveys import CemeteryGroundFinding, cemetery_ground_findings
-from overturning.findings.values import FindingBaseClass, Number
-from overturning.statistics.circular import LEAST_RESULTANT
+from overturning.findings.values import FindingBaseClass, OptionalNumber
+from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.surveys.directions_in_space import FallDirectionComparisonIn3D
 from overturning.surveys.displacements import (
-    SHIFTED_M,
-    TWISTED_DEG,
+    MIN_SHIFT_M,
+    MIN_TWIST_DEG,
     DisplacementComparison,
     MeasureName,
     StoredDisplacementComparison,
@@ -23,11 +23,11 @@ from overturning.units import CM
 class ObservedMeasure(FindingBaseClass):
     """Observed share or median of a survey's stones, with its exact 95 % interval."""
 
-    value: Number
+    value: OptionalNumber
     """Share or median; None without stones."""
-    low: Number
+    low: OptionalNumber
     """Lower end of the interval; None without stones, and for a median of fewer than six stones."""
-    high: Number
+    high: OptionalNumber
     """Upper end of the interval."""
     level: float = 0.95
     """Probability of the interval."""
@@ -36,11 +36,11 @@ class ObservedMeasure(FindingBaseClass):
 class ComputedMeasure(FindingBaseClass):
     """Computed share or median of stones: mean and range over the friction coefficients of the study."""
 
-    value: Number
+    value: OptionalNumber
     """Mean over frictions; None if nothing of the kind was computed."""
-    low: Number
+    low: OptionalNumber
     """Smallest value of a friction; None if the study has one friction."""
-    high: Number
+    high: OptionalNumber
     """Largest value of a friction; None if the study has one friction."""
 
 
@@ -55,26 +55,26 @@ class DisplacementMeasureFinding(FindingBaseClass):
     computed: ComputedMeasure
 
 
-class SurveyDirectionsInSpace(FindingBaseClass):
+class FallDirectionFindingsIn3D(FindingBaseClass):
     """Observed fall directions of stones, and those in which similar stones of a 3-D study fall."""
 
     octant_falls: int
     """Number of stones that fell in a known direction."""
-    mean_direction_deg: Number
+    mean_direction_deg: OptionalNumber
     """Mean fall direction; None if the falls show no common direction (p > 0.05)."""
-    resultant: Number
+    resultant: OptionalNumber
     """Length of the mean of the fall directions as unit vectors, 0 to 1."""
-    predicted_mean_direction_deg: Number
+    predicted_mean_direction_deg: OptionalNumber
     """Mean of the predicted directions of these stones; None if they have no common direction."""
-    predicted_resultant: Number
+    predicted_resultant: OptionalNumber
     """Length of the mean of the predicted directions as unit vectors, 0 to 1."""
-    observed_by_octant: dict[str, Number]
-    """Number of fallen stones in each octant of fall direction; one of 16 winds between two octants counts in both."""
-    predicted_by_octant: dict[str, Number]
+    observed_by_octant: dict[str, OptionalNumber]
+    """Number of fallen stones in each octant of fall direction; a direction between two (NNE) counts in both."""
+    predicted_by_octant: dict[str, OptionalNumber]
     """Predicted number of fallen stones in each octant."""
-    log_likelihood_ratio: Number
+    log_likelihood_ratio: OptionalNumber
     """Sum over these stones of ln(predicted/uniform); above 0 if the prediction is better than a guess."""
-    log_likelihood_ratio_p_value: Number
+    log_likelihood_ratio_p_value: OptionalNumber
     """Share of surveys of stones that fall in random directions with a ratio at least as large."""
     never: int
     """Falls of stones like which none falls in the study; their predicted direction is random."""
@@ -88,7 +88,7 @@ class SurveyDirectionsInSpace(FindingBaseClass):
     """Assumed share of the stones that fall in a random direction."""
 
 
-class SurveyDisplacementsOfSite(FindingBaseClass):
+class SiteDisplacementFindings(FindingBaseClass):
     """Observed and computed falls, shifts and twists of the stones at one survey site, or at all together."""
 
     site: str
@@ -106,11 +106,11 @@ class SurveyDisplacementsOfSite(FindingBaseClass):
     far_outside_grid: int
     """Stones whose B/H or D/B lies more than a quarter outside the study; they are compared in no computed value."""
     measures: list[DisplacementMeasureFinding]
-    directions: SurveyDirectionsInSpace | None = None
+    directions: FallDirectionFindingsIn3D | None = None
     """Fall directions; None if no stone fell in a known direction."""
 
 
-class SurveyDisplacements(FindingBaseClass):
+class SurveyDisplacementFindings(FindingBaseClass):
     """Comparison of a survey with a 3-D study: falls and their directions, shifts and twists of the stones."""
 
     stones: str
@@ -123,38 +123,38 @@ class SurveyDisplacements(FindingBaseClass):
     """Doubts about the survey file, such as the unit of its azimuths."""
     remarks: list[str]
     """Comment lines at the start of the survey file that are not empty."""
-    shifted_from_cm: float = SHIFTED_M / CM
+    shifted_from_cm: float = MIN_SHIFT_M / CM
     """Shift from which a standing stone counts as shifted, cm."""
-    twisted_from_deg: float = TWISTED_DEG
+    twisted_from_deg: float = MIN_TWIST_DEG
     """Absolute twist from which a standing stone counts as twisted, degrees."""
-    together: SurveyDisplacementsOfSite
+    together: SiteDisplacementFindings
     """All sites together."""
-    sites: list[SurveyDisplacementsOfSite] = Field(default_factory=list)
+    sites: list[SiteDisplacementFindings] = Field(default_factory=list)
     """Each site by itself; empty if the survey has only one."""
     grounds: list[CemeteryGroundFinding] = Field(default_factory=list)
     """Soil below the cemeteries; empty if the record is used as it is for all stones."""
 
 
-def all_survey_displacements(results: StudyResults) -> list[SurveyDisplacements]:
+def all_survey_displacement_findings(results: StudyResults) -> list[SurveyDisplacementFindings]:
     """Return, for each survey of a 3-D study, observed and computed falls, shifts and twists; [] for a 2-D study."""
-    return [survey_displacement_findings(one) for one in results.survey_displacements]
+    return [survey_displacement_findings(one) for one in results.survey_displacement_comparisons]
 
 
-def survey_displacement_findings(stored: StoredDisplacementComparison) -> SurveyDisplacements:
+def survey_displacement_findings(stored: StoredDisplacementComparison) -> SurveyDisplacementFindings:
     """Return the report's numbers on falls, shifts and twists of the stones of a survey."""
-    return SurveyDisplacements(
+    return SurveyDisplacementFindings(
         stones=stored.stones,
         sha256=stored.sha256,
         record=stored.record,
         doubts=list(stored.doubts),
         remarks=list(stored.remarks),
-        together=_displacements_of_site("", stored.together),
-        sites=[_displacements_of_site(site, one) for site, one in stored.sites],
+        together=_site_displacement_findings("", stored.together),
+        sites=[_site_displacement_findings(site, one) for site, one in stored.sites],
         grounds=cemetery_ground_findings(stored.grounds),
     )
 
 
-def _displacements_of_site(site: str, comparison: DisplacementComparison) -> SurveyDisplacementsOfSite:
+def _site_displacement_findings(site: str, comparison: DisplacementComparison) -> SiteDisplacementFindings:
     """Return the report's numbers on falls, shifts and twists of the stones at one site."""
     measures = []
     for one in comparison.measures:
@@ -174,7 +174,7 @@ def _displacements_of_site(site: str, comparison: DisplacementComparison) -> Sur
                 computed=ComputedMeasure(**computed),
             )
         )
-    return SurveyDisplacementsOfSite(
+    return SiteDisplacementFindings(
         site=site,
         fell=comparison.fell,
         stood=comparison.stood,
@@ -185,17 +185,17 @@ def _displacements_of_site(site: str, comparison: DisplacementComparison) -> Sur
         measures=measures,
         directions=None
         if comparison.directions is None
-        else _direction_comparison_in_3d(comparison, comparison.directions),
+        else _fall_direction_findings_in_3d(comparison, comparison.directions),
     )
 
 
-def _direction_comparison_in_3d(
+def _fall_direction_findings_in_3d(
     comparison: DisplacementComparison, directions: FallDirectionComparisonIn3D
-) -> SurveyDirectionsInSpace:
+) -> FallDirectionFindingsIn3D:
     """Return the report's numbers on observed fall directions of stones and those computed in a 3-D study."""
-    has_mean = directions.predicted_resultant >= LEAST_RESULTANT
+    has_mean = directions.predicted_resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION
     observed, predicted = directions.octant_observed.round(2).tolist(), directions.octant_predicted.tolist()
-    return SurveyDirectionsInSpace(
+    return FallDirectionFindingsIn3D(
         octant_falls=directions.fallen,
         mean_direction_deg=directions.mean_direction_deg,
         resultant=directions.resultant,

@@ -5,13 +5,13 @@ from collections.abc import Sequence
 
 from pydantic import Field
 
-from overturning.findings.observed import ObservedFallShare, observed_share
+from overturning.findings.observed import ObservedStoneShare, observed_share
 from overturning.findings.results import StudyResults
-from overturning.findings.values import FindingBaseClass, Number
-from overturning.statistics.circular import LEAST_RESULTANT
+from overturning.findings.values import FindingBaseClass, OptionalNumber
+from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.surveys.comparison import StoredSurveyComparison, SurveyPredictionComparison
 from overturning.surveys.ground import SoilBelowSurveySite
-from overturning.surveys.prediction import SIDES
+from overturning.surveys.prediction import STANDING_OR_FALL_SIDES
 from overturning.surveys.stones import OCTANTS
 from overturning.units import STANDARD_GRAVITY
 
@@ -23,9 +23,9 @@ class StatisticalTestFinding(FindingBaseClass):
     """Name of the test."""
     sample_size: int
     """Number of stones."""
-    statistic: Number
+    statistic: OptionalNumber
     """Test statistic."""
-    p_value: Number
+    p_value: OptionalNumber
     """p-value."""
 
 
@@ -35,11 +35,11 @@ class ComputedFallShare(FindingBaseClass):
     These are the heights and friction coefficients for which the study has simulated blocks.
     """
 
-    value: Number
+    value: OptionalNumber
     """Mean over the grid; None if no outcome is known."""
-    low: Number
+    low: OptionalNumber
     """Smallest share of a height and friction; None if the share is the same for all of them."""
-    high: Number
+    high: OptionalNumber
     """Largest share of a height and friction; None if the share is the same for all of them."""
 
 
@@ -48,9 +48,9 @@ class CemeteryGroundFinding(FindingBaseClass):
 
     site: str
     """Name of the site; empty for all sites of the survey that have no layers of their own."""
-    thickness_m: Number
+    thickness_m: OptionalNumber
     """Thickness of all layers, m."""
-    velocity_m_s: Number
+    velocity_m_s: OptionalNumber
     """Mean shear-wave velocity of the layers: thickness over travel time, m/s."""
     equivalent_linear: bool
     """True if a layer softens with strain."""
@@ -58,9 +58,9 @@ class CemeteryGroundFinding(FindingBaseClass):
     """False if the equivalent-linear computation did not converge."""
     beyond_curve: bool
     """True if the effective strain of a layer exceeds the largest strain of its curve."""
-    rock_pga_g: Number
+    rock_pga_g: OptionalNumber
     """Peak acceleration of the larger horizontal component of the record, g."""
-    surface_pga_g: Number
+    surface_pga_g: OptionalNumber
     """Peak acceleration of the larger horizontal component at the surface, g."""
 
 
@@ -75,13 +75,13 @@ class SurveySiteFindings(FindingBaseClass):
     """Number of stones that stood."""
     octant_falls: int
     """Number of falls whose direction is known."""
-    observed_fall_share: ObservedFallShare | None
+    observed_fall_share: ObservedStoneShare | None
     """Share of the stones that fell; None if no stone that stood is listed."""
     computed_fall_share: ComputedFallShare
     """Share computed for the stones of the site under the record of the survey."""
-    log_likelihood_ratio: Number
+    log_likelihood_ratio: OptionalNumber
     """Sum over fallen stones of ln(predicted/uniform); above 0 if the prediction is better than random directions."""
-    log_likelihood_ratio_p_value: Number
+    log_likelihood_ratio_p_value: OptionalNumber
     """Share of surveys of stones that fall in random directions with a ratio at least as large."""
 
 
@@ -108,15 +108,15 @@ class SurveyFindings(FindingBaseClass):
     """Number of falls whose direction is known."""
     few_falls: bool
     """True if some falls have a known direction, but fewer than 40, five to an octant."""
-    mean_direction_deg: Number
+    mean_direction_deg: OptionalNumber
     """Mean fall direction; None if the falls show no common direction (p > 0.05)."""
-    resultant: Number
+    resultant: OptionalNumber
     """Length of the mean of the fall directions as unit vectors, 0 to 1."""
-    predicted_mean_direction_deg: Number
+    predicted_mean_direction_deg: OptionalNumber
     """Mean of the predicted directions of the stones that fell; None if they have no common direction."""
-    predicted_resultant: Number
+    predicted_resultant: OptionalNumber
     """Length of the mean of the predicted directions as unit vectors, 0 to 1."""
-    observed_fall_share: ObservedFallShare | None
+    observed_fall_share: ObservedStoneShare | None
     """Share of the stones that fell; None if the survey lists no stone that stood, and thus perhaps only the fallen.
 
     Only those sites count that list a stone that stood.
@@ -130,13 +130,13 @@ class SurveyFindings(FindingBaseClass):
     values). A stone without B/H has the mean over all B/H of the grid, one without height the mean over all heights,
     and one without face the mean over all azimuths. `share_in_random_direction` is not included.
     """
-    observed_by_octant: dict[str, Number]
-    """Number of fallen stones in each octant of fall direction; one of 16 winds between two octants counts in both."""
-    predicted_by_octant: dict[str, Number]
+    observed_by_octant: dict[str, OptionalNumber]
+    """Number of fallen stones in each octant of fall direction; a direction between two (NNE) counts in both."""
+    predicted_by_octant: dict[str, OptionalNumber]
     """Predicted number of fallen stones in each octant."""
-    log_likelihood_ratio: Number
+    log_likelihood_ratio: OptionalNumber
     """Sum over fallen stones of ln(predicted/uniform); above 0 if the prediction is better than a guess."""
-    log_likelihood_ratio_p_value: Number
+    log_likelihood_ratio_p_value: OptionalNumber
     """Share of surveys of stones that fall in random directions with a ratio at least as large."""
     fit_tests: list[StatisticalTestFinding]
     """Tests of the agreement of observed and predicted directions."""
@@ -185,20 +185,20 @@ class SurveyFindings(FindingBaseClass):
     """Soil below the cemeteries; empty if the record is used as it is for all stones."""
 
 
-FEWEST_FALLS = 5 * len(OCTANTS)
+SMALL_SURVEY_FALL_THRESHOLD = 5 * len(OCTANTS)
 """Falls of known direction below which the report calls a survey small: a chi-square test over octants expects five."""
 
 
 def all_survey_prediction_findings(results: StudyResults) -> list[SurveyFindings]:
     """Return, for each survey of a study, the comparison of observed and predicted falls."""
-    return [survey_prediction_findings(one) for one in results.surveys]
+    return [survey_prediction_findings(one) for one in results.survey_comparisons]
 
 
 def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
     """Return the report's numbers on one survey: its comparison with the falls predicted for its site."""
     found, confusion = survey_result.comparison, survey_result.comparison.confusion
 
-    def counts_by_octant(octant_counts: list[float]) -> dict[str, Number]:
+    def counts_by_octant(octant_counts: list[float]) -> dict[str, OptionalNumber]:
         """Return numbers of stones by name of the compass octant, given in the order of `OCTANTS`."""
         return dict(zip(OCTANTS, octant_counts, strict=True))
 
@@ -217,11 +217,13 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
         stood=found.stood,
         fell_in_unknown_direction=found.without_direction,
         octant_falls=found.fallen_count_in_known_direction,
-        few_falls=0 < found.fallen_count_in_known_direction < FEWEST_FALLS,
+        few_falls=0 < found.fallen_count_in_known_direction < SMALL_SURVEY_FALL_THRESHOLD,
         mean_direction_deg=found.mean_direction_deg,
         resultant=found.resultant,
         predicted_mean_direction_deg=(
-            found.predicted_mean_direction_deg if found.predicted_resultant >= LEAST_RESULTANT else math.nan
+            found.predicted_mean_direction_deg
+            if found.predicted_resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION
+            else math.nan
         ),
         predicted_resultant=found.predicted_resultant,
         observed_fall_share=observed_share(found.share_fell, found.share_stones) if found.share_stones else None,
@@ -236,7 +238,7 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
         uniformity_test=statistical_test_finding("uniform_octants"),
         correct_predictions=None if confusion is None else int(confusion.trace()),
         checked_predictions=None if confusion is None else int(confusion.sum()),
-        sides={} if confusion is None else dict(zip(SIDES, confusion.tolist(), strict=True)),
+        sides={} if confusion is None else dict(zip(STANDING_OR_FALL_SIDES, confusion.tolist(), strict=True)),
         faces_known=found.turned_every_way < found.fallen_count_in_known_direction,
         turned_every_way=found.turned_every_way,
         never=found.never,

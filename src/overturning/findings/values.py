@@ -8,7 +8,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 
 
-def _nan_to_none(value: Any) -> Any:
+def _convert_to_python_number_or_none(value: Any) -> Any:
     """Convert NaN to None, the texts "inf" and "-inf" to numbers, and a NumPy scalar to a Python number."""
     value = value.item() if hasattr(value, "item") else value
     value = float(value) if value in ("inf", "-inf") else value
@@ -20,7 +20,11 @@ def _infinity_to_text(value: float | None) -> float | str | None:
     return f"{value}" if value is not None and math.isinf(value) else value
 
 
-Number = Annotated[float | None, BeforeValidator(_nan_to_none), PlainSerializer(_infinity_to_text, when_used="json")]
+OptionalNumber = Annotated[
+    float | None,
+    BeforeValidator(_convert_to_python_number_or_none),
+    PlainSerializer(_infinity_to_text, when_used="json"),
+]
 """A number; None (null in JSON) if it is not known, the text "inf" in JSON if it lies above the range of the data."""
 
 
@@ -35,11 +39,11 @@ class Estimate(FindingBaseClass):
 
     statistic: str
     """Quantity that is estimated."""
-    value: Number
+    value: OptionalNumber
     """Estimate; None if it is not defined."""
-    low: Number
+    low: OptionalNumber
     """Lower end of the interval; None if there are too few earthquakes for an interval."""
-    high: Number
+    high: OptionalNumber
     """Upper end of the interval; None if there are too few earthquakes for an interval."""
     level: float = 0.95
     """Probability of the interval."""

@@ -18,7 +18,7 @@ from overturning.model.symmetry import FULL_TURN, EquivalentSimulatedDirections
 from overturning.model.variables import (
     BODY_ENSEMBLE_VARIABLES,
     BODY_VARIABLES,
-    FACE_VARIABLES,
+    FACE_PLANE_VARIABLES,
     INT8_MISSING,
     OutcomeVariable,
 )
@@ -30,7 +30,7 @@ class InitialState:
 
     Parameters
     ----------
-    place : tuple
+    centre_position : tuple
         Position of the centre, m; z above the base.
     quaternion : tuple
         Rotation from the rest position (w, x, y, z).
@@ -43,13 +43,13 @@ class InitialState:
         If a tuple has another length, or a number that is not finite.
     """
 
-    place: tuple[float, float, float]
+    centre_position: tuple[float, float, float]
     quaternion: tuple[float, float, float, float]
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     angular_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        for name, count in (("place", 3), ("quaternion", 4), ("velocity", 3), ("angular_velocity", 3)):
+        for name, count in (("centre_position", 3), ("quaternion", 4), ("velocity", 3), ("angular_velocity", 3)):
             values = convert_argument_to_finite_array(name, getattr(self, name), (count,))
             object.__setattr__(self, name, tuple(values.tolist()))
 
@@ -85,10 +85,10 @@ class Body(ThreeDimensionalModel):
         if not isinstance(self.start, InitialState | None):
             raise ArgumentError(f"start: a {type(self.start).__name__}; give an InitialState, or nothing")
 
-    variables: ClassVar = BODY_VARIABLES
+    outcome_variables: ClassVar = BODY_VARIABLES
     ensemble_variables: ClassVar = BODY_ENSEMBLE_VARIABLES
-    comment: ClassVar = "overturned: 1 when the body falls, towards fall_azimuth, 0 when it stands"
-    case_dims: ClassVar = ("height", "b_over_h", "aspect", "friction")
+    overturned_comment: ClassVar = "overturned: 1 when the body falls, towards fall_azimuth, 0 when it stands"
+    case_dims_without_direction: ClassVar = ("height", "b_over_h", "aspect", "friction")
 
     @property
     @override
@@ -112,7 +112,7 @@ class Body(ThreeDimensionalModel):
 
         None for other shapes.
         """
-        return FACE_VARIABLES if self.aspect_is_parameter else ()
+        return FACE_PLANE_VARIABLES if self.aspect_is_parameter else ()
 
     @property
     @override
@@ -143,7 +143,7 @@ class Body(ThreeDimensionalModel):
     def symmetry_periods_by_aspect_deg(self, aspect: FloatArray) -> FloatArray:
         if not self.shape.aspect_is_parameter and aspect.tolist() != [1.0]:
             raise ArgumentError(f"aspect: {aspect.tolist()}; only a rectangle has one")
-        return np.array([self.shape.solid(1.0, 0.5, float(value)).period for value in aspect])
+        return np.array([self.shape.solid(1.0, 0.5, float(value)).symmetry_period_deg for value in aspect])
 
     def with_relief(self, relief: float) -> "Body":
         """Return a copy of a scanned stone with another relief, the height (m) up to which base points bear load."""
@@ -175,14 +175,14 @@ class Body(ThreeDimensionalModel):
         )
 
     @override
-    def rotate_copied_outcomes_in_place(
+    def adapt_and_mark_copied_outcomes_in_place(
         self,
         outcome_arrays: dict[str, NDArray[Any]],
         grid: CaseGrid,
         equivalent_directions: EquivalentSimulatedDirections,
     ) -> None:
-        super().rotate_copied_outcomes_in_place(outcome_arrays, grid, equivalent_directions)
-        faces = len(self.shape.solid(1.0, 0.5, 1.0).faces)
+        super().adapt_and_mark_copied_outcomes_in_place(outcome_arrays, grid, equivalent_directions)
+        faces = len(self.shape.solid(1.0, 0.5, 1.0).resting_face_normals)
         turns = np.round(grid.broadcast_over_grid(equivalent_directions.turn_deg) / FULL_TURN * max(faces, 1)).astype(
             np.int64
         )

@@ -13,21 +13,21 @@ from overturning.quantities import Damping, Stiffness
 from overturning.units import STANDARD_GRAVITY
 from overturning.validation import StrictModel, make_constructor_raise_argument_errors
 
-STATIC_PENETRATION: Final = 1e-7
-"""Default δ/B of a block. With `DAMPING_RATIO`, the block then behaves like a rigid one (docs/method.md)."""
+DEFAULT_STATIC_PENETRATION_RATIO: Final = 1e-7
+"""Default δ/B of a block. With `DEFAULT_DAMPING_RATIO`, the block then behaves like a rigid one (docs/method.md)."""
 
-BODY_STATIC_PENETRATION: Final = 2e-6
+DEFAULT_BODY_STATIC_PENETRATION_RATIO: Final = 2e-6
 """Default δ/B of a 3-D body. A stiffer contact does not make its falls more certain (docs/design-notes.md)."""
 
-DAMPING_RATIO: Final = 3.0
+DEFAULT_DAMPING_RATIO: Final = 3.0
 """Default damping ratio ξ. A landing corner does not rebound, as in Housner's model (docs/method.md)."""
 
-MAX_CONTACT_WIDTH: Final = 1.0
+MAX_WIDTH_FOR_STATIC_PENETRATION: Final = 1.0
 """Width B above which the static penetration of a 3-D body stays constant, m.
 
 The elastic displacement before slip is a length, and would otherwise grow with the body."""
 
-PRECISION_FLOOR: Final = 1e5
+MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO: Final = 1e5
 """Least ratio of static penetration δ to the rounding error of a coordinate: the static force has five digits."""
 
 
@@ -48,7 +48,7 @@ class ContactSettings(StrictModel):
         default=None,
         ge=0,
         le=MAX_DAMPING_RATIO,
-        description=f"damping ratio ξ of heave of the supported weight; {DAMPING_RATIO:g} if neither this nor "
+        description=f"damping ratio ξ of heave of the supported weight; {DEFAULT_DAMPING_RATIO:g} if neither this nor "
         "`damping` is given",
     )
     damping: Damping | None = Field(
@@ -84,8 +84,8 @@ class Contact(ContactSettings):
     stiffness_ratio : float
         Tangential over normal stiffness K_s/K_n.
     damping_ratio : float, optional
-        Damping ratio ξ of heave on both corners; the dashpot is h = 2 ξ √(K_n m / 2). `DAMPING_RATIO` if neither
-        this nor `damping` is given.
+        Damping ratio ξ of heave on both corners; the dashpot is h = 2 ξ √(K_n m / 2). `DEFAULT_DAMPING_RATIO` if
+        neither this nor `damping` is given.
     damping : float, optional
         Dashpot h, N·s/m.
     static_penetration : float
@@ -99,7 +99,7 @@ class Contact(ContactSettings):
     """
 
     static_penetration: float = Field(
-        default=STATIC_PENETRATION,
+        default=DEFAULT_STATIC_PENETRATION_RATIO,
         gt=0,
         description="stiffness auto: static penetration as a share of the width of the contact",
     )
@@ -107,7 +107,7 @@ class Contact(ContactSettings):
     @model_validator(mode="after")
     def _check_one_stiffness_setting(self) -> Self:
         """Raise a ValueError if both a stiffness and a static penetration are given."""
-        if self.stiffness != "auto" and self.static_penetration != STATIC_PENETRATION:
+        if self.stiffness != "auto" and self.static_penetration != DEFAULT_STATIC_PENETRATION_RATIO:
             raise ValueError(
                 f"static_penetration {self.static_penetration:g} and stiffness {self.stiffness:g} N/m are both given; "
                 "keep one: the penetration is that of stiffness auto"
@@ -150,7 +150,7 @@ class Contact(ContactSettings):
                     f"{MAX_DAMPING_RATIO:g}"
                 )
         else:
-            ratio = DAMPING_RATIO if self.damping_ratio is None else self.damping_ratio
+            ratio = DEFAULT_DAMPING_RATIO if self.damping_ratio is None else self.damping_ratio
             dashpot = 2.0 * ratio * np.sqrt(0.5 * normal)
         return normal, self.stiffness_ratio * normal, dashpot
 
@@ -164,7 +164,7 @@ class VertexContact(StrictModel):
     static_penetration : float
         δ/B, where δ = m g / (n K_n) is the static penetration on n points, see
         `RigidSolid.load_sharing_point_count`, and B is twice the least distance between an edge of
-        the base and the point below the centre, at most `MAX_CONTACT_WIDTH`.
+        the base and the point below the centre, at most `MAX_WIDTH_FOR_STATIC_PENETRATION`.
     stiffness_ratio : float
         K_s/K_n for each of the two tangential springs.
     damping_ratio : float
@@ -176,15 +176,17 @@ class VertexContact(StrictModel):
         If a value is outside its bounds.
     """
 
-    static_penetration: float = Field(default=BODY_STATIC_PENETRATION, gt=0)
+    static_penetration: float = Field(default=DEFAULT_BODY_STATIC_PENETRATION_RATIO, gt=0)
     stiffness_ratio: float = Field(default=1.0, ge=0)
-    damping_ratio: float = Field(default=DAMPING_RATIO, ge=0, le=MAX_DAMPING_RATIO)
+    damping_ratio: float = Field(default=DEFAULT_DAMPING_RATIO, ge=0, le=MAX_DAMPING_RATIO)
 
     def stiffness_and_damping_per_mass(self, body: RigidSolid) -> tuple[float, float, float]:
         """Return normal and shear stiffness of a vertex per body mass, 1/s², and its dashpot per body mass, 1/s."""
         points = body.load_sharing_point_count
         normal = STANDARD_GRAVITY / (
-            points * self.static_penetration * min(2.0 * body.min_base_edge_distance_from_centre, MAX_CONTACT_WIDTH)
+            points
+            * self.static_penetration
+            * min(2.0 * body.min_base_edge_distance_from_centre, MAX_WIDTH_FOR_STATIC_PENETRATION)
         )
         return normal, self.stiffness_ratio * normal, 2.0 * self.damping_ratio * math.sqrt(normal / points)
 
@@ -204,10 +206,12 @@ def check_stiffness_precision(normal_stiffness: FloatArray, height: FloatArray, 
     Raises
     ------
     ArgumentError
-        If δ < `PRECISION_FLOOR` · ε · max(H, slide), with ε the machine epsilon.
+        If δ < `MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO` · ε · max(H, slide), with ε the machine epsilon.
     """
     penetration = STANDARD_GRAVITY / (2.0 * normal_stiffness)
-    bound = PRECISION_FLOOR * np.finfo(np.float64).eps * np.maximum(height, largest_displacement)
+    bound = (
+        MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO * np.finfo(np.float64).eps * np.maximum(height, largest_displacement)
+    )
     if (penetration < bound).any():
         worst = int(np.argmin(penetration / bound))
         raise ArgumentError(

@@ -146,7 +146,7 @@ class Element(StrictModel):
         return self
 
     @model_validator(mode="after")
-    def _check_one_form_of_geometry(self) -> Self:
+    def _check_geometry_and_fall_settings(self) -> Self:
         """Raise a ValueError unless an element gives exactly one of width and height, vertices, or convex pieces."""
         rectangle = self.width is not None and self.height is not None
         forms = (rectangle, self.vertices is not None, self.pieces is not None)

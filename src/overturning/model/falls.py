@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def model_of_results_cube(cube: "xr.Dataset") -> Model:
+def default_model_for_results_cube(cube: "xr.Dataset") -> Model:
     """Return a model of the kind (2-D, 3-D body or 3-D stack) whose outcomes a results dataset contains."""
-    if Body.direction not in cube.dims:
+    if Body.direction_dimension_name not in cube.dims:
         return PlanarModel()
     # A part of a cube may lack any variable, but keeps its coordinates: a body has aspects, a stack its own depths.
     is_stack = "slid_off" in cube or ("height" in cube.coords and "aspect" not in cube.coords)

@@ -13,16 +13,16 @@ from overturning.model.element import Element, Material
 from overturning.model.polygon import Polygon, make_polygon
 from overturning.model.symmetry import FULL_TURN, PLANE_PERIOD
 
-CONTACT_GAP: Final = 1e-7
+MAX_RELATIVE_GAP_AT_CONTACT: Final = 1e-7
 """Gap, as a share of the smaller element's size, up to which two elements touch at rest."""
 
-FALLEN_DROP: Final = 0.1
+DEFAULT_FALLEN_DROP_RATIO: Final = 0.1
 """Default final drop of the centre at which an element counts as fallen, as a share of its height."""
 
-WIDE_GROUND: Final = 20.0
+MIN_RELATIVE_GROUND_WIDTH: Final = 20.0
 """Least width of a ground, in widths or heights of the largest element that is not the ground."""
 
-ENDLESS_GROUND: Final = 30.0
+MIN_GROUND_WIDTH_FOR_BLOCK_KERNEL_M: Final = 30.0
 """Least width of a ground on which the kernel of single blocks, which knows no end of the ground, is used, m.
 
 Half of it is more than ground displacements in earthquakes."""
@@ -54,7 +54,7 @@ class PlacedElement:
     z: float  # height of the centre, m
     mass: float  # kg
     inertia: float  # kg·m²
-    drop: float  # drop of its centre at which it counts as fallen, m
+    fall_threshold_drop: float  # drop of its centre at which it counts as fallen, m
 
     @property
     def vertices_in_scene(self) -> FloatArray:
@@ -67,7 +67,7 @@ class PlacedElement:
         return [replace(self, shape=piece) for piece in self.shape.pieces] or [self]
 
     @property
-    def smaller_side(self) -> float:
+    def smaller_extent(self) -> float:
         """Smaller of the element's width and height, m."""
         return min(self.shape.width, self.shape.height)
 
@@ -90,10 +90,10 @@ class PlacedElement:
 class ConvexPiecePair(NamedTuple):
     """Two convex pieces of elements that can touch: indices of both elements, and of the piece in each element."""
 
-    a: int
-    b: int
-    part_a: int = 0
-    part_b: int = 0
+    first_element_index: int
+    second_element_index: int
+    first_piece_index: int = 0
+    second_piece_index: int = 0
 
 
 @dataclass(frozen=True)
@@ -109,9 +109,9 @@ class PossibleContactPoint:
 class TouchingContactPoint(NamedTuple):
     """Contact point at which two elements touch: index of the piece pair, number of the point, and geometry."""
 
-    pair: int
-    side: int
-    end: PossibleContactPoint
+    pair_index: int
+    point_number: int
+    contact_point: PossibleContactPoint
 
 
 def place_elements(
@@ -119,14 +119,14 @@ def place_elements(
 ) -> list[PlacedElement]:
     """Return the elements of a scene at their positions, for a height (m) and B/H of the reference element.
 
-    All lengths scale with `height` (m), the height of the reference element, except that the ground (`ground_name`)
-    never becomes narrower. `b_over_h` changes only the width of the reference element, and with it the depth of an
-    element with a `plan`. Both refer to the reference element before its rotation, so that a rectangle stays a
-    rectangle. Raises an ArgumentError for an invalid polygon.
+    All lengths scale with `height` (m), the height of the reference element, except that the ground
+    (`wide_ground_name`) never becomes narrower. `b_over_h` changes only the width of the reference element, and with it
+    the depth of an element with a `plan`. Both refer to the reference element before its rotation, so that a rectangle
+    stays a rectangle. Raises an ArgumentError for an invalid polygon.
     """
     own = next(element for element in scene.elements if element.name == scene.size_reference_element_name)
     own_width, own_height = own.unrotated_width_and_height
-    scale, ground = 1.0 if height is None else height / own_height, ground_name(scene)
+    scale, ground = 1.0 if height is None else height / own_height, wide_ground_name(scene)
     placed: list[PlacedElement] = []
     for element in scene.elements:
         points = element.unrotated_vertices
@@ -149,12 +149,14 @@ def place_elements(
         # A centred element has exactly x = 0, so that a symmetric scene is symmetric bit by bit.
         x = 0.0 if abs(x) < 1e-9 * shape.width else x
         per_area = scene.materials[element.material].density * element.depth
-        drop = FALLEN_DROP * shape.height if element.fallen_drop is None else element.fallen_drop * scale
-        placed.append(PlacedElement(element, shape, x, z, per_area * shape.area, per_area * shape.polar, drop))
+        drop = DEFAULT_FALLEN_DROP_RATIO * shape.height if element.fallen_drop is None else element.fallen_drop * scale
+        placed.append(
+            PlacedElement(element, shape, x, z, per_area * shape.area, per_area * shape.polar_second_moment, drop)
+        )
     return placed
 
 
-def ground_name(scene: SceneElementsAndMaterials) -> str | None:
+def wide_ground_name(scene: SceneElementsAndMaterials) -> str | None:
     """Return the name of the ground: a fixed upright rectangle, too wide to slide off, below all others; else None."""
     free = [item.rotated_polygon for item in scene.elements if item.kind == "free"]
     largest = max(max(shape.width, shape.height) for shape in free)
@@ -164,7 +166,7 @@ def ground_name(scene: SceneElementsAndMaterials) -> str | None:
         top, others = (one.at[0], one.at[1] + one.height), [item for item in scene.elements if item is not one]
         spans = [item.rotated_vertices + np.array(item.at) - top for item in others if item.stands_on is None]
         above = all(span[:, 1].min() >= 0.0 and np.abs(span[:, 0]).max() < 0.5 * one.width for span in spans)
-        if above and one.width > WIDE_GROUND * largest:
+        if above and one.width > MIN_RELATIVE_GROUND_WIDTH * largest:
             return one.name
     return None
 
@@ -174,7 +176,7 @@ def azimuth_period_of_outcome_deg(scene: SceneElementsAndMaterials) -> float:
 
     180 if every element of the scene is its own mirror image, so that φ + 180° mirrors φ exactly; otherwise 360.
     """
-    mirror = all(item.x == 0.0 and item.shape.is_mirror_symmetric for item in place_elements(scene))
+    mirror = all(item.x == 0.0 and item.shape.is_convex_and_mirror_symmetric for item in place_elements(scene))
     return PLANE_PERIOD if mirror else FULL_TURN
 
 
@@ -233,7 +235,7 @@ def nearest_faces_and_separation(first_element: PlacedElement, second_element: P
     return int(best[2]), int(best[3]), float(-best[0])
 
 
-def contact_points_of_elements(
+def possible_contact_points_of_elements(
     first_element: PlacedElement, second_element: PlacedElement
 ) -> tuple[PossibleContactPoint, PossibleContactPoint]:
     """Return both possible contact points of two convex elements: the ends of the overlap of their faces.
@@ -293,7 +295,7 @@ def _gaps_between_elements(placed_elements: list[PlacedElement]) -> Iterator[tup
             yield i, j, float(min(gaps))
 
 
-def convex_piece_pairs_that_can_touch(placed_elements: list[PlacedElement]) -> list[ConvexPiecePair]:
+def convex_piece_pairs_with_movable_element(placed_elements: list[PlacedElement]) -> list[ConvexPiecePair]:
     """Return all pairs of convex pieces of two elements, except pairs in which forces can move neither element.
 
     Elements of any distance may touch: a stone slides far on smooth ground, and a held wall comes as far as the ground
@@ -314,7 +316,13 @@ def convex_pieces_of_each_pair(
 ) -> list[tuple[PlacedElement, PlacedElement]]:
     """Return, for each pair of convex pieces that can touch, both pieces at their positions in the scene."""
     parts = [item.convex_parts for item in placed_elements]
-    return [(parts[pair.a][pair.part_a], parts[pair.b][pair.part_b]) for pair in pairs]
+    return [
+        (
+            parts[pair.first_element_index][pair.first_piece_index],
+            parts[pair.second_element_index][pair.second_piece_index],
+        )
+        for pair in pairs
+    ]
 
 
 def touching_contact_points(
@@ -326,7 +334,10 @@ def touching_contact_points(
     """
     touching = []
     for index, (a, b) in enumerate(convex_pieces_of_each_pair(placed_elements, pairs)):
-        ends, closed = contact_points_of_elements(a, b), CONTACT_GAP * min(a.smaller_side, b.smaller_side)
+        ends, closed = (
+            possible_contact_points_of_elements(a, b),
+            MAX_RELATIVE_GAP_AT_CONTACT * min(a.smaller_extent, b.smaller_extent),
+        )
         (x, z), (u, w) = ends[0].point, ends[1].point
         far = np.sin(max_inclination) * np.sqrt((x - u) ** 2 + (z - w) ** 2)
         for side, end in enumerate(ends):
@@ -345,18 +356,21 @@ def first_placement_error(placed_elements: list[PlacedElement]) -> str:
     """Return an error message for the first element that overlaps another or lacks support; "" if there is none."""
     for i, j, gap in sorted(_gaps_between_elements(placed_elements)):
         a, b = placed_elements[i], placed_elements[j]
-        if -gap > 1e-6 * min(a.smaller_side, b.smaller_side):
+        if -gap > 1e-6 * min(a.smaller_extent, b.smaller_extent):
             return (
                 f"element {a.element.name}: overlaps {b.element.name} by {-gap:.3g} m; move it, or place it with "
                 f"stands_on: {b.element.name}"
             )
-    pairs = convex_piece_pairs_that_can_touch(placed_elements)
+    pairs = convex_piece_pairs_with_movable_element(placed_elements)
     carried = {i for i, item in enumerate(placed_elements) if item.is_driven_or_held}
     ends = touching_contact_points(placed_elements, pairs)
     while more := {
         up
         for index, _, end in ends
-        for up, low, sign in ((pairs[index].a, pairs[index].b, 1.0), (pairs[index].b, pairs[index].a, -1.0))
+        for up, low, sign in (
+            (pairs[index].first_element_index, pairs[index].second_element_index, 1.0),
+            (pairs[index].second_element_index, pairs[index].first_element_index, -1.0),
+        )
         if low in carried and up not in carried and sign * end.normal[1] > 1e-3
     }:
         carried |= more

@@ -12,7 +12,7 @@ from overturning.errors import ArgumentError
 from overturning.model.cases import Cases, check_case_count, check_direction_magnitudes
 from overturning.model.variables import OutcomeVariable
 
-AXES: Final[dict[str, dict[str, Any]]] = {
+CF_ATTRIBUTES_BY_DIMENSION: Final[dict[str, dict[str, Any]]] = {
     "azimuth": {"long_name": "azimuth of the vertical plane of motion, clockwise from north", "units": "degree"},
     "orientation": {
         "long_name": "azimuth that the first side of the body faces, clockwise from north",
@@ -51,17 +51,17 @@ class CaseGrid:
 
     Parameters
     ----------
-    rows : dict of ndarray
+    values_by_dimension : dict of ndarray
         Values of each dimension by its name, in order: first the direction, degrees clockwise from north.
-    element : tuple of str
+    element_names : tuple of str
         Names of the free elements of a scene that has more than one.
-    amplitude : tuple of float
+    amplitude_factors : tuple of float
         Factors on the motion if there is more than one; first dimension of the stored arrays, not of the cases.
     """
 
-    rows: dict[str, NDArray[Any]]
-    element: tuple[str, ...] = ()
-    amplitude: tuple[float, ...] = ()
+    values_by_dimension: dict[str, NDArray[Any]]
+    element_names: tuple[str, ...] = ()
+    amplitude_factors: tuple[float, ...] = ()
 
     @classmethod
     def from_values(cls, element: tuple[str, ...] = (), **dimension_values: ArrayLike) -> Self:
@@ -82,22 +82,22 @@ class CaseGrid:
         return cls(checked, element)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        return self.rows[name]
+        return self.values_by_dimension[name]
 
     @property
     def dimension_names(self) -> tuple[str, ...]:
         """Names of the grid's dimensions; the first is the azimuth of the motion or the orientation of the body."""
-        return tuple(self.rows)
+        return tuple(self.values_by_dimension)
 
     @property
     def direction_values_deg(self) -> FloatArray:
         """Values of the first grid dimension, degrees: azimuths of the motion (2-D) or orientations of a body (3-D)."""
-        return self.rows[self.dimension_names[0]].astype(np.float64)
+        return self.values_by_dimension[self.dimension_names[0]].astype(np.float64)
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Number of values along each dimension of the grid, such as azimuth, height, B/H and friction."""
-        return tuple(row.size for row in self.rows.values())
+        return tuple(row.size for row in self.values_by_dimension.values())
 
     @property
     def case_count(self) -> int:
@@ -106,7 +106,7 @@ class CaseGrid:
 
     def copy_with_dimension_values(self, **new_rows: NDArray[Any]) -> Self:
         """Return a copy of the grid with other values along some dimensions, given by dimension name."""
-        return replace(self, rows=self.rows | new_rows)
+        return replace(self, values_by_dimension=self.values_by_dimension | new_rows)
 
     def broadcast_over_grid(self, direction_values: NDArray[Any]) -> NDArray[Any]:
         """Repeat values by direction and aspect D/B, shape (directions, 1 or aspects), for all cases of the grid."""
@@ -116,7 +116,7 @@ class CaseGrid:
             shape[self.dimension_names.index("aspect")] = direction_values.shape[1]
         return np.broadcast_to(direction_values.reshape(shape), self.shape)
 
-    def cases_at_positions(
+    def cases_at_grid_indices(
         self,
         cell_positions: Sequence[NDArray[np.intp]],
         subtracted_direction_deg: FloatArray | float = 0.0,
@@ -141,10 +141,13 @@ class CaseGrid:
 
     def cube_dimensions_of_variable(self, variable: OutcomeVariable) -> tuple[str, ...]:
         """Return the dimension names of an outcome variable in a results dataset, without the dimension of records."""
-        before = ("amplitude",) if self.amplitude else ()
-        return (*before, *self.dimension_names, *(("element",) if self.element and variable.per_element else ()))
+        before = ("amplitude",) if self.amplitude_factors else ()
+        return (*before, *self.dimension_names, *(("element",) if self.element_names and variable.per_element else ()))
 
     def cube_shape_of_variable(self, variable: OutcomeVariable) -> tuple[int, ...]:
         """Return the shape of an outcome variable in a results dataset, without the dimension of records."""
-        sizes = self.rows | {"element": np.array(self.element), "amplitude": np.array(self.amplitude)}
+        sizes = self.values_by_dimension | {
+            "element": np.array(self.element_names),
+            "amplitude": np.array(self.amplitude_factors),
+        }
         return tuple(sizes[name].size for name in self.cube_dimensions_of_variable(variable))

@@ -8,7 +8,7 @@ import numpy as np
 from overturning.errors import ArgumentError
 from overturning.model.element import LARGEST_LENGTH, SMALLEST_LENGTH
 from overturning.model.scan import ScanResult, stone_from_surface
-from overturning.model.surface import TriangleSurface, close_base_of_surface, open_edges
+from overturning.model.surface import TriangleSurface, open_edges, repair_surface_and_close_base
 
 MAX_BYTES: Final = 200_000_000
 """Largest size of a mesh file, bytes. The numbers of a text file take several times as much memory."""
@@ -19,17 +19,17 @@ SUFFIXES: Final = (".obj", ".ply", ".stl")
 MeshUnit = Literal["m", "cm", "mm"]
 """Unit of the coordinates of a mesh file."""
 
-METRES: Final[dict[str, float]] = {"m": 1.0, "cm": 100.0, "mm": 1000.0}
+UNITS_PER_METRE: Final[dict[str, float]] = {"m": 1.0, "cm": 100.0, "mm": 1000.0}
 """Number of units in a metre. Dividing by it keeps 600 mm at exactly 0.6 m."""
 
-PLAUSIBLE: Final = (0.05, 10.0)
+PLAUSIBLE_STONE_SIZE_RANGE_M: Final = (0.05, 10.0)
 """Range of the largest extent of a stone, m, within which an undeclared unit is taken for metres."""
 
 
 LARGEST_COORDINATE: Final = float(np.finfo(np.float32).max)
 """Largest coordinate of a mesh file, in its unit: that of single precision."""
 
-LEAST_RESOLUTION: Final = 1e-4
+MAX_RELATIVE_COORDINATE_STEP: Final = 1e-4
 """Largest step between coordinates in single precision, as a share of the size of the stone."""
 
 
@@ -72,13 +72,14 @@ def read_mesh_surface(path: Path | str, unit: MeshUnit | None = None) -> Triangl
     if not len(vertices) or not (np.abs(vertices) <= LARGEST_COORDINATE).all():
         raise ArgumentError(f"{path}: damaged, or not in {path.suffix.lower()} format")
     _check_resolution_of_coordinates(vertices, path)
-    vertices = vertices / METRES[unit or "m"]
+    vertices = vertices / UNITS_PER_METRE[unit or "m"]
     extent = float(np.ptp(vertices, axis=0).max())
-    if unit is None and not PLAUSIBLE[0] <= extent <= PLAUSIBLE[1]:
-        guess = "mm" if extent > 100.0 else "cm" if extent > PLAUSIBLE[1] else "m"
+    if unit is None and not PLAUSIBLE_STONE_SIZE_RANGE_M[0] <= extent <= PLAUSIBLE_STONE_SIZE_RANGE_M[1]:
+        guess = "mm" if extent > 100.0 else "cm" if extent > PLAUSIBLE_STONE_SIZE_RANGE_M[1] else "m"
         raise ArgumentError(
-            f"{path}: the mesh is {extent:.4g} m large if its unit is the metre; a stone is {PLAUSIBLE[0]:g} to "
-            f"{PLAUSIBLE[1]:g} m large: declare the unit of the file (m, cm or mm; perhaps {guess})"
+            f"{path}: the mesh is {extent:.4g} m large if its unit is the metre; "
+            f"a stone is {PLAUSIBLE_STONE_SIZE_RANGE_M[0]:g} to "
+            f"{PLAUSIBLE_STONE_SIZE_RANGE_M[1]:g} m large: declare the unit of the file (m, cm or mm; perhaps {guess})"
         )
     if not SMALLEST_LENGTH <= extent <= LARGEST_LENGTH:
         raise ArgumentError(
@@ -95,7 +96,7 @@ def _check_resolution_of_coordinates(vertices: Any, path: Path) -> None:
     """
     single = path.suffix.lower() != ".obj" and bool((vertices == vertices.astype(np.float32)).all())
     step, extent = float(np.spacing(np.float32(np.abs(vertices).max()))), float(np.ptp(vertices, axis=0).max())
-    if single and step > LEAST_RESOLUTION * extent:
+    if single and step > MAX_RELATIVE_COORDINATE_STEP * extent:
         raise ArgumentError(
             f"{path}: coordinates of up to {np.abs(vertices).max():.7g} in single precision are multiples of "
             f"{step:.2g}, too coarse for a size of {extent:.3g}: move the mesh to the origin before it is exported, or "
@@ -165,6 +166,6 @@ def read_scanned_stone(path: Path | str, unit: MeshUnit | None = None, relief: f
     """
     surface = read_mesh_surface(path, unit)
     try:
-        return stone_from_surface(*close_base_of_surface(surface), Path(path).stem, relief)
+        return stone_from_surface(*repair_surface_and_close_base(surface), Path(path).stem, relief)
     except ArgumentError as error:
         raise ArgumentError(f"{path}: {error}") from None

@@ -45,31 +45,31 @@ class Model(ABC):
     A subclass must be constructible without arguments, because a cube does not store its parameters.
     """
 
-    variables: ClassVar[tuple[OutcomeVariable, ...]]
+    outcome_variables: ClassVar[tuple[OutcomeVariable, ...]]
     """Outcome variables."""
     ensemble_variables: ClassVar[tuple[OutcomeVariable, ...]]
     """Variables that summarise the ensemble members of a cell (see `ensemble_statistics_by_case`)."""
-    comment: ClassVar[str]
+    overturned_comment: ClassVar[str]
     """Meaning of ``overturned``, for the attributes of a cube."""
-    direction: ClassVar[str]
+    direction_dimension_name: ClassVar[str]
     """Dimension of a cube along which the motion or the body is rotated about the vertical."""
-    case_dims: ClassVar[tuple[str, ...]]
+    case_dims_without_direction: ClassVar[tuple[str, ...]]
     """Dimensions other than the record and the direction: size, slenderness, friction."""
-    copied: ClassVar[str]
+    copy_flag_variable_name: ClassVar[str]
     """Variable that is 1 where the outcome was copied from a symmetric cell."""
-    one_component: ClassVar[bool]
+    is_planar: ClassVar[bool]
     """True for planar models: each direction has one component of the motion, and a fall goes to either side of it."""
-    twists: ClassVar[bool]
+    can_twist: ClassVar[bool]
     """True if the model can rotate about the vertical."""
-    reads: ClassVar[tuple[str, ...]]
+    variables_for_fall_probability: ClassVar[tuple[str, ...]]
     """Variables that `fall_probability_and_direction_by_case` reads, as far as a cube has them."""
-    reads_outcomes: ClassVar[tuple[str, ...]]
+    variables_for_square_stone_outcomes: ClassVar[tuple[str, ...]]
     """Variables that `square_stone_outcomes` reads."""
 
     @property
     def dimension_names(self) -> tuple[str, ...]:
         """Names of the parameters that define a case: first azimuth or orientation, then height, B/H, friction…."""
-        return (self.direction, *self.case_dims)
+        return (self.direction_dimension_name, *self.case_dims_without_direction)
 
     @property
     @abstractmethod
@@ -160,7 +160,7 @@ class Model(ABC):
         return self.symmetry_periods_by_aspect_deg(grid["aspect"] if "aspect" in grid.dimension_names else np.ones(1))
 
     @abstractmethod
-    def rotate_copied_outcomes_in_place(
+    def adapt_and_mark_copied_outcomes_in_place(
         self,
         outcome_arrays: dict[str, NDArray[Any]],
         grid: CaseGrid,
@@ -195,7 +195,7 @@ class Model(ABC):
         Parameters
         ----------
         cube : Dataset
-            Cube with the variables of `reads`, as stored or decoded.
+            Cube with the variables of `variables_for_fall_probability`, as stored or decoded.
         use_ensemble : bool
             Use the ensemble members of a cell where they were run; otherwise the nominal outcome.
 

@@ -8,18 +8,18 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 
-ROUNDS: Final = 60
+MAX_REFINEMENT_ROUNDS: Final = 60
 """Largest number of rounds in which points are added to an outline."""
 
 
-STEEP: Final = -np.cos(np.radians(45.0))
+STEEP_FACET_MIN_NORMAL_Z: Final = -np.cos(np.radians(45.0))
 """Vertical component of the outward normal above which a facet of a body touches the ground only when it falls."""
 
-STEEP_FACTOR: Final = 8.0
+STEEP_FACET_TOLERANCE_FACTOR: Final = 8.0
 """Factor on the tolerance of steep facets: a body that touches with them has passed its point of balance."""
 
 
-def simplified_convex_outline(
+def simplified_convex_hull_vertices(
     points: FloatArray, tolerance: float, start: NDArray[np.intp] | None = None
 ) -> FloatArray:
     """Simplify the convex hull of points: return few of them, whose hull is smaller by at most a tolerance (m).
@@ -30,7 +30,7 @@ def simplified_convex_outline(
         Points, m, that do not lie on one line or in one plane.
     tolerance : float
         Largest distance of a point from the returned hull, m; 0 for all vertices of the hull. In 3-D, it is larger by
-        `STEEP_FACTOR` for facets that are steeper than 45° or face up.
+        `STEEP_FACET_TOLERANCE_FACTOR` for facets that are steeper than 45° or face up.
     start : ndarray of int, optional
         Indices of points that are part of the outline in any case.
 
@@ -45,7 +45,7 @@ def simplified_convex_outline(
     vertices = candidates = points[whole.vertices]
     chosen = np.unique(np.concatenate([candidates.argmin(axis=0), candidates.argmax(axis=0)]))
     kept = candidates[chosen] if start is None else np.concatenate([points[start], candidates[chosen]])
-    for _ in range(ROUNDS):
+    for _ in range(MAX_REFINEMENT_ROUNDS):
         try:
             hull = scipy.spatial.ConvexHull(kept)
         except scipy.spatial.QhullError:  # the first points lie in one plane
@@ -57,7 +57,7 @@ def simplified_convex_outline(
             return kept[hull.vertices]
         candidates, beyond = candidates[outside], beyond[outside]
         if points.shape[1] == 3:
-            beyond /= np.where(hull.equations[:, 2] > STEEP, STEEP_FACTOR, 1.0)
+            beyond /= np.where(hull.equations[:, 2] > STEEP_FACET_MIN_NORMAL_Z, STEEP_FACET_TOLERANCE_FACTOR, 1.0)
         farthest = beyond.max(axis=0)
         if not (farthest > tolerance).any():
             return kept[hull.vertices]

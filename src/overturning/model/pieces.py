@@ -16,11 +16,11 @@ from overturning.errors import ArgumentError
 JOIN_TOLERANCE: Final = 1e-6
 """Distance below which two vertices coincide, or a vertex lies on a side, as a share of the size."""
 
-COLLINEAR_AREA: Final = 1e-12
+MAX_RELATIVE_DOUBLED_COLLINEAR_AREA: Final = 1e-12
 """Twice the area of a corner below which its three vertices are collinear, as a share of the size squared."""
 
 
-def doubled_triangle_area(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
+def signed_doubled_triangle_area(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
     """Return twice the area of the triangle abc, m², positive if it runs counter-clockwise."""
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
@@ -31,8 +31,8 @@ def polygon_crosses_itself(vertices: FloatArray) -> bool:
     for i, j in combinations(range(n), 2):
         a, b, c, d = (vertices[k % n] for k in (i, i + 1, j, j + 1))
         if (
-            doubled_triangle_area(a, b, c) * doubled_triangle_area(a, b, d) < 0
-            and doubled_triangle_area(c, d, a) * doubled_triangle_area(c, d, b) < 0
+            signed_doubled_triangle_area(a, b, c) * signed_doubled_triangle_area(a, b, d) < 0
+            and signed_doubled_triangle_area(c, d, a) * signed_doubled_triangle_area(c, d, b) < 0
         ):
             return True
     return False
@@ -93,7 +93,7 @@ def outline_of_joined_pieces(element_name: str, pieces: Sequence[FloatArray]) ->
         )
     line = places[way]
     before, after = np.roll(line, 1, axis=0), np.roll(line, -1, axis=0)
-    area = [abs(doubled_triangle_area(*corner)) for corner in zip(before, line, after, strict=True)]
+    area = [abs(signed_doubled_triangle_area(*corner)) for corner in zip(before, line, after, strict=True)]
     return np.asarray(line[area > JOIN_TOLERANCE * size * np.sqrt(((after - before) ** 2).sum(axis=1))])
 
 
@@ -144,15 +144,16 @@ def convex_piece_vertex_indices(points: FloatArray) -> list[list[int]]:
     ArgumentError
         If the outline crosses or touches itself.
     """
-    least = COLLINEAR_AREA * float(np.ptp(points, axis=0).max()) ** 2
-    pieces = _triangle_vertex_indices(points, least)
+    least = MAX_RELATIVE_DOUBLED_COLLINEAR_AREA * float(np.ptp(points, axis=0).max()) ** 2
+    pieces = _triangulate_polygon(points, least)
     merged = True
     while merged:
         merged = False
         for one, other in combinations(pieces, 2):
             joined = _merge_pieces_at_shared_diagonal(one, other)
             if joined and all(
-                doubled_triangle_area(points[joined[k - 1]], points[at], points[joined[(k + 1) % len(joined)]]) > least
+                signed_doubled_triangle_area(points[joined[k - 1]], points[at], points[joined[(k + 1) % len(joined)]])
+                > least
                 for k, at in enumerate(joined)
             ):
                 pieces = [piece for piece in pieces if piece is not one and piece is not other] + [joined]
@@ -161,7 +162,7 @@ def convex_piece_vertex_indices(points: FloatArray) -> list[list[int]]:
     return pieces
 
 
-def _triangle_vertex_indices(points: FloatArray, min_doubled_area: float) -> list[list[int]]:
+def _triangulate_polygon(points: FloatArray, min_doubled_area: float) -> list[list[int]]:
     """Return a triangulation of a polygon outline, by ear clipping, each triangle as three vertex indices."""
     left, triangles = list(range(len(points))), []
     while len(left) > 3:
@@ -181,11 +182,15 @@ def _can_cut_off_triangle(
 ) -> bool:
     """True if a triangle of consecutive vertices contains no other vertex, so that it can be cut off the outline."""
     a, b, c = points[triangle_indices]
-    if doubled_triangle_area(a, b, c) <= min_doubled_area:
+    if signed_doubled_triangle_area(a, b, c) <= min_doubled_area:
         return False
     others = (points[k] for k in remaining_indices if k not in triangle_indices)
     return not any(
-        min(doubled_triangle_area(a, b, p), doubled_triangle_area(b, c, p), doubled_triangle_area(c, a, p))
+        min(
+            signed_doubled_triangle_area(a, b, p),
+            signed_doubled_triangle_area(b, c, p),
+            signed_doubled_triangle_area(c, a, p),
+        )
         >= -min_doubled_area
         for p in others
     )

@@ -28,12 +28,17 @@ from overturning.model.symmetry import (
     nearest_simulated_directions,
     nearest_simulated_planes,
 )
-from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES, outcome_is_known
+from overturning.model.variables import (
+    INT8_MISSING,
+    PLANAR_OUTCOME_VARIABLES,
+    PLANE_ENSEMBLE_VARIABLES,
+    outcome_is_known,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FALLS = ("overturned", "probability_towards", "probability_away")
+FALL_PROBABILITY_VARIABLES = ("overturned", "probability_towards", "probability_away")
 """Variables of a cube that `fall_probabilities_towards_and_away` reads."""
 
 
@@ -59,10 +64,16 @@ def distinct_plane_indices(azimuth_deg: ArrayLike, period_deg: float = PLANE_PER
     """
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
     planes = np.unique(np.round(azimuth % period_deg, 6) % period_deg)
-    return nearest_simulated_directions(azimuth, planes, period_deg).cell if azimuth.size else np.zeros(0, np.intp)
+    return (
+        nearest_simulated_directions(azimuth, planes, period_deg).direction_index
+        if azimuth.size
+        else np.zeros(0, np.intp)
+    )
 
 
-def azimuth_gaps_and_step(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> tuple[NDArray[np.bool_], float]:
+def azimuth_gap_mask_and_step(
+    azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD
+) -> tuple[NDArray[np.bool_], float]:
     """Return a mask of the azimuths after which the grid has a gap, and the grid's regular step, degrees.
 
     Parameters
@@ -95,8 +106,8 @@ def plane_weights_by_azimuth_spacing(
     """Return the weight of each vertical plane: the share of all azimuths that are nearest to it (sum 1).
 
     A regular grid gets equal weights; azimuths added between its points share the weight of their neighbourhood, so
-    that a study's extra azimuths do not count twice. The planes next to a gap (`azimuth_gaps_and_step`) represent half
-    a step of it, since the outcome in the gap is unknown.
+    that a study's extra azimuths do not count twice. The planes next to a gap (`azimuth_gap_mask_and_step`) represent
+    half a step of it, since the outcome in the gap is unknown.
 
     Parameters
     ----------
@@ -115,17 +126,17 @@ def plane_weights_by_azimuth_spacing(
     plane = np.round(np.asarray(plane_azimuth_deg, dtype=np.float64) % period_deg, 6)
     gap = np.diff(plane, append=plane[:1] + period_deg)
     if not divide_gaps:
-        not_computed, step = azimuth_gaps_and_step(plane, period_deg)
+        not_computed, step = azimuth_gap_mask_and_step(plane, period_deg)
         period_deg -= float((gap[not_computed] - step).sum())
         gap[not_computed] = step
     return (gap + np.roll(gap, 1)) / (2.0 * period_deg)
 
 
-LARGEST_RESULTANT_OF_PLANES: Final = 0.05
+MAX_RESULTANT_OF_UNIFORM_PLANES: Final = 0.05
 """Largest resultant of doubled plane azimuths with which planes count as spread over the half circle."""
 
 
-SAME_WEIGHT: Final = 1e-9
+WEIGHT_EQUALITY_TOLERANCE: Final = 1e-9
 """Largest difference between weights of planes that are equal but for rounding."""
 
 
@@ -134,8 +145,8 @@ def simulated_planes_impose_fall_axis(azimuth_deg: ArrayLike) -> bool:
 
     This is so with a single plane, and with planes so unequally spread over the half circle that falls in all of them
     alike, each with its weight (`plane_weights_by_azimuth_spacing`), have doubled axes with a resultant above
-    `LARGEST_RESULTANT_OF_PLANES`. A missing plane of a fine grid is too little for this. The azimuths φ and φ + 180°
-    are one plane, also for scenes without mirror symmetry: they have one axis.
+    `MAX_RESULTANT_OF_UNIFORM_PLANES`. A missing plane of a fine grid is too little for this. The azimuths φ and φ +
+    180° are one plane, also for scenes without mirror symmetry: they have one axis.
 
     Parameters
     ----------
@@ -149,7 +160,7 @@ def simulated_planes_impose_fall_axis(azimuth_deg: ArrayLike) -> bool:
     doubled = np.radians(2.0 * plane)
     share = plane_weights_by_azimuth_spacing(plane)
     resultant = float(np.hypot(share @ np.cos(doubled), share @ np.sin(doubled)))
-    return resultant > LARGEST_RESULTANT_OF_PLANES
+    return resultant > MAX_RESULTANT_OF_UNIFORM_PLANES
 
 
 def azimuths_in_results_bias_mean_fall_axis(cube: "xr.Dataset") -> bool:
@@ -168,10 +179,10 @@ def case_weight_at_each_azimuth(azimuth_deg: ArrayLike, period_deg: float = PLAN
     """
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
     index = distinct_plane_indices(azimuth, period_deg)
-    plane = nearest_simulated_directions(azimuth[index], azimuth, period_deg).cell
+    plane = nearest_simulated_directions(azimuth[index], azimuth, period_deg).direction_index
     plane_weights = plane_weights_by_azimuth_spacing(azimuth[index], period_deg)
     weight = (plane_weights / np.bincount(plane, minlength=index.size))[plane]
-    return np.ones(azimuth.size) if np.ptp(weight) <= SAME_WEIGHT else weight * azimuth.size
+    return np.ones(azimuth.size) if np.ptp(weight) <= WEIGHT_EQUALITY_TOLERANCE else weight * azimuth.size
 
 
 def fall_probabilities_towards_and_away(cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
@@ -217,18 +228,18 @@ class PlanarModel(SceneModel):
 
     scene: Scene = field(default_factory=gravestone)
 
-    variables: ClassVar = VARIABLES
+    outcome_variables: ClassVar = PLANAR_OUTCOME_VARIABLES
     ensemble_variables: ClassVar = PLANE_ENSEMBLE_VARIABLES
-    comment: ClassVar = (
+    overturned_comment: ClassVar = (
         "overturned: +1 when the block falls towards the azimuth, -1 towards azimuth + 180 degrees, 0 when it stands"
     )
-    direction: ClassVar = "azimuth"
-    case_dims: ClassVar = ("height", "b_over_h", "friction")
-    copied: ClassVar = "mirrored"
-    one_component: ClassVar = True
-    twists: ClassVar = False
-    reads: ClassVar = FALLS
-    reads_outcomes: ClassVar = ("overturned", "overturning_time")
+    direction_dimension_name: ClassVar = "azimuth"
+    case_dims_without_direction: ClassVar = ("height", "b_over_h", "friction")
+    copy_flag_variable_name: ClassVar = "mirrored"
+    is_planar: ClassVar = True
+    can_twist: ClassVar = False
+    variables_for_fall_probability: ClassVar = FALL_PROBABILITY_VARIABLES
+    variables_for_square_stone_outcomes: ClassVar = ("overturned", "overturning_time")
 
     @property
     @override
@@ -279,7 +290,7 @@ class PlanarModel(SceneModel):
         )
 
     @override
-    def rotate_copied_outcomes_in_place(
+    def adapt_and_mark_copied_outcomes_in_place(
         self,
         outcome_arrays: dict[str, NDArray[Any]],
         grid: CaseGrid,
@@ -287,7 +298,7 @@ class PlanarModel(SceneModel):
     ) -> None:
         mirrored = grid.broadcast_over_grid(equivalent_directions.mirrored)
         outcome_arrays["mirrored"] = mirrored.astype(np.int8)
-        for variable in self.variables:
+        for variable in self.outcome_variables:
             if variable.name != "mirrored":
                 outcome_arrays[variable.name][mirrored] = variable.mirrored_values(outcome_arrays, mirrored)
 
@@ -363,10 +374,10 @@ class PlanarModel(SceneModel):
         """Return the outcomes of square stones from 2-D results for the two vertical planes normal to their faces."""
         faces = np.stack([face_azimuth_deg, face_azimuth_deg + 90])
         planes = nearest_simulated_planes(site_cube["azimuth"].to_numpy(), faces, azimuth_period_of_cube_deg(site_cube))
-        both = {"azimuth": planes.cell, **{name: np.stack([at, at]) for name, at in cell_positions.items()}}
-        found = values_at_grid_indices(site_cube, self.reads_outcomes, both)
+        both = {"azimuth": planes.direction_index, **{name: np.stack([at, at]) for name, at in cell_positions.items()}}
+        found = values_at_grid_indices(site_cube, self.variables_for_square_stone_outcomes, both)
         side = np.where(planes.mirrored, -found["overturned"], found["overturned"])
-        side = np.where(planes.known, side, np.nan).swapaxes(0, 1)
+        side = np.where(planes.has_near_simulated_direction, side, np.nan).swapaxes(0, 1)
         towards = np.broadcast_to((faces[:, None] + np.where(side < 0, 180, 0)) % 360, side.shape)
         fell, azimuth = fall_flag_and_azimuth_from_planes(
             np.abs(side), found["overturning_time"].swapaxes(0, 1), towards

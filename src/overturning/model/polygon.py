@@ -10,7 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.pieces import COLLINEAR_AREA, convex_piece_vertex_indices, polygon_crosses_itself
+from overturning.model.pieces import (
+    MAX_RELATIVE_DOUBLED_COLLINEAR_AREA,
+    convex_piece_vertex_indices,
+    polygon_crosses_itself,
+)
 from overturning.model.rest import mask_of_resting_faces
 
 SYMMETRY_TOLERANCE: Final = 1e-9
@@ -24,9 +28,9 @@ class Polygon:
     vertices: FloatArray  # shape (n, 2), counter-clockwise, x to the right and z up, relative to the centre, m
     centre: tuple[float, float]  # in the coordinates in which the polygon was given, m
     area: float  # m²
-    polar: float  # second moment of area about the centre, m⁴
+    polar_second_moment: float  # second moment of area about the centre, m⁴
     pieces: tuple["Polygon", ...] = ()  # convex pieces of a non-convex polygon; empty if it is convex
-    carries: FloatArray = field(default_factory=lambda: np.ones((1, 3)))
+    face_contact_flags: FloatArray = field(default_factory=lambda: np.ones((1, 3)))
     """1 or 0 per face: first end can bear load; second end can; face is a side of the whole polygon, not a cut.
 
     Shape (n, 3), or (1, 3) if equal for all faces.
@@ -41,7 +45,7 @@ class Polygon:
         return self.pieces or (self,)
 
     @property
-    def is_mirror_symmetric(self) -> bool:
+    def is_convex_and_mirror_symmetric(self) -> bool:
         """True if the polygon is convex and is its own mirror image about the vertical through its centre."""
         if self.pieces:
             return False
@@ -92,7 +96,7 @@ class Polygon:
         middle = 0.5 * (first + second)
         offset = normal[:, 0] * middle[:, 0] + normal[:, 1] * middle[:, 1]
         along = tangent[:, 0] * middle[:, 0] + tangent[:, 1] * middle[:, 1]
-        carries = np.broadcast_to(self.carries, (len(first), 3))
+        carries = np.broadcast_to(self.face_contact_flags, (len(first), 3))
         table = np.column_stack([first, second, normal, offset, along, 0.5 * length, carries])
         table.flags.writeable = False
         return table
@@ -142,7 +146,7 @@ def _polygon_from_vertex_bytes(element_name: str, vertex_bytes: bytes) -> Polygo
     corners = edge[:, 0] * following[:, 1] - edge[:, 1] * following[:, 0]
     if (np.hypot(edge[:, 0], edge[:, 1]) <= 1e-9 * size).any():
         raise ArgumentError(f"element {element_name}: the polygon is degenerate, two vertices coincide; leave one out")
-    straight = np.abs(corners) <= COLLINEAR_AREA * size**2
+    straight = np.abs(corners) <= MAX_RELATIVE_DOUBLED_COLLINEAR_AREA * size**2
     if straight.any():
         corner = (int(np.argmax(straight)) + 1) % len(points)
         raise ArgumentError(
@@ -190,7 +194,9 @@ def _convex_pieces_of_polygon(
             side = second == (first + 1) % count
             ends = [side if turns_in[k] else owner[k] == piece for k in (first, second)]
             carries.append([*ends, side])
-        shapes.append(Polygon(vertices[loop], (0.0, 0.0), 0.0, 0.0, carries=np.array(carries, dtype=np.float64)))
+        shapes.append(
+            Polygon(vertices[loop], (0.0, 0.0), 0.0, 0.0, face_contact_flags=np.array(carries, dtype=np.float64))
+        )
     return tuple(shapes)
 
 

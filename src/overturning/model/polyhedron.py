@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.rest import FLAT, mask_of_resting_faces
+from overturning.model.rest import FLATNESS_TOLERANCE, mask_of_resting_faces
 from overturning.model.solid import RigidSolid
 from overturning.model.surface import mass_properties_inside_surface
 from overturning.model.tipping import ConvexHull, fall_tilt_by_lean_direction
 
-DIGITS: Final = 12
+LENGTH_DECIMALS: Final = 12
 """Decimals to which lengths relative to the body's size are rounded: the last digit differs between processors."""
 
 
@@ -23,7 +23,7 @@ def solid_from_vertices(vertices: FloatArray) -> RigidSolid:
 
 
 def solid_from_hull(hull: ConvexHull, least_fall_tilt: float = 0.0) -> RigidSolid:
-    """Return the body that stands on the lowest face of its convex hull.
+    """Return the rigid body with the shape of a convex hull, which stands, as placed, on the hull's lowest face.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def solid_from_hull(hull: ConvexHull, least_fall_tilt: float = 0.0) -> RigidSoli
     """
     size = float(np.ptp(hull.points, axis=0).max())
     bottom = float(hull.points[:, 2].min())
-    below = np.flatnonzero(hull.points[:, 2] <= bottom + FLAT * size)
+    below = np.flatnonzero(hull.points[:, 2] <= bottom + FLATNESS_TOLERANCE * size)
     if below.size < 3:
         raise ArgumentError(
             f"body: it stands on {below.size} vert{'ex' if below.size == 1 else 'ices'}; turn it so that a face lies "
@@ -52,17 +52,33 @@ def solid_from_hull(hull: ConvexHull, least_fall_tilt: float = 0.0) -> RigidSoli
     tilt, faces = _least_tilt_and_resting_face_normals(hull, size, least_fall_tilt)
     fall = fall_tilt_by_lean_direction(hull, size, tilt, faces, least_fall_tilt)
     kept = np.concatenate(
-        [base, np.setdiff1d(np.append(_indices_of_vertices_that_can_touch_ground(hull, tilt), fall.touched), below)]
+        [
+            base,
+            np.setdiff1d(
+                np.append(_indices_of_vertices_that_can_touch_ground(hull, tilt), fall.touching_vertex_indices), below
+            ),
+        ]
     )
-    points = np.round(hull.points[kept] / size, DIGITS) * size
-    points[: base.size, 2] = np.round(bottom / size, DIGITS) * size
-    inertia = np.round(hull.inertia / size**2, DIGITS) * size**2
+    points = np.round(hull.points[kept] / size, LENGTH_DECIMALS) * size
+    points[: base.size, 2] = np.round(bottom / size, LENGTH_DECIMALS) * size
+    inertia = np.round(hull.inertia_per_mass / size**2, LENGTH_DECIMALS) * size**2
     normals = np.unique(
-        np.round(hull.normals[-hull.normals[:, 2] > np.cos(fall.fall_tilt_towards(hull.normals)) - FLAT], 5), axis=0
+        np.round(
+            hull.normals[-hull.normals[:, 2] > np.cos(fall.fall_tilt_towards(hull.normals)) - FLATNESS_TOLERANCE], 5
+        ),
+        axis=0,
     )
     heights = hull.points[kept] @ normals.T
     facets = [np.flatnonzero(column > column.max() - 1e-4 * size) for column in heights.T]
-    return RigidSolid(points, base.size, inertia, tilt, faces, facets=tuple(facets), sectors=fall.sectors)
+    return RigidSolid(
+        points,
+        base.size,
+        inertia,
+        tilt,
+        faces,
+        further_contact_face_point_indices=tuple(facets),
+        fall_limits_by_lean_sector=fall.fall_limits_by_lean_sector,
+    )
 
 
 def _hull_of_checked_convex_vertices(vertices: FloatArray) -> ConvexHull:
@@ -74,12 +90,12 @@ def _hull_of_checked_convex_vertices(vertices: FloatArray) -> ConvexHull:
         hull = scipy.spatial.ConvexHull(vertices)
     except scipy.spatial.QhullError:
         raise ArgumentError("body: its vertices lie in one plane, so it has no volume") from None
-    if not hull.volume > FLAT * size**3:
+    if not hull.volume > FLATNESS_TOLERANCE * size**3:
         raise ArgumentError(
             f"body: a volume of {hull.volume:.3g} m³ in a size of {size:.3g} m; its vertices lie in one plane"
         )
     inside = -(vertices @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
-    if inside.max() > FLAT * size:
+    if inside.max() > FLATNESS_TOLERANCE * size:
         raise ArgumentError(
             f"body: not convex; vertex {inside.argmax()} lies {inside.max():.3g} m inside the hull of the others: "
             "leave it out"
@@ -121,20 +137,20 @@ def _least_tilt_and_resting_face_normals(
     Faces on which it rests at less than `least_fall_tilt`, rad, are left out.
     """
     _, first = np.unique(np.round(hull.normals, 5), axis=0, return_index=True)
-    normals, offsets = hull.normals[first], hull.offsets[first]
+    normals, offsets = hull.normals[first], hull.plane_distances_from_centre[first]
     down = -normals[:, 2]
     # Exclude the base and a face opposite to it: a body falls onto a side first.
-    stable = mask_of_resting_faces(normals, offsets, size) & (np.abs(down) < 1.0 - FLAT)
+    stable = mask_of_resting_faces(normals, offsets, size) & (np.abs(down) < 1.0 - FLATNESS_TOLERANCE)
     stable &= down <= np.cos(least_fall_tilt)
     if not stable.any():
         return np.pi, np.zeros((0, 3))
-    tilt = float(np.round(np.arccos(np.clip(down[stable].max(), -1.0, 1.0)), DIGITS))
+    tilt = float(np.round(np.arccos(np.clip(down[stable].max(), -1.0, 1.0)), LENGTH_DECIMALS))
     # Triangles of a face are not exactly coplanar if the file rounds its vertices: see `mask_of_resting_faces`.
     faces = normals[stable]
-    faces = faces[~np.tril(faces @ faces.T > 1.0 - FLAT, -1).any(axis=1)]
+    faces = faces[~np.tril(faces @ faces.T > 1.0 - FLATNESS_TOLERANCE, -1).any(axis=1)]
     # Rounded: otherwise a face along x, up to the last digit, could come last instead of first.
     turn = np.round(-np.arctan2(faces[:, 1], faces[:, 0]), 9) % (2.0 * np.pi)
-    return tilt, np.round(faces[np.argsort(turn, kind="stable")], DIGITS)
+    return tilt, np.round(faces[np.argsort(turn, kind="stable")], LENGTH_DECIMALS)
 
 
 def _indices_of_vertices_that_can_touch_ground(hull: ConvexHull, max_tilt: float) -> NDArray[np.int64]:
@@ -178,6 +194,6 @@ def hull_vertices_and_edges(vertices: FloatArray) -> tuple[FloatArray, NDArray[n
     edges = set()
     for triangle, neighbours, normal in zip(hull.triangles, hull.neighbours, hull.normals, strict=True):
         for k, other in enumerate(neighbours):
-            if hull.normals[other] @ normal < 1.0 - FLAT:
+            if hull.normals[other] @ normal < 1.0 - FLATNESS_TOLERANCE:
                 edges.add(tuple(sorted((int(triangle[(k + 1) % 3]), int(triangle[(k + 2) % 3])))))
     return hull.points, np.array(sorted(edges), np.int64)

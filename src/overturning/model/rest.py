@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 
-FLAT: Final = 1e-6
+FLATNESS_TOLERANCE: Final = 1e-6
 """Relative distance within which points lie in one plane or on one line, as a share of the body's size."""
 
-COPLANAR: Final = 1e-6
+MAX_SINE_OF_COPLANAR_FACES: Final = 1e-6
 """Sine of the angle between two faces below which they lie in one plane: rounding of the normals."""
 
 
@@ -25,12 +25,13 @@ def mask_of_resting_faces(
     Parameters
     ----------
     face_normals : ndarray, shape (faces, 2) or (faces, 3)
-        Outward unit normals. Faces with the same normal count as one. Where two faces are inclined by less than
-        √(2 `FLAT`) (0.08°), like the triangles of a face with rounded vertices, the body stands on their edge, too.
+        Outward unit normals. Faces with the same normal count as one. Where two faces are inclined by less than √(2
+        `FLATNESS_TOLERANCE`) (0.08°), like the triangles of a face with rounded vertices, the body stands on their
+        edge, too.
     distances_of_vertices_from_faces : ndarray, shape (faces,)
         Distances of the faces from the centre of mass, m.
     body_size : float
-        Size of the body, m; a foot closer to an edge than `FLAT` × size does not carry the body.
+        Size of the body, m; a foot closer to an edge than `FLATNESS_TOLERANCE` × size does not carry the body.
     tested_faces : slice
         Faces to test; default: all.
 
@@ -44,6 +45,6 @@ def mask_of_resting_faces(
     cosine = tested @ face_normals.T
     sine = np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
     # Distance of the foot from the line in which the planes of two faces meet.
-    margin = np.where(sine < COPLANAR, np.inf, within / np.maximum(sine, COPLANAR))
-    least = np.where(cosine > 1.0 - FLAT, -FLAT, FLAT) * body_size
+    margin = np.where(sine < MAX_SINE_OF_COPLANAR_FACES, np.inf, within / np.maximum(sine, MAX_SINE_OF_COPLANAR_FACES))
+    least = np.where(cosine > 1.0 - FLATNESS_TOLERANCE, -FLATNESS_TOLERANCE, FLATNESS_TOLERANCE) * body_size
     return np.asarray((margin > least).all(axis=1))

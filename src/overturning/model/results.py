@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING, OutcomeVariable
 
-COUNTS = ("block_steps", "samples_left_out")
+CASE_COUNTER_NAMES = ("block_steps", "samples_left_out")
 """Counters of each case, next to the variables of its model."""
 
 
@@ -35,10 +35,10 @@ class CaseResults:
         shape = (case_count, element_count) if element_count > 1 else (case_count,)
         arrays = {item.name: np.zeros(shape if item.per_element else case_count, item.dtype) for item in variables}
         for item in variables:
-            if item.of_falls:
+            if item.is_missing_for_standing_cases:
                 arrays[item.name][:] = item.missing_value_in_memory
         arrays["status"][:] = CaseStatus.AT_REST
-        return cls(**arrays, **{name: np.zeros(case_count, np.int64) for name in COUNTS})
+        return cls(**arrays, **{name: np.zeros(case_count, np.int64) for name in CASE_COUNTER_NAMES})
 
     def store_outcomes(self, case_numbers: NDArray[np.int64], outcomes: Mapping[str, Any]) -> None:
         """Store outcomes, arrays by variable name, for the cases `case_numbers`; failed cases get missing values."""

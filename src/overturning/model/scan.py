@@ -16,10 +16,10 @@ from typing_extensions import override
 from overturning.arrays import ArrayLike, FloatArray, convert_argument_to_finite_array
 from overturning.errors import ArgumentError
 from overturning.model.cases import check_stone_heights
-from overturning.model.outline import simplified_convex_outline
+from overturning.model.outline import simplified_convex_hull_vertices
 from overturning.model.polyhedron import hull_with_origin_at_centre_of_mass, solid_from_hull
-from overturning.model.rest import FLAT, mask_of_resting_faces
-from overturning.model.shapes import Outline, Polyhedron, Shape
+from overturning.model.rest import FLATNESS_TOLERANCE, mask_of_resting_faces
+from overturning.model.shapes import CornersAndEdges, Polyhedron, Shape
 from overturning.model.solid import MAX_CONTACT_VERTICES, RigidSolid, TooManyContactVerticesError
 from overturning.model.surface import MassProperties, TriangleSurface, mass_properties_inside_surface
 
@@ -38,13 +38,13 @@ HULL_TOLERANCE: Final = 0.002
 LEAST_FALL_TILT: Final = np.radians(10.0)
 """Tilt below which a scanned stone that rests on another part of its base has not fallen, rad."""
 
-CONVEX_SHARE: Final = 1e-3
+MAX_HULL_EXCESS_OF_CONVEX_BODY: Final = 1e-3
 """Largest share of the hull's volume outside a body that counts as convex: rounding in the file."""
 
 MAX_STORED_VERTICES: Final = 3000
 """Largest number of vertices of a hull that are stored as they are; a multiple of 10."""
 
-STORED_DIGITS: Final = 6
+STORED_POSITION_DECIMALS: Final = 6
 """Decimals of stored positions, m: a micrometre."""
 
 
@@ -55,7 +55,7 @@ class RotationToStablePose(NamedTuple):
     """Rotation matrix from the axes of the scan, shape (3, 3)."""
     tilt_deg: float
     """Angle between the vertical of the scan and that of the pose, degrees."""
-    direction_deg: float
+    scan_tilt_direction_deg: float
     """Direction in which the top of the scan is tilted, degrees anticlockwise from the x axis of the scan."""
 
 
@@ -123,7 +123,7 @@ class ScannedStone(Shape):
     def footprint(self) -> FloatArray:
         """Corners of the footprint relative to the foot of the centre of mass, anticlockwise, shape (n, 2), m."""
         solid = self.unscaled_solid
-        return solid.points[: solid.base, :2]
+        return solid.contact_points[: solid.base_vertex_count, :2]
 
     @cached_property
     def possible_ground_contact_points(self) -> FloatArray:
@@ -141,7 +141,7 @@ class ScannedStone(Shape):
         )
         tolerance = self.hull_tolerance * size
         while True:
-            points = simplified_convex_outline(self.possible_ground_contact_points, tolerance, base)
+            points = simplified_convex_hull_vertices(self.possible_ground_contact_points, tolerance, base)
             hull = hull_with_origin_at_centre_of_mass(points, scipy.spatial.ConvexHull(points), properties)
             try:
                 return solid_from_hull(hull, LEAST_FALL_TILT)
@@ -162,8 +162,8 @@ class ScannedStone(Shape):
         return self.unscaled_solid.scaled_by(height / self.unscaled_height)
 
     @override
-    def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> Outline:
-        points = simplified_convex_outline(self.possible_ground_contact_points, 0.004 * self.unscaled_height)
+    def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> CornersAndEdges:
+        points = simplified_convex_hull_vertices(self.possible_ground_contact_points, 0.004 * self.unscaled_height)
         hull = scipy.spatial.ConvexHull(points)
         edges = np.unique(np.sort(np.concatenate([hull.simplices[:, [k, (k + 1) % 3]] for k in range(3)])), axis=0)
         return (points - np.asarray(self.centre_of_mass)) * (height / self.unscaled_height), edges.astype(np.int64)
@@ -176,9 +176,9 @@ def _lower_footprint_to_lowest_plane(points: FloatArray, relief: float) -> Float
     """
     size = float(np.ptp(points, axis=0).max())
     bottom = float(points[:, 2].min())
-    low = points[:, 2] <= bottom + max(relief, FLAT * size)
+    low = points[:, 2] <= bottom + max(relief, FLATNESS_TOLERANCE * size)
     try:
-        outline = simplified_convex_outline(points[low, :2], FOOTPRINT_TOLERANCE * size)
+        outline = simplified_convex_hull_vertices(points[low, :2], FOOTPRINT_TOLERANCE * size)
     except (scipy.spatial.QhullError, ValueError):
         raise ArgumentError(
             f"body: fewer than three points, or points on one line, bear within a relief of {1000 * relief:g} mm; "
@@ -279,7 +279,7 @@ class ScanResult(NamedTuple):
     notes: list[str]
     """Changes of the mesh, in words."""
 
-    def description(self, density: float | None = None) -> list[str]:
+    def description_lines(self, density: float | None = None) -> list[str]:
         """Return lines to print: volume, mesh repairs, pose, footprint, and mass if a density (kg/m³) is given."""
         mass = "" if density is None else f", mass {self.volume * density:.4g} kg"
         lines = [f"as scanned: volume {self.volume:.4g} m³{mass}", *self.notes]
@@ -290,7 +290,8 @@ class ScanResult(NamedTuple):
         if isinstance(self.shape, ScannedStone):
             solid = self.shape.unscaled_solid
             lines.append(
-                f"footprint within a relief of {1000 * self.shape.relief:.3g} mm: {solid.base} corners, nearest edge "
+                f"footprint within a relief of {1000 * self.shape.relief:.3g} mm: {solid.base_vertex_count} corners, "
+                "nearest edge "
                 f"{1000 * solid.min_base_edge_distance_from_centre:.3g} mm from the foot of the centre of mass"
             )
         return lines
@@ -320,12 +321,12 @@ def stone_from_surface(
     placed = used @ pose.rotation.T
     origin = pose.rotation @ found.centre
     origin[2] = placed[:, 2].min()
-    touching = np.round(points_that_can_touch_ground(placed - origin), STORED_DIGITS)
-    inertia = pose.rotation @ found.inertia @ pose.rotation.T
+    touching = np.round(points_that_can_touch_ground(placed - origin), STORED_POSITION_DECIMALS)
+    inertia = pose.rotation @ found.inertia_per_mass @ pose.rotation.T
     six = [*np.diag(inertia), -inertia[0, 1], -inertia[0, 2], -inertia[1, 2]]
     shape = ScannedStone(
         touching,
-        np.round(pose.rotation @ found.centre - origin, STORED_DIGITS),
+        np.round(pose.rotation @ found.centre - origin, STORED_POSITION_DECIMALS),
         np.round(six, 9),
         DEFAULT_RELIEF if relief is None else relief,
         name,
@@ -336,12 +337,15 @@ def stone_from_surface(
 def _scan_as_polyhedron_if_convex(points: FloatArray, found: MassProperties, name: str) -> Polyhedron | None:
     """Return a scan as a polyhedron; None if it is not convex, bears load above its base, or has too many vertices."""
     hull = scipy.spatial.ConvexHull(points)
-    if abs(hull.volume - found.volume) > CONVEX_SHARE * hull.volume:
+    if abs(hull.volume - found.volume) > MAX_HULL_EXCESS_OF_CONVEX_BODY * hull.volume:
         return None
     size = float(np.ptp(points, axis=0).max())
     inside = -(points @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
     height = points[:, 2] - points[:, 2].min()
-    if inside.max() > FLAT * size or ((height > FLAT * size) & (height <= DEFAULT_RELIEF)).any():
+    if (
+        inside.max() > FLATNESS_TOLERANCE * size
+        or ((height > FLATNESS_TOLERANCE * size) & (height <= DEFAULT_RELIEF)).any()
+    ):
         return None
     if len(points) > MAX_CONTACT_VERTICES:
         return None

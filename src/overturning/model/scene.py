@@ -10,10 +10,14 @@ from pydantic import Field, ValidationError, model_validator
 
 from overturning.arrays import convert_argument_to_float_array
 from overturning.errors import ArgumentError, ConfigError
-from overturning.files import find_project_file, read_yaml_mapping
+from overturning.files import path_in_working_folder_or_package, read_yaml_mapping
 from overturning.model.contact import Contact
 from overturning.model.element import ContactLaw, Element, Material, Name, Positive
-from overturning.model.geometry import ENDLESS_GROUND, WIDE_GROUND, check_scene_geometry
+from overturning.model.geometry import (
+    MIN_GROUND_WIDTH_FOR_BLOCK_KERNEL_M,
+    MIN_RELATIVE_GROUND_WIDTH,
+    check_scene_geometry,
+)
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
 from overturning.validation import StrictModel, describe_invalid_keys, make_constructor_raise_argument_errors
 
@@ -40,7 +44,7 @@ class Scene(StrictModel):
     elements: tuple[Element, ...] = Field(min_length=2, max_length=MAX_ELEMENTS, description="the elements")
 
     @model_validator(mode="after")
-    def _check_element_and_material_names(self) -> Self:
+    def _check_names_kinds_and_contact_laws(self) -> Self:
         """Raise a ValueError if names are repeated or unknown, or if the scene has no driven or no free element."""
         names = [element.name for element in self.elements]
         twice = sorted({name for name in names if names.count(name) > 1})
@@ -72,7 +76,7 @@ class Scene(StrictModel):
         """Raise an error if elements overlap or lack support, or if a single block has its ground as reference."""
         check_scene_geometry(self)
         # The single-block kernel applies the height and B/H of each case to the block.
-        if self.is_single_block and self.size_reference_element_name not in self.free_element_names:
+        if self.is_single_block_on_wide_ground and self.size_reference_element_name not in self.free_element_names:
             raise ValueError(
                 f"reference: {self.size_reference_element_name} is the ground of a single block; leave it out, or name "
                 f"{self.free_element_names[0]}"
@@ -105,7 +109,7 @@ class Scene(StrictModel):
         return any(self.contact_law(a, b).friction is None for a, b in pairs if "free" in (a.kind, b.kind))
 
     @property
-    def is_single_block(self) -> bool:
+    def is_single_block_on_wide_ground(self) -> bool:
         """True if the scene is one upright rectangle on wide driven ground, simulated by the faster block kernel.
 
         A contact given per metre of depth acts over the smaller depth; that kernel takes the depth of the block.
@@ -125,7 +129,10 @@ class Scene(StrictModel):
             and block.fallen_drop is None
             and block.at[0] == (0.0 if block.stands_on else ground.at[0])
             and (block.depth <= ground.depth or not per_depth)
-            and ground.width > max(ENDLESS_GROUND, WIDE_GROUND * max(block.width, block.height or 0.0))
+            and ground.width
+            > max(
+                MIN_GROUND_WIDTH_FOR_BLOCK_KERNEL_M, MIN_RELATIVE_GROUND_WIDTH * max(block.width, block.height or 0.0)
+            )
         )
 
     def element(self, name: str) -> Element:
@@ -182,7 +189,7 @@ def _gravestone_from_checked_values(contact: Contact | None, density: float) -> 
     )
 
 
-SCENES = Path("config") / "scenes"
+SCENE_FOLDER = Path("config") / "scenes"
 
 
 def load_scene(name: str | Path, root: str | Path = Path()) -> Scene:
@@ -210,9 +217,9 @@ def load_scene(name: str | Path, root: str | Path = Path()) -> Scene:
     root = Path(root)
     path = root / name
     if path.suffix not in {".yaml", ".yml"}:
-        path = find_project_file(root / SCENES / f"{name}.yaml")
+        path = path_in_working_folder_or_package(root / SCENE_FOLDER / f"{name}.yaml")
     if not path.is_file():
-        folders = {root / SCENES, find_project_file(SCENES)}
+        folders = {root / SCENE_FOLDER, path_in_working_folder_or_package(SCENE_FOLDER)}
         known = ", ".join(sorted({file.stem for folder in folders for file in folder.glob("*.yaml")})) or "none"
         raise ConfigError(f"scene {name}: no file {path}; known: {known}")
     return parse_scene_content(read_yaml_mapping(path, "scene", "see docs/scenes.md"), str(path))

@@ -18,10 +18,10 @@ from overturning.model.solid import RIM_POINTS, RigidSolid
 MAX_SIDES: Final = 96
 """Largest number of sides of a regular prism; use a cylinder for more."""
 
-DRAWN_SIDES: Final = 36
+DRAWN_CYLINDER_SIDES: Final = 36
 """Number of sides of the polygon with which a cylinder is drawn."""
 
-Outline = tuple[FloatArray, NDArray[np.int64]]
+CornersAndEdges = tuple[FloatArray, NDArray[np.int64]]
 """Corners of a body from its centre, shape (n, 3), m, and edges as pairs of corner indices, shape (m, 2)."""
 
 
@@ -42,9 +42,9 @@ class Shape(ABC):
     def solid(self, height: float, b_over_h: float, aspect: float) -> RigidSolid:
         """Return the rigid body of this shape with a height (m), slenderness B/H and aspect D/B."""
 
-    def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> Outline:
+    def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> CornersAndEdges:
         """Return the corners of the body for drawing, shape (corners, 3), m, and its edges as corner index pairs."""
-        return _prism_corners_and_edges(self.solid(height, b_over_h, aspect).points)
+        return _prism_corners_and_edges(self.solid(height, b_over_h, aspect).contact_points)
 
 
 @dataclass(frozen=True)
@@ -115,15 +115,17 @@ class Cylinder(Shape):
         return RigidSolid(points, 4, np.diag([across, across, 0.5 * R * R]), 0.5 * np.pi, np.zeros((0, 3)), 0.0, R)
 
     @override
-    def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> Outline:
-        turn = 2.0 * np.pi * np.arange(DRAWN_SIDES) / DRAWN_SIDES
+    def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> CornersAndEdges:
+        turn = 2.0 * np.pi * np.arange(DRAWN_CYLINDER_SIDES) / DRAWN_CYLINDER_SIDES
         ring = 0.5 * b_over_h * height * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        return _prism_corners_and_edges(np.concatenate([ring, np.full((DRAWN_SIDES, 1), -0.5 * height)], axis=1))
+        return _prism_corners_and_edges(
+            np.concatenate([ring, np.full((DRAWN_CYLINDER_SIDES, 1), -0.5 * height)], axis=1)
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class Polyhedron(Shape):
-    """Convex polyhedron that stands on its lowest face.
+    """Shape of a stone: any convex polyhedron, given by its vertices; it stands on its lowest face.
 
     Parameters
     ----------
@@ -164,7 +166,7 @@ class Polyhedron(Shape):
         return self.unscaled_solid.scaled_by(height / self.unscaled_height)
 
     @override
-    def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> Outline:
+    def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> CornersAndEdges:
         corners, edges = hull_vertices_and_edges(np.asarray(self.vertices))
         return corners * (height / self.unscaled_height), edges
 
@@ -199,7 +201,7 @@ def shape_from_name_or_sides(name_sides_or_shape: "str | int | Shape", argument_
     return name_sides_or_shape
 
 
-def _prism_corners_and_edges(base_vertices: FloatArray) -> Outline:
+def _prism_corners_and_edges(base_vertices: FloatArray) -> CornersAndEdges:
     """Return corners and edges of a right prism, for drawing, from the vertices of its base, shape (n, 3), m."""
     n = len(base_vertices)
     lower, after = np.arange(n), np.roll(np.arange(n), -1)
@@ -217,7 +219,7 @@ def orientations_over_symmetry_period_deg(step_deg: float, shape: Shape, aspect:
     ArgumentError
         If the step does not divide that period, or there are too many orientations.
     """
-    turns = {shape.solid(1.0, 0.5, float(value)).period for value in np.atleast_1d(np.asarray(aspect))}
+    turns = {shape.solid(1.0, 0.5, float(value)).symmetry_period_deg for value in np.atleast_1d(np.asarray(aspect))}
     turn = max(turns)
     if turn == 0.0:
         return np.zeros(1)

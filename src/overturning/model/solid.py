@@ -13,7 +13,7 @@ from overturning.errors import ArgumentError
 MAX_CONTACT_VERTICES: Final = 128
 """Maximum number of contact vertices; each one is tested in every step."""
 
-MAX_CARRYING_CORNERS: Final = 4
+MAX_LOAD_SHARING_BASE_VERTICES: Final = 4
 """Largest number of vertices of a base that share its weight equally; see `RigidSolid.load_sharing_point_count`."""
 
 RIM_POINTS: Final = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
@@ -30,44 +30,45 @@ class RigidSolid:
 
     Parameters
     ----------
-    points : ndarray, shape (n, 3)
+    contact_points : ndarray, shape (n, 3)
         Vertices that can touch before it has fallen: first those of the base, anticlockwise from above. For a round
         body, four points of its rim.
-    base : int
+    base_vertex_count : int
         Number of vertices of the base.
-    inertia : ndarray, shape (3, 3)
+    inertia_per_mass : ndarray, shape (3, 3)
         Moments and negative products of inertia per mass, m².
     fall_tilt : float
         Least tilt at which it can rest on another face, rad.
-    faces : ndarray, shape (faces, 3)
+    resting_face_normals : ndarray, shape (faces, 3)
         Outward normals of the faces on which it can come to rest after a fall, clockwise from above.
-    period : float
+    symmetry_period_deg : float
         Rotation about the vertical after which it coincides with itself, degrees: 360 without symmetry, 0 for a body of
         revolution.
-    radius : float
+    rim_radius : float
         Radius of its rim, m; 0 for a body with vertices.
-    facets : tuple of ndarray of int
+    further_contact_face_point_indices : tuple of ndarray of int
         Indices of the points of each further face that can lie flat on the ground before the body has fallen.
-    sectors : ndarray, shape (sectors, 5)
+    fall_limits_by_lean_sector : ndarray, shape (sectors, 5)
         Sectors of the direction of lean, if the tilt of the fall depends on it; empty if `fall_tilt` holds all around.
         Columns: start of the sector (0 to 4, in quarter turns), a vector in the body's axes (3), and the least dot
         product of that vector with the downward vertical at which the body has fallen.
     """
 
-    points: FloatArray
-    base: int
-    inertia: FloatArray
+    contact_points: FloatArray
+    base_vertex_count: int
+    inertia_per_mass: FloatArray
     fall_tilt: float
-    faces: FloatArray
-    period: float = 360.0
-    radius: float = 0.0
-    facets: tuple[NDArray[np.int64], ...] = ()
-    sectors: FloatArray = field(default_factory=lambda: np.zeros((0, 5)))
+    resting_face_normals: FloatArray
+    symmetry_period_deg: float = 360.0
+    rim_radius: float = 0.0
+    further_contact_face_point_indices: tuple[NDArray[np.int64], ...] = ()
+    fall_limits_by_lean_sector: FloatArray = field(default_factory=lambda: np.zeros((0, 5)))
 
     def __post_init__(self) -> None:
-        if len(self.points) > MAX_CONTACT_VERTICES:
+        if len(self.contact_points) > MAX_CONTACT_VERTICES:
             raise TooManyContactVerticesError(
-                f"body: {len(self.points)} vertices can touch; at most {MAX_CONTACT_VERTICES}: simplify the mesh, or "
+                f"body: {len(self.contact_points)} vertices can touch; at most {MAX_CONTACT_VERTICES}: "
+                "simplify the mesh, or "
                 "take 'circle' for a round body"
             )
         if not self.min_base_edge_distance_from_centre > 0.0:
@@ -79,16 +80,18 @@ class RigidSolid:
     @property
     def centre_height(self) -> float:
         """Height of the centre of mass above the base, m."""
-        return -float(self.points[0, 2])
+        return -float(self.contact_points[0, 2])
 
     @property
     def load_sharing_point_count(self) -> int:
         """Number of contact points assumed to share the weight; it sets the spring and dashpot constants.
 
-        2, as in the 2-D model, for a rim or more than `MAX_CARRYING_CORNERS` vertices: while such a body rocks, a
-        single point bears it, which is then as stiff and as damped as a corner of the 2-D block.
+        2, as in the 2-D model, for a rim or more than `MAX_LOAD_SHARING_BASE_VERTICES` vertices: while such a body
+        rocks, a single point bears it, which is then as stiff and as damped as a corner of the 2-D block.
         """
-        return 2 if self.radius or self.base > MAX_CARRYING_CORNERS else self.base
+        return (
+            2 if self.rim_radius or self.base_vertex_count > MAX_LOAD_SHARING_BASE_VERTICES else self.base_vertex_count
+        )
 
     @property
     def relative_height_tolerance_of_lowest_vertices(self) -> float:
@@ -96,21 +99,21 @@ class RigidSolid:
 
         For a regular polygon the lowest vertices are both ends of the edge over which it leans, or a single vertex.
         """
-        return float(np.round(0.4995 * (1.0 - np.cos(2.0 * np.pi / self.base)), 12))
+        return float(np.round(0.4995 * (1.0 - np.cos(2.0 * np.pi / self.base_vertex_count)), 12))
 
     @cached_property
     def base_edge_distances_from_centre(self) -> FloatArray:
         """Distance (m) of each base edge from the point below the centre of mass; negative if that point is outside."""
-        if self.radius:
-            return np.array([self.radius])
-        x, y = self.points[: self.base, :2].T
+        if self.rim_radius:
+            return np.array([self.rim_radius])
+        x, y = self.contact_points[: self.base_vertex_count, :2].T
         dx, dy = np.roll(x, -1) - x, np.roll(y, -1) - y
         return np.asarray((x * dy - y * dx) / np.sqrt(dx * dx + dy * dy))
 
     @property
     def base_edge_normals(self) -> FloatArray:
         """Outward normals of a polygonal base, in the order of `base_edge_distances_from_centre`, shape (edges, 2)."""
-        x, y = self.points[: self.base, :2].T
+        x, y = self.contact_points[: self.base_vertex_count, :2].T
         dx, dy = np.roll(x, -1) - x, np.roll(y, -1) - y
         return np.stack([dy, -dx], axis=1) / np.sqrt(dx * dx + dy * dy)[:, None]
 
@@ -127,10 +130,15 @@ class RigidSolid:
     @cached_property
     def inverse_inertia_per_mass(self) -> FloatArray:
         """Inverse of the inertia per mass, 1/m², shape (3, 3), by cofactors."""
-        a = self.inertia
+        a = self.inertia_per_mass
         cofactors = np.array([np.cross(a[1], a[2]), np.cross(a[2], a[0]), np.cross(a[0], a[1])])
         return np.asarray(cofactors / np.sum(a[0] * cofactors[0]))
 
     def scaled_by(self, factor: float) -> Self:
         """Return the body with all lengths multiplied by a factor."""
-        return replace(self, points=self.points * factor, inertia=self.inertia * factor**2, radius=self.radius * factor)
+        return replace(
+            self,
+            contact_points=self.contact_points * factor,
+            inertia_per_mass=self.inertia_per_mass * factor**2,
+            rim_radius=self.rim_radius * factor,
+        )

@@ -15,13 +15,13 @@ from overturning.model.variables import INT8_MISSING, outcome_is_known
 if TYPE_CHECKING:
     import xarray as xr
 
-SQUARE_PERIOD: Final = 90.0
+SQUARE_SYMMETRY_PERIOD_DEG: Final = 90.0
 """Rotation period of a stone of square footprint, degrees."""
 
-MIN_AGREEMENT: Final = float(np.cos(np.radians(15.0)))
+MIN_RESULTANT_OF_AGREEING_FALLS: Final = float(np.cos(np.radians(15.0)))
 """Mean resultant of directions that lie 15° to either side of their mean."""
 
-_MEMBERS: Final = {
+_ENSEMBLE_MEAN_VARIABLES: Final = {
     "falls": "probability_falls",
     "direction_cosine": "fall_north",
     "direction_sine": "fall_east",
@@ -58,24 +58,26 @@ def case_weight_in_direction_statistics(
 class ThreeDimensionalModel(Model):
     """Abstract base class of the 3-D models; all initial orientations about the vertical have equal weight."""
 
-    direction: ClassVar = "orientation"
-    copied: ClassVar = "repeated"
-    one_component: ClassVar = False
-    twists: ClassVar = True
-    reads: ClassVar = ("overturned", "fall_azimuth", *_MEMBERS.values())
-    reads_outcomes: ClassVar = (
+    direction_dimension_name: ClassVar = "orientation"
+    copy_flag_variable_name: ClassVar = "repeated"
+    is_planar: ClassVar = False
+    can_twist: ClassVar = True
+    variables_for_fall_probability: ClassVar = ("overturned", "fall_azimuth", *_ENSEMBLE_MEAN_VARIABLES.values())
+    variables_for_square_stone_outcomes: ClassVar = (
         "overturned", "fall_azimuth", "residual_slip_north", "residual_slip_east", "residual_twist"
     )  # fmt: skip
 
     @override
-    def rotate_copied_outcomes_in_place(
+    def adapt_and_mark_copied_outcomes_in_place(
         self,
         outcome_arrays: dict[str, NDArray[Any]],
         grid: CaseGrid,
         equivalent_directions: EquivalentSimulatedDirections,
     ) -> None:
-        own = np.arange(equivalent_directions.cell.shape[0])[:, None]
-        outcome_arrays["repeated"] = grid.broadcast_over_grid(equivalent_directions.cell != own).astype(np.int8)
+        own = np.arange(equivalent_directions.direction_index.shape[0])[:, None]
+        outcome_arrays["repeated"] = grid.broadcast_over_grid(equivalent_directions.direction_index != own).astype(
+            np.int8
+        )
 
     @override
     def ensemble_statistics_by_case(
@@ -106,7 +108,7 @@ class ThreeDimensionalModel(Model):
 
     @override
     def distinct_direction_indices(self, cube: "xr.Dataset") -> NDArray[np.intp]:
-        return np.arange(cube.sizes[self.direction])
+        return np.arange(cube.sizes[self.direction_dimension_name])
 
     @override
     def fall_probability_and_direction_by_case(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
@@ -121,9 +123,12 @@ class ThreeDimensionalModel(Model):
                 values = xr.apply_ufunc(of, angle, dask="allowed")
                 found[f"{kind}_{name}"] = values.where(fell == 1, 0.0).where(known)
         if use_ensemble and "probability_falls" in cube:
-            found = {name: cube[_MEMBERS[name]].astype("float64").fillna(values) for name, values in found.items()}
-        count = cube.sizes[self.direction]
-        return xr.Dataset({**found, "weight": (self.direction, np.full(count, 1.0 / count))})
+            found = {
+                name: cube[_ENSEMBLE_MEAN_VARIABLES[name]].astype("float64").fillna(values)
+                for name, values in found.items()
+            }
+        count = cube.sizes[self.direction_dimension_name]
+        return xr.Dataset({**found, "weight": (self.direction_dimension_name, np.full(count, 1.0 / count))})
 
     @override
     def ensemble_fall_shares_by_case(self, cube: "xr.Dataset") -> "xr.Dataset":
@@ -141,7 +146,7 @@ class ThreeDimensionalModel(Model):
                 "towards": falls,
                 "away": 0.0 * falls,
                 "agree": agree,
-                "apart": agree & (length < MIN_AGREEMENT),
+                "apart": agree & (length < MIN_RESULTANT_OF_AGREEING_FALLS),
             }
         )
 
@@ -153,8 +158,14 @@ class ThreeDimensionalModel(Model):
         square = site_cube
         if "aspect" in site_cube.dims:
             square = site_cube.isel(aspect=int(np.flatnonzero(site_cube["aspect"].to_numpy() == 1.0)[0]))
-        sources = nearest_simulated_directions(site_cube[self.direction].to_numpy(), face_azimuth_deg, SQUARE_PERIOD)
-        found = values_at_grid_indices(square, self.reads_outcomes, {self.direction: sources.cell, **cell_positions})
+        sources = nearest_simulated_directions(
+            site_cube[self.direction_dimension_name].to_numpy(), face_azimuth_deg, SQUARE_SYMMETRY_PERIOD_DEG
+        )
+        found = values_at_grid_indices(
+            square,
+            self.variables_for_square_stone_outcomes,
+            {self.direction_dimension_name: sources.direction_index, **cell_positions},
+        )
         flag = found["overturned"]
         slip = np.hypot(found["residual_slip_north"], found["residual_slip_east"])
         return StoneOutcomesByAmplitudeFactor(

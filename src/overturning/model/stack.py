@@ -21,11 +21,11 @@ from overturning.model.stack_stones import CIRCLE_SIDES, StackStone, stack_stone
 from overturning.model.symmetry import FULL_TURN, EquivalentSimulatedDirections
 from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_VARIABLES, OutcomeVariable
 
-_PER_STONE: Final = {
+_VARIABLES_PER_STONE: Final = {
     "overturned", "fall_azimuth", "peak_tilt", "overturning_time", "residual_slip_north", "residual_slip_east",
     "residual_twist",
 }  # fmt: skip
-_OTHER_MEANING: Final = {
+_STACK_LONG_NAMES: Final = {
     "peak_tilt": "largest angle between the stone's axis and the vertical",
     "residual_slip_north": "northward displacement, at the end, of the base on the face below from its place at rest",
     "residual_slip_east": "eastward displacement, at the end, of the base on the face below from its place at rest",
@@ -34,7 +34,8 @@ _OTHER_MEANING: Final = {
 
 STACK_VARIABLES: Final = (
     *(
-        replace(item, per_element=item.name in _PER_STONE, long_name=_OTHER_MEANING.get(item.name, item.long_name))
+        replace(item, per_element=item.name in _VARIABLES_PER_STONE, long_name=_STACK_LONG_NAMES.get(item.name,
+        item.long_name))
         for item in BODY_VARIABLES
         if item.name not in {"fall_face", "peak_slip", "angular_momentum_error"}
     ),
@@ -81,12 +82,12 @@ class Stack(SceneModel, ThreeDimensionalModel):
             raise ArgumentError(f"contact: {self.contact!r}; a stack in 3-D has a VertexContact")
         check_scene_is_stack(self.scene)
 
-    variables: ClassVar = STACK_VARIABLES
+    outcome_variables: ClassVar = STACK_VARIABLES
     ensemble_variables: ClassVar = tuple(
         replace(item, per_element=item.name != "members") for item in BODY_ENSEMBLE_VARIABLES
     )
-    comment: ClassVar = "overturned: 1 when a stone falls, towards fall_azimuth, 0 when it stands"
-    case_dims: ClassVar = ("height", "b_over_h", "friction")
+    overturned_comment: ClassVar = "overturned: 1 when a stone falls, towards fall_azimuth, 0 when it stands"
+    case_dims_without_direction: ClassVar = ("height", "b_over_h", "friction")
 
     @property
     @override
@@ -96,7 +97,7 @@ class Stack(SceneModel, ThreeDimensionalModel):
         It grows with the cube of the number of corners of the base; a circle has 16. A base that rolls on many corners
         needs a short step for each corner that opens or closes, and each step takes longer.
         """
-        return 60.0 * sum((stone.base.shape[0] / 4.0) ** 3 for stone in self.stones())
+        return 60.0 * sum((stone.base_corners.shape[0] / 4.0) ** 3 for stone in self.stones())
 
     @override
     def symmetry_periods_by_aspect_deg(self, aspect: FloatArray) -> FloatArray:
@@ -110,7 +111,7 @@ class Stack(SceneModel, ThreeDimensionalModel):
         if azimuth_period_of_outcome_deg(self.scene) == FULL_TURN:
             return FULL_TURN
         # Equal parts of a turn after which all stones look the same; a circle looks the same after any.
-        parts = math.gcd(*(stone.symmetry for stone in self.stones()))
+        parts = math.gcd(*(stone.rotational_symmetry_order for stone in self.stones()))
         return FULL_TURN / (parts or CIRCLE_SIDES)
 
     @override

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import ArgumentError
-from overturning.model.contact import STATIC_PENETRATION
+from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO
 from overturning.model.element import ContactLaw
 from overturning.model.geometry import PlacedElement, place_elements
 from overturning.model.scene import Scene
@@ -20,7 +20,7 @@ from overturning.model.stack_stones import (
 from overturning.model.stack_touch import ContactBeforeTipping, face_contacts_before_tipping
 from overturning.units import STANDARD_GRAVITY
 
-LEAST_MARGIN: Final = 5.0
+MIN_GROUND_MARGIN_M: Final = 5.0
 """Least distance, m, by which the ground of a stack reaches beyond it; for small stones, in sizes of the largest one.
 
 In 3-D the ground is a plane without end, from which no stone can slide off."""
@@ -56,7 +56,7 @@ def reasons_scene_is_no_stack(scene: Scene) -> list[str]:
                 "have: leave it out"
             )
         law = scene.contact_law(below, element)
-        if law.static_penetration != STATIC_PENETRATION:
+        if law.static_penetration != DEFAULT_STATIC_PENETRATION_RATIO:
             faults.append(
                 f"the contact of {element.name} has static_penetration {law.static_penetration:g}, which 3-D does not "
                 "have: leave it out"
@@ -81,7 +81,7 @@ def _reasons_stones_are_not_level_or_balanced(scene: Scene) -> list[str]:
     ends = placed[0].vertices_in_scene[:, 0] - ground.x
     margin = 0.5 * float(ground.shape.width) - float(np.abs(ends).max())
     largest = max(max(item.shape.width, item.shape.height) for item in placed)
-    if margin < LEAST_MARGIN * min(1.0, largest):
+    if margin < MIN_GROUND_MARGIN_M * min(1.0, largest):
         faults.append(
             f"element {ground.element.name} is only {ground.shape.width:.3g} m wide, so that "
             f"{placed[0].element.name} could slide off it; make it a free stone on a wider ground"
@@ -99,13 +99,13 @@ def reasons_stones_do_not_stand(stones: list[StackStone]) -> list[str]:
     faults = [
         f"what stands on the joint below {stone.name} has its centre of mass outside it"
         for stone, patch in zip(stones, contact_patches_at_rest(stones), strict=True)
-        if not np.all(patch.reach > 0.0)
+        if not np.all(patch.side_distances_from_centre_above > 0.0)
     ]
     return faults or [
         f"the outline of element {touch.stone} would meet the face below {_contact_tilt_text(touch)} over the edge of "
         f"its base at {math.degrees(touch.critical_angle):.3g}°"
         for touch in face_contacts_before_tipping(stones)
-        if touch.face.depth == 0.0
+        if touch.face.depth_below_base == 0.0
     ]
 
 
@@ -117,7 +117,7 @@ def unsimulated_overhang_contact_warnings(stones: list[StackStone]) -> list[str]
     """
     first: dict[str, ContactBeforeTipping] = {}
     for touch in face_contacts_before_tipping(stones):
-        if touch.face.depth > 0.0:
+        if touch.face.depth_below_base > 0.0:
             first.setdefault(touch.stone, touch)
     return [
         f"element {touch.stone} overhangs, and would meet {touch.face.name or 'the ground'} "

@@ -28,36 +28,43 @@ class StackStone:
 
     name: str
     mass: float  # kg
-    inertia: FloatArray  # about the centre of mass per mass, shape (3, 3), m²
+    inertia_per_mass: FloatArray  # about the centre of mass per mass, shape (3, 3), m²
     x: float  # position of the centre of mass at rest, m
-    foot: float  # height of the centre of mass above the base, m
-    top: float  # height of the upper face above the centre of mass, m
-    base: FloatArray  # corners of the base, anticlockwise from above, shape (corners, 2), m
-    upper: FloatArray  # as `base`, of the upper face, or of the base if nothing can stand on the stone
+    centre_height_above_base: float  # height of the centre of mass above the base, m
+    upper_face_height_above_centre: float  # height of the upper face above the centre of mass, m
+    base_corners: FloatArray  # corners of the base, anticlockwise from above, shape (corners, 2), m
+    upper_face_corners: FloatArray  # as `base`, of the upper face, or of the base if nothing can stand on the stone
     outline: FloatArray  # vertices of the element in the plane, shape (n, 2), m: x and z
     depth: float  # m
-    drop: float  # drop of the centre of mass at which the stone counts as fallen, m
+    fall_threshold_drop: float  # drop of the centre of mass at which the stone counts as fallen, m
     friction: float | None  # coefficient of friction of the joint below; None for the value of each case
     stiffness_ratio: float | None  # K_s/K_n of the joint below; None for that of the model
     damping_ratio: float | None  # damping ratio of the joint below; None for that of the model
-    symmetry: int  # number of equal parts of a turn about the vertical after which the stone looks the same; 0: circle
+    rotational_symmetry_order: (
+        int  # number of equal parts of a turn about the vertical after which the stone looks the same; 0: circle
+    )
 
     @property
-    def is_box(self) -> bool:
+    def has_rectangular_faces(self) -> bool:
         """True if the stone's base and upper face are rectangles along x and y."""
-        return len(self.base) == 4 and len(np.unique(self.base[:, 0])) == 2
+        return len(self.base_corners) == 4 and len(np.unique(self.base_corners[:, 0])) == 2
 
     @property
     def nearest_base_side_distance(self) -> float:
         """Horizontal distance of the nearest side of the base from the centre of mass, m."""
-        return float(np.abs(self.base).min() if self.is_box else polygon_side_distances_from_point(self.base).min())
+        return float(
+            np.abs(self.base_corners).min()
+            if self.has_rectangular_faces
+            else polygon_side_distances_from_point(self.base_corners).min()
+        )
 
     def drawn_corners_and_edges(self) -> tuple[FloatArray, FloatArray]:
         """Return the stone's corners from its centre of mass, (2 n, 3), m, and its edges as corner index pairs."""
-        if not self.is_box:
-            count = len(self.base)
+        if not self.has_rectangular_faces:
+            count = len(self.base_corners)
             corners = np.concatenate([
-                np.column_stack([self.base, np.full(count, height)]) for height in (-self.foot, self.top)
+                np.column_stack([self.base_corners, np.full(count,
+                height)]) for height in (-self.centre_height_above_base, self.upper_face_height_above_centre)
             ])  # fmt: skip
         else:
             count, half = len(self.outline), 0.5 * self.depth
@@ -98,7 +105,7 @@ def polygon_side_distances_from_point(corners: FloatArray, x: float = 0.0) -> Fl
     return np.asarray(inward / np.sqrt((side**2).sum(axis=1)))
 
 
-def _plan_corners_and_prism_inertia(plan: PlanShape, width: float, height: float) -> tuple[FloatArray, FloatArray]:
+def _plan_corners_and_inertia_per_mass(plan: PlanShape, width: float, height: float) -> tuple[FloatArray, FloatArray]:
     """Return the corners (m) of a circular or polygonal plan, anticlockwise, and its prism's inertia per mass (m²).
 
     The first side of a polygon faces +x. A circle becomes the polygon of `CIRCLE_SIDES` sides with its area, with the
@@ -110,7 +117,7 @@ def _plan_corners_and_prism_inertia(plan: PlanShape, width: float, height: float
         # Rounded, since libm differs between processors in the last digit.
         wider = round(math.sqrt(math.pi / (CIRCLE_SIDES * math.tan(math.pi / CIRCLE_SIDES))), 12)
         ring = RegularPrism(CIRCLE_SIDES).solid(height, wider * width / height, 1.0)
-    return np.asarray(ring.points[:, :2]), np.asarray(solid.inertia)
+    return np.asarray(ring.contact_points[:, :2]), np.asarray(solid.inertia_per_mass)
 
 
 def stack_stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, density: float = 1.0) -> StackStone:
@@ -129,13 +136,14 @@ def stack_stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, d
     symmetry = 4 if is_square else 2
     inertia = np.array([[yy + zz, 0.0, -xz], [0.0, xx + zz, 0.0], [-xz, 0.0, xx + yy]])
     if plan != "rectangle":
-        ring, inertia = _plan_corners_and_prism_inertia(plan, *(float(side) for side in np.ptp(outline, axis=0)))
+        ring, inertia = _plan_corners_and_inertia_per_mass(plan, *(float(side) for side in np.ptp(outline, axis=0)))
         faces, symmetry = [ring, ring], (0 if plan == "circle" else int(plan))
     return StackStone(
-        name=item.element.name, mass=density * depth * item.shape.area, symmetry=symmetry,
-        inertia=inertia,
-        x=item.x, foot=-float(outline[:, 1].min()), top=float(outline[:, 1].max()), base=faces[0], upper=faces[1],
-        outline=outline, depth=depth, drop=item.drop, friction=law.friction,
+        name=item.element.name, mass=density * depth * item.shape.area, rotational_symmetry_order=symmetry,
+        inertia_per_mass=inertia,
+        x=item.x, centre_height_above_base=-float(outline[:, 1].min()), upper_face_height_above_centre=float(outline[:,
+        1].max()), base_corners=faces[0], upper_face_corners=faces[1],
+        outline=outline, depth=depth, fall_threshold_drop=item.fall_threshold_drop, friction=law.friction,
         stiffness_ratio=law.stiffness_ratio if "stiffness_ratio" in law.model_fields_set else None,
         damping_ratio=law.damping_ratio,
     )  # fmt: skip
@@ -164,20 +172,22 @@ class ContactPatchAtRest:
     """Contact area (polygon) of a stone on its support at rest, and mass and centre of the stones above this area."""
 
     corners: FloatArray  # horizontal positions, anticlockwise, shape (n, 2), m
-    weights: FloatArray  # share of the stiffness at each corner, shape (n,)
-    reach: FloatArray  # distance of each side of the patch from below that centre of mass, shape (n,), m; −: outside
-    mass: float  # mass of all stones above, kg
-    height: float  # height of their centre of mass above the patch, m
+    corner_stiffness_shares: FloatArray  # share of the stiffness at each corner, shape (n,)
+    side_distances_from_centre_above: (
+        FloatArray  # distance of each side of the patch from below that centre of mass, shape (n,), m; −: outside
+    )
+    mass_above: float  # mass of all stones above, kg
+    centre_height_above_patch: float  # height of their centre of mass above the patch, m
 
 
 def _rectangular_contact_corners(stone: StackStone, below: StackStone | None) -> FloatArray | None:
     """Return the corners of the contact area below a box, on a box or the ground; None if a face is not a rectangle."""
-    if not (stone.is_box and (below is None or below.is_box)):
+    if not (stone.has_rectangular_faces and (below is None or below.has_rectangular_faces)):
         return None
-    base = stone.base + np.array([stone.x, 0.0])
+    base = stone.base_corners + np.array([stone.x, 0.0])
     low, high = base.min(axis=0), base.max(axis=0)
     if below is not None:
-        face = below.upper + np.array([below.x, 0.0])
+        face = below.upper_face_corners + np.array([below.x, 0.0])
         low, high = np.maximum(low, face.min(axis=0)), np.minimum(high, face.max(axis=0))
     return np.array([[high[0], low[1]], [high[0], high[1]], [low[0], high[1]], [low[0], low[1]]])
 
@@ -187,10 +197,10 @@ def _polygonal_contact_corners(stone: StackStone, below: StackStone | None) -> F
 
     The base is clipped by one side of the face after the other (Sutherland & Hodgman 1974).
     """
-    patch = stone.base + np.array([stone.x, 0.0])
+    patch = stone.base_corners + np.array([stone.x, 0.0])
     if below is None:
         return patch
-    face = below.upper + np.array([below.x, 0.0])
+    face = below.upper_face_corners + np.array([below.x, 0.0])
     for a, b in zip(face, np.roll(face, -1, axis=0), strict=True):
         inside = (b[0] - a[0]) * (patch[:, 1] - a[1]) - (b[1] - a[1]) * (patch[:, 0] - a[0])
         kept = []
@@ -205,9 +215,14 @@ def _polygonal_contact_corners(stone: StackStone, below: StackStone | None) -> F
 
 def contact_patches_at_rest(stones: list[StackStone]) -> list[ContactPatchAtRest]:
     """Return the contact area below each stone of a stack at rest, from the lowest stone up."""
-    level = np.concatenate([[0.0], np.cumsum([stone.foot + stone.top for stone in stones])])
+    level = np.concatenate(
+        [[0.0], np.cumsum([stone.centre_height_above_base + stone.upper_face_height_above_centre for stone in stones])]
+    )
     mass = np.array([stone.mass for stone in stones])
-    x, z = np.array([stone.x for stone in stones]), level[:-1] + np.array([stone.foot for stone in stones])
+    x, z = (
+        np.array([stone.x for stone in stones]),
+        level[:-1] + np.array([stone.centre_height_above_base for stone in stones]),
+    )
     found = []
     for k, stone in enumerate(stones):
         below = stones[k - 1] if k > 0 else None

@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.model.stack_stones import LEVEL_TOLERANCE, StackStone, contact_patches_at_rest
 
-DIRECTIONS: Final = 360
+TILT_DIRECTION_COUNT: Final = 360
 """Number of directions of tilt that are examined, at equal angles; those along and across the plane are among them."""
 
-SIDE_PARTS: Final = 64
+PARTS_PER_OUTLINE_SIDE: Final = 64
 """Number of equal parts into which a side of an outline is divided: its points, too, can meet the rim of a face."""
 
-DEPTH_PARTS: Final = 8
+PARTS_PER_DEPTH_OR_RADIUS: Final = 8
 """Number of equal parts into which the depth of a stone, and the radius of a base, is divided."""
 
-ROUNDING: Final = 1e-9
+RELATIVE_ROUNDING_TOLERANCE: Final = 1e-9
 """Relative difference of lengths or angles that counts as none."""
 
 
@@ -31,7 +31,7 @@ class FaceBelowStone(NamedTuple):
 
     name: str  # "" for the ground
     corners: FloatArray | None  # horizontal positions, anticlockwise, shape (n, 2), m; None for a plane without end
-    depth: float  # depth of the face below the base of the stone, m
+    depth_below_base: float  # depth of the face below the base of the stone, m
 
 
 class ContactBeforeTipping(NamedTuple):
@@ -57,12 +57,16 @@ def face_contacts_before_tipping(stones: list[StackStone]) -> list[ContactBefore
         For each stone and each face below that it meets, the least tilt over all directions and points; the touches of
         a stone are in the order of their tilts.
     """
-    level = np.concatenate([[0.0], np.cumsum([stone.foot + stone.top for stone in stones])])
+    level = np.concatenate(
+        [[0.0], np.cumsum([stone.centre_height_above_base + stone.upper_face_height_above_centre for stone in stones])]
+    )
     found = []
     for k, (stone, patch) in enumerate(zip(stones, contact_patches_at_rest(stones), strict=True)):
         faces = [FaceBelowStone("", None, float(level[k]))]
         for below, top in zip(stones[:k], level[1:], strict=False):
-            faces.append(FaceBelowStone(below.name, below.upper + np.array([below.x, 0.0]), float(level[k] - top)))
+            faces.append(
+                FaceBelowStone(below.name, below.upper_face_corners + np.array([below.x, 0.0]), float(level[k] - top))
+            )
         touches = [
             touch for face in faces if (touch := _first_contact_with_face(stone, patch.corners, face)) is not None
         ]
@@ -75,20 +79,20 @@ def _first_contact_with_face(stone: StackStone, patch: FloatArray, face: FaceBel
 
     `patch` has the corners (m) of the stone's contact area at rest.
     """
-    azimuth = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    azimuth = 2.0 * np.pi * np.arange(TILT_DIRECTION_COUNT) / TILT_DIRECTION_COUNT
     ahead = np.stack([np.cos(azimuth), np.sin(azimuth)])
     edge = (patch @ ahead).max(axis=0)
-    critical = np.arctan2(edge - stone.x * ahead[0], stone.foot)
+    critical = np.arctan2(edge - stone.x * ahead[0], stone.centre_height_above_base)
     # On a plane without end, a vertex touches before all points between vertices.
     tilt = _least_tilt_for_point_to_touch_face(
         stone, _surface_points_to_test_for_contact(stone, 1, 1), ahead, edge, face._replace(corners=None)
     )
-    early = critical * (1.0 - ROUNDING)
+    early = critical * (1.0 - RELATIVE_ROUNDING_TOLERANCE)
     if face.corners is not None and np.any(tilt < early):
-        points = _surface_points_to_test_for_contact(stone, SIDE_PARTS, DEPTH_PARTS)
+        points = _surface_points_to_test_for_contact(stone, PARTS_PER_OUTLINE_SIDE, PARTS_PER_DEPTH_OR_RADIUS)
         tilt = np.minimum(
             _least_tilt_for_point_to_touch_face(stone, points, ahead, edge, face),
-            _tilts_at_first_base_contact(stone, ahead, edge, face.corners, face.depth),
+            _tilts_at_base_contact_with_face_corner(stone, ahead, edge, face.corners, face.depth_below_base),
         )
     tilt = np.where(tilt < early, tilt, np.inf)
     direction = int(np.argmin(tilt))
@@ -105,22 +109,22 @@ def _least_tilt_for_point_to_touch_face(
     The shape is (directions,). A direction has its unit vector in `ahead`, (2, directions), and the distance of the
     edge about which the stone tilts in `edge`, (directions,).
     """
-    if face.depth == 0.0:
+    if face.depth_below_base == 0.0:
         points = points[points[:, 2] > LEVEL_TOLERANCE * np.ptp(stone.outline[:, 1])]
     beyond = points[:, :2] @ ahead - edge
     radius = np.sqrt(beyond**2 + points[:, 2:] ** 2)
-    reaches = (beyond > ROUNDING * stone.depth) & (radius > face.depth)
-    sine = np.divide(face.depth, radius, out=np.zeros_like(radius), where=reaches)
+    reaches = (beyond > RELATIVE_ROUNDING_TOLERANCE * stone.depth) & (radius > face.depth_below_base)
+    sine = np.divide(face.depth_below_base, radius, out=np.zeros_like(radius), where=reaches)
     if face.corners is not None:
         # The point turns about the edge until it has the depth of the face.
         shift = radius * np.sqrt(1.0 - sine**2) - beyond
         place = points[:, :2, None] + shift[:, None] * ahead
-        reaches &= _are_points_inside_polygon(place, face.corners, ROUNDING * stone.depth)
+        reaches &= _mask_of_points_inside_polygon(place, face.corners, RELATIVE_ROUNDING_TOLERANCE * stone.depth)
     tilt = np.where(reaches, np.arctan2(points[:, 2:], beyond) + np.arcsin(sine), np.inf)
     return np.asarray(tilt.min(axis=0, initial=np.inf))
 
 
-def _tilts_at_first_base_contact(
+def _tilts_at_base_contact_with_face_corner(
     stone: StackStone, ahead: FloatArray, edge: FloatArray, corners: FloatArray, depth: float
 ) -> FloatArray:
     """Return the least tilt (rad) at which the base of a stone touches a corner of a face at a depth (m), or infinity.
@@ -130,12 +134,14 @@ def _tilts_at_first_base_contact(
     beyond = corners @ ahead - edge
     # The point of the base that meets the corner, before the tilt.
     place = corners[:, :, None] + (np.sqrt(beyond**2 + depth**2) - beyond)[:, None] * ahead
-    base = stone.base + np.array([stone.x, 0.0])
-    meets = (beyond > ROUNDING * stone.depth) & _are_points_inside_polygon(place, base, ROUNDING * stone.depth)
+    base = stone.base_corners + np.array([stone.x, 0.0])
+    meets = (beyond > RELATIVE_ROUNDING_TOLERANCE * stone.depth) & _mask_of_points_inside_polygon(
+        place, base, RELATIVE_ROUNDING_TOLERANCE * stone.depth
+    )
     return np.asarray(np.where(meets, np.arctan2(depth, beyond), np.inf).min(axis=0))
 
 
-def _are_points_inside_polygon(places: FloatArray, corners: FloatArray, margin: float) -> NDArray[np.bool_]:
+def _mask_of_points_inside_polygon(places: FloatArray, corners: FloatArray, margin: float) -> NDArray[np.bool_]:
     """Return a mask of points, (n, 2, directions), inside an anticlockwise polygon by more than a margin, m."""
     inside = np.ones((len(places), places.shape[2]), np.bool_)
     for (x, y), (dx, dy) in zip(corners, np.roll(corners, -1, axis=0) - corners, strict=True):
@@ -152,14 +158,15 @@ def _surface_points_to_test_for_contact(stone: StackStone, side_parts: int, dept
     a polygon, whose lowest points are those of its base, they divide each side of the base, and the radius, into equal
     parts. All vertices are among them.
     """
-    ring = stone.outline if stone.is_box else stone.base
+    ring = stone.outline if stone.has_rectangular_faces else stone.base_corners
     share = np.arange(side_parts)[:, None, None] / side_parts
     sides = (ring + share * (np.roll(ring, -1, axis=0) - ring)).reshape(-1, 2)
-    if not stone.is_box:
+    if not stone.has_rectangular_faces:
         base = (sides * (np.arange(1, depth_parts + 1)[:, None, None] / depth_parts)).reshape(-1, 2)
         return np.column_stack([base + np.array([stone.x, 0.0]), np.zeros(len(base))])
     depths = stone.depth * (np.arange(depth_parts + 1) / depth_parts - 0.5)
     x, z = sides.T
     return np.stack([
-        np.repeat(x + stone.x, depths.size), np.tile(depths, x.size), np.repeat(z + stone.foot, depths.size)
+        np.repeat(x + stone.x, depths.size), np.tile(depths, x.size), np.repeat(z + stone.centre_height_above_base,
+        depths.size)
     ], axis=1)  # fmt: skip

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
-LID_FLATNESS: Final = 0.01
+MAX_RELATIVE_RIM_DEVIATION: Final = 0.01
 """Largest distance of the rim of an open base from its plane, as a share of the body's size."""
 
-LID_SLOPE: Final = np.cos(np.radians(45.0))
+MIN_LID_NORMAL_COSINE: Final = np.cos(np.radians(45.0))
 """Least cosine of the angle between the plane of an open base and the horizontal."""
 
-MAX_NAMED_EDGES: Final = 3
+MAX_OPEN_EDGES_IN_MESSAGE: Final = 3
 """Largest number of open edges that an error message lists."""
 
 ANGLE_OF_COINCIDENT_FACES: Final = 1e-6
@@ -43,7 +43,7 @@ class MassProperties(NamedTuple):
     """Volume, m³; negative if the triangles are clockwise from outside."""
     centre: FloatArray
     """Centre of mass, shape (3,), m."""
-    inertia: FloatArray
+    inertia_per_mass: FloatArray
     """Moments and negative products of inertia about the centre per mass, shape (3, 3), m²."""
 
 
@@ -88,7 +88,7 @@ def open_edges(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
     return edges[count > of_reverse]
 
 
-def close_base_of_surface(surface: TriangleSurface) -> tuple[TriangleSurface, list[str]]:
+def repair_surface_and_close_base(surface: TriangleSurface) -> tuple[TriangleSurface, list[str]]:
     """Return a surface with its open base closed and its triangles facing outwards, and a note on each change made.
 
     Raises
@@ -244,14 +244,16 @@ def _close_base_with_triangle_fan(surface: TriangleSurface, edges: NDArray[np.in
     length = float(np.sqrt(area @ area))
     normal = area / length if length > 0.0 else np.zeros(3)
     deviation = float(np.abs((rim - centre) @ normal).max()) if length > 0.0 else np.inf
-    below = np.abs(normal[2]) >= LID_SLOPE and _plane_is_below_points(points, centre, normal, LID_FLATNESS * size)
+    below = np.abs(normal[2]) >= MIN_LID_NORMAL_COSINE and _plane_is_below_points(
+        points, centre, normal, MAX_RELATIVE_RIM_DEVIATION * size
+    )
     # An edge twice without its reverse belongs to a face of the wrong sense.
     single = len(np.unique(edges, axis=0)) == len(edges)
-    if not (deviation <= LID_FLATNESS * size and below and single):
+    if not (deviation <= MAX_RELATIVE_RIM_DEVIATION * size and below and single):
         first = ", ".join(
-            f"{one.round(4).tolist()} to {other.round(4).tolist()}" for one, other in rim[:MAX_NAMED_EDGES]
+            f"{one.round(4).tolist()} to {other.round(4).tolist()}" for one, other in rim[:MAX_OPEN_EDGES_IN_MESSAGE]
         )
-        more = f" and {len(rim) - MAX_NAMED_EDGES} more" if len(rim) > MAX_NAMED_EDGES else ""
+        more = f" and {len(rim) - MAX_OPEN_EDGES_IN_MESSAGE} more" if len(rim) > MAX_OPEN_EDGES_IN_MESSAGE else ""
         raise ArgumentError(
             f"body: not closed at {len(rim)} edges, so its volume is undefined: {first}{more} (m); fill the holes and "
             "make all faces point outwards (only an open base in one plane, inclined by at most 45°, is closed here)"

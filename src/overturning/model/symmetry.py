@@ -20,7 +20,7 @@ PLANE_PERIOD: Final = 180.0
 FULL_TURN: Final = 360.0
 """Full rotation, degrees."""
 
-_DIGITS: Final = 9
+_DIRECTION_DEG_DECIMALS: Final = 9
 """Decimals to which directions in degrees are compared: a period of 360/7 has no exact float."""
 
 
@@ -30,7 +30,7 @@ class EquivalentSimulatedDirections:
 
     Attributes
     ----------
-    cell : ndarray of int
+    direction_index : ndarray of int
         Index of the simulated direction among the directions of the grid.
     turn_deg : ndarray
         Clockwise rotation from the simulated to the requested direction, degrees: a whole number of periods, or any
@@ -39,14 +39,14 @@ class EquivalentSimulatedDirections:
     mirrored : ndarray of bool
         True if the simulated plane is the requested one seen from behind: a fall towards its azimuth is a fall away
         from the requested azimuth. Always False in 3-D.
-    known : ndarray of bool
+    has_near_simulated_direction : ndarray of bool
         False where the nearest simulated direction lies across a gap of more than 180°.
     """
 
-    cell: NDArray[np.intp]
+    direction_index: NDArray[np.intp]
     turn_deg: FloatArray
     mirrored: NDArray[np.bool_]
-    known: NDArray[np.bool_]
+    has_near_simulated_direction: NDArray[np.bool_]
 
 
 def nearest_simulated_planes(
@@ -89,7 +89,7 @@ def nearest_simulated_directions(
     after = np.searchsorted(end, wanted, side="right")
     before, after = after - 1, after % end.size
     past, ahead = (wanted - end[before]) % FULL_TURN, (end[after] - wanted) % FULL_TURN
-    chosen = first[np.where(ahead < past - 10.0**-_DIGITS, after, before)]
+    chosen = first[np.where(ahead < past - 10.0**-_DIRECTION_DEG_DECIMALS, after, before)]
     known = (past == 0.0) | (past + ahead <= FULL_TURN / 2)
     return EquivalentSimulatedDirections(
         chosen % direction.size, turns[chosen // direction.size], np.zeros(asked.shape, np.bool_), known
@@ -134,5 +134,5 @@ def first_equivalent_of_each_direction(
 
 def _reduce_to_period(angle_deg: FloatArray, period_deg: float) -> FloatArray:
     """Reduce angles to the range from 0 to below the period, rounded so that equal angles compare equal."""
-    angle = np.round(np.mod(angle_deg, period_deg), _DIGITS)
-    return np.where(angle >= np.round(period_deg, _DIGITS), 0.0, angle)
+    angle = np.round(np.mod(angle_deg, period_deg), _DIRECTION_DEG_DECIMALS)
+    return np.where(angle >= np.round(period_deg, _DIRECTION_DEG_DECIMALS), 0.0, angle)

@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.rest import FLAT
+from overturning.model.rest import FLATNESS_TOLERANCE
 
-DIRECTIONS: Final = 1440
+LEAN_DIRECTION_COUNT: Final = 1440
 """Number of directions of lean that are examined: one in the middle of each quarter of a degree."""
 
-FALL_SHARE: Final = 0.999
+FALL_TILT_FACTOR: Final = 0.999
 """Share of the geometric tilt from which a body counts as fallen: elastic contacts let it rest slightly earlier."""
 
-DIGITS: Final = 12
+SECTOR_DECIMALS: Final = 12
 """Decimals to which sectors are rounded: the last digit of libm differs between processors."""
 
 
@@ -34,42 +34,44 @@ class ConvexHull(NamedTuple):
     """Index of the triangle opposite to each vertex of a triangle, shape (m, 3)."""
     normals: FloatArray
     """Outward normals of the triangles, shape (m, 3)."""
-    offsets: FloatArray
+    plane_distances_from_centre: FloatArray
     """Distances of the triangles' planes from the centre, shape (m,), m."""
-    inertia: FloatArray
+    inertia_per_mass: FloatArray
     """Inertia per mass, shape (3, 3), m²."""
 
 
 class FallTiltByLeanDirection(NamedTuple):
     """Tilt from which a body counts as fallen, for each direction in which the body leans."""
 
-    least: float
+    least_fall_tilt: float
     """Least tilt at which it can rest on another face, rad."""
-    limits: FloatArray
-    """Tilt of its fall in each of `DIRECTIONS` directions of lean, rad."""
-    sectors: FloatArray
-    """Rows of `overturning.model.solid.RigidSolid.sectors`; empty if the tilt is the same in all directions."""
-    touched: NDArray[np.int64]
+    fall_tilts: FloatArray
+    """Tilt of its fall in each of `LEAN_DIRECTION_COUNT` directions of lean, rad."""
+    fall_limits_by_lean_sector: FloatArray
+    """Rows of the table of fall limits of `RigidSolid`; empty if all directions have the same tilt."""
+    touching_vertex_indices: NDArray[np.int64]
     """Indices of the vertices that can touch at a tilt between the least one and the fall."""
 
     def fall_tilt_towards(self, face_normals: FloatArray) -> FloatArray:
         """Return the tilt (rad) from which a body counts as fallen towards each face, for face normals (faces, 3)."""
         turn = np.arctan2(face_normals[:, 1], face_normals[:, 0]) % (2.0 * np.pi)
-        return self.limits[np.minimum((turn / (2.0 * np.pi) * DIRECTIONS).astype(np.int64), DIRECTIONS - 1)]
+        return self.fall_tilts[
+            np.minimum((turn / (2.0 * np.pi) * LEAN_DIRECTION_COUNT).astype(np.int64), LEAN_DIRECTION_COUNT - 1)
+        ]
 
 
 class LowestVertexChangesOnLeaning(NamedTuple):
     """Changes of a body's lowest vertex as the body leans more and more in one direction; one entry per change."""
 
-    direction: NDArray[np.int64]
+    direction_index: NDArray[np.int64]
     """Index of the direction."""
-    edge: NDArray[np.int64]
+    edge_index: NDArray[np.int64]
     """Index of the edge both ends of which are lowest at that tilt."""
     tilt: FloatArray
     """Tilt, rad."""
-    rises: FloatArray
+    centre_height_derivatives: FloatArray
     """Derivative of the centre's height with respect to tilt, for rolling on either end of the edge, (n, 2), m."""
-    rolls_to: NDArray[np.int64]
+    target_triangle_index: NDArray[np.int64]
     """Index of the triangle towards which the body rolls over the edge."""
 
 
@@ -97,44 +99,56 @@ def fall_tilt_by_lean_direction(
     """
     ends, sides = _hull_edge_vertices_and_triangles(hull)
     found = _lowest_vertex_changes(hull, ends, sides)
-    off_base = -hull.normals[_final_resting_triangles(hull, size)[found.rolls_to], 2] < 1.0 - FLAT
-    rests = off_base & (found.rises.min(axis=1) < -FLAT * size) & (found.rises.max(axis=1) > FLAT * size)
+    off_base = (
+        -hull.normals[_final_resting_triangles(hull, size)[found.target_triangle_index], 2] < 1.0 - FLATNESS_TOLERANCE
+    )
+    rests = (
+        off_base
+        & (found.centre_height_derivatives.min(axis=1) < -FLATNESS_TOLERANCE * size)
+        & (found.centre_height_derivatives.max(axis=1) > FLATNESS_TOLERANCE * size)
+    )
     rests &= found.tilt >= shallowest_rest
-    limits, rows = np.full(DIRECTIONS, np.pi), np.zeros((DIRECTIONS, 4))
+    limits, rows = np.full(LEAN_DIRECTION_COUNT, np.pi), np.zeros((LEAN_DIRECTION_COUNT, 4))
     rows[:, 3] = 1.0  # unreachable limit: there is no edge to rest on
     order = np.flatnonzero(rests)[np.argsort(-found.tilt[rests], kind="stable")]
-    limits[found.direction[order]] = found.tilt[order]  # in order of decreasing tilt, so that the least one remains
-    along = hull.points[ends[found.edge[order], 1]] - hull.points[ends[found.edge[order], 0]]
-    along *= np.where(found.rises[order, 1] > found.rises[order, 0], 1.0, -1.0)[:, None]
+    limits[found.direction_index[order]] = found.tilt[
+        order
+    ]  # in order of decreasing tilt, so that the least one remains
+    along = hull.points[ends[found.edge_index[order], 1]] - hull.points[ends[found.edge_index[order], 0]]
+    along *= np.where(found.centre_height_derivatives[order, 1] > found.centre_height_derivatives[order, 0], 1.0, -1.0)[
+        :, None
+    ]
     along /= np.sqrt(np.sum(along * along, axis=1))[:, None]
-    rows[found.direction[order]] = np.column_stack([along, np.full(order.size, (FALL_SHARE - 1.0) * least_tilt)])
+    rows[found.direction_index[order]] = np.column_stack(
+        [along, np.full(order.size, (FALL_TILT_FACTOR - 1.0) * least_tilt)]
+    )
     limits = np.maximum(limits, least_tilt)
     if (limits <= least_tilt + 1e-9).all():
         return FallTiltByLeanDirection(
-            least_tilt, np.full(DIRECTIONS, least_tilt), np.zeros((0, 5)), np.zeros(0, np.int64)
+            least_tilt, np.full(LEAN_DIRECTION_COUNT, least_tilt), np.zeros((0, 5)), np.zeros(0, np.int64)
         )
-    touched = ends[found.edge[found.tilt < limits[found.direction] * (1.0 - 1e-6)]]
-    _reduce_fall_limits_to_resting_faces(limits, rows, resting_face_normals)
-    starts = _number_increasing_with_angle(2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
+    touched = ends[found.edge_index[found.tilt < limits[found.direction_index] * (1.0 - 1e-6)]]
+    _lower_fall_limits_for_resting_faces(limits, rows, resting_face_normals)
+    starts = _pseudo_angle_in_quarter_turns(2.0 * np.pi * np.arange(LEAN_DIRECTION_COUNT) / LEAN_DIRECTION_COUNT)
     first = np.any(rows != np.roll(rows, 1, axis=0), axis=1)
     first[0] = True
-    sectors = np.asarray(np.round(np.column_stack([starts, rows])[first], DIGITS), np.float64)
+    sectors = np.asarray(np.round(np.column_stack([starts, rows])[first], SECTOR_DECIMALS), np.float64)
     return FallTiltByLeanDirection(least_tilt, limits, sectors, np.unique(touched))
 
 
-def _reduce_fall_limits_to_resting_faces(
+def _lower_fall_limits_for_resting_faces(
     fall_limits_rad: FloatArray, sector_rows: FloatArray, resting_face_normals: FloatArray
 ) -> None:
     """Lower fall limits (tilt from which a body is fallen), in place, so that rest on any other face is a fall."""
     for normal in resting_face_normals:
         turn, tilt = np.arctan2(normal[1], normal[0]) % (2.0 * np.pi), float(np.arccos(np.clip(-normal[2], -1.0, 1.0)))
-        number = min(int(turn / (2.0 * np.pi) * DIRECTIONS), DIRECTIONS - 1)
+        number = min(int(turn / (2.0 * np.pi) * LEAN_DIRECTION_COUNT), LEAN_DIRECTION_COUNT - 1)
         if sector_rows[number, :3] @ normal < sector_rows[number, 3]:
             ahead = np.array([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)])
-            sector_rows[number], fall_limits_rad[number] = np.append(ahead, (FALL_SHARE - 1.0) * tilt), tilt
+            sector_rows[number], fall_limits_rad[number] = np.append(ahead, (FALL_TILT_FACTOR - 1.0) * tilt), tilt
 
 
-def _number_increasing_with_angle(angle: FloatArray) -> FloatArray:
+def _pseudo_angle_in_quarter_turns(angle: FloatArray) -> FloatArray:
     """Return, for each angle (rad), a number from 0 to 4 that increases with it and is computed without arctangent."""
     x, y = np.round(np.cos(angle), 15), np.round(np.sin(angle), 15)
     share = np.abs(x) / (np.abs(x) + np.abs(y))
@@ -162,7 +176,7 @@ def _lowest_vertex_changes(
     There, the downward vertical crosses the arc between the normals of neighbouring triangles. Along such an arc both
     ends of the edge between the triangles are lowest.
     """
-    turn = 2.0 * np.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
+    turn = 2.0 * np.pi * (np.arange(LEAN_DIRECTION_COUNT) + 0.5) / LEAN_DIRECTION_COUNT
     cosine, sine = np.cos(turn), np.sin(turn)
     aside = hull.normals[:, 1] * cosine[:, None] - hull.normals[:, 0] * sine[:, None]
     left = aside >= 0.0
@@ -183,7 +197,7 @@ def _lowest_vertex_changes(
     rises = np.sum(corners * path[:, None, :], axis=2)
     # The body rolls to the triangle towards which its centre descends.
     height = np.sum(corners[:, 0] * down, axis=1)
-    sinks = hull.offsets[one] < height * np.sum(down * hull.normals[one], axis=1)
+    sinks = hull.plane_distances_from_centre[one] < height * np.sum(down * hull.normals[one], axis=1)
     return LowestVertexChangesOnLeaning(direction, edge, tilt, rises, np.where(sinks, one, other))
 
 
@@ -192,7 +206,7 @@ def _final_resting_triangles(hull: ConvexHull, size: float) -> NDArray[np.int64]
 
     The body rolls over the edge beyond which the foot of the perpendicular from its centre lies furthest.
     """
-    feet, beyond = hull.normals * hull.offsets[:, None], []
+    feet, beyond = hull.normals * hull.plane_distances_from_centre[:, None], []
     for k in range(3):
         start, end = (hull.points[hull.triangles[:, (k + n) % 3]] for n in (1, 2))
         outward = np.cross(end - start, hull.normals)
@@ -200,7 +214,7 @@ def _final_resting_triangles(hull: ConvexHull, size: float) -> NDArray[np.int64]
         beyond.append(np.sum((feet - start) * outward, axis=1) / np.where(length > 0, length, 1.0))
     farthest = np.argmax(beyond, axis=0)
     own = np.arange(len(hull.triangles))
-    onto = np.where(np.max(beyond, axis=0) > FLAT * size, hull.neighbours[own, farthest], own)
+    onto = np.where(np.max(beyond, axis=0) > FLATNESS_TOLERANCE * size, hull.neighbours[own, farthest], own)
     for _ in range(len(own).bit_length()):  # each pass doubles the number of edges rolled over
         onto = onto[onto]
     return np.asarray(onto)

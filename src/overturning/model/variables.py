@@ -1,6 +1,6 @@
 """Outcome variables: names, types, fill values and meanings, in a simulation's dataset and in the cube.
 
-Code that writes, mirrors, gathers or compares outcomes uses tables like `VARIABLES`.
+Code that writes, mirrors, gathers or compares outcomes uses tables like `PLANAR_OUTCOME_VARIABLES`.
 """
 
 from collections.abc import Mapping
@@ -39,9 +39,9 @@ class OutcomeVariable:
     long_name: str
     units: str = "1"
     per_element: bool = False  # has the dimension `element` if a scene has several free elements
-    of_falls: bool = False  # missing for cases that stand
-    odd: bool = False  # changes sign if the plane is seen from behind, from φ + 180°
-    exchanged: str = ""  # variable that replaces it if the plane is seen from behind
+    is_missing_for_standing_cases: bool = False  # missing for cases that stand
+    is_odd_under_mirroring: bool = False  # changes sign if the plane is seen from behind, from φ + 180°
+    mirror_counterpart_name: str = ""  # variable that replaces it if the plane is seen from behind
     attributes: Mapping[str, Any] = field(default_factory=dict)  # further CF attributes
 
     @property
@@ -61,9 +61,13 @@ class OutcomeVariable:
 
     def mirrored_values(self, outcome_arrays: Mapping[str, NDArray[Any]], selection: Any = ...) -> NDArray[Any]:
         """Return this variable's values at azimuth φ + 180°, mirrored from a symmetric scene's outcomes at φ."""
-        values = np.asarray(outcome_arrays[self.exchanged or self.name][selection])
+        values = np.asarray(outcome_arrays[self.mirror_counterpart_name or self.name][selection])
         # 0 stays 0 and not −0, so that equal cubes are equal bytes.
-        return np.where((values == 0) | (values == self.fill_value_in_file), values, -values) if self.odd else values
+        return (
+            np.where((values == 0) | (values == self.fill_value_in_file), values, -values)
+            if self.is_odd_under_mirroring
+            else values
+        )
 
     def decode(self, stored_values: Any) -> NDArray[Any]:
         """Convert values as stored in a file to xarray's decoded form: integers become float32, NaN if missing."""
@@ -90,10 +94,11 @@ _PEAK_PENETRATION: Final = OutcomeVariable("peak_penetration", "f4", "largest pe
 _ENERGY_ERROR: Final = OutcomeVariable(
     "energy_error", "f4", "residual of work and energy over the larger of input and the energy to overturn"
 )
-_MEMBERS: Final = OutcomeVariable("members", "i2", "ensemble members with an outcome")
+_MEMBER_COUNT: Final = OutcomeVariable("members", "i2", "ensemble members with an outcome")
 
-VARIABLES: Final = (
-    OutcomeVariable("overturned", "i1", "side to which the block falls", "1", True, odd=True, attributes={
+PLANAR_OUTCOME_VARIABLES: Final = (
+    OutcomeVariable("overturned", "i1", "side to which the block falls", "1", True, is_odd_under_mirroring=True,
+    attributes={
         "flag_values": np.array([-1, 0, 1], dtype=np.int8),
         "flag_meanings": "falls_towards_azimuth_plus_180 stands falls_towards_azimuth",
         "comment": "missing where the outcome was not found; see status",
@@ -105,13 +110,14 @@ VARIABLES: Final = (
     OutcomeVariable(
         "overturning_time", "f4",
         "last time at which what fell could still have come back, after the start of the record",
-        "s", True, of_falls=True,
+        "s", True, is_missing_for_standing_cases=True,
     ),
     OutcomeVariable("peak_rotation", "f4", "largest absolute rotation over the critical angle", "1", True, attributes={
         "comment": "in degrees of an element without a critical angle of its own; see critical_angle",
     }),
     OutcomeVariable("peak_slip", "f4", "largest slip of the midpoint of the block's base", "m", True),
-    OutcomeVariable("residual_slip", "f4", "slip of the midpoint of the block's base at the end", "m", True, odd=True),
+    OutcomeVariable("residual_slip", "f4", "slip of the midpoint of the block's base at the end", "m", True,
+    is_odd_under_mirroring=True),
     _PEAK_PENETRATION,
     _ENERGY_ERROR,
 )  # fmt: skip
@@ -125,19 +131,19 @@ BODY_VARIABLES: Final = (
     _STATUS,
     OutcomeVariable(
         "fall_azimuth", "f4", "azimuth to which the top goes when the block has fallen, clockwise from north", "degree",
-        of_falls=True,
+        is_missing_for_standing_cases=True,
     ),
     OutcomeVariable(
         "fall_face", "i1",
         "side that points most nearly down when the block has fallen, "
         "counted clockwise from the one that faces the orientation",
-        of_falls=True, attributes={"comment": "missing where the block stands or has no sides"},
+        is_missing_for_standing_cases=True, attributes={"comment": "missing where the block stands or has no sides"},
     ),
     OutcomeVariable("peak_tilt", "f4", "largest angle between the block's axis and the vertical", "degree"),
     OutcomeVariable(
         "overturning_time", "f4",
         "last time the tilt passed the least critical angle before the block fell, after the start of the record", "s",
-        of_falls=True,
+        is_missing_for_standing_cases=True,
     ),
     OutcomeVariable(
         "peak_slip", "f4", "largest horizontal displacement of the point of the base below the centre", "m"
@@ -160,7 +166,7 @@ BODY_VARIABLES: Final = (
 )  # fmt: skip
 """Outcome variables of a 3-D body."""
 
-_NEIGHBOURHOOD: Final = {
+_PLANE_ENSEMBLE_ATTRIBUTES: Final = {
     "comment": "spread over the neighbourhood stated in the study; missing where the ensemble was not run"
 }
 
@@ -168,7 +174,7 @@ PLANE_ENSEMBLE_VARIABLES: Final = (
     *(
         OutcomeVariable(
             f"probability_{side}", "f4", f"share of ensemble members that fall towards {where}", "1", True,
-            exchanged=f"probability_{other}", attributes=_NEIGHBOURHOOD,
+            mirror_counterpart_name=f"probability_{other}", attributes=_PLANE_ENSEMBLE_ATTRIBUTES,
         )
         for side, other, where in (
             ("towards", "away", "the azimuth"), ("away", "towards", "the azimuth plus 180 degrees"),
@@ -177,15 +183,15 @@ PLANE_ENSEMBLE_VARIABLES: Final = (
     *(
         OutcomeVariable(
             f"scramble_difference_{side}", "f4", f"probability_{side} of the first scramble minus that of the second",
-            "1", True, exchanged=f"scramble_difference_{other}",
+            "1", True, mirror_counterpart_name=f"scramble_difference_{other}",
         )
         for side, other in (("towards", "away"), ("away", "towards"))
     ),
-    _MEMBERS,
+    _MEMBER_COUNT,
 )  # fmt: skip
 """Ensemble variables of planar models."""
 
-FACE_VARIABLES: Final = (
+FACE_PLANE_VARIABLES: Final = (
     OutcomeVariable(
         "plane_overturned", "i1", "whether the block falls in the vertical plane of either pair of faces",
         attributes={"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "stands falls"},
@@ -197,13 +203,17 @@ FACE_VARIABLES: Final = (
 )  # fmt: skip
 """Variables of the 2-D prediction in the vertical planes of a rectangle's faces; see `overturning.dem.faces`."""
 
-_OVER: Final = {"comment": "over the neighbourhood stated in the study; missing where the ensemble was not run"}
+_BODY_ENSEMBLE_ATTRIBUTES: Final = {
+    "comment": "over the neighbourhood stated in the study; missing where the ensemble was not run"
+}
 
 BODY_ENSEMBLE_VARIABLES: Final = (
-    OutcomeVariable("probability_falls", "f4", "share of ensemble members that fall", attributes=_OVER),
+    OutcomeVariable("probability_falls", "f4", "share of ensemble members that fall",
+    attributes=_BODY_ENSEMBLE_ATTRIBUTES),
     *(
         OutcomeVariable(
-            name, "f4", f"mean over members of the {what} of the fall, 0 where it stands", attributes=_OVER
+            name, "f4", f"mean over members of the {what} of the fall, 0 where it stands",
+            attributes=_BODY_ENSEMBLE_ATTRIBUTES
         )
         for name, what in (
             ("fall_north", "northward component of the direction"),
@@ -212,16 +222,16 @@ BODY_ENSEMBLE_VARIABLES: Final = (
         )
     ),
     OutcomeVariable("scramble_difference", "f4", "probability_falls of the first scramble minus that of the second"),
-    _MEMBERS,
+    _MEMBER_COUNT,
 )  # fmt: skip
 """Ensemble variables of a 3-D body."""
 
-RELIEF_VARIABLES: Final = tuple(
+RELIEF_ENSEMBLE_VARIABLES: Final = tuple(
     OutcomeVariable(
         f"probability_falls_{half}_relief",
         "f4",
         f"share of ensemble members that fall among those with the {half}er half of the reliefs",
-        attributes=_OVER,
+        attributes=_BODY_ENSEMBLE_ATTRIBUTES,
     )
     for half in ("low", "high")
 )

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from overturning.arrays import FloatArray, convert_argument_to_float_array
 from overturning.errors import ArgumentError
 
-_DECIMALS = 12
+_COSINE_DECIMALS = 12
 
 
 def cosine_and_sine_of_azimuth(azimuth_deg: float) -> tuple[float, float]:
@@ -27,8 +27,8 @@ def cosine_and_sine_of_azimuth(azimuth_deg: float) -> tuple[float, float]:
     if not known:
         raise ArgumentError(f"azimuth_deg: {str(azimuth_deg)[:60]}; azimuths are finite numbers of degrees")
     quadrant, within = divmod(math.fmod(azimuth_deg, 360.0) + (360.0 if azimuth_deg < 0 else 0.0), 90.0)
-    first = round(math.cos(math.radians(within)), _DECIMALS)
-    second = round(math.sin(math.radians(within)), _DECIMALS)
+    first = round(math.cos(math.radians(within)), _COSINE_DECIMALS)
+    second = round(math.sin(math.radians(within)), _COSINE_DECIMALS)
     match int(quadrant) % 4:
         case 0:
             return first, second

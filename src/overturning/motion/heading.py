@@ -9,10 +9,10 @@ from overturning.arrays import FloatArray
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Accelerogram
 
-PULSE_PERIODS = np.geomspace(0.4, 12.0, 36)
+PULSE_PERIOD_CANDIDATES = np.geomspace(0.4, 12.0, 36)
 """Periods at which pulses are searched, s, in steps of 10 %."""
 
-_FILTER = np.array([
+_DAUBECHIES_SCALING_FILTER = np.array([
     0.23037781330885523, 0.7148465705525415, 0.6308807679295904, -0.02798376941698385,
     -0.18703481171888114, 0.030841381835986965, 0.032883011666982945, -0.010597401784997278,
 ])  # fmt: skip
@@ -21,7 +21,7 @@ _FILTER = np.array([
 _CYCLES, _SUPPORT = 5, 7
 """Number of cycles in the support of the wavelet, at the peak of its Fourier amplitude, and length of the support."""
 
-_POINTS = 256
+_WAVELET_POINTS_PER_UNIT = 256
 """Points of the wavelet per unit of its argument."""
 
 
@@ -53,11 +53,16 @@ def daubechies_wavelet_values() -> FloatArray:
         return np.asarray(turns @ filter_taps / np.sqrt(2.0), dtype=np.complex128)
 
     period = _SUPPORT + 1  # slightly more than the support, to avoid wrap-around
-    half = np.arange(period * _POINTS // 2 + 1) / (2.0 * period)
-    transform = filter_frequency_response(_FILTER[::-1] * (-1.0) ** np.arange(_FILTER.size), half)
+    half = np.arange(period * _WAVELET_POINTS_PER_UNIT // 2 + 1) / (2.0 * period)
+    transform = filter_frequency_response(
+        _DAUBECHIES_SCALING_FILTER[::-1] * (-1.0) ** np.arange(_DAUBECHIES_SCALING_FILTER.size), half
+    )
     for level in range(1, 25):
-        transform *= filter_frequency_response(_FILTER, half / 2.0**level)
-    return np.fft.irfft(transform, period * _POINTS)[: _SUPPORT * _POINTS + 1] * _POINTS
+        transform *= filter_frequency_response(_DAUBECHIES_SCALING_FILTER, half / 2.0**level)
+    return (
+        np.fft.irfft(transform, period * _WAVELET_POINTS_PER_UNIT)[: _SUPPORT * _WAVELET_POINTS_PER_UNIT + 1]
+        * _WAVELET_POINTS_PER_UNIT
+    )
 
 
 def strongest_pulse_axis_and_period(motion: Accelerogram) -> tuple[float, float]:
@@ -71,14 +76,14 @@ def strongest_pulse_axis_and_period(motion: Accelerogram) -> tuple[float, float]
     velocity = integrate(motion.horizontal_components, motion.sampling_interval)
     if not np.abs(velocity).max() > 0:
         return float("nan"), float("nan")
-    step = max(1, int(np.floor(0.1 * PULSE_PERIODS[0] / motion.sampling_interval)))
+    step = max(1, int(np.floor(0.1 * PULSE_PERIOD_CANDIDATES[0] / motion.sampling_interval)))
     interval, series = step * motion.sampling_interval, velocity[:, ::step]
-    count = series.shape[1] + int(_CYCLES * PULSE_PERIODS[-1] / interval) + 1
+    count = series.shape[1] + int(_CYCLES * PULSE_PERIOD_CANDIDATES[-1] / interval) + 1
     spectrum = np.fft.rfft(series, count)
     wavelet = daubechies_wavelet_values()
-    places = np.arange(wavelet.size) / _POINTS
+    places = np.arange(wavelet.size) / _WAVELET_POINTS_PER_UNIT
     best, found = 0.0, (float("nan"), float("nan"))
-    for period in PULSE_PERIODS:
+    for period in PULSE_PERIOD_CANDIDATES:
         scale = _CYCLES / _SUPPORT * period
         stretched = np.interp(np.arange(0.0, _SUPPORT, interval / scale), places, wavelet) / np.sqrt(scale)
         coefficient = np.fft.irfft(spectrum * np.fft.rfft(stretched, count).conj(), count)

@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     import xarray
 
 
-PEAKS = {
+PEAK_UNITS_AND_LONG_NAMES = {
     "pga": ("m s-2", "peak ground acceleration"),
     "pgv": ("m s-1", "peak ground velocity"),
     "pgd": ("m", "peak ground displacement"),
 }
 """Unit and long name of the peak values."""
 
-MEASURES = PEAKS | {
+MEASURE_UNITS_AND_LONG_NAMES = PEAK_UNITS_AND_LONG_NAMES | {
     "arias": ("m s-1", "Arias intensity"),
     "cav": ("m s-1", "cumulative absolute velocity"),
     "duration": ("s", "significant duration, 5 to 95 % of the Arias intensity"),
@@ -34,12 +34,12 @@ MEASURES = PEAKS | {
 }
 """Unit and long name of every measure by azimuth."""
 
-PREDOMINANT_PERIODS = np.geomspace(0.04, 4.0, 81)
+PREDOMINANT_PERIOD_CANDIDATES = np.geomspace(0.04, 4.0, 81)
 """Periods at which the predominant period is searched, s, in steps of 6 %."""
 
 
 def intensity_measures_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -> dict[str, FloatArray]:
-    """Return the intensity measures of a motion (keys of ``MEASURES``) along m azimuths in degrees, shape (m,) each.
+    """Return the intensity measures of a motion along m azimuths in degrees, by name, shape (m,) each.
 
     The measures of φ and φ + 180° are the same, so only half a circle is computed. Velocity and displacement come
     from the trapezoidal rule, starting from rest; integration and rotation commute, so each component is integrated
@@ -53,15 +53,15 @@ def intensity_measures_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) 
     series = (motion.horizontal_components, velocity, integrate(velocity, motion.sampling_interval))
     measures = {
         name: largest_motion_along_azimuths(pair, north_east_cosines_of_azimuths(half))
-        for name, pair in zip(PEAKS, series, strict=True)
+        for name, pair in zip(PEAK_UNITS_AND_LONG_NAMES, series, strict=True)
     }
     measures["arias"] = arias_intensity(motion, half)
     measures["cav"] = cumulative_absolute_velocity(motion, half)
     measures["duration"] = significant_duration(motion, half)
     measures["si20"] = housner_spectrum_intensity(motion, half, damping=0.20)
     measures["si05"] = housner_spectrum_intensity(motion, half, damping=0.05)
-    spectra = pseudo_acceleration_spectra(motion, PREDOMINANT_PERIODS, half, points_per_period=24)
-    of_largest = PREDOMINANT_PERIODS[spectra.argmax(axis=0)]
+    spectra = pseudo_acceleration_spectra(motion, PREDOMINANT_PERIOD_CANDIDATES, half, points_per_period=24)
+    of_largest = PREDOMINANT_PERIOD_CANDIDATES[spectra.argmax(axis=0)]
     measures["predominant_period"] = np.where(measures["duration"] > 0, of_largest, np.nan)
     return {name: values[back] for name, values in measures.items()}
 
@@ -70,7 +70,11 @@ def intensity_dataset_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -
     """Return the intensity measures of a motion along azimuths, degrees clockwise from north, as an xarray dataset."""
     azimuths = checked_azimuths(azimuth_deg)
     variables = {
-        name: ("azimuth", values, {"units": MEASURES[name][0], "long_name": MEASURES[name][1]})
+        name: (
+            "azimuth",
+            values,
+            {"units": MEASURE_UNITS_AND_LONG_NAMES[name][0], "long_name": MEASURE_UNITS_AND_LONG_NAMES[name][1]},
+        )
         for name, values in intensity_measures_by_azimuth(motion, azimuths).items()
     }
     coordinate = ("azimuth", azimuths, {"units": "degree", "long_name": "azimuth of the motion, clockwise from north"})
@@ -90,14 +94,14 @@ def jma_intensity_and_peaks_of_record(
         ``pga_unprocessed``, ``pga_processed`` and so on: peaks (largest of north and east, SI units) before the first
         and after the last processing step, None if the record was not processed.
     """
-    from overturning.motion.jma_intensity import DURATION, jma_instrumental_intensity
+    from overturning.motion.jma_intensity import JMA_LEVEL_DURATION_S, jma_instrumental_intensity
 
-    defined = motion.duration >= DURATION
+    defined = motion.duration >= JMA_LEVEL_DURATION_S
     measures: dict[str, Any] = {
         "jma_intensity": jma_instrumental_intensity(motion) if defined and motion.up is not None else None,
         "jma_intensity_horizontal": jma_instrumental_intensity(motion, horizontal=True) if defined else None,
     }
-    for name in PEAKS:
+    for name in PEAK_UNITS_AND_LONG_NAMES:
         effects = [step["effect"][name] for step in processing_entries]
         measures[f"{name}_unprocessed"] = effects[0][0] if effects else None
         measures[f"{name}_processed"] = effects[-1][1] if effects else None

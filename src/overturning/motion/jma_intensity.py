@@ -11,14 +11,14 @@ from overturning.errors import ArgumentError
 from overturning.motion.motion import Accelerogram
 from overturning.units import GAL
 
-DURATION = 0.3
+JMA_LEVEL_DURATION_S = 0.3
 """Total time during which the filtered acceleration reaches the level a₀, s."""
 
 
-VERTICAL_INTENSITY_INCREMENT: Final = 0.1
+INTENSITY_INCREMENT_BY_VERTICAL_MOTION: Final = 0.1
 """Increase of the horizontal intensity by a vertical motion of half the amplitude: log₁₀ 1.25 = 0.1."""
 
-SURVEY_RULE: Final = ((0.4, 0.9, 6.0, 6.5, "6 upper"), (0.9, 1.0, 6.5, 99.0, "7"))
+INTENSITY_BY_OVERTURNED_FRACTION_RULE: Final = ((0.4, 0.9, 6.0, 6.5, "6 upper"), (0.9, 1.0, 6.5, 99.0, "7"))
 """Rule of field surveys: range of the fraction overturned, range of instrumental intensity, degree of the JMA scale.
 
 40 to below 90 % overturned means 6 upper, 90 % and more means 7: the rule of the survey of Yamagata University after
@@ -67,9 +67,9 @@ def jma_instrumental_intensity(motion: Accelerogram, *, horizontal: bool = False
     """
     if motion.up is None and not horizontal:
         raise ArgumentError("motion: no vertical component; the JMA intensity needs three components")
-    count = math.ceil(DURATION / motion.sampling_interval - 1e-9)
+    count = math.ceil(JMA_LEVEL_DURATION_S / motion.sampling_interval - 1e-9)
     if motion.sample_count < count:
-        raise ArgumentError(f"motion: {motion.duration:g} s; the JMA intensity needs at least {DURATION} s")
+        raise ArgumentError(f"motion: {motion.duration:g} s; the JMA intensity needs at least {JMA_LEVEL_DURATION_S} s")
     vertical = [] if motion.up is None or horizontal else [motion.up]
     components = np.stack([motion.north, motion.east, *vertical]) / GAL
     spectrum = np.fft.rfft(components, axis=1)

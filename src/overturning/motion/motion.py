@@ -21,7 +21,7 @@ SHORTEST_SAMPLING_INTERVAL = 1e-6
 MOST_SAMPLES = 30_000_000
 """Largest number of samples of a motion from a formula, or of a processed record: 240 MB for each component."""
 
-_DRIFTING = 0.5
+_DRIFT_FINAL_VELOCITY_SHARE = 0.5
 """Final velocity, as a share of its peak, above which the samples probably contain an offset."""
 
 
@@ -94,7 +94,7 @@ class Accelerogram:
         """Displacement towards north, east and, if present, up, m, shape (2 or 3, n), starting at 0 from rest."""
         return integrate(self.velocity, self.sampling_interval)
 
-    def along(self, azimuth_deg: float) -> FloatArray:
+    def acceleration_along(self, azimuth_deg: float) -> FloatArray:
         """Return the acceleration along an azimuth φ, a_north cos φ + a_east sin φ, m/s², shape (n,)."""
         cosine, sine = cosine_and_sine_of_azimuth(azimuth_deg)
         return self.north * cosine + self.east * sine
@@ -225,8 +225,9 @@ class Motion(Accelerogram):
         stream : obspy.Stream
             Accelerations, without gaps.
         unit : str, optional
-            Unit of samples times ``calib``, a key of `overturning.units.UNITS`. By default m/s²; a channel with the
-            code of a velocity sensor (HHN, EHZ) must then have had its response removed with ``output="ACC"``.
+            Unit of samples times ``calib``, a key of `overturning.units.ACCELERATION_UNITS`. By default m/s²; a
+            channel with the code of a velocity sensor (HHN, EHZ) must then have had its response removed with
+            ``output="ACC"``.
         sensor : {"surface", "borehole"}
             Sensor of the traces: KiK-net's NS1, EW1 and UD1 belong to the borehole sensor.
 
@@ -246,7 +247,7 @@ class Motion(Accelerogram):
         for why in reasons_to_doubt_recorded_axes(motion.components, ("north", "east", "up")):
             warnings.warn(f"stream: {why}", stacklevel=3)
         for name, speed in zip(("north", "east", "up"), np.abs(motion.velocity), strict=False):
-            if speed[-1] > _DRIFTING * speed.max():
+            if speed[-1] > _DRIFT_FINAL_VELOCITY_SHARE * speed.max():
                 share = f"{100 * speed[-1] / speed.max():.0f} %"
                 why = f"stream: the velocity towards {name} ends at {share} of its peak, like raw data with an offset"
                 warnings.warn(f"{why}: remove the offset first (stream.detrend, filter)", stacklevel=3)

@@ -9,19 +9,19 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.motion.fourier import cosine_taper_window, rms_fourier_amplitude_in_bands
 
-SHORTEST_NOISE: Final = 2.0
+MIN_NOISE_WINDOW_S: Final = 2.0
 """Shortest time before the onset that is used as noise, s; longer if samples are more than 0.13 s apart."""
 
-CYCLES: Final = 3.0
+MIN_CYCLES_IN_NOISE_WINDOW: Final = 3.0
 """Cycles of the lowest frequency in the noise window; with one or two, mean removal and taper would distort it."""
 
 LOWEST_HZ: Final = 0.01
 """Lowest frequency, Hz: below it accelerographs cannot distinguish motion from tilt."""
 
-HIGHEST: Final = 0.4
+HIGHEST_CYCLES_PER_SAMPLE: Final = 0.4
 """Highest frequency, in cycles per sample: a little below the Nyquist frequency."""
 
-PER_DECADE: Final = 20
+BANDS_PER_DECADE: Final = 20
 """Frequency bands per decade."""
 
 
@@ -34,12 +34,14 @@ class SignalNoiseSpectra:
     # Fourier amplitudes in bands over the root of the window's length, m/s^1.5, shape (components, m)
     signal: FloatArray
     noise: FloatArray
-    offset: FloatArray  # amplitude of a step between the levels before and after the signal (tilt of the sensor)
+    offset_spectrum: (
+        FloatArray  # amplitude of a step between the levels before and after the signal (tilt of the sensor)
+    )
 
     @property
     def ratio(self) -> FloatArray:
         """Signal spectrum over the spectrum of noise and permanent offset, shape (components, m) for m frequencies."""
-        return self.signal / np.hypot(self.noise, self.offset)
+        return self.signal / np.hypot(self.noise, self.offset_spectrum)
 
 
 def motion_onset_index(samples: FloatArray) -> int:
@@ -66,7 +68,7 @@ def motion_onset_index(samples: FloatArray) -> int:
 
 def shortest_usable_noise_window_s(sampling_interval: float) -> float:
     """Return the shortest noise window before the onset, s: long enough to resolve an octave of frequencies."""
-    return max(SHORTEST_NOISE, 2.0 * CYCLES * sampling_interval / HIGHEST)
+    return max(MIN_NOISE_WINDOW_S, 2.0 * MIN_CYCLES_IN_NOISE_WINDOW * sampling_interval / HIGHEST_CYCLES_PER_SAMPLE)
 
 
 def signal_and_noise_spectra(components: Sequence[FloatArray], sampling_interval: float) -> SignalNoiseSpectra | None:
@@ -88,8 +90,11 @@ def signal_and_noise_spectra(components: Sequence[FloatArray], sampling_interval
         return None
     energy = np.cumsum(np.sum([samples[first:] ** 2 for samples in moving], axis=0))
     last = first + int(np.searchsorted(energy, 0.95 * energy[-1])) + 1
-    lowest, highest = max(CYCLES / (first * sampling_interval), LOWEST_HZ), HIGHEST / sampling_interval
-    frequency = np.geomspace(lowest, highest, max(2, round(PER_DECADE * np.log10(highest / lowest)) + 1))
+    lowest, highest = (
+        max(MIN_CYCLES_IN_NOISE_WINDOW / (first * sampling_interval), LOWEST_HZ),
+        HIGHEST_CYCLES_PER_SAMPLE / sampling_interval,
+    )
+    frequency = np.geomspace(lowest, highest, max(2, round(BANDS_PER_DECADE * np.log10(highest / lowest)) + 1))
     signal, noise = (
         np.stack(
             [_fourier_amplitude_per_root_duration(samples[part], sampling_interval, frequency) for samples in moving]

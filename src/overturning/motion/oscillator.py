@@ -18,19 +18,19 @@ from numpy.typing import ArrayLike
 from overturning.arrays import FloatArray, convert_argument_to_float_array
 from overturning.errors import ArgumentError
 
-Quantity = Literal["displacement", "velocity"]
+ResponseQuantity = Literal["displacement", "velocity"]
 
 POINTS_PER_PERIOD = 64
 """Points per period of an oscillator; the peak of a sine of that period is then at most 0.12 % too low."""
 
-LONGEST_STEP = 0.0025
+MAX_INTERPOLATION_STEP = 0.0025
 """Longest step between two points of the interpolated motion, s.
 
 Linear interpolation at this step keeps 98.7 % of the amplitude at 25 Hz, the Nyquist frequency of samples of 20 ms.
 Linear interpolation between samples of 20 ms would keep 41 % and make the spectrum intensity up to 5.2 % too low.
 """
 
-MAX_REFINEMENT = 16
+MAX_POINTS_PER_SAMPLE = 16
 """Largest number of points of the interpolated motion per sample."""
 
 
@@ -116,11 +116,15 @@ class OscillatorResponseCalculator:
 
     def points_per_sample_for_period(self, period_s: float) -> int:
         """Return the points per sample (1, 2, 4, 8 or 16) to which to refine the motion for an oscillator period."""
-        wanted = self._interval * max(self._points / max(period_s, 3.0 * self._interval), 1.0 / LONGEST_STEP)
-        return min(MAX_REFINEMENT, 2 ** max(0, math.ceil(math.log2(wanted))))
+        wanted = self._interval * max(self._points / max(period_s, 3.0 * self._interval), 1.0 / MAX_INTERPOLATION_STEP)
+        return min(MAX_POINTS_PER_SAMPLE, 2 ** max(0, math.ceil(math.log2(wanted))))
 
     def peak_responses(
-        self, period_s: float, damping: float, response_quantities: Sequence[Quantity], azimuth_cosines: FloatArray
+        self,
+        period_s: float,
+        damping: float,
+        response_quantities: Sequence[ResponseQuantity],
+        azimuth_cosines: FloatArray,
     ) -> FloatArray:
         """Return an oscillator's peak relative displacement (m) or velocity (m/s) along m azimuths.
 

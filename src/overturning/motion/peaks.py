@@ -9,13 +9,13 @@ from numba import njit
 from overturning.arrays import FloatArray
 from overturning.kernel_cache import cache_compiled_kernel
 
-_GROUP: Final = 18
+_AZIMUTHS_PER_GROUP: Final = 18
 """Number of azimuths that one test of a sample covers."""
 
-_MARGIN: Final = 1.0 - 1e-9
+_ROUNDING_BOUND_FACTOR: Final = 1.0 - 1e-9
 """Factor of a bound that covers rounding; keeping too many samples does not change the result."""
 
-_UNFILTERED: Final = np.array([1.0, 0.0, 0.0])
+_IDENTITY_FILTER: Final = np.array([1.0, 0.0, 0.0])
 
 
 def largest_motion_along_azimuths(horizontal_motion: FloatArray, azimuth_cosines: FloatArray) -> FloatArray:
@@ -24,13 +24,15 @@ def largest_motion_along_azimuths(horizontal_motion: FloatArray, azimuth_cosines
     ``horizontal_motion`` has shape (2, n), ``azimuth_cosines`` (m, 2), towards north and east; the result has shape
     (m,) and the unit of the motion. If a sample is not finite, all results are NaN.
     """
-    return largest_filtered_motion_along_azimuths(horizontal_motion, _UNFILTERED, _UNFILTERED, azimuth_cosines)
+    return largest_filtered_motion_along_azimuths(
+        horizontal_motion, _IDENTITY_FILTER, _IDENTITY_FILTER, azimuth_cosines
+    )
 
 
 def largest_filtered_motion_along_azimuths(
     horizontal_motion: FloatArray, numerator: FloatArray, denominator: FloatArray, azimuth_cosines: FloatArray
 ) -> FloatArray:
-    """Return the largest absolute value, over time, of a filtered horizontal motion along each of m azimuths.
+    """Filter a horizontal motion; return its largest absolute value over time along each of m azimuths.
 
     Both components pass a recursive filter of second order with the coefficients `numerator` and `denominator`, shape
     (3,) each, and ``denominator[0]`` = 1. The filtered samples have the bits of `scipy.signal.lfilter`. Shapes and
@@ -39,18 +41,18 @@ def largest_filtered_motion_along_azimuths(
     north, east = (np.ascontiguousarray(component, dtype=np.float64) for component in horizontal_motion)
     cosines = np.ascontiguousarray(azimuth_cosines, dtype=np.float64)
     largest, coefficients = np.zeros(len(cosines)), np.stack([numerator, denominator])
-    _update_largest_filtered_motion(north, east, coefficients, cosines, _divide_azimuths_into_groups(cosines), largest)
+    _update_largest_filtered_motion(north, east, coefficients, cosines, _azimuth_group_table(cosines), largest)
     return largest
 
 
-def _divide_azimuths_into_groups(azimuth_cosines: FloatArray) -> FloatArray:
+def _azimuth_group_table(azimuth_cosines: FloatArray) -> FloatArray:
     """Return the middle azimuth of each group of azimuths, and the largest sine of the angle to it.
 
     The columns are the cosines of the middle azimuth towards north and east, the sine, and a zero; shape (groups, 4).
     """
-    table = np.zeros((-(-len(azimuth_cosines) // _GROUP), 4))
-    for row, first in zip(table, range(0, len(azimuth_cosines), _GROUP), strict=True):
-        group = azimuth_cosines[first : first + _GROUP]
+    table = np.zeros((-(-len(azimuth_cosines) // _AZIMUTHS_PER_GROUP), 4))
+    for row, first in zip(table, range(0, len(azimuth_cosines), _AZIMUTHS_PER_GROUP), strict=True):
+        group = azimuth_cosines[first : first + _AZIMUTHS_PER_GROUP]
         row[:2] = group[len(group) // 2]
         row[2] = np.abs(row[0] * group[:, 1] - row[1] * group[:, 0]).max()
     return table
@@ -83,7 +85,7 @@ def _update_largest_filtered_motion(
         n, e = north_1 + b0 * x, east_1 + b0 * y
         north_1, east_1 = (north_2 + x * b1) - n * a1, (east_2 + y * b1) - e * a1
         north_2, east_2 = x * b2 - n * a2, y * b2 - e * a2
-        if n == e == 0.0 or n * n + e * e < least * least * _MARGIN:
+        if n == e == 0.0 or n * n + e * e < least * least * _ROUNDING_BOUND_FACTOR:
             continue
         least = math.inf
         for group in range(groups.shape[0]):
@@ -91,10 +93,10 @@ def _update_largest_filtered_motion(
             across = abs(groups[group, 0] * e - groups[group, 1] * n)
             if along + across * groups[group, 2] >= groups[group, 3]:
                 lowest = math.inf
-                for k in range(group * _GROUP, min((group + 1) * _GROUP, count)):
+                for k in range(group * _AZIMUTHS_PER_GROUP, min((group + 1) * _AZIMUTHS_PER_GROUP, count)):
                     largest_out[k] = max(largest_out[k], abs(cosines[k, 0] * n + cosines[k, 1] * e))
                     lowest = min(lowest, largest_out[k])
-                groups[group, 3] = lowest * _MARGIN
+                groups[group, 3] = lowest * _ROUNDING_BOUND_FACTOR
             least = min(least, groups[group, 3])
     # A sample that is not finite stays in the state of the filter, and no comparison above sees it.
     if not abs(north_1) + abs(east_1) < math.inf:

@@ -7,7 +7,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.motion.integration import integrate
-from overturning.units import CM, STANDARD_GRAVITY, UNITS
+from overturning.units import ACCELERATION_UNITS, CM, STANDARD_GRAVITY
 
 LARGEST_PGA: Final = 5.0 * STANDARD_GRAVITY
 """Largest plausible peak acceleration, m/s²; the largest recorded is 4.1 g (vector sum, Iwate-Miyagi 2008, IWTH25)."""
@@ -18,31 +18,31 @@ LARGEST_PGV: Final = 1000.0 * CM
 SMALLEST_PGA: Final = 1e-4 * STANDARD_GRAVITY
 """Smallest plausible peak acceleration of a motion that is not rest, m/s²: about 0.1 Gal, too weak to be felt."""
 
-USUAL_INTERVAL: Final = (0.0005, 0.05)
+USUAL_SAMPLING_INTERVAL_RANGE: Final = (0.0005, 0.05)
 """Shortest and longest usual sampling interval of accelerographs, s."""
 
-SHORTEST_DURATION: Final = 2.0
+MIN_UNDOUBTED_DURATION: Final = 2.0
 """Shortest duration of a record that raises no doubt about its sampling interval, s."""
 
-SMALLEST_PGV_PGA: Final = 0.005
+MIN_UNDOUBTED_PGV_PGA_RATIO: Final = 0.005
 """Smallest PGV/PGA that raises no doubt about the sampling interval, s: the ratio of a sine of 32 Hz."""
 
-DEAD_RATIO: Final = 0.01
+DEAD_AXIS_PEAK_RATIO: Final = 0.01
 """Ratio of the peaks of two axes of one sensor below which the weaker axis is assumed dead."""
 
-SAME_SAMPLES: Final = 1e-3
+EQUAL_AXES_TOLERANCE: Final = 1e-3
 """Largest difference of two horizontal axes, as a share of their peak, at which they count as one axis read twice."""
 
-SHORTEST_PAUSE: Final = 100
+MIN_SAMPLES_OF_PAUSE: Final = 100
 """Smallest number of consecutive equal samples that indicates a pause of an axis: 0.5 to 1 s for most sensors."""
 
-STRONG: Final = 0.2
+STRONG_SHARE_OF_PEAK: Final = 0.2
 """Smallest share of its peak that an axis must reach for another axis that stands still then to count as dead."""
 
-SHORTEST_RAIL: Final = 3
+MIN_CLIPPED_SAMPLES: Final = 3
 """Smallest number of consecutive equal samples at the extreme of an axis that indicates clipping."""
 
-_LIKELY: Final = (0.005 * STANDARD_GRAVITY, 2.0 * STANDARD_GRAVITY)
+_LIKELY_PGA_RANGE: Final = (0.005 * STANDARD_GRAVITY, 2.0 * STANDARD_GRAVITY)
 
 
 def implausible_amplitude_reason(
@@ -57,7 +57,7 @@ def implausible_amplitude_reason(
     sampling_interval : float
         Time between samples, s.
     unit : str
-        Declared unit of the numbers, a key of `units.UNITS`; empty if the file states its unit.
+        Declared unit of the numbers, a key of `units.ACCELERATION_UNITS`; empty if the file states its unit.
     check_velocity : bool
         Check the velocity too; False if an offset has not been removed yet.
 
@@ -77,7 +77,7 @@ def implausible_amplitude_reason(
         what, bound = f"peak velocity {velocity / CM:.4g} cm/s", "at most 1000 cm/s"
     else:
         return ""
-    low, high = USUAL_INTERVAL
+    low, high = USUAL_SAMPLING_INTERVAL_RANGE
     unusual = (
         ""
         if low <= sampling_interval <= high or velocity <= LARGEST_PGV
@@ -88,7 +88,7 @@ def implausible_amplitude_reason(
 
 def _unusual_sampling_interval_text(sampling_interval: float) -> str:
     """Return a text with an unusual sampling interval, s, and the range of usual ones."""
-    low, high = USUAL_INTERVAL
+    low, high = USUAL_SAMPLING_INTERVAL_RANGE
     return f"sampling interval {sampling_interval:g} s ({low:g} to {high:g} s are usual)"
 
 
@@ -97,18 +97,22 @@ def reasons_to_doubt_sampling_interval(components: Sequence[FloatArray], samplin
 
     A constant offset is removed before the integration to velocity.
     """
-    low, high = USUAL_INTERVAL
+    low, high = USUAL_SAMPLING_INTERVAL_RANGE
     doubts = [] if 0.999 * low <= sampling_interval <= 1.001 * high else [f"{low:g} to {high:g} s are usual"]
     count = components[0].size
-    if count * sampling_interval < SHORTEST_DURATION:
-        doubts.append(f"{count} samples then last {count * sampling_interval:.3g} s, less than {SHORTEST_DURATION:g} s")
+    if count * sampling_interval < MIN_UNDOUBTED_DURATION:
+        doubts.append(
+            f"{count} samples then last {count * sampling_interval:.3g} s, less than {MIN_UNDOUBTED_DURATION:g} s"
+        )
     ratios = []
     for samples in components:
         moving = samples - samples.mean()
         if (pga := float(np.abs(moving).max())) > 0:
             ratios.append(float(np.abs(integrate(moving, sampling_interval)).max()) / pga)
-    if ratios and max(ratios) < SMALLEST_PGV_PGA:
-        doubts.append(f"PGV/PGA is then {1000 * max(ratios):.2g} ms, less than {1000 * SMALLEST_PGV_PGA:g} ms")
+    if ratios and max(ratios) < MIN_UNDOUBTED_PGV_PGA_RATIO:
+        doubts.append(
+            f"PGV/PGA is then {1000 * max(ratios):.2g} ms, less than {1000 * MIN_UNDOUBTED_PGV_PGA_RATIO:g} ms"
+        )
     return tuple(doubts)
 
 
@@ -128,12 +132,12 @@ def dead_horizontal_axis_reason(components: Sequence[FloatArray], axis_names: Se
     peaks = [float(np.abs(samples).max()) for samples in moving]
     weak, strong = sorted((0, 1), key=lambda axis: peaks[axis])
     least = "less than 1/100 of that of"
-    if peaks[weak] < DEAD_RATIO * peaks[strong]:
+    if peaks[weak] < DEAD_AXIS_PEAK_RATIO * peaks[strong]:
         return (
             f"{axis_names[weak]} is dead: its peak is {peaks[weak] / CM:.3g} Gal, {least} "
             f"{axis_names[strong].removeprefix('axis ')}, {peaks[strong] / CM:.4g} Gal"
         )
-    if len(peaks) > 2 and peaks[strong] < DEAD_RATIO * peaks[2]:
+    if len(peaks) > 2 and peaks[strong] < DEAD_AXIS_PEAK_RATIO * peaks[2]:
         return (
             f"{axis_names[weak]} and {axis_names[strong]} are dead: at most {peaks[strong] / CM:.3g} Gal, {least} "
             f"vertical {axis_names[2]}, {peaks[2] / CM:.4g} Gal"
@@ -168,21 +172,21 @@ def are_axes_equal_up_to_offset_and_sign(first_samples: FloatArray, second_sampl
         return False
     first_samples, second_samples = first_samples - first_samples.mean(), second_samples - second_samples.mean()
     unlike = min(float(np.abs(first_samples - sign * second_samples).max()) for sign in (1.0, -1.0))
-    return bool(first_samples.any()) and unlike <= SAME_SAMPLES * float(np.abs(first_samples).max())
+    return bool(first_samples.any()) and unlike <= EQUAL_AXES_TOLERANCE * float(np.abs(first_samples).max())
 
 
-def longest_run_of_equal_samples(
+def longest_pause_while_other_axis_moves(
     samples: FloatArray, samples_of_other_axes: Sequence[FloatArray]
 ) -> tuple[int, int] | None:
     """Return first and last index of a component's longest run of equal samples while another moves; else None.
 
-    None if there is no run of `SHORTEST_PAUSE` equal samples, if no other axis then reaches `STRONG` of its peak, or if
-    the axis is too coarse to show such a share of its own peak.
+    None if there is no run of `MIN_SAMPLES_OF_PAUSE` equal samples, if no other axis then reaches
+    `STRONG_SHARE_OF_PEAK` of its peak, or if the axis is too coarse to show such a share of its own peak.
     """
     ends = np.concatenate([[-1], np.flatnonzero(np.diff(samples)), [samples.size - 1]])
     longest = int(np.diff(ends).argmax())
     first, last = int(ends[longest]) + 1, int(ends[longest + 1])
-    if last + 1 - first < SHORTEST_PAUSE:
+    if last + 1 - first < MIN_SAMPLES_OF_PAUSE:
         return None
     peak = float(np.abs(samples - np.median(samples)).max())
     if not peak:
@@ -190,7 +194,7 @@ def longest_run_of_equal_samples(
     for other in (one for one in samples_of_other_axes if one.size == samples.size):
         moving = np.abs(other - np.median(other))
         share = float(moving[first : last + 1].max()) / max(float(moving.max()), 1e-300)
-        if share > STRONG and share * peak > 10.0 * _estimate_sample_resolution(samples, peak):
+        if share > STRONG_SHARE_OF_PEAK and share * peak > 10.0 * _estimate_sample_resolution(samples, peak):
             return first, last
     return None
 
@@ -205,8 +209,8 @@ def _estimate_sample_resolution(samples: FloatArray, peak: float) -> float:
 def clipped_sample_count_and_level(samples: FloatArray) -> tuple[int, float]:
     """Return the number of clipped samples of a component and the largest clipped level (m/s²); (0, 0) if none.
 
-    Counted are runs of at least `SHORTEST_RAIL` equal samples at the largest or the smallest value. The rounded top of
-    a smooth peak is not counted: L samples beyond a plateau of L equal ones a parabola has dropped by at most
+    Counted are runs of at least `MIN_CLIPPED_SAMPLES` equal samples at the largest or the smallest value. The rounded
+    top of a smooth peak is not counted: L samples beyond a plateau of L equal ones a parabola has dropped by at most
     ((3L − 1) / (L − 1))² ≤ 16 times the resolution, a clipped motion by more.
     """
     level = float(np.median(samples))
@@ -220,11 +224,13 @@ def clipped_sample_count_and_level(samples: FloatArray) -> tuple[int, float]:
         if extreme < 0.5 * farthest:
             continue
         at = np.flatnonzero(sign * away >= extreme - 1e-9 * farthest)
-        if at.size < SHORTEST_RAIL:
+        if at.size < MIN_CLIPPED_SAMPLES:
             continue
         min_drop = 20.0 * _estimate_sample_resolution(samples, farthest)
         for run in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1):
-            if run.size >= SHORTEST_RAIL and _is_clipped_sample_range(sign * away, int(run[0]), int(run[-1]), min_drop):
+            if run.size >= MIN_CLIPPED_SAMPLES and _is_clipped_sample_range(
+                sign * away, int(run[0]), int(run[-1]), min_drop
+            ):
                 count += run.size
                 rail = max(rail, abs(float(samples[run[0]])))
     return count, rail
@@ -241,12 +247,13 @@ def _likely_units_note(peak: float, declared_unit: str) -> str:
     """Return a note on the units in which the numbers of a motion would give a usual peak acceleration."""
     if not declared_unit:
         return "the unit stated in the file is wrong, or the samples contain an offset or a spike"
-    scale = UNITS[declared_unit]
+    scale = ACCELERATION_UNITS[declared_unit]
     names = {"gal": "Gal", "g": "g", "m/s2": "m/s²", "mg": "mg", "mm/s2": "mm/s²"}
     likely = [
-        f"{shown} ({peak / scale * UNITS[name] / STANDARD_GRAVITY:.2g} g)"
+        f"{shown} ({peak / scale * ACCELERATION_UNITS[name] / STANDARD_GRAVITY:.2g} g)"
         for name, shown in names.items()
-        if UNITS[name] != scale and _LIKELY[0] <= peak / scale * UNITS[name] <= _LIKELY[1]
+        if ACCELERATION_UNITS[name] != scale
+        and _LIKELY_PGA_RANGE[0] <= peak / scale * ACCELERATION_UNITS[name] <= _LIKELY_PGA_RANGE[1]
     ]
     name = names.get(declared_unit, declared_unit)
     return f"numbers declared in {name} look like {' or '.join(likely)}" if likely else f"{name} is not their unit"

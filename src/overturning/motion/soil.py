@@ -19,10 +19,10 @@ from overturning.errors import ArgumentError
 from overturning.units import STANDARD_GRAVITY
 from overturning.validation import StrictModel
 
-MIN_TAIL: Final = 5.0
+MIN_VIBRATION_TAIL_S: Final = 5.0
 """Shortest tail: time after the record in which the soil vibrates, s; doubled until the vibration has decayed."""
 
-TAIL_END: Final = 0.01
+MAX_RELATIVE_ACCELERATION_AFTER_TAIL: Final = 0.01
 """Largest acceleration at the surface after the tail, as a share of the peak."""
 
 MIN_ZERO_PADDING: Final = 30.0
@@ -31,10 +31,10 @@ MIN_ZERO_PADDING: Final = 30.0
 MAX_ZERO_PADDING: Final = 600.0
 """Longest zero padding, s; a site that vibrates longer has almost no damping and is refused."""
 
-WRAP_AROUND: Final = 2e-3
+MAX_RELATIVE_WRAP_AROUND: Final = 2e-3
 """Largest vibration at the end of the zero padding, as a share of the peak at the surface."""
 
-TOLERANCE: Final = 0.01
+EQUIVALENT_LINEAR_TOLERANCE: Final = 0.01
 """Relative change of modulus and damping per iteration below which an equivalent-linear analysis has converged."""
 
 
@@ -67,11 +67,17 @@ class SoilLayer(StrictModel):
 class SoilResponseOfOneComponent:
     """Acceleration of a horizontal component at the ground surface, and convergence of the soil response analysis."""
 
-    samples: FloatArray  # acceleration, m/s², shape (n + tail,); at most `TAIL_END` of the peak is left after it
-    converged: bool  # True if the last iteration changed modulus and damping by less than `TOLERANCE`
-    change: float  # relative change in the last iteration; 0 for a linear analysis, which has no iterations
+    # acceleration, m/s², shape (n + tail,); at most `MAX_RELATIVE_ACCELERATION_AFTER_TAIL` of the peak is left after
+    # it
+    surface_acceleration: FloatArray
+    converged: bool  # True if the last iteration changed modulus and damping by less than `EQUIVALENT_LINEAR_TOLERANCE`
+    last_iteration_change: (
+        float  # relative change in the last iteration; 0 for a linear analysis, which has no iterations
+    )
     largest_strain: float  # largest shear strain of any layer; NaN for a linear analysis
-    beyond_curve: tuple[float, float] | None = None  # effective strain, and the smaller end of the curve; None within
+    strain_and_exceeded_curve_end: tuple[float, float] | None = (
+        None  # effective strain, and the smaller end of the curve; None within
+    )
 
 
 def import_pystrata() -> Any:
@@ -128,16 +134,16 @@ def propagate_through_soil(
     """
     package = import_pystrata()
     acceleration = np.asarray(samples, dtype=np.float64)
-    shortest_tail = round(MIN_TAIL / sampling_interval)
+    shortest_tail = round(MIN_VIBRATION_TAIL_S / sampling_interval)
     zeros = max(acceleration.size, round(MIN_ZERO_PADDING / sampling_interval))
     longest = max(zeros, round(MAX_ZERO_PADDING / sampling_interval))
     while True:
         length = 1 << (acceleration.size + shortest_tail + zeros - 1).bit_length()
         found = _propagate_with_zero_padding(package, acceleration, sampling_interval, layers, rock, outcrop, length)
-        remaining = _residual_vibration_share(found.samples, shortest_tail)
-        if remaining <= WRAP_AROUND:
-            count = _sample_count_until_vibration_decays(found.samples, acceleration.size, shortest_tail)
-            return replace(found, samples=found.samples[:count])
+        remaining = _residual_vibration_share(found.surface_acceleration, shortest_tail)
+        if remaining <= MAX_RELATIVE_WRAP_AROUND:
+            count = _sample_count_until_vibration_decays(found.surface_acceleration, acceleration.size, shortest_tail)
+            return replace(found, surface_acceleration=found.surface_acceleration[:count])
         if zeros >= longest:
             raise ArgumentError(
                 f"site: {100 * remaining:.2g} % of the peak acceleration of the surface is left "
@@ -159,11 +165,14 @@ def _residual_vibration_share(surface: FloatArray, tail_count: int) -> float:
 def _sample_count_until_vibration_decays(surface: FloatArray, record_count: int, shortest_tail: int) -> int:
     """Return the number of surface samples to keep: the record, and its zero padding until the vibration has decayed.
 
-    The kept part of the padding doubles from `shortest_tail` samples until at most `TAIL_END` of the peak is left.
-    The last `shortest_tail` samples are left out, as in `_residual_vibration_share`.
+    The kept part of the padding doubles from `shortest_tail` samples until at most
+    `MAX_RELATIVE_ACCELERATION_AFTER_TAIL` of the peak is left. The last `shortest_tail` samples are left out, as in
+    `_residual_vibration_share`.
     """
     size, tail = np.abs(surface), shortest_tail
-    while size[record_count + tail : -shortest_tail].max(initial=0.0) > TAIL_END * size.max():
+    while (
+        size[record_count + tail : -shortest_tail].max(initial=0.0) > MAX_RELATIVE_ACCELERATION_AFTER_TAIL * size.max()
+    ):
         tail *= 2
     return min(record_count + tail, surface.size)
 
@@ -186,7 +195,7 @@ def _propagate_with_zero_padding(
     profile = package.site.Profile([*soil, below])
     nonlinear = any(one.curve for one in layers)
     linear, equivalent = package.propagation.LinearElasticCalculator, package.propagation.EquivalentLinearCalculator
-    calculator = equivalent(tolerance=TOLERANCE) if nonlinear else linear()
+    calculator = equivalent(tolerance=EQUIVALENT_LINEAR_TOLERANCE) if nonlinear else linear()
     incoming = profile.location("outcrop" if outcrop else "within", index=-1)
     with np.errstate(over="ignore", invalid="ignore"):  # an overflow gives values that are not finite, checked below
         calculator(motion, profile, incoming)
@@ -200,11 +209,15 @@ def _propagate_with_zero_padding(
     change = float(max(profile.max_error)) if nonlinear else 0.0
     strain = max(float(np.max(layer.strain_max)) for layer in profile[:-1]) if nonlinear else float("nan")
     return SoilResponseOfOneComponent(
-        surface, change < TOLERANCE, change, strain, _largest_strain_beyond_curve(profile[:-1], layers)
+        surface,
+        change < EQUIVALENT_LINEAR_TOLERANCE,
+        change,
+        strain,
+        _strain_and_exceeded_curve_end(profile[:-1], layers),
     )
 
 
-def _largest_strain_beyond_curve(
+def _strain_and_exceeded_curve_end(
     profile_layers: Sequence[Any], layers: Sequence[SoilLayer]
 ) -> tuple[float, float] | None:
     """Return effective strain and end of the published curve for the layer strained furthest beyond its curve, or None.

@@ -9,9 +9,14 @@ from overturning.arrays import FloatArray
 from overturning.motion.direction import north_east_cosines_of_azimuths
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Accelerogram
-from overturning.motion.oscillator import POINTS_PER_PERIOD, OscillatorResponseCalculator, Quantity, checked_periods
+from overturning.motion.oscillator import (
+    POINTS_PER_PERIOD,
+    OscillatorResponseCalculator,
+    ResponseQuantity,
+    checked_periods,
+)
 
-SI_PERIODS = np.linspace(0.1, 2.5, 121)
+SPECTRUM_INTENSITY_PERIODS = np.linspace(0.1, 2.5, 121)
 """Periods over which the spectrum intensity is integrated, s."""
 
 ROTD_AZIMUTHS = np.arange(180.0)
@@ -72,7 +77,7 @@ def _peak_oscillator_responses(
     periods: FloatArray,
     azimuth_cosines: FloatArray,
     damping: float,
-    response_quantities: Sequence[Quantity],
+    response_quantities: Sequence[ResponseQuantity],
     points_per_period: int = POINTS_PER_PERIOD,
 ) -> FloatArray:
     """Return the peak responses of oscillators: q quantities, p periods (s) and m azimuths, shape (q, p, m)."""
@@ -119,6 +124,9 @@ def housner_spectrum_intensity(motion: Accelerogram, azimuth_deg: ArrayLike, *, 
     """
     # 24 points per period (error at most 0.9 %, on average 0.3 % for one period) suffice for a mean over 121 periods.
     (peaks,) = _peak_oscillator_responses(
-        motion, SI_PERIODS, north_east_cosines_of_azimuths(azimuth_deg), damping, ("velocity",), 24
+        motion, SPECTRUM_INTENSITY_PERIODS, north_east_cosines_of_azimuths(azimuth_deg), damping, ("velocity",), 24
     )
-    return np.asarray(np.trapezoid(peaks, SI_PERIODS, axis=0) / (SI_PERIODS[-1] - SI_PERIODS[0]))
+    return np.asarray(
+        np.trapezoid(peaks, SPECTRUM_INTENSITY_PERIODS, axis=0)
+        / (SPECTRUM_INTENSITY_PERIODS[-1] - SPECTRUM_INTENSITY_PERIODS[0])
+    )

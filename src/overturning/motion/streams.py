@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from overturning.errors import ArgumentError
-from overturning.units import UNITS
+from overturning.units import ACCELERATION_UNITS
 
 
 def accelerations_of_stream(stream: Any, unit: str | None, sensor: str) -> tuple[dict[str, Any], float, str | None]:
@@ -16,8 +16,8 @@ def accelerations_of_stream(stream: Any, unit: str | None, sensor: str) -> tuple
     The start time is that of the first sample, ISO 8601 in UTC; None for obspy's default, 1970. See `Motion.from_obspy`
     for the arguments and errors.
     """
-    if unit is not None and (not isinstance(unit, str) or unit not in UNITS):
-        raise ArgumentError(f"unit: {unit!r}; known are {', '.join(UNITS)}")
+    if unit is not None and (not isinstance(unit, str) or unit not in ACCELERATION_UNITS):
+        raise ArgumentError(f"unit: {unit!r}; known are {', '.join(ACCELERATION_UNITS)}")
     traces: dict[str, Any] = {}
     for trace in stream:
         code = str(trace.stats.channel).upper()
@@ -36,7 +36,7 @@ def accelerations_of_stream(stream: Any, unit: str | None, sensor: str) -> tuple
             f"stream: no component towards {missing[0]}; give one trace each for N and E, and optionally Z"
         )
     _check_same_sensor_and_window(traces)
-    scale = 1.0 if unit is None else UNITS[unit]
+    scale = 1.0 if unit is None else ACCELERATION_UNITS[unit]
     values: dict[str, Any] = {
         name: np.ma.getdata(trace.data) * _calibration_factor(trace) * scale for name, trace in traces.items()
     }
@@ -90,7 +90,11 @@ def _reason_trace_is_no_acceleration(trace: Any, channel_code: str, unit: str | 
     )
     integrals = 0  # number of integrations from acceleration
     for output, step in done:
-        integrals = _INTEGRALS.get(output, 1) if output else integrals + (1 if step == "integrate" else -1)
+        integrals = (
+            _INTEGRATIONS_BY_RESPONSE_OUTPUT.get(output, 1)
+            if output
+            else integrals + (1 if step == "integrate" else -1)
+        )
     if removed or integrals:
         last = (
             f"its response was removed to {removed[-1]}" if removed and not done[-1][1] else f"{done[-1][1]}d by obspy"
@@ -99,13 +103,13 @@ def _reason_trace_is_no_acceleration(trace: Any, channel_code: str, unit: str | 
     return f"{why}; remove the response with output='ACC', or say unit='m/s2' if these are accelerations" if why else ""
 
 
-_INTEGRALS = {"ACC": 0, "VEL": 1, "DISP": 2}
+_INTEGRATIONS_BY_RESPONSE_OUTPUT = {"ACC": 0, "VEL": 1, "DISP": 2}
 """Number of integrations from acceleration to each output of obspy's `remove_response`."""
 
-_CHANNEL = re.compile(r"(?:[A-Z]{2})?([NEZ])|(NS|EW|UD)[12]?")
+_CHANNEL_CODE_PATTERN = re.compile(r"(?:[A-Z]{2})?([NEZ])|(NS|EW|UD)[12]?")
 """SEED codes, with or without band and instrument, and NIED's codes; no other code with these endings is accepted."""
 
-_TOWARDS = {"N": "north", "NS": "north", "E": "east", "EW": "east", "Z": "up", "UD": "up"}
+_DIRECTION_BY_CODE_ENDING = {"N": "north", "NS": "north", "E": "east", "EW": "east", "Z": "up", "UD": "up"}
 
 
 def _direction_of_channel(trace: Any, channel_code: str) -> str | None:
@@ -113,12 +117,12 @@ def _direction_of_channel(trace: Any, channel_code: str) -> str | None:
 
     A warning is given if the direction in the SAC header (CMPAZ, CMPINC) differs from it by more than 5°.
     """
-    found = _CHANNEL.fullmatch(channel_code)
+    found = _CHANNEL_CODE_PATTERN.fullmatch(channel_code)
     if found is None:
         return None
-    name = _TOWARDS[found[1] or found[2]]
-    azimuth, inclination = (trace.stats.get("sac", {}).get(key, _UNDEFINED) for key in ("cmpaz", "cmpinc"))
-    if _UNDEFINED not in (azimuth, inclination):
+    name = _DIRECTION_BY_CODE_ENDING[found[1] or found[2]]
+    azimuth, inclination = (trace.stats.get("sac", {}).get(key, _UNDEFINED_SAC_NUMBER) for key in ("cmpaz", "cmpinc"))
+    if _UNDEFINED_SAC_NUMBER not in (azimuth, inclination):
         tilt, turn = np.radians(inclination), np.radians(azimuth)
         along = {"north": np.sin(tilt) * np.cos(turn), "east": np.sin(tilt) * np.sin(turn), "up": np.cos(tilt)}[name]
         if along < np.cos(np.radians(5.0)):
@@ -128,7 +132,7 @@ def _direction_of_channel(trace: Any, channel_code: str) -> str | None:
     return name
 
 
-_UNDEFINED = -12345.0
+_UNDEFINED_SAC_NUMBER = -12345.0
 """Value of undefined numbers in SAC headers."""
 
 

@@ -12,7 +12,7 @@ from overturning.errors import RecordError
 from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.plausible import implausible_amplitude_reason
 from overturning.records.component import (
-    MINIMUM_SINE,
+    MIN_SINE_BETWEEN_HORIZONTAL_AXES,
     RecordComponent,
     agency_processing_metadata,
     checked_header_peak_difference,
@@ -73,12 +73,12 @@ def assemble_record(
     components, notes = _orient_or_omit_vertical_components(components, declared_properties.vertical_sense)
     notes += [note for component in components if (note := _ignored_user_property_note(component, declared_properties))]
     notes += dict.fromkeys(
-        note for component in components if (note := note_on_sensor_in_structure(component.location))
+        note for component in components if (note := note_on_sensor_in_structure(component.sensor_location))
     )
     differences = _relative_peak_differences_from_header(components, refusals)
-    by_files = [c for c in components if not c.vertical]
+    by_files = [c for c in components if not c.vertical_sense]
     with refusals.collect_reason():
-        components = _horizontal_then_vertical_components(components, declared_properties.azimuths_deg, name)
+        components = _order_and_check_components(components, declared_properties.azimuths_deg, name)
         notes += non_perpendicular_axes_notes(components)
         notes += _declared_azimuth_mismatch_notes(components, by_files)
     if not components:
@@ -104,7 +104,7 @@ def assemble_record(
         record_id=record_id,
         north=north,
         east=east,
-        up=window[2].samples * float(window[2].vertical) + 0.0 if len(window) == 3 else None,
+        up=window[2].samples * float(window[2].vertical_sense) + 0.0 if len(window) == 3 else None,
         sampling_interval=first.sampling_interval,
         start=format_iso_utc_time(first.start),
         # Hash of the file; of the joined hashes if the record has several files.
@@ -123,8 +123,10 @@ def _relative_peak_differences_from_header(
     differences = {}
     for component in components:
         with refusals_out.collect_reason():
-            if (difference := checked_header_peak_difference(component, refusals_out.report_contradiction)) is not None:
-                differences[component.axis] = round(difference, 6)
+            if (
+                difference := checked_header_peak_difference(component, refusals_out.refuse_or_store_contradiction)
+            ) is not None:
+                differences[component.axis_name] = round(difference, 6)
     return differences
 
 
@@ -133,7 +135,7 @@ def _declared_azimuth_mismatch_notes(
 ) -> list[str]:
     """Return a note for each axis whose azimuth, as given by the user, differs from the azimuth in its file."""
     return [
-        f"axis {c.axis!r} is taken at {c.azimuth_deg:g}°, as declared; its file says {was.azimuth_deg:g}°"
+        f"axis {c.axis_name!r} is taken at {c.azimuth_deg:g}°, as declared; its file says {was.azimuth_deg:g}°"
         for c, was in zip(declared_components, stated_components, strict=False)
         if was.azimuth_deg is not None and (was.azimuth_deg - (c.azimuth_deg or 0.0)) % 360.0
     ]
@@ -149,9 +151,9 @@ def _cut_to_window_and_check_samples(
     # Skip this check after a peak that contradicts the header: its message is the better one for the same axis.
     if not refusals_out.has_refusal_reasons:
         with refusals_out.collect_reason():
-            report_dead_horizontal_axis(window, refusals_out.report_contradiction)
+            report_dead_horizontal_axis(window, refusals_out.refuse_or_store_contradiction)
     with refusals_out.collect_reason():
-        notes_out += sample_quality_notes(window, refusals_out.report_contradiction)
+        notes_out += sample_quality_notes(window, refusals_out.refuse_or_store_contradiction)
     with refusals_out.collect_reason():
         why = _implausible_amplitude_reason(window)
         if why and not refusals_out.trusting:
@@ -172,8 +174,8 @@ def _extra_record_metadata(
     first = cut_components[0]
     extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
     extra |= agency_processing_metadata(cut_components)
-    extra |= {"axes": [c.axis for c in cut_components]} | (
-        {"origin_time": format_iso_utc_time(first.origin)} if first.origin else {}
+    extra |= {"axes": [c.axis_name for c in cut_components]} | (
+        {"origin_time": format_iso_utc_time(first.origin_time)} if first.origin_time else {}
     )
     extra |= {"header_peak_difference": peak_differences} if peak_differences else {}
     if declared_properties.trust_data:
@@ -183,7 +185,7 @@ def _extra_record_metadata(
     borehole = ["borehole sensor"] if declared_properties.sensor == "borehole" else []
     # The azimuths are declared in the order of the files, so the text says which axis has which azimuth.
     stated = [] if declared_properties.azimuths_deg is None else cut_components
-    azimuths = [f"axis {c.axis!r} of {c.file} at {c.azimuth_deg:g}°" for c in stated if c.azimuth_deg is not None]
+    azimuths = [f"axis {c.axis_name!r} of {c.file} at {c.azimuth_deg:g}°" for c in stated if c.azimuth_deg is not None]
     extra["declared"] = [
         *extra.get("declared", ()),
         *azimuths,
@@ -206,7 +208,7 @@ def _ignored_user_property_note(component: RecordComponent, declared_properties:
     interval = component.sampling_interval
     if abs((declared_properties.sampling_interval_s or interval) - interval) > 1e-3 * interval:
         said.append(f"{declared_properties.sampling_interval_s:g} s")
-    what = f"what is declared of axis {component.axis!r} ({', '.join(said)})"
+    what = f"what is declared of axis {component.axis_name!r} ({', '.join(said)})"
     return f"{what} is not taken: {component.file} states its own" if said else ""
 
 
@@ -224,14 +226,14 @@ def _implausible_amplitude_reason(components: Sequence[RecordComponent]) -> str:
     )
 
 
-def _horizontal_then_vertical_components(
+def _order_and_check_components(
     components: Sequence[RecordComponent], declared_azimuths_deg: Sequence[float] | None, file_name: str
 ) -> list[RecordComponent]:
     """Order the components of a record: two horizontal ones, with azimuths given by the user if any, then vertical."""
-    vertical = [c for c in components if c.vertical]
-    horizontal = [c for c in components if not c.vertical]
+    vertical = [c for c in components if c.vertical_sense]
+    horizontal = [c for c in components if not c.vertical_sense]
     if len(horizontal) != 2 or len(vertical) > 1:
-        axes = ", ".join(c.axis for c in components) or "none"
+        axes = ", ".join(c.axis_name for c in components) or "none"
         raise RecordError(
             f"{file_name}: components {axes}; a record has two horizontal components and at most one vertical one: "
             "give the files of one sensor together"
@@ -245,12 +247,12 @@ def _horizontal_then_vertical_components(
     known = [c.azimuth_deg for c in horizontal if c.azimuth_deg is not None]
     if len(known) < 2:
         files = " ".join(dict.fromkeys(c.file for c in horizontal if c.azimuth_deg is None))
-        axes = ", ".join(repr(c.axis) for c in horizontal if c.azimuth_deg is None)
+        axes = ", ".join(repr(c.axis_name) for c in horizontal if c.azimuth_deg is None)
         raise RecordError(
             f"{files}: axis {axes} says nothing about north; give the azimuths of the two axes (azimuths_deg in the "
             "record table, --azimuths here)"
         )
-    if abs(math.sin(math.radians(known[1] - known[0]))) < MINIMUM_SINE:
+    if abs(math.sin(math.radians(known[1] - known[0]))) < MIN_SINE_BETWEEN_HORIZONTAL_AXES:
         raise RecordError(
             f"{file_name}: horizontal axes at {known[0]:g} and {known[1]:g} degrees; they must be near a right angle: "
             "give two components of one sensor"
@@ -265,20 +267,22 @@ def _orient_or_omit_vertical_components(
     vertical = {"up": 1, "down": -1}.get(declared_sense or "", 0)
     kept, notes, third = [], [], find_vertical_by_elimination(components)
     for component in components:
-        if declared_sense == "none" and component.vertical:  # Left out as declared, although its sense is known.
+        if declared_sense == "none" and component.vertical_sense:  # Left out as declared, although its sense is known.
             continue
-        unknown = component.azimuth_deg is None and not component.vertical
-        if not (unknown and (component is third or is_vertical_axis_name_without_up_or_down(component.axis))):
+        unknown = component.azimuth_deg is None and not component.vertical_sense
+        if not (unknown and (component is third or is_vertical_axis_name_without_up_or_down(component.axis_name))):
             kept.append(component)
-            if vertical * component.vertical < 0:
+            if vertical * component.vertical_sense < 0:
                 notes.append(
-                    f"axis {component.axis!r} is not taken {declared_sense}, as declared: its file says the opposite"
+                    f"axis {component.axis_name!r} is not taken {declared_sense}, as declared: "
+                    "its file says the opposite"
                 )
         elif vertical:
-            kept.append(replace(component, vertical=vertical))
+            kept.append(replace(component, vertical_sense=vertical))
         elif declared_sense is None:
             notes.append(
-                f"vertical axis {component.axis!r} left out: {component.file} does not say whether up or down; to use "
+                f"vertical axis {component.axis_name!r} left out: {component.file} does not say whether up or down; "
+                "to use "
                 "it declare vertical_sense up or down (in the record table; --vertical-sense on the command line)"
             )
     return kept, notes

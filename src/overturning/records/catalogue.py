@@ -28,7 +28,7 @@ _Latitude = Annotated[float | None, Field(ge=-90, le=90, allow_inf_nan=False)]
 _Longitude = Annotated[float | None, Field(ge=-180, le=180, allow_inf_nan=False)]
 
 
-METADATA: Final[dict[str, tuple[str, str, str]]] = {
+STATISTICS_METADATA_COLUMNS: Final[dict[str, tuple[str, str, str]]] = {
     "magnitude": ("magnitude", "magnitude of the earthquake", "1"),
     "rupture_distance": ("rupture_distance_km", "closest distance of the station to the rupture", "km"),
     "site_class": ("site_class", "site class", ""),
@@ -113,15 +113,17 @@ class RecordDescriptionColumns(BaseModel, extra="forbid", frozen=True, use_attri
 
     @property
     def metadata_for_statistics(self) -> dict[str, Any]:
-        """Known values of the record that statistics use (`METADATA`), such as the fault strike."""
-        stated = {name: getattr(self, column) for name, (column, _, _) in METADATA.items()}
+        """Known values of the record that statistics use (`STATISTICS_METADATA_COLUMNS`), such as the fault strike."""
+        stated = {name: getattr(self, column) for name, (column, _, _) in STATISTICS_METADATA_COLUMNS.items()}
         return {name: value for name, value in stated.items() if value not in (None, "")}
 
 
-PLACES: Final = ("coordinates_source", "fault_trace", "fault_trace_source")
+STORED_PLACE_METADATA_KEYS: Final = ("coordinates_source", "fault_trace", "fault_trace_source")
 """Entries of a record's ``extra`` that the cube stores; see `RecordDescription.coordinate_source_and_fault_trace`."""
 
-LABELS: Final = tuple(name for name in RecordDescriptionColumns.model_fields if name not in ("id", "source"))
+DESCRIPTIVE_COLUMNS: Final = tuple(
+    name for name in RecordDescriptionColumns.model_fields if name not in ("id", "source")
+)
 """Columns that do not affect the samples of a record: if one of them changes, no simulation is repeated."""
 
 
@@ -136,8 +138,8 @@ class RecordTableRow(FilePropertyColumns, RecordDescriptionColumns, frozen=True)
     """Expected SHA-256 of the record's file; empty: not checked."""
 
     def without_descriptive_columns(self) -> "RecordTableRow":
-        """Return a copy of the row without descriptive columns (`LABELS`), which do not affect the record's samples."""
-        return self.model_copy(update={name: RecordTableRow.model_fields[name].default for name in LABELS})
+        """Return a copy of the row without `DESCRIPTIVE_COLUMNS`, which do not affect the record's samples."""
+        return self.model_copy(update={name: RecordTableRow.model_fields[name].default for name in DESCRIPTIVE_COLUMNS})
 
     @property
     def declared_file_properties(self) -> DeclaredFileProperties:
@@ -172,7 +174,7 @@ def read_record_table(path: Path | str) -> dict[str, RecordTableRow]:
     return entries
 
 
-EXAMPLE: Final = "example:"
+EXAMPLE_PREFIX: Final = "example:"
 """Prefix of a file that is part of the package (`records/examples`)."""
 
 
@@ -204,8 +206,10 @@ def _source_names_with_paths(table_row: RecordTableRow, data_dir: Path) -> list[
     located: list[tuple[str, Path]] = []
     missing: list[str] = []
     for word in table_row.source.split():
-        if word.startswith(EXAMPLE):
-            located.append((word.removeprefix(EXAMPLE), _example_file_path(table_row, word.removeprefix(EXAMPLE))))
+        if word.startswith(EXAMPLE_PREFIX):
+            located.append(
+                (word.removeprefix(EXAMPLE_PREFIX), _example_file_path(table_row, word.removeprefix(EXAMPLE_PREFIX)))
+            )
             continue
         named = [data_dir / word] if (data_dir / word).is_file() else []
         matching = [path for path in _sorted_matching_files(data_dir, f"{word}.*") if not has_non_record_name(path)]

@@ -9,7 +9,7 @@ from overturning.records.assembly import assemble_record
 from overturning.records.component import RecordComponent, peak_acceleration
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.files import read_components
-from overturning.records.formats.table import NO_ACCELERATION, holds_no_acceleration
+from overturning.records.formats.table import NO_ACCELERATION_REASON, holds_no_acceleration
 from overturning.records.grouping import group_components_by_record
 from overturning.records.processing import process_record
 from overturning.records.read import (
@@ -20,7 +20,7 @@ from overturning.records.read import (
 from overturning.records.record import (
     Record,
     displacement_drift_evidence,
-    pga_pgv_pgd_of_larger_component,
+    largest_pga_pgv_pgd_of_components,
     processing_entry_text,
     processing_label,
 )
@@ -35,7 +35,7 @@ class RecordCheckResult:
     components: tuple[RecordComponent, ...] = ()  # axes of the record; empty if the file cannot be read
     record: Record | None = None  # None if refused or skipped
     reason: str = ""  # why the record is refused or skipped
-    used: Record | None = None  # the record after the default processing
+    processed_record: Record | None = None  # the record after the default processing
     skipped: bool = False  # True for a file that comes with records but is none (spectra, velocities); see `reason`
 
 
@@ -54,7 +54,7 @@ def check_records_in_files(
     skipped = [source for source in records if holds_no_acceleration(source)]
     # Spectra and velocities alone are refused, with the reason that their reader gives.
     skipped = skipped if len(skipped) < len(records) else []
-    findings += [RecordCheckResult((source.name,), reason=NO_ACCELERATION, skipped=True) for source in skipped]
+    findings += [RecordCheckResult((source.name,), reason=NO_ACCELERATION_REASON, skipped=True) for source in skipped]
     components, refused = _read_components_of_chosen_sensor(
         [source for source in records if source not in skipped], declared_properties
     )
@@ -103,7 +103,7 @@ def _check_record(
         record = add_notes_to_record(
             record, missing_vertical_component_notes(own, components, declared_properties) if own else []
         )
-        return RecordCheckResult(files, tuple(components), record, used=process_record(record, None))
+        return RecordCheckResult(files, tuple(components), record, processed_record=process_record(record, None))
     except OverturningError as problem:
         several = _refusal_reason_if_several_sensors(components, all_component_groups)
         reason = REASON_SEPARATOR.join([several, str(problem)] if several else [str(problem)])
@@ -120,8 +120,8 @@ def _refusal_reason_if_several_sensors(
         for one in all_component_groups
         if all(getattr(one[0], n) == getattr(first, n) for n in ("station", "event"))
     ]
-    places = list(dict.fromkeys(one.location for one in alike if one.location))
-    if len(places) < 2 or not first.location:
+    places = list(dict.fromkeys(one.sensor_location for one in alike if one.sensor_location))
+    if len(places) < 2 or not first.sensor_location:
         return ""
     named = " and ".join(map(repr, places[:6])) + (f" and {len(places) - 6} more" if len(places) > 6 else "")
     return f"{first.file}: components of {named} are not of one record; give the files of one place together"
@@ -152,7 +152,7 @@ def _list_all_and_skipped_files(path: Path, *, is_only_argument: bool) -> tuple[
     return there, [p for p in there if has_non_record_name(p) and (path.is_dir() or not is_only_argument)]
 
 
-def skipped_file_names(paths: Sequence[Path]) -> list[str]:
+def non_record_file_names(paths: Sequence[Path]) -> list[str]:
     """Return the names of the files that are skipped since their extension belongs to no record format."""
     return sorted(
         p.name for path in paths for p in _list_all_and_skipped_files(path, is_only_argument=len(paths) == 1)[1]
@@ -177,7 +177,7 @@ def format_record_check(record_check: RecordCheckResult) -> str:
         f"{'with' if record.up is not None else 'without'} vertical component",
         *(f"  {_format_component_summary(c)}" for c in record_check.components),
         *(f"  {note}" for note in notes_for_check_report(record, record_check.components[0].sensor)),
-        f"  north and east: {_format_pga_pgv_pgd(record_check.used or record)}",
+        f"  north and east: {_format_pga_pgv_pgd(record_check.processed_record or record)}",
     ]
     return "\n".join(lines)
 
@@ -186,7 +186,7 @@ def _format_pga_pgv_pgd(processed_record: Record) -> str:
     """Return a text with PGA, PGV and PGD of a processed record; PGD is in parentheses if the record drifts."""
     pga, pgv, pgd = (
         f"{100 * peak:.1f}"
-        for peak in pga_pgv_pgd_of_larger_component(
+        for peak in largest_pga_pgv_pgd_of_components(
             processed_record.horizontal_components, processed_record.sampling_interval
         ).values()
     )
@@ -216,12 +216,12 @@ def notes_for_check_report(record: Record, sensor: str = "surface") -> list[str]
 
 def _format_component_summary(component: RecordComponent) -> str:
     """Return a text with the direction, length and peak of a component, and the peak that its header states."""
-    sense = {1: "up", -1: "down", 0: "direction unknown"}[component.vertical]
+    sense = {1: "up", -1: "down", 0: "direction unknown"}[component.vertical_sense]
     direction = f"azimuth {component.azimuth_deg:g}" if component.azimuth_deg is not None else sense
-    where = f" ({component.location})" if component.location else ""
+    where = f" ({component.sensor_location})" if component.sensor_location else ""
     size = f"{component.samples.size} samples, peak {peak_acceleration(component) * 100:.4g} Gal"
-    text = f"{component.axis}{where}: {direction}, {size}"
-    peak = component.peak
+    text = f"{component.axis_name}{where}: {direction}, {size}"
+    peak = component.header_peak
     if peak is None:
         return text + ", header states none"
     difference = abs(peak_acceleration(component) - peak.value) / peak.value if peak.value else 0.0

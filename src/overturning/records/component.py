@@ -12,15 +12,15 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.motion.direction import angle_between_azimuths
-from overturning.records.declared_properties import Sensor
+from overturning.records.declared_properties import SensorPosition
 from overturning.records.source import SourceFile
 
 AxisDirection = tuple[float | None, int]
 """Direction of an axis: azimuth (degrees clockwise from north or None), vertical sense (+1 up, −1 down, else 0)."""
 
-UNKNOWN: AxisDirection = (None, 0)
+UNKNOWN_DIRECTION: AxisDirection = (None, 0)
 
-_WORDS: dict[AxisDirection, str] = {
+_AXIS_NAMES_BY_DIRECTION: dict[AxisDirection, str] = {
     (None, 1): "UP U Z +Z UPWARD UD U-D",
     (None, -1): "DOWN DN DWN DOWNWARD -Z",
     (0.0, 0): "N NS N-S NORTH",
@@ -28,7 +28,9 @@ _WORDS: dict[AxisDirection, str] = {
     (180.0, 0): "S SOUTH",
     (270.0, 0): "W WEST",
 }
-_NAMED = {word: direction for direction, words in _WORDS.items() for word in words.split()}
+_DIRECTION_BY_AXIS_NAME = {
+    word: direction for direction, words in _AXIS_NAMES_BY_DIRECTION.items() for word in words.split()
+}
 
 
 def parse_axis_direction(axis_name: str) -> AxisDirection:
@@ -41,17 +43,17 @@ def parse_axis_direction(axis_name: str) -> AxisDirection:
     """
     word = re.sub(r"\s*(DEG(REES?)?|°)\.?$", "", axis_name.strip().upper()).strip()
     word = re.sub(r"^(N-?S|E-?W|U-?D)[12]$", r"\1", word)
-    if word in _NAMED:
-        return _NAMED[word]
+    if word in _DIRECTION_BY_AXIS_NAME:
+        return _DIRECTION_BY_AXIS_NAME[word]
     if match := re.fullmatch(r"([NS])\s*(\d{1,2}(?:\.\d+)?)\s*([EW])", word):
         angle = float(match[2])
         if angle > 90:
-            return UNKNOWN
+            return UNKNOWN_DIRECTION
         from_north = angle if match[1] == "N" else 180.0 - angle
         return (from_north if match[3] == "E" else -from_north) % 360.0, 0
     if re.fullmatch(r"\d{1,3}(\.\d+)?", word) and float(word) <= 360:
         return float(word) % 360.0, 0
-    return UNKNOWN
+    return UNKNOWN_DIRECTION
 
 
 def is_vertical_axis_name_without_up_or_down(axis_name: str) -> bool:
@@ -66,32 +68,32 @@ def find_vertical_by_elimination(components: "Sequence[RecordComponent]") -> "Re
     Either the other two have azimuths near a right angle, or the three names differ only in the numbers 1, 2 and 3
     (``HN3``). None if there is no such component.
     """
-    unknown = [c for c in components if c.azimuth_deg is None and not c.vertical]
-    if len(components) != 3 or any(c.vertical for c in components):
+    unknown = [c for c in components if c.azimuth_deg is None and not c.vertical_sense]
+    if len(components) != 3 or any(c.vertical_sense for c in components):
         return None
     first, second, *_ = [c.azimuth_deg for c in components if c.azimuth_deg is not None] + [0.0, 0.0]
     if len(unknown) == 1:
-        return unknown[0] if abs(math.sin(math.radians(second - first))) >= MINIMUM_SINE else None
-    by_name = {c.axis.strip().upper(): c for c in unknown}
+        return unknown[0] if abs(math.sin(math.radians(second - first))) >= MIN_SINE_BETWEEN_HORIZONTAL_AXES else None
+    by_name = {c.axis_name.strip().upper(): c for c in unknown}
     third = next((name for name in by_name if name.endswith("3")), "")
     return by_name[third] if set(by_name) == {third[:-1] + number for number in "123"} else None
 
 
-MINIMUM_SINE: Final = 0.9
+MIN_SINE_BETWEEN_HORIZONTAL_AXES: Final = 0.9
 """Smallest sine of the angle between two horizontal axes that can be rotated to north and east."""
 
 
 def direction_from_channel_code(channel_code: str) -> AxisDirection:
-    """Return the direction in the last letter of a SEED channel code: Z up, N north, E east; else `UNKNOWN`."""
-    return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(channel_code[-1:].upper(), UNKNOWN)
+    """Return the direction in the last letter of a SEED channel code: Z up, N north, E east, or `UNKNOWN_DIRECTION`."""
+    return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(channel_code[-1:].upper(), UNKNOWN_DIRECTION)
 
 
 def channel_direction_mismatch_notes(
     channel_code: str, direction: AxisDirection, direction_source: str
 ) -> tuple[str, ...]:
     """Return a note if the direction of an axis differs by more than 5° from its SEED channel code; else ()."""
-    coded = direction_from_channel_code(channel_code) if len(channel_code) == 3 else UNKNOWN
-    if UNKNOWN in (coded, direction):
+    coded = direction_from_channel_code(channel_code) if len(channel_code) == 3 else UNKNOWN_DIRECTION
+    if UNKNOWN_DIRECTION in (coded, direction):
         return ()
     if coded[0] is None or direction[0] is None:
         alike = coded == direction
@@ -108,15 +110,15 @@ def direction_with_channel_code_fallback(
     channel_code: str, direction: AxisDirection, reason_unknown: str
 ) -> tuple[AxisDirection, tuple[str, ...]]:
     """Return the direction of an axis; if unknown, the direction in its SEED channel code, and a note on this."""
-    if direction != UNKNOWN:
+    if direction != UNKNOWN_DIRECTION:
         return direction, ()
     coded = (
         direction_from_channel_code(channel_code)
         if re.fullmatch("[A-Z]{2}[NEZ]", channel_code.upper())
         else parse_axis_direction(channel_code)
     )
-    if coded == UNKNOWN:
-        return UNKNOWN, ()
+    if coded == UNKNOWN_DIRECTION:
+        return UNKNOWN_DIRECTION, ()
     where = {1: "up", -1: "down"}.get(coded[1], f"at {coded[0] or 0.0:g}°")
     return coded, (f"{reason_unknown}; the code of channel {channel_code} says {where}",)
 
@@ -124,7 +126,7 @@ def direction_with_channel_code_fallback(
 MAX_INCLINATION_DEG: Final = 5.0
 """Largest angle between the horizontal (or vertical) and an axis that is read as horizontal (vertical), degrees."""
 
-MAX_SILENT_INCLINATION_DEG: Final = 1.0
+MAX_INCLINATION_WITHOUT_NOTE_DEG: Final = 1.0
 """Largest angle between an axis and the horizontal or the vertical that needs no note, degrees."""
 
 
@@ -133,13 +135,14 @@ def direction_from_azimuth_and_dip(
 ) -> tuple[AxisDirection, tuple[str, ...]]:
     """Return the direction of an axis from its azimuth and dip (downwards), degrees, and a note if it is inclined.
 
-    Without a dip, an axis is horizontal if its SEED channel code says north or east. The direction is `UNKNOWN` if the
-    angles do not state it. A RecordError names an axis that is neither horizontal nor vertical (within 5°).
+    Without a dip, an axis is horizontal if its SEED channel code says north or east. The direction is
+    `UNKNOWN_DIRECTION` if the angles do not state it. A RecordError names an axis that is neither horizontal nor
+    vertical (within 5°).
     """
     if dip_deg is None and direction_from_channel_code(channel_code)[0] is not None:
         dip_deg = 0.0
     if dip_deg is None:
-        return UNKNOWN, ()
+        return UNKNOWN_DIRECTION, ()
     steep = abs(dip_deg) > 45.0
     inclination = abs(abs(dip_deg) - 90.0) if steep else abs(dip_deg)
     if not inclination <= MAX_INCLINATION_DEG:
@@ -147,20 +150,20 @@ def direction_from_azimuth_and_dip(
             f"{channel_label} dips by {dip_deg:g}°; only axes within {MAX_INCLINATION_DEG:g}° of horizontal or "
             "vertical are read: rotate the channels of its sensor to north, east and up, or correct the dip"
         )
-    direction: AxisDirection = (None, 1 if dip_deg < 0 else -1) if steep else UNKNOWN
+    direction: AxisDirection = (None, 1 if dip_deg < 0 else -1) if steep else UNKNOWN_DIRECTION
     if not steep and azimuth_deg is not None:
         direction = float(azimuth_deg) % 360.0, 0
-    if inclination <= MAX_SILENT_INCLINATION_DEG:
+    if inclination <= MAX_INCLINATION_WITHOUT_NOTE_DEG:
         return direction, ()
     return direction, (f"{channel_label} dips by {dip_deg:g}°; it is read as {'vertical' if steep else 'horizontal'}",)
 
 
 def direction_from_azimuth_code(azimuth_code: float) -> AxisDirection:
-    """Convert a header code from 1 to 360, an azimuth in degrees, to an axis direction; `UNKNOWN` for other codes."""
-    return (float(azimuth_code) % 360.0, 0) if 0 < azimuth_code <= 360 else UNKNOWN
+    """Convert a header code from 1 to 360, an azimuth, to an axis direction; `UNKNOWN_DIRECTION` for other codes."""
+    return (float(azimuth_code) % 360.0, 0) if 0 < azimuth_code <= 360 else UNKNOWN_DIRECTION
 
 
-CODED_SENSES: Final[dict[int, AxisDirection]] = {500: (None, 1), 600: (None, -1)}
+VERTICAL_DIRECTION_BY_FILM_CODE: Final[dict[int, AxisDirection]] = {500: (None, 1), 600: (None, -1)}
 """Codes of a vertical axis in place of an azimuth, in California's film formats; 400 states no sense."""
 
 
@@ -169,8 +172,8 @@ def axis_direction_from_name_or_code(
 ) -> AxisDirection:
     """Return the direction in an axis name, else that in the header's code; an error if they differ by over 1°."""
     named = parse_axis_direction(axis_name)
-    if UNKNOWN in (named, code_direction):
-        return code_direction if named == UNKNOWN else named
+    if UNKNOWN_DIRECTION in (named, code_direction):
+        return code_direction if named == UNKNOWN_DIRECTION else named
     apart = (
         0.0 if named[0] is None or code_direction[0] is None else angle_between_azimuths(named[0], code_direction[0])
     )
@@ -195,14 +198,14 @@ def normalise_coordinates(latitude_deg: float | None, longitude_deg: float | Non
     return latitude_deg, longitude_deg - 360.0 if longitude_deg > 180.0 else longitude_deg
 
 
-PEAK_TOLERANCE = 0.005
+HEADER_PEAK_RELATIVE_TOLERANCE = 0.005
 """Largest relative difference between the peaks of header and data, 0.5 %."""
 
-MAX_VAULT_DEPTH_M = 3.0
+MAX_SURFACE_SENSOR_DEPTH_M = 3.0
 """Largest depth of a surface sensor, m: vaults, piers and posts in the soil."""
 
 
-def classify_as_surface_or_borehole(depth_m: float | None = None, location_text: str = "") -> Sensor:
+def classify_as_surface_or_borehole(depth_m: float | None = None, location_text: str = "") -> SensorPosition:
     """Return "borehole" or "surface" for a sensor, from its depth, m, or a text on its location."""
     size = r"(\d+(?:\.\d+)?)\s*(m|ft|feet)\b"
     for pattern in (
@@ -212,15 +215,15 @@ def classify_as_surface_or_borehole(depth_m: float | None = None, location_text:
         if stated := re.search(pattern, location_text, re.IGNORECASE):
             depth_m = float(stated[1]) * (1.0 if stated[2].lower() == "m" else 0.3048)
     named = re.search(r"\b(down|bore)[- ]?hole\b", location_text, re.IGNORECASE)
-    return "borehole" if named or (depth_m is not None and depth_m > MAX_VAULT_DEPTH_M) else "surface"
+    return "borehole" if named or (depth_m is not None and depth_m > MAX_SURFACE_SENSOR_DEPTH_M) else "surface"
 
 
-_TALL: Final = "(pier|column|tower|pylon|tank|bent|arch|chimney|mast)"
+_TALL_STRUCTURE_PATTERN: Final = "(pier|column|tower|pylon|tank|bent|arch|chimney|mast)"
 
 _RAISED_PLACE: Final = re.compile(
     r"\b(roof|penthouse|attic|mezzanine|deck|crest|girder|parapet|gallery|mid-?height|level +([2-9]|[1-9]\d)\b|"
     r"(second|third|fourth|fifth|[2-9](nd|rd|th)|[1-9]\d(st|nd|rd|th)) +(fl|level|stor)|"
-    rf"{_TALL}\b[^,;]*\b(top|cap)\b|top +of +(the +)?{_TALL}\b)",
+    rf"{_TALL_STRUCTURE_PATTERN}\b[^,;]*\b(top|cap)\b|top +of +(the +)?{_TALL_STRUCTURE_PATTERN}\b)",
     re.IGNORECASE,
 )
 
@@ -246,7 +249,7 @@ class HeaderPeak:
 
     value: float  # absolute, m/s²
     resolution: float = 0.0  # unit of the last printed digit, m/s²; the comparison allows half of it
-    after_mean: bool = False  # True if it is the peak after subtraction of the mean
+    is_after_mean_removal: bool = False  # True if it is the peak after subtraction of the mean
     line: int | None = None  # line of the file that states it, counted from 1
     sign: int = 0  # of the sample with the peak, +1 or −1; 0 if the header does not state it
 
@@ -265,25 +268,25 @@ class RecordComponent:
 
     samples: FloatArray  # m/s², positive along the axis, shape (n,)
     sampling_interval: float  # s
-    axis: str  # as the file writes it (``N28W``, ``NS2``, ``--L``)
+    axis_name: str  # as the file writes it (``N28W``, ``NS2``, ``--L``)
     azimuth_deg: float | None  # of the axis, degrees clockwise from north; None for a vertical or an unknown axis
-    vertical: int  # +1 where the axis points up, −1 where it points down, 0 for a horizontal or an unknown axis
+    vertical_sense: int  # +1 where the axis points up, −1 where it points down, 0 for a horizontal or an unknown axis
     file: str  # name of the file, without its folder
     sha256: str  # of the file
     format: str = ""  # name in the table of formats
     start: datetime | None = None  # time of the first sample, UTC
     station: str = ""
     event: str = ""
-    origin: datetime | None = None  # origin time of the earthquake, UTC
+    origin_time: datetime | None = None  # origin time of the earthquake, UTC
     latitude: float | None = None  # of the station, degrees
     longitude: float | None = None
-    peak: HeaderPeak | None = None
-    sensor: Sensor = "surface"
-    location: str = ""  # location of the sensor at its station: text of the file, or a SEED code
+    header_peak: HeaderPeak | None = None
+    sensor: SensorPosition = "surface"
+    sensor_location: str = ""  # location of the sensor at its station: text of the file, or a SEED code
     processed: bool = False  # True for corrected data, which the default processing does not change
     unit: str = ""  # declared unit, if the format states none
-    film: bool = False  # digitised from film; its traces may end at different times
-    sisters: str = ""  # key that declared files of one record share
+    is_from_film: bool = False  # digitised from film; its traces may end at different times
+    declared_record_key: str = ""  # key that declared files of one record share
     extra: Mapping[str, Any] = field(default_factory=dict)  # other metadata of the file
     notes: tuple[str, ...] = ()  # notes for the user on how it was read
 
@@ -303,9 +306,8 @@ class RecordComponent:
                 f"{place} in the header are no place on the globe; give station_latitude_deg and station_longitude_deg"
             )
             other_fields["notes"] = (
-                *other_fields.get("notes", ()),
-                f"{source_file.name}: station left off the map: {why}",
-            )
+                *other_fields.get("notes", ()), f"{source_file.name}: station left off the map: {why}",
+            )  # fmt: skip
         other_fields |= {"latitude": latitude, "longitude": longitude}
         return cls(
             samples, sampling_interval, axis_name, *direction, source_file.name, source_file.sha256, **other_fields
@@ -314,10 +316,11 @@ class RecordComponent:
     def __post_init__(self) -> None:
         bad = np.flatnonzero(~np.isfinite(self.samples))
         if bad.size:
-            what = f"sample {int(bad[0])} of {self.axis} is not a number"
+            what = f"sample {int(bad[0])} of {self.axis_name} is not a number"
             raise RecordError(f"{self.file}: {what}; repair the file or leave it out")
         if self.samples.size < 2:
-            raise RecordError(f"{self.file}: {self.samples.size} samples along {self.axis}; a record needs at least 2")
+            count = f"{self.samples.size} samples along {self.axis_name}"
+            raise RecordError(f"{self.file}: {count}; a record needs at least 2")
         if not (np.isfinite(self.sampling_interval) and 1e-5 <= self.sampling_interval <= 1.0):
             what = f"sampling interval {self.sampling_interval:g} s"
             raise RecordError(f"{self.file}: {what}; 0.00001 to 1 s is what accelerographs have: correct the header")
@@ -326,7 +329,8 @@ class RecordComponent:
 def _samples_for_peak_comparison(component: RecordComponent) -> FloatArray:
     """Return samples (m/s²) to compare with the header's peak; their mean is removed if it was for that peak."""
     samples = component.samples
-    return samples - samples.mean() if component.peak is not None and component.peak.after_mean else samples
+    stated = component.header_peak
+    return samples - samples.mean() if stated is not None and stated.is_after_mean_removal else samples
 
 
 def peak_acceleration(component: RecordComponent) -> float:
@@ -342,25 +346,26 @@ def checked_header_peak_difference(
     Call ``report_contradiction(reason, remedy)`` and return None if they differ by more than 0.5 % and by more than
     half a unit of the header's last digit, or if no sample of this size has the sign that the header states.
     """
-    if component.peak is None:
+    if component.header_peak is None:
         return None
-    stated = component.peak
+    stated = component.header_peak
     peak = peak_acceleration(component)
     difference = abs(peak - stated.value)
     # 0.51 instead of 0.5, because the header's decimal number is not exact in binary.
-    tolerance = max(PEAK_TOLERANCE * abs(stated.value), 0.51 * stated.resolution)
+    tolerance = max(HEADER_PEAK_RELATIVE_TOLERANCE * abs(stated.value), 0.51 * stated.resolution)
     line = f" line {stated.line}" if stated.line else ""
     on_side = float((stated.sign * _samples_for_peak_comparison(component)).max()) if stated.sign else peak
     if difference <= tolerance < stated.value - on_side:
         report_contradiction(
             f"{component.file}{line}: the header states a peak of {stated.sign * stated.value * 100:.6g} Gal along "
-            f"{component.axis}, the data has {-stated.sign * peak * 100:.6g} Gal",
+            f"{component.axis_name}, the data has {-stated.sign * peak * 100:.6g} Gal",
             "the sign of its samples is reversed: get the file again, or say --trust-data",
         )
         return None
     if difference > tolerance:
         report_contradiction(
-            f"{component.file}{line}: the header states a peak of {stated.value * 100:.6g} Gal along {component.axis}, "
+            f"{component.file}{line}: the header states a peak of {stated.value * 100:.6g} Gal "
+            f"along {component.axis_name}, "
             f"the data has {peak * 100:.6g} Gal (0.5 % allowed)",
             "the file is cut or its units are not what they seem: get it again, or say --trust-data",
         )
@@ -368,15 +373,15 @@ def checked_header_peak_difference(
     return difference / stated.value if stated.value else 0.0
 
 
-MAX_SKEW_DEG = 5.0
+MAX_AXIS_SKEW_WITHOUT_NOTE_DEG = 5.0
 """Largest deviation of two horizontal axes from a right angle without a note, degrees."""
 
 
 def non_perpendicular_axes_notes(components: Sequence[RecordComponent]) -> list[str]:
-    """Return a note if the angle between two horizontal axes deviates from 90° by more than `MAX_SKEW_DEG`."""
+    """Return a note if the angle between two horizontal axes deviates noticeably from 90°."""
     first, second = (c.azimuth_deg or 0.0 for c in components[:2])
     apart = angle_between_azimuths(second, first)
-    if abs(apart - 90.0) <= MAX_SKEW_DEG:
+    if abs(apart - 90.0) <= MAX_AXIS_SKEW_WITHOUT_NOTE_DEG:
         return []
     which = f"horizontal axes at {first:g}° and {second:g}°, {apart:g}° apart"
     return [f"{which}, are taken as stated: look whether both azimuths are right"]
@@ -384,7 +389,7 @@ def non_perpendicular_axes_notes(components: Sequence[RecordComponent]) -> list[
 
 def agency_processing_metadata(components: Sequence[RecordComponent]) -> dict[str, str]:
     """Return the agency's processing of the axes as metadata (`Record.extra`): one text if it is equal for all axes."""
-    done = {c.axis: str(c.extra.get("agency_processing", "")) for c in components}
+    done = {c.axis_name: str(c.extra.get("agency_processing", "")) for c in components}
     if not any(done.values()):
         return {}
     alike = len(set(done.values())) == 1
@@ -394,5 +399,6 @@ def agency_processing_metadata(components: Sequence[RecordComponent]) -> dict[st
 
 def seed_band_and_instrument_code(component: RecordComponent) -> str:
     """Return band and instrument letters of a component's SEED channel code, such as ``HN``; "" for other names."""
-    coded = component.format in ("miniseed", "sac", "esm-dyna") and re.fullmatch("[A-Z]{2}[A-Z0-9]", component.axis)
-    return component.axis[:2] if coded else ""
+    name = component.axis_name
+    coded = component.format in ("miniseed", "sac", "esm-dyna") and re.fullmatch("[A-Z]{2}[A-Z0-9]", name)
+    return name[:2] if coded else ""

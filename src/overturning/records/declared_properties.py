@@ -6,14 +6,14 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
 from overturning.records.source import SourceFile
-from overturning.units import UNITS
+from overturning.units import ACCELERATION_UNITS
 from overturning.validation import make_constructor_raise_argument_errors
 
 Unit = Literal["m/s2", "cm/s2", "gal", "mm/s2", "nm/s2", "g", "mg"]
-Sensor = Literal["surface", "borehole"]
+SensorPosition = Literal["surface", "borehole"]
 VerticalSense = Literal["up", "down", "none"]
 
-assert set(UNITS) == set(get_args(Unit))
+assert set(ACCELERATION_UNITS) == set(get_args(Unit))
 
 
 _Angle = Annotated[float, Field(ge=-540, le=540)]
@@ -45,7 +45,7 @@ class FilePropertyColumns(BaseModel, extra="forbid", frozen=True, use_attribute_
     """Samples of a CSV or SAC file: corrected already (`true`) or raw (`false`)."""
     vertical_sense: VerticalSense | None = None
     """Sense of a vertical axis that does not state it (`Vert`): `up` or `down`; `none` omits the vertical axis."""
-    sensor: Sensor | None = None
+    sensor: SensorPosition | None = None
     """`surface` (default) or `borehole`; motion of a borehole is refused unless declared."""
     trust_data: bool = False
     """Accept contradictions of header and data, and amplitudes that are implausible for a ground motion."""
@@ -64,7 +64,7 @@ class DeclaredFileProperties(FilePropertyColumns, frozen=True):
     """StationXML files for MiniSEED or SAC files."""
 
     @model_validator(mode="after")
-    def _check_columns_format(self) -> "DeclaredFileProperties":
+    def _refuse_columns_unless_csv(self) -> "DeclaredFileProperties":
         """Raise a ValueError if columns are given for another format than CSV."""
         if self.columns and self.format not in ("auto", "csv"):
             raise ValueError(f"columns: only csv has them, the format is {self.format!r}; leave out one of both")

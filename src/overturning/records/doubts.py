@@ -6,25 +6,25 @@ from typing import Final
 import numpy as np
 
 from overturning.motion.plausible import (
-    DEAD_RATIO,
+    DEAD_AXIS_PEAK_RATIO,
     are_axes_equal_up_to_offset_and_sign,
     clipped_sample_count_and_level,
     dead_horizontal_axis_reason,
-    longest_run_of_equal_samples,
+    longest_pause_while_other_axis_moves,
     reasons_to_doubt_sampling_interval,
 )
 from overturning.records.component import RecordComponent
 
 CLIPPED: Final = "is clipped"
 SAME_SAMPLES: Final = "have the same samples"
-STANDS_STILL: Final = "stands still"
+STANDSTILL_PHRASE: Final = "stands still"
 DEAD_VERTICAL: Final = "is dead: its peak"
 DOUBTFUL_INTERVAL: Final = "is doubtful"
 
-DOUBT_KINDS: Final = {
+PHRASE_BY_DATA_PROBLEM: Final = {
     "clipped samples": CLIPPED,
     "two axes with the same samples": SAME_SAMPLES,
-    "an axis that stands still during the motion": STANDS_STILL,
+    "an axis that stands still during the motion": STANDSTILL_PHRASE,
     "a dead vertical axis": DEAD_VERTICAL,
     "a doubtful sampling interval": DOUBTFUL_INTERVAL,
 }
@@ -34,7 +34,7 @@ DOUBT_KINDS: Final = {
 def data_problem_kinds_in_notes(notes: Iterable[str]) -> list[str]:
     """Find which kinds of data problems, such as clipped samples, the notes on a record mention."""
     notes = list(notes)
-    return [kind for kind, phrase in DOUBT_KINDS.items() if any(phrase in note for note in notes)]
+    return [kind for kind, phrase in PHRASE_BY_DATA_PROBLEM.items() if any(phrase in note for note in notes)]
 
 
 def sample_quality_notes(
@@ -52,25 +52,26 @@ def sample_quality_notes(
     first, second = components[0], components[min(1, len(components) - 1)]
     if (
         first is not second
-        and not second.vertical
+        and not second.vertical_sense
         and are_axes_equal_up_to_offset_and_sign(first.samples, second.samples)
     ):
         notes.append(
-            f"{first.file}: axes {first.axis!r} and {second.axis!r} {SAME_SAMPLES}, so that the ground moves "
+            f"{first.file}: axes {first.axis_name!r} and {second.axis_name!r} {SAME_SAMPLES}, so that the ground moves "
             "along one line: is one a copy of the other?"
         )
     for component in components:
         count, rail = clipped_sample_count_and_level(component.samples)
         if count:
             notes.append(
-                f"{component.file}: axis {component.axis!r} {CLIPPED}: {count} samples stand at its rail, "
+                f"{component.file}: axis {component.axis_name!r} {CLIPPED}: {count} samples stand at its rail, "
                 f"{100 * rail:.4g} Gal; the ground moved more than that"
             )
         others = [other.samples for other in components if other is not component]
-        if pause := longest_run_of_equal_samples(component.samples, others):
+        if pause := longest_pause_while_other_axis_moves(component.samples, others):
             begin, end = (index * component.sampling_interval for index in pause)
             notes.append(
-                f"{component.file}: axis {component.axis!r} {STANDS_STILL} from {begin:.4g} to {end:.4g} s while the "
+                f"{component.file}: axis {component.axis_name!r} {STANDSTILL_PHRASE} from {begin:.4g} to {end:.4g} s "
+                "while the "
                 "ground moves along another: it is dead there"
             )
     return notes
@@ -85,9 +86,9 @@ def report_dead_horizontal_axis(
     components: Sequence[RecordComponent], report_contradiction: Callable[[str, str], None]
 ) -> None:
     """Report a contradiction, by ``report_contradiction(reason, remedy)``, if a horizontal axis has no signal."""
-    if len(components) < 2 or any(c.vertical for c in components[:2]):
+    if len(components) < 2 or any(c.vertical_sense for c in components[:2]):
         return
-    names = [f"axis {component.axis!r}" for component in components]
+    names = [f"axis {component.axis_name!r}" for component in components]
     reason = dead_horizontal_axis_reason([component.samples for component in components], names)
     if reason:
         weak = min(components[:2], key=_peak_after_mean_removal)
@@ -97,11 +98,11 @@ def report_dead_horizontal_axis(
 def _dead_vertical_axis_notes(components: Sequence[RecordComponent]) -> list[str]:
     """Return a note if the vertical component of a record is far weaker than its horizontal ones; else []."""
     peaks = [_peak_after_mean_removal(component) for component in components]
-    if len(peaks) < 3 or peaks[2] >= DEAD_RATIO * max(peaks[:2]):
+    if len(peaks) < 3 or peaks[2] >= DEAD_AXIS_PEAK_RATIO * max(peaks[:2]):
         return []
     dead = components[2]
     return [
-        f"{dead.file}: vertical axis {dead.axis!r} {DEAD_VERTICAL} is {100 * peaks[2]:.3g} Gal, that of the "
+        f"{dead.file}: vertical axis {dead.axis_name!r} {DEAD_VERTICAL} is {100 * peaks[2]:.3g} Gal, that of the "
         f"horizontal axes {100 * max(peaks[:2]):.4g} Gal"
     ]
 

@@ -11,18 +11,18 @@ from urllib.parse import urlsplit
 from overturning.errors import ArgumentError, MissingDataError, RecordError
 from overturning.records.source import is_web_page
 
-USER: Final = "OVERTURNING_FETCH_USER"
-PASSWORD: Final = "OVERTURNING_FETCH_PASSWORD"
+USER_VARIABLE: Final = "OVERTURNING_FETCH_USER"
+PASSWORD_VARIABLE: Final = "OVERTURNING_FETCH_PASSWORD"
 """Environment variables with the credentials, which are not stored anywhere."""
 
-SET_CREDENTIALS: Final = f"set {USER} and {PASSWORD} in the environment"
+CREDENTIALS_INSTRUCTION: Final = f"set {USER_VARIABLE} and {PASSWORD_VARIABLE} in the environment"
 
-BLOCK: Final = 1 << 16
+BLOCK_SIZE_BYTES: Final = 1 << 16
 
 
 def download_credentials_from_environment() -> tuple[str, str] | None:
     """Return user name and password for downloads from the environment variables; None unless both are set."""
-    user, password = os.environ.get(USER), os.environ.get(PASSWORD)
+    user, password = os.environ.get(USER_VARIABLE), os.environ.get(PASSWORD_VARIABLE)
     return (user, password) if user and password else None
 
 
@@ -109,7 +109,7 @@ def _checked_download_file_name(url: str, sha256: str, file_name: str | None) ->
     if parts.scheme not in ("http", "https") or not parts.hostname:
         raise ArgumentError(f"url: {url_without_credentials(url)!r}; give an http or https address")
     if parts.username or parts.password:
-        raise ArgumentError(f"url: credentials do not belong in an address; {SET_CREDENTIALS}")
+        raise ArgumentError(f"url: credentials do not belong in an address; {CREDENTIALS_INSTRUCTION}")
     if parts.hostname.endswith("bosai.go.jp"):
         raise MissingDataError(
             f"{parts.hostname}: NIED gives records to registered users only; download them in a browser "
@@ -142,7 +142,8 @@ def _resume_download(url: str, partial_file: Path, timeout: float) -> None:
         status, content_range = answer.status_code, answer.headers.get("Content-Range", "")
         if status in (401, 403):
             raise MissingDataError(
-                f"{url_without_credentials(url)}: the server wants an account (status {status}); {SET_CREDENTIALS}"
+                f"{url_without_credentials(url)}: the server wants an account (status {status}); "
+                f"{CREDENTIALS_INSTRUCTION}"
             )
         if status in (404, 410):
             raise MissingDataError(
@@ -157,7 +158,7 @@ def _resume_download(url: str, partial_file: Path, timeout: float) -> None:
         continued = status == 206 and content_range.startswith(f"bytes {have}-")
         length = answer.headers.get("Content-Length", "")
         with partial_file.open("ab" if continued else "wb") as out:
-            for block in answer.iter_content(BLOCK):
+            for block in answer.iter_content(BLOCK_SIZE_BYTES):
                 out.write(block)
     if length.isdigit() and partial_file.stat().st_size != int(length) + (have if continued else 0):
         raise RecordError("the connection broke off")

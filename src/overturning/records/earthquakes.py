@@ -25,10 +25,10 @@ MAX_ORIGIN_DIFFERENCE: Final = timedelta(seconds=60)
 MAX_EPICENTRE_DISTANCE_KM: Final = 100.0
 """Largest distance between epicentres of one earthquake from different agencies, km."""
 
-MAX_START_DIFFERENCE: Final = timedelta(minutes=2)
+MAX_SIMULTANEOUS_START_DIFFERENCE: Final = timedelta(minutes=2)
 """Largest difference between the starts of two records that are probably of the same earthquake."""
 
-MAX_NAMED_DIFFERENCE: Final = timedelta(hours=1)
+MAX_START_DIFFERENCE_FOR_SAME_NAME: Final = timedelta(hours=1)
 """Largest difference between the starts of two records with one earthquake name that raises no doubt."""
 
 MIN_NAME_SIMILARITY: Final = 0.85
@@ -37,7 +37,7 @@ MIN_NAME_SIMILARITY: Final = 0.85
 MAX_LISTED_DOUBTS: Final = 10
 """Largest number of doubts that are listed one by one."""
 
-_FILLING: Final = re.compile(
+_IGNORED_NAME_WORDS: Final = re.compile(
     r"\b(rcrd|record|earthquake|eq|of|the|(?:mon|tue|wed|thu|fri|sat|sun)|jst|utc?|gmt|epicentre.*)\b"
 )
 _MONTHS: Final = ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"]
@@ -58,7 +58,7 @@ class _EarthquakeMetadataOfRecord:
     name: str
     event_id: str = ""
     origin: datetime | None = None
-    place: tuple[float, float] | None = None  # epicentre: latitude and longitude, degrees
+    epicentre: tuple[float, float] | None = None  # epicentre: latitude and longitude, degrees
     start: datetime | None = None  # of the record
     synthetic: bool = False
 
@@ -69,9 +69,9 @@ class _EarthquakeMetadataOfRecord:
         if self.origin is None or other_metadata.origin is None:
             return None
         near = (
-            self.place is None
-            or other_metadata.place is None
-            or great_circle_distance_km(self.place, other_metadata.place) <= MAX_EPICENTRE_DISTANCE_KM
+            self.epicentre is None
+            or other_metadata.epicentre is None
+            or great_circle_distance_km(self.epicentre, other_metadata.epicentre) <= MAX_EPICENTRE_DISTANCE_KM
         )
         return near and abs(self.origin - other_metadata.origin) <= MAX_ORIGIN_DIFFERENCE
 
@@ -112,25 +112,29 @@ class _RecordsOfEarthquake:
     """Records that belong to one earthquake, each with its index in the study and its metadata."""
 
     members: dict[int, _EarthquakeMetadataOfRecord] = field(default_factory=dict)
-    stated: dict[tuple[Any, ...], _EarthquakeMetadataOfRecord] = field(
+    first_member_by_id_and_origin: dict[tuple[Any, ...], _EarthquakeMetadataOfRecord] = field(
         default_factory=dict
     )  # the first member with each id and origin
-    names: dict[str, str] = field(default_factory=dict)  # lower-case name: name as written
+    name_by_lower_case_name: dict[str, str] = field(default_factory=dict)  # lower-case name: name as written
 
     def add_record(self, record_index: int, metadata: _EarthquakeMetadataOfRecord) -> None:
         """Add a record, given by its index in the study and its metadata, to the records of the earthquake."""
         self.members[record_index] = metadata
-        self.stated.setdefault((metadata.event_id, metadata.origin, metadata.place), metadata)
-        self.names.setdefault(metadata.name.casefold(), metadata.name)
+        self.first_member_by_id_and_origin.setdefault(
+            (metadata.event_id, metadata.origin, metadata.epicentre), metadata
+        )
+        self.name_by_lower_case_name.setdefault(metadata.name.casefold(), metadata.name)
 
     def matches_earthquake_of_record(self, metadata: _EarthquakeMetadataOfRecord) -> bool:
         """Return True if a record belongs to this earthquake by id or origin time, or else by earthquake name."""
         certain = [
             same
-            for member in self.stated.values()
+            for member in self.first_member_by_id_and_origin.values()
             if (same := member.is_same_earthquake_if_known(metadata)) is not None
         ]
-        named = metadata.name.casefold() in self.names and (metadata.name != "" or not self.event_id_or_origin)
+        named = metadata.name.casefold() in self.name_by_lower_case_name and (
+            metadata.name != "" or not self.event_id_or_origin
+        )
         return all(certain) if certain else named
 
     @property
@@ -147,8 +151,8 @@ class _RecordsOfEarthquake:
     @property
     def event_id_or_origin(self) -> str:
         """Id or origin time of the earthquake, to distinguish earthquakes of the same name; "" if unknown."""
-        ids = [one.event_id for one in self.stated.values() if one.event_id]
-        origins = [f"{one.origin:%Y-%m-%d %H:%M}" for one in self.stated.values() if one.origin]
+        ids = [one.event_id for one in self.first_member_by_id_and_origin.values() if one.event_id]
+        origins = [f"{one.origin:%Y-%m-%d %H:%M}" for one in self.first_member_by_id_and_origin.values() if one.origin]
         return next(iter(ids + origins), "")
 
 
@@ -157,15 +161,15 @@ class EarthquakeAssignment:
     """Earthquake of each record of a study, with notes on doubtful assignments."""
 
     labels: tuple[str, ...]  # label of each record; equal for records of one earthquake only
-    merged: tuple[str, ...]  # one sentence per earthquake with several names
-    doubtful: tuple[str, ...]  # one sentence per doubtful assignment, with names and remedy
+    several_names_notes: tuple[str, ...]  # one sentence per earthquake with several names
+    doubtful_assignment_notes: tuple[str, ...]  # one sentence per doubtful assignment, with names and remedy
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes on earthquakes with several names, and on up to `MAX_LISTED_DOUBTS` doubtful assignments of records."""
-        left_out = len(self.doubtful) - MAX_LISTED_DOUBTS
+        left_out = len(self.doubtful_assignment_notes) - MAX_LISTED_DOUBTS
         more = (f"{left_out} more doubts of this kind",) if left_out > 0 else ()
-        return (*self.merged, *self.doubtful[:MAX_LISTED_DOUBTS], *more)
+        return (*self.several_names_notes, *self.doubtful_assignment_notes[:MAX_LISTED_DOUBTS], *more)
 
 
 def assign_records_to_earthquakes(records: Iterable[Record | RecordTableRow]) -> EarthquakeAssignment:
@@ -223,9 +227,13 @@ def _earthquake_label_of_each_record(earthquakes: list[_RecordsOfEarthquake]) ->
 def _notes_on_earthquakes_with_several_names(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
     """Yield a note for each earthquake to which records with different earthquake names are assigned."""
     for one in earthquakes:
-        names = [name for name in one.names.values() if name]
+        names = [name for name in one.name_by_lower_case_name.values() if name]
         if len(names) > 1:
-            why = "one event_id" if any(each.event_id for each in one.stated.values()) else "one origin"
+            why = (
+                "one event_id"
+                if any(each.event_id for each in one.first_member_by_id_and_origin.values())
+                else "one origin"
+            )
             yield f"{' and '.join(map(repr, names))} are one earthquake ({why}, {one.event_id_or_origin})"
 
 
@@ -236,12 +244,19 @@ def _warnings_on_records_of_uncertain_earthquake(earthquakes: list[_RecordsOfEar
         started = sorted((each.start, each.record_id) for each in loose if each.start)
         if started:
             started = sorted(
-                [*started, *((each.origin, each.record_id) for each in one.stated.values() if each.origin)]
+                [
+                    *started,
+                    *(
+                        (each.origin, each.record_id)
+                        for each in one.first_member_by_id_and_origin.values()
+                        if each.origin
+                    ),
+                ]
             )
         if len(loose) > 1 and not one.name:
             ids = _format_first_three_record_ids(loose)
             yield f"{len(loose)} records ({ids}) name no earthquake and count as one; give event or event_id"
-        elif started and started[-1][0] - started[0][0] > MAX_NAMED_DIFFERENCE:
+        elif started and started[-1][0] - started[0][0] > MAX_START_DIFFERENCE_FOR_SAME_NAME:
             hours = (started[-1][0] - started[0][0]).total_seconds() / 3600
             ids = f"{started[0][1]} and {started[-1][1]}"
             yield f"{one.name!r}: records {ids} start {hours:.3g} h apart and count as one earthquake; give event_id"
@@ -251,7 +266,7 @@ def _notes_on_names_shared_by_earthquakes(earthquakes: list[_RecordsOfEarthquake
     """Yield a note for each name shared by records whose different origin times make them different earthquakes."""
     of_name: dict[str, list[_RecordsOfEarthquake]] = {}
     for one in earthquakes:
-        if one.name and not any(each.event_id for each in one.stated.values()):
+        if one.name and not any(each.event_id for each in one.first_member_by_id_and_origin.values()):
             of_name.setdefault(one.name.casefold(), []).append(one)
     for several in of_name.values():
         if len(several) > 1:
@@ -276,11 +291,17 @@ def _warnings_on_earthquakes_possibly_identical(earthquakes: list[_RecordsOfEart
         if words[1] and others[1] and words[1] != others[1]:
             continue
         if any(
-            a.is_same_earthquake_if_known(b) is False for a in first.stated.values() for b in second.stated.values()
+            a.is_same_earthquake_if_known(b) is False
+            for a in first.first_member_by_id_and_origin.values()
+            for b in second.first_member_by_id_and_origin.values()
         ):
             continue
         begun, other_begun = first.first_record_metadata.start, second.first_record_metadata.start
-        together = begun is not None and other_begun is not None and abs(begun - other_begun) <= MAX_START_DIFFERENCE
+        together = (
+            begun is not None
+            and other_begun is not None
+            and abs(begun - other_begun) <= MAX_SIMULTANEOUS_START_DIFFERENCE
+        )
         if together or _may_name_same_earthquake(words, others):
             why = "have records that start together" if together else "resemble each other"
             yield (
@@ -302,7 +323,7 @@ def _name_words_and_date(earthquake: _RecordsOfEarthquake) -> tuple[str, str, tu
             month = date["month"][:3]
             day = tuple(sorted((_MONTHS.index(month) + 1 if month in _MONTHS else int(month), int(date["day"]))))
         name = f"{name[: match.start()]} {name[match.end() :]}"
-    name = _FILLING.sub(" ", re.sub(r"\d+:[\d:.]+", " ", name))
+    name = _IGNORED_NAME_WORDS.sub(" ", re.sub(r"\d+:[\d:.]+", " ", name))
     return " ".join(re.findall(r"\w+", name)), year, day
 
 

@@ -2,11 +2,11 @@
 
 from typing import TypeAlias
 
-Trace: TypeAlias = tuple[tuple[tuple[float, float], ...], ...]
+FaultTrace: TypeAlias = tuple[tuple[tuple[float, float], ...], ...]
 """Pieces of a fault trace; each is a sequence of points (latitude and longitude, degrees)."""
 
 
-def parse_fault_trace(trace_text: str) -> Trace:
+def parse_fault_trace(trace_text: str) -> FaultTrace:
     """Return the pieces of a fault trace from text such as ``40.71 29.34, 40.73 29.52; 40.71 29.61, 40.75 29.88``.
 
     Raises a ValueError that names a point that is none, is off the globe, or is alone in its piece.

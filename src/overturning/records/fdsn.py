@@ -10,15 +10,19 @@ from typing import Any
 
 from overturning.errors import ArgumentError, MissingDataError, RecordError
 from overturning.files import atomic_write
-from overturning.records.download import SET_CREDENTIALS, call_with_retries, download_credentials_from_environment
+from overturning.records.download import (
+    CREDENTIALS_INSTRUCTION,
+    call_with_retries,
+    download_credentials_from_environment,
+)
 from overturning.records.formats.miniseed import read_obspy_stream
 from overturning.records.formats.stationxml import read_stationxml_inventory
 from overturning.records.source import SourceFile, is_web_page
 
-CODES = ("network", "station", "location", "channel")
+SEED_CODE_NAMES = ("network", "station", "location", "channel")
 BEFORE_S, AFTER_S = 30.0, 270.0
 """Default start and end of the window, s before and after the origin time of an event."""
-MAX_MISSING_S = 2.0
+MAX_MISSING_WITHOUT_NOTE_S = 2.0
 """Longest missing part at either end of the window without a note, s."""
 
 
@@ -38,7 +42,7 @@ class FdsnWaveformRequest:
     after_s: float | None = None  # end of the window after the origin, s; None: `AFTER_S`
 
     def __post_init__(self) -> None:
-        for name in CODES:
+        for name in SEED_CODE_NAMES:
             if not re.fullmatch(r"[A-Za-z0-9?*-]{1,8}", getattr(self, name)):
                 raise ArgumentError(f"{name}: {getattr(self, name)!r}; a SEED code has letters, digits, ? and *")
         if bool(self.event_id) == bool(self.start or self.end):
@@ -48,7 +52,7 @@ class FdsnWaveformRequest:
         if not self.event_id and (self.before_s, self.after_s) != (None, None):
             raise ArgumentError("before, after: they count from an event's origin; leave them out with start and end")
         if "@" in self.server:
-            raise ArgumentError(f"server: no credentials in an address; {SET_CREDENTIALS}")
+            raise ArgumentError(f"server: no credentials in an address; {CREDENTIALS_INSTRUCTION}")
 
 
 def fetch_fdsn_record(
@@ -87,7 +91,7 @@ def fetch_fdsn_record(
     start, end = _requested_time_window(
         request, lambda event_id: send_with_retries(lambda: client.get_events(eventid=event_id))
     )
-    codes = {name: getattr(request, name) for name in CODES}
+    codes = {name: getattr(request, name) for name in SEED_CODE_NAMES}
     stem = ".".join([*codes.values(), start.strftime("%Y%m%dT%H%M%S"), f"{end - start:.0f}s"])
     stem = re.sub(r"[?*]", "x", stem)
     waves, metadata = folder / f"{stem}.mseed", folder / f"{stem}.xml"
@@ -95,12 +99,14 @@ def fetch_fdsn_record(
     if not metadata.exists():
         get = partial(client.get_stations, **codes, **window, level="response")
         send_with_retries(
-            lambda: _save_server_answer(metadata, "StationXML", get, lambda file: read_stationxml_inventory([file]))
+            lambda: _download_and_save_checked(
+                metadata, "StationXML", get, lambda file: read_stationxml_inventory([file])
+            )
         )
     if not waves.exists():
         get = partial(client.get_waveforms, **codes, **window)
         send_with_retries(
-            lambda: _save_server_answer(
+            lambda: _download_and_save_checked(
                 waves, "MiniSEED", get, lambda file: _check_waveform_size_and_end(file, start, end)
             )
         )
@@ -110,12 +116,16 @@ def fetch_fdsn_record(
 
 
 def _incomplete_channel_notes(waveform_file: SourceFile, start: Any, end: Any) -> Iterator[str]:
-    """Yield a note for each channel that begins or ends more than `MAX_MISSING_S` inside the requested window."""
+    """Yield a note for each channel that begins or ends clearly inside the requested window."""
     found = read_obspy_stream(waveform_file, "MSEED")
     for channel in dict.fromkeys(trace.id for trace in found):
         pieces = [trace.stats for trace in found if trace.id == channel]
         ends = min(one.starttime for one in pieces) - start, end - max(one.endtime for one in pieces)
-        lost = [f"{word} {s:.0f} s" for word, s in zip(("first", "last"), ends, strict=True) if s > MAX_MISSING_S]
+        lost = [
+            f"{word} {s:.0f} s"
+            for word, s in zip(("first", "last"), ends, strict=True)
+            if s > MAX_MISSING_WITHOUT_NOTE_S
+        ]
         if lost:
             name = waveform_file.name
             yield f"{name}: of the requested window, the {' and the '.join(lost)} of {channel} are not there"
@@ -169,7 +179,7 @@ def _send_fdsn_request(send_request: Callable[[], Any], request_label: str) -> A
     except header.FDSNNoDataException:
         raise nothing from None
     except (header.FDSNUnauthorizedException, header.FDSNForbiddenException):
-        raise MissingDataError(f"{request_label}: the server wants an account; {SET_CREDENTIALS}") from None
+        raise MissingDataError(f"{request_label}: the server wants an account; {CREDENTIALS_INSTRUCTION}") from None
     except header.FDSNBadRequestException:
         raise ArgumentError(
             f"{request_label}: the server does not understand the request; check codes and times"
@@ -180,7 +190,7 @@ def _send_fdsn_request(send_request: Callable[[], Any], request_label: str) -> A
         raise (nothing if "404" in str(problem).partition("\n")[0] else problem) from None
 
 
-def _save_server_answer(
+def _download_and_save_checked(
     path: Path, content_label: str, download: Callable[..., Any], check_content: Callable[[SourceFile], Any]
 ) -> None:
     """Save a server's answer to a file; raise a RecordError if it is empty, a web page, or fails ``check_content``."""

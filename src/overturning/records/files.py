@@ -9,7 +9,7 @@ from overturning.errors import RecordError, RecordRefusalReasons
 from overturning.records.component import RecordComponent
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.table import (
-    NO_ACCELERATION,
+    NO_ACCELERATION_REASON,
     RecordFileFormat,
     detect_format,
     find_format_by_name,
@@ -18,7 +18,7 @@ from overturning.records.formats.table import (
 )
 from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, is_archive, unpack_archive
 
-TABLES: Final = frozenset(("csv", "doc", "docx", "txt", "xls", "xlsx"))
+TABLE_EXTENSIONS: Final = frozenset(("csv", "doc", "docx", "txt", "xls", "xlsx"))
 """Extensions of tables and texts that agencies add to an archive of records, such as `_SearchResults.csv` of PEER."""
 
 
@@ -41,8 +41,8 @@ def read_components(files: Iterable[SourceFile], declared_properties: DeclaredFi
         in_archive = member is not file
         if member in declared_properties.metadata:
             continue
-        if in_archive and (member.suffix in NON_RECORD_EXTENSIONS or holds_no_acceleration(member)):
-            left_out[member] = NO_ACCELERATION
+        if in_archive and (member.extension in NON_RECORD_EXTENSIONS or holds_no_acceleration(member)):
+            left_out[member] = NO_ACCELERATION_REASON
         elif in_archive and not is_csv and _is_table_of_unknown_format(member):
             tables.append(member)
         else:
@@ -51,7 +51,7 @@ def read_components(files: Iterable[SourceFile], declared_properties: DeclaredFi
     # A table or a letter that comes with the records has another extension than they have.
     records = {PurePosixPath(one.file).suffix.lower().lstrip(".") for one in components}
     for member in tables:
-        if records and member.suffix not in records:
+        if records and member.extension not in records:
             left_out[member] = "its format is not recognised"
         else:
             with reasons.collect_reason():
@@ -76,7 +76,7 @@ def _files_paired_with_archives(files: Iterable[SourceFile]) -> Iterator[tuple[S
 
 def _is_table_of_unknown_format(archive_member: SourceFile) -> bool:
     """Return True if an archive member has the extension of a table (such as .csv) but no known record format."""
-    return archive_member.suffix in TABLES and not has_known_format(archive_member)
+    return archive_member.extension in TABLE_EXTENSIONS and not has_known_format(archive_member)
 
 
 def _read_file_components(
@@ -107,7 +107,7 @@ def _drop_raw_versions_of_processed_components(
         if any(archive[o.sha256] is archive[one.sha256] and _are_versions_of_same_component(one, o) for o in processed)
     ]
     said = [(c.file, "the same is there processed") for c in twice]
-    said += [(file.name, why) for file, why in omission_reasons.items() if file.suffix not in NON_RECORD_EXTENSIONS]
+    said += [(file.name, why) for file, why in omission_reasons.items() if file.extension not in NON_RECORD_EXTENSIONS]
     kept = [c for c in components if not any(c is other for other in twice)]
     return [_add_omission_notes(c, said) if c.sha256 in archive else c for c in kept]
 
@@ -121,5 +121,5 @@ def _add_omission_notes(component: RecordComponent, omitted_files: Sequence[tupl
 
 def _are_versions_of_same_component(first_component: RecordComponent, second_component: RecordComponent) -> bool:
     """Return True if two components have the same axis, sensor and earthquake according to their metadata."""
-    same = ("format", "station", "event", "location", "sensor", "azimuth_deg", "vertical")
+    same = ("format", "station", "event", "sensor_location", "sensor", "azimuth_deg", "vertical_sense")
     return all(getattr(first_component, name) == getattr(second_component, name) for name in same)

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 
 from overturning.records.component import RecordComponent, seed_band_and_instrument_code
-from overturning.records.window import MAX_SPREAD_S
+from overturning.records.window import MAX_START_OR_DURATION_SPREAD_S
 
 
 def group_components_by_record(components: Iterable[RecordComponent]) -> list[list[RecordComponent]]:
@@ -26,16 +26,16 @@ def group_components_by_record(components: Iterable[RecordComponent]) -> list[li
 def belongs_to_record(record_components: Sequence[RecordComponent], component: RecordComponent) -> bool:
     """Return True if a component belongs to the record of other components, according to their files' metadata."""
     first = record_components[0]
-    if first.location and component.location and first.location != component.location:
+    if first.sensor_location and component.sensor_location and first.sensor_location != component.sensor_location:
         return False
     if len({seed_band_and_instrument_code(first), seed_band_and_instrument_code(component)} - {""}) > 1:
         return False  # two bands of one sensor (BN, HN), or two sensors
-    if any(c.axis == component.axis for c in record_components):
+    if any(c.axis_name == component.axis_name for c in record_components):
         return False
     if first.file == component.file and first.sha256 == component.sha256:
         alike = first.sensor == component.sensor and first.station == component.station
         return alike and not _have_different_networks(first, component)
-    if component.sisters and component.sisters == first.sisters:
+    if component.declared_record_key and component.declared_record_key == first.declared_record_key:
         return True
     return bool(component.station or component.event) and _have_equal_record_metadata(first, component)
 
@@ -49,7 +49,7 @@ def _have_equal_record_metadata(first_component: RecordComponent, second_compone
         return False
     if first_component.start is None or second_component.start is None:
         return first_component.start is second_component.start
-    return abs((first_component.start - second_component.start).total_seconds()) <= MAX_SPREAD_S
+    return abs((first_component.start - second_component.start).total_seconds()) <= MAX_START_OR_DURATION_SPREAD_S
 
 
 def _have_different_networks(first_component: RecordComponent, second_component: RecordComponent) -> bool:

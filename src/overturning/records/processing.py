@@ -12,17 +12,17 @@ from overturning.errors import RecordError
 from overturning.motion.noise import shortest_usable_noise_window_s, signal_and_noise_spectra
 from overturning.motion.plausible import implausible_amplitude_reason
 from overturning.records.assembly import format_iso_utc_time
-from overturning.records.record import Record, pga_pgv_pgd_of_larger_component
+from overturning.records.record import Record, largest_pga_pgv_pgd_of_components
 from overturning.records.site import SoilSite
 from overturning.records.steps import Baseline, Highpass, RemoveMean, Resample, Step, Taper
 
-DEFAULT_HZ: Final = 0.1
+DEFAULT_CORNER_HZ: Final = 0.1
 """Default corner frequency, Hz, without usable noise; analogue accelerographs do not resolve lower ones."""
 
-SIGNAL_TO_NOISE: Final = 3.0
+MIN_SIGNAL_TO_NOISE_RATIO: Final = 3.0
 """Smallest signal-to-noise ratio of a usable signal, as usual for strong-motion data."""
 
-BOUNDS_HZ: Final = (0.03, 1.0)
+CORNER_BOUNDS_HZ: Final = (0.03, 1.0)
 """Lowest and highest corner frequency of the automatic choice, Hz."""
 
 
@@ -93,7 +93,7 @@ def _append_processing_entry(
 ) -> Record:
     """Append a processing step, with its parameters and effect on peaks, to a record's list; shift its start time."""
     peaks = [
-        pga_pgv_pgd_of_larger_component(record.horizontal_components, record.sampling_interval)
+        largest_pga_pgv_pgd_of_components(record.horizontal_components, record.sampling_interval)
         for record in (record_before, record_after)
     ]
     entry: dict[str, Any] = {"step": step.step, **step.model_dump(mode="json")}
@@ -113,30 +113,30 @@ def choose_highpass_corner_and_reason(record: Record) -> tuple[float, str]:
     if the noise is too short for the default corner and the signal exceeds it everywhere, it is the default.
     """
     if not (np.ptp(record.north) or np.ptp(record.east)):
-        return DEFAULT_HZ, "no horizontal motion"
+        return DEFAULT_CORNER_HZ, "no horizontal motion"
     found = signal_and_noise_spectra([record.north, record.east], record.sampling_interval)
     if found is None:
         shortest = shortest_usable_noise_window_s(record.sampling_interval)
-        return DEFAULT_HZ, f"no noise of {shortest:g} s before the onset to compare with"
+        return DEFAULT_CORNER_HZ, f"no noise of {shortest:g} s before the onset to compare with"
     window = f"noise of the first {found.onset:.1f} s"
     ratio = found.ratio.min(axis=0)
     best = int(ratio.argmax())
-    below = np.flatnonzero(ratio[: best + 1] < SIGNAL_TO_NOISE)
-    if ratio[best] < SIGNAL_TO_NOISE:
+    below = np.flatnonzero(ratio[: best + 1] < MIN_SIGNAL_TO_NOISE_RATIO)
+    if ratio[best] < MIN_SIGNAL_TO_NOISE_RATIO:
         corner, reason = (
-            BOUNDS_HZ[1],
-            f"signal nowhere {SIGNAL_TO_NOISE:g} times the {window}, so the highest corner is taken",
+            CORNER_BOUNDS_HZ[1],
+            f"signal nowhere {MIN_SIGNAL_TO_NOISE_RATIO:g} times the {window}, so the highest corner is taken",
         )
     elif below.size:
         corner, last = float(found.frequency[below[-1] + 1]), below[-1]
         row = int(found.ratio[:, last].argmin())
-        what = "offset that the shock leaves" if found.offset[row, last] > found.noise[row, last] else window
-        reason = f"signal less than {SIGNAL_TO_NOISE:g} times the {what} below it"
+        what = "offset that the shock leaves" if found.offset_spectrum[row, last] > found.noise[row, last] else window
+        reason = f"signal less than {MIN_SIGNAL_TO_NOISE_RATIO:g} times the {what} below it"
     else:
-        corner = min(float(found.frequency[0]), DEFAULT_HZ)
-        reason = f"signal more than {SIGNAL_TO_NOISE:g} times the {window} as far down as that tells"
-        reason += f", {found.frequency[0]:.2g} Hz" if found.frequency[0] > DEFAULT_HZ else ""
-    low, high = BOUNDS_HZ
+        corner = min(float(found.frequency[0]), DEFAULT_CORNER_HZ)
+        reason = f"signal more than {MIN_SIGNAL_TO_NOISE_RATIO:g} times the {window} as far down as that tells"
+        reason += f", {found.frequency[0]:.2g} Hz" if found.frequency[0] > DEFAULT_CORNER_HZ else ""
+    low, high = CORNER_BOUNDS_HZ
     if not low <= corner <= high:
         reason += f", kept within {low:g} to {high:g} Hz"
     return round(min(max(corner, low), high), 3), reason

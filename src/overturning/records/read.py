@@ -35,7 +35,9 @@ from overturning.records.steps import Step, Steps
 from overturning.records.store import round_to_stored_precision
 from overturning.validation import describe_invalid_keys
 
-NO_SOURCE: Final = "left off the map: its coordinates have no source; name one in the column coordinates_source"
+COORDINATES_WITHOUT_SOURCE_NOTE: Final = (
+    "left off the map: its coordinates have no source; name one in the column coordinates_source"
+)
 """Note on a record whose coordinates the record table states without a source."""
 
 
@@ -104,7 +106,9 @@ def add_descriptive_metadata_from_table_row(record: Record, table_row: RecordTab
         | table_row.coordinate_source_and_fault_trace
     )
     described = replace(record, extra=extra, **stated)
-    return add_notes_to_record(described, [NO_SOURCE] if extra.get("coordinates_source") == "" else [])
+    return add_notes_to_record(
+        described, [COORDINATES_WITHOUT_SOURCE_NOTE] if extra.get("coordinates_source") == "" else []
+    )
 
 
 def _read_record_components(table_row: RecordTableRow, data_dir: Path | str) -> list[RecordComponent]:
@@ -148,7 +152,7 @@ def _assemble_record_of_chosen_sensor(
         if components and not chosen:
             other, first = components[0].sensor, components[0]
             raise RecordError(
-                f"{first.file}: axis {first.axis} is of the {other} sensor of {first.station or 'its station'}; "
+                f"{first.file}: axis {first.axis_name} is of the {other} sensor of {first.station or 'its station'}; "
                 f"declare it (sensor {other} in the record table, --sensor {other}, sensor={other!r} in Python), or "
                 f"give the files of the {sensor} sensor"
             )
@@ -156,9 +160,9 @@ def _assemble_record_of_chosen_sensor(
         record = assemble_record(chosen or components, record_id, declared_properties, **replaced_fields)
     reasons.raise_collected_reasons()
     others = [c for c in components if c.sensor != sensor]
-    if sum(not c.vertical for c in others) >= 2:  # They are a complete record of another sensor.
+    if sum(not c.vertical_sense for c in others) >= 2:  # They are a complete record of another sensor.
         return record
-    left_out = [f"axis {c.axis!r} left out: {c.file} is of the {c.sensor} sensor" for c in others]
+    left_out = [f"axis {c.axis_name!r} left out: {c.file} is of the {c.sensor} sensor" for c in others]
     return replace(record, extra=record.extra | {"notes": [*record.notes, *left_out]}) if left_out else record
 
 

@@ -107,7 +107,9 @@ def as_record(motion: Accelerogram, record_id: str = "motion") -> Record:
     return Record(record_id, motion.north, motion.east, motion.up, motion.sampling_interval, extra=extra)
 
 
-def pga_pgv_pgd_of_larger_component(horizontal_acceleration: FloatArray, sampling_interval: float) -> dict[str, float]:
+def largest_pga_pgv_pgd_of_components(
+    horizontal_acceleration: FloatArray, sampling_interval: float
+) -> dict[str, float]:
     """Return PGA (m/s²), PGV (m/s) and PGD (m), each from the horizontal component with the larger peak.
 
     The values are rounded to nine digits; the keys are ``pga``, ``pgv`` and ``pgd``.
@@ -171,15 +173,15 @@ def start_offset_from_file_start_s(record: Record) -> float:
     return float(sum(step.get("shift_s", 0.0) for step in record.processing))
 
 
-DRIFT: Final = 0.02
+MAX_FINAL_VELOCITY_SHARE: Final = 0.02
 """Largest final velocity of a component without drift, as a share of its peak."""
 
 
 def displacement_drift_evidence(record: Record) -> str:
     """Describe signs that the displacement of a record drifts, so that its PGD is wrong; "" without signs.
 
-    A component drifts if its velocity ends at more than `DRIFT` of its peak, or if its displacement is largest at the
-    last sample. Synthetic pulses are exempt.
+    A component drifts if its velocity ends at more than `MAX_FINAL_VELOCITY_SHARE` of its peak, or if its displacement
+    is largest at the last sample. Synthetic pulses are exempt.
     """
     if record.extra.get("format") == "synthetic":
         return ""
@@ -187,7 +189,7 @@ def displacement_drift_evidence(record: Record) -> str:
     for name, samples in (("north", record.north), ("east", record.east)):
         velocity = integrate(samples, record.sampling_interval)
         speed, way = np.abs(velocity), np.abs(integrate(velocity, record.sampling_interval))
-        if speed[-1] > DRIFT * speed.max():
+        if speed[-1] > MAX_FINAL_VELOCITY_SHARE * speed.max():
             said.append(f"velocity of {name} ends at {100 * speed[-1] / speed.max():.0f} % of its peak")
         if way[-1] == way.max() > 0:
             said.append(f"displacement of {name} is largest at the last sample")
@@ -203,7 +205,7 @@ def source_and_processing_of_record(record: Record) -> dict[str, Any]:
     ``start``, ``duration_s`` (after processing), ``declared``, ``trusted``, and ``notes`` if there are any.
     """
     effects = [step["effect"] for step in record.processing]
-    now = pga_pgv_pgd_of_larger_component(record.horizontal_components, record.sampling_interval)
+    now = largest_pga_pgv_pgd_of_components(record.horizontal_components, record.sampling_interval)
     return {
         "data": processing_label(record),
         "agency": record.extra.get("agency_processing", ""),

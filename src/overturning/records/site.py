@@ -12,7 +12,7 @@ from overturning.motion.soil import RockHalfSpace, SoilLayer, propagate_through_
 from overturning.records.record import Record
 from overturning.validation import StrictModel
 
-BEYOND_CURVE: Final = "beyond the curve"
+BEYOND_CURVE_PHRASE: Final = "beyond the curve"
 """Part of the account of a soil-response analysis whose effective strain exceeds the curve of a layer."""
 
 
@@ -48,13 +48,17 @@ class SoilSite(StrictModel):
         outcrop, notes = self.motion == "outcrop", []
         for axis, samples in (("north", record.north), ("east", record.east)):
             passed = propagate_through_soil(samples, record.sampling_interval, self.layers, self.rock, outcrop=outcrop)
-            state = "converged" if passed.converged else f"not converged (last change {100 * passed.change:.1f} %)"
+            state = (
+                "converged"
+                if passed.converged
+                else f"not converged (last change {100 * passed.last_iteration_change:.1f} %)"
+            )
             note = f"{axis} {state}, strain {100 * passed.largest_strain:.2g} %"
-            if passed.beyond_curve is not None:
-                strain, end = (100 * one for one in passed.beyond_curve)
-                note += f", effective strain {strain:.2g} % {BEYOND_CURVE} (which ends at {end:.2g} %)"
+            if passed.strain_and_exceeded_curve_end is not None:
+                strain, end = (100 * one for one in passed.strain_and_exceeded_curve_end)
+                note += f", effective strain {strain:.2g} % {BEYOND_CURVE_PHRASE} (which ends at {end:.2g} %)"
             notes.append(note)
-            surface[axis] = passed.samples
+            surface[axis] = passed.surface_acceleration
         # The tails of the components differ: the samples that are left out are below a small share of the peak.
         count = max(samples.size for samples in surface.values())
         padded: dict[str, Any] = {axis: np.pad(samples, (0, count - samples.size)) for axis, samples in surface.items()}

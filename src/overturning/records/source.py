@@ -29,10 +29,10 @@ NON_RECORD_EXTENSIONS: Final = frozenset(
 ) | {"db", "eps", "gif", "ini", "kmz", "ods", "odt", "pptx", "ps", "rtf", "tif", "tiff"}
 """Extensions of files that are no records: they are skipped in folders, in archives, and among several files."""
 
-DOCUMENTS: Final = frozenset(("docx", "kmz", "ods", "odt", "pptx", "xlsx"))
+ZIPPED_DOCUMENT_EXTENSIONS: Final = frozenset(("docx", "kmz", "ods", "odt", "pptx", "xlsx"))
 """Extensions of documents that are zip files but no archives of records."""
 
-OTHER_PACKINGS: Final = {
+UNSUPPORTED_ARCHIVE_BY_FIRST_BYTES: Final = {
     b"\xfd7zXZ\x00": "xz", b"7z\xbc\xaf\x27\x1c": "7z", b"Rar!\x1a\x07": "rar", b"\x1f\x9d": "compress (.Z)",
 }  # fmt: skip
 """Kinds of archives and compressed files that are not read, by their first bytes."""
@@ -98,7 +98,7 @@ class SourceFile:
         return begin[:2000].removeprefix(codecs.BOM_UTF8)
 
     @property
-    def suffix(self) -> str:
+    def extension(self) -> str:
         """Last extension of the file name in lower case, without the dot."""
         return PurePosixPath(self.name).suffix.lower().lstrip(".")
 
@@ -152,7 +152,7 @@ def unpack_archive(
         raise RecordError(f"{archive_file.name}: archives nested more than twice; unpack it first")
     try:
         for member in _archive_members(archive_file, budget):
-            if is_archive(member.data) and member.suffix not in DOCUMENTS:
+            if is_archive(member.data) and member.extension not in ZIPPED_DOCUMENT_EXTENSIONS:
                 yield from unpack_archive(member, _depth=_depth + 1, _budget=budget)
             else:
                 yield member

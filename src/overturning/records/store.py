@@ -16,8 +16,8 @@ DECIMALS = 9
 
 SCHEMA = "overturning motion 1"
 
-_TEXTS = ("record_id", "start", "station", "event", "source", "sha256", "licence")
-_NUMBERS = ("fault_strike_deg", "latitude", "longitude")
+_TEXT_FIELDS = ("record_id", "start", "station", "event", "source", "sha256", "licence")
+_NUMBER_FIELDS = ("fault_strike_deg", "latitude", "longitude")
 
 
 def round_to_stored_precision(record: Record) -> Record:
@@ -76,8 +76,8 @@ def _record_netcdf_attributes(record: Record) -> dict[str, Any]:
         "schema": SCHEMA,
         "sampling_interval": record.sampling_interval,
     }
-    attributes |= {name: getattr(record, name) for name in _TEXTS if getattr(record, name)}
-    attributes |= {name: float(getattr(record, name)) for name in _NUMBERS if getattr(record, name) is not None}
+    attributes |= {name: getattr(record, name) for name in _TEXT_FIELDS if getattr(record, name)}
+    attributes |= {name: float(getattr(record, name)) for name in _NUMBER_FIELDS if getattr(record, name) is not None}
     if record.component_azimuths_deg:
         attributes["component_azimuths_deg"] = np.array(record.component_azimuths_deg, dtype=np.float64)
     attributes["processing"] = json.dumps(list(record.processing), ensure_ascii=False)
@@ -117,8 +117,8 @@ def _read_stored_record(path: Path, variable_suffix: str) -> Record:
                 if name + variable_suffix in file.variables
             }
             attributes |= {"start": attributes.get("start_unprocessed", "")} if variable_suffix else {}
-            fields: dict[str, Any] = {name: str(attributes[name]) for name in _TEXTS if name in attributes}
-            fields |= {name: float(attributes[name]) for name in _NUMBERS if name in attributes}
+            fields: dict[str, Any] = {name: str(attributes[name]) for name in _TEXT_FIELDS if name in attributes}
+            fields |= {name: float(attributes[name]) for name in _NUMBER_FIELDS if name in attributes}
             azimuths = np.atleast_1d(attributes.get("component_azimuths_deg", ()))
             return Record(
                 north=samples["north"],

@@ -9,7 +9,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from overturning.errors import ArgumentError, ConfigError, MissingDataError, OverturningError
-from overturning.files import atomic_write, find_project_file
+from overturning.files import atomic_write, path_in_working_folder_or_package
 from overturning.records.catalogue import RecordTableRow, read_record_table
 from overturning.records.duplicates import duplicate_record_messages, find_duplicate_records, motion_fingerprint
 from overturning.records.earthquakes import assign_records_to_earthquakes
@@ -18,7 +18,7 @@ from overturning.records.read import read_components_of_file_and_siblings, read_
 from overturning.records.record import Record
 from overturning.validation import format_validation_error
 
-COLUMNS = ("id", "format", "source", "station", "event", "fault_strike_deg", "pulse", "licence")
+NEW_TABLE_COLUMNS = ("id", "format", "source", "station", "event", "fault_strike_deg", "pulse", "licence")
 """Columns of a new table."""
 
 
@@ -35,7 +35,7 @@ def add_record_to_table(
     _check_files_and_columns_exist(paths, cells_by_column)
     stem = "".join(sign if sign.isalnum() or sign in "_-" else "-" for sign in paths[0].name.split(".")[0].lower())
     cells = {"id": stem, "format": "auto", "source": " ".join(path.name for path in paths), **cells_by_column}
-    before = find_project_file(table_path)
+    before = path_in_working_folder_or_package(table_path)
     rows = read_record_table(before) if before.exists() else {}
     if cells["id"] in rows:
         raise ConfigError(f"{table_path}: id {cells['id']!r} is there already; give another one")
@@ -129,7 +129,11 @@ def _read_record_or_return_row(table_row: RecordTableRow, record_folder: Path) -
 
 def _write_table_with_added_line(table_path: Path, source_table: Path, cells_by_column: dict[str, str]) -> None:
     """Write a record table with the lines of ``source_table`` and a new one; columns are added as needed."""
-    lines = source_table.read_text(encoding="utf-8-sig").splitlines() if source_table.exists() else ["\t".join(COLUMNS)]
+    lines = (
+        source_table.read_text(encoding="utf-8-sig").splitlines()
+        if source_table.exists()
+        else ["\t".join(NEW_TABLE_COLUMNS)]
+    )
     head = next(index for index, line in enumerate(lines) if line.strip() and not line.startswith("#"))
     columns = lines[head].split("\t")
     known = [column.strip().lower() for column in columns]

@@ -12,13 +12,13 @@ from overturning.arrays import FloatArray
 from overturning.errors import RecordError, RecordRefusalReasons
 from overturning.records.component import RecordComponent, seed_band_and_instrument_code
 from overturning.records.earthquakes import great_circle_distance_km
-from overturning.records.record import pga_pgv_pgd_of_larger_component
+from overturning.records.record import largest_pga_pgv_pgd_of_components
 
-MAX_SPREAD_S = 0.5
+MAX_START_OR_DURATION_SPREAD_S = 0.5
 """Largest difference in start or in length between components of one record, s."""
 
-MIN_WINDOW_PEAK = 0.8
-"""Smallest share of a component's peak in the common window, if lengths differ by more than `MAX_SPREAD_S`."""
+MIN_PEAK_SHARE_IN_WINDOW = 0.8
+"""Smallest share of a component's peak in the common window, if lengths differ by more than the bound above."""
 
 MAX_STATION_DISTANCE_KM = 1.0
 """Largest distance between stated places of one station, km; files round them to degrees or minutes."""
@@ -37,7 +37,7 @@ class AssemblyRefusalCollector(RecordRefusalReasons):
         """True if at least one reason to refuse the components has been collected."""
         return bool(self._found)
 
-    def report_contradiction(self, contradiction: str, remedy: str) -> None:
+    def refuse_or_store_contradiction(self, contradiction: str, remedy: str) -> None:
         """Raise a RecordError for a contradiction; if the user trusts the data, only store the contradiction."""
         if not self.trusting:
             raise RecordError(f"{contradiction}; {remedy}")
@@ -66,7 +66,7 @@ def cut_to_common_window(
     for component, offset in zip(components, offsets, strict=True):
         start = component.start and component.start + timedelta(seconds=offset * interval)
         cut.append(replace(component, samples=component.samples[offset : offset + length], start=start))
-    if spread > MAX_SPREAD_S:
+    if spread > MAX_START_OR_DURATION_SPREAD_S:
         _check_peak_in_common_window(components, cut, refusals_out)
     return cut
 
@@ -74,7 +74,14 @@ def cut_to_common_window(
 def _check_all_of_one_record(components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector) -> None:
     """Report a contradiction if components differ in station, earthquake or sensor, or only some of them are raw."""
     said = [
-        (c.station, c.extra.get("network", ""), c.event, "processed" if c.processed else "raw", c.location, sensor)
+        (
+            c.station,
+            c.extra.get("network", ""),
+            c.event,
+            "processed" if c.processed else "raw",
+            c.sensor_location,
+            sensor,
+        )
         for c, sensor in zip(components, map(seed_band_and_instrument_code, components), strict=True)
     ]
     for texts in zip(*said, strict=True):
@@ -82,7 +89,7 @@ def _check_all_of_one_record(components: Sequence[RecordComponent], refusals_out
         if len(named) > 1:
             why = f"{components[0].file}: components of {' and '.join(map(repr, named.values()))}"
             remedy = "give the files of one sensor together, or say --trust-data if it is one record anyway"
-            refusals_out.report_contradiction(why, f"they are not of one record: {remedy}")
+            refusals_out.refuse_or_store_contradiction(why, f"they are not of one record: {remedy}")
 
 
 def _common_sampling_interval(components: Sequence[RecordComponent]) -> float:
@@ -91,7 +98,7 @@ def _common_sampling_interval(components: Sequence[RecordComponent]) -> float:
     for other in components[1:]:
         if not math.isclose(other.sampling_interval, interval, rel_tol=1e-6):
             raise RecordError(
-                f"{other.file}: sampling interval {other.sampling_interval:g} s along {other.axis}, "
+                f"{other.file}: sampling interval {other.sampling_interval:g} s along {other.axis_name}, "
                 f"{components[0].file} has {interval:g} s; components of one record must share it"
             )
     return interval
@@ -103,16 +110,19 @@ def _sample_counts_before_common_start(
     """Return each component's number of samples before the latest start of any component; 0 if a start is unknown."""
     starts = [c.start for c in components if c.start is not None]
     if 0 < len(starts) < len(components):
-        undated = " and ".join(f"{c.axis} of {c.file}" for c in components if c.start is None)
+        undated = " and ".join(f"{c.axis_name} of {c.file}" for c in components if c.start is None)
         remedy = "give it the start that it has, or say --trust-data to take first samples as those of one time"
-        refusals_out.report_contradiction(f"{undated} does not say when it begins, other components do", remedy)
+        refusals_out.refuse_or_store_contradiction(
+            f"{undated} does not say when it begins, other components do", remedy
+        )
     if len(starts) < len(components):
         return [0] * len(components)
     latest = max(starts)
     spread = (latest - min(starts)).total_seconds()
-    if spread > MAX_SPREAD_S:
+    if spread > MAX_START_OR_DURATION_SPREAD_S:
         raise RecordError(
-            f"{components[0].file}: components start {spread:.2f} s apart (at most {MAX_SPREAD_S} s); "
+            f"{components[0].file}: components start {spread:.2f} s apart "
+            f"(at most {MAX_START_OR_DURATION_SPREAD_S} s); "
             "they are not of one record"
         )
     return [round((latest - start).total_seconds() / sampling_interval) for start in starts]
@@ -124,11 +134,12 @@ def _checked_duration_difference_s(
     """Return the longest minus the shortest duration, s; report a contradiction if several files differ too much."""
     sizes = [c.samples.size for c in components]
     spread = (max(sizes) - min(sizes)) * sampling_interval
-    one_file = len({c.sha256 for c in components}) == 1 or all(c.film for c in components)
-    if spread > MAX_SPREAD_S + 0.5 * sampling_interval and not one_file:
-        counts = f"{' and '.join(map(str, sizes))} samples, {spread:.2f} s apart (at most {MAX_SPREAD_S} s)"
+    one_file = len({c.sha256 for c in components}) == 1 or all(c.is_from_film for c in components)
+    if spread > MAX_START_OR_DURATION_SPREAD_S + 0.5 * sampling_interval and not one_file:
+        bound = f"(at most {MAX_START_OR_DURATION_SPREAD_S} s)"
+        counts = f"{' and '.join(map(str, sizes))} samples, {spread:.2f} s apart {bound}"
         remedy = "get the file again, or say --trust-data to keep the common part"
-        refusals_out.report_contradiction(f"{components[0].file}: components have {counts}", remedy)
+        refusals_out.refuse_or_store_contradiction(f"{components[0].file}: components have {counts}", remedy)
     return spread
 
 
@@ -140,7 +151,7 @@ def _check_station_places_agree(components: Sequence[RecordComponent], refusals_
             first, other = (f"{north:g}° N, {east:g}° E" for north, east in (places[0], place))
             why = f"{components[0].file}: components at {first} and at {other}, {apart:.3g} km apart"
             remedy = "give the files of one sensor together, or say --trust-data if it is one record anyway"
-            refusals_out.report_contradiction(why, f"they are not of one record: {remedy}")
+            refusals_out.refuse_or_store_contradiction(why, f"they are not of one record: {remedy}")
 
 
 def _check_peak_in_common_window(
@@ -152,14 +163,14 @@ def _check_peak_in_common_window(
     for component, kept in zip(components, cut_components, strict=True):
         level = component.samples.mean()
         peak, left = (float(np.abs(samples - level).max()) for samples in (component.samples, kept.samples))
-        if left < MIN_WINDOW_PEAK * peak:
+        if left < MIN_PEAK_SHARE_IN_WINDOW * peak:
             short, size = min(components, key=lambda one: one.samples.size), component.samples.size
             why = (
-                f"{short.file}: {short.axis} breaks off after {short.samples.size} of {size} samples, before the "
-                f"largest motion along {component.axis} ({100 * left:.4g} Gal until then, {100 * peak:.4g} later)"
+                f"{short.file}: {short.axis_name} breaks off after {short.samples.size} of {size} samples, before the "
+                f"largest motion along {component.axis_name} ({100 * left:.4g} Gal until then, {100 * peak:.4g} later)"
             )
             remedy = "get the file again, leave that component out, or say --trust-data to keep the common part"
-            refusals_out.report_contradiction(why, remedy)
+            refusals_out.refuse_or_store_contradiction(why, remedy)
 
 
 def common_window_processing_entry(
@@ -169,9 +180,9 @@ def common_window_processing_entry(
     east: FloatArray,
 ) -> tuple[dict[str, Any], ...]:
     """Return an entry for `Record.processing` on the cut to the common time window; () if nothing is cut."""
-    sizes = {c.axis: c.samples.size for c in components}
+    sizes = {c.axis_name: c.samples.size for c in components}
     kept, interval = cut_components[0].samples.size, cut_components[0].sampling_interval
     left_out = max(sizes.values()) - kept
-    found = pga_pgv_pgd_of_larger_component(np.stack([north, east]), interval)
+    found = largest_pga_pgv_pgd_of_components(np.stack([north, east]), interval)
     step = {"step": "common_window", "samples": sizes, "kept": kept, "left_out_s": round(left_out * interval, 6)}
     return (step | {"effect": {name: [peak, peak] for name, peak in found.items()}},) if left_out else ()

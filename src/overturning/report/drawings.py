@@ -35,7 +35,7 @@ from overturning.findings.observed import ObservedFallsFinding
 from overturning.findings.results import StudyResults, open_study_results
 from overturning.findings.surveys import SurveyFindings
 from overturning.findings.values import Estimate
-from overturning.statistics.circular import LEAST_RESULTANT
+from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.study.cube import default_height_and_friction_of_figures
 from overturning.study.scenes import NOMINAL, variant_scene
 from overturning.surveys.population import intensities_by_measure, jma_intensities_of_scaled_motions
@@ -46,13 +46,13 @@ from overturning.translation.texts import ENGLISH
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MEASURE: Final = "PGV"
+FALL_RATE_INTENSITY_MEASURE: Final = "PGV"
 """Intensity measure of the figure of fall rates."""
 
-NARROW: Final = "narrow/"
+PHONE_FIGURE_PREFIX: Final = "narrow/"
 """Start of the names of figures that are drawn for a phone."""
 
-CHAPTER: Final = ("polar", "intensity")
+RECORD_CHAPTER_FIGURE_FOLDERS: Final = ("polar", "intensity")
 """Folders with a figure of each record, in the order of its chapter."""
 
 
@@ -76,11 +76,11 @@ def translate_figures(figures: dict[str, Path], folder: Path, language: str) -> 
 
 def names_of_shown_figures_by_record(figures: dict[str, Path], record_ids: list[str]) -> dict[str, tuple[str, ...]]:
     """Return, by record id, the names of the figures that the report shows for each record, as far as they exist."""
-    named = {record: tuple(f"{part}/{record}" for part in CHAPTER) for record in record_ids}
+    named = {record: tuple(f"{part}/{record}" for part in RECORD_CHAPTER_FIGURE_FOLDERS) for record in record_ids}
     return {record: tuple(name for name in names if name in figures) for record, names in named.items()}
 
 
-REPORT_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Callable[[], Figure]]]]]" = {
+REPORT_ONLY_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Callable[[], Figure]]]]]" = {
     "references": lambda _, findings: (
         [partial(_draw_fall_alignment_with_reference_axes, findings)] if findings.reference_alignments else []
     ),
@@ -90,10 +90,10 @@ REPORT_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Cal
         if one.primary
     ][-1:],
     "maps": lambda results, findings: (
-        [partial(_draw_polar_maps, results, findings)] if findings.maps.records and results.model.one_component else []
+        [partial(_draw_polar_maps, results, findings)] if findings.maps.records and results.model.is_planar else []
     ),
     "scene": lambda results, findings: (
-        [partial(scenes_figure, [variant_scene(results.study, name) for name in results.cubes])]
+        [partial(scenes_figure, [variant_scene(results.study, name) for name in results.cubes_by_variant])]
         if findings.element_outcomes
         else []
     ),
@@ -113,14 +113,14 @@ Of ``backwards`` there is one for each inferred motion, named ``backwards-1`` an
 """
 
 STUDY_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Callable[[], Figure]]]]]" = (
-    REPORT_FIGURES
+    REPORT_ONLY_FIGURES
     | {
         "fragility": lambda results, findings: (
             [partial(_draw_fragility_curves, results)] if findings.population is not None else []
         )
     }
 )
-"""`REPORT_FIGURES`, and figures that need all results of a study but are not in its report."""
+"""`REPORT_ONLY_FIGURES`, and figures that need all results of a study but are not in its report."""
 
 
 def draw_study_figure(kind: str, results_path: Path) -> "Figure":
@@ -128,12 +128,14 @@ def draw_study_figure(kind: str, results_path: Path) -> "Figure":
     with open_study_results(results_path) as results:
         draw = STUDY_FIGURES[kind](results, findings_from_results(results))
         if not draw:
-            raise ArgumentError(f"{kind}: the study {results.study.name} has no such figure; {_NEEDED_KEYS[kind]}")
+            raise ArgumentError(
+                f"{kind}: the study {results.study.name} has no such figure; {_REQUIREMENT_BY_FIGURE[kind]}"
+            )
         with use_package_matplotlib_settings():
             return draw[0]()
 
 
-_NEEDED_KEYS: Final = {
+_REQUIREMENT_BY_FIGURE: Final = {
     "references": "it needs a 3-D study of a `body`",
     "contrast": "it needs a study with `variants`, and `primary` with `against` one of them",
     "maps": "it needs a 2-D study in which stones fall",
@@ -146,10 +148,10 @@ _NEEDED_KEYS: Final = {
 """Settings of a study without which it lacks a figure of `STUDY_FIGURES`."""
 
 
-def draw_report_figures(results: StudyResults, findings: Findings, folder: Path) -> dict[str, Path]:
+def draw_report_only_figures(results: StudyResults, findings: Findings, folder: Path) -> dict[str, Path]:
     """Draw the figures that only the report shows into a folder, also in a version for phones; return them by name."""
     draw: dict[str, Callable[[], Figure]] = {}
-    for kind, functions in REPORT_FIGURES.items():
+    for kind, functions in REPORT_ONLY_FIGURES.items():
         for number, function in enumerate(functions(results, findings), 1):
             draw[f"{kind}-{number}" if kind == "backwards" else kind] = function
     paths = {name: folder / f"{name}.svg" for name in draw}
@@ -160,27 +162,27 @@ def draw_report_figures(results: StudyResults, findings: Findings, folder: Path)
         with arrange_panels_for_phone():
             own = ((name, figure()) for name, figure in draw.items())
             for name, drawn in chain(own, _draw_always_shown_figures_for_phone(results, findings)):
-                narrow[f"{NARROW}{name}"] = folder / NARROW / f"{name}.svg"
-                save_figure_files(drawn, narrow[f"{NARROW}{name}"])
+                narrow[f"{PHONE_FIGURE_PREFIX}{name}"] = folder / PHONE_FIGURE_PREFIX / f"{name}.svg"
+                save_figure_files(drawn, narrow[f"{PHONE_FIGURE_PREFIX}{name}"])
     return paths | narrow
 
 
 def _draw_always_shown_figures_for_phone(results: StudyResults, findings: Findings) -> Iterator[tuple[str, "Figure"]]:
     """Draw phone versions of study figures that the report always shows (not collapsed); yield names and figures."""
     groups = results.fall_axes_by_group
-    draw = study_figure_functions(results.cube, results.intensity, results.logistic_fit, groups)
+    draw = study_figure_functions(results.default_element_cube, results.intensity, results.logistic_fit, groups)
     if any(bool(data["cosine"].notnull().any()) for data in groups.values()):
         yield "axes", draw["axes"]()
-    for number, figure in enumerate(earthquake_map_figures(earthquakes_on_map(results.cube)), 1):
+    for number, figure in enumerate(earthquake_map_figures(earthquakes_on_map(results.default_element_cube)), 1):
         yield f"maps/{number}", figure
     if not findings.direction.has_comparable_axis:
         yield "rose", draw["rose"]()
-    if results.model.one_component:
+    if results.model.is_planar:
         yield "plane", draw["plane"]()
         return
     ids = [name.id for name in results.record_names]
     for record in findings.maps.records:
-        one = results.cube.isel(record=ids.index(record.record)).load()
+        one = results.default_element_cube.isel(record=ids.index(record.record)).load()
         title = station_and_event_text(record.station or record.record, record.event)
         yield (
             f"polar/{record.record}",
@@ -256,7 +258,7 @@ def _draw_observed_and_computed_falls(surveys: Sequence[SurveyFindings]) -> "Fig
 
     def mean_direction_unless_scattered(direction: float | None, resultant: float | None) -> float | None:
         """Return a mean direction, degrees; None if the directions are too scattered to have one."""
-        return direction if resultant is not None and resultant >= LEAST_RESULTANT else None
+        return direction if resultant is not None and resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION else None
 
     def counts_in_octant_order(by_octant: dict[str, float | None]) -> FloatArray:
         """Convert numbers of stones by name of the compass octant to an array in the order of `OCTANTS`."""
@@ -270,14 +272,14 @@ def _draw_observed_and_computed_falls(surveys: Sequence[SurveyFindings]) -> "Fig
         [
             SurveyFigureData(
                 name=f"{one.stones}, {one.record}",
-                observed=counts_in_octant_order(one.observed_by_octant),
-                computed=counts_in_octant_order(one.predicted_by_octant),
+                observed_falls_by_octant=counts_in_octant_order(one.observed_by_octant),
+                computed_falls_by_octant=counts_in_octant_order(one.predicted_by_octant),
                 observed_mean_deg=mean_direction_unless_scattered(one.mean_direction_deg, one.resultant),
                 computed_mean_deg=mean_direction_unless_scattered(
                     one.predicted_mean_direction_deg, one.predicted_resultant
                 ),
-                observed_share=convert_share_to_plotted_estimate(one.observed_fall_share),
-                computed_share=convert_share_to_plotted_estimate(one.computed_fall_share),
+                observed_fallen_share=convert_share_to_plotted_estimate(one.observed_fall_share),
+                computed_fallen_share=convert_share_to_plotted_estimate(one.computed_fall_share),
             )
             for one in surveys
         ]
@@ -296,9 +298,9 @@ def write_roses_of_observed_falls(observed: Sequence[ObservedFallsFinding], path
         ObservedFallRose(
             name="" if len(observed) == 1 else one.site or ("all sites" if number == 0 else "no site"),
             falls_by_sector=np.array([count or 0.0 for count in one.falls_by_sector]),
-            direction_deg=one.direction.mean_deg,
+            mean_direction_deg=one.direction.mean_deg,
             direction_half_width_deg=one.direction.half_width_deg,
-            axis_deg=one.axis.mean_deg,
+            mean_axis_deg=one.axis.mean_deg,
             axis_half_width_deg=one.axis.half_width_deg,
         )
         for number, one in enumerate(observed)
@@ -311,7 +313,9 @@ def _draw_polar_maps(results: StudyResults, findings: Findings) -> "Figure":
     """Draw the polar maps of falls for the records that the report shows, on one radial scale."""
     ids = [name.id for name in results.record_names]
     places = [ids.index(one.record) for one in findings.maps.records]
-    block = results.cube.sel(default_height_and_friction_of_figures(results.cube, results.study))
+    block = results.default_element_cube.sel(
+        default_height_and_friction_of_figures(results.default_element_cube, results.study)
+    )
     cubes = [block.isel(record=place).load() for place in places]
     peaks = [results.intensity["pgv"].isel(record=place) for place in places]
     return fall_map_by_azimuth_figure(cubes, "", peaks)
@@ -319,18 +323,24 @@ def _draw_polar_maps(results: StudyResults, findings: Findings) -> "Figure":
 
 def _draw_population_fall_rates(results: StudyResults) -> "Figure":
     """Draw the fraction of a study's stone population that falls, by peak velocity and by JMA intensity."""
-    fall_rates = results.populations[NOMINAL]
-    curve = next(one for one in results.fragility_curves if one.name == "all stones" and one.measure == MEASURE)
+    fall_rates = results.population_rates_by_variant[NOMINAL]
+    curve = next(
+        one
+        for one in results.fragility_curves
+        if one.name == "all stones" and one.measure == FALL_RATE_INTENSITY_MEASURE
+    )
     rates, jma = (
         fall_rates["free_fall_rate"].to_numpy(),
         jma_intensities_of_scaled_motions(fall_rates, results.intensity),
     )
-    return overturned_fraction_figure(rates, intensities_by_measure(fall_rates, results.intensity)[MEASURE], curve, jma)
+    return overturned_fraction_figure(
+        rates, intensities_by_measure(fall_rates, results.intensity)[FALL_RATE_INTENSITY_MEASURE], curve, jma
+    )
 
 
 def _draw_fragility_curves(results: StudyResults) -> "Figure":
     """Draw the fragility curves of a study's stone population by PGA, PGV and SA(T), with the fall rates."""
-    fall_rates = results.populations[NOMINAL]
+    fall_rates = results.population_rates_by_variant[NOMINAL]
     curves = [one for one in results.fragility_curves if one.name == "all stones" and one.measure != "PGV/PGA"]
     levels = intensities_by_measure(fall_rates, results.intensity)
     return fragility_curves_figure(fall_rates["free_fall_rate"].to_numpy(), levels, curves)

@@ -7,7 +7,7 @@ from urllib.parse import quote
 
 from overturning.findings.values import Estimate
 
-ROUNDING: Final = 1e-9
+ROUNDING_TOLERANCE: Final = 1e-9
 """Distance from 0 or 1 up to which a share counts as 0 or 1, and an angle from half a degree: the rounding of a sum."""
 
 NO_VALUE: Final = "–"
@@ -17,7 +17,7 @@ NO_BREAK: Final = "\u00a0"
 """Space at which no line ends."""
 
 
-def number(value: float | None, digits: int = 2) -> str:
+def format_number(value: float | None, digits: int = 2) -> str:
     """Format a number with a fixed number of decimals and a typographic minus sign; zero has no sign."""
     if _is_none_or_nan(value):
         return NO_VALUE
@@ -25,52 +25,52 @@ def number(value: float | None, digits: int = 2) -> str:
     return (text.replace("-", "−") if float(text) != 0 else text.replace("-", "")).replace("inf", "∞")
 
 
-def significant(value: float | None, digits: int = 2) -> str:
+def format_significant_digits(value: float | None, digits: int = 2) -> str:
     """Format a number with `digits` significant digits, and all digits before the decimal point: 0.29, 6.3, 120."""
     if _is_none_or_nan(value) or value == 0 or math.isinf(value or 0.0):
-        return number(value, 0)
-    return number(value, max(0, digits - 1 - math.floor(math.log10(abs(value or 1.0)))))
+        return format_number(value, 0)
+    return format_number(value, max(0, digits - 1 - math.floor(math.log10(abs(value or 1.0)))))
 
 
-def percent(share: float | None, digits: int = 0) -> str:
+def format_percent(share: float | None, digits: int = 0) -> str:
     """Format a share in per cent, with enough decimals that only 0 and 1 become 0 % and 100 %: 0.4 %, 99.97 %."""
     if _is_none_or_nan(share) or share is None:
         return NO_VALUE
-    return f"{number(100 * share, _decimals_needed_for_percent(share, digits))}{NO_BREAK}%"
+    return f"{format_number(100 * share, _decimals_needed_for_percent(share, digits))}{NO_BREAK}%"
 
 
 def _decimals_needed_for_percent(share: float, digits: int) -> int:
     """Return the number of decimals, at least `digits`, with which a share is not rounded to 0 or 100 %."""
-    between = ROUNDING < share < 1.0 - ROUNDING
+    between = ROUNDING_TOLERANCE < share < 1.0 - ROUNDING_TOLERANCE
     while between and float(f"{100 * share:.{digits}f}") in (0.0, 100.0):
         digits += 1
     return digits
 
 
-def count(value: float | None) -> str:
+def format_count(value: float | None) -> str:
     """Format a whole number with commas between thousands."""
     return NO_VALUE if _is_none_or_nan(value) else f"{value:,.0f}"
 
 
-def plain(value: float | None) -> str:
+def format_without_trailing_zeros(value: float | None) -> str:
     """Format a number without trailing zeros, such as a setting of the study."""
     return NO_VALUE if _is_none_or_nan(value) else f"{value:g}".replace("-", "−")
 
 
-def three_digits(value: float | None) -> str:
+def format_three_significant_digits(value: float | None) -> str:
     """Format a number with three significant digits, with a power of ten if it is very small or large: 0.00143."""
     return NO_VALUE if _is_none_or_nan(value) else f"{value:.3g}"
 
 
-def degrees(value: float | None, full: int = 0) -> str:
+def format_degrees(value: float | None, full: int = 0) -> str:
     """Format an angle as whole degrees; with `full` (180 or 360) as the equivalent angle from 0 to below `full`.
 
     Half a degree is rounded away from 0, so that 22.5°, half an octant, is 23° whatever its last binary digit is.
     """
     if _is_none_or_nan(value) or value is None:
         return NO_VALUE
-    whole = int(math.copysign(math.floor(abs(value) + 0.5 + ROUNDING), value))
-    return f"{number(whole % full if full else whole, 0)}°"
+    whole = int(math.copysign(math.floor(abs(value) + 0.5 + ROUNDING_TOLERANCE), value))
+    return f"{format_number(whole % full if full else whole, 0)}°"
 
 
 def has_interval(finding: Estimate) -> bool:
@@ -78,28 +78,28 @@ def has_interval(finding: Estimate) -> bool:
     return not _is_none_or_nan(finding.low)
 
 
-def ends(finding: Any, digits: int = 2, scale: float = 1.0, *, to: str) -> str:
+def format_interval(finding: Any, digits: int = 2, scale: float = 1.0, *, to: str) -> str:
     """Format the interval of an estimate, with the word `to` of the report's language between its ends: 0.1 to 0.4."""
     if _is_none_or_nan(finding.low):
         return NO_VALUE
-    return f"{number(scale * finding.low, digits)}{to}{number(scale * finding.high, digits)}"
+    return f"{format_number(scale * finding.low, digits)}{to}{format_number(scale * finding.high, digits)}"
 
 
-def estimate(finding: Estimate, digits: int = 2, *, to: str) -> str:
+def format_estimate_with_interval(finding: Estimate, digits: int = 2, *, to: str) -> str:
     """Format an estimate, with its interval (if known) in parentheses: 0.13 (−0.18 to 0.41)."""
-    interval = f" ({ends(finding, digits, to=to)})" if has_interval(finding) else ""
-    return f"{number(finding.value, digits)}{interval}"
+    interval = f" ({format_interval(finding, digits, to=to)})" if has_interval(finding) else ""
+    return f"{format_number(finding.value, digits)}{interval}"
 
 
-def share(finding: Any, digits: int = 0, *, to: str) -> str:
+def format_share_with_interval(finding: Any, digits: int = 0, *, to: str) -> str:
     """Format a share in per cent, with its interval (if known) in parentheses: 35 % (28 to 43)."""
     if not has_interval(finding):
-        return percent(finding.value, digits)
+        return format_percent(finding.value, digits)
     digits = _decimals_needed_for_percent(finding.value, digits)
-    return f"{percent(finding.value, digits)} ({ends(finding, digits, 100.0, to=to)})"
+    return f"{format_percent(finding.value, digits)} ({format_interval(finding, digits, 100.0, to=to)})"
 
 
-def censored(finding: Any, value: bool = True, *, to: str) -> str:
+def format_fragility_median(finding: Any, value: bool = True, *, to: str) -> str:
     """Format a fragility median (or its interval); values outside the data's range become "> 1.4" or "< 0.2"."""
     digits = _decimals_to_show_in_interval(finding)
 
@@ -109,7 +109,7 @@ def censored(finding: Any, value: bool = True, *, to: str) -> str:
             return NO_VALUE
         if math.isinf(bound):
             return f">{NO_BREAK}{finding.data_maximum:.3g}"
-        return f"<{NO_BREAK}{finding.data_minimum:.3g}" if bound == 0 else number(bound, digits)
+        return f"<{NO_BREAK}{finding.data_minimum:.3g}" if bound == 0 else format_number(bound, digits)
 
     return (
         format_value_or_limit_of_data(finding.median)
@@ -129,37 +129,37 @@ def _decimals_to_show_in_interval(finding: Any) -> int:
     return max(0, 1 - math.floor(math.log10(width)))
 
 
-def censored_interval(finding: Any, *, to: str) -> str:
+def format_fragility_median_interval(finding: Any, *, to: str) -> str:
     """Format the interval of a fragility median; ends outside the data's range become "> 1.4" or "< 0.2"."""
-    return censored(finding, value=False, to=to)
+    return format_fragility_median(finding, value=False, to=to)
 
 
-def points(finding: Estimate, *, to: str) -> str:
+def format_percentage_points(finding: Estimate, *, to: str) -> str:
     """Format a difference of two shares, with its interval (if known), in percentage points."""
-    interval = f" ({ends(finding, 1, 100.0, to=to)})" if has_interval(finding) else ""
-    return f"{number(None if finding.value is None else 100 * finding.value, 1)}{interval}"
+    interval = f" ({format_interval(finding, 1, 100.0, to=to)})" if has_interval(finding) else ""
+    return f"{format_number(None if finding.value is None else 100 * finding.value, 1)}{interval}"
 
 
-def data_range(finding: Any, *, to: str) -> str:
+def format_data_range(finding: Any, *, to: str) -> str:
     """Format the smallest and largest value of a predictor in the data of the study: 0.1 to 0.4."""
     if _is_none_or_nan(finding.data_minimum):
         return NO_VALUE
-    return f"{number(finding.data_minimum)}{to}{number(finding.data_maximum)}"
+    return f"{format_number(finding.data_minimum)}{to}{format_number(finding.data_maximum)}"
 
 
-def counted(value: int, noun: str) -> str:
+def format_count_with_noun(value: int, noun: str) -> str:
     """Format a number with an English noun in the singular or plural: 1 record, 2 records."""
-    return f"{count(value)} {noun}{'' if value == 1 else 's'}"
+    return f"{format_count(value)} {noun}{'' if value == 1 else 's'}"
 
 
-def p_value(value: float | None) -> str:
+def format_p_value(value: float | None) -> str:
     """Format a p-value with two significant digits, or as "< 0.001"."""
     if _is_none_or_nan(value) or value is None:
         return NO_VALUE
     return f"<{NO_BREAK}0.001" if value < 0.001 else f"{value:.2g}"
 
 
-def address(name: str) -> str:
+def percent_encode(name: str) -> str:
     """Percent-encode a file name or anchor for use in a link."""
     return quote(name)
 
@@ -170,26 +170,26 @@ def _is_none_or_nan(value: float | None) -> bool:
 
 
 FILTERS: Final[dict[str, Callable[..., str]]] = {
-    "number": number,
-    "significant": significant,
-    "percent": percent,
-    "count": count,
-    "plain": plain,
-    "three_digits": three_digits,
-    "degrees": degrees,
-    "p_value": p_value,
-    "address": address,
-    "counted": counted,
+    "number": format_number,
+    "significant": format_significant_digits,
+    "percent": format_percent,
+    "count": format_count,
+    "plain": format_without_trailing_zeros,
+    "three_digits": format_three_significant_digits,
+    "degrees": format_degrees,
+    "p_value": format_p_value,
+    "address": percent_encode,
+    "counted": format_count_with_noun,
 }
 """Filters without words."""
 
-FILTERS_WITH_WORDS: Final[dict[str, Callable[..., str]]] = {
-    "ends": ends,
-    "estimate": estimate,
-    "share": share,
-    "censored": censored,
-    "censored_interval": censored_interval,
-    "points": points,
-    "data_range": data_range,
+FILTERS_WITH_INTERVAL_WORD: Final[dict[str, Callable[..., str]]] = {
+    "ends": format_interval,
+    "estimate": format_estimate_with_interval,
+    "share": format_share_with_interval,
+    "censored": format_fragility_median,
+    "censored_interval": format_fragility_median_interval,
+    "points": format_percentage_points,
+    "data_range": format_data_range,
 }
 """Filters that take the word between the ends of an interval."""

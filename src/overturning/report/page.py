@@ -13,11 +13,11 @@ from markdown_it.tree import SyntaxTreeNode
 
 from overturning.errors import ResultError
 from overturning.figures.page import film_player_script, read_template_text
-from overturning.report.drawings import NARROW
+from overturning.report.drawings import PHONE_FIGURE_PREFIX
 from overturning.report.render import markdown_container_name_and_text, parse_markdown_line, single_image_of_paragraph
 from overturning.translation.texts import read_label_translations
 
-LAZY: Final = "fold"
+LAZY_CONTAINER: Final = "fold"
 """Container whose figures are images, which a browser reads when they come into view."""
 
 _TAGS: Final = {
@@ -115,7 +115,7 @@ class _ReportPageBody:
         """
         if name == "paper":
             return
-        inner = "\n".join(self.html_of_markdown_nodes(node.children, lazy or name == LAZY))
+        inner = "\n".join(self.html_of_markdown_nodes(node.children, lazy or name == LAZY_CONTAINER))
         if name == "fold":
             summary = _html_of_inline_markdown(parse_markdown_line(text))
             yield f"<details{_html_id_attribute(node)}><summary>{summary}</summary>\n{inner}\n</details>"
@@ -144,7 +144,7 @@ class _ReportPageBody:
         if name not in self.figures or not self.figures[name].is_file():
             raise ResultError(f"figure {name}: no such figure; run the figures of the study first")
         shown = _embedded_figure_html(self.figures[name], image.content, f"figure-{next(self.inlined)}", lazy)
-        if (narrow := self.figures.get(f"{NARROW}{name}")) is not None and not lazy:
+        if (narrow := self.figures.get(f"{PHONE_FIGURE_PREFIX}{name}")) is not None and not lazy:
             phone = _embedded_figure_html(narrow, image.content, f"figure-{next(self.inlined)}", lazy)
             shown = f'<div class="broad">{shown}</div><div class="narrow">{phone}</div>'
         return f"<figure>{shown}{f'<figcaption>{caption}</figcaption>' if caption else ''}</figure>"

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 from markdown_it.tree import SyntaxTreeNode
 
 from overturning.errors import ResultError
-from overturning.report.drawings import NARROW
+from overturning.report.drawings import PHONE_FIGURE_PREFIX
 from overturning.report.render import markdown_container_name_and_text, parse_markdown_line, single_image_of_paragraph
 from overturning.translation.texts import (
     check_font_is_installed,
@@ -23,7 +23,7 @@ from overturning.translation.texts import (
     read_label_translations,
 )
 
-LEFT_OUT: Final = ("fold", "page")
+CONTAINERS_LEFT_OUT_OF_PDF: Final = ("fold", "page")
 """Containers that paper does not show."""
 
 
@@ -112,7 +112,7 @@ def _convert_to_pdf_blocks(
     blocks: list[dict[str, Any]] = []
     for node in nodes:
         name, text = markdown_container_name_and_text(node)
-        if name in LEFT_OUT:
+        if name in CONTAINERS_LEFT_OUT_OF_PDF:
             continue
         if name in ("table", "sortable"):
             caption = {"number": node.meta["table"], "caption": _convert_to_pdf_text_parts(parse_markdown_line(text))}
@@ -124,7 +124,9 @@ def _convert_to_pdf_blocks(
             blocks.append({"kind": "box", "name": name, "blocks": inner})
         elif image := single_image_of_paragraph(node):
             source = unquote(str(image.attrs["src"]))
-            source = f"{NARROW}{source}" if paired and f"{NARROW}{source}" in figures else source
+            source = (
+                f"{PHONE_FIGURE_PREFIX}{source}" if paired and f"{PHONE_FIGURE_PREFIX}{source}" in figures else source
+            )
             blocks.append({
                 "kind": "figure", "file": files.setdefault(source, f"{len(files)}"), "alt": image.content,
                 "number": node.meta["figure"], "caption": str(image.attrs.get("title", "")),

@@ -16,7 +16,7 @@ from mdit_py_plugins.container import container_plugin
 from pydantic import BaseModel
 
 from overturning.errors import ResultError
-from overturning.report.filters import FILTERS, FILTERS_WITH_WORDS
+from overturning.report.filters import FILTERS, FILTERS_WITH_INTERVAL_WORD
 from overturning.translation.texts import LANGUAGES, read_label_translations, translate, translate_whole_text_by_table
 
 CONTAINERS: Final = (
@@ -24,7 +24,7 @@ CONTAINERS: Final = (
 )  # fmt: skip
 """Containers of the Markdown (``::: name text``): how a part of the text looks, or on which medium it is shown."""
 
-SPECIAL: Final = frozenset("\\`*_{}[]<>#|~!&$\"'^:")
+MARKDOWN_SPECIAL_CHARACTERS: Final = frozenset("\\`*_{}[]<>#|~!&$\"'^:")
 """Characters with a meaning in Markdown."""
 
 
@@ -105,7 +105,7 @@ def create_template_environment(language: str) -> jinja2.Environment:
         comment_end_string="#>",
     )
     loaded.filters |= FILTERS
-    loaded.filters |= {name: partial(each, to=labels["to"]) for name, each in FILTERS_WITH_WORDS.items()}
+    loaded.filters |= {name: partial(each, to=labels["to"]) for name, each in FILTERS_WITH_INTERVAL_WORD.items()}
     loaded.filters["label"] = partial(translate_whole_text_by_table, translation_table=labels)
     loaded.filters["translated"] = partial(translate, language=language)
     loaded.tests["infinite"] = math.isinf
@@ -117,7 +117,7 @@ def escape_markdown(value: Any) -> Markup:
     if isinstance(value, Markup):
         return value
     text = "" if value is None else " ".join(str(value).split("\n"))
-    return Markup("".join(f"\\{one}" if one in SPECIAL else one for one in text))
+    return Markup("".join(f"\\{one}" if one in MARKDOWN_SPECIAL_CHARACTERS else one for one in text))
 
 
 def parse_markdown(text: str) -> SyntaxTreeNode:

@@ -7,7 +7,7 @@ from markdown_it.tree import SyntaxTreeNode
 
 from overturning.report.render import markdown_container_name_and_text, single_image_of_paragraph
 
-LEFT_OUT = ("page", "paper")
+CONTAINERS_LEFT_OUT_OF_TERMINAL = ("page", "paper")
 """Containers that a terminal does not show."""
 
 
@@ -20,7 +20,10 @@ def terminal_lines_of_markdown(tree: SyntaxTreeNode) -> Iterator[str]:
 def plain_paragraphs(tree: SyntaxTreeNode) -> Iterator[str]:
     """Yield the paragraphs of a Markdown text outside collapsible sections, without markup."""
     for node in tree.children:
-        if markdown_container_name_and_text(node)[0] in (*LEFT_OUT, "fold") or single_image_of_paragraph(node):
+        if markdown_container_name_and_text(node)[0] in (
+            *CONTAINERS_LEFT_OUT_OF_TERMINAL,
+            "fold",
+        ) or single_image_of_paragraph(node):
             continue
         if node.type == "paragraph":
             yield plain_text(node)
@@ -31,7 +34,9 @@ def plain_paragraphs(tree: SyntaxTreeNode) -> Iterator[str]:
 def _terminal_lines_by_block(nodes: list[SyntaxTreeNode]) -> Iterator[list[str]]:
     """Yield, for each paragraph, heading, table and block of code, its lines for a terminal; figures are left out."""
     for node in nodes:
-        if markdown_container_name_and_text(node)[0] in LEFT_OUT or single_image_of_paragraph(node):
+        if markdown_container_name_and_text(node)[0] in CONTAINERS_LEFT_OUT_OF_TERMINAL or single_image_of_paragraph(
+            node
+        ):
             continue
         if node.type == "table":
             yield _terminal_lines_of_table(node)

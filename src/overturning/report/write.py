@@ -11,7 +11,7 @@ from overturning.files import atomic_write
 from overturning.findings.collect import read_findings
 from overturning.findings.results import open_study_results
 from overturning.report.drawings import (
-    draw_report_figures,
+    draw_report_only_figures,
     list_study_figures,
     names_of_shown_figures_by_record,
     translate_figures,
@@ -24,14 +24,14 @@ from overturning.translation.texts import (
     check_language_is_known,
     read_label_translations,
     translate,
-    translate_visible_texts_to,
     translate_whole_text_by_table,
+    use_translation_language,
 )
 
-FINDINGS = "findings.json"
+FINDINGS_FILE_NAME = "findings.json"
 """Name of the findings of a study, in its folder of results."""
 
-EXPLORER = "explore.html"
+EXPLORER_FILE_NAME = "explore.html"
 """Name of the page of `overturning explore`, next to the report."""
 
 
@@ -78,17 +78,17 @@ def write_report(
         If a result or a figure is missing, or if there are no templates of the language.
     """
     with open_study_results(results, study) as opened, tempfile.TemporaryDirectory() as drawings:
-        found, language = read_findings(results / FINDINGS), language or opened.study.language
+        found, language = read_findings(results / FINDINGS_FILE_NAME), language or opened.study.language
         check_language_is_known(language)
         figures = list_study_figures(results / "figures")
-        figures |= draw_report_figures(opened, found, Path(drawings))
+        figures |= draw_report_only_figures(opened, found, Path(drawings))
         folder = results / "figures" / "illustrative"
         cases = {f"film-{number}": case for number, case in enumerate(read_illustrative_case_list(folder), 1)}
         figures |= {f"{name}-strip": folder / case.strip for name, case in cases.items()}
         if missing := [file for file in figures.values() if not file.is_file()]:
             raise ResultError(f"{missing[0]}: no such figure; run the figures of the study first")
         figures = translate_figures(figures, Path(drawings) / language, language)
-        with translate_visible_texts_to(language):
+        with use_translation_language(language):
             films = {
                 name: film_html_element(case.film, figures[f"{name}-strip"], translate(case.strip_alt))
                 for name, case in cases.items()
@@ -97,7 +97,7 @@ def write_report(
         media = ReportMedia(
             films=facts,
             chapters=names_of_shown_figures_by_record(figures, [one.id for one in found.records]),
-            explorer=EXPLORER,
+            explorer=EXPLORER_FILE_NAME,
             stations=sorted(name for name in figures if name.startswith("maps/")),
             posteriors=bool(opened.inferred_motions),
             rose="rose" in figures and bool(found.cases.share_overturned),

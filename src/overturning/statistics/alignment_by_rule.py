@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from overturning.model.falls import model_of_results_cube
+from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
 from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_over_earthquakes
 from overturning.statistics.by_record import apply_to_record_batches, record_masks_by_group
@@ -33,14 +33,14 @@ class FaultNormalAlignmentOfSelectedBlocks:
         Records with falls of these blocks and a known fault normal.
     alignment : MeanOverEarthquakes
         Mean of cos 2Δ over the falls of a record, the records of an earthquake, and earthquakes; 95 % interval.
-    largest : float
+    largest_possible_alignment : float
         Largest possible alignment: the same mean of the resultants of the doubled fall axes of each record.
     """
 
     rule: BlockSelectionRule
     records: int
     alignment: MeanOverEarthquakes
-    largest: float
+    largest_possible_alignment: float
 
 
 def fault_normal_alignment_by_block_selection(
@@ -66,7 +66,9 @@ def fault_normal_alignment_by_block_selection(
         Bootstrap samples.
     """
     sums = apply_to_record_batches(
-        partial(_sum_fall_vectors_by_block_selection, block_rules), cube, model_of_results_cube(cube).reads
+        partial(_sum_fall_vectors_by_block_selection, block_rules),
+        cube,
+        default_model_for_results_cube(cube).variables_for_fall_probability,
     ).transpose("record", "rule")
     vectors = mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]).where(
         ~unknown_outcomes_may_bias_fall_axis(sums) & (not azimuths_in_results_bias_mean_fall_axis(cube))
@@ -91,7 +93,7 @@ def _sum_fall_vectors_by_block_selection(block_rules: Sequence[BlockSelectionRul
 
     The dimensions are (record, rule); cosines and sines of doubled fall axes are summed.
     """
-    model, share = model_of_results_cube(cube), share_of_directions_with_overturning(cube)
+    model, share = default_model_for_results_cube(cube), share_of_directions_with_overturning(cube)
     weighted = weighted_fall_vectors_by_case(cube).drop_vars(["direction_cosine", "direction_sine"])
-    over = (model.direction, *model.case_dims)
+    over = (model.direction_dimension_name, *model.case_dims_without_direction)
     return xr.concat([weighted.where(rule.selected_block_mask(share)).sum(over) for rule in block_rules], "rule")

@@ -16,17 +16,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 
-FEWEST_EARTHQUAKES: Final = 8
+MIN_EARTHQUAKES_FOR_INTERVAL: Final = 8
 """Smallest number of earthquakes with a bootstrap interval.
 
 No bootstrap interval reaches beyond the smallest and the largest value. The range of n normal values contains their
 true mean in 75 % of samples of n = 3, 88 % of n = 4 and 94 % of n = 5; skewed values need more.
 """
 
-LEAST_BEYOND: Final = 10
+MIN_BOOTSTRAP_SAMPLES_PER_TAIL: Final = 10
 """Smallest number of bootstrap samples beyond each end of an interval; with fewer, the end is mostly noise."""
 
-SAME_VALUE: Final = 1e-12
+EQUAL_VALUE_TOLERANCE: Final = 1e-12
 """Largest difference between values that are equal but for rounding."""
 
 
@@ -92,13 +92,13 @@ def statistic_of_bootstrap_samples(
     statistic : callable
         Maps samples, shape (draws, earthquakes, …), to values, shape (draws,); NaN if a sample has no value.
     earthquake_data : ndarray, shape (earthquakes, …)
-        Data of each earthquake. The result is empty for fewer than `FEWEST_EARTHQUAKES` earthquakes, or if fewer than
-        half of the samples have a value.
+        Data of each earthquake. The result is empty for fewer than `MIN_EARTHQUAKES_FOR_INTERVAL` earthquakes, or if
+        fewer than half of the samples have a value.
     draws, seed : int
         Number of samples, and seed. Each sample has as many earthquakes as the data, drawn with replacement.
     """
     n = len(earthquake_data)
-    if n < FEWEST_EARTHQUAKES:
+    if n < MIN_EARTHQUAKES_FOR_INTERVAL:
         return np.zeros(0)
     # For rows of several values, take is ten times as fast as an index.
     values = statistic(np.take(earthquake_data, _random_earthquakes_of_bootstrap_samples(n, draws, seed), axis=0))
@@ -143,27 +143,27 @@ def bootstrap_interval(
     Parameters
     ----------
     statistic, earthquake_data, draws, seed
-        See `statistic_of_bootstrap_samples`. More samples are drawn if fewer than `LEAST_BEYOND` would lie beyond an
-        end.
+        See `statistic_of_bootstrap_samples`. More samples are drawn if fewer than `MIN_BOOTSTRAP_SAMPLES_PER_TAIL`
+        would lie beyond an end.
     level : float
         Probability of the interval.
     earthquake_count : int, optional
         Number of earthquakes that determine the statistic, if smaller than the number of rows of ``earthquake_data``,
-        such as that of the smaller of two sets. There is no interval for fewer than `FEWEST_EARTHQUAKES`.
+        such as that of the smaller of two sets. There is no interval for fewer than `MIN_EARTHQUAKES_FOR_INTERVAL`.
     bounds : (float, float), optional
         Smallest and largest possible value of the statistic. If all samples have the same value, they give the interval
         by `mean_interval_for_equal_earthquake_values`.
     """
     n = len(earthquake_data) if earthquake_count is None else min(earthquake_count, len(earthquake_data))
-    if n < FEWEST_EARTHQUAKES:
+    if n < MIN_EARTHQUAKES_FOR_INTERVAL:
         return ConfidenceInterval()
     tail = tail_share_corrected_for_few_earthquakes(n, level)
     values = statistic_of_bootstrap_samples(
-        statistic, earthquake_data, max(draws, math.ceil(LEAST_BEYOND / tail)), seed
+        statistic, earthquake_data, max(draws, math.ceil(MIN_BOOTSTRAP_SAMPLES_PER_TAIL / tail)), seed
     )
     if not values.size:
         return ConfidenceInterval()
-    if bounds is not None and np.ptp(values) <= SAME_VALUE:
+    if bounds is not None and np.ptp(values) <= EQUAL_VALUE_TOLERANCE:
         return mean_interval_for_equal_earthquake_values(float(values[0]), n, bounds, level)
     low, high = np.quantile(values, [tail, 1 - tail])
     return ConfidenceInterval(float(low), float(high))
@@ -244,7 +244,7 @@ def mean_share_interval(earthquake_shares: FloatArray, *, level: float = 0.95, d
 
     The interval is that of `mean_interval_for_equal_earthquake_values` if the share is the same in all earthquakes,
     such as 0 or 1. Otherwise it is the `bootstrap_interval`. There is no interval for fewer than
-    `FEWEST_EARTHQUAKES`.
+    `MIN_EARTHQUAKES_FOR_INTERVAL`.
 
     Parameters
     ----------
@@ -253,7 +253,7 @@ def mean_share_interval(earthquake_shares: FloatArray, *, level: float = 0.95, d
     level, draws
         See `bootstrap_interval`.
     """
-    if earthquake_shares.size < FEWEST_EARTHQUAKES:
+    if earthquake_shares.size < MIN_EARTHQUAKES_FOR_INTERVAL:
         return ConfidenceInterval()
     return exact_interval_if_all_0_or_all_1(earthquake_shares, level) or bootstrap_interval(
         mean_of_each_bootstrap_sample, earthquake_shares, level=level, draws=draws, bounds=(0.0, 1.0)
@@ -273,7 +273,7 @@ def exact_interval_if_all_0_or_all_1(earthquake_shares: FloatArray, level: float
         Probability of the interval.
     """
     for value in (0.0, 1.0):
-        if earthquake_shares.size and np.allclose(earthquake_shares, value, rtol=0.0, atol=SAME_VALUE):
+        if earthquake_shares.size and np.allclose(earthquake_shares, value, rtol=0.0, atol=EQUAL_VALUE_TOLERANCE):
             return mean_interval_for_equal_earthquake_values(value, earthquake_shares.size, (0.0, 1.0), level)
     return None
 

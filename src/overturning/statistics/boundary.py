@@ -18,7 +18,7 @@ from overturning.model.planes import (
 )
 from overturning.statistics.circular import mean_angle_and_resultant
 
-HALF = 0.5
+BOUNDARY_FALL_PROBABILITY = 0.5
 
 
 def boundary_b_over_h_and_if_stoutest_falls(fall_probabilities: ArrayLike, b_over_h: ArrayLike) -> tuple[float, bool]:
@@ -36,7 +36,7 @@ def boundary_b_over_h_and_if_stoutest_falls(fall_probabilities: ArrayLike, b_ove
     """
     line, slenderness = np.asarray(fall_probabilities, dtype=np.float64), np.asarray(b_over_h, dtype=np.float64)
     known = np.isfinite(line)
-    p, x = line[known] - HALF, slenderness[known]
+    p, x = line[known] - BOUNDARY_FALL_PROBABILITY, slenderness[known]
     places = np.flatnonzero((p[:-1] >= 0) != (p[1:] >= 0))
     falls = bool(p.size and p[-1] >= 0)
     if not places.size:
@@ -45,7 +45,7 @@ def boundary_b_over_h_and_if_stoutest_falls(fall_probabilities: ArrayLike, b_ove
     return float(x[at] + (x[at + 1] - x[at]) * p[at] / (p[at] - p[at + 1])), falls
 
 
-def largest_falling_b_over_h_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
+def overturning_boundaries_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
     """Compute, for each azimuth, the largest B/H of a falling block, and its range over two halves of the ensemble.
 
     Parameters
@@ -100,7 +100,7 @@ def largest_falling_b_over_h_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
     made = {name: one.where(~beyond) for name, (one, _) in named.items()}
     for name, (_, text) in named.items():
         made[name].attrs |= {"long_name": text, "units": "1"}
-    stands = (falls.fillna(0.0) < HALF).all("b_over_h") & falls.notnull().any("b_over_h")
+    stands = (falls.fillna(0.0) < BOUNDARY_FALL_PROBABILITY).all("b_over_h") & falls.notnull().any("b_over_h")
     made |= {"falls_beyond": beyond, "largest_known": largest, "stands_throughout": stands}
     return xr.Dataset(made, p.drop_dims("b_over_h").coords)
 
@@ -113,7 +113,7 @@ def easiest_overturning_axis(azimuth_boundaries: xr.Dataset, grid_b_over_h: Arra
     Parameters
     ----------
     azimuth_boundaries : Dataset
-        From `largest_falling_b_over_h_by_azimuth`.
+        From `overturning_boundaries_by_azimuth`.
     grid_b_over_h : array_like
         B/H of the cube. If a block never falls, the smallest B/H stands for the boundary, which lies below it; if it
         falls at every B/H, the largest B/H with a known outcome does, and the boundary lies above it.

@@ -18,23 +18,23 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.stored import StoredFloat
 
-NO_DIRECTION = 1e-9
+RESULTANT_ROUNDING_ERROR = 1e-9
 """Resultant length below which a mean direction is only rounding error: the vectors cancel."""
 
-LEAST_RESULTANT: Final = 0.05
+MIN_RESULTANT_WITH_MEAN_DIRECTION: Final = 0.05
 """Smallest resultant length with a mean direction or axis; below it the falls are spread all round."""
 
 SECTORS: Final = 24
 """Number of sectors of a rose; the first is centred on 0°."""
 
-SIMULATIONS: Final = 20_000
+P_VALUE_DRAWS: Final = 20_000
 """Number of random draws for a simulated p-value."""
 
-ROTATIONS: Final = 4_999
-"""Number of random rotations in the `common_axis_test`."""
+RANDOM_ROTATION_COUNT: Final = 4_999
+"""Number of random rotations in the `common_direction_test`."""
 
 
-_BORDER_WIDTH_DEG: Final = 1e-6
+_SECTOR_BORDER_TOLERANCE_DEG: Final = 1e-6
 """Largest distance from the border of two sectors at which an azimuth counts as on the border, degrees."""
 
 
@@ -66,7 +66,7 @@ def fall_shares_by_sector(
         parts = np.diff(below, axis=1).reshape(-1, 3, SECTORS).sum(axis=1)
         counts = (np.ones_like(angle) if weight is None else weight) @ parts
     else:
-        sides = (np.asarray(angle_deg, np.float64) + way * _BORDER_WIDTH_DEG for way in (-1.0, 1.0))
+        sides = (np.asarray(angle_deg, np.float64) + way * _SECTOR_BORDER_TOLERANCE_DEG for way in (-1.0, 1.0))
         counts = sum(0.5 * np.bincount(sector_index(side, SECTORS), weight, SECTORS) for side in sides)
     total = counts.sum()
     return counts / total if total > 0 else counts
@@ -95,7 +95,7 @@ def mean_angle_and_resultant(
         return math.nan, math.nan
     cosine, sine = float((weights * np.cos(angle)).sum()) / total, float((weights * np.sin(angle)).sum()) / total
     length = math.hypot(cosine, sine)
-    if length < NO_DIRECTION:
+    if length < RESULTANT_ROUNDING_ERROR:
         return math.nan, 0.0
     full = 180.0 if axial else 360.0
     mean = math.degrees(math.atan2(sine, cosine)) / (2 if axial else 1) % full
@@ -126,17 +126,19 @@ class StatisticalTestResult:
 
 @lru_cache(maxsize=4)
 def _random_rotations(vector_count: int, steps: tuple[float, ...] = ()) -> NDArray[np.complex128]:
-    """Draw uniformly distributed rotations of vectors, shape (`ROTATIONS`, `vector_count`), as unit complex numbers.
+    """Draw uniformly distributed rotations, shape (`RANDOM_ROTATION_COUNT`, `vector_count`), as unit complex numbers.
 
     Each angle of rotation is rounded to the step of its vector, one of `steps` in rad, unless the step is 0.
     """
-    angles = np.random.Generator(np.random.PCG64(1)).uniform(0.0, 2 * math.pi, size=(ROTATIONS, vector_count))
+    angles = np.random.Generator(np.random.PCG64(1)).uniform(
+        0.0, 2 * math.pi, size=(RANDOM_ROTATION_COUNT, vector_count)
+    )
     step = np.array(steps or (0.0,))
     rounded = np.round(angles / np.where(step > 0.0, step, 1.0)) * step
     return np.exp(1j * np.where(step > 0.0, rounded, angles))
 
 
-def common_axis_test(
+def common_direction_test(
     vector_cosines: ArrayLike, vector_sines: ArrayLike, recorded_step_deg: ArrayLike = 0.0
 ) -> StatisticalTestResult:
     """Test the null hypothesis that vectors have independent, uniformly distributed directions: no common axis.
@@ -147,7 +149,8 @@ def common_axis_test(
     Under the null hypothesis each vector has a uniform direction, independent of its length and of the others. The
     p-value is simulated: each vector is rotated at random and keeps its length (a randomisation test, exact for any n;
     for unit vectors it is Rayleigh's test, Mardia & Jupp 2000, section 6.3.1). An angle that is recorded in steps, such
-    as one of eight winds, is rounded to its step after the rotation: two equal winds of eight have p = 1/8, not 0.
+    as one of eight compass points, is rounded to its step after the rotation: two equal ones of eight have p = 1/8, not
+    0.
 
     Parameters
     ----------
@@ -169,7 +172,7 @@ def common_axis_test(
         rotated_sums = _random_rotations(n) @ np.hypot(x, y)
     drawn = np.abs(rotated_sums) / n
     extreme = int((drawn >= statistic - 1e-12).sum())
-    return StatisticalTestResult("randomised Rayleigh", n, statistic, (1 + extreme) / (1 + ROTATIONS))
+    return StatisticalTestResult("randomised Rayleigh", n, statistic, (1 + extreme) / (1 + RANDOM_ROTATION_COUNT))
 
 
 def _watson_u2_statistic(cumulative_probabilities: FloatArray) -> FloatArray:
@@ -268,13 +271,13 @@ def chi_square_test_of_sectors(sector_counts: FloatArray, sector_probabilities: 
 
 @lru_cache(maxsize=2)
 def _random_sector_counts(count: int, sector_probabilities: tuple[float, ...]) -> FloatArray:
-    """Draw multinomial counts in sectors of a circle, shape (`SIMULATIONS`, sectors).
+    """Draw multinomial counts in sectors of a circle, shape (`P_VALUE_DRAWS`, sectors).
 
     The last results are cached, since a survey is tested twice against the same probabilities.
     """
     probabilities = np.array(sector_probabilities)
     draws = np.random.Generator(np.random.PCG64(1)).multinomial(
-        count, probabilities / probabilities.sum(), size=SIMULATIONS
+        count, probabilities / probabilities.sum(), size=P_VALUE_DRAWS
     )
     return draws.astype(np.float64)
 
@@ -289,7 +292,7 @@ def _test_with_simulated_p_value(
 
     Random counts are drawn from the multinomial distribution.
 
-    p = (1 + number of draws at least as extreme)/(1 + `SIMULATIONS`).
+    p = (1 + number of draws at least as extreme)/(1 + `P_VALUE_DRAWS`).
     """
     # A stone of two sectors counts in parts, whose sum may be a rounding error away from a whole number.
     n = round(float(sector_counts.sum()))
@@ -298,4 +301,4 @@ def _test_with_simulated_p_value(
     statistic = float(statistic_function(sector_counts, sector_probabilities))
     draws = _random_sector_counts(n, tuple(sector_probabilities.tolist()))
     extreme = int((statistic_function(draws, sector_probabilities) >= statistic * (1 - 1e-12)).sum())
-    return StatisticalTestResult(test_name, n, statistic, (1 + extreme) / (1 + SIMULATIONS))
+    return StatisticalTestResult(test_name, n, statistic, (1 + extreme) / (1 + P_VALUE_DRAWS))

@@ -152,7 +152,7 @@ class OverturningCriterion:
 
     name: str
     rule: str
-    acceleration: Callable[[ArrayLike, ArrayLike, ArrayLike], FloatArray]
+    acceleration_limit_function: Callable[[ArrayLike, ArrayLike, ArrayLike], FloatArray]
 
 
 def _west_limit_of_each_block_and_motion(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
@@ -178,7 +178,7 @@ CRITERIA: Final = (
 )
 """Criteria in the order of tables and figures."""
 
-SECONDARY_SOURCES: Final = ("Kaneko–Hayashi", "pulse, one impact")
+CRITERIA_FROM_SECONDARY_SOURCES: Final = ("Kaneko–Hayashi", "pulse, one impact")
 """Criteria taken from secondary sources; the docstring of each function states how it was checked."""
 
 
@@ -228,7 +228,7 @@ def _divide_or_nan(numerator: Any, denominator: Any) -> Any:
 SLENDERNESS_ONLY: Final = "B/H alone"
 """Name of the rule that ignores the motion."""
 
-PULSE_VALID: Final = 5.0
+MAX_VALID_PULSE_FREQUENCY_RATIO: Final = 5.0
 """Largest ω/p for which `pulse_acceleration_to_overturn_after_impact` is valid; above it the limit is far too low."""
 
 
@@ -240,21 +240,21 @@ class PredictionRuleScore:
     ----------
     name, rule : str
         Name and rule of the criterion, or of the rule that ignores the motion.
-    overall, skill : FallPredictionCounts, MeanOverEarthquakes
+    overall_counts, skill : FallPredictionCounts, MeanOverEarthquakes
         Score of all planes and blocks together, and its skill with the 95 % bootstrap interval over earthquakes.
-    within : MeanOverEarthquakes
+    mean_skill_within_block_sizes : MeanOverEarthquakes
         Mean skill over blocks of one height and B/H, weighted by f(1 − f) with f their share of falls, with the
         same kind of interval.
-    within_valid : float
-        Value of ``within`` without the planes above `PULSE_VALID`.
+    mean_skill_in_valid_range : float
+        Value of ``mean_skill_within_block_sizes`` without the planes above `MAX_VALID_PULSE_FREQUENCY_RATIO`.
     """
 
     name: str
     rule: str
-    overall: FallPredictionCounts
+    overall_counts: FallPredictionCounts
     skill: MeanOverEarthquakes
-    within: MeanOverEarthquakes
-    within_valid: float
+    mean_skill_within_block_sizes: MeanOverEarthquakes
+    mean_skill_in_valid_range: float
 
 
 @dataclass(frozen=True)
@@ -266,24 +266,27 @@ class OverturningCriteriaScores:
     rules : tuple of PredictionRuleScore
         Scores of `CRITERIA`, in their order, and of the rule that ignores the motion: a block falls if B/H is below
         a threshold, which is chosen for the largest skill on this cube.
-    leads : dict of str to MeanOverEarthquakes
+    skill_leads_of_best_criterion : dict of str to MeanOverEarthquakes
         Skill within blocks of the `best_criterion` minus that of each other one, with the interval of the
         difference; both from the same bootstrap samples. Empty if the skill of a criterion is undefined.
-    beyond : float
-        Share of planes and blocks above `PULSE_VALID`.
-    blocks : dict of (float, float) to tuple of FallPredictionCounts
+    share_beyond_pulse_validity : float
+        Share of planes and blocks above `MAX_VALID_PULSE_FREQUENCY_RATIO`.
+    counts_by_block_size : dict of (float, float) to tuple of FallPredictionCounts
         Scores of `CRITERIA` by height, m, and B/H.
     """
 
     rules: tuple[PredictionRuleScore, ...]
-    leads: dict[str, MeanOverEarthquakes]
-    beyond: float
-    blocks: dict[tuple[float, float], tuple[FallPredictionCounts, ...]]
+    skill_leads_of_best_criterion: dict[str, MeanOverEarthquakes]
+    share_beyond_pulse_validity: float
+    counts_by_block_size: dict[tuple[float, float], tuple[FallPredictionCounts, ...]]
 
     @property
     def best_criterion(self) -> PredictionRuleScore:
         """Score of the published criterion whose prediction skill, averaged over block sizes, is largest."""
-        return max(self.rules[: len(CRITERIA)], key=lambda one: np.nan_to_num(one.within.value, nan=-np.inf))
+        return max(
+            self.rules[: len(CRITERIA)],
+            key=lambda one: np.nan_to_num(one.mean_skill_within_block_sizes.value, nan=-np.inf),
+        )
 
 
 def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> OverturningCriteriaScores | None:
@@ -302,7 +305,7 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
     kinds, block = np.unique(np.stack([height, slender], axis=1).round(9), axis=0, return_inverse=True)
     of_block = [(float(tall), float(shape)) for tall, shape in kinds]
     group = np.unique(event, return_inverse=True)[1] * len(kinds) + block.ravel()
-    valid = _pulse_to_block_frequency_ratio(height, slender, ratio) <= PULSE_VALID
+    valid = _pulse_to_block_frequency_ratio(height, slender, ratio) <= MAX_VALID_PULSE_FREQUENCY_RATIO
 
     def count_hits_and_misses(predicted_falls: NDArray[np.bool_], weight: FloatArray) -> FloatArray:
         """Count hits, misses, false alarms and rejections by earthquake and block, shape (earthquakes, blocks, 4)."""
@@ -323,20 +326,16 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
         if name == SLENDERNESS_ONLY:  # 0 within blocks by definition, not by chance
             within = replace(within, low=math.nan, high=math.nan)
         return PredictionRuleScore(
-            name,
-            rule,
-            overall,
-            skill,
-            within,
+            name, rule, overall, skill, within,
             float(_mean_skill_over_blocks(count_hits_and_misses(predicted_falls, weight * valid))),
-        )
+        )  # fmt: skip
 
-    predictions = [pga >= one.acceleration(height, slender, ratio) for one in CRITERIA]
+    predictions = [pga >= one.acceleration_limit_function(height, slender, ratio) for one in CRITERIA]
     rules = [score_rule(one.name, one.rule, predicted) for one, predicted in zip(CRITERIA, predictions, strict=True)]
     shapes = np.unique(kinds[:, 1])
     bounds = ((shapes[1:] + shapes[:-1]) / 2).round(9).tolist()
     blind = [score_rule(SLENDERNESS_ONLY, f"B/H below {bound:.3g}", slender < bound) for bound in bounds]
-    rules += sorted(blind, key=lambda one: np.nan_to_num(-one.overall.skill, nan=1.0))[:1]
+    rules += sorted(blind, key=lambda one: np.nan_to_num(-one.overall_counts.skill, nan=1.0))[:1]
     by_event = {
         one.name: count_hits_and_misses(predicted, weight) for one, predicted in zip(CRITERIA, predictions, strict=True)
     }
@@ -352,7 +351,7 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
 def _skill_lead_of_best_criterion(counts_by_criterion: dict[str, FloatArray]) -> dict[str, MeanOverEarthquakes]:
     """Compute the best criterion's prediction skill minus that of each other criterion, by name of the other.
 
-    See `OverturningCriteriaScores.leads`.
+    See `OverturningCriteriaScores.skill_leads_of_best_criterion`.
 
     The counts of each criterion have shape (earthquakes, blocks, 4).
     """

@@ -15,7 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.falls import model_of_results_cube
+from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
 from overturning.statistics.bootstrap import (
     MeanOverEarthquakes,
@@ -29,7 +29,12 @@ from overturning.statistics.bootstrap import (
     tail_share_corrected_for_few_earthquakes,
 )
 from overturning.statistics.by_record import apply_to_record_batches, record_masks_by_group
-from overturning.statistics.circular import LEAST_RESULTANT, NO_DIRECTION, common_axis_test, wrap_axis_difference
+from overturning.statistics.circular import (
+    MIN_RESULTANT_WITH_MEAN_DIRECTION,
+    RESULTANT_ROUNDING_ERROR,
+    common_direction_test,
+    wrap_axis_difference,
+)
 from overturning.statistics.falls import (
     mean_cosine_and_sine_to_reference,
     mean_directions_from_vector_sums,
@@ -48,10 +53,10 @@ def fall_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
     Only the dimensions ``kept_dims`` and ``record`` are kept. See `sum_fall_vectors`, and
     `mask_of_blocks_for_direction_statistics` for the blocks.
     """
-    model = model_of_results_cube(cube)
-    over = [name for name in model.case_dims if name not in kept_dims]
+    model = default_model_for_results_cube(cube)
+    over = [name for name in model.case_dims_without_direction if name not in kept_dims]
     made = apply_to_record_batches(
-        partial(sum_fall_vectors, summed_dims=over, informative_only=True), cube, model.reads
+        partial(sum_fall_vectors, summed_dims=over, informative_only=True), cube, model.variables_for_fall_probability
     )
     return made.transpose("record", *kept_dims)
 
@@ -64,15 +69,15 @@ def mean_fall_directions_by_record(cube: xr.Dataset) -> xr.Dataset:
     (`unknown_outcomes_may_bias_fall_axis`). All others are missing there, and if the planes of the cube impose the
     axis (`simulated_planes_impose_fall_axis`). The cube is read in batches of records.
     """
-    model = model_of_results_cube(cube)
-    of_batch = partial(sum_fall_vectors, summed_dims=model.case_dims, informative_only=True)
-    sums = apply_to_record_batches(of_batch, cube, model.reads)
+    model = default_model_for_results_cube(cube)
+    of_batch = partial(sum_fall_vectors, summed_dims=model.case_dims_without_direction, informative_only=True)
+    sums = apply_to_record_batches(of_batch, cube, model.variables_for_fall_probability)
     imposed = unknown_outcomes_may_bias_fall_axis(sums)
     means = mean_directions_from_vector_sums(sums).where(~imposed & (not azimuths_in_results_bias_mean_fall_axis(cube)))
     return means.assign(is_imposed=imposed)
 
 
-def fall_axes_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
+def fall_axes_from_fault_normal_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
     """Compute the mean fall axis of each earthquake, as an angle from the fault normal.
 
     The cube is read in batches of records.
@@ -97,7 +102,8 @@ def fall_axes_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
         ``falls``, True if any block falls; and ``records``, the number of records. The first four are missing if no
         block falls, no fault normal is known, or the planes of the cube impose the axis
         (`simulated_planes_impose_fall_axis`). Records whose unknown outcomes impose the axis do not count
-        (`unknown_outcomes_may_bias_fall_axis`). The axis is also missing if the resultant is below `LEAST_RESULTANT`.
+        (`unknown_outcomes_may_bias_fall_axis`). The axis is also missing if the resultant is below
+        `MIN_RESULTANT_WITH_MEAN_DIRECTION`.
     """
     sums = fall_vector_sums_by_record(cube, *kept_dims)
     vectors, events = (
@@ -109,7 +115,11 @@ def fall_axes_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
     cosine, sine = (means_by_earthquake(vectors[name].values, events) for name in ("cosine", "sine"))
     largest = means_by_earthquake(np.hypot(vectors["cosine"].values, vectors["sine"].values), events)
     length, any_falls = np.hypot(cosine, sine), sums["all_falls"].where(cube["fault_normal"].notnull())
-    axis = np.where(length >= LEAST_RESULTANT, wrap_axis_difference(np.degrees(np.arctan2(sine, cosine)) / 2), np.nan)
+    axis = np.where(
+        length >= MIN_RESULTANT_WITH_MEAN_DIRECTION,
+        wrap_axis_difference(np.degrees(np.arctan2(sine, cosine)) / 2),
+        np.nan,
+    )
     about_axis = {"long_name": "mean fall axis relative to the fault normal", "units": "degree"}
     about_length = {"long_name": "mean resultant length of doubled fall axes", "units": "1"}
     names = distinct_earthquake_names(events)
@@ -122,7 +132,7 @@ def fall_axes_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
     return xr.Dataset(found, {"event": ("event", np.array(names, dtype=str))})
 
 
-def fall_axes_by_group(
+def fall_axes_from_fault_normal_by_group(
     cube: xr.Dataset, coordinate: str = "pulse", edges: Sequence[float] = ()
 ) -> dict[str, xr.Dataset]:
     """Compute, by name of the group of records, the mean fall axis of each earthquake of the group.
@@ -130,7 +140,7 @@ def fall_axes_by_group(
     For the arguments see `record_masks_by_group`; empty groups are left out.
     """
     return {
-        name: fall_axes_by_earthquake(cube.isel(record=np.flatnonzero(members)))
+        name: fall_axes_from_fault_normal_by_earthquake(cube.isel(record=np.flatnonzero(members)))
         for name, members in record_masks_by_group(cube, coordinate, edges).items()
         if members.any()
     }
@@ -147,49 +157,50 @@ class FallAxisSummary:
     alignment : MeanOverEarthquakes
         Mean of cos 2Δ over falls, over the earthquakes with falls and a known fault normal: 1 normal to the fault,
         −1 parallel, 0 neither. An earthquake with falls in all directions counts with its value near 0.
-    axis_deg : float
+    axis_from_fault_normal_deg : float
         Axis of the mean vector of the earthquakes relative to the fault normal, (−90, 90]; NaN without falls, if the
-        resultant is below `LEAST_RESULTANT`, or if the `common_axis_test` does not reject "no common axis".
+        resultant is below `MIN_RESULTANT_WITH_MEAN_DIRECTION`, or if the `common_direction_test` does not reject "no
+        common axis".
     half_width_deg : float
         Half-width of its bootstrap interval, symmetric about the mean axis: the quantile of the distance of the
         bootstrap axes from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2) at the level of
-        `tail_share_corrected_for_few_earthquakes`; NaN below `FEWEST_EARTHQUAKES` and without an axis.
-    with_axis, closer_to_normal : int
-        Number of earthquakes that have an axis (resultant at least `LEAST_RESULTANT`), and of these with an axis
-        within 45° of the fault normal.
-    largest : float
-        Largest possible alignment of these falls: the mean over these earthquakes of ``largest`` of
-        `fall_axes_by_earthquake`. It is reached if the axis of each record is its fault normal.
+        `tail_share_corrected_for_few_earthquakes`; NaN below `MIN_EARTHQUAKES_FOR_INTERVAL` and without an axis.
+    earthquakes_with_axis, earthquakes_closer_to_normal : int
+        Number of earthquakes that have an axis (resultant at least `MIN_RESULTANT_WITH_MEAN_DIRECTION`), and of these
+        with an axis within 45° of the fault normal.
+    largest_possible_alignment : float
+        Largest possible alignment of these falls: the mean over these earthquakes of ``largest_possible_alignment`` of
+        `fall_axes_from_fault_normal_by_earthquake`. It is reached if the axis of each record is its fault normal.
     axis_p_value : float
-        p-value of the `common_axis_test` over earthquakes; NaN without falls.
+        p-value of the `common_direction_test` over earthquakes; NaN without falls.
     """
 
     earthquakes: int
     alignment: MeanOverEarthquakes
-    axis_deg: float
+    axis_from_fault_normal_deg: float
     half_width_deg: float
-    with_axis: int
-    closer_to_normal: int
-    largest: float = math.nan
+    earthquakes_with_axis: int
+    earthquakes_closer_to_normal: int
+    largest_possible_alignment: float = math.nan
     axis_p_value: float = math.nan
 
 
 def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000) -> FallAxisSummary:
     """Average the fall axes of earthquakes: mean axis and mean alignment with the fault normal, with intervals.
 
-    `fall_axes` is a result of `fall_axes_by_earthquake`.
+    `fall_axes` is a result of `fall_axes_from_fault_normal_by_earthquake`.
     """
     vectors = np.column_stack([fall_axes["cosine"].values, fall_axes["sine"].values])
     vectors = vectors[np.isfinite(vectors[:, 0])]
     cosine, sine = vectors.mean(axis=0) if len(vectors) else (math.nan, math.nan)
-    test = common_axis_test(*vectors.T)
-    has_axis = test.p_value <= 1 - level and math.hypot(cosine, sine) >= LEAST_RESULTANT
+    test = common_direction_test(*vectors.T)
+    has_axis = test.p_value <= 1 - level and math.hypot(cosine, sine) >= MIN_RESULTANT_WITH_MEAN_DIRECTION
     mean = float(wrap_axis_difference(math.degrees(math.atan2(sine, cosine)) / 2)) if has_axis else math.nan
 
     def axis_distances_from_mean_deg(drawn_vectors: FloatArray) -> FloatArray:
         drawn_cosine, drawn_sine = mean_vector_of_each_bootstrap_sample(drawn_vectors).T
         away = np.abs(wrap_axis_difference(np.degrees(np.arctan2(drawn_sine, drawn_cosine)) / 2 - mean))
-        return np.where(np.hypot(drawn_cosine, drawn_sine) < NO_DIRECTION, 90.0, away)
+        return np.where(np.hypot(drawn_cosine, drawn_sine) < RESULTANT_ROUNDING_ERROR, 90.0, away)
 
     distances = (
         statistic_of_bootstrap_samples(axis_distances_from_mean_deg, vectors, draws) if has_axis else np.zeros(0)
@@ -213,10 +224,10 @@ def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: in
 def difference_of_fall_alignments(first_fall_axes: xr.Dataset, second_fall_axes: xr.Dataset) -> MeanOverEarthquakes:
     """Compute the mean alignment of falls with the fault normal in one set of records minus that in another.
 
-    Both sets, such as pulse records and their control, are results of `fall_axes_by_earthquake`. An earthquake with
-    records in both sets is drawn once for both, so that its own orientation does not count as a difference.
-    ``n`` is the number of earthquakes with falls in the smaller set; there is no interval if it is below
-    `FEWEST_EARTHQUAKES`.
+    Both sets, such as pulse records and their control, are results of `fall_axes_from_fault_normal_by_earthquake`. An
+    earthquake with records in both sets is drawn once for both, so that its own orientation does not count as a
+    difference. ``n`` is the number of earthquakes with falls in the smaller set; there is no interval if it is below
+    `MIN_EARTHQUAKES_FOR_INTERVAL`.
     """
     names = distinct_earthquake_names([*first_fall_axes["event"].values, *second_fall_axes["event"].values])
     values = np.stack([axes["cosine"].reindex(event=names).values for axes in (first_fall_axes, second_fall_axes)])
@@ -238,7 +249,7 @@ def difference_of_fall_alignments(first_fall_axes: xr.Dataset, second_fall_axes:
     return MeanOverEarthquakes(n, difference, *ends)
 
 
-LEAST_DISTANCE_KM: Final = 1.0
+MIN_EPICENTRAL_DISTANCE_KM: Final = 1.0
 """Smallest epicentral distance with a radial direction, km; epicentres are not located more accurately."""
 
 
@@ -259,7 +270,8 @@ def azimuth_away_from_epicentre(cube: xr.Dataset) -> xr.DataArray:
     Returns
     -------
     DataArray
-        Degrees clockwise from north, 0 to 360; NaN where a location is unknown, and within `LEAST_DISTANCE_KM`.
+        Degrees clockwise from north, 0 to 360; NaN where a location is unknown, and within
+        `MIN_EPICENTRAL_DISTANCE_KM`.
     """
     names = [f"{where}_{name}" for where in ("epicentre", "station") for name in ("latitude", "longitude")]
     if any(name not in cube.variables for name in names):
@@ -270,12 +282,16 @@ def azimuth_away_from_epicentre(cube: xr.Dataset) -> xr.DataArray:
     # East and north components of the unit vector to the epicentre, in the axes of the station.
     towards_east = -np.cos(latitude0) * np.sin(east)
     towards_north = np.cos(latitude) * np.sin(latitude0) - np.sin(latitude) * np.cos(latitude0) * np.cos(east)
-    far = np.hypot(towards_east, towards_north) >= math.sin(LEAST_DISTANCE_KM / EARTH_RADIUS_KM)
+    far = np.hypot(towards_east, towards_north) >= math.sin(MIN_EPICENTRAL_DISTANCE_KM / EARTH_RADIUS_KM)
     radial = np.degrees(np.arctan2(-towards_east, -towards_north)) % 360.0
     return radial.where(far)
 
 
-_REFERENCES = {"peak velocity": "pgv_azimuth", "peak acceleration": "pga_azimuth", "pulse": "pulse_axis"}
+_INTENSITY_VARIABLE_BY_REFERENCE = {
+    "peak velocity": "pgv_azimuth",
+    "peak acceleration": "pga_azimuth",
+    "pulse": "pulse_axis",
+}
 
 
 @dataclass(frozen=True)
@@ -289,16 +305,16 @@ class FallAlignmentWithReferences:
     means : dict
         `MeanOverEarthquakes` of ``cosine`` of `mean_cosine_and_sine_to_reference`, for each range of B/H. Keys: name of
         the reference, and True for its axis or False for its direction (peaks and radial direction only).
-    closest : tuple of str
+    best_aligned_references : tuple of str
         The two references with the largest alignment of axes in the first range of B/H, among those known for the
         largest number of records (others are means over different records). Shorter if fewer are known.
-    closer : list of MeanOverEarthquakes
+    best_minus_second_cosines : list of MeanOverEarthquakes
         Cosine for the first of these minus that for the second, record by record, for each range of B/H.
     """
 
     means: dict[tuple[str, bool], list[MeanOverEarthquakes]]
-    closest: tuple[str, ...]
-    closer: list[MeanOverEarthquakes]
+    best_aligned_references: tuple[str, ...]
+    best_minus_second_cosines: list[MeanOverEarthquakes]
 
 
 def fall_alignment_with_reference_directions(
@@ -321,7 +337,10 @@ def fall_alignment_with_reference_directions(
     sums = fall_vector_sums_by_record(cube, "b_over_h")
     parts = b_over_h_ranges or [slice(index, index + 1) for index in range(cube.sizes["b_over_h"])]
     totals = [sums.isel(b_over_h=part).sum("b_over_h") for part in parts]
-    references = {name: intensity[of].drop_vars("record", errors="ignore") for name, of in _REFERENCES.items()}
+    references = {
+        name: intensity[of].drop_vars("record", errors="ignore")
+        for name, of in _INTENSITY_VARIABLE_BY_REFERENCE.items()
+    }
     events, cosines = cube["event"].to_numpy().astype(str), dict[tuple[str, bool], list[FloatArray]]()
     references["fault normal"], radial = cube["fault_normal"], azimuth_away_from_epicentre(cube)
     if radial.notnull().any():

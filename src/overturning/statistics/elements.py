@@ -19,16 +19,16 @@ from overturning.statistics.by_record import iterate_results_by_record
 class ElementFallCounts:
     """Numbers of falls of one element of a scene, among the ``cases`` with a known outcome.
 
-    ``falls`` is the number of cases in which it falls to either side, ``first`` the number of these in which no other
-    element of its scene falls before it, and ``alone`` the number in which no other element falls at all. ``share`` is
-    falls/cases, and ``median_time`` the median time of its falls, s; both are NaN without cases or falls.
+    ``falls`` is the number of cases in which it falls to either side, ``first_falls`` the number of these in which no
+    other element of its scene falls before it, and ``lone_falls`` the number in which no other element falls at all.
+    ``share`` is falls/cases, and ``median_time`` the median time of its falls, s; both are NaN without cases or falls.
     """
 
     name: str
     cases: int
     falls: int
-    first: int
-    alone: int
+    first_falls: int
+    lone_falls: int
     share: float
     median_time: float
 
@@ -37,18 +37,18 @@ class ElementFallCounts:
 class ElementDisplacementSummary:
     """Final displacements of one element of a 3-D scene relative to its support: quantiles of slip and rotation.
 
-    ``standing`` is the number of cases in which it stands, and ``fallen`` that in which it has fallen. ``slip`` (m) and
-    ``twist`` (absolute rotation about the vertical, degrees) are the medians and 90th percentiles over the standing
-    cases; NaN without such cases. ``slid_off`` is the number of falls over the rim of what the element stands on; None
-    for a model that does not distinguish them.
+    ``standing`` is the number of cases in which it stands, and ``fallen`` that in which it has fallen.
+    ``median_and_p90_slip_m`` (m) and ``median_and_p90_twist_deg`` (absolute rotation about the vertical, degrees) are
+    the medians and 90th percentiles over the standing cases; NaN without such cases. ``slide_off_count`` is the number
+    of falls over the rim of what the element stands on; None for a model that does not distinguish them.
     """
 
     name: str
     standing: int
     fallen: int
-    slip: tuple[float, float]
-    twist: tuple[float, float]
-    slid_off: int | None
+    median_and_p90_slip_m: tuple[float, float]
+    median_and_p90_twist_deg: tuple[float, float]
+    slide_off_count: int | None
 
 
 @dataclass(frozen=True)
@@ -75,14 +75,14 @@ _OUTCOME = ("overturned", "overturning_time")
 _FALL = (*_OUTCOME, "fall_azimuth")
 _DISPLACEMENTS = ("overturned", "residual_slip_north", "residual_slip_east", "residual_twist")
 
-ANYTHING = "any element"
+ANY_ELEMENT_LABEL = "any element"
 """Label of the falls of a whole scene, which falls when its first element falls."""
 
 
 def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
     """Count the falls of each element of a scene in a study's results, and the cases in which any element falls.
 
-    For several elements a last row, `ANYTHING`, counts the cases in which any element falls.
+    For several elements a last row, `ANY_ELEMENT_LABEL`, counts the cases in which any element falls.
 
     A cube without elements has one row, "block". The cube is read one record at a time. The times of all falls are
     kept in memory for the medians (four bytes each).
@@ -90,7 +90,7 @@ def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
     if "element" not in cube.dims:
         cube = cube.drop_vars("element", errors="ignore").expand_dims(element=["block"])
     elements = cube.sizes["element"]
-    names = [str(name) for name in cube["element"].to_numpy().tolist()] + [ANYTHING] * (elements > 1)
+    names = [str(name) for name in cube["element"].to_numpy().tolist()] + [ANY_ELEMENT_LABEL] * (elements > 1)
     counts = np.zeros((4, len(names)), np.int64)
     moments: dict[str, list[NDArray[np.float32]]] = {name: [] for name in names}
     for counts_of_record, times_of_record in map(
@@ -134,7 +134,7 @@ _QUANTILES: Final = (0.5, 0.9)
 """Quantiles of the displacements of standing elements."""
 
 
-def element_displacements(cube: xr.Dataset) -> list[ElementDisplacementSummary]:
+def summarise_element_displacements(cube: xr.Dataset) -> list[ElementDisplacementSummary]:
     """Summarise the final displacements of each element in a 3-D study's results, one row per element.
 
     A cube without elements has one row, "block". Cases that were not simulated, because the motion is too weak to move
@@ -208,7 +208,7 @@ def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Da
 
 
 def _count_two_stone_falls_of_record(cube: xr.Dataset, other_cube: xr.Dataset, case_weights: FloatArray) -> list[float]:
-    """Count, under one record, the cases in which both of two stones fall, and those in which only one falls.
+    """Count, under one record, the cases in which both of two stones fall, and those in which only one of them does.
 
     `case_weights` has the shape (cases,), or (1,) for equal weights.
     """

@@ -13,20 +13,20 @@ from typing import Final
 import numpy as np
 import xarray as xr
 
-from overturning.model.falls import model_of_results_cube
+from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import (
-    FALLS,
-    LARGEST_RESULTANT_OF_PLANES,
-    SAME_WEIGHT,
+    FALL_PROBABILITY_VARIABLES,
+    MAX_RESULTANT_OF_UNIFORM_PLANES,
+    WEIGHT_EQUALITY_TOLERANCE,
     azimuth_period_of_cube_deg,
     fall_probabilities_towards_and_away,
     plane_weights_by_azimuth_spacing,
 )
 from overturning.model.symmetry import PLANE_PERIOD, nearest_simulated_planes
-from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES, VARIABLES, outcome_is_known
-from overturning.statistics.circular import NO_DIRECTION
+from overturning.model.variables import PLANAR_OUTCOME_VARIABLES, PLANE_ENSEMBLE_VARIABLES, outcome_is_known
+from overturning.statistics.circular import RESULTANT_ROUNDING_ERROR
 
-LARGEST_UNKNOWN_SHARE: Final = 0.5
+MAX_IGNORED_UNKNOWN_RESULTANT_SHARE: Final = 0.5
 """Largest length of the sum of doubled axes of unknown outcomes, as a share of that of the falls, that is ignored.
 
 It turns the mean axis by at most 15°: half of arcsin 0.5.
@@ -49,14 +49,20 @@ def add_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
         return cube
     sources = nearest_simulated_planes(azimuth, everywhere, azimuth_period_of_cube_deg(cube))
     if azimuth_period_of_cube_deg(cube) != PLANE_PERIOD:
-        return cube.reindex(azimuth=everywhere[np.isin(everywhere, azimuth) | ~sources.known])
-    turned = cube.isel(azimuth=sources.cell).assign_coords(azimuth=("azimuth", everywhere, cube["azimuth"].attrs))
+        return cube.reindex(azimuth=everywhere[np.isin(everywhere, azimuth) | ~sources.has_near_simulated_direction])
+    turned = cube.isel(azimuth=sources.direction_index).assign_coords(
+        azimuth=("azimuth", everywhere, cube["azimuth"].attrs)
+    )
     behind = xr.Variable("azimuth", sources.mirrored)  # variables have no coordinates, which need not be compared
     changed = {}
-    for variable in (*VARIABLES, *PLANE_ENSEMBLE_VARIABLES):
-        if variable.name in cube and (variable.odd or variable.exchanged):
-            values, seen = (turned[name].variable for name in (variable.name, variable.exchanged or variable.name))
-            changed[variable.name] = xr.where(behind, -seen if variable.odd else seen, values).transpose(*values.dims)
+    for variable in (*PLANAR_OUTCOME_VARIABLES, *PLANE_ENSEMBLE_VARIABLES):
+        if variable.name in cube and (variable.is_odd_under_mirroring or variable.mirror_counterpart_name):
+            values, seen = (
+                turned[name].variable for name in (variable.name, variable.mirror_counterpart_name or variable.name)
+            )
+            changed[variable.name] = xr.where(
+                behind, -seen if variable.is_odd_under_mirroring else seen, values
+            ).transpose(*values.dims)
             changed[variable.name].attrs = values.attrs
     return turned.assign(changed)
 
@@ -82,7 +88,9 @@ def fall_counts_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) ->
     DataArray
         Azimuths as from `add_opposite_azimuths`; for a scene without mirror symmetry including all opposites.
     """
-    used = [name for name in (FALLS if ensemble else FALLS[:1]) if name in cube]
+    used = [
+        name for name in (FALL_PROBABILITY_VARIABLES if ensemble else FALL_PROBABILITY_VARIABLES[:1]) if name in cube
+    ]
     p = fall_probabilities_towards_and_away(add_opposite_azimuths(cube[used]), use_ensemble=ensemble)
     falls, azimuth = p["towards"], p["azimuth"]
     if azimuth_period_of_cube_deg(cube) != PLANE_PERIOD:
@@ -112,10 +120,10 @@ def overturned_share(cube: xr.Dataset, *kept_dims: str) -> xr.DataArray:
     dims = [name for name in falls.dims if name not in kept_dims]
     if "azimuth" not in dims:
         return falls.mean(dims).compute()
-    planes = model_of_results_cube(cube).distinct_direction_indices(cube)
+    planes = default_model_for_results_cube(cube).distinct_direction_indices(cube)
     weight = plane_weights_by_azimuth_spacing(cube["azimuth"].to_numpy()[planes], azimuth_period_of_cube_deg(cube))
     once = falls.isel(azimuth=planes)
-    if np.ptp(weight) <= SAME_WEIGHT:
+    if np.ptp(weight) <= WEIGHT_EQUALITY_TOLERANCE:
         return once.mean(dims).compute()
     weights = xr.DataArray(weight, dims="azimuth")
     known = weights.where(once.notnull(), 0.0).sum(dims)
@@ -169,35 +177,41 @@ class BlockSelectionRule:
     ----------
     name : str
         Description of the selected blocks; ``{}`` is replaced by the direction of the model, such as "plane".
-    most : float
+    max_share_of_directions : float
         Largest share of directions in which a selected block overturns; above 1 for no limit.
-    otherwise_all : bool
+    uses_all_blocks_if_none_selected : bool
         True: count all blocks of a record for which the rule selects none. False: such a record does not count.
     """
 
     name: str
-    most: float
-    otherwise_all: bool = False
+    max_share_of_directions: float
+    uses_all_blocks_if_none_selected: bool = False
 
     def selected_block_mask(self, share_of_directions: xr.DataArray) -> xr.DataArray:
         """Return a mask of the blocks that the rule selects, from the share of azimuths at which each overturns."""
-        if self.most > 1.0:
+        if self.max_share_of_directions > 1.0:
             return xr.ones_like(share_of_directions, dtype=bool)
         share = share_of_directions.variable  # a sum of weights, with rounding errors
-        near = (share > 0) & (share <= self.most + SAME_WEIGHT) & (share < 1.0 - SAME_WEIGHT)
-        if self.otherwise_all:
+        near = (
+            (share > 0)
+            & (share <= self.max_share_of_directions + WEIGHT_EQUALITY_TOLERANCE)
+            & (share < 1.0 - WEIGHT_EQUALITY_TOLERANCE)
+        )
+        if self.uses_all_blocks_if_none_selected:
             near = near | ~near.any([name for name in near.dims if name != "record"])
         return xr.DataArray(near, share_of_directions.coords, name=share_of_directions.name)
 
 
-MARGINAL: Final = BlockSelectionRule("in at most half of the {}s, or all blocks of a record without such", 0.5, True)
+MARGINAL_BLOCKS_RULE: Final = BlockSelectionRule(
+    "in at most half of the {}s, or all blocks of a record without such", 0.5, True
+)
 """Rule of planar models: marginal blocks."""
 
 EVERY_BLOCK: Final = BlockSelectionRule("all blocks", 2.0)
 """Rule of the 3-D model, where a block that falls in every orientation still shows the direction of the motion."""
 
 BLOCK_RULES: Final = (
-    MARGINAL,
+    MARGINAL_BLOCKS_RULE,
     BlockSelectionRule("in at most half of the {}s", 0.5),
     BlockSelectionRule("in at most a quarter of the {}s", 0.25),
     BlockSelectionRule("in some {}s, but not in all", 1.0),
@@ -207,8 +221,8 @@ BLOCK_RULES: Final = (
 
 
 def block_selection_rule_for_cube(cube: xr.Dataset) -> BlockSelectionRule:
-    """Return the rule that selects blocks for direction statistics: `MARGINAL` in 2-D, `EVERY_BLOCK` in 3-D."""
-    return MARGINAL if model_of_results_cube(cube).one_component else EVERY_BLOCK
+    """Return the rule that selects blocks for direction statistics: marginal blocks in 2-D, every block in 3-D."""
+    return MARGINAL_BLOCKS_RULE if default_model_for_results_cube(cube).is_planar else EVERY_BLOCK
 
 
 def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
@@ -216,7 +230,7 @@ def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
 
     See `overturned_share`, also for the weights of azimuths. The result is in memory.
     """
-    direction = model_of_results_cube(cube).direction
+    direction = default_model_for_results_cube(cube).direction_dimension_name
     return overturned_share(cube, *(str(name) for name in cube["overturned"].dims if name != direction))
 
 
@@ -243,12 +257,12 @@ def mean_fall_probability_over_directions(cube: xr.Dataset, *, summed_dims: Sequ
 
     Cells with an unknown outcome do not count.
     """
-    model = model_of_results_cube(cube)
-    falls, dims = model.fall_probability_and_direction_by_case(cube), (model.direction, *summed_dims)
+    model = default_model_for_results_cube(cube)
+    falls, dims = model.fall_probability_and_direction_by_case(cube), (model.direction_dimension_name, *summed_dims)
     fell, of_direction = falls["falls"].variable, falls["weight"].variable
     weight = of_direction.where(fell.notnull(), 0.0).sum(dims)
     share = (fell * of_direction).sum(dims) / weight.where(weight > 0)
-    share.attrs |= {"long_name": f"share of {model.direction}s in which the block falls", "units": "1"}
+    share.attrs |= {"long_name": f"share of {model.direction_dimension_name}s in which the block falls", "units": "1"}
     return xr.DataArray(share, falls.drop_dims(dims).coords)
 
 
@@ -260,7 +274,7 @@ def weighted_fall_vectors_by_case(cube: xr.Dataset) -> xr.Dataset:
     both components of the record in each orientation, so that missing orientations impose no axis; its results have
     none of these three variables.
     """
-    falls = model_of_results_cube(cube).fall_probability_and_direction_by_case(cube)
+    falls = default_model_for_results_cube(cube).fall_probability_and_direction_by_case(cube)
     weight = falls["weight"].variable
     weighted = {str(name): values.variable * weight for name, values in falls.data_vars.items() if name != "weight"}
     if "azimuth" in falls["falls"].dims:
@@ -279,9 +293,10 @@ def unknown_outcomes_may_bias_fall_axis(fall_sums: xr.Dataset) -> xr.DataArray:
     """Return True where missing outcomes may bias the mean fall axis towards the azimuths with known outcomes.
 
     The vector that the unknown outcomes would add if all of them were falls has to be longer than
-    `LARGEST_RESULTANT_OF_PLANES` times the number of known outcomes: falls in all known cases alike would show an axis,
-    as those of `simulated_planes_impose_fall_axis`. It also has to be longer than `LARGEST_UNKNOWN_SHARE` of the sum of
-    the falls. So a few unknown outcomes change nothing, and neither do unknown outcomes at evenly spread azimuths.
+    `MAX_RESULTANT_OF_UNIFORM_PLANES` times the number of known outcomes: falls in all known cases alike would show an
+    axis, as those of `simulated_planes_impose_fall_axis`. It also has to be longer than
+    `MAX_IGNORED_UNKNOWN_RESULTANT_SHARE` of the sum of the falls. So a few unknown outcomes change nothing, and neither
+    do unknown outcomes at evenly spread azimuths.
 
     Parameters
     ----------
@@ -292,8 +307,8 @@ def unknown_outcomes_may_bias_fall_axis(fall_sums: xr.Dataset) -> xr.DataArray:
     if "known" not in fall_sums:
         return xr.zeros_like(length, dtype=bool)
     added = xr.apply_ufunc(np.hypot, fall_sums["unknown_cosine"], fall_sums["unknown_sine"], dask="allowed")
-    uneven = added > LARGEST_RESULTANT_OF_PLANES * fall_sums["known"] + SAME_WEIGHT
-    return uneven & (added > LARGEST_UNKNOWN_SHARE * length) & (fall_sums["falls"] > 0)
+    uneven = added > MAX_RESULTANT_OF_UNIFORM_PLANES * fall_sums["known"] + WEIGHT_EQUALITY_TOLERANCE
+    return uneven & (added > MAX_IGNORED_UNKNOWN_RESULTANT_SHARE * length) & (fall_sums["falls"] > 0)
 
 
 def sum_fall_vectors(
@@ -305,7 +320,10 @@ def sum_fall_vectors(
     ``informative_only`` they cover the `mask_of_blocks_for_direction_statistics` only; ``all_falls`` always counts
     the falls of all blocks. For sums over cases with unknown outcomes see `weighted_fall_vectors_by_case`.
     """
-    weighted, dims = weighted_fall_vectors_by_case(cube), (model_of_results_cube(cube).direction, *summed_dims)
+    weighted, dims = (
+        weighted_fall_vectors_by_case(cube),
+        (default_model_for_results_cube(cube).direction_dimension_name, *summed_dims),
+    )
     vectors = {str(name): values.variable for name, values in weighted.data_vars.items()}
     all_falls = vectors["falls"].sum(dims)
     if informative_only:
@@ -344,7 +362,7 @@ def mean_directions_from_vector_sums(sums: xr.Dataset) -> xr.Dataset:
         cosine, sine = sums[f"{kind}_cosine"].variable, sums[f"{kind}_sine"].variable
         length = (xr.apply_ufunc(np.hypot, cosine, sine, dask="allowed") / total).clip(0, 1)
         turned = xr.apply_ufunc(np.arctan2, sine, cosine, dask="allowed")
-        angle = (turned * (full / (2 * np.pi)) % full).where(length > NO_DIRECTION)
+        angle = (turned * (full / (2 * np.pi)) % full).where(length > RESULTANT_ROUNDING_ERROR)
         angle.attrs = {"long_name": f"mean fall {kind}", "units": "degree"}
         length.attrs = {"long_name": f"mean resultant length of {of}", "units": "1"}
         means |= {f"mean_{kind}": angle, f"{kind}_resultant": length}

@@ -13,7 +13,7 @@ from overturning.errors import ArgumentError
 from overturning.files import atomic_write
 from overturning.statistics.fragility import FittedFragilityCurve
 
-LEVELS: Final = 25
+OPENQUAKE_LEVEL_COUNT: Final = 25
 """Number of intensities at which a curve is tabulated for OpenQuake."""
 
 
@@ -72,7 +72,7 @@ def write_openquake_fragility_model(curves: Sequence[FittedFragilityCurve], path
     for one in curves:
         if not math.isfinite(one.median):
             continue
-        levels = np.geomspace(one.least, one.most, LEVELS)
+        levels = np.geomspace(one.least, one.most, OPENQUAKE_LEVEL_COUNT)
         intensities = " ".join(f"{value:.6g}" for value in levels)
         probabilities = " ".join(f"{value:.6f}" for value in one.fall_probability(levels))
         lines += [

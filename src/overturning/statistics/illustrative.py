@@ -9,18 +9,18 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from overturning.model.falls import model_of_results_cube
+from overturning.model.falls import default_model_for_results_cube
 from overturning.model.model import Model
 from overturning.statistics.by_record import iterate_record_result_batches, iterate_results_by_record
 from overturning.statistics.circular import wrap_axis_difference
 
-WHICH_SIDE: Final = "Falls, but to which side?"
+BOTH_SIDES_CASE_TITLE: Final = "Falls, but to which side?"
 """Title of the case with falls to both sides."""
 
 ANY_ELEMENT_FALLS: Final = "any_element_falls"
 """Name of a variable that is True where at least one element of the scene falls."""
 
-MIN_VISIBLE_ROTATION: Final = 0.1
+MIN_VISIBLE_ROTATION_RATIO: Final = 0.1
 """Largest rotation, in parts of α, above which a standing block rocks visibly."""
 
 MIN_VISIBLE_TWIST_DEG: Final = 0.1
@@ -33,7 +33,7 @@ MAX_CORNER_OFFSET_DEG: Final = 10.0
 """Largest angle between a fall over a corner and the bisector of the normals of its two faces, degrees."""
 
 
-ROUNDING: Final = 1e-9
+COSINE_ROUNDING_ERROR: Final = 1e-9
 """Rounding error of the cosine of an angle between two falls."""
 
 
@@ -42,12 +42,12 @@ class IllustrativeCase(NamedTuple):
 
     title: str
     rule: str
-    record: int
+    record_index: int
     block: dict[str, float]
     """Coordinates of the block, by dimension of the model."""
     direction_deg: tuple[float, ...]
     """Azimuth or orientation of each panel, degrees."""
-    settings: tuple[str, ...] = ()
+    panel_variants: tuple[str, ...] = ()
     """Variant of each panel; empty if all panels are of the study itself."""
 
 
@@ -58,9 +58,9 @@ class BestExampleCaseOfRecord(NamedTuple):
     """
 
     score: tuple[float, ...]
-    block: Sequence[int]
+    block_indices: Sequence[int]
     """Positions along the dimensions of the block."""
-    directions: tuple[int, ...]
+    direction_indices: tuple[int, ...]
     """Position along the direction of each panel."""
 
 
@@ -77,7 +77,7 @@ class IllustrativeCaseRule(NamedTuple):
     title: str
     text: str
     find: Callable[[xr.Dataset], BestExampleCaseOfRecord | None]
-    needs: tuple[str, ...]
+    needed_variables: tuple[str, ...]
     """Variables that the rule needs; it is skipped for a cube without them."""
 
 
@@ -125,7 +125,7 @@ def _find_block_with_falls_only_along_fault_normal(record_cube: xr.Dataset) -> B
     splits = np.argwhere((np.abs(flags[along]) == 1) & (flags[across] == 0))
     if splits.size == 0:
         return None
-    moves = rotation[across] > MIN_VISIBLE_ROTATION
+    moves = rotation[across] > MIN_VISIBLE_ROTATION_RATIO
     # Prefer a case that moves in both planes, then the broadest, the roughest and the lowest block.
     place = max(map(tuple, splits), key=lambda p: (moves[p], p[1], p[2], -p[0]))
     broad = round(float(record_cube["b_over_h"].values[place[1]]), 9)
@@ -133,9 +133,11 @@ def _find_block_with_falls_only_along_fault_normal(record_cube: xr.Dataset) -> B
 
 
 def _find_opposite_falls_at_neighbouring_directions(record_cube: xr.Dataset) -> BestExampleCaseOfRecord | None:
-    model = model_of_results_cube(record_cube)
+    model = default_model_for_results_cube(record_cube)
     x, y, sure = (record_cube[name].to_numpy() for name in ("direction_cosine", "direction_sine", "sure"))
-    turns = x[:-1] * x[1:] + y[:-1] * y[1:] < -ROUNDING  # by more than 90°; where a block stands both parts are 0
+    turns = (
+        x[:-1] * x[1:] + y[:-1] * y[1:] < -COSINE_ROUNDING_ERROR
+    )  # by more than 90°; where a block stands both parts are 0
     if not turns.any():
         return None
     broad = model.dimension_names.index("b_over_h")
@@ -155,7 +157,7 @@ RULES: Final = (
         ("peak_rotation",),
     ),
     IllustrativeCaseRule(
-        WHICH_SIDE,
+        BOTH_SIDES_CASE_TITLE,
         "the broadest block that falls at two neighbouring azimuths of the motion, or orientations of the body, but to "
         "azimuths more than 90° apart; first of those that do so in every run of the ensemble",
         _find_opposite_falls_at_neighbouring_directions,
@@ -164,7 +166,7 @@ RULES: Final = (
     IllustrativeCaseRule(
         "Leans furthest of all that stand",
         "the block with the largest rotation, in parts of α, of all that stand",
-        lambda record_cube: _standing_case_with_largest_value(record_cube, "peak_rotation", MIN_VISIBLE_ROTATION),
+        lambda record_cube: _standing_case_with_largest_value(record_cube, "peak_rotation", MIN_VISIBLE_ROTATION_RATIO),
         ("peak_rotation",),
     ),
     IllustrativeCaseRule(
@@ -196,9 +198,16 @@ def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
     A rule without any case is left out. The cube is read in batches of records. Its optional variable
     `ANY_ELEMENT_FALLS` is True where a stone of the scene falls; such a case is not used to show a standing stone.
     """
-    model, cells = model_of_results_cube(cube), model_of_results_cube(cube).distinct_direction_indices(cube)
-    rules = [rule for rule in RULES if all(name in cube for name in rule.needs)]
-    names = ["overturned", *model.reads, *{name for rule in rules for name in rule.needs}]
+    model, cells = (
+        default_model_for_results_cube(cube),
+        default_model_for_results_cube(cube).distinct_direction_indices(cube),
+    )
+    rules = [rule for rule in RULES if all(name in cube for name in rule.needed_variables)]
+    names = [
+        "overturned",
+        *model.variables_for_fall_probability,
+        *{name for rule in rules for name in rule.needed_variables},
+    ]
     names += [ANY_ELEMENT_FALLS] * (ANY_ELEMENT_FALLS in cube)
     batches = starmap(
         partial(_best_example_cases_of_record_batch, model, cells, rules), iterate_record_result_batches(cube, names)
@@ -222,7 +231,7 @@ def _best_example_cases_of_record_batch(
 
     A function of its own, so that its arrays of all cases are released before the next records are read.
     """
-    half = batch.isel({model.direction: direction_indices})
+    half = batch.isel({model.direction_dimension_name: direction_indices})
     nominal = model.fall_probability_and_direction_by_case(half, use_ensemble=False)
     candidates = half.assign(
         nominal[["direction_cosine", "direction_sine"]].assign(
@@ -259,13 +268,18 @@ def _illustrative_case_from_best(
 
     `direction_indices` are the indices of the directions among which the case was found.
     """
-    model = model_of_results_cube(cube)
-    block = {name: float(cube[name].values[at]) for name, at in zip(model.case_dims, best_case.block, strict=True)}
-    angles = tuple(float(cube[model.direction].values[direction_indices[at]]) for at in best_case.directions)
+    model = default_model_for_results_cube(cube)
+    block = {
+        name: float(cube[name].values[at])
+        for name, at in zip(model.case_dims_without_direction, best_case.block_indices, strict=True)
+    }
+    angles = tuple(
+        float(cube[model.direction_dimension_name].values[direction_indices[at]]) for at in best_case.direction_indices
+    )
     return IllustrativeCase(rule.title, rule.text, record_index, block, angles)
 
 
-FALLS_IN_ONE: Final = IllustrativeCaseRule(
+FALLS_IN_ONE_SETTING_RULE: Final = IllustrativeCaseRule(
     "Falls in one setting, stands in the other",
     "a block and motion whose outcome differs between the two settings as in most of the cases that differ; among "
     "these one that rocks where it stands, then one whose neighbours in azimuth and slenderness differ likewise, then "
@@ -275,7 +289,7 @@ FALLS_IN_ONE: Final = IllustrativeCaseRule(
 )
 """Rule for a comparison of two settings; its cells have variables of the second setting, named ``other_…``."""
 
-OPPOSITE: Final = IllustrativeCaseRule(
+OPPOSITE_FALLS_RULE: Final = IllustrativeCaseRule(
     "Falls to opposite sides in the two settings",
     "a block that falls in both settings, to azimuths more than 90° apart; first one whose neighbours in azimuth and "
     "slenderness do so, too, then the broadest",
@@ -292,7 +306,7 @@ def _clearest_example_among_marked_cases(
 
     A case in which the block rocks is preferred, then one whose neighbours are marked too, then the broadest block.
     """
-    model = model_of_results_cube(marked_cells)
+    model = default_model_for_results_cube(marked_cells)
     cells = marked_cells[mark_variable].to_numpy()
     if not cells.any():
         return None
@@ -322,7 +336,10 @@ def case_with_differing_outcomes(
     variant_names : tuple of str
         Names of their variants, for the panels of the case.
     """
-    model, cells = model_of_results_cube(cube), model_of_results_cube(cube).distinct_direction_indices(cube)
+    model, cells = (
+        default_model_for_results_cube(cube),
+        default_model_for_results_cube(cube).distinct_direction_indices(cube),
+    )
     names = ["overturned", "fall_azimuth", "peak_rotation"]
     found_cases: list[_FoundCase] = []
     pairs = partial(zip, strict=True)
@@ -332,14 +349,16 @@ def case_with_differing_outcomes(
     for record, pair in enumerate(
         pairs(iterate_results_by_record(cube, names), iterate_results_by_record(second_cube, names))
     ):
-        this, that = (each.isel({"record": 0, model.direction: cells}) for each in pair)
+        this, that = (each.isel({"record": 0, model.direction_dimension_name: cells}) for each in pair)
         one = _mark_cases_with_differing_outcomes(model, this, that, is_fall_in_first=only_this >= only_other)
-        found_cases += [(rule.title, rule.find(one), record) for rule in (FALLS_IN_ONE, OPPOSITE)]
+        found_cases += [
+            (rule.title, rule.find(one), record) for rule in (FALLS_IN_ONE_SETTING_RULE, OPPOSITE_FALLS_RULE)
+        ]
     best = _best_example_case_by_rule_title(found_cases)
-    for rule in (FALLS_IN_ONE, OPPOSITE):
+    for rule in (FALLS_IN_ONE_SETTING_RULE, OPPOSITE_FALLS_RULE):
         if rule.title in best:
             case = _illustrative_case_from_best(cube, rule, *best[rule.title], direction_indices=cells)
-            return case._replace(direction_deg=2 * case.direction_deg, settings=variant_names)
+            return case._replace(direction_deg=2 * case.direction_deg, panel_variants=variant_names)
     return None
 
 
@@ -367,11 +386,11 @@ def _mark_cases_with_differing_outcomes(
     split = np.isfinite(flags) & np.isfinite(others) & (falls != 0) & (stands == 0)
     if "fall_azimuth" in one:
         apart = np.radians(one["fall_azimuth"].to_numpy().astype(np.float64) - another["fall_azimuth"].to_numpy())
-        opposite = np.cos(apart) < -ROUNDING
+        opposite = np.cos(apart) < -COSINE_ROUNDING_ERROR
     else:
         opposite = flags * others < 0
     marked = {"split": (model.dimension_names, split), "opposite": (model.dimension_names, opposite)}
     standing = another if is_fall_in_first else one
     if "peak_rotation" in standing:
-        marked["rocks"] = (model.dimension_names, standing["peak_rotation"].to_numpy() > MIN_VISIBLE_ROTATION)
+        marked["rocks"] = (model.dimension_names, standing["peak_rotation"].to_numpy() > MIN_VISIBLE_ROTATION_RATIO)
     return xr.Dataset(marked, coords={name: one[name] for name in model.dimension_names})

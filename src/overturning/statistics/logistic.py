@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.falls import model_of_results_cube
-from overturning.statistics.bootstrap import FEWEST_EARTHQUAKES
+from overturning.model.falls import default_model_for_results_cube
+from overturning.statistics.bootstrap import MIN_EARTHQUAKES_FOR_INTERVAL
 from overturning.statistics.by_record import iterate_record_result_batches
 from overturning.units import STANDARD_GRAVITY
 
@@ -22,23 +22,23 @@ PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
 LEVEL = 0.95
 """Probability of the intervals."""
 
-LEAST_PGA = 1e-6
+ROUNDING_ERROR_PGA = 1e-6
 """PGA, m/s², below which a motion is only rounding error (motions are rounded to 1e-9 m/s²)."""
 
-CONSTANT = 1e-6
+CONSTANT_PREDICTOR_TOLERANCE = 1e-6
 """Largest standard deviation of a predictor that is constant but for rounding, relative to its size if that exceeds 1.
 
 Peaks of a motion in one direction have the same PGV/PGA along all azimuths but for the rounding of the samples.
 """
 
 MAX_ITERATIONS = 200
-MAX_LINEAR_PREDICTOR = 30.0
+SEPARATION_CHECK_LINEAR_PREDICTOR = 30.0
 """Linear predictor above which a fit is checked for separated data; the probability is 0 or 1 to 13 digits there."""
 
 CONVERGED_STEP = 1e-10
 """Largest step of a converged fit, in standard deviations of the predictors, or relative to larger coefficients."""
 
-ROUNDING = 1e-13
+LIKELIHOOD_ROUNDING_ERROR = 1e-13
 """Relative rounding error of the log likelihood of many rows."""
 
 
@@ -55,7 +55,7 @@ class LogisticFit:
         intervals, the maximum-likelihood estimates, and NaN for the others.
     rows, clusters : int
         Number of rows and of independent clusters (earthquakes).
-    minimum, maximum : ndarray, shape (k − 1,)
+    predictor_minimum, predictor_maximum : ndarray, shape (k − 1,)
         Range of each predictor; the fit is not valid outside.
     note : str
         Reason why there is no estimate or no interval; otherwise "".
@@ -68,8 +68,8 @@ class LogisticFit:
     high: FloatArray
     rows: int
     clusters: int
-    minimum: FloatArray
-    maximum: FloatArray
+    predictor_minimum: FloatArray
+    predictor_maximum: FloatArray
     note: str = ""
 
     def fall_probability(self, predictors: ArrayLike) -> FloatArray:
@@ -115,7 +115,7 @@ def fit_logistic_model(
     LogisticFit
         The fit, with a ``note`` and without estimates if all outcomes are equal, or if a combination of predictors
         separates them, so that no finite estimate exists (Albert & Anderson 1984, Biometrika 71). There are no
-        intervals with fewer than `FEWEST_EARTHQUAKES` clusters, or if the fit without one of them fails.
+        intervals with fewer than `MIN_EARTHQUAKES_FOR_INTERVAL` clusters, or if the fit without one of them fails.
     """
     x, y = _checked_predictors_and_outcomes(predictors, outcome)
     w = np.ones_like(y) if weight is None else np.asarray(weight, dtype=np.float64)
@@ -129,7 +129,7 @@ def fit_logistic_model(
     if not note:
         # Centre and scale the predictors, so that the information matrix is well conditioned.
         centre, scale = x.mean(axis=0), x.std(axis=0)
-        varies = scale > CONSTANT * np.maximum(1.0, np.abs(centre))
+        varies = scale > CONSTANT_PREDICTOR_TOLERANCE * np.maximum(1.0, np.abs(centre))
         design = np.column_stack([np.ones_like(y), (x[:, varies] - centre[varies]) / scale[varies]])
         if np.linalg.matrix_rank(design) < design.shape[1]:
             note = "no fit: predictors are linearly dependent"
@@ -140,13 +140,13 @@ def fit_logistic_model(
         back = _coefficient_unscaling_matrix(centre, scale, varies)
         given = np.where(np.concatenate(([True], varies)), 0.0, np.nan)
         coefficient = back @ beta + given
-        if intervals and groups >= FEWEST_EARTHQUAKES:
+        if intervals and groups >= MIN_EARTHQUAKES_FOR_INTERVAL:
             without, note = _jackknife_fits_without_each_cluster(design, y, w, beta, member)
             if not note:
                 estimates = _jackknife_estimate_and_error(coefficient, without @ back.T)
                 coefficient, error = (one + given for one in estimates)
         elif intervals:
-            note = f"no interval: fewer than {FEWEST_EARTHQUAKES} earthquakes"
+            note = f"no interval: fewer than {MIN_EARTHQUAKES_FOR_INTERVAL} earthquakes"
     half = float(scipy.special.stdtrit(groups - 1, (1 + LEVEL) / 2)) * error
     nowhere = np.full(len(label) - 1, np.nan)
     return LogisticFit(
@@ -157,8 +157,8 @@ def fit_logistic_model(
         high=coefficient + half,
         rows=int(y.size),
         clusters=groups,
-        minimum=x.min(axis=0) if y.size else nowhere,
-        maximum=x.max(axis=0) if y.size else nowhere,
+        predictor_minimum=x.min(axis=0) if y.size else nowhere,
+        predictor_maximum=x.max(axis=0) if y.size else nowhere,
         note=note,
     )
 
@@ -207,9 +207,9 @@ def _fit_coefficients_by_newton_method(
 ) -> tuple[FloatArray, str]:
     """Fit logistic coefficients by Newton's method; return them, and "" or the reason why there is no fit.
 
-    The log likelihood is concave, so a step that is halved until it raises the likelihood leads to the maximum.
-    The first time that a linear predictor exceeds `MAX_LINEAR_PREDICTOR`, a linear programme decides whether a finite
-    maximum exists.
+    The log likelihood is concave, so a step that is halved until it raises the likelihood leads to the maximum. The
+    first time that a linear predictor exceeds `SEPARATION_CHECK_LINEAR_PREDICTOR`, a linear programme decides whether a
+    finite maximum exists.
     """
     negative_log_likelihood = _negative_log_likelihood_function(outcome, weight)
     beta, linear, may_be_separated = start_coefficients, design_matrix @ start_coefficients, True
@@ -221,13 +221,13 @@ def _fit_coefficients_by_newton_method(
             step = np.linalg.solve(information, design_matrix.T @ (weight * (outcome * stands - (1 - outcome) * falls)))
         except np.linalg.LinAlgError:
             break
-        largest = reached * (1 + ROUNDING)
+        largest = reached * (1 + LIKELIHOOD_ROUNDING_ERROR)
         reached = negative_log_likelihood(linear := design_matrix @ (beta + step))
         while np.abs(step).max() > CONVERGED_STEP and reached > largest:
             step = step / 2
             reached = negative_log_likelihood(linear := design_matrix @ (beta + step))
         beta = beta + step
-        if may_be_separated and np.abs(linear).max() > MAX_LINEAR_PREDICTOR:
+        if may_be_separated and np.abs(linear).max() > SEPARATION_CHECK_LINEAR_PREDICTOR:
             if _plane_separates_falls_from_standing_cases(design_matrix, outcome):
                 return beta, "no fit: predictors separate falls from stands"
             may_be_separated = False
@@ -347,9 +347,9 @@ def overturning_regression_data(
         The outcome is averaged over friction and weighted by the share of known values; no predictor depends on
         friction, so this does not change the fit. Events are numbers in the order of their names; the mean weight is 1.
     """
-    model, parts = model_of_results_cube(cube), []
+    model, parts = default_model_for_results_cube(cube), []
     number = np.unique(np.atleast_1d(cube["event"].values), return_inverse=True)[1]
-    for places, some in iterate_record_result_batches(cube, model.reads):
+    for places, some in iterate_record_result_batches(cube, model.variables_for_fall_probability):
         planes = model.fall_probability_and_direction_by_case(some, use_ensemble=ensemble)
         where, falls = planes["azimuth"], planes["falls"].transpose("record", *model.dimension_names)
         try:
@@ -359,7 +359,7 @@ def overturning_regression_data(
                 "intensity: azimuths of the cube are missing; compute it on the cube's azimuths"
             ) from error
         pga, pgv = (along[name].transpose("record", ...).to_numpy()[..., None, None] for name in ("pga", "pgv"))
-        moves = pga > LEAST_PGA
+        moves = pga > ROUNDING_ERROR_PGA
         pga = np.where(moves, pga, np.nan)
         height, slender = (falls[name].to_numpy().astype(float) for name in ("height", "b_over_h"))
         height = height[:, None]
@@ -391,6 +391,8 @@ def fitted_coefficient_rows(logistic_fit: LogisticFit) -> list[tuple[str, float,
 
     The range of the intercept is NaN.
     """
-    least, most = ((math.nan, *values.tolist()) for values in (logistic_fit.minimum, logistic_fit.maximum))
+    least, most = (
+        (math.nan, *values.tolist()) for values in (logistic_fit.predictor_minimum, logistic_fit.predictor_maximum)
+    )
     estimates = (values.tolist() for values in (logistic_fit.coefficient, logistic_fit.low, logistic_fit.high))
     return list(zip(logistic_fit.names, *estimates, least, most, strict=True))

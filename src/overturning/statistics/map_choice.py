@@ -7,7 +7,7 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.statistics.by_record import record_masks_by_group
-from overturning.statistics.circular import LEAST_RESULTANT
+from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 
 MOST_MAPS = 4
 """Largest number of maps."""
@@ -15,17 +15,17 @@ MOST_MAPS = 4
 EVERY, MOST, MEDIAN, LEAST = "every record", "most aligned", "median", "least aligned"
 """Reasons for a choice: all records of a small study, or the place in the order of the alignment."""
 
-CLEAREST = "clearest axis"
+CLEAREST_AXIS_REASON = "clearest axis"
 """Reason for the record whose falls agree best with each other, whatever the fault normal."""
 
-FIRST = "first with falls"
+FIRST_WITH_FALLS_REASON = "first with falls"
 """Reason for the first records with falls, where the falls of no record have an axis."""
 
 
 class RecordChosenForReportMap(NamedTuple):
     """Record whose map a report shows: index of the record, and the reason why it was chosen."""
 
-    place: int
+    record_index: int
     reason: str
 
 
@@ -48,17 +48,19 @@ def choose_records_for_report_maps(
     Returns
     -------
     list of ChosenMapRecord
-        All records of a study with few records; otherwise the record with the most, the median and the least
-        aligned falls, and the one with the clearest axis, each of another earthquake; without fault normals the
-        records with the clearest axes; if no record has an axis (resultant of `LEAST_RESULTANT`), the first ones with
-        falls.
+        All records of a study with few records; otherwise the record with the most, the median and the least aligned
+        falls, and the one with the clearest axis, each of another earthquake; without fault normals the records with
+        the clearest axes; if no record has an axis (resultant of `MIN_RESULTANT_WITH_MEAN_DIRECTION`), the first ones
+        with falls.
     """
     if record_alignment.size <= MOST_MAPS:
         return [RecordChosenForReportMap(place, EVERY) for place in range(record_alignment.size)]
     members = next(iter(record_masks_by_group(cube).values()))
     events = cube["event"].to_numpy().astype(str)
     by_alignment = _record_indices_by_descending_value(record_alignment, members)
-    clear = _record_indices_by_descending_value(axis_resultant, members & (axis_resultant >= LEAST_RESULTANT))
+    clear = _record_indices_by_descending_value(
+        axis_resultant, members & (axis_resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION)
+    )
     wanted: list[tuple[str, list[int]]] = []
     if clear and by_alignment:
         middle = len(by_alignment) // 2
@@ -68,15 +70,19 @@ def choose_records_for_report_maps(
             (LEAST, by_alignment[::-1]),
             (MEDIAN, [by_alignment[rank] for rank in nearest]),
         ]
-    last = (CLEAREST, clear) if clear else (FIRST, np.flatnonzero(members & (share_overturned > 0)).tolist())
+    last = (
+        (CLEAREST_AXIS_REASON, clear)
+        if clear
+        else (FIRST_WITH_FALLS_REASON, np.flatnonzero(members & (share_overturned > 0)).tolist())
+    )
     wanted += [last] * (MOST_MAPS - len(wanted))
     chosen: list[RecordChosenForReportMap] = []
     for reason, order in wanted:
-        used = {events[one.place] for one in chosen}
+        used = {events[one.record_index] for one in chosen}
         place = next((place for place in order if events[place] not in used), None)
         if place is not None:
             chosen.append(RecordChosenForReportMap(place, reason))
-    reasons = (MOST, MEDIAN, LEAST, CLEAREST, FIRST)
+    reasons = (MOST, MEDIAN, LEAST, CLEAREST_AXIS_REASON, FIRST_WITH_FALLS_REASON)
     return sorted(chosen, key=lambda one: reasons.index(one.reason))
 
 

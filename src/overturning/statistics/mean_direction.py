@@ -15,14 +15,14 @@ from overturning.statistics.bootstrap import (
     tail_share_corrected_for_few_earthquakes,
 )
 from overturning.statistics.circular import (
-    LEAST_RESULTANT,
-    NO_DIRECTION,
+    MIN_RESULTANT_WITH_MEAN_DIRECTION,
+    RESULTANT_ROUNDING_ERROR,
     StatisticalTestResult,
-    common_axis_test,
+    common_direction_test,
     mean_angle_and_resultant,
 )
 
-MOST_RESAMPLED: Final = 1000
+MAX_OBSERVATIONS_FOR_BOOTSTRAP: Final = 1000
 """Largest number of observations whose interval is from the bootstrap; more have the interval of large samples."""
 
 
@@ -36,7 +36,8 @@ class MeanDirectionWithInterval:
         Number of observations.
     mean_deg : float
         Mean, 0 to below 360 for directions and 0 to below 180 for axes; NaN if the test does not reject random
-        directions at the level of the interval, or the mean resultant length is below `LEAST_RESULTANT`.
+        directions at the level of the interval, or the mean resultant length is below
+        `MIN_RESULTANT_WITH_MEAN_DIRECTION`.
     half_width_deg : float
         Half the width of the confidence interval of the mean; NaN without mean, or for fewer than eight observations.
     resultant : float
@@ -58,18 +59,19 @@ def significant_mean_direction(
     """Return the mean direction (or axis), degrees, if significant, the resultant length, and the test result.
 
     The test is that of no common direction. The mean is NaN if the test does not reject random directions at `level`,
-    or the resultant is below `LEAST_RESULTANT`. For the test and the parameters see `mean_direction_with_interval`.
+    or the resultant is below `MIN_RESULTANT_WITH_MEAN_DIRECTION`. For the test and the parameters see
+    `mean_direction_with_interval`.
     """
     angle = np.asarray(angle_deg, dtype=np.float64)
     fold = 2 if axial else 1
     mean, resultant = mean_angle_and_resultant(angle, axial=axial)
-    if angle.size > MOST_RESAMPLED:
+    if angle.size > MAX_OBSERVATIONS_FOR_BOOTSTRAP:
         p_value = math.exp(-angle.size * resultant**2)
         test = StatisticalTestResult("Rayleigh", angle.size, resultant, p_value)
     else:
         vectors = np.cos(np.radians(fold * angle)), np.sin(np.radians(fold * angle))
-        test = common_axis_test(*vectors, fold * np.asarray(recorded_step_deg))
-    clear = test.p_value <= 1 - level and resultant >= LEAST_RESULTANT
+        test = common_direction_test(*vectors, fold * np.asarray(recorded_step_deg))
+    clear = test.p_value <= 1 - level and resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION
     return mean if clear else math.nan, resultant, test
 
 
@@ -84,12 +86,13 @@ def mean_direction_with_interval(
     """Compute the mean direction (or axis) of angles, its interval, and the test of no common direction.
 
     The interval is the expanded percentile interval of the distances of bootstrap means from the mean. For more than
-    `MOST_RESAMPLED` angles it is that of large samples (Fisher 1993, Statistical Analysis of Circular Data, section
+    `MAX_OBSERVATIONS_FOR_BOOTSTRAP` angles it is that of large samples (Fisher 1993, Statistical Analysis of Circular
+    Data, section
     4.4.4), and the test is Rayleigh's, p = exp(−nR²).
 
-    Directions that are recorded in steps, such as eight winds, may all have the same error. The interval is wider by
-    a bound of this error, see `_rounding_error_bound_of_mean_deg`, and the test counts with the steps
-    (`common_axis_test`).
+    Directions that are recorded in steps, such as eight compass points, may all have the same error. The interval is
+    wider by a bound of this error, see `_rounding_error_bound_of_mean_deg`, and the test counts with the steps
+    (`common_direction_test`).
 
     The interval contains the true mean less often than `level` says if the test hardly rejects random directions: means
     are given only for those samples whose falls happen to agree.
@@ -99,7 +102,7 @@ def mean_direction_with_interval(
     angle_deg : array_like, shape (n,)
         Azimuths, degrees clockwise from north.
     recorded_step_deg : array_like, shape (n,) or ()
-        Step in which each azimuth is recorded, degrees, a divisor of 180: 45 for eight winds; 0 without steps.
+        Step in which each azimuth is recorded, degrees, a divisor of 180: 45 for eight compass points; 0 without steps.
     axial : bool
         True if opposite azimuths are the same.
     level : float
@@ -119,7 +122,7 @@ def mean_direction_with_interval(
 
 
 def _rounding_error_bound_of_mean_deg(angle_deg: FloatArray, step_deg: FloatArray) -> float:
-    """Return a bound of the error (degrees) of a mean direction due to angles recorded in steps, such as eight winds.
+    """Return a bound of the error (degrees) of a mean direction due to angles recorded in steps (N, NE, E, …).
 
     Both arrays have the shape (n,). Angles without a step (0) have no error.
     """
@@ -163,7 +166,7 @@ def _half_width_of_mean_deg(vectors: FloatArray, mean_deg: float, resultant: flo
     """Return half the width (degrees) of the mean direction's interval, from unit vectors of shape (n, 2)."""
     n = len(vectors)
     middle = np.array([math.cos(math.radians(mean_deg)), math.sin(math.radians(mean_deg))])
-    if n > MOST_RESAMPLED:
+    if n > MAX_OBSERVATIONS_FOR_BOOTSTRAP:
         along = vectors @ middle
         dispersion = max(1 - float((2 * along**2 - 1).mean()), 0.0) / (2 * resultant**2)  # 0 of equal angles
         error = float(scipy.special.ndtri((1 + level) / 2)) * math.sqrt(dispersion / n)
@@ -172,7 +175,7 @@ def _half_width_of_mean_deg(vectors: FloatArray, mean_deg: float, resultant: flo
     def distances_from_mean_deg(samples: FloatArray) -> FloatArray:
         cosine, sine = mean_vector_of_each_bootstrap_sample(samples).T
         away = np.degrees(np.arctan2(sine * middle[0] - cosine * middle[1], cosine * middle[0] + sine * middle[1]))
-        return np.where(np.hypot(cosine, sine) < NO_DIRECTION, 180.0, np.abs(away))
+        return np.where(np.hypot(cosine, sine) < RESULTANT_ROUNDING_ERROR, 180.0, np.abs(away))
 
     distances = statistic_of_bootstrap_samples(distances_from_mean_deg, vectors, draws)
     if not distances.size:

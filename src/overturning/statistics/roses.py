@@ -7,8 +7,8 @@ import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
-from overturning.model.falls import model_of_results_cube
-from overturning.model.planes import azimuth_gaps_and_step, azimuth_period_of_cube_deg, case_weight_at_each_azimuth
+from overturning.model.falls import default_model_for_results_cube
+from overturning.model.planes import azimuth_gap_mask_and_step, azimuth_period_of_cube_deg, case_weight_at_each_azimuth
 from overturning.model.space import case_weight_in_direction_statistics
 from overturning.model.symmetry import FULL_TURN
 from overturning.statistics.bootstrap import mean_share_interval, means_by_earthquake
@@ -35,7 +35,7 @@ class FallRose:
         Ends of the intervals; NaN if there are none.
     earthquakes : int
         Number of earthquakes with falls.
-    from_normal : bool
+    is_from_fault_normal : bool
         True if angles count from the fault normal, False if from north.
     """
 
@@ -44,7 +44,7 @@ class FallRose:
     low: FloatArray
     high: FloatArray
     earthquakes: int
-    from_normal: bool = False
+    is_from_fault_normal: bool = False
 
     @property
     def is_axial(self) -> bool:
@@ -57,7 +57,7 @@ class FallRose:
         return f"{self.earthquakes} earthquake" + "s" * (self.earthquakes != 1)
 
 
-_DIRECTIONS: Final = ("probability_falls", "fall_north", "fall_east", "members")
+_FALL_WEIGHT_VARIABLES: Final = ("probability_falls", "fall_north", "fall_east", "members")
 """Variables of a 3-D cube that determine the weight of a fall."""
 
 
@@ -67,11 +67,11 @@ def _fall_azimuths_and_weights_of_record(cube: xr.Dataset) -> tuple[FloatArray, 
     Only informative blocks (see `mask_of_blocks_for_direction_statistics`) count. In planar models there is one entry
     per azimuth, whose weight is its number of falls.
     """
-    if not model_of_results_cube(cube).one_component:
+    if not default_model_for_results_cube(cube).is_planar:
         angles = cube["fall_azimuth"].to_numpy()
         fell, weight = np.isfinite(angles), np.ones(angles.shape)
         if "fall_north" in cube:
-            parts = (cube[name].to_numpy() for name in _DIRECTIONS)
+            parts = (cube[name].to_numpy() for name in _FALL_WEIGHT_VARIABLES)
             weight = case_weight_in_direction_statistics(*parts)
         return angles[fell].astype(np.float64), weight[fell]
     towards = fall_counts_towards_azimuths(cube).where(mask_of_blocks_for_direction_statistics(cube))
@@ -85,7 +85,7 @@ def _width_of_spreading_falls_in_rose_deg(plane_azimuths_deg: FloatArray) -> flo
 
     The width is 0 for a single plane, and if all sectors have equally many planes.
     """
-    step = azimuth_gaps_and_step(plane_azimuths_deg, FULL_TURN)[1]
+    step = azimuth_gap_mask_and_step(plane_azimuths_deg, FULL_TURN)[1]
     in_a_sector = FULL_TURN / SECTORS / step
     return 0.0 if plane_azimuths_deg.size <= 2 or abs(in_a_sector - round(in_a_sector)) < 1e-9 else step
 
@@ -106,9 +106,9 @@ def fall_rose(
     zero = cube["fault_normal"].to_numpy() if from_normal else np.zeros(cube.sizes["record"])
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
     shares, total = np.full((zero.size, SECTORS), np.nan), 0
-    planes = model_of_results_cube(cube).one_component
+    planes = default_model_for_results_cube(cube).is_planar
     for row, one in enumerate(
-        iterate_results_by_record(cube, ["overturned"] if planes else ["fall_azimuth", *_DIRECTIONS])
+        iterate_results_by_record(cube, ["overturned"] if planes else ["fall_azimuth", *_FALL_WEIGHT_VARIABLES])
     ):
         azimuth, counts = _fall_azimuths_and_weights_of_record(one)
         if counts.any() and np.isfinite(zero[row]):
@@ -140,7 +140,7 @@ def fall_rose_of_all_records(cube: xr.Dataset) -> FallRose:
     so both have roses of axes. Only a 3-D study without any fault normal has a rose of directions.
     """
     known = bool(np.isfinite(cube["fault_normal"].to_numpy()).any())
-    return fall_rose(cube, from_normal=known, axial=known or model_of_results_cube(cube).one_component)
+    return fall_rose(cube, from_normal=known, axial=known or default_model_for_results_cube(cube).is_planar)
 
 
 def fall_rose_by_record_group(cube: xr.Dataset) -> dict[str, FallRose]:

@@ -10,7 +10,7 @@ from overturning.motion.direction import angle_between_azimuths
 from overturning.statistics.by_record import apply_to_record_batches, iterate_results_by_record
 from overturning.statistics.circular import wrap_axis_difference
 
-_SHARES: Final = {
+_NUMERATOR_AND_DENOMINATOR_COUNTS: Final = {
     "flag": ("right", "cases"), "flag_beside": ("right_beside", "beside"), "only_space": ("only_space", "cases"),
     "only_plane": ("only_plane", "cases"), "face": ("over_edge", "both"), "axis": ("axes_apart", "both"),
 }  # fmt: skip
@@ -66,7 +66,10 @@ def shares_of_agreeing_2d_and_3d_outcomes(agreement_counts: xr.Dataset, *kept_di
         random axes).
     """
     total = agreement_counts.sum([name for name in agreement_counts.dims if name not in kept_dims])
-    shares = {name: total[part] / total[of].where(total[of] > 0) for name, (part, of) in _SHARES.items()}
+    shares = {
+        name: total[part] / total[of].where(total[of] > 0)
+        for name, (part, of) in _NUMERATOR_AND_DENOMINATOR_COUNTS.items()
+    }
     return xr.Dataset({"cases": total["cases"], **shares})
 
 
@@ -75,7 +78,7 @@ class TwistSummary(NamedTuple):
 
     stones: int
     median: float
-    most: float
+    upper_quantile: float
     largest: float
 
 

@@ -9,12 +9,12 @@ from scipy.special import comb
 
 from overturning.arrays import FloatArray
 from overturning.settings import EnsembleSettings
-from overturning.study.ensemble import BATCH, fall_share_intervals_are_narrow_enough
+from overturning.study.ensemble import MEMBERS_PER_BATCH, fall_share_intervals_are_narrow_enough
 
-MAX_RUNS_PER_CELL: Final = 128
+MAX_RUNS_WITH_ENUMERATED_ORDERS: Final = 128
 """Largest number of runs per cell for which stopping orders are enumerated."""
 
-_STRIDE: Final = MAX_RUNS_PER_CELL + BATCH + 1
+_FALL_COUNT_CODE_STRIDE: Final = MAX_RUNS_WITH_ENUMERATED_ORDERS + MEMBERS_PER_BATCH + 1
 
 Counts = NDArray[np.intp]
 
@@ -31,7 +31,9 @@ def runs_disagree_on_fall(positive_fall_counts: Counts, negative_fall_counts: Co
     return np.asarray((fall_counts > 0) & (fall_counts < run_counts), np.float64)
 
 
-def runs_fall_to_both_sides(positive_fall_counts: Counts, negative_fall_counts: Counts, run_counts: Any) -> FloatArray:
+def most_runs_fall_and_to_both_sides(
+    positive_fall_counts: Counts, negative_fall_counts: Counts, run_counts: Any
+) -> FloatArray:
     """Return, for each case, 1 if most of its ensemble runs fall, some of these to each side; otherwise 0.
 
     Of `run_counts` runs, `positive_fall_counts` fall to +1 and `negative_fall_counts` fall to −1.
@@ -69,14 +71,14 @@ def estimate_statistic_of_first_run_batch(
     -------
     ndarray, of that shape
         NaN if the cell was not run. Averaged over all orders, without regard to stopping, if the outcome of a run is
-        unknown, or with more than `MAX_RUNS_PER_CELL` runs, for which the difference is negligible.
+        unknown, or with more than `MAX_RUNS_WITH_ENUMERATED_ORDERS` runs, for which the difference is negligible.
     """
     runs = np.where(np.isfinite(positive_share), np.asarray(run_counts, np.float64), 0.0)
     fell, back = (
         np.rint(np.nan_to_num(np.asarray(side)) * runs).astype(np.intp) for side in (positive_share, negative_share)
     )
-    first = min(BATCH, ensemble_settings.members)
-    orders, (i, j) = _share_of_run_sequences_by_fall_count_code(first), _fall_counts_to_each_side_by_code(first)
+    first = min(MEMBERS_PER_BATCH, ensemble_settings.members)
+    orders, (i, j) = _share_of_run_sequences_by_fall_count_code(first), _fall_counts_of_each_code(first)
     says, found = batch_statistic(i, j, first), np.zeros(runs.shape)
     # Tabulate the binomial coefficients: there are few different counts of runs, and many cells.
     stood = runs.astype(np.intp) - fell - back
@@ -87,14 +89,14 @@ def estimate_statistic_of_first_run_batch(
     with np.errstate(invalid="ignore"):
         found /= comb(runs, first)
     sums, made = orders * says, first
-    while made <= min(runs.max(initial=0), MAX_RUNS_PER_CELL):
+    while made <= min(runs.max(initial=0), MAX_RUNS_WITH_ENUMERATED_ORDERS):
         ended = np.flatnonzero(runs == made)
-        places = fell.flat[ended] * _STRIDE + back.flat[ended]
+        places = fell.flat[ended] * _FALL_COUNT_CODE_STRIDE + back.flat[ended]
         possible = orders[places] > 0
         found.flat[ended[possible]] = (sums[places] / np.where(possible, orders[places], 1.0))[possible]
-        i, j = _fall_counts_to_each_side_by_code(made)
+        i, j = _fall_counts_of_each_code(made)
         unsettled = ~fall_share_intervals_are_narrow_enough(i, np.minimum(j, made), made, ensemble_settings.half_width)
-        more = max(min(BATCH, ensemble_settings.members - made), 1)
+        more = max(min(MEMBERS_PER_BATCH, ensemble_settings.members - made), 1)
         orders, sums = (
             np.convolve(one * unsettled, _share_of_run_sequences_by_fall_count_code(more)) for one in (orders, sums)
         )
@@ -102,12 +104,13 @@ def estimate_statistic_of_first_run_batch(
     return found
 
 
-def _fall_counts_to_each_side_by_code(run_count: int) -> tuple[Counts, Counts]:
+def _fall_counts_of_each_code(run_count: int) -> tuple[Counts, Counts]:
     """Return the numbers of runs that fall to +1 and to −1 for each code, an integer that encodes both numbers.
 
-    A code is the first number times `_STRIDE`, plus the second; codes are 0 to `run_count` × `_STRIDE`.
+    A code is the first number times `_FALL_COUNT_CODE_STRIDE`, plus the second; codes are 0 to `run_count` ×
+    `_FALL_COUNT_CODE_STRIDE`.
     """
-    towards, away = np.divmod(np.arange(run_count * _STRIDE + 1), _STRIDE)
+    towards, away = np.divmod(np.arange(run_count * _FALL_COUNT_CODE_STRIDE + 1), _FALL_COUNT_CODE_STRIDE)
     return towards, away
 
 
@@ -116,5 +119,5 @@ def _share_of_run_sequences_by_fall_count_code(run_count: int) -> FloatArray:
 
     An order is a sequence of `run_count` outcomes (+1, −1 or stands) of one batch.
     """
-    towards, away = _fall_counts_to_each_side_by_code(run_count)
+    towards, away = _fall_counts_of_each_code(run_count)
     return np.asarray(comb(run_count, towards) * comb(run_count - towards, away) / 3.0**run_count)

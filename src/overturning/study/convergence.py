@@ -11,13 +11,13 @@ from overturning.study.answers import OutcomeDifferenceCounts
 AMPLITUDE_PERTURBATION: Final = 1e-9
 """Relative increase of the motion, far below its accuracy, that shows whether an outcome is chaotic."""
 
-AMPLITUDE_REACH: Final = 0.01
+MAX_AMPLITUDE_CHANGE: Final = 0.01
 """Largest relative change of amplitude for which the azimuth of a fall is compared."""
 
 MIN_AZIMUTH_SHIFT_DEG: Final = 30.0
 """Smallest change of azimuth of a fall that counts as moved, degrees."""
 
-WARN_ABOVE: Final = 0.01
+MAX_CHANGED_SHARE_WITHOUT_WARNING: Final = 0.01
 """Share of changed fall flags above which the report warns; cases whose ensemble members disagree do not count."""
 
 
@@ -66,7 +66,7 @@ class RecordChanges(BaseModel):
 
 
 class FallChangesWithAmplitude(BaseModel):
-    """Numbers of 3-D falls that change if the motion is weaker or stronger by a share of up to `AMPLITUDE_REACH`."""
+    """Numbers of 3-D falls that change if the motion is slightly weaker or stronger."""
 
     falls: int  # falls of the study that were run again
     moved: int  # of these, azimuth moves by `MIN_AZIMUTH_SHIFT_DEG` or more under one of the motions

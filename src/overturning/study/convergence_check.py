@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.numerics import Progress
+from overturning.dem.numerics import ProgressCallback
 from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
@@ -27,7 +27,7 @@ from overturning.records.record import Record
 from overturning.study.answers import CaseOutcomes, count_outcome_differences, fall_azimuths_differ, outcomes_differ
 from overturning.study.convergence import (
     AMPLITUDE_PERTURBATION,
-    AMPLITUDE_REACH,
+    MAX_AMPLITUDE_CHANGE,
     MIN_AZIMUTH_SHIFT_DEG,
     ChangesWithFinerSteps,
     ConvergenceCheckResult,
@@ -42,16 +42,16 @@ from overturning.study.scenes import ground_motion_for_variant, numerical_option
 from overturning.study.schema import Study
 from overturning.units import STANDARD_GRAVITY
 
-FINER: Final = 8
+TIME_STEP_REFINEMENT: Final = 8
 """Refinement factor of the time step."""
 
-STIFFER: Final = 4.0
+CONTACT_STIFFNESS_FACTOR: Final = 4.0
 """Factor on the contact stiffness; the finest steps are halved with it, the whole step is not."""
 
 PILOT_CASES: Final = 16
 """Number of cases that are run first, to estimate the cost of a case."""
 
-FINER_OVER_STIFFER: Final = 9.0
+MAX_STEP_RATIO_OF_FINER_TO_STIFFER: Final = 9.0
 """Largest ratio of block steps with finer steps to those with stiffer springs: 8, plus reruns."""
 
 
@@ -60,7 +60,7 @@ def check_convergence(
     records: Sequence[Record],
     case_sample: RandomCaseSample,
     threads: int = 1,
-    progress: Progress | None = None,
+    progress: ProgressCallback | None = None,
     rigid_sample: RandomCaseSample | None = None,
 ) -> ConvergenceCheckResult:
     """Compute a random sample of cases again with finer time steps and with stiffer contacts, at a limited cost.
@@ -74,36 +74,36 @@ def check_convergence(
     """
     settings = study.verification
     assert not isinstance(settings, str)  # the workflow does not ask for it
-    allowed = round(settings.cost * case_sample.block_steps)
+    allowed = round(settings.cost * case_sample.study_block_steps)
     runs = _CaseReruns(study, records, case_sample, threads, progress)
     # If springs four times stiffer are refused (numerical limits), only the finer steps are run.
-    if runs.rerun_cases_within_step_limit("stiffer", 1.0 + FINER_OVER_STIFFER, allowed):
+    if runs.try_rerunning_cases_within_step_budget("stiffer", 1.0 + MAX_STEP_RATIO_OF_FINER_TO_STIFFER, allowed):
         spent = runs.answers["stiffer"]["block_steps"]
-        affordable = np.cumsum(FINER_OVER_STIFFER * spent)
+        affordable = np.cumsum(MAX_STEP_RATIO_OF_FINER_TO_STIFFER * spent)
         runs.rerun_first_cases("finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right")))
     else:
-        runs.rerun_cases_within_step_limit("finer", 1.0, allowed)
+        runs.try_rerunning_cases_within_step_budget("finer", 1.0, allowed)
     count = len(runs.answers["finer"])
     done = sum(int(one["block_steps"].sum()) for one in runs.answers.values())
     return ConvergenceCheckResult(
         seed=settings.seed,
-        wanted=len(case_sample.record),
+        wanted=len(case_sample.record_indices),
         chosen=count,
         at_rest=int(case_sample.at_rest[:count].sum()),
         cells=len(records) * runs.grid.case_count,
-        computed=case_sample.computed,
-        study_block_steps=case_sample.block_steps,
+        computed=case_sample.computed_case_count,
+        study_block_steps=case_sample.study_block_steps,
         cost=settings.cost,
-        finer_by=FINER,
-        stiffer_by=STIFFER,
+        finer_by=TIME_STEP_REFINEMENT,
+        stiffer_by=CONTACT_STIFFNESS_FACTOR,
         finer=runs.count_changed_outcomes("finer", count),
         stiffer=runs.count_changed_outcomes("stiffer", count),
-        settling=(settling := runs.confirm_changed_outcomes(count, allowed - done)),
+        settling=(settling := runs.classify_outcomes_changed_by_finer_steps(count, allowed - done)),
         amplitude=runs.count_falls_changed_by_amplitude(count, allowed - done - settling.block_steps),
         rigid=None
         if rigid_sample is None
         else _CaseReruns(study, records, rigid_sample, threads, None).compare_with_rigid_block(),
-        by_record=runs.count_changes_by_record(count, [record.record_id for record in records]),
+        by_record=runs.count_finer_step_changes_by_record(count, [record.record_id for record in records]),
     )
 
 
@@ -111,7 +111,12 @@ class _CaseReruns:
     """Random sample of a study's cases, computed again with finer steps, stiffer springs etc., with all outcomes."""
 
     def __init__(
-        self, study: Study, records: Sequence[Record], sample: RandomCaseSample, threads: int, progress: Progress | None
+        self,
+        study: Study,
+        records: Sequence[Record],
+        sample: RandomCaseSample,
+        threads: int,
+        progress: ProgressCallback | None,
     ) -> None:
         self.sample, self.threads, self.progress = sample, threads, progress
         self.motions, self.grid = [ground_motion_for_variant(study, record) for record in records], variant_grid(study)
@@ -119,14 +124,14 @@ class _CaseReruns:
             **case_rerun_functions(study),
             "rigid": simulate_rigid_block,
         }
-        self.one_component = variant_model(study).one_component
-        self.answers = dict.fromkeys(("finer", "stiffer"), sample.answers[:0])
+        self.is_planar = variant_model(study).is_planar
+        self.answers = dict.fromkeys(("finer", "stiffer"), sample.outcomes[:0])
         self.refused: dict[str, str] = {}
 
-    def rerun_cases_within_step_limit(self, rerun_kind: str, step_factor: float, allowed_steps: int) -> bool:
+    def try_rerunning_cases_within_step_budget(self, rerun_kind: str, step_factor: float, allowed_steps: int) -> bool:
         """Rerun as many cases as `allowed_steps` time steps permit; return False if cases cannot be computed."""
-        most = len(self.sample.record)
-        size = min(PILOT_CASES, most, max(self.sample.computed // 12, 1))
+        most = len(self.sample.record_indices)
+        size = min(PILOT_CASES, most, max(self.sample.computed_case_count // 12, 1))
         while size > 0:
             done = len(self.answers[rerun_kind]) + size
             if not self.rerun_first_cases(rerun_kind, done):
@@ -145,27 +150,27 @@ class _CaseReruns:
             return False
         self.answers[rerun_kind] = np.concatenate([self.answers[rerun_kind], more])
         if self.progress:
-            self.progress(sum(map(len, self.answers.values())), 2 * len(self.sample.record))
+            self.progress(sum(map(len, self.answers.values())), 2 * len(self.sample.record_indices))
         return True
 
     def _rerun_cases(self, rerun_kind: str, case_numbers: NDArray[np.int64], amplitude: float = 1.0) -> CaseOutcomes:
         """Compute the given cases of the sample again, with motions scaled by `amplitude`; return the outcomes."""
-        answers = np.zeros(case_numbers.size, self.sample.answers.dtype)
+        answers = np.zeros(case_numbers.size, self.sample.outcomes.dtype)
 
         def rerun_cases_of_record(record_number: int) -> None:
             """Compute the chosen cases of one record again, and store their outcomes."""
-            mine = self.sample.record[case_numbers] == record_number
-            chosen = self.sample.index[case_numbers[mine]]
-            cases = self.grid.cases_at_positions(list(chosen.T), amplitude=amplitude)
+            mine = self.sample.record_indices[case_numbers] == record_number
+            chosen = self.sample.grid_indices[case_numbers[mine]]
+            cases = self.grid.cases_at_grid_indices(list(chosen.T), amplitude=amplitude)
             results = self.computations[rerun_kind](self.motions[record_number], cases)
             answers["overturned"][mine] = results.overturned.reshape(len(chosen), -1)
             answers["azimuth"][mine] = np.nan
-            if not self.one_component:
+            if not self.is_planar:
                 answers["azimuth"][mine] = results.fall_azimuth.reshape(len(chosen), -1)
             answers["block_steps"][mine] = getattr(results, "block_steps", 0)
 
         with ThreadPoolExecutor(max_workers=self.threads) as pool:
-            list(pool.map(rerun_cases_of_record, np.unique(self.sample.record[case_numbers]).tolist()))
+            list(pool.map(rerun_cases_of_record, np.unique(self.sample.record_indices[case_numbers]).tolist()))
         return answers
 
     def count_changed_outcomes(self, rerun_kind: str, case_count: int) -> RerunResult:
@@ -178,12 +183,12 @@ class _CaseReruns:
     def _count_changes_by_element(self, rerun_outcomes: CaseOutcomes) -> list[OutcomeChangesOfElement]:
         """Count, for each scene element, the cases whose outcome differs between the study and a second computation."""
         count, outcomes = len(rerun_outcomes), []
-        own = self.sample.answers[:count]
+        own = self.sample.outcomes[:count]
         away = fall_azimuths_differ(own, rerun_outcomes)
-        for column, name in enumerate(self.grid.element or ("",)):
+        for column, name in enumerate(self.grid.element_names or ("",)):
             before, after = own["overturned"][:, column], rerun_outcomes["overturned"][:, column]
-            sure = ~self.sample.divided[:count, column]
-            one_way = ~self.sample.apart[:count, column]
+            sure = ~self.sample.has_divided_ensemble[:count, column]
+            one_way = ~self.sample.has_divided_ensemble_or_sides[:count, column]
             counts, those, agreed = (
                 count_outcome_differences(before[chosen], after[chosen], away[chosen, column])
                 for chosen in (np.ones_like(sure), sure, one_way)
@@ -198,14 +203,14 @@ class _CaseReruns:
 
     def compare_with_rigid_block(self) -> RigidComparison:
         """Compare the outcomes of all cases in the sample with those of the exact rigid block."""
-        every = np.arange(len(self.sample.record))
+        every = np.arange(len(self.sample.record_indices))
         (found,) = self._count_changes_by_element(self._rerun_cases("rigid", every))
-        return RigidComparison(cells=self.sample.computed, **found.model_dump())
+        return RigidComparison(cells=self.sample.computed_case_count, **found.model_dump())
 
-    def count_changes_by_record(self, case_count: int, record_ids: Sequence[str]) -> list[RecordChanges]:
+    def count_finer_step_changes_by_record(self, case_count: int, record_ids: Sequence[str]) -> list[RecordChanges]:
         """Count, by record, the outcomes that finer time steps change among the first `case_count` cases."""
         known, changed = self._masks_of_known_and_changed_outcomes(case_count)
-        record, found = self.sample.record[:case_count], []
+        record, found = self.sample.record_indices[:case_count], []
         for number, name in enumerate(record_ids):
             mine = known & (record == number)
             found.append(RecordChanges(record=name, cases=int(mine.sum()), changed=int((changed & mine).sum())))
@@ -213,11 +218,11 @@ class _CaseReruns:
 
     def _masks_of_known_and_changed_outcomes(self, case_count: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Return two masks of the first cases: outcome known with both time steps, and changed by the finer one."""
-        own, finer = self.sample.answers[:case_count], self.answers["finer"][:case_count]
+        own, finer = self.sample.outcomes[:case_count], self.answers["finer"][:case_count]
         known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
         return known, known & outcomes_differ(finer, own)
 
-    def confirm_changed_outcomes(self, case_count: int, allowed_steps: int) -> ChangesWithFinerSteps:
+    def classify_outcomes_changed_by_finer_steps(self, case_count: int, allowed_steps: int) -> ChangesWithFinerSteps:
         """Test outcomes changed by finer time steps: rerun them with the finest steps, and with a perturbed motion."""
         finer = self.answers["finer"][:case_count]
         changed = np.flatnonzero(self._masks_of_known_and_changed_outcomes(case_count)[1])
@@ -238,20 +243,20 @@ class _CaseReruns:
 
     def count_falls_changed_by_amplitude(self, case_count: int, allowed_steps: int) -> FallChangesWithAmplitude | None:
         """Rerun 3-D falls with slightly weaker and stronger motions; count falls that change; None if 2-D."""
-        own, finer = self.sample.answers[:case_count], self.answers["finer"][:case_count]
-        if self.one_component:
+        own, finer = self.sample.outcomes[:case_count], self.answers["finer"][:case_count]
+        if self.is_planar:
             return None
         falls = np.flatnonzero((own["overturned"] == 1).any(axis=1))
-        factors = 1.0 + AMPLITUDE_REACH * np.array([-1.0, -0.5, 0.5, 1.0])
+        factors = 1.0 + MAX_AMPLITUDE_CHANGE * np.array([-1.0, -0.5, 0.5, 1.0])
         # Estimate the cost from the finer steps.
-        rows = falls[np.cumsum(finer["block_steps"][falls]) * (factors.size / FINER) <= allowed_steps]
+        rows = falls[np.cumsum(finer["block_steps"][falls]) * (factors.size / TIME_STEP_REFINEMENT) <= allowed_steps]
         moved, stood, steps = np.zeros(rows.size, np.bool_), np.zeros(rows.size, np.bool_), 0
         for factor in factors:
             again = self._rerun_cases("nominal", rows, float(factor))
             moved |= fall_azimuths_differ(own[rows], again, MIN_AZIMUTH_SHIFT_DEG).any(axis=1)
             stood |= ((own["overturned"][rows] == 1) & (again["overturned"] == 0)).any(axis=1)
             steps += int(again["block_steps"].sum())
-        weight = self.sample.weight[rows]
+        weight = self.sample.direction_weight[rows]
         return FallChangesWithAmplitude(
             falls=rows.size,
             moved=int(moved.sum()),
@@ -279,11 +284,11 @@ def case_rerun_functions(study: Study) -> dict[str, Callable[[Motion, Cases], Ca
     """
     numerics, model = numerical_options_of_study(study), variant_model(study)
     step = numerics.time_step
-    finer, finest = (replace(numerics, refinement=times * FINER) for times in (1, 2))
-    shorter = replace(numerics, time_step=step if isinstance(step, str) else step / np.sqrt(STIFFER))
+    finer, finest = (replace(numerics, refinement=times * TIME_STEP_REFINEMENT) for times in (1, 2))
+    shorter = replace(numerics, time_step=step if isinstance(step, str) else step / np.sqrt(CONTACT_STIFFNESS_FACTOR))
     return {
         "nominal": partial(simulate_cases, model, numerics=numerics),
         "finer": partial(simulate_cases, model, numerics=finer),
         "finest": partial(simulate_cases, model, numerics=finest),
-        "stiffer": partial(simulate_cases, model.with_stiffness_factor(STIFFER), numerics=shorter),
+        "stiffer": partial(simulate_cases, model.with_stiffness_factor(CONTACT_STIFFNESS_FACTOR), numerics=shorter),
     }

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 METADATA: Final = "ro-crate-metadata.json"
 
-_TERMS: Final = {"sha256": "http://schema.org/sha256"}
+_EXTRA_JSON_LD_TERMS: Final = {"sha256": "http://schema.org/sha256"}
 """Terms that the JSON-LD context of version 1.1 does not define."""
 
 _FOLDERS: Final = {
@@ -35,7 +35,7 @@ _FOLDERS: Final = {
     "explore-records": ("Cells of the explorer", "What explore.html reads of each record."),
 }
 
-_FILES: Final = {
+_FILE_NAMES_AND_DESCRIPTIONS: Final = {
     CONFIGURATION: ("Configuration", "The whole study with every key filled in: `overturning study check` reads it."),
     "cube.nc": ("Cube", "Outcome of every case of the study (CF-1.11)."),
     "cube.*.nc": ("Cube of the variant {part}", "Outcome of every case under this setting (CF-1.11)."),
@@ -102,12 +102,12 @@ def write_ro_crate(study: Study, results_folder: Path, produced_files: Sequence[
     cube = _record_and_package_metadata_of_cube(results_folder / "cube.nc")
     program = _citation_metadata_of_program()
     crate = ROCrate(version="1.1")
-    crate.metadata.extra_terms = _TERMS
+    crate.metadata.extra_terms = _EXTRA_JSON_LD_TERMS
     root = crate.root_dataset
     root["name"] = study.title or study.name
     root["description"] = f"{study.question} Results of the study {study.name} by overturning: {program['abstract']}"
     root["datePublished"] = str(study.crate.date or program["date-released"])
-    root["license"] = _licence_entity(crate, study.crate.licence or _NO_LICENCE)
+    root["license"] = _get_or_add_licence_entity(crate, study.crate.licence or _NO_LICENCE)
     if study.crate.authors:
         named = enumerate(study.crate.authors, 1)
         root["author"] = _unwrap_list_of_single_value(
@@ -122,7 +122,7 @@ def write_ro_crate(study: Study, results_folder: Path, produced_files: Sequence[
         for name, version in cube["versions"].items()
     }
     overturning = versions.pop("overturning")
-    overturning["license"] = _licence_entity(crate, f"https://spdx.org/licenses/{program['license']}")
+    overturning["license"] = _get_or_add_licence_entity(crate, f"https://spdx.org/licenses/{program['license']}")
     overturning["softwareRequirements"] = _unwrap_list_of_single_value(versions.values())
     configuration = files.pop(CONFIGURATION)
     root["mentions"] = _add_crate_entity(
@@ -178,7 +178,7 @@ def _add_crate_entity(crate: "ROCrate", entity_id: str, entity_type: str, **prop
     return crate.add(ContextEntity(crate, entity_id, properties={"@type": entity_type, **stated}))
 
 
-def _licence_entity(crate: "ROCrate", licence: str) -> Any:
+def _get_or_add_licence_entity(crate: "ROCrate", licence: str) -> Any:
     """Return the RO-Crate entity of a licence; its identifier is the licence's URL, or a hash of its text."""
     key = licence if licence.startswith("http") else f"#licence-{hashlib.sha256(licence.encode()).hexdigest()[:8]}"
     name = key.rpartition("/")[2] if key is licence else licence
@@ -201,7 +201,7 @@ def _add_record_entities(crate: "ROCrate", record_rows: Sequence[dict[str, Any]]
             description=", ".join(filter(None, row["where"])) or "Ground motion",
             identifier=row["source"],
             sha256=row["sha256"],
-            license=_licence_entity(crate, row["licence"]) if row["licence"] else "",
+            license=_get_or_add_licence_entity(crate, row["licence"]) if row["licence"] else "",
         )
         for row in record_rows
     }
@@ -227,7 +227,9 @@ def _add_file_entity(crate: "ROCrate", path: str, file: Path, records: dict[str,
     """Add a file with its size and hash to the RO-Crate; a motion file also with record and licence."""
     stem, part = file.stem, file.name.removeprefix("cube.").removesuffix(".nc")
     said = {"part": part, "stem": stem, "folder": file.parent.name}
-    name, description = next((both for pattern, both in _FILES.items() if fnmatch(path, pattern)), (path, ""))
+    name, description = next(
+        (both for pattern, both in _FILE_NAMES_AND_DESCRIPTIONS.items() if fnmatch(path, pattern)), (path, "")
+    )
     about: dict[str, Any] = {"name": name.format(**said), "encodingFormat": _MEDIA.get(file.suffix, "")}
     try:
         with file.open("rb") as opened:

@@ -12,8 +12,8 @@ import numpy as np
 from overturning.arrays import convert_argument_to_float_array, keep_xarray_from_importing_dask
 from overturning.errors import ArgumentError, ResultError, refuse_unknown_keywords
 from overturning.files import checksum_at_end_matches, convert_argument_to_path
-from overturning.model.falls import model_of_results_cube
-from overturning.model.grid import AXES
+from overturning.model.falls import default_model_for_results_cube
+from overturning.model.grid import CF_ATTRIBUTES_BY_DIMENSION
 from overturning.model.symmetry import FULL_TURN
 from overturning.study.load import load_study, study_from_content
 from overturning.study.scenes import variant_model, variant_scene, variant_settings
@@ -23,30 +23,37 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-_ATTRIBUTES: Final = {"study", "variant", "content_sha256", "record_sources", "record_processing", "versions"}
+_REQUIRED_CUBE_ATTRIBUTES: Final = {
+    "study",
+    "variant",
+    "content_sha256",
+    "record_sources",
+    "record_processing",
+    "versions",
+}
 CONFIGURATION: Final = "study.yaml"
 """File of the complete study, next to the cube of a finished run."""
 
-IN_MEMORY: Final = 20_000_000
+MAX_CUBE_VALUES_IN_MEMORY: Final = 20_000_000
 """Largest number of values (8 bytes or less each) of a cube that is read into memory."""
 
-_COORDINATES: Final = ("record_id", "station", "event", "fault_normal")
+_REQUIRED_RECORD_COORDINATES: Final = ("record_id", "station", "event", "fault_normal")
 
 
 def _reason_for_incomplete_cube(cube: "xr.Dataset") -> str:
     """Return "no NAME" for the first variable that a results file lacks or has in a wrong shape; else ""."""
     flags = cube["overturned"]
     grid = set(flags.dims)
-    model = model_of_results_cube(cube)
+    model = default_model_for_results_cube(cube)
     needed = {"record", *model.dimension_names}
     if missing := sorted(needed - grid) or sorted(str(name) for name in grid if not cube.sizes[name]):
         return f"no cell along {missing[0]}"
-    for name in (*sorted(needed - {"record"}), *_COORDINATES):
+    for name in (*sorted(needed - {"record"}), *_REQUIRED_RECORD_COORDINATES):
         if name not in cube or cube[name].dims != ((name,) if name in needed else ("record",)):
             return f"no {name}"
     if "element" in grid and not {"element", "element_name"} & {*cube.coords}:  # names as in the file, or as opened
         return "no element_name"
-    for variable in model.variables:
+    for variable in model.outcome_variables:
         if variable.name not in cube or not needed <= set(cube[variable.name].dims):
             return f"no {variable.name}"
     return ""
@@ -111,7 +118,7 @@ def open_cube(
     except (OSError, ValueError, RuntimeError, AttributeError, KeyError, IndexError, TypeError) as error:
         # Damage inside a file raises any of these exceptions in the libraries that read it.
         raise ResultError(f"{path}: cannot be opened ({error}); run the study again") from None
-    if "overturned" not in cube or not cube.attrs.keys() >= _ATTRIBUTES:
+    if "overturned" not in cube or not cube.attrs.keys() >= _REQUIRED_CUBE_ATTRIBUTES:
         raise ResultError(f"{path}: not a cube of this package, or an unfinished one; run the study again")
     if absent := _reason_for_incomplete_cube(cube):
         raise ResultError(f"{path}: not a cube of this package: {absent}; run the study again")
@@ -131,7 +138,7 @@ def open_cube_by_record(
 ) -> "xr.Dataset":
     """Open a results cube for processing by record: a small cube in memory, a large one read one record at a time."""
     cube = open_cube(cube_path, None, element, amplitude)
-    if sum(values.size for values in cube.data_vars.values()) <= IN_MEMORY:
+    if sum(values.size for values in cube.data_vars.values()) <= MAX_CUBE_VALUES_IN_MEMORY:
         return cube.load()
     cube.close()
     return open_cube(cube_path, {"record": 1}, element, amplitude)
@@ -184,7 +191,7 @@ def select_element_and_amplitude(
     return cube.sel(element=element)
 
 
-def sort_cube_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
+def normalise_cube_dimensions_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
     """Return a results cube with all dimensions, sorted and without repeated coordinates, as figures need it.
 
     One element and amplitude are selected (see `select_element_and_amplitude`). B/H and directions ascend, with
@@ -192,13 +199,13 @@ def sort_cube_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
     dimension is empty.
     """
     cube = select_element_and_amplitude(cube, Path("cube"), amplitude=1.0 if "amplitude" in cube.dims else None)
-    alone = [name for name in AXES if name in cube.coords and name not in cube.dims]
-    cube = cube.expand_dims(alone).transpose("record", *AXES, ..., missing_dims="ignore")
+    alone = [name for name in CF_ATTRIBUTES_BY_DIMENSION if name in cube.coords and name not in cube.dims]
+    cube = cube.expand_dims(alone).transpose("record", *CF_ATTRIBUTES_BY_DIMENSION, ..., missing_dims="ignore")
     if "azimuth" in cube.dims:
         azimuth = cube["azimuth"].variable
         within = np.round(azimuth.to_numpy() % FULL_TURN, 9) % FULL_TURN
         cube = cube.assign_coords(azimuth=azimuth.copy(data=within.astype(azimuth.dtype)))
-    for name in {"record", *AXES} & set(cube.dims):
+    for name in {"record", *CF_ATTRIBUTES_BY_DIMENSION} & set(cube.dims):
         values = cube[name].to_numpy()
         first = np.unique(values, return_index=True)[1]
         kept = first if name in ("azimuth", "orientation", "b_over_h") else np.sort(first)
@@ -260,7 +267,7 @@ def _study_from_json(text: str) -> Study:
     return study_from_content(_parse_json(text, "study", dict), "study in the cube")
 
 
-def study_with_title_and_figures(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
+def study_with_title_and_figure_settings(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
     """Return the study whose title, question and figure settings apply to a results cube; None without a study.
 
     This is the given study, otherwise the study file next to the cube if it has the same name, otherwise the study
@@ -278,11 +285,11 @@ def study_with_title_and_figures(cube: "xr.Dataset", study: Study | None = None)
 def default_height_and_friction_of_figures(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
     """Return the height and friction that figures show by default, as lists with one value each.
 
-    The block is set by `figures` of the `study_with_title_and_figures`, with the first height and the last
+    The block is set by `figures` of the `study_with_title_and_figure_settings`, with the first height and the last
     friction as defaults. No selection is made along a dimension that the cube holds only in part, or if the cube
     belongs to no study.
     """
-    own = study_with_title_and_figures(cube, study)
+    own = study_with_title_and_figure_settings(cube, study)
     if own is None:
         return {}
     chosen = own.figures.height or own.height[0], own.figures.friction

@@ -17,7 +17,7 @@ def study_json_schema_text() -> str:
     return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
 
 
-CATALOGUE = Path("workflow") / "schemas" / "config.schema.yaml"
+WORKFLOW_CATALOGUE_SCHEMA_PATH = Path("workflow") / "schemas" / "config.schema.yaml"
 """Path of the schema for the catalogue of Snakemake workflows."""
 
 
@@ -63,7 +63,7 @@ def _key_table_rows(
     return entries
 
 
-def key_and_column_tables() -> dict[str, str]:
+def study_key_and_record_column_tables() -> dict[str, str]:
     """Return Markdown tables of the keys of a study file (``keys``) and of the record table (``columns``)."""
     schema = Study.model_json_schema()
     keys, columns = ["| key | default | meaning |", "|---|---|---|"], ["| column | meaning |", "|---|---|"]
@@ -77,7 +77,7 @@ def key_and_column_tables() -> dict[str, str]:
 
 def insert_tables_into_readme(readme_text: str) -> str:
     """Insert the tables of study keys and of record-table columns into a README between its marker comments."""
-    for name, table in key_and_column_tables().items():
+    for name, table in study_key_and_record_column_tables().items():
         begin, end = f"<!-- {name}: made by `overturning study document`, do not edit -->", f"<!-- end of {name} -->"
         before, _, rest = readme_text.partition(begin)
         readme_text = f"{before}{begin}\n{table}\n{end}{rest.partition(end)[2]}"
@@ -87,7 +87,7 @@ def insert_tables_into_readme(readme_text: str) -> str:
 def write_study_file_documentation(folder: Path) -> None:
     """Write the schema of study files as ``schema.json`` and YAML, and the tables of keys into ``README.md``."""
     (folder / "schema.json").write_text(study_json_schema_text(), encoding="utf-8")
-    catalogue = folder.parent / CATALOGUE
+    catalogue = folder.parent / WORKFLOW_CATALOGUE_SCHEMA_PATH
     if catalogue.parent.is_dir():
         catalogue.write_text(study_yaml_schema_text(), encoding="utf-8")
     readme = folder / "README.md"
@@ -117,9 +117,11 @@ def new_study_file_text(
 
 
 _LINK: Final = re.compile(r"\[([^]]+)\]\(\.\./[^)]+\)")
-_OF_REPOSITORY: Final = re.compile(r"<!-- repository -->\n.*?<!-- end of repository -->\n\n", re.DOTALL)
+_REPOSITORY_ONLY_SECTION_PATTERN: Final = re.compile(
+    r"<!-- repository -->\n.*?<!-- end of repository -->\n\n", re.DOTALL
+)
 
 
 def adapt_readme_to_new_project(config_readme_text: str) -> str:
     """Adapt the text of config/README.md to a new project, which lacks the folder docs/ and the example studies."""
-    return _LINK.sub(r"\1", _OF_REPOSITORY.sub("", config_readme_text))
+    return _LINK.sub(r"\1", _REPOSITORY_ONLY_SECTION_PATTERN.sub("", config_readme_text))

@@ -23,7 +23,7 @@ from overturning.study.schema import Study
 from overturning.study.values import ValueRange
 from overturning.units import STANDARD_GRAVITY
 
-SLOWEST_SOIL: Final = 30.0
+MIN_PLAUSIBLE_SOIL_VELOCITY_M_S: Final = 30.0
 """Smallest plausible shear-wave velocity of a layer, m/s; mud and peat have more."""
 
 LARGEST_FRICTION: Final = 3.0
@@ -35,20 +35,20 @@ LARGEST_B_OVER_H: Final = 1.5
 LARGEST_AMPLITUDE: Final = 10.0
 """Largest plausible factor on a record."""
 
-LARGEST_PENETRATION: Final = 0.1
+MAX_PLAUSIBLE_RELATIVE_PENETRATION: Final = 0.1
 """Largest plausible penetration of a block at rest, as a share of its width; deeper corners are no contacts."""
 
 DENSITIES: Final = (1000.0, 8000.0)
 """Range of plausible densities, kg/m³: water to above steel."""
 
-LARGEST_SHARE_OUTSIDE: Final = 0.2
+MAX_POPULATION_SHARE_OUTSIDE_GRID: Final = 0.2
 """Largest plausible share of a population outside the grid of the study."""
 
 
 def implausible_setting_warnings(study: Study) -> Iterator[str]:
     """Yield a warning for each implausible value in a study, with key, value, limit and likely cause."""
     yield from _too_few_azimuths_warnings(study)
-    yield from _warnings_if_variant_differs_in_many_settings(study)
+    yield from _compared_variant_difference_warnings(study)
     yield from _repeated_variant_warnings(study)
     yield from _block_setting_warnings(study)
     for key, site in soil_settings_of_study(study):
@@ -60,12 +60,12 @@ def implausible_setting_warnings(study: Study) -> Iterator[str]:
             if study.orientation is None:
                 yield from _warnings_if_scene_moves_without_shaking(key, scene, study)
             elif study.is_stack:
-                yield from _overhang_warnings(key, scene, study)
+                yield from _overhang_contact_warnings(key, scene, study)
     if study.population is not None:
-        yield from _population_range_warnings(study, study.population)
+        yield from _population_outside_grid_warnings(study, study.population)
 
 
-def _warnings_if_variant_differs_in_many_settings(study: Study) -> Iterator[str]:
+def _compared_variant_difference_warnings(study: Study) -> Iterator[str]:
     """Yield a warning if the variant that is compared with the study differs from it in more than one setting."""
     if (variant := study.primary.against) is None:
         return
@@ -140,11 +140,15 @@ def _block_setting_warnings(study: Study) -> Iterator[str]:
     for key, contact in contacts.items():
         # A block of mass ρ B H sinks by m g / (2 K), so relative to B by ρ H g / (2 K).
         weight = study.density * max(study.height) * STANDARD_GRAVITY
-        if contact.stiffness != "auto" and study.body is None and weight > 2 * LARGEST_PENETRATION * contact.stiffness:
+        if (
+            contact.stiffness != "auto"
+            and study.body is None
+            and weight > 2 * MAX_PLAUSIBLE_RELATIVE_PENETRATION * contact.stiffness
+        ):
             yield (
                 f"{key}.stiffness: {contact.stiffness:g} N/m; a block {max(study.height):g} m high sinks by "
                 f"{weight / (2 * contact.stiffness):.3g} of its width; give at least "
-                f"{weight / (2 * LARGEST_PENETRATION):.2g} N/m, or auto"
+                f"{weight / (2 * MAX_PLAUSIBLE_RELATIVE_PENETRATION):.2g} N/m, or auto"
             )
 
 
@@ -177,9 +181,10 @@ def _soil_layer_warnings(key: str, site: SoilSite) -> Iterator[str]:
     ]
     for name, one in [*below, ("rock", site.rock)]:
         velocity = one.velocity_m_s
-        if velocity < SLOWEST_SOIL:
+        if velocity < MIN_PLAUSIBLE_SOIL_VELOCITY_M_S:
             instead = f"km/s? Give {1000 * velocity:g}" if 1000 * velocity <= 1e4 else "another unit?"
-            yield f"{key}.{name}.velocity_m_s: {velocity:g} m/s below {SLOWEST_SOIL:g} m/s; {instead}"
+            bound = f"{MIN_PLAUSIBLE_SOIL_VELOCITY_M_S:g} m/s"
+            yield f"{key}.{name}.velocity_m_s: {velocity:g} m/s below {bound}; {instead}"
         yield from _density_warnings(f"{key}.{name}.density_kg_m3", one.density_kg_m3)
 
 
@@ -201,7 +206,7 @@ def _warnings_if_scene_moves_without_shaking(key: str, scene: Scene, study: Stud
             return
 
 
-def _overhang_warnings(key: str, scene: Scene, study: Study) -> Iterator[str]:
+def _overhang_contact_warnings(key: str, scene: Scene, study: Study) -> Iterator[str]:
     """Yield a warning for the first B/H at which overhanging stones of a 3-D stack could touch a face not modelled."""
     for b_over_h in study.b_over_h:
         if touches := unsimulated_overhang_contact_warnings(stack_stones(scene, None, b_over_h)):
@@ -212,7 +217,7 @@ def _overhang_warnings(key: str, scene: Scene, study: Study) -> Iterator[str]:
             return
 
 
-def _population_range_warnings(study: Study, population: StonePopulation) -> Iterator[str]:
+def _population_outside_grid_warnings(study: Study, population: StonePopulation) -> Iterator[str]:
     """Yield a warning if many stones of a population lie outside the heights, B/H or frictions that are simulated.
 
     The outcome of such a stone is that of the nearest simulated value. Sizes are uniformly distributed, so 50 quantiles
@@ -236,7 +241,7 @@ def _population_range_warnings(study: Study, population: StonePopulation) -> Ite
     for key, of, drawn, grid in sizes:
         low, high = (1 - GRID_TOLERANCE) * min(grid), (1 + GRID_TOLERANCE) * max(grid)
         outside = float(np.mean((drawn < low) | (drawn > high)))
-        if outside > LARGEST_SHARE_OUTSIDE:
+        if outside > MAX_POPULATION_SHARE_OUTSIDE_GRID:
             ends = f"{min(grid):g}" if min(grid) == max(grid) else f"{min(grid):g} to {max(grid):g}"
             yield (
                 f"{of}: {drawn.min():.3g} to {drawn.max():.3g}, of which {100 * outside:.0f} % outside the study's "

@@ -17,13 +17,13 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import create_model
 
 from overturning.arrays import FloatArray
-from overturning.dem.numerics import Progress
+from overturning.dem.numerics import ProgressCallback
 from overturning.errors import ResultError
 from overturning.files import append_checksum, atomic_write, checksum_at_end_matches
 from overturning.model.cases import Cases
 from overturning.model.grid import CaseGrid
 from overturning.model.model import Model
-from overturning.model.variables import INT8_MISSING, RELIEF_VARIABLES, OutcomeVariable
+from overturning.model.variables import INT8_MISSING, RELIEF_ENSEMBLE_VARIABLES, OutcomeVariable
 from overturning.motion.direction import angle_between_azimuths
 from overturning.motion.motion import Motion
 from overturning.settings import EnsembleSettings
@@ -32,25 +32,25 @@ from overturning.tables import read_table_rows
 Z_95: Final = NormalDist().inv_cdf(0.975)
 """Two-sided 95 % point of the normal distribution."""
 
-SCRAMBLES: Final = 2
+SCRAMBLED_SEQUENCE_COUNT: Final = 2
 """Number of scrambled Sobol sequences; the difference of their means shows the error of the fall probability."""
 
-BOUNDARY_REACH: Final = 2
+ENSEMBLE_CELLS_BESIDE_BOUNDARY: Final = 2
 """Number of cells on either side of a change of outcome along B/H that are run with `where: boundary`."""
 
-MIN_AZIMUTH_CHANGE_DEG: Final = 30.0
+MIN_FALL_AZIMUTH_CHANGE_DEG: Final = 30.0
 """Smallest angle between the falls of neighbouring 3-D cells that counts as a change of outcome, degrees."""
 
-BATCH: Final = 8
+MEMBERS_PER_BATCH: Final = 8
 """Number of runs in a batch, half from each Sobol sequence; convergence of a case is tested after each batch."""
 
 MAX_MOTION_SAMPLES = 20_000_000
 """Largest number of samples of rotated motions in memory (160 MB)."""
 
-MAX_MEMBER_CASES: Final = 1_000_000
+MAX_MEMBER_CASES_PER_RUN: Final = 1_000_000
 """Largest number of member cases that are run together (300 MB)."""
 
-Runner = Callable[..., Any]
+CaseRunner = Callable[..., Any]
 """Function of cases, progress and, for a scanned stone, a relief (m) that runs cases under the nominal motion."""
 
 Arrays = dict[str, NDArray[Any]]
@@ -92,13 +92,13 @@ class EnsembleMembers:
         return bool(np.isfinite(self.relief).all() and self.relief.size)
 
     @property
-    def has_high_relief(self) -> NDArray[np.bool_]:
+    def high_relief_mask(self) -> NDArray[np.bool_]:
         """True for runs whose relief (height up to which base points bear) is above the median, shape (n,)."""
         return np.asarray(self.relief > np.median(self.relief))
 
     @property
-    def names_of_varied_parameters(self) -> tuple[str, ...]:
-        """Names of the parameter changes that are stored in a CSV file: those that vary between the runs."""
+    def csv_column_names(self) -> tuple[str, ...]:
+        """Names of the parameter changes in the CSV file: all `COLUMNS`, relief and orientation only if they vary."""
         varies = {"relief": self.varies_relief, "orientation_deg": bool(self.orientation_deg.any())}
         return tuple(name for name in COLUMNS if varies.get(name, True))
 
@@ -113,14 +113,14 @@ class EnsembleMembers:
 
     def split_member_numbers_into_batches(self, batch_size: int) -> list[NDArray[np.intp]]:
         """Divide the runs (members) of the ensemble into batches, each with runs from both Sobol sequences."""
-        own = [np.flatnonzero(self.scramble == scramble) for scramble in range(SCRAMBLES)]
-        each = batch_size // SCRAMBLES
+        own = [np.flatnonzero(self.scramble == scramble) for scramble in range(SCRAMBLED_SEQUENCE_COUNT)]
+        each = batch_size // SCRAMBLED_SEQUENCE_COUNT
         starts = range(0, max(places.size for places in own), each)
         return [np.concatenate([places[start : start + each] for places in own]) for start in starts]
 
     def write_csv(self, csv_path: Path) -> None:
         """Write the parameter changes of all ensemble runs as CSV, with a SHA-256 checksum as last line."""
-        names = self.names_of_varied_parameters
+        names = self.csv_column_names
         rows = zip(*(getattr(self, name).tolist() for name in names), strict=True)
         with atomic_write(csv_path) as part:
             part.write_text("".join(f"{','.join(map(str, row))}\n" for row in (names, *rows)), encoding="utf-8")
@@ -158,11 +158,11 @@ def draw_parameter_changes_of_members(settings: EnsembleSettings) -> EnsembleMem
     """
     from scipy.stats import qmc
 
-    half = settings.members // SCRAMBLES
+    half = settings.members // SCRAMBLED_SEQUENCE_COUNT
     power = max(half - 1, 0).bit_length()  # the sequence has a length of a power of two
     generators = (
         np.random.Generator(np.random.PCG64(stream))
-        for stream in np.random.SeedSequence(settings.seed).spawn(SCRAMBLES)
+        for stream in np.random.SeedSequence(settings.seed).spawn(SCRAMBLED_SEQUENCE_COUNT)
     )
     # Two more dimensions change the points of all; ensembles without them keep theirs.
     dimensions = 8 if settings.relief is not None or settings.orientation else 6
@@ -171,7 +171,7 @@ def draw_parameter_changes_of_members(settings: EnsembleSettings) -> EnsembleMem
     signed = 2 * np.concatenate(points) - 1
     changes = signed[:, :6] * np.array([*widths, settings.azimuth, settings.initial_tilt])
     changes[:, : len(widths)] += 1.0  # factors
-    count = SCRAMBLES * half
+    count = SCRAMBLED_SEQUENCE_COUNT * half
     turns, reliefs = np.zeros(count), np.full(count, np.nan)
     if dimensions > 6:
         turns = np.round(settings.orientation * signed[:, 6], 9)
@@ -179,7 +179,7 @@ def draw_parameter_changes_of_members(settings: EnsembleSettings) -> EnsembleMem
         low, high = settings.relief.low, settings.relief.high
         reliefs = np.round(low + (high - low) * 0.5 * (signed[:, 7] + 1.0), 9)
     return EnsembleMembers(
-        np.repeat(np.arange(SCRAMBLES), half), *np.column_stack([np.round(changes, 9), turns, reliefs]).T
+        np.repeat(np.arange(SCRAMBLED_SEQUENCE_COUNT), half), *np.column_stack([np.round(changes, 9), turns, reliefs]).T
     )
 
 
@@ -194,7 +194,7 @@ def select_cases_for_ensemble_runs(
     These are all cells with `run_all_cells`, or if there is a single B/H. Otherwise, cells within two steps along B/H
     of a change of the nominal flag of any element, shape (a, h, b, …) or (a, h, b, …, elements); a missing flag
     differs from every other. In the 3-D model, where flags do not show the direction, a change of the fall azimuth
-    (`fall_azimuth_deg`, shape (a, h, b, …), NaN without a fall) by `MIN_AZIMUTH_CHANGE_DEG` or more counts, too.
+    (`fall_azimuth_deg`, shape (a, h, b, …), NaN without a fall) by `MIN_FALL_AZIMUTH_CHANGE_DEG` or more counts, too.
     """
     shape = nominal_flags.shape[:dimension_count]
     if run_all_cells or shape[2] == 1:
@@ -203,13 +203,12 @@ def select_cases_for_ensemble_runs(
     change = change.any(axis=dimension_count) if change.ndim > dimension_count else change
     if fall_azimuth_deg is not None:
         azimuth = fall_azimuth_deg.astype(np.float64)
-        turned = angle_between_azimuths(azimuth[:, :, 1:], azimuth[:, :, :-1]) >= MIN_AZIMUTH_CHANGE_DEG
+        turned = angle_between_azimuths(azimuth[:, :, 1:], azimuth[:, :, :-1]) >= MIN_FALL_AZIMUTH_CHANGE_DEG
         change = change | (turned.any(axis=dimension_count) if turned.ndim > dimension_count else turned)
     # A change between i and i + 1 selects i − 1 to i + 2.
-    padded = np.pad(
-        change, [(BOUNDARY_REACH, BOUNDARY_REACH) if axis == 2 else (0, 0) for axis in range(dimension_count)]
-    )
-    return np.asarray(sliding_window_view(padded, 2 * BOUNDARY_REACH, axis=2).any(axis=-1))
+    reach = ENSEMBLE_CELLS_BESIDE_BOUNDARY
+    padded = np.pad(change, [(reach, reach) if axis == 2 else (0, 0) for axis in range(dimension_count)])
+    return np.asarray(sliding_window_view(padded, 2 * reach, axis=2).any(axis=-1))
 
 
 def wilson_interval(case_count: ArrayLike, total_count: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -261,11 +260,13 @@ def fall_shares_by_relief(
         ~has_high_relief, has_high_relief)]  # fmt: skip
     return {
         variable.name: np.where(count > 0, fell / np.maximum(count, 1), np.nan)
-        for variable, (count, fell) in zip(RELIEF_VARIABLES, counts, strict=True)
+        for variable, (count, fell) in zip(RELIEF_ENSEMBLE_VARIABLES, counts, strict=True)
     }
 
 
-def subtask_progress_callback(progress: Progress | None, begin_share: float, end_share: float) -> Progress | None:
+def subtask_progress_callback(
+    progress: ProgressCallback | None, begin_share: float, end_share: float
+) -> ProgressCallback | None:
     """Return a callback that converts the progress of a part of a task to that of the whole, for `progress`."""
     if progress is None:
         return None
@@ -280,21 +281,21 @@ class EnsembleRunner:
 
     model: Model
     members: EnsembleMembers
-    everywhere: bool = True  # run all cells, not only those near a change of outcome
-    widest: float = 0.0  # half-width for `fall_probabilities_converged`; 0: every cell gets all members
+    run_all_cells: bool = True  # run all cells, not only those near a change of outcome
+    max_half_width: float = 0.0  # half-width for `fall_probabilities_converged`; 0: every cell gets all members
 
     @property
     def variables(self) -> tuple[OutcomeVariable, ...]:
         """Output variables with the ensemble results of each case, such as the probability of a fall."""
-        return (*self.model.ensemble_variables, *(RELIEF_VARIABLES if self.members.varies_relief else ()))
+        return (*self.model.ensemble_variables, *(RELIEF_ENSEMBLE_VARIABLES if self.members.varies_relief else ()))
 
     def run_ensemble_of_selected_cases(
         self,
         motion: Motion,
         grid: CaseGrid,
         nominal_outcomes: Mapping[str, NDArray[Any]],
-        run_cases: Runner,
-        progress: Progress | None = None,
+        run_cases: CaseRunner,
+        progress: ProgressCallback | None = None,
     ) -> tuple[Arrays, int]:
         """Run the ensemble of each case, or each near a change of outcome; return results and cost (steps × stones).
 
@@ -302,17 +303,18 @@ class EnsembleRunner:
         that are copied from others by symmetry; these are not run. `run_cases` simulates given cases. The variables
         have shape (a, h, b, …), with elements if `overturned` has them; missing floats are NaN.
         """
-        overturned, marked, members = nominal_outcomes["overturned"], nominal_outcomes[self.model.copied], self.members
+        overturned, members = nominal_outcomes["overturned"], self.members
+        computed = nominal_outcomes[self.model.copy_flag_variable_name] == 0
         azimuths = nominal_outcomes.get("fall_azimuth")
-        chosen = select_cases_for_ensemble_runs(overturned, self.everywhere, len(grid.shape), azimuths) & (marked == 0)
+        chosen = computed & select_cases_for_ensemble_runs(overturned, self.run_all_cells, len(grid.shape), azimuths)
         arrays: Arrays = {}
         for variable in self.variables:
             shape = overturned.shape if variable.per_element else grid.shape
             arrays[variable.name] = np.full(shape, 0 if variable.name == "members" else np.nan, variable.dtype)
         directions = np.flatnonzero(chosen.any(axis=tuple(range(1, chosen.ndim))))
-        together = max(1, min(BATCH, members.member_count))
+        together = max(1, min(MEMBERS_PER_BATCH, members.member_count))
         cells_of_each = max(1, int(np.prod(chosen.shape[1:])))
-        most = min(MAX_MOTION_SAMPLES // motion.sample_count, MAX_MEMBER_CASES // cells_of_each)
+        most = min(MAX_MOTION_SAMPLES // motion.sample_count, MAX_MEMBER_CASES_PER_RUN // cells_of_each)
         group = max(1, most // together)
         work, done, block_steps = max(1, int(chosen.sum())), 0, 0
         for start in range(0, directions.size, group):
@@ -320,30 +322,31 @@ class EnsembleRunner:
             some[directions[start : start + group]] = True
             cells = np.argwhere(chosen & some)
             flags = np.full((len(cells), members.member_count, *overturned.shape[len(grid.shape) :]), INT8_MISSING)
-            azimuth = np.full(flags.shape if self.model.direction == "orientation" else flags.shape[:2], np.nan)
+            in_3d = self.model.direction_dimension_name == "orientation"
+            azimuth = np.full(flags.shape if in_3d else flags.shape[:2], np.nan)
             of_group = subtask_progress_callback(progress, done / work, (done + len(cells)) / work)
             block_steps += self._simulate_members_until_converged(grid, cells, run_cases, flags, azimuth, of_group)
             sensor = members.azimuth_deg.reshape(-1, *(1,) * (azimuth.ndim - 2))
             found = self.model.ensemble_statistics_by_case(flags, azimuth - sensor, members.scramble)
             if members.varies_relief:
-                found |= fall_shares_by_relief(flags, members.has_high_relief)
+                found |= fall_shares_by_relief(flags, members.high_relief_mask)
             for name, values in found.items():
                 arrays[name][tuple(cells.T)] = values
             done += len(cells)
-        self._copy_to_symmetric_cells(grid, arrays, marked)
+        self._copy_to_symmetric_cells(grid, arrays, ~computed)
         return arrays, block_steps
 
     def _simulate_members_until_converged(
         self,
         grid: CaseGrid,
         cells: NDArray[np.int64],
-        run_cases: Runner,
+        run_cases: CaseRunner,
         member_flags: NDArray[np.int8],
         fall_azimuth_deg: FloatArray,
-        progress: Progress | None,
+        progress: ProgressCallback | None,
     ) -> int:
         """Run members in batches until each case converges; write outcomes to arrays, return cost (steps × stones)."""
-        batches, block_steps = self.members.split_member_numbers_into_batches(BATCH), 0
+        batches, block_steps = self.members.split_member_numbers_into_batches(MEMBERS_PER_BATCH), 0
         unsettled = np.arange(len(cells))
         for index, batch in enumerate(batches):
             of_batch = subtask_progress_callback(progress, index / len(batches), (index + 1) / len(batches))
@@ -352,16 +355,15 @@ class EnsembleRunner:
             for own in batch[:, None] if self.members.varies_relief else [batch]:
                 results = run_cases(
                     self._cases_of_cells_and_members(grid, cells[unsettled], self.members.select_members(own)),
-                    of_batch,
-                    *([float(relief[own[0]])] if self.members.varies_relief else []),
-                )
+                    of_batch, *([float(relief[own[0]])] if self.members.varies_relief else []),
+                )  # fmt: skip
                 block_steps += int(results.block_steps.sum())
                 new = results.overturned.reshape(unsettled.size, own.size, *member_flags.shape[2:])
                 member_flags[unsettled[:, None], own] = new
                 if (towards := getattr(results, "fall_azimuth", None)) is not None:
                     azimuths = towards.reshape(unsettled.size, own.size, *fall_azimuth_deg.shape[2:])
                     fall_azimuth_deg[unsettled[:, None], own] = azimuths
-            unsettled = unsettled[~fall_probabilities_converged(member_flags[unsettled], self.widest)]
+            unsettled = unsettled[~fall_probabilities_converged(member_flags[unsettled], self.max_half_width)]
             if unsettled.size == 0:
                 break
         if progress:
@@ -388,7 +390,7 @@ class EnsembleRunner:
 
     def _copy_to_symmetric_cells(self, grid: CaseGrid, ensemble_arrays: Arrays, copied_cells: NDArray[Any]) -> None:
         """Copy ensemble results of simulated cases to the cases that equal them by symmetry."""
-        source = self.model.simulated_direction_for_each_direction(grid).cell
+        source = self.model.simulated_direction_for_each_direction(grid).direction_index
         for column in range(source.shape[1]):
             # In the 3-D model the period depends on the aspect, the dimension before friction.
             rest = (slice(None), slice(None), column) if source.shape[1] > 1 else ()

@@ -72,13 +72,13 @@ class PublishedValues(StrictModel):
     overturns: bool = Field(description="`true` if the block overturns")
 
 
-Asks = Literal["direction", "reference", "vertical", "scene", "site", "survey"]
+QuestionKind = Literal["direction", "reference", "vertical", "scene", "site", "survey"]
 """Kinds of questions."""
 
 Language = Literal["en", "ja"]
 """Languages of a report, by their code of ISO 639-1."""
 
-CONTRASTS: Final = ("vertical", "scene", "site")
+VARIANT_COMPARISON_QUESTIONS: Final = ("vertical", "scene", "site")
 """Questions that compare a variant with the study, named after the setting that the variant changes."""
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from overturning.errors import OverturningError
-from overturning.model.contact import DAMPING_RATIO
+from overturning.model.contact import DEFAULT_DAMPING_RATIO
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene, gravestone, load_scene
 from overturning.study.cube import study_of_cube
@@ -41,8 +41,8 @@ def film_command_options(cube: "xr.Dataset") -> dict[str, Any]:
         empty: dict[str, Any] = {"options": [], "heights": [], "ratios": [], "friction": True, "pulses": {}}
         return {"missing": "the cube belongs to no study", **empty}
     study, variant = study_of_cube(cube), str(cube.attrs["variant"])
-    missing, options = _unsupported_motion_reasons_and_options(study, variant)
-    own_missing, own_options = _unsupported_model_reasons_and_options(study, variant)
+    missing, options = _unsupported_reasons_and_motion_options(study, variant)
+    own_missing, own_options = _unsupported_reasons_and_model_options(study, variant)
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
     height, ratio = (np.asarray(cube[name].to_numpy(), np.float64) for name in ("height", "b_over_h"))
     return {
@@ -55,7 +55,7 @@ def film_command_options(cube: "xr.Dataset") -> dict[str, Any]:
     }
 
 
-def _unsupported_motion_reasons_and_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
+def _unsupported_reasons_and_motion_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
     """Return reasons why `overturning one` cannot simulate a study's motions, and its options for these motions."""
     own = variant_settings(study, variant)
     missing = []
@@ -75,12 +75,12 @@ def _unsupported_motion_reasons_and_options(study: Study, variant: str) -> tuple
     return missing, options
 
 
-def _unsupported_model_reasons_and_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
+def _unsupported_reasons_and_model_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
     """Return reasons why `overturning one` cannot simulate a study's block or scene, and its options for that model."""
     contact = variant_contact_settings(study, variant)
     ratio = contact.damping_ratio
     missing = [] if contact.stiffness_ratio == 1.0 else ["the contact has a stiffness ratio of its own"]
-    options = [] if ratio in (None, DAMPING_RATIO) else ["--damping-ratio", f"{ratio:g}"]
+    options = [] if ratio in (None, DEFAULT_DAMPING_RATIO) else ["--damping-ratio", f"{ratio:g}"]
     if study.body is not None:
         if study.body.scan is not None:
             missing.append("the results do not contain the file of the scan, which overturning one --mesh FILE needs")

@@ -15,7 +15,7 @@ from overturning.errors import ResultError
 from overturning.files import atomic_write
 from overturning.model.grid import CaseGrid
 from overturning.model.variables import INT8_MISSING, OutcomeVariable
-from overturning.records.catalogue import METADATA, PLACES
+from overturning.records.catalogue import STATISTICS_METADATA_COLUMNS, STORED_PLACE_METADATA_KEYS
 from overturning.records.duplicates import refuse_duplicate_records
 from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.record import Record, source_and_processing_of_record
@@ -37,7 +37,7 @@ CONVENTIONS = "CF-1.11"
 RECORD_COORDINATES = (
     *("record_id", "station", "event", "fault_normal", "pulse", "vertical"),
     *("station_latitude", "station_longitude", "epicentre_latitude", "epicentre_longitude"),
-    *METADATA,
+    *STATISTICS_METADATA_COLUMNS,
 )
 """Auxiliary coordinates of the dimension record."""
 
@@ -85,10 +85,10 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
     cube.createDimension("record", len(records))
     _add_record_coordinates(cube, records, variant_uses_vertical_motion(study, variant))
     add_grid_dimensions(cube, grid)
-    cube[model.direction].setncatts(model.direction_coordinate_attributes)
+    cube[model.direction_dimension_name].setncatts(model.direction_coordinate_attributes)
     if said := variant_size_note(study, variant):
         cube["height"].comment = cube["b_over_h"].comment = said
-    own = StudyToSceneSizeConversion.for_variant(study, variant).own_ratio
+    own = StudyToSceneSizeConversion.for_variant(study, variant).fixed_b_over_h
     sized = grid if own is None else grid.copy_with_dimension_values(b_over_h=np.full(grid["b_over_h"].size, own))
     # None for a single block, where it follows from B/H.
     if (critical := critical_angle_coordinate(model, sized)) is not None:
@@ -109,7 +109,7 @@ def _copy_outcomes_of_record_into_cube(
         parts = [stack.enter_context(open_sweep_part(path, grid, variables)) for path in sweep_part_paths]
         filled = np.zeros(grid.shape, dtype=bool)
         for part in parts:
-            filled[np.ix_(*part.places)] = True
+            filled[np.ix_(*part.grid_indices)] = True
         if not filled.all():
             return False
         cube.block_steps += sum(int(part.file.block_steps) for part in parts)
@@ -139,8 +139,8 @@ def _add_record_coordinates(cube: Any, records: Sequence[Record], uses_vertical_
     normals = [None if strike is None else (strike + 90.0) % 360.0 for strike in strikes]
     about = "azimuth of the fault normal, strike + 90 degrees"
     add("fault_normal", "f8", normals, np.nan, long_name=about, units="degree")
-    _add_station_coordinates(add, records)
-    for name, (_, long_name, unit) in METADATA.items():
+    _add_station_and_epicentre_coordinates(add, records)
+    for name, (_, long_name, unit) in STATISTICS_METADATA_COLUMNS.items():
         known = [record.extra.get(name) for record in records]
         if unit:
             add(name, "f8", known, np.nan, long_name=long_name, units=unit)
@@ -157,7 +157,9 @@ def _add_record_coordinates(cube: Any, records: Sequence[Record], uses_vertical_
         add(name, "i1", flags, missing, long_name=long_name, **flag, flag_meanings=meanings)
 
 
-def _add_station_coordinates(add_record_coordinate: Callable[..., None], records: Sequence[Record]) -> None:
+def _add_station_and_epicentre_coordinates(
+    add_record_coordinate: Callable[..., None], records: Sequence[Record]
+) -> None:
     """Add latitude and longitude of stations and epicentres to a results cube."""
     for where, pairs in (
         ("station", [(record.latitude, record.longitude) for record in records]),
@@ -180,7 +182,7 @@ def _global_cube_attributes(study: Study, records: Sequence[Record], variant: st
     """Return the global attributes of a results cube: study, records, processing and software versions."""
     sources = [
         {"id": record.record_id, "source": record.source, "sha256": record.sha256, "licence": record.licence}
-        | {name: record.extra[name] for name in PLACES if name in record.extra}
+        | {name: record.extra[name] for name in STORED_PLACE_METADATA_KEYS if name in record.extra}
         for record in records
     ]
     return {
@@ -192,7 +194,7 @@ def _global_cube_attributes(study: Study, records: Sequence[Record], variant: st
         # No time of day, so that equal runs give equal files.
         "history": f"gathered by overturning {_package_version('overturning')} from one sweep per record",
         "references": "see the documentation of overturning",
-        "comment": variant_model(study, variant).comment,
+        "comment": variant_model(study, variant).overturned_comment,
         "study": json.dumps(study_settings_without_absolute_paths(study), ensure_ascii=False),
         "variant": variant,
         "earthquakes": json.dumps(assign_records_to_earthquakes(records).notes, ensure_ascii=False),

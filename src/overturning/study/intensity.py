@@ -10,7 +10,11 @@ from overturning.arrays import FloatArray, keep_xarray_from_importing_dask
 from overturning.files import atomic_write
 from overturning.motion.fourier import fourier_amplitude_spectrum, konno_ohmachi_smoothed_amplitude
 from overturning.motion.heading import peak_acceleration_and_velocity_azimuths, strongest_pulse_axis_and_period
-from overturning.motion.intensity import PEAKS, intensity_dataset_by_azimuth, jma_intensity_and_peaks_of_record
+from overturning.motion.intensity import (
+    PEAK_UNITS_AND_LONG_NAMES,
+    intensity_dataset_by_azimuth,
+    jma_intensity_and_peaks_of_record,
+)
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import rotd_percentile_measures
 from overturning.records.earthquakes import assign_records_to_earthquakes
@@ -95,14 +99,18 @@ def _azimuth_independent_measures(records: Sequence[Record], periods: FloatArray
     add_variable("percentile", "percentile", PERCENTILES, "percent", "percentile over azimuths")
     add_variable("period", "period", periods, "s", "period of the oscillator")
     add_variable("frequency", "frequency", FREQUENCIES, "Hz", "frequency")
-    for name, (units, long_name) in PEAKS.items():
+    for name, (units, long_name) in PEAK_UNITS_AND_LONG_NAMES.items():
         larger = f"{long_name}, larger of north and east"
         for when in ("before", "after"):
             state = "unprocessed" if when == "before" else "processed"
             add_measure_by_record(f"{name}_{state}", units, f"{larger}, {when} processing; missing where left alone")
     for name, units in (("pga", "m s-2"), ("pgv", "m s-1")):
         add_variable(
-            f"{name}_rotd", "record percentile", [one[name] for one in spectra], units, f"{PEAKS[name][1]}, RotD"
+            f"{name}_rotd",
+            "record percentile",
+            [one[name] for one in spectra],
+            units,
+            f"{PEAK_UNITS_AND_LONG_NAMES[name][1]}, RotD",
         )
     psa = "pseudo-acceleration, damping ratio 0.05, RotD"
     add_variable("psa_rotd", "record percentile period", [one["psa"] for one in spectra], "m s-2", psa)

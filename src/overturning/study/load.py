@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from overturning.errors import REASON_SEPARATOR, ConfigError, closest_name_hint
-from overturning.files import find_project_file, path_without_absolute_folder, read_yaml_mapping
+from overturning.files import path_in_working_folder_or_package, path_without_absolute_folder, read_yaml_mapping
 from overturning.study.schema import Study
 from overturning.validation import describe_invalid_keys
 
@@ -52,7 +52,7 @@ def read_record_table_rows_of_study(study: Study, study_file: str, root: Path = 
     from overturning.records.catalogue import RecordTableRow, read_record_table
     from overturning.records.pulses import parse_pulse
 
-    table = read_record_table(find_project_file(root / study.records.table))
+    table = read_record_table(path_in_working_folder_or_package(root / study.records.table))
     faults = []
     for name, line in study.records.pulses.items():
         if name in table:

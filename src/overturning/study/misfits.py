@@ -7,11 +7,11 @@ from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.model.contact import ContactSettings
 from overturning.model.scene import gravestone
 from overturning.settings import EnsembleSettings, StonePopulation
-from overturning.study.evaluation import CONTRASTS
+from overturning.study.evaluation import VARIANT_COMPARISON_QUESTIONS
 from overturning.study.sections import BodySettings, Variant
 from overturning.units import GRANITE_DENSITY
 
-_PLANAR_ONLY: Final = {
+_REASONS_TO_REFUSE_KEYS_IN_3D: Final = {
     "scene": "a study has a scene or a single 3-D body; keep one",
     "azimuth": "a 3-D body or stack moves in all directions at once; give orientation, the azimuths that it faces",
     "published": "a 3-D body or stack faces no single azimuth; compare in a 2-D study",
@@ -87,7 +87,7 @@ def _survey_and_published_value_conflict_messages(study: Any) -> Iterator[str]:
 
 def _body_conflict_messages(study: Any, body: BodySettings, contacts: dict[str, ContactSettings]) -> Iterator[str]:
     """Yield a message for each setting that is incompatible with a 3-D body."""
-    for key, reason in _PLANAR_ONLY.items():
+    for key, reason in _REASONS_TO_REFUSE_KEYS_IN_3D.items():
         if getattr(study, key) != (gravestone() if key == "scene" else type(study).model_fields[key].default):
             yield f"{key}: {reason}"
     if study.population is not None and (body.plan != "rectangle" or 1.0 not in body.aspect):
@@ -119,7 +119,7 @@ def _stack_conflict_messages(study: Any) -> Iterator[str]:
     if study.scene == gravestone():
         yield "orientation: only a 3-D body or a stack has one; give `body` or `scene`, or `azimuth` instead"
         return
-    for key, reason in _PLANAR_ONLY.items():
+    for key, reason in _REASONS_TO_REFUSE_KEYS_IN_3D.items():
         given = "azimuth" in study.model_fields_set if key == "azimuth" else bool(getattr(study, key))
         if key not in ("scene", "density") and given:
             yield f"{key}: {reason}"
@@ -157,7 +157,7 @@ def _research_question_conflict_messages(study: Any) -> Iterator[str]:
         yield "asks: survey, and there is nothing to compare with; give `surveys` or `published`"
     if study.asks == "reference" and study.body is None and not study.is_stack:
         yield "asks: reference, which only a 3-D body is free to follow; give `body`, or ask for direction"
-    if study.asks not in CONTRASTS:
+    if study.asks not in VARIANT_COMPARISON_QUESTIONS:
         return
     if (against := study.primary.against) is not None and against not in study.variants:
         return  # named by `_primary_statistic_conflict_messages`

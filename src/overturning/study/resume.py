@@ -26,16 +26,16 @@ from overturning.study.netcdf import open_netcdf_unscaled
 DAMAGED: Final = "damaged or gone, is made again if another result needs it: "
 """Log prefix of a damaged file, which was removed, or of a missing one."""
 
-_TABLES: Final[dict[str, Callable[[Path], Any]]] = {
+_TABLE_READERS_BY_FILE_NAME: Final[dict[str, Callable[[Path], Any]]] = {
     "members.csv": EnsembleMembers.read_csv,
     "convergence.json": read_convergence_result,
 }
-ENDS: Final = {
+FILE_END_BYTES_BY_SUFFIX: Final = {
     ".svg": (b"</svg>",), ".html": (b"</html>",), ".xml": (b"</nrml>",), ".json": (b"}", b"]"), ".js": (b");",),
     ".pdf": (b"%%EOF",), ".png": (b"IEND\xaeB`\x82",),
 }  # fmt: skip
 """Last bytes of a complete file, apart from white space, by the extension of its name."""
-FILES_WITH_END: Final = (
+END_CHECKED_FILE_PATTERNS: Final = (
     *("report.html", "report.pdf", "explore.html", "explore-records/*.js", "findings.json", "ro-crate-metadata.json"),
     *("fragility/*.xml", "fragility/curves.json", "survey/*.json"),
     *(f"figures/{name}.*" for name in ("axes", "rose", "plane", "earthquakes", "follow")),
@@ -57,13 +57,13 @@ _RECORD_FILES: Final = (
 )
 """Patterns of the files that a run writes for one record."""
 
-OPTIONS_OF_STEPS: Final = ("--output", "--results")
+OUTPUT_OPTIONS_OF_WORKFLOW_STEPS: Final = ("--output", "--results")
 """Options with which the steps of the workflow name the results that they write."""
 
-_AHEAD: Final = 2.0  # s by which the clocks of a file system and of the processor may differ
+_CLOCK_TOLERANCE_S: Final = 2.0  # s by which the clocks of a file system and of the processor may differ
 
 
-def lock_folder(lock_file: Path) -> int | None:
+def lock_results_folder_or_refuse(lock_file: Path) -> int | None:
     """Lock a results folder while this process lives; wait for jobs of an earlier run that still write to it.
 
     The operating system releases the lock when the process ends for any reason. Returns the file descriptor, which must
@@ -99,7 +99,8 @@ def _wait_for_processes_of_killed_run(project_folder: Path) -> None:
             program = any(Path(word).name == "overturning" for word in words[:2])
             # A command that only reads results, such as `overturning survey --cube`, is no step of a run.
             writes = any(
-                option in OPTIONS_OF_STEPS and value.startswith("results/") for option, value in pairwise(words)
+                option in OUTPUT_OPTIONS_OF_WORKFLOW_STEPS and value.startswith("results/")
+                for option, value in pairwise(words)
             )
             if program and writes and Path(process.cwd()) == project_folder:
                 print(
@@ -122,14 +123,14 @@ def remove_damaged_results(results_folder: Path) -> list[Path]:
         for path in sorted(results_folder.rglob("*.nc"))
         if path.name[0] != "." and not checksum_at_end_matches(path)
     ]
-    for pattern, read in _TABLES.items():
+    for pattern, read in _TABLE_READERS_BY_FILE_NAME.items():
         for path in sorted(results_folder.glob(pattern)):
             try:
                 read(path)
             except ResultError:
                 damaged.append(path)
-    for pattern in FILES_WITH_END:
-        damaged += [path for path in sorted(results_folder.glob(pattern)) if not _is_complete_file(path)]
+    for pattern in END_CHECKED_FILE_PATTERNS:
+        damaged += [path for path in sorted(results_folder.glob(pattern)) if not _ends_like_complete_file(path)]
     for path in damaged:
         path.unlink(missing_ok=True)
     # Snakemake detects a missing output, but not a missing file in an output folder.
@@ -140,16 +141,16 @@ def remove_damaged_results(results_folder: Path) -> list[Path]:
             damaged += gone
     now = time.time()
     times = {path: path.lstat().st_mtime for path in results_folder.rglob("*") if path.is_file()}
-    ahead = sorted((path for path in times if times[path] > now + _AHEAD), key=lambda path: times[path])
+    ahead = sorted((path for path in times if times[path] > now + _CLOCK_TOLERANCE_S), key=lambda path: times[path])
     for rank, path in enumerate(ahead):
         moment = now - 1e-3 * (len(ahead) - rank)
         os.utime(path, (moment, moment))
     return damaged
 
 
-def _is_complete_file(path: Path) -> bool:
+def _ends_like_complete_file(path: Path) -> bool:
     """True if a file ends as complete files of its kind do; False if it was cut off, for instance by a full disk."""
-    if (ends := ENDS.get(path.suffix)) is None or not path.is_file():
+    if (ends := FILE_END_BYTES_BY_SUFFIX.get(path.suffix)) is None or not path.is_file():
         return True
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - 64))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.model.planes import PlanarModel
-from overturning.model.space import MIN_AGREEMENT, case_weight_in_direction_statistics
+from overturning.model.space import MIN_RESULTANT_OF_AGREEING_FALLS, case_weight_in_direction_statistics
 from overturning.study.answers import CaseOutcomes, empty_outcome_array
 from overturning.study.netcdf import open_netcdf_unscaled
 from overturning.study.scenes import variant_grid, variant_model
@@ -31,17 +31,19 @@ _ROUNDING: Final = 1e-6
 class RandomCaseSample:
     """Random sample of the cases of a results cube with their outcomes, in the order in which they are run again."""
 
-    record: NDArray[np.int64]  # position of the record, shape (n,)
-    index: NDArray[np.int64]  # positions along the dimensions of the study, shape (n, 4), or (n, 5) in space
-    answers: CaseOutcomes
+    record_indices: NDArray[np.int64]  # position of the record, shape (n,)
+    grid_indices: NDArray[np.int64]  # positions along the dimensions of the study, shape (n, 4), or (n, 5) in space
+    outcomes: CaseOutcomes
     at_rest: NDArray[np.bool_]  # below the thresholds of rocking and sliding, shape (n,)
-    divided: NDArray[np.bool_]  # some members of the ensemble fall and others stand, shape (n, elements)
-    apart: NDArray[np.bool_]  # divided, or falls to both sides (3-D: agreement < `MIN_AGREEMENT`), same shape
-    weight: NDArray[
+    has_divided_ensemble: NDArray[np.bool_]  # some members of the ensemble fall and others stand, shape (n, elements)
+    has_divided_ensemble_or_sides: NDArray[
+        np.bool_
+    ]  # divided, or falls to both sides (3-D: agreement < `MIN_RESULTANT_OF_AGREEING_FALLS`), same shape
+    direction_weight: NDArray[
         np.float64
     ]  # weight of a fall in direction statistics (`case_weight_in_direction_statistics`), shape (n,)
-    computed: int  # number of cases of the study that were computed, not copied by symmetry
-    block_steps: int  # of the whole study
+    computed_case_count: int  # number of cases of the study that were computed, not copied by symmetry
+    study_block_steps: int  # of the whole study
 
 
 def choose_random_case_indices(
@@ -61,7 +63,7 @@ def choose_random_case_indices(
 def mask_of_cells_comparable_with_rigid_block(study: Study) -> NDArray[np.bool_]:
     """Return a mask of a study's grid: True for single rectangular blocks with too much friction to slide."""
     model, grid = variant_model(study), variant_grid(study)
-    if not (isinstance(model, PlanarModel) and model.scene.is_single_block):
+    if not (isinstance(model, PlanarModel) and model.scene.is_single_block_on_wide_ground):
         return np.zeros(grid.shape, np.bool_)
     own = model.scene.contact_law(*model.scene.elements).friction
     friction = grid["friction"] if own is None else np.full(grid["friction"].size, own)
@@ -106,7 +108,7 @@ def read_random_case_sample(
         weight = np.ones(record.size)
         if "fall_north" in file.variables:
             parts = [values_of_chosen_cells(name) for name in ("fall_north", "fall_east")]
-            apart |= (falls > 0) & (np.hypot(*parts) < MIN_AGREEMENT * falls)
+            apart |= (falls > 0) & (np.hypot(*parts) < MIN_RESULTANT_OF_AGREEING_FALLS * falls)
             # In a stack, the highest stone.
             weight = case_weight_in_direction_statistics(falls, parts[0], parts[1], values_of_chosen_cells("members"))[
                 :, -1

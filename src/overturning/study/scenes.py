@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.numerics import NumericalOptions, Progress
+from overturning.dem.numerics import NumericalOptions, ProgressCallback
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.errors import ConfigError
 from overturning.model.body import Body
-from overturning.model.contact import DAMPING_RATIO, Contact, ContactSettings, VertexContact
+from overturning.model.contact import DEFAULT_DAMPING_RATIO, Contact, ContactSettings, VertexContact
 from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.grid import CaseGrid
 from overturning.model.model import Model
@@ -87,7 +87,7 @@ def variant_model(study: Study, variant: str = NOMINAL) -> Model:
     if study.body is None:
         return PlanarModel(variant_scene(study, variant))
     contact = variant_contact_settings(study, variant)
-    ratio = DAMPING_RATIO if contact.damping_ratio is None else contact.damping_ratio
+    ratio = DEFAULT_DAMPING_RATIO if contact.damping_ratio is None else contact.damping_ratio
     return Body(study.body.body_shape(), VertexContact(stiffness_ratio=contact.stiffness_ratio, damping_ratio=ratio))
 
 
@@ -98,18 +98,22 @@ def variant_grid(study: Study, variant: str = NOMINAL) -> CaseGrid:
         "height": study.height, "b_over_h": study.b_over_h, "aspect": study.aspect_ratios_d_over_b,
         "friction": study.friction,
     }  # fmt: skip
-    rows = {name: np.array(values[name], np.float64) for name in model.case_dims}
+    rows = {name: np.array(values[name], np.float64) for name in model.case_dims_without_direction}
     element = model.free_element_names if len(model.free_element_names) > 1 else ()
     amplitude = study.amplitude if len(study.amplitude) > 1 else ()
     return CaseGrid(
-        {model.direction: directions_as_int16_if_whole(study.azimuths_or_orientations_deg)} | rows, element, amplitude
+        {model.direction_dimension_name: directions_as_int16_if_whole(study.azimuths_or_orientations_deg)} | rows,
+        element,
+        amplitude,
     )
 
 
 def cube_covers_study_grid(cube: "xr.Dataset", study: Study) -> bool:
     """True if a results cube has every direction, block size, friction and amplitude of its study or variant."""
     grid = variant_grid(study, cube.attrs["variant"])
-    whole = grid.rows | ({"amplitude": np.array(grid.amplitude)} if grid.amplitude else {})
+    whole = grid.values_by_dimension | (
+        {"amplitude": np.array(grid.amplitude_factors)} if grid.amplitude_factors else {}
+    )
     return all(cube.sizes.get(name) == row.size and np.allclose(cube[name], row) for name, row in whole.items())
 
 
@@ -123,16 +127,16 @@ def directions_as_int16_if_whole(directions_deg: Sequence[float]) -> NDArray[Any
 class StudyToSceneSizeConversion:
     """Conversion of the study's heights and B/H to those of the stone that sets the size of a variant's scene."""
 
-    factor: float = 1.0  # on the study's heights
-    own_ratio: float | None = None  # B/H of the scene, if the B/H of the study belong to another reference element
-    digits: int | None = 12  # digits to which B/H is rounded; None for the default scene
+    height_factor: float = 1.0  # on the study's heights
+    fixed_b_over_h: float | None = None  # B/H of the scene, if the B/H of the study belong to another reference element
+    b_over_h_digits: int | None = 12  # digits to which B/H is rounded; None for the default scene
 
     @classmethod
     def for_variant(cls, study: Study, variant: str) -> "StudyToSceneSizeConversion":
         """Create the conversion of stone sizes from a study to a variant; both scenes are scaled by the same factor."""
         scene = variant_settings(study, variant).scene or study.scene
         if scene == study.scene:
-            return cls(digits=None if scene == gravestone() else 12)
+            return cls(b_over_h_digits=None if scene == gravestone() else 12)
         own_height, own_ratio = reference_element_height_and_b_over_h(scene)
         factor = own_height / reference_element_height_and_b_over_h(study.scene)[0]
         return cls(
@@ -141,29 +145,29 @@ class StudyToSceneSizeConversion:
 
     def to_scene_heights(self, height: FloatArray) -> FloatArray:
         """Convert heights of the study's stone, m, to those of the stone that sets the size of the variant's scene."""
-        return height if self.factor == 1.0 else np.round(height * self.factor, 10)
+        return height if self.height_factor == 1.0 else np.round(height * self.height_factor, 10)
 
     def to_scene_b_over_h(self, b_over_h: FloatArray, nominal_b_over_h: FloatArray) -> FloatArray:
         """Convert B/H of the study's stone to those of the stone that sets the size of the variant's scene."""
-        if self.own_ratio is not None:
+        if self.fixed_b_over_h is not None:
             # The scene keeps its own B/H, multiplied by the deviation of the member from the nominal B/H.
-            b_over_h = self.own_ratio * (
+            b_over_h = self.fixed_b_over_h * (
                 b_over_h / nominal_b_over_h[np.abs(np.log(b_over_h[:, None] / nominal_b_over_h)).argmin(axis=1)]
             )
-        return b_over_h if self.digits is None else np.round(b_over_h, self.digits)
+        return b_over_h if self.b_over_h_digits is None else np.round(b_over_h, self.b_over_h_digits)
 
 
 def variant_size_note(study: Study, variant: str) -> str:
     """Return a note if the stone of a study's variant has another height or B/H than that of the study; else ""."""
     sizes = StudyToSceneSizeConversion.for_variant(study, variant)
     own, stone = study.scene.size_reference_element_name, variant_scene(study, variant).size_reference_element_name
-    said = [] if sizes.factor == 1.0 else [f"{sizes.factor:.3g} times that height"]
-    said += [] if sizes.own_ratio is None else [f"a B/H of {sizes.own_ratio:.3g} whatever the {own} has"]
+    said = [] if sizes.height_factor == 1.0 else [f"{sizes.height_factor:.3g} times that height"]
+    said += [] if sizes.fixed_b_over_h is None else [f"a B/H of {sizes.fixed_b_over_h:.3g} whatever the {own} has"]
     return f"H and B/H are those of the study's {own}; the {stone} has {' and '.join(said)}" if said else ""
 
 
 def numerical_options_of_study(
-    study: Study, threads: int = 1, progress: Progress | None = None, client: Any = None
+    study: Study, threads: int = 1, progress: ProgressCallback | None = None, client: Any = None
 ) -> NumericalOptions:
     """Return the numerical options of a study: integration scheme, time step, threads and progress callback."""
     given = study.simulation

@@ -26,27 +26,27 @@ from overturning.records.site import SoilSite
 from overturning.records.steps import Steps
 from overturning.settings import EnsembleSettings, StonePopulation
 from overturning.study.evaluation import (
-    Asks,
     CrateMetadata,
     FigureSettings,
     Language,
     PrimaryStatistic,
     PublishedValues,
+    QuestionKind,
     SurveySettings,
 )
 from overturning.study.misfits import incompatible_setting_messages
 from overturning.study.sections import (
     BodySettings,
     ConvergenceCheckSettings,
-    FileName,
     OrientationRange,
     RecordSettings,
     SceneChoice,
     SimulationSettings,
+    StudyOrVariantName,
     Variant,
     load_scene_by_name,
 )
-from overturning.study.values import AzimuthRange, Values
+from overturning.study.values import AzimuthRange, ValueListOrRange
 from overturning.units import GRANITE_DENSITY
 from overturning.validation import StrictModel
 
@@ -56,19 +56,19 @@ Friction = Annotated[float, Field(ge=0, le=100)]
 Factor = Annotated[float, Field(gt=0, le=100)]
 
 
-_ALWAYS_STORED: Final = frozenset({"azimuth", "body", "contact", "crate", "figures", "simulation"})
+_MARKER_KEYS_OF_STORED_STUDY: Final = frozenset({"azimuth", "body", "contact", "crate", "figures", "simulation"})
 """Some of the keys of a study that was stored complete; nobody writes all of them by hand."""
 
 
 class Study(StrictModel):
     """Settings of a study, from its YAML file: records, stones, simulation, and evaluation of the outcomes."""
 
-    name: FileName = Field(
+    name: StudyOrVariantName = Field(
         description="name of the study and of its folder under results/: small letters, digits, hyphens"
     )
     title: str = Field(default="", description="title of the report")
     question: str = Field(default="", description="the question that the report answers")
-    asks: Asks = Field(
+    asks: QuestionKind = Field(
         default="direction",
         description="kind of the question; the Answer of the report depends on it. `direction`: direction of falls "
         "relative to the fault. `reference`: the reference that falls follow (peaks, pulse or fault). `vertical`, "
@@ -106,14 +106,16 @@ class Study(StrictModel):
         default=AzimuthRange(),
         description="azimuths of the motion, degrees clockwise from north; a 3-D body has `orientation` instead",
     )
-    b_over_h: Values[Slenderness] = Field(
+    b_over_h: ValueListOrRange[Slenderness] = Field(
         default=(0.2, 0.3, 0.4), description="slenderness B/H: a list, or start, stop, step"
     )
-    height: Values[Height] = Field(default=(0.6,), description="heights of the block, m: a list, or start, stop, step")
-    friction: Values[Friction] = Field(
+    height: ValueListOrRange[Height] = Field(
+        default=(0.6,), description="heights of the block, m: a list, or start, stop, step"
+    )
+    friction: ValueListOrRange[Friction] = Field(
         default=(1.0,), description="friction coefficients µ: a list, or start, stop, step"
     )
-    amplitude: Values[Factor] = Field(
+    amplitude: ValueListOrRange[Factor] = Field(
         default=(1.0,),
         description="factors on each whole record (with a `site`, on the motion at the surface), including 1: a list, "
         "or start, stop, step. Several factors are a dimension of the cube; the ensemble is run for factor 1 only",
@@ -135,7 +137,7 @@ class Study(StrictModel):
         # `no`, `off` and nothing are not settings either; they are answered with the word that is needed.
         Discriminator(lambda value: "literal" if isinstance(value, str | bool | None) else "settings of verification"),
     ] = Field(default=ConvergenceCheckSettings(), description="`none`, or settings of the convergence check")
-    variants: dict[FileName, Variant] = Field(
+    variants: dict[StudyOrVariantName, Variant] = Field(
         default={},
         description="the study repeated with another contact, scene, site or vertical motion, by name; each variant "
         "has its own cube, and settings that it does not give are those of the study",
@@ -168,7 +170,7 @@ class Study(StrictModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _fill_sizes_from_scene(cls, content: Any) -> Any:
+    def _fill_defaults_from_scene_or_body(cls, content: Any) -> Any:
         """Set missing heights, B/H and ensemble settings of a study from its scene or 3-D body."""
         if not isinstance(content, dict):
             return content
@@ -178,7 +180,7 @@ class Study(StrictModel):
                 filled["orientation"] = OrientationRange()
             return cls._fill_sizes_from_body(filled)
         default = OrientationRange().model_dump(mode="json")
-        if filled.keys() >= _ALWAYS_STORED and filled.get("orientation") == default:
+        if filled.keys() >= _MARKER_KEYS_OF_STORED_STUDY and filled.get("orientation") == default:
             # A 2-D study stored by an earlier version, in which every study had orientations.
             del filled["orientation"]
         if "scene" not in filled:

@@ -19,14 +19,14 @@ from overturning.model.contact import ContactSettings
 from overturning.model.scene import Scene, load_scene
 from overturning.quantities import Degree, Metre, Second, parse_quantity
 from overturning.records.site import SoilSite
-from overturning.study.values import Values
+from overturning.study.values import ValueListOrRange
 from overturning.validation import StrictModel
 
 if TYPE_CHECKING:
     from overturning.model.scan import ScanResult
     from overturning.model.shapes import Shape
 
-FileName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,99}$")]
+StudyOrVariantName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,99}$")]
 """Name of a study or variant: names of files begin with it, and file systems allow a name of 255 bytes."""
 
 PulseName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]{0,99}$")]
@@ -148,7 +148,7 @@ _SCAN_KEYS: Final = ("mesh_unit", "relief", "scan")
 """Keys of a scanned body, stored only if they are given, so that other studies keep their text and hash."""
 
 Aspect = Annotated[float, Field(gt=0, le=10)]
-Sides = Annotated[int, Field(ge=3, le=96)]
+PolygonSideCount = Annotated[int, Field(ge=3, le=96)]
 
 
 class ScanProperties(StrictModel):
@@ -178,14 +178,14 @@ def read_scan_of_body(body_settings: Mapping[str, Any]) -> "ScanResult":
 class BodySettings(StrictModel):
     """Shape of the 3-D body that a study simulates: plan, aspect D/B, or vertices."""
 
-    plan: Literal["rectangle", "circle"] | Sides = Field(
+    plan: Literal["rectangle", "circle"] | PolygonSideCount = Field(
         default="rectangle",
         description=(
             "base of a right prism: `rectangle`, `circle`, or the number of sides of a regular one; with many sides a "
             "prism that slides takes far more time than a `circle`"
         ),
     )
-    aspect: Values[Aspect] = Field(
+    aspect: ValueListOrRange[Aspect] = Field(
         default=(1.0,),
         description="D/B of a rectangle, width across the orientation over width along it: a list, or a range",
     )
@@ -244,7 +244,7 @@ class BodySettings(StrictModel):
         return filled
 
     @model_serializer(mode="wrap")
-    def _leave_out_keys_of_scans(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _leave_out_empty_scan_keys(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Return the settings as a dictionary, without the keys for scanned stones if the body is not a scan."""
         content: dict[str, Any] = handler(self)
         return {key: value for key, value in content.items() if value is not None or key not in _SCAN_KEYS}

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-_FILES_OF_A_STUDY: Final = threading.RLock()
+_NETCDF_WRITING_LOCK: Final = threading.RLock()
 """Lock of `run_study`: the library that writes its files must not be called by several threads at once."""
 
 
@@ -142,7 +142,7 @@ def run_study(
     refuse_duplicate_records(used)
     numerics = numerical_options_of_study(study, threads, client=client)
     members = draw_parameter_changes_of_members(study.ensemble) if study.ensemble.members else None
-    with _FILES_OF_A_STUDY, tempfile.TemporaryDirectory() as name:
+    with _NETCDF_WRITING_LOCK, tempfile.TemporaryDirectory() as name:
         parts = [Path(name) / f"{index}.nc" for index in range(len(used))]
         for record, part in zip(used, parts, strict=True):
             simulate_and_write_cases_of_record(study, record, part, members=members, numerics=numerics)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 PACKAGE: Final = Path(__file__).parents[1]
-_KINDS: Final = {".py", ".html", ".css", ".js", ".typ", ".j2", ".yaml"}
+_HASHED_FILE_SUFFIXES: Final = {".py", ".html", ".css", ".js", ".typ", ".j2", ".yaml"}
 
 
 @cache
@@ -36,7 +36,7 @@ def package_source_hash(*folders_and_files: str) -> str:
         path = PACKAGE / place
         if not path.exists():
             raise FileNotFoundError(f"{place}: no folder or file of the package")
-        found |= {path} if path.is_file() else {one for one in path.rglob("*") if one.suffix in _KINDS}
+        found |= {path} if path.is_file() else {one for one in path.rglob("*") if one.suffix in _HASHED_FILE_SUFFIXES}
     digest = hashlib.sha256()
     for path in sorted(found):
         digest.update(path.relative_to(PACKAGE).as_posix().encode())

@@ -9,22 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.faces import simulate_grid_also_in_planes_of_body_faces
-from overturning.dem.numerics import NumericalOptions, Progress
+from overturning.dem.numerics import NumericalOptions, ProgressCallback
 from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
 from overturning.model.grid import CaseGrid
-from overturning.model.results import COUNTS, CaseResults
-from overturning.model.variables import RELIEF_VARIABLES, OutcomeVariable
+from overturning.model.results import CASE_COUNTER_NAMES, CaseResults
+from overturning.model.variables import RELIEF_ENSEMBLE_VARIABLES, OutcomeVariable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.ensemble import (
+    CaseRunner,
     EnsembleMembers,
     EnsembleRunner,
-    Runner,
     draw_parameter_changes_of_members,
     subtask_progress_callback,
 )
-from overturning.study.parts import WHOLE, SweepChunk, grid_of_chunk, write_sweep_part
+from overturning.study.parts import SINGLE_CHUNK_OF_RECORD, SweepChunk, grid_of_chunk, write_sweep_part
 from overturning.study.scenes import (
     NOMINAL,
     StudyToSceneSizeConversion,
@@ -35,10 +35,10 @@ from overturning.study.scenes import (
 )
 from overturning.study.schema import Study
 
-NOMINAL_SHARE = 0.15
+NOMINAL_RUN_WORK_SHARE = 0.15
 """Assumed share of the nominal run in the work of a sweep with an ensemble; only for the progress line."""
 
-_LOADING_AMPLITUDE = 3.0
+_AMPLITUDE_FOR_CODE_LOADING = 3.0
 """Factor on the motion for loading kernels; with it nearly every record moves the first stone of the grid."""
 
 
@@ -46,10 +46,10 @@ def cube_variables_of_study(study: Study) -> tuple[OutcomeVariable, ...]:
     """Return the variables in the results cube of a study: outcomes, and ensemble results if it has an ensemble."""
     model = variant_model(study)
     return (
-        *model.variables,
+        *model.outcome_variables,
         *model.study_variables_besides_outcomes,
         *(model.ensemble_variables if study.ensemble.members else ()),
-        *(RELIEF_VARIABLES if study.ensemble.members and study.ensemble.relief else ()),
+        *(RELIEF_ENSEMBLE_VARIABLES if study.ensemble.members and study.ensemble.relief else ()),
     )
 
 
@@ -77,21 +77,23 @@ def simulate_variant(
     """
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
     sized = grid.copy_with_dimension_values(height=sizes.to_scene_heights(grid["height"]))
-    if sizes.own_ratio is None:
+    if sizes.fixed_b_over_h is None:
         return simulate_grid_also_in_planes_of_body_faces(model, motion, sized, numerics)
     arrays = simulate_grid_also_in_planes_of_body_faces(
-        model, motion, sized.copy_with_dimension_values(b_over_h=np.array([sizes.own_ratio])), numerics
+        model, motion, sized.copy_with_dimension_values(b_over_h=np.array([sizes.fixed_b_over_h])), numerics
     )
-    counts = {name: arrays.pop(name) for name in COUNTS}
+    counts = {name: arrays.pop(name) for name in CASE_COUNTER_NAMES}
     return {name: np.repeat(values, grid.shape[2], axis=2) for name, values in arrays.items()} | counts
 
 
-def create_member_case_runner(study: Study, variant: str, motion: Motion, numerics: NumericalOptions) -> Runner:
+def create_member_case_runner(study: Study, variant: str, motion: Motion, numerics: NumericalOptions) -> CaseRunner:
     """Return a function that simulates ensemble runs of a study or variant, given the sizes of the study's stone."""
     model: Any = variant_model(study, variant)
     sizes = StudyToSceneSizeConversion.for_variant(study, variant)
 
-    def run_members_at_scene_size(cases: Cases, progress: Progress | None, relief: float | None = None) -> CaseResults:
+    def run_members_at_scene_size(
+        cases: Cases, progress: ProgressCallback | None, relief: float | None = None
+    ) -> CaseResults:
         """Simulate ensemble runs, after converting the sizes of the study's stone to those of the variant's scene."""
         height, b_over_h = np.asarray(cases.height), np.asarray(cases.b_over_h)
         ratio = sizes.to_scene_b_over_h(b_over_h, np.array(study.b_over_h))
@@ -109,7 +111,7 @@ def simulate_and_write_cases_of_record(
     variant: str = NOMINAL,
     *,
     members: EnsembleMembers | None = None,
-    chunk: SweepChunk = WHOLE,
+    chunk: SweepChunk = SINGLE_CHUNK_OF_RECORD,
     numerics: NumericalOptions | None = None,
 ) -> None:
     """Simulate all cases of one record, or a chunk (part) of them, and write the outcomes to a NetCDF file.
@@ -127,8 +129,11 @@ def simulate_and_write_cases_of_record(
         write_sweep_part(output_path, grid, {}, attributes | {"block_steps": 0})
         return
     numerics = numerics or numerical_options_of_study(study)
-    factors = grid.amplitude or (1.0,)
-    work = [*(NOMINAL_SHARE for _ in factors), *([1.0 - NOMINAL_SHARE] if study.ensemble.members else [])]
+    factors = grid.amplitude_factors or (1.0,)
+    work = [
+        *(NOMINAL_RUN_WORK_SHARE for _ in factors),
+        *([1.0 - NOMINAL_RUN_WORK_SHARE] if study.ensemble.members else []),
+    ]
     ends = (np.cumsum([0.0, *work]) / sum(work)).tolist()
     reports = [subtask_progress_callback(numerics.progress, *between) for between in pairwise(ends)]
     answers = [
@@ -145,7 +150,7 @@ def simulate_and_write_cases_of_record(
         spread, more = ensemble.run_ensemble_of_selected_cases(motion, grid, outcome, runner, reports[-1])
         outcome |= spread
         block_steps += more
-    if grid.amplitude:
+    if grid.amplitude_factors:
         outcome = _join_outcomes_of_amplitudes(answers, cube_variables_of_study(study), outcome)
     write_sweep_part(
         output_path, grid, outcome, attributes | {"block_steps": block_steps}, cube_variables_of_study(study)
@@ -156,7 +161,7 @@ def load_compiled_simulation_code(study: Study, record: Record, variant: str = N
     """Load the compiled simulation code of a study into this process, by simulating one case that moves."""
     grid = variant_grid(study, variant)
     one_case = grid.copy_with_dimension_values(**{name: grid[name][:1] for name in grid.dimension_names})
-    motion = ground_motion_for_variant(study, record, variant).scaled_by(_LOADING_AMPLITUDE)
+    motion = ground_motion_for_variant(study, record, variant).scaled_by(_AMPLITUDE_FOR_CODE_LOADING)
     simulate_variant(study, variant, motion, one_case, numerical_options_of_study(study))
 
 

@@ -74,7 +74,7 @@ def _to_value_list(value: Any) -> Any:
     return [value] if isinstance(value, int | float | str) else value
 
 
-def _sort_unique_values(listed_values: tuple[float, ...]) -> tuple[float, ...]:
+def _sort_and_check_unique_values(listed_values: tuple[float, ...]) -> tuple[float, ...]:
     """Sort the values of a setting; raise a ValueError if there are none, or if one occurs twice."""
     if not listed_values:
         raise ValueError("empty list; give at least one value")
@@ -84,5 +84,7 @@ def _sort_unique_values(listed_values: tuple[float, ...]) -> tuple[float, ...]:
 
 
 _Value = TypeVar("_Value", bound=float)
-Values = Annotated[tuple[_Value, ...], BeforeValidator(_to_value_list), AfterValidator(_sort_unique_values)]
+ValueListOrRange = Annotated[
+    tuple[_Value, ...], BeforeValidator(_to_value_list), AfterValidator(_sort_and_check_unique_values)
+]
 """Type of a study setting with several values: one number, a list, or start, stop and step."""

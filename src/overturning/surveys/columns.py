@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-_ACCEPTED: Final = {
+_COLUMN_BY_ACCEPTED_NAME: Final = {
     **dict.fromkeys(("azimuth", "direction", "fall_azimuth", "azimuth_of_fall", "fall_azimuth_deg"), "azimuth_deg"),
     **dict.fromkeys(("fall_direction", "direction_of_fall", "fall_bearing", "fell_towards", "fell_to"), "azimuth_deg"),
     **dict.fromkeys(("magnetic_azimuth", "azimuth_magnetic", "mag_azimuth", "azimuth_mag"), "azimuth_deg"),
@@ -30,7 +30,7 @@ _ACCEPTED: Final = {
 }
 """Other names of columns that leave no doubt about the meaning, each with the name of the column."""
 
-_REFUSED: Final = {
+_PROBABLE_COLUMN_BY_REFUSED_NAME: Final = {
     **dict.fromkeys(("az", "azi", "azm", "azimut", "bearing", "heading", "trend", "dir", "fall_dir"), "azimuth_deg"),
     **dict.fromkeys(("fall_az", "fell_from", "fall_from", "toward", "towards"), "azimuth_deg"),
     **dict.fromkeys(("b/h", "bh", "b_h", "slenderness", "aspect"), "b_over_h"),
@@ -44,37 +44,37 @@ _REFUSED: Final = {
 }
 """Names that may mean a column of another unit or sense, each with the column that is probably meant."""
 
-_AZIMUTH_UNITS: Final = {
+_AZIMUTH_CONVERSION_ADVICE: Final = {
     **dict.fromkeys(("gon", "grad", "grads"), "Multiply the azimuths in gon by 0.9"),
     **dict.fromkeys(("rad", "radians"), "Multiply the azimuths in radians by 57.29578"),
 }
-_CONVERSIONS: Final = {
+_CONVERSION_ADVICE_BY_COLUMN: Final = {
     "height_m": {"cm": "Divide the heights by 100", "mm": "Divide the heights by 1000", "ft": "Multiply by 0.3048"},
     "shift_cm": {"m": "Multiply the shifts by 100"},
-    "azimuth_deg": _AZIMUTH_UNITS,
-    "face_azimuth_deg": _AZIMUTH_UNITS,
+    "azimuth_deg": _AZIMUTH_CONVERSION_ADVICE,
+    "face_azimuth_deg": _AZIMUTH_CONVERSION_ADVICE,
 }
 """Remedies for values in another unit, by the column that is meant and the unit in its name."""
 
-_NUMBERS_OF_STONES: Final = (
+_STONE_COUNT_COLUMN_NAMES: Final = (
     "total", "totals", "sum", "all", "out_of", "n", "number", "no_of_stones", "number_of_stones", "stones",
     "stone_count", "not_fell", "not_fallen", "did_not_fall", "remained", "remaining", "number_standing",
 )  # fmt: skip
 """Names of a column that may contain numbers of stones, in a table whose column fell has 1 and 0."""
 
-_NUMBERS_STANDING: Final = ("stood", "stands", "standing", "number_standing")
+_STANDING_COUNT_COLUMN_NAMES: Final = ("stood", "stands", "standing", "number_standing")
 """Names of a column with the number of standing stones, beside one with the number that fell."""
 
-_SHORT: Final = 5
+_MAX_SHORT_NAME_LENGTH: Final = 5
 """Largest number of letters of a short column name; short names resemble many other words."""
 
-_NEAR: Final = 0.75
+_MIN_NAME_SIMILARITY: Final = 0.75
 """Smallest similarity (of `difflib`) of a misspelt column name and the known name."""
 
 DESCRIPTIVE: Final = ("site", "stone", "kind", "lat", "lon", "x", "y", "note", "photo")
 """Columns that only describe a stone, so a misspelt one is no fault; if named twice, the further ones are not used."""
 
-_UNITS: Final = ("", "deg", "degrees", "°", "º", "˚", "true", "mag", "magnetic")
+_ACCEPTED_TEXTS_IN_PARENTHESES: Final = ("", "deg", "degrees", "°", "º", "˚", "true", "mag", "magnetic")
 """Texts in parentheses that may follow an accepted name."""
 
 
@@ -84,7 +84,7 @@ class RecognisedColumns:
 
     Attributes
     ----------
-    meanings : list of str
+    standard_names : list of str
         Known name of each column, in order; "" for a column that is not used.
     notes : list of str
         Notes on columns with another name, and on columns that are not used.
@@ -92,7 +92,7 @@ class RecognisedColumns:
         Error messages on columns that are refused.
     """
 
-    meanings: list[str] = field(default_factory=list)
+    standard_names: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     faults: list[str] = field(default_factory=list)
 
@@ -109,33 +109,33 @@ def recognise_columns(header: Sequence[str], known_columns: Sequence[str]) -> Re
     """
     plan, unused = RecognisedColumns(), list[str]()
     exact = [name.lower() for name in header]
-    found = [_standard_column_name_or_refusal_reason(name, known_columns) for name in header]
+    found = [_standard_column_name_and_refusal_reason(name, known_columns) for name in header]
     accepted = [meaning for meaning, refusal in found if meaning and not refusal]
     # A row of a stone may have a cell that reads like the name of a column: fell.
     is_row_of_stone = 2 * len(accepted) < len(header) or set(accepted) <= {"fell"}
     for name, (meaning, refusal) in zip(header, found, strict=True):
-        if "fell" in exact and _simplified_column_name(name) in _NUMBERS_STANDING:
+        if "fell" in exact and _simplified_column_name(name) in _STANDING_COUNT_COLUMN_NAMES:
             plan.faults.append(
                 f"column {name!r} beside fell: fell is yes or no for the stones of a row; write the numbers of fallen "
                 "and of standing stones into the column count, each in a row of its own"
             )
-            plan.meanings.append("")
+            plan.standard_names.append("")
             continue
         if is_row_of_stone and re.fullmatch(r"[+-]?\d+([.,]\d*)?", name):
             plan.faults.append(
                 f"column {name!r} is a number; the first line without # names the columns: write the names above the "
                 "first stone"
             )
-            plan.meanings.append("")
+            plan.standard_names.append("")
             continue
-        if meaning in DESCRIPTIVE and name.lower() != meaning and (meaning in exact or meaning in plan.meanings):
+        if meaning in DESCRIPTIVE and name.lower() != meaning and (meaning in exact or meaning in plan.standard_names):
             meaning = ""
         if refusal and meaning in DESCRIPTIVE:
             unused.append(f"{name.lower()} (did you mean {meaning}?)")
             meaning = ""
         elif refusal:
             plan.faults.append(f"column {name.lower()!r} is not known; {refusal}")
-        elif meaning and meaning in plan.meanings:
+        elif meaning and meaning in plan.standard_names:
             plan.faults.append(f"column {name!r}: {meaning} is named twice; name each column once")
             meaning = ""
         elif meaning and name.lower() not in (meaning, "declination"):
@@ -143,7 +143,7 @@ def recognise_columns(header: Sequence[str], known_columns: Sequence[str]) -> Re
         elif not meaning:
             unused.append(name.lower() or "without a name")
         # The cells of a misspelt column are checked as well, so that all faults are reported at once.
-        plan.meanings.append(meaning)
+        plan.standard_names.append(meaning)
     if unused:
         plan.notes.append(f"not used: column{'s' * (len(unused) > 1)} {', '.join(unused)}")
     return plan
@@ -174,7 +174,7 @@ def stone_count_column_errors(
         "rows of their own, with their number in the column count; if they are yes and no, write yes and no"
         for name, meaning, cells in zip(header, meanings, columns, strict=False)
         if not meaning
-        and _simplified_column_name(name) in _NUMBERS_OF_STONES
+        and _simplified_column_name(name) in _STONE_COUNT_COLUMN_NAMES
         and all(re.fullmatch(r"\d*", cell) for cell in cells)
         and any(int(cell or 0) > 1 for cell in cells)
     ]
@@ -182,7 +182,7 @@ def stone_count_column_errors(
 
 def looks_like_header(cells: Sequence[str], known_columns: Sequence[str], needed_columns: Collection[str]) -> bool:
     """True if a line looks like a table header: all cells are accepted column names, one of them of a needed column."""
-    found = [_standard_column_name_or_refusal_reason(cell.strip(' "'), known_columns) for cell in cells]
+    found = [_standard_column_name_and_refusal_reason(cell.strip(' "'), known_columns) for cell in cells]
     accepted = all(meaning and not refusal for meaning, refusal in found)
     return len(found) > 1 and accepted and any(meaning in needed_columns for meaning, _ in found)
 
@@ -197,15 +197,15 @@ def column_name_states_true_north(column_name: str) -> bool:
     return re.search(r"\btrue\b", column_name.lower().replace("_", " ")) is not None
 
 
-def _standard_column_name_or_refusal_reason(name: str, known_columns: Sequence[str]) -> tuple[str, str]:
+def _standard_column_name_and_refusal_reason(name: str, known_columns: Sequence[str]) -> tuple[str, str]:
     """Return the standard name that a column name means ("" if unused), and why it is refused ("" if accepted)."""
     if name.lower() in known_columns:
         return name.lower(), ""
     plain = _simplified_column_name(name)
     aside = re.findall(r"[(\[](.*?)[)\]]", name.lower())
-    if all(word.strip() in _UNITS for word in aside):
-        if plain in _ACCEPTED:
-            return _ACCEPTED[plain], ""
+    if all(word.strip() in _ACCEPTED_TEXTS_IN_PARENTHESES for word in aside):
+        if plain in _COLUMN_BY_ACCEPTED_NAME:
+            return _COLUMN_BY_ACCEPTED_NAME[plain], ""
         if aside and plain in known_columns:
             return plain, ""
     if len(aside) == 1 and f"{plain}_{aside[0].strip()}" in known_columns:  # "Height (m)"
@@ -219,7 +219,7 @@ def _standard_column_name_or_refusal_reason(name: str, known_columns: Sequence[s
 def _advice_on_converting_refused_column(meant: str, column_name: str) -> str:
     """Return advice on how to convert a refused column to the column `meant`, or to rename it if none is known."""
     words = re.findall(r"[a-z]+", column_name.lower())
-    found = [remedy for unit, remedy in _CONVERSIONS.get(meant, {}).items() if unit in words]
+    found = [remedy for unit, remedy in _CONVERSION_ADVICE_BY_COLUMN.get(meant, {}).items() if unit in words]
     if meant == "b_over_h" and re.match(r"h.*b", _simplified_column_name(column_name)):
         found = ["Give B/H, the reciprocal of H/B"]
     return found[0] if found else "A column for something else needs a name that is less like it"
@@ -246,9 +246,9 @@ def _is_misspelling(column_name: str, known_column: str) -> bool:
 
 def _closest_standard_column_name(plain_name: str, known_columns: Sequence[str]) -> str:
     """Return the standard column name that an unknown name probably means; "" if it resembles none."""
-    synonyms = _ACCEPTED | _REFUSED
-    long = [one for one in (*known_columns, *synonyms) if len(one) > _SHORT]
-    near = [one for one in known_columns if len(one) <= _SHORT and _is_misspelling(plain_name, one)]
-    near = near or difflib.get_close_matches(plain_name, long, 1, _NEAR)
+    synonyms = _COLUMN_BY_ACCEPTED_NAME | _PROBABLE_COLUMN_BY_REFUSED_NAME
+    long = [one for one in (*known_columns, *synonyms) if len(one) > _MAX_SHORT_NAME_LENGTH]
+    near = [one for one in known_columns if len(one) <= _MAX_SHORT_NAME_LENGTH and _is_misspelling(plain_name, one)]
+    near = near or difflib.get_close_matches(plain_name, long, 1, _MIN_NAME_SIMILARITY)
     found = synonyms.get(plain_name) or (near[0] if near else "")
     return synonyms.get(found, found)

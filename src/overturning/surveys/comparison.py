@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.statistics.bootstrap import SAME_VALUE
+from overturning.statistics.bootstrap import EQUAL_VALUE_TOLERANCE
 from overturning.statistics.circular import (
     StatisticalTestResult,
     chi_square_test_of_sectors,
@@ -23,28 +23,28 @@ from overturning.statistics.circular import (
 from overturning.stored import StoredCounts, StoredFloat, StoredFloatOrInfinity, StoredFloats, read_json_result
 from overturning.surveys.fall_directions import (
     RANDOM_SURVEYS,
-    FallenStone,
+    FallenStoneAndPrediction,
     azimuth_goodness_of_fit,
     compare_observed_and_predicted_directions,
 )
-from overturning.surveys.field_table import read_field_table
+from overturning.surveys.field_table import read_text_table
 from overturning.surveys.ground import SoilBelowSurveySite
 from overturning.surveys.prediction import (
-    SIDES,
+    STANDING_OR_FALL_SIDES,
     SiteFallPrediction,
     SurveyFallPrediction,
     has_known_face_and_slenderness,
     observed_standing_or_side_index,
 )
 from overturning.surveys.stones import (
-    BACKGROUND,
+    RANDOM_OUTCOME_SHARE,
     Stone,
     fallen_and_all_stone_counts,
     stones_of_sites_with_standing_stones,
 )
 from overturning.surveys.template import remarks_without_template_text
 
-NO_MEAN: Final = 1e-6
+MIN_RESULTANT_FOR_MEAN: Final = 1e-6
 """Mean resultant length of predicted directions up to which their mean is a matter of rounding."""
 
 
@@ -67,8 +67,8 @@ class SurveyPredictionComparison:
     computed_fall_share, computed_fall_share_low, computed_fall_share_high : float
         Share of the stones of `share_stones` (if 0, of all) that fall in the study: mean, smallest and largest over the
         heights and frictions of its grid; smallest and largest are NaN if it is the same for all, for instance with one
-        friction for stones of stated height. See `SiteFallPrediction.fall_probability_by_block` for stones without size
-        or face.
+        friction for stones of stated height. See `SiteFallPrediction.fall_probability_by_height_and_friction` for
+        stones without size or face.
     octant_observed, octant_predicted : ndarray, shape (8,)
         Observed and expected number of stones in each compass octant; see
         `fall_directions.shares_of_fallen_stone_by_octant`.
@@ -86,7 +86,7 @@ class SurveyPredictionComparison:
         Grouped Watson U² of the octants against uniformity.
     confusion : ndarray, shape (5, 5), or None
         Stones with known face and B/H and a computed outcome: observed (rows) and most probable (columns) sides, in the
-        order of `SIDES`.
+        order of `STANDING_OR_FALL_SIDES`.
     turned_every_way : int
         Stones that fell in a known direction without face or B/H; all orientations are assumed for them.
     without_face, without_b_over_h : int
@@ -155,10 +155,10 @@ class SurveyPredictionComparison:
 def _fall_sector_probabilities(site_prediction: SiteFallPrediction, stone: Stone) -> FloatArray:
     """Return the predicted probabilities that a stone falls into each azimuth sector, shape (sectors,)."""
     if not has_known_face_and_slenderness(stone):
-        return site_prediction.fall_sector_probabilities(*stone.slenderness_in_both_planes)
+        return site_prediction.fall_sector_probabilities_over_all_faces(*stone.slenderness_in_both_planes)
     if site_prediction.stone_never_falls(stone):
         return site_prediction.share
-    sides = site_prediction.fall_side_probabilities(stone)[1:]
+    sides = site_prediction.standing_and_side_probabilities(stone)[1:]
     # Distribution function from the first border over two circles; each cell gets its part of each sector.
     below = np.concatenate([[0.0], np.cumsum(np.tile(sides / sides.sum(), 2))])
     begin = (site_prediction.borders[:-1] - stone.face_azimuth_deg + 45.0) % 360.0
@@ -171,7 +171,7 @@ def compare_survey_with_prediction(
     cube: xr.Dataset,
     *,
     site_cubes: Mapping[str, xr.Dataset] | None = None,
-    background: float = BACKGROUND,
+    background: float = RANDOM_OUTCOME_SHARE,
     random_survey_count: int = RANDOM_SURVEYS,
     seed: int = 1,
 ) -> SurveyPredictionComparison:
@@ -180,7 +180,7 @@ def compare_survey_with_prediction(
     Parameters
     ----------
     stones : sequence of Stone
-        Stones from `read_stones`.
+        Stones from `read_counted_stones`.
     cube, site_cubes, background
         As in `SurveyFallPrediction`.
     random_survey_count, seed : int
@@ -204,7 +204,7 @@ def compare_survey_with_prediction(
     share = predicted / predicted.sum() if fallen else uniform_octant
     # Both means turn with the survey and the cube.
     origin = directions["predicted_mean_direction_deg"]
-    if not directions["predicted_resultant"] > NO_MEAN:
+    if not directions["predicted_resultant"] > MIN_RESULTANT_FOR_MEAN:
         exactly = [stone.azimuth_deg for stone, *_ in fallen if stone.direction_half_width_deg == 0]
         origin = mean_angle_and_resultant(exactly)[0]
     of_share = stones_of_sites_with_standing_stones(stones)
@@ -227,12 +227,14 @@ def compare_survey_with_prediction(
     )
 
 
-def _fallen_stones_with_predictions(predictions: SurveyFallPrediction, stones: Sequence[Stone]) -> list[FallenStone]:
+def _fallen_stones_with_predictions(
+    predictions: SurveyFallPrediction, stones: Sequence[Stone]
+) -> list[FallenStoneAndPrediction]:
     """Return the stones that fell in a known direction, with their predicted sector and octant probabilities.
 
     A stone is repeated ``count`` times.
     """
-    fallen: list[FallenStone] = []
+    fallen: list[FallenStoneAndPrediction] = []
     for stone in stones:
         if stone.fell_in_known_direction:
             site_prediction = predictions.site_prediction_for_stone(stone)
@@ -249,14 +251,17 @@ def _predicted_fall_share_and_range(
     Heights and frictions are those of the cube; smallest and largest are NaN if the share is the same for all.
     """
     falls = np.array(
-        [predictions.site_prediction_for_stone(stone).fall_probability_by_block(stone) for stone in stones]
+        [
+            predictions.site_prediction_for_stone(stone).fall_probability_by_height_and_friction(stone)
+            for stone in stones
+        ]
     )
     weight = np.isfinite(falls) * np.array([stone.count for stone in stones])[:, None, None]
     known = weight.sum(axis=0) > 0
     if not known.any():
         return math.nan, math.nan, math.nan
     share = (np.nan_to_num(falls) * weight).sum(axis=0)[known] / weight.sum(axis=0)[known]
-    low, high = (share.min(), share.max()) if np.ptp(share) > SAME_VALUE else (math.nan, math.nan)
+    low, high = (share.min(), share.max()) if np.ptp(share) > EQUAL_VALUE_TOLERANCE else (math.nan, math.nan)
     return float(share.mean()), float(low), float(high)
 
 
@@ -270,7 +275,7 @@ def _stone_counts_of_comparison(predictions: SurveyFallPrediction, stones: Seque
     def lacks_computed_outcome(stone: Stone) -> bool:
         """Return True if a stone has no computed outcome, although its B/H is not far outside the grid."""
         prediction = predictions.site_prediction_for_stone(stone)
-        return not prediction.has_outcome(stone) and not prediction.has_b_over_h_far_outside_grid(stone)
+        return not prediction.has_simulated_outcome(stone) and not prediction.has_b_over_h_far_outside_grid(stone)
 
     return {
         "fallen": count_stones_with(lambda stone: stone.fell),
@@ -301,7 +306,8 @@ def _stone_counts_of_comparison(predictions: SurveyFallPrediction, stones: Seque
         ),
         "falls_without_prediction": count_stones_with(
             lambda stone: (
-                stone.fell_in_known_direction and not predictions.site_prediction_for_stone(stone).has_outcome(stone)
+                stone.fell_in_known_direction
+                and not predictions.site_prediction_for_stone(stone).has_simulated_outcome(stone)
             )
         ),
     }
@@ -310,19 +316,19 @@ def _stone_counts_of_comparison(predictions: SurveyFallPrediction, stones: Seque
 def _confusion_matrix_of_sides(predictions: SurveyFallPrediction, stones: Sequence[Stone]) -> NDArray[np.int64] | None:
     """Count the stones by observed outcome (rows) and most probable outcome (columns): stands or side of fall.
 
-    The shape is (5, 5); sides are in the order of `SIDES`. None if no stone of known face and B/H has a computed
-    outcome.
+    The shape is (5, 5); sides are in the order of `STANDING_OR_FALL_SIDES`. None if no stone of known face and B/H has
+    a computed outcome.
     """
     known = [
         stone
         for stone in stones
         if has_known_face_and_slenderness(stone)
         and (stone.fell_in_known_direction or not stone.fell)
-        and predictions.site_prediction_for_stone(stone).has_outcome(stone)
+        and predictions.site_prediction_for_stone(stone).has_simulated_outcome(stone)
     ]
-    confusion = np.zeros((len(SIDES), len(SIDES)), dtype=np.int64)
+    confusion = np.zeros((len(STANDING_OR_FALL_SIDES), len(STANDING_OR_FALL_SIDES)), dtype=np.int64)
     for stone in known:
-        probable = int(np.argmax(predictions.site_prediction_for_stone(stone).fall_side_probabilities(stone)))
+        probable = int(np.argmax(predictions.site_prediction_for_stone(stone).standing_and_side_probabilities(stone)))
         confusion[observed_standing_or_side_index(stone), probable] += stone.count
     return confusion if known else None
 
@@ -375,7 +381,7 @@ def make_stored_survey_comparison(
 def survey_file_hash_and_remarks(survey_path: Path) -> tuple[str, tuple[str, ...]]:
     """Return the SHA-256 hash of a survey file, and the comment lines that the user wrote at its start."""
     sha256 = hashlib.sha256(survey_path.read_bytes()).hexdigest()
-    return sha256, remarks_without_template_text(read_field_table(survey_path, "survey").remarks)
+    return sha256, remarks_without_template_text(read_text_table(survey_path, "survey").leading_comments)
 
 
 def read_survey_comparison(path: Path) -> StoredSurveyComparison:

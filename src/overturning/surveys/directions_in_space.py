@@ -10,13 +10,13 @@ from overturning.arrays import FloatArray
 from overturning.stored import StoredFloat, StoredFloatOrInfinity, StoredFloats
 from overturning.surveys.fall_directions import (
     RANDOM_SURVEYS,
-    FallenStone,
+    FallenStoneAndPrediction,
     compare_observed_and_predicted_directions,
 )
 from overturning.surveys.sectors import FallSectors
-from overturning.surveys.stones import BACKGROUND, Stone
+from overturning.surveys.stones import RANDOM_OUTCOME_SHARE, Stone
 
-SPREAD_DEG: Final = 22.5
+FALL_SPREAD_HALF_WIDTH_DEG: Final = 22.5
 """Half width of the sector of azimuth to which a computed fall is spread, degrees: that of an octant.
 
 Only a few computed cases resemble a stone of known face and size, and tiny differences of the motion turn their falls
@@ -68,14 +68,14 @@ class FallDirectionComparisonIn3D:
 
 
 def fall_shares_by_sector_after_spreading(fall_azimuth_deg: FloatArray) -> FloatArray:
-    """Return the share of falls in each azimuth sector of `SECTORS`; each fall is spread over ± `SPREAD_DEG`.
+    """Return the share of falls in each azimuth sector of `SECTORS`; each fall is spread over an arc.
 
     `fall_azimuth_deg`, shape (falls,), are azimuths towards which stones fall, degrees; at least one. The shape of the
     result is (sectors,), and the sum is 1.
     """
     turns = np.array([-360.0, 0.0, 360.0])[:, None, None]
-    start = np.asarray(fall_azimuth_deg % 360.0)[:, None] - SPREAD_DEG + turns
-    below = np.clip((SECTORS.borders - start) / (2 * SPREAD_DEG), 0.0, 1.0).sum(axis=0)
+    start = np.asarray(fall_azimuth_deg % 360.0)[:, None] - FALL_SPREAD_HALF_WIDTH_DEG + turns
+    below = np.clip((SECTORS.borders - start) / (2 * FALL_SPREAD_HALF_WIDTH_DEG), 0.0, 1.0).sum(axis=0)
     return np.asarray(np.diff(below, axis=1).mean(axis=0))
 
 
@@ -83,7 +83,7 @@ def compare_fall_directions(
     stones: Sequence[Stone],
     fall_azimuths_deg: Sequence[FloatArray | None],
     *,
-    background: float = BACKGROUND,
+    background: float = RANDOM_OUTCOME_SHARE,
     seed: int = 1,
 ) -> FallDirectionComparisonIn3D | None:
     """Compare the directions in which stones fell with those in which similar stones of a 3-D study fall.
@@ -106,7 +106,7 @@ def compare_fall_directions(
     FallDirectionComparisonIn3D or None
         None if no stone fell in a known direction.
     """
-    fallen, never, without_outcome = list[FallenStone](), 0, 0
+    fallen, never, without_outcome = list[FallenStoneAndPrediction](), 0, 0
     for stone, computed in zip(stones, fall_azimuths_deg, strict=True):
         if not stone.fell_in_known_direction:
             continue

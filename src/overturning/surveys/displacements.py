@@ -18,22 +18,22 @@ from overturning.surveys.directions_in_space import FallDirectionComparisonIn3D,
 from overturning.surveys.ground import SoilBelowSurveySite
 from overturning.surveys.row import SurveyRow
 from overturning.surveys.stone_in_grid import (
-    describe_stone_from_best_side,
     has_shape_far_outside_grid,
     nearest_grid_indices_of_stone,
+    stone_values_from_side_nearer_to_grid,
 )
 from overturning.surveys.stones import (
-    BACKGROUND,
+    RANDOM_OUTCOME_SHARE,
     Stone,
     SurveyTable,
     fallen_and_all_stone_counts,
     stones_of_sites_with_standing_stones,
 )
 
-SHIFTED_M: Final = StonePopulation().shifted
+MIN_SHIFT_M: Final = StonePopulation().shifted
 """Shift from which a standing stone counts as shifted, m; people rarely note smaller ones."""
 
-TWISTED_DEG: Final = StonePopulation().rotated
+MIN_TWIST_DEG: Final = StonePopulation().rotated
 """Absolute twist from which a standing stone counts as twisted, degrees."""
 
 _ROUNDING: Final = 1e-9
@@ -134,7 +134,7 @@ class _SimulatedCasesResemblingStones(NamedTuple):
     """Simulated cases that resemble observed stones: weight, friction index, shift (m), twist (degrees clockwise)."""
 
     weight: FloatArray
-    friction: NDArray[np.intp]
+    friction_index: NDArray[np.intp]
     shift: FloatArray
     twist: FloatArray
 
@@ -150,8 +150,8 @@ class _CaseOutcomeArrays(NamedTuple):
     grid: dict[str, FloatArray]
     flags: NDArray[np.floating]
     fall_azimuth: NDArray[np.floating]
-    north: NDArray[np.floating]
-    east: NDArray[np.floating]
+    slip_north: NDArray[np.floating]
+    slip_east: NDArray[np.floating]
     twist: NDArray[np.floating]
 
     @classmethod
@@ -170,14 +170,14 @@ def compare_displacements(
     cube: xr.Dataset,
     site_cubes: Mapping[str, xr.Dataset] | None = None,
     *,
-    background: float = BACKGROUND,
+    background: float = RANDOM_OUTCOME_SHARE,
 ) -> DisplacementComparison:
     """Compare the falls, shifts and twists of stones with those of similar stones in a 3-D study.
 
     Each stone is compared with the cases of the nearest orientation, height, B/H and D/B, seen from the side that is
-    nearer to the grid (`describe_stone_from_best_side`), unless its B/H or D/B lies far outside the grid. All values of
-    the grid have equal weight where the survey does not give the value, and so have all frictions. A stone that stands
-    without a noted shift or twist has none.
+    nearer to the grid (`stone_values_from_side_nearer_to_grid`), unless its B/H or D/B lies far outside the grid. All
+    values of the grid have equal weight where the survey does not give the value, and so have all frictions. A stone
+    that stands without a noted shift or twist has none.
 
     Parameters
     ----------
@@ -208,14 +208,14 @@ def compare_displacements(
     fall_shares, fall_azimuths = list[tuple[int, FloatArray]](), list[FloatArray | None]()
     for one in observed:
         own = id((site_cubes or {}).get(one.stone.site, cube))
-        seen = describe_stone_from_best_side(arrays[own].grid, one.stone)
+        seen = stone_values_from_side_nearer_to_grid(arrays[own].grid, one.stone)
         if has_shape_far_outside_grid(arrays[own].grid, seen):
             beyond += one.stone.count
             fall_shares.append((one.stone.count, np.full(arrays[own].flags.shape[0], math.nan)))
             fall_azimuths.append(None)
             continue
         chosen = nearest_grid_indices_of_stone(arrays[own].grid, seen)
-        flags, azimuths, cells = _select_cases_resembling_stone(arrays[own], chosen, used[own])
+        flags, azimuths, cells = _outcomes_of_cases_nearest_in_size_and_face(arrays[own], chosen, used[own])
         fall_shares.append((one.stone.count, _fall_share_by_friction(flags)))
         fall_azimuths.append(azimuths if np.isfinite(flags).any() else None)
         if not np.isfinite(flags).any():
@@ -251,7 +251,7 @@ def _observed_stone_of_row(table: SurveyTable, line: int, row: SurveyRow) -> _Ob
     return _ObservedStone(table.create_stone_from_row(line, row), shift, twist)
 
 
-def _select_cases_resembling_stone(
+def _outcomes_of_cases_nearest_in_size_and_face(
     cells: _CaseOutcomeArrays, chosen_indices: Mapping[str, NDArray[np.intp]], used: NDArray[np.bool_]
 ) -> tuple[NDArray[np.floating], FloatArray, _SimulatedCasesResemblingStones | None]:
     """Select the simulated cases that resemble a stone, and mark them in `used`.
@@ -272,7 +272,7 @@ def _select_cases_resembling_stone(
         return flags, azimuths, None
     north, east, twist = (
         np.asarray(values[at], np.float64).reshape(rows.shape)[rows]
-        for values in (cells.north, cells.east, cells.twist)
+        for values in (cells.slip_north, cells.slip_east, cells.twist)
     )
     # Frictions have equal weight where both stand and fall; within a friction so have its standing cases.
     weight = np.where(rows, 1.0, 0.0) / np.maximum(rows.sum(axis=1, keepdims=True), 1) / rows.any(axis=1).sum()
@@ -340,15 +340,15 @@ def _compare_shifts_and_twists_of_standing_stones(
     counts = np.array([one.stone.count for one in standing], np.intp)
     shift, twist = (np.repeat([getattr(one, name) for one in standing], counts) for name in ("shift", "twist"))
     shift, twist = shift[np.isfinite(shift)], twist[np.isfinite(twist)]
-    far, turned = shift >= SHIFTED_M - _ROUNDING, np.abs(twist) >= TWISTED_DEG - _ROUNDING
+    far, turned = shift >= MIN_SHIFT_M - _ROUNDING, np.abs(twist) >= MIN_TWIST_DEG - _ROUNDING
     none = _SimulatedCasesResemblingStones(np.empty(0), np.empty(0, np.intp), np.empty(0), np.empty(0))
     cells = computed or none
-    cells_far = cells.shift >= SHIFTED_M - _ROUNDING
-    cells_turned = np.abs(cells.twist) >= TWISTED_DEG - _ROUNDING
+    cells_far = cells.shift >= MIN_SHIFT_M - _ROUNDING
+    cells_turned = np.abs(cells.twist) >= MIN_TWIST_DEG - _ROUNDING
 
     def statistic_by_friction(statistic: Callable[[NDArray[np.bool_]], float]) -> FloatArray:
         """Return a statistic of the simulated cases for each friction; `statistic` gets a mask of the cases."""
-        return np.array([statistic(cells.friction == one) for one in np.unique(cells.friction)])
+        return np.array([statistic(cells.friction_index == one) for one in np.unique(cells.friction_index)])
 
     def weighted_share_of_cases(of: NDArray[np.bool_], among: NDArray[np.bool_]) -> float:
         """Return the weighted share of the cases in the mask `of` among those in `among`; NaN if there are none."""

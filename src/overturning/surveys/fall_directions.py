@@ -18,25 +18,25 @@ from overturning.statistics.mean_direction import significant_mean_direction
 from overturning.surveys.sectors import FallSectors
 from overturning.surveys.stones import Stone
 
-FallenStone = tuple[Stone, FloatArray, FloatArray]
+FallenStoneAndPrediction = tuple[Stone, FloatArray, FloatArray]
 """A stone that fell in a known direction, its probabilities of the sectors of a study, and of the 8 octants."""
 
 RANDOM_SURVEYS: Final = 2000
 """Number of surveys with random fall directions for a p-value."""
 
-WIND_DEG: Final = 22.5
-"""Width of one of 16 winds, degrees."""
+COMPASS_POINT_WIDTH_DEG: Final = 22.5
+"""Width of one of 16 compass points, degrees."""
 
 
 def shares_of_fallen_stone_by_octant(stone: Stone) -> FloatArray:
     """Return the share, 0 to 1, of a fallen stone that counts in each compass octant: all in one, or part in two.
 
-    The shape is (8,). One of 16 winds between two octants (NNE) counts half in each, since it is known to 11.25°. An
-    azimuth in degrees that is recorded in steps counts in the two octants in which its step lies.
+    The shape is (8,). One of 16 compass points between two octants (NNE) counts half in each, since it is known to
+    11.25°. An azimuth in degrees that is recorded in steps counts in the two octants in which its step lies.
     """
-    if stone.octant or not stone.recorded_step_deg:
+    if stone.has_octant_direction or not stone.direction_recording_step_deg:
         return np.eye(8)[sector_index(stone.azimuth_deg, 8)]
-    return _octant_shares_of_arcs(np.array([stone.azimuth_deg]), stone.recorded_step_deg)[0]
+    return _octant_shares_of_arcs(np.array([stone.azimuth_deg]), stone.direction_recording_step_deg)[0]
 
 
 def _octant_shares_of_arcs(middle_deg: FloatArray, width_deg: float) -> FloatArray:
@@ -71,40 +71,44 @@ def _distinguishable_direction_arcs_deg(stone: Stone) -> tuple[FloatArray, Float
 
     The arcs are as wide as the recording step; the first arc begins between 0° and the step.
     """
-    step = stone.recorded_step_deg
+    step = stone.direction_recording_step_deg
     begin = (stone.azimuth_deg - 0.5 * step) % step + step * np.arange(round(360.0 / step), dtype=np.float64)
     return begin, begin + step
 
 
-def _expected_octant_shares(sectors: FallSectors, fallen_stone: FallenStone) -> FloatArray:
+def _expected_octant_shares(sectors: FallSectors, fallen_stone: FallenStoneAndPrediction) -> FloatArray:
     """Return the expected share, 0 to 1, with which a fallen stone counts in each compass octant, shape (8,).
 
     Predicted directions are counted as `shares_of_fallen_stone_by_octant` counts observed ones; a direction recorded
     in steps may lie in two octants.
     """
     stone, density, octants = fallen_stone
-    if stone.octant or not stone.recorded_step_deg:
+    if stone.has_octant_direction or not stone.direction_recording_step_deg:
         return octants
     begin, end = _distinguishable_direction_arcs_deg(stone)
-    shares = _octant_shares_of_arcs(0.5 * (begin + end), stone.recorded_step_deg)
+    shares = _octant_shares_of_arcs(0.5 * (begin + end), stone.direction_recording_step_deg)
     return np.asarray(fall_probabilities_of_arcs(sectors, density, begin, end) @ shares)
 
 
 def azimuth_goodness_of_fit(
-    sectors: FallSectors, fallen_stones: Sequence[FallenStone], origin_deg: float, random_survey_count: int, seed: int
+    sectors: FallSectors,
+    fallen_stones: Sequence[FallenStoneAndPrediction],
+    origin_deg: float,
+    random_survey_count: int,
+    seed: int,
 ) -> StatisticalTestResult:
     """Test with Watson's U² whether azimuths in degrees follow the predicted probabilities of their stones.
 
     The distribution function of a stone is counted clockwise from `origin_deg`. An azimuth recorded in steps has the
     value in the middle of its arc (half of the arc's probability), and the p-value is then that of random surveys,
-    drawn from the prediction, whose directions are recorded in the same steps. Stones noted by octant or wind are left
-    out.
+    drawn from the prediction, whose directions are recorded in the same steps. Stones noted by octant or compass point
+    are left out.
     """
     exact = [one for one in fallen_stones if one[0].direction_half_width_deg == 0.0]
     drawn = np.random.Generator(np.random.PCG64(seed)).random((random_survey_count, len(exact)))
     observed = np.zeros(len(exact))
     for place, (stone, density, _) in enumerate(exact):
-        step = stone.recorded_step_deg
+        step = stone.direction_recording_step_deg
         first = stone.azimuth_deg - 0.5 * step
         half = 0.5 * fall_probabilities_of_arcs(sectors, density, first, first + step)
         observed[place] = (fall_probabilities_of_arcs(sectors, density, origin_deg, first) + half) % 1.0
@@ -114,36 +118,41 @@ def azimuth_goodness_of_fit(
             around = 0.5 * (borders[-1] + borders[0] + 1.0) % 1.0  # of the arc in which the origin lies
             middles = np.concatenate([[around], 0.5 * (borders[1:] + borders[:-1]), [around]])
             drawn[:, place] = middles[np.searchsorted(borders, drawn[:, place], side="right")]
-    in_steps = any(stone.recorded_step_deg for stone, *_ in exact)
+    in_steps = any(stone.direction_recording_step_deg for stone, *_ in exact)
     return watson_u2_test(observed, drawn if in_steps else None)
 
 
 def _class_probabilities_and_observed_class_index(
-    sectors: FallSectors, fallen_stone: FallenStone
+    sectors: FallSectors, fallen_stone: FallenStoneAndPrediction
 ) -> tuple[FloatArray, FloatArray, int]:
     """Return predicted and uniform probabilities of a stone's direction classes, and the index of the observed one.
 
-    The classes are the 8 octants or 16 winds, turned by the declination, or the sectors of the study for degrees.
+    The classes are the 8 octants or 16 compass points, turned by the declination, or the sectors of the study for
+    degrees.
     """
     stone, density, octants = fallen_stone
     uniform = sectors.share
-    if stone.octant:
+    if stone.has_octant_direction:
         even = sectors.octant_probabilities_from_sectors(uniform)
         return octants, even, int(sector_index(stone.azimuth_deg, 8))
-    if stone.wind_16:
+    if stone.has_16_point_direction:
         begin, end = _distinguishable_direction_arcs_deg(stone)
         predicted, even = (fall_probabilities_of_arcs(sectors, of, begin, end) for of in (density, uniform))
-        return predicted, even, round((stone.azimuth_deg - 0.5 * WIND_DEG - begin[0]) / WIND_DEG) % 16
+        return (
+            predicted,
+            even,
+            round((stone.azimuth_deg - 0.5 * COMPASS_POINT_WIDTH_DEG - begin[0]) / COMPASS_POINT_WIDTH_DEG) % 16,
+        )
     return density, uniform, sectors.nearest_sector_index(stone.azimuth_deg)
 
 
 def log_likelihood_ratio_and_p_value(
-    sectors: FallSectors, fallen_stones: Sequence[FallenStone], random_survey_count: int, seed: int
+    sectors: FallSectors, fallen_stones: Sequence[FallenStoneAndPrediction], random_survey_count: int, seed: int
 ) -> tuple[float, float]:
     """Return the log-likelihood ratio of predicted to uniform fall directions over fallen stones, and its p-value.
 
     The p-value is the share of surveys with random directions whose ratio is as large or larger. The random direction
-    of a stone has the resolution of its observed direction: degrees, one of 16 winds, or an octant.
+    of a stone has the resolution of its observed direction: degrees, one of 16 compass points, or an octant.
     """
     if not fallen_stones:
         return math.nan, math.nan
@@ -160,7 +169,7 @@ def log_likelihood_ratio_and_p_value(
 
 
 def compare_observed_and_predicted_directions(
-    sectors: FallSectors, fallen_stones: Sequence[FallenStone], random_survey_count: int, seed: int
+    sectors: FallSectors, fallen_stones: Sequence[FallenStoneAndPrediction], random_survey_count: int, seed: int
 ) -> dict[str, Any]:
     """Compare observed with predicted fall directions; return mean directions, octants and likelihood ratio by name.
 
@@ -168,7 +177,8 @@ def compare_observed_and_predicted_directions(
     `overturning.surveys.comparison.SurveyPredictionComparison`.
     """
     mean, length, _ = significant_mean_direction(
-        [stone.azimuth_deg for stone, *_ in fallen_stones], [stone.recorded_step_deg for stone, *_ in fallen_stones]
+        [stone.azimuth_deg for stone, *_ in fallen_stones],
+        [stone.direction_recording_step_deg for stone, *_ in fallen_stones],
     )
     density = sum((of_stone for _, of_stone, _ in fallen_stones), np.zeros(sectors.azimuth.size))
     predicted_mean, predicted_length = mean_angle_and_resultant(sectors.azimuth, density)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from overturning.errors import RecordError
-from overturning.tables import MOST_BYTES
+from overturning.tables import MAX_TABLE_BYTES
 
 _SEPARATORS: Final = {"\t": "tabs", ";": "semicolons", ",": "commas"}
 _BYTE_ORDER_MARKS: Final = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
@@ -27,21 +27,22 @@ class NumberedTableRow:
 
 
 @dataclass(frozen=True)
-class FieldTable:
+class TextTable:
     """Header, rows and separator of a text table, without its comments and empty rows.
 
-    ``separator`` is the character between cells; ``remarks`` are the comment lines above the header, without ``#``.
-    ``comments_like_rows`` are the numbers of comment lines below the header that have the cells of a row.
+    ``separator`` is the character between cells; ``leading_comments`` are the comment lines above the header, without
+    ``#``. ``lines_of_row_like_comments`` are the numbers of comment lines below the header that have the cells of a
+    row.
     """
 
     header: NumberedTableRow
     rows: tuple[NumberedTableRow, ...]
     separator: str
-    remarks: tuple[str, ...] = ()
-    comments_like_rows: tuple[int, ...] = ()
+    leading_comments: tuple[str, ...] = ()
+    lines_of_row_like_comments: tuple[int, ...] = ()
 
     @property
-    def rows_pasted_into_cells(self) -> tuple[int, ...]:
+    def lines_of_rows_pasted_into_cells(self) -> tuple[int, ...]:
         """Line numbers of rows with a cell that seems to contain a whole row, with as many separators as the header."""
         least = len(self.header.cells) - 1
         lines = [(row.line, line) for row in self.rows for cell in row.cells for line in cell.split("\n")[1:]]
@@ -54,7 +55,7 @@ class FieldTable:
         return _SEPARATORS[self.separator]
 
 
-def read_field_table(path: Path, table_kind: str) -> FieldTable:
+def read_text_table(path: Path, table_kind: str) -> TextTable:
     """Read a text table with cells separated by commas, semicolons or tabs.
 
     UTF-8 with or without byte order mark, and UTF-16 with one, are read; line ends are those of any system. Lines that
@@ -92,15 +93,15 @@ def read_field_table(path: Path, table_kind: str) -> FieldTable:
         for number, line in enumerate(lines, 1)
         if number > rows[0].line and _comment_resembles_table_row(line, separator, len(rows[0].cells))
     )
-    return FieldTable(rows[0], tuple(rows[1:]), separator, remarks, comments)
+    return TextTable(rows[0], tuple(rows[1:]), separator, remarks, comments)
 
 
 def _read_table_text(path: Path, table_kind: str) -> str:
     """Return the text of a table file; if it is not in UTF-8, the RecordError says how to save the file."""
     try:
-        if path.stat().st_size > MOST_BYTES:
+        if path.stat().st_size > MAX_TABLE_BYTES:
             raise RecordError(
-                f"{path}: larger than {MOST_BYTES} bytes; no {table_kind} is: check the path, or cut the file"
+                f"{path}: larger than {MAX_TABLE_BYTES} bytes; no {table_kind} is: check the path, or cut the file"
             )
         content = path.read_bytes()
     except FileNotFoundError:

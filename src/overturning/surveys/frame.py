@@ -34,7 +34,7 @@ def read_survey(path: "str | os.PathLike[str]", *, declination_deg: float | None
         - ``outcome``: what happened, such as "fell" or "shifted, twisted".
         - ``counted_as``: "fell", "stands" or "not counted" (broken, repaired, fixed or unknown).
         - ``azimuth_deg``: direction towards which the stone fell, degrees clockwise from true north, 0 to below 360.
-        - ``azimuth_half_width_deg``: 22.5 for an octant, 11.25 for one of 16 winds, 0 for degrees; NaN without
+        - ``azimuth_half_width_deg``: 22.5 for an octant, 11.25 for one of 16 compass points, 0 for degrees; NaN without
           direction.
         - ``count``: number of stones of the row.
         - ``b_over_h``, ``b_over_h_side``: width over height in the plane through the normal of the front face, and in

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from overturning.records.site import BEYOND_CURVE, SoilSite
+from overturning.records.site import BEYOND_CURVE_PHRASE, SoilSite
 from overturning.study.cube import index_of_record, record_provenance, study_of_cube
 from overturning.study.scenes import variant_settings
 
@@ -58,7 +58,7 @@ def soil_below_survey_site_of_cube(cube: xr.Dataset, record_id: str | None) -> S
         velocity_m_s=thickness / sum(layer.thickness_m / layer.velocity_m_s for layer in soil.layers),
         equivalent_linear=any(layer.curve is not None for layer in soil.layers),
         converged="not converged" not in step.get("chosen", ""),
-        beyond_curve=BEYOND_CURVE in step.get("chosen", ""),
+        beyond_curve=BEYOND_CURVE_PHRASE in step.get("chosen", ""),
         rock_pga=float(before),
         surface_pga=float(after),
     )

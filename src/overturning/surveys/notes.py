@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
 from overturning.surveys.columns import column_name_states_magnetic_north
-from overturning.surveys.field_table import FieldTable
-from overturning.surveys.notation import NOT_COUNTED, StatedDirection, azimuth_unit_warning
+from overturning.surveys.field_table import TextTable
+from overturning.surveys.notation import UNCOUNTED_OUTCOME_KINDS, StatedDirection, azimuth_unit_warning
 from overturning.surveys.row import SurveyRow
 
-AZIMUTHS: Final = ("azimuth_deg", "face_azimuth_deg")
+AZIMUTH_COLUMNS: Final = ("azimuth_deg", "face_azimuth_deg")
 """Columns of directions that may be measured from magnetic or true north."""
 
 _DOUBTFUL_HEIGHT_M: Final = 10.0
@@ -32,7 +32,7 @@ def notes_on_unused_stones(rows: Sequence[tuple[int, SurveyRow]]) -> Iterator[st
     reasons = Counter[str]()
     for _, row in rows:
         if row.counted_as == "not counted":
-            reasons[next(kind for kind in NOT_COUNTED if kind in row.outcome_kinds)] += row.count
+            reasons[next(kind for kind in UNCOUNTED_OUTCOME_KINDS if kind in row.outcome_kinds)] += row.count
     if reasons:
         listed = ", ".join(f"{number} {reason}" for reason, number in reasons.items())
         yield f"not counted as fallen or standing: {reasons.total()} (outcomes: {listed})"
@@ -46,7 +46,7 @@ def notes_on_unused_stones(rows: Sequence[tuple[int, SurveyRow]]) -> Iterator[st
 def warnings_on_survey_table(
     name: str,
     rows: Sequence[tuple[int, SurveyRow]],
-    source: FieldTable,
+    source: TextTable,
     meanings: list[str],
     declination_deg: float | None,
 ) -> Iterator[str]:
@@ -56,14 +56,14 @@ def warnings_on_survey_table(
         "face_azimuth_deg": lambda row: row.face_azimuth_deg,
     }
     for column, direction in columns.items():
-        values = [one.azimuth_deg for _, row in rows if (one := direction(row)).wind is None]
+        values = [one.azimuth_deg for _, row in rows if (one := direction(row)).compass_point_index is None]
         if warning := azimuth_unit_warning(column, values, name):
             yield warning
     columns_read = zip(source.header.cells, meanings, strict=True)
     magnetic = [
         (title, meaning)
         for title, meaning in columns_read
-        if meaning in AZIMUTHS and column_name_states_magnetic_north(title)
+        if meaning in AZIMUTH_COLUMNS and column_name_states_magnetic_north(title)
     ]
     for title, meaning in magnetic[: declination_deg is None]:
         lines = [
@@ -79,14 +79,15 @@ def warnings_on_survey_table(
                 "also has the option --declination"
             )
     yield from _warnings_on_implausible_stone_sizes(name, rows)
-    if source.rows_pasted_into_cells:
+    if source.lines_of_rows_pasted_into_cells:
         yield (
-            f"{name}: {label_of_line_numbers(list(source.rows_pasted_into_cells))}: a cell in quotation marks contains "
+            f"{name}: {label_of_line_numbers(list(source.lines_of_rows_pasted_into_cells))}: "
+            "a cell in quotation marks contains "
             "whole rows of the table; if a quotation mark is there by mistake, remove it"
         )
-    if source.comments_like_rows:
+    if source.lines_of_row_like_comments:
         yield (
-            f"{name}: {label_of_line_numbers(list(source.comments_like_rows))}: not used, because # marks a "
+            f"{name}: {label_of_line_numbers(list(source.lines_of_row_like_comments))}: not used, because # marks a "
             "comment, but with the cells of a row; if # begins the name of a stone, write the name without #"
         )
     lines_of: dict[tuple[str, str], list[int]] = {}

@@ -10,7 +10,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import sector_index
 from overturning.statistics.mean_direction import MeanDirectionWithInterval, mean_direction_with_interval
-from overturning.surveys.notation import NOT_COUNTED
+from overturning.surveys.notation import UNCOUNTED_OUTCOME_KINDS
 from overturning.surveys.row import SurveyRow
 from overturning.surveys.stones import (
     Stone,
@@ -28,13 +28,13 @@ class ObservedFalls:
     ----------
     site : str
         Name of the site; "" for stones without one, and for all sites together.
-    fell, stands, moved : int
+    fell, stands, shifted_or_twisted : int
         Stones that fell; that stand; and, of the latter, that are shifted or twisted.
     not_counted : dict of str to int
         Stones that count neither as fallen nor as standing, by reason.
     fell_in_unknown_direction : int
         Fallen stones with unknown direction.
-    share_fell, share_stones : int
+    fallen_count_for_share, stone_count_for_share : int
         Stones that fell, and stones that fell or stand, at the sites that list a standing stone; the share that fell is
         their ratio, and not known elsewhere.
     direction, axis : MeanDirectionWithInterval
@@ -46,18 +46,18 @@ class ObservedFalls:
     site: str
     fell: int
     stands: int
-    moved: int
+    shifted_or_twisted: int
     not_counted: dict[str, int]
     fell_in_unknown_direction: int
-    share_fell: int
-    share_stones: int
+    fallen_count_for_share: int
+    stone_count_for_share: int
     direction: MeanDirectionWithInterval
     axis: MeanDirectionWithInterval
     falls_by_sector: FloatArray
 
 
 @dataclass(frozen=True)
-class ObservedSurvey:
+class SurveySummary:
     """Summary of a survey: outcomes and fall directions of all stones together, and by site if there are several.
 
     ``sites`` is empty if there is only one site.
@@ -66,20 +66,20 @@ class ObservedSurvey:
     """
 
     name: str
-    together: ObservedFalls
+    all_sites: ObservedFalls
     sites: tuple[ObservedFalls, ...] = ()
     warnings: tuple[str, ...] = ()
     declinations_deg: tuple[float, ...] = field(default=())
 
 
-def summarise_survey(table: SurveyTable) -> ObservedSurvey:
+def summarise_survey(table: SurveyTable) -> SurveySummary:
     """Summarise outcomes and fall directions of a survey's stones, for all together and by site."""
     sites = table.sites
     sector_count = rose_sector_count(table.stones)
     declinations = {
         row.magnetic_declination_deg for _, row in table.rows if _row_has_fall_direction_or_face_azimuth(table, row)
     }
-    return ObservedSurvey(
+    return SurveySummary(
         table.name,
         _summarise_observed_falls(table, "", sector_count),
         tuple(
@@ -92,19 +92,19 @@ def summarise_survey(table: SurveyTable) -> ObservedSurvey:
 
 def rose_sector_count(stones: Sequence[Stone]) -> int:
     """Return the number of sectors for a rose of falls: 8 if some directions are octants only, otherwise 16."""
-    return 8 if any(stone.octant for stone in stones if stone.fell_in_known_direction) else 16
+    return 8 if any(stone.has_octant_direction for stone in stones if stone.fell_in_known_direction) else 16
 
 
 def falls_by_sector(stones: Sequence[Stone], sector_count: int) -> FloatArray:
     """Return the number of falls towards each sector of a rose, shape (`sector_count`,).
 
-    A direction that is known to an interval (one of 16 winds) is shared between the sectors that it overlaps.
+    A direction that is known to an interval (one of 16 compass points) is shared between the sectors that it overlaps.
     """
     counts = np.zeros(sector_count)
     fine = np.linspace(-1, 1, 401)[1::2]  # midpoints of equal parts of an interval
     for stone in stones:
         if stone.fell_in_known_direction:
-            half = stone.direction_half_width_deg if stone.wind_16 else 0.0
+            half = stone.direction_half_width_deg if stone.has_16_point_direction else 0.0
             towards = sector_index(stone.azimuth_deg + half * fine, sector_count)
             counts += stone.count * np.bincount(towards, minlength=sector_count) / fine.size
     return counts
@@ -122,26 +122,26 @@ def _summarise_observed_falls(table: SurveyTable, site: str, sector_count: int) 
     reasons = Counter[str]()
     for _, row in table.rows:
         if row.counted_as == "not counted":
-            reasons[next(kind for kind in NOT_COUNTED if kind in row.outcome_kinds)] += row.count
+            reasons[next(kind for kind in UNCOUNTED_OUTCOME_KINDS if kind in row.outcome_kinds)] += row.count
     share_fell, share_stones = fallen_and_all_stone_counts(stones_of_sites_with_standing_stones(stones))
     directed = [stone for stone in stones if stone.fell_in_known_direction]
     angles, steps = (
         np.repeat([value(stone) for stone in directed], [stone.count for stone in directed])
-        for value in (lambda stone: stone.azimuth_deg, lambda stone: stone.recorded_step_deg)
+        for value in (lambda stone: stone.azimuth_deg, lambda stone: stone.direction_recording_step_deg)
     )
     return ObservedFalls(
         site=site,
         fell=sum(stone.count for stone in stones if stone.fell),
         stands=sum(stone.count for stone in stones if not stone.fell),
-        moved=table.count_stones(
+        shifted_or_twisted=table.count_stones(
             lambda row: row.counted_as == "stands" and bool({"shifted", "twisted"} & set(row.outcome_kinds))
         ),
         not_counted=dict(reasons),
         fell_in_unknown_direction=sum(
             stone.count for stone in stones if stone.fell and not stone.fell_in_known_direction
         ),
-        share_fell=share_fell,
-        share_stones=share_stones,
+        fallen_count_for_share=share_fell,
+        stone_count_for_share=share_stones,
         direction=mean_direction_with_interval(angles, steps),
         axis=mean_direction_with_interval(angles, steps, axial=True),
         falls_by_sector=falls_by_sector(stones, sector_count),

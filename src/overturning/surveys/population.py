@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.falls import model_of_results_cube
+from overturning.model.falls import default_model_for_results_cube
 from overturning.model.model import StoneOutcomesByAmplitudeFactor
 from overturning.settings import GRID_TOLERANCE, StonePopulation, UniformRange
 from overturning.statistics.by_record import load_outcomes_of_records
@@ -19,16 +19,16 @@ from overturning.study.ensemble import wilson_interval
 from overturning.surveys.stones import OCTANTS
 from overturning.units import CM, STANDARD_GRAVITY
 
-_SIZES: Final = ("height", "b_over_h", "friction")
+_SAMPLED_GRID_DIMENSIONS: Final = ("height", "b_over_h", "friction")
 
-_SHARES: Final = {
+_STONE_GROUP_DESCRIPTIONS: Final = {
     "fall": "stones that fell",
     "shift": "stones that stood and were shifted; missing in planes, which cannot tell",
     "rotation": "stones that stood and were rotated; missing in planes, which cannot tell",
 }
-_RATES: Final = {
-    **{f"{name}_rate": ((), f"share of the {text}") for name, text in _SHARES.items()},
-    **{f"{name}_interval": (("end",), f"95 % interval of {name}_rate") for name in _SHARES},
+_RATE_VARIABLES: Final = {
+    **{f"{name}_rate": ((), f"share of the {text}") for name, text in _STONE_GROUP_DESCRIPTIONS.items()},
+    **{f"{name}_interval": (("end",), f"95 % interval of {name}_rate") for name in _STONE_GROUP_DESCRIPTIONS},
     "free_fall_rate": ((), "share of the stones not fixed to their base that fell"),
     "unknown": ((), "share of stones without an answer"),
     "fall_octant": (("octant",), "share of the stones that fell towards the octant"),
@@ -40,7 +40,7 @@ _RATES: Final = {
 }
 """Variables of `population_outcome_rates_by_record`: dimensions in addition to record and amplitude, and long name."""
 
-MEASURES: Final = (("PGA", "g"), ("PGV", "cm/s"), ("PGV/PGA", "s"))
+INTENSITY_MEASURES_AND_UNITS: Final = (("PGA", "g"), ("PGV", "cm/s"), ("PGV/PGA", "s"))
 """Intensity measures of every population's fragility curves, with units; `intensities_by_measure` adds SA."""
 
 
@@ -52,17 +52,17 @@ class SampledStones:
     ----------
     height, b_over_h, friction : ndarray
         Height, m; B/H; friction coefficient µ.
-    face : ndarray
+    face_azimuth_deg : ndarray
         Azimuth of the normal of the front face, degrees.
-    random_numbers : ndarray, shape (3, n)
+    grid_choice_random_numbers : ndarray, shape (3, n)
         Random numbers in 0 to 1 for height, B/H and friction, which choose between the two neighbouring grid values.
     """
 
     height: FloatArray
     b_over_h: FloatArray
     friction: FloatArray
-    face: FloatArray
-    random_numbers: FloatArray
+    face_azimuth_deg: FloatArray
+    grid_choice_random_numbers: FloatArray
 
     def stone_class_masks(self) -> dict[str, NDArray[np.bool_]]:
         """Return masks, shape (n,), of the stones in each of four classes: slender or stout, and low or tall.
@@ -113,7 +113,7 @@ def choose_neighbouring_grid_indices_at_random(
 def share_of_stones_outside_grid(cube: xr.Dataset, stones: SampledStones) -> float:
     """Return the share of stones with height, B/H or friction outside the simulated range by more than rounding."""
     beyond = np.zeros(stones.height.size, np.bool_)
-    for name in _SIZES:
+    for name in _SAMPLED_GRID_DIMENSIONS:
         grid, values = cube[name].to_numpy(), getattr(stones, name)
         beyond |= (values < (1 - GRID_TOLERANCE) * grid.min()) | (values > (1 + GRID_TOLERANCE) * grid.max())
     return float(beyond.mean())
@@ -129,7 +129,7 @@ def outcomes_of_sampled_stones(record_cube: xr.Dataset, stones: SampledStones) -
     """
     cells = {
         name: choose_neighbouring_grid_indices_at_random(record_cube[name].to_numpy(), getattr(stones, name), numbers)
-        for name, numbers in zip(_SIZES, stones.random_numbers, strict=True)
+        for name, numbers in zip(_SAMPLED_GRID_DIMENSIONS, stones.grid_choice_random_numbers, strict=True)
     }
     grid, ratio = record_cube["friction"].to_numpy(), record_cube["b_over_h"].to_numpy()[cells["b_over_h"]]
     rocks = stones.friction > stones.b_over_h
@@ -137,7 +137,9 @@ def outcomes_of_sampled_stones(record_cube: xr.Dataset, stones: SampledStones) -
     above = np.minimum(below + 1, grid.size - 1)
     lower, upper = ((grid[place] > ratio) == rocks for place in (below, above))
     cells["friction"] = np.where(lower & ~upper, below, np.where(upper & ~lower, above, cells["friction"]))
-    return model_of_results_cube(record_cube).square_stone_outcomes(record_cube, stones.face, cells)
+    return default_model_for_results_cube(record_cube).square_stone_outcomes(
+        record_cube, stones.face_azimuth_deg, cells
+    )
 
 
 def outcome_rates_by_amplitude(
@@ -212,8 +214,11 @@ def population_outcome_rates_by_record(cube: xr.Dataset, population: StonePopula
         stones outside the grid, which take its nearest value; ``members`` are numbers of stones.
     """
     stones = sample_stones(population)
-    classes, reads = stones.stone_class_masks(), model_of_results_cube(cube).reads_outcomes
-    found: dict[str, list[FloatArray]] = {name: [] for name in _RATES}
+    classes, reads = (
+        stones.stone_class_masks(),
+        default_model_for_results_cube(cube).variables_for_square_stone_outcomes,
+    )
+    found: dict[str, list[FloatArray]] = {name: [] for name in _RATE_VARIABLES}
     for record in range(cube.sizes["record"]):
         outcomes = outcomes_of_sampled_stones(load_outcomes_of_records(cube, record, reads), stones)
         of_class = [outcome_rates_by_amplitude(outcomes.select_stones(own), population) for own in classes.values()]
@@ -225,7 +230,7 @@ def population_outcome_rates_by_record(cube: xr.Dataset, population: StonePopula
             found[name].append(values)
     data = {
         name: (("record", "amplitude", *dims), np.stack(found[name]), {"long_name": text})
-        for name, (dims, text) in _RATES.items()
+        for name, (dims, text) in _RATE_VARIABLES.items()
     }
     amplitude = cube["amplitude"].to_numpy() if "amplitude" in cube.dims else np.ones(1)
     middles = 360.0 / len(OCTANTS) * np.arange(len(OCTANTS))
@@ -254,7 +259,11 @@ def fall_rates_of_stones_known_in_both_cubes(
     amplitude, of models of one kind (2-D or 3-D). Without missing outcomes the shares are those of
     `population_outcome_rates_by_record`.
     """
-    stones, reads, rates = sample_stones(population), model_of_results_cube(cube).reads_outcomes, []
+    stones, reads, rates = (
+        sample_stones(population),
+        default_model_for_results_cube(cube).variables_for_square_stone_outcomes,
+        [],
+    )
     for record in range(cube.sizes["record"]):
         outcomes = [
             outcomes_of_sampled_stones(load_outcomes_of_records(one, record, reads), stones)
@@ -304,8 +313,8 @@ def jma_intensities_of_scaled_motions(fall_rates: xr.Dataset, intensity_table: x
 def fit_population_fragility_curves(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> list[FittedFragilityCurve]:
     """Fit fragility curves for all stones and for each class of stones, one for each intensity measure.
 
-    `fall_rates` is a result of `population_outcome_rates_by_record`. Measures are `MEASURES` and SA(T). Curves are of
-    the stones that are not fixed to their base, since a lognormal curve ends at 1.
+    `fall_rates` is a result of `population_outcome_rates_by_record`. Measures are `INTENSITY_MEASURES_AND_UNITS` and
+    SA(T). Curves are of the stones that are not fixed to their base, since a lognormal curve ends at 1.
     """
     known = int(fall_rates.attrs["members"]) * (1.0 - fall_rates["unknown"].to_numpy())
     shares = {"all stones": (fall_rates["free_fall_rate"].to_numpy(), np.rint(known))}
@@ -317,7 +326,7 @@ def fit_population_fragility_curves(fall_rates: xr.Dataset, intensity_table: xr.
         np.repeat(one, fall_rates.sizes["amplitude"])
         for one in (fall_rates["event"].to_numpy().astype(str), np.arange(fall_rates.sizes["record"]))
     )
-    units = dict(MEASURES)
+    units = dict(INTENSITY_MEASURES_AND_UNITS)
     return [
         fit_fragility_curve(
             name,

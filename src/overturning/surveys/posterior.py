@@ -14,29 +14,29 @@ from overturning.errors import ResultError
 from overturning.files import atomic_write
 from overturning.units import CM, STANDARD_GRAVITY
 
-TURN_DEG: Final = 10
+ROTATION_STEP_DEG: Final = 10
 """Step of the rotation of each motion, degrees."""
 
-TURNS: Final = 360 // TURN_DEG
+ROTATION_COUNT: Final = 360 // ROTATION_STEP_DEG
 
-LEVEL: Final = 0.9
+CREDIBLE_PROBABILITY: Final = 0.9
 """Probability of the credible intervals."""
 
-NO_AXIS_DEG: Final = 180.0 * LEVEL
-"""Width of an arc that contains a random axis with probability `LEVEL`, degrees.
+RANDOM_AXIS_ARC_WIDTH_DEG: Final = 180.0 * CREDIBLE_PROBABILITY
+"""Width of an arc that contains a random axis with probability `CREDIBLE_PROBABILITY`, degrees.
 
 A survey in which every stone fell does not constrain the axis: in simulated surveys of this kind, arcs with a mean
 width of 71 % of 180° contained the true axis in 73 % of cases, like random arcs
 (`verification/backwards_coverage.py`).
 """
 
-_STORED: Final = {
+_STORED_DIMENSIONS_BY_ATTRIBUTE: Final = {
     "level": "level", "turn": "turn", "probability": ("source", "level", "turn"), "prior": ("source", "level", "turn"),
     "pga": "source", "axis": "source",
 }  # fmt: skip
 """Attributes of a `MotionPosterior` that are stored in its file, with their dimensions."""
 
-_NUMBERS_OF_SITE: Final = ("fell", "stood", "fit")
+_STORED_SITE_ATTRIBUTES: Final = ("fell", "stood", "fit")
 """Attributes of the result for one site that are stored in the file of the survey."""
 
 
@@ -69,7 +69,7 @@ class MotionPosterior:
     axis: FloatArray
 
     @property
-    def pgv(self) -> FloatArray:
+    def pgv_by_motion_and_level(self) -> FloatArray:
         """Peak velocity (m/s) to which each candidate motion is scaled, for each level, shape (motions, levels)."""
         return np.broadcast_to(self.level, self.probability.shape[:2])
 
@@ -81,7 +81,7 @@ class MotionPosterior:
     def credible_interval(
         self, values_by_motion_and_level: ArrayLike, *, use_prior: bool = False
     ) -> tuple[float, float]:
-        """Return the credible interval, with probability `LEVEL`, of a strength of the motion such as PGV.
+        """Return the credible interval (`CREDIBLE_PROBABILITY`) of a strength of the motion such as PGV.
 
         Both tails have equal probability; the quantity increases with the level.
 
@@ -106,7 +106,7 @@ class MotionPosterior:
         # Each value represents the cell that reaches half way to its neighbours.
         middle = (distinct[1:] + distinct[:-1]) / 2
         edges = np.concatenate([[2 * distinct[0] - middle[0]], middle, [2 * distinct[-1] - middle[-1]]])
-        below, tail = np.concatenate([[0.0], np.cumsum(mass)]), (1 - LEVEL) / 2
+        below, tail = np.concatenate([[0.0], np.cumsum(mass)]), (1 - CREDIBLE_PROBABILITY) / 2
         low, high = np.exp(np.interp([tail, 1 - tail], below / below[-1], edges))
         weakest, strongest = (0.0, 0.0) if use_prior else self.lowest_and_highest_pgv_probabilities()
         return 0.0 if weakest > tail else float(low), math.inf if strongest > tail else float(high)
@@ -121,10 +121,10 @@ class MotionPosterior:
     def velocity_axis_probabilities(self) -> FloatArray:
         """Return the posterior probability of each axis (azimuth from 0 to 180°) of the largest velocity.
 
-        Azimuths are 0 to 180° in steps of `TURN_DEG`.
+        Azimuths are 0 to 180° in steps of `ROTATION_STEP_DEG`.
         """
-        place, weight = (self.axis[:, None] + self.turn) / TURN_DEG, self.probability.sum(axis=1)
-        below, count = np.floor(place).astype(np.intp), 180 // TURN_DEG
+        place, weight = (self.axis[:, None] + self.turn) / ROTATION_STEP_DEG, self.probability.sum(axis=1)
+        below, count = np.floor(place).astype(np.intp), 180 // ROTATION_STEP_DEG
         # An axis between two steps is divided linearly between both.
         parts = ((below, 1 - (place - below)), (below + 1, place - below))
         shares = [np.bincount((at % count).ravel(), (part * weight).ravel(), count) for at, part in parts]
@@ -133,21 +133,21 @@ class MotionPosterior:
     def credible_axis_arc_deg(self, *, everything_fell: bool = False) -> tuple[float, float]:
         """Return middle (0 to 180°) and width, degrees, of the credible arc for the axis of largest velocity.
 
-        The credible arc is the shortest arc with probability `LEVEL`, widened to `NO_AXIS_DEG` if every stone of the
-        survey fell (`everything_fell`).
+        The credible arc is the shortest arc with probability `CREDIBLE_PROBABILITY`, widened to
+        `RANDOM_AXIS_ARC_WIDTH_DEG` if every stone of the survey fell (`everything_fell`).
         """
         middle, width = self._shortest_axis_arc_deg()
-        return middle, max(width, NO_AXIS_DEG) if everything_fell else width
+        return middle, max(width, RANDOM_AXIS_ARC_WIDTH_DEG) if everything_fell else width
 
     def _shortest_axis_arc_deg(self) -> tuple[float, float]:
-        """Return middle and width, degrees, of the shortest arc with probability `LEVEL` for the velocity axis."""
+        """Return middle and width, degrees, of the credible arc (`CREDIBLE_PROBABILITY`) of the velocity axis."""
         share = self.velocity_axis_probabilities()
         total = np.concatenate([[0.0], np.cumsum(np.tile(share, 2))])
         for bins in range(1, share.size + 1):
             held = total[bins : bins + share.size] - total[: share.size]
-            if held.max() >= LEVEL * share.sum() - 1e-12:
-                middle = TURN_DEG * (int(held.argmax()) + (bins - 1) / 2)
-                return middle % 180, float(TURN_DEG * bins)
+            if held.max() >= CREDIBLE_PROBABILITY * share.sum() - 1e-12:
+                middle = ROTATION_STEP_DEG * (int(held.argmax()) + (bins - 1) / 2)
+                return middle % 180, float(ROTATION_STEP_DEG * bins)
         return math.nan, 180.0
 
 
@@ -198,19 +198,24 @@ class SurveyInversionResult:
 
         Both are the largest over all azimuths.
         """
-        pgv = self.posterior.pgv
+        pgv = self.posterior.pgv_by_motion_and_level
         return {"PGV, cm/s": pgv / CM, "PGA, g": self.posterior.pga[:, None] * pgv / STANDARD_GRAVITY}
 
 
 def write_inversion_result(inversion_result: SurveyInversionResult, path: Path) -> None:
     """Write the motion that was inferred from a survey, with its probabilities, to a NetCDF file."""
-    variables = {name: (dims, getattr(inversion_result.posterior, name)) for name, dims in _STORED.items()}
+    variables = {
+        name: (dims, getattr(inversion_result.posterior, name))
+        for name, dims in _STORED_DIMENSIONS_BY_ATTRIBUTE.items()
+    }
     coordinates = {"source": list(inversion_result.posterior.sources)}
     if sites := inversion_result.sites:
         coordinates["site"] = [one.name for one in sites]
         probability = np.stack([one.posterior.probability for one in sites])
         variables["site_probability"] = (("site", "source", "level", "turn"), probability)
-        variables |= {f"site_{name}": ("site", [getattr(one, name) for one in sites]) for name in _NUMBERS_OF_SITE}
+        variables |= {
+            f"site_{name}": ("site", [getattr(one, name) for one in sites]) for name in _STORED_SITE_ATTRIBUTES
+        }
     table = xr.Dataset(
         variables,
         coordinates,
@@ -229,7 +234,9 @@ def read_inversion_result(path: Path) -> SurveyInversionResult:
         with xr.open_dataset(path, engine="netcdf4") as stored:
             table = stored.load()
         sources, about = tuple(str(name) for name in table["source"].to_numpy()), table.attrs
-        posterior = MotionPosterior(sources, **{name: np.asarray(table[name]) for name in _STORED})
+        posterior = MotionPosterior(
+            sources, **{name: np.asarray(table[name]) for name in _STORED_DIMENSIONS_BY_ATTRIBUTE}
+        )
         numbers = (int(about["fell"]), int(about["stood"]), float(about["fixed"]), float(about["fit"]))
         return SurveyInversionResult(str(about["survey"]), *numbers, posterior, _read_site_results(table, posterior))
     except (OSError, ValueError, KeyError) as error:
@@ -241,7 +248,10 @@ def _read_site_results(table: xr.Dataset, posterior: MotionPosterior) -> tuple[S
     if "site" not in table:
         return ()
     fixed = float(table.attrs["fixed"])
-    columns = [table["site"].to_numpy().tolist(), *(table[f"site_{name}"].to_numpy() for name in _NUMBERS_OF_SITE)]
+    columns = [
+        table["site"].to_numpy().tolist(),
+        *(table[f"site_{name}"].to_numpy() for name in _STORED_SITE_ATTRIBUTES),
+    ]
     return tuple(
         SurveyInversionResult(
             str(name), int(fell), int(stood), fixed, float(fit), replace(posterior, probability=probability)

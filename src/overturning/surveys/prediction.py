@@ -14,9 +14,9 @@ from overturning.model.symmetry import FULL_TURN, nearest_simulated_directions
 from overturning.statistics.circular import sector_index
 from overturning.statistics.falls import add_opposite_azimuths, fall_counts_towards_azimuths
 from overturning.surveys.sectors import FallSectors
-from overturning.surveys.stones import BACKGROUND, LARGEST_FACTOR_BEYOND_GRID, Stone
+from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, RANDOM_OUTCOME_SHARE, Stone
 
-SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
+STANDING_OR_FALL_SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
 """Outcomes of a stone with known face: falls towards the azimuth of the face, then clockwise in steps of 90°."""
 
 
@@ -28,7 +28,7 @@ class SiteFallPrediction(FallSectors):
     cube : Dataset
         Cube of one record; heights and frictions (and B/H for stones without one) have equal weight.
     background : float
-        See `BACKGROUND`.
+        See `RANDOM_OUTCOME_SHARE`.
 
     Raises
     ------
@@ -36,7 +36,7 @@ class SiteFallPrediction(FallSectors):
         If the cube has several records or is from the 3-D model, or the background is not between 0 and 1.
     """
 
-    def __init__(self, cube: xr.Dataset, *, background: float = BACKGROUND) -> None:
+    def __init__(self, cube: xr.Dataset, *, background: float = RANDOM_OUTCOME_SHARE) -> None:
         if cube.sizes.get("record", 1) != 1:
             raise ArgumentError(
                 f"cube: {cube.sizes['record']} records; a survey belongs to one site, so name its record (--record)"
@@ -93,7 +93,7 @@ class SiteFallPrediction(FallSectors):
             p = np.where(p.sum(axis=0) == 0, p, math.nan)
         elif LARGEST_FACTOR_BEYOND_GRID * b_over_h < self.b_over_h[0]:
             p = np.full(p.shape, math.nan)
-        cell = nearest_simulated_directions(self.plane, azimuth_deg, FULL_TURN).cell
+        cell = nearest_simulated_directions(self.plane, azimuth_deg, FULL_TURN).direction_index
         return p, self.times[cell, round(place)].T
 
     def has_b_over_h_outside_grid(self, stone: Stone) -> bool:
@@ -105,13 +105,17 @@ class SiteFallPrediction(FallSectors):
 
     def has_b_over_h_far_outside_grid(self, stone: Stone) -> bool:
         """True if a stone's B/H lies so far outside the simulated range that its fall is not predicted."""
-        return self.has_b_over_h_outside_grid(stone) and bool(np.isnan(self.fall_probability_by_block(stone)).all())
+        return self.has_b_over_h_outside_grid(stone) and bool(
+            np.isnan(self.fall_probability_by_height_and_friction(stone)).all()
+        )
 
-    def fall_sector_probabilities(self, b_over_h: float = math.nan, b_over_h_side: float = math.nan) -> FloatArray:
+    def fall_sector_probabilities_over_all_faces(
+        self, b_over_h: float = math.nan, b_over_h_side: float = math.nan
+    ) -> FloatArray:
         """Return the probabilities that a stone of unknown orientation falls into each azimuth sector.
 
-        The shape is (sectors,), and the sum is 1. The probabilities are means of `fall_side_probabilities` over all
-        face azimuths. Without ``b_over_h`` all B/H of the cube have equal weight, and without ``b_over_h_side`` the
+        The shape is (sectors,), and the sum is 1. The probabilities are means of `standing_and_side_probabilities` over
+        all face azimuths. Without ``b_over_h`` all B/H of the cube have equal weight, and without ``b_over_h_side`` the
         footprint is square.
         """
         of = _slenderness_cache_key(b_over_h, b_over_h_side)
@@ -124,7 +128,7 @@ class SiteFallPrediction(FallSectors):
         falls = [
             np.sum(
                 [
-                    self._fall_side_probabilities_without_background(self.azimuth - 90.0 * turn, shape)[1 + turn]
+                    self._side_probabilities_without_random_falls(self.azimuth - 90.0 * turn, shape)[1 + turn]
                     for turn in range(4)
                 ],
                 axis=0,
@@ -153,16 +157,16 @@ class SiteFallPrediction(FallSectors):
         if has_known_face_and_slenderness(stone):
             return bool(
                 (
-                    self._fall_side_probabilities_without_background(
+                    self._side_probabilities_without_random_falls(
                         np.array([stone.face_azimuth_deg]), stone.slenderness_in_both_planes
                     )[1:, 0]
                     == 0
                 ).all()
             )
-        self.fall_sector_probabilities(*stone.slenderness_in_both_planes)
+        self.fall_sector_probabilities_over_all_faces(*stone.slenderness_in_both_planes)
         return _slenderness_cache_key(*stone.slenderness_in_both_planes) in self._never
 
-    def fall_side_probabilities(self, stone: Stone) -> FloatArray:
+    def standing_and_side_probabilities(self, stone: Stone) -> FloatArray:
         """Return the probabilities that a stone with known face azimuth and B/H stands or falls to each side.
 
         The five probabilities sum to 1.
@@ -174,14 +178,14 @@ class SiteFallPrediction(FallSectors):
         out: only the 3-D model has it (Contento, Zulli & Di Egidio 2013, doi 10.5772/54863).
         """
         blind = np.concatenate([[0.5], np.full(4, 0.125)])
-        model = self._fall_side_probabilities_without_background(
+        model = self._side_probabilities_without_random_falls(
             np.array([stone.face_azimuth_deg]), stone.slenderness_in_both_planes
         )[:, 0]
         if not np.isfinite(model).all():
             return blind
         return np.asarray((1 - self.background) * model + self.background * blind)
 
-    def _fall_side_probabilities_without_background(
+    def _side_probabilities_without_random_falls(
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
         """Return probabilities of standing and of a fall to each side, without random falls, shape (5, n faces).
@@ -224,7 +228,7 @@ class SiteFallPrediction(FallSectors):
         stood, forwards, backwards, right, left = model
         return np.where(known, np.stack([stood, forwards, right, backwards, left]), math.nan)
 
-    def fall_probability_by_block(self, stone: Stone) -> FloatArray:
+    def fall_probability_by_height_and_friction(self, stone: Stone) -> FloatArray:
         """Return the probability that a stone falls, for each simulated height and friction.
 
         Random falls, the share `background`, are not included.
@@ -257,9 +261,9 @@ class SiteFallPrediction(FallSectors):
                 at_height[place] = np.interp(stone.height, self.height[known], column[known])
         return np.asarray(np.broadcast_to(at_height, found.shape))
 
-    def has_outcome(self, stone: Stone) -> bool:
+    def has_simulated_outcome(self, stone: Stone) -> bool:
         """True if some simulated block with the B/H of the stone (and its face azimuth, if known) has an outcome."""
-        return bool(np.isfinite(self.fall_probability_by_block(stone)).any())
+        return bool(np.isfinite(self.fall_probability_by_height_and_friction(stone)).any())
 
     def has_height_outside_grid(self, stone: Stone) -> bool:
         """True if the height of a stone is known and lies outside the simulated range."""
@@ -276,7 +280,7 @@ class SurveyFallPrediction:
     site_cubes : mapping of str to Dataset, optional
         Cubes for the stones of single sites, by name of the site: those of the motions at their surfaces.
     background : float
-        See `BACKGROUND`.
+        See `RANDOM_OUTCOME_SHARE`.
 
     Raises
     ------
@@ -289,7 +293,7 @@ class SurveyFallPrediction:
         cube: xr.Dataset,
         site_cubes: Mapping[str, xr.Dataset] | None = None,
         *,
-        background: float = BACKGROUND,
+        background: float = RANDOM_OUTCOME_SHARE,
     ) -> None:
         self.default = SiteFallPrediction(cube, background=background)
         self._by_site = {
@@ -326,7 +330,7 @@ def _mean_of_known_values(
         return np.asarray((np.where(known, values, 0.0) * weights).sum(axis=axis) / weights.sum(axis=axis))
 
 
-def note_on_b_over_h_outside_study(
+def note_on_b_over_h_far_outside_study(
     stones: Sequence[Stone], study_b_over_h: Sequence[float], survey_name: str
 ) -> tuple[str, ...]:
     """Return a note if stones of a survey have a B/H far outside those of a 2-D study; () if none has."""
@@ -354,5 +358,5 @@ def has_known_face_and_slenderness(stone: Stone) -> bool:
 
 
 def observed_standing_or_side_index(stone: Stone) -> int:
-    """Return the index in `SIDES` of a stone's observed outcome: standing, or the side to which it fell."""
+    """Return the index in `STANDING_OR_FALL_SIDES` of a stone's observed outcome: standing, or the side of its fall."""
     return 1 + int(sector_index(stone.azimuth_deg - stone.face_azimuth_deg, 4)) if stone.fell else 0

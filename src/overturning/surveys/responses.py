@@ -21,9 +21,9 @@ from overturning.surveys.stone_outcomes import (
     DIRECTION_BINS,
     FRICTIONS,
     HEIGHTS,
-    LEVELS,
-    SHAPES,
-    UNKNOWN,
+    PGV_LEVELS,
+    SIMULATED_B_OVER_H,
+    UNKNOWN_OUTCOME_INDEX,
     face_azimuths_to_simulate_for_aspect,
     outcomes_of_needed_sizes,
     size_keys_with_stored_outcomes,
@@ -31,7 +31,7 @@ from overturning.surveys.stone_outcomes import (
 )
 from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, Stone
 
-LN_SHAPE_DEVIATION: Final = 0.15
+LN_B_OVER_H_DEVIATION: Final = 0.15
 """Standard deviation of ln B/H among stones with equal measured sizes (worn edges, footings, restitution)."""
 
 LN_PGV_DEVIATION: Final = 0.15
@@ -40,15 +40,15 @@ LN_PGV_DEVIATION: Final = 0.15
 CONCENTRATION, UNIFORM_SHARE = 8.0, 0.2
 """Scatter of falls about the simulated direction: concentration (von Mises), and share with uniform directions."""
 
-CASE_S: Final = 3e-5
+CASE_SECONDS_PER_MOTION_SECOND: Final = 3e-5
 """Processor time of a case per second of motion, s; order of magnitude, measured with columns and prisms."""
 
-DRAWS: Final = 64
+SIZE_DRAW_COUNT: Final = 64
 """Number of random draws for unknown sizes."""
 
 
 @dataclass(frozen=True)
-class StoneKind:
+class StoneDimensions:
     """Kind of stone to simulate for a survey: height, B/H (each None if unknown) and D/B.
 
     Attributes
@@ -64,10 +64,13 @@ class StoneKind:
     aspect: float = 1.0
 
     @classmethod
-    def from_stone(cls, stone: Stone) -> "StoneKind":
+    def from_stone(cls, stone: Stone) -> "StoneDimensions":
         """Return height and shape of a survey's stone; an `ArgumentError` if outside the simulated range."""
         front, side = stone.slenderness_in_both_planes
-        for name, value, grid in (("height_m", stone.height, HEIGHTS), ("b_over_h", min(front, side), SHAPES)):
+        for name, value, grid in (
+            ("height_m", stone.height, HEIGHTS),
+            ("b_over_h", min(front, side), SIMULATED_B_OVER_H),
+        ):
             if not (
                 math.isnan(value)
                 or grid[0] / LARGEST_FACTOR_BEYOND_GRID <= value <= LARGEST_FACTOR_BEYOND_GRID * grid[-1]
@@ -84,39 +87,42 @@ class StoneKind:
         return cls(height, front if stone.round else min(front, side), 0.0 if stone.round else nearest)
 
     @property
-    def orientations_deg(self) -> FloatArray:
+    def orientations_to_simulate_deg(self) -> FloatArray:
         """Face azimuths to simulate, degrees from the motion's north, without those equal by symmetry."""
         return face_azimuths_to_simulate_for_aspect(self.aspect)
 
     def size_grid_weights(self, size_population: StonePopulation) -> FloatArray:
-        """Return the weights of the simulated `HEIGHTS` and `SHAPES` (B/H) for stones of this kind; their sum is 1.
+        """Return the weights of the simulated `HEIGHTS` and `SIMULATED_B_OVER_H` for stones of this kind; sum 1.
 
         The shape is (heights, shapes). Unknown sizes are distributed as in `size_population`.
         """
         generator = np.random.Generator(np.random.PCG64(size_population.seed))
-        unit = scipy.stats.qmc.Sobol(2, scramble=True, rng=generator).random(DRAWS).T
+        unit = scipy.stats.qmc.Sobol(2, scramble=True, rng=generator).random(SIZE_DRAW_COUNT).T
         height, width = (
             one.low + (one.high - one.low) * u
             for one, u in zip((size_population.height, size_population.width), unit, strict=True)
         )
-        height = height if self.height is None else np.full(DRAWS, self.height)
-        shape = width / height if self.b_over_h is None else np.full(DRAWS, self.b_over_h)
+        height = height if self.height is None else np.full(SIZE_DRAW_COUNT, self.height)
+        shape = width / height if self.b_over_h is None else np.full(SIZE_DRAW_COUNT, self.b_over_h)
         place = np.interp(np.log(height), np.log(HEIGHTS), np.arange(HEIGHTS.size))
         of_height = np.maximum(0.0, 1 - np.abs(place[:, None] - np.arange(HEIGHTS.size)))
-        apart = np.abs(np.log(SHAPES / np.clip(shape, SHAPES[0], SHAPES[-1])[:, None])) / LN_SHAPE_DEVIATION
+        apart = (
+            np.abs(np.log(SIMULATED_B_OVER_H / np.clip(shape, SIMULATED_B_OVER_H[0], SIMULATED_B_OVER_H[-1])[:, None]))
+            / LN_B_OVER_H_DEVIATION
+        )
         of_shape = np.where(apart <= 2.0, np.exp(-0.5 * apart**2), 0.0)
-        return np.asarray(of_height.T @ (of_shape / of_shape.sum(axis=1, keepdims=True)) / DRAWS)
+        return np.asarray(of_height.T @ (of_shape / of_shape.sum(axis=1, keepdims=True)) / SIZE_DRAW_COUNT)
 
 
-def kinds_of_survey_stones(stones: Sequence[Stone], file_name: str) -> list[StoneKind]:
-    """Return height and shape of each stone of a survey as a `StoneKind`.
+def dimensions_of_survey_stones(stones: Sequence[Stone], file_name: str) -> list[StoneDimensions]:
+    """Return height and shape of each stone of a survey as a `StoneDimensions`.
 
     An ArgumentError lists all stones outside the simulated range.
     """
     kinds, faults = [], []
     for stone in stones:
         try:
-            kinds.append(StoneKind.from_stone(stone))
+            kinds.append(StoneDimensions.from_stone(stone))
         except ArgumentError as error:
             faults.append(f"{file_name} {error}")
     if faults:
@@ -143,7 +149,7 @@ class StoneOutcomeProbabilities:
 
     Parameters
     ----------
-    motions, kinds : sequence of CandidateMotion, sequence of StoneKind
+    motions, kinds : sequence of CandidateMotion, sequence of StoneDimensions
         Motions and kinds of stones; raise an `ArgumentError` if there is none of either.
     population : StonePopulation, optional
         Distribution of unknown heights and B/H.
@@ -158,7 +164,7 @@ class StoneOutcomeProbabilities:
     def __init__(
         self,
         motions: Sequence[CandidateMotion],
-        stone_kinds: Sequence[StoneKind],
+        stone_kinds: Sequence[StoneDimensions],
         population: StonePopulation | None = None,
         *,
         folder: Path | None = None,
@@ -171,7 +177,7 @@ class StoneOutcomeProbabilities:
             )
         self.motions = tuple(motions)
         folder = folder or stone_outcome_cache_folder()
-        self._weights = size_grid_weights_by_kind(stone_kinds, population)
+        self._weights = size_grid_weights_by_dimensions(stone_kinds, population)
         needed = size_masks_to_simulate_by_aspect(self._weights)
         self._ways: dict[float, list[dict[str, NDArray[np.int8]]]] = {aspect: [] for aspect in needed}
         for done, one in enumerate(motions):
@@ -183,7 +189,7 @@ class StoneOutcomeProbabilities:
             progress(len(motions), len(motions))
         self.table = lru_cache(64)(self._outcome_probability_table)
 
-    def _outcome_probability_table(self, stone_kind: StoneKind) -> NDArray[np.float32]:
+    def _outcome_probability_table(self, stone_kind: StoneDimensions) -> NDArray[np.float32]:
         """Return the probabilities of each fall direction, relative to the motion's north, and of standing.
 
         The shape is (motions, levels, orientations, bins + 1), for direction bins and standing.
@@ -193,17 +199,19 @@ class StoneOutcomeProbabilities:
         )
 
 
-def size_grid_weights_by_kind(
-    stone_kinds: Sequence[StoneKind], size_population: StonePopulation | None = None
-) -> dict[StoneKind, FloatArray]:
+def size_grid_weights_by_dimensions(
+    stone_kinds: Sequence[StoneDimensions], size_population: StonePopulation | None = None
+) -> dict[StoneDimensions, FloatArray]:
     """Return, for each kind of stone, the share of stones that each simulated height and B/H represents.
 
-    The arrays of shares have the shape (heights, shapes); see `StoneKind.size_grid_weights`.
+    The arrays of shares have the shape (heights, shapes); see `StoneDimensions.size_grid_weights`.
     """
     return {kind: kind.size_grid_weights(size_population or StonePopulation()) for kind in dict.fromkeys(stone_kinds)}
 
 
-def size_masks_to_simulate_by_aspect(weights_by_kind: dict[StoneKind, FloatArray]) -> dict[float, NDArray[np.bool_]]:
+def size_masks_to_simulate_by_aspect(
+    weights_by_kind: dict[StoneDimensions, FloatArray],
+) -> dict[float, NDArray[np.bool_]]:
     """Return, by D/B, a mask of the heights and B/H that must be simulated, shape (heights, shapes).
 
     A pair is needed if its weight for some kind of stone with this D/B is positive.
@@ -216,7 +224,7 @@ def size_masks_to_simulate_by_aspect(weights_by_kind: dict[StoneKind, FloatArray
 
 def simulation_case_count_and_time(
     motions: Sequence[CandidateMotion],
-    stone_kinds: Sequence[StoneKind],
+    stone_kinds: Sequence[StoneDimensions],
     folder: Path | None = None,
     *,
     with_known: bool = False,
@@ -225,7 +233,7 @@ def simulation_case_count_and_time(
 
     Parameters
     ----------
-    motions, stone_kinds : sequence of CandidateMotion, sequence of StoneKind
+    motions, stone_kinds : sequence of CandidateMotion, sequence of StoneDimensions
         Motions, and heights and shapes of the stones.
     folder : Path, optional
         Cache folder; default: in the cache of the user.
@@ -240,9 +248,9 @@ def simulation_case_count_and_time(
         Processor time, s; of the order of magnitude.
     """
     cases, seconds = 0, 0.0
-    for aspect, nodes in size_masks_to_simulate_by_aspect(size_grid_weights_by_kind(stone_kinds)).items():
+    for aspect, nodes in size_masks_to_simulate_by_aspect(size_grid_weights_by_dimensions(stone_kinds)).items():
         names = {f"{h}-{b}" for h, b in np.argwhere(nodes).tolist()}
-        each = len(FRICTIONS) * LEVELS.size * StoneKind(aspect=aspect).orientations_deg.size
+        each = len(FRICTIONS) * PGV_LEVELS.size * StoneDimensions(aspect=aspect).orientations_to_simulate_deg.size
         for one in motions:
             known = (
                 set()
@@ -251,7 +259,7 @@ def simulation_case_count_and_time(
             )
             count = each * len(names - known)
             cases += count
-            seconds += CASE_S * count * one.motion.north.size * one.motion.sampling_interval
+            seconds += CASE_SECONDS_PER_MOTION_SECOND * count * one.motion.north.size * one.motion.sampling_interval
     return cases, seconds
 
 
@@ -262,17 +270,21 @@ def _outcome_probabilities(
 
     The shape is (levels, orientations, bins + 1): peak velocities to which the motion is scaled, orientations of the
     stone, and direction bins and standing. `outcomes_by_node` has the outcomes of each simulated size (see
-    `outcomes_of_needed_sizes`). They are averaged over sizes, with weights of `StoneKind.size_grid_weights`, and over
-    neighbouring levels, since the peak velocity differs within a site.
+    `outcomes_of_needed_sizes`). They are averaged over sizes, with weights of `StoneDimensions.size_grid_weights`, and
+    over neighbouring levels, since the peak velocity differs within a site.
     """
     nodes = np.argwhere(size_grid_weights > 0).tolist()
     outcome = np.stack([outcomes_by_node[f"{h}-{b}"] for h, b in nodes])
     _, frictions, levels, orientations = outcome.shape
-    place = np.arange(levels * orientations).reshape(levels, orientations) * (UNKNOWN + 1) + outcome
+    place = np.arange(levels * orientations).reshape(levels, orientations) * (UNKNOWN_OUTCOME_INDEX + 1) + outcome
     mass = np.broadcast_to(size_grid_weights[size_grid_weights > 0][:, None, None, None] / frictions, outcome.shape)
-    counts = np.bincount(place.ravel(), mass.ravel(), levels * orientations * (UNKNOWN + 1)).reshape(levels, -1)
-    near = np.exp(-0.5 * (np.log(LEVELS[:, None] / LEVELS) / LN_PGV_DEVIATION) ** 2)
-    shares = (near / near.sum(axis=1, keepdims=True) @ counts).reshape(levels, orientations, UNKNOWN + 1)[..., :UNKNOWN]
+    counts = np.bincount(place.ravel(), mass.ravel(), levels * orientations * (UNKNOWN_OUTCOME_INDEX + 1)).reshape(
+        levels, -1
+    )
+    near = np.exp(-0.5 * (np.log(PGV_LEVELS[:, None] / PGV_LEVELS) / LN_PGV_DEVIATION) ** 2)
+    shares = (near / near.sum(axis=1, keepdims=True) @ counts).reshape(levels, orientations, UNKNOWN_OUTCOME_INDEX + 1)[
+        ..., :UNKNOWN_OUTCOME_INDEX
+    ]
     # Without known outcomes the probabilities are uninformative.
     shares += 1e-6 * uninformed_outcome_probabilities()
     shares /= shares.sum(axis=-1, keepdims=True)

@@ -22,11 +22,11 @@ from pydantic import (
 
 from overturning.model.cases import checked_stone_height
 from overturning.surveys.notation import (
+    COMPASS_POINTS_16,
     NO_DIRECTION,
-    NOT_COUNTED,
     OCTANTS,
+    UNCOUNTED_OUTCOME_KINDS,
     UNKNOWN_CELLS,
-    WINDS_16,
     OutcomeKind,
     StatedDirection,
     StatedOutcome,
@@ -51,12 +51,16 @@ def _parse_yes_or_no(text: object) -> bool:
 def _parse_octant_index(text: object) -> int:
     """Convert the name of a compass octant to its index, clockwise from 0 for north."""
     if str(text).upper() not in OCTANTS:
-        finer = "; one of 16 winds belongs in the column azimuth_deg" if str(text).upper() in WINDS_16 else ""
+        finer = (
+            "; one of 16 compass points belongs in the column azimuth_deg"
+            if str(text).upper() in COMPASS_POINTS_16
+            else ""
+        )
         raise ValueError(f"use one of {' '.join(OCTANTS)}{finer}")
     return OCTANTS.index(str(text).upper())
 
 
-def _parse_count(text: object) -> object:
+def _normalise_count_text(text: object) -> object:
     """Prepare the text of a number of stones for `int`; refuse a point or comma, which may separate thousands."""
     plain = normalise_number_text(text)
     if isinstance(plain, str) and re.fullmatch(r"[+-]?[\d.,]*[.,][\d.,]*", str(text).strip()):
@@ -70,7 +74,7 @@ _DIRECTION_SCHEMA: dict[str, Any] = {
     "anyOf": [
         {"type": "number", "minimum": -360, "maximum": 360},
         _ANGLE_TEXT,
-        {"type": "string", "pattern": "^(?:" + "|".join(f"{one}|{one.lower()}" for one in WINDS_16) + ")$"},
+        {"type": "string", "pattern": "^(?:" + "|".join(f"{one}|{one.lower()}" for one in COMPASS_POINTS_16) + ")$"},
         {"type": "string", "pattern": r"^[NSns]\s*\d+([.,]\d+)?\s*([°º˚]|deg)?\s*[EWew]$"},
     ]
 }
@@ -116,7 +120,7 @@ class SurveyRow(BaseModel):
     azimuth_deg: _AZIMUTH = Field(
         NO_DIRECTION,
         description="direction towards which the stone fell: degrees clockwise from north (not radians, not gon), one "
-        "of the 16 winds (`SSE`), or a quadrant bearing (`S40E`)",
+        "of the 16 compass points (`SSE`), or a quadrant bearing (`S40E`)",
     )
     octant: Annotated[
         int | None,
@@ -125,7 +129,7 @@ class SurveyRow(BaseModel):
     ] = Field(None, description="direction of the fall as N, NE, E, SE, S, SW, W or NW, instead of `azimuth_deg`")
     count: Annotated[
         int,
-        BeforeValidator(_parse_count),
+        BeforeValidator(_normalise_count_text),
         Field(ge=1, le=1_000_000),
         _json_schema_of_number_cell(1, 1_000_000, "integer"),
     ] = Field(1, description="number of stones of this row; default 1")
@@ -266,7 +270,7 @@ class SurveyRow(BaseModel):
         """
         if "fixed" not in self.outcome_kinds and "fell" in self.outcome_kinds:
             return "fell"
-        return "not counted" if set(self.outcome_kinds) & set(NOT_COUNTED) else "stands"
+        return "not counted" if set(self.outcome_kinds) & set(UNCOUNTED_OUTCOME_KINDS) else "stands"
 
     @property
     def fall_direction(self) -> StatedDirection:
@@ -289,7 +293,7 @@ class SurveyRow(BaseModel):
         return sense * self.twist_deg if math.isfinite(self.twist_deg) else self.outcome.twist_deg
 
     @classmethod
-    def read_cells(
+    def validate_cells(
         cls,
         cells: dict[str, str],
         error_messages: Callable[[ValidationError, type[BaseModel], dict[str, str]], list[str]],

@@ -41,7 +41,7 @@ class FallSectors:
 
     def nearest_sector_index(self, azimuth_deg: float) -> int:
         """Return the index of the sector whose azimuth is nearest to `azimuth_deg`."""
-        return int(nearest_simulated_directions(self.azimuth, [azimuth_deg], FULL_TURN).cell[0])
+        return int(nearest_simulated_directions(self.azimuth, [azimuth_deg], FULL_TURN).direction_index[0])
 
     def octant_probabilities_from_sectors(self, sector_probabilities: FloatArray) -> FloatArray:
         """Convert probabilities of azimuth sectors to probabilities of the 8 compass octants.

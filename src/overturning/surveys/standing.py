@@ -17,7 +17,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.tables import read_table_rows
 
-CAPACITIES: Final = np.linspace(-6.0, 6.0, 241)
+CAPACITY_INTEGRATION_POINTS: Final = np.linspace(-6.0, 6.0, 241)
 """Integration points for the capacity of a stone relative to its class, in standard deviations."""
 
 MIN_SPREAD: Final = 1e-3
@@ -26,14 +26,14 @@ MIN_SPREAD: Final = 1e-3
 BOUND_PROBABILITY: Final = 0.95
 """Probability that the rate of falls lies below its upper bound."""
 
-LARGEST_FACTOR: Final = 1e6
+MAX_HAZARD_FACTOR: Final = 1e6
 """Largest factor on the hazard; if stones survive even this, there is no bound."""
 
 
-LARGEST_SHARE_BEYOND: Final = 0.9
+MAX_FALL_SHARE_OUTSIDE_RECORDS: Final = 0.9
 """Largest share of falls from shaking outside the range of the records; above it, implausible levels are refused."""
 
-PLAUSIBLE_TOPS: Final = {"g": (0.05, 20.0, 981.0, "Gal"), "cm/s": (10.0, 2000.0, 0.01, "m/s")}
+PLAUSIBLE_HIGHEST_LEVELS_BY_UNIT: Final = {"g": (0.05, 20.0, 981.0, "Gal"), "cm/s": (10.0, 2000.0, 0.01, "m/s")}
 """By unit: least and largest plausible highest level of a hazard curve, and the likely other unit: how many of it make
 one of this unit, and its name."""
 
@@ -194,9 +194,10 @@ def estimate_standing_probability(
     share = math.nan
     if math.isfinite(fragility_curve.other_spread):
         each = annual_fall_rates(
-            fragility_curve.median * np.exp(CAPACITIES * fragility_curve.other_spread), fragility_curve.record_spread
+            fragility_curve.median * np.exp(CAPACITY_INTEGRATION_POINTS * fragility_curve.other_spread),
+            fragility_curve.record_spread,
         )
-        weight = np.exp(-0.5 * CAPACITIES**2)
+        weight = np.exp(-0.5 * CAPACITY_INTEGRATION_POINTS**2)
         share = float(np.sum(weight * np.exp(-each * years)) / weight.sum())
     first = float(fall_probability(float(hazard_curve.level[0]), fragility_curve.median, spread)[0])
     stands, low, high = (math.exp(-one * years) for one in (rate, strong, weak))
@@ -273,7 +274,7 @@ def hazard_unit_warning(hazard_curve: HazardCurve) -> str:
     The highest level is judged: curves end where exceedance is very rare, at 0.05 to 20 g, or 10 to 2000 cm/s. Levels
     in a unit that is smaller by a factor of 100 or more then lie above, and in a larger one below.
     """
-    low, high, factor, other = PLAUSIBLE_TOPS.get(hazard_curve.unit, (0.0, math.inf, 1.0, ""))
+    low, high, factor, other = PLAUSIBLE_HIGHEST_LEVELS_BY_UNIT.get(hazard_curve.unit, (0.0, math.inf, 1.0, ""))
     top = float(hazard_curve.level[-1])
     if low <= top <= high:
         return ""
@@ -318,7 +319,7 @@ def upper_bound_of_factor_on_hazard_curve(
         ).share - (1 - BOUND_PROBABILITY)
 
     # Twice the time has the same effect as twice the hazard.
-    first, last = math.log(fall_rate_bound / rate), math.log(LARGEST_FACTOR * max(1.0, fall_rate_bound / rate))
+    first, last = math.log(fall_rate_bound / rate), math.log(MAX_HAZARD_FACTOR * max(1.0, fall_rate_bound / rate))
     if math.isnan(standing_share_minus_five_percent(first)) or standing_share_minus_five_percent(first) <= 0:
         return fall_rate_bound / rate
     return (

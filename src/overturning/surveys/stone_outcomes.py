@@ -19,8 +19,9 @@ from overturning.model.cases import Cases
 from overturning.study.sources import package_source_hash
 from overturning.surveys.library import CandidateMotion
 
-# Written out: the last digit of NumPy's geomspace differs between processors, and `LIBRARY_FILE` holds exact values.
-LEVELS: Final[FloatArray] = np.array([
+# Written out: the last digit of NumPy's geomspace differs between processors, and `SHIPPED_OUTCOMES_FILE` holds exact
+# values.
+PGV_LEVELS: Final[FloatArray] = np.array([
     0.2, 0.25198420997897464, 0.3174802103936399, 0.4, 0.5039684199579493, 0.6349604207872799, 0.8000000000000002,
     1.0079368399158986, 1.2699208415745598, 1.6, 2.0158736798317975, 2.539841683149119, 3.2,
 ])  # fmt: skip
@@ -29,7 +30,7 @@ LEVELS: Final[FloatArray] = np.array([
 HEIGHTS: Final[FloatArray] = np.array([0.3 * 1.5**step for step in range(10)])
 """Simulated heights, m; outcomes are interpolated between them."""
 
-SHAPES: Final[FloatArray] = np.array([
+SIMULATED_B_OVER_H: Final[FloatArray] = np.array([
     0.08, 0.09550213133715489, 0.11400821362423984, 0.13610034238820712, 0.16247340967237883, 0.19395696136658624,
     0.23154128997734005, 0.2764085835673776, 0.3299701106321081, 0.3939106105365391, 0.47024128578199303,
     0.5613630629363063, 0.6701421120546335, 0.8,
@@ -51,21 +52,28 @@ BIN_WIDTH_DEG: Final = 5
 DIRECTION_BINS: Final = 360 // BIN_WIDTH_DEG
 STOOD: Final = DIRECTION_BINS
 """Index of standing, after the direction bins."""
-UNKNOWN: Final = DIRECTION_BINS + 1
+UNKNOWN_OUTCOME_INDEX: Final = DIRECTION_BINS + 1
 
-LIBRARY_FILE: Final = Path(__file__).with_name("library-outcomes.npz")
+SHIPPED_OUTCOMES_FILE: Final = Path(__file__).with_name("library-outcomes.npz")
 """Outcomes under the motions of the package, for stones of the heights of gravestones.
 
 `verification/library_outcomes.py` computes the file. `grid` is the text of `simulated_grid_as_text`, `motions` has
 a row of `motion_signature` for each motion. For each D/B, written as ``:g``, ``sizes D/B`` has indices into `HEIGHTS`
-and `SHAPES`, shape (sizes, 2), and ``outcomes D/B`` the outcomes, shape (motions, sizes, frictions, levels,
+and `SIMULATED_B_OVER_H`, shape (sizes, 2), and ``outcomes D/B`` the outcomes, shape (motions, sizes, frictions, levels,
 orientations).
 """
 
 
 def simulated_grid_as_text() -> str:
     """Return the grid of simulated sizes, frictions, levels and orientations as text, to detect outdated files."""
-    grid = (BIN_WIDTH_DEG, LEVELS.tolist(), FRICTIONS, HEIGHTS.tolist(), SHAPES.tolist(), ORIENTATION_STEP_DEG)
+    grid = (
+        BIN_WIDTH_DEG,
+        PGV_LEVELS.tolist(),
+        FRICTIONS,
+        HEIGHTS.tolist(),
+        SIMULATED_B_OVER_H.tolist(),
+        ORIENTATION_STEP_DEG,
+    )
     return repr(grid)
 
 
@@ -84,20 +92,23 @@ def motion_signature(candidate_motion: CandidateMotion) -> FloatArray:
     """
     one, motion = candidate_motion, candidate_motion.motion
     vertical = 0.0 if motion.up is None else float(np.abs(motion.up).max())
-    return np.array([motion.north.size, motion.sampling_interval, one.pga, one.pgv, one.axis, vertical], np.float64)
+    return np.array(
+        [motion.north.size, motion.sampling_interval, one.pga, one.pgv, one.peak_velocity_azimuth_deg, vertical],
+        np.float64,
+    )
 
 
 @cache
 def _shipped_outcome_array(name: str) -> NDArray[np.generic]:
-    """Return an array of `LIBRARY_FILE`, the file with simulated outcomes of stones in the package."""
-    with np.load(LIBRARY_FILE) as stored:
+    """Return an array of `SHIPPED_OUTCOMES_FILE`, the file with simulated outcomes of stones in the package."""
+    with np.load(SHIPPED_OUTCOMES_FILE) as stored:
         return np.asarray(stored[name])
 
 
 @cache
 def _aspects_with_shipped_outcomes() -> frozenset[str]:
     """Return, as text, each D/B with simulated outcomes in the package; empty if they are on another size grid."""
-    with np.load(LIBRARY_FILE) as stored:
+    with np.load(SHIPPED_OUTCOMES_FILE) as stored:
         if str(stored["grid"]) != simulated_grid_as_text():
             return frozenset()
         return frozenset(name.partition(" ")[2] for name in stored.files if name.startswith("sizes "))
@@ -140,8 +151,8 @@ def outcomes_of_needed_sizes(
     """Return the outcomes of stones with one D/B under a motion: shipped with the package, stored, or simulated.
 
     The sizes are those that are True in `needed_sizes_mask`, of shape (heights, B/H). Each key is ``height-B/H``, two
-    indices; each value has the direction bin of the fall, `STOOD` or `UNKNOWN` for each friction, peak velocity to
-    which the motion is scaled, and orientation of the stone.
+    indices; each value has the direction bin of the fall, `STOOD` or `UNKNOWN_OUTCOME_INDEX` for each friction, peak
+    velocity to which the motion is scaled, and orientation of the stone.
     """
     shipped = shipped_stone_outcomes_of_motion(candidate_motion, aspect)
     needed = [(h, b) for h, b in np.argwhere(needed_sizes_mask).tolist() if f"{h}-{b}" not in shipped]
@@ -197,24 +208,24 @@ def simulate_outcomes_of_sizes(
 ) -> NDArray[np.int8]:
     """Simulate stones with one D/B at given pairs of height and B/H; return their outcomes.
 
-    `size_grid_indices` are pairs of indices into `HEIGHTS` and `SHAPES`. Outcomes have shape (nodes, frictions, levels,
-    orientations).
+    `size_grid_indices` are pairs of indices into `HEIGHTS` and `SIMULATED_B_OVER_H`. Outcomes have shape (nodes,
+    frictions, levels, orientations).
 
-    An outcome is the direction bin of the fall, `STOOD` or `UNKNOWN`.
+    An outcome is the direction bin of the fall, `STOOD` or `UNKNOWN_OUTCOME_INDEX`.
     """
     axes = (
         np.arange(len(size_grid_indices)),
         np.array(FRICTIONS),
-        LEVELS / candidate_motion.pgv,
+        PGV_LEVELS / candidate_motion.pgv,
         face_azimuths_to_simulate_for_aspect(aspect),
     )
     node, friction, amplitude, orientation = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
-    height, shape = (grid[np.array(size_grid_indices)[:, at]] for at, grid in enumerate((HEIGHTS, SHAPES)))
+    height, shape = (grid[np.array(size_grid_indices)[:, at]] for at, grid in enumerate((HEIGHTS, SIMULATED_B_OVER_H)))
     node = node.astype(np.intp)
     cases = Cases(orientation, height[node], shape[node], friction, amplitude, aspect=max(aspect, 1.0))
     found = simulate_cases(
         "rectangle" if aspect else "circle", candidate_motion.motion, cases, NumericalOptions(threads=threads)
     )
     way = np.round(np.nan_to_num(found.fall_azimuth) / BIN_WIDTH_DEG).astype(np.int8) % DIRECTION_BINS
-    outcome = np.where(found.overturned == 1, way, np.where(found.overturned == 0, STOOD, UNKNOWN))
+    outcome = np.where(found.overturned == 1, way, np.where(found.overturned == 0, STOOD, UNKNOWN_OUTCOME_INDEX))
     return outcome.astype(np.int8).reshape([axis.size for axis in axes])

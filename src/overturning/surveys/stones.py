@@ -13,22 +13,27 @@ from overturning.surveys.columns import (
     recognise_columns,
     stone_count_column_errors,
 )
-from overturning.surveys.field_table import FieldTable, NumberedTableRow, read_field_table
+from overturning.surveys.field_table import NumberedTableRow, TextTable, read_text_table
 from overturning.surveys.notation import OCTANTS, UNKNOWN_CELLS, common_azimuth_step_deg
-from overturning.surveys.notes import AZIMUTHS, label_of_line_numbers, notes_on_unused_stones, warnings_on_survey_table
+from overturning.surveys.notes import (
+    AZIMUTH_COLUMNS,
+    label_of_line_numbers,
+    notes_on_unused_stones,
+    warnings_on_survey_table,
+)
 from overturning.surveys.row import COLUMNS, SurveyRow
 from overturning.tables import cell_error_messages
 
-__all__ = ["BACKGROUND", "COLUMNS", "OCTANTS", "Stone", "SurveyRow"]
+__all__ = ["COLUMNS", "OCTANTS", "RANDOM_OUTCOME_SHARE", "Stone", "SurveyRow"]
 
 LARGEST_FACTOR_BEYOND_GRID: Final = 1.25
 """Largest factor by which a size or ratio of a stone may lie outside the simulated range to take the nearest value."""
 
-BACKGROUND = 0.05
+RANDOM_OUTCOME_SHARE = 0.05
 """Assumed share of stones with a random outcome (pushed by a neighbour, bad footing). Without it, a single stone in a
 direction of probability zero would reject the model."""
 
-_MEASURED = set(COLUMNS) - {"site", "stone", "kind", "outcome", "fell", "round", "note", "photo"}
+_COLUMNS_ALLOWING_UNKNOWN = set(COLUMNS) - {"site", "stone", "kind", "outcome", "fell", "round", "note", "photo"}
 """Columns of numbers and directions, in which a cell may state that the value is not known."""
 
 _UNIT_CELLS = ("m", "cm", "mm", "deg", "degrees", "°", "-", "–", "yes/no")
@@ -40,8 +45,8 @@ _TOTALS = (
 )  # fmt: skip
 """Names of a line of totals or means, in lower case."""
 
-_STATING_OUTCOME = {"azimuth_deg", "octant", "fell", "outcome"}
-_MOST_OCTANT_DECLINATION_DEG = 11.25
+_OUTCOME_COLUMNS = {"azimuth_deg", "octant", "fell", "outcome"}
+_MAX_OCTANT_DECLINATION_DEG = 11.25
 """Largest magnetic declination of an octant, a quarter of its width."""
 
 
@@ -56,7 +61,7 @@ class Stone:
     azimuth_deg : float
         Direction towards which it fell, degrees clockwise from true north; NaN where it stood, or fell in an unknown
         direction.
-    octant : bool
+    has_octant_direction : bool
         The direction was given as a compass octant, so it is known to ±22.5°.
     count : int
         Number of stones in this row.
@@ -72,18 +77,18 @@ class Stone:
         A column, which can fall in any plane.
     line : int
         Line of the file.
-    wind_16 : bool
-        The direction was given as one of 16 winds, so it is known to ±11.25°.
+    has_16_point_direction : bool
+        The direction was given as one of 16 compass points, so it is known to ±11.25°.
     site, name : str
         Cemetery, and name of the stone; "" where not given.
-    degree_step_deg : float
+    azimuth_recording_step_deg : float
         Step in which the directions of the survey that are given in degrees are recorded, degrees; 0 if they are finer
         than whole degrees.
     """
 
     fell: bool
     azimuth_deg: float
-    octant: bool
+    has_octant_direction: bool
     count: int = 1
     b_over_h: float = math.nan
     b_over_h_side: float = math.nan
@@ -91,10 +96,10 @@ class Stone:
     line: int = 0
     height: float = math.nan
     round: bool = False
-    wind_16: bool = False
+    has_16_point_direction: bool = False
     site: str = ""
     name: str = ""
-    degree_step_deg: float = 0.0
+    azimuth_recording_step_deg: float = 0.0
 
     @property
     def fell_in_known_direction(self) -> bool:
@@ -104,12 +109,12 @@ class Stone:
     @property
     def direction_half_width_deg(self) -> float:
         """Half-width, degrees, of the interval in which the fall direction lies: 22.5 for an octant, 0 for degrees."""
-        return 22.5 if self.octant else 11.25 if self.wind_16 else 0.0
+        return 22.5 if self.has_octant_direction else 11.25 if self.has_16_point_direction else 0.0
 
     @property
-    def recorded_step_deg(self) -> float:
-        """Step, degrees, in which the fall direction is recorded: 45 for an octant, 22.5 for one of 16 winds."""
-        return 2.0 * self.direction_half_width_deg or self.degree_step_deg
+    def direction_recording_step_deg(self) -> float:
+        """Step, degrees, in which the fall direction is recorded: 45 for an octant, 22.5 for a compass point (NNE)."""
+        return 2.0 * self.direction_half_width_deg or self.azimuth_recording_step_deg
 
     @property
     def slenderness_in_both_planes(self) -> tuple[float, float]:
@@ -141,8 +146,8 @@ class SurveyTable:
         Notes on columns and stones that are not used; warnings about units and repeated stones; comment lines at the
         start of the file.
     winds_are_octants : bool
-        True if the winds in ``azimuth_deg`` are only N, NE, E, …, so that they are known to ±22.5°.
-    degree_step_deg : float
+        True if the compass points in ``azimuth_deg`` are only N, NE, E, …, so that they are known to ±22.5°.
+    azimuth_recording_step_deg : float
         Step in which fall directions in degrees are recorded, see `common_azimuth_step_deg`.
     """
 
@@ -152,7 +157,7 @@ class SurveyTable:
     warnings: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     winds_are_octants: bool = False
-    degree_step_deg: float = 0.0
+    azimuth_recording_step_deg: float = 0.0
 
     @property
     def stones(self) -> list[Stone]:
@@ -167,11 +172,9 @@ class SurveyTable:
     def select_site(self, site: str) -> "SurveyTable":
         """Return a table with the rows of one site only."""
         return SurveyTable(
-            self.name,
-            tuple((line, row) for line, row in self.rows if row.site == site),
-            winds_are_octants=self.winds_are_octants,
-            degree_step_deg=self.degree_step_deg,
-        )
+            self.name, tuple((line, row) for line, row in self.rows if row.site == site),
+            winds_are_octants=self.winds_are_octants, azimuth_recording_step_deg=self.azimuth_recording_step_deg,
+        )  # fmt: skip
 
     def count_stones(self, condition: Callable[[SurveyRow], bool]) -> int:
         """Return the number of stones in the rows for which `condition` is True."""
@@ -186,18 +189,13 @@ class SurveyTable:
         azimuth, wind = row.fall_direction
         by_octant = row.octant is not None or (wind is not None and self.winds_are_octants)
         return Stone(
-            fell=fell,
-            azimuth_deg=_normalise_azimuth_deg(azimuth + north) if fell else math.nan,
-            octant=by_octant and fell,
-            wind_16=wind is not None and not by_octant and fell,
-            face_azimuth_deg=_normalise_azimuth_deg(row.face_azimuth_deg.azimuth_deg + north),
-            line=line,
-            height=row.height_m,
-            site=row.site,
-            name=row.stone,
-            degree_step_deg=self.degree_step_deg,
+            fell=fell, azimuth_deg=_normalise_azimuth_deg(azimuth + north) if fell else math.nan,
+            has_octant_direction=by_octant and fell, has_16_point_direction=wind is not None and not by_octant and fell,
+            face_azimuth_deg=_normalise_azimuth_deg(row.face_azimuth_deg.azimuth_deg + north), line=line,
+            height=row.height_m, site=row.site, name=row.stone,
+            azimuth_recording_step_deg=self.azimuth_recording_step_deg,
             **{name: getattr(row, name) for name in ("count", "b_over_h", "b_over_h_side", "round")},
-        )
+        )  # fmt: skip
 
 
 def _normalise_azimuth_deg(azimuth_deg: float) -> float:
@@ -220,7 +218,7 @@ def fallen_and_all_stone_counts(stones: Sequence[Stone]) -> tuple[int, int]:
     return sum(stone.count for stone in stones if stone.fell), sum(stone.count for stone in stones)
 
 
-def read_stones(path: Path) -> list[Stone]:
+def read_counted_stones(path: Path) -> list[Stone]:
     """Read from a survey file the stones that statistics count as fallen or standing, in the file's order.
 
     See `read_survey_table`.
@@ -247,7 +245,7 @@ def check_survey_has_counted_stone(table: SurveyTable, path: Path) -> None:
 def read_survey_table(path: Path, declination_deg: float | None = None) -> SurveyTable:
     """Read all rows of a survey file, validated; unknown columns are not used, but listed in a note.
 
-    Cells are separated by commas, semicolons or tabs; see `overturning.surveys.field_table.read_field_table` for
+    Cells are separated by commas, semicolons or tabs; see `overturning.surveys.field_table.read_text_table` for
     encodings. ``magnetic_declination_deg`` (east positive) is added to the stone's directions.
 
     Parameters
@@ -264,32 +262,38 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
         If the file cannot be read, has no stone, or a fault; the message lists all faults with line, column, value and
         remedy, and no stone is read.
     """
-    table = read_field_table(path, "survey")
+    table = read_text_table(path, "survey")
     plan = recognise_columns(table.header.cells, COLUMNS)
-    of_numbers = stone_count_column_errors(table.header.cells, plan.meanings, [line.cells for line in table.rows])
+    of_numbers = stone_count_column_errors(table.header.cells, plan.standard_names, [line.cells for line in table.rows])
     faults = [(table.header.line, message) for message in (*plan.faults, *of_numbers)]
-    above = table.remarks[-1].split(table.separator) if table.remarks else []
-    if "" in plan.meanings and len(above) == len(plan.meanings) and looks_like_header(above, COLUMNS, _STATING_OUTCOME):
+    above = table.leading_comments[-1].split(table.separator) if table.leading_comments else []
+    if (
+        "" in plan.standard_names
+        and len(above) == len(plan.standard_names)
+        and looks_like_header(above, COLUMNS, _OUTCOME_COLUMNS)
+    ):
         faults = [(table.header.line, "the line above it names the columns, but is a comment; remove its #")]
-    missing = not _STATING_OUTCOME & set(plan.meanings)
+    missing = not _OUTCOME_COLUMNS & set(plan.standard_names)
     if missing:
         faults.append((table.header.line, _missing_outcome_column_message(table)))
     if declination_deg is not None:
-        if "magnetic_declination_deg" in plan.meanings:
+        if "magnetic_declination_deg" in plan.standard_names:
             faults.append((table.header.line, "a column gives the declination; leave out the option declination"))
         elif not abs(declination_deg) <= 180:
             raise RecordError(f"declination {declination_deg:g}: give degrees from -180 to 180, east positive")
-    if declination_deg or "magnetic_declination_deg" in plan.meanings:
-        faults += [(table.header.line, message) for message in _errors_on_true_north_columns(table, plan.meanings)]
+    if declination_deg or "magnetic_declination_deg" in plan.standard_names:
+        faults += [
+            (table.header.line, message) for message in _errors_on_true_north_columns(table, plan.standard_names)
+        ]
     rows = list[tuple[int, SurveyRow]]()
     for line in table.rows:
-        row, messages = _read_row(line, plan.meanings, table, declination_deg, outcome_is_missing=missing)
+        row, messages = _validate_row(line, plan.standard_names, table, declination_deg, outcome_is_missing=missing)
         faults += [(line.line, message) for message in messages]
         rows += [(line.line, row)] if row is not None else []
-    winds = {row.fall_direction.wind for _, row in rows} - {None}
+    winds = {row.fall_direction.compass_point_index for _, row in rows} - {None}
     octants = bool(winds) and all(wind is not None and wind % 2 == 0 for wind in winds)
     step = common_azimuth_step_deg(
-        [row.fall_direction.azimuth_deg for _, row in rows if row.fall_direction.wind is None]
+        [row.fall_direction.azimuth_deg for _, row in rows if row.fall_direction.compass_point_index is None]
     )
     faults += [(line, message) for line, message in _octant_declination_errors(rows, winds_are_octants=octants)]
     if not table.rows and not faults:
@@ -298,17 +302,14 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
         raise RecordError(_format_row_errors(path, faults))
     notes = [f"{path.name}: {note}" for note in (*plan.notes, *notes_on_unused_stones(rows))]
     return SurveyTable(
-        path.name,
-        tuple(rows),
-        tuple(notes),
-        tuple(warnings_on_survey_table(path.name, rows, table, plan.meanings, declination_deg)),
-        table.remarks,
-        octants,
-        step,
-    )
+        path.name, tuple(rows), tuple(notes),
+        tuple(warnings_on_survey_table(path.name, rows, table, plan.standard_names, declination_deg)),
+        table.leading_comments,
+        octants, step,
+    )  # fmt: skip
 
 
-def _missing_outcome_column_message(table: FieldTable) -> str:
+def _missing_outcome_column_message(table: TextTable) -> str:
     """Return the error message for a survey header in which no column states the outcomes of the stones."""
     filled = [cell for cell in table.header.cells if cell]
     spaces = "; columns are separated by spaces: use commas, semicolons or tabs" if "  " in filled[0] else ""
@@ -317,24 +318,24 @@ def _missing_outcome_column_message(table: FieldTable) -> str:
     return f"no column azimuth_deg or octant, fell or outcome; name one of them in the header{spaces or title}{listed}"
 
 
-def _errors_on_true_north_columns(table: FieldTable, meanings: list[str]) -> Iterator[str]:
+def _errors_on_true_north_columns(table: TextTable, meanings: list[str]) -> Iterator[str]:
     """Yield an error message for each column of azimuths from true north in a table that has a declination."""
     at = [place for place, meaning in enumerate(meanings) if meaning == "magnetic_declination_deg"]
     cells = [row.cells[place] for row in table.rows for place in at if place < len(row.cells)]
     if at and all(not cell.strip("+-0.,°º˚") or cell.lower() in UNKNOWN_CELLS for cell in cells):
         return
     for name, meaning in zip(table.header.cells, meanings, strict=True):
-        if meaning in AZIMUTHS and column_name_states_true_north(name):
+        if meaning in AZIMUTH_COLUMNS and column_name_states_true_north(name):
             yield (
                 f"column {name!r} names true north, but a declination is given, which is added to all azimuths; leave "
                 "out the declination, or rename the column"
             )
 
 
-def _read_row(
+def _validate_row(
     line: NumberedTableRow,
     meanings: list[str],
-    table: FieldTable,
+    table: TextTable,
     declination_deg: float | None,
     *,
     outcome_is_missing: bool,
@@ -361,11 +362,11 @@ def _read_row(
     values = {
         meaning: cell
         for meaning, cell in zip(meanings, cells, strict=False)
-        if meaning and cell and not (meaning in _MEASURED and cell.lower() in UNKNOWN_CELLS)
+        if meaning and cell and not (meaning in _COLUMNS_ALLOWING_UNKNOWN and cell.lower() in UNKNOWN_CELLS)
     }
     if declination_deg is not None:
         values["magnetic_declination_deg"] = str(declination_deg)
-    return SurveyRow.read_cells(values, cell_error_messages, check_outcome=not outcome_is_missing)
+    return SurveyRow.validate_cells(values, cell_error_messages, check_outcome=not outcome_is_missing)
 
 
 def _is_label_of_totals_row(meaning: str, cell: str) -> bool:
@@ -378,12 +379,13 @@ def _octant_declination_errors(
 ) -> Iterator[tuple[int, str]]:
     """Yield line number and error message for each octant that a large declination makes ambiguous."""
     for line, row in rows:
-        by_octant = row.octant is not None or (row.fall_direction.wind is not None and winds_are_octants)
-        if by_octant and abs(row.magnetic_declination_deg) > _MOST_OCTANT_DECLINATION_DEG:
+        by_octant = row.octant is not None or (row.fall_direction.compass_point_index is not None and winds_are_octants)
+        if by_octant and abs(row.magnetic_declination_deg) > _MAX_OCTANT_DECLINATION_DEG:
             yield (
                 line,
-                f"one of 8 winds from magnetic north, {row.magnetic_declination_deg:g}° from true north, lies across "
-                "two octants; give degrees, or the wind from true north and no declination",
+                f"one of 8 compass points from magnetic north, {row.magnetic_declination_deg:g}° from true north, "
+                "lies across "
+                "two octants; give degrees, or the compass point from true north and no declination",
             )
 
 

@@ -32,7 +32,7 @@ FONTS: Final = {"ja": ("fonts-noto-cjk", ("Noto Serif CJK JP", "Noto Sans CJK JP
 _FIRST_CJK: Final = "\N{CJK RADICAL REPEAT}"
 """First character of the Unicode blocks of Chinese, Japanese and Korean."""
 
-_FIELD: Final = re.compile(r"\{(\w*)\}")
+_PLACEHOLDER_PATTERN: Final = re.compile(r"\{(\w*)\}")
 _LATIN_WORD: Final = re.compile("[A-Za-z]{2,}")
 _NUMBER: Final = r"[+−–-]?\d[\d,]*(?:\.\d+)?(?:e[+−-]?\d+)?"
 
@@ -46,7 +46,7 @@ def check_language_is_known(language: str) -> None:
 
 
 @contextmanager
-def translate_visible_texts_to(language: str | None) -> Iterator[None]:
+def use_translation_language(language: str | None) -> Iterator[None]:
     """Context manager in which texts of figures and reports are translated into a language; None is English.
 
     Raises
@@ -122,15 +122,17 @@ def installed_fonts_of_language(language: str) -> list[str]:
     import typst
 
     _, names = FONTS.get(language, ("", ()))
-    if names and names not in _FOUND:  # the search takes 0.1 s; it is repeated until a font is installed
+    if (
+        names and names not in _INSTALLED_FONTS_CACHE
+    ):  # the search takes 0.1 s; it is repeated until a font is installed
         families = set(typst.Fonts(include_system_fonts=True).families())
         if not (found := [name for name in names if name in families]):
             return []
-        _FOUND[names] = found
-    return list(_FOUND.get(names, ()))
+        _INSTALLED_FONTS_CACHE[names] = found
+    return list(_INSTALLED_FONTS_CACHE.get(names, ()))
 
 
-_FOUND: dict[tuple[str, ...], list[str]] = {}
+_INSTALLED_FONTS_CACHE: dict[tuple[str, ...], list[str]] = {}
 """Cache of the installed fonts, by the font names that were searched for."""
 
 
@@ -151,7 +153,7 @@ class _TranslationPattern(NamedTuple):
     """Table entry with placeholders: a regular expression for the English text, and its translation."""
 
     pattern: "re.Pattern[str]"
-    names: tuple[str, ...]  # of the fields in the English text; "" for a number
+    placeholder_names: tuple[str, ...]  # of the fields in the English text; "" for a number
     translation: str
 
 
@@ -162,7 +164,7 @@ def _exact_and_pattern_translations(
     """Return the translations in a table by English text, and patterns for the texts with placeholders."""
     found = []
     for english, translation in table_entries:
-        fixed, names = _FIELD.split(english)[::2], tuple(_FIELD.findall(english))
+        fixed, names = _PLACEHOLDER_PATTERN.split(english)[::2], tuple(_PLACEHOLDER_PATTERN.findall(english))
         if names:
             parts = [r"\s+".join(map(re.escape, re.split(r"\s+", part))) for part in fixed]
             fields = (f"(?P<{name}>[^;:]*?[^;:,])" if name else f"({_NUMBER})" for name in names)
@@ -181,7 +183,7 @@ def _translation_from_table(text: str, table_entries: tuple[tuple[str, str], ...
         return exact[joined]
     for entry in entries:
         if match := entry.pattern.fullmatch(text):
-            numbers = [one for one, name in zip(match.groups(), entry.names, strict=True) if not name]
+            numbers = [one for one, name in zip(match.groups(), entry.placeholder_names, strict=True) if not name]
             named = {name: _translate_text_lines(one, table_entries) for name, one in match.groupdict().items()}
             return entry.translation.format(*numbers, **named)
     return None

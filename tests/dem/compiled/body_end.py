@@ -11,7 +11,7 @@ from overturning.kernel_cache import cache_compiled_kernel
 
 @cache_compiled_kernel
 @njit
-def kernel_counts_body_as_fallen(w: float, x: float, y: float, least: float, sectors: np.ndarray) -> bool:
+def is_body_fallen_in_kernel(w: float, x: float, y: float, least: float, sectors: np.ndarray) -> bool:
     """True if the 3-D kernel counts a body as fallen that is rotated by the quaternion (w, x, y, 0).
 
     `least`: cosine of the smallest tilt at which the body has fallen. `sectors`: fall limits by direction of the lean.

@@ -3,11 +3,11 @@
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.lanes import borrowed
-from overturning.dem.kernel.queue import allocate_workspace, load_motion_of_next_sample, start_case
+from overturning.dem.kernel.lanes import view_without_reference_counts
+from overturning.dem.kernel.queue import allocate_workspace, start_case, update_sample_and_load_motion
 from overturning.dem.polygon import equations, rows
 from overturning.dem.polygon.rules import (
-    store_slip_and_support_times_of_sample,
+    store_sample_results_and_start_next_sample,
     view_scene_arrays_without_reference_counts,
 )
 from overturning.dem.polygon.step import advance_scene_one_step
@@ -19,7 +19,7 @@ from overturning.kernel_cache import cache_compiled_kernel
 @njit
 def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: ignore[no-untyped-def]
     """Solve the equations of elements linked by contacts; return first the number of 3 × 3 submatrices used."""
-    pattern, matrix = equations.create_empty_nonzero_pattern(size), np.zeros(size * size * equations.SIZE)
+    pattern, matrix = equations.create_empty_nonzero_pattern(size), np.zeros(size * size * equations.SUBMATRIX_SIZE)
     for k in range(size):
         pattern.used[k, k] = True
     for i, k in links:
@@ -30,10 +30,12 @@ def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: 
         for k in range(size):
             if pattern.used[i, k]:
                 for number in range(9):
-                    for j in range(rows.COLUMNS):
-                        place = (i * size + k) * equations.SIZE + number * rows.COLUMNS + j
+                    for j in range(rows.PARALLEL_CASE_COUNT):
+                        place = (i * size + k) * equations.SUBMATRIX_SIZE + number * rows.PARALLEL_CASE_COUNT + j
                         matrix[place] = blocks[i, k, number // 3, number % 3]
-    equations.solve_velocity_changes(borrowed(state), borrowed(matrix), pattern, size)
+    equations.solve_velocity_changes(
+        view_without_reference_counts(state), view_without_reference_counts(matrix), pattern, size
+    )
     used = pattern.used.sum()
     equations.clear_nonzero_pattern(pattern)
     # Use the owners once more, so that borrowed arrays are not freed earlier.
@@ -42,7 +44,7 @@ def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: 
 
 @cache_compiled_kernel
 @njit
-def multiply_and_divide_submatrices(fresh, added, one, other):  # type: ignore[no-untyped-def]
+def subtract_product_and_divide_submatrices(fresh, added, one, other):  # type: ignore[no-untyped-def]
     """Set fresh = −one · other, then added −= one · other, then one = one · other⁻¹, in place, in every lane."""
     equations.subtract_submatrix_product(fresh, one, other, True)
     equations.subtract_submatrix_product(added, one, other, False)
@@ -52,26 +54,30 @@ def multiply_and_divide_submatrices(fresh, added, one, other):  # type: ignore[n
 
 @cache_compiled_kernel
 @njit
-def run_case_and_count_tested_pairs(inputs, samples, sleep):  # type: ignore[no-untyped-def]
+def run_case_and_find_peak_tested_pair_count(inputs, samples, sleep):  # type: ignore[no-untyped-def]
     """Simulate one case; return the most element pairs tested in a step after the first, and the elements' state."""
-    workspace, cases = allocate_workspace(inputs), np.zeros(rows.COLUMNS, np.int64)
+    workspace, cases = allocate_workspace(inputs), np.zeros(rows.PARALLEL_CASE_COUNT, np.int64)
     scene, most, state = view_scene_arrays_without_reference_counts(inputs.scene), 0, workspace.state
-    for lane in range(rows.COLUMNS):
+    for lane in range(rows.PARALLEL_CASE_COUNT):
         start_case(inputs, workspace, lane, 0)
     for sample in range(samples):
-        load_motion_of_next_sample(inputs, workspace, cases, rows.COLUMNS)
+        update_sample_and_load_motion(inputs, workspace, cases, rows.PARALLEL_CASE_COUNT)
         for n in range(inputs.settings.steps_per_check):
             if not sleep:
                 resume_contact_tests_after_motion(state, scene, workspace.pairs, np.inf)
             advance_scene_one_step(
-                inputs.ground.up, state, borrowed(workspace.matrix), borrowed(workspace.pattern),
-                borrowed(workspace.pairs), borrowed(workspace.moves), scene, inputs.settings.ticks,
+                inputs.ground.up, state, view_without_reference_counts(workspace.matrix),
+                view_without_reference_counts(workspace.pattern),
+                view_without_reference_counts(workspace.pairs), view_without_reference_counts(workspace.moves), scene,
+                inputs.settings.ticks_per_sample,
             )  # fmt: skip
             if n + sample > 0:
                 most = max(most, workspace.pairs.count[0])
-        store_slip_and_support_times_of_sample(state, scene, inputs.settings.ticks, inputs.settings.interval)
+        store_sample_results_and_start_next_sample(
+            state, scene, inputs.settings.ticks_per_sample, inputs.settings.interval
+        )
     found = state[: rows.CASE_SIZE + scene.elements.shape[1] * rows.ELEMENT_SIZE].copy()
     # Use the owners once more, so that borrowed arrays are not freed earlier.
-    held = workspace.owner[0] + workspace.matrix[0] + workspace.pattern.count[0]
+    held = workspace.state_memory[0] + workspace.matrix[0] + workspace.pattern.count[0]
     held += workspace.pairs.count[0] + workspace.moves[0]
-    return most, found, held + inputs.scene.initial[0, 0]
+    return most, found, held + inputs.scene.initial_state_columns[0, 0]

@@ -9,7 +9,7 @@ from overturning.kernel_cache import cache_compiled_kernel
 from overturning.units import STANDARD_GRAVITY
 
 STEPS_PER_SAMPLE = 200
-REST = 3.0
+SECONDS_AFTER_RECORD = 3.0
 """Time after the record in which a body comes to rest, s."""
 
 
@@ -56,15 +56,15 @@ def _final_slip_with_flights(along, up, dt, friction):  # type: ignore[no-untype
 
 
 def _acceleration_in_each_time_step(samples: np.ndarray, dt: float, interval: float, share: float) -> np.ndarray:
-    """Return the acceleration in each step `dt` until `REST` s after the record, at `share` (0 to 1) of the step.
+    """Return the acceleration at `share` (0 to 1) of each step `dt` until `SECONDS_AFTER_RECORD` s after the record.
 
     It is linear between the samples, and then 0.
     """
-    time = (np.arange(round((samples.size * interval + REST) / dt)) + share) * dt
+    time = (np.arange(round((samples.size * interval + SECONDS_AFTER_RECORD) / dt)) + share) * dt
     return np.interp(time, np.arange(samples.size + 1) * interval, np.append(samples, 0.0))
 
 
-def slip_on_a_plane(components: np.ndarray, interval: float, friction: float) -> tuple[float, float]:
+def final_slip_on_horizontal_plane(components: np.ndarray, interval: float, friction: float) -> tuple[float, float]:
     """Return the final slip (m) of a mass with isotropic friction on a base that moves in two directions."""
     dt = interval / STEPS_PER_SAMPLE
     return _final_slip_on_plane(
@@ -72,14 +72,16 @@ def slip_on_a_plane(components: np.ndarray, interval: float, friction: float) ->
     )
 
 
-def slip_on_a_slope(acceleration: np.ndarray, interval: float, friction: float, tangent: float) -> float:
+def final_slip_on_slope(acceleration: np.ndarray, interval: float, friction: float, tangent: float) -> float:
     """Return the final slip (m) of a mass with friction on a slope that rises towards the motion of its base."""
     dt, slant = interval / STEPS_PER_SAMPLE, math.hypot(1.0, tangent)
     base = _acceleration_in_each_time_step(acceleration, dt, interval, 0.5)
     return float(_final_slip_on_slope(base, dt, friction, 1.0 / slant, tangent / slant))
 
 
-def slip_in_hops(along: np.ndarray, up: np.ndarray, interval: float, friction: float, amplitude: float = 1.0) -> float:
+def slip_with_flights_and_landings(
+    along: np.ndarray, up: np.ndarray, interval: float, friction: float, amplitude: float = 1.0
+) -> float:
     """Return the final slip (m) of a block that slides, flies and lands without rotation or bounce.
 
     A plastic landing at velocity v reduces the horizontal velocity by µ·v, at most to zero.

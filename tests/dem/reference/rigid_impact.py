@@ -38,7 +38,7 @@ def _base_acceleration_over_g_at_time(time, wave, interval):  # type: ignore[no-
 
 @cache_compiled_kernel
 @njit
-def restoring_moment(time, lean, along, up, interval):  # type: ignore[no-untyped-def]
+def normalised_restoring_moment(time, lean, along, up, interval):  # type: ignore[no-untyped-def]
     """Return the moment that rotates a block back to rest, over m g R (weight times half the diagonal).
 
     `lean`: angle of the diagonal through its corner to the vertical, rad. `along`, `up`: base acceleration over g.

@@ -1,8 +1,8 @@
 """The centred scheme for a block: trapezoidal rule, springs and dashpots at the end of the step (docs/method.md).
 
-The step of one block has three parts, as in docs/method.md: `predict_block_at_step_end` and `solve_velocity_changes`
-are here, `compute_corner_forces` and `complete_block_step` in `overturning.dem.block.commit`.
-`overturning.dem.block.loops` has the loops over the blocks.
+The step of one block has three parts, as in docs/method.md: `predict_block_at_step_end` and
+`solve_velocity_corrections` are here, `compute_corner_forces` and `complete_block_step` in
+`overturning.dem.block.commit`. `overturning.dem.block.loops` has the loops over the blocks.
 """
 
 import math
@@ -10,31 +10,31 @@ from typing import Final
 
 from numba import njit
 
-from overturning.dem.block.landing import block_lands_flat, flat_landing_friction
+from overturning.dem.block.landing import block_lands_flat, flat_landing_sliding_and_friction
 from overturning.dem.block.state import (
     AssumedCornerContact,
     AssumedSignedFriction,
     BlockConstants,
     BlockInertialAccelerations,
     BlockState,
-    BlockVelocityChange,
+    BlockVelocityCorrection,
     CornerEquationTerms,
     CornerState,
     ExtrapolatedBlock,
     PredictedBlock,
     PredictedCorner,
     TrialCornerFriction,
-    corner_position,
+    corner_position_from_centre,
 )
-from overturning.dem.kernel.clock import BLOCK
+from overturning.dem.kernel.clock import BLOCK_STEP_CONTROL
 from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import rotate_cosine_and_sine
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-FINE: Final = BLOCK.fine
+MAX_STEP_USING_PREDICTED_FORCES: Final = BLOCK_STEP_CONTROL.max_step_using_predicted_forces
 
-LEAST_FREEDOM: Final = 0.25
+MIN_NORMAL_FORCE_EFFECT_WHILE_SLIDING: Final = 0.25
 """Least effect of a normal force on a sliding corner, as a share of its effect on a free particle; below, it sticks."""
 
 
@@ -49,7 +49,7 @@ def predict_corner_at_step_end(
 
     The spring of a corner that was not in contact starts unstretched.
     """
-    arm, drop = corner_position(side, block, extrapolated_block.cos, extrapolated_block.sin)
+    arm, drop = corner_position_from_centre(side, block, extrapolated_block.cos, extrapolated_block.sin)
     stretch = previous_corner.spring + ((extrapolated_block.x + arm) - previous_corner.place)
     stretch = stretch if previous_corner.depth > 0.0 else 0.0
     return PredictedCorner(
@@ -71,7 +71,7 @@ def predict_block_at_step_end(
     ticks_per_sample: float,
 ) -> PredictedBlock:
     """Predict the state of a block and its lower corners at the end of a step, with constant acceleration."""
-    dt, tick = block.step * step_ticks, state.tick + step_ticks
+    dt, tick = block.tick_length * step_ticks, state.tick + step_ticks
     half = 0.5 * dt
     kx, kz, kw = half * state.ax, half * state.az, half * state.aw
     vx, vz, vw = state.vx + kx, state.vz + kz, state.vw + kw
@@ -100,8 +100,8 @@ def predict_block_at_step_end(
         vz=vz,
         vw=vw,
         ex=ex,
-        ez=ez,
-        ew=ew,
+        end_vz=ez,
+        end_vw=ew,
         push=push,
         lift=lift,
         half=half,
@@ -133,7 +133,7 @@ def predict_normal_force_and_contact(
 
 
 @njit(**INLINE)
-def assume_corner_friction(
+def predict_trial_friction_of_corner(
     block: BlockConstants, predicted_corner: PredictedCorner, normal_force: float, assumed_contact: AssumedCornerContact
 ) -> TrialCornerFriction:
     """Return a corner's trial tangential force, and whether the equations of the step assume that the corner slides.
@@ -143,17 +143,21 @@ def assume_corner_friction(
 
     A normal force on a sliding corner must push it out; where friction would rotate the block further in instead
     (Painlevé's paradox, possible from μ = 4/3), the corner sticks. In a flat landing both corners slide or stick
-    together (`flat_landing_friction`).
+    together (`flat_landing_sliding_and_friction`).
     """
-    slid, fine = assumed_contact.slid, assumed_contact.fine
+    slid, fine = assumed_contact.slid, assumed_contact.forces_decide_contact
     f = block.tangential * predicted_corner.stretch + block.dashpot * predicted_corner.ux
     excess = abs(f) - block.friction * normal_force if fine else abs(slid)
     slid = math.copysign(block.friction, f) if fine else slid
-    slides, slid = (assumed_contact.drifts, assumed_contact.drift) if assumed_contact.held else (excess > 0.0, slid)
+    slides, slid = (
+        (assumed_contact.slides_in_flat_landing, assumed_contact.flat_landing_signed_friction)
+        if assumed_contact.held
+        else (excess > 0.0, slid)
+    )
     freedom = 1.0 + block.inertia * predicted_corner.arm * (
         predicted_corner.arm - slid * (assumed_contact.tilting * predicted_corner.drop)
     )
-    return TrialCornerFriction(f, slides, slid, freedom > LEAST_FREEDOM)
+    return TrialCornerFriction(f, slides, slid, freedom > MIN_NORMAL_FORCE_EFFECT_WHILE_SLIDING)
 
 
 @njit(**INLINE)
@@ -170,7 +174,7 @@ def signed_friction_coefficient_and_sliding(
 
 
 @njit(**INLINE)
-def normal_force_and_its_velocity_derivative(
+def normal_force_at_zero_velocity_and_decrease(
     block: BlockConstants,
     predicted_corner: PredictedCorner,
     half_step_time: float,
@@ -200,7 +204,7 @@ def corner_equation_terms(
     signed_friction: float,
 ) -> CornerEquationTerms:
     """Return one corner's terms in the linear equations for a block's velocities at the end of a step."""
-    normal_force, press = normal_force_and_its_velocity_derivative(
+    normal_force, press = normal_force_at_zero_velocity_and_decrease(
         block, predicted_corner, half_step_time, normal_force, is_in_contact
     )
     tangential = block.dashpot + half_step_time * block.tangential
@@ -216,13 +220,13 @@ def corner_equation_terms(
 
 
 @njit(**INLINE)
-def solve_velocity_changes(
+def solve_velocity_corrections(
     block: BlockConstants,
     state: BlockState,
     assumed_slip: AssumedSignedFriction,
     forces_decide_contact: bool,
     predicted_block: PredictedBlock,
-) -> BlockVelocityChange:
+) -> BlockVelocityCorrection:
     """Solve the linear equations of a step, with friction, for the corrections of a block's predicted velocities.
 
     The three equations are solved by elimination without pivoting: the matrix is the identity plus a positive part.
@@ -233,9 +237,9 @@ def solve_velocity_changes(
     nl, on_l = predict_normal_force_and_contact(block, left, state.left, forces_decide_contact, held)
     nr, on_r = predict_normal_force_and_contact(block, right, state.right, forces_decide_contact, held)
     # A corner in the air has no force, so the last step does not tell whether it slid.
-    drifts, drift, tilting = flat_landing_friction(block, held, predicted_block.ex, predicted_block.ez)
+    drifts, drift, tilting = flat_landing_sliding_and_friction(block, held, predicted_block.ex, predicted_block.end_vz)
     lever_l, lever_r = tilting * left.drop, tilting * right.drop
-    guess_l = assume_corner_friction(
+    guess_l = predict_trial_friction_of_corner(
         block,
         left,
         nl,
@@ -243,7 +247,7 @@ def solve_velocity_changes(
             assumed_slip.left, forces_decide_contact | (state.left.normal == 0.0), held, drifts, drift, tilting
         ),
     )
-    guess_r = assume_corner_friction(
+    guess_r = predict_trial_friction_of_corner(
         block,
         right,
         nr,
@@ -258,12 +262,16 @@ def solve_velocity_changes(
     hx = predicted_block.vx + half * (predicted_block.push - (p.f + q.f))
     hz = predicted_block.vz + half * ((p.n + q.n) - (GRAVITY + predicted_block.lift))
     hw = predicted_block.vw + half * (inertia * ((lever_l * p.f - left.arm * p.n) + (lever_r * q.f - right.arm * q.n)))
-    wl, wr = p.press * left.arm, q.press * right.arm
+    wl, wr = p.normal_force_velocity_factor * left.arm, q.normal_force_velocity_factor * right.arm
     el, er = p.slide * lever_l - wl, q.slide * lever_r - wr
-    gl, gr = p.stick * lever_l, q.stick * lever_r
-    sway = p.stick * left.drop + q.stick * right.drop
-    a11, a12, a13 = 1.0 + (p.stick + q.stick), -(p.slide + q.slide), (q.slide * right.arm + p.slide * left.arm) - sway
-    a22, a23 = 1.0 + (p.press + q.press), -(wl + wr)
+    gl, gr = p.sticking_force_velocity_factor * lever_l, q.sticking_force_velocity_factor * lever_r
+    sway = p.sticking_force_velocity_factor * left.drop + q.sticking_force_velocity_factor * right.drop
+    a11, a12, a13 = (
+        1.0 + (p.sticking_force_velocity_factor + q.sticking_force_velocity_factor),
+        -(p.slide + q.slide),
+        (q.slide * right.arm + p.slide * left.arm) - sway,
+    )
+    a22, a23 = 1.0 + (p.normal_force_velocity_factor + q.normal_force_velocity_factor), -(wl + wr)
     a31, a32 = inertia * (gl + gr), inertia * (el + er)
     a33 = 1.0 + inertia * ((gl * left.drop - el * left.arm) + (gr * right.drop - er * right.arm))
     both, first, second = a11 * a22, a31 * a22, a32 * a11 + a31 * a12
@@ -273,26 +281,26 @@ def solve_velocity_changes(
     inverse = inverse * last
     ez = (hz - a23 * ew) * (inverse * a11)
     ex = ((hx - a12 * ez) - a13 * ew) * (inverse * a22)
-    return BlockVelocityChange(
-        ex - predicted_block.ex, ez - predicted_block.ez, ew - predicted_block.ew, slid_l, slid_r
+    return BlockVelocityCorrection(
+        ex - predicted_block.ex, ez - predicted_block.end_vz, ew - predicted_block.end_vw, slid_l, slid_r
     )
 
 
 @njit(**INLINE)
-def solve_velocity_changes_without_friction(
+def solve_velocity_corrections_without_friction(
     block: BlockConstants,
     state: BlockState,
-    assumed_slip: AssumedSignedFriction,  # noqa: ARG001, as `solve_velocity_changes`
+    assumed_slip: AssumedSignedFriction,  # noqa: ARG001, as `solve_velocity_corrections`
     forces_decide_contact: bool,
     predicted_block: PredictedBlock,
-) -> BlockVelocityChange:
+) -> BlockVelocityCorrection:
     """Solve the linear equations of a frictionless step for the corrections of a block's predicted velocities."""
     half, inertia, left, right = predicted_block.half, block.inertia, predicted_block.left, predicted_block.right
     held = block_lands_flat(block, state, (left.depth, left.uz), (right.depth, right.uz))
     nl, on_l = predict_normal_force_and_contact(block, left, state.left, forces_decide_contact, held)
     nr, on_r = predict_normal_force_and_contact(block, right, state.right, forces_decide_contact, held)
-    nl, press_l = normal_force_and_its_velocity_derivative(block, left, half, nl, on_l)
-    nr, press_r = normal_force_and_its_velocity_derivative(block, right, half, nr, on_r)
+    nl, press_l = normal_force_at_zero_velocity_and_decrease(block, left, half, nl, on_l)
+    nr, press_r = normal_force_at_zero_velocity_and_decrease(block, right, half, nr, on_r)
     ex = predicted_block.vx + half * predicted_block.push
     hz = predicted_block.vz + half * ((nl + nr) - (GRAVITY + predicted_block.lift))
     hw = predicted_block.vw - half * (inertia * (left.arm * nl + right.arm * nr))
@@ -303,4 +311,6 @@ def solve_velocity_changes_without_friction(
     inverse = 1.0 / (a22 * last)
     ew = (hw * a22 - a32 * hz) * (inverse * a22)
     ez = (hz - a23 * ew) * (inverse * last)
-    return BlockVelocityChange(ex - predicted_block.ex, ez - predicted_block.ez, ew - predicted_block.ew, 0.0, 0.0)
+    return BlockVelocityCorrection(
+        ex - predicted_block.ex, ez - predicted_block.end_vz, ew - predicted_block.end_vw, 0.0, 0.0
+    )

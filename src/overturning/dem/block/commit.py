@@ -6,7 +6,7 @@ from numba import njit
 
 from overturning.dem.block.landing import remaining_flat_landing_time
 from overturning.dem.block.state import (
-    GENTLE_STEPS,
+    MAX_UNREFINED_CONTACT_CHANGE_STEP,
     AssumedCornerContact,
     AssumedSignedFriction,
     BlockAfterStep,
@@ -14,13 +14,13 @@ from overturning.dem.block.state import (
     BlockEnergyAccount,
     BlockPeakValues,
     BlockState,
-    BlockVelocityChange,
+    BlockVelocityCorrection,
     CornerState,
     PredictedBlock,
     PredictedCorner,
     SolvedCornerContact,
     SolvedCornerContactPair,
-    base_displacement,
+    displacement_of_block_base,
 )
 from overturning.dem.kernel.clock import CaseStepControl, StepContactChanges
 from overturning.dem.kernel.lanes import INLINE
@@ -35,7 +35,7 @@ def compute_corner_forces(
     predicted_corner: PredictedCorner,
     previous_corner: CornerState,
     assumed_contact: AssumedCornerContact,
-    velocity_change: BlockVelocityChange,
+    velocity_change: BlockVelocityCorrection,
     with_friction: bool,
 ) -> SolvedCornerContact:
     """Return a corner's contact force at the end of a step, limited by friction, and the corner's new state.
@@ -69,12 +69,16 @@ def compute_corner_forces(
     sign, slips = math.copysign(block.friction, f), abs(f) > most
     # A corner that lands flat may stick or slide beyond the friction limit, but without contact it has no friction.
     lands = assumed_contact.held & inside
-    sign, slips = (assumed_contact.drift, assumed_contact.drifts) if lands else (sign, slips)
-    found, assumed = sign if slips else 0.0, 0.0 if assumed_contact.fine else assumed_contact.slid
+    sign, slips = (
+        (assumed_contact.flat_landing_signed_friction, assumed_contact.slides_in_flat_landing)
+        if lands
+        else (sign, slips)
+    )
+    found, assumed = sign if slips else 0.0, 0.0 if assumed_contact.forces_decide_contact else assumed_contact.slid
     f = sign * n if slips else f
     remaining = clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
     lever = assumed_contact.tilting * predicted_corner.drop
-    turning = (predicted_corner.drop - lever) * (predicted_block.ew + velocity_change.vw)
+    turning = (predicted_corner.drop - lever) * (predicted_block.end_vw + velocity_change.vw)
     # Friction acts at the shortened lever arm; the spring is stretched at the corner itself.
     damping, sliding = (spring - n) * uz, (f - block.tangential * remaining) * ux + f * turning
     sinking = depth - previous_corner.depth
@@ -90,16 +94,16 @@ def compute_corner_forces(
         f=f,
         moment=moment if with_friction else -(predicted_corner.arm * n),
         loss=damping + sliding if with_friction else damping,
-        let_go=let_go if with_friction else 0.0,
+        released_tangential_stretch_squared=let_go if with_friction else 0.0,
         cut=cut,
         fresh=fresh,
-        sunk=sinking if fresh else 1.0,
+        penetration_change_if_closed=sinking if fresh else 1.0,
         changed=changed,
-        far=abs(sinking) if changed > 0.0 else 0.0,
+        vertical_travel_if_changed=abs(sinking) if changed > 0.0 else 0.0,
         found=found,
-        wrong=(found != assumed) & loaded,
-        reversed=(assumed * ux < 0.0) & loaded,
-        back=(found * previous_corner.spring < 0.0) & loaded,
+        has_wrong_slip_assumption=(found != assumed) & loaded,
+        has_slip_reversal=(assumed * ux < 0.0) & loaded,
+        has_friction_reversal=(found * previous_corner.spring < 0.0) & loaded,
     )
 
 
@@ -115,39 +119,43 @@ def contact_changes_in_block_step(
     """Return which corner contacts opened, closed or slid in an attempted step; these decide if it is accepted."""
     left, right = solved_corners.left, solved_corners.right
     changed = (left.changed if left.changed > right.changed else right.changed) > 0.0
-    far = left.far if left.far > right.far else right.far
-    gentle = (far <= block.gentle) & (step_ticks <= GENTLE_STEPS * case_step_control.finest)
+    far = (
+        left.vertical_travel_if_changed
+        if left.vertical_travel_if_changed > right.vertical_travel_if_changed
+        else right.vertical_travel_if_changed
+    )
+    gentle = (far <= block.gentle) & (step_ticks <= MAX_UNREFINED_CONTACT_CHANGE_STEP * case_step_control.finest)
     stands = (left.corner.normal > 0.0) & (right.corner.normal > 0.0)
     if not with_friction:
         return StepContactChanges(
             changed=changed,
             fast=False,
             gentle=gentle,
-            wrong=False,
-            reversed=False,
-            back=False,
+            has_wrong_slip_assumption=False,
+            has_slip_reversal=False,
+            has_friction_reversal=False,
             slides=False,
-            stands=stands,
+            all_contacts_are_closed=stands,
         )
     wrong, back = (
-        (left.wrong | right.wrong) & (not forces_decide_contact),
-        (left.back | right.back) & (not forces_decide_contact),
+        (left.has_wrong_slip_assumption | right.has_wrong_slip_assumption) & (not forces_decide_contact),
+        (left.has_friction_reversal | right.has_friction_reversal) & (not forces_decide_contact),
     )
     slides = (left.found != 0.0) & (right.found != 0.0) & (left.corner.normal + right.corner.normal > 0.0)
     return StepContactChanges(
         changed=changed,
         fast=False,
         gentle=gentle,
-        wrong=wrong,
-        reversed=left.reversed | right.reversed,
-        back=back,
+        has_wrong_slip_assumption=wrong,
+        has_slip_reversal=left.has_slip_reversal | right.has_slip_reversal,
+        has_friction_reversal=back,
         slides=slides,
-        stands=stands,
+        all_contacts_are_closed=stands,
     )
 
 
 @njit(**INLINE)
-def slip_directions_for_next_attempt(
+def assumed_signed_friction_for_next_attempt(
     assumed_slip: AssumedSignedFriction,
     forces_decide_contact: bool,
     solved_corners: SolvedCornerContactPair,
@@ -164,8 +172,8 @@ def slip_directions_for_next_attempt(
     )
     left, right = solved_corners.left, solved_corners.right
     keeps_left, keeps_right = (
-        keeps_assumed_slip | (is_retry & (not left.wrong)),
-        keeps_assumed_slip | (is_retry & (not right.wrong)),
+        keeps_assumed_slip | (is_retry & (not left.has_wrong_slip_assumption)),
+        keeps_assumed_slip | (is_retry & (not right.has_wrong_slip_assumption)),
     )
     return AssumedSignedFriction(of_left if keeps_left else left.found, of_right if keeps_right else right.found)
 
@@ -181,8 +189,8 @@ def time_in_contact_minus_half_step(
     A contact that closes within a step acts only in the rest of the step, while the equations assume half of it. One
     division serves both corners.
     """
-    inverse = 2.0 * half_step_time / (corner.sunk * other_corner.sunk)
-    time = corner.corner.depth * (inverse * other_corner.sunk) - half_step_time
+    inverse = 2.0 * half_step_time / (corner.penetration_change_if_closed * other_corner.penetration_change_if_closed)
+    time = corner.corner.depth * (inverse * other_corner.penetration_change_if_closed) - half_step_time
     return time if corner.fresh else 0.0
 
 
@@ -191,7 +199,7 @@ def complete_block_step(
     block: BlockConstants,
     previous_step: BlockAfterStep,
     predicted_block: PredictedBlock,
-    velocity_change: BlockVelocityChange,
+    velocity_change: BlockVelocityCorrection,
     solved_corners: SolvedCornerContactPair,
     step_ticks: float,
     with_vertical: bool,
@@ -221,11 +229,13 @@ def complete_block_step(
         predicted_block.push * vx - predicted_block.lift * vz if with_vertical else predicted_block.push * vx,
         left.loss + right.loss,
     )
-    springs = block.tangential * (left.let_go + right.let_go) + block.stiffness * (left.cut + right.cut)
+    springs = block.tangential * (
+        left.released_tangential_stretch_squared + right.released_tangential_stretch_squared
+    ) + block.stiffness * (left.cut + right.cut)
     lost = account.lost + ((half * (account.loss + loss) + (pl * left.loss + pr * right.loss)) + 0.5 * springs)
     peaks = BlockPeakValues(
         updated_maximum(peaks.angle, abs(angle)),
-        updated_maximum(peaks.slip, abs(base_displacement(block, x, sn))),
+        updated_maximum(peaks.slip, abs(displacement_of_block_base(block, x, sn))),
         updated_maximum(
             peaks.depth, left.corner.depth if left.corner.depth > right.corner.depth else right.corner.depth
         ),

@@ -4,24 +4,28 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.block.landing import block_lands_flat, flat_landing_friction, remaining_flat_landing_time
+from overturning.dem.block.landing import (
+    block_lands_flat,
+    flat_landing_sliding_and_friction,
+    remaining_flat_landing_time,
+)
 from overturning.dem.block.state import (
-    TICKS,
+    TICKS_PER_WHOLE_STEP,
     BlockConstants,
     BlockEnergyAccount,
     BlockInertialAccelerations,
     BlockPeakValues,
     BlockState,
     CornerState,
-    base_displacement,
-    corner_position,
+    corner_position_from_centre,
+    displacement_of_block_base,
 )
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE, select
 from overturning.dem.kernel.mechanics import clamp_magnitude, rotate_cosine_and_sine, updated_maximum
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-WHOLE: Final = TICKS
+TICKS_PER_STEP: Final = TICKS_PER_WHOLE_STEP
 
 
 class CornerContactForce(NamedTuple):
@@ -37,15 +41,15 @@ class CornerContactForce(NamedTuple):
     """Lever of the tangential force: depth of the corner below the centre, less in a flat landing, m."""
     corner: CornerState
     """State of the corner for the next step."""
-    opened: float
+    released_normal_stretch_squared: float
     """Energy released by the normal spring, over half its stiffness, m²."""
-    shortened: float
+    released_tangential_stretch_squared: float
     """Energy released by the tangential spring, over half its stiffness, m²."""
     damping: float
     """Normal force without the spring, m/s²."""
     sliding: float
     """Tangential force without the spring, m/s²."""
-    spring_moment: float
+    spring_moment_excess: float
     """Moment by which the lever arm of the spring at the corner exceeds `drop`, per mass; 0 except in a flat landing,
     m²/s²."""
 
@@ -62,10 +66,10 @@ def corner_contact_force(
     """Compute the contact force of a corner of a block in a step of Cundall's scheme.
 
     `dashpot_rate` is the dashpot constant divided by the time step, which multiplies displacements. `flat_landing`
-    holds whether both corners land in one impact, and the results of `flat_landing_friction`.
+    holds whether both corners land in one impact, and the results of `flat_landing_sliding_and_friction`.
     """
     held, drifts, drift, tilting = flat_landing
-    arm, drop = corner_position(side, block, state.cos, state.sin)
+    arm, drop = corner_position_from_centre(side, block, state.cos, state.sin)
     place, depth = state.x + arm, drop - state.z
     slip, sinking = place - previous_corner.place, depth - previous_corner.depth
     inside, was = depth > 0.0, previous_corner.depth > 0.0
@@ -83,18 +87,18 @@ def corner_contact_force(
     let_go = previous_corner.depth if was & (not inside) else 0.0
     return CornerContactForce(
         n=n, f=f, arm=arm, drop=tilting * drop,
-        corner=CornerState(remaining, place, depth, 0.0), opened=let_go * let_go,
-        shortened=(previous_corner.spring + remaining) * (stretch - remaining),
+        corner=CornerState(remaining, place, depth, 0.0), released_normal_stretch_squared=let_go * let_go,
+        released_tangential_stretch_squared=(previous_corner.spring + remaining) * (stretch - remaining),
         damping=n - block.stiffness * (depth if inside else 0.0), sliding=f + block.tangential * remaining,
-        spring_moment=block.tangential * remaining * (drop - tilting * drop),
+        spring_moment_excess=block.tangential * remaining * (drop - tilting * drop),
     )  # fmt: skip
 
 
 @njit(**INLINE)
-def corner_dissipation_power(corner_force: CornerContactForce, vx: float, vz: float, vw: float) -> float:
+def power_of_corner_dashpots_and_friction(corner_force: CornerContactForce, vx: float, vz: float, vw: float) -> float:
     """Return the power of a corner's dashpots and friction on the block, per block mass, m²/s³; negative: loss."""
     power = corner_force.damping * (vz - corner_force.arm * vw) + corner_force.sliding * (vx - corner_force.drop * vw)
-    return power - corner_force.spring_moment * vw
+    return power - corner_force.spring_moment_excess * vw
 
 
 @njit(**INLINE)
@@ -107,15 +111,15 @@ def advance_block_one_step(
     with_vertical: bool,
 ) -> tuple[BlockState, BlockPeakValues, BlockEnergyAccount]:
     """Advance one block by one step of Cundall's scheme; return its state, peaks and energy account."""
-    dt = block.step * WHOLE
+    dt = block.tick_length * TICKS_PER_STEP
     push, lift = (
         base_acceleration_at_tick(inertial_accelerations.push, state.tick),
         base_acceleration_at_tick(inertial_accelerations.lift, state.tick),
     )
     rate = block.dashpot / dt
     (arm_left, drop_left), (arm_right, drop_right) = (
-        corner_position(-1.0, block, state.cos, state.sin),
-        corner_position(1.0, block, state.cos, state.sin),
+        corner_position_from_centre(-1.0, block, state.cos, state.sin),
+        corner_position_from_centre(1.0, block, state.cos, state.sin),
     )
     held = block_lands_flat(
         block,
@@ -123,7 +127,7 @@ def advance_block_one_step(
         (drop_left - state.z, state.vz - arm_left * state.vw),
         (drop_right - state.z, state.vz - arm_right * state.vw),
     )
-    flat = (held, *flat_landing_friction(block, held, state.vx, state.vz))
+    flat = (held, *flat_landing_sliding_and_friction(block, held, state.vx, state.vz))
     left, right = (
         corner_contact_force(-1.0, block, state, state.left, rate, flat),
         corner_contact_force(1.0, block, state, state.right, rate, flat),
@@ -136,19 +140,25 @@ def advance_block_one_step(
     cx, cz, cw = state.vx + half * ax, state.vz + half * az, state.vw + half * aw
     power = push * cx - lift * cz if with_vertical else push * cx
     let_go = 0.5 * (
-        block.stiffness * (left.opened + right.opened) + block.tangential * (left.shortened + right.shortened)
+        block.stiffness * (left.released_normal_stretch_squared + right.released_normal_stretch_squared)
+        + block.tangential * (left.released_tangential_stretch_squared + right.released_tangential_stretch_squared)
     )
     lost = energy_account.lost + (
-        let_go - dt * (corner_dissipation_power(left, cx, cz, cw) + corner_dissipation_power(right, cx, cz, cw))
+        let_go
+        - dt
+        * (
+            power_of_corner_dashpots_and_friction(left, cx, cz, cw)
+            + power_of_corner_dashpots_and_friction(right, cx, cz, cw)
+        )
     )
     # Velocities half a step later, position one step later.
     vx, vz, vw = state.vx + dt * ax, state.vz + dt * az, state.vw + dt * aw
-    turn, tick = dt * vw, state.tick + WHOLE
+    turn, tick = dt * vw, state.tick + TICKS_PER_STEP
     c, sn = rotate_cosine_and_sine(state.cos, state.sin, turn)
     x, z, angle = state.x + dt * vx, state.z + dt * vz, state.angle + turn
     peaks = BlockPeakValues(
         updated_maximum(peaks.angle, abs(angle)),
-        updated_maximum(peaks.slip, abs(base_displacement(block, x, sn))),
+        updated_maximum(peaks.slip, abs(displacement_of_block_base(block, x, sn))),
         updated_maximum(
             peaks.depth, left.corner.depth if left.corner.depth > right.corner.depth else right.corner.depth
         ),

@@ -7,24 +7,24 @@ from numba import njit
 
 from overturning.dem.block.state import (
     ROWS,
-    TICKS,
+    TICKS_PER_WHOLE_STEP,
     BlockConstants,
     BlockEnergyAccount,
     BlockInertialAccelerations,
     BlockPeakValues,
     BlockState,
-    base_displacement,
+    displacement_of_block_base,
 )
 from overturning.dem.kernel.ending import (
-    GOES_ON,
-    REST_ENERGY,
+    CASE_NOT_ENDED,
+    MAX_KINETIC_ENERGY_RATIO_AT_REST,
+    NEGLIGIBLE_REMAINING_SLIDE,
     STANDING_TILT_RATIO,
-    STILL_TO_SLIDE,
     CaseProgress,
     LargestTiltNearCaseEnd,
     largest_tilt_near_case_end,
 )
-from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
@@ -36,13 +36,13 @@ load_account, load_course = (
     ROWS.tuple_reader_and_writer(CaseProgress).load,
 )
 load_inertial_accelerations = ROWS.tuple_reader_and_writer(BlockInertialAccelerations).load
-LATE_TILT: Final = ROWS.row_of_field(LargestTiltNearCaseEnd, "ratio")
+LATE_TILT_ROW_OFFSET: Final = ROWS.row_offset_of_field(LargestTiltNearCaseEnd, "ratio")
 
 
 @njit(**INLINE)
 def velocities_without_lag(block: BlockConstants, state: BlockState, velocity_lag: float) -> tuple[float, float, float]:
     """Return a block's velocities at the time of its position; the stored ones lag by `velocity_lag` time steps."""
-    time = velocity_lag * TICKS * block.step
+    time = velocity_lag * TICKS_PER_WHOLE_STEP * block.tick_length
     return state.vx + time * state.ax, state.vz + time * state.az, state.vw + time * state.aw
 
 
@@ -67,7 +67,7 @@ def energy_to_tilt_per_mass(block: BlockConstants, peak_rotation: float) -> floa
 
 
 @njit(**INLINE)
-def outcome_is_final(
+def standing_outcome_is_final(
     block: BlockConstants, state: BlockState, peak_rotation: float, energy_barrier: float, velocity_lag: float
 ) -> bool:
     """True if a block on a base at rest can no longer fall, and its peak rotation and slip can no longer change."""
@@ -79,7 +79,7 @@ def outcome_is_final(
     if now + 0.5 * GRAVITY * GRAVITY / block.stiffness > energy_to_tilt_per_mass(block, peak_rotation):
         return False
     # Let it slide to its end; without friction it never stops.
-    return abs(remaining_slide_distance(block, state)) < STILL_TO_SLIDE or block.friction == 0.0
+    return abs(remaining_slide_distance(block, state)) < NEGLIGIBLE_REMAINING_SLIDE or block.friction == 0.0
 
 
 @njit(**INLINE)
@@ -92,11 +92,11 @@ def remaining_slide_distance(block: BlockConstants, state: BlockState) -> float:
     return float(speed * abs(speed) / (2.0 * GRAVITY * block.friction) if block.friction > 0.0 else 0.0)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def case_status(
     state: Any, lane: int, velocity_lag: float, ticks_per_sample: float, last_sample: float, max_penetration: float
 ) -> int:
-    """Return the `CaseStatus` of the case in column `lane` of the state array after a sample; `GOES_ON`: not ended."""
+    """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED`: not ended."""
     block, s, peaks, course = (
         load_block(state, lane),
         load_state(state, lane),
@@ -113,22 +113,22 @@ def case_status(
     if sample >= course.calm and s.left.depth > 0.0 and s.right.depth > 0.0:
         # A block that rests on both corners after the last time at which it could start to move stays there.
         kinetic = 0.5 * (s.vx * s.vx + s.vz * s.vz + s.vw * s.vw / block.inertia)
-        if kinetic < REST_ENERGY * GRAVITY * block.half_width:
+        if kinetic < MAX_KINETIC_ENERGY_RATIO_AT_REST * GRAVITY * block.half_width:
             return CaseStatus.SIMULATED
     if sample < last_sample:
-        return GOES_ON
-    if outcome_is_final(block, s, peaks.angle, course.barrier, velocity_lag):
+        return CASE_NOT_ENDED
+    if standing_outcome_is_final(block, s, peaks.angle, course.barrier, velocity_lag):
         return CaseStatus.SIMULATED
     tilt, rise = abs(s.angle) / block.alpha, s.z - block.half_height
-    late_tilt = largest_tilt_near_case_end(state[LATE_TILT + lane], course, sample, last_sample, tilt, rise)
-    state[LATE_TILT + lane] = late_tilt
+    late_tilt = largest_tilt_near_case_end(state[LATE_TILT_ROW_OFFSET + lane], course, sample, last_sample, tilt, rise)
+    state[LATE_TILT_ROW_OFFSET + lane] = late_tilt
     if sample < course.after:
-        return GOES_ON
+        return CASE_NOT_ENDED
     stands = block_energy_per_mass(block, s, velocity_lag) < course.barrier and tilt < 1.0
     return CaseStatus.SIMULATED if stands or late_tilt < STANDING_TILT_RATIO else CaseStatus.UNDECIDED
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def write_case_results(
     state: Any, lane: int, status: int, velocity_lag: float, ticks_per_sample: float, result_row: Any
 ) -> None:
@@ -140,7 +140,7 @@ def write_case_results(
     result_row.overturning_time = course.upright_until if fallen else np.nan
     # The angle sums up rotations, the cosine multiplies them: in steps of 0.25 rad they differ by 0.1 %.
     result_row.peak_rotation = (0.5 * np.pi if fallen else min(peaks.angle, 0.5 * np.pi)) / block.alpha
-    peak_slip, residual_slip = peaks.slip, base_displacement(block, s.x, s.sin)
+    peak_slip, residual_slip = peaks.slip, displacement_of_block_base(block, s.x, s.sin)
     if status == CaseStatus.SIMULATED and not fallen and course.sample + s.tick / ticks_per_sample >= course.after:
         residual_slip += remaining_slide_distance(block, s)
         peak_slip = max(peak_slip, abs(residual_slip))
@@ -150,8 +150,8 @@ def write_case_results(
     result_row.energy_error = abs(balance) / max(account.work, course.barrier)
 
 
-@njit(**INNER)
-def record_block_motion(
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def write_block_trajectory_row(
     state: Any, lane: int, velocity_lag: float, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
     """Write the block's motion, from column `lane` of the state array, into a row of its trajectory."""

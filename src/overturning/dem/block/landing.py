@@ -40,7 +40,7 @@ def block_lands_flat(
 
 
 @njit(**INLINE)
-def flat_landing_friction(
+def flat_landing_sliding_and_friction(
     block: BlockConstants, is_flat_landing: bool, vx: float, vz: float
 ) -> tuple[bool, float, float]:
     """Return whether a block landing on both corners slides, ±μ, and the share of friction's moment that rotates it.

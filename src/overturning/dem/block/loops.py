@@ -13,7 +13,7 @@ from numba import njit, types
 from numba.extending import overload
 
 from overturning.dem.block import centred, commit, cundall
-from overturning.dem.block.landing import block_lands_flat, flat_landing_friction
+from overturning.dem.block.landing import block_lands_flat, flat_landing_sliding_and_friction
 from overturning.dem.block.state import (
     ROWS,
     AssumedCornerContact,
@@ -24,30 +24,35 @@ from overturning.dem.block.state import (
     BlockInertialAccelerations,
     BlockPeakValues,
     BlockState,
-    BlockVelocityChange,
+    BlockVelocityCorrection,
     PredictedBlock,
     SolvedCornerContactPair,
 )
-from overturning.dem.kernel.clock import BLOCK, CaseStepControl, NextStepToAttempt, choose_next_step_attempt
-from overturning.dem.kernel.lanes import INNER, whole_vectors
+from overturning.dem.kernel.clock import (
+    BLOCK_STEP_CONTROL,
+    CaseStepControl,
+    NextStepToAttempt,
+    accept_or_reject_and_choose_next_step,
+)
+from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, round_to_vector_multiple
 from overturning.dem.time_step import IntegrationScheme
 
 
 class BlockCundallSchemeConstants(NamedTuple):
     """Constants of Cundall's scheme for blocks: lag of velocities, and steps allowed beyond the end of a sample."""
 
-    lag: float = 0.5
+    velocity_lag_steps: float = 0.5
     """Lag of velocities behind positions, steps."""
-    ahead: int = 0
+    steps_beyond_sample_end: int = 0
     """Number of steps that may follow the end of a sample before the motion of the next sample must be loaded."""
 
 
 class BlockCentredSchemeConstants(NamedTuple):
     """Constants of the centred scheme for blocks: lag of velocities, and steps allowed beyond the end of a sample."""
 
-    lag: float = 0.0
+    velocity_lag_steps: float = 0.0
     """Lag of velocities behind positions, steps."""
-    ahead: int = 1
+    steps_beyond_sample_end: int = 1
     """Number of steps that may follow the end of a sample; the motion of the next sample is known in advance."""
 
 
@@ -64,7 +69,9 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
     It is compiled with or without vertical base motion, and with or without friction.
     """
     unused = unused_block_state_fields(with_vertical, with_friction)
-    solution = centred.solve_velocity_changes if with_friction else centred.solve_velocity_changes_without_friction
+    solution = (
+        centred.solve_velocity_corrections if with_friction else centred.solve_velocity_corrections_without_friction
+    )
     load_block, load_inertial_accelerations, load_step_control = (
         ROWS.tuple_reader_and_writer(BlockConstants).load,
         ROWS.tuple_reader_and_writer(BlockInertialAccelerations).load,
@@ -78,10 +85,10 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
         AssumedSignedFriction, unused_fields=[] if with_friction else ["left", "right"]
     ).load
     load_predicted, store_predicted, _ = ROWS.tuple_reader_and_writer(PredictedBlock, unused_fields=unused)
-    store_change = ROWS.tuple_reader_and_writer(BlockVelocityChange, unused_fields=unused).store
+    store_change = ROWS.tuple_reader_and_writer(BlockVelocityCorrection, unused_fields=unused).store
     complete_block_steps = create_step_completion_loop(with_vertical, with_friction)
 
-    @njit(**INNER)
+    @njit(**INTERNAL_COMPILE_OPTIONS)
     def predict_blocks(
         variant_marker: Any,  # noqa: ARG001
         state: Any,
@@ -89,7 +96,7 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
         ticks_per_sample: float,
     ) -> None:
         """Predict the states of all blocks in parallel at the end of their steps."""
-        for j in range(whole_vectors(lane_count)):
+        for j in range(round_to_vector_multiple(lane_count)):
             block, s, length = load_block(state, j), load_state(state, j), load_attempt(state, j).length
             store_predicted(
                 state,
@@ -99,25 +106,28 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
                 ),
             )
 
-    @njit(**INNER)
-    def solve_block_velocities(variant_marker: Any, state: Any, lane_count: int) -> None:  # noqa: ARG001
+    @njit(**INTERNAL_COMPILE_OPTIONS)
+    def solve_block_velocity_corrections(variant_marker: Any, state: Any, lane_count: int) -> None:  # noqa: ARG001
         """Solve the equations of the step for the velocity corrections of all blocks in parallel."""
-        for j in range(whole_vectors(lane_count)):
-            fine = load_attempt(state, j).length <= centred.FINE * load_step_control(state, j).finest
+        for j in range(round_to_vector_multiple(lane_count)):
+            fine = (
+                load_attempt(state, j).length
+                <= centred.MAX_STEP_USING_PREDICTED_FORCES * load_step_control(state, j).finest
+            )
             block, s, assumed = load_block(state, j), load_state(state, j), load_assumed_slip(state, j)
             store_change(state, j, solution(block, s, assumed, fine, load_predicted(state, j)))
 
-    @njit(**INNER)
-    def advance_blocks(
+    @njit(**INTERNAL_COMPILE_OPTIONS)
+    def attempt_block_steps(
         variant_marker: Any, state: Any, lane_count: int, step_count: int, ticks_per_sample: float
     ) -> None:
         """Attempt `step_count` time steps of all blocks in parallel."""
         for _ in range(step_count):
             predict_blocks(variant_marker, state, lane_count, ticks_per_sample)
-            solve_block_velocities(variant_marker, state, lane_count)
+            solve_block_velocity_corrections(variant_marker, state, lane_count)
             complete_block_steps(variant_marker, state, lane_count, ticks_per_sample)
 
-    return advance_blocks
+    return attempt_block_steps
 
 
 def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any:
@@ -137,17 +147,17 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
     load_peaks, _, store_peaks = ROWS.tuple_reader_and_writer(BlockPeakValues)
     load_account, _, store_account = ROWS.tuple_reader_and_writer(BlockEnergyAccount)
     load_predicted = ROWS.tuple_reader_and_writer(PredictedBlock, unused_fields=unused).load
-    load_change = ROWS.tuple_reader_and_writer(BlockVelocityChange, unused_fields=unused).load
+    load_change = ROWS.tuple_reader_and_writer(BlockVelocityCorrection, unused_fields=unused).load
 
-    @njit(**INNER)
-    def complete_block_steps(
+    @njit(**INTERNAL_COMPILE_OPTIONS)
+    def accept_or_reject_block_steps(
         variant_marker: Any,  # noqa: ARG001
         state: Any,
         lane_count: int,
         ticks_per_sample: float,
     ) -> None:
         """Compute contact forces of all blocks in parallel, and accept or reject the step of each block."""
-        for j in range(whole_vectors(lane_count)):
+        for j in range(round_to_vector_multiple(lane_count)):
             block, s, attempt, case_step_control = (
                 load_block(state, j),
                 load_state(state, j),
@@ -155,9 +165,9 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
                 load_step_control(state, j),
             )
             w, d, length = load_predicted(state, j), load_change(state, j), attempt.length
-            fine = length <= centred.FINE * case_step_control.finest
+            fine = length <= centred.MAX_STEP_USING_PREDICTED_FORCES * case_step_control.finest
             held = block_lands_flat(block, s, (w.left.depth, w.left.uz), (w.right.depth, w.right.uz))
-            drifts, drift, tilting = flat_landing_friction(block, held, w.ex + d.vx, w.ez + d.vz)
+            drifts, drift, tilting = flat_landing_sliding_and_friction(block, held, w.ex + d.vx, w.end_vz + d.vz)
             assumed_left = AssumedCornerContact(d.slid_left, fine, held, drifts, drift, tilting)
             assumed_right = AssumedCornerContact(d.slid_right, fine, held, drifts, drift, tilting)
             both = SolvedCornerContactPair(
@@ -165,10 +175,10 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
                 commit.compute_corner_forces(block, w, w.right, s.right, assumed_right, d, with_friction),
             )
             findings = commit.contact_changes_in_block_step(block, case_step_control, length, fine, both, with_friction)
-            again, sooner, attempt = choose_next_step_attempt(
-                BLOCK, case_step_control, attempt, findings, s.tick + length, ticks_per_sample
+            again, sooner, attempt = accept_or_reject_and_choose_next_step(
+                BLOCK_STEP_CONTROL, case_step_control, attempt, findings, s.tick + length, ticks_per_sample
             )
-            assumed = commit.slip_directions_for_next_attempt(
+            assumed = commit.assumed_signed_friction_for_next_attempt(
                 AssumedSignedFriction(d.slid_left, d.slid_right), fine, both, attempt.tries > 0.0, sooner
             )
             accepted = BlockAfterStep(s, load_peaks(state, j), load_account(state, j))
@@ -179,7 +189,7 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
             store_peaks(state, j, again, accepted.peaks)
             store_account(state, j, again, accepted.account)
 
-    return complete_block_steps
+    return accept_or_reject_block_steps
 
 
 @cache
@@ -196,7 +206,7 @@ def create_cundall_time_stepping_loop(with_vertical: bool, with_friction: bool) 
     load_peaks, store_peaks, _ = ROWS.tuple_reader_and_writer(BlockPeakValues)
     load_account, store_account, _ = ROWS.tuple_reader_and_writer(BlockEnergyAccount, unused_fields=["power", "loss"])
 
-    @njit(**INNER)
+    @njit(**INTERNAL_COMPILE_OPTIONS)
     def advance_blocks(
         variant_marker: Any,  # noqa: ARG001
         state: Any,
@@ -206,7 +216,7 @@ def create_cundall_time_stepping_loop(with_vertical: bool, with_friction: bool) 
     ) -> None:
         """Advance all blocks in parallel by `step_count` time steps."""
         for _ in range(step_count):
-            for j in range(whole_vectors(lane_count)):
+            for j in range(round_to_vector_multiple(lane_count)):
                 s, peaks, account = cundall.advance_block_one_step(
                     load_block(state, j), load_state(state, j), load_peaks(state, j), load_account(state, j),
                     load_inertial_accelerations(state, j), with_vertical,

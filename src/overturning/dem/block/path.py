@@ -30,7 +30,7 @@ def planar_trajectory_of_block(
     poses[:, 1] = np.stack([trajectory_rows[name] for name in ("x", "z", "angle", "vx", "vz", "vw")], axis=1)
     along, lift = (
         _mean_acceleration_between_times(time, amplitude * values, motion.sampling_interval)
-        for values in (motion.along(azimuth), np.zeros(1) if motion.up is None else motion.up)
+        for values in (motion.acceleration_along(azimuth), np.zeros(1) if motion.up is None else motion.up)
     )
     point, force = corner_positions_and_mean_forces(
         time, poses[:, 1], along, lift, np.array([ratio * height, height]) / 2
@@ -41,11 +41,11 @@ def planar_trajectory_of_block(
     names = (block.element.name, ground.element.name)
     return PlanarTrajectory(
         scene=scene,
-        placed=placed,
+        placed_elements=placed,
         critical=np.array([np.nan, critical_angle]),
         time=time,
         ground=trajectory_rows["ground"],
-        poses=poses,
+        poses_and_rates=poses,
         force=force * block.mass,
         place=point + origin,
         contacts=[names, names],

@@ -10,10 +10,16 @@ from overturning.arrays import FloatArray
 from overturning.dem.block.loops import SCHEMES
 from overturning.dem.block.path import planar_trajectory_of_block
 from overturning.dem.block.rules import BlockKernelInput
-from overturning.dem.block.state import COLUMNS, MAX_FRICTION, MAX_GENTLE_TRAVEL, RIGID_TIME_RATIO, TICKS
-from overturning.dem.block.tables import CASE, RESULT, ROW
-from overturning.dem.kernel.clock import BLOCK
-from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
+from overturning.dem.block.state import (
+    MAX_FRICTION,
+    MAX_UNREFINED_CORNER_TRAVEL,
+    MIN_INTERVAL_RATIO_FOR_SAMPLE_LONG_STEPS,
+    PARALLEL_CASE_COUNT,
+    TICKS_PER_WHOLE_STEP,
+)
+from overturning.dem.block.tables import CASE_TABLE_DTYPE, RESULT_TABLE_DTYPE, TRAJECTORY_ROW_DTYPE
+from overturning.dem.kernel.clock import BLOCK_STEP_CONTROL
+from overturning.dem.limits import MAX_PENETRATION_RATIO, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.path import PlanarTrajectory
 from overturning.dem.plan import (
@@ -36,7 +42,7 @@ from overturning.dem.time_step import (
     parse_scheme,
     requested_to_automatic_step_ratio,
     rocking_time_constant,
-    shortest_contact_time,
+    shortest_contact_time_constant,
     steps_per_sample,
 )
 from overturning.model.cases import Cases
@@ -50,9 +56,9 @@ from overturning.units import STANDARD_GRAVITY
 class BlockSimulationPlan(SimulationPlan):
     """Plan of the simulation of a single block in n cases."""
 
-    result_dtype: ClassVar[Any] = RESULT
-    trajectory_dtype: ClassVar[Any] = ROW
-    values_per_trajectory_row: ClassVar[int] = 24
+    result_dtype: ClassVar[Any] = RESULT_TABLE_DTYPE
+    trajectory_dtype: ClassVar[Any] = TRAJECTORY_ROW_DTYPE
+    dataset_values_per_trajectory_row: ClassVar[int] = 24
 
     model: PlanarModel
     scheme: IntegrationScheme
@@ -74,15 +80,22 @@ class BlockSimulationPlan(SimulationPlan):
         """
         scheme, queued = (
             SCHEMES[self.scheme][0],
-            self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, TICKS, COLUMNS),
+            self.common_kernel_input_fields(
+                case_numbers, result_tables, step_divisor, TICKS_PER_WHOLE_STEP, PARALLEL_CASE_COUNT
+            ),
         )
         cases, settings = queued["cases"], queued.pop("settings")
         cases["settled"] *= step_divisor
         cases["gentle"] /= step_divisor
         # Many steps between two tests of the lanes, but none beyond the next sample: the motion is loaded up to there.
-        settings = settings._replace(steps_per_check=int(settings.ticks / float(cases["standing"][0])) + scheme.ahead)
+        settings = settings._replace(
+            steps_per_check=int(settings.ticks_per_sample / float(cases["standing"][0]))
+            + scheme.steps_beyond_sample_end
+        )
         with_friction = 0 if cases["friction"][0] > 0 else None
-        return BlockKernelInput(settings, **queued, scheme=scheme, with_friction=with_friction, deepest=MAX_PENETRATION)
+        return BlockKernelInput(
+            settings, **queued, scheme=scheme, friction_marker=with_friction, deepest=MAX_PENETRATION_RATIO
+        )
 
     def case_outcome_variables(
         self,
@@ -90,7 +103,7 @@ class BlockSimulationPlan(SimulationPlan):
         result_tables: dict[str, NDArray[np.void]],
     ) -> dict[str, Any]:
         """Return the outcome variables of simulated blocks by name: columns of the table that the kernel has filled."""
-        return {name: result_tables["results"][name] for name in RESULT.names or ()}
+        return {name: result_tables["results"][name] for name in RESULT_TABLE_DTYPE.names or ()}
 
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
         """Return trajectory rows of a block at rest, one for each of the first `sample_count` samples."""
@@ -115,7 +128,7 @@ class BlockStepLengths(NamedTuple):
     """Length of a step while a block stands on both corners, in whole steps."""
     finest: FloatArray
     """Longest step in which a contact may open or close, s."""
-    halvings: NDArray[np.int64]
+    halvings_to_finest_step: NDArray[np.int64]
     """Halvings of a whole step that give at most the finest step; negative if the whole step is shorter."""
     ratio: FloatArray | float
     """Ratio of the requested to the automatic step length, at most 1."""
@@ -140,17 +153,19 @@ def block_step_lengths(
         # Steps of one sample are enough while a block stands on a contact that is stiff compared with them. They are
         # divided if a shorter time step is set.
         usual = steps_per_sample(scheme, "auto", square, rate, interval, period)
-        standing = np.where(np.sqrt(square) * interval >= RIGID_TIME_RATIO, np.gcd(usual, steps), 1)
+        standing = np.where(
+            np.sqrt(square) * interval >= MIN_INTERVAL_RATIO_FOR_SAMPLE_LONG_STEPS, np.gcd(usual, steps), 1
+        )
     # A shorter time step also shortens the finest step.
     ratio = (
         requested_to_automatic_step_ratio(scheme, numerics.time_step, longest_stable_step(scheme, square, rate, period))
         / numerics.refinement
     )
-    finest = BLOCK.finest * ratio * shortest_contact_time(square, rate)
+    finest = BLOCK_STEP_CONTROL.finest * ratio * shortest_contact_time_constant(square, rate)
     halvings = np.frexp(interval / steps / finest)[1].astype(np.int64)
     if scheme == IntegrationScheme.CENTRED:
         # If this needs more halvings than allowed, shorten the whole step.
-        steps = steps << np.maximum(halvings - BLOCK.max_step_halvings, 0)
+        steps = steps << np.maximum(halvings - BLOCK_STEP_CONTROL.max_step_halvings, 0)
     return BlockStepLengths(steps, standing, finest, halvings, ratio)
 
 
@@ -205,7 +220,7 @@ def plan_block_simulation(
             rest_limit = largest_acceleration_without_motion(
                 ratio, friction, ratio, dynamic_overshoot_bound(slowest, delay, interval), REST_THRESHOLD_FACTOR
             )
-    table = np.zeros(cases.case_count, CASE)
+    table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     columns = {
         "width": width,
         "height": height,
@@ -222,11 +237,19 @@ def plan_block_simulation(
         "calm": calm,
         "after": samples + np.ceil(MAX_TIME_AFTER_RECORD * period / interval),
         "rest_limit": rest_limit,
-        "gentle": MAX_GENTLE_TRAVEL * lengths.finest * width * evaluate_and_round_results(np.arctan, ratio) / period,
-        "finest": np.ldexp(1.0, BLOCK.max_step_halvings - np.clip(lengths.halvings, 0, BLOCK.max_step_halvings)),
-        "standing": TICKS * lengths.standing,
-        "dwell": np.round(BLOCK.steps_before_length_doubles(square, rate) / lengths.ratio),
-        "settled": np.round(BLOCK.settled / lengths.ratio),
+        "gentle": MAX_UNREFINED_CORNER_TRAVEL
+        * lengths.finest
+        * width
+        * evaluate_and_round_results(np.arctan, ratio)
+        / period,
+        "finest": np.ldexp(
+            1.0,
+            BLOCK_STEP_CONTROL.max_step_halvings
+            - np.clip(lengths.halvings_to_finest_step, 0, BLOCK_STEP_CONTROL.max_step_halvings),
+        ),
+        "standing": TICKS_PER_WHOLE_STEP * lengths.standing,
+        "dwell": np.round(BLOCK_STEP_CONTROL.steps_before_length_doubles(square, rate) / lengths.ratio),
+        "settled": np.round(BLOCK_STEP_CONTROL.settled / lengths.ratio),
     }
     for name, values in columns.items():
         table[name] = values

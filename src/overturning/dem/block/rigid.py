@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.lanes import INNER, OPTIONS
+from overturning.dem.kernel.lanes import COMPILE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 from overturning.dem.limits import MAX_TIME_AFTER_RECORD
@@ -25,21 +25,21 @@ from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
-ORDER: Final = 8
+TAYLOR_SERIES_ORDER: Final = 8
 """Order of the Taylor series. In 5544 cases of the default study, nine flags differ between orders 4 and 16, at most
 one for orders 5 to 8, none for order 10. Order 8 gives the peak rotation to 4e-8 α in 99 % of the standing cases."""
 
-LONGEST: Final = 0.25
+LONGEST_STEP: Final = 0.25
 """Longest step, in units of 1/p; a longer sample is divided."""
 
-SHORTEST: Final = 2.0**-30
+SHORTEST_STEP: Final = 2.0**-30
 """Shortest step, as a share of a sample; it occurs only if a block balances without motion."""
 
-REST: Final = 1e-6
+REST_ANGULAR_VELOCITY: Final = 1e-6
 """Angular velocity, in units of p, below which a block that lands comes to rest. In the same 5544 cases, 1e-9 changes
 no side, 1e-4 changes three."""
 
-NEWTON: Final = 1e-15
+ROOT_TIME_TOLERANCE: Final = 1e-15
 """Accuracy of the times of impacts and turning points, as a share of a sample."""
 
 
@@ -70,7 +70,7 @@ class RigidCaseTableColumns(NamedTuple):
     """Cosine of α − |θ₀|."""
 
 
-CASE: Final = table_dtype_of_named_tuples(RigidCaseTableColumns)
+CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(RigidCaseTableColumns)
 
 
 class BaseAccelerationRampInG(NamedTuple):
@@ -80,7 +80,7 @@ class BaseAccelerationRampInG(NamedTuple):
     ground_slope: float
     weight: float
     """Apparent gravity over g, 1 + a_up/g."""
-    weight_slope: float
+    apparent_gravity_slope: float
 
 
 class RigidRockingOutcomes(NamedTuple):
@@ -92,7 +92,7 @@ class RigidRockingOutcomes(NamedTuple):
     """Largest |θ|/α, π/2α for a block that fell, shape (n,)."""
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def _base_motion_with_later_origin(base_motion: BaseAccelerationRampInG, delay: float) -> BaseAccelerationRampInG:
     """Return a linear base motion as a function of time, with a time origin that is `delay` later.
 
@@ -100,12 +100,12 @@ def _base_motion_with_later_origin(base_motion: BaseAccelerationRampInG, delay: 
     """
     ground, weight = (
         base_motion.ground + base_motion.ground_slope * delay,
-        base_motion.weight + base_motion.weight_slope * delay,
+        base_motion.weight + base_motion.apparent_gravity_slope * delay,
     )
-    return BaseAccelerationRampInG(ground, base_motion.ground_slope, weight, base_motion.weight_slope)
+    return BaseAccelerationRampInG(ground, base_motion.ground_slope, weight, base_motion.apparent_gravity_slope)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def _rocking_side_and_start_time(
     base_motion: BaseAccelerationRampInG, remaining_time: float, b_over_h: float
 ) -> tuple[float, float]:
@@ -125,7 +125,7 @@ def _rocking_side_and_start_time(
     return (side, remaining_time * (before / (before - after))) if after > 0.0 else (0.0, remaining_time)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def _fill_taylor_series(
     taylor_series: Any, side: float, base_motion: BaseAccelerationRampInG, squared_frequency: float
 ) -> None:
@@ -140,7 +140,7 @@ def _fill_taylor_series(
     for k in range(angle.size - 1):
         drive = -side * base_motion.ground * cosine[k] - base_motion.weight * sine[k]
         if k > 0:
-            drive -= side * base_motion.ground_slope * cosine[k - 1] + base_motion.weight_slope * sine[k - 1]
+            drive -= side * base_motion.ground_slope * cosine[k - 1] + base_motion.apparent_gravity_slope * sine[k - 1]
         of_sine, of_cosine = 0.0, 0.0
         for j in range(k + 1):
             of_sine -= velocity[j] * cosine[k - j]
@@ -152,7 +152,7 @@ def _fill_taylor_series(
         sine[k + 1], cosine[k + 1] = of_sine / (k + 1), of_cosine / (k + 1)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def _series_value_and_slope(taylor_series: Any, time: float) -> tuple[float, float]:
     """Return the value and the slope of a Taylor series at a time."""
     value, slope = 0.0, 0.0
@@ -161,7 +161,7 @@ def _series_value_and_slope(taylor_series: Any, time: float) -> tuple[float, flo
     return value, slope
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def _find_series_root(taylor_series: Any, earliest_time: float, latest_time: float) -> float:
     """Return the root of a Taylor series between two times, by Newton's method and bisection."""
     rises = _series_value_and_slope(taylor_series, latest_time)[0] > 0.0
@@ -171,12 +171,12 @@ def _find_series_root(taylor_series: Any, earliest_time: float, latest_time: flo
         earliest_time, latest_time = (earliest_time, t) if (value > 0.0) == rises else (t, latest_time)
         before, t = t, t - value / slope if slope != 0.0 else earliest_time
         t = t if earliest_time <= t <= latest_time else 0.5 * (earliest_time + latest_time)
-        if abs(t - before) <= NEWTON:
+        if abs(t - before) <= ROOT_TIME_TOLERANCE:
             break
     return t
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def _series_keeps_sign(taylor_series: Any, step_length: float) -> bool:
     """True if a Taylor series has no zero in a step, because its first term exceeds the sum of all others."""
     others = 0.0
@@ -185,13 +185,13 @@ def _series_keeps_sign(taylor_series: Any, step_length: float) -> bool:
     return bool(abs(taylor_series[0]) > others)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def _limit_step_to_two_turning_points(taylor_series: Any, step_length: float) -> float:
     """Return a step's length, halved until the rotation of the block has at most two turning points in the step.
 
     There is at most one if velocity or acceleration keeps its sign, at most two if the jerk does.
     """
-    while step_length > SHORTEST and not (
+    while step_length > SHORTEST_STEP and not (
         _series_keeps_sign(taylor_series[1], step_length)
         or _series_keeps_sign(taylor_series[4], step_length)
         or _series_keeps_sign(taylor_series[5], step_length)
@@ -200,7 +200,7 @@ def _limit_step_to_two_turning_points(taylor_series: Any, step_length: float) ->
     return step_length
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def _first_two_turning_point_times(taylor_series: Any, step_length: float, starts_to_rock: bool) -> tuple[float, float]:
     """Return the times of the first two turning points of a block's rotation in a step, else the step's length.
 
@@ -221,7 +221,7 @@ def _first_two_turning_point_times(taylor_series: Any, step_length: float, start
     return min(first, second), max(first, second)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def _landing_time(
     angle_series: Any, first_turning_point: float, second_turning_point: float, step_length: float
 ) -> float:
@@ -234,7 +234,7 @@ def _landing_time(
     return np.inf
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def _base_motion_of_sample(
     horizontal_acceleration: Any, vertical_acceleration: Any, scale: float, sample: int
 ) -> BaseAccelerationRampInG:
@@ -245,7 +245,7 @@ def _base_motion_of_sample(
     )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def _peak_angle_and_whether_case_ends(
     angle_series: Any,
     velocity_series: Any,
@@ -269,7 +269,7 @@ def _peak_angle_and_whether_case_ends(
     return peak_angle, False
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def _simulate_rigid_block(
     horizontal_acceleration: Any, vertical_acceleration: Any, case_parameters: Any, taylor_series: Any
 ) -> tuple[float, float]:
@@ -280,11 +280,8 @@ def _simulate_rigid_block(
     angle, velocity, sine, cosine = taylor_series[0], taylor_series[1], taylor_series[2], taylor_series[3]
     side = 1.0 if case_parameters.tilt > 0.0 else -1.0 if case_parameters.tilt < 0.0 else 0.0
     angle[0], velocity[0], sine[0], cosine[0] = (
-        abs(case_parameters.tilt),
-        0.0,
-        case_parameters.tilt_sine,
-        case_parameters.tilt_cosine,
-    )
+        abs(case_parameters.tilt), 0.0, case_parameters.tilt_sine, case_parameters.tilt_cosine,
+    )  # fmt: skip
     peak, tangent, samples = angle[0], case_parameters.sine / case_parameters.cosine, horizontal_acceleration.size - 3
     scale, i = case_parameters.amplitude / STANDARD_GRAVITY, 0
     while i < case_parameters.after and not (i >= samples and side == 0.0):
@@ -328,7 +325,7 @@ def _simulate_rigid_block(
     return (0.0 if side == 0.0 else np.nan), max(peak, angle[0])
 
 
-@njit(nogil=True, **OPTIONS)
+@njit(nogil=True, **COMPILE_OPTIONS)
 def _simulate_rigid_blocks(
     horizontal_acceleration: Any,
     motion_rows: Any,
@@ -348,7 +345,9 @@ def _simulate_rigid_blocks(
 cache_compiled_kernel(_simulate_rigid_blocks)
 
 
-def simulate_rigid_rocking(motion: Motion, cases: Cases, series_order: int = ORDER) -> RigidRockingOutcomes:
+def simulate_rigid_rocking(
+    motion: Motion, cases: Cases, series_order: int = TAYLOR_SERIES_ORDER
+) -> RigidRockingOutcomes:
     """Simulate rigid blocks that rock without sliding or bouncing, whatever their friction.
 
     Parameters
@@ -378,14 +377,14 @@ def simulate_rigid_rocking(motion: Motion, cases: Cases, series_order: int = ORD
     up = np.zeros(ground.shape[1]) if motion.up is None else np.append(motion.up, np.zeros(3))
     per_sample = motion.sampling_interval / rocking_time_constant(ratio * height, height)
     diagonal, alpha = np.sqrt(1.0 + ratio * ratio), evaluate_and_round_results(np.arctan, ratio)
-    table = np.zeros(cases.case_count, CASE)
+    table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     columns = {
         "sine": ratio / diagonal,
         "cosine": 1.0 / diagonal,
         "square": per_sample**2,
         "restitution": np.maximum(1.0 - 1.5 * ratio * ratio / (1.0 + ratio * ratio), 0.0),
-        "steps": np.ceil(per_sample / LONGEST),
-        "rest": REST * per_sample,
+        "steps": np.ceil(per_sample / LONGEST_STEP),
+        "rest": REST_ANGULAR_VELOCITY * per_sample,
         "after": motion.sample_count + np.ceil(MAX_TIME_AFTER_RECORD / per_sample),
         "amplitude": cases.amplitude,
         "tilt": tilt,

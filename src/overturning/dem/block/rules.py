@@ -11,19 +11,24 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from overturning.dem.block.ending import block_energy_per_mass, case_status, record_block_motion, write_case_results
+from overturning.dem.block.ending import (
+    block_energy_per_mass,
+    case_status,
+    write_block_trajectory_row,
+    write_case_results,
+)
 from overturning.dem.block.loops import select_time_stepping_loop
 from overturning.dem.block.state import (
-    COLUMNS,
+    PARALLEL_CASE_COUNT,
     ROWS,
-    TICKS,
+    TICKS_PER_WHOLE_STEP,
     AssumedSignedFriction,
     BlockConstants,
     BlockInertialAccelerations,
     BlockPeakValues,
     BlockState,
     CornerState,
-    corner_position,
+    corner_position_from_centre,
 )
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import (
@@ -31,7 +36,7 @@ from overturning.dem.kernel.ending import (
     CaseRestState,
     body_is_still,
     case_cannot_have_ended,
-    case_progress_in_next_sample,
+    next_sample_tick_and_last_upright_time,
 )
 from overturning.dem.kernel.ground import (
     GroundMotion,
@@ -39,9 +44,18 @@ from overturning.dem.kernel.ground import (
     is_rest_check_sample,
     linear_base_acceleration_of_sample,
 )
-from overturning.dem.kernel.lanes import INLINE, INNER, cache_line_aligned_zeros, whole_vectors
-from overturning.dem.kernel.mechanics import LANDING, max_touch_delay_of_one_impact, normalise_cosine_and_sine
-from overturning.dem.kernel.queue import SettingsOfParallelCases, extend_trajectory, register_model_functions
+from overturning.dem.kernel.lanes import (
+    INLINE,
+    INTERNAL_COMPILE_OPTIONS,
+    cache_line_aligned_zeros,
+    round_to_vector_multiple,
+)
+from overturning.dem.kernel.mechanics import (
+    FLAT_LANDING_DURATION_IN_DECAY_TIMES,
+    max_touch_delay_of_one_impact,
+    normalise_cosine_and_sine,
+)
+from overturning.dem.kernel.queue import SettingsOfParallelCases, grow_trajectory_array, register_model_functions
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
@@ -53,11 +67,11 @@ class BlockKernelInput(NamedTuple):
     """Case parameters, of type `CASE`, shape (n,)."""
     row: NDArray[np.int64]
     results: NDArray[np.void]
-    """Results to fill in, of type `RESULT`, shape (n,)."""
+    """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     ground: GroundMotion
     scheme: Any
     """Constants of the scheme, from `overturning.dem.block.loops.SCHEMES`."""
-    with_friction: Any
+    friction_marker: Any
     """None if all cases are frictionless: a kernel without tangential springs is compiled. Otherwise any value."""
     deepest: float
     """Penetration beyond which a case has failed, as a share of the smaller half side."""
@@ -81,38 +95,45 @@ store_push, store_lift = (
     ROWS.tuple_reader_and_writer(BlockInertialAccelerations, "push").store,
     ROWS.tuple_reader_and_writer(BlockInertialAccelerations, "lift").store,
 )
-NUMBERS: Final = ROWS.count
+ROW_COUNT: Final = ROWS.count
 COS, SIN, TICK, LAST_UPRIGHT = (
-    ROWS.row_of_field(BlockState, "cos"), ROWS.row_of_field(BlockState, "sin"),
-    ROWS.row_of_field(BlockState, "tick"), ROWS.row_of_field(BlockPeakValues, "last_upright"),
+    ROWS.row_offset_of_field(BlockState, "cos"), ROWS.row_offset_of_field(BlockState, "sin"),
+    ROWS.row_offset_of_field(BlockState, "tick"), ROWS.row_offset_of_field(BlockPeakValues, "last_upright"),
 )  # fmt: skip
 LENGTH, REST_LIMIT, AT_REST = (
-    ROWS.row_of_field(NextStepToAttempt, "length"),
-    ROWS.row_of_field(CaseRestState, "rest_limit"),
-    ROWS.row_of_field(CaseRestState, "at_rest"),
+    ROWS.row_offset_of_field(NextStepToAttempt, "length"),
+    ROWS.row_offset_of_field(CaseRestState, "rest_limit"),
+    ROWS.row_offset_of_field(CaseRestState, "at_rest"),
 )
-SAMPLE, UPRIGHT_UNTIL = (ROWS.row_of_field(CaseProgress, "sample"), ROWS.row_of_field(CaseProgress, "upright_until"))
+SAMPLE, UPRIGHT_UNTIL = (
+    ROWS.row_offset_of_field(CaseProgress, "sample"),
+    ROWS.row_offset_of_field(CaseProgress, "upright_until"),
+)
 
 
 def allocate_workspace(kernel_input: Any) -> Any:  # noqa: ARG001, its type selects this function
     """Allocate the array for the states of the blocks that are simulated in parallel, one column (lane) each."""
-    return BlockWorkspace(cache_line_aligned_zeros(NUMBERS * COLUMNS))
+    return BlockWorkspace(cache_line_aligned_zeros(ROW_COUNT * PARALLEL_CASE_COUNT))
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     """Load a case's block into column `lane` of the state array, in equilibrium on both corners or tilted on one."""
     write_initial_block_state(
-        workspace.state, lane, kernel_input.cases[case], kernel_input.settings.interval, kernel_input.settings.ticks
+        workspace.state,
+        lane,
+        kernel_input.cases[case],
+        kernel_input.settings.interval,
+        kernel_input.settings.ticks_per_sample,
     )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def write_initial_block_state(
     state: Any, lane: int, case_parameters: Any, sampling_interval: float, ticks_per_sample: float
 ) -> None:
     """Write constants and initial state of a case's block into column `lane` of the state array."""
-    for row in range(NUMBERS):
-        state[row * COLUMNS + lane] = 0.0
+    for row in range(ROW_COUNT):
+        state[row * PARALLEL_CASE_COUNT + lane] = 0.0
     b, h, c, s = (
         0.5 * case_parameters.width,
         0.5 * case_parameters.height,
@@ -122,45 +143,27 @@ def write_initial_block_state(
     k, ks = case_parameters.stiffness, case_parameters.tangential
     inertia = 3.0 / (b * b + h * h)
     block = BlockConstants(
-        half_width=b,
-        half_height=h,
-        inertia=inertia,
-        stiffness=k,
-        tangential=ks,
-        compliance=1.0 / ks if ks > 0.0 else 0.0,
-        dashpot=case_parameters.dashpot,
-        friction=case_parameters.friction,
-        alpha=case_parameters.alpha,
-        step=sampling_interval / ticks_per_sample,
-        gentle=case_parameters.gentle,
-        landing=LANDING * case_parameters.dashpot / k,
+        half_width=b, half_height=h, inertia=inertia, stiffness=k, tangential=ks,
+        compliance=1.0 / ks if ks > 0.0 else 0.0, dashpot=case_parameters.dashpot, friction=case_parameters.friction,
+        alpha=case_parameters.alpha, tick_length=sampling_interval / ticks_per_sample, gentle=case_parameters.gentle,
+        landing=FLAT_LANDING_DURATION_IN_DECAY_TIMES * case_parameters.dashpot / k,
         together=max_touch_delay_of_one_impact(k, case_parameters.dashpot),
         tilting=0.0 if case_parameters.friction * h <= b else 1.0,
-    )
+    )  # fmt: skip
     tilted = s != 0.0
     z = (b * abs(s) + h * c) - (GRAVITY / k if tilted else 0.5 * GRAVITY / k)
     x = b * ((1.0 - c) if s > 0.0 else (c - 1.0)) + h * s if tilted else 0.0
-    (arm_l, drop_l), (arm_r, drop_r) = corner_position(-1.0, block, c, s), corner_position(1.0, block, c, s)
+    (arm_l, drop_l), (arm_r, drop_r) = (
+        corner_position_from_centre(-1.0, block, c, s),
+        corner_position_from_centre(1.0, block, c, s),
+    )
     left, right = CornerState(0.0, x + arm_l, drop_l - z, 0.0), CornerState(0.0, x + arm_r, drop_r - z, 0.0)
     ul, ur = max(left.depth, 0.0), max(right.depth, 0.0)
     az, aw = k * (ul + ur) - GRAVITY, inertia * k * (-arm_l * ul + -arm_r * ur)
     at_rest = BlockState(
-        x=x,
-        z=z,
-        angle=case_parameters.tilt,
-        cos=c,
-        sin=s,
-        vx=0.0,
-        vz=0.0,
-        vw=0.0,
-        ax=0.0,
-        az=az,
-        aw=aw,
-        left=left,
-        right=right,
-        tick=0.0,
-        landing=0.0,
-    )
+        x=x, z=z, angle=case_parameters.tilt, cos=c, sin=s, vx=0.0, vz=0.0, vw=0.0, ax=0.0, az=az, aw=aw, left=left,
+        right=right, tick=0.0, landing=0.0,
+    )  # fmt: skip
     store_block(state, lane, block)
     store_step_control(state, lane, CaseStepControl(
         case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled,
@@ -185,21 +188,16 @@ def write_initial_block_state(
     store_course(state, lane, course)
 
 
-def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
+def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
     """Load the base motion of the next sample for each case, and rescale (cos θ, sin θ) of each block to length 1."""
-    load_base_motion_of_sample(
-        workspace.state,
-        lane_count,
-        kernel_input.row,
-        lane_cases,
-        kernel_input.ground.along,
-        kernel_input.ground.up,
+    start_sample_and_load_base_motion(
+        workspace.state, lane_count, kernel_input.row, lane_cases, kernel_input.ground.along, kernel_input.ground.up,
         kernel_input.settings,
-    )
+    )  # fmt: skip
 
 
-@njit(**INNER)
-def load_base_motion_of_sample(
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def start_sample_and_load_base_motion(
     state: Any,
     lane_count: int,
     motion_rows: Any,
@@ -212,15 +210,17 @@ def load_base_motion_of_sample(
 
     `motion_rows` has the row of `horizontal_acceleration` for each case, `lane_cases` the case of each lane.
     """
-    ticks, interval, scale = settings.ticks, settings.interval, 1.0 / settings.ticks
-    for j in range(whole_vectors(lane_count)):
+    ticks, interval, scale = settings.ticks_per_sample, settings.interval, 1.0 / settings.ticks_per_sample
+    for j in range(round_to_vector_multiple(lane_count)):
         s = load_state(state, j)
         state[COS + j], state[SIN + j] = normalise_cosine_and_sine(s.cos, s.sin)
-        begun = case_progress_in_next_sample(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
+        begun = next_sample_tick_and_last_upright_time(
+            load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval
+        )
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
     last = horizontal_acceleration.shape[1] - 3
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         course = load_course(state, j)
         i = min(int(course.sample), last)
         # A base that accelerates towards +s pushes the block towards −s.
@@ -235,7 +235,7 @@ def load_base_motion_of_sample(
             store_lift(state, j, linear_base_acceleration_of_sample(vertical_acceleration, i, course.amplitude, scale))
 
 
-def advance_one_sample(
+def attempt_steps_until_next_check(
     kernel_input: Any, workspace: Any, lane_count: int, trajectory: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
     """Advance all blocks, computed in parallel, by one sample of the record; record the motion of the first one.
@@ -244,20 +244,22 @@ def advance_one_sample(
     """
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
     settings, scheme, state = kernel_input.settings, kernel_input.scheme, workspace.state
-    up, with_friction = kernel_input.ground.up, kernel_input.with_friction
+    up, with_friction = kernel_input.ground.up, kernel_input.friction_marker
     step, ticks, steps_per_check = (
         select_time_stepping_loop(scheme, up, with_friction),
-        settings.ticks,
+        settings.ticks_per_sample,
         settings.steps_per_check,
     )
     stride = steps_per_check if trajectory.shape[0] == 0 else 1
     if trajectory.shape[0] > 0:
-        trajectory = extend_trajectory(trajectory, recorded_row_count + steps_per_check, settings.max_rows)
+        trajectory = grow_trajectory_array(trajectory, recorded_row_count + steps_per_check, settings.max_rows)
         if trajectory.shape[0] < recorded_row_count + steps_per_check:
             return trajectory, -1
     for done in range(0, steps_per_check, stride):
         if trajectory.shape[0] > 0 and (done == 0 or state[TICK] == ticks):
-            record_block_motion(state, 0, scheme.lag, settings.interval, ticks, trajectory[recorded_row_count])
+            write_block_trajectory_row(
+                state, 0, scheme.velocity_lag_steps, settings.interval, ticks, trajectory[recorded_row_count]
+            )
             recorded_row_count += 1
         step((up, with_friction), state, lane_count, stride, ticks)
     return trajectory, recorded_row_count
@@ -269,13 +271,13 @@ def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_cou
         workspace.state,
         active_lane_count,
         end_marks_out,
-        kernel_input.settings.ticks,
+        kernel_input.settings.ticks_per_sample,
         float(kernel_input.settings.samples),
         kernel_input.deepest,
     )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def mark_possibly_ended_block_cases(
     state: Any,
     active_lane_count: int,
@@ -297,7 +299,7 @@ def mark_possibly_ended_block_cases(
     return count
 
 
-def skip_quiet_samples(
+def skip_quiet_samples_of_resting_cases(
     kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
     """Skip, for blocks at rest, the samples in which the base motion cannot move the block."""
@@ -307,12 +309,12 @@ def skip_quiet_samples(
         active_lane_count,
         kernel_input.row,
         kernel_input.ground,
-        kernel_input.settings.ticks,
+        kernel_input.settings.ticks_per_sample,
         skipped_sample_counts_out,
     )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def skip_samples_of_resting_blocks(
     state: Any,
     lane_cases: Any,
@@ -339,11 +341,11 @@ def skip_samples_of_resting_blocks(
         still = body_is_still(
             largest_motion_component(s.vx, s.vz, s.vw, block),
             largest_motion_component(s.ax, s.az, s.aw, block),
-            length * block.step,
+            length * block.tick_length,
             rest_limit,
         )
         held = (s.left.normal > 0.0) & (s.right.normal > 0.0) & (assumed.left == 0.0) & (assumed.right == 0.0)
-        resting = (length >= TICKS) & is_rest_check_sample(now) & held & still
+        resting = (length >= TICKS_PER_WHOLE_STEP) & is_rest_check_sample(now) & held & still
         state[AT_REST + j] = 1.0 if resting else 0.0
         count += 1 if resting else 0
     for j in range(active_lane_count if count > 0 else 0):
@@ -368,12 +370,12 @@ def largest_motion_component(horizontal: float, vertical: float, rotational: flo
 
 
 def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:  # noqa: ARG001
-    """Return the `CaseStatus` of the case in column `lane` of the state array; `GOES_ON` if it has not ended."""
+    """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED` if it has not ended."""
     return case_status(
         workspace.state,
         lane,
-        kernel_input.scheme.lag,
-        kernel_input.settings.ticks,
+        kernel_input.scheme.velocity_lag_steps,
+        kernel_input.settings.ticks_per_sample,
         float(kernel_input.settings.samples),
         kernel_input.deepest,
     )
@@ -385,13 +387,13 @@ def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, ca
         workspace.state,
         lane,
         status,
-        kernel_input.scheme.lag,
-        kernel_input.settings.ticks,
+        kernel_input.scheme.velocity_lag_steps,
+        kernel_input.settings.ticks_per_sample,
         kernel_input.results[case],
     )
 
 
 register_model_functions(
-    BlockKernelInput, allocate_workspace, start_case, load_motion_of_next_sample, advance_one_sample,
-    mark_possibly_ended_cases, skip_quiet_samples, current_case_status, write_results_of_ended_case,
+    BlockKernelInput, allocate_workspace, start_case, update_sample_and_load_motion, attempt_steps_until_next_check,
+    mark_possibly_ended_cases, skip_quiet_samples_of_resting_cases, current_case_status, write_results_of_ended_case,
 )  # fmt: skip

@@ -8,24 +8,24 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.clock import BLOCK, CaseStepControl, NextStepToAttempt
+from overturning.dem.kernel.clock import BLOCK_STEP_CONTROL, CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress, CaseRestState, LargestTiltNearCaseEnd
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 from overturning.dem.kernel.lanes import INLINE, TupleRowLayout
 
-COLUMNS: Final = 48
+PARALLEL_CASE_COUNT: Final = 48
 """Number of blocks computed side by side: enough to hide the latency of operations, few enough for the L1 cache."""
 
-TICKS: Final = BLOCK.whole
+TICKS_PER_WHOLE_STEP: Final = BLOCK_STEP_CONTROL.ticks_per_whole_step
 """Ticks of a whole step."""
 
-MAX_GENTLE_TRAVEL: Final = 0.3
+MAX_UNREFINED_CORNER_TRAVEL: Final = 0.3
 """Largest travel of a corner that opens or closes in a gentle step, which is accepted without refinement.
 
 In units of the travel in a finest step at the speed B p α, about that of a corner of a marginally falling block.
 """
 
-GENTLE_STEPS: Final = 8.0
+MAX_UNREFINED_CONTACT_CHANGE_STEP: Final = 8.0
 """Longest gentle step, in finest steps."""
 
 MAX_FRICTION: Final = 100.0
@@ -35,7 +35,7 @@ With larger ones, the slip of a landing corner in one step can dissipate more th
 damping.
 """
 
-RIGID_TIME_RATIO: Final = 100.0
+MIN_INTERVAL_RATIO_FOR_SAMPLE_LONG_STEPS: Final = 100.0
 """Smallest ratio of sampling interval to 1/ω for which a block on both corners takes sample-long steps."""
 
 
@@ -58,7 +58,7 @@ class BlockConstants(NamedTuple):
     """Coefficient of friction μ."""
     alpha: float
     """Critical angle α = arctan(B/H), rad."""
-    step: float
+    tick_length: float
     """Length of a tick, s."""
     gentle: float
     """Largest travel of a corner that opens or closes in a gentle step, m."""
@@ -88,13 +88,13 @@ class AssumedCornerContact(NamedTuple):
 
     slid: float
     """±μ if the corner slides, else 0."""
-    fine: bool
+    forces_decide_contact: bool
     """True if the step is fine, so that predicted forces decide instead."""
     held: bool
     """True if the block lands flat, so that the dashpot may pull; see `dem.block.landing`."""
-    drifts: bool
+    slides_in_flat_landing: bool
     """True if the block slides while it lands flat."""
-    drift: float
+    flat_landing_signed_friction: float
     """±μ of the friction in a flat landing."""
     tilting: float
     """Share of the moment of friction that rotates the block; 1 except in a flat landing."""
@@ -199,7 +199,7 @@ class PredictedBlock(NamedTuple):
     """Predicted state of a block at the end of a step of the centred scheme, before its equations are solved.
 
     Pose (`x`, `z`, `angle`, `cos`, `sin`), velocities after half of the step (`vx`, `vz`, `vw`) and at its end (`ex`,
-    `ez`, `ew`), as in `BlockState`.
+    `end_vz`, `end_vw`), as in `BlockState`.
     """
 
     x: float
@@ -211,8 +211,8 @@ class PredictedBlock(NamedTuple):
     vz: float
     vw: float
     ex: float
-    ez: float
-    ew: float
+    end_vz: float
+    end_vw: float
     push: float
     """−a at the end of the step, along s, m/s²."""
     lift: float
@@ -223,7 +223,7 @@ class PredictedBlock(NamedTuple):
     right: PredictedCorner
 
 
-class BlockVelocityChange(NamedTuple):
+class BlockVelocityCorrection(NamedTuple):
     """Corrections of a block's predicted velocities (m/s, rad/s), and friction ±μ of each corner (0: it sticks)."""
 
     vx: float
@@ -249,17 +249,18 @@ class TrialCornerFriction(NamedTuple):
 class CornerEquationTerms(NamedTuple):
     """Contribution of a corner to the three equations for the velocities of a block, per mass.
 
-    The forces are those for zero velocity at the end of the step. `press`, `stick` and `slide` are the factors of the
-    velocities: of the normal force, and of the tangential force of a sticking and of a sliding corner.
+    The forces are those for zero velocity at the end of the step. `normal_force_velocity_factor`,
+    `sticking_force_velocity_factor` and `slide` are the factors of the velocities: of the normal force, and of the
+    tangential force of a sticking and of a sliding corner.
     """
 
     n: float
     """Normal force, m/s²."""
     f: float
     """Tangential force, m/s²."""
-    press: float
+    normal_force_velocity_factor: float
     """Normal force per normal velocity, times half the step; dimensionless."""
-    stick: float
+    sticking_force_velocity_factor: float
     """Tangential force of a sticking corner per tangential velocity, times half the step."""
     slide: float
     """Tangential force of a sliding corner per normal velocity, times half the step."""
@@ -276,25 +277,25 @@ class SolvedCornerContact(NamedTuple):
     """Moment of both forces per mass, m²/s²."""
     loss: float
     """Power dissipated by dashpots and friction, per mass, m²/s³."""
-    let_go: float
+    released_tangential_stretch_squared: float
     """Energy released by the tangential spring, over half its stiffness, m²."""
     cut: float
     """Energy released by the normal spring, over half its stiffness, m²."""
     fresh: bool
     """True if the contact has closed in this step."""
-    sunk: float
+    penetration_change_if_closed: float
     """Change of penetration in the step if the contact has closed, else 1, m."""
     changed: float
     """Above 0 if the contact has opened or closed."""
-    far: float
+    vertical_travel_if_changed: float
     """Vertical travel of the corner in the step if the contact has opened or closed, else 0, m."""
     found: float
     """±μ if the corner slips, else 0."""
-    wrong: bool
+    has_wrong_slip_assumption: bool
     """True if the corner sticks or slips contrary to the assumption."""
-    reversed: bool
+    has_slip_reversal: bool
     """True if the corner was assumed to slide against its velocity (slip reversal)."""
-    back: bool
+    has_friction_reversal: bool
     """True if its friction had the opposite sign before."""
 
 
@@ -314,20 +315,22 @@ class BlockAfterStep(NamedTuple):
 
 
 ROWS: Final = TupleRowLayout(
-    COLUMNS, BlockConstants, CaseStepControl, BlockState, NextStepToAttempt, AssumedSignedFriction, BlockPeakValues,
-    BlockEnergyAccount, BlockInertialAccelerations, CaseProgress, PredictedBlock, BlockVelocityChange, CaseRestState,
+    PARALLEL_CASE_COUNT, BlockConstants, CaseStepControl, BlockState, NextStepToAttempt, AssumedSignedFriction,
+    BlockPeakValues,
+    BlockEnergyAccount, BlockInertialAccelerations, CaseProgress, PredictedBlock, BlockVelocityCorrection,
+    CaseRestState,
     LargestTiltNearCaseEnd,
 )  # fmt: skip
 
 
 @njit(**INLINE)
-def corner_position(side: float, block: BlockConstants, cosine: float, sine: float) -> tuple[float, float]:
+def corner_position_from_centre(side: float, block: BlockConstants, cosine: float, sine: float) -> tuple[float, float]:
     """Return a block's lower corner (`side` −1: left, 1: right) relative to its centre: along x and down, m."""
     b, h = side * block.half_width, block.half_height
     return b * cosine - h * sine, h * cosine + b * sine
 
 
 @njit(**INLINE)
-def base_displacement(block: BlockConstants, centre_x: float, sine: float) -> float:
+def displacement_of_block_base(block: BlockConstants, centre_x: float, sine: float) -> float:
     """Return the displacement (m) of the middle of a block's base, from the displacement of its centre and sin θ."""
     return centre_x - block.half_height * sine

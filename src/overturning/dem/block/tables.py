@@ -89,6 +89,6 @@ class BlockTrajectoryTableColumns(NamedTuple):
     """Ground acceleration, m/s²."""
 
 
-CASE: Final = table_dtype_of_named_tuples(BlockCaseTableColumns, CaseStepControl)
-RESULT: Final = table_dtype_of_named_tuples(BlockResultTableColumns)
-ROW: Final = table_dtype_of_named_tuples(BlockTrajectoryTableColumns)
+CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BlockCaseTableColumns, CaseStepControl)
+RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BlockResultTableColumns)
+TRAJECTORY_ROW_DTYPE: Final = table_dtype_of_named_tuples(BlockTrajectoryTableColumns)

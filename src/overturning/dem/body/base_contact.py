@@ -10,38 +10,48 @@ from typing import Any, Final
 from numba import njit
 
 from overturning.dem.body.state import (
-    IN_THE_AIR,
+    LANDING_TIME_OF_BASE_IN_AIR,
     ROWS,
-    VERTEX,
+    VERTEX_ROW_LAYOUT,
     BaseContactState,
     BodyConstants,
+    BodyContactPointState,
     BodyState,
     BodyVertex,
     ContactPointAtStepStartAndEnd,
-    ContactPointHistory,
 )
 from overturning.dem.body.vectors import Matrix3, Vector3, matrix_times_vector, transpose
-from overturning.dem.kernel.lanes import APART, INLINE, INNER, whole_vectors
-from overturning.model.solid import MAX_CARRYING_CORNERS
+from overturning.dem.kernel.lanes import (
+    INLINE,
+    INTERNAL_COMPILE_OPTIONS,
+    NO_ALIAS_COMPILE_OPTIONS,
+    round_to_vector_multiple,
+)
+from overturning.model.solid import MAX_LOAD_SHARING_BASE_VERTICES
 
-LEVEL: Final = 1.0 - 1e-6
+MIN_BASE_VERTEX_DEPTH_RATIO: Final = 1.0 - 1e-6
 """Smallest depth of a base vertex below the centre, as a share of the height of the centre above the base."""
 
-RESTS: Final = 0.5
+MAX_DASHPOT_TO_SPRING_FORCE_AT_REST: Final = 0.5
 """Largest force of the dashpot of a resting point, as a share of the force of its spring."""
 
 
 @njit(**INLINE)
 def vertex_belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
     """True if a vertex of a body is as deep below the centre as the base, so that it is a vertex of the base."""
-    return vertex.own.z <= -LEVEL * body.foot
+    return vertex.position_in_body_axes.z <= -MIN_BASE_VERTEX_DEPTH_RATIO * body.foot
 
 
 @njit(**INLINE)
-def point_rests_on_spring(body: BodyConstants, point_history: ContactPointHistory) -> float:
+def point_rests_on_spring(body: BodyConstants, point_history: BodyContactPointState) -> float:
     """Return 1 if a contact point's normal force is nearly its spring force, so that the point rests; else 0."""
     spring = body.stiffness * point_history.depth
-    return 1.0 if (point_history.depth > 0.0) & (abs(point_history.normal - spring) < RESTS * spring) else 0.0
+    return (
+        1.0
+        if (point_history.depth > 0.0)
+        & (abs(point_history.normal - spring) < MAX_DASHPOT_TO_SPRING_FORCE_AT_REST * spring)
+        else 0.0
+    )
 
 
 @njit(**INLINE)
@@ -50,11 +60,11 @@ def update_base_contact_with_vertex(
     base_contact: BaseContactState,
     body_axes: Matrix3,
     vertex: BodyVertex,
-    point_history: ContactPointHistory,
+    point_history: BodyContactPointState,
 ) -> BaseContactState:
     """Return the contact state of a body's base, updated if this base vertex is its lowest or highest one so far."""
     height, below, still = (
-        matrix_times_vector(body_axes, vertex.own).z,
+        matrix_times_vector(body_axes, vertex.position_in_body_axes).z,
         vertex_belongs_to_base(body, vertex),
         point_rests_on_spring(body, point_history),
     )
@@ -74,7 +84,7 @@ def vertex_contact_is_deferred(
     base_contact: BaseContactState,
     vertex: BodyVertex,
     vertex_height: float,
-    point_history: ContactPointHistory,
+    point_history: BodyContactPointState,
 ) -> bool:
     """True if a base vertex that lies between the ends of a landing base carries no load until both ends rest.
 
@@ -101,7 +111,7 @@ def body_base_lands_flat(base_contact: BaseContactState) -> bool:
 
 
 @njit(**INLINE)
-def longest_landing_time_with_point(longest_time: float, point_landing_time: float, point_penetration: float) -> float:
+def updated_longest_landing_time(longest_time: float, point_landing_time: float, point_penetration: float) -> float:
     """Return the longest remaining landing time (s) of the points so far, including this one if it is in contact."""
     return point_landing_time if (point_penetration > 0.0) & (point_landing_time > longest_time) else longest_time
 
@@ -112,7 +122,7 @@ def landing_time_of_new_contact(body: BodyConstants, base_contact: BaseContactSt
 
     It is that of the points already in contact, or the full duration of a flat landing if there are none.
     """
-    return body.landing if base_contact.longest_landing == IN_THE_AIR else base_contact.longest_landing
+    return body.landing if base_contact.longest_landing == LANDING_TIME_OF_BASE_IN_AIR else base_contact.longest_landing
 
 
 @njit(**INLINE)
@@ -125,31 +135,31 @@ load_body, load_frame = ROWS.tuple_reader_and_writer(BodyConstants).load, ROWS.t
 load_state = ROWS.tuple_reader_and_writer(BodyState).load
 load_base_contact, store_base_contact, _ = ROWS.tuple_reader_and_writer(BaseContactState)
 load_vertex, load_memory = (
-    VERTEX.tuple_reader_and_writer(BodyVertex).load,
-    VERTEX.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").load,
+    VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load,
+    VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").load,
 )
-OF_A_VERTEX: Final = VERTEX.size
+ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
 LANDING_OF, DEPTH_OF = (
-    VERTEX.row_of_field(ContactPointAtStepStartAndEnd, "old.landing"),
-    VERTEX.row_of_field(ContactPointAtStepStartAndEnd, "old.depth"),
+    VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.landing"),
+    VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.depth"),
 )
 SHORTEST, LONGEST = (
-    ROWS.row_of_field(BaseContactState, "landing"),
-    ROWS.row_of_field(BaseContactState, "longest_landing"),
+    ROWS.row_offset_of_field(BaseContactState, "landing"),
+    ROWS.row_offset_of_field(BaseContactState, "longest_landing"),
 )
-TILTING: Final = ROWS.row_of_field(BaseContactState, "tilting")
+TILTING_ROW_OFFSET: Final = ROWS.row_offset_of_field(BaseContactState, "tilting")
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def any_body_base_lands_flat(state: Any, lane_count: int) -> bool:
     """True if, in any of the cases computed in parallel, all points of the body's base land in one impact."""
     number = 0
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         number += 1 if body_base_lands_flat(load_base_contact(state, j)) else 0
     return number > 0
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, lane_count: int) -> None:
     """Set `BaseContactState.tilting` to 1 for bodies that friction tilts while their base lands flat and slides.
 
@@ -157,17 +167,17 @@ def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, 
     the centre if they act at the distance μ h ahead of it, in the direction of sliding; h is the height of the centre.
     If that point lies within the base, the normal forces balance the moment of friction.
     """
-    for point in range(0, row_count, OF_A_VERTEX):
-        one = vertex_rows[point : point + OF_A_VERTEX]
-        for j in range(whole_vectors(lane_count)):
+    for point in range(0, row_count, ARRAY_LENGTH_PER_VERTEX):
+        one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
+        for j in range(round_to_vector_multiple(lane_count)):
             body, v, edge = load_body(state, j), load_state(state, j).velocity, load_vertex(one, j)
             own = matrix_times_vector(transpose(load_frame(state, j)), Vector3(v.x, v.y, 0.0))
-            ahead = body.friction * body.foot * (edge.nx * own.x + edge.ny * own.y)
+            ahead = body.friction * body.foot * (edge.base_edge_normal_x * own.x + edge.base_edge_normal_y * own.y)
             outside = edge.reach * math.sqrt(v.x * v.x + v.y * v.y) < ahead
-            state[TILTING + j] = 1.0 if outside else state[TILTING + j]
+            state[TILTING_ROW_OFFSET + j] = 1.0 if outside else state[TILTING_ROW_OFFSET + j]
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def update_base_contacts(
     state: Any, vertex_rows: Any, opposite_start_index: int, base_vertex_count: int, lane_count: int, has_rim: Any
 ) -> None:
@@ -178,12 +188,12 @@ def update_base_contacts(
     """
     if has_rim:
         # The ends are the lowest and the highest point of the rim.
-        for j in range(whole_vectors(lane_count)):
-            body, ahead = load_body(state, j), load_memory(vertex_rows[:OF_A_VERTEX], j)
-            behind = load_memory(vertex_rows[opposite_start_index : opposite_start_index + OF_A_VERTEX], j)
+        for j in range(round_to_vector_multiple(lane_count)):
+            body, ahead = load_body(state, j), load_memory(vertex_rows[:ARRAY_LENGTH_PER_VERTEX], j)
+            behind = load_memory(vertex_rows[opposite_start_index : opposite_start_index + ARRAY_LENGTH_PER_VERTEX], j)
             landing = ahead.landing if ahead.landing < behind.landing else behind.landing
-            longest = longest_landing_time_with_point(
-                longest_landing_time_with_point(IN_THE_AIR, ahead.landing, ahead.depth),
+            longest = updated_longest_landing_time(
+                updated_longest_landing_time(LANDING_TIME_OF_BASE_IN_AIR, ahead.landing, ahead.depth),
                 behind.landing,
                 behind.depth,
             )
@@ -193,28 +203,26 @@ def update_base_contacts(
                 tilting,
             ))  # fmt: skip
         return
-    few = base_vertex_count <= MAX_CARRYING_CORNERS
-    for j in range(whole_vectors(lane_count)):
-        first = BaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, IN_THE_AIR, 0.0)
-        other = BaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, IN_THE_AIR, 0.0)
+    few = base_vertex_count <= MAX_LOAD_SHARING_BASE_VERTICES
+    for j in range(round_to_vector_multiple(lane_count)):
+        first = BaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, LANDING_TIME_OF_BASE_IN_AIR, 0.0)
+        other = BaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, LANDING_TIME_OF_BASE_IN_AIR, 0.0)
         store_base_contact(state, j, first if few else other)
-    for point in range(0, 2 * opposite_start_index, OF_A_VERTEX):
-        one = vertex_rows[point : point + OF_A_VERTEX]
-        for j in range(whole_vectors(lane_count)):
+    for point in range(0, 2 * opposite_start_index, ARRAY_LENGTH_PER_VERTEX):
+        one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
+        for j in range(round_to_vector_multiple(lane_count)):
             of_base = vertex_belongs_to_base(load_body(state, j), load_vertex(one, j))
             left, least = one[LANDING_OF + j], state[SHORTEST + j]
             state[SHORTEST + j] = left if of_base & (left < least) else least
             longest = state[LONGEST + j]
-            state[LONGEST + j] = (
-                longest_landing_time_with_point(longest, left, one[DEPTH_OF + j]) if of_base else longest
-            )
+            state[LONGEST + j] = updated_longest_landing_time(longest, left, one[DEPTH_OF + j]) if of_base else longest
     if any_body_base_lands_flat(state, lane_count):
         mark_bases_tilted_by_friction(state, vertex_rows, 2 * opposite_start_index, lane_count)
     if few:
         return
-    for point in range(0, 2 * opposite_start_index, OF_A_VERTEX):
-        one = vertex_rows[point : point + OF_A_VERTEX]
-        for j in range(whole_vectors(lane_count)):
+    for point in range(0, 2 * opposite_start_index, ARRAY_LENGTH_PER_VERTEX):
+        one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
+        for j in range(round_to_vector_multiple(lane_count)):
             base_contact = load_base_contact(state, j)
             store_base_contact(state, j, update_base_contact_with_vertex(
                 load_body(state, j), base_contact, load_frame(state, j), load_vertex(one, j), load_memory(one, j)

@@ -1,8 +1,8 @@
 """The centred scheme for a 3-D body: trapezoidal rule, springs and dashpots at the end of the step (docs/method.md).
 
-The step of one body has three parts, as for a block: `predict_body_at_step_end` and `solve_velocity_change` are here,
-`compute_point_forces` and `complete_body_step` in `overturning.dem.body.commit`. The unknowns are the corrections e of
-velocity and angular velocity at the end of the step. `centred_loops` has the loops over the bodies.
+The step of one body has three parts, as for a block: `predict_body_at_step_end` and `solve_velocity_correction` are
+here, `compute_point_forces` and `complete_body_step` in `overturning.dem.body.commit`. The unknowns are the corrections
+e of velocity and angular velocity at the end of the step. `centred_loops` has the loops over the bodies.
 """
 
 import math
@@ -12,11 +12,11 @@ from numba import njit
 
 from overturning.dem.body.state import (
     BodyConstants,
+    BodyContactPointState,
     BodyPredictedForStepEnd,
     BodyState,
-    BodyVelocityChange,
+    BodyVelocityCorrection,
     ContactEquationTerms,
-    ContactPointHistory,
     InertialAccelerations3D,
     PredictedContactPoint,
     angular_velocity_from_momentum,
@@ -39,14 +39,14 @@ from overturning.dem.body.vectors import (
     scale_vector,
     transpose,
 )
-from overturning.dem.kernel.clock import BODY, CaseStepControl, NextStepToAttempt
+from overturning.dem.kernel.clock import BODY_STEP_CONTROL, CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample
 from overturning.dem.kernel.lanes import INLINE
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-FINE: Final = BODY.fine
+MAX_STEP_USING_PREDICTED_FORCES: Final = BODY_STEP_CONTROL.max_step_using_predicted_forces
 
-LEAST_FREEDOM: Final = 0.25
+MIN_NORMAL_FORCE_EFFECT_WHILE_SLIDING: Final = 0.25
 """Least effect of a normal force on a sliding point, as a share of its effect on a free particle; below, it sticks."""
 
 
@@ -68,27 +68,27 @@ def predict_body_at_step_end(
     body: BodyConstants, state: BodyState, step_ticks: float, shaking: InertialAccelerations3D, ticks_per_sample: float
 ) -> BodyPredictedForStepEnd:
     """Predict the state of a body at the end of a step (`step_ticks`), from the acceleration at the step's start."""
-    dt, tick = body.step * step_ticks, state.tick + step_ticks
+    dt, tick = body.tick_length * step_ticks, state.tick + step_ticks
     half, past = 0.5 * dt, tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
     v, momentum = (
         extrapolate_vector(state.velocity, half, state.acceleration),
-        extrapolate_vector(state.momentum, half, state.moment),
+        extrapolate_vector(state.angular_momentum, half, state.moment),
     )
     turn, spin = rotate_body_over_step(body.inverse, state.turn, momentum, state.moment, dt)
     at_end = Vector3(
-        base_acceleration_in_this_or_next_sample(shaking.push_x, tick, past),
-        base_acceleration_in_this_or_next_sample(shaking.push_y, tick, past),
+        base_acceleration_in_this_or_next_sample(shaking.inertial_acceleration_x, tick, past),
+        base_acceleration_in_this_or_next_sample(shaking.inertial_acceleration_y, tick, past),
         base_acceleration_in_this_or_next_sample(shaking.lift, tick, past),
     )
     return BodyPredictedForStepEnd(
         place=extrapolate_vector(state.place, dt, v),
         turn=turn,
         velocity=v,
-        momentum=momentum,
+        half_step_angular_momentum=momentum,
         end=extrapolate_vector(v, half, state.acceleration),
         spin=spin,
-        shaking=at_end,
+        inertial_xy_and_upward_base_acceleration=at_end,
         half=half,
     )
 
@@ -121,11 +121,11 @@ def predicted_forces_decide_contact(case_step_control: CaseStepControl, step_att
 
     Longer steps use the contact state after the last step.
     """
-    return step_attempt.length <= FINE * case_step_control.finest
+    return step_attempt.length <= MAX_STEP_USING_PREDICTED_FORCES * case_step_control.finest
 
 
 @njit(**INLINE)
-def flat_landing_slip_direction(
+def flat_landing_slip_direction_and_tilt_share(
     body: BodyConstants, lever_arm: Vector3, velocity: Vector3, spin: Vector3, landing: tuple[bool, float]
 ) -> tuple[float, float, bool, float]:
     """Return a point's slip direction (x, y) in a flat landing, whether it slides, and its tilting moment share.
@@ -148,7 +148,7 @@ def predict_contact_point(
     predicted_body: BodyPredictedForStepEnd,
     body_axes: Matrix3,
     lever_arm: Vector3,
-    point_history: ContactPointHistory,
+    point_history: BodyContactPointState,
     forces_decide_contact: bool,
     has_rim: bool,
     contact_rule: tuple[bool, bool, float, float],
@@ -175,7 +175,7 @@ def predict_contact_point(
         else (predicted_body.place.y + lever_arm.y) - point_history.y
     )
     was = point_history.depth > 0.0
-    tx, ty = (point_history.sx + slip_x if was else 0.0), (point_history.sy + slip_y if was else 0.0)
+    tx, ty = (point_history.stretch_x + slip_x if was else 0.0), (point_history.stretch_y + slip_y if was else 0.0)
     depth = -(predicted_body.place.z + lever_arm.z)
     depth = 0.0 if deferred & (depth > 0.0) else depth
     n = body.stiffness * depth - body.dashpot * u.z
@@ -187,7 +187,7 @@ def predict_contact_point(
     dx, dy = hx * one, hy * one
     most = body.friction * (n if forces_decide_contact else point_history.normal)
     smooth = body.friction == 0.0
-    drift_x, drift_y, drifts, tilting = flat_landing_slip_direction(
+    drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
         body, lever_arm, predicted_body.end, predicted_body.spin, (flat, base_tilting)
     )
     dx, dy = (-drift_x if drifts else dx), (-drift_y if drifts else dy)
@@ -198,23 +198,23 @@ def predict_contact_point(
         lever_arm.y - lever_arm.z * body.friction * dy, lever_arm.z * body.friction * dx - lever_arm.x,
         body.friction * (lever_arm.x * dy - lever_arm.y * dx),
     ))  # fmt: skip
-    free = 1.0 + (turn.x * lever_arm.y - turn.y * lever_arm.x) > LEAST_FREEDOM
+    free = 1.0 + (turn.x * lever_arm.y - turn.y * lever_arm.x) > MIN_NORMAL_FORCE_EFFECT_WHILE_SLIDING
     slides = in_contact & slides & (some | smooth | drifts) & free
     return PredictedContactPoint(
         arm=lever_arm,
         depth=depth,
-        tx=tx,
-        ty=ty,
+        stretch_x=tx,
+        stretch_y=ty,
         velocity=u,
         on=1.0 if in_contact else 0.0,
         slides=1.0 if slides else 0.0,
-        dx=dx,
-        dy=dy,
+        friction_direction_x=dx,
+        friction_direction_y=dy,
         deferred=1.0 if deferred else 0.0,
         held=1.0 if flat else 0.0,
         tilting=tilting,
-        base_tilting=base_tilting,
-        new_landing=new_landing,
+        flat_landing_tilting_share=base_tilting,
+        landing_time_if_touching_now=new_landing,
     )
 
 
@@ -236,7 +236,7 @@ def contact_equation_terms(
     body: BodyConstants,
     half_step_time: float,
     predicted_point: PredictedContactPoint,
-    point_history: ContactPointHistory,
+    point_history: BodyContactPointState,
     forces_decide_contact: bool,
 ) -> ContactEquationTerms:
     """Return the terms of one contact point in the linear equations for a body's velocity corrections in a step.
@@ -255,18 +255,22 @@ def contact_equation_terms(
     press, stick = body.dashpot + half_step_time * body.stiffness, body.dashpot + half_step_time * body.tangential
     n = body.stiffness * predicted_point.depth - body.dashpot * u.z
     hx, hy = (
-        -(body.tangential * predicted_point.tx) - body.dashpot * u.x,
-        -(body.tangential * predicted_point.ty) - body.dashpot * u.y,
+        -(body.tangential * predicted_point.stretch_x) - body.dashpot * u.x,
+        -(body.tangential * predicted_point.stretch_y) - body.dashpot * u.y,
     )
     part = ratio_of_friction_limit_to_sticking_force(
         body.friction * (n if forces_decide_contact else point_history.normal), hx * hx + hy * hy, slides
     )
-    mx, my = body.friction * predicted_point.dx, body.friction * predicted_point.dy
+    mx, my = body.friction * predicted_point.friction_direction_x, body.friction * predicted_point.friction_direction_y
     fx, fy = (mx * n if slides else hx), (my * n if slides else hy)
     across = half_step_time * (stick * part if slides else stick)
-    gxx = across * (1.0 - predicted_point.dx * predicted_point.dx if slides else 1.0)
-    gyy = across * (1.0 - predicted_point.dy * predicted_point.dy if slides else 1.0)
-    gxy = -(across * (predicted_point.dx * predicted_point.dy)) if slides else 0.0
+    gxx = across * (
+        1.0 - predicted_point.friction_direction_x * predicted_point.friction_direction_x if slides else 1.0
+    )
+    gyy = across * (
+        1.0 - predicted_point.friction_direction_y * predicted_point.friction_direction_y if slides else 1.0
+    )
+    gxy = -(across * (predicted_point.friction_direction_x * predicted_point.friction_direction_y)) if slides else 0.0
     gzz = half_step_time * press
     gxz, gyz = (mx * gzz if slides else 0.0), (my * gzz if slides else 0.0)
     n, fx, fy = (n if on else 0.0), (fx if on else 0.0), (fy if on else 0.0)
@@ -295,14 +299,17 @@ def contact_equation_terms(
 
 
 @njit(**INLINE)
-def solve_velocity_change(
+def solve_velocity_correction(
     body: BodyConstants, state: BodyState, predicted_body: BodyPredictedForStepEnd, contact_terms: ContactEquationTerms
-) -> BodyVelocityChange:
+) -> BodyVelocityCorrection:
     """Solve the linear equations of a step for the corrections of a body's predicted velocity and angular velocity."""
     a, b, c, d = contact_terms.a, contact_terms.b, contact_terms.c, contact_terms.d
     u = scale_vector(
         predicted_body.half,
-        minus(acceleration_of_body_centre(contact_terms.force, predicted_body.shaking), state.acceleration),
+        minus(
+            acceleration_of_body_centre(contact_terms.force, predicted_body.inertial_xy_and_upward_base_acceleration),
+            state.acceleration,
+        ),
     )
     t = scale_vector(predicted_body.half, minus(contact_terms.moment, state.moment))
     f = rotation_matrix(predicted_body.turn)
@@ -312,4 +319,4 @@ def solve_velocity_change(
     e = matrix_times_vector(
         inverse_matrix(matrix_minus(matrix_plus(i, d), matrix_product(c, b))), minus(t, matrix_times_vector(c, u))
     )
-    return BodyVelocityChange(matrix_times_vector(a, minus(u, matrix_times_vector(b, e))), e)
+    return BodyVelocityCorrection(matrix_times_vector(a, minus(u, matrix_times_vector(b, e))), e)

@@ -18,7 +18,7 @@ from overturning.dem.body.centred import (
     predict_contact_point,
     predicted_forces_decide_contact,
     rim_point_position_from_centre,
-    solve_velocity_change,
+    solve_velocity_correction,
 )
 from overturning.dem.body.commit import (
     BodyAfterAcceptedStep,
@@ -30,7 +30,7 @@ from overturning.dem.body.commit import (
 )
 from overturning.dem.body.state import (
     ROWS,
-    VERTEX,
+    VERTEX_ROW_LAYOUT,
     BaseContactState,
     BodyConstants,
     BodyContactChangesInStep,
@@ -39,7 +39,7 @@ from overturning.dem.body.state import (
     BodyPredictedForStepEnd,
     BodyState,
     BodyTerminationLimits,
-    BodyVelocityChange,
+    BodyVelocityCorrection,
     BodyVertex,
     ContactEquationTerms,
     ContactForceSum,
@@ -49,8 +49,19 @@ from overturning.dem.body.state import (
     StepRejectionFlags,
 )
 from overturning.dem.body.vectors import Matrix3, matrix_times_vector, rotation_matrix
-from overturning.dem.kernel.clock import BODY, CaseStepControl, NextStepToAttempt, choose_next_step_attempt
-from overturning.dem.kernel.lanes import APART, INNER, create_elementwise_tuple_functions, select, whole_vectors
+from overturning.dem.kernel.clock import (
+    BODY_STEP_CONTROL,
+    CaseStepControl,
+    NextStepToAttempt,
+    accept_or_reject_and_choose_next_step,
+)
+from overturning.dem.kernel.lanes import (
+    INTERNAL_COMPILE_OPTIONS,
+    NO_ALIAS_COMPILE_OPTIONS,
+    create_elementwise_tuple_functions,
+    round_to_vector_multiple,
+    select,
+)
 
 load_body, load_shaking = (
     ROWS.tuple_reader_and_writer(BodyConstants).load,
@@ -67,7 +78,7 @@ load_rejection, store_rejection, _ = ROWS.tuple_reader_and_writer(StepRejectionF
 load_step_control = ROWS.tuple_reader_and_writer(CaseStepControl).load
 load_predicted, store_predicted, _ = ROWS.tuple_reader_and_writer(BodyPredictedForStepEnd)
 load_equations, store_equations, _ = ROWS.tuple_reader_and_writer(ContactEquationTerms)
-load_change, store_change, _ = ROWS.tuple_reader_and_writer(BodyVelocityChange)
+load_change, store_change, _ = ROWS.tuple_reader_and_writer(BodyVelocityCorrection)
 load_sum, store_sum, _ = ROWS.tuple_reader_and_writer(ContactForceSum)
 load_largest, store_largest, _ = ROWS.tuple_reader_and_writer(BodyContactChangesInStep)
 add_equations, add_sum, larger_of = (
@@ -75,18 +86,18 @@ add_equations, add_sum, larger_of = (
     create_elementwise_tuple_functions(ContactForceSum).plus,
     create_elementwise_tuple_functions(BodyContactChangesInStep).largest,
 )
-load_vertex = VERTEX.tuple_reader_and_writer(BodyVertex).load
-load_memory, _, store_memory = VERTEX.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old")
-load_point, store_point, _ = VERTEX.tuple_reader_and_writer(PredictedContactPoint)
-load_next, store_next, _ = VERTEX.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "new")
-OF_A_VERTEX: Final = VERTEX.size
-SLID: Final = VERTEX.row_of_field(ContactPointAtStepStartAndEnd, "old.slid")
+load_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load
+load_memory, _, store_memory = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old")
+load_point, store_point, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(PredictedContactPoint)
+load_next, store_next, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "new")
+ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
+SLID_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.slid")
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def predict_bodies_at_step_end(state: Any, lane_count: int, ticks_per_sample: float) -> None:
     """Predict pose and velocities of all bodies at the end of their steps, in parallel, with constant acceleration."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         w = predict_body_at_step_end(
             load_body(state, j),
             load_state(state, j),
@@ -98,15 +109,15 @@ def predict_bodies_at_step_end(state: Any, lane_count: int, ticks_per_sample: fl
         store_frame(state, j, rotation_matrix(w.turn))
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def predict_contact_of_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_count: int) -> None:
     """Predict penetration, contact and sliding of two opposite base vertices at the step end, for all cases."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
         fine = predicted_forces_decide_contact(load_step_control(state, j), load_attempt(state, j))
         p, q, base_contact = load_vertex(vertex_rows, j), load_vertex(opposite_rows, j), load_base_contact(state, j)
         flat, new_landing = body_base_lands_flat(base_contact), landing_time_of_new_contact(body, base_contact)
-        a, b = matrix_times_vector(f, p.own), matrix_times_vector(f, q.own)
+        a, b = matrix_times_vector(f, p.position_in_body_axes), matrix_times_vector(f, q.position_in_body_axes)
         left, right = load_memory(vertex_rows, j), load_memory(opposite_rows, j)
         store_point(
             vertex_rows,
@@ -148,7 +159,7 @@ def predict_contact_of_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: 
         )
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def predict_contact_of_rim_point_pair(
     state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, lean_component: float, transverse_component: float
 ) -> None:
@@ -156,7 +167,7 @@ def predict_contact_of_rim_point_pair(
 
     `lean_component` and `transverse_component` select the points (see `rim_point_position_from_centre`).
     """
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
         fine = predicted_forces_decide_contact(load_step_control(state, j), load_attempt(state, j))
         left, right, between = (
@@ -200,7 +211,7 @@ def predict_contact_of_rim_point_pair(
         )
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_point_pair_to_equations(
     state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, adds_to_other_pairs: Any
 ) -> None:
@@ -208,7 +219,7 @@ def add_point_pair_to_equations(
 
     `adds_to_other_pairs` is None for the first two points of a body: their terms replace those of the last step.
     """
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         body, half = load_body(state, j), load_predicted(state, j).half
         fine = predicted_forces_decide_contact(load_step_control(state, j), load_attempt(state, j))
         a = contact_equation_terms(body, half, load_point(point_rows, j), load_memory(point_rows, j), fine)
@@ -219,16 +230,16 @@ def add_point_pair_to_equations(
         store_equations(state, j, part)
 
 
-@njit(**INNER)
-def solve_velocity_changes(state: Any, lane_count: int) -> None:
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def solve_velocity_corrections(state: Any, lane_count: int) -> None:
     """Solve the equations of the step for the velocity corrections of all bodies, in parallel."""
-    for j in range(whole_vectors(lane_count)):
-        store_change(state, j, solve_velocity_change(
+    for j in range(round_to_vector_multiple(lane_count)):
+        store_change(state, j, solve_velocity_correction(
             load_body(state, j), load_state(state, j), load_predicted(state, j), load_equations(state, j)
         ))  # fmt: skip
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def compute_point_pair_forces(
     state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, has_rim: Any, adds_to_other_pairs: Any
 ) -> None:
@@ -236,7 +247,7 @@ def compute_point_pair_forces(
 
     `adds_to_other_pairs` is None for the first two points of a body: their forces replace those of the last step.
     """
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         body, w, d = load_body(state, j), load_predicted(state, j), load_change(state, j)
         fine = predicted_forces_decide_contact(load_step_control(state, j), load_attempt(state, j))
         a, findings_a, next_a = compute_point_forces(
@@ -254,20 +265,23 @@ def compute_point_pair_forces(
         store_largest(state, j, findings)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float, has_rim: Any) -> None:
     """Accept or reject the attempted step of each body, and choose the length of its next attempt."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         body, s, attempt, t = load_body(state, j), load_state(state, j), load_attempt(state, j), load_sum(state, j)
         most = load_largest(state, j)
         w, d = load_predicted(state, j), load_change(state, j)
         fast = rim_contact_point_moves_fast(s, w, most) if has_rim else False
         steady = base_motion_stays_below_limit(
-            load_shaking(state, j), w.shaking, ticks_per_sample, load_limits(state, j).steady
+            load_shaking(state, j),
+            w.inertial_xy_and_upward_base_acceleration,
+            ticks_per_sample,
+            load_limits(state, j).steady,
         )
         findings = contact_changes_in_body_step(most, t.force.z, fast, steady)
-        again, sooner, following = choose_next_step_attempt(
-            BODY, load_step_control(state, j), attempt, findings, s.tick + attempt.length, ticks_per_sample
+        again, sooner, following = accept_or_reject_and_choose_next_step(
+            BODY_STEP_CONTROL, load_step_control(state, j), attempt, findings, s.tick + attempt.length, ticks_per_sample
         )
         accepted = BodyAfterAcceptedStep(s, load_peaks(state, j), load_account(state, j))
         accepted = complete_body_step(body, accepted, w, d, t, most.depth, attempt.length)
@@ -278,13 +292,15 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
         store_account(state, j, again, accepted.account)
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_contact_point_states_after_accepted_steps(state: Any, point_rows: Any, lane_count: int) -> None:
     """Store a contact point's new state if the step is accepted; after a rejected step only whether the point slid."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         new, rejected = load_next(point_rows, j), load_rejection(state, j)
         store_memory(point_rows, j, rejected.again > 0.0, new)
-        point_rows[SLID + j] = select(rejected.sooner > 0.0, point_rows[SLID + j], new.slid)
+        point_rows[SLID_ROW_OFFSET + j] = select(
+            rejected.keeps_assumed_slip > 0.0, point_rows[SLID_ROW_OFFSET + j], new.slid
+        )
 
 
 @cache
@@ -294,7 +310,7 @@ def build_time_stepping_loop(has_rim: bool) -> Any:
     The type of its argument `base_shape_loop_tag` makes the compiled names of the two variants differ.
     """
 
-    @njit(**INNER)
+    @njit(**INTERNAL_COMPILE_OPTIONS)
     def attempt_time_steps(
         base_shape_loop_tag: Any,  # noqa: ARG001
         state: Any,
@@ -305,15 +321,15 @@ def build_time_stepping_loop(has_rim: bool) -> Any:
         step_count: int,
         ticks_per_sample: float,
     ) -> None:
-        """Attempt `step_count` time steps of all bodies in parallel."""
-        half = vertex_count // 2 * OF_A_VERTEX
+        """Attempt `step_count` time steps of all bodies in parallel; a rejected step is attempted again."""
+        half = vertex_count // 2 * ARRAY_LENGTH_PER_VERTEX
         for _ in range(step_count):
             predict_bodies_at_step_end(state, lane_count, ticks_per_sample)
             update_base_contacts(state, vertex_rows, half, base_vertex_count, lane_count, has_rim)
-            for pair in range(0, half, OF_A_VERTEX):
+            for pair in range(0, half, ARRAY_LENGTH_PER_VERTEX):
                 one, other = (
-                    vertex_rows[pair : pair + OF_A_VERTEX],
-                    vertex_rows[half + pair : half + pair + OF_A_VERTEX],
+                    vertex_rows[pair : pair + ARRAY_LENGTH_PER_VERTEX],
+                    vertex_rows[half + pair : half + pair + ARRAY_LENGTH_PER_VERTEX],
                 )
                 if has_rim:
                     ahead = 1.0 if pair == 0 else 0.0
@@ -324,20 +340,20 @@ def build_time_stepping_loop(has_rim: bool) -> Any:
                     add_point_pair_to_equations(state, one, other, lane_count, None)
                 else:
                     add_point_pair_to_equations(state, one, other, lane_count, 1)
-            solve_velocity_changes(state, lane_count)
-            for pair in range(0, half, OF_A_VERTEX):
+            solve_velocity_corrections(state, lane_count)
+            for pair in range(0, half, ARRAY_LENGTH_PER_VERTEX):
                 one, other = (
-                    vertex_rows[pair : pair + OF_A_VERTEX],
-                    vertex_rows[half + pair : half + pair + OF_A_VERTEX],
+                    vertex_rows[pair : pair + ARRAY_LENGTH_PER_VERTEX],
+                    vertex_rows[half + pair : half + pair + ARRAY_LENGTH_PER_VERTEX],
                 )
                 if pair == 0:
                     compute_point_pair_forces(state, one, other, lane_count, has_rim, None)
                 else:
                     compute_point_pair_forces(state, one, other, lane_count, has_rim, 1)
             accept_or_reject_steps(state, lane_count, ticks_per_sample, has_rim)
-            for point in range(0, 2 * half, OF_A_VERTEX):
+            for point in range(0, 2 * half, ARRAY_LENGTH_PER_VERTEX):
                 store_contact_point_states_after_accepted_steps(
-                    state, vertex_rows[point : point + OF_A_VERTEX], lane_count
+                    state, vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX], lane_count
                 )
 
     return attempt_time_steps

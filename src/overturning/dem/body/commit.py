@@ -5,17 +5,17 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.body.centred import acceleration_of_body_centre, flat_landing_slip_direction
+from overturning.dem.body.centred import acceleration_of_body_centre, flat_landing_slip_direction_and_tilt_share
 from overturning.dem.body.state import (
     BodyConstants,
     BodyContactChangesInStep,
+    BodyContactPointState,
     BodyEnergyAndMomentumAccount,
     BodyPeakValues,
     BodyPredictedForStepEnd,
     BodyState,
-    BodyVelocityChange,
+    BodyVelocityCorrection,
     ContactForceSum,
-    ContactPointHistory,
     InertialAccelerations3D,
     PredictedContactPoint,
     lean_as_squared_sine,
@@ -35,14 +35,14 @@ from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import clamp_friction_and_stretch, updated_maximum
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-FAST_TURN: Final = 0.1
+MAX_RIM_POINT_TURN_TANGENT: Final = 0.1
 """Largest tangent of the angle by which the lowest point moves along a rim in a step that is not the finest."""
 
 
 @njit(**INLINE)
 def released_spring_energy(
     body: BodyConstants,
-    point_history: ContactPointHistory,
+    point_history: BodyContactPointState,
     penetration: float,
     stretch_before_slip: tuple[float, float],
     stretch_after_slip: tuple[float, float],
@@ -57,7 +57,7 @@ def released_spring_energy(
     over = math.copysign(over if over < 0.0 else 0.0, sinking)
     stretched_x, stretched_y = stretch_before_slip[0] - kx, stretch_before_slip[1] - ky
     let_go = 0.5 * (
-        body.tangential * ((point_history.sx + kx) * stretched_x + (point_history.sy + ky) * stretched_y)
+        body.tangential * ((point_history.stretch_x + kx) * stretched_x + (point_history.stretch_y + ky) * stretched_y)
         + body.stiffness * over
     )
     let_go = let_go if inside | was else 0.0
@@ -70,7 +70,7 @@ def released_spring_energy(
 @njit(**INLINE)
 def contact_changes_of_point(
     predicted_point: PredictedContactPoint,
-    point_history: ContactPointHistory,
+    point_history: BodyContactPointState,
     penetration: float,
     force: Vector3,
     velocity: Vector3,
@@ -86,13 +86,17 @@ def contact_changes_of_point(
     carries, assumed, long = friction_limit > 0.0, predicted_point.slides > 0.0, not forces_decide_contact
     deeper = predicted_point.depth if predicted_point.depth > penetration else penetration
     wrong = carries & (slips != assumed)
-    backwards = carries & assumed & (force.x * predicted_point.dx + force.y * predicted_point.dy < 0.0)
+    backwards = (
+        carries
+        & assumed
+        & (force.x * predicted_point.friction_direction_x + force.y * predicted_point.friction_direction_y < 0.0)
+    )
     # In a long step the spring is stretched although the point comes back; the velocity shows this.
     back = (
         carries
         & slips
         & (
-            (force.x * point_history.sx + force.y * point_history.sy > 0.0)
+            (force.x * point_history.stretch_x + force.y * point_history.stretch_y > 0.0)
             | (force.x * velocity.x + force.y * velocity.y > 0.0)
         )
     )
@@ -108,11 +112,11 @@ def compute_point_forces(
     body: BodyConstants,
     predicted_body: BodyPredictedForStepEnd,
     predicted_point: PredictedContactPoint,
-    point_history: ContactPointHistory,
-    velocity_change: BodyVelocityChange,
+    point_history: BodyContactPointState,
+    velocity_change: BodyVelocityCorrection,
     forces_decide_contact: bool,
     has_rim: bool,
-) -> tuple[ContactForceSum, BodyContactChangesInStep, ContactPointHistory]:
+) -> tuple[ContactForceSum, BodyContactChangesInStep, BodyContactPointState]:
     """Return forces, contact changes and new state of a contact point of a body at the end of a step."""
     half, r, e = (
         predicted_body.half,
@@ -120,7 +124,11 @@ def compute_point_forces(
         plus(velocity_change.velocity, cross_product(velocity_change.spin, predicted_point.arm)),
     )
     u = plus(predicted_point.velocity, e)
-    depth, tx, ty = predicted_point.depth - half * e.z, predicted_point.tx + half * e.x, predicted_point.ty + half * e.y
+    depth, tx, ty = (
+        predicted_point.depth - half * e.z,
+        predicted_point.stretch_x + half * e.x,
+        predicted_point.stretch_y + half * e.y,
+    )
     depth = 0.0 if (predicted_point.deferred > 0.0) & (depth > 0.0) else depth
     inside, was = depth > 0.0, point_history.depth > 0.0
     spring = body.stiffness * depth if inside else 0.0
@@ -130,9 +138,9 @@ def compute_point_forces(
     most = body.friction * n
     hx, hy = -(body.tangential * tx) - body.dashpot * u.x, -(body.tangential * ty) - body.dashpot * u.y
     spin = plus(predicted_body.spin, velocity_change.spin)
-    drift_x, drift_y, drifts, tilting = flat_landing_slip_direction(
+    drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
         body, r, plus(predicted_body.end, velocity_change.velocity), spin,
-        (predicted_point.held > 0.0, predicted_point.base_tilting),
+        (predicted_point.held > 0.0, predicted_point.flat_landing_tilting_share),
     )  # fmt: skip
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
     fx, fy, kx, ky, slips = clamp_friction_and_stretch(
@@ -144,12 +152,16 @@ def compute_point_forces(
     sliding = (fx + body.tangential * kx) * u.x + (fy + body.tangential * ky) * u.y
     power = (spring - n) * u.z - (sliding + off * (fy * spin.x - fx * spin.y))
     let_go = released_spring_energy(
-        body, point_history, depth, (predicted_point.tx + half * e.x, predicted_point.ty + half * e.y), (kx, ky)
+        body,
+        point_history,
+        depth,
+        (predicted_point.stretch_x + half * e.x, predicted_point.stretch_y + half * e.y),
+        (kx, ky),
     )
     # A contact that closed within the step acts from the first touch, not for half of the step.
     fresh = inside & (not was)
     more = depth * (2.0 * half / (depth - point_history.depth if fresh else 1.0)) - half if fresh else 0.0
-    landing = (predicted_point.new_landing if fresh else point_history.landing) - 2.0 * half
+    landing = (predicted_point.landing_time_if_touching_now if fresh else point_history.landing) - 2.0 * half
     force = Vector3(fx, fy, n)
     moment = cross_product(lever, force)
     findings = contact_changes_of_point(
@@ -164,9 +176,9 @@ def compute_point_forces(
             force, moment, scale_vector(more, force), scale_vector(more, moment), power, let_go + more * power
         ),
         findings,
-        ContactPointHistory(
-            sx=kx,
-            sy=ky,
+        BodyContactPointState(
+            stretch_x=kx,
+            stretch_y=ky,
             x=x,
             y=y,
             depth=depth,
@@ -181,13 +193,13 @@ def compute_point_forces(
 def rim_contact_point_moves_fast(
     state: BodyState, predicted_body: BodyPredictedForStepEnd, largest_contact_changes: BodyContactChangesInStep
 ) -> bool:
-    """True if the lowest point of a tilted round base moves along its rim by an angle above `FAST_TURN` in the step."""
+    """True if the lowest point of a tilted round base moves along its rim by too large an angle in the step."""
     a, b = rotation_matrix(state.turn), rotation_matrix(predicted_body.turn)
     across, ahead = a.xz * b.yz - a.yz * b.xz, a.xz * b.xz + a.yz * b.yz
     return (
         (largest_contact_changes.off > 0.0)
         & (largest_contact_changes.depth > 0.0)
-        & ((abs(across) > FAST_TURN * ahead) | (ahead < 0.0))
+        & ((abs(across) > MAX_RIM_POINT_TURN_TANGENT * ahead) | (ahead < 0.0))
     )
 
 
@@ -202,8 +214,8 @@ def base_motion_stays_below_limit(
     """
     end = 2.0 * ticks_per_sample
     x, y, up = (
-        base_acceleration_in_this_or_next_sample(shaking.push_x, end, ticks_per_sample),
-        base_acceleration_in_this_or_next_sample(shaking.push_y, end, ticks_per_sample),
+        base_acceleration_in_this_or_next_sample(shaking.inertial_acceleration_x, end, ticks_per_sample),
+        base_acceleration_in_this_or_next_sample(shaking.inertial_acceleration_y, end, ticks_per_sample),
         base_acceleration_in_this_or_next_sample(shaking.lift, end, ticks_per_sample),
     )
     first, second = horizontal_limit * (GRAVITY + end_acceleration.z), horizontal_limit * (GRAVITY + up)
@@ -218,17 +230,17 @@ def contact_changes_in_body_step(
     largest_contact_changes: BodyContactChangesInStep, normal_force: float, rim_turns_fast: bool, shaking_is_weak: bool
 ) -> StepContactChanges:
     """Return the contact changes of a body in an attempted step, by which the step is accepted or rejected."""
-    slides = (largest_contact_changes.holds == 0.0) & (normal_force > 0.0)
+    slides = (largest_contact_changes.some_loaded_point_sticks == 0.0) & (normal_force > 0.0)
     stands = shaking_is_weak & (largest_contact_changes.off == 0.0)
     return StepContactChanges(
         changed=largest_contact_changes.changed > 0.0,
         fast=rim_turns_fast,
         gentle=False,
-        wrong=largest_contact_changes.wrong > 0.0,
-        reversed=largest_contact_changes.reversed > 0.0,
-        back=largest_contact_changes.back > 0.0,
+        has_wrong_slip_assumption=largest_contact_changes.has_wrong_slip_assumption > 0.0,
+        has_slip_reversal=largest_contact_changes.has_slip_reversal > 0.0,
+        has_friction_reversal=largest_contact_changes.has_friction_reversal > 0.0,
         slides=slides,
-        stands=stands,
+        all_contacts_are_closed=stands,
     )
 
 
@@ -245,7 +257,7 @@ def complete_body_step(
     body: BodyConstants,
     previous_step: BodyAfterAcceptedStep,
     predicted_body: BodyPredictedForStepEnd,
-    velocity_change: BodyVelocityChange,
+    velocity_change: BodyVelocityCorrection,
     contact_sum: ContactForceSum,
     largest_penetration: float,
     step_ticks: float,
@@ -253,12 +265,14 @@ def complete_body_step(
     """Return a body's state, peak values and energy account after a step; `largest_penetration` in m."""
     (s, peaks, account), half = previous_step, predicted_body.half
     a, push, tick = (
-        acceleration_of_body_centre(contact_sum.force, predicted_body.shaking),
-        predicted_body.shaking,
+        acceleration_of_body_centre(contact_sum.force, predicted_body.inertial_xy_and_upward_base_acceleration),
+        predicted_body.inertial_xy_and_upward_base_acceleration,
         s.tick + step_ticks,
     )
     v = plus(extrapolate_vector(predicted_body.velocity, half, a), contact_sum.impulse)
-    momentum = plus(extrapolate_vector(predicted_body.momentum, half, contact_sum.moment), contact_sum.twist)
+    momentum = plus(
+        extrapolate_vector(predicted_body.half_step_angular_momentum, half, contact_sum.moment), contact_sum.twist
+    )
     place, turn = (
         extrapolate_vector(predicted_body.place, half, velocity_change.velocity),
         rotate_quaternion(predicted_body.turn, half, velocity_change.spin),
@@ -268,7 +282,7 @@ def complete_body_step(
     torque = contact_sum.moment.z + (place.x * a.y - place.y * a.x)
     account = BodyEnergyAndMomentumAccount(
         account.work + half * (account.power + power),
-        account.lost + (half * (account.loss + contact_sum.loss) + contact_sum.let_go),
+        account.lost + (half * (account.loss + contact_sum.loss) + contact_sum.released_spring_energy),
         account.spin
         + (
             half * (account.torque + torque)
@@ -290,7 +304,7 @@ def complete_body_step(
             place=place,
             turn=turn,
             velocity=v,
-            momentum=momentum,
+            angular_momentum=momentum,
             spin=predicted_body.spin,
             acceleration=a,
             moment=contact_sum.moment,

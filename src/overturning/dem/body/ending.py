@@ -7,7 +7,7 @@ from numba import njit
 
 from overturning.dem.body.state import (
     ROWS,
-    VERTEX,
+    VERTEX_ROW_LAYOUT,
     BodyConstants,
     BodyEnergyAndMomentumAccount,
     BodyPeakValues,
@@ -31,20 +31,20 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.clock import NextStepToAttempt
 from overturning.dem.kernel.ending import (
-    GOES_ON,
-    REST_ENERGY,
+    CASE_NOT_ENDED,
+    MAX_KINETIC_ENERGY_RATIO_AT_REST,
+    MAX_TILT_RATIO_AT_REST,
+    NEGLIGIBLE_REMAINING_SLIDE,
     STANDING_TILT_RATIO,
-    STILL_TO_SLIDE,
-    UPRIGHT,
     CaseProgress,
     LargestTiltNearCaseEnd,
     SlideEndSample,
     body_is_still,
-    case_continues_until_sliding_stops,
     largest_tilt_near_case_end,
+    update_slide_end_and_check_case_continues,
 )
 from overturning.dem.kernel.ground import base_acceleration_at_tick
-from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
@@ -55,17 +55,20 @@ load_account, load_course, load_limits = (
     ROWS.tuple_reader_and_writer(of).load for of in (BodyEnergyAndMomentumAccount, CaseProgress, BodyTerminationLimits)
 )
 load_shaking = ROWS.tuple_reader_and_writer(InertialAccelerations3D).load
-load_memory = VERTEX.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").load
-VERTEX_SIZE: Final = VERTEX.size
-LENGTH: Final = ROWS.row_of_field(NextStepToAttempt, "length")
-LATE_TILT, SLIDE_END = (ROWS.row_of_field(LargestTiltNearCaseEnd, "ratio"), ROWS.row_of_field(SlideEndSample, "sample"))
+load_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").load
+ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
+STEP_LENGTH_ROW_OFFSET: Final = ROWS.row_offset_of_field(NextStepToAttempt, "length")
+LATE_TILT, SLIDE_END = (
+    ROWS.row_offset_of_field(LargestTiltNearCaseEnd, "ratio"),
+    ROWS.row_offset_of_field(SlideEndSample, "sample"),
+)
 
 
 @njit(**INLINE)
 def twice_kinetic_energy_per_mass(body: BodyConstants, state: BodyState) -> float:
     """Return twice the kinetic energy of a body per mass, m²/s²."""
     return dot_product(state.velocity, state.velocity) + dot_product(
-        state.momentum, angular_velocity_of_state(body, state)
+        state.angular_momentum, angular_velocity_of_state(body, state)
     )
 
 
@@ -76,31 +79,42 @@ def state_sum_for_finite_check(state: BodyState) -> float:
     return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def body_energy_per_mass(
     body: BodyConstants, state: BodyState, vertex_rows: Any, vertex_count: int, lane: int
 ) -> float:
     """Compute the kinetic, gravitational and spring energy of a body per mass, m²/s²."""
     springs = 0.0
     for i in range(vertex_count):
-        one = load_memory(vertex_rows[i * VERTEX_SIZE : (i + 1) * VERTEX_SIZE], lane)
+        one = load_point_state_at_step_start(
+            vertex_rows[i * ARRAY_LENGTH_PER_VERTEX : (i + 1) * ARRAY_LENGTH_PER_VERTEX], lane
+        )
         depth = max(one.depth, 0.0)
-        springs += body.stiffness * depth * depth + body.tangential * (one.sx * one.sx + one.sy * one.sy)
+        springs += body.stiffness * depth * depth + body.tangential * (
+            one.stretch_x * one.stretch_x + one.stretch_y * one.stretch_y
+        )
     return 0.5 * (twice_kinetic_energy_per_mass(body, state) + springs) + GRAVITY * (state.place.z - body.foot)
 
 
 @njit(**INLINE)
 def vertical_angular_momentum_about_origin(state: BodyState) -> float:
     """Return the vertical component of a body's angular momentum about the origin, per mass, m²/s."""
-    return float(state.momentum.z + (state.place.x * state.velocity.y - state.place.y * state.velocity.x))
+    return float(state.angular_momentum.z + (state.place.x * state.velocity.y - state.place.y * state.velocity.x))
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -> int:
     """Count the vertices of a body, in column `lane`, that penetrate the ground at the end of the last step."""
     number = 0
     for i in range(vertex_count):
-        number += 1 if load_memory(vertex_rows[i * VERTEX_SIZE : (i + 1) * VERTEX_SIZE], lane).depth > 0.0 else 0
+        number += (
+            1
+            if load_point_state_at_step_start(
+                vertex_rows[i * ARRAY_LENGTH_PER_VERTEX : (i + 1) * ARRAY_LENGTH_PER_VERTEX], lane
+            ).depth
+            > 0.0
+            else 0
+        )
     return number
 
 
@@ -112,7 +126,7 @@ def energy_to_tilt_per_mass(body: BodyConstants, edge_distance: float, lean: flo
 
 
 @njit(**INLINE)
-def body_is_upright(body: BodyConstants, state: BodyState) -> bool:
+def body_is_below_critical_tilt(body: BodyConstants, state: BodyState) -> bool:
     """True if the tilt of a body's vertical axis is below the critical angle."""
     return bool(lean_as_squared_sine(rotation_matrix(state.turn)) < body.critical)
 
@@ -132,9 +146,9 @@ def squared_speed_of_body_base(body: BodyConstants, state: BodyState, edge_dista
 
 @njit(**INLINE)
 def body_will_slide_noticeably(body: BodyConstants, state: BodyState, edge_distance: float) -> bool:
-    """True if an upright body will slide or spin on by more than `STILL_TO_SLIDE` (m) until friction stops it."""
+    """True if an upright body will slide or spin on by more than a negligible distance until friction stops it."""
     square = squared_speed_of_body_base(body, state, edge_distance)
-    return bool(body.friction > 0.0 and square >= 2.0 * STILL_TO_SLIDE * GRAVITY * body.friction)
+    return bool(body.friction > 0.0 and square >= 2.0 * NEGLIGIBLE_REMAINING_SLIDE * GRAVITY * body.friction)
 
 
 @njit(**INLINE)
@@ -146,7 +160,7 @@ def direction_pseudo_angle(x: float, y: float) -> float:
     return 3.0 - share if x < 0.0 else 3.0 + share
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def body_has_fallen(body_axes: Matrix3, termination_limits: BodyTerminationLimits, fall_sectors: Any) -> bool:
     """True if the tilt of a body has reached the angle of fall for the direction in which the body leans.
 
@@ -165,7 +179,7 @@ def body_has_fallen(body_axes: Matrix3, termination_limits: BodyTerminationLimit
     )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def case_status(
     state: Any,
     vertex_rows: Any,
@@ -175,8 +189,8 @@ def case_status(
     last_sample: float,
     fall_sectors: Any,
 ) -> int:
-    """Return the `CaseStatus` of the case in column `lane` of the state array after a sample; `GOES_ON`: not ended."""
-    count = vertex_rows.size // VERTEX_SIZE
+    """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED`: not ended."""
+    count = vertex_rows.size // ARRAY_LENGTH_PER_VERTEX
     body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
     course, limits = load_course(state, lane), load_limits(state, lane)
     if not np.isfinite(state_sum_for_finite_check(s)) or peaks.depth > limits.deepest:
@@ -185,13 +199,13 @@ def case_status(
         return CaseStatus.SIMULATED
     sample = course.sample + s.tick / ticks_per_sample
     # A body that rests on its base after the last time at which it could start to move stays there.
-    still = 0.5 * twice_kinetic_energy_per_mass(body, s) < REST_ENERGY * GRAVITY * limits.reach
+    still = 0.5 * twice_kinetic_energy_per_mass(body, s) < MAX_KINETIC_ENERGY_RATIO_AT_REST * GRAVITY * limits.reach
     if sample >= course.calm and still and count_penetrating_vertices(vertex_rows, count, lane) >= base_vertex_count:
         return CaseStatus.SIMULATED
     if sample < last_sample:
-        return GOES_ON
+        return CASE_NOT_ENDED
     now = body_energy_per_mass(body, s, vertex_rows, count, lane)
-    stands = now < course.barrier and body_is_upright(body, s)
+    stands = now < course.barrier and body_is_below_critical_tilt(body, s)
     # It can no longer fall, but its peak tilt is final only when its energy cannot reach it again. On one vertex the
     # weight compresses the spring: g²/2k less energy than in the rigid body.
     past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= energy_to_tilt_per_mass(body, limits.reach, peaks.lean)
@@ -201,20 +215,22 @@ def case_status(
     late_tilt = largest_tilt_near_case_end(state[LATE_TILT + lane], course, sample, last_sample, tilt, rise)
     state[LATE_TILT + lane] = late_tilt
     if sample < course.after:
-        return GOES_ON
+        return CASE_NOT_ENDED
     if not (stands or late_tilt < STANDING_TILT_RATIO):
         return CaseStatus.UNDECIDED
     # A body that slides upright is simulated until friction has stopped it.
-    if late_tilt < UPRIGHT and body_will_slide_noticeably(body, s, limits.reach):
+    if late_tilt < MAX_TILT_RATIO_AT_REST and body_will_slide_noticeably(body, s, limits.reach):
         # A spin lasts as long as a slide with the speed of a point at the radius of gyration, or less.
         gyration = max(limits.reach, 1.0 / np.sqrt(body.inverse.zz))
         time = np.sqrt(squared_speed_of_body_base(body, s, gyration)) / (GRAVITY * body.friction)
-        if case_continues_until_sliding_stops(state, SLIDE_END + lane, sample, time, body.step * ticks_per_sample):
-            return GOES_ON
+        if update_slide_end_and_check_case_continues(
+            state, SLIDE_END + lane, sample, time, body.tick_length * ticks_per_sample
+        ):
+            return CASE_NOT_ENDED
     return CaseStatus.SIMULATED
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def body_is_at_rest(
     state: Any, vertex_rows: Any, vertex_count: int, base_vertex_count: int, lane: int, rest_limit: float
 ) -> bool:
@@ -222,23 +238,27 @@ def body_is_at_rest(
     body, s, held = load_body(state, lane), load_state(state, lane), 0
     w, turning = s.spin, matrix_times_vector(expand_symmetric_matrix(body.inverse), s.moment)
     speed = vector_length(s.velocity) + body.foot * vector_length(w)
-    step = body.step * state[LENGTH + lane]
+    step = body.tick_length * state[STEP_LENGTH_ROW_OFFSET + lane]
     if not body_is_still(speed, vector_length(s.acceleration) + body.foot * vector_length(turning), step, rest_limit):
         return False
     for i in range(vertex_count):
-        one = load_memory(vertex_rows[i * VERTEX_SIZE : (i + 1) * VERTEX_SIZE], lane)
+        one = load_point_state_at_step_start(
+            vertex_rows[i * ARRAY_LENGTH_PER_VERTEX : (i + 1) * ARRAY_LENGTH_PER_VERTEX], lane
+        )
         held += 1 if one.normal > 0.0 and one.slid == 0.0 else 0
     return bool(
-        held >= base_vertex_count and lean_as_squared_sine(rotation_matrix(s.turn)) < UPRIGHT * UPRIGHT * body.critical
+        held >= base_vertex_count
+        and lean_as_squared_sine(rotation_matrix(s.turn))
+        < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * body.critical
     )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def write_case_results(
     state: Any, vertex_rows: Any, lane: int, status: int, result_row: Any, fall_sectors: Any
 ) -> None:
     """Write the results of the case in column `lane` of the state array into `result_row`."""
-    count = vertex_rows.size // VERTEX_SIZE
+    count = vertex_rows.size // ARRAY_LENGTH_PER_VERTEX
     body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
     account, course, limits = load_account(state, lane), load_course(state, lane), load_limits(state, lane)
     f = rotation_matrix(s.turn)
@@ -258,8 +278,8 @@ def write_case_results(
     result_row.qw, result_row.qx, result_row.qy, result_row.qz = s.turn
 
 
-@njit(**INNER)
-def record_body_motion(
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def write_body_trajectory_row(
     state: Any, lane: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
     """Write time, pose, velocities and base acceleration of the body in column `lane` into `trajectory_row`."""
@@ -269,6 +289,6 @@ def record_body_motion(
     trajectory_row.qw, trajectory_row.qx, trajectory_row.qy, trajectory_row.qz = s.turn
     trajectory_row.vx, trajectory_row.vy, trajectory_row.vz = s.velocity
     trajectory_row.wx, trajectory_row.wy, trajectory_row.wz = angular_velocity_of_state(body, s)
-    trajectory_row.ground_x = -base_acceleration_at_tick(shaking.push_x, s.tick)
-    trajectory_row.ground_y = -base_acceleration_at_tick(shaking.push_y, s.tick)
+    trajectory_row.ground_x = -base_acceleration_at_tick(shaking.inertial_acceleration_x, s.tick)
+    trajectory_row.ground_y = -base_acceleration_at_tick(shaking.inertial_acceleration_y, s.tick)
     trajectory_row.ground_z = base_acceleration_at_tick(shaking.lift, s.tick)

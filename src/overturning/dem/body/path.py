@@ -33,7 +33,7 @@ def body_axis_vertical_at_rest(quaternion: FloatArray) -> FloatArray:
 class BodyTrajectory:
     """Trajectory of a 3-D body in one case, in the frame that moves with the base."""
 
-    rows: NDArray[np.void]  # samples, of type `overturning.dem.body.tables.ROW`
+    rows: NDArray[np.void]  # samples, of type `overturning.dem.body.tables.TRAJECTORY_ROW_DTYPE`
     cosines: tuple[float, float]  # direction cosines of its orientation, north and east
     corners: FloatArray  # positions at rest relative to the centre, shape (corners, 3), m
     edges: NDArray[np.int64]  # indices of the corners of each edge, shape (edges, 2)

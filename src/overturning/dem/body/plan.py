@@ -11,19 +11,29 @@ from overturning.arrays import FloatArray
 from overturning.dem.body.path import BodyTrajectory
 from overturning.dem.body.results import outcome_variables_of_bodies
 from overturning.dem.body.rules import BodyKernelInput, PolygonalBaseLoopTag, RoundBaseLoopTag
-from overturning.dem.body.state import COLUMNS, RIGID_TIME_RATIO, TICKS
+from overturning.dem.body.state import (
+    MIN_INTERVAL_RATIO_FOR_SAMPLE_LONG_STEPS,
+    PARALLEL_CASE_COUNT,
+    TICKS_PER_WHOLE_STEP,
+)
 from overturning.dem.body.statics import (
-    SOLIDS_KEPT,
+    MAX_CACHED_SOLIDS,
     body_pose_at_rest_on_springs,
     largest_unit_spring_eigenvalue,
     smallest_unit_spring_eigenvalue,
     vertex_unloading_acceleration_and_least_load,
 )
-from overturning.dem.body.tables import BODY, CASE, RESULT, ROW, START
-from overturning.dem.kernel.clock import BODY as PACE
+from overturning.dem.body.tables import (
+    BODY_TABLE_DTYPE,
+    CASE_TABLE_DTYPE,
+    INITIAL_STATE_DTYPE,
+    RESULT_TABLE_DTYPE,
+    TRAJECTORY_ROW_DTYPE,
+)
+from overturning.dem.kernel.clock import BODY_STEP_CONTROL as PACE
 from overturning.dem.kernel.clock import KernelStepControl
-from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
-from overturning.dem.numerics import BODY_STEP, NumericalOptions
+from overturning.dem.limits import MAX_PENETRATION_RATIO, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
+from overturning.dem.numerics import BLOCK_STEPS_PER_BODY_STEP, NumericalOptions
 from overturning.dem.plan import SimulationPlan, group_numbers_of_equal_cases
 from overturning.dem.quiet import (
     REST_THRESHOLD_FACTOR,
@@ -31,22 +41,22 @@ from overturning.dem.quiet import (
     find_strong_motion_ranges,
     largest_acceleration_without_motion,
 )
-from overturning.dem.time_step import IntegrationScheme, parse_scheme, shortest_contact_time, steps_per_sample
+from overturning.dem.time_step import IntegrationScheme, parse_scheme, shortest_contact_time_constant, steps_per_sample
 from overturning.errors import ArgumentError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import check_stiffness_precision
 from overturning.model.shapes import Shape
 from overturning.model.solid import RigidSolid
-from overturning.model.tipping import FALL_SHARE
+from overturning.model.tipping import FALL_TILT_FACTOR
 from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
-VERY_FAR: Final = 1e300
+EDGE_DISTANCE_OF_NON_BASE_VERTEX: Final = 1e300
 """Distance in place of that of an edge for a vertex that is not of the base, m; finite, since 0 × ∞ is no number."""
 
-UPSIDE_DOWN: Final = np.radians(179.0)
+UPSIDE_DOWN_FALL_TILT_RAD: Final = np.radians(179.0)
 """Fall tilt above which a body can only rest upside down, where its tilt approaches 180° without reaching it, rad."""
 
 
@@ -55,9 +65,9 @@ class SimulationPlan3D(SimulationPlan):
     """Plan of the simulation of n cases of a 3-D model, a body or a stack."""
 
     split_long_queues: ClassVar[bool] = True
-    step_cost: ClassVar[int] = BODY_STEP
+    block_steps_per_step: ClassVar[int] = BLOCK_STEPS_PER_BODY_STEP
 
-    ticks_per_step: ClassVar[float] = TICKS
+    ticks_per_step: ClassVar[float] = TICKS_PER_WHOLE_STEP
 
     cosines: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
 
@@ -90,7 +100,7 @@ class SimulationPlan3D(SimulationPlan):
         queued = self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, ticks, column_count)
         # Test the lanes at the latest after the longest step: the next sample must be loaded by then.
         settings, standing = queued["settings"], float(queued["cases"]["standing"][0])
-        queued["settings"] = settings._replace(steps_per_check=int(settings.ticks / standing))
+        queued["settings"] = settings._replace(steps_per_check=int(settings.ticks_per_sample / standing))
         queued["cases"]["settled"] *= step_divisor
         return queued
 
@@ -99,46 +109,44 @@ class SimulationPlan3D(SimulationPlan):
 class BodySimulationPlan(SimulationPlan3D):
     """Plan of the simulation of n cases of a single rigid 3-D body."""
 
-    result_dtype: ClassVar[Any] = RESULT
-    trajectory_dtype: ClassVar[Any] = ROW
+    result_dtype: ClassVar[Any] = RESULT_TABLE_DTYPE
+    trajectory_dtype: ClassVar[Any] = TRAJECTORY_ROW_DTYPE
     ground_columns: ClassVar[Any] = ("ground_x", "ground_y", "ground_z")
-    values_per_trajectory_row: ClassVar[int] = 19
+    dataset_values_per_trajectory_row: ClassVar[int] = 19
 
     model: Body
     solids: list[RigidSolid]  # one for each size
-    bodies: NDArray[np.void]  # kernel constants of the solids, of type `overturning.dem.body.tables.BODY`
-    points: FloatArray  # shape (bodies, vertices, 6): see `BodyKernelInput.points`
+    bodies: NDArray[np.void]  # kernel constants of the solids, of type `overturning.dem.body.tables.BODY_TABLE_DTYPE`
+    vertices_and_base_edges: FloatArray  # shape (bodies, vertices, 6): see `BodyKernelInput.points`
 
     @property
     def base_shape_loop_tag(self) -> Any:
         """Empty tuple whose type selects the compiled time loop: for a round base, or for a base with vertices."""
-        return RoundBaseLoopTag() if self.solids[0].radius > 0 else PolygonalBaseLoopTag()
+        return RoundBaseLoopTag() if self.solids[0].rim_radius > 0 else PolygonalBaseLoopTag()
 
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> BodyKernelInput:
         """Return the body kernel's input for cases with equal step lengths, each step divided by `step_divisor`."""
         return BodyKernelInput(
-            **self.kernel_input_fields_3d(case_numbers, result_tables, step_divisor, COLUMNS),
-            base_shape_loop_tag=self.base_shape_loop_tag,
-            bodies=self.bodies,
-            points=self.points,
-            base=self.solids[0].base,
-            sectors=np.stack([body.sectors for body in self.solids]),
-        )
+            **self.kernel_input_fields_3d(case_numbers, result_tables, step_divisor, PARALLEL_CASE_COUNT),
+            base_shape_loop_tag=self.base_shape_loop_tag, bodies=self.bodies,
+            vertices_and_base_edges=self.vertices_and_base_edges, base=self.solids[0].base_vertex_count,
+            fall_sectors=np.stack([body.fall_limits_by_lean_sector for body in self.solids]),
+        )  # fmt: skip
 
     def case_outcome_variables(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
         """Return the outcome variables of the cases in `case_numbers` by name, each of shape (cases,)."""
-        faces = [self.solids[index].faces for index in self.table["body"][case_numbers]]
+        faces = [self.solids[index].resting_face_normals for index in self.table["body"][case_numbers]]
         orientation = np.asarray(self.cases.azimuth_deg)[case_numbers]
         return outcome_variables_of_bodies(result_tables["results"], orientation, self.cosines[case_numbers], faces)
 
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
         """Return trajectory rows of a body at rest, one for each of the first `sample_count` samples."""
         rows, case = super().trajectory_rows_at_rest(sample_count), self.table[0]
-        for name in START.names or ():
+        for name in INITIAL_STATE_DTYPE.names or ():
             rows[name] = case["start"][name]
         rows["ground_x"], rows["ground_y"] = self.ground[0, :, :sample_count] * case["amplitude"]
         rows["ground_z"] = self.vertical_base_acceleration[:sample_count] * case["amplitude"]
@@ -151,7 +159,7 @@ class BodySimulationPlan(SimulationPlan3D):
         return BodyTrajectory(trajectory_rows, (cosine, sine), *self.model.shape.drawn_corners_and_edges(*size))
 
 
-def strong_motion_ranges_in_any_direction(
+def strong_motion_ranges_and_cases_at_rest(
     motion: Motion, amplitude: FloatArray, motion_threshold: FloatArray, leave_out: bool
 ) -> tuple[NDArray[np.int64], FloatArray, NDArray[np.bool_]]:
     """Find the range of samples outside which a motion is too weak, in any direction, to move a 3-D model at rest."""
@@ -181,7 +189,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         np.array([body.centre_height for body in made]),
         np.array([body.min_base_edge_distance_from_centre for body in made]),
     )
-    base = made[0].base
+    base = made[0].base_vertex_count
     check_stiffness_precision(0.5 * base * laws[:, 0], 2.0 * foot, 0.0)
     square = np.maximum(laws[:, 0], laws[:, 1]) * modes
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY))
@@ -194,10 +202,10 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     row, cosines, along = base_accelerations_by_orientation(motion, cases)
     rest_limit, threshold = np.zeros(cases.case_count), np.minimum((reach / foot)[which], friction)
     leaves_out = numerics.leave_out and start is None
-    first, calm, stays_at_rest = strong_motion_ranges_in_any_direction(motion, amplitude, threshold, leaves_out)
+    first, calm, stays_at_rest = strong_motion_ranges_and_cases_at_rest(motion, amplitude, threshold, leaves_out)
     if leaves_out:
         rest_limit = _rest_acceleration_limits_of_bodies(made, which, laws, dashpot, friction, interval)
-    table = np.zeros(cases.case_count, CASE)
+    table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     columns = {
         "body": which,
         "stiffness": laws[which, 0],
@@ -210,7 +218,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         "calm": calm,
         "after": samples + np.ceil(MAX_TIME_AFTER_RECORD * period[which] / interval),
         # The points of a rim store velocities, which would oscillate in steps of a sample.
-        "steady": REST_THRESHOLD_FACTOR * threshold if start is None and made[0].radius == 0.0 else 0.0,
+        "steady": REST_THRESHOLD_FACTOR * threshold if start is None and made[0].rim_radius == 0.0 else 0.0,
         **pace,
     }
     for name, values in columns.items():
@@ -220,17 +228,18 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     if start is None:
         table["start"] = np.array([_initial_conditions_at_rest(pose) for pose in poses])[which]
     else:
-        table["start"] = (*start.place, *start.quaternion, *start.velocity, *start.angular_velocity)
+        table["start"] = (*start.centre_position, *start.quaternion, *start.velocity, *start.angular_velocity)
     bodies, points = _body_and_vertex_tables(made)
     return BodySimulationPlan(
-        model=model, motion=motion, cases=cases, numerics=numerics, solids=made, bodies=bodies, points=points,
+        model=model, motion=motion, cases=cases, numerics=numerics, solids=made, bodies=bodies,
+        vertices_and_base_edges=points,
         cosines=cosines, row=row, ground=along, steps=steps, first=first, table=table,
         stays_at_rest=stays_at_rest,
         too_soft=exceeds_penetration_limit(sunk, 2.0 * np.minimum(foot, reach))[which],
     )  # fmt: skip
 
 
-@lru_cache(SOLIDS_KEPT)
+@lru_cache(MAX_CACHED_SOLIDS)
 def _cached_solid_of_shape(shape: Shape, height: float, b_over_h: float, aspect: float) -> RigidSolid:
     """Return the solid of a shape; the same object for the same size, so that its statics are computed once."""
     return shape.solid(height, b_over_h, aspect)
@@ -301,7 +310,7 @@ def steps_per_sample_and_step_control(
         If the time step is longer than the longest allowed one.
     """
     # The scheme is stable with any step; accuracy limits it, expressed as the stable step of an undamped oscillator.
-    whole = pace.longest * rocking_time_constant
+    whole = pace.longest_whole_step * rocking_time_constant
     per_sample = partial(
         steps_per_sample, IntegrationScheme.CUNDALL, squared_frequency=(2.0 / whole) ** 2,
         damping_rate=np.zeros(whole.size), sampling_interval=sampling_interval,
@@ -309,18 +318,21 @@ def steps_per_sample_and_step_control(
     )  # fmt: skip
     usual = per_sample("1 stable")
     steps = usual if numerics.time_step == "auto" else per_sample(numerics.time_step)
-    tick, contact = sampling_interval / steps / pace.whole, shortest_contact_time(squared_frequency, damping_rate)
+    tick, contact = (
+        sampling_interval / steps / pace.ticks_per_whole_step,
+        shortest_contact_time_constant(squared_frequency, damping_rate),
+    )
     share = np.minimum(sampling_interval / steps / whole, 1.0)
-    finest = np.exp2(np.frexp(np.clip(pace.finest * share * contact / tick, 1.0, pace.whole))[1] - 1.0)
+    finest = np.exp2(np.frexp(np.clip(pace.finest * share * contact / tick, 1.0, pace.ticks_per_whole_step))[1] - 1.0)
     # A refined case has shorter ticks, hence more of them.
     steps = steps * numerics.refinement
     # A contact that is not overdamped would keep oscillating in steps of a sample.
-    rigid = (np.sqrt(squared_frequency) * sampling_interval >= RIGID_TIME_RATIO) & (
+    rigid = (np.sqrt(squared_frequency) * sampling_interval >= MIN_INTERVAL_RATIO_FOR_SAMPLE_LONG_STEPS) & (
         damping_rate >= np.sqrt(squared_frequency)
     )
     return steps, {
         "finest": finest,
-        "standing": pace.whole * np.where(rigid, np.gcd(usual, steps), 1),
+        "standing": pace.ticks_per_whole_step * np.where(rigid, np.gcd(usual, steps), 1),
         "dwell": np.round(pace.steps_before_length_doubles(squared_frequency, damping_rate) * steps / usual),
         "settled": np.round(pace.settled * steps / usual),
     }
@@ -335,21 +347,21 @@ def base_accelerations_by_orientation(motion: Motion, cases: Cases) -> tuple[NDA
     along = np.zeros((distinct.size, 2, motion.sample_count + 3))
     cosines = np.array([cosine_and_sine_of_azimuth(float(value)) for value in distinct])
     for index, orientation in enumerate(distinct):
-        along[index, 0, : motion.sample_count] = motion.along(float(orientation))
-        along[index, 1, : motion.sample_count] = motion.along(float(orientation) - 90.0)
+        along[index, 0, : motion.sample_count] = motion.acceleration_along(float(orientation))
+        along[index, 1, : motion.sample_count] = motion.acceleration_along(float(orientation) - 90.0)
     return row, cosines[row], along
 
 
 def _largest_penetration_at_rest(body: RigidSolid, rest_pose: FloatArray) -> float:
     """Return the largest penetration (m) of a base vertex into the ground, in the pose of a body at rest."""
-    x, y = body.points[: body.base, :2].T
+    x, y = body.contact_points[: body.base_vertex_count, :2].T
     return float(np.max(body.centre_height - rest_pose[2] - (rest_pose[3] * y - rest_pose[4] * x)))
 
 
 def _initial_conditions_at_rest(rest_pose: FloatArray) -> NDArray[np.void]:
     """Convert a static equilibrium pose, shape (6,), to a record of initial conditions with zero velocities."""
     half = 0.5 * rest_pose[3:]
-    begin = np.zeros((), START)
+    begin = np.zeros((), INITIAL_STATE_DTYPE)
     begin["x"], begin["y"], begin["z"] = rest_pose[:3]
     begin["qw"], begin["qx"], begin["qy"], begin["qz"] = np.array([1.0, *half]) / np.sqrt(1.0 + np.sum(half * half))
     return begin
@@ -360,27 +372,28 @@ def _body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void],
 
     An odd number of vertices is padded with a vertex at the centre of the body.
     """
-    count = len(solids[0].points)
-    points, table = np.zeros((len(solids), count + count % 2, 6)), np.zeros(len(solids), BODY)
-    points[:, :, 5] = VERY_FAR
+    count = len(solids[0].contact_points)
+    points, table = np.zeros((len(solids), count + count % 2, 6)), np.zeros(len(solids), BODY_TABLE_DTYPE)
+    points[:, :, 5] = EDGE_DISTANCE_OF_NON_BASE_VERTEX
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
     for index, body in enumerate(solids):
-        points[index, :count, :3] = body.points
-        if body.radius == 0.0:
-            points[index, : body.base, 3:5], points[index, : body.base, 5] = (
-                body.base_edge_normals,
-                body.base_edge_distances_from_centre,
-            )
+        points[index, :count, :3] = body.contact_points
+        if body.rim_radius == 0.0:
+            points[index, : body.base_vertex_count, 3:5], points[index, : body.base_vertex_count, 5] = (
+                body.base_edge_normals, body.base_edge_distances_from_centre,
+            )  # fmt: skip
         for name, at in pairs.items():
-            table[index][f"i{name}"], table[index][f"a{name}"] = body.inverse_inertia_per_mass[at], body.inertia[at]
+            table[index][f"i{name}"], table[index][f"a{name}"] = (
+                body.inverse_inertia_per_mass[at], body.inertia_per_mass[at],
+            )  # fmt: skip
         foot, reach = body.centre_height, body.min_base_edge_distance_from_centre
         # A body that lies on springs on another face, as at a fall tilt that depends on the direction or upside down,
         # may have a slightly smaller tilt.
-        lies_on_springs = len(body.sectors) > 0 or body.fall_tilt > UPSIDE_DOWN
-        fallen = body.fall_tilt * (FALL_SHARE if lies_on_springs else 1.0)
+        lies_on_springs = len(body.fall_limits_by_lean_sector) > 0 or body.fall_tilt > UPSIDE_DOWN_FALL_TILT_RAD
+        fallen = body.fall_tilt * (FALL_TILT_FACTOR if lies_on_springs else 1.0)
         values = {
-            "foot": foot, "radius": body.radius, "reach": reach, "critical": reach**2 / (reach**2 + foot**2),
-            "fallen": np.round(np.cos(fallen), 12), "deepest": MAX_PENETRATION * min(reach, foot),
+            "foot": foot, "radius": body.rim_radius, "reach": reach, "critical": reach**2 / (reach**2 + foot**2),
+            "fallen": np.round(np.cos(fallen), 12), "deepest": MAX_PENETRATION_RATIO * min(reach, foot),
             "ends": body.relative_height_tolerance_of_lowest_vertices
         }  # fmt: skip
         for name, value in values.items():

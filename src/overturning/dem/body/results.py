@@ -21,7 +21,7 @@ def outcome_variables_of_bodies(
     Parameters
     ----------
     kernel_results : ndarray
-        Results of the kernel, of type `overturning.dem.body.tables.RESULT`, shape (n,).
+        Results of the kernel, of type `overturning.dem.body.tables.RESULT_TABLE_DTYPE`, shape (n,).
     orientation_deg : ndarray
         Orientation of each case, degrees, shape (n,).
     orientation_cosines : ndarray

@@ -15,16 +15,16 @@ from overturning.dem.body.centred_loops import build_time_stepping_loop
 from overturning.dem.body.ending import (
     body_is_at_rest,
     case_status,
-    record_body_motion,
     state_sum_for_finite_check,
+    write_body_trajectory_row,
     write_case_results,
 )
 from overturning.dem.body.start import write_initial_body_state
 from overturning.dem.body.state import (
-    COLUMNS,
+    PARALLEL_CASE_COUNT,
     ROWS,
-    TICKS,
-    VERTEX,
+    TICKS_PER_WHOLE_STEP,
+    VERTEX_ROW_LAYOUT,
     BaseMotionSampleNumber,
     BodyConstants,
     BodyPeakValues,
@@ -41,11 +41,11 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import (
-    STILL,
+    MAX_ACCELERATION_SHARE_AT_REST,
     CaseProgress,
     CaseRestState,
     case_cannot_have_ended,
-    case_progress_in_next_sample,
+    next_sample_tick_and_last_upright_time,
 )
 from overturning.dem.kernel.ground import (
     GroundMotion,
@@ -53,11 +53,11 @@ from overturning.dem.kernel.ground import (
     is_rest_check_sample,
     upcoming_motion_is_below_rest_limit,
 )
-from overturning.dem.kernel.lanes import INNER, cache_line_aligned_zeros, whole_vectors
+from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, cache_line_aligned_zeros, round_to_vector_multiple
 from overturning.dem.kernel.queue import (
     SettingsOfParallelCases,
     create_lookup_by_type,
-    extend_trajectory,
+    grow_trajectory_array,
     register_model_functions,
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -87,19 +87,19 @@ class BodyKernelInput(NamedTuple):
     """Case parameters, of type `CASE`, shape (n,)."""
     row: NDArray[np.int64]
     results: NDArray[np.void]
-    """Results to fill in, of type `RESULT`, shape (n,)."""
+    """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     ground: GroundMotion
     base_shape_loop_tag: Any
     """Marker of the bodies, of a type in `LOOPS`."""
     bodies: NDArray[np.void]
     """Constants of the bodies, of type `BODY`, shape (bodies,)."""
-    points: FloatArray
+    vertices_and_base_edges: FloatArray
     """Vertices of each body, shape (bodies, vertices, 6): position from its centre, m, and the outward normal and the
     distance (m) of the edge of the base that starts there."""
     base: int
     """Number of vertices of the base."""
-    sectors: FloatArray
-    """Sectors of each body, see `overturning.model.solid.RigidSolid.sectors`, shape (bodies, sectors, 5)."""
+    fall_sectors: FloatArray
+    """Sectors of each body, see `overturning.model.solid.RigidSolid`, shape (bodies, sectors, 5)."""
 
 
 class BodyWorkspace(NamedTuple):
@@ -121,25 +121,39 @@ store_shaking, store_attempt, store_step_control = (
     ROWS.tuple_reader_and_writer(of).store for of in (InertialAccelerations3D, NextStepToAttempt, CaseStepControl)
 )
 store_vertex, store_memory = (
-    VERTEX.tuple_reader_and_writer(BodyVertex).store,
-    VERTEX.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").store,
+    VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).store,
+    VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").store,
 )
-NUMBERS: Final = ROWS.count
-OF_A_VERTEX: Final = VERTEX.size
-TICK, LAST_UPRIGHT = (ROWS.row_of_field(BodyState, "tick"), ROWS.row_of_field(BodyPeakValues, "last_upright"))
-LENGTH, LOADED = (ROWS.row_of_field(NextStepToAttempt, "length"), ROWS.row_of_field(BaseMotionSampleNumber, "sample"))
-REST_LIMIT, AT_REST = (ROWS.row_of_field(CaseRestState, "rest_limit"), ROWS.row_of_field(CaseRestState, "at_rest"))
-SAMPLE, UPRIGHT_UNTIL = (ROWS.row_of_field(CaseProgress, "sample"), ROWS.row_of_field(CaseProgress, "upright_until"))
+ROW_COUNT: Final = ROWS.count
+ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
+TICK, LAST_UPRIGHT = (
+    ROWS.row_offset_of_field(BodyState, "tick"),
+    ROWS.row_offset_of_field(BodyPeakValues, "last_upright"),
+)
+LENGTH, LOADED = (
+    ROWS.row_offset_of_field(NextStepToAttempt, "length"),
+    ROWS.row_offset_of_field(BaseMotionSampleNumber, "sample"),
+)
+REST_LIMIT, AT_REST = (
+    ROWS.row_offset_of_field(CaseRestState, "rest_limit"),
+    ROWS.row_offset_of_field(CaseRestState, "at_rest"),
+)
+SAMPLE, UPRIGHT_UNTIL = (
+    ROWS.row_offset_of_field(CaseProgress, "sample"),
+    ROWS.row_offset_of_field(CaseProgress, "upright_until"),
+)
 
 
-loop_of = create_lookup_by_type(LOOPS)
+time_stepping_loop_by_tag = create_lookup_by_type(LOOPS)
 """Return the loops of bodies, selected by the type of their loop selector."""
 
 
 def allocate_workspace(kernel_input: Any) -> Any:
     """Return empty state arrays of bodies and their vertices, one column (lane) per case computed in parallel."""
-    state = cache_line_aligned_zeros(NUMBERS * COLUMNS + kernel_input.points.shape[1] * OF_A_VERTEX)
-    return BodyWorkspace(state, state[NUMBERS * COLUMNS :])
+    state = cache_line_aligned_zeros(
+        ROW_COUNT * PARALLEL_CASE_COUNT + kernel_input.vertices_and_base_edges.shape[1] * ARRAY_LENGTH_PER_VERTEX
+    )
+    return BodyWorkspace(state, state[ROW_COUNT * PARALLEL_CASE_COUNT :])
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
@@ -147,23 +161,23 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     given = kernel_input.cases[case]
     body, points, interval = (
         kernel_input.bodies[given.body],
-        kernel_input.points[given.body],
+        kernel_input.vertices_and_base_edges[given.body],
         kernel_input.settings.interval,
     )
     write_initial_body_state(
-        workspace.state, workspace.vertices, lane, given, body, points, interval, kernel_input.settings.ticks
+        workspace.state, workspace.vertices, lane, given, body, points, interval, kernel_input.settings.ticks_per_sample
     )
 
 
-def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
+def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
     """Load the base motion of the next sample for each case, and rescale each quaternion to length 1."""
-    load_base_motion_of_sample(
+    start_sample_and_load_base_motion(
         workspace.state, lane_count, kernel_input.row, lane_cases, kernel_input.ground, kernel_input.settings
     )
 
 
-@njit(**INNER)
-def load_base_motion_of_sample(
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def start_sample_and_load_base_motion(
     state: Any,
     lane_count: int,
     motion_rows: Any,
@@ -175,18 +189,20 @@ def load_base_motion_of_sample(
     along, up, ticks, interval, scale = (
         ground_motion.along,
         ground_motion.up,
-        queue_settings.ticks,
+        queue_settings.ticks_per_sample,
         queue_settings.interval,
-        1.0 / queue_settings.ticks,
+        1.0 / queue_settings.ticks_per_sample,
     )
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         s = load_state(state, j)
         store_turn(state, j, normalise_quaternion(s.turn))
-        begun = case_progress_in_next_sample(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
+        begun = next_sample_tick_and_last_upright_time(
+            load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval
+        )
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
     last = up.shape[0] - 3
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         course = load_course(state, j)
         if state[LOADED + j] == course.sample + 1.0:
             continue
@@ -196,7 +212,7 @@ def load_base_motion_of_sample(
         store_shaking(state, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude, scale))
 
 
-def advance_one_sample(
+def attempt_steps_until_next_check(
     kernel_input: Any, workspace: Any, lane_count: int, trajectory: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
     """Advance all bodies in parallel by one sample; return the first one's trajectory and its number of rows."""
@@ -204,21 +220,30 @@ def advance_one_sample(
     settings, marker, count, base = (
         kernel_input.settings,
         kernel_input.base_shape_loop_tag,
-        kernel_input.points.shape[1],
+        kernel_input.vertices_and_base_edges.shape[1],
         kernel_input.base,
     )
     if trajectory.shape[0] > 0:
-        trajectory = extend_trajectory(trajectory, recorded_row_count + 1, settings.max_rows)
+        trajectory = grow_trajectory_array(trajectory, recorded_row_count + 1, settings.max_rows)
         if trajectory.shape[0] == recorded_row_count:
             return trajectory, -1
-        record_body_motion(workspace.state, 0, settings.interval, settings.ticks, trajectory[recorded_row_count])
+        write_body_trajectory_row(
+            workspace.state, 0, settings.interval, settings.ticks_per_sample, trajectory[recorded_row_count]
+        )
         recorded_row_count += (
             1
             if recorded_row_count == 0 or trajectory[recorded_row_count].time > trajectory[recorded_row_count - 1].time
             else 0
         )
-    loop_of(marker)(
-        marker, workspace.state, workspace.vertices, count, base, lane_count, settings.steps_per_check, settings.ticks
+    time_stepping_loop_by_tag(marker)(
+        marker,
+        workspace.state,
+        workspace.vertices,
+        count,
+        base,
+        lane_count,
+        settings.steps_per_check,
+        settings.ticks_per_sample,
     )
     return trajectory, recorded_row_count
 
@@ -229,12 +254,12 @@ def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_cou
         workspace.state,
         active_lane_count,
         end_marks_out,
-        kernel_input.settings.ticks,
+        kernel_input.settings.ticks_per_sample,
         float(kernel_input.settings.samples),
     )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def mark_possibly_ended_body_cases(
     state: Any, active_lane_count: int, end_marks_out: Any, ticks_per_sample: float, last_sample: float
 ) -> int:
@@ -255,22 +280,26 @@ def mark_possibly_ended_body_cases(
     return int(count)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def mark_possibly_resting_bodies(state: Any, active_lane_count: int) -> int:
     """Mark and count, by a quick test, the cases whose body may be at rest (`CaseRestState.at_rest` = 1)."""
     number = 0
     for j in range(active_lane_count):
-        s, length, least = load_state(state, j), state[LENGTH + j], STILL * state[REST_LIMIT + j] * GRAVITY
+        s, length, least = (
+            load_state(state, j),
+            state[LENGTH + j],
+            MAX_ACCELERATION_SHARE_AT_REST * state[REST_LIMIT + j] * GRAVITY,
+        )
         v, a, most = s.velocity, s.acceleration, 1.001 * least
         still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most)
-        slow = 2.0 * abs(v.z) < most * (load_body(state, j).step * length)
-        may = (length >= TICKS) & still & slow
+        slow = 2.0 * abs(v.z) < most * (load_body(state, j).tick_length * length)
+        may = (length >= TICKS_PER_WHOLE_STEP) & still & slow
         state[AT_REST + j] = 1.0 if may else 0.0
         number += 1 if may else 0
     return number
 
 
-def skip_quiet_samples(
+def skip_quiet_samples_of_resting_cases(
     kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
     """Skip, for each case with a body at rest, the samples whose base motion is too weak to move the body."""
@@ -281,11 +310,11 @@ def skip_quiet_samples(
         kernel_input.row,
         kernel_input.base,
     )
-    count = kernel_input.points.shape[1]
+    count = kernel_input.vertices_and_base_edges.shape[1]
     if mark_possibly_resting_bodies(state, active_lane_count) == 0:
         return
     for j in range(active_lane_count):
-        course, over = load_course(state, j), state[TICK + j] * (1.0 / settings.ticks)
+        course, over = load_course(state, j), state[TICK + j] * (1.0 / settings.ticks_per_sample)
         rest_limit = state[REST_LIMIT + j]
         now = course.sample + over
         # Test the motion first: testing the body takes longer.
@@ -300,20 +329,26 @@ def skip_quiet_samples(
 
 
 def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
-    """Return the `CaseStatus` of case number `case`, stored in column `lane`; `GOES_ON` if it has not ended."""
-    end, sectors = float(kernel_input.settings.samples), kernel_input.sectors[kernel_input.cases[case].body]
+    """Return the `CaseStatus` of case number `case`, stored in column `lane`; `CASE_NOT_ENDED` if it has not ended."""
+    end, sectors = float(kernel_input.settings.samples), kernel_input.fall_sectors[kernel_input.cases[case].body]
     return case_status(
-        workspace.state, workspace.vertices, kernel_input.base, lane, kernel_input.settings.ticks, end, sectors
+        workspace.state,
+        workspace.vertices,
+        kernel_input.base,
+        lane,
+        kernel_input.settings.ticks_per_sample,
+        end,
+        sectors,
     )
 
 
 def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
     """Write the results of case number `case`, stored in column `lane`, into `kernel_input.results`."""
-    sectors = kernel_input.sectors[kernel_input.cases[case].body]
+    sectors = kernel_input.fall_sectors[kernel_input.cases[case].body]
     write_case_results(workspace.state, workspace.vertices, lane, status, kernel_input.results[case], sectors)
 
 
 register_model_functions(
-    BodyKernelInput, allocate_workspace, start_case, load_motion_of_next_sample, advance_one_sample,
-    mark_possibly_ended_cases, skip_quiet_samples, current_case_status, write_results_of_ended_case,
+    BodyKernelInput, allocate_workspace, start_case, update_sample_and_load_motion, attempt_steps_until_next_check,
+    mark_possibly_ended_cases, skip_quiet_samples_of_resting_cases, current_case_status, write_results_of_ended_case,
 )  # fmt: skip

@@ -7,16 +7,16 @@ from numba import njit
 
 from overturning.dem.body.ending import body_energy_per_mass, vertical_angular_momentum_about_origin
 from overturning.dem.body.state import (
-    COLUMNS,
+    PARALLEL_CASE_COUNT,
     ROWS,
-    VERTEX,
+    VERTEX_ROW_LAYOUT,
     BodyConstants,
+    BodyContactPointState,
     BodyPeakValues,
     BodyState,
     BodyTerminationLimits,
     BodyVertex,
     ContactPointAtStepStartAndEnd,
-    ContactPointHistory,
     lean_as_squared_sine,
 )
 from overturning.dem.body.vectors import (
@@ -34,8 +34,8 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress, CaseRestState
-from overturning.dem.kernel.lanes import INNER
-from overturning.dem.kernel.mechanics import LANDING
+from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
+from overturning.dem.kernel.mechanics import FLAT_LANDING_DURATION_IN_DECAY_TIMES
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 store_body, store_state, store_peaks, store_course, store_limits, store_attempt, store_step_control = (
@@ -45,23 +45,23 @@ store_body, store_state, store_peaks, store_course, store_limits, store_attempt,
         CaseStepControl
     )
 )  # fmt: skip
-store_vertex = VERTEX.tuple_reader_and_writer(BodyVertex).store
-store_memory = VERTEX.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").store
-NUMBERS: Final = ROWS.count
-OF_A_VERTEX: Final = VERTEX.size
-REST_LIMIT: Final = ROWS.row_of_field(CaseRestState, "rest_limit")
+store_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).store
+store_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").store
+ROW_COUNT: Final = ROWS.count
+ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
+REST_LIMIT_ROW_OFFSET: Final = ROWS.row_offset_of_field(CaseRestState, "rest_limit")
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def write_initial_body_state(
     state: Any, vertex_rows: Any, lane: int, case_parameters: Any, body_constants: Any, vertex_positions: Any,
     sampling_interval: float, ticks_per_sample: float,
 ) -> None:  # fmt: skip
     """Write the constants and initial state of a body and its vertices into column `lane` of both state arrays."""
-    for row in range(NUMBERS):
-        state[row * COLUMNS + lane] = 0.0
+    for row in range(ROW_COUNT):
+        state[row * PARALLEL_CASE_COUNT + lane] = 0.0
     body = body_constants_of_case(case_parameters, body_constants, sampling_interval / ticks_per_sample)
-    begin = write_initial_vertex_states(vertex_rows, lane, body, case_parameters.start, vertex_positions)
+    begin = write_vertex_states_and_return_body_state(vertex_rows, lane, body, case_parameters.start, vertex_positions)
     store_body(state, lane, body)
     case_step_control = CaseStepControl(
         case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled
@@ -79,14 +79,14 @@ def write_initial_body_state(
         case_parameters.first * sampling_interval,
         body_energy_per_mass(body, begin, vertex_rows, vertex_positions.shape[0], lane), barrier,
     ))  # fmt: skip
-    state[REST_LIMIT + lane] = case_parameters.rest_limit
+    state[REST_LIMIT_ROW_OFFSET + lane] = case_parameters.rest_limit
     store_limits(state, lane, BodyTerminationLimits(
         vertical_angular_momentum_about_origin(begin), body_constants.reach, body_constants.fallen,
         body_constants.deepest, case_parameters.steady,
     ))  # fmt: skip
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def body_constants_of_case(case_parameters: Any, body_constants: Any, tick_length: float) -> BodyConstants:
     """Return a body's constants combined with the contact law of a case; `tick_length` (s) is the time unit."""
     c, ks = body_constants, case_parameters.tangential
@@ -102,13 +102,13 @@ def body_constants_of_case(case_parameters: Any, body_constants: Any, tick_lengt
         friction=case_parameters.friction,
         critical=c.critical,
         ends=c.ends,
-        step=tick_length,
-        landing=LANDING * case_parameters.dashpot / case_parameters.stiffness,
+        tick_length=tick_length,
+        landing=FLAT_LANDING_DURATION_IN_DECAY_TIMES * case_parameters.dashpot / case_parameters.stiffness,
     )
 
 
-@njit(**INNER)
-def write_initial_vertex_states(
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def write_vertex_states_and_return_body_state(
     vertex_rows: Any, lane: int, body: BodyConstants, start: Any, vertex_positions: Any
 ) -> BodyState:
     """Write a body's vertices at their start positions into column `lane`; return the body's initial state.
@@ -120,7 +120,7 @@ def write_initial_vertex_states(
     v, w, f = Vector3(start.vx, start.vy, start.vz), Vector3(start.wx, start.wy, start.wz), rotation_matrix(turn)
     az, mx, my = -GRAVITY, 0.0, 0.0
     for i in range(vertex_positions.shape[0]):
-        one = vertex_rows[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX]
+        one = vertex_rows[i * ARRAY_LENGTH_PER_VERTEX : (i + 1) * ARRAY_LENGTH_PER_VERTEX]
         own = Vector3(vertex_positions[i, 0], vertex_positions[i, 1], vertex_positions[i, 2])
         arm = matrix_times_vector(f, own)
         store_vertex(one, lane, BodyVertex(own, vertex_positions[i, 3], vertex_positions[i, 4], vertex_positions[i, 5]))
@@ -128,17 +128,19 @@ def write_initial_vertex_states(
         known = plus(v, cross_product(w, arm)) if body.radius > 0.0 else plus(place, arm)
         depth = -(place.z + arm.z)
         n = body.stiffness * max(depth, 0.0)
-        store_memory(
+        store_point_state_at_step_start(
             one,
             lane,
-            ContactPointHistory(sx=0.0, sy=0.0, x=known.x, y=known.y, depth=depth, normal=n, slid=0.0, landing=0.0),
+            BodyContactPointState(
+                stretch_x=0.0, stretch_y=0.0, x=known.x, y=known.y, depth=depth, normal=n, slid=0.0, landing=0.0
+            ),
         )
         az, mx, my = az + n, mx + arm.y * n, my - arm.x * n
     return BodyState(
         place=place,
         turn=turn,
         velocity=v,
-        momentum=angular_momentum_from_velocity(body.inverse, f, w),
+        angular_momentum=angular_momentum_from_velocity(body.inverse, f, w),
         spin=w,
         acceleration=Vector3(0.0, 0.0, az),
         moment=Vector3(mx, my, 0.0),
@@ -146,7 +148,7 @@ def write_initial_vertex_states(
     )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def angular_momentum_from_velocity(
     inverse_inertia_per_mass: SymmetricMatrix, body_axes: Matrix3, angular_velocity: Vector3
 ) -> Vector3:

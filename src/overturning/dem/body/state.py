@@ -3,7 +3,7 @@
 Quantities are per mass, as in `overturning.dem.block.state`; an inertia is in m². The frame moves with the base and is
 rotated by the body's orientation: x points to its azimuth, y 90° anticlockwise of it, z up. The body's own axes
 coincide with these at rest; vectors "in space" are components in this frame. `overturning.dem.kernel.lanes` describes
-the memory layout. The vertices of a body have an array of their own, one block of rows `VERTEX` per vertex.
+the memory layout. The vertices of a body have an array of their own, one block of rows `VERTEX_ROW_LAYOUT` per vertex.
 """
 
 from typing import Any, Final, NamedTuple
@@ -22,18 +22,18 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
     transpose,
 )
-from overturning.dem.kernel.clock import BODY, CaseStepControl, NextStepToAttempt
+from overturning.dem.kernel.clock import BODY_STEP_CONTROL, CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress, CaseRestState, LargestTiltNearCaseEnd, SlideEndSample
 from overturning.dem.kernel.ground import LinearBaseAcceleration, linear_base_acceleration_of_sample
-from overturning.dem.kernel.lanes import INLINE, INNER, TupleRowLayout
+from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS, TupleRowLayout
 
-COLUMNS: Final = 16
+PARALLEL_CASE_COUNT: Final = 16
 """Number of bodies computed side by side: their rows fit into an L1 cache of 48 KB, those of more bodies would not."""
 
-RIGID_TIME_RATIO: Final = 10.0
+MIN_INTERVAL_RATIO_FOR_SAMPLE_LONG_STEPS: Final = 10.0
 """Smallest ratio of sampling interval to 1/ω for which a standing body without vibration takes sample-long steps."""
 
-TICKS: Final = BODY.whole
+TICKS_PER_WHOLE_STEP: Final = BODY_STEP_CONTROL.ticks_per_whole_step
 """Ticks of a whole step."""
 
 
@@ -62,7 +62,7 @@ class BodyConstants(NamedTuple):
     """`lean_as_squared_sine` at the critical angle."""
     ends: float
     """Share of the rise from the lowest to the highest base vertex within which vertices belong to the ends."""
-    step: float
+    tick_length: float
     """Length of a tick, s."""
     landing: float
     """Duration of a flat landing after the first touch, s."""
@@ -77,7 +77,7 @@ class BodyState(NamedTuple):
     """Rotation from rest."""
     velocity: Vector3
     """Velocity of the centre, m/s."""
-    momentum: Vector3
+    angular_momentum: Vector3
     """Angular momentum in space, m²/s."""
     spin: Vector3
     """Angular velocity in space, rad/s."""
@@ -92,21 +92,21 @@ class BodyState(NamedTuple):
 class BodyVertex(NamedTuple):
     """Position of a vertex of a body, and the base edge that starts at this vertex."""
 
-    own: Vector3
+    position_in_body_axes: Vector3
     """Position from the centre in the body's own axes, m."""
-    nx: float
+    base_edge_normal_x: float
     """Outward normal of the edge of the base that starts at the vertex; 0 for a vertex that is not of the base."""
-    ny: float
+    base_edge_normal_y: float
     reach: float
     """Distance of that edge from the point below the centre, m; very large for a vertex that is not of the base."""
 
 
-class ContactPointHistory(NamedTuple):
+class BodyContactPointState(NamedTuple):
     """State of a contact point after the last step: spring stretch, position, penetration and normal force."""
 
-    sx: float
+    stretch_x: float
     """Stretch of the tangential springs along x, m."""
-    sy: float
+    stretch_y: float
     """Stretch of the tangential springs along y, m."""
     x: float
     """Position of a vertex along x, m; for a point of a rim, its velocity, m/s."""
@@ -125,11 +125,11 @@ class ContactPointHistory(NamedTuple):
 class ContactPointAtStepStartAndEnd(NamedTuple):
     """State of a contact point before a step (`old`), and after it (`new`, valid if the step is accepted)."""
 
-    old: ContactPointHistory
-    new: ContactPointHistory
+    old: BodyContactPointState
+    new: BodyContactPointState
 
 
-IN_THE_AIR: Final = -1e300
+LANDING_TIME_OF_BASE_IN_AIR: Final = -1e300
 """Value of `BaseContactState.longest_landing` for a base in the air, s: less than that of any point in contact."""
 
 
@@ -147,7 +147,7 @@ class BaseContactState(NamedTuple):
     landing: float
     """Shortest remaining landing time of the base points, s; 0 or less if one of them does not land."""
     longest_landing: float
-    """Longest remaining landing time of the base points in contact, s; `IN_THE_AIR` if there is none."""
+    """Longest remaining landing time of base points in contact, s; without any, `LANDING_TIME_OF_BASE_IN_AIR`."""
     tilting: float
     """Share of the moment of friction that tilts a body that slides in a flat landing, 0 or 1."""
 
@@ -184,9 +184,9 @@ class BodyEnergyAndMomentumAccount(NamedTuple):
 class InertialAccelerations3D(NamedTuple):
     """Inertial accelerations (m/s²) of the moving base's frame, as linear functions of time within a sample."""
 
-    push_x: LinearBaseAcceleration
+    inertial_acceleration_x: LinearBaseAcceleration
     """−a along x."""
-    push_y: LinearBaseAcceleration
+    inertial_acceleration_y: LinearBaseAcceleration
     """−a along y."""
     lift: LinearBaseAcceleration
     """Upward acceleration of the base, added to gravity."""
@@ -220,9 +220,9 @@ class PredictedContactPoint(NamedTuple):
     """Position from the centre, m."""
     depth: float
     """Penetration, m."""
-    tx: float
+    stretch_x: float
     """Stretch of the tangential springs along x, m."""
-    ty: float
+    stretch_y: float
     """Stretch of the tangential springs along y, m."""
     velocity: Vector3
     """Velocity, m/s."""
@@ -230,9 +230,9 @@ class PredictedContactPoint(NamedTuple):
     """1 if the point is assumed to be in contact, else 0."""
     slides: float
     """1 if the point is assumed to slide, else 0."""
-    dx: float
+    friction_direction_x: float
     """Direction of friction, x component of a unit vector."""
-    dy: float
+    friction_direction_y: float
     """Direction of friction, y component."""
     deferred: float
     """1 if the point carries only after the ends of the base rest, else 0."""
@@ -240,9 +240,9 @@ class PredictedContactPoint(NamedTuple):
     """1 if the body lands flat, so that the dashpot may pull, else 0."""
     tilting: float
     """Share of the moment of friction that tilts the body; 1 except in a flat landing."""
-    base_tilting: float
+    flat_landing_tilting_share: float
     """That share if the point slides in a flat landing."""
-    new_landing: float
+    landing_time_if_touching_now: float
     """Landing time of the point if it touches now, s."""
 
 
@@ -250,7 +250,7 @@ class StepRejectionFlags(NamedTuple):
     """Flags (1 or 0) of an attempted step: the step is rejected; the next attempt assumes the same contact state."""
 
     again: float
-    sooner: float
+    keeps_assumed_slip: float
 
 
 class BodyPredictedForStepEnd(NamedTuple):
@@ -260,13 +260,13 @@ class BodyPredictedForStepEnd(NamedTuple):
     turn: Quaternion
     velocity: Vector3
     """Velocity after half of the step, m/s."""
-    momentum: Vector3
+    half_step_angular_momentum: Vector3
     """Angular momentum after half of the step, m²/s."""
     end: Vector3
     """Velocity at the end of the step, m/s."""
     spin: Vector3
     """Angular velocity at the end of the step, rad/s."""
-    shaking: Vector3
+    inertial_xy_and_upward_base_acceleration: Vector3
     """−a along x and y, and the upward acceleration of the base, m/s²."""
     half: float
     """Half the length of the step, s."""
@@ -290,7 +290,7 @@ class ContactEquationTerms(NamedTuple):
     """Moment by angular velocity."""
 
 
-class BodyVelocityChange(NamedTuple):
+class BodyVelocityCorrection(NamedTuple):
     """Correction of a body's predicted velocity (m/s) and angular velocity (rad/s) at the end of a step."""
 
     velocity: Vector3
@@ -308,7 +308,7 @@ class ContactForceSum(NamedTuple):
     """Additional angular momentum of contacts that closed early in the step, m²/s."""
     loss: float
     """Power dissipated by dashpots and friction, m²/s³."""
-    let_go: float
+    released_spring_energy: float
     """Energy released by springs, m²/s²."""
 
 
@@ -317,13 +317,13 @@ class BodyContactChangesInStep(NamedTuple):
 
     changed: float
     """Above 0 if a contact opened or closed."""
-    wrong: float
+    has_wrong_slip_assumption: float
     """1 if a point stuck or slid contrary to the assumption."""
-    reversed: float
+    has_slip_reversal: float
     """1 if a point was assumed to slide against its velocity."""
-    holds: float
+    some_loaded_point_sticks: float
     """1 if a loaded point sticks."""
-    back: float
+    has_friction_reversal: float
     """1 if a point slides whose friction had the opposite sign before."""
     off: float
     """1 if a point carries no load."""
@@ -332,15 +332,17 @@ class BodyContactChangesInStep(NamedTuple):
 
 
 ROWS: Final = TupleRowLayout(
-    COLUMNS, BodyConstants, CaseStepControl, BodyState, Matrix3, BaseContactState, BodyPeakValues,
+    PARALLEL_CASE_COUNT, BodyConstants, CaseStepControl, BodyState, Matrix3, BaseContactState, BodyPeakValues,
     BodyEnergyAndMomentumAccount, InertialAccelerations3D, BaseMotionSampleNumber, CaseProgress, BodyTerminationLimits,
-    NextStepToAttempt, StepRejectionFlags, BodyPredictedForStepEnd, ContactEquationTerms, BodyVelocityChange,
+    NextStepToAttempt, StepRejectionFlags, BodyPredictedForStepEnd, ContactEquationTerms, BodyVelocityCorrection,
     ContactForceSum, BodyContactChangesInStep, CaseRestState, LargestTiltNearCaseEnd, SlideEndSample,
 )  # fmt: skip
-VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointAtStepStartAndEnd, PredictedContactPoint)
+VERTEX_ROW_LAYOUT: Final = TupleRowLayout(
+    PARALLEL_CASE_COUNT, BodyVertex, ContactPointAtStepStartAndEnd, PredictedContactPoint
+)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def inertial_accelerations_until_next_sample(
     horizontal: Any, up: Any, sample: int, amplitude_factor: float, samples_per_tick: float
 ) -> InertialAccelerations3D:
@@ -386,7 +388,7 @@ def rotate_body_over_step(
 @njit(**INLINE)
 def angular_velocity_of_state(body: BodyConstants, state: BodyState) -> Vector3:
     """Return the angular velocity (rad/s) of a body in the axes of the base, from the angular momentum in `state`."""
-    return angular_velocity_from_momentum(body.inverse, rotation_matrix(state.turn), state.momentum)
+    return angular_velocity_from_momentum(body.inverse, rotation_matrix(state.turn), state.angular_momentum)
 
 
 @njit(**INLINE)

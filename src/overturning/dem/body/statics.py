@@ -12,7 +12,7 @@ from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve_
 from overturning.model.solid import RigidSolid
 from overturning.units import STANDARD_GRAVITY
 
-SOLIDS_KEPT: Final = 4096
+MAX_CACHED_SOLIDS: Final = 4096
 """Number of solids whose statics are kept: planning computes the same solids for each record of a study."""
 
 
@@ -22,10 +22,10 @@ def body_pose_at_rest_on_springs(body: RigidSolid, normal_stiffness: float) -> F
     The penetration is a linear function of position; vertices that it would lift carry no load.
     `normal_stiffness` is the stiffness of a vertex per mass, 1/s².
     """
-    x, y = body.points[: body.base, :2].T
-    on = np.ones(body.base, np.bool_)
-    for _ in range(body.base):
-        rows = np.stack([np.ones(body.base), x, y])[:, on]
+    x, y = body.contact_points[: body.base_vertex_count, :2].T
+    on = np.ones(body.base_vertex_count, np.bool_)
+    for _ in range(body.base_vertex_count):
+        rows = np.stack([np.ones(body.base_vertex_count), x, y])[:, on]
         # fsum does not depend on the order: symmetric bodies stay symmetric to the last digit.
         matrix = np.array([[math.fsum(a * b) for b in rows] for a in rows])
         plane = solve_positive_definite_system(matrix, np.array([STANDARD_GRAVITY / normal_stiffness, 0.0, 0.0]))
@@ -35,10 +35,12 @@ def body_pose_at_rest_on_springs(body: RigidSolid, normal_stiffness: float) -> F
         if (sunk[on] > 0).all():
             return np.array([0.0, 0.0, body.centre_height - plane[0], -plane[2], plane[1], 0.0])
         on &= sunk > 0
-    return np.array([0.0, 0.0, body.centre_height - STANDARD_GRAVITY / (body.base * normal_stiffness), 0.0, 0.0, 0.0])
+    return np.array(
+        [0.0, 0.0, body.centre_height - STANDARD_GRAVITY / (body.base_vertex_count * normal_stiffness), 0.0, 0.0, 0.0]
+    )
 
 
-@lru_cache(SOLIDS_KEPT)
+@lru_cache(MAX_CACHED_SOLIDS)
 def largest_unit_spring_eigenvalue(body: RigidSolid) -> float:
     """Return the largest eigenvalue ω² of a body on equal springs at its vertices, for the stable time step.
 
@@ -46,28 +48,28 @@ def largest_unit_spring_eigenvalue(body: RigidSolid) -> float:
     higher frequency on all vertices of a face than on an edge or a single vertex. The tilt does not matter for
     isotropic springs. So the maximum over the faces that can lie flat, each with all its vertices, is enough.
     """
-    faces = (np.arange(body.base), *body.facets)
+    faces = (np.arange(body.base_vertex_count), *body.further_contact_face_point_indices)
     return max(highest_eigenvalue(_stiffness_matrix_of_unit_springs(body, face)) for face in faces)
 
 
-@lru_cache(SOLIDS_KEPT)
+@lru_cache(MAX_CACHED_SOLIDS)
 def smallest_unit_spring_eigenvalue(body: RigidSolid) -> float:
     """Return the smallest eigenvalue ω² of an upright body on equal springs at its base vertices.
 
     Each spring has the stiffness 1/s² per body mass, as in `largest_unit_spring_eigenvalue`.
     """
-    return lowest_eigenvalue(_stiffness_matrix_of_unit_springs(body, np.arange(body.base)))
+    return lowest_eigenvalue(_stiffness_matrix_of_unit_springs(body, np.arange(body.base_vertex_count)))
 
 
-@lru_cache(SOLIDS_KEPT)
+@lru_cache(MAX_CACHED_SOLIDS)
 def vertex_unloading_acceleration_and_least_load(body: RigidSolid) -> tuple[float, float]:
     """Return the base acceleration |a|/g that unloads a base vertex, and the ratio of least to mean load of vertices.
 
     The acceleration is horizontal, in the most unfavourable direction; the ratio is that of the upright body at rest.
     Both values are 0 if a vertex carries no load at rest.
     """
-    x, y = body.points[: body.base, :2].T
-    rows = np.stack([np.ones(body.base), x, y])
+    x, y = body.contact_points[: body.base_vertex_count, :2].T
+    rows = np.stack([np.ones(body.base_vertex_count), x, y])
     matrix = np.array([[math.fsum(a * b) for b in rows] for a in rows])
     planes = solve_positive_definite_system(matrix, np.eye(3))
     if planes is None:
@@ -76,12 +78,12 @@ def vertex_unloading_acceleration_and_least_load(body: RigidSolid) -> tuple[floa
     own, ahead, aside = (np.sum(plane[:, None] * rows, axis=0) for plane in planes.T)
     change = body.centre_height * np.sqrt(ahead**2 + aside**2)
     least = float(np.min(own))
-    return (float(np.min(own / change)), least * body.base) if least > 0.0 else (0.0, 0.0)
+    return (float(np.min(own / change)), least * body.base_vertex_count) if least > 0.0 else (0.0, 0.0)
 
 
 def _stiffness_matrix_of_unit_springs(body: RigidSolid, vertex_indices: NDArray[np.int64]) -> FloatArray:
     """Return the 6 × 6 stiffness matrix, scaled to unit mass and inertia, of a body on unit springs at vertices."""
-    inertia = body.inertia
+    inertia = body.inertia_per_mass
     # Lower triangular root of the inertia, I = C Cᵀ, and its inverse.
     c00 = math.sqrt(inertia[0, 0])
     c10, c20 = inertia[1, 0] / c00, inertia[2, 0] / c00
@@ -90,7 +92,7 @@ def _stiffness_matrix_of_unit_springs(body: RigidSolid, vertex_indices: NDArray[
     c22 = math.sqrt(inertia[2, 2] - c20 * c20 - c21 * c21)
     root = np.array([[c00, 0.0, 0.0], [c10, c11, 0.0], [c20, c21, c22]])
     matrix = np.zeros((6, 6))
-    for x, y, z in body.points[vertex_indices]:
+    for x, y, z in body.contact_points[vertex_indices]:
         # A rotation vector w moves the vertex by w × r.
         turn = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
         each = np.concatenate([np.eye(3), _multiply_by_inverse_transposed_cholesky_factor(turn, root)], axis=1)

@@ -36,7 +36,7 @@ class BodyInitialStateTableColumns(NamedTuple):
 
 
 class BodyCaseTableColumns(NamedTuple):
-    """Parameters of a case of a 3-D body: columns of the kernel's table of cases; `CASE` has further columns."""
+    """Parameters of a case of a 3-D body: columns of the kernel's table of cases, among others."""
 
     stiffness: float
     """Normal stiffness of a point per mass, 1/s²."""
@@ -134,13 +134,17 @@ class BaseAccelerationTrajectoryColumns(NamedTuple):
     ground_z: float
 
 
-START: Final = table_dtype_of_named_tuples(BodyInitialStateTableColumns)
-CASE: Final = np.dtype(
-    [("body", "i8"), *table_dtype_of_named_tuples(BodyCaseTableColumns, CaseStepControl).descr, ("start", START)]
+INITIAL_STATE_DTYPE: Final = table_dtype_of_named_tuples(BodyInitialStateTableColumns)
+CASE_TABLE_DTYPE: Final = np.dtype(
+    [
+        ("body", "i8"),
+        *table_dtype_of_named_tuples(BodyCaseTableColumns, CaseStepControl).descr,
+        ("start", INITIAL_STATE_DTYPE),
+    ]
 )
-BODY: Final = table_dtype_of_named_tuples(BodyConstantTableColumns)
-RESULT: Final = table_dtype_of_named_tuples(BodyResultTableColumns)
-ROW: Final = np.dtype(
+BODY_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BodyConstantTableColumns)
+RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BodyResultTableColumns)
+TRAJECTORY_ROW_DTYPE: Final = np.dtype(
     [
         ("time", "f8"),
         *table_dtype_of_named_tuples(BodyInitialStateTableColumns, BaseAccelerationTrajectoryColumns).descr,

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.model.status import CaseStatus
 
-ENERGY_BOUND: Final = 1e-2
+MAX_ENERGY_ERROR: Final = 1e-2
 """Largest energy error of a valid case; above it, work and energy do not balance and the flag is missing."""
 
 RERUN_REFINEMENT: Final = 4
@@ -18,7 +18,7 @@ MAX_RERUNS: Final = 2
 """Maximum number of reruns before a case is marked unstable."""
 
 
-def rerun_cases_until_energy_balances(
+def run_cases_until_energy_balances(
     run_case_rows: Callable[[NDArray[np.int64], int], None], status: NDArray[Any], energy_error: NDArray[Any]
 ) -> None:
     """Simulate cases; repeat those whose energy balance has too large an error, with finer and finer steps.
@@ -36,7 +36,7 @@ def rerun_cases_until_energy_balances(
     rows = np.arange(status.size)
     for again in range(1 + MAX_RERUNS):
         run_case_rows(rows, RERUN_REFINEMENT**again)
-        rows = rows[(status[rows] == CaseStatus.SIMULATED) & ~(energy_error[rows] <= ENERGY_BOUND)]
+        rows = rows[(status[rows] == CaseStatus.SIMULATED) & ~(energy_error[rows] <= MAX_ENERGY_ERROR)]
         if not rows.size:
             return
     status[rows] = CaseStatus.UNSTABLE

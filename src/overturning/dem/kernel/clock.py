@@ -19,27 +19,27 @@ from overturning.dem.time_step import MAX_ROCKING_STEP
 class KernelStepControl(NamedTuple):
     """Constants of the step control that all cases of a kernel share: limits of step lengths and of repetitions."""
 
-    longest: float
+    longest_whole_step: float
     """Longest whole step, in 1/p; p = √(3g/4R) of the element that rocks fastest."""
     finest: float
     """Longest step in which a contact may open or close, in 1/ω of the highest mode of the contact."""
-    whole: float
+    ticks_per_whole_step: float
     """Ticks of a whole step: a power of two, whose exponent is the largest number of halvings."""
-    fine: float
+    max_step_using_predicted_forces: float
     """Longest step, in finest steps, that uses predicted forces for contact and slip; longer ones the last state."""
     tries: float
     """Number of repetitions of a longer step with corrected sliding points before it is shortened."""
     dwell: float
     """Steps of one length after a contact change before the length doubles; more for a lightly damped contact."""
-    settled_above: float
+    long_step_threshold: float
     """Length, in finest steps, above which steps no longer resolve the vibration after a contact change."""
     settled: float
-    """Steps of each length above `settled_above`, and of a length to which a step was shortened."""
+    """Steps of each length above `long_step_threshold`, and of a length to which a step was shortened."""
 
     @property
     def max_step_halvings(self) -> int:
         """Largest number of times that a full-length step may be halved."""
-        return int(self.whole).bit_length() - 1
+        return int(self.ticks_per_whole_step).bit_length() - 1
 
     def steps_before_length_doubles(self, squared_frequency: FloatArray, damping_rate: FloatArray) -> FloatArray:
         """Return the number of steps after a contact change before the step length doubles, for each case.
@@ -52,17 +52,38 @@ class KernelStepControl(NamedTuple):
 
 # Measured in docs/measurements.md (rigid limit, default step), by `python -m verification.scenes steps` (scenes) and
 # `python -m verification.space` (3-D bodies). A 3-D body needs shorter steps: its lowest point moves along a rim.
-BLOCK: Final = KernelStepControl(
-    longest=MAX_ROCKING_STEP, finest=0.08, whole=2.0**24, fine=4.0, tries=2.0, dwell=8.0, settled_above=8.0, settled=2.0
+BLOCK_STEP_CONTROL: Final = KernelStepControl(
+    longest_whole_step=MAX_ROCKING_STEP,
+    finest=0.08,
+    ticks_per_whole_step=2.0**24,
+    max_step_using_predicted_forces=4.0,
+    tries=2.0,
+    dwell=8.0,
+    long_step_threshold=8.0,
+    settled=2.0,
 )
-SCENE: Final = KernelStepControl(
-    longest=0.0125, finest=0.16, whole=2.0**20, fine=4.0, tries=2.0, dwell=8.0, settled_above=8.0, settled=2.0
+SCENE_STEP_CONTROL: Final = KernelStepControl(
+    longest_whole_step=0.0125,
+    finest=0.16,
+    ticks_per_whole_step=2.0**20,
+    max_step_using_predicted_forces=4.0,
+    tries=2.0,
+    dwell=8.0,
+    long_step_threshold=8.0,
+    settled=2.0,
 )
-BODY: Final = KernelStepControl(
-    longest=0.004, finest=0.1, whole=2.0**9, fine=2.0, tries=3.0, dwell=8.0, settled_above=8.0, settled=4.0
+BODY_STEP_CONTROL: Final = KernelStepControl(
+    longest_whole_step=0.004,
+    finest=0.1,
+    ticks_per_whole_step=2.0**9,
+    max_step_using_predicted_forces=2.0,
+    tries=3.0,
+    dwell=8.0,
+    long_step_threshold=8.0,
+    settled=4.0,
 )
 # A light stone below heavy ones vibrates far faster on their stiff contacts than a single body does.
-STACK: Final = BODY._replace(finest=0.2, whole=2.0**13)
+STACK_STEP_CONTROL: Final = BODY_STEP_CONTROL._replace(finest=0.2, ticks_per_whole_step=2.0**13)
 
 MAX_SLIDING_STEP: Final = 0.25
 """Longest step of a body that slides on all its contacts, in samples; it could stop or start within a longer one."""
@@ -87,7 +108,7 @@ class CaseStepControl(NamedTuple):
     dwell: float
     """Steps of one length after a contact change."""
     settled: float
-    """Steps of one length above `KernelStepControl.settled_above`."""
+    """Steps of one length above `KernelStepControl.long_step_threshold`."""
 
 
 class NextStepToAttempt(NamedTuple):
@@ -110,20 +131,20 @@ class StepContactChanges(NamedTuple):
     """True if the motion requires a shorter step."""
     gentle: bool
     """True if the step may be accepted anyway."""
-    wrong: bool
+    has_wrong_slip_assumption: bool
     """True if the sticking or sliding of a point differs from the assumption."""
-    reversed: bool
+    has_slip_reversal: bool
     """True if a point slides against its velocity (slip reversal)."""
-    back: bool
+    has_friction_reversal: bool
     """True if the friction of a sliding point had the opposite sign before, so that it changes sign in the step."""
     slides: bool
     """True if all contact points of a body slide."""
-    stands: bool
+    all_contacts_are_closed: bool
     """True if all contacts are closed at the end of the step."""
 
 
 @njit(**INLINE)
-def choose_next_step_attempt(
+def accept_or_reject_and_choose_next_step(
     kernel_step_control: KernelStepControl,
     case_step_control: CaseStepControl,
     step_attempt: NextStepToAttempt,
@@ -144,16 +165,20 @@ def choose_next_step_attempt(
         & (length > case_step_control.finest)
         & (not contact_changes.gentle)
     )
-    wrong = contact_changes.wrong & (not shorter)
+    wrong = contact_changes.has_wrong_slip_assumption & (not shorter)
     onset = contact_changes.slides & (length > MAX_SLIP_ONSET_STEP * ticks_per_sample)
-    back = contact_changes.back & (length > MAX_FRICTION_REVERSAL_STEP * ticks_per_sample)
-    halved = ((contact_changes.reversed | back) & (not shorter)) | (
+    back = contact_changes.has_friction_reversal & (length > MAX_FRICTION_REVERSAL_STEP * ticks_per_sample)
+    halved = ((contact_changes.has_slip_reversal | back) & (not shorter)) | (
         wrong & (onset | (step_attempt.tries >= kernel_step_control.tries))
     )
-    retry, sooner = wrong & (not halved), wrong & onset & (not contact_changes.reversed)
+    retry, sooner = wrong & (not halved), wrong & onset & (not contact_changes.has_slip_reversal)
     shorter = shorter | halved
-    longest = case_step_control.standing if contact_changes.stands else kernel_step_control.whole
-    above = 2.0 * length if length < kernel_step_control.whole else case_step_control.standing
+    longest = (
+        case_step_control.standing
+        if contact_changes.all_contacts_are_closed
+        else kernel_step_control.ticks_per_whole_step
+    )
+    above = 2.0 * length if length < kernel_step_control.ticks_per_whole_step else case_step_control.standing
     times = end_tick / above
     fits = (times + INTEGER_ROUNDING) - INTEGER_ROUNDING == times
     longer = (
@@ -165,7 +190,7 @@ def choose_next_step_attempt(
     left = (
         (
             case_step_control.settled
-            if length >= kernel_step_control.settled_above * case_step_control.finest
+            if length >= kernel_step_control.long_step_threshold * case_step_control.finest
             else case_step_control.dwell
         )
         if longer
@@ -177,8 +202,9 @@ def choose_next_step_attempt(
     then = above if longer & (not (contact_changes.changed | retry)) else length
     then = 0.5 * length if shorter else then
     then = (
-        kernel_step_control.whole
-        if (length > kernel_step_control.whole) & (shorter | (not contact_changes.stands))
+        kernel_step_control.ticks_per_whole_step
+        if (length > kernel_step_control.ticks_per_whole_step)
+        & (shorter | (not contact_changes.all_contacts_are_closed))
         else then
     )
     return shorter | retry, sooner, NextStepToAttempt(then, left, step_attempt.tries + 1.0 if retry else 0.0)

@@ -17,31 +17,33 @@ from numba.core.lowering import Lower
 from numba.core.registry import cpu_target
 from numba.core.typed_passes import NativeLowering, NopythonRewrites
 
-STACK: Final = 64
+STACK_ALIGNMENT_BYTES: Final = 64
 """Alignment of each function's stack, bytes: a cache line, and the widest vector."""
 
-ENTRY: Final = "overturning_no_entry_from_python"
+PYTHON_CALL_ERROR_FUNCTION_NAME: Final = "overturning_no_entry_from_python"
 """Name of the code that runs if Python calls an inner function."""
 
-MESSAGE: Final = "this function is called by compiled code only; call its `.py_func`, or compile a caller"
+PYTHON_CALL_ERROR_MESSAGE: Final = (
+    "this function is called by compiled code only; call its `.py_func`, or compile a caller"
+)
 
 
 class StackAligningLlvmTranslator(Lower):
-    """Translator of a function to LLVM; it aligns the stack of the function to `STACK` bytes."""
+    """Translator of a function to LLVM; it aligns the stack of the function to `STACK_ALIGNMENT_BYTES` bytes."""
 
     def setup_function(self, fndesc: Any) -> None:
         """Declare in LLVM the function that `fndesc` describes, and set the alignment of its stack."""
         super().setup_function(fndesc)
         # Spilled vectors lie on the stack. At LLVM's 16 bytes they can straddle two cache lines, which is slow.
-        self.function.attributes.alignstack = STACK
+        self.function.attributes.alignstack = STACK_ALIGNMENT_BYTES
         self.function.attributes.add("nounwind")  # llvmlite writes no alignment alone
 
 
-class InnerFunctionLlvmTranslator(StackAligningLlvmTranslator):
+class InternalFunctionLlvmTranslator(StackAligningLlvmTranslator):
     """Translator to LLVM of functions that only compiled code calls."""
 
     def create_cpython_wrapper(self, release_gil: bool = False) -> None:
-        """Omit the entry point for calls from Python: all these functions share one (see `InnerFunctionLibrary`)."""
+        """Omit the entry point for calls from Python: all these functions share one (see `InternalFunctionLibrary`)."""
 
 
 class KernelLibrary(JITCodeLibrary):
@@ -73,7 +75,7 @@ class _CodeGeneratorWithoutPythonObjects:
         """Ignore the Python objects that Numba would store for a function: compiled kernels use none."""
 
 
-class InnerFunctionLibrary(JITCodeLibrary):
+class InternalFunctionLibrary(JITCodeLibrary):
     """LLVM code of a function that only compiled code calls: it is linked into its callers.
 
     Machine code is generated for the calling kernel only. For inlined functions LLVM's optimisation is left to the
@@ -102,19 +104,23 @@ class InnerFunctionLibrary(JITCodeLibrary):
     def get_pointer_to_function(self, name: str) -> int:  # noqa: ARG002
         """Return the address of the code that runs if Python calls the function `name`: it raises a `TypeError`."""
         self._ensure_finalized()
-        return int(_build_function_that_raises_error(self._codegen).get_pointer_to_function(ENTRY))
+        return int(
+            _build_python_call_error_library(self._codegen).get_pointer_to_function(PYTHON_CALL_ERROR_FUNCTION_NAME)
+        )
 
 
 @cache
-def _build_function_that_raises_error(codegen: Any) -> Any:
-    """Return a library with the function `ENTRY`, which raises an error if Python calls it."""
-    module, pointer = ir.Module(ENTRY), ir.IntType(8).as_pointer()
+def _build_python_call_error_library(codegen: Any) -> Any:
+    """Return a library with a function that raises an error if Python calls it."""
+    module, pointer = ir.Module(PYTHON_CALL_ERROR_FUNCTION_NAME), ir.IntType(8).as_pointer()
     builder = ir.IRBuilder(
-        ir.Function(module, ir.FunctionType(pointer, [pointer] * 3), ENTRY).append_basic_block("start")
+        ir.Function(
+            module, ir.FunctionType(pointer, [pointer] * 3), PYTHON_CALL_ERROR_FUNCTION_NAME
+        ).append_basic_block("start")
     )
-    cpu_target.target_context.get_python_api(builder).err_set_string("PyExc_TypeError", MESSAGE)
+    cpu_target.target_context.get_python_api(builder).err_set_string("PyExc_TypeError", PYTHON_CALL_ERROR_MESSAGE)
     builder.ret(ir.Constant(pointer, None))
-    library = codegen.create_library(ENTRY)
+    library = codegen.create_library(PYTHON_CALL_ERROR_FUNCTION_NAME)
     library.add_ir_module(module)
     return library
 
@@ -138,21 +144,21 @@ class KernelLoweringPass(NativeLowering):
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
-class InnerFunctionLoweringPass(NativeLowering):
+class InternalFunctionLoweringPass(NativeLowering):
     """Compiler pass that translates a function to LLVM if only compiled code calls the function."""
 
     _name = "inner_lowering"
 
     def run_pass(self, state: Any) -> bool:
         """Translate a function to LLVM code that is compiled to machine code only inside the functions that call it."""
-        state.library = InnerFunctionLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library = InternalFunctionLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.is_inlined = bool(state.flags.forceinline)
         return bool(super().run_pass(state))
 
     @property
     def lowering_class(self) -> Any:
         """Class that translates functions to LLVM in this pass."""
-        return InnerFunctionLlvmTranslator
+        return InternalFunctionLlvmTranslator
 
 
 def _build_compiler_pipeline(compiler_state: Any, lowering_pass: type) -> Any:
@@ -179,18 +185,18 @@ class KernelCompiler(CompilerBase):
         return [_build_compiler_pipeline(self.state, KernelLoweringPass)]
 
 
-class InnerFunctionCompiler(CompilerBase):
+class InternalFunctionCompiler(CompilerBase):
     """Compiler of kernel functions that only compiled code calls."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return the compiler passes: Numba's own, but `InnerFunctionLoweringPass` translates to LLVM."""
-        return [_build_compiler_pipeline(self.state, InnerFunctionLoweringPass)]
+        """Return the compiler passes: Numba's own, but `InternalFunctionLoweringPass` translates to LLVM."""
+        return [_build_compiler_pipeline(self.state, InternalFunctionLoweringPass)]
 
 
-class NoAliasFunctionCompiler(InnerFunctionCompiler):
+class NoAliasFunctionCompiler(InternalFunctionCompiler):
     """Compiler of kernel functions that only compiled code calls, with array arguments that never overlap."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return the passes of `InnerFunctionCompiler`; array arguments are marked ``noalias`` (never overlap)."""
+        """Return the passes of `InternalFunctionCompiler`; array arguments are marked ``noalias`` (never overlap)."""
         self.state.flags.noalias = True
         return super().define_pipelines()

@@ -4,19 +4,19 @@ from typing import Any, Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-GOES_ON: Final = -1
+CASE_NOT_ENDED: Final = -1
 """Code in place of a `CaseStatus` for a case that has not ended."""
 
-REST_ENERGY: Final = 1e-9
+MAX_KINETIC_ENERGY_RATIO_AT_REST: Final = 1e-9
 """Largest kinetic energy of a body at rest on its base, in m g times half the width of the base."""
 
-STILL: Final = 0.05
+MAX_ACCELERATION_SHARE_AT_REST: Final = 0.05
 """Largest residual acceleration of a body at rest, as a share of the acceleration that it can bear."""
 
-UPRIGHT: Final = 0.01
+MAX_TILT_RATIO_AT_REST: Final = 0.01
 """Largest lean of a body at rest, as a share of its tipping angle."""
 
 STANDING_TILT_RATIO: Final = 0.95
@@ -24,7 +24,7 @@ STANDING_TILT_RATIO: Final = 0.95
 
 A cylinder that wobbles on its rim loses no energy, and its largest tilt repeats to 0.1 %."""
 
-STILL_TO_SLIDE: Final = 1e-6
+NEGLIGIBLE_REMAINING_SLIDE: Final = 1e-6
 """Largest remaining slide of a single body at which its case may end, m."""
 
 
@@ -72,7 +72,7 @@ class CaseRestState(NamedTuple):
 
 
 @njit(**INLINE)
-def case_progress_in_next_sample(
+def next_sample_tick_and_last_upright_time(
     case_progress: CaseProgress,
     tick: float,
     last_upright_tick: float,
@@ -124,7 +124,7 @@ def body_is_still(speed: float, acceleration: float, step_length: float, rest_li
 
     Vibrations slower than the step appear in the acceleration, faster ones in the speed over half of the step.
     """
-    least = STILL * rest_limit * GRAVITY
+    least = MAX_ACCELERATION_SHARE_AT_REST * rest_limit * GRAVITY
     return bool((2.0 * speed < least * step_length) & (acceleration < least))
 
 
@@ -145,8 +145,8 @@ def largest_tilt_near_case_end(
     return max(late_tilt, 1.0 if GRAVITY * rise >= case_progress.barrier else tilt_ratio)
 
 
-@njit(**INNER)
-def case_continues_until_sliding_stops(
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def update_slide_end_and_check_case_continues(
     state: Any, slide_end_row: int, sample: float, sliding_time: float, sampling_interval: float
 ) -> bool:
     """True if a case is simulated further at its end because a body still slides or spins.

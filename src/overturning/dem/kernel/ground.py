@@ -8,19 +8,19 @@ import numpy as np
 from numba import njit
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-REST_CHECK_BLOCK: Final = 8
+SAMPLES_PER_REST_CHECK_BLOCK: Final = 8
 """Number of samples in a block; samples of a body at rest are skipped in whole blocks."""
 
-LEAD: Final = 0.5
+LEAD_TIME_BEFORE_STRONG_MOTION: Final = 0.5
 """Simulated time before the input motion can move a body at rest, s; its springs then match the motion."""
 
-REST_CHECKS_PER_BLOCK: Final = 2
+REST_CHECKS_PER_SAMPLE_BLOCK: Final = 2
 """Number of samples, at the start of each block, at which rest is tested; with one, a long step could skip it."""
 
-UNLOADED: Final = 2.0
+VERTICAL_ACCELERATION_REST_FACTOR: Final = 2.0
 """Factor on vertical acceleration in the rest test: 1 for the lower weight, and 1 for vibration."""
 
 
@@ -35,10 +35,10 @@ class GroundMotion(NamedTuple):
     3-D body, shape (orientations, 2, samples + 3)."""
     up: FloatArray | None
     """Upward acceleration, m/s², shape (samples + 3,). None compiles a kernel without vertical motion."""
-    loudest: FloatArray
-    """Largest horizontal acceleration ahead, shape (directions, blocks, REST_CHECKS_PER_BLOCK), m/s²."""
-    loudest_up: FloatArray
-    """Largest vertical acceleration ahead, up or down, shape (blocks, REST_CHECKS_PER_BLOCK), m/s²."""
+    largest_upcoming_horizontal: FloatArray
+    """Largest horizontal acceleration ahead, shape (directions, blocks, REST_CHECKS_PER_SAMPLE_BLOCK), m/s²."""
+    largest_upcoming_vertical: FloatArray
+    """Largest vertical acceleration ahead, up or down, shape (blocks, REST_CHECKS_PER_SAMPLE_BLOCK), m/s²."""
 
 
 class LinearBaseAcceleration(NamedTuple):
@@ -52,7 +52,7 @@ class LinearBaseAcceleration(NamedTuple):
     """Change of the slope at the end of the sample, per tick."""
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def linear_base_acceleration_of_sample(
     acceleration: Any, sample: int, amplitude_factor: float, samples_per_tick: float
 ) -> LinearBaseAcceleration:
@@ -88,9 +88,9 @@ def base_acceleration_in_this_or_next_sample(
 def largest_upcoming_acceleration(acceleration_magnitude: FloatArray, sampling_interval: float) -> FloatArray:
     """Return the largest base acceleration in a time window after each sample, to test if a body stays at rest.
 
-    Only the next `REST_CHECK_BLOCK` samples and the time `LEAD` count; the value is infinite if the block ends after
-    the record. The maximum of each block is shared by all windows that contain it; sample by sample, this took half of
-    the time of a sweep for long records.
+    Only the next `SAMPLES_PER_REST_CHECK_BLOCK` samples and the time `LEAD_TIME_BEFORE_STRONG_MOTION` count; the value
+    is infinite if the block ends after the record. The maximum of each block is shared by all windows that contain it;
+    sample by sample, this took half of the time of a sweep for long records.
 
     Parameters
     ----------
@@ -101,39 +101,43 @@ def largest_upcoming_acceleration(acceleration_magnitude: FloatArray, sampling_i
 
     Returns
     -------
-    ndarray, shape (…, samples // REST_CHECK_BLOCK + 1, REST_CHECKS_PER_BLOCK)
+    ndarray, shape (…, samples // SAMPLES_PER_REST_CHECK_BLOCK + 1, REST_CHECKS_PER_SAMPLE_BLOCK)
         Values for the first samples of each block, m/s².
     """
     samples = acceleration_magnitude.shape[-1] - 3
-    window, count = REST_CHECK_BLOCK + int(np.ceil(LEAD / sampling_interval)) + 1, samples // REST_CHECK_BLOCK + 1
-    padded = np.zeros((count + window // REST_CHECK_BLOCK + 1, REST_CHECK_BLOCK))
+    window, count = (
+        SAMPLES_PER_REST_CHECK_BLOCK + int(np.ceil(LEAD_TIME_BEFORE_STRONG_MOTION / sampling_interval)) + 1,
+        samples // SAMPLES_PER_REST_CHECK_BLOCK + 1,
+    )
+    padded = np.zeros((count + window // SAMPLES_PER_REST_CHECK_BLOCK + 1, SAMPLES_PER_REST_CHECK_BLOCK))
     late = [
-        REST_CHECK_BLOCK * np.arange(count) + look > samples - REST_CHECK_BLOCK for look in range(REST_CHECKS_PER_BLOCK)
+        SAMPLES_PER_REST_CHECK_BLOCK * np.arange(count) + look > samples - SAMPLES_PER_REST_CHECK_BLOCK
+        for look in range(REST_CHECKS_PER_SAMPLE_BLOCK)
     ]
     rows = acceleration_magnitude.reshape(-1, acceleration_magnitude.shape[-1])
-    ahead = np.empty((len(rows), count, REST_CHECKS_PER_BLOCK))
+    ahead = np.empty((len(rows), count, REST_CHECKS_PER_SAMPLE_BLOCK))
     # One direction at a time: its samples fit into the processor's cache.
     for row, found in zip(rows, ahead, strict=True):
         padded.flat[: samples + 1] = row[: samples + 1]
         by_place = np.ascontiguousarray(padded.T)
         whole = by_place.max(axis=0)
-        for look in range(REST_CHECKS_PER_BLOCK):
+        for look in range(REST_CHECKS_PER_SAMPLE_BLOCK):
             # The window covers the rest of its own block, `further` whole blocks, and `left` samples of the last.
-            further, left = divmod(window - (REST_CHECK_BLOCK - look), REST_CHECK_BLOCK)
+            further, left = divmod(window - (SAMPLES_PER_REST_CHECK_BLOCK - look), SAMPLES_PER_REST_CHECK_BLOCK)
             parts = [*by_place[look:, :count], *(whole[block : block + count] for block in range(1, 1 + further))]
             parts += [*by_place[:left, 1 + further : 1 + further + count]]
             found[:, look] = np.where(late[look], np.inf, reduce(np.maximum, parts))
-    return ahead.reshape(*acceleration_magnitude.shape[:-1], count, REST_CHECKS_PER_BLOCK)
+    return ahead.reshape(*acceleration_magnitude.shape[:-1], count, REST_CHECKS_PER_SAMPLE_BLOCK)
 
 
 @njit(**INLINE)
 def is_rest_check_sample(sample: float) -> bool:
     """True if the program tests at this sample whether a body is at rest, so that samples can be skipped.
 
-    These are the first `REST_CHECKS_PER_BLOCK` samples of each block of `REST_CHECK_BLOCK` samples.
+    These are the first `REST_CHECKS_PER_SAMPLE_BLOCK` samples of each block of `SAMPLES_PER_REST_CHECK_BLOCK` samples.
     """
-    blocks = sample * (1.0 / REST_CHECK_BLOCK)
-    return blocks - math.floor(blocks) < REST_CHECKS_PER_BLOCK / REST_CHECK_BLOCK
+    blocks = sample * (1.0 / SAMPLES_PER_REST_CHECK_BLOCK)
+    return blocks - math.floor(blocks) < REST_CHECKS_PER_SAMPLE_BLOCK / SAMPLES_PER_REST_CHECK_BLOCK
 
 
 @njit(**INLINE)
@@ -146,20 +150,26 @@ def upcoming_motion_is_below_rest_limit(
     horizontal acceleration of `rest_limit` · g. An acceleration is linear between samples, so it is largest at one of
     them.
     """
-    block, look = min(int(sample) // REST_CHECK_BLOCK, ground.loudest_up.shape[0] - 1), int(sample) % REST_CHECK_BLOCK
-    across, up = ground.loudest[ground_row, block, look], ground.loudest_up[block, look]
-    return bool(abs(amplitude) * (across + UNLOADED * rest_limit * up) < rest_limit * GRAVITY)
+    block, look = (
+        min(int(sample) // SAMPLES_PER_REST_CHECK_BLOCK, ground.largest_upcoming_vertical.shape[0] - 1),
+        int(sample) % SAMPLES_PER_REST_CHECK_BLOCK,
+    )
+    across, up = (
+        ground.largest_upcoming_horizontal[ground_row, block, look],
+        ground.largest_upcoming_vertical[block, look],
+    )
+    return bool(abs(amplitude) * (across + VERTICAL_ACCELERATION_REST_FACTOR * rest_limit * up) < rest_limit * GRAVITY)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def count_skippable_samples(
     ground: GroundMotion, ground_row: int, sample: float, amplitude: float, rest_limit: float
 ) -> int:
-    """Return for how many samples from `sample` on, a multiple of `REST_CHECK_BLOCK`, a body at rest stays at rest.
+    """Return for how many samples from `sample` on, a multiple of the block size, a body at rest stays at rest.
 
     The other parameters are those of `upcoming_motion_is_below_rest_limit`.
     """
     count = 0
     while upcoming_motion_is_below_rest_limit(ground, ground_row, sample + count, amplitude, rest_limit):
-        count += REST_CHECK_BLOCK
+        count += SAMPLES_PER_REST_CHECK_BLOCK
     return count

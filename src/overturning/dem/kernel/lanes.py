@@ -25,7 +25,7 @@ from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from overturning.dem.kernel.compiler import InnerFunctionCompiler, KernelCompiler, NoAliasFunctionCompiler
+from overturning.dem.kernel.compiler import InternalFunctionCompiler, KernelCompiler, NoAliasFunctionCompiler
 from overturning.dem.kernel.tuples import (
     create_conditional_tuple_storer,
     create_elementwise_function,
@@ -36,7 +36,7 @@ from overturning.dem.kernel.tuples import (
     select_llvm_value_without_branch,
 )
 
-OPTIONS: Final[dict[str, Any]] = {
+COMPILE_OPTIONS: Final[dict[str, Any]] = {
     "fastmath": False,
     "error_model": "numpy",
     "boundscheck": False,
@@ -44,48 +44,52 @@ OPTIONS: Final[dict[str, Any]] = {
 }
 """Options of every compiled function: no fast-math and no contraction, so that results are bit-equal everywhere."""
 
-QUEUE: Final[dict[str, Any]] = {**OPTIONS, "nogil": True, "no_cfunc_wrapper": True}
+PYTHON_CALLABLE_COMPILE_OPTIONS: Final[dict[str, Any]] = {**COMPILE_OPTIONS, "nogil": True, "no_cfunc_wrapper": True}
 """Options of the functions that Python calls; without a C wrapper."""
 
-OWNER: Final[dict[str, Any]] = {
-    **OPTIONS,
-    "pipeline_class": InnerFunctionCompiler,
+ALLOCATING_INLINE_COMPILE_OPTIONS: Final[dict[str, Any]] = {
+    **COMPILE_OPTIONS,
+    "pipeline_class": InternalFunctionCompiler,
     "no_cfunc_wrapper": True,
     "forceinline": True,
 }
 """Options of inlined functions that may allocate arrays; without a C wrapper."""
 
-INNER: Final[dict[str, Any]] = {
-    **OPTIONS,
-    "pipeline_class": InnerFunctionCompiler,
+INTERNAL_COMPILE_OPTIONS: Final[dict[str, Any]] = {
+    **COMPILE_OPTIONS,
+    "pipeline_class": InternalFunctionCompiler,
     "no_cfunc_wrapper": True,
     "_nrt": False,
     "forceinline": False,
 }
-"""Options of functions that only compiled code calls: they take `borrowed` arrays and allocate none.
+"""Options of functions that only compiled code calls: they allocate no arrays, and take those of
+`view_without_reference_counts`.
 
 Without reference counts (``_nrt``). `forceinline` is set explicitly: unset, Numba inherits it from the caller, the
 whole kernel becomes one function, and compilation takes twice as long.
 """
 
-APART: Final[dict[str, Any]] = {**INNER, "pipeline_class": NoAliasFunctionCompiler}
+NO_ALIAS_COMPILE_OPTIONS: Final[dict[str, Any]] = {
+    **INTERNAL_COMPILE_OPTIONS,
+    "pipeline_class": NoAliasFunctionCompiler,
+}
 """Options of loops over the lanes whose array arguments never overlap, so that LLVM omits its overlap tests.
 
-With `INNER`, LLVM compiles each such loop twice and tests for overlap in every call.
+With `INTERNAL_COMPILE_OPTIONS`, LLVM compiles each such loop twice and tests for overlap in every call.
 """
 
-INLINE: Final[dict[str, Any]] = {**INNER, "forceinline": True}
+INLINE: Final[dict[str, Any]] = {**INTERNAL_COMPILE_OPTIONS, "forceinline": True}
 """Options of functions called within a loop over the lanes."""
 
-_LINE: Final = 8
+_FLOATS_PER_CACHE_LINE: Final = 8
 """Number of float64 values in a cache line, and in the widest vector."""
 
 
-@njit(**OWNER)
+@njit(**ALLOCATING_INLINE_COMPILE_OPTIONS)
 def cache_line_aligned_zeros(length: int) -> Any:
     """Return a float64 array of zeros aligned to a cache line of 64 bytes; Numba aligns its arrays to 32 bytes."""
-    numbers = np.zeros(length + _LINE)
-    skip = -(numbers.ctypes.data // 8) % _LINE
+    numbers = np.zeros(length + _FLOATS_PER_CACHE_LINE)
+    skip = -(numbers.ctypes.data // 8) % _FLOATS_PER_CACHE_LINE
     return numbers[skip : skip + length]
 
 
@@ -114,7 +118,7 @@ def _view_arrays_without_reference_counts(_typing_context: Any, array_type: Any)
     return array_type(array_type), generate_view_code
 
 
-borrowed: Final[Any] = intrinsic(_view_arrays_without_reference_counts)
+view_without_reference_counts: Final[Any] = intrinsic(_view_arrays_without_reference_counts)
 
 
 def create_window_slicer(window_length: int, first_index: int = 0, stride: int | None = None) -> Any:
@@ -157,18 +161,18 @@ select: Final[Any] = intrinsic(_select_value_without_branch)
 
 
 def _assume_vector_length_multiple(_typing_context: Any, lane_count: Any) -> Any:
-    """Generate code that returns a number of lanes (cases in parallel), known to LLVM as a multiple of `_LINE`."""
+    """Generate code that returns a number of lanes (cases in parallel), for LLVM a multiple of a cache line's."""
 
     def generate_rounding_code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
-        """Generate the LLVM code that rounds the number down to a multiple of `_LINE`, at least to `_LINE`."""
-        multiple = builder.and_(arguments[0], ir.Constant(arguments[0].type, -_LINE))
-        least = ir.Constant(arguments[0].type, _LINE)
+        """Generate the LLVM code that rounds the number down to whole cache lines, at least to one."""
+        multiple = builder.and_(arguments[0], ir.Constant(arguments[0].type, -_FLOATS_PER_CACHE_LINE))
+        least = ir.Constant(arguments[0].type, _FLOATS_PER_CACHE_LINE)
         return builder.select(builder.icmp_signed(">", multiple, least), multiple, least)
 
     return types.intp(lane_count), generate_rounding_code
 
 
-whole_vectors: Final[Any] = intrinsic(_assume_vector_length_multiple)
+round_to_vector_multiple: Final[Any] = intrinsic(_assume_vector_length_multiple)
 """``whole_vectors(n)`` returns n, a positive multiple of 8, so that LLVM omits the loop for what a vector leaves over.
 
 Kernels compute all lanes up to the next multiple of 8. Without it each loop is compiled twice."""
@@ -185,7 +189,7 @@ def _hide_number_from_llvm(_typing_context: Any, number: Any) -> Any:
     return number(number), generate_code_hiding_number
 
 
-unknown: Final[Any] = intrinsic(_hide_number_from_llvm)
+hide_number_from_llvm: Final[Any] = intrinsic(_hide_number_from_llvm)
 """``unknown(n)`` returns n, hidden from LLVM: a short loop of n passes is then vectorised, not unrolled."""
 
 
@@ -255,7 +259,7 @@ class TupleRowLayout:
         self._rows = {number: lane_count * row for row, number in enumerate(numbers)}
         self._made: dict[tuple[object, ...], TupleReaderAndWriter] = {}
 
-    def row_of_field(self, tuple_type: type, field_path: str) -> int:
+    def row_offset_of_field(self, tuple_type: type, field_path: str) -> int:
         """Return the array index at which the values of a field start; its path is, for example, ``left.spring``."""
         return self._rows[tuple_type, field_path]
 

@@ -10,7 +10,7 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE, select
 
-LANDING: Final = 4.0
+FLAT_LANDING_DURATION_IN_DECAY_TIMES: Final = 4.0
 """Duration of a flat landing after a contact has closed, in h/K, the decay time of spring and dashpot.
 
 Within this time the dashpots stop a block of B/H 0.15 or more, heave first and rotation last.

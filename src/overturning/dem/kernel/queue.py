@@ -8,9 +8,17 @@ from numba import njit
 from numba.extending import overload
 from numpy.typing import NDArray
 
-from overturning.dem.kernel.ending import GOES_ON
+from overturning.dem.kernel.ending import CASE_NOT_ENDED
 from overturning.dem.kernel.ground import GroundMotion
-from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, QUEUE, borrowed, cache_line_aligned_zeros
+from overturning.dem.kernel.lanes import (
+    ALLOCATING_INLINE_COMPILE_OPTIONS,
+    COMPILE_OPTIONS,
+    INLINE,
+    INTERNAL_COMPILE_OPTIONS,
+    PYTHON_CALLABLE_COMPILE_OPTIONS,
+    cache_line_aligned_zeros,
+    view_without_reference_counts,
+)
 from overturning.kernel_cache import cache_compiled_kernel
 from overturning.model.status import CaseStatus
 
@@ -22,11 +30,11 @@ class SettingsOfParallelCases(NamedTuple):
     """Number of samples of the record."""
     interval: float
     """Time between samples, s."""
-    ticks: float
+    ticks_per_sample: float
     """Ticks per sample."""
     steps_per_check: int
     """Number of attempted steps between two tests of the lanes; none ends after the next sample."""
-    step_weight: int
+    block_steps_per_step: int
     """Block steps charged to the budget, and to progress, for one attempted step."""
     budget: int
     """Largest number of block steps of a case."""
@@ -72,7 +80,7 @@ def start_case(kernel_input: KernelInput, workspace: KernelWorkspace, lane: int,
     raise NotImplementedError
 
 
-def load_motion_of_next_sample(
+def update_sample_and_load_motion(
     kernel_input: KernelInput, workspace: KernelWorkspace, lane_cases: Any, lane_count: int
 ) -> None:
     """Load the base motion of the next sample for each of the first `lane_count` cases.
@@ -82,7 +90,7 @@ def load_motion_of_next_sample(
     raise NotImplementedError
 
 
-def advance_one_sample(
+def attempt_steps_until_next_check(
     kernel_input: KernelInput, workspace: KernelWorkspace, lane_count: int, trajectory: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
     """Advance the first `lane_count` cases by one sample, and record the motion of the first case.
@@ -103,7 +111,7 @@ def mark_possibly_ended_cases(
     raise NotImplementedError
 
 
-def skip_quiet_samples(
+def skip_quiet_samples_of_resting_cases(
     kernel_input: KernelInput,
     workspace: KernelWorkspace,
     lane_cases: Any,
@@ -121,7 +129,7 @@ def skip_quiet_samples(
 
 
 def current_case_status(kernel_input: KernelInput, workspace: KernelWorkspace, lane: int, case: int) -> int:
-    """Return the `CaseStatus` of the case in column `lane` of the state array if it has ended, else `GOES_ON`."""
+    """Return the `CaseStatus` of the case in column `lane` of the state array, `CASE_NOT_ENDED` before its end."""
     raise NotImplementedError
 
 
@@ -148,7 +156,11 @@ def register_model_functions(kernel_input_type: type, *functions: Callable[..., 
             """Return the model's function if the argument has the type of the model's kernel input, else None."""
             return function if argument_type.instance_class is kernel_input_type else None
 
-        options = OWNER if function.__name__ in {"allocate_workspace", "advance_one_sample"} else INLINE
+        options = (
+            ALLOCATING_INLINE_COMPILE_OPTIONS
+            if function.__name__ in {"allocate_workspace", "attempt_steps_until_next_check"}
+            else INLINE
+        )
         register = overload(globals()[function.__name__], jit_options=options, strict=False)  # type: ignore[arg-type]
         register(implementation_for_type)
 
@@ -169,15 +181,15 @@ def create_lookup_by_type(value_by_type: Mapping[Any, Any]) -> Callable[[Any], A
     return look_up_value_by_argument_type
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def copy_case_state(state: Any, lane_count: int, source_lane: int, target_lane: int) -> None:
     """Copy the state of a case from column `source_lane` of the state array to column `target_lane`."""
     for row in range(state.size // lane_count):
         state[row * lane_count + target_lane] = state[row * lane_count + source_lane]
 
 
-@njit(**OPTIONS)
-def extend_trajectory(trajectory: Any, min_rows: int, max_rows: int) -> Any:
+@njit(**COMPILE_OPTIONS)
+def grow_trajectory_array(trajectory: Any, min_rows: int, max_rows: int) -> Any:
     """Return a trajectory array with space for `min_rows` rows: the given one, or a copy at least twice as long.
 
     The copy has at most `max_rows` rows. If `min_rows` exceeds `max_rows`, the trajectory is returned unchanged.
@@ -190,7 +202,7 @@ def extend_trajectory(trajectory: Any, min_rows: int, max_rows: int) -> Any:
     return longer
 
 
-@njit(**QUEUE)
+@njit(**PYTHON_CALLABLE_COMPILE_OPTIONS)
 def run_case_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, trajectory: Any) -> tuple[Any, int]:
     """Simulate a group of cases, several in parallel, until all have ended; the next case starts when one has ended.
 
@@ -214,9 +226,13 @@ def run_case_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, traje
     recorded : int
         Number of rows filled; −1 if the trajectory has reached its limit, in which case the results are incomplete.
     """
-    kernel_input = borrowed(kernel_input)  # the caller keeps the arrays alive
+    kernel_input = view_without_reference_counts(kernel_input)  # the caller keeps the arrays alive
     settings, workspace = kernel_input.settings, allocate_workspace(kernel_input)
-    lanes, steps, results = settings.lanes, settings.steps_per_check * settings.step_weight, kernel_input.results
+    lanes, steps, results = (
+        settings.lanes,
+        settings.steps_per_check * settings.block_steps_per_step,
+        kernel_input.results,
+    )
     case, done, due = np.zeros(lanes, np.int64), np.zeros(lanes, np.int64), cache_line_aligned_zeros(lanes)
     left_out = np.zeros(lanes, np.int64)
     # Force int64; Numba would type these as literals and compile every callee twice.
@@ -234,10 +250,10 @@ def run_case_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, traje
                 active, head = active + 1, head + 1
         if active == 0 or recorded < 0:
             return trajectory, recorded
-        skip_quiet_samples(kernel_input, workspace, case, active, left_out)
+        skip_quiet_samples_of_resting_cases(kernel_input, workspace, case, active, left_out)
         columns = (active + 7) // 8 * 8
-        load_motion_of_next_sample(kernel_input, workspace, case, columns)
-        trajectory, recorded = advance_one_sample(kernel_input, workspace, columns, trajectory, recorded)
+        update_sample_and_load_motion(kernel_input, workspace, case, columns)
+        trajectory, recorded = attempt_steps_until_next_check(kernel_input, workspace, columns, trajectory, recorded)
         steps_done[0] += active * steps
         spent = none
         for lane in range(active):
@@ -245,12 +261,12 @@ def run_case_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, traje
             spent += 1 if done[lane] >= settings.budget else 0
         lane = none if mark_possibly_ended_cases(kernel_input, workspace, active, due) + spent > 0 else active
         while lane < active:
-            status, over = GOES_ON, done[lane] >= settings.budget
+            status, over = CASE_NOT_ENDED, done[lane] >= settings.budget
             if over or due[lane] > 0.0:
                 status = current_case_status(kernel_input, workspace, lane, case[lane])
                 # A case that is unstable when its budget runs out is reported as over budget.
                 status = CaseStatus.OVER_BUDGET if over and status != CaseStatus.SIMULATED else status
-            if status == GOES_ON:
+            if status == CASE_NOT_ENDED:
                 lane += 1
                 continue
             write_results_of_ended_case(kernel_input, workspace, lane, case[lane], status)

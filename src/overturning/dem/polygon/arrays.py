@@ -7,17 +7,17 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import CaseStepControl
-from overturning.dem.kernel.mechanics import LANDING
+from overturning.dem.kernel.mechanics import FLAT_LANDING_DURATION_IN_DECAY_TIMES
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
-from overturning.dem.limits import MAX_PENETRATION
+from overturning.dem.limits import MAX_PENETRATION_RATIO
 from overturning.dem.polygon import rows
 from overturning.dem.polygon import state as k
-from overturning.dem.polygon.prepare import PreparedScene, smallest_element_side
+from overturning.dem.polygon.prepare import PreparedScene, smallest_free_element_side
 from overturning.model.geometry import (
-    WIDE_GROUND,
+    MIN_RELATIVE_GROUND_WIDTH,
     PlacedElement,
-    contact_points_of_elements,
     convex_pieces_of_each_pair,
+    possible_contact_points_of_elements,
 )
 
 
@@ -47,17 +47,17 @@ class ElementTerminationTableColumns(NamedTuple):
 
     is_free: float
     """1 if the element is free, else 0."""
-    falls_back: float
+    fall_rotation_to_minus_x: float
     """Rotation to −x at which the element has fallen, rad."""
-    falls_on: float
+    fall_rotation_to_plus_x: float
     """Rotation to +x at which the element has fallen, rad."""
-    tips_back: float
+    tipping_rotation_to_minus_x: float
     """Rotation to −x from which the element cannot come back, rad."""
-    tips_on: float
+    tipping_rotation_to_plus_x: float
     """Rotation to +x from which the element cannot come back, rad."""
     support: float
     """Index of the supporting element."""
-    rides: float
+    held_base_index: float
     """Index of the fixed element below, −1 if there is none."""
     barrier: float
     """Energy needed to overturn the element, J."""
@@ -72,7 +72,7 @@ class SceneTerminationLimitColumns(NamedTuple):
     """Largest kinetic energy at rest, J."""
     least_barrier: float
     """Smallest energy needed to overturn an element, J."""
-    least_scale: float
+    min_energy_error_reference: float
     """Smallest energy to which an energy error refers, J."""
 
 
@@ -91,7 +91,7 @@ class SceneResultTableColumns(NamedTuple):
     """Number of samples that were skipped at rest."""
 
 
-class ElementResultTableColumns(NamedTuple):
+class ElementResultRow(NamedTuple):
     """Results of one element of a 2-D scene: columns of the kernel's table, one row per case and element."""
 
     overturned: float
@@ -106,39 +106,39 @@ class ElementResultTableColumns(NamedTuple):
     """Slip of the base at the end, m."""
 
 
-CASE: Final = table_dtype_of_named_tuples(SceneCaseTableColumns, CaseStepControl)
-ELEMENT: Final = table_dtype_of_named_tuples(ElementTerminationTableColumns)
-LIMITS: Final = table_dtype_of_named_tuples(SceneTerminationLimitColumns)
-RESULT: Final = table_dtype_of_named_tuples(SceneResultTableColumns)
-ELEMENT_RESULT: Final = table_dtype_of_named_tuples(ElementResultTableColumns)
+CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(SceneCaseTableColumns, CaseStepControl)
+ELEMENT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(ElementTerminationTableColumns)
+TERMINATION_LIMITS_DTYPE: Final = table_dtype_of_named_tuples(SceneTerminationLimitColumns)
+RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(SceneResultTableColumns)
+ELEMENT_RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(ElementResultRow)
 
-CALM_KINETIC: Final = 1e-9
+MAX_REST_ENERGY_RATIO: Final = 1e-9
 """Largest kinetic energy at rest, as a share of m g times half the smallest side of the lightest element."""
 
-LEAST_MASS: Final = 0.1
+MIN_FLAT_LANDING_MASS_RATIO: Final = 0.1
 """Smallest mass of an element for which the rule of flat landings is applied, as a share of the heaviest mass."""
 
-FLAT: Final = 0.999
+LYING_ROTATION_RATIO: Final = 0.999
 """Share of the rotation onto another face from which an element counts as lying on it; contacts are compliant."""
 
 
 class SceneArrays(NamedTuple):
     """Constants and initial states of a 2-D scene for the kernel, for each variant (one size and damping)."""
 
-    initial: FloatArray
+    initial_state_columns: FloatArray
     """Rows of a lane at rest, shape (variants, rows)."""
-    layout: NDArray[np.int64]
+    pair_element_and_piece_indices: NDArray[np.int64]
     """Indices of the two elements of each pair, and of their convex pieces among all pieces, shape (pairs, 4)."""
     parts: NDArray[np.int64]
     """Lowest and last listed element of each group that can move as one, shape (parts, 2)."""
     sizes: NDArray[np.int64]
     """Number of vertices of each piece, shape (pieces,)."""
-    shapes: FloatArray
+    piece_face_tables: FloatArray
     """Faces of each piece, see `Polygon.face_table`, shape (variants, pieces, vertices, 12)."""
     elements: NDArray[np.void]
-    """Termination rules of elements, of type `ELEMENT`, shape (variants, elements)."""
+    """Termination rules of elements, of type `ELEMENT_TABLE_DTYPE`, shape (variants, elements)."""
     limits: NDArray[np.void]
-    """Limits of failure and rest, of type `LIMITS`, shape (variants,)."""
+    """Limits of failure and rest, of type `TERMINATION_LIMITS_DTYPE`, shape (variants,)."""
     gravity: float
     """Acceleration of gravity, m/s²."""
 
@@ -147,18 +147,26 @@ def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
     """Return the kernel's input arrays for variants of a scene that differ only in size and damping."""
     one = prepared_scenes[0]
     first = np.cumsum([0, *(len(item.shape.convex_parts) for item in one.placed)]).tolist()
-    layout = [(pair.a, pair.b, first[pair.a] + pair.part_a, first[pair.b] + pair.part_b) for pair in one.pairs]
+    layout = [
+        (
+            pair.first_element_index,
+            pair.second_element_index,
+            first[pair.first_element_index] + pair.first_piece_index,
+            first[pair.second_element_index] + pair.second_piece_index,
+        )
+        for pair in one.pairs
+    ]
     sizes = np.array(one.piece_vertex_counts, np.int64)
     shapes = np.zeros((len(prepared_scenes), sizes.size, int(sizes.max()), 12))
     for v, prepared in enumerate(prepared_scenes):
         for index, part in enumerate(part for item in prepared.placed for part in item.shape.convex_parts):
             shapes[v, index, : sizes[index]] = part.face_table
     return SceneArrays(
-        initial=np.stack([state_column_at_rest(item) for item in prepared_scenes]),
-        layout=np.array(layout, np.int64).reshape(-1, 4),
+        initial_state_columns=np.stack([state_column_at_rest(item) for item in prepared_scenes]),
+        pair_element_and_piece_indices=np.array(layout, np.int64).reshape(-1, 4),
         parts=one.parts,
         sizes=sizes,
-        shapes=shapes,
+        piece_face_tables=shapes,
         elements=np.stack([element_termination_rules(item) for item in prepared_scenes]),
         limits=np.stack([penetration_and_energy_limits_of_case_end(item) for item in prepared_scenes]),
         gravity=one.scene.gravity,
@@ -170,9 +178,9 @@ def state_column_at_rest(prepared_scene: PreparedScene) -> FloatArray:
     elements = [_element_state_at_rest(prepared_scene, index) for index in range(len(prepared_scene.placed))]
     pieces = convex_pieces_of_each_pair(prepared_scene.placed, prepared_scene.pairs)
     pairs = [_pair_state_at_rest(prepared_scene, index, *of_pair) for index, of_pair in enumerate(pieces)]
-    step = [0.0] * (rows.PAIR.count - len(rows.flatten_nested_tuples(pairs[0])) if pairs else 0)
+    step = [0.0] * (rows.PAIR_ROW_LAYOUT.count - len(rows.flatten_nested_tuples(pairs[0])) if pairs else 0)
     return np.array(
-        [0.0] * rows.CASE.count
+        [0.0] * rows.CASE_ROW_LAYOUT.count
         + rows.flatten_nested_tuples(elements)
         + [number for pair in pairs for number in rows.flatten_nested_tuples(pair) + step]
     )
@@ -203,15 +211,15 @@ def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.Eleme
             moved=0.0,
             turned=0.0,
             work=0.0,
-            peak_back=max(-turn, 0.0),
-            peak_on=max(turn, 0.0),
+            peak_rotation_to_minus_x=max(-turn, 0.0),
+            peak_rotation_to_plus_x=max(turn, 0.0),
             last_upright=-1.0,
             power=0.0,
         ),
         travel=k.SummedElementMotion(0.0, 0.0),
         record=k.ElementSlipAndFallState(0.0, 0.0, 0.0, 0.0, 0.0),
         home=k.ElementRestPose(
-            x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.drop
+            x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.fall_threshold_drop
         ),
     )
 
@@ -237,15 +245,26 @@ def _pair_state_at_rest(prepared_scene: PreparedScene, index: int, a: PlacedElem
             laws.dashpot[index],
             laws.friction[index],
             1.0 / tangential if tangential > 0 else 0.0,
-            LANDING if pair_uses_flat_landing_rule(placed, pair.a, pair.b) else 0.0,
+            FLAT_LANDING_DURATION_IN_DECAY_TIMES
+            if pair_uses_flat_landing_rule(placed, pair.first_element_index, pair.second_element_index)
+            else 0.0,
         ),
-        nearest=k.NearestFaces(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0, ahead=0.0),
+        nearest=k.NearestFaces(
+            face_a=-1.0,
+            face_b=-1.0,
+            lever=0.0,
+            motion_until_face_change=settled,
+            reach=-1.0,
+            motion_since_search=0.0,
+            max_motion_at_step_end=0.0,
+        ),
         history=k.PairHistory(
             k.FaceVertexPositions(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, absorbed=0.0
         ),
-        slid_one=0.0,
-        slid_two=0.0,
-        stands=float(pair.b in prepared_scene.carriers[pair.a]) - (pair.a in prepared_scene.carriers[pair.b]),
+        signed_friction_1=0.0,
+        signed_friction_2=0.0,
+        carried_element_sign=float(pair.second_element_index in prepared_scene.carriers[pair.first_element_index])
+        - (pair.first_element_index in prepared_scene.carriers[pair.second_element_index]),
     )
 
 
@@ -256,7 +275,10 @@ def pair_uses_flat_landing_rule(elements: list[PlacedElement], index_a: int, ind
     contacts in nearly every step, and dashpots that pull in each of these landings multiply the steps by 10 to 90.
     """
     heaviest = max(item.mass for item in elements if not item.is_driven_or_held)
-    return all(elements[n].is_driven_or_held or elements[n].mass >= LEAST_MASS * heaviest for n in (index_a, index_b))
+    return all(
+        elements[n].is_driven_or_held or elements[n].mass >= MIN_FLAT_LANDING_MASS_RATIO * heaviest
+        for n in (index_a, index_b)
+    )
 
 
 def nearest_faces_never_change(elements: list[PlacedElement]) -> bool:
@@ -273,9 +295,9 @@ def nearest_faces_never_change(elements: list[PlacedElement]) -> bool:
         and stone.element.kind == "free"
         and max(fall_rotations_to_both_sides(stone)) < 0.5 * np.pi
         and abs(float(stone.vertices_in_scene[:, 1].min() - ground.vertices_in_scene[:, 1].max()))
-        <= 1e-9 * stone.smaller_side
+        <= 1e-9 * stone.smaller_extent
         and ground.shape.width
-        > WIDE_GROUND * max(stone.shape.width, stone.shape.height) + 2.0 * abs(stone.x - ground.x)
+        > MIN_RELATIVE_GROUND_WIDTH * max(stone.shape.width, stone.shape.height) + 2.0 * abs(stone.x - ground.x)
     )
 
 
@@ -283,25 +305,25 @@ def _contact_vertex_belongs_to_first_element(
     first_element: PlacedElement, second_element: PlacedElement, point_number: int
 ) -> bool:
     """True if the vertex at contact point `point_number` (0 or 1) of two elements is a vertex of the first element."""
-    point = contact_points_of_elements(first_element, second_element)[point_number].point
+    point = possible_contact_points_of_elements(first_element, second_element)[point_number].point
     return bool(
         min(np.hypot(x - point[0], z - point[1]) for x, z in first_element.vertices_in_scene)
-        < 1e-9 * first_element.smaller_side
+        < 1e-9 * first_element.smaller_extent
     )
 
 
 def fall_rotations_to_both_sides(element: PlacedElement) -> tuple[float, float]:
     """Return the rotations to −x and to +x at which an element counts as fallen, rad.
 
-    They are `FLAT` times the rotations onto the next face, or the rotation given in the scene file.
+    They are `LYING_ROTATION_RATIO` times the rotations onto the next face, or the rotation given in the scene file.
     """
     brings_down = element.element.fallen_rotation_deg in (None, 90.0)
     back, on = element.fall_threshold_rotations_rad
-    return (round(FLAT * back, 12), round(FLAT * on, 12)) if brings_down else (back, on)
+    return (round(LYING_ROTATION_RATIO * back, 12), round(LYING_ROTATION_RATIO * on, 12)) if brings_down else (back, on)
 
 
 def element_termination_rules(prepared_scene: PreparedScene) -> NDArray[np.void]:
-    """Return each element's fall limits, support and energy barrier, of type `ELEMENT`, shape (elements,)."""
+    """Return each element's fall limits, support and energy barrier (`ELEMENT_TABLE_DTYPE`), shape (elements,)."""
     return np.array(
         [
             (
@@ -313,22 +335,27 @@ def element_termination_rules(prepared_scene: PreparedScene) -> NDArray[np.void]
             )
             for k, item in enumerate(prepared_scene.placed)
         ],
-        ELEMENT,
+        ELEMENT_TABLE_DTYPE,
     )
 
 
 def penetration_and_energy_limits_of_case_end(prepared_scene: PreparedScene) -> NDArray[np.void]:
-    """Return the penetration and energy limits that end a case of a prepared scene, one record of type `LIMITS`.
+    """Return the penetration and energy limits that end a case of a prepared scene, of type `TERMINATION_LIMITS_DTYPE`.
 
     An element that falls without motion has no energy barrier; its energy error refers to its weight times its size.
     """
     free = [prepared_scene.placed[n] for n in prepared_scene.free_element_indices]
-    whole = np.array([item.mass * prepared_scene.scene.gravity * item.smaller_side for item in free])
+    whole = np.array([item.mass * prepared_scene.scene.gravity * item.smaller_extent for item in free])
     barrier = prepared_scene.barrier[prepared_scene.free_element_indices]
     needs, lightest = barrier > 1e-6 * whole, min(free, key=lambda item: item.mass)
-    rest_energy = CALM_KINETIC * lightest.mass * prepared_scene.scene.gravity * 0.5 * lightest.smaller_side
+    rest_energy = MAX_REST_ENERGY_RATIO * lightest.mass * prepared_scene.scene.gravity * 0.5 * lightest.smaller_extent
     least_barrier, least_scale = np.where(needs, barrier, -np.inf).min(), np.where(needs, barrier, whole).min()
     return np.array(
-        (MAX_PENETRATION * 0.5 * smallest_element_side(prepared_scene.placed), rest_energy, least_barrier, least_scale),
-        LIMITS,
+        (
+            MAX_PENETRATION_RATIO * 0.5 * smallest_free_element_side(prepared_scene.placed),
+            rest_energy,
+            least_barrier,
+            least_scale,
+        ),
+        TERMINATION_LIMITS_DTYPE,
     )

@@ -5,8 +5,8 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.ending import GOES_ON, case_continues_until_sliding_stops
-from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
+from overturning.dem.kernel.ending import CASE_NOT_ENDED, update_slide_end_and_check_case_continues
+from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMPILE_OPTIONS, select
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.energy import (
@@ -17,35 +17,35 @@ from overturning.dem.polygon.energy import (
 )
 from overturning.dem.polygon.faces import rotate_to_scene_axes
 from overturning.dem.polygon.resting import (
-    all_elements_in_place,
     all_elements_upright,
-    any_element_airborne,
+    any_element_can_still_land,
     count_closed_contact_points,
     element_has_tipped,
     element_has_tipped_or_dropped,
     last_support_time,
-    longest_sliding_time,
+    longest_time_until_sliding_stops,
+    no_element_tipped_dropped_or_unsupported,
 )
 from overturning.dem.polygon.state import ElementRestPose, ElementSlipAndFallState, ElementState, Pose
 from overturning.model.status import CaseStatus
 
-SAFE_TILT: Final = 0.1
+MAX_SAFE_TILT_RATIO: Final = 0.1
 """Largest rotation, over α, of an element that stands for good if the rest of the record cannot lift or slide it."""
-SAFE_SLIP: Final = 1.0
+MAX_SAFE_SLIP_RATIO: Final = 1.0
 """Largest slip, over half its height, of an element that stands for good."""
-SAFE_ENERGY: Final = 0.1
+MAX_SAFE_ENERGY_RATIO: Final = 0.1
 """Largest kinetic energy, over its barrier, of an element that stands for good; also of all moving elements, over the
 lowest barrier."""
 
-SUPPORT_GAP: Final = 0.1
+MAX_SUPPORT_GAP_RATIO: Final = 0.1
 """Largest gap between an element and its support, as a share of the penetration limit."""
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def case_status(
     state: Any, lane: int, scene: Any, stable_from_sample: Any, last_sample: float, sampling_interval: float
 ) -> int:
-    """Return the `CaseStatus` of the case in column `lane` of the state array after a sample; `GOES_ON`: not ended.
+    """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED`: not ended.
 
     The record ends at sample `last_sample`. `stable_from_sample` holds the sample from which each group of elements
     that can move as one cannot be moved any more, shape (groups,).
@@ -53,17 +53,17 @@ def case_status(
     case = rows.load_case(state, lane)
     element_rules, limits = scene.elements[int(case.variant)], scene.limits[int(case.variant)]
     check, moving, standing, fallen, safe, slid = update_fall_sides_and_count_elements(state, lane, element_rules)
-    if not np.isfinite(check) or deepest_pair_penetration(state, lane, scene) > limits.deepest:
+    if not np.isfinite(check) or largest_penetration_so_far(state, lane, scene) > limits.deepest:
         return CaseStatus.UNSTABLE
-    gap = SUPPORT_GAP * limits.deepest
+    gap = MAX_SUPPORT_GAP_RATIO * limits.deepest
     # A fallen element may still hit, or slide into, one that stands.
-    calm = fallen > 0 and safe == standing and moving < SAFE_ENERGY * limits.least_barrier
+    calm = fallen > 0 and safe == standing and moving < MAX_SAFE_ENERGY_RATIO * limits.least_barrier
     if standing == 0 or (
         calm and no_element_can_fall_later(state, lane, scene, element_rules, stable_from_sample, gap)
     ):
         return CaseStatus.SIMULATED
     if case.sample < last_sample and case.sample < case.calm:
-        return GOES_ON
+        return CASE_NOT_ENDED
     # A scene at rest after the last time at which it could start to move stays at rest: there is no kinetic energy,
     # and every standing element has at least two loaded points.
     if (
@@ -72,53 +72,55 @@ def case_status(
     ):
         return CaseStatus.SIMULATED
     if case.sample < last_sample:
-        return GOES_ON
+        return CASE_NOT_ENDED
     if fallen == 0 and not slid and outcomes_are_final(state, lane, scene, element_rules, limits.least_barrier, gap):
         return CaseStatus.SIMULATED
     if case.sample < case.after:
-        return GOES_ON
+        return CASE_NOT_ENDED
     # Upright elements that slide are simulated until friction has stopped them.
     sliding_time = 0.0
-    if all_elements_upright(state, lane, element_rules) and all_elements_in_place(
+    if all_elements_upright(state, lane, element_rules) and no_element_tipped_dropped_or_unsupported(
         state, lane, scene, element_rules, gap
     ):
-        sliding_time = longest_sliding_time(state, lane, scene)
-    if case_continues_until_sliding_stops(state, rows.SLIDE_END + lane, case.sample, sliding_time, sampling_interval):
-        return GOES_ON
-    still = moving < 1e-4 * limits.least_scale or not any_element_can_fall_without_base_motion(
+        sliding_time = longest_time_until_sliding_stops(state, lane, scene)
+    if update_slide_end_and_check_case_continues(
+        state, rows.SLIDE_END + lane, case.sample, sliding_time, sampling_interval
+    ):
+        return CASE_NOT_ENDED
+    still = moving < 1e-4 * limits.min_energy_error_reference or not any_element_can_fall_without_base_motion(
         state, lane, element_rules, scene.gravity
     )
     return (
         CaseStatus.SIMULATED
-        if still and not any_element_airborne(state, lane, scene, element_rules, gap)
+        if still and not any_element_can_still_land(state, lane, scene, element_rules, gap)
         else CaseStatus.UNDECIDED
     )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def no_element_can_fall_later(
     state: Any, lane: int, scene: Any, element_rules: Any, stable_from_sample: Any, max_gap: float
 ) -> bool:
     """True if the remaining record is too weak to move standing elements, and no airborne element may still land."""
     sample = rows.load_case(state, lane).sample
     weak = remaining_motion_cannot_move_groups(state, lane, stable_from_sample, scene.parts, sample)
-    return bool(weak and not any_element_airborne(state, lane, scene, element_rules, max_gap))
+    return bool(weak and not any_element_can_still_land(state, lane, scene, element_rules, max_gap))
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def outcomes_are_final(
     state: Any, lane: int, scene: Any, element_rules: Any, smallest_barrier: float, max_gap: float
 ) -> bool:
     """True if all elements stand, with too little energy to fall, to exceed their peak rotation or to slide further."""
-    if not all_elements_in_place(state, lane, scene, element_rules, max_gap):
+    if not no_element_tipped_dropped_or_unsupported(state, lane, scene, element_rules, max_gap):
         return False
     spare = scene_energy(state, lane, scene) - rows.load_case(state, lane).energy
     # No element can fall with less energy than this; the peak rotations are final if it cannot reach them again.
     over = spare < 0.5 * smallest_barrier and not any_peak_rotation_can_grow(state, lane, element_rules, spare)
-    return bool(over and not longest_sliding_time(state, lane, scene) > 0.0)
+    return bool(over and not longest_time_until_sliding_stops(state, lane, scene) > 0.0)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def update_fall_sides_and_count_elements(
     state: Any, lane: int, element_rules: Any
 ) -> tuple[float, float, int, int, int, bool]:
@@ -135,7 +137,7 @@ def update_fall_sides_and_count_elements(
     """
     check, moving, standing, fallen, safe, slid = 0.0, 0.0, 0, 0, 0, False
     for i in range(element_rules.size):
-        e = rows.of_element(state, i)
+        e = rows.element_window(state, i)
         item = rows.load_element(e, lane)
         check += item.pose.x + item.pose.z + item.velocity.x + item.velocity.z + item.velocity.w + item.pose.cos
         if element_rules[i].is_free == 0.0:
@@ -153,22 +155,25 @@ def update_fall_sides_and_count_elements(
 @njit(**INLINE)
 def peak_rotation(element: ElementState) -> float:
     """Return the largest rotation of an element to either side, rad."""
-    return updated_maximum(element.totals.peak_back, element.totals.peak_on)
+    return updated_maximum(element.totals.peak_rotation_to_minus_x, element.totals.peak_rotation_to_plus_x)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def fall_side_by_rotation(element: ElementState, element_rules: Any) -> float:
     """Return the side (±1) to which an element has rotated far enough to count as fallen; 0 if it has not fallen.
 
     The limit depends on the side. If both limits are reached, the current rotation decides.
     """
-    back, on = element.totals.peak_back >= element_rules.falls_back, element.totals.peak_on >= element_rules.falls_on
+    back, on = (
+        element.totals.peak_rotation_to_minus_x >= element_rules.fall_rotation_to_minus_x,
+        element.totals.peak_rotation_to_plus_x >= element_rules.fall_rotation_to_plus_x,
+    )
     if back and on:
         return 1.0 if element.pose.angle > 0.0 else -1.0
     return 1.0 if on else (-1.0 if back else 0.0)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def any_element_can_fall_without_base_motion(state: Any, lane: int, element_rules: Any, gravity: float) -> bool:
     """True if any standing element has enough energy to overturn while the base is at rest.
 
@@ -176,22 +181,22 @@ def any_element_can_fall_without_base_motion(state: Any, lane: int, element_rule
     that it loses down to its fall limit.
     """
     for i in range(element_rules.size):
-        item = rows.load_element(rows.of_element(state, i), lane)
+        item = rows.load_element(rows.element_window(state, i), lane)
         if (
             element_rules[i].is_free == 0.0
             or item.record.side != 0.0
             or element_has_tipped_or_dropped(item, element_rules[i])
         ):
             continue
-        own, weight = element_rules[i].tips_on < np.inf, item.inertia.mass * gravity
+        own, weight = element_rules[i].tipping_rotation_to_plus_x < np.inf, item.inertia.mass * gravity
         lift = weight * max(item.pose.z - item.home.z, 0.0) if own else 0.0
-        needed = element_rules[i].barrier if own else 0.01 * weight * (item.home.z - item.home.lowest)
+        needed = element_rules[i].barrier if own else 0.01 * weight * (item.home.z - item.home.fall_limit_z)
         if element_kinetic_energy(item) + lift > needed:
             return True
     return False
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def mark_fallen_elements(state: Any, lane: int, scene: Any, element_rules: Any, max_gap: float) -> None:
     """Store, at the end of a case, the side and time of the fall for each free element that has fallen.
 
@@ -202,7 +207,7 @@ def mark_fallen_elements(state: Any, lane: int, scene: Any, element_rules: Any, 
     while found:
         found = False
         for i in range(element_rules.size):
-            e = rows.of_element(state, i)
+            e = rows.element_window(state, i)
             if element_rules[i].is_free == 0.0 or e[rows.SIDE + lane] != 0.0:
                 continue
             item, until = rows.load_element(e, lane), last_support_time(state, lane, scene, i, max_gap)
@@ -216,29 +221,29 @@ def mark_fallen_elements(state: Any, lane: int, scene: Any, element_rules: Any, 
                 )
 
 
-@njit(**INNER)
-def deepest_pair_penetration(state: Any, lane: int, scene: Any) -> float:
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def largest_penetration_so_far(state: Any, lane: int, scene: Any) -> float:
     """Return the largest penetration (m) between any two elements so far, for the case in column `lane`."""
     deepest = 0.0
-    for p in range(scene.layout.shape[0]):
+    for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, _, _ = rows.pair_and_element_rows(state, scene, p)
         deepest = updated_maximum(deepest, rows.load_pair(q, lane).history.deepest)
     return deepest
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def count_contact_points_of_standing_elements(state: Any, lane: int, scene: Any, element_rules: Any) -> int:
     """Count the closed contact points of standing free elements; a point between two such elements counts twice."""
     total = 0
-    for p in range(scene.layout.shape[0]):
+    for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
-        for e, i in ((a, scene.layout[p, 0]), (b, scene.layout[p, 1])):
+        for e, i in ((a, scene.pair_element_and_piece_indices[p, 0]), (b, scene.pair_element_and_piece_indices[p, 1])):
             if element_rules[i].is_free > 0.0 and e[rows.SIDE + lane] == 0.0:
                 total += count_closed_contact_points(rows.load_pair(q, lane))
     return total
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def fall_side_by_rotation_or_displacement(element: ElementState, element_rules: Any) -> float:
     """Return the side (±1 along x) of a fallen element: sign of its rotation if it tipped, else of its displacement.
 
@@ -248,33 +253,36 @@ def fall_side_by_rotation_or_displacement(element: ElementState, element_rules: 
     return 1.0 if way > 0.0 or (way == 0.0 and element.pose.angle > 0.0) else -1.0
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def remaining_motion_cannot_move_groups(
     state: Any, lane: int, stable_from_sample: Any, element_groups: Any, sample: float
 ) -> bool:
     """True if the record after `sample` is too weak to lift or slide any group of stacked elements that still stand."""
     for p in range(element_groups.shape[0]):
-        lowest, last = rows.of_element(state, element_groups[p, 0]), rows.of_element(state, element_groups[p, 1])
+        lowest, last = (
+            rows.element_window(state, element_groups[p, 0]),
+            rows.element_window(state, element_groups[p, 1]),
+        )
         if lowest[rows.SIDE + lane] == 0.0 and last[rows.SIDE + lane] == 0.0 and sample < stable_from_sample[p]:
             return False
     return True
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def element_stands_safely(element: ElementState, energy_barrier: float) -> bool:
     """True if an element is nearly upright, in place and at rest, so that weak shaking cannot move it."""
     return bool(
-        abs(element.pose.angle) < SAFE_TILT * element.inertia.critical
-        and abs(element.record.slip) < SAFE_SLIP * abs(element.home.base_z)
-        and element_kinetic_energy(element) < SAFE_ENERGY * energy_barrier
+        abs(element.pose.angle) < MAX_SAFE_TILT_RATIO * element.inertia.critical
+        and abs(element.record.slip) < MAX_SAFE_SLIP_RATIO * abs(element.home.base_z)
+        and element_kinetic_energy(element) < MAX_SAFE_ENERGY_RATIO * energy_barrier
     )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def any_peak_rotation_can_grow(state: Any, lane: int, element_rules: Any, spare_energy: float) -> bool:
     """True if the energy `spare_energy` (J) would suffice to rotate an element beyond its largest rotation so far."""
     for e in range(element_rules.size):
-        item = rows.load_element(rows.of_element(state, e), lane)
+        item = rows.load_element(rows.element_window(state, e), lane)
         reached = peak_rotation(item) / item.inertia.critical
         if element_rules[e].is_free == 0.0 or reached < 1e-3:
             continue
@@ -291,10 +299,10 @@ def element_point_in_scene_axes(pose: Pose, local_x: float, local_z: float) -> t
     return pose.x + x, pose.z + z
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def shift_rest_pose_with_held_support(element_rows: Any, support_rows: Any) -> None:
     """Shift an element's rest position as its support moved relative to the base while it was held fixed in space."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         pose, at, home = (
             rows.load_pose(support_rows, j),
             rows.load_home(support_rows, j),
@@ -302,16 +310,16 @@ def shift_rest_pose_with_held_support(element_rows: Any, support_rows: Any) -> N
         )
         x, z = pose.x - at.x, pose.z - at.z
         rows.store_home(element_rows, j, ElementRestPose(
-            home.base_x, home.base_z, home.support_x, home.support_z, home.x + x, home.z + z, home.lowest + z
+            home.base_x, home.base_z, home.support_x, home.support_z, home.x + x, home.z + z, home.fall_limit_z + z
         ))  # fmt: skip
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_slip_and_last_upright_time(
     element_rows: Any, support_rows: Any, case_rows: Any, samples_per_tick: float, sampling_interval: float
 ) -> None:
     """Store each element's slip on its support, and the last time at which the element was upright."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         item, support, sample = (
             rows.load_element(element_rows, j),
             rows.load_pose(support_rows, j),
@@ -321,7 +329,7 @@ def store_slip_and_last_upright_time(
         x, z = element_point_in_scene_axes(item.pose, home.base_x, home.base_z)
         ox, oz = element_point_in_scene_axes(support, home.support_x, home.support_z)
         slip = support.cos * (x - ox) - support.sin * (z - oz)
-        stood = (passed >= 0.0) & (old.side == 0.0) & (item.pose.z >= home.lowest)
+        stood = (passed >= 0.0) & (old.side == 0.0) & (item.pose.z >= home.fall_limit_z)
         upright = select(stood, (sample + passed * samples_per_tick) * sampling_interval, old.upright_until)
         rows.store_record(
             element_rows,
@@ -333,7 +341,7 @@ def store_slip_and_last_upright_time(
         element_rows[rows.LAST_UPRIGHT + j] = -1.0
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_last_support_time(
     pair_rows: Any,
     element_a_rows: Any,
@@ -343,30 +351,32 @@ def store_last_support_time(
     sampling_interval: float,
 ) -> None:
     """Store, if two stacked elements touch, the present time as the upper one's last time on its support."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         pair, case = rows.load_pair(pair_rows, j), rows.load_case(case_rows, j)
         touches = count_closed_contact_points(pair) > 0
         now = (case.sample + case.shaking.tick * samples_per_tick) * sampling_interval
         element_a_rows[rows.CARRIED_UNTIL + j] = select(
-            touches & (pair.stands > 0.0), now, element_a_rows[rows.CARRIED_UNTIL + j]
+            touches & (pair.carried_element_sign > 0.0), now, element_a_rows[rows.CARRIED_UNTIL + j]
         )
         element_b_rows[rows.CARRIED_UNTIL + j] = select(
-            touches & (pair.stands < 0.0), now, element_b_rows[rows.CARRIED_UNTIL + j]
+            touches & (pair.carried_element_sign < 0.0), now, element_b_rows[rows.CARRIED_UNTIL + j]
         )
 
 
-@njit(**INNER)
-def write_case_results(state: Any, lane: int, scene: Any, result_row: Any, element_result_rows: Any) -> None:
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def mark_fallen_and_write_case_results(
+    state: Any, lane: int, scene: Any, result_row: Any, element_result_rows: Any
+) -> None:
     """Mark the fallen elements of a case, and write the results of the case and of its elements into table rows."""
     v = int(state[rows.VARIANT + lane])
     element_rules, limits = scene.elements[v], scene.limits[v]
-    mark_fallen_elements(state, lane, scene, element_rules, SUPPORT_GAP * limits.deepest)
+    mark_fallen_elements(state, lane, scene, element_rules, MAX_SUPPORT_GAP_RATIO * limits.deepest)
     work, absorbed = 0.0, contact_work_of_last_half_step(state, lane, scene)
-    for p in range(scene.layout.shape[0]):
+    for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, _, _ = rows.pair_and_element_rows(state, scene, p)
         absorbed += q[rows.ABSORBED + lane]
     for e in range(element_rules.size):
-        item = rows.load_element(rows.of_element(state, e), lane)
+        item = rows.load_element(rows.element_window(state, e), lane)
         totals, record = item.totals, item.record
         work += totals.work
         element_result_rows[e].overturned = record.side
@@ -376,5 +386,5 @@ def write_case_results(state: Any, lane: int, scene: Any, result_row: Any, eleme
     balance = (
         (kinetic_and_gravitational_energy(state, lane, scene) - rows.load_case(state, lane).energy) - work + absorbed
     )
-    result_row.peak_penetration = deepest_pair_penetration(state, lane, scene)
-    result_row.energy_error = abs(balance) / max(work, limits.least_scale, absorbed)
+    result_row.peak_penetration = largest_penetration_so_far(state, lane, scene)
+    result_row.energy_error = abs(balance) / max(work, limits.min_energy_error_reference, absorbed)

@@ -13,8 +13,8 @@ from typing import Any, Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.clock import SCENE
-from overturning.dem.kernel.lanes import APART, INLINE, create_elementwise_tuple_functions, select
+from overturning.dem.kernel.clock import SCENE_STEP_CONTROL
+from overturning.dem.kernel.lanes import INLINE, NO_ALIAS_COMPILE_OPTIONS, create_elementwise_tuple_functions, select
 from overturning.dem.kernel.mechanics import clamp_magnitude
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.equations import add_pair_force_to_right_sides, add_pair_matrix_to_submatrices
@@ -23,7 +23,7 @@ from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
     contact_points_with_landing_lever_arms,
     correct_slip_for_friction_work,
-    flat_landing_slip_and_friction,
+    flat_landing_slip_flag_and_signed_friction,
     pair_lands_flat,
 )
 from overturning.dem.polygon.mechanics import (
@@ -51,9 +51,9 @@ from overturning.dem.polygon.state import (
     VertexPositionAtFace,
 )
 
-FINE: Final = SCENE.fine
+MAX_RESOLVING_STEP_RATIO: Final = SCENE_STEP_CONTROL.max_step_using_predicted_forces
 
-LEAST_FREEDOM: Final = 0.25
+MIN_SLIDING_MOBILITY_RATIO: Final = 0.25
 """Least effect of a normal force on a sliding point, as a share of that on free particles; below it, it sticks."""
 
 
@@ -105,7 +105,9 @@ def predict_planar_contact_point(
     on = (pressed | ((not fine) & (point_history.normal != 0.0))) & (contact_point.faces > 0.0)
     excess = abs(t) - contact_law.friction * n if fine else abs(signed_friction)
     signed_friction = math.copysign(contact_law.friction, t) if fine else signed_friction
-    drifts, drift = flat_landing_slip_and_friction(contact_law, contact_point, pair_motion.velocity, a, b, held)
+    drifts, drift = flat_landing_slip_flag_and_signed_friction(
+        contact_law, contact_point, pair_motion.velocity, a, b, held
+    )
     signed_friction = drift if held else signed_friction
     particles = a.inverse_mass + b.inverse_mass
     along = a.inverse_inertia * (contact_point.a.n * (contact_point.a.n + signed_friction * contact_point.a.t))
@@ -113,7 +115,9 @@ def predict_planar_contact_point(
         along + b.inverse_inertia * (contact_point.b.n * (contact_point.b.n + signed_friction * contact_point.b.t))
     )
     slides = drifts if held else (excess > 0.0) | (contact_law.friction == 0.0)
-    return PredictedPlanarContactPoint(n, t, stretch, on, slides, signed_friction, freedom > LEAST_FREEDOM * particles)
+    return PredictedPlanarContactPoint(
+        n, t, stretch, on, slides, signed_friction, freedom > MIN_SLIDING_MOBILITY_RATIO * particles
+    )
 
 
 @njit(**INLINE)
@@ -177,25 +181,25 @@ def predicted_forces_decide_contact(case: SceneState) -> bool:
 
     Longer steps use the contact state after the last step.
     """
-    return case.attempt.length <= FINE * case.step_control.finest
+    return case.attempt.length <= MAX_RESOLVING_STEP_RATIO * case.step_control.finest
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_pair_to_equations(
     pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any, submatrices: Any, empty_flags: Any
 ) -> None:
     """Add the contact terms of two elements to the equations of a step, for all cases in parallel.
 
-    `equations.pair_submatrices` returns `submatrices` and `empty_flags`.
+    `equations.mark_and_return_pair_submatrices` returns `submatrices` and `empty_flags`.
     """
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         pair, first, second = (
             rows.load_pair(pair_rows, j),
             rows.load_element(element_a_rows, j),
             rows.load_element(element_b_rows, j),
         )
         case, law, old = rows.load_case(case_rows, j), pair.law, pair.history
-        fine, half = predicted_forces_decide_contact(case), 0.5 * (case.step * case.attempt.length)
+        fine, half = predicted_forces_decide_contact(case), 0.5 * (case.tick_length * case.attempt.length)
         segment = find_contact_segment(pair, first.trial.pose, second.trial.pose)
         rows.store_segment(pair_rows, j, segment)
         both = PairMotionAndInertia(
@@ -203,8 +207,8 @@ def add_pair_to_equations(
         )
         kind = (fine, pair_lands_flat(law, old, segment, both))
         point_1, point_2 = contact_points_with_landing_lever_arms(law, segment, both, kind[1])
-        g1 = predict_planar_contact_point(law, old.one, pair.slid_one, segment.one, segment, both, kind)
-        g2 = predict_planar_contact_point(law, old.two, pair.slid_two, segment.two, segment, both, kind)
+        g1 = predict_planar_contact_point(law, old.one, pair.signed_friction_1, segment.one, segment, both, kind)
+        g2 = predict_planar_contact_point(law, old.two, pair.signed_friction_2, segment.two, segment, both, kind)
         p1, f1, slid_1 = planar_contact_equation_terms(law, half, point_1, g1, g2)
         p2, f2, slid_2 = planar_contact_equation_terms(law, half, point_2, g2, g1)
         rows.store_predicted_one(pair_rows, j, AssumedPlanarContactSlip(g1.stretch, slid_1))
@@ -220,17 +224,17 @@ class SolvedPlanarContactPoint(NamedTuple):
     """Contact state at a contact point of two elements after the equations of a step are solved."""
 
     now: PlanarContactPointResult
-    further: float
+    added_slip: float
     """Slip added by the solution, m."""
     found: float
     """±μ if the point slips, else 0."""
     changed: bool
     """True if the point has opened or closed."""
-    wrong: bool
+    has_wrong_slip_assumption: bool
     """True if the point sticks or slides contrary to the assumption."""
-    reversed: bool
+    has_slip_reversal: bool
     """True if the point was assumed to slide against its velocity (slip reversal)."""
-    back: bool
+    has_friction_reversal: bool
     """True if its friction had the opposite sign before."""
 
 
@@ -257,14 +261,17 @@ def solved_planar_contact_point(
     more_open, more_slip = opening_and_slip_rates(contact_point, d)
     opening, slipping = opening + more_open, slipping + more_slip
     depth, stretch = contact_point.depth - half_step_time * more_open, assumed_slip.stretch + half_step_time * more_slip
-    touches, was = contact_point.faces > 0.0, point_history.carrier != OPEN
+    touches, was = contact_point.faces > 0.0, point_history.vertex_owner != OPEN
     inside = (depth > 0.0) & touches
     n = contact_law.normal * depth - contact_law.dashpot * opening
     n = (n if held | (n > 0.0) else 0.0) if inside else 0.0
     most = contact_law.friction * n
     t = -(contact_law.tangential * stretch) - contact_law.dashpot * slipping
     whole = PairRelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b)
-    (drifts, drift), loaded = flat_landing_slip_and_friction(contact_law, contact_point, whole, a, b, held), most > 0.0
+    (drifts, drift), loaded = (
+        flat_landing_slip_flag_and_signed_friction(contact_law, contact_point, whole, a, b, held),
+        most > 0.0,
+    )
     force, holds, slips = limit_friction_force(t, n, contact_law, (held & inside, drifts, drift))
     found = (drift if held else math.copysign(contact_law.friction, t)) if slips else 0.0
     spring = clamp_magnitude(stretch, holds * contact_law.compliance) if slips else stretch
@@ -273,9 +280,9 @@ def solved_planar_contact_point(
     changed = (
         (inside != was)
         | ((not was) & (touches & (contact_point.depth > 0.0)))
-        | (was & (point_history.carrier != contact_vertex_owner(contact_point)))
+        | (was & (point_history.vertex_owner != contact_vertex_owner(contact_point)))
     )
-    wrong, back = (found != assumed) & loaded, (found * point_history.tangent < 0.0) & loaded
+    wrong, back = (found != assumed) & loaded, (found * point_history.tangential_force < 0.0) & loaded
     now = PlanarContactPointResult(
         PlanarContactPointForce(n, force, spring), depth, contact_point.slip + half_step_time * more_slip, inside
     )
@@ -292,23 +299,23 @@ def vertex_positions_from_contact_solution(
     point_solution: SolvedPlanarContactPoint,
 ) -> tuple[VertexPositionAtFace, VertexPositionAtFace]:
     """Return the positions of both vertices near a contact point, after the equations are solved."""
-    mine, depth = contact_point.mine > 0.0, point_solution.now.depth
+    mine, depth = contact_point.vertex_is_of_a > 0.0, point_solution.now.depth
     return (
         VertexPositionAtFace(
-            depth if mine else vertex_a.depth, vertex_a.place - point_solution.further if mine else vertex_a.place
+            depth if mine else vertex_a.depth, vertex_a.place - point_solution.added_slip if mine else vertex_a.place
         ),
         VertexPositionAtFace(
-            vertex_b.depth if mine else depth, vertex_b.place if mine else vertex_b.place + point_solution.further
+            vertex_b.depth if mine else depth, vertex_b.place if mine else vertex_b.place + point_solution.added_slip
         ),
     )
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def compute_pair_forces_after_solution(
     pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any
 ) -> None:
     """Add the solved contact forces between two elements to both; store the contact's new state for acceptance."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         pair, step, first, second = (
             rows.load_pair(pair_rows, j),
             rows.load_step(pair_rows, j),
@@ -316,7 +323,11 @@ def compute_pair_forces_after_solution(
             rows.load_element(element_b_rows, j),
         )
         case, on, by, law, segment = rows.load_case(case_rows, j), first.trial, second.trial, pair.law, step.segment
-        fine, half, old = predicted_forces_decide_contact(case), 0.5 * (case.step * case.attempt.length), case.findings
+        fine, half, old = (
+            predicted_forces_decide_contact(case),
+            0.5 * (case.tick_length * case.attempt.length),
+            case.findings,
+        )
         moves = (
             PairMotionAndInertia(velocity_of_a_relative_to_b(on.end, by.end), first.inertia, second.inertia),
             velocity_of_a_relative_to_b(on.change, by.change),
@@ -343,17 +354,22 @@ def compute_pair_forces_after_solution(
         pair_rows[rows.SLID_ONE + j], pair_rows[rows.SLID_TWO + j] = s1.found, s2.found
         slide = (s1.found != 0.0) & (s2.found != 0.0) & (s1.now.force.n + s2.now.force.n > 0.0)
         rows.store_findings(case_rows, j, StepContactChangesAsFloats(
-            1.0 if s1.changed | s2.changed else old.changed, 1.0 if s1.wrong | s2.wrong else old.wrong,
-            1.0 if s1.reversed | s2.reversed else old.reversed, 1.0 if slide else old.slides,
-            1.0 if s1.back | s2.back else old.back,
+            1.0 if s1.changed | s2.changed else old.changed,
+            1.0 if s1.has_wrong_slip_assumption | s2.has_wrong_slip_assumption else old.has_wrong_slip_assumption,
+            1.0 if s1.has_slip_reversal | s2.has_slip_reversal else old.has_slip_reversal, 1.0 if slide else old.slides,
+            1.0 if s1.has_friction_reversal | s2.has_friction_reversal else old.has_friction_reversal,
         ))  # fmt: skip
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_accepted_pair_history(pair_rows: Any, case_rows: Any) -> None:
     """Replace the contact state of two elements by the new one, in each case whose step is accepted."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         step, decision = rows.load_step(pair_rows, j), rows.load_case(case_rows, j).decision
         rows.keep_history(pair_rows, j, decision.again > 0.0, step.corrected)
-        pair_rows[rows.SLID_ONE + j] = select(decision.sooner > 0.0, step.one.slid, pair_rows[rows.SLID_ONE + j])
-        pair_rows[rows.SLID_TWO + j] = select(decision.sooner > 0.0, step.two.slid, pair_rows[rows.SLID_TWO + j])
+        pair_rows[rows.SLID_ONE + j] = select(
+            decision.keeps_assumed_slip > 0.0, step.one.slid, pair_rows[rows.SLID_ONE + j]
+        )
+        pair_rows[rows.SLID_TWO + j] = select(
+            decision.keeps_assumed_slip > 0.0, step.two.slid, pair_rows[rows.SLID_TWO + j]
+        )

@@ -4,7 +4,7 @@ from typing import Any
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INNER
+from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import contact_vertex_position, polygon_face, rotate_to_scene_axes
 from overturning.dem.polygon.state import (
@@ -18,14 +18,16 @@ from overturning.dem.polygon.state import (
 )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def reset_contact_history(pair_rows: Any, lane: int) -> None:
     """Reset both contact points of two elements to no contact and no force, for the case in column `lane`."""
     rows.store_memory(pair_rows, lane, PlanarContactPointHistory(0.0, OPEN, 0.0, 0.0, 0.0))
-    rows.store_memory(pair_rows, lane + rows.SECOND, PlanarContactPointHistory(0.0, OPEN, 0.0, 0.0, 0.0))
+    rows.store_memory(
+        pair_rows, lane + rows.SECOND_POINT_ROW_OFFSET, PlanarContactPointHistory(0.0, OPEN, 0.0, 0.0, 0.0)
+    )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def transfer_contact_history(
     pair_rows: Any, pose_a: Pose, pose_b: Pose, lane: int, old_face_a: int, old_face_b: int, faces_a: Any, faces_b: Any
 ) -> None:
@@ -39,29 +41,33 @@ def transfer_contact_history(
     reset_contact_history(pair_rows, lane)
     for end in range(2):
         old = pair.history.one if end == 0 else pair.history.two
-        if old.carrier == OPEN:
+        if old.vertex_owner == OPEN:
             continue
-        mine = old.carrier != VERTEX_OF_B
+        mine = old.vertex_owner != VERTEX_OF_B
         if mine:
-            target = new_contact_point_of_vertex(faces_a, old_face_a + end, face_a, face_a + 1)
+            target = contact_point_number_for_vertex(faces_a, old_face_a + end, face_a, face_a + 1)
         else:
-            target = new_contact_point_of_vertex(faces_b, old_face_b + 1 - end, face_b + 1, face_b)
+            target = contact_point_number_for_vertex(faces_b, old_face_b + 1 - end, face_b + 1, face_b)
         old_x, old_z = normal_force_direction_on_element_a(
             pose_a, pose_b, polygon_face(faces_a, old_face_a), polygon_face(faces_b, old_face_b), mine
         )
-        x, z = old.normal * old_x + old.tangent * old_z, old.normal * old_z - old.tangent * old_x
+        x, z = old.normal * old_x + old.tangential_force * old_z, old.normal * old_z - old.tangential_force * old_x
         inner = vertices.a1.place <= pair.face_b.high if target == 0 else vertices.a2.place >= pair.face_b.low
         new_x, new_z = normal_force_direction_on_element_a(pose_a, pose_b, pair.face_a, pair.face_b, inner)
         n, t = x * new_x + z * new_z, x * new_z - z * new_x
-        there = rows.load_memory(pair_rows, lane + target * rows.SECOND)
-        if there.carrier == OPEN or there.normal < n:
+        there = rows.load_memory(pair_rows, lane + target * rows.SECOND_POINT_ROW_OFFSET)
+        if there.vertex_owner == OPEN or there.normal < n:
             rows.store_memory(
-                pair_rows, lane + target * rows.SECOND, PlanarContactPointHistory(old.spring, TRANSFERRED, n, t, 0.0)
+                pair_rows,
+                lane + target * rows.SECOND_POINT_ROW_OFFSET,
+                PlanarContactPointHistory(old.spring, TRANSFERRED, n, t, 0.0),
             )
 
 
-@njit(**INNER)
-def new_contact_point_of_vertex(faces: Any, vertex_index: int, first_end_vertex: int, second_end_vertex: int) -> int:
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def contact_point_number_for_vertex(
+    faces: Any, vertex_index: int, first_end_vertex: int, second_end_vertex: int
+) -> int:
     """Return which contact point (0 or 1) of the new nearest faces takes over the contact of vertex `vertex_index`.
 
     It is the point at the same vertex, else that at the nearer end of the face. Vertex indices are taken modulo the
@@ -87,7 +93,7 @@ def new_contact_point_of_vertex(faces: Any, vertex_index: int, first_end_vertex:
     return 0 if x1 * x1 + z1 * z1 <= x2 * x2 + z2 * z2 else 1
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def normal_force_direction_on_element_a(
     pose_a: Pose, pose_b: Pose, face_a: ElementFace, face_b: ElementFace, vertex_is_of_a: bool
 ) -> tuple[float, float]:
@@ -98,7 +104,7 @@ def normal_force_direction_on_element_a(
     return -x, -z
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def contact_vertex_position_from_element_a(
     pair: PairState, pose_a: Pose, pose_b: Pose, point_number: int, vertex_is_of_a: bool
 ) -> tuple[float, float]:
@@ -112,15 +118,17 @@ def contact_vertex_position_from_element_a(
     return x - (pose_a.x - pose_b.x), z - (pose_a.z - pose_b.z)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def set_pair_forces_at_rest(pair_rows: Any, lane: int) -> None:
     """Set the contact forces of two elements at rest from the stretches of their loaded springs."""
     pair = rows.load_pair(pair_rows, lane)
     for end in range(2):
         old = pair.history.one if end == 0 else pair.history.two
-        if old.carrier != OPEN:
+        if old.vertex_owner != OPEN:
             n = max(pair.law.normal * contact_vertex_position(old, end, pair.history.before).depth, 0.0)
             t = -pair.law.tangential * old.spring
             rows.store_memory(
-                pair_rows, lane + end * rows.SECOND, PlanarContactPointHistory(old.spring, old.carrier, n, t, 0.0)
+                pair_rows,
+                lane + end * rows.SECOND_POINT_ROW_OFFSET,
+                PlanarContactPointHistory(old.spring, old.vertex_owner, n, t, 0.0),
             )

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.ground import base_acceleration_at_tick
-from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
+from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMPILE_OPTIONS, select
 from overturning.dem.kernel.mechanics import clamp_magnitude, updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint, find_contact_segment
@@ -16,7 +16,7 @@ from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
     contact_points_with_landing_lever_arms,
     correct_slip_for_friction_work,
-    flat_landing_slip_and_friction,
+    flat_landing_slip_flag_and_signed_friction,
     pair_lands_flat,
 )
 from overturning.dem.polygon.mechanics import (
@@ -40,15 +40,15 @@ from overturning.dem.polygon.state import (
     PlanarContactPointHistory,
     PlanarVector,
 )
-from overturning.dem.polygon.suspended_pairs import resume_contact_tests_for_step, suspend_contact_tests_if_distant
+from overturning.dem.polygon.suspended_pairs import keep_contact_tests_unless_distant, resume_contact_tests_for_step
 
 
 class SceneCundallSchemeConstants(NamedTuple):
     """Constants of Cundall's scheme: lag of velocities behind poses, and ticks (time units) in a whole step."""
 
-    lag: float = 0.5
+    velocity_lag_steps: float = 0.5
     """Lag of velocities behind poses, steps."""
-    ticks: float = 1.0
+    ticks_per_whole_step: float = 1.0
     """Ticks in a whole step."""
 
 
@@ -80,10 +80,10 @@ def compute_planar_contact_force(
     )
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any) -> None:
     """Add the contact forces between two elements to both of them, and store the contact's new state."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         pair, first, second = (
             rows.load_pair(pair_rows, j),
             rows.load_element(element_a_rows, j),
@@ -96,8 +96,8 @@ def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any
         point_1, point_2 = contact_points_with_landing_lever_arms(
             pair.law, segment, PairMotionAndInertia(u, own_a, own_b), held
         )
-        flat_one = (held, *flat_landing_slip_and_friction(pair.law, segment.one, u, own_a, own_b, held))
-        flat_two = (held, *flat_landing_slip_and_friction(pair.law, segment.two, u, own_a, own_b, held))
+        flat_one = (held, *flat_landing_slip_flag_and_signed_friction(pair.law, segment.one, u, own_a, own_b, held))
+        flat_two = (held, *flat_landing_slip_flag_and_signed_friction(pair.law, segment.two, u, own_a, own_b, held))
         one = compute_planar_contact_force(pair.law, old.one, segment.one, segment, case.rate, flat_one)
         two = compute_planar_contact_force(pair.law, old.two, segment.two, segment, case.rate, flat_two)
         on_a, on_b = add_pair_force_to_elements(
@@ -107,20 +107,20 @@ def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any
         rows.store_force(element_b_rows, j, on_b)
         results = correct_slip_for_friction_work(segment, (point_1, point_2), (one, two))
         rows.store_history(
-            pair_rows, j, pair_history_after_step(old, segment, segment.now, results, pair.law, case.step)
+            pair_rows, j, pair_history_after_step(old, segment, segment.now, results, pair.law, case.tick_length)
         )
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def advance_element(vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, gravity: float) -> None:
     """Advance the motion of an element by a step of Cundall's scheme, for all cases in parallel."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
-        dt, shaking, half, old = case.step, case.shaking, 0.5 * case.step, item.totals
-        ground = base_acceleration_at_tick(shaking.base, shaking.tick) * item.inertia.frame
+        dt, shaking, half, old = case.tick_length, case.shaking, 0.5 * case.tick_length, item.totals
+        ground = base_acceleration_at_tick(shaking.base, shaking.tick) * item.inertia.has_inertial_forces
         lift = 0.0
         if vertical_base_acceleration is not None:
-            lift = base_acceleration_at_tick(shaking.up, shaking.tick) * item.inertia.frame
+            lift = base_acceleration_at_tick(shaking.up, shaking.tick) * item.inertia.has_inertial_forces
         a = element_acceleration(item, ground, lift, gravity)
         v = extrapolate_velocity(item.velocity, a, dt)
         work = old.work - dt * power_against_inertial_and_holding_forces(
@@ -128,9 +128,9 @@ def advance_element(vertical_base_acceleration: Any, element_rows: Any, case_row
         )
         pose = extrapolate_pose(item.pose, v, dt)
         on = pose.angle
-        upright = (on < item.inertia.on) & (-on < item.inertia.back)
+        upright = (on < item.inertia.on) & (-on < item.inertia.recoverable_rotation_to_minus_x)
         last = select(upright, shaking.tick + 1.0, old.last_upright)
-        back, on = updated_maximum(old.peak_back, -on), updated_maximum(old.peak_on, on)
+        back, on = updated_maximum(old.peak_rotation_to_minus_x, -on), updated_maximum(old.peak_rotation_to_plus_x, on)
         far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.w)
         rows.store_pose(element_rows, j, pose)
         rows.store_velocity(element_rows, j, v)
@@ -139,7 +139,7 @@ def advance_element(vertical_base_acceleration: Any, element_rows: Any, case_row
         rows.store_totals(element_rows, j, ElementStepMotionWorkAndPeaks(far, turn, work, back, on, last, 0.0))
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def advance_scene_one_step(
     vertical_base_acceleration: Any,
     state: Any,
@@ -157,17 +157,24 @@ def advance_scene_one_step(
         p = active_pairs.active[n]
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         near = update_nearest_faces_of_all_cases(
-            state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes
+            state,
+            q,
+            a,
+            b,
+            scene.pair_element_and_piece_indices[p, 2],
+            scene.pair_element_and_piece_indices[p, 3],
+            scene.sizes,
+            scene.piece_face_tables,
         )
         if near:
             compute_pair_forces(q, a, b, state)
-        if near or suspend_contact_tests_if_distant(q, a, b, p, active_pairs):
+        if near or keep_contact_tests_unless_distant(q, a, b, p, active_pairs):
             active_pairs.active[kept] = p
             kept += 1
     active_pairs.count[0] = kept
     for i in range(movable_flags.size):
         # Free and held elements move; a driven one rests in the frame of the base.
         if movable_flags[i]:
-            advance_element(vertical_base_acceleration, rows.of_element(state, i), state, scene.gravity)
-    for j in range(rows.COLUMNS):
+            advance_element(vertical_base_acceleration, rows.element_window(state, i), state, scene.gravity)
+    for j in range(rows.PARALLEL_CASE_COUNT):
         state[rows.TICK + j] = state[rows.TICK + j] + 1.0

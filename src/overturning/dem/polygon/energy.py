@@ -4,54 +4,54 @@ from typing import Any
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INNER
+from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import contact_vertex_position, earlier_vertex_positions
 from overturning.dem.polygon.state import OPEN, VERTEX_OF_B, ElementState, PairState
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def scene_energy(state: Any, lane: int, scene: Any) -> float:
     """Return the energy of a scene, J: kinetic and gravitational half a step ago, plus that of the springs now."""
     total = 0.0
-    for p in range(scene.layout.shape[0]):
+    for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, _, _ = rows.pair_and_element_rows(state, scene, p)
         total += pair_spring_energy(rows.load_pair(q, lane))
     return total + kinetic_and_gravitational_energy(state, lane, scene)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def kinetic_and_gravitational_energy(state: Any, lane: int, scene: Any) -> float:
     """Compute kinetic and gravitational energy of a scene at the last half step, J, for the case in column `lane`."""
-    total, half = 0.0, rows.load_case(state, lane).lag
+    total, half = 0.0, rows.load_case(state, lane).velocity_lag
     for e in range(scene.elements.shape[1]):
-        item = rows.load_element(rows.of_element(state, e), lane)
+        item = rows.load_element(rows.element_window(state, e), lane)
         if item.inertia.inverse_mass != 0.0:
             height = item.pose.z - half * item.velocity.z
             total += element_kinetic_energy(item) + item.inertia.mass * scene.gravity * height
     return total
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def pair_spring_energy(pair: PairState) -> float:
     """Compute the energy stored in the contact springs between two elements, J."""
     total, history = 0.0, pair.history
     for end in range(2):
         memory = history.one if end == 0 else history.two
-        if memory.carrier != OPEN:
+        if memory.vertex_owner != OPEN:
             depth = contact_vertex_position(memory, end, history.before).depth
             total += 0.5 * (pair.law.normal * depth * depth + pair.law.tangential * (memory.spring * memory.spring))
     return total
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def element_kinetic_energy(element: ElementState) -> float:
     """Compute the kinetic energy of an element, J, from its velocities half a step ago."""
     v, own = element.velocity, element.inertia
     return float(0.5 * (own.mass * (v.x * v.x + v.z * v.z) + v.w * v.w / own.inverse_inertia))
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def contact_work_of_last_half_step(state: Any, lane: int, scene: Any) -> float:
     """Return the work (J) of a scene's contact forces in the last half step, by which velocities lag behind forces.
 
@@ -60,17 +60,17 @@ def contact_work_of_last_half_step(state: Any, lane: int, scene: Any) -> float:
     step.
     """
     work = 0.0
-    for p in range(scene.layout.shape[0]):
+    for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         pair = rows.load_pair(q, lane)
         history = pair.history
-        if history.one.carrier == OPEN and history.two.carrier == OPEN:
+        if history.one.vertex_owner == OPEN and history.two.vertex_owner == OPEN:
             continue
         later = earlier_vertex_positions(pair, rows.load_element(a, lane), rows.load_element(b, lane), 0.0)
         for end in range(2):
             memory = history.one if end == 0 else history.two
             old, new = contact_vertex_position(memory, end, history.before), contact_vertex_position(memory, end, later)
             slip = old.place - new.place
-            slip = -slip if memory.carrier == VERTEX_OF_B else slip
-            work += 0.5 * (memory.normal * (new.depth - old.depth) - memory.tangent * slip)
+            slip = -slip if memory.vertex_owner == VERTEX_OF_B else slip
+            work += 0.5 * (memory.normal * (new.depth - old.depth) - memory.tangential_force * slip)
     return work

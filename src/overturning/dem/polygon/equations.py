@@ -12,14 +12,14 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.kernel.lanes import (
-    APART,
+    ALLOCATING_INLINE_COMPILE_OPTIONS,
     INLINE,
-    INNER,
-    OWNER,
+    INTERNAL_COMPILE_OPTIONS,
+    NO_ALIAS_COMPILE_OPTIONS,
     TupleRowLayout,
     create_elementwise_tuple_functions,
     create_window_slicer,
-    unknown,
+    hide_number_from_llvm,
 )
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.mechanics import PairForce, PairVelocityToForceMatrix
@@ -40,9 +40,9 @@ class EquationSubmatrix(NamedTuple):
     ww: float
 
 
-SUBMATRIX: Final = TupleRowLayout(rows.COLUMNS, EquationSubmatrix)
-SIZE: Final = SUBMATRIX.size
-load, store, _ = SUBMATRIX.tuple_reader_and_writer(EquationSubmatrix)
+SUBMATRIX_ROW_LAYOUT: Final = TupleRowLayout(rows.PARALLEL_CASE_COUNT, EquationSubmatrix)
+SUBMATRIX_SIZE: Final = SUBMATRIX_ROW_LAYOUT.size
+load, store, _ = SUBMATRIX_ROW_LAYOUT.tuple_reader_and_writer(EquationSubmatrix)
 minus = create_elementwise_tuple_functions(EquationSubmatrix).minus
 
 
@@ -55,7 +55,7 @@ class PairSubmatrices(NamedTuple):
     bb: Any
 
 
-SPARE: Final = len(PairSubmatrices._fields)
+SPARE_SUBMATRIX_COUNT: Final = len(PairSubmatrices._fields)
 """Number of spare submatrices behind the matrix; they receive the terms of elements that move with the base."""
 
 
@@ -64,13 +64,13 @@ class NonzeroPattern(NamedTuple):
 
     used: Any
     """True where a submatrix is nonzero, shape (elements, elements)."""
-    later: Any
+    later_coupled_elements: Any
     """Later elements that share a submatrix with each element, ascending, shape (elements, elements)."""
     count: Any
     """Number of entries in each row of `later`, shape (elements,)."""
 
 
-@njit(**OWNER)
+@njit(**ALLOCATING_INLINE_COMPILE_OPTIONS)
 def create_empty_nonzero_pattern(element_count: int) -> Any:
     """Return a pattern without nonzero submatrices for the equations of `element_count` elements."""
     return NonzeroPattern(
@@ -80,32 +80,32 @@ def create_empty_nonzero_pattern(element_count: int) -> Any:
     )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def clear_nonzero_pattern(nonzero_pattern: NonzeroPattern) -> None:
     """Mark all submatrices of the equations as zero, in a time proportional to the number of nonzero ones."""
     for k in range(nonzero_pattern.count.size):
         nonzero_pattern.used[k, k] = False
         for n in range(nonzero_pattern.count[k]):
-            m = nonzero_pattern.later[k, n]
+            m = nonzero_pattern.later_coupled_elements[k, n]
             nonzero_pattern.used[k, m] = nonzero_pattern.used[m, k] = False
         nonzero_pattern.count[k] = 0
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def mark_submatrix_nonzero(nonzero_pattern: NonzeroPattern, row: int, column: int) -> None:
     """Mark equation submatrix (row, column) as nonzero; the caller must also mark submatrix (column, row)."""
     nonzero_pattern.used[row, column] = True
     if row >= column:
         return
     n = nonzero_pattern.count[row]
-    while n > 0 and nonzero_pattern.later[row, n - 1] > column:
-        nonzero_pattern.later[row, n] = nonzero_pattern.later[row, n - 1]
+    while n > 0 and nonzero_pattern.later_coupled_elements[row, n - 1] > column:
+        nonzero_pattern.later_coupled_elements[row, n] = nonzero_pattern.later_coupled_elements[row, n - 1]
         n -= 1
-    nonzero_pattern.later[row, n] = column
+    nonzero_pattern.later_coupled_elements[row, n] = column
     nonzero_pattern.count[row] += 1
 
 
-of_submatrix: Final = create_window_slicer(SIZE)
+submatrix_window: Final = create_window_slicer(SUBMATRIX_SIZE)
 """``of_submatrix(matrix, k)``: return the rows of submatrix number k."""
 
 
@@ -257,33 +257,33 @@ def add_pair_force_to_right_sides(
     )
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def invert_submatrix_in_place(submatrix: Any) -> None:
     """Replace a submatrix of the equations by its inverse, for all cases in parallel."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         store(submatrix, j, inverse_of_submatrix(load(submatrix, j)))
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def multiply_by_pivot_inverse(submatrix: Any, pivot_inverse: Any) -> None:
     """Multiply a submatrix from the right by `pivot_inverse`, in place and for all cases in parallel."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         store(submatrix, j, submatrix_product(load(submatrix, j), load(pivot_inverse, j)))
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def subtract_submatrix_product(submatrix: Any, factor: Any, pivot_row: Any, is_empty: bool) -> None:
     """Subtract the product of submatrices `factor` and `pivot_row` from a submatrix; an unset one counts as zero."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         subtract_terms_from_submatrix(
             submatrix, j, is_empty, 0.0, submatrix_product(load(factor, j), load(pivot_row, j))
         )
 
 
-@njit(**APART)
-def subtract_from_velocity_change(target_rows: Any, submatrix: Any, source_rows: Any) -> None:
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def subtract_coupled_velocity_change(target_rows: Any, submatrix: Any, source_rows: Any) -> None:
     """Subtract submatrix × (velocity change of the source element) from the velocity change of the target element."""
-    for j in range(unknown(rows.COLUMNS)):
+    for j in range(hide_number_from_llvm(rows.PARALLEL_CASE_COUNT)):
         v, w = (
             rows.load_change(target_rows, j),
             submatrix_times_vector(load(submatrix, j), rows.load_change(source_rows, j)),
@@ -291,37 +291,37 @@ def subtract_from_velocity_change(target_rows: Any, submatrix: Any, source_rows:
         rows.store_change(target_rows, j, PlanarVector(v.x - w.x, v.z - w.z, v.w - w.w))
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def multiply_right_side_by_pivot_inverse(element_rows: Any, pivot_inverse: Any) -> None:
     """Replace an element's right-hand side by its velocity change: multiply by the inverse of its pivot submatrix."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         rows.store_change(
             element_rows, j, submatrix_times_vector(load(pivot_inverse, j), rows.load_change(element_rows, j))
         )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def solve_velocity_changes(state: Any, matrix: Any, nonzero_pattern: NonzeroPattern, element_count: int) -> None:
     """Solve the equations of a step by elimination; velocity changes of the elements replace the right-hand sides.
 
     Submatrices outside the pattern are 0. In a stack each element shares a submatrix only with the next one, so that
     the work is proportional to the number of elements.
     """
-    used, later, count = nonzero_pattern.used, nonzero_pattern.later, nonzero_pattern.count
+    used, later, count = nonzero_pattern.used, nonzero_pattern.later_coupled_elements, nonzero_pattern.count
     for k in range(element_count):
         if not used[k, k]:
             continue
-        pivot = of_submatrix(matrix, k * element_count + k)
+        pivot = submatrix_window(matrix, k * element_count + k)
         invert_submatrix_in_place(pivot)
         for n in range(count[k]):
             i = later[k, n]
-            factor = of_submatrix(matrix, i * element_count + k)
+            factor = submatrix_window(matrix, i * element_count + k)
             multiply_by_pivot_inverse(factor, pivot)
-            subtract_from_velocity_change(rows.of_element(state, i), factor, rows.of_element(state, k))
+            subtract_coupled_velocity_change(rows.element_window(state, i), factor, rows.element_window(state, k))
             for o in range(count[k]):
                 m = later[k, o]
-                row = of_submatrix(matrix, k * element_count + m)
-                subtract_submatrix_product(of_submatrix(matrix, i * element_count + m), factor, row, not used[i, m])
+                row = submatrix_window(matrix, k * element_count + m)
+                subtract_submatrix_product(submatrix_window(matrix, i * element_count + m), factor, row, not used[i, m])
                 if not used[i, m]:
                     mark_submatrix_nonzero(nonzero_pattern, i, m)
     for k in range(element_count - 1, -1, -1):
@@ -329,13 +329,17 @@ def solve_velocity_changes(state: Any, matrix: Any, nonzero_pattern: NonzeroPatt
             continue
         for n in range(count[k]):
             m = later[k, n]
-            subtract_from_velocity_change(
-                rows.of_element(state, k), of_submatrix(matrix, k * element_count + m), rows.of_element(state, m)
+            subtract_coupled_velocity_change(
+                rows.element_window(state, k),
+                submatrix_window(matrix, k * element_count + m),
+                rows.element_window(state, m),
             )
-        multiply_right_side_by_pivot_inverse(rows.of_element(state, k), of_submatrix(matrix, k * element_count + k))
+        multiply_right_side_by_pivot_inverse(
+            rows.element_window(state, k), submatrix_window(matrix, k * element_count + k)
+        )
 
 
-@njit(inline="always", **INNER)
+@njit(inline="always", **INTERNAL_COMPILE_OPTIONS)
 def equation_submatrix_or_placeholder(
     matrix: Any, equation_flags: Any, row: int, column: int, spare_number: int
 ) -> Any:
@@ -343,7 +347,7 @@ def equation_submatrix_or_placeholder(
 
     Elements that are driven or held have none.
     """
-    return of_submatrix(
+    return submatrix_window(
         matrix,
         row * equation_flags.size + column
         if equation_flags[row] and equation_flags[column]
@@ -351,8 +355,8 @@ def equation_submatrix_or_placeholder(
     )
 
 
-@njit(inline="always", **INNER)
-def pair_submatrices(
+@njit(inline="always", **INTERNAL_COMPILE_OPTIONS)
+def mark_and_return_pair_submatrices(
     matrix: Any, nonzero_pattern: NonzeroPattern, equation_flags: Any, element_a: int, element_b: int
 ) -> tuple[PairSubmatrices, Any]:
     """Return the four equation submatrices of elements a and b, marked as nonzero, and flags of those unset before."""

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import rotate_cosine_and_sine
 from overturning.dem.polygon.state import (
     VERTEX_OF_B,
@@ -31,7 +31,7 @@ class PlanarContactPoint(NamedTuple):
     The nearest faces of two elements overlap along a segment; a contact point lies at each end of it.
     """
 
-    mine: bool
+    vertex_is_of_a: bool
     """True if the contact vertex belongs to a, False if to b."""
     faces: bool
     """True if the vertex lies opposite the other face."""
@@ -94,7 +94,7 @@ class RelativeFacePosition(NamedTuple):
 class VertexPositionAndLeverArms(NamedTuple):
     """Position of a face's vertex relative to the opposite face, now and a step ago, with lever arms of its force."""
 
-    seen: VertexPositionAtFace
+    position_at_face: VertexPositionAtFace
     """Depth behind the other face and place along it, m; b's vertices are measured in the opposite direction."""
     before: float
     """Depth a step ago, m."""
@@ -112,7 +112,7 @@ def rotate_to_scene_axes(pose: Pose, x: float, z: float) -> tuple[float, float]:
     return pose.cos * x + pose.sin * z, pose.cos * z - pose.sin * x
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def polygon_face(faces: Any, face_index: int) -> ElementFace:
     """Return the face with number `face_index` of a polygon from the array of all its faces."""
     nx, nz = faces[face_index, 4], faces[face_index, 5]
@@ -234,9 +234,9 @@ def build_planar_contact_point(
     vertex_b: VertexPositionAndLeverArms,
 ) -> PlanarContactPoint:
     """Return a contact point of two elements: at `vertex_a` if `vertex_is_of_a`, else at `vertex_b`."""
-    depth = vertex_a.seen.depth if vertex_is_of_a else vertex_b.seen.depth
+    depth = vertex_a.position_at_face.depth if vertex_is_of_a else vertex_b.position_at_face.depth
     return PlanarContactPoint(
-        mine=vertex_is_of_a,
+        vertex_is_of_a=vertex_is_of_a,
         faces=vertex_is_opposite,
         closed=vertex_is_opposite & (depth > 0.0),
         nx=relative_position.bnx if vertex_is_of_a else -relative_position.anx,
@@ -256,11 +256,15 @@ def build_planar_contact_point(
 @njit(**INLINE)
 def find_contact_segment(pair: PairState, pose_a: Pose, pose_b: Pose) -> ContactSegment:
     """Return the overlap of two elements' nearest faces, with open contact points if they are too far apart."""
-    return find_contact_segment_at_poses(pair, pose_a, pose_b, pair.nearest.ahead >= pair.nearest.reach)
+    return find_contact_segment_with_touch_flag(
+        pair, pose_a, pose_b, pair.nearest.max_motion_at_step_end >= pair.nearest.reach
+    )
 
 
 @njit(**INLINE)
-def find_contact_segment_at_poses(pair: PairState, pose_a: Pose, pose_b: Pose, may_touch: bool) -> ContactSegment:
+def find_contact_segment_with_touch_flag(
+    pair: PairState, pose_a: Pose, pose_b: Pose, may_touch: bool
+) -> ContactSegment:
     """Return the overlap of two elements' nearest faces at given poses; with open contact points unless `may_touch`.
 
     Contact point 1 lies at a's first or b's second vertex, point 2 at a's second or b's first: at the inner of these
@@ -269,22 +273,28 @@ def find_contact_segment_at_poses(pair: PairState, pose_a: Pose, pose_b: Pose, m
     f = relative_face_position(pair.face_a, pair.face_b, pose_a, pose_b)
     a1, a2, b1, b2 = locate_face_vertices(pair.face_a, pair.face_b, f, pair.history.before)
     low, high, to = pair.face_b.low, pair.face_b.high, pair.bounds
-    mine_1, mine_2 = a1.seen.place <= high, a2.seen.place >= low
+    mine_1, mine_2 = a1.position_at_face.place <= high, a2.position_at_face.place >= low
     top, bottom = -pair.face_a.low, -pair.face_a.high
-    in_1 = (mine_1 & (a1.seen.place >= to.one_a)) | (
-        (not mine_1) & (b2.seen.place >= to.one_b) & (b2.seen.place <= top)
+    in_1 = (mine_1 & (a1.position_at_face.place >= to.point_1_min_place_a)) | (
+        (not mine_1) & (b2.position_at_face.place >= to.point_1_min_place_b) & (b2.position_at_face.place <= top)
     )
-    in_2 = (mine_2 & (a2.seen.place <= to.two_a)) | (
-        (not mine_2) & (b1.seen.place >= bottom) & (b1.seen.place <= to.two_b)
+    in_2 = (mine_2 & (a2.position_at_face.place <= to.point_2_max_place_a)) | (
+        (not mine_2) & (b1.position_at_face.place >= bottom) & (b1.position_at_face.place <= to.point_2_max_place_b)
     )
     one, two = (
         build_planar_contact_point(mine_1, in_1 & may_touch, f, a1, b2),
         build_planar_contact_point(mine_2, in_2 & may_touch, f, a2, b1),
     )
-    return ContactSegment(f.turn_q, f.turn_r, one, two, FaceVertexPositions(a1.seen, a2.seen, b1.seen, b2.seen))
+    return ContactSegment(
+        f.turn_q,
+        f.turn_r,
+        one,
+        two,
+        FaceVertexPositions(a1.position_at_face, a2.position_at_face, b1.position_at_face, b2.position_at_face),
+    )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def earlier_vertex_positions(
     pair: PairState, element_a: ElementState, element_b: ElementState, elapsed_time: float
 ) -> FaceVertexPositions:
@@ -296,10 +306,10 @@ def earlier_vertex_positions(
         pose_extrapolated_back_in_time(element_b, elapsed_time),
     )
     a1, a2, b1, b2 = locate_face_vertices(pair.face_a, pair.face_b, f, pair.history.before)
-    return FaceVertexPositions(a1.seen, a2.seen, b1.seen, b2.seen)
+    return FaceVertexPositions(a1.position_at_face, a2.position_at_face, b1.position_at_face, b2.position_at_face)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def pose_extrapolated_back_in_time(element: ElementState, elapsed_time: float) -> Pose:
     """Return the pose that an element had `elapsed_time` seconds ago if it moved with its present velocity."""
     c, s = rotate_cosine_and_sine(element.pose.cos, element.pose.sin, -elapsed_time * element.velocity.w)
@@ -312,11 +322,11 @@ def pose_extrapolated_back_in_time(element: ElementState, elapsed_time: float) -
     )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def contact_vertex_position(
     point_history: PlanarContactPointHistory, point_number: int, vertex_positions: FaceVertexPositions
 ) -> VertexPositionAtFace:
     """Return the position of the vertex at which contact point `point_number` (0 or 1) lies."""
-    if point_history.carrier != VERTEX_OF_B:
+    if point_history.vertex_owner != VERTEX_OF_B:
         return vertex_positions.a1 if point_number == 0 else vertex_positions.a2
     return vertex_positions.b2 if point_number == 0 else vertex_positions.b1

@@ -27,7 +27,7 @@ class PairMotionAndInertia(NamedTuple):
 
 
 @njit(**INLINE)
-def contact_point_lands_now(
+def contact_point_lands_in_this_impact(
     contact_law: ContactPointLaw,
     point_history: PlanarContactPointHistory,
     contact_point: PlanarContactPoint,
@@ -44,7 +44,7 @@ def contact_point_lands_now(
     soon = (rate * contact_point.depth > sinking) & (
         contact_law.normal * contact_point.depth > contact_law.dashpot * sinking
     )
-    return (point_history.landing > 0.0) | ((point_history.carrier == OPEN) & (contact_point.faces > 0.0) & soon)
+    return (point_history.landing > 0.0) | ((point_history.vertex_owner == OPEN) & (contact_point.faces > 0.0) & soon)
 
 
 @njit(**INLINE)
@@ -55,16 +55,16 @@ def pair_lands_flat(
     pair_motion: PairMotionAndInertia,
 ) -> bool:
     """True if both contact points of two elements land in one impact; a dashpot may then pull."""
-    one = contact_point_lands_now(contact_law, pair_history.one, contact_segment.one, pair_motion)
+    one = contact_point_lands_in_this_impact(contact_law, pair_history.one, contact_segment.one, pair_motion)
     return (
         (contact_law.landing > 0.0)
         & one
-        & contact_point_lands_now(contact_law, pair_history.two, contact_segment.two, pair_motion)
+        & contact_point_lands_in_this_impact(contact_law, pair_history.two, contact_segment.two, pair_motion)
     )
 
 
 @njit(**INLINE)
-def flat_landing_slip_and_friction(
+def flat_landing_slip_flag_and_signed_friction(
     contact_law: ContactPointLaw,
     contact_point: PlanarContactPoint,
     velocity: PairRelativeVector,
@@ -100,7 +100,7 @@ def reduce_tangential_lever_arms(contact_point: PlanarContactPoint, lever_reduct
     """Return a contact point, with `lever_reduction` (m) subtracted from the lever arms of its tangential force."""
     end = contact_point
     return PlanarContactPoint(
-        end.mine, end.faces, end.closed, end.nx, end.nz, end.depth, end.before, end.slip,
+        end.vertex_is_of_a, end.faces, end.closed, end.nx, end.nz, end.depth, end.before, end.slip,
         ForceLeverArms(end.a.n, end.a.t - lever_reduction), ForceLeverArms(end.b.n, end.b.t - lever_reduction),
     )  # fmt: skip
 
@@ -116,8 +116,8 @@ def contact_points_with_landing_lever_arms(
     where it causes no such rotation.
     """
     one, two, (u, a, b) = contact_segment.one, contact_segment.two, pair_motion
-    slides_one, drift = flat_landing_slip_and_friction(contact_law, one, u, a, b, lands_flat)
-    slides_two, other = flat_landing_slip_and_friction(contact_law, two, u, a, b, lands_flat)
+    slides_one, drift = flat_landing_slip_flag_and_signed_friction(contact_law, one, u, a, b, lands_flat)
+    slides_two, other = flat_landing_slip_flag_and_signed_friction(contact_law, two, u, a, b, lands_flat)
     ia, ib = a.inverse_inertia, b.inverse_inertia
     t1, t2 = (
         relative_rotation_lever_arm(one.a.t, one.b.t, ia, ib),

@@ -159,7 +159,7 @@ def power_against_inertial_and_holding_forces(
 @njit(**INLINE)
 def contact_vertex_owner(contact_point: PlanarContactPoint) -> float:
     """Return `VERTEX_OF_A` if a contact point lies at a vertex of element a, `VERTEX_OF_B` if at a vertex of b."""
-    return VERTEX_OF_A if contact_point.mine > 0.0 else VERTEX_OF_B
+    return VERTEX_OF_A if contact_point.vertex_is_of_a > 0.0 else VERTEX_OF_B
 
 
 @njit(**INLINE)
@@ -177,12 +177,13 @@ def tangential_spring_stretch(
     """
     carrier = contact_vertex_owner(contact_point)
     share = (
-        -((carrier * contact_segment.turn_r) * point_history.normal) - point_history.tangent * contact_segment.turn_q
+        -((carrier * contact_segment.turn_r) * point_history.normal)
+        - point_history.tangential_force * contact_segment.turn_q
     )
-    share = point_history.tangent if point_history.carrier == TRANSFERRED else share
+    share = point_history.tangential_force if point_history.vertex_owner == TRANSFERRED else share
     equivalent = -(share + damping_force) * compliance
-    stretch = point_history.spring + contact_point.slip if point_history.carrier == carrier else equivalent
-    return stretch if point_history.carrier != OPEN else 0.0
+    stretch = point_history.spring + contact_point.slip if point_history.vertex_owner == carrier else equivalent
+    return stretch if point_history.vertex_owner != OPEN else 0.0
 
 
 @njit(**INLINE)
@@ -236,8 +237,8 @@ def limit_friction_force(
     """Return the friction force (N), its limit μ × normal force (N), and True if the contact slips.
 
     `trial_force` is the force without friction limit (N), `normal_force` the normal force (N). `flat_landing_state`
-    holds whether the point is in contact in a flat landing, and both results of `flat_landing_slip_and_friction`: a
-    point that has not touched yet has no friction.
+    holds whether the point is in contact in a flat landing, and both results of
+    `flat_landing_slip_flag_and_signed_friction`: a point that has not touched yet has no friction.
     """
     (held, drifts, drift), limit = flat_landing_state, contact_law.friction * normal_force
     slips = drifts if held else abs(trial_force) > limit
@@ -259,8 +260,10 @@ def contact_point_history_after_step(
     The landing of a point that touches now ends together with that of the other point, if that one is already in
     contact.
     """
-    begun = contact_law.landing if other_point_history.carrier == OPEN else other_point_history.landing - elapsed_time
-    left = point_history.landing - elapsed_time if point_history.carrier != OPEN else begun
+    begun = (
+        contact_law.landing if other_point_history.vertex_owner == OPEN else other_point_history.landing - elapsed_time
+    )
+    left = point_history.landing - elapsed_time if point_history.vertex_owner != OPEN else begun
     carrier = contact_vertex_owner(contact_point) if point_result.inside else OPEN
     return PlanarContactPointHistory(
         point_result.force.spring,
@@ -277,9 +280,9 @@ def twice_energy_absorbed_at_contact_point(
 ) -> float:
     """Return twice the energy (J) that the contact at a contact point of two elements absorbed in a step."""
     value = (point_history.normal + point_result.force.n) * (point_result.depth - contact_point.before) - (
-        point_history.tangent + point_result.force.t
+        point_history.tangential_force + point_result.force.t
     ) * point_result.slip
-    return value if (point_history.carrier != OPEN) | point_result.inside else 0.0
+    return value if (point_history.vertex_owner != OPEN) | point_result.inside else 0.0
 
 
 @njit(**INLINE)

@@ -10,7 +10,7 @@ from numba import njit
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.ground import base_acceleration_at_tick
-from overturning.dem.kernel.lanes import INNER
+from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.path import PlanarTrajectory
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact_history import (
@@ -21,27 +21,27 @@ from overturning.dem.polygon.prepare import PreparedScene
 from overturning.dem.polygon.state import OPEN, VERTEX_OF_A
 
 TIME, GROUND = range(2)
-POSE_COLUMNS: Final = 6
+COLUMNS_PER_ELEMENT: Final = 6
 """Columns of an element: x, z, rotation and their rates."""
 FX, FZ, LOAD, LOAD_X, LOAD_Z = range(5)
-FORCE_COLUMNS: Final = 5
+COLUMNS_PER_CONTACT_POINT: Final = 5
 """Columns of an end: mean force on the pair's first element until the next sample (x, z), mean normal force, and
 mean of normal force × place (x, z)."""
 
 
-@njit(**INNER)
-def record_motion_of_all_elements(
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def record_element_motion_of_first_case(
     state: Any, element_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
     """Write time, base acceleration and each element's pose and velocity in the first simulated case into a row."""
     case = rows.load_case(state, 0)
     trajectory_row[TIME] = (case.sample + case.shaking.tick / ticks_per_sample) * sampling_interval
     trajectory_row[GROUND] = base_acceleration_at_tick(case.shaking.base, case.shaking.tick)
-    half = case.lag
+    half = case.velocity_lag
     for e in range(element_count):
-        item = rows.load_element(rows.of_element(state, e), 0)
+        item = rows.load_element(rows.element_window(state, e), 0)
         pose, v, a = item.pose, item.velocity, item.acceleration
-        at = 2 + POSE_COLUMNS * e
+        at = 2 + COLUMNS_PER_ELEMENT * e
         trajectory_row[at], trajectory_row[at + 1], trajectory_row[at + 2] = pose.x, pose.z, pose.angle
         trajectory_row[at + 3], trajectory_row[at + 4], trajectory_row[at + 5] = (
             v.x + half * a.x,
@@ -50,7 +50,7 @@ def record_motion_of_all_elements(
         )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def add_contact_forces_to_trajectory(
     state: Any, scene: Any, sample_share: float, trajectory_rows: Any, row_index: int
 ) -> None:
@@ -58,23 +58,23 @@ def add_contact_forces_to_trajectory(
 
     The sum over the steps of a sample is the mean force.
     """
-    for p in range(scene.layout.shape[0]):
+    for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, first, second = rows.pair_and_element_rows(state, scene, p)
         pair, a, b = rows.load_pair(q, 0), rows.load_pose(first, 0), rows.load_pose(second, 0)
         for end in range(2):
             memory = pair.history.one if end == 0 else pair.history.two
-            if memory.carrier == OPEN:
+            if memory.vertex_owner == OPEN:
                 continue
             n, tangent, mine = (
                 sample_share * memory.normal,
-                sample_share * memory.tangent,
-                memory.carrier == VERTEX_OF_A,
+                sample_share * memory.tangential_force,
+                memory.vertex_owner == VERTEX_OF_A,
             )
             (rx, rz), (nx, nz) = (
                 contact_vertex_position_from_element_a(pair, a, b, end, mine),
                 normal_force_direction_on_element_a(a, b, pair.face_a, pair.face_b, mine),
             )
-            at = 2 + POSE_COLUMNS * scene.elements.shape[1] + FORCE_COLUMNS * (2 * p + end)
+            at = 2 + COLUMNS_PER_ELEMENT * scene.elements.shape[1] + COLUMNS_PER_CONTACT_POINT * (2 * p + end)
             trajectory_rows[row_index, at + FX] += n * nx + tangent * nz
             trajectory_rows[row_index, at + FZ] += n * nz - tangent * nx
             trajectory_rows[row_index, at + LOAD] += n
@@ -84,29 +84,33 @@ def add_contact_forces_to_trajectory(
 
 def count_trajectory_columns(prepared_scene: PreparedScene) -> int:
     """Return the number of columns of the trajectory of a scene."""
-    return 2 + POSE_COLUMNS * len(prepared_scene.placed) + 2 * FORCE_COLUMNS * len(prepared_scene.pairs)
+    return (
+        2 + COLUMNS_PER_ELEMENT * len(prepared_scene.placed) + 2 * COLUMNS_PER_CONTACT_POINT * len(prepared_scene.pairs)
+    )
 
 
 def planar_trajectory_of_scene(prepared_scene: PreparedScene, trajectory_rows: FloatArray) -> PlanarTrajectory:
     """Convert the kernel's trajectory rows of a scene to a `PlanarTrajectory`."""
     placed, ends = prepared_scene.placed, 2 * len(prepared_scene.pairs)
-    poses_end = 2 + POSE_COLUMNS * len(placed)
-    forces = trajectory_rows[:, poses_end:].reshape(len(trajectory_rows), ends, FORCE_COLUMNS)
+    poses_end = 2 + COLUMNS_PER_ELEMENT * len(placed)
+    forces = trajectory_rows[:, poses_end:].reshape(len(trajectory_rows), ends, COLUMNS_PER_CONTACT_POINT)
     force, load = forces[:, :, [FX, FZ]], forces[:, :, [LOAD]]
     contacts: list[tuple[str, str]] = []
     for index, pair in enumerate(prepared_scene.pairs):
         # Force on the later element, which stands on the earlier one; on the earlier one if the later is fixed.
-        on, by = sorted((pair.a, pair.b), key=lambda k: (placed[k].is_driven_or_held, -k))
-        if on == pair.b:
+        on, by = sorted(
+            (pair.first_element_index, pair.second_element_index), key=lambda k: (placed[k].is_driven_or_held, -k)
+        )
+        if on == pair.second_element_index:
             force[:, 2 * index : 2 * index + 2] *= -1.0
         contacts += 2 * [(placed[on].element.name, placed[by].element.name)]
     return PlanarTrajectory(
         scene=prepared_scene.scene,
-        placed=placed,
+        placed_elements=placed,
         critical=prepared_scene.tipping_angles,
         time=trajectory_rows[:, TIME],
         ground=trajectory_rows[:, GROUND],
-        poses=trajectory_rows[:, 2:poses_end].reshape(len(trajectory_rows), len(placed), POSE_COLUMNS),
+        poses_and_rates=trajectory_rows[:, 2:poses_end].reshape(len(trajectory_rows), len(placed), COLUMNS_PER_ELEMENT),
         force=force,
         place=forces[:, :, [LOAD_X, LOAD_Z]] / np.where(load > 0.0, load, np.nan),
         contacts=contacts,

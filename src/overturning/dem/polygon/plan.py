@@ -8,25 +8,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.clock import SCENE
+from overturning.dem.kernel.clock import SCENE_STEP_CONTROL
 from overturning.dem.limits import MAX_TIME_AFTER_RECORD
-from overturning.dem.numerics import ELEMENT_STEP, NumericalOptions
+from overturning.dem.numerics import BLOCK_STEPS_PER_ELEMENT_STEP, NumericalOptions
 from overturning.dem.path import PlanarTrajectory
 from overturning.dem.plan import SimulationPlan, base_accelerations_by_azimuth, check_trajectory_size
 from overturning.dem.polygon import arrays as t
 from overturning.dem.polygon.path import (
+    COLUMNS_PER_ELEMENT,
     GROUND,
-    POSE_COLUMNS,
     TIME,
     count_trajectory_columns,
     planar_trajectory_of_scene,
 )
 from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
-from overturning.dem.polygon.rows import COLUMNS
-from overturning.dem.polygon.rules import SCHEMES, SceneKernelInput
+from overturning.dem.polygon.rows import PARALLEL_CASE_COUNT
+from overturning.dem.polygon.rules import SCHEME_CONSTANTS, SceneKernelInput
 from overturning.dem.quiet import (
-    SAFE_SHARE,
     SCENE_REST_THRESHOLD_FACTOR,
+    STRONG_MOTION_THRESHOLD_RATIO,
     dynamic_overshoot_bound,
     find_strong_motion_ranges,
     largest_acceleration_without_motion,
@@ -47,7 +47,7 @@ from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
-SAFE_UPLIFT: Final = 0.7
+UPLIFT_SAFETY_FACTOR: Final = 0.7
 """Safety factor on the uplift acceleration of a group that can rock as one: weaker shaking leaves it standing, even
 after another element has fallen."""
 
@@ -57,7 +57,7 @@ class PolygonSimulationPlan(SimulationPlan):
     """Plan of the simulation of n cases of a scene of polygons."""
 
     split_long_queues: ClassVar[bool] = True
-    step_cost: ClassVar[int] = ELEMENT_STEP
+    block_steps_per_step: ClassVar[int] = BLOCK_STEPS_PER_ELEMENT_STEP
     time_column: ClassVar[Any] = (..., TIME)
     ground_columns: ClassVar[Any] = ((..., GROUND),)
 
@@ -71,15 +71,20 @@ class PolygonSimulationPlan(SimulationPlan):
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
         """Return the tables that the kernel fills: ``results``, shape (cases,), and ``each``, (cases, elements)."""
         each = (case_count, self.arrays.elements.shape[1])
-        return {"results": np.zeros(case_count, t.RESULT), "each": np.zeros(each, t.ELEMENT_RESULT)}
+        return {
+            "results": np.zeros(case_count, t.RESULT_TABLE_DTYPE),
+            "each": np.zeros(each, t.ELEMENT_RESULT_TABLE_DTYPE),
+        }
 
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> SceneKernelInput:
         """Return the scene kernel's input for cases with equal steps per sample, steps divided by `step_divisor`."""
-        scheme = SCHEMES[self.scheme]
+        scheme = SCHEME_CONSTANTS[self.scheme]
         return SceneKernelInput(
-            **self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, scheme.ticks, COLUMNS),
+            **self.common_kernel_input_fields(
+                case_numbers, result_tables, step_divisor, scheme.ticks_per_whole_step, PARALLEL_CASE_COUNT
+            ),
             scheme=scheme,
             stable_from_sample=self.stable_from_sample[case_numbers],
             variant=self.variant[case_numbers],
@@ -122,10 +127,10 @@ class PolygonSimulationPlan(SimulationPlan):
         interval, table = self.motion.sampling_interval, self.table.copy()
         table["kept_until"] = np.ceil((trajectory[-1, TIME] + aftermath) / interval)
         plan = replace(self, table=table)
-        _, longer = plan.compute_cases(
+        _, longer = plan.simulate_cases_of_group(
             np.zeros(1, np.int64), np.zeros(1, np.int64), plan.create_trajectory_buffer(is_recorded=True)
         )
-        poses = slice(0, 2 + POSE_COLUMNS * len(self.variants[0].placed))
+        poses = slice(0, 2 + COLUMNS_PER_ELEMENT * len(self.variants[0].placed))
         same = len(longer) > len(trajectory) and np.array_equal(longer[: len(trajectory), poses], trajectory[:, poses])
         return longer if same else trajectory
 
@@ -134,14 +139,14 @@ class PolygonSimulationPlan(SimulationPlan):
         prepared = self.variants[0]
         rest, poses_end = (
             np.zeros((sample_count, count_trajectory_columns(prepared))),
-            2 + POSE_COLUMNS * len(prepared.placed),
+            2 + COLUMNS_PER_ELEMENT * len(prepared.placed),
         )
         rest[:, poses_end:] = np.nan
         rest[:, TIME] = np.arange(sample_count) * self.motion.sampling_interval
         rest[:, GROUND] = self.ground[0, :sample_count] * self.table[0]["amplitude"]
         for index, item in enumerate(prepared.placed):
             pose = np.array([item.x, item.z, 0.0]) + prepared.displacement[index]
-            rest[:, 2 + POSE_COLUMNS * index : 5 + POSE_COLUMNS * index] = pose
+            rest[:, 2 + COLUMNS_PER_ELEMENT * index : 5 + COLUMNS_PER_ELEMENT * index] = pose
         return rest
 
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> PlanarTrajectory:
@@ -160,7 +165,7 @@ def plan_scene_simulation(
     distinct, variant = np.unique(keys, axis=0, return_inverse=True)
     variant = variant.reshape(-1)
     variants = [prepare_scene(scene, float(height), float(ratio)) for height, ratio, _ in distinct]
-    _check_scene_variants(scene, variants)
+    _check_variant_stiffness_and_pairs(scene, variants)
     row, ground = base_accelerations_by_azimuth(motion, cases)
     square = np.array([item.square for item in variants])
     rate = np.array([item.rate for item in variants]) * distinct[:, 2]
@@ -170,14 +175,16 @@ def plan_scene_simulation(
     )
     # 20/p with p = √(3g/4R).
     slowest = np.sqrt(np.array([item.half_diagonal_of_scene for item in variants]) / (0.75 * scene.gravity))[variant]
-    table = np.zeros(cases.case_count, t.CASE)
+    table = np.zeros(cases.case_count, t.CASE_TABLE_DTYPE)
     table["amplitude"], table["friction"], table["damping"] = cases.amplitude, cases.friction, cases.damping_factor
     table["calm"] = np.inf
     table["after"] = motion.sample_count + np.ceil(MAX_TIME_AFTER_RECORD * slowest / motion.sampling_interval)
     table["finest"] = finest[variant]
     # A shorter time step divides every step; the same time after a contact change then takes more of them.
-    table["dwell"] = np.round(SCENE.steps_before_length_doubles(square, rate) * divided * numerics.refinement)[variant]
-    table["standing"], table["settled"] = SCENE.whole, SCENE.settled
+    table["dwell"] = np.round(
+        SCENE_STEP_CONTROL.steps_before_length_doubles(square, rate) * divided * numerics.refinement
+    )[variant]
+    table["standing"], table["settled"] = SCENE_STEP_CONTROL.ticks_per_whole_step, SCENE_STEP_CONTROL.settled
     first, stays_at_rest = np.zeros(cases.case_count, np.int64), np.zeros(cases.case_count, np.bool_)
     stable_from_sample = np.full((cases.case_count, len(variants[0].parts)), np.inf)
     if numerics.leave_out:
@@ -206,8 +213,10 @@ def plan_scene_simulation(
             grip[variant == number] = item.sliding_onset_acceleration(np.asarray(cases.friction)[variant == number])
         alike = all(np.array_equal(item.parts, variants[0].parts) for item in variants)
         for part in range(len(variants[0].parts)):
-            safe = np.array([item.safe[part] if alike else 0.0 for item in variants])[variant]
-            stable_from_sample[:, part] = quiet(np.minimum(SAFE_UPLIFT * safe, grip) / SAFE_SHARE)[1]
+            safe = np.array([item.group_onset_accelerations[part] if alike else 0.0 for item in variants])[variant]
+            stable_from_sample[:, part] = quiet(
+                np.minimum(UPLIFT_SAFETY_FACTOR * safe, grip) / STRONG_MOTION_THRESHOLD_RATIO
+            )[1]
     return PolygonSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
         steps=per_sample[variant] * numerics.refinement, first=first, stays_at_rest=stays_at_rest,
@@ -256,19 +265,21 @@ def step_settings_of_variants(
             np.ones(squared_frequency.size),
         )
     frequency = np.sqrt(squared_frequency)
-    whole = np.minimum(SCENE.longest * rocking_time_constant, sampling_interval)
+    whole = np.minimum(SCENE_STEP_CONTROL.longest_whole_step * rocking_time_constant, sampling_interval)
     heavy = np.maximum(0.5 * damping_rate / frequency / HEAVY_DAMPING, 1.0)
     fewest, steps = (
         steps_per_sample_from_stable_step(whole, whole, wanted, sampling_interval) for wanted in ("auto", time_step)
     )
     # The number of halvings does not depend on the time step: a shorter one makes all steps shorter.
     halvings = np.clip(
-        np.frexp(sampling_interval / fewest * frequency * heavy / SCENE.finest)[1], 0, SCENE.max_step_halvings
+        np.frexp(sampling_interval / fewest * frequency * heavy / SCENE_STEP_CONTROL.finest)[1],
+        0,
+        SCENE_STEP_CONTROL.max_step_halvings,
     )
-    return steps, np.ldexp(SCENE.whole, -halvings), steps / fewest
+    return steps, np.ldexp(SCENE_STEP_CONTROL.ticks_per_whole_step, -halvings), steps / fewest
 
 
-def _check_scene_variants(scene: Scene, prepared_scenes: list[PreparedScene]) -> None:
+def _check_variant_stiffness_and_pairs(scene: Scene, prepared_scenes: list[PreparedScene]) -> None:
     """Raise an `ArgumentError` if contacts are too stiff for float64, or the size changes which elements touch."""
     for item in prepared_scenes:
         # Check as for a block as high as the scene. A contact that carries a trace of the weight is made for more.

@@ -23,10 +23,10 @@ from overturning.model.geometry import (
     ConvexPiecePair,
     PlacedElement,
     PossibleContactPoint,
-    convex_piece_pairs_that_can_touch,
+    convex_piece_pairs_with_movable_element,
     first_placement_error,
-    ground_name,
     place_elements,
+    wide_ground_name,
 )
 from overturning.model.scene import Scene
 
@@ -47,14 +47,14 @@ class PreparedScene:
     slowest: float  # smallest eigenvalue of the springs at rest, 1/s²
     threshold: float  # |a|/g below which no element can start to rock; 0 if unknown
     parts: NDArray[np.int64]  # shape (parts, 2): first and last element of each group that can rock as one
-    safe: FloatArray  # shape (parts,): |a|/g below which the group cannot start to rock
+    group_onset_accelerations: FloatArray  # shape (parts,): |a|/g below which the group cannot start to rock
     tips: FloatArray  # shape (elements, 2): tipping angles to −x and +x, rad; infinite if there is none
     critical: FloatArray  # shape (elements,): α, the smaller of `tips`, rad; without one the angle of its fall
     barrier: FloatArray  # shape (elements,): energy to overturn each free element, J
     support: NDArray[np.int64]  # shape (elements,): first element that carries it; its own index if there is none
     base: FloatArray  # shape (elements, 2): middle of the stretch on which it stands, m
     carriers: list[set[int]]  # elements that carry each element at rest
-    fits: bool  # False if an element overlaps another or hangs in the air at this B/H
+    has_valid_placement: bool  # False if an element overlaps another or hangs in the air at this B/H
 
     @property
     def free_element_indices(self) -> NDArray[np.int64]:
@@ -93,12 +93,12 @@ class PreparedScene:
     @property
     def exceeds_penetration_limit(self) -> bool:
         """True if the weight alone makes the penetration between two elements exceed the limit of the contact law."""
-        return bool(exceeds_penetration_limit(self.static_penetrations, smallest_element_side(self.placed)).any())
+        return bool(exceeds_penetration_limit(self.static_penetrations, smallest_free_element_side(self.placed)).any())
 
     @property
     def no_case_has_outcome(self) -> bool:
         """True if no case can have an outcome: at rest, penetration is too large, or elements overlap or float."""
-        return self.exceeds_penetration_limit or not self.fits
+        return self.exceeds_penetration_limit or not self.has_valid_placement
 
     @property
     def shortest_rocking_time_constant(self) -> float:
@@ -121,7 +121,7 @@ class PreparedScene:
     @cached_property
     def slip_distance_to_ground_edge(self) -> FloatArray:
         """Slip (m) at which each element leaves the edge of the ground; infinite for elements that stand on others."""
-        ground = ground_name(self.scene)
+        ground = wide_ground_name(self.scene)
         far = [0.5 * item.shape.width if item.element.name == ground else np.inf for item in self.placed]
         return np.array(
             [far[on] - abs(x - self.placed[on].x) for on, (x, _) in zip(self.support, self.base, strict=True)]
@@ -155,7 +155,7 @@ class PreparedScene:
 def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | None = None) -> PreparedScene:
     """Compute equilibrium, contact constants and thresholds of a scene whose reference element has the given size."""
     placed = place_elements(scene, height, b_over_h)
-    pairs = convex_piece_pairs_that_can_touch(placed)
+    pairs = convex_piece_pairs_with_movable_element(placed)
     joints = contact_points_at_rest(placed, pairs)
     laws = compute_pair_contact_laws(scene, placed, pairs, joints)
     equilibrium = static_equilibrium(scene, placed, joints, laws.normal, laws.tangential)
@@ -171,7 +171,7 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
         for k, _, _, approach, slip in loaded
     ):
         threshold = 0.0  # an element slides by its own weight
-    tips, critical, barrier, support, base = _tipping_properties(
+    tips, critical, barrier, support, base = _tipping_angles_energies_and_supports(
         scene, placed, stands, _mask_of_freely_standing_elements(placed, pairs, bearing)
     )
     return PreparedScene(
@@ -205,7 +205,7 @@ def free_element_critical_angles(scene: Scene, b_over_h: FloatArray) -> FloatArr
     return np.stack([np.degrees(item.tipping_angles[item.free_element_indices]) for item in prepared])
 
 
-CRITICAL: Final = {
+CRITICAL_ANGLE_ATTRIBUTES: Final = {
     "units": "degree",
     "long_name": "critical angle, at which an element tips off what carries it as it stands in the scene",
     "comment": "missing where it has none of its own, as an arch stone or one that leans: "
@@ -217,9 +217,9 @@ CRITICAL: Final = {
 Elements = list[PlacedElement]
 
 
-def smallest_element_side(elements: Elements) -> float:
+def smallest_free_element_side(elements: Elements) -> float:
     """Return the smallest side of any free element, m."""
-    return min(item.smaller_side for item in elements if not item.is_driven_or_held)
+    return min(item.smaller_extent for item in elements if not item.is_driven_or_held)
 
 
 Supports = dict[int, dict[int, list[PossibleContactPoint]]]
@@ -269,7 +269,7 @@ def _mask_of_freely_standing_elements(
     return result
 
 
-def _tipping_properties(
+def _tipping_angles_energies_and_supports(
     scene: Scene, elements: Elements, supports: Supports, freely_standing_elements: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
     """Return tipping angles, energy barriers, supports and base centres of all elements (see `PreparedScene`)."""
@@ -283,7 +283,9 @@ def _tipping_properties(
         rests = bool(ends)
         if not ends:  # no support at rest: take the lowest vertices instead
             low = item.vertices_in_scene[:, 1].min()
-            ends = [(k, (float(x), float(z))) for x, z in item.vertices_in_scene if z < low + 0.01 * item.smaller_side]
+            ends = [
+                (k, (float(x), float(z))) for x, z in item.vertices_in_scene if z < low + 0.01 * item.smaller_extent
+            ]
         support[k] = ends[0][0]
         base[k] = np.mean([point for _, point in ends], axis=0)
         reach, lift = [], []
@@ -301,7 +303,7 @@ def _tipping_properties(
                 min(item.fall_threshold_rotations_rad) if rests else max(min(reach), MIN_TIPPING_ANGLE),
                 0.0,
             )
-        barrier[k] = item.mass * scene.gravity * max(least, 1e-9 * item.smaller_side)
+        barrier[k] = item.mass * scene.gravity * max(least, 1e-9 * item.smaller_extent)
     return tips, critical, barrier, support, base
 
 
@@ -334,11 +336,9 @@ def _rocking_onset_accelerations(elements: Elements, supports: Supports) -> tupl
             threshold = min(threshold, _uplift_acceleration_of_group(elements, whole, edge, side))
             for last in whole:
                 least = _uplift_acceleration_of_group(
-                    elements,
-                    _elements_that_overturn_together(elements, supports, k, last, edge, side, -np.inf),
-                    edge,
-                    side,
-                )
+                    elements, _elements_that_overturn_together(elements, supports, k, last, edge, side, -np.inf),
+                    edge, side,
+                )  # fmt: skip
                 # Leave out elements that hold the part down at this acceleration, until the result no longer changes.
                 while (
                     less := _uplift_acceleration_of_group(

@@ -12,12 +12,17 @@ from typing import Any, Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INNER, TupleRowLayout, create_elementwise_tuple_functions, create_window_slicer
+from overturning.dem.kernel.lanes import (
+    INTERNAL_COMPILE_OPTIONS,
+    TupleRowLayout,
+    create_elementwise_tuple_functions,
+    create_window_slicer,
+)
 from overturning.dem.polygon.faces import ContactSegment
 from overturning.dem.polygon.mechanics import AssumedPlanarContactSlip
 from overturning.dem.polygon.state import ElementState, PairHistory, PairState, SceneState, StepContactChangesAsFloats
 
-COLUMNS: Final = 8
+PARALLEL_CASE_COUNT: Final = 8
 """Number of cases computed together: one widest vector, so that the data of a stack of three fits into the L1 cache."""
 
 
@@ -31,63 +36,73 @@ class PairIntermediateStepResults(NamedTuple):
     """History at the end of the step, used only if the step is accepted."""
 
 
-CASE: Final = TupleRowLayout(COLUMNS, SceneState)
-ELEMENT: Final = TupleRowLayout(COLUMNS, ElementState)
-PAIR: Final = TupleRowLayout(COLUMNS, PairState, PairIntermediateStepResults)
-CASE_SIZE, ELEMENT_SIZE, PAIR_SIZE = CASE.size, ELEMENT.size, PAIR.size
+CASE_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, SceneState)
+ELEMENT_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ElementState)
+PAIR_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, PairState, PairIntermediateStepResults)
+CASE_SIZE, ELEMENT_SIZE, PAIR_SIZE = CASE_ROW_LAYOUT.size, ELEMENT_ROW_LAYOUT.size, PAIR_ROW_LAYOUT.size
 
-load_case, store_case, _ = CASE.tuple_reader_and_writer(SceneState)
-_, store_base, _ = CASE.tuple_reader_and_writer(SceneState, "shaking.base")
-_, store_up, _ = CASE.tuple_reader_and_writer(SceneState, "shaking.up")
-_, store_attempt, _ = CASE.tuple_reader_and_writer(SceneState, "attempt")
-_, store_decision, _ = CASE.tuple_reader_and_writer(SceneState, "decision")
-_, store_findings, _ = CASE.tuple_reader_and_writer(SceneState, "findings")
-no_findings = create_elementwise_tuple_functions(StepContactChangesAsFloats).zero
-load_element, _, _ = ELEMENT.tuple_reader_and_writer(ElementState)
-load_pose, store_pose, keep_pose = ELEMENT.tuple_reader_and_writer(ElementState, "pose")
-_, store_velocity, keep_velocity = ELEMENT.tuple_reader_and_writer(ElementState, "velocity")
-_, store_trial, _ = ELEMENT.tuple_reader_and_writer(ElementState, "trial")
-load_change, store_change, _ = ELEMENT.tuple_reader_and_writer(ElementState, "trial.change")
-_, store_acceleration, keep_acceleration = ELEMENT.tuple_reader_and_writer(ElementState, "acceleration")
-load_force, store_force, _ = ELEMENT.tuple_reader_and_writer(ElementState, "force")
-load_inertia, _, _ = ELEMENT.tuple_reader_and_writer(ElementState, "inertia")
-_, store_totals, keep_totals = ELEMENT.tuple_reader_and_writer(ElementState, "totals")
-_, store_travel, _ = ELEMENT.tuple_reader_and_writer(ElementState, "travel")
-_, store_record, _ = ELEMENT.tuple_reader_and_writer(ElementState, "record")
-load_home, store_home, _ = ELEMENT.tuple_reader_and_writer(ElementState, "home")
-load_pair, _, _ = PAIR.tuple_reader_and_writer(PairState)
-_, store_face_a, _ = PAIR.tuple_reader_and_writer(PairState, "face_a")
-_, store_face_b, _ = PAIR.tuple_reader_and_writer(PairState, "face_b")
-_, store_bounds, _ = PAIR.tuple_reader_and_writer(PairState, "bounds")
-_, store_law, _ = PAIR.tuple_reader_and_writer(PairState, "law")
-load_nearest, store_nearest, _ = PAIR.tuple_reader_and_writer(PairState, "nearest")
-_, store_history, keep_history = PAIR.tuple_reader_and_writer(PairState, "history")
-_, store_vertices, _ = PAIR.tuple_reader_and_writer(PairState, "history.before")
-load_memory, store_memory, _ = PAIR.tuple_reader_and_writer(PairState, "history.one")
-load_step, _, _ = PAIR.tuple_reader_and_writer(PairIntermediateStepResults)
-_, store_segment, _ = PAIR.tuple_reader_and_writer(
+load_case, store_case, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState)
+_, store_base, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "shaking.base")
+_, store_up, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "shaking.up")
+_, store_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "attempt")
+_, store_decision, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "decision")
+_, store_findings, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "findings")
+zero_contact_changes = create_elementwise_tuple_functions(StepContactChangesAsFloats).zero
+load_element, _, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState)
+load_pose, store_pose, keep_pose = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "pose")
+_, store_velocity, keep_velocity = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "velocity")
+_, store_trial, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "trial")
+load_change, store_change, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "trial.change")
+_, store_acceleration, keep_acceleration = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "acceleration")
+load_force, store_force, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "force")
+load_inertia, _, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "inertia")
+_, store_totals, keep_totals = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "totals")
+_, store_travel, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "travel")
+_, store_record, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "record")
+load_home, store_home, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "home")
+load_pair, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState)
+_, store_face_a, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "face_a")
+_, store_face_b, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "face_b")
+_, store_bounds, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "bounds")
+_, store_law, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "law")
+load_nearest, store_nearest, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest")
+_, store_history, keep_history = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "history")
+_, store_vertices, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "history.before")
+load_memory, store_memory, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "history.one")
+load_step, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults)
+_, store_segment, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
     PairIntermediateStepResults, "segment", ("turn_q", "turn_r", "closed")
 )
-_, store_predicted_one, _ = PAIR.tuple_reader_and_writer(PairIntermediateStepResults, "one")
-_, store_predicted_two, _ = PAIR.tuple_reader_and_writer(PairIntermediateStepResults, "two")
-_, store_corrected, _ = PAIR.tuple_reader_and_writer(PairIntermediateStepResults, "corrected")
+_, store_predicted_one, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults, "one")
+_, store_predicted_two, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults, "two")
+_, store_corrected, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults, "corrected")
 
 # Rows that are accessed singly. SECOND is the offset from a row of the history of contact point 1 to that of point 2.
-_OF_CASE = (
-    "shaking.tick sample energy variant last_check slide_end.sample attempt.length findings.changed decision.again"
+_CASE_FIELD_PATHS = (
+    "shaking.tick sample energy variant last_end_test_interval slide_end.sample attempt.length findings.changed "
+    "decision.again"
 )
 TICK, SAMPLE, ENERGY, VARIANT, LAST_CHECK, SLIDE_END, LENGTH, CHANGED, AGAIN = (
-    CASE.row_of_field(SceneState, p) for p in _OF_CASE.split()
+    CASE_ROW_LAYOUT.row_offset_of_field(SceneState, p) for p in _CASE_FIELD_PATHS.split()
 )
-_OF_ELEMENT = "inertia.frame totals.moved totals.turned record.upright_until record.carried_until record.side"
+_ELEMENT_FIELD_PATHS = (
+    "inertia.has_inertial_forces totals.moved totals.turned record.upright_until record.carried_until record.side"
+)
 FRAME, MOVED, TURNED, UPRIGHT_UNTIL, CARRIED_UNTIL, SIDE = (
-    ELEMENT.row_of_field(ElementState, p) for p in _OF_ELEMENT.split()
+    ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, p) for p in _ELEMENT_FIELD_PATHS.split()
 )
-LAST_UPRIGHT: Final = ELEMENT.row_of_field(ElementState, "totals.last_upright")
-_OF_PAIR = "nearest.limit nearest.reach nearest.used nearest.ahead slid_one slid_two history.absorbed"
-LIMIT, REACH, USED, AHEAD, SLID_ONE, SLID_TWO, ABSORBED = (PAIR.row_of_field(PairState, p) for p in _OF_PAIR.split())
-PAIR_LEVER: Final = PAIR.row_of_field(PairState, "nearest.lever")
-SECOND: Final = PAIR.row_of_field(PairState, "history.two.spring") - PAIR.row_of_field(PairState, "history.one.spring")
+LAST_UPRIGHT: Final = ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, "totals.last_upright")
+_PAIR_FIELD_PATHS = (
+    "nearest.motion_until_face_change nearest.reach nearest.motion_since_search nearest.max_motion_at_step_end "
+    "signed_friction_1 signed_friction_2 history.absorbed"
+)
+LIMIT, REACH, USED, AHEAD, SLID_ONE, SLID_TWO, ABSORBED = (
+    PAIR_ROW_LAYOUT.row_offset_of_field(PairState, p) for p in _PAIR_FIELD_PATHS.split()
+)
+PAIR_LEVER: Final = PAIR_ROW_LAYOUT.row_offset_of_field(PairState, "nearest.lever")
+SECOND_POINT_ROW_OFFSET: Final = PAIR_ROW_LAYOUT.row_offset_of_field(
+    PairState, "history.two.spring"
+) - PAIR_ROW_LAYOUT.row_offset_of_field(PairState, "history.one.spring")
 
 
 def flatten_nested_tuples(nested_tuples: Iterable[Any]) -> list[float]:
@@ -99,14 +114,18 @@ def flatten_nested_tuples(nested_tuples: Iterable[Any]) -> list[float]:
     ]
 
 
-of_element: Final = create_window_slicer(ELEMENT_SIZE, CASE_SIZE)
+element_window: Final = create_window_slicer(ELEMENT_SIZE, CASE_SIZE)
 """``of_element(state, i)``: return the rows of element i."""
 
-_pair_at = create_window_slicer(PAIR_SIZE, CASE_SIZE, 1)
+_pair_window = create_window_slicer(PAIR_SIZE, CASE_SIZE, 1)
 
 
-@njit(inline="always", **INNER)
+@njit(inline="always", **INTERNAL_COMPILE_OPTIONS)
 def pair_and_element_rows(state: Any, scene: Any, pair_index: int) -> tuple[Any, Any, Any]:
     """Return views of the state array: the rows of a contact and of its elements a and b, for all cases in parallel."""
-    q = _pair_at(state, scene.elements.shape[1] * ELEMENT_SIZE + pair_index * PAIR_SIZE)
-    return q, of_element(state, scene.layout[pair_index, 0]), of_element(state, scene.layout[pair_index, 1])
+    q = _pair_window(state, scene.elements.shape[1] * ELEMENT_SIZE + pair_index * PAIR_SIZE)
+    return (
+        q,
+        element_window(state, scene.pair_element_and_piece_indices[pair_index, 0]),
+        element_window(state, scene.pair_element_and_piece_indices[pair_index, 1]),
+    )

@@ -6,7 +6,8 @@ place (p', q') from the centre has the moment ``q' X − p' Z``. The tangent of 
 ``(−n_z, n_x)``; the force at a contact point is ``f_n n + f_t (n_z, −n_x)`` on the pair's first element.
 
 docs/scenes.md derives the rules, `overturning.dem.polygon.rows` defines the memory layout. A scheme is one file with a
-named tuple of constants and a function `advance_scene_one_step`, and an entry in `SCHEMES` and `STEPS`.
+named tuple of constants and a function `advance_scene_one_step`, and an entry in `SCHEME_CONSTANTS` and
+`STEP_FUNCTIONS`.
 """
 
 from typing import Any, Final, NamedTuple
@@ -16,7 +17,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.ending import GOES_ON
+from overturning.dem.kernel.ending import CASE_NOT_ENDED
 from overturning.dem.kernel.ground import (
     GroundMotion,
     count_skippable_samples,
@@ -24,40 +25,50 @@ from overturning.dem.kernel.ground import (
     linear_base_acceleration_of_sample,
     upcoming_motion_is_below_rest_limit,
 )
-from overturning.dem.kernel.lanes import APART, INLINE, INNER, borrowed, cache_line_aligned_zeros
+from overturning.dem.kernel.lanes import (
+    INLINE,
+    INTERNAL_COMPILE_OPTIONS,
+    NO_ALIAS_COMPILE_OPTIONS,
+    cache_line_aligned_zeros,
+    view_without_reference_counts,
+)
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
 from overturning.dem.kernel.queue import (
     SettingsOfParallelCases,
     create_lookup_by_type,
-    extend_trajectory,
+    grow_trajectory_array,
     register_model_functions,
 )
 from overturning.dem.polygon import cundall, rows, step
 from overturning.dem.polygon.arrays import SceneArrays
 from overturning.dem.polygon.case_end import (
     case_status,
+    mark_fallen_and_write_case_results,
     shift_rest_pose_with_held_support,
     store_last_support_time,
     store_slip_and_last_upright_time,
-    write_case_results,
 )
 from overturning.dem.polygon.energy import scene_energy
-from overturning.dem.polygon.equations import SIZE, SPARE, create_empty_nonzero_pattern
-from overturning.dem.polygon.path import POSE_COLUMNS, add_contact_forces_to_trajectory, record_motion_of_all_elements
+from overturning.dem.polygon.equations import SPARE_SUBMATRIX_COUNT, SUBMATRIX_SIZE, create_empty_nonzero_pattern
+from overturning.dem.polygon.path import (
+    COLUMNS_PER_ELEMENT,
+    add_contact_forces_to_trajectory,
+    record_element_motion_of_first_case,
+)
 from overturning.dem.polygon.resting import all_elements_at_rest
-from overturning.dem.polygon.start import CHECK_INTERVAL, write_initial_case_state, write_initial_pair_states
+from overturning.dem.polygon.start import END_TEST_INTERVAL, write_initial_case_state, write_initial_pair_states
 from overturning.dem.polygon.state import Pose
 from overturning.dem.polygon.suspended_pairs import create_active_pairs, resume_contact_tests_after_motion
 from overturning.dem.time_step import IntegrationScheme
 from overturning.model.status import CaseStatus
 
-SCHEMES: Final[dict[IntegrationScheme, Any]] = {
+SCHEME_CONSTANTS: Final[dict[IntegrationScheme, Any]] = {
     IntegrationScheme.CUNDALL: cundall.SceneCundallSchemeConstants(),
     IntegrationScheme.CENTRED: step.SceneCentredSchemeConstants(),
 }
 """Constants of each scheme; their type selects the step function."""
 
-STEPS: Final = {
+STEP_FUNCTIONS: Final = {
     cundall.SceneCundallSchemeConstants: cundall.advance_scene_one_step,
     step.SceneCentredSchemeConstants: step.advance_scene_one_step,
 }
@@ -71,17 +82,17 @@ class SceneKernelInput(NamedTuple):
     """Case parameters, of type `arrays.CASE`, shape (cases,)."""
     row: NDArray[np.int64]
     results: NDArray[np.void]
-    """Results to fill in, of type `arrays.RESULT`, shape (cases,)."""
+    """Results to fill in, of type `arrays.RESULT_TABLE_DTYPE`, shape (cases,)."""
     ground: GroundMotion
     scheme: Any
-    """Constants of the scheme, from `SCHEMES`."""
+    """Constants of the scheme, from `SCHEME_CONSTANTS`."""
     stable_from_sample: FloatArray
     """Sample from which each group that can move as one stands for good, shape (cases, parts)."""
     variant: NDArray[np.int64]
     """Index of the variant of each case, shape (cases,)."""
     scene: SceneArrays
     each: NDArray[np.void]
-    """Results of elements to fill in, of type `arrays.ELEMENT_RESULT`, shape (cases, elements)."""
+    """Results of elements to fill in, of type `arrays.ELEMENT_RESULT_TABLE_DTYPE`, shape (cases, elements)."""
 
 
 class SceneWorkspace(NamedTuple):
@@ -89,7 +100,7 @@ class SceneWorkspace(NamedTuple):
 
     state: Any
     """Rows of all lanes: a view of `owner` without reference count."""
-    owner: Any
+    state_memory: Any
     """Array that owns the memory of `state`."""
     matrix: Any
     """Submatrices of the equations."""
@@ -101,7 +112,7 @@ class SceneWorkspace(NamedTuple):
     """True for each element that forces move, shape (elements,)."""
 
 
-step_of = create_lookup_by_type(STEPS)
+step_function_of_scheme = create_lookup_by_type(STEP_FUNCTIONS)
 """Return the step function of a time integration scheme, selected by the type of its constants."""
 
 
@@ -109,34 +120,43 @@ def allocate_workspace(kernel_input: Any) -> Any:
     """Return empty arrays for the states and the equations of all cases that are computed in parallel."""
     elements, pairs, initial = (
         kernel_input.scene.elements.shape[1],
-        kernel_input.scene.layout.shape[0],
-        kernel_input.scene.initial,
+        kernel_input.scene.pair_element_and_piece_indices.shape[0],
+        kernel_input.scene.initial_state_columns,
     )
-    owner = cache_line_aligned_zeros(initial.shape[1] * rows.COLUMNS)
+    owner = cache_line_aligned_zeros(initial.shape[1] * rows.PARALLEL_CASE_COUNT)
     moves = np.zeros(elements, np.bool_)
     for i in range(elements):
-        moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.COLUMNS] != 0.0
-    matrix = cache_line_aligned_zeros((elements * elements + SPARE) * SIZE)
+        moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.PARALLEL_CASE_COUNT] != 0.0
+    matrix = cache_line_aligned_zeros((elements * elements + SPARE_SUBMATRIX_COUNT) * SUBMATRIX_SIZE)
     return SceneWorkspace(
-        borrowed(owner), owner, matrix, create_empty_nonzero_pattern(elements), create_active_pairs(pairs), moves
+        view_without_reference_counts(owner),
+        owner,
+        matrix,
+        create_empty_nonzero_pattern(elements),
+        create_active_pairs(pairs),
+        moves,
     )
 
 
 @njit(**INLINE)
 def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
     """Return views of a scene's arrays without reference counts, which compiled code would update at every step."""
-    layout, parts, sizes = borrowed(scene_arrays.layout), borrowed(scene_arrays.parts), borrowed(scene_arrays.sizes)
+    layout, parts, sizes = (
+        view_without_reference_counts(scene_arrays.pair_element_and_piece_indices),
+        view_without_reference_counts(scene_arrays.parts),
+        view_without_reference_counts(scene_arrays.sizes),
+    )
     shapes, elements, limits = (
-        borrowed(scene_arrays.shapes),
-        borrowed(scene_arrays.elements),
-        borrowed(scene_arrays.limits),
+        view_without_reference_counts(scene_arrays.piece_face_tables),
+        view_without_reference_counts(scene_arrays.elements),
+        view_without_reference_counts(scene_arrays.limits),
     )
     return SceneArrays(
-        initial=borrowed(scene_arrays.initial),
-        layout=layout,
+        initial_state_columns=view_without_reference_counts(scene_arrays.initial_state_columns),
+        pair_element_and_piece_indices=layout,
         parts=parts,
         sizes=sizes,
-        shapes=shapes,
+        piece_face_tables=shapes,
         elements=elements,
         limits=limits,
         gravity=scene_arrays.gravity,
@@ -146,19 +166,19 @@ def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     """Load case number `case` into column `lane`: the scene at rest, with the case's friction and damping."""
     state, scene, given, v = workspace.state, kernel_input.scene, kernel_input.cases[case], kernel_input.variant[case]
-    ticks, interval = kernel_input.settings.ticks, kernel_input.settings.interval
+    ticks, interval = kernel_input.settings.ticks_per_sample, kernel_input.settings.interval
     resume_contact_tests_after_motion(state, scene, workspace.pairs, np.inf)
-    for row in range(scene.initial.shape[1]):
-        state[row * rows.COLUMNS + lane] = scene.initial[v, row]
-    write_initial_case_state(state, lane, given, float(v), interval, ticks, kernel_input.scheme.lag)
+    for row in range(scene.initial_state_columns.shape[1]):
+        state[row * rows.PARALLEL_CASE_COUNT + lane] = scene.initial_state_columns[v, row]
+    write_initial_case_state(state, lane, given, float(v), interval, ticks, kernel_input.scheme.velocity_lag_steps)
     for i in range(scene.elements.shape[1]):
-        e = rows.of_element(state, i)
+        e = rows.element_window(state, i)
         e[rows.UPRIGHT_UNTIL + lane] = e[rows.CARRIED_UNTIL + lane] = given.first * interval
-    write_initial_pair_states(state, lane, given, scene, scene.shapes[v])
+    write_initial_pair_states(state, lane, given, scene, scene.piece_face_tables[v])
     state[rows.ENERGY + lane] = scene_energy(state, lane, scene)
 
 
-def load_motion_of_next_sample(
+def update_sample_and_load_motion(
     kernel_input: Any,
     workspace: Any,
     lane_cases: Any,
@@ -166,23 +186,25 @@ def load_motion_of_next_sample(
 ) -> None:
     """Load each case's base motion of the sample, and rescale (cos θ, sin θ) of each element to length 1."""
     for i in range(workspace.moves.size):
-        normalise_element_rotation(rows.of_element(workspace.state, i))
-    ground, samples_per_tick = kernel_input.ground, 1.0 / kernel_input.settings.ticks
-    load_base_motion_of_sample(ground.up, workspace.state, ground.along, kernel_input.row, lane_cases, samples_per_tick)
+        normalise_element_rotation(rows.element_window(workspace.state, i))
+    ground, samples_per_tick = kernel_input.ground, 1.0 / kernel_input.settings.ticks_per_sample
+    start_sample_and_load_base_motion(
+        ground.up, workspace.state, ground.along, kernel_input.row, lane_cases, samples_per_tick
+    )
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def normalise_element_rotation(element_rows: Any) -> None:
     """Scale (cosine, sine) of an element's rotation angle to length 1, for all cases in parallel."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         pose = rows.load_pose(element_rows, j)
         rows.store_pose(
             element_rows, j, Pose(pose.x, pose.z, pose.angle, *normalise_cosine_and_sine(pose.cos, pose.sin))
         )
 
 
-@njit(**INNER)
-def load_base_motion_of_sample(
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def start_sample_and_load_base_motion(
     vertical_base_acceleration: Any,
     state: Any,
     horizontal_base_acceleration: Any,
@@ -192,7 +214,7 @@ def load_base_motion_of_sample(
 ) -> None:
     """Load each case's base motion at its current sample; the vertical component may be None (no vertical motion)."""
     last = horizontal_base_acceleration.shape[1] - 3
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         case = rows.load_case(state, j)
         i, factor = min(int(case.sample), last), case.amplitude
         rows.store_base(
@@ -208,7 +230,7 @@ def load_base_motion_of_sample(
             )
 
 
-def advance_one_sample(
+def attempt_steps_until_next_check(
     kernel_input: Any,
     workspace: Any,
     lane_count: int,  # noqa: ARG001, all lanes are computed
@@ -216,23 +238,31 @@ def advance_one_sample(
     recorded_row_count: int,
 ) -> tuple[Any, int]:
     """Advance all cases in parallel by one sample; return the first case's trajectory and its number of rows."""
-    advance_scene_one_step, settings, lag = step_of(kernel_input.scheme), kernel_input.settings, kernel_input.scheme.lag
+    advance_scene_one_step, settings, lag = (
+        step_function_of_scheme(kernel_input.scheme),
+        kernel_input.settings,
+        kernel_input.scheme.velocity_lag_steps,
+    )
     scene, up, state = (
         view_scene_arrays_without_reference_counts(kernel_input.scene),
         kernel_input.ground.up,
         workspace.state,
     )
     elements, interval = workspace.moves.size, settings.interval
-    ticks, steps_per_check = settings.ticks, settings.steps_per_check
+    ticks, steps_per_check = settings.ticks_per_sample, settings.steps_per_check
     # Without reference counts, which every step would update.
-    matrix, pattern, moves = borrowed(workspace.matrix), borrowed(workspace.pattern), borrowed(workspace.moves)
-    pairs = borrowed(workspace.pairs)
-    with_forces = trajectory.shape[0] > 0 and trajectory.shape[1] > 2 + POSE_COLUMNS * elements
+    matrix, pattern, moves = (
+        view_without_reference_counts(workspace.matrix),
+        view_without_reference_counts(workspace.pattern),
+        view_without_reference_counts(workspace.moves),
+    )
+    pairs = view_without_reference_counts(workspace.pairs)
+    with_forces = trajectory.shape[0] > 0 and trajectory.shape[1] > 2 + COLUMNS_PER_ELEMENT * elements
     early = np.zeros((1, trajectory.shape[1]))
     if trajectory.shape[0] > 0:
         most_rows = settings.max_rows // trajectory.shape[1]
         # At most two rows: the start and the end of the sample.
-        trajectory = extend_trajectory(trajectory, recorded_row_count + 2, most_rows)
+        trajectory = grow_trajectory_array(trajectory, recorded_row_count + 2, most_rows)
         if trajectory.shape[0] < recorded_row_count + 2:
             return trajectory, -1
     for _ in range(steps_per_check):
@@ -242,7 +272,7 @@ def advance_one_sample(
         tick, share = state[rows.TICK], state[rows.LENGTH] / ticks
         # Record once for each sample, even if its first step is repeated.
         if (tick == 0.0 or tick == ticks) and not state[rows.AGAIN] > 0.0:
-            record_motion_of_all_elements(state, elements, interval, ticks, trajectory[recorded_row_count])
+            record_element_motion_of_first_case(state, elements, interval, ticks, trajectory[recorded_row_count])
             recorded_row_count += 1
         # The forces at the start of the step count only if the step is accepted.
         # Pass array and row index: a slice would cost every step an atomic update of its reference count.
@@ -255,34 +285,34 @@ def advance_one_sample(
             for column in range(early.shape[1]):
                 trajectory[recorded_row_count - 1, column] += early[0, column]
             add_contact_forces_to_trajectory(state, scene, (0.5 + lag) * share, trajectory, recorded_row_count - 1)
-    store_slip_and_support_times_of_sample(state, scene, ticks, interval)
+    store_sample_results_and_start_next_sample(state, scene, ticks, interval)
     return trajectory, recorded_row_count
 
 
-@njit(**INNER)
-def store_slip_and_support_times_of_sample(
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def store_sample_results_and_start_next_sample(
     state: Any, scene: Any, ticks_per_sample: float, sampling_interval: float
 ) -> None:
     """Store slip and last times upright and on the support of each element after a sample; start the next sample."""
     element_rules = scene.elements[0]
     for i in range(element_rules.size):
-        if element_rules[i].rides >= 0.0 and element_rules[i].is_free > 0.0:
+        if element_rules[i].held_base_index >= 0.0 and element_rules[i].is_free > 0.0:
             shift_rest_pose_with_held_support(
-                rows.of_element(state, i), rows.of_element(state, int(element_rules[i].rides))
+                rows.element_window(state, i), rows.element_window(state, int(element_rules[i].held_base_index))
             )
     for i in range(element_rules.size):
-        if element_rules[i].rides == i:
-            shift_rest_pose_with_held_support(rows.of_element(state, i), rows.of_element(state, i))
+        if element_rules[i].held_base_index == i:
+            shift_rest_pose_with_held_support(rows.element_window(state, i), rows.element_window(state, i))
     for i in range(element_rules.size):
         if element_rules[i].is_free > 0.0:
-            on = rows.of_element(state, int(element_rules[i].support))
+            on = rows.element_window(state, int(element_rules[i].support))
             store_slip_and_last_upright_time(
-                rows.of_element(state, i), on, state, 1.0 / ticks_per_sample, sampling_interval
+                rows.element_window(state, i), on, state, 1.0 / ticks_per_sample, sampling_interval
             )
-    for p in range(scene.layout.shape[0]):
+    for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         store_last_support_time(q, a, b, state, 1.0 / ticks_per_sample, sampling_interval)
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         sample, tick = state[rows.SAMPLE + j], state[rows.TICK + j]
         state[rows.SAMPLE + j] = sample + 1.0 if tick >= ticks_per_sample else sample
         state[rows.TICK + j] = tick - ticks_per_sample if tick >= ticks_per_sample else tick
@@ -290,7 +320,7 @@ def store_slip_and_support_times_of_sample(
 
 def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any) -> int:
     """Set `end_marks_out` to 1 for each case due to be tested for its end, else 0; return their number."""
-    stride, count = max(int(CHECK_INTERVAL / kernel_input.settings.interval), 1), 0
+    stride, count = max(int(END_TEST_INTERVAL / kernel_input.settings.interval), 1), 0
     for j in range(active_lane_count):
         part = workspace.state[rows.SAMPLE + j] // stride
         end_marks_out[j] = 1.0 if part != workspace.state[rows.LAST_CHECK + j] else 0.0
@@ -299,7 +329,7 @@ def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_cou
     return count
 
 
-def skip_quiet_samples(
+def skip_quiet_samples_of_resting_cases(
     kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
     """Skip, for each case at rest, the samples whose base motion is too weak to move any element."""
@@ -308,11 +338,11 @@ def skip_quiet_samples(
         kernel_input.ground,
         kernel_input.row,
         kernel_input.scene,
-        kernel_input.scheme.ticks,
+        kernel_input.scheme.ticks_per_whole_step,
     )
     for j in range(active_lane_count):
         case = rows.load_case(state, j)
-        now = case.sample + case.shaking.tick * (1.0 / kernel_input.settings.ticks)
+        now = case.sample + case.shaking.tick * (1.0 / kernel_input.settings.ticks_per_sample)
         long = case.attempt.length >= ticks and is_rest_check_sample(now)
         # Test the shaking first: testing the elements takes longer.
         quiet = long and upcoming_motion_is_below_rest_limit(
@@ -325,7 +355,7 @@ def skip_quiet_samples(
 
 
 def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
-    """Return the `CaseStatus` of case number `case`, stored in column `lane`; `GOES_ON` if it has not ended."""
+    """Return the `CaseStatus` of case number `case`, stored in column `lane`; `CASE_NOT_ENDED` if it has not ended."""
     status = case_status(
         workspace.state,
         lane,
@@ -335,7 +365,7 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int)
         kernel_input.settings.interval,
     )
     kept = status == CaseStatus.SIMULATED and workspace.state[rows.SAMPLE + lane] < kernel_input.cases[case].kept_until
-    return GOES_ON if kept else status
+    return CASE_NOT_ENDED if kept else status
 
 
 def write_results_of_ended_case(
@@ -346,10 +376,12 @@ def write_results_of_ended_case(
     status: int,  # noqa: ARG001
 ) -> None:
     """Mark fallen elements of case number `case`, stored in column `lane`, and write its results into the tables."""
-    write_case_results(workspace.state, lane, kernel_input.scene, kernel_input.results[case], kernel_input.each[case])
+    mark_fallen_and_write_case_results(
+        workspace.state, lane, kernel_input.scene, kernel_input.results[case], kernel_input.each[case]
+    )
 
 
 register_model_functions(
-    SceneKernelInput, allocate_workspace, start_case, load_motion_of_next_sample, advance_one_sample,
-    mark_possibly_ended_cases, skip_quiet_samples, current_case_status, write_results_of_ended_case,
+    SceneKernelInput, allocate_workspace, start_case, update_sample_and_load_motion, attempt_steps_until_next_check,
+    mark_possibly_ended_cases, skip_quiet_samples_of_resting_cases, current_case_status, write_results_of_ended_case,
 )  # fmt: skip

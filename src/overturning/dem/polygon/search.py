@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.lanes import APART, INNER
+from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact_history import reset_contact_history, transfer_contact_history
 from overturning.dem.polygon.faces import earlier_vertex_positions, polygon_face, rotate_to_scene_axes
@@ -26,13 +26,13 @@ class OppositeFacePair(NamedTuple):
     """Index of the face of a."""
     b: int
     """Index of the face of b."""
-    opposed: float
+    normal_product: float
     """Scalar product of both normals; −1 if they are opposite."""
-    play: float
+    product_margin: float
     """Difference of that product to the one of the next best face."""
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def separation_of_b_from_face_of_a(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_index: int) -> float:
     """Return the distance (m) of b's nearest vertex from the line through a face of a; negative behind the face."""
     nx, nz = rotate_to_scene_axes(pose_a, faces_a[face_index, 4], faces_a[face_index, 5])
@@ -44,7 +44,7 @@ def separation_of_b_from_face_of_a(pose_a: Pose, pose_b: Pose, faces_a: Any, fac
     return least - faces_a[face_index, 6]
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def most_opposite_face_of_b(
     pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_index: int
 ) -> tuple[int, float, float]:
@@ -67,7 +67,7 @@ def most_opposite_face_of_b(
     return best, least, second - least
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def opposite_face_pair(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_number: int) -> OppositeFacePair:
     """Return a face of element a or b (by `face_number`) and the other element's most nearly opposite face.
 
@@ -89,7 +89,7 @@ def opposite_face_pair(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, f
     )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def find_nearest_faces(
     pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, previous_faces: NearestFaces
 ) -> OppositeFacePair:
@@ -97,12 +97,12 @@ def find_nearest_faces(
     best = OppositeFacePair(-np.inf, int(previous_faces.face_a), int(previous_faces.face_b), np.inf, 0.0)
     for k in range(faces_a.shape[0] + faces_b.shape[0]):
         other = opposite_face_pair(pose_a, pose_b, faces_a, faces_b, k)
-        if other.gap > best.gap or (other.gap == best.gap and other.opposed < best.opposed):
+        if other.gap > best.gap or (other.gap == best.gap and other.normal_product < best.normal_product):
             best = other
     return best
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def squared_polygon_radius(faces: Any) -> float:
     """Return the squared distance of the farthest vertex of a polygon from its centre, m²."""
     square = 0.0
@@ -111,7 +111,7 @@ def squared_polygon_radius(faces: Any) -> float:
     return square
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def largest_motion_keeping_nearest_faces(
     pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, nearest_face_pair: OppositeFacePair, lever_arm: float
 ) -> float:
@@ -119,16 +119,16 @@ def largest_motion_keeping_nearest_faces(
 
     A gap between the faces changes by at most the motion, a product of normals by at most the rotation.
     """
-    limit = 0.4 * lever_arm * nearest_face_pair.play
+    limit = 0.4 * lever_arm * nearest_face_pair.product_margin
     for k in range(faces_a.shape[0] + faces_b.shape[0]):
         other = opposite_face_pair(pose_a, pose_b, faces_a, faces_b, k)
         room = 0.4 * (nearest_face_pair.gap - other.gap)
         agrees = other.a == nearest_face_pair.a and other.b == nearest_face_pair.b
-        limit = min(limit, max(room, 0.4 * lever_arm * other.play) if agrees else room)
+        limit = min(limit, max(room, 0.4 * lever_arm * other.product_margin) if agrees else room)
     return limit
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def update_nearest_faces(
     pair_rows: Any,
     element_a_rows: Any,
@@ -174,7 +174,7 @@ def update_nearest_faces(
         transfer_contact_history(pair_rows, on, by, lane, int(old.face_a), int(old.face_b), faces_a, faces_b)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def nearest_faces_will_change(
     pair_rows: Any, element_a_rows: Any, element_b_rows: Any, lane: int, faces_a: Any, faces_b: Any
 ) -> bool:
@@ -185,13 +185,13 @@ def nearest_faces_will_change(
         rows.load_element(element_b_rows, lane).trial.pose,
     )
     old = pair.nearest
-    if old.ahead < old.limit or old.ahead < old.reach:
+    if old.max_motion_at_step_end < old.motion_until_face_change or old.max_motion_at_step_end < old.reach:
         return False
     best = find_nearest_faces(on, by, faces_a, faces_b, old)
     return bool(best.a != old.face_a or best.b != old.face_b)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def contact_vertex_ranges(faces_a: Any, index_a: int, faces_b: Any, index_b: int) -> ContactVertexRanges:
     """Return the ranges (m) along two opposite faces in which a vertex of one face can touch the other face."""
     on_a, on_b = polygon_face(faces_a, index_a), polygon_face(faces_b, index_b)
@@ -204,8 +204,8 @@ def contact_vertex_ranges(faces_a: Any, index_a: int, faces_b: Any, index_b: int
     )
 
 
-@njit(**APART)
-def add_last_step_to_pair_motion(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> tuple[int, int]:
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def add_step_motion_and_count_near_cases(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> tuple[int, int]:
     """Add the last step's motion of two elements to their sum; count cases near contact and near a face change.
 
     Count the cases in which the elements may touch, and those in which their nearest faces may change.
@@ -213,23 +213,23 @@ def add_last_step_to_pair_motion(pair_rows: Any, element_a_rows: Any, element_b_
     The motion of the predicted step counts twice, because the contacts may change it.
     """
     near, due = 0, 0
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         old, on, by = (
             rows.load_nearest(pair_rows, j),
             rows.load_element(element_a_rows, j),
             rows.load_element(element_b_rows, j),
         )
         first, second, one, two = on.totals, by.totals, on.trial, by.trial
-        used = (old.used + (first.moved + second.moved)) + old.lever * (first.turned + second.turned)
+        used = (old.motion_since_search + (first.moved + second.moved)) + old.lever * (first.turned + second.turned)
         ahead = used + 2.0 * ((one.moved + two.moved) + old.lever * (one.turned + two.turned))
         pair_rows[rows.USED + j] = used
         pair_rows[rows.AHEAD + j] = ahead
         near += 1 if ahead >= old.reach else 0
-        due += 1 if ahead >= old.limit else 0
+        due += 1 if ahead >= old.motion_until_face_change else 0
     return near, due
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def update_nearest_faces_of_all_cases(
     state: Any,
     pair_rows: Any,
@@ -244,12 +244,12 @@ def update_nearest_faces_of_all_cases(
 
     `piece_a` and `piece_b` are the indices of its convex pieces in `vertex_counts` and `piece_faces`.
     """
-    near, due = add_last_step_to_pair_motion(pair_rows, element_a_rows, element_b_rows)
+    near, due = add_step_motion_and_count_near_cases(pair_rows, element_a_rows, element_b_rows)
     if due > 0:
         near = 0
-        for j in range(rows.COLUMNS):
+        for j in range(rows.PARALLEL_CASE_COUNT):
             if pair_rows[rows.AHEAD + j] >= pair_rows[rows.LIMIT + j]:
-                v, dt = int(state[rows.VARIANT + j]), 2.0 * rows.load_case(state, j).lag
+                v, dt = int(state[rows.VARIANT + j]), 2.0 * rows.load_case(state, j).velocity_lag
                 shape_a, shape_b = (
                     piece_faces[v, piece_a, : vertex_counts[piece_a]],
                     piece_faces[v, piece_b, : vertex_counts[piece_b]],

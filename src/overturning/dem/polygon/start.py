@@ -8,18 +8,18 @@ from numba import njit
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import SlideEndSample
 from overturning.dem.kernel.ground import LinearBaseAcceleration
-from overturning.dem.kernel.lanes import INNER
+from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact_history import set_pair_forces_at_rest
 from overturning.dem.polygon.energy import pair_spring_energy
 from overturning.dem.polygon.search import update_nearest_faces
 from overturning.dem.polygon.state import ContactPointLaw, SceneBaseAcceleration, SceneState, StepAcceptance
 
-CHECK_INTERVAL: Final = 0.1
+END_TEST_INTERVAL: Final = 0.1
 """Interval at which a case is tested for its end, s of the record; at least one sample."""
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def write_initial_case_state(
     state: Any,
     lane: int,
@@ -33,7 +33,7 @@ def write_initial_case_state(
     step, none, last_check = (
         sampling_interval / ticks_per_sample,
         LinearBaseAcceleration(0.0, 0.0, 0.0),
-        case_parameters.first // max(int(CHECK_INTERVAL / sampling_interval), 1),
+        case_parameters.first // max(int(END_TEST_INTERVAL / sampling_interval), 1),
     )
     first = NextStepToAttempt(case_parameters.finest, case_parameters.dwell, 0.0)
     step_control = CaseStepControl(
@@ -44,12 +44,12 @@ def write_initial_case_state(
         lane,
         SceneState(
             shaking=SceneBaseAcceleration(none, none, 0.0),
-            step=step,
+            tick_length=step,
             rate=ticks_per_sample / sampling_interval,
-            lag=velocity_lag * step,
+            velocity_lag=velocity_lag * step,
             step_control=step_control,
             attempt=first,
-            findings=rows.no_findings(),
+            findings=rows.zero_contact_changes(),
             decision=StepAcceptance(0.0, 0.0, NextStepToAttempt(0.0, 0.0, 0.0)),
             amplitude=case_parameters.amplitude,
             rest_limit=case_parameters.rest_limit,
@@ -58,20 +58,24 @@ def write_initial_case_state(
             after=case_parameters.after,
             energy=0.0,
             variant=variant_index,
-            last_check=last_check,
+            last_end_test_interval=last_check,
             slide_end=SlideEndSample(0.0),
         ),
     )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def write_initial_pair_states(state: Any, lane: int, case_parameters: Any, scene: Any, piece_faces: Any) -> None:
     """Write contact law, nearest faces and loads at rest of all contacts of a scene into column `lane`."""
-    lag = rows.load_case(state, lane).lag
-    for p in range(scene.layout.shape[0]):
+    lag = rows.load_case(state, lane).velocity_lag
+    for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
-        m, n, pair = scene.layout[p, 2], scene.layout[p, 3], rows.load_pair(q, lane)
-        law, settled = pair.law, pair.nearest.limit == np.inf
+        m, n, pair = (
+            scene.pair_element_and_piece_indices[p, 2],
+            scene.pair_element_and_piece_indices[p, 3],
+            rows.load_pair(q, lane),
+        )
+        law, settled = pair.law, pair.nearest.motion_until_face_change == np.inf
         friction = law.friction if law.friction >= 0.0 else case_parameters.friction
         dashpot = law.dashpot * case_parameters.damping
         rows.store_law(q, lane, ContactPointLaw(

@@ -22,10 +22,10 @@ class StepContactChangesAsFloats(NamedTuple):
     """Contact changes of an attempted step (`StepContactChanges`), stored as floats: above 0 for True."""
 
     changed: float
-    wrong: float
-    reversed: float
+    has_wrong_slip_assumption: float
+    has_slip_reversal: float
     slides: float
-    back: float
+    has_friction_reversal: float
 
 
 class StepAcceptance(NamedTuple):
@@ -33,7 +33,7 @@ class StepAcceptance(NamedTuple):
 
     again: float
     """Above 0 if the step is rejected."""
-    sooner: float
+    keeps_assumed_slip: float
     """Above 0 if the next attempt assumes the same sticking and sliding as this one."""
     then: NextStepToAttempt
     """Next attempt."""
@@ -43,11 +43,11 @@ class SceneState(NamedTuple):
     """State and constants of a whole scene in one case; `ElementState` and `PairState` are those of its parts."""
 
     shaking: SceneBaseAcceleration
-    step: float
+    tick_length: float
     """Length of a tick, s."""
     rate: float
     """Ticks per second, 1/s."""
-    lag: float
+    velocity_lag: float
     """Time by which velocities lag behind poses, s."""
     step_control: CaseStepControl
     attempt: NextStepToAttempt
@@ -67,7 +67,7 @@ class SceneState(NamedTuple):
     """Energy at the start, J."""
     variant: float
     """Index of the variant of the scene."""
-    last_check: float
+    last_end_test_interval: float
     """Index of the `CHECK_INTERVAL` of the record in which the case was last tested for its end."""
     slide_end: SlideEndSample
 
@@ -101,13 +101,13 @@ class ElementConstants(NamedTuple):
     """Mass m, kg; 0 if forces do not move the element."""
     weight: float
     """1 if gravity acts on the element, else 0."""
-    frame: float
+    has_inertial_forces: float
     """0 if the element moves with the base, else 1: it then has inertial forces in the frame of the base."""
     held: float
     """1 if the element is fixed in space, else 0."""
     critical: float
     """Critical angle α, rad."""
-    back: float
+    recoverable_rotation_to_minus_x: float
     """Rotation to −x up to which the element can come back, rad."""
     on: float
     """Rotation to +x up to which the element can come back, rad."""
@@ -122,9 +122,9 @@ class ElementStepMotionWorkAndPeaks(NamedTuple):
     """Absolute rotation in the last step, rad."""
     work: float
     """Work of the moving base and of the forces that hold a fixed element, J."""
-    peak_back: float
+    peak_rotation_to_minus_x: float
     """Largest rotation to −x, rad."""
-    peak_on: float
+    peak_rotation_to_plus_x: float
     """Largest rotation to +x, rad."""
     last_upright: float
     """Last tick of this sample at which the element could come back, −1 if none."""
@@ -171,7 +171,7 @@ class ElementRestPose(NamedTuple):
     """Centre at rest, m."""
     z: float
     """Height of the centre at rest, m."""
-    lowest: float
+    fall_limit_z: float
     """Height of the centre below which the element has fallen, m."""
 
 
@@ -192,7 +192,7 @@ class PredictedElement(NamedTuple):
 
 
 class ElementState(NamedTuple):
-    """State of an element: pose and force at the end of a step, velocity `SceneState.lag` seconds earlier."""
+    """State of an element: pose and force at the end of a step, velocity `SceneState.velocity_lag` seconds earlier."""
 
     pose: Pose
     velocity: PlanarVector
@@ -244,13 +244,13 @@ class ContactVertexRanges(NamedTuple):
     Vertices on the cut between two convex pieces of an element are no contact points.
     """
 
-    one_a: float
+    point_1_min_place_a: float
     """Smallest place of a's first vertex, for contact point 1."""
-    one_b: float
+    point_1_min_place_b: float
     """Smallest place of b's second vertex, for contact point 1."""
-    two_a: float
+    point_2_max_place_a: float
     """Largest place of a's second vertex, for contact point 2."""
-    two_b: float
+    point_2_max_place_b: float
     """Largest place of b's first vertex, for contact point 2."""
 
 
@@ -263,13 +263,13 @@ class NearestFaces(NamedTuple):
     """Index of b's nearest face; −1 before the first search."""
     lever: float
     """Lever arm that converts a rotation to motion, m."""
-    limit: float
+    motion_until_face_change: float
     """Motion before the nearest faces can change, m."""
     reach: float
     """Motion before a contact can begin, m; −1 if there may be one now."""
-    used: float
+    motion_since_search: float
     """Motion since the search, m."""
-    ahead: float
+    max_motion_at_step_end: float
     """Upper bound of the motion since the search at the end of this step, m."""
 
 
@@ -296,18 +296,18 @@ class PlanarContactPointHistory(NamedTuple):
 
     spring: float
     """Stretch of the tangential spring, m."""
-    carrier: float
+    vertex_owner: float
     """Vertex at the contact point: `OPEN`, `VERTEX_OF_A`, `VERTEX_OF_B` or `TRANSFERRED`."""
     normal: float
     """Normal force, N."""
-    tangent: float
+    tangential_force: float
     """Tangential force, N."""
     landing: float
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
 OPEN, VERTEX_OF_A, VERTEX_OF_B, TRANSFERRED = 0.0, 1.0, -1.0, 2.0
-"""Values of `PlanarContactPointHistory.carrier`: no contact, a's vertex, b's vertex, transferred from other faces."""
+"""Values of the owner of a contact point's vertex: no contact, a's vertex, b's vertex, transferred from other faces."""
 
 
 class PairHistory(NamedTuple):
@@ -334,9 +334,9 @@ class PairState(NamedTuple):
     law: ContactPointLaw
     nearest: NearestFaces
     history: PairHistory
-    slid_one: float
+    signed_friction_1: float
     """±μ if contact point 1 was sliding at the last solution, else 0 (centred scheme)."""
-    slid_two: float
+    signed_friction_2: float
     """±μ if contact point 2 was sliding at the last solution, else 0 (centred scheme)."""
-    stands: float
+    carried_element_sign: float
     """1 if a was carried by b at rest, −1 if b was carried by a, else 0."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve_positive_definite_system
-from overturning.model.contact import DAMPING_RATIO
+from overturning.model.contact import DEFAULT_DAMPING_RATIO
 from overturning.model.geometry import (
     ConvexPiecePair,
     PlacedElement,
@@ -79,7 +79,7 @@ def _add_displacement_derivatives(
     """Return contact points with the derivatives of their approach and slip by the elements' displacements."""
     return [
         ContactPointDisplacementDerivatives(
-            touch, *_contact_point_displacement_derivatives(elements, pairs[touch.pair], touch.end)
+            touch, *_contact_point_displacement_derivatives(elements, pairs[touch.pair_index], touch.contact_point)
         )
         for touch in ends
     ]
@@ -100,7 +100,10 @@ def supporting_contact_points(
     flush = contact_points_at_rest(elements, pairs, MAX_FLUSH_LEAN)
     if len(flush) == len(point_derivatives) and (loaded_points or not point_derivatives):
         return loaded_points
-    upper = [pairs[pair].a if end.normal[1] > 0 else pairs[pair].b for (pair, _, end), _, _ in flush]
+    upper = [
+        pairs[pair].first_element_index if end.normal[1] > 0 else pairs[pair].second_element_index
+        for (pair, _, end), _, _ in flush
+    ]
     leaning = {k for k, item in enumerate(elements) if not item.is_driven_or_held and upper.count(k) < POINTS_PER_FACE}
     held = [
         replace(item, element=item.element.model_copy(update={"kind": "held"})) if k in leaning else item
@@ -110,7 +113,7 @@ def supporting_contact_points(
     # A wall next to a leaning element does not carry its weight: if necessary, try again without friction on faces.
     for items, tangential in ((elements, ones), (elements, 0.0 * ones), (held, ones)):
         free = {k for k, item in enumerate(items) if not item.is_driven_or_held}
-        ends = [joint.touch for joint in flush if free.intersection(pairs[joint.touch.pair][:2])]
+        ends = [joint.touch for joint in flush if free.intersection(pairs[joint.touch.pair_index][:2])]
         found = (
             static_equilibrium(scene, items, _add_displacement_derivatives(items, pairs, ends), ones, tangential)
             if free
@@ -127,7 +130,7 @@ def _contact_point_displacement_derivatives(
     """Return the derivatives of a contact point's approach and slip by all displacements, each of shape (3 n,)."""
     number = _displacement_slices_of_free_elements(elements)
     approach, slip = np.zeros(3 * len(number)), np.zeros(3 * len(number))
-    for k, sign in ((pair.a, 1.0), (pair.b, -1.0)):
+    for k, sign in ((pair.first_element_index, 1.0), (pair.second_element_index, -1.0)):
         if k in number:
             rx, rz = touching_point.point[0] - elements[k].x, touching_point.point[1] - elements[k].z
             for row, (ux, uz), direction in (
@@ -147,8 +150,8 @@ def _contact_stiffness_matrix(
     """Return the stiffness matrix of all contact springs, shape (displacement_count, displacement_count)."""
     matrix = np.zeros((displacement_count, displacement_count))
     for touch, approach, slip in point_derivatives:
-        matrix += normal_stiffness[touch.pair] * np.outer(approach, approach) + tangential_stiffness[
-            touch.pair
+        matrix += normal_stiffness[touch.pair_index] * np.outer(approach, approach) + tangential_stiffness[
+            touch.pair_index
         ] * np.outer(slip, slip)
     return matrix
 
@@ -214,14 +217,14 @@ def compute_pair_contact_laws(
     for end in equilibrium[1] if equilibrium is not None else ():
         carried[together[end.pair]] += end.approach
     for one, other in combinations((joint.touch for joint in point_derivatives), 2):
-        if together[one.pair] == together[other.pair]:
-            (x, z), (u, w) = one.end.point, other.end.point
+        if together[one.pair_index] == together[other.pair_index]:
+            (x, z), (u, w) = one.contact_point.point, other.contact_point.point
             apart = np.sqrt((x - u) ** 2 + (z - w) ** 2)  # libm's hypot depends on the processor
-            width[together[one.pair]] = max(width[together[one.pair]], apart)
+            width[together[one.pair_index]] = max(width[together[one.pair_index]], apart)
     carried, width = carried[together], width[together]
     normal, tangential, dashpot, friction, weights = (np.zeros(len(pairs)) for _ in range(5))
     for index, pair in enumerate(pairs):
-        a, b = elements[pair.a], elements[pair.b]
+        a, b = elements[pair.first_element_index], elements[pair.second_element_index]
         law = scene.contact_law(a.element, b.element)
         free = [item for item in (a, b) if not item.is_driven_or_held]
         depth = min(a.element.depth, b.element.depth)
@@ -231,7 +234,7 @@ def compute_pair_contact_laws(
         if weight < 0.01 * lightest.mass * scene.gravity:
             weight = lightest.mass * scene.gravity
         weights[index] = weight
-        stretch = width[index] if width[index] > 0.01 * lightest.smaller_side else lightest.smaller_side
+        stretch = width[index] if width[index] > 0.01 * lightest.smaller_extent else lightest.smaller_extent
         if law.stiffness == "auto":
             normal[index] = weight / (2.0 * law.static_penetration * stretch)
         else:
@@ -240,7 +243,7 @@ def compute_pair_contact_laws(
         if law.damping is not None:
             dashpot[index] = law.damping * depth
         else:
-            ratio = DAMPING_RATIO if law.damping_ratio is None else law.damping_ratio
+            ratio = DEFAULT_DAMPING_RATIO if law.damping_ratio is None else law.damping_ratio
             dashpot[index] = 2.0 * ratio * np.sqrt(0.5 * normal[index] * (weight / scene.gravity))
         friction[index] = -1.0 if law.friction is None else law.friction
     return PairContactLaws(normal, tangential, dashpot, friction, carried, weights)

@@ -4,9 +4,9 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.clock import SCENE, StepContactChanges, choose_next_step_attempt
+from overturning.dem.kernel.clock import SCENE_STEP_CONTROL, StepContactChanges, accept_or_reject_and_choose_next_step
 from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample
-from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
+from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMPILE_OPTIONS, select
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.centred import (
@@ -15,7 +15,11 @@ from overturning.dem.polygon.centred import (
     predicted_forces_decide_contact,
     store_accepted_pair_history,
 )
-from overturning.dem.polygon.equations import clear_nonzero_pattern, pair_submatrices, solve_velocity_changes
+from overturning.dem.polygon.equations import (
+    clear_nonzero_pattern,
+    mark_and_return_pair_submatrices,
+    solve_velocity_changes,
+)
 from overturning.dem.polygon.mechanics import (
     element_acceleration,
     extrapolate_pose,
@@ -32,15 +36,15 @@ from overturning.dem.polygon.state import (
     SceneState,
     StepAcceptance,
 )
-from overturning.dem.polygon.suspended_pairs import resume_contact_tests_for_step, suspend_contact_tests_if_distant
+from overturning.dem.polygon.suspended_pairs import keep_contact_tests_unless_distant, resume_contact_tests_for_step
 
 
 class SceneCentredSchemeConstants(NamedTuple):
     """Constants of the centred scheme: lag of velocities behind poses, and ticks (time units) in a whole step."""
 
-    lag: float = 0.0
+    velocity_lag_steps: float = 0.0
     """Lag of velocities behind poses, steps."""
-    ticks: float = SCENE.whole
+    ticks_per_whole_step: float = SCENE_STEP_CONTROL.ticks_per_whole_step
     """Ticks in a whole step."""
 
 
@@ -58,18 +62,18 @@ def base_acceleration_at_step_end(
     past = past if past > 0.0 else 0.0
     lift = 0.0
     if vertical_base_acceleration is not None:
-        lift = base_acceleration_in_this_or_next_sample(case.shaking.up, tick, past) * inertia.frame
-    return base_acceleration_in_this_or_next_sample(case.shaking.base, tick, past) * inertia.frame, lift
+        lift = base_acceleration_in_this_or_next_sample(case.shaking.up, tick, past) * inertia.has_inertial_forces
+    return base_acceleration_in_this_or_next_sample(case.shaking.base, tick, past) * inertia.has_inertial_forces, lift
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def predict_element_motion(
     vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, ticks_per_sample: float, gravity: float
 ) -> None:
     """Predict the motion of an element in a step with constant acceleration, for all cases in parallel."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
-        dt, a = case.step * case.attempt.length, item.acceleration
+        dt, a = case.tick_length * case.attempt.length, item.acceleration
         half = 0.5 * dt
         ground, lift = base_acceleration_at_step_end(vertical_base_acceleration, case, item.inertia, ticks_per_sample)
         v = extrapolate_velocity(item.velocity, a, half)
@@ -87,14 +91,19 @@ def predict_element_motion(
         rows.store_force(element_rows, j, PlanarVector(0.0, 0.0, 0.0))
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def correct_element_motion(
     vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, ticks_per_sample: float, gravity: float
 ) -> None:
     """Store the corrected state of an element at the end of the step, in cases whose step is accepted."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
-        dt, trial, old, again = case.step * case.attempt.length, item.trial, item.totals, case.decision.again > 0.0
+        dt, trial, old, again = (
+            case.tick_length * case.attempt.length,
+            item.trial,
+            item.totals,
+            case.decision.again > 0.0,
+        )
         half, tick, d, p = 0.5 * dt, case.shaking.tick + case.attempt.length, trial.change, trial.pose
         ground, lift = base_acceleration_at_step_end(vertical_base_acceleration, case, item.inertia, ticks_per_sample)
         a = element_acceleration(item, ground, lift, gravity)
@@ -102,10 +111,12 @@ def correct_element_motion(
         turn = half * d.w
         pose = Pose(p.x + half * d.x, p.z + half * d.z, p.angle + turn, p.cos - p.sin * turn, p.sin + p.cos * turn)
         rate, on = power_against_inertial_and_holding_forces(item, ground, lift, v), pose.angle
-        last = tick if (on < item.inertia.on) & (-on < item.inertia.back) else old.last_upright
+        last = (
+            tick if (on < item.inertia.on) & (-on < item.inertia.recoverable_rotation_to_minus_x) else old.last_upright
+        )
         work = old.work - half * (old.power + rate)
         far = abs(pose.x - item.pose.x) + abs(pose.z - item.pose.z)
-        back, on = updated_maximum(old.peak_back, -on), updated_maximum(old.peak_on, on)
+        back, on = updated_maximum(old.peak_rotation_to_minus_x, -on), updated_maximum(old.peak_rotation_to_plus_x, on)
         totals = ElementStepMotionWorkAndPeaks(far, abs(pose.angle - item.pose.angle), work, back, on, last, rate)
         rows.keep_pose(element_rows, j, again, pose)
         rows.keep_velocity(element_rows, j, again, v)
@@ -115,53 +126,62 @@ def correct_element_motion(
         element_rows[rows.TURNED + j] = select(again, 0.0, totals.turned)
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def reset_step_contact_changes(case_rows: Any) -> None:
     """Reset the contact changes of the attempted step to "no change", for all cases in parallel."""
-    for j in range(rows.COLUMNS):
-        rows.store_findings(case_rows, j, rows.no_findings())
+    for j in range(rows.PARALLEL_CASE_COUNT):
+        rows.store_findings(case_rows, j, rows.zero_contact_changes())
 
 
 @njit(**INLINE)
 def contact_changes_in_scene_step(case: SceneState) -> StepContactChanges:
     """Return the contact changes of a case in an attempted step, by which the step is accepted or rejected."""
     findings, long = case.findings, not predicted_forces_decide_contact(case)
-    wrong, reverse, back = (findings.wrong > 0.0) & long, (findings.reversed > 0.0) & long, (findings.back > 0.0) & long
+    wrong, reverse, back = (
+        (findings.has_wrong_slip_assumption > 0.0) & long,
+        (findings.has_slip_reversal > 0.0) & long,
+        (findings.has_friction_reversal > 0.0) & long,
+    )
     return StepContactChanges(
         changed=findings.changed > 0.0,
         fast=False,
         gentle=False,
-        wrong=wrong,
-        reversed=reverse,
-        back=back,
+        has_wrong_slip_assumption=wrong,
+        has_slip_reversal=reverse,
+        has_friction_reversal=back,
         slides=findings.slides > 0.0,
-        stands=False,
+        all_contacts_are_closed=False,
     )
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def accept_or_reject_steps(case_rows: Any, ticks_per_sample: float) -> None:
     """Accept or reject the attempted step of each case, and choose the length of the next attempt."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         case = rows.load_case(case_rows, j)
         tick = case.shaking.tick + case.attempt.length
-        again, sooner, then = choose_next_step_attempt(
-            SCENE, case.step_control, case.attempt, contact_changes_in_scene_step(case), tick, ticks_per_sample
+        again, sooner, then = accept_or_reject_and_choose_next_step(
+            SCENE_STEP_CONTROL,
+            case.step_control,
+            case.attempt,
+            contact_changes_in_scene_step(case),
+            tick,
+            ticks_per_sample,
         )
         rows.store_decision(case_rows, j, StepAcceptance(1.0 if again else 0.0, 1.0 if sooner else 0.0, then))
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def advance_time_after_accepted_steps(case_rows: Any) -> None:
     """Advance the time of each case whose step is accepted; set the next attempted step of all cases."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         case = rows.load_case(case_rows, j)
         tick = case.shaking.tick
         case_rows[rows.TICK + j] = tick if case.decision.again > 0.0 else tick + case.attempt.length
         rows.store_attempt(case_rows, j, case.decision.then)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def advance_scene_one_step(
     vertical_base_acceleration: Any,
     state: Any,
@@ -178,7 +198,7 @@ def advance_scene_one_step(
     clear_nonzero_pattern(nonzero_pattern)
     for i in range(size):
         predict_element_motion(
-            vertical_base_acceleration, rows.of_element(state, i), state, ticks_per_sample, scene.gravity
+            vertical_base_acceleration, rows.element_window(state, i), state, ticks_per_sample, scene.gravity
         )
     resume_contact_tests_for_step(state, scene, active_pairs, size)
     kept = 0
@@ -186,14 +206,25 @@ def advance_scene_one_step(
         p = active_pairs.active[n]
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         near[p] = update_nearest_faces_of_all_cases(
-            state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes
+            state,
+            q,
+            a,
+            b,
+            scene.pair_element_and_piece_indices[p, 2],
+            scene.pair_element_and_piece_indices[p, 3],
+            scene.sizes,
+            scene.piece_face_tables,
         )
         if near[p]:
-            into, fresh = pair_submatrices(
-                matrix, nonzero_pattern, movable_flags, scene.layout[p, 0], scene.layout[p, 1]
+            into, fresh = mark_and_return_pair_submatrices(
+                matrix,
+                nonzero_pattern,
+                movable_flags,
+                scene.pair_element_and_piece_indices[p, 0],
+                scene.pair_element_and_piece_indices[p, 1],
             )
             add_pair_to_equations(q, a, b, state, into, fresh)
-        if near[p] or suspend_contact_tests_if_distant(q, a, b, p, active_pairs):
+        if near[p] or keep_contact_tests_unless_distant(q, a, b, p, active_pairs):
             active_pairs.active[kept] = p
             kept += 1
     active_pairs.count[0] = kept
@@ -207,7 +238,7 @@ def advance_scene_one_step(
     for i in range(size):
         if movable_flags[i]:
             correct_element_motion(
-                vertical_base_acceleration, rows.of_element(state, i), state, ticks_per_sample, scene.gravity
+                vertical_base_acceleration, rows.element_window(state, i), state, ticks_per_sample, scene.gravity
             )
     for n in range(kept):
         p = active_pairs.active[n]

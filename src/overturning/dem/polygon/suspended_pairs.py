@@ -11,12 +11,17 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.lanes import APART, INLINE, INNER, OWNER
+from overturning.dem.kernel.lanes import (
+    ALLOCATING_INLINE_COMPILE_OPTIONS,
+    INLINE,
+    INTERNAL_COMPILE_OPTIONS,
+    NO_ALIAS_COMPILE_OPTIONS,
+)
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.state import SummedElementMotion
 
-ACTIVE: Final = -1.0
+ACTIVE_PAIR_MARK: Final = -1.0
 """Value of `ActivePairs.resumes_at` for an active pair."""
 
 
@@ -28,7 +33,7 @@ class ActivePairs(NamedTuple):
     near: Any
     """True for a pair that could touch in this step, shape (pairs,)."""
     resumes_at: Any
-    """Sum of motions at which each pair is resumed (m), or `ACTIVE`, shape (pairs,)."""
+    """Sum of motions at which each pair is resumed (m), or `ACTIVE_PAIR_MARK`, shape (pairs,)."""
     count: Any
     """Number of active pairs, shape (1,)."""
     travel: Any
@@ -42,7 +47,7 @@ class ActivePairs(NamedTuple):
 TRAVEL, NEXT, LEVER = 0, 1, 2
 
 
-@njit(**OWNER)
+@njit(**ALLOCATING_INLINE_COMPILE_OPTIONS)
 def create_active_pairs(pair_count: int) -> Any:
     """Return the `ActivePairs` of a scene with `pair_count` element pairs, all tested for contact at each step."""
     travel = np.zeros(3)
@@ -52,30 +57,34 @@ def create_active_pairs(pair_count: int) -> Any:
     return ActivePairs(
         np.arange(pair_count),
         np.zeros(pair_count, np.bool_),
-        np.full(pair_count, ACTIVE),
+        np.full(pair_count, ACTIVE_PAIR_MARK),
         number,
         travel,
-        np.zeros(4 * rows.COLUMNS),
+        np.zeros(4 * rows.PARALLEL_CASE_COUNT),
     )
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def update_largest_motions_with_element(element_rows: Any, largest_motions: Any) -> None:
     """Raise `largest_motions`, for each case, to the motion of an element if that is larger."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         item = rows.load_element(element_rows, j)
         largest_motions[j] = updated_maximum(largest_motions[j], item.totals.moved)
-        largest_motions[rows.COLUMNS + j] = updated_maximum(largest_motions[rows.COLUMNS + j], item.totals.turned)
-        largest_motions[2 * rows.COLUMNS + j] = updated_maximum(largest_motions[2 * rows.COLUMNS + j], item.trial.moved)
-        largest_motions[3 * rows.COLUMNS + j] = updated_maximum(
-            largest_motions[3 * rows.COLUMNS + j], item.trial.turned
+        largest_motions[rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
+            largest_motions[rows.PARALLEL_CASE_COUNT + j], item.totals.turned
+        )
+        largest_motions[2 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
+            largest_motions[2 * rows.PARALLEL_CASE_COUNT + j], item.trial.moved
+        )
+        largest_motions[3 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
+            largest_motions[3 * rows.PARALLEL_CASE_COUNT + j], item.trial.turned
         )
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_last_step_to_summed_motion(element_rows: Any) -> None:
     """Add an element's motion in the last step to its sum since the first pair was left out of contact tests."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         item = rows.load_element(element_rows, j)
         rows.store_travel(
             element_rows,
@@ -92,30 +101,30 @@ def summed_motion_of_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: A
     return (a.moved + b.moved) + lever * (a.turned + b.turned)
 
 
-@njit(**APART)
-def suspend_contact_tests_of_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def subtract_summed_motion_from_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
     """Stop contact tests of two distant elements; store their relative motion minus both elements' summed motions."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         motion = summed_motion_of_pair(pair_rows, element_a_rows, element_b_rows, j)
         pair_rows[rows.USED + j] = pair_rows[rows.USED + j] - motion
 
 
-@njit(**APART)
-def resume_contact_tests_of_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def add_summed_motion_to_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
     """Resume contact tests of two elements; add both elements' summed motions to their stored relative motion."""
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         motion = summed_motion_of_pair(pair_rows, element_a_rows, element_b_rows, j)
         pair_rows[rows.USED + j] = pair_rows[rows.USED + j] + motion
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def motion_needed_for_contact(pair_rows: Any) -> tuple[float, float]:
     """Return the relative motion (m) after which two elements could touch, and their lever arm (m); 0, 0 if near.
 
     The lever arm converts relative rotation to motion.
     """
     slack, lever = np.inf, 0.0
-    for j in range(rows.COLUMNS):
+    for j in range(rows.PARALLEL_CASE_COUNT):
         reach, ahead = pair_rows[rows.REACH + j], pair_rows[rows.AHEAD + j]
         # Written so that NaN keeps the pair active.
         if not ahead < 0.5 * reach:
@@ -124,7 +133,7 @@ def motion_needed_for_contact(pair_rows: Any) -> tuple[float, float]:
     return slack, lever
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def resume_contact_tests_after_motion(state: Any, scene: Any, active_pairs: ActivePairs, summed_motion: float) -> None:
     """Test again for contact those distant element pairs that could touch after the motion `summed_motion` (m).
 
@@ -133,11 +142,11 @@ def resume_contact_tests_after_motion(state: Any, scene: Any, active_pairs: Acti
     count, following = 0, np.inf
     for p in range(active_pairs.resumes_at.size):
         at = active_pairs.resumes_at[p]
-        if at != ACTIVE and not summed_motion < at:
+        if at != ACTIVE_PAIR_MARK and not summed_motion < at:
             q, a, b = rows.pair_and_element_rows(state, scene, p)
-            resume_contact_tests_of_pair(q, a, b)
-            active_pairs.resumes_at[p] = at = ACTIVE
-        if at == ACTIVE:
+            add_summed_motion_to_pair(q, a, b)
+            active_pairs.resumes_at[p] = at = ACTIVE_PAIR_MARK
+        if at == ACTIVE_PAIR_MARK:
             active_pairs.active[count] = p
             count += 1
         else:
@@ -147,7 +156,7 @@ def resume_contact_tests_after_motion(state: Any, scene: Any, active_pairs: Acti
         active_pairs.travel[TRAVEL] = active_pairs.travel[LEVER] = 0.0
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def resume_contact_tests_for_step(state: Any, scene: Any, active_pairs: ActivePairs, element_count: int) -> None:
     """Add the last step's motion to the sums of motions; test distant pairs again that could touch in this step."""
     if active_pairs.count[0] == active_pairs.resumes_at.size:
@@ -156,31 +165,31 @@ def resume_contact_tests_for_step(state: Any, scene: Any, active_pairs: ActivePa
     for k in range(largest.size):
         largest[k] = 0.0
     for i in range(element_count):
-        update_largest_motions_with_element(rows.of_element(state, i), largest)
+        update_largest_motions_with_element(rows.element_window(state, i), largest)
     last, ahead = 0.0, 0.0
-    for j in range(rows.COLUMNS):
-        moved, turned = largest[j], largest[rows.COLUMNS + j]
-        far, turn = largest[2 * rows.COLUMNS + j], largest[3 * rows.COLUMNS + j]
+    for j in range(rows.PARALLEL_CASE_COUNT):
+        moved, turned = largest[j], largest[rows.PARALLEL_CASE_COUNT + j]
+        far, turn = largest[2 * rows.PARALLEL_CASE_COUNT + j], largest[3 * rows.PARALLEL_CASE_COUNT + j]
         last, ahead = max(last, moved + lever * turned), max(ahead, far + lever * turn)
     # Factor 2: both elements of a pair may move. Predicted motion counts twice, as in
-    # `search.add_last_step_to_pair_motion`.
+    # `search.add_step_motion_and_count_near_cases`.
     active_pairs.travel[TRAVEL] += 2.0 * last
     travel = active_pairs.travel[TRAVEL] + 4.0 * ahead
     if not travel < active_pairs.travel[NEXT]:
         resume_contact_tests_after_motion(state, scene, active_pairs, travel)
     for i in range(element_count):
-        add_last_step_to_summed_motion(rows.of_element(state, i))
+        add_last_step_to_summed_motion(rows.element_window(state, i))
 
 
-@njit(**INNER)
-def suspend_contact_tests_if_distant(
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def keep_contact_tests_unless_distant(
     pair_rows: Any, element_a_rows: Any, element_b_rows: Any, pair_index: int, active_pairs: ActivePairs
 ) -> bool:
     """Stop testing two elements for contact if they are too far apart to touch soon; return True if still tested."""
     slack, lever = motion_needed_for_contact(pair_rows)
     if slack <= 0.0:
         return True
-    suspend_contact_tests_of_pair(pair_rows, element_a_rows, element_b_rows)
+    subtract_summed_motion_from_pair(pair_rows, element_a_rows, element_b_rows)
     active_pairs.resumes_at[pair_index] = active_pairs.travel[TRAVEL] + (1.0 - 1e-9) * slack
     active_pairs.travel[NEXT] = min(active_pairs.travel[NEXT], active_pairs.resumes_at[pair_index])
     active_pairs.travel[LEVER] = max(active_pairs.travel[LEVER], lever)

@@ -11,8 +11,8 @@ from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress
 from overturning.dem.kernel.lanes import create_elementwise_tuple_functions, create_window_slicer
 from overturning.dem.stack.joint_state import (
-    JOINT,
-    POINT,
+    JOINT_ROW_LAYOUT,
+    POINT_ROW_LAYOUT,
     BaseOverhangAtSide,
     ContactNormalSums,
     ContactPointPosition,
@@ -31,8 +31,8 @@ from overturning.dem.stack.joint_state import (
     SumOfForceTimesDistance,
 )
 from overturning.dem.stack.state import (
-    CASE,
-    STONE,
+    CASE_ROW_LAYOUT,
+    STONE_ROW_LAYOUT,
     DiagonalBlockAndRightSide,
     EliminatedStoneSolution,
     JointEnergyLosses,
@@ -50,54 +50,56 @@ from overturning.dem.stack.state import (
     StoneVelocityCorrection,
 )
 
-of_stone = create_window_slicer(STONE.size, CASE.size)
+stone_window = create_window_slicer(STONE_ROW_LAYOUT.size, CASE_ROW_LAYOUT.size)
 """Return the rows of a stone."""
 
-load_account, store_account, store_account_unless = CASE.tuple_reader_and_writer(StackEnergyAccount)
-load_attempt, store_attempt, _ = CASE.tuple_reader_and_writer(NextStepToAttempt)
-load_case, store_case, _ = CASE.tuple_reader_and_writer(StackTickLengthAndLimits)
-load_clock, store_clock, _ = CASE.tuple_reader_and_writer(CaseStepControl)
-load_course, store_course, _ = CASE.tuple_reader_and_writer(CaseProgress)
-load_findings, store_findings, _ = CASE.tuple_reader_and_writer(StackContactChangesInStep)
-load_inertial, store_inertial, _ = CASE.tuple_reader_and_writer(Vector3)
-load_losses, store_losses, _ = CASE.tuple_reader_and_writer(JointEnergyLosses)
-load_rejection, store_rejection, _ = CASE.tuple_reader_and_writer(StepRejectionFlags)
-load_rest, store_rest, _ = CASE.tuple_reader_and_writer(StackRestFlagAndLimits)
-load_shaking, store_shaking, _ = CASE.tuple_reader_and_writer(InertialAccelerations3D)
-load_time, store_time, _ = CASE.tuple_reader_and_writer(StackClockWithinSample)
+load_account, store_account, store_account_unless = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackEnergyAccount)
+load_attempt, store_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt)
+load_case, store_case, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackTickLengthAndLimits)
+load_clock, store_clock, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl)
+load_course, store_course, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
+load_findings, store_findings, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackContactChangesInStep)
+load_inertial, store_inertial, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(Vector3)
+load_losses, store_losses, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(JointEnergyLosses)
+load_rejection, store_rejection, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectionFlags)
+load_rest, store_rest, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackRestFlagAndLimits)
+load_shaking, store_shaking, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D)
+load_time, store_time, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackClockWithinSample)
 
-load_axes, store_axes, _ = STONE.tuple_reader_and_writer(Matrix3)
-load_change, store_change, _ = STONE.tuple_reader_and_writer(StoneVelocityCorrection)
-load_constants, store_constants, _ = STONE.tuple_reader_and_writer(StoneConstants)
-load_diagonal, store_diagonal, _ = STONE.tuple_reader_and_writer(DiagonalBlockAndRightSide)
-load_elimination, store_elimination, _ = STONE.tuple_reader_and_writer(EliminatedStoneSolution)
-load_outcome, store_outcome, _ = STONE.tuple_reader_and_writer(StoneFallState)
-load_peaks, store_peaks, store_peaks_unless = STONE.tuple_reader_and_writer(StonePeakTilt)
-load_predicted, store_predicted, _ = STONE.tuple_reader_and_writer(PredictedStone)
-load_stone, store_stone, store_stone_unless = STONE.tuple_reader_and_writer(StoneState)
-load_sum, store_sum, _ = STONE.tuple_reader_and_writer(StoneContactForceSums)
-store_turn = STONE.tuple_reader_and_writer(StoneState, "turn").store
+load_axes, store_axes, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3)
+load_change, store_change, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneVelocityCorrection)
+load_constants, store_constants, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneConstants)
+load_diagonal, store_diagonal, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(DiagonalBlockAndRightSide)
+load_elimination, store_elimination, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(EliminatedStoneSolution)
+load_outcome, store_outcome, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneFallState)
+load_peaks, store_peaks, store_peaks_unless = STONE_ROW_LAYOUT.tuple_reader_and_writer(StonePeakTilt)
+load_predicted, store_predicted, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(PredictedStone)
+load_stone, store_stone, store_stone_unless = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneState)
+load_sum, store_sum, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneContactForceSums)
+store_turn = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneState, "turn").store
 
-load_arm, store_arm, _ = JOINT.tuple_reader_and_writer(SumOfForceTimesDistance)
-load_equations, store_equations, _ = JOINT.tuple_reader_and_writer(JointEquations)
-load_frame, store_frame, _ = JOINT.tuple_reader_and_writer(JointRelativeMotion)
-load_friction, store_friction, _ = JOINT.tuple_reader_and_writer(JointFrictionInStepEquations)
-load_history, store_history, store_history_unless = JOINT.tuple_reader_and_writer(JointAtStepStartAndEnd, "old")
-load_joint, store_joint, _ = JOINT.tuple_reader_and_writer(JointConstants)
-load_joint_change, store_joint_change, _ = JOINT.tuple_reader_and_writer(JointEquations, "wrench")
-load_joint_pose, store_joint_pose, _ = JOINT.tuple_reader_and_writer(JointFrameAxesAndOrigin)
-load_landing, store_landing, _ = JOINT.tuple_reader_and_writer(RemainingFlatLandingTimes)
-load_next_history, store_next_history, _ = JOINT.tuple_reader_and_writer(JointAtStepStartAndEnd, "new")
-load_normal, store_normal, _ = JOINT.tuple_reader_and_writer(JointNormalForceSums)
-load_rim, store_rim, _ = JOINT.tuple_reader_and_writer(ContactNormalSums)
-load_point_sum, store_point_sum, _ = JOINT.tuple_reader_and_writer(SolvedContactForceSums, "at_end")
+load_arm, store_arm, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(SumOfForceTimesDistance)
+load_equations, store_equations, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointEquations)
+load_frame, store_frame, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointRelativeMotion)
+load_friction, store_friction, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointFrictionInStepEquations)
+load_history, store_history, store_history_unless = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
+    JointAtStepStartAndEnd, "old"
+)
+load_joint, store_joint, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointConstants)
+load_joint_change, store_joint_change, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointEquations, "wrench")
+load_joint_pose, store_joint_pose, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointFrameAxesAndOrigin)
+load_landing, store_landing, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(RemainingFlatLandingTimes)
+load_next_history, store_next_history, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointAtStepStartAndEnd, "new")
+load_normal, store_normal, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointNormalForceSums)
+load_rim, store_rim, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(ContactNormalSums)
+load_point_sum, store_point_sum, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(SolvedContactForceSums, "at_end")
 
-load_clip, store_clip, _ = POINT.tuple_reader_and_writer(SidePartInContactPatch)
-load_next_point, store_next_point, _ = POINT.tuple_reader_and_writer(JointPointAtStepStartAndEnd, "new")
-load_outline, store_outline, _ = POINT.tuple_reader_and_writer(FaceCorner)
-load_place, store_place, _ = POINT.tuple_reader_and_writer(ContactPointPosition)
-load_rim_side, store_rim_side, _ = POINT.tuple_reader_and_writer(BaseOverhangAtSide)
-load_point, _, store_point_unless = POINT.tuple_reader_and_writer(JointPointAtStepStartAndEnd, "old")
+load_clip, store_clip, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(SidePartInContactPatch)
+load_next_point, store_next_point, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(JointPointAtStepStartAndEnd, "new")
+load_outline, store_outline, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(FaceCorner)
+load_place, store_place, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(ContactPointPosition)
+load_rim_side, store_rim_side, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(BaseOverhangAtSide)
+load_point, _, store_point_unless = POINT_ROW_LAYOUT.tuple_reader_and_writer(JointPointAtStepStartAndEnd, "old")
 
 add_losses, no_losses = (
     create_elementwise_tuple_functions(JointEnergyLosses).plus,

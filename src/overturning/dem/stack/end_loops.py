@@ -21,11 +21,17 @@ from overturning.dem.body.vectors import (
     transpose,
 )
 from overturning.dem.kernel.clock import (
-    STACK,
+    STACK_STEP_CONTROL,
     StepContactChanges,
-    choose_next_step_attempt,
+    accept_or_reject_and_choose_next_step,
 )
-from overturning.dem.kernel.lanes import APART, INLINE, create_elementwise_tuple_functions, select, whole_vectors
+from overturning.dem.kernel.lanes import (
+    INLINE,
+    NO_ALIAS_COMPILE_OPTIONS,
+    create_elementwise_tuple_functions,
+    round_to_vector_multiple,
+    select,
+)
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.stack.access import (
     add_losses,
@@ -80,15 +86,15 @@ from overturning.dem.stack.joint import (
     solve_point_contact,
 )
 from overturning.dem.stack.joint_state import (
-    JOINT,
-    POINT,
+    JOINT_ROW_LAYOUT,
+    POINT_ROW_LAYOUT,
     ContactPointPosition,
     JointAtStepStartAndEnd,
     JointPointForceAndImpulse,
     SumOfForceTimesDistance,
 )
 from overturning.dem.stack.landing import (
-    NO_POINT,
+    LANDING_TIME_WITHOUT_POINTS,
     contact_points_land_together,
     point_contact_is_deferred,
     remaining_landing_time_of_new_contact,
@@ -99,7 +105,7 @@ from overturning.dem.stack.solve import (
     wrench_plus,
 )
 from overturning.dem.stack.state import (
-    STONE,
+    STONE_ROW_LAYOUT,
     StackClockWithinSample,
     StackEnergyAccount,
     StoneContactForceSums,
@@ -115,14 +121,16 @@ add_end, no_end = (
     create_elementwise_tuple_functions(JointPointForceAndImpulse).plus,
     create_elementwise_tuple_functions(JointPointForceAndImpulse).zero,
 )
-FINE: Final = STACK.fine
-PRESENT: Final = STONE.row_of_field(StoneFallState, "present")
+MAX_RESOLVING_STEP_RATIO: Final = STACK_STEP_CONTROL.max_step_using_predicted_forces
+PRESENT: Final = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "present")
 SLID, NEW_SLID = (
-    JOINT.row_of_field(JointAtStepStartAndEnd, "old.slid"),
-    JOINT.row_of_field(JointAtStepStartAndEnd, "new.slid"),
+    JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "old.slid"),
+    JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "new.slid"),
 )
-NEW_CROSSED: Final = JOINT.row_of_field(JointAtStepStartAndEnd, "new.crossed")
-WEIGHT: Final = POINT.row_of_field(ContactPointPosition, "weight")
+NEW_NON_CORNER_LOAD_ROW: Final = JOINT_ROW_LAYOUT.row_offset_of_field(
+    JointAtStepStartAndEnd, "new.has_loaded_non_corner_point"
+)
+STIFFNESS_SHARE_ROW: Final = POINT_ROW_LAYOUT.row_offset_of_field(ContactPointPosition, "weight")
 
 
 @njit(**INLINE)
@@ -138,12 +146,12 @@ def relative_velocity_change_of_joint(
     return matrix_times_vector(to_face, velocity), matrix_times_vector(to_face, minus(upper.spin, lower.spin))
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_relative_velocity_changes(
     upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int, on_ground: Any
 ) -> None:
     """Store the solved change of the relative velocity of a stone and its support at their contact, in all stacks."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         stone, one = load_predicted(upper_rows, j), load_change(upper_rows, j)
         if on_ground is None:
             below, (axes, origin) = load_predicted(lower_rows, j), load_joint_pose(joint_rows, j)
@@ -156,10 +164,10 @@ def store_relative_velocity_changes(
         store_point_sum(joint_rows, j, no_end())
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
     """Compute the normal force at one contact point of two stones at the end of the step, for all stacks."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
         change, landing = load_joint_change(joint_rows, j), load_landing(joint_rows, j)
         old = load_point(point, j)
@@ -167,7 +175,8 @@ def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
             joint, frame, place, old, (change.force, change.moment),
             (load_time(case_rows, j).half, contact_points_land_together(landing),
              remaining_landing_time_of_new_contact(joint, landing),
-             point_contact_is_deferred(joint, landing, place, old, frame.inside), landing.shortest < NO_POINT),
+             point_contact_is_deferred(joint, landing, place, old, frame.inside),
+             landing.shortest < LANDING_TIME_WITHOUT_POINTS),
         )  # fmt: skip
         store_next_point(point, j, new)
         store_point_sum(joint_rows, j, add_end(load_point_sum(joint_rows, j), end))
@@ -175,25 +184,25 @@ def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
         store_losses(case_rows, j, add_losses(load_losses(case_rows, j), losses))
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_point_force_times_distance(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Add one contact point's normal force × distance from the centre of pressure (N·m) to the contact's sum."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         total, place, new = load_point_sum(joint_rows, j), load_place(point, j), load_next_point(point, j)
         one = 1.0 / (total.force if total.force > 0.0 else 1.0)
         x, y = place.x - total.x * one, place.y - total.y * one
-        arm = load_arm(joint_rows, j).moment + place.weight * new.pressure * math.sqrt(x * x + y * y)
+        arm = load_arm(joint_rows, j).moment + place.weight * new.force_per_stiffness_share * math.sqrt(x * x + y * y)
         store_arm(joint_rows, j, SumOfForceTimesDistance(arm))
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def compute_joint_force_and_moment(
     case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int, on_ground: Any
 ) -> None:
     """Compute force and moment between a stone and its support at the end of the step; add them to both."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         change, flat = load_joint_change(joint_rows, j), contact_points_land_together(load_landing(joint_rows, j))
-        fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
+        fine = load_attempt(case_rows, j).length <= MAX_RESOLVING_STEP_RATIO * load_clock(case_rows, j).finest
         at_end, early, findings, losses, new = solve_joint_contact(
             load_joint(joint_rows, j), load_frame(joint_rows, j), load_friction(joint_rows, j),
             (load_point_sum(joint_rows, j), load_arm(joint_rows, j).moment), (change.force, change.moment),
@@ -211,31 +220,33 @@ def compute_joint_force_and_moment(
             arm, other = minus(origin, below.place), load_sum(lower_rows, j)
             store_sum(lower_rows, j, StoneContactForceSums(
                 wrench_minus(other.at_end, shift_wrench_to_stone_centre(at_end, arm)),
-                wrench_minus(other.early, shift_wrench_to_stone_centre(early, arm)),
+                wrench_minus(other.early_contact_impulses, shift_wrench_to_stone_centre(early, arm)),
             ))  # fmt: skip
         else:
             origin = Vector3(0.0, 0.0, 0.0)
         arm = minus(origin, stone.place)
         store_sum(upper_rows, j, StoneContactForceSums(
             wrench_plus(total.at_end, shift_wrench_to_stone_centre(at_end, arm)),
-            wrench_plus(total.early, shift_wrench_to_stone_centre(early, arm)),
+            wrench_plus(total.early_contact_impulses, shift_wrench_to_stone_centre(early, arm)),
         ))  # fmt: skip
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def mark_joints_with_base_beyond_rim(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Mark each contact of two stones that has a loaded point other than a corner of the upper stone's base.
 
     Such a base extends beyond the rim of the face below.
     """
-    for j in range(whole_vectors(lane_count)):
-        joint_rows[NEW_CROSSED + j] = select(point[WEIGHT + j] > 0.0, 1.0, joint_rows[NEW_CROSSED + j])
+    for j in range(round_to_vector_multiple(lane_count)):
+        joint_rows[NEW_NON_CORNER_LOAD_ROW + j] = select(
+            point[STIFFNESS_SHARE_ROW + j] > 0.0, 1.0, joint_rows[NEW_NON_CORNER_LOAD_ROW + j]
+        )
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
     """Accept or reject the attempted time step of each stack, and choose the length of the next attempt."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         attempt, most, time = load_attempt(case_rows, j), load_findings(case_rows, j), load_time(case_rows, j)
         inertial = load_inertial(case_rows, j)
         at_end = Vector3(inertial.x, inertial.y, -(inertial.z + GRAVITY))
@@ -243,22 +254,30 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
             load_shaking(case_rows, j), at_end, ticks_per_sample, load_case(case_rows, j).steady
         )
         findings = StepContactChanges(
-            changed=most.changed > 0.0, fast=False, gentle=False, wrong=most.wrong > 0.0, reversed=most.reversed > 0.0,
-            back=most.back > 0.0, slides=(most.holds == 0.0) & (most.loaded > 0.0),
-            stands=steady & (most.off == 0.0) & (most.loaded > 0.0),
+            changed=most.changed > 0.0, fast=False, gentle=False,
+            has_wrong_slip_assumption=most.has_wrong_slip_assumption > 0.0,
+            has_slip_reversal=most.has_slip_reversal > 0.0,
+            has_friction_reversal=most.has_friction_reversal > 0.0,
+            slides=(most.has_sticking_joint == 0.0) & (most.has_loaded_joint > 0.0),
+            all_contacts_are_closed=steady & (most.off == 0.0) & (most.has_loaded_joint > 0.0),
         )  # fmt: skip
-        again, sooner, following = choose_next_step_attempt(
-            STACK, load_clock(case_rows, j), attempt, findings, time.tick + attempt.length, ticks_per_sample
+        again, sooner, following = accept_or_reject_and_choose_next_step(
+            STACK_STEP_CONTROL,
+            load_clock(case_rows, j),
+            attempt,
+            findings,
+            time.tick + attempt.length,
+            ticks_per_sample,
         )
         store_attempt(case_rows, j, following)
         store_rejection(case_rows, j, StepRejectionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0))
         store_time(case_rows, j, StackClockWithinSample(time.tick + (0.0 if again else attempt.length), time.half))
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: Any) -> None:
     """Store a stone's new state in stacks whose step is accepted, and add the work that the ground does on it."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         half, again, push = (
             load_time(case_rows, j).half,
             load_rejection(case_rows, j).again > 0.0,
@@ -268,7 +287,12 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
         change, total, peaks = load_change(rows, j), load_sum(rows, j), load_peaks(rows, j)
         present = rows[PRESENT + j] > 0.0
         one = 1.0 / constants.mass
-        f, m, i, t = total.at_end.force, total.at_end.moment, total.early.force, total.early.moment
+        f, m, i, t = (
+            total.at_end.force,
+            total.at_end.moment,
+            total.early_contact_impulses.force,
+            total.early_contact_impulses.moment,
+        )
         acceleration = Vector3(one * f.x + push.x, one * f.y + push.y, one * f.z + push.z)
         moment = scale_vector(one, m)
         turn = rotate_quaternion(p.turn, half, change.spin)
@@ -279,7 +303,7 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
         skip = again | (not present)
         store_stone_unless(rows, j, skip, StoneState(
             place=extrapolate_vector(p.place, half, change.velocity), turn=turn, velocity=velocity,
-            momentum=plus(extrapolate_vector(p.momentum, half, moment), scale_vector(one, t)),
+            angular_momentum=plus(extrapolate_vector(p.half_step_angular_momentum, half, moment), scale_vector(one, t)),
             acceleration=acceleration, moment=moment,
         ))  # fmt: skip
         store_peaks_unless(rows, j, skip, StonePeakTilt(
@@ -291,25 +315,25 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
         if is_first is not None:
             account = StackEnergyAccount(
                 account.work + half * account.power,
-                account.lost + (half * (account.loss + losses.power) + losses.let_go),
+                account.lost_energy + (half * (account.loss + losses.power) + losses.released_spring_energy),
                 0.0, losses.power, updated_maximum(account.depth, load_findings(case_rows, j).depth),
             )  # fmt: skip
         store_account_unless(case_rows, j, again, StackEnergyAccount(
-            account.work + half * power, account.lost, account.power + power, account.loss, account.depth
+            account.work + half * power, account.lost_energy, account.power + power, account.loss, account.depth
         ))  # fmt: skip
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Store the new contact state of two stones in stacks whose step is accepted; in others only whether they slid."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         rejected, slid = load_rejection(case_rows, j), joint_rows[NEW_SLID + j]
         store_history_unless(joint_rows, j, rejected.again > 0.0, load_next_history(joint_rows, j))
-        joint_rows[SLID + j] = select(rejected.sooner > 0.0, joint_rows[SLID + j], slid)
+        joint_rows[SLID + j] = select(rejected.keeps_assumed_slip > 0.0, joint_rows[SLID + j], slid)
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_contact_point_states_after_accepted_steps(case_rows: Any, point: Any, lane_count: int) -> None:
     """Store a contact point's new state in the stacks whose step is accepted."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         store_point_unless(point, j, load_rejection(case_rows, j).again > 0.0, load_next_point(point, j))

@@ -17,10 +17,15 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
     transpose,
 )
-from overturning.dem.kernel.ending import GOES_ON, CaseProgress, SlideEndSample, case_continues_until_sliding_stops
+from overturning.dem.kernel.ending import (
+    CASE_NOT_ENDED,
+    CaseProgress,
+    SlideEndSample,
+    update_slide_end_and_check_case_continues,
+)
 from overturning.dem.kernel.ground import base_acceleration_at_tick
-from overturning.dem.kernel.lanes import INLINE, INNER
-from overturning.dem.quiet import REST_THRESHOLD_FACTOR, SAFE_SHARE
+from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS
+from overturning.dem.quiet import REST_THRESHOLD_FACTOR, STRONG_MOTION_THRESHOLD_RATIO
 from overturning.dem.stack.access import (
     load_account,
     load_case,
@@ -35,19 +40,19 @@ from overturning.dem.stack.access import (
     load_shaking,
     load_stone,
     load_time,
-    of_stone,
+    stone_window,
     store_account,
     store_outcome,
 )
-from overturning.dem.stack.joint_state import JOINT, POINT, squared_length
+from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, POINT_ROW_LAYOUT, squared_length
 from overturning.dem.stack.rest import (
     all_contact_points_carry_load,
     current_motion_onset_acceleration,
-    sliding_time_of_upright_stack,
+    time_until_upright_stack_stops_sliding,
 )
 from overturning.dem.stack.state import (
-    CASE,
-    STONE,
+    CASE_ROW_LAYOUT,
+    STONE_ROW_LAYOUT,
     StackEnergyAccount,
     StoneConstants,
     StoneFallState,
@@ -57,19 +62,24 @@ from overturning.dem.stack.step import joint_state_size
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
+CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
+    CASE_ROW_LAYOUT.size,
+    STONE_ROW_LAYOUT.size,
+    JOINT_ROW_LAYOUT.size,
+    POINT_ROW_LAYOUT.size,
+)
 ENERGY, SAMPLE, SLIDE_END = (
-    CASE.row_of_field(CaseProgress, "energy"),
-    CASE.row_of_field(CaseProgress, "sample"),
-    CASE.row_of_field(SlideEndSample, "sample"),
+    CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "energy"),
+    CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "sample"),
+    CASE_ROW_LAYOUT.row_offset_of_field(SlideEndSample, "sample"),
 )
 
 
-WEAK_MOTION_SHARE: Final = SAFE_SHARE / REST_THRESHOLD_FACTOR**2
+MIN_END_ONSET_ACCELERATION_RATIO: Final = STRONG_MOTION_THRESHOLD_RATIO / REST_THRESHOLD_FACTOR**2
 """Least acceleration that may move a stack when its case ends, as a share of `StackConstants.steady`: then the rest of
 the record stays below the part `REST_THRESHOLD_FACTOR` of this acceleration."""
 
-OVERHANG: Final = 0.001
+MIN_HANGING_CORNER_DEPTH_RATIO: Final = 0.001
 """Depth of a corner of a leaning stone below the face that carries it, as a share of the height of its centre.
 
 Beyond this depth, and beyond the critical angle of its base, the stone tips over the rim of the face, and has fallen.
@@ -83,16 +93,16 @@ def stone_state_sum_for_finite_check(state: StoneState) -> float:
     return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def stone_kinetic_energy(constants: StoneConstants, state: StoneState) -> float:
     """Return the kinetic energy of a stone, J."""
-    spin = angular_velocity_from_momentum(constants.inverse, rotation_matrix(state.turn), state.momentum)
+    spin = angular_velocity_from_momentum(constants.inverse, rotation_matrix(state.turn), state.angular_momentum)
     return float(
-        0.5 * constants.mass * (dot_product(state.velocity, state.velocity) + dot_product(state.momentum, spin))
+        0.5 * constants.mass * (dot_product(state.velocity, state.velocity) + dot_product(state.angular_momentum, spin))
     )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def stack_energy(state: Any, lane: int, stone_count: int, corner_limit: int, heights: Any) -> float:
     """Return the energy (J) of the stones of a stack that have not fallen, and of the contact springs below them.
 
@@ -100,7 +110,7 @@ def stack_energy(state: Any, lane: int, stone_count: int, corner_limit: int, hei
     """
     total, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
     for s in range(stone_count):
-        rows = of_stone(state, s)
+        rows = stone_window(state, s)
         if not load_outcome(rows, lane).present > 0.0:
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
@@ -127,13 +137,13 @@ def pose_relative_to_stone_below(
     )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def stone_hangs_over_rim(state: Any, lane: int, stone_index: int, stone_count: int, corner_limit: int) -> bool:
     """True if a corner of a stone's base lies well below its supporting face: the stone tips over the face's rim."""
     below, lower, rows = (
-        of_stone(state, stone_index - 1),
-        load_constants(of_stone(state, stone_index - 1), lane),
-        of_stone(state, stone_index),
+        stone_window(state, stone_index - 1),
+        load_constants(stone_window(state, stone_index - 1), lane),
+        stone_window(state, stone_index),
     )
     upper, stone, base = load_constants(rows, lane), load_stone(rows, lane), load_stone(below, lane)
     axes = rotation_matrix(base.turn)
@@ -144,27 +154,27 @@ def stone_hangs_over_rim(state: Any, lane: int, stone_index: int, stone_count: i
         corner = load_outline(state[at + i * P : at + (i + 1) * P], lane)
         height = (turn.zx * corner.x + turn.zy * corner.y) - upper.foot * turn.zz
         lowest = min(lowest, apart.z - lower.top + height)
-    return lowest < -OVERHANG * upper.foot
+    return lowest < -MIN_HANGING_CORNER_DEPTH_RATIO * upper.foot
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def depth_below_rest_position(state: Any, lane: int, stone_index: int) -> float:
     """Return how far a stone's centre lies below its position at rest on its support, along the face's normal, m."""
-    rows = of_stone(state, stone_index)
+    rows = stone_window(state, stone_index)
     upper, stone = load_constants(rows, lane), load_stone(rows, lane)
     if stone_index == 0:
         return upper.foot - stone.place.z
-    below = of_stone(state, stone_index - 1)
+    below = stone_window(state, stone_index - 1)
     base = load_stone(below, lane)
     apart, _ = pose_relative_to_stone_below(stone, base.place, rotation_matrix(base.turn))
     return load_constants(below, lane).top + upper.foot - apart.z
 
 
-@njit(**INNER)
-def lowest_fallen_stone_index(state: Any, lane: int, stone_count: int, corner_limit: int) -> int:
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def lowest_newly_fallen_stone_index(state: Any, lane: int, stone_count: int, corner_limit: int) -> int:
     """Return the index of the lowest fallen stone that is still simulated; the number of stones if there is none."""
     for s in range(stone_count):
-        rows = of_stone(state, s)
+        rows = stone_window(state, s)
         if not load_outcome(rows, lane).present > 0.0:
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
@@ -177,21 +187,21 @@ def lowest_fallen_stone_index(state: Any, lane: int, stone_count: int, corner_li
     return stone_count
 
 
-@njit(**INNER)
-def stop_simulating_fallen_stones(
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def stop_simulating_fallen_and_upper_stones(
     state: Any, lane: int, stone_count: int, corner_limit: int, ticks_per_sample: float, heights: Any
 ) -> bool:
     """Stop the simulation of the lowest fallen stone and of all stones above it; True if no stone remains.
 
     The energy account continues with the stones that remain.
     """
-    fallen = lowest_fallen_stone_index(state, lane, stone_count, corner_limit)
+    fallen = lowest_newly_fallen_stone_index(state, lane, stone_count, corner_limit)
     if fallen == stone_count:
         return False
     before = stack_energy(state, lane, stone_count, corner_limit, heights)
-    start_of_sample, tick = load_course(state, lane).sample * ticks_per_sample, load_case(state, lane).step
+    start_of_sample, tick = load_course(state, lane).sample * ticks_per_sample, load_case(state, lane).tick_length
     for s in range(fallen, stone_count):
-        rows = of_stone(state, s)
+        rows = stone_window(state, s)
         outcome, constants = load_outcome(rows, lane), load_constants(rows, lane)
         if not outcome.present > 0.0:
             continue
@@ -205,13 +215,15 @@ def stop_simulating_fallen_stones(
     account = load_account(state, lane)
     gone = before - stack_energy(state, lane, stone_count, corner_limit, heights)
     store_account(
-        state, lane, StackEnergyAccount(account.work, account.lost + gone, account.power, account.loss, account.depth)
+        state,
+        lane,
+        StackEnergyAccount(account.work, account.lost_energy + gone, account.power, account.loss, account.depth),
     )
     return fallen == 0
 
 
-@njit(**INNER)
-def stack_case_status(
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def stop_fallen_stones_and_return_status(
     state: Any,
     lane: int,
     stone_count: int,
@@ -220,7 +232,7 @@ def stack_case_status(
     last_sample: float,
     stones_at_rest: Any,
 ) -> int:
-    """Stop simulating a fallen stone and those above it; return the `CaseStatus` after a sample, or `GOES_ON`.
+    """Stop simulating a fallen stone and those above it; return the `CaseStatus` after a sample, or `CASE_NOT_ENDED`.
 
     `stones_at_rest` has the rows of the stack in the kernel's table of stones.
     """
@@ -228,7 +240,7 @@ def stack_case_status(
     kinetic, loaded = 0.0, True
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
     for s in range(stone_count):
-        rows = of_stone(state, s)
+        rows = stone_window(state, s)
         if not load_outcome(rows, lane).present > 0.0:
             continue
         stone = load_stone(rows, lane)
@@ -239,7 +251,9 @@ def stack_case_status(
         loaded = loaded and load_history(state[at : at + JOINT_SIZE], lane).normal > 0.0
     if load_account(state, lane).depth > case.deepest:
         return CaseStatus.UNSTABLE
-    if stop_simulating_fallen_stones(state, lane, stone_count, corner_limit, ticks_per_sample, stones_at_rest.rest):
+    if stop_simulating_fallen_and_upper_stones(
+        state, lane, stone_count, corner_limit, ticks_per_sample, stones_at_rest.rest
+    ):
         return CaseStatus.SIMULATED
     sample = course.sample + time.tick / ticks_per_sample
     if (
@@ -249,20 +263,22 @@ def stack_case_status(
         and all_contact_points_carry_load(state, lane, stone_count, corner_limit)
     ):
         # The rest of the record is weak for the stack as it stood at first; it may have lost a stone since, or slid.
-        least = WEAK_MOTION_SHARE * case.steady
+        least = MIN_END_ONSET_ACCELERATION_RATIO * case.steady
         if sample >= last_sample or current_motion_onset_acceleration(state, lane, stone_count, corner_limit) >= least:
             return CaseStatus.SIMULATED
     if sample < course.after or sample < last_sample:
-        return GOES_ON
+        return CASE_NOT_ENDED
     # An upright stack that slides is simulated until friction has stopped it.
-    sliding_time = sliding_time_of_upright_stack(state, lane, stone_count, corner_limit)
-    if case_continues_until_sliding_stops(state, SLIDE_END + lane, sample, sliding_time, case.step * ticks_per_sample):
-        return GOES_ON
+    sliding_time = time_until_upright_stack_stops_sliding(state, lane, stone_count, corner_limit)
+    if update_slide_end_and_check_case_continues(
+        state, SLIDE_END + lane, sample, sliding_time, case.tick_length * ticks_per_sample
+    ):
+        return CASE_NOT_ENDED
     stands = stack_cannot_fall(state, lane, corner_limit, stones_at_rest)
     return CaseStatus.SIMULATED if stands else CaseStatus.UNDECIDED
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def stack_cannot_fall(state: Any, lane: int, corner_limit: int, stones_at_rest: Any) -> bool:
     """True if no stone has fallen, and the energy of the stack does not suffice to overturn the stones above any joint.
 
@@ -274,7 +290,7 @@ def stack_cannot_fall(state: Any, lane: int, corner_limit: int, stones_at_rest: 
     # Horizontal position of the upper face below, and of the centre of its stone at rest.
     slip, x, y, start_x, start_y = 0.0, 0.0, 0.0, 0.0, 0.0
     for s in range(stones_at_rest.size):
-        rows, start = of_stone(state, s), stones_at_rest[s].start
+        rows, start = stone_window(state, s), stones_at_rest[s].start
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
         own = rotation_matrix(stone.turn)
         if not load_outcome(rows, lane).present > 0.0 or lean_as_squared_sine(own) >= constants.critical:
@@ -290,7 +306,7 @@ def stack_cannot_fall(state: Any, lane: int, corner_limit: int, stones_at_rest: 
     return bool(energy < course.barrier * left * left)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def write_stack_results(
     state: Any,
     lane: int,
@@ -304,13 +320,15 @@ def write_stack_results(
     """Write the results of the case in column `lane` into `result_row`, and one row of `stone_results` per stone."""
     account, course = load_account(state, lane), load_course(state, lane)
     balance = (
-        (stack_energy(state, lane, stone_count, corner_limit, heights) - course.energy) - account.work + account.lost
+        (stack_energy(state, lane, stone_count, corner_limit, heights) - course.energy)
+        - account.work
+        + account.lost_energy
     )
     result_row.energy_error = abs(balance) / max(account.work, course.barrier)
     result_row.peak_penetration = account.depth
     below, axes = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for s in range(stone_count):
-        rows = of_stone(state, s)
+        rows = stone_window(state, s)
         constants, stone, outcome = load_constants(rows, lane), load_stone(rows, lane), load_outcome(rows, lane)
         own = rotation_matrix(stone.turn)
         fallen = not outcome.present > 0.0 and status == CaseStatus.SIMULATED
@@ -332,26 +350,26 @@ def write_stack_results(
         below, axes = stone.place, own
 
 
-@njit(**INNER)
-def record_stack_motion(
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def record_motion_of_first_stack(
     state: Any, stone_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
     """Write time, base acceleration and motion of all stones of the first simulated stack into a trajectory row."""
     time, shaking = load_time(state, 0), load_shaking(state, 0)
     trajectory_row[0] = (load_course(state, 0).sample + time.tick / ticks_per_sample) * sampling_interval
     trajectory_row[1], trajectory_row[2] = (
-        -base_acceleration_at_tick(shaking.push_x, time.tick),
-        -base_acceleration_at_tick(shaking.push_y, time.tick),
+        -base_acceleration_at_tick(shaking.inertial_acceleration_x, time.tick),
+        -base_acceleration_at_tick(shaking.inertial_acceleration_y, time.tick),
     )
     trajectory_row[3] = base_acceleration_at_tick(shaking.lift, time.tick)
     for s in range(stone_count):
-        constants, stone = load_constants(of_stone(state, s), 0), load_stone(of_stone(state, s), 0)
+        constants, stone = load_constants(stone_window(state, s), 0), load_stone(stone_window(state, s), 0)
         spin, at = (
-            angular_velocity_from_momentum(constants.inverse, rotation_matrix(stone.turn), stone.momentum),
+            angular_velocity_from_momentum(constants.inverse, rotation_matrix(stone.turn), stone.angular_momentum),
             4 + 14 * s,
         )
         trajectory_row[at], trajectory_row[at + 1], trajectory_row[at + 2] = stone.place
         trajectory_row[at + 3], trajectory_row[at + 4], trajectory_row[at + 5], trajectory_row[at + 6] = stone.turn
         trajectory_row[at + 7], trajectory_row[at + 8], trajectory_row[at + 9] = stone.velocity
         trajectory_row[at + 10], trajectory_row[at + 11], trajectory_row[at + 12] = spin
-        trajectory_row[at + 13] = load_outcome(of_stone(state, s), 0).present
+        trajectory_row[at + 13] = load_outcome(stone_window(state, s), 0).present

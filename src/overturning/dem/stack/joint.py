@@ -31,7 +31,7 @@ from overturning.dem.stack.joint_state import (
 )
 from overturning.dem.stack.state import JointEnergyLosses, StackContactChangesInStep, VelocityToForceBlocks, Wrench
 
-LEAST_WEIGHT: Final = 1e-3
+MIN_STEP_CONTROL_STIFFNESS_SHARE: Final = 1e-3
 """Smallest weight of a point that asks for a finer step when it opens or closes."""
 
 
@@ -56,7 +56,9 @@ def predicted_point_force_and_contact(
     pressure = joint.stiffness * depth - joint.dashpot * point_opening_rate(frame, position)
     now = ((pressure > 0.0) | lands_flat) & (depth > 0.0)
     decides = forces_decide_contact | (previous.weight == 0.0)
-    return pressure, (now if decides else previous.pressure != 0.0) & (position.weight > 0.0) & (not waits)
+    return pressure, (now if decides else previous.force_per_stiffness_share != 0.0) & (position.weight > 0.0) & (
+        not waits
+    )
 
 
 @njit(**INLINE)
@@ -252,7 +254,7 @@ def solve_point_contact(
     inside, was = (depth > 0.0) & (not waits), previous.depth > 0.0
     changed = before if before > depth else depth
     changed = (deep if previous.offset == 0.0 else 0.0) if waits else -depth if was else changed
-    heavy = w > LEAST_WEIGHT
+    heavy = w > MIN_STEP_CONTROL_STIFFNESS_SHARE
     spring = joint.stiffness * depth if inside else 0.0
     pressure = spring - joint.dashpot * rate
     pressure = pressure if counts & inside & (lands_flat | (pressure > 0.0)) else 0.0
@@ -271,9 +273,10 @@ def solve_point_contact(
     let_go = 0.5 * joint.stiffness * ((w * over if inside | was else 0.0) + both * (previous.weight - w))
     let_go = let_go if counts | had else 0.0
     findings = StackContactChangesInStep(
-        changed=changed if heavy else 0.0, wrong=0.0, reversed=0.0, holds=0.0, back=0.0,
+        changed=changed if heavy else 0.0, has_wrong_slip_assumption=0.0, has_slip_reversal=0.0, has_sticking_joint=0.0,
+        has_friction_reversal=0.0,
         off=1.0 if heavy & (not (pressure > 0.0)) & (offset == 0.0) & (not between) else 0.0,
-        depth=depth if counts else 0.0, loaded=0.0,
+        depth=depth if counts else 0.0, has_loaded_joint=0.0,
     )  # fmt: skip
     return (
         JointPointForceAndImpulse(
@@ -283,7 +286,7 @@ def solve_point_contact(
         JointEnergyLosses(power, let_go + more * power),
         ContactPointState(
             depth=depth if counts & (not waits) else 0.0,
-            pressure=pressure,
+            force_per_stiffness_share=pressure,
             landing=landing if (inside | waits) & counts else 0.0,
             weight=w,
             offset=offset if counts else 0.0,
@@ -292,7 +295,7 @@ def solve_point_contact(
 
 
 @njit(**INLINE)
-def friction_changes_from_assumption(
+def compare_friction_with_assumption(
     direction: TangentialVector, force: TangentialVector, velocity: TangentialVector, stretch: TangentialVector,
     state: tuple[bool, bool, bool], slides: tuple[bool, bool],
 ) -> StackContactChangesInStep:  # fmt: skip
@@ -316,9 +319,11 @@ def friction_changes_from_assumption(
         )
     )
     return StackContactChangesInStep(
-        changed=0.0, wrong=1.0 if wrong & coarse else 0.0, reversed=1.0 if backwards & coarse else 0.0,
-        holds=1.0 if carries & (not slips) else 0.0, back=1.0 if back & coarse else 0.0, off=0.0, depth=0.0,
-        loaded=1.0 if loaded else 0.0,
+        changed=0.0, has_wrong_slip_assumption=1.0 if wrong & coarse else 0.0,
+        has_slip_reversal=1.0 if backwards & coarse else 0.0,
+        has_sticking_joint=1.0 if carries & (not slips) else 0.0, has_friction_reversal=1.0 if back & coarse else 0.0,
+        off=0.0, depth=0.0,
+        has_loaded_joint=1.0 if loaded else 0.0,
     )  # fmt: skip
 
 
@@ -375,17 +380,17 @@ def solve_joint_contact(
         s.twist + kept.twist
     ) * (stretch.twist - kept.twist)
     let_go = 0.5 * k * (released if loaded else (squared_length(s) if previous.normal > 0.0 else 0.0))
-    findings = friction_changes_from_assumption(
+    findings = compare_friction_with_assumption(
         friction.direction, TangentialVector(fx, fy, ft), velocity, s,
         (most > 0.0, loaded, not forces_decide_contact), (friction.slides > 0.0, slips),
     )  # fmt: skip
     one = 1.0 / (ends.force if loaded else 1.0)
-    early = ends.early * one if loaded else 0.0
+    early = ends.early_contact_impulse * one if loaded else 0.0
     mx, my, mz = -(cz * fy), cz * fx, (cx * fy - cy * fx) + arm * ft
     at_end = Wrench(Vector3(fx, fy, ends.force), Vector3(ends.y + mx, -ends.x + my, mz))
     sooner = Wrench(
-        Vector3(early * fx, early * fy, ends.early),
-        Vector3(ends.early_y + early * mx, -ends.early_x + early * my, early * mz),
+        Vector3(early * fx, early * fy, ends.early_contact_impulse),
+        Vector3(ends.early_impulse_times_y + early * mx, -ends.early_impulse_times_x + early * my, early * mz),
     )
     in_contact = 1.0 if loaded else 0.0
     new = JointContactState(

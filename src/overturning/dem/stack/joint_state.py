@@ -11,7 +11,7 @@ from numba import njit
 
 from overturning.dem.body.vectors import Matrix3, Vector3
 from overturning.dem.kernel.lanes import INLINE, TupleRowLayout
-from overturning.dem.stack.state import COLUMNS, VelocityToForceBlocks, Wrench
+from overturning.dem.stack.state import PARALLEL_CASE_COUNT, VelocityToForceBlocks, Wrench
 
 
 class JointConstants(NamedTuple):
@@ -35,7 +35,7 @@ class JointConstants(NamedTuple):
     """Share of the moment of friction that tilts a stone that slides in a flat landing, 0 or 1."""
     waits: float
     """Least distance of the base from the rim of the face below at which corners between the two ends of the base wait
-    in a flat landing, m; `overturning.dem.stack.landing.NEVER` for bases of four corners."""
+    in a flat landing, m; `overturning.dem.stack.landing.RIM_DISTANCE_WITHOUT_DEFERRAL` for bases of four corners."""
     base_corners: float
     """Number of corners of the upper base."""
 
@@ -53,7 +53,7 @@ class TangentialVector(NamedTuple):
 
 @njit(**INLINE)
 def squared_length(v: TangentialVector) -> float:
-    """Return the squared length of a tangential vector: x, y, and twist multiplied by a radius, in the same unit."""
+    """Return x² + y² + twist² of a tangential vector, whose twist is already multiplied by a radius."""
     return (v.x * v.x + v.y * v.y) + v.twist * v.twist
 
 
@@ -87,7 +87,7 @@ class JointContactState(NamedTuple):
     """Normal force, N."""
     slid: float
     """1 if the joint slid, else 0."""
-    crossed: float
+    has_loaded_non_corner_point: float
     """1 if a point other than a corner of the upper stone carried weight."""
 
 
@@ -107,17 +107,17 @@ class RemainingFlatLandingTimes(NamedTuple):
     shortest: float
     """Shortest remaining landing time of the points, s; 0 or less if one of them does not land."""
     longest: float
-    """Longest remaining landing time of the points in contact, s; `IN_THE_AIR` if there is none."""
-    lowest: float
+    """Longest remaining landing time of the points in contact, s; `LANDING_TIME_OF_BASE_IN_AIR` if there is none."""
+    lowest_point_height: float
     """Smallest height of a point of the patch above the lower face at the predicted end of the step, m."""
-    highest: float
+    highest_point_height: float
     """Largest height of a point of the patch, m."""
 
 
 class JointRelativeMotion(NamedTuple):
     """Relative pose and velocity of a stone at the predicted end of a step, in the frame of the face below it."""
 
-    corner: Vector3
+    base_centre: Vector3
     """Position of the centre of the upper stone's base, m."""
     along_x: Vector3
     """Direction of the upper stone's x axis."""
@@ -151,7 +151,7 @@ class ContactNormalSums(NamedTuple):
     Each point counts with its weight × penetration (m).
     """
 
-    load: float
+    weighted_penetration: float
     """Weight × penetration, m."""
     x: float
     """Position in the lower face, m²."""
@@ -265,7 +265,7 @@ class ContactPointState(NamedTuple):
 
     depth: float
     """Penetration, m; negative in the air."""
-    pressure: float
+    force_per_stiffness_share: float
     """Normal force over weight, N."""
     landing: float
     """Remaining time of a flat landing, s; 0 or less if there is none."""
@@ -292,10 +292,10 @@ class JointPointForceAndImpulse(NamedTuple):
     """Normal force, N, and its first moments, N·m."""
     x: float
     y: float
-    early: float
+    early_contact_impulse: float
     """Additional impulse of points that closed early in the step, N·s, and its first moments."""
-    early_x: float
-    early_y: float
+    early_impulse_times_x: float
+    early_impulse_times_y: float
 
 
 class SolvedContactForceSums(NamedTuple):
@@ -304,11 +304,16 @@ class SolvedContactForceSums(NamedTuple):
     at_end: JointPointForceAndImpulse
 
 
-JOINT: Final = TupleRowLayout(
-    COLUMNS, JointConstants, JointAtStepStartAndEnd, RemainingFlatLandingTimes, JointFrameAxesAndOrigin,
+JOINT_ROW_LAYOUT: Final = TupleRowLayout(
+    PARALLEL_CASE_COUNT, JointConstants, JointAtStepStartAndEnd, RemainingFlatLandingTimes, JointFrameAxesAndOrigin,
     ContactNormalSums, JointRelativeMotion, JointNormalForceSums, SumOfForceTimesDistance,
     JointFrictionInStepEquations, JointEquations, SolvedContactForceSums
 )  # fmt: skip
-POINT: Final = TupleRowLayout(
-    COLUMNS, FaceCorner, ContactPointPosition, SidePartInContactPatch, BaseOverhangAtSide, JointPointAtStepStartAndEnd
+POINT_ROW_LAYOUT: Final = TupleRowLayout(
+    PARALLEL_CASE_COUNT,
+    FaceCorner,
+    ContactPointPosition,
+    SidePartInContactPatch,
+    BaseOverhangAtSide,
+    JointPointAtStepStartAndEnd,
 )

@@ -4,8 +4,8 @@ from typing import Final
 
 from numba import njit
 
-from overturning.dem.body.base_contact import longest_landing_time_with_point
-from overturning.dem.body.state import IN_THE_AIR
+from overturning.dem.body.base_contact import updated_longest_landing_time
+from overturning.dem.body.state import LANDING_TIME_OF_BASE_IN_AIR
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.stack.joint_state import (
     ContactPointPosition,
@@ -14,15 +14,15 @@ from overturning.dem.stack.joint_state import (
     RemainingFlatLandingTimes,
 )
 
-NO_POINT: Final = 1e300
+LANDING_TIME_WITHOUT_POINTS: Final = 1e300
 """Shortest landing time of a joint without points, s."""
-FLAT_SPREAD: Final = 20.0
+MAX_FLAT_HEIGHT_SPREAD_RATIO: Final = 20.0
 """Largest difference in height of the points of a flat patch, as a multiple of its largest penetration."""
-NEVER: Final = 1e301
+RIM_DISTANCE_WITHOUT_DEFERRAL: Final = 1e301
 """More than the distance of a base on the ground from a rim, m."""
-RIM_SHARE: Final = 0.01
+MIN_DEFERRAL_RIM_DISTANCE_RATIO: Final = 0.01
 """Distance of a base from the rim of the face below up to which no corner waits, as a share of the patch's width."""
-END_SHARE: Final = 0.05
+PATCH_END_HEIGHT_SHARE: Final = 0.05
 """Share of the difference in height within which a point lies at the far end of the patch."""
 
 
@@ -32,7 +32,7 @@ def contact_points_land_together(landing: RemainingFlatLandingTimes) -> bool:
 
     Dashpots may pull during this impact.
     """
-    return (landing.shortest > 0.0) & (landing.shortest < NO_POINT)
+    return (landing.shortest > 0.0) & (landing.shortest < LANDING_TIME_WITHOUT_POINTS)
 
 
 @njit(**INLINE)
@@ -50,10 +50,12 @@ def point_contact_is_deferred(
     of the face below (`distance_from_rim`, m, negative beyond it): the points where both rims cross move along them,
     and would be deferred again and again.
     """
-    spread = landing.highest - landing.lowest
+    spread = landing.highest_point_height - landing.lowest_point_height
     is_open = (previous.depth <= 0.0) & (previous.weight > 0.0) & (previous.offset == 0.0)
-    inner = (position.z > landing.lowest + END_SHARE * spread) & (position.z < landing.highest - END_SHARE * spread)
-    inner = inner & (spread < FLAT_SPREAD * -landing.lowest)
+    inner = (position.z > landing.lowest_point_height + PATCH_END_HEIGHT_SHARE * spread) & (
+        position.z < landing.highest_point_height - PATCH_END_HEIGHT_SHARE * spread
+    )
+    inner = inner & (spread < MAX_FLAT_HEIGHT_SPREAD_RATIO * -landing.lowest_point_height)
     whole = distance_from_rim >= joint.waits
     # A point that has taken up its spring does not wait again.
     still_waits = (previous.offset > 0.0) & (previous.landing > 0.0) & (previous.depth <= 0.0)
@@ -65,11 +67,19 @@ def include_point_in_landing_times(
     landing: RemainingFlatLandingTimes, point: ContactPointState, position: ContactPointPosition
 ) -> RemainingFlatLandingTimes:
     """Return the landing times and the range of heights of two stones' contact points with one more point included."""
-    lowest = position.z if (position.weight > 0.0) & (position.z < landing.lowest) else landing.lowest
-    highest = position.z if (position.weight > 0.0) & (position.z > landing.highest) else landing.highest
+    lowest = (
+        position.z
+        if (position.weight > 0.0) & (position.z < landing.lowest_point_height)
+        else landing.lowest_point_height
+    )
+    highest = (
+        position.z
+        if (position.weight > 0.0) & (position.z > landing.highest_point_height)
+        else landing.highest_point_height
+    )
     counts = point.weight > 0.0
     left = point.landing if counts & (point.landing < landing.shortest) else landing.shortest
-    longest = longest_landing_time_with_point(landing.longest, point.landing, point.depth)
+    longest = updated_longest_landing_time(landing.longest, point.landing, point.depth)
     return RemainingFlatLandingTimes(left, longest if counts else landing.longest, lowest, highest)
 
 
@@ -79,4 +89,4 @@ def remaining_landing_time_of_new_contact(joint: JointConstants, landing: Remain
 
     It is that of the points already in contact, or the full duration if there are none.
     """
-    return joint.landing if landing.longest == IN_THE_AIR else landing.longest
+    return joint.landing if landing.longest == LANDING_TIME_OF_BASE_IN_AIR else landing.longest

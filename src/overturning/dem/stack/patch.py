@@ -21,7 +21,14 @@ from overturning.dem.body.vectors import (
     scale_vector,
     transpose,
 )
-from overturning.dem.kernel.lanes import APART, INLINE, INNER, create_window_slicer, select, whole_vectors
+from overturning.dem.kernel.lanes import (
+    INLINE,
+    INTERNAL_COMPILE_OPTIONS,
+    NO_ALIAS_COMPILE_OPTIONS,
+    create_window_slicer,
+    round_to_vector_multiple,
+    select,
+)
 from overturning.dem.stack.access import (
     load_axes,
     load_clip,
@@ -38,8 +45,8 @@ from overturning.dem.stack.access import (
     store_rim_side,
 )
 from overturning.dem.stack.joint_state import (
-    JOINT,
-    POINT,
+    JOINT_ROW_LAYOUT,
+    POINT_ROW_LAYOUT,
     BaseOverhangAtSide,
     ContactPointPosition,
     FaceCorner,
@@ -49,16 +56,19 @@ from overturning.dem.stack.joint_state import (
     JointRelativeMotion,
     SidePartInContactPatch,
 )
-from overturning.dem.stack.state import STONE, PredictedStone, StoneConstants, StoneFallState
+from overturning.dem.stack.state import STONE_ROW_LAYOUT, PredictedStone, StoneConstants, StoneFallState
 
-P: Final = POINT.size
-point_window: Final = create_window_slicer(P)
+POINT_SIZE: Final = POINT_ROW_LAYOUT.size
+point_window: Final = create_window_slicer(POINT_SIZE)
 """Return the rows of a point of a joint."""
-INSIDE, RIM = (JOINT.row_of_field(JointRelativeMotion, "inside"), JOINT.row_of_field(JointRelativeMotion, "rim"))
-CROSSED: Final = JOINT.row_of_field(JointAtStepStartAndEnd, "old.crossed")
-WEIGHT: Final = POINT.row_of_field(ContactPointPosition, "weight")
-OLD_WEIGHT: Final = POINT.row_of_field(JointPointAtStepStartAndEnd, "old.weight")
-PRESENT: Final = STONE.row_of_field(StoneFallState, "present")
+INSIDE: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRelativeMotion, "inside")
+RIM: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRelativeMotion, "rim")
+OLD_NON_CORNER_LOAD_ROW: Final = JOINT_ROW_LAYOUT.row_offset_of_field(
+    JointAtStepStartAndEnd, "old.has_loaded_non_corner_point"
+)
+STIFFNESS_SHARE_ROW: Final = POINT_ROW_LAYOUT.row_offset_of_field(ContactPointPosition, "weight")
+OLD_STIFFNESS_SHARE_ROW: Final = POINT_ROW_LAYOUT.row_offset_of_field(JointPointAtStepStartAndEnd, "old.weight")
+PRESENT: Final = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "present")
 
 
 @njit(**INLINE)
@@ -81,16 +91,13 @@ def relative_motion_at_lower_face(
     at = minus(origin, stone.place)
     velocity = minus(plus(stone.end, cross_product(stone.spin, at)), lower[0])
     return JointRelativeMotion(
-        corner=Vector3(
+        base_centre=Vector3(
             apart.x - upper.foot * relative.xz, apart.y - upper.foot * relative.yz, apart.z - upper.foot * relative.zz
         ),
-        along_x=Vector3(relative.xx, relative.yx, relative.zx),
-        along_y=Vector3(relative.xy, relative.yy, relative.zy),
-        velocity=matrix_times_vector(to_face, velocity),
-        spin=matrix_times_vector(to_face, minus(stone.spin, lower[1])),
-        inside=1e300,
-        rim=0.0,
-    )
+        along_x=Vector3(relative.xx, relative.yx, relative.zx), along_y=Vector3(relative.xy, relative.yy, relative.zy),
+        velocity=matrix_times_vector(to_face, velocity), spin=matrix_times_vector(to_face, minus(stone.spin, lower[1])),
+        inside=1e300, rim=0.0,
+    )  # fmt: skip
 
 
 @njit(**INLINE)
@@ -106,10 +113,10 @@ def relative_motion_in_contact_frame(
     )  # fmt: skip
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def predict_motion_relative_to_ground(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict pose and velocity of the lowest stone relative to the ground, for all stacks in parallel."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         still = Vector3(0.0, 0.0, 0.0)
         level = Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
         store_frame(joint_rows, j, relative_motion_at_lower_face(
@@ -118,10 +125,10 @@ def predict_motion_relative_to_ground(upper_rows: Any, joint_rows: Any, lane_cou
         ))  # fmt: skip
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def predict_motion_relative_to_stone_below(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict pose and velocity of a stone relative to the upper face of the stone below, for all stacks."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         axes = load_axes(lower_rows, j)
         origin = upper_face_centre(load_constants(lower_rows, j), load_predicted(lower_rows, j), axes)
         store_joint_pose(joint_rows, j, JointFrameAxesAndOrigin(axes, origin))
@@ -132,63 +139,62 @@ def predict_motion_relative_to_stone_below(upper_rows: Any, lower_rows: Any, joi
 def base_corner_contact_point(frame: JointRelativeMotion, corner: FaceCorner, present: float) -> ContactPointPosition:
     """Return the position of a base corner on the lower face, and its share of the stiffness if all corners rest."""
     return ContactPointPosition(
-        frame.corner.x + (corner.x * frame.along_x.x + corner.y * frame.along_y.x),
-        frame.corner.y + (corner.x * frame.along_x.y + corner.y * frame.along_y.y),
-        frame.corner.z + (corner.x * frame.along_x.z + corner.y * frame.along_y.z),
-        corner.share * present,
-    )
+        frame.base_centre.x + (corner.x * frame.along_x.x + corner.y * frame.along_y.x),
+        frame.base_centre.y + (corner.x * frame.along_x.y + corner.y * frame.along_y.y),
+        frame.base_centre.z + (corner.x * frame.along_x.z + corner.y * frame.along_y.z), corner.share * present,
+    )  # fmt: skip
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def predict_base_corner_position(upper_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
     """Compute the predicted position of one corner of a stone's base on its support, for all stacks in parallel."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         place = base_corner_contact_point(load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j])
         store_place(point, j, place)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def predict_base_corner_positions(
     upper_rows: Any, joint_rows: Any, points: Any, upper_count: int, lane_count: int
 ) -> None:
     """Compute the predicted positions of all corners of a stone's base on its support, for all stacks in parallel."""
     for i in range(upper_count):
-        predict_base_corner_position(upper_rows, joint_rows, points[i * P : (i + 1) * P], lane_count)
+        predict_base_corner_position(upper_rows, joint_rows, point_window(points, i), lane_count)
 
 
-@njit(**APART)
-def update_distance_from_rim(joint_rows: Any, point: Any, side: Any, lane_count: int) -> None:
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def include_corner_in_min_rim_distance(joint_rows: Any, point: Any, side: Any, lane_count: int) -> None:
     """Update the least distance of base corners from the rim of the face below by one corner and one side.
 
     The distance of the corner from the side is taken if it is smaller than the least one so far; this is done for all
     stacks.
     """
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         place, limit = load_place(point, j), load_outline(side, j)
         free = limit.reach - (limit.nx * place.x + limit.ny * place.y)
         free = free if place.weight > 0.0 else 1e300
         joint_rows[INSIDE + j] = select(free < joint_rows[INSIDE + j], free, joint_rows[INSIDE + j])
 
 
-@njit(**INNER)
-def patch_covers_whole_base(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> bool:
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def all_patches_cover_base(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> bool:
     """True if, in all stacks, a stone's whole base rests on the face below, now and after the last step."""
     for i in range(upper_count):
         for k in range(lower_count):
-            side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
-            update_distance_from_rim(joint_rows, points[i * P : (i + 1) * P], side, lane_count)
+            side = point_window(points, upper_count + k)
+            include_corner_in_min_rim_distance(joint_rows, point_window(points, i), side, lane_count)
     number = 0
-    for j in range(whole_vectors(lane_count)):
-        number += 1 if (joint_rows[INSIDE + j] < 0.0) | (joint_rows[CROSSED + j] > 0.0) else 0
+    for j in range(round_to_vector_multiple(lane_count)):
+        number += 1 if (joint_rows[INSIDE + j] < 0.0) | (joint_rows[OLD_NON_CORNER_LOAD_ROW + j] > 0.0) else 0
     return number == 0
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def any_stack_uses_contact_point(point: Any, lane_count: int) -> bool:
     """True if a contact point has a stiffness weight above 0 in any of the stacks, now or after the last step."""
     number = 0
-    for j in range(whole_vectors(lane_count)):
-        number += 1 if (point[WEIGHT + j] > 0.0) | (point[OLD_WEIGHT + j] > 0.0) else 0
+    for j in range(round_to_vector_multiple(lane_count)):
+        number += 1 if (point[STIFFNESS_SHARE_ROW + j] > 0.0) | (point[OLD_STIFFNESS_SHARE_ROW + j] > 0.0) else 0
     return number > 0
 
 
@@ -210,17 +216,17 @@ def set_length_of_clipped_side(clip: SidePartInContactPatch, length: float) -> S
     return SidePartInContactPatch(clip.begin, clip.end, length * part if part > 0.0 else 0.0)
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def reset_clipped_side(point: Any, lane_count: int) -> None:
     """Start the clipping of a side of a face with the whole side, for all stacks in parallel."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         store_clip(point, j, SidePartInContactPatch(0.0, 1.0, 0.0))
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def clip_base_side(point: Any, next_corner: Any, side: Any, lane_count: int) -> None:
     """Clip a side of the upper stone's base by the line of one side of the lower face, for all stacks in parallel."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         a, b, limit = load_place(point, j), load_place(next_corner, j), load_outline(side, j)
         store_clip(point, j, clip_side_by_half_plane(
             load_clip(point, j), limit.reach - (limit.nx * a.x + limit.ny * a.y),
@@ -228,30 +234,30 @@ def clip_base_side(point: Any, next_corner: Any, side: Any, lane_count: int) -> 
         ))  # fmt: skip
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_clipped_base_side_length(joint_rows: Any, point: Any, next_corner: Any, lane_count: int) -> None:
     """Compute the length of a side of a stone's base after clipping, and add it to the contact patch's perimeter."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         a, b = load_place(point, j), load_place(next_corner, j)
         clip = set_length_of_clipped_side(load_clip(point, j), math.sqrt((b.x - a.x) ** 2 + (b.y - a.y) ** 2))
         store_clip(point, j, clip)
         joint_rows[RIM + j] += clip.length
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def clip_base_sides(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
     """Clip all sides of a stone's base by the face below, and add their lengths to the contact patch's perimeter."""
     for i in range(upper_count):
-        point, following = points[i * P : (i + 1) * P], (i + 1) % upper_count
-        next_corner = points[following * P : (following + 1) * P]
+        point, following = point_window(points, i), (i + 1) % upper_count
+        next_corner = point_window(points, following)
         reset_clipped_side(point, lane_count)
         for k in range(lower_count):
-            clip_base_side(point, next_corner, points[(upper_count + k) * P : (upper_count + k + 1) * P], lane_count)
+            clip_base_side(point, next_corner, point_window(points, upper_count + k), lane_count)
         add_clipped_base_side_length(joint_rows, point, next_corner, lane_count)
 
 
 @njit(**INLINE)
-def twice_triangle_area(a: ContactPointPosition, b: ContactPointPosition, x: float, y: float) -> float:
+def double_signed_area(a: ContactPointPosition, b: ContactPointPosition, x: float, y: float) -> float:
     """Return twice the area (m²) of the triangle a, b, (x, y): positive if (x, y) lies to the left of side a–b."""
     return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)
 
@@ -267,21 +273,21 @@ def normal_slope_at_crossing_of_sides(lower: FaceCorner, a: ContactPointPosition
     return slope if (across != 0.0) & (slope > 0.0) else 0.0
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def clear_overhang_and_normal_slopes(side: Any, lane_count: int) -> None:
     """Clear overhang and slopes of the contact normals of a side of the lower face, for all stacks in parallel."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         store_rim_side(side, j, BaseOverhangAtSide(-1e300, 0.0, 0.0))
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def clip_side_of_lower_face(side: Any, next_corner: Any, begin: Any, end: Any, lane_count: int) -> None:
     """Clip a side of the lower face by one side of the upper stone's base, for all stacks in parallel."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         a, b = load_place(begin, j), load_place(end, j)
         c, d = load_outline(side, j), load_outline(next_corner, j)
         old, rim = load_clip(side, j), load_rim_side(side, j)
-        new = clip_side_by_half_plane(old, twice_triangle_area(a, b, c.x, c.y), twice_triangle_area(a, b, d.x, d.y))
+        new = clip_side_by_half_plane(old, double_signed_area(a, b, c.x, c.y), double_signed_area(a, b, d.x, d.y))
         slope, beyond = normal_slope_at_crossing_of_sides(c, a, b), (c.nx * a.x + c.ny * a.y) - c.reach
         store_clip(side, j, new)
         store_rim_side(side, j, BaseOverhangAtSide(
@@ -291,30 +297,28 @@ def clip_side_of_lower_face(side: Any, next_corner: Any, begin: Any, end: Any, l
         ))  # fmt: skip
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_clipped_lower_side_length(joint_rows: Any, side: Any, next_corner: Any, lane_count: int) -> None:
     """Compute the length of a side of the lower face after clipping, and add it to the contact patch's perimeter."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         c, d = load_outline(side, j), load_outline(next_corner, j)
         clip = set_length_of_clipped_side(load_clip(side, j), math.sqrt((d.x - c.x) ** 2 + (d.y - c.y) ** 2))
         store_clip(side, j, clip)
         joint_rows[RIM + j] += clip.length
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def clip_sides_of_lower_face(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
     """Clip all sides of the lower face by the upper stone's base, and add their lengths to the patch's perimeter."""
     for k in range(lower_count):
         following = (k + 1) % lower_count
-        side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
-        next_corner = points[(upper_count + following) * P : (upper_count + following + 1) * P]
+        side = point_window(points, upper_count + k)
+        next_corner = point_window(points, upper_count + following)
         reset_clipped_side(side, lane_count)
         clear_overhang_and_normal_slopes(side, lane_count)
         for i in range(upper_count):
             n = (i + 1) % upper_count
-            clip_side_of_lower_face(
-                side, next_corner, points[i * P : (i + 1) * P], points[n * P : (n + 1) * P], lane_count
-            )
+            clip_side_of_lower_face(side, next_corner, point_window(points, i), point_window(points, n), lane_count)
         add_clipped_lower_side_length(joint_rows, side, next_corner, lane_count)
 
 
@@ -333,11 +337,12 @@ def base_point_above_lower_face(frame: JointRelativeMotion, x: float, y: float, 
     # A base that stands on edge has no height above the face; its stone has fallen.
     up = normal.z if normal.z > 0.1 else 0.1
     return ContactPointPosition(
-        x, y, frame.corner.z - (normal.x * (x - frame.corner.x) + normal.y * (y - frame.corner.y)) / up, weight
-    )
+        x, y, frame.base_centre.z - (normal.x * (x - frame.base_centre.x) + normal.y * (y - frame.base_centre.y)) / up,
+        weight,
+    )  # fmt: skip
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def place_contact_points_of_lower_side(
     joint_rows: Any, side: Any, next_corner: Any, previous_side: Any, start: Any, end: Any, lane_count: int
 ) -> None:
@@ -345,7 +350,7 @@ def place_contact_points_of_lower_side(
 
     They are the corner at which the side starts and both ends of the side after clipping to the upper face.
     """
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         frame, c, d = load_frame(joint_rows, j), load_outline(side, j), load_outline(next_corner, j)
         own, previous = load_clip(side, j), load_clip(previous_side, j)
         unit = 0.5 / (frame.rim if frame.rim > 0.0 else 1.0)
@@ -362,12 +367,12 @@ def place_contact_points_of_lower_side(
         ))  # fmt: skip
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def place_contact_points_of_base_side(
     joint_rows: Any, point: Any, next_corner: Any, previous_side: Any, start: Any, end: Any, lane_count: int
 ) -> None:
     """Store the contact points at the ends of a clipped side of a stone's base, with weights (shares of stiffness)."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         frame, a, b = load_frame(joint_rows, j), load_place(point, j), load_place(next_corner, j)
         own, previous = load_clip(point, j), load_clip(previous_side, j)
         unit, within = 0.5 / (frame.rim if frame.rim > 0.0 else 1.0), frame.inside >= 0.0
@@ -375,10 +380,10 @@ def place_contact_points_of_base_side(
         corner = (part if own.begin == 0.0 else 0.0) + (other if previous.end == 1.0 else 0.0)
         store_place(start, j, contact_point_on_side(a, b, own.begin, part if own.begin > 0.0 else 0.0))
         store_place(end, j, contact_point_on_side(a, b, own.end, part if own.end < 1.0 else 0.0))
-        point[WEIGHT + j] = select(within, a.weight, corner)
+        point[STIFFNESS_SHARE_ROW + j] = select(within, a.weight, corner)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def place_points_of_partial_patch(
     joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int
 ) -> None:

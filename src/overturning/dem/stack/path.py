@@ -16,10 +16,10 @@ from overturning.model.stack import STACK_VARIABLES
 from overturning.model.stack_stones import StackStone
 from overturning.units import STANDARD_GRAVITY
 
-GROUND_COLUMNS: Final = 4
+COLUMNS_BEFORE_STONES: Final = 4
 """Columns of a row before those of the stones: time (s), and base acceleration along x, y and z (m/s²)."""
 
-STONE_COLUMNS: Final = 14
+COLUMNS_PER_STONE: Final = 14
 """Columns of a stone: position (3), quaternion (4), velocity (3), angular velocity (3), and 1 until it has fallen."""
 
 
@@ -29,7 +29,7 @@ class StackTrajectory:
 
     rows: FloatArray  # shape (times, GROUND_COLUMNS + STONE_COLUMNS · stones)
     cosines: tuple[float, float]  # direction cosines of the orientation, north and east
-    stones: list[StackStone]
+    stones_at_rest: list[StackStone]
     reference: str  # name of the element that is shown by default
     critical: FloatArray  # critical angle of each stone, rad, shape (stones,)
 
@@ -39,10 +39,12 @@ class StackTrajectory:
         """Return variables, coordinates and attributes of the trajectory's dataset, with the case's outcomes."""
         to_east_north_up = partial(rotate_to_east_north_up, direction_cosines=self.cosines)
 
-        columns = self.rows[:, GROUND_COLUMNS:].reshape(len(self.rows), len(self.stones), STONE_COLUMNS)
+        columns = self.rows[:, COLUMNS_BEFORE_STONES:].reshape(
+            len(self.rows), len(self.stones_at_rest), COLUMNS_PER_STONE
+        )
         quaternion, present = columns[:, :, 3:7], columns[:, :, 13]
         axis = to_east_north_up(body_axis_vertical_at_rest(quaternion))
-        drawn = [stone.drawn_corners_and_edges() for stone in self.stones]
+        drawn = [stone.drawn_corners_and_edges() for stone in self.stones_at_rest]
         outline = np.full((len(drawn), max(len(corners) for corners, _ in drawn), 3), np.nan)
         edges = np.full((len(drawn), max(len(pairs) for _, pairs in drawn), 2), -1)
         for index, (corners, pairs) in enumerate(drawn):
@@ -87,14 +89,14 @@ class StackTrajectory:
             if item.name != "repeated":
                 values = getattr(results, item.name)[0]
                 dimensions = ("element",) if item.per_element else ()
-                values = np.reshape(values, (len(self.stones),)) if item.per_element else values
+                values = np.reshape(values, (len(self.stones_at_rest),)) if item.per_element else values
                 variables[item.name] = (dimensions, item.decode(values), item.cf_attributes)
         coordinates = {
             "time": dataset_variable_tuple("time", self.rows[:, 0], "s", "time after the record's start"),
-            "element": ("element", [stone.name for stone in self.stones]),
+            "element": ("element", [stone.name for stone in self.stones_at_rest]),
             "enu": ("enu", ["east", "north", "up"]),
         }
-        weight = STANDARD_GRAVITY * sum(stone.mass for stone in self.stones)
+        weight = STANDARD_GRAVITY * sum(stone.mass for stone in self.stones_at_rest)
         return variables, coordinates, {"reference": self.reference, "weight": weight}
 
 
@@ -112,7 +114,7 @@ def extend_trajectory_by_its_last_row(
     check_trajectory_size((len(rows) + count) * rows.shape[1])
     more = np.repeat(rows[-1:], int(count), axis=0)
     more[:, 0] += sampling_interval * np.arange(1, len(more) + 1)
-    columns = more[:, GROUND_COLUMNS:].reshape(len(more), has_fallen.size, STONE_COLUMNS)
+    columns = more[:, COLUMNS_BEFORE_STONES:].reshape(len(more), has_fallen.size, COLUMNS_PER_STONE)
     columns[:, has_fallen, 13] = 0.0
     return np.concatenate([rows, more])
 
@@ -122,12 +124,12 @@ def fill_in_free_flights(rows: FloatArray, stones: list[StackStone]) -> None:
 
     A stone that has fallen is not simulated any more; its path is drawn only.
     """
-    columns = rows[:, GROUND_COLUMNS:].reshape(len(rows), len(stones), STONE_COLUMNS)
+    columns = rows[:, COLUMNS_BEFORE_STONES:].reshape(len(rows), len(stones), COLUMNS_PER_STONE)
     for index, stone in enumerate(stones):
         gone = np.flatnonzero(columns[:, index, 13] == 0.0)
         if gone.size:
             begin = max(int(gone[0]) - 1, 0)
-            _fill_in_stone_free_flight(columns[begin:, index], rows[begin:, :GROUND_COLUMNS], stone)
+            _fill_in_stone_free_flight(columns[begin:, index], rows[begin:, :COLUMNS_BEFORE_STONES], stone)
 
 
 def _fill_in_stone_free_flight(columns: FloatArray, time_and_base_acceleration: FloatArray, stone: StackStone) -> None:

@@ -12,27 +12,27 @@ from overturning.dem.body.plan import (
     SimulationPlan3D,
     base_accelerations_by_orientation,
     steps_per_sample_and_step_control,
-    strong_motion_ranges_in_any_direction,
+    strong_motion_ranges_and_cases_at_rest,
 )
-from overturning.dem.kernel.clock import STACK
-from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
+from overturning.dem.kernel.clock import STACK_STEP_CONTROL
+from overturning.dem.limits import MAX_PENETRATION_RATIO, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.plan import check_trajectory_size
-from overturning.dem.quiet import LIGHT_CORNER_SHARE, REST_THRESHOLD_FACTOR, dynamic_overshoot_bound
+from overturning.dem.quiet import MAX_CORNER_SLIP_ACCELERATION_RATIO, REST_THRESHOLD_FACTOR, dynamic_overshoot_bound
 from overturning.dem.stack.path import (
-    GROUND_COLUMNS,
-    STONE_COLUMNS,
+    COLUMNS_BEFORE_STONES,
+    COLUMNS_PER_STONE,
     StackTrajectory,
     extend_trajectory_by_its_last_row,
     fill_in_free_flights,
 )
 from overturning.dem.stack.results import outcome_variables_of_stacks
 from overturning.dem.stack.rules import StackKernelInput
-from overturning.dem.stack.state import COLUMNS, TICKS
+from overturning.dem.stack.state import PARALLEL_CASE_COUNT, TICKS_PER_WHOLE_STEP
 from overturning.dem.stack.statics import (
     JointConstantsOfStack,
-    base_positions_at_rest,
+    base_x_positions_at_rest,
     eigenvalue_factor_of_inertia_products,
     face_corner_rows,
     joint_constants_of_stack,
@@ -42,7 +42,7 @@ from overturning.dem.stack.statics import (
     stiffness_matrix,
     stone_rows_at_rest,
 )
-from overturning.dem.stack.tables import CASE, RESULT, STONE_RESULT
+from overturning.dem.stack.tables import CASE_TABLE_DTYPE, RESULT_TABLE_DTYPE, STONE_RESULT_TABLE_DTYPE
 from overturning.dem.time_step import IntegrationScheme, parse_scheme
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
@@ -52,10 +52,10 @@ from overturning.model.stack_stones import StackStone
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
-LONGEST_FINEST_STEP: Final = TICKS / 512.0
+LONGEST_FINEST_STEP: Final = TICKS_PER_WHOLE_STEP / 512.0
 """Longest finest step, ticks, also where the contacts vibrate slowly: the landing of a stone needs it."""
 
-LONGER_STEP: Final = 2.0
+WHOLE_STEP_FACTOR: Final = 2.0
 """Whole step over that of a single 3-D body.
 
 Flags, fall azimuths and peak tilts of three stones are as near to those of steps divided by 8 as with 1.0."""
@@ -65,22 +65,22 @@ Flags, fall azimuths and peak tilts of three stones are as near to those of step
 class StackSimulationPlan(SimulationPlan3D):
     """Plan of the simulation of n cases of a 3-D stack of stones."""
 
-    result_dtype: ClassVar[Any] = RESULT
+    result_dtype: ClassVar[Any] = RESULT_TABLE_DTYPE
     time_column: ClassVar[Any] = (..., 0)
     ground_columns: ClassVar[Any] = ((..., 1), (..., 2), (..., 3))
-    ticks_per_step: ClassVar[float] = TICKS
+    ticks_per_step: ClassVar[float] = TICKS_PER_WHOLE_STEP
 
     model: Stack
     stones: NDArray[np.void]  # shape (stacks, stones)
     joints: NDArray[np.void]  # shape (stacks, stones)
     outlines: FloatArray  # shape (stacks, stones, 2, corners, 6): base and upper face of each stone
-    corners: NDArray[np.int64]  # number of corners of the faces of each stone, shape (stones,)
+    corner_counts: NDArray[np.int64]  # number of corners of the faces of each stone, shape (stones,)
     friction: FloatArray  # shape (n, stones)
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
         """Return the tables that the kernel fills: ``results``, shape (cases,), and ``each``, shape (cases, stones)."""
-        each = np.zeros((case_count, self.stones.shape[1]), STONE_RESULT)
-        return {"results": np.zeros(case_count, RESULT), "each": each}
+        each = np.zeros((case_count, self.stones.shape[1]), STONE_RESULT_TABLE_DTYPE)
+        return {"results": np.zeros(case_count, RESULT_TABLE_DTYPE), "each": each}
 
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
@@ -89,10 +89,10 @@ class StackSimulationPlan(SimulationPlan3D):
 
         The steps are shortened by the factor `step_divisor`.
         """
-        queued = self.kernel_input_fields_3d(case_numbers, result_tables, step_divisor, COLUMNS)
+        queued = self.kernel_input_fields_3d(case_numbers, result_tables, step_divisor, PARALLEL_CASE_COUNT)
         return StackKernelInput(
             **queued, each=result_tables["each"], friction=self.friction[case_numbers], stones=self.stones,
-            joints=self.joints, corners=self.corners, outlines=self.outlines,
+            joints=self.joints, corner_counts=self.corner_counts, outlines=self.outlines,
         )  # fmt: skip
 
     def case_outcome_variables(
@@ -102,7 +102,7 @@ class StackSimulationPlan(SimulationPlan3D):
         orientation = np.asarray(self.cases.azimuth_deg)[case_numbers]
         # Slip is counted from the position at rest.
         each, stack = result_tables["each"].copy(), self.table["stack"][case_numbers]
-        each["slip_x"] -= base_positions_at_rest(self.stones)[stack]
+        each["slip_x"] -= base_x_positions_at_rest(self.stones)[stack]
         return outcome_variables_of_stacks(result_tables["results"], each, orientation, self.cosines[case_numbers])
 
     def create_trajectory_buffer(self, is_recorded: bool) -> FloatArray:
@@ -110,7 +110,7 @@ class StackSimulationPlan(SimulationPlan3D):
 
         It has no rows unless `is_recorded`.
         """
-        columns = GROUND_COLUMNS + STONE_COLUMNS * self.stones.shape[1]
+        columns = COLUMNS_BEFORE_STONES + COLUMNS_PER_STONE * self.stones.shape[1]
         rows = int(self.table[0]["after"] - self.first[0]) + 3 if is_recorded else 0
         check_trajectory_size(rows * columns)
         return np.zeros((rows, columns))
@@ -118,11 +118,13 @@ class StackSimulationPlan(SimulationPlan3D):
     def trajectory_rows_at_rest(self, sample_count: int) -> FloatArray:
         """Return trajectory rows with the stack at rest, one for each of the first `sample_count` samples."""
         count, amplitude = self.stones.shape[1], float(self.table[0]["amplitude"])
-        rows = np.zeros((sample_count, GROUND_COLUMNS + STONE_COLUMNS * count))
+        rows = np.zeros((sample_count, COLUMNS_BEFORE_STONES + COLUMNS_PER_STONE * count))
         rows[:, 0] = np.arange(sample_count) * self.motion.sampling_interval
         rows[:, 1:3] = self.ground[0, :, :sample_count].T * amplitude
         rows[:, 3] = self.vertical_base_acceleration[:sample_count] * amplitude
-        for stone, columns in zip(self.stones[0], np.split(rows[:, GROUND_COLUMNS:], count, axis=1), strict=True):
+        for stone, columns in zip(
+            self.stones[0], np.split(rows[:, COLUMNS_BEFORE_STONES:], count, axis=1), strict=True
+        ):
             columns[:, 0:7] = [stone["start"][name] for name in ("x", "y", "z", "qw", "qx", "qy", "qz")]
             columns[:, 13] = 1.0
         return rows
@@ -197,7 +199,7 @@ def _rest_limit_to_onset_acceleration_ratios(
     overshoot = dynamic_overshoot_bound(
         slowest[stack_indices], delay[stack_indices] * damping_factor, sampling_interval
     )
-    return np.asarray(np.minimum(REST_THRESHOLD_FACTOR, LIGHT_CORNER_SHARE / overshoot))
+    return np.asarray(np.minimum(REST_THRESHOLD_FACTOR, MAX_CORNER_SLIP_ACCELERATION_RATIO / overshoot))
 
 
 def plan_stack_simulation(
@@ -231,7 +233,7 @@ def plan_stack_simulation(
     interval, samples = motion.sampling_interval, motion.sample_count
     rate = (square * delay)[which] * np.asarray(cases.damping_factor)
     steps, pace = steps_per_sample_and_step_control(
-        numerics, square[which], rate, interval, LONGER_STEP * period[which], STACK
+        numerics, square[which], rate, interval, WHOLE_STEP_FACTOR * period[which], STACK_STEP_CONTROL
     )
     pace["finest"] = np.minimum(pace["finest"], LONGEST_FINEST_STEP)
     # When the vibration of a light stone has decayed, that of the heavy stones around it goes on.
@@ -247,20 +249,21 @@ def plan_stack_simulation(
     for index, table in enumerate(joints):
         of_stack = which == index
         threshold[of_stack] = motion_onset_acceleration(table, friction[of_stack])
-    first, calm, at_rest = strong_motion_ranges_in_any_direction(motion, amplitude, threshold, numerics.leave_out)
+    first, calm, at_rest = strong_motion_ranges_and_cases_at_rest(motion, amplitude, threshold, numerics.leave_out)
     weight = tables["mass"].sum(axis=1) * STANDARD_GRAVITY
     barrier = np.array([
         min(
-            patch.mass * STANDARD_GRAVITY * (math.sqrt(r**2 + patch.height**2) - patch.height)
+            patch.mass_above * STANDARD_GRAVITY
+            * (math.sqrt(r**2 + patch.centre_height_above_patch**2) - patch.centre_height_above_patch)
             for r, patch in zip(table.nearest_side_distance, table.patches, strict=True)
         )
         for table in joints
     ])  # fmt: skip
     springs = np.array([spring_energy_at_rest(stones, table) for stones, table in zip(stacks, joints, strict=True)])
-    case_table = np.zeros(cases.case_count, CASE)
+    case_table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     columns = {
         "stack": which, "amplitude": amplitude, "damping_factor": cases.damping_factor,
-        "deepest": (MAX_PENETRATION * np.minimum(reach, foot).min(axis=1))[which],
+        "deepest": (MAX_PENETRATION_RATIO * np.minimum(reach, foot).min(axis=1))[which],
         "steady": REST_THRESHOLD_FACTOR * threshold, "still": (1e-9 * weight * reach.min(axis=1))[which],
         "reach": np.array([table.nearest_side_distance.min() for table in joints])[which],
         "rest_share": rest_share, "rest_bound": rest_share * friction.min(axis=1),
@@ -270,15 +273,15 @@ def plan_stack_simulation(
     for name, values in columns.items():
         case_table[name] = values
     penetration = np.array([float(table.penetration.max()) for table in joints])
-    outlines = np.zeros((len(stacks), len(stacks[0]), 2, max(len(stone.base) for stone in stacks[0]), 6))
+    outlines = np.zeros((len(stacks), len(stacks[0]), 2, max(len(stone.base_corners) for stone in stacks[0]), 6))
     for index, stones in enumerate(stacks):
         for number, stone in enumerate(stones):
-            for side, face in enumerate((stone.base, stone.upper)):
+            for side, face in enumerate((stone.base_corners, stone.upper_face_corners)):
                 outlines[index, number, side, : len(face)] = face_corner_rows(face)
     return StackSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, stones=tables,
         joints=np.stack([table.rows for table in joints]),
-        outlines=outlines, corners=np.array([len(stone.base) for stone in stacks[0]]), friction=friction,
+        outlines=outlines, corner_counts=np.array([len(stone.base_corners) for stone in stacks[0]]), friction=friction,
         cosines=cosines, row=row, ground=along, steps=steps, first=first, table=case_table, stays_at_rest=at_rest,
         too_soft=exceeds_penetration_limit(penetration, 2.0 * np.minimum(foot, reach).min(axis=1))[which],
     )  # fmt: skip

@@ -4,7 +4,7 @@ from typing import Any, Final
 
 from numba import njit
 
-from overturning.dem.body.state import IN_THE_AIR, rotate_body_over_step
+from overturning.dem.body.state import LANDING_TIME_OF_BASE_IN_AIR, rotate_body_over_step
 from overturning.dem.body.vectors import (
     SymmetricMatrix,
     Vector3,
@@ -13,9 +13,14 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
     scale_vector,
 )
-from overturning.dem.kernel.clock import STACK
+from overturning.dem.kernel.clock import STACK_STEP_CONTROL
 from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample as push_at
-from overturning.dem.kernel.lanes import APART, INLINE, create_elementwise_tuple_functions, whole_vectors
+from overturning.dem.kernel.lanes import (
+    INLINE,
+    NO_ALIAS_COMPILE_OPTIONS,
+    create_elementwise_tuple_functions,
+    round_to_vector_multiple,
+)
 from overturning.dem.stack.access import (
     load_attempt,
     load_case,
@@ -63,7 +68,7 @@ from overturning.dem.stack.joint import (
 )
 from overturning.dem.stack.joint_state import JointNormalForceSums, RemainingFlatLandingTimes
 from overturning.dem.stack.landing import (
-    NO_POINT,
+    LANDING_TIME_WITHOUT_POINTS,
     contact_points_land_together,
     include_point_in_landing_times,
     point_contact_is_deferred,
@@ -96,7 +101,7 @@ no_sum, no_wrench = (
     create_elementwise_tuple_functions(StoneContactForceSums).zero,
     create_elementwise_tuple_functions(Wrench).zero,
 )
-FINE: Final = STACK.fine
+MAX_RESOLVING_STEP_RATIO: Final = STACK_STEP_CONTROL.max_step_using_predicted_forces
 
 
 @njit(**INLINE)
@@ -105,39 +110,42 @@ def predict_stone_at_step_end(inverse: SymmetricMatrix, state: StoneState, step_
     half = 0.5 * step_length
     v, momentum = (
         extrapolate_vector(state.velocity, half, state.acceleration),
-        extrapolate_vector(state.momentum, half, state.moment),
+        extrapolate_vector(state.angular_momentum, half, state.moment),
     )
     turn, spin = rotate_body_over_step(inverse, state.turn, momentum, state.moment, step_length)
     return PredictedStone(
-        place=extrapolate_vector(state.place, step_length, v), turn=turn, velocity=v, momentum=momentum,
+        place=extrapolate_vector(state.place, step_length, v), turn=turn, velocity=v,
+        half_step_angular_momentum=momentum,
         end=extrapolate_vector(v, half, state.acceleration), spin=spin,
     )  # fmt: skip
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def predict_inertial_acceleration(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
     """Compute the inertial acceleration from base motion and gravity at the end of each stack's attempted step."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         length, time, shaking = load_attempt(case_rows, j).length, load_time(case_rows, j), load_shaking(case_rows, j)
         tick = time.tick + length
         past = tick - ticks_per_sample
         past = past if past > 0.0 else 0.0
         store_inertial(case_rows, j, Vector3(
-            push_at(shaking.push_x, tick, past), push_at(shaking.push_y, tick, past),
+            push_at(shaking.inertial_acceleration_x, tick, past), push_at(shaking.inertial_acceleration_y, tick, past),
             -(GRAVITY + push_at(shaking.lift, tick, past)),
         ))  # fmt: skip
-        store_time(case_rows, j, StackClockWithinSample(time.tick, 0.5 * (load_case(case_rows, j).step * length)))
+        store_time(
+            case_rows, j, StackClockWithinSample(time.tick, 0.5 * (load_case(case_rows, j).tick_length * length))
+        )
         store_findings(case_rows, j, no_findings())
         store_losses(case_rows, j, no_losses())
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def predict_stone_motion_and_equations(case_rows: Any, rows: Any, lane_count: int) -> None:
     """Predict one stone of each stack at the end of the step, and set up the stone's equations of motion.
 
     The prediction is of its pose and velocities.
     """
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         constants, state, half = load_constants(rows, j), load_stone(rows, j), load_time(case_rows, j).half
         predicted = predict_stone_at_step_end(constants.inverse, state, 2.0 * half)
         axes = rotation_matrix(predicted.turn)
@@ -153,20 +161,26 @@ def predict_stone_motion_and_equations(case_rows: Any, rows: Any, lane_count: in
         store_sum(rows, j, no_sum())
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def clear_joint_sums(joint_rows: Any, lane_count: int) -> None:
     """Reset the sums over the contact points of a stone with its support, for all stacks in parallel."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
-        longest = 0.0 if load_history(joint_rows, j).normal > 0.0 else IN_THE_AIR
-        store_landing(joint_rows, j, RemainingFlatLandingTimes(NO_POINT, longest, NO_POINT, -NO_POINT))
+        longest = 0.0 if load_history(joint_rows, j).normal > 0.0 else LANDING_TIME_OF_BASE_IN_AIR
+        store_landing(
+            joint_rows,
+            j,
+            RemainingFlatLandingTimes(
+                LANDING_TIME_WITHOUT_POINTS, longest, LANDING_TIME_WITHOUT_POINTS, -LANDING_TIME_WITHOUT_POINTS
+            ),
+        )
         store_normal(joint_rows, j, no_normal())
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def update_landing_times_with_contact_point(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Include one contact point in the landing times of two stones, for all stacks in parallel."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         store_landing(
             joint_rows,
             j,
@@ -174,14 +188,14 @@ def update_landing_times_with_contact_point(joint_rows: Any, point: Any, lane_co
         )
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
     """Predict the normal force at one contact point of two stones and add it to their sums, for all stacks."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
         landing, old, half = load_landing(joint_rows, j), load_point(point, j), load_time(case_rows, j).half
         waits = point_contact_is_deferred(joint, landing, place, old, frame.inside)
-        fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
+        fine = load_attempt(case_rows, j).length <= MAX_RESOLVING_STEP_RATIO * load_clock(case_rows, j).finest
         pressure, on = predicted_point_force_and_contact(
             joint, frame, place, old, (fine, contact_points_land_together(landing), waits)
         )
@@ -189,17 +203,17 @@ def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
         store_normal(joint_rows, j, add_normal(load_normal(joint_rows, j), terms))
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def predict_joint_friction(case_rows: Any, upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict the friction between a stone and its support, with its terms in the equations, for all stacks."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         joint, frame, sums = load_joint(joint_rows, j), load_frame(joint_rows, j), load_normal(joint_rows, j)
         old, half, flat = (
             load_history(joint_rows, j),
             load_time(case_rows, j).half,
             contact_points_land_together(load_landing(joint_rows, j)),
         )
-        fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
+        fine = load_attempt(case_rows, j).length <= MAX_RESOLVING_STEP_RATIO * load_clock(case_rows, j).finest
         foot = load_constants(upper_rows, j).foot
         friction = predict_friction(joint, frame, sums, old, half, (fine, flat, foot))
         store_friction(joint_rows, j, friction)
@@ -207,21 +221,23 @@ def predict_joint_friction(case_rows: Any, upper_rows: Any, joint_rows: Any, lan
         store_equations(joint_rows, j, joint_equation_terms(joint, sums, friction, half, normal))
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def rotate_joint_equations(joint_rows: Any, lane_count: int) -> None:
     """Rotate the contact terms of two stones in the equations from the axes of their contact to those of the ground."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         axes = load_joint_pose(joint_rows, j).axes
         store_equations(joint_rows, j, rotate_contact_equations(axes, load_equations(joint_rows, j)))
 
 
-@njit(**APART)
-def eliminate_upper_stones(case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def eliminate_upper_stone_of_each_stack(
+    case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int
+) -> None:
     """Eliminate the velocity corrections of one upper stone of each stack from the equations of motion.
 
     All stacks are treated in parallel.
     """
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         below, origin = load_predicted(lower_rows, j), load_joint_pose(joint_rows, j).origin
         solution, rest = eliminate_stone_from_equations(
             load_diagonal(upper_rows, j), load_diagonal(lower_rows, j), load_equations(joint_rows, j),
@@ -232,10 +248,10 @@ def eliminate_upper_stones(case_rows: Any, upper_rows: Any, lower_rows: Any, joi
         store_diagonal(lower_rows, j, rest)
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def solve_velocity_corrections_of_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Solve the equations of the lowest stone of each stack for its velocity correction."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         arm = scale_vector(-1.0, load_predicted(rows, j).place)
         e = solve_velocity_correction_of_lowest_stone(
             load_diagonal(rows, j), load_equations(joint_rows, j), load_time(case_rows, j).half, arm
@@ -243,10 +259,10 @@ def solve_velocity_corrections_of_lowest_stones(case_rows: Any, rows: Any, joint
         store_change(rows, j, StoneVelocityCorrection(e.force, e.moment))
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def compute_upper_stone_velocity_corrections(upper_rows: Any, lower_rows: Any, lane_count: int) -> None:
     """Compute the velocity correction of an upper stone from that of the stone below, for all stacks in parallel."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         solution, below = load_elimination(upper_rows, j), load_change(lower_rows, j)
         e = wrench_plus(
             solution.fixed_part, matrix_6x6_times_wrench(solution.factor_below, Wrench(below.velocity, below.spin))

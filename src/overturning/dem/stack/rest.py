@@ -15,8 +15,13 @@ from overturning.dem.body.vectors import (
     transpose,
     vector_length,
 )
-from overturning.dem.kernel.ending import STILL, STILL_TO_SLIDE, UPRIGHT, body_is_still
-from overturning.dem.kernel.lanes import INNER
+from overturning.dem.kernel.ending import (
+    MAX_ACCELERATION_SHARE_AT_REST,
+    MAX_TILT_RATIO_AT_REST,
+    NEGLIGIBLE_REMAINING_SLIDE,
+    body_is_still,
+)
+from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.stack.access import (
     load_attempt,
     load_case,
@@ -29,18 +34,23 @@ from overturning.dem.stack.access import (
     load_point,
     load_rest,
     load_stone,
-    of_stone,
+    stone_window,
 )
-from overturning.dem.stack.joint_state import JOINT, POINT
-from overturning.dem.stack.landing import FLAT_SPREAD, NEVER
-from overturning.dem.stack.state import CASE, STONE, TICKS, StackRestFlagAndLimits
+from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, POINT_ROW_LAYOUT
+from overturning.dem.stack.landing import MAX_FLAT_HEIGHT_SPREAD_RATIO, RIM_DISTANCE_WITHOUT_DEFERRAL
+from overturning.dem.stack.state import CASE_ROW_LAYOUT, STONE_ROW_LAYOUT, TICKS_PER_WHOLE_STEP, StackRestFlagAndLimits
 from overturning.dem.stack.step import joint_state_size
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
-AT_REST: Final = CASE.row_of_field(StackRestFlagAndLimits, "at_rest")
+CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
+    CASE_ROW_LAYOUT.size,
+    STONE_ROW_LAYOUT.size,
+    JOINT_ROW_LAYOUT.size,
+    POINT_ROW_LAYOUT.size,
+)
+AT_REST: Final = CASE_ROW_LAYOUT.row_offset_of_field(StackRestFlagAndLimits, "at_rest")
 
-LEAST_WIDTH: Final = 1e-3
+MIN_PATCH_WIDTH_RATIO: Final = 1e-3
 """Least width of a contact patch, as a share of its length, whose points give a plane of pressure."""
 
 
@@ -64,17 +74,17 @@ class StiffnessShareMoments(NamedTuple):
     yy: float
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def mark_possibly_resting_stacks(state: Any, stone_count: int, active_lane_count: int) -> int:
     """Mark and count, by a quick test, the stacks that may be at rest (`StackRestState.at_rest` = 1)."""
     number = 0
     for j in range(active_lane_count):
         length = load_attempt(state, j).length
-        most = 1.001 * STILL * load_rest(state, j).bound * GRAVITY
-        slow = most * (load_case(state, j).step * length)
-        may = (length >= TICKS) & (most > 0.0)
+        most = 1.001 * MAX_ACCELERATION_SHARE_AT_REST * load_rest(state, j).bound * GRAVITY
+        slow = most * (load_case(state, j).tick_length * length)
+        may = (length >= TICKS_PER_WHOLE_STEP) & (most > 0.0)
         for s in range(stone_count):
-            rows = of_stone(state, s)
+            rows = stone_window(state, s)
             stone, gone = load_stone(rows, j), not load_outcome(rows, j).present > 0.0
             a, v = stone.acceleration, stone.velocity
             still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most) & (2.0 * abs(v.z) < slow)
@@ -84,7 +94,7 @@ def mark_possibly_resting_stacks(state: Any, stone_count: int, active_lane_count
     return number
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, corner_limit: int) -> bool:
     """True if all contact points of all stones that have not fallen carry load.
 
@@ -92,22 +102,25 @@ def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, corne
     """
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
     for s in range(stone_count):
-        if not load_outcome(of_stone(state, s), lane).present > 0.0:
+        if not load_outcome(stone_window(state, s), lane).present > 0.0:
             continue
         at = first + s * size
         landing = load_landing(state[at : at + JOINT_SIZE], lane)
-        lies_flat = landing.highest - landing.lowest < FLAT_SPREAD * -landing.lowest
-        if load_joint(state[at : at + JOINT_SIZE], lane).waits < NEVER and lies_flat:
+        lies_flat = (
+            landing.highest_point_height - landing.lowest_point_height
+            < MAX_FLAT_HEIGHT_SPREAD_RATIO * -landing.lowest_point_height
+        )
+        if load_joint(state[at : at + JOINT_SIZE], lane).waits < RIM_DISTANCE_WITHOUT_DEFERRAL and lies_flat:
             continue
         for i in range((size - JOINT_SIZE) // P):
             begin = at + JOINT_SIZE + i * P
             point = load_point(state[begin : begin + P], lane)
-            if point.weight > 1e-3 and not point.pressure > 0.0:
+            if point.weight > 1e-3 and not point.force_per_stiffness_share > 0.0:
                 return False
     return True
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def moments_of_stiffness_shares(points: Any, lane: int) -> StiffnessShareMoments:
     """Return the sum of the weights (shares of stiffness) of two stones' contact points, and its moments."""
     total = StiffnessShareMoments(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -121,7 +134,7 @@ def moments_of_stiffness_shares(points: Any, lane: int) -> StiffnessShareMoments
     return total
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def contact_point_unloading_acceleration(points: Any, lane: int, centre: Vector3) -> float:
     """Return the base acceleration over g, in the worst direction, that unloads a contact point of two stones.
 
@@ -133,7 +146,7 @@ def contact_point_unloading_acceleration(points: Any, lane: int, centre: Vector3
         return 0.0
     x, y = total.x / total.weight, total.y / total.weight
     xx, xy, yy = total.xx - total.x * x, total.xy - total.x * y, total.yy - total.y * y
-    area, width = xx * yy - xy * xy, LEAST_WIDTH * (xx + yy)
+    area, width = xx * yy - xy * xy, MIN_PATCH_WIDTH_RATIO * (xx + yy)
     if not area > width * width:
         return 0.0
     least, off_x, off_y = np.inf, centre.x - x, centre.y - y
@@ -151,7 +164,7 @@ def contact_point_unloading_acceleration(points: Any, lane: int, centre: Vector3
     return max(float(least), 0.0)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def current_motion_onset_acceleration(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
     """Return the base acceleration over g at which a contact of a stack at rest slides, or a contact point unloads.
 
@@ -162,7 +175,7 @@ def current_motion_onset_acceleration(state: Any, lane: int, stone_count: int, c
     onset, above = np.inf, MassAndMassMomentAboveJoint(0.0, 0.0, 0.0, 0.0)
     for k in range(stone_count):
         s = stone_count - 1 - k
-        rows = of_stone(state, s)
+        rows = stone_window(state, s)
         if not load_outcome(rows, lane).present > 0.0:
             continue
         mass, place = load_constants(rows, lane).mass, load_stone(rows, lane).place
@@ -176,7 +189,7 @@ def current_motion_onset_acceleration(state: Any, lane: int, stone_count: int, c
         origin, axes = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
         level = 0.0
         if s > 0:
-            below = of_stone(state, s - 1)
+            below = stone_window(state, s - 1)
             lower = load_stone(below, lane)
             origin, axes, level = lower.place, rotation_matrix(lower.turn), load_constants(below, lane).top
         one = 1.0 / above.mass
@@ -188,7 +201,7 @@ def current_motion_onset_acceleration(state: Any, lane: int, stone_count: int, c
     return onset if above.mass > 0.0 else 0.0
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def base_acceleration_limit_of_stack_at_rest(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
     """Return the base acceleration over g up to which a stack at rest stays at rest; 0 if the stack is not at rest."""
     if not all_contact_points_carry_load(state, lane, stone_count, corner_limit):
@@ -197,46 +210,47 @@ def base_acceleration_limit_of_stack_at_rest(state: Any, lane: int, stone_count:
     return limit if limit > 0.0 and stones_stand_upright_and_still(state, lane, stone_count, limit) else 0.0
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def stones_stand_upright_and_still(state: Any, lane: int, stone_count: int, rest_limit: float) -> bool:
     """True if all stones that have not fallen stand upright, with speeds and accelerations of a stack at rest."""
-    step = load_case(state, lane).step * load_attempt(state, lane).length
+    step = load_case(state, lane).tick_length * load_attempt(state, lane).length
     for s in range(stone_count):
-        rows = of_stone(state, s)
+        rows = stone_window(state, s)
         if not load_outcome(rows, lane).present > 0.0:
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
         axes, arm = rotation_matrix(stone.turn), constants.foot + constants.top
-        spin = angular_velocity_from_momentum(constants.inverse, axes, stone.momentum)
+        spin = angular_velocity_from_momentum(constants.inverse, axes, stone.angular_momentum)
         turning = angular_velocity_from_momentum(constants.inverse, axes, stone.moment)
         speed = vector_length(stone.velocity) + arm * vector_length(spin)
         acceleration = vector_length(stone.acceleration) + arm * vector_length(turning)
         if not body_is_still(speed, acceleration, step, rest_limit):
             return False
-        if not lean_as_squared_sine(axes) < UPRIGHT * UPRIGHT * constants.critical:
+        if not lean_as_squared_sine(axes) < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * constants.critical:
             return False
     return True
 
 
-@njit(**INNER)
-def sliding_time_of_upright_stack(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def time_until_upright_stack_stops_sliding(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
     """Return the time (s) until friction has stopped all sliding contacts of the stones of an upright stack.
 
-    The result is 0 if a stone leans, or if no contact would slide farther than `STILL_TO_SLIDE` before it stops.
+    The result is 0 if a stone leans, or if no contact would slide farther than `NEGLIGIBLE_REMAINING_SLIDE` before it
+    stops.
     """
     longest, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
     for s in range(stone_count):
-        rows = of_stone(state, s)
+        rows = stone_window(state, s)
         if not load_outcome(rows, lane).present > 0.0:
             continue
         if lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).turn)) >= (
-            UPRIGHT * UPRIGHT * load_constants(rows, lane).critical
+            MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * load_constants(rows, lane).critical
         ):
             return 0.0
         joint = state[first + s * size : first + s * size + JOINT_SIZE]
         old, deceleration = load_history(joint, lane), GRAVITY * load_joint(joint, lane).friction
         v = old.velocity
         square = v.x * v.x + v.y * v.y + v.twist * v.twist
-        if old.slid > 0.0 and deceleration > 0.0 and square >= 2.0 * STILL_TO_SLIDE * deceleration:
+        if old.slid > 0.0 and deceleration > 0.0 and square >= 2.0 * NEGLIGIBLE_REMAINING_SLIDE * deceleration:
             longest = max(longest, np.sqrt(square) / deceleration)
     return longest

@@ -23,7 +23,12 @@ from overturning.dem.body.vectors import (
     scale_vector,
     transpose,
 )
-from overturning.dem.kernel.lanes import APART, INLINE, INNER, whole_vectors
+from overturning.dem.kernel.lanes import (
+    INLINE,
+    INTERNAL_COMPILE_OPTIONS,
+    NO_ALIAS_COMPILE_OPTIONS,
+    round_to_vector_multiple,
+)
 from overturning.dem.stack.access import (
     load_axes,
     load_constants,
@@ -46,7 +51,7 @@ from overturning.dem.stack.joint_state import (
 )
 from overturning.dem.stack.patch import point_window, relative_motion_in_contact_frame
 
-FULL_OVERHANG: Final = 0.005
+FULL_NORMAL_WEIGHT_OVERHANG_RATIO: Final = 0.005
 """Overhang from which the rim's normal counts in full, as a share of the distance of that side from the centre.
 
 Below it the normal turns in proportion, so that forces are continuous when a corner passes the rim."""
@@ -64,10 +69,10 @@ def slopes_of_upper_base_normal(frame: JointRelativeMotion) -> tuple[float, floa
 def contact_normal_weight_of_rim_side(overhang: float, reach: float) -> float:
     """Return the weight, 0 to 1, with which the normal at a side of the lower face's rim counts in the contact normal.
 
-    It is proportional to the overhang of the upper base, and 1 from an overhang of `FULL_OVERHANG` times the distance
-    `reach` of the side from the centre.
+    It is proportional to the overhang of the upper base, and 1 from an overhang of `FULL_NORMAL_WEIGHT_OVERHANG_RATIO`
+    times the distance `reach` of the side from the centre.
     """
-    share = overhang / (FULL_OVERHANG * reach)
+    share = overhang / (FULL_NORMAL_WEIGHT_OVERHANG_RATIO * reach)
     share = share if share > 0.0 else 0.0
     return share if share < 1.0 else 1.0
 
@@ -79,33 +84,33 @@ def add_point_to_contact_normal_sums(
     """Return the sums for the normal of contact with one more contact point, whose normal has the slope `slope`."""
     load = place.weight * (-place.z if place.z < 0.0 else 0.0)
     return ContactNormalSums(
-        rim.load + load, rim.x + load * place.x, rim.y + load * place.y, rim.slope_x + load * slope[0],
+        rim.weighted_penetration + load, rim.x + load * place.x, rim.y + load * place.y, rim.slope_x + load * slope[0],
         rim.slope_y + load * slope[1],
     )  # fmt: skip
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def clear_contact_normal_sums(joint_rows: Any, lane_count: int) -> None:
     """Clear the sums from which the normal of contact of two stones follows, for all stacks in parallel."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         store_rim(joint_rows, j, ContactNormalSums(0.0, 0.0, 0.0, 0.0, 0.0))
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_base_corner_to_normal_sums(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Add one corner of the upper stone's base to the sums for the normal of contact, for all stacks in parallel."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         store_rim(
             joint_rows, j, add_point_to_contact_normal_sums(load_rim(joint_rows, j), load_place(point, j), (0.0, 0.0))
         )
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_rim_points_to_normal_sums(
     joint_rows: Any, side: Any, previous_side: Any, start: Any, end: Any, lane_count: int
 ) -> None:
     """Add a corner of the lower face and both ends of its side to the sums for the normal of contact."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         own, previous = load_outline(side, j), load_outline(previous_side, j)
         slope_x, slope_y = slopes_of_upper_base_normal(load_frame(joint_rows, j))
         rim, other = load_rim_side(side, j), load_rim_side(previous_side, j)
@@ -144,7 +149,7 @@ def contact_frame_with_mean_normal(rim: ContactNormalSums) -> JointFrameAxesAndO
     The origin is the foot, from the centre of the lower face, on the plane through the mean position of the loads that
     is normal to the force.
     """
-    one = 1.0 / (rim.load if rim.load > 0.0 else 1.0)
+    one = 1.0 / (rim.weighted_penetration if rim.weighted_penetration > 0.0 else 1.0)
     x, y = rim.slope_x * one, rim.slope_y * one
     z = 1.0 / math.sqrt(1.0 + (x * x + y * y))
     normal = Vector3(x * z, y * z, z)
@@ -152,19 +157,19 @@ def contact_frame_with_mean_normal(rim: ContactNormalSums) -> JointFrameAxesAndO
     return JointFrameAxesAndOrigin(rotation_from_z_axis_to_normal(normal), scale_vector(height, normal))
 
 
-@njit(**APART)
-def rotate_point_to_mean_normal(joint_rows: Any, point: Any, lane_count: int) -> None:
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def express_point_in_mean_normal_frame(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Express one contact point in the frame rotated to the mean normal: position in the plane, distance along z."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         pose, place = contact_frame_with_mean_normal(load_rim(joint_rows, j)), load_place(point, j)
         turned = matrix_times_vector(transpose(pose.axes), minus(Vector3(place.x, place.y, 0.0), pose.origin))
         store_place(point, j, ContactPointPosition(turned.x, turned.y, pose.axes.zz * place.z, place.weight))
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def rotate_contact_frame_to_mean_normal(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Rotate the coordinate frame of two stones' contact to the mean normal; express their relative motion in it."""
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         turn, pose = contact_frame_with_mean_normal(load_rim(joint_rows, j)), load_joint_pose(joint_rows, j)
         old = load_frame(joint_rows, j)
         axes = matrix_product(pose.axes, turn.axes)
@@ -172,11 +177,11 @@ def rotate_contact_frame_to_mean_normal(upper_rows: Any, lower_rows: Any, joint_
         new = relative_motion_in_contact_frame(upper_rows, lower_rows, j, axes, origin)
         store_joint_pose(joint_rows, j, JointFrameAxesAndOrigin(axes, origin))
         store_frame(joint_rows, j, JointRelativeMotion(
-            new.corner, new.along_x, new.along_y, new.velocity, new.spin, old.inside, old.rim
+            new.base_centre, new.along_x, new.along_y, new.velocity, new.spin, old.inside, old.rim
         ))  # fmt: skip
 
 
-@njit(**APART)
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
 def keep_lower_face_normal_beyond_critical_lean(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Use the lower face's normal as contact normal where a stone leans beyond its base's critical angle.
 
@@ -184,15 +189,15 @@ def keep_lower_face_normal_beyond_critical_lean(upper_rows: Any, joint_rows: Any
 
     Such a stone has fallen as soon as a corner of its base is below the rim (`stone_hangs_over_rim`).
     """
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         rim, axes = load_rim(joint_rows, j), load_axes(upper_rows, j)
         upright = lean_as_squared_sine(axes) < load_constants(upper_rows, j).base_critical
         store_rim(joint_rows, j, ContactNormalSums(
-            rim.load, rim.x, rim.y, rim.slope_x if upright else 0.0, rim.slope_y if upright else 0.0
+            rim.weighted_penetration, rim.x, rim.y, rim.slope_x if upright else 0.0, rim.slope_y if upright else 0.0
         ))  # fmt: skip
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def sum_contact_normals(
     upper_rows: Any, joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int
 ) -> None:

@@ -12,29 +12,23 @@ from overturning.dem.body.state import (
     inertial_accelerations_until_next_sample,
     lean_as_squared_sine,
 )
-from overturning.dem.body.vectors import (
-    Quaternion,
-    SymmetricMatrix,
-    Vector3,
-    normalise_quaternion,
-    rotation_matrix,
-)
+from overturning.dem.body.vectors import Quaternion, SymmetricMatrix, Vector3, normalise_quaternion, rotation_matrix
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
-from overturning.dem.kernel.ending import CaseProgress, case_progress_in_next_sample
+from overturning.dem.kernel.ending import CaseProgress, next_sample_tick_and_last_upright_time
 from overturning.dem.kernel.ground import (
     GroundMotion,
     count_skippable_samples,
     is_rest_check_sample,
     upcoming_motion_is_below_rest_limit,
 )
-from overturning.dem.kernel.lanes import INNER, cache_line_aligned_zeros, whole_vectors
-from overturning.dem.kernel.queue import SettingsOfParallelCases, extend_trajectory, register_model_functions
+from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, cache_line_aligned_zeros, round_to_vector_multiple
+from overturning.dem.kernel.queue import SettingsOfParallelCases, grow_trajectory_array, register_model_functions
 from overturning.dem.stack.access import (
     load_course,
     load_outcome,
     load_rest,
     load_stone,
-    of_stone,
+    stone_window,
     store_attempt,
     store_case,
     store_clock,
@@ -51,15 +45,15 @@ from overturning.dem.stack.access import (
     store_turn,
 )
 from overturning.dem.stack.ending import (
-    lowest_fallen_stone_index,
-    record_stack_motion,
-    stack_case_status,
+    lowest_newly_fallen_stone_index,
+    record_motion_of_first_stack,
     stone_state_sum_for_finite_check,
+    stop_fallen_stones_and_return_status,
     write_stack_results,
 )
 from overturning.dem.stack.joint_state import (
-    JOINT,
-    POINT,
+    JOINT_ROW_LAYOUT,
+    POINT_ROW_LAYOUT,
     FaceCorner,
     JointConstants,
     JointContactState,
@@ -67,9 +61,9 @@ from overturning.dem.stack.joint_state import (
 )
 from overturning.dem.stack.rest import AT_REST, base_acceleration_limit_of_stack_at_rest, mark_possibly_resting_stacks
 from overturning.dem.stack.state import (
-    CASE,
-    COLUMNS,
-    STONE,
+    CASE_ROW_LAYOUT,
+    PARALLEL_CASE_COUNT,
+    STONE_ROW_LAYOUT,
     StackClockWithinSample,
     StackRestFlagAndLimits,
     StackTickLengthAndLimits,
@@ -80,12 +74,23 @@ from overturning.dem.stack.state import (
 )
 from overturning.dem.stack.step import advance_stacks, joint_state_size
 
-CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
-TICK, SAMPLE = (CASE.row_of_field(StackClockWithinSample, "tick"), CASE.row_of_field(CaseProgress, "sample"))
-ENERGY, LOADED = (CASE.row_of_field(CaseProgress, "energy"), CASE.row_of_field(BaseMotionSampleNumber, "sample"))
+CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
+    CASE_ROW_LAYOUT.size,
+    STONE_ROW_LAYOUT.size,
+    JOINT_ROW_LAYOUT.size,
+    POINT_ROW_LAYOUT.size,
+)
+TICK, SAMPLE = (
+    CASE_ROW_LAYOUT.row_offset_of_field(StackClockWithinSample, "tick"),
+    CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "sample"),
+)
+ENERGY, LOADED = (
+    CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "energy"),
+    CASE_ROW_LAYOUT.row_offset_of_field(BaseMotionSampleNumber, "sample"),
+)
 LAST_UPRIGHT, UPRIGHT_UNTIL = (
-    STONE.row_of_field(StonePeakTilt, "last_upright"),
-    STONE.row_of_field(StoneFallState, "upright_until"),
+    STONE_ROW_LAYOUT.row_offset_of_field(StonePeakTilt, "last_upright"),
+    STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "upright_until"),
 )
 
 
@@ -94,20 +99,20 @@ class StackKernelInput(NamedTuple):
 
     settings: SettingsOfParallelCases
     cases: NDArray[np.void]
-    """Case parameters, of type `CASE`, shape (n,)."""
+    """Case parameters, of type `CASE_ROW_LAYOUT`, shape (n,)."""
     row: NDArray[np.int64]
     results: NDArray[np.void]
-    """Results to fill in, of type `RESULT`, shape (n,)."""
+    """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     each: NDArray[np.void]
-    """Results of each stone to fill in, of type `STONE_RESULT`, shape (n, stones)."""
+    """Results of each stone to fill in, of type `STONE_RESULT_TABLE_DTYPE`, shape (n, stones)."""
     ground: GroundMotion
     friction: FloatArray
     """Coefficient of friction of each joint, shape (n, stones)."""
     stones: NDArray[np.void]
-    """Constants and initial state of the stones of each stack, of type `STONE`, shape (stacks, stones)."""
+    """Constants and initial state of the stones of each stack, of type `STONE_ROW_LAYOUT`, shape (stacks, stones)."""
     joints: NDArray[np.void]
-    """Contact constants of the joint below each stone, of type `JOINT`, shape (stacks, stones)."""
-    corners: NDArray[np.int64]
+    """Contact constants of the joint below each stone, of type `JOINT_ROW_LAYOUT`, shape (stacks, stones)."""
+    corner_counts: NDArray[np.int64]
     """Number of corners of each stone's faces, shape (stones,)."""
     outlines: FloatArray
     """Corners of each stone's base and upper face, shape (stacks, stones, 2, corners, 6): fields of `FaceCorner`."""
@@ -117,7 +122,7 @@ class StackWorkspace(NamedTuple):
     """Working arrays of the stack kernel: states of the cases, and indices of the contact points in use."""
 
     state: Any
-    used: Any
+    used_contact_points: Any
 
 
 def allocate_workspace(kernel_input: Any) -> Any:
@@ -132,12 +137,12 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     given, settings = kernel_input.cases[case], kernel_input.settings
     write_initial_stack_state(
         workspace.state, lane, given, (kernel_input.stones[given.stack], kernel_input.joints[given.stack]),
-        kernel_input.friction[case], kernel_input.outlines[given.stack], kernel_input.corners,
-        (settings.interval, settings.ticks),
+        kernel_input.friction[case], kernel_input.outlines[given.stack], kernel_input.corner_counts,
+        (settings.interval, settings.ticks_per_sample),
     )  # fmt: skip
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def write_initial_stack_state(
     state: Any, lane: int, case: Any, stones_and_joints: tuple[Any, Any], friction: Any, outlines: Any, corners: Any,
     sample: tuple[float, float],
@@ -147,8 +152,8 @@ def write_initial_stack_state(
     `sample` is the sampling interval in seconds and in ticks, the unit of time of the steps.
     """
     (stones, joints), (sampling_interval, ticks_per_sample) = stones_and_joints, sample
-    for row in range(state.size // COLUMNS):
-        state[row * COLUMNS + lane] = 0.0
+    for row in range(state.size // PARALLEL_CASE_COUNT):
+        state[row * PARALLEL_CASE_COUNT + lane] = 0.0
     first, size = CASE_SIZE + stones.size * STONE_SIZE, joint_state_size(outlines.shape[2])
     store_clock(state, lane, CaseStepControl(case.finest, case.standing, case.dwell, case.settled))
     store_case(state, lane, StackTickLengthAndLimits(
@@ -157,7 +162,7 @@ def write_initial_stack_state(
     store_rest(state, lane, StackRestFlagAndLimits(case.rest_share, case.rest_bound, 0.0))
     store_attempt(state, lane, NextStepToAttempt(case.finest, case.dwell, 0.0))
     for s in range(stones.size):
-        write_initial_stone_state(of_stone(state, s), lane, stones[s])
+        write_initial_stone_state(stone_window(state, s), lane, stones[s])
         at = first + s * size
         write_initial_joint_state(
             state[at : at + size], lane, joints[s], friction[s], case.damping_factor, stones[s].foot, stones[s].reach
@@ -177,7 +182,7 @@ def write_initial_stack_state(
     ))  # fmt: skip
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def write_initial_stone_state(rows: Any, lane: int, constants: Any) -> None:
     """Write the constants and the initial state of a stone into column `lane` of its rows of the state array."""
     store_constants(rows, lane, StoneConstants(
@@ -198,7 +203,7 @@ def write_initial_stone_state(rows: Any, lane: int, constants: Any) -> None:
     store_outcome(rows, lane, StoneFallState(1.0, 0.0, 0.0))
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def write_initial_joint_state(
     rows: Any,
     lane: int,
@@ -223,11 +228,11 @@ def write_initial_joint_state(
     )
 
 
-def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
+def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
     """Load the base motion of the next sample for each stack, and rescale all quaternions to length 1."""
-    load_base_motion_of_sample(
+    start_sample_and_load_base_motion(
         workspace.state,
-        kernel_input.corners.size,
+        kernel_input.corner_counts.size,
         lane_count,
         kernel_input.row,
         lane_cases,
@@ -236,8 +241,8 @@ def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: An
     )
 
 
-@njit(**INNER)
-def load_base_motion_of_sample(
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def start_sample_and_load_base_motion(
     state: Any,
     stone_count: int,
     lane_count: int,
@@ -247,21 +252,27 @@ def load_base_motion_of_sample(
     settings: SettingsOfParallelCases,
 ) -> None:
     """Load the base motion of the current sample for each stack, and rescale all quaternions to length 1."""
-    along, up, ticks, interval, scale = ground.along, ground.up, settings.ticks, settings.interval, 1.0 / settings.ticks
+    along, up, ticks, interval, scale = (
+        ground.along,
+        ground.up,
+        settings.ticks_per_sample,
+        settings.interval,
+        1.0 / settings.ticks_per_sample,
+    )
     for s in range(stone_count):
-        rows = of_stone(state, s)
-        for j in range(whole_vectors(lane_count)):
+        rows = stone_window(state, s)
+        for j in range(round_to_vector_multiple(lane_count)):
             store_turn(rows, j, normalise_quaternion(load_stone(rows, j).turn))
             then = (load_course(state, j).sample + rows[LAST_UPRIGHT + j] * scale) * interval
             present = load_outcome(rows, j).present > 0.0
             rows[UPRIGHT_UNTIL + j] = then if (rows[LAST_UPRIGHT + j] >= 0.0) & present else rows[UPRIGHT_UNTIL + j]
             rows[LAST_UPRIGHT + j] = -1.0
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         # The times at which the stones were upright are their own, above.
-        begun = case_progress_in_next_sample(load_course(state, j), state[TICK + j], -1.0, ticks, interval)
+        begun = next_sample_tick_and_last_upright_time(load_course(state, j), state[TICK + j], -1.0, ticks, interval)
         state[SAMPLE + j], state[TICK + j] = begun[0], begun[1]
     last = up.shape[0] - 3
-    for j in range(whole_vectors(lane_count)):
+    for j in range(round_to_vector_multiple(lane_count)):
         course = load_course(state, j)
         if state[LOADED + j] == course.sample + 1.0:
             continue
@@ -271,45 +282,48 @@ def load_base_motion_of_sample(
         store_shaking(state, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude, scale))
 
 
-def advance_one_sample(
+def attempt_steps_until_next_check(
     kernel_input: Any, workspace: Any, lane_count: int, trajectory: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
     """Attempt a sample's time steps for all stacks in parallel; record the first stack once per sample."""
     settings, corners, limit, stones = (
         kernel_input.settings,
-        kernel_input.corners,
+        kernel_input.corner_counts,
         kernel_input.outlines.shape[3],
-        kernel_input.corners.size,
+        kernel_input.corner_counts.size,
     )
     if trajectory.shape[0] > 0:
         most_rows = settings.max_rows // trajectory.shape[1]
-        trajectory = extend_trajectory(trajectory, recorded_row_count + 1, most_rows)
+        trajectory = grow_trajectory_array(trajectory, recorded_row_count + 1, most_rows)
         if trajectory.shape[0] == recorded_row_count:
             return trajectory, -1
-        record_stack_motion(workspace.state, stones, settings.interval, settings.ticks, trajectory[recorded_row_count])
+        record_motion_of_first_stack(
+            workspace.state, stones, settings.interval, settings.ticks_per_sample, trajectory[recorded_row_count]
+        )
         due = trajectory[recorded_row_count - 1, 0] + 0.999 * settings.interval if recorded_row_count > 0 else 0.0
         recorded_row_count += 1 if trajectory[recorded_row_count, 0] >= due else 0
     advance_stacks(
-        workspace.state, stones, limit, corners, workspace.used, lane_count, settings.steps_per_check, settings.ticks
-    )
+        workspace.state, stones, limit, corners, workspace.used_contact_points, lane_count, settings.steps_per_check,
+        settings.ticks_per_sample,
+    )  # fmt: skip
     return trajectory, recorded_row_count
 
 
 def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any) -> int:
     """Mark and count the stacks whose case may have ended or in which a stone may have fallen."""
-    return mark_possibly_ended_stack_cases(
+    return mark_stacks_due_for_end_test(
         workspace.state,
-        kernel_input.corners.size,
+        kernel_input.corner_counts.size,
         kernel_input.outlines.shape[3],
         active_lane_count,
         end_marks_out,
-        kernel_input.settings.ticks,
+        kernel_input.settings.ticks_per_sample,
         float(kernel_input.settings.samples),
     )
 
 
-@njit(**INNER)
-def mark_possibly_ended_stack_cases(
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def mark_stacks_due_for_end_test(
     state: Any,
     stone_count: int,
     corner_limit: int,
@@ -323,26 +337,26 @@ def mark_possibly_ended_stack_cases(
     for j in range(active_lane_count):
         course, total = load_course(state, j), 0.0
         for s in range(stone_count):
-            total += stone_state_sum_for_finite_check(load_stone(of_stone(state, s), j))
+            total += stone_state_sum_for_finite_check(load_stone(stone_window(state, s), j))
         sample = course.sample + state[TICK + j] / ticks_per_sample
         due = total - total != 0.0 or sample >= min(course.calm, last_sample)
-        due = due or lowest_fallen_stone_index(state, j, stone_count, corner_limit) < stone_count
+        due = due or lowest_newly_fallen_stone_index(state, j, stone_count, corner_limit) < stone_count
         end_marks_out[j] = 1.0 if due else 0.0
         count += 1 if due else 0
     return count
 
 
-def skip_quiet_samples(
+def skip_quiet_samples_of_resting_cases(
     kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
     """Skip, for each stack at rest, the samples whose base motion is too weak to move the stack."""
     settings, state, ground, row = kernel_input.settings, workspace.state, kernel_input.ground, kernel_input.row
-    stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[3]
+    stones, corners = kernel_input.corner_counts.size, kernel_input.outlines.shape[3]
     if mark_possibly_resting_stacks(state, stones, active_lane_count) == 0:
         return
     for j in range(active_lane_count):
         course, bound = load_course(state, j), load_rest(state, j).bound
-        now = course.sample + state[TICK + j] * (1.0 / settings.ticks)
+        now = course.sample + state[TICK + j] * (1.0 / settings.ticks_per_sample)
         # Test the motion first: testing the stack takes longer.
         if not (state[AT_REST + j] > 0.0 and is_rest_check_sample(now)):
             continue
@@ -357,17 +371,18 @@ def skip_quiet_samples(
 
 
 def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
-    """Stop simulating fallen stones; return the `CaseStatus` of the case in column `lane`; `GOES_ON`: not ended."""
-    stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[3]
-    return stack_case_status(
-        workspace.state, lane, stones, corners, kernel_input.settings.ticks, float(kernel_input.settings.samples),
+    """Stop simulating fallen stones; return the `CaseStatus` of the case in column `lane`."""
+    stones, corners = kernel_input.corner_counts.size, kernel_input.outlines.shape[3]
+    return stop_fallen_stones_and_return_status(
+        workspace.state, lane, stones, corners, kernel_input.settings.ticks_per_sample,
+        float(kernel_input.settings.samples),
         kernel_input.stones[kernel_input.cases[case].stack],
     )  # fmt: skip
 
 
 def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
     """Write the results of case number `case`, stored in column `lane`, into the tables of results."""
-    stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[3]
+    stones, corners = kernel_input.corner_counts.size, kernel_input.outlines.shape[3]
     write_stack_results(
         workspace.state, lane, stones, corners, status, kernel_input.stones[kernel_input.cases[case].stack].rest,
         kernel_input.results[case], kernel_input.each[case],
@@ -375,6 +390,6 @@ def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, ca
 
 
 register_model_functions(
-    StackKernelInput, allocate_workspace, start_case, load_motion_of_next_sample, advance_one_sample,
-    mark_possibly_ended_cases, skip_quiet_samples, current_case_status, write_results_of_ended_case,
+    StackKernelInput, allocate_workspace, start_case, update_sample_and_load_motion, attempt_steps_until_next_check,
+    mark_possibly_ended_cases, skip_quiet_samples_of_resting_cases, current_case_status, write_results_of_ended_case,
 )  # fmt: skip

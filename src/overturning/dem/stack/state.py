@@ -13,21 +13,21 @@ from typing import Final, NamedTuple
 
 from overturning.dem.body.state import BaseMotionSampleNumber, InertialAccelerations3D, StepRejectionFlags
 from overturning.dem.body.vectors import Matrix3, Quaternion, SymmetricMatrix, Vector3
-from overturning.dem.kernel.clock import STACK, CaseStepControl, NextStepToAttempt
+from overturning.dem.kernel.clock import STACK_STEP_CONTROL, CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress, SlideEndSample
 from overturning.dem.kernel.lanes import TupleRowLayout
 
-COLUMNS: Final = 8
+PARALLEL_CASE_COUNT: Final = 8
 """Number of stacks computed side by side: one widest vector."""
 
-TICKS: Final = STACK.whole
+TICKS_PER_WHOLE_STEP: Final = STACK_STEP_CONTROL.ticks_per_whole_step
 """Ticks of a whole step."""
 
 
 class StackTickLengthAndLimits(NamedTuple):
     """Constants of one simulated stack: length of a tick, and limits for failure, for long steps and for rest."""
 
-    step: float
+    tick_length: float
     """Length of a tick, s."""
     deepest: float
     """Penetration beyond which the case has failed, m."""
@@ -61,7 +61,7 @@ class StackEnergyAccount(NamedTuple):
     """Energy account of a stack: work of the ground and losses (J), their rates (W), and largest penetration (m)."""
 
     work: float
-    lost: float
+    lost_energy: float
     power: float
     loss: float
     depth: float
@@ -73,19 +73,19 @@ class StackContactChangesInStep(NamedTuple):
 
     changed: float
     """Above 0 if a contact opened or closed."""
-    wrong: float
+    has_wrong_slip_assumption: float
     """1 if a joint stuck or slid contrary to the assumption."""
-    reversed: float
+    has_slip_reversal: float
     """1 if a joint was assumed to slide against its velocity."""
-    holds: float
+    has_sticking_joint: float
     """1 if a loaded joint sticks."""
-    back: float
+    has_friction_reversal: float
     """1 if a joint slides whose friction had the opposite sign before."""
     off: float
     """1 if a point within a joint carries no load."""
     depth: float
     """Largest penetration, m."""
-    loaded: float
+    has_loaded_joint: float
     """1 if a joint carries load."""
 
 
@@ -93,7 +93,7 @@ class JointEnergyLosses(NamedTuple):
     """Power lost in a stack's contacts (W), and spring energy released without work, as when contacts open (J)."""
 
     power: float
-    let_go: float
+    released_spring_energy: float
 
 
 class StoneConstants(NamedTuple):
@@ -128,7 +128,7 @@ class StoneState(NamedTuple):
     """Rotation from rest."""
     velocity: Vector3
     """Velocity of the centre, m/s."""
-    momentum: Vector3
+    angular_momentum: Vector3
     """Angular momentum per mass, m²/s."""
     acceleration: Vector3
     """Acceleration of the centre, m/s²."""
@@ -164,7 +164,7 @@ class PredictedStone(NamedTuple):
     turn: Quaternion
     velocity: Vector3
     """Velocity after half of the step, m/s."""
-    momentum: Vector3
+    half_step_angular_momentum: Vector3
     """Angular momentum per mass after half of the step, m²/s."""
     end: Vector3
     """Velocity at the end of the step, m/s."""
@@ -216,15 +216,15 @@ class StoneContactForceSums(NamedTuple):
     """Sum of the contact forces and moments on a stone, and of the impulses of contacts that closed early."""
 
     at_end: Wrench
-    early: Wrench
+    early_contact_impulses: Wrench
 
 
-CASE: Final = TupleRowLayout(
-    COLUMNS, CaseStepControl, StackTickLengthAndLimits, StackRestFlagAndLimits, StackClockWithinSample,
+CASE_ROW_LAYOUT: Final = TupleRowLayout(
+    PARALLEL_CASE_COUNT, CaseStepControl, StackTickLengthAndLimits, StackRestFlagAndLimits, StackClockWithinSample,
     StackEnergyAccount, InertialAccelerations3D, BaseMotionSampleNumber, CaseProgress, NextStepToAttempt,
     StepRejectionFlags, StackContactChangesInStep, JointEnergyLosses, Vector3, SlideEndSample
 )  # fmt: skip
-STONE: Final = TupleRowLayout(
-    COLUMNS, StoneConstants, StoneState, StonePeakTilt, StoneFallState, PredictedStone, Matrix3,
+STONE_ROW_LAYOUT: Final = TupleRowLayout(
+    PARALLEL_CASE_COUNT, StoneConstants, StoneState, StonePeakTilt, StoneFallState, PredictedStone, Matrix3,
     DiagonalBlockAndRightSide, EliminatedStoneSolution, StoneVelocityCorrection, StoneContactForceSums
 )  # fmt: skip

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.mechanics import LANDING
+from overturning.dem.kernel.mechanics import FLAT_LANDING_DURATION_IN_DECAY_TIMES
 from overturning.dem.linear import solve_positive_definite_system
-from overturning.dem.stack.landing import NEVER, RIM_SHARE
-from overturning.dem.stack.tables import JOINT, STONE
-from overturning.model.contact import MAX_CONTACT_WIDTH, VertexContact
+from overturning.dem.stack.landing import MIN_DEFERRAL_RIM_DISTANCE_RATIO, RIM_DISTANCE_WITHOUT_DEFERRAL
+from overturning.dem.stack.tables import JOINT_TABLE_DTYPE, STONE_TABLE_DTYPE
+from overturning.model.contact import MAX_WIDTH_FOR_STATIC_PENETRATION, VertexContact
 from overturning.model.stack_stones import (
     ContactPatchAtRest,
     StackStone,
@@ -21,7 +21,7 @@ from overturning.model.stack_stones import (
 )
 from overturning.units import STANDARD_GRAVITY
 
-FALLEN_TILT: Final = np.pi / 3.0
+MIN_FALLEN_TILT: Final = np.pi / 3.0
 """Tilt at which a stone has fallen, rad, or the mean of 90° and the critical angle of its base, whichever is more."""
 
 
@@ -29,27 +29,27 @@ FALLEN_TILT: Final = np.pi / 3.0
 class JointConstantsOfStack:
     """Contact constants of each stone of a stack with its support, from the lowest stone up."""
 
-    rows: NDArray[np.void]  # constants, of type `JOINT`, without friction; shape (joints,)
+    rows: NDArray[np.void]  # constants, of type `JOINT_TABLE_DTYPE`, without friction; shape (joints,)
     penetration: FloatArray  # mean penetration at rest, m, shape (joints,)
     patches: list[ContactPatchAtRest]
 
     @property
     def nearest_side_distance(self) -> FloatArray:
         """Distance, in each contact, from the point below the mass centre of stones above to the nearest side, m."""
-        return np.array([patch.reach.min() for patch in self.patches])
+        return np.array([patch.side_distances_from_centre_above.min() for patch in self.patches])
 
     @property
     def mass_centre_height(self) -> FloatArray:
         """Height, above each contact, of the common centre of mass of all stones above the contact, m."""
-        return np.array([patch.height for patch in self.patches])
+        return np.array([patch.centre_height_above_patch for patch in self.patches])
 
 
 def joint_constants_of_stack(stones: list[StackStone], contact: VertexContact) -> JointConstantsOfStack:
     """Return the contact constants of a stack's stones: stiffness K = M g/δ for the mass M above each contact."""
-    rows, patches = np.zeros(len(stones), JOINT), contact_patches_at_rest(stones)
-    above = np.array([patch.mass for patch in patches])
+    rows, patches = np.zeros(len(stones), JOINT_TABLE_DTYPE), contact_patches_at_rest(stones)
+    above = np.array([patch.mass_above for patch in patches])
     width = np.array([np.ptp(patch.corners, axis=0).min() for patch in patches])
-    penetration = contact.static_penetration * np.minimum(width, MAX_CONTACT_WIDTH)
+    penetration = contact.static_penetration * np.minimum(width, MAX_WIDTH_FOR_STATIC_PENETRATION)
     ratio, damping = (
         np.array([own if (given := getattr(stone, name)) is None else given for stone in stones])
         for name, own in (("stiffness_ratio", contact.stiffness_ratio), ("damping_ratio", contact.damping_ratio))
@@ -59,37 +59,46 @@ def joint_constants_of_stack(stones: list[StackStone], contact: VertexContact) -
     rows["stiffness"], rows["dashpot"], rows["damping"] = stiffness, dashpot, dashpot
     rows["tangential"] = ratio * stiffness
     rows["compliance"] = np.where(ratio > 0.0, 1.0 / np.maximum(rows["tangential"], 1e-300), 0.0)
-    rows["landing"] = LANDING * dashpot / stiffness
-    rows["base_corners"] = [len(stone.base) for stone in stones]
-    rows["waits"] = np.where([len(stone.base) > 4 for stone in stones], RIM_SHARE * width, NEVER)
+    rows["landing"] = FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / stiffness
+    rows["base_corners"] = [len(stone.base_corners) for stone in stones]
+    rows["waits"] = np.where(
+        [len(stone.base_corners) > 4 for stone in stones],
+        MIN_DEFERRAL_RIM_DISTANCE_RATIO * width,
+        RIM_DISTANCE_WITHOUT_DEFERRAL,
+    )
     table = JointConstantsOfStack(rows, penetration, patches)
     _fill_in_contact_loads_at_rest(stones, table)
     return table
 
 
 def stone_rows_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> NDArray[np.void]:
-    """Return constants and initial states of a stack's stones at rest, of type `STONE`, shape (stones,)."""
-    table, level = np.zeros(len(stones), STONE), 0.0
-    pose = pose_at_rest(stones, joints)
+    """Return constants and initial states of a stack's stones at rest, of type `STONE_TABLE_DTYPE`, shape (stones,)."""
+    table, level = np.zeros(len(stones), STONE_TABLE_DTYPE), 0.0
+    pose = displacements_at_rest(stones, joints)
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
     for stone, row, depth, shift, patch in zip(stones, table, joints.penetration, pose, joints.patches, strict=True):
-        inverse = inverse_of_inertia(stone.inertia)
+        inverse = inverse_of_inertia(stone.inertia_per_mass)
         for name, at in pairs.items():
-            row[f"a{name}"], row[f"i{name}"] = stone.inertia[at], inverse[at]
+            row[f"a{name}"], row[f"i{name}"] = stone.inertia_per_mass[at], inverse[at]
         reach = stone.nearest_base_side_distance
-        row["mass"], row["foot"], row["top"], row["reach"] = stone.mass, stone.foot, stone.top, reach
+        row["mass"], row["foot"], row["top"], row["reach"] = (
+            stone.mass,
+            stone.centre_height_above_base,
+            stone.upper_face_height_above_centre,
+            reach,
+        )
         ahead, height = tipping_mass_centre_distance_and_height(stone, patch)
         row["critical"] = ahead**2 / (ahead**2 + height**2)
-        row["base_critical"] = reach**2 / (reach**2 + stone.foot**2)
-        tilt = max(FALLEN_TILT, 0.5 * (np.arctan2(reach, stone.foot) + 0.5 * np.pi))
+        row["base_critical"] = reach**2 / (reach**2 + stone.centre_height_above_base**2)
+        tilt = max(MIN_FALLEN_TILT, 0.5 * (np.arctan2(reach, stone.centre_height_above_base) + 0.5 * np.pi))
         row["fallen"] = np.round(np.cos(tilt), 12)
-        centre = level + stone.foot
+        centre = level + stone.centre_height_above_base
         half = 0.5 * shift[3:]
         start = row["start"]
         start["x"], start["y"], start["z"] = stone.x + shift[0], shift[1], centre + shift[2]
         start["qw"], start["qx"], start["qy"], start["qz"] = np.array([1.0, *half]) / np.sqrt(1.0 + np.sum(half**2))
-        row["rest"], row["drop"] = start["z"], max(stone.drop, 2.0 * depth)
-        level += stone.foot + stone.top
+        row["rest"], row["drop"] = start["z"], max(stone.fall_threshold_drop, 2.0 * depth)
+        level += stone.centre_height_above_base + stone.upper_face_height_above_centre
     return table
 
 
@@ -104,15 +113,16 @@ def tipping_mass_centre_distance_and_height(stone: StackStone, patch: ContactPat
     base = stone.nearest_base_side_distance
     side = float(polygon_side_distances_from_point(patch.corners, stone.x).min())
     if side <= 0.0:
-        return float(patch.reach.min()), patch.height
+        return float(patch.side_distances_from_centre_above.min()), patch.centre_height_above_patch
     # Where the whole base rests on the face below, its sides are those of the patch but for rounding.
-    return (side if side < base * (1.0 - 1e-9) else base), stone.foot
+    return (side if side < base * (1.0 - 1e-9) else base), stone.centre_height_above_base
 
 
-def base_positions_at_rest(stones: NDArray[np.void]) -> FloatArray:
+def base_x_positions_at_rest(stones: NDArray[np.void]) -> FloatArray:
     """Return each stone's base position at rest along x, relative to its support's centre, m, shape (stacks, stones).
 
-    `stones` has the type `overturning.dem.stack.tables.STONE`. Stones off centre lean a little under their weight.
+    `stones` has the type `overturning.dem.stack.tables.STONE_TABLE_DTYPE`. Stones off centre lean a little under their
+    weight.
     """
     start = stones["start"]
     lean = 2.0 * np.arctan2(start["qy"], start["qw"])
@@ -148,7 +158,11 @@ def _relative_displacement_matrix_at_corner(stones: list[StackStone], joint: int
     for index, sign in ((joint, 1.0), (joint - 1, -1.0)):
         if index >= 0:
             stone = stones[index]
-            x, y, z = corner[0] - stone.x, corner[1], (-stone.foot if index == joint else stone.top)
+            x, y, z = (
+                corner[0] - stone.x,
+                corner[1],
+                (-stone.centre_height_above_base if index == joint else stone.upper_face_height_above_centre),
+            )
             matrix[:, 6 * index : 6 * index + 6] += [
                 [sign, 0.0, 0.0, 0.0, sign * z, -sign * y],
                 [0.0, sign, 0.0, -sign * z, 0.0, sign * x],
@@ -169,7 +183,7 @@ def stiffness_matrix(
     """
     matrix = np.zeros((scale.size, scale.size))
     for k, patch in enumerate(joints.patches):
-        for number, (corner, weight) in enumerate(zip(patch.corners, patch.weights, strict=True)):
+        for number, (corner, weight) in enumerate(zip(patch.corners, patch.corner_stiffness_shares, strict=True)):
             normal, tangential = weight * joints.rows["stiffness"][k], weight * joints.rows["tangential"][k]
             if loaded_corners is None or loaded_corners[k][number]:
                 each = _relative_displacement_matrix_at_corner(stones, k, corner) * scale
@@ -180,7 +194,7 @@ def stiffness_matrix(
 def scale_factors_for_unit_mass_matrix(stones: list[StackStone]) -> FloatArray:
     """Return the factors that scale a stack's unknowns to a mass matrix with unit diagonal, shape (6 n,)."""
     return np.concatenate([
-        1.0 / np.sqrt(stone.mass * np.array([1.0, 1.0, 1.0, *np.diag(stone.inertia)])) for stone in stones
+        1.0 / np.sqrt(stone.mass * np.array([1.0, 1.0, 1.0, *np.diag(stone.inertia_per_mass)])) for stone in stones
     ])  # fmt: skip
 
 
@@ -190,11 +204,14 @@ def eigenvalue_factor_of_inertia_products(stones: list[StackStone]) -> float:
     `scale_factors_for_unit_mass_matrix` leaves them out. With the correlation ρ of x and z, the least eigenvalue of
     the scaled mass matrix is 1 − |ρ|; the factor is 1 for stones whose outlines are symmetric.
     """
-    correlation = [abs(stone.inertia[0, 2]) / math.sqrt(stone.inertia[0, 0] * stone.inertia[2, 2]) for stone in stones]
+    correlation = [
+        abs(stone.inertia_per_mass[0, 2]) / math.sqrt(stone.inertia_per_mass[0, 0] * stone.inertia_per_mass[2, 2])
+        for stone in stones
+    ]
     return 1.0 / (1.0 - max(correlation))
 
 
-def pose_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> FloatArray:
+def displacements_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> FloatArray:
     """Return displacement (m) and rotation (rad) of each stone under its own weight and load, shape (stones, 6).
 
     A corner of a patch whose spring would pull carries nothing; the other corners then carry more.
@@ -235,9 +252,9 @@ def _penetrations_at_patch_corners(
 
 def _fill_in_contact_loads_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> None:
     """Compute, for each contact of a stack at rest, normal force, centre of pressure and mean distance from it."""
-    depths = _penetrations_at_patch_corners(stones, joints, pose_at_rest(stones, joints).ravel())
+    depths = _penetrations_at_patch_corners(stones, joints, displacements_at_rest(stones, joints).ravel())
     for k, (row, patch, depth) in enumerate(zip(joints.rows, joints.patches, depths, strict=True)):
-        force = patch.weights * row["stiffness"] * np.maximum(depth, 0.0)
+        force = patch.corner_stiffness_shares * row["stiffness"] * np.maximum(depth, 0.0)
         share = force / force.sum()
         corners = patch.corners - np.array([stones[k - 1].x if k > 0 else 0.0, 0.0])
         centre = share @ corners
@@ -247,9 +264,9 @@ def _fill_in_contact_loads_at_rest(stones: list[StackStone], joints: JointConsta
 
 def spring_energy_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> float:
     """Return the energy of the springs of a stack that stands at rest, J."""
-    depths = _penetrations_at_patch_corners(stones, joints, pose_at_rest(stones, joints).ravel())
+    depths = _penetrations_at_patch_corners(stones, joints, displacements_at_rest(stones, joints).ravel())
     return sum(
-        float(np.sum(0.5 * patch.weights * stiffness * np.maximum(depth, 0.0) ** 2))
+        float(np.sum(0.5 * patch.corner_stiffness_shares * stiffness * np.maximum(depth, 0.0) ** 2))
         for patch, stiffness, depth in zip(joints.patches, joints.rows["stiffness"], depths, strict=True)
     )
 

@@ -4,7 +4,7 @@ from typing import Any
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INNER
+from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.stack.end_loops import (
     accept_or_reject_steps,
     add_point_force_times_distance,
@@ -16,12 +16,12 @@ from overturning.dem.stack.end_loops import (
     store_joint_states_after_accepted_steps,
     store_relative_velocity_changes,
 )
-from overturning.dem.stack.joint_state import JOINT, POINT
+from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, POINT_ROW_LAYOUT
 from overturning.dem.stack.patch import (
+    all_patches_cover_base,
     any_stack_uses_contact_point,
     clip_base_sides,
     clip_sides_of_lower_face,
-    patch_covers_whole_base,
     place_points_of_partial_patch,
     point_window,
     predict_base_corner_positions,
@@ -31,7 +31,7 @@ from overturning.dem.stack.patch import (
 from overturning.dem.stack.predict_loops import (
     clear_joint_sums,
     compute_upper_stone_velocity_corrections,
-    eliminate_upper_stones,
+    eliminate_upper_stone_of_each_stack,
     predict_inertial_acceleration,
     predict_joint_friction,
     predict_point_normal_force,
@@ -41,22 +41,27 @@ from overturning.dem.stack.predict_loops import (
     update_landing_times_with_contact_point,
 )
 from overturning.dem.stack.rim import (
+    express_point_in_mean_normal_frame,
     rotate_contact_frame_to_mean_normal,
-    rotate_point_to_mean_normal,
     sum_contact_normals,
 )
-from overturning.dem.stack.state import CASE, STONE
+from overturning.dem.stack.state import CASE_ROW_LAYOUT, STONE_ROW_LAYOUT
 
-CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
+CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
+    CASE_ROW_LAYOUT.size,
+    STONE_ROW_LAYOUT.size,
+    JOINT_ROW_LAYOUT.size,
+    POINT_ROW_LAYOUT.size,
+)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def joint_state_size(corner_limit: int) -> int:
     """Return the state array's length for one contact of two stones; faces have at most `corner_limit` corners."""
     return JOINT_SIZE + 6 * corner_limit * P
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def predict_contact_patch_forces(
     case_rows: Any,
     upper_rows: Any,
@@ -77,7 +82,7 @@ def predict_contact_patch_forces(
     for i in range(upper_count):
         used_points[1 + i] = i
     count = upper_count
-    if lower_count > 0 and not patch_covers_whole_base(joint_rows, points, upper_count, lower_count, lane_count):
+    if lower_count > 0 and not all_patches_cover_base(joint_rows, points, upper_count, lower_count, lane_count):
         clip_base_sides(joint_rows, points, upper_count, lower_count, lane_count)
         clip_sides_of_lower_face(joint_rows, points, upper_count, lower_count, lane_count)
         place_points_of_partial_patch(joint_rows, points, upper_count, lower_count, lane_count)
@@ -87,7 +92,7 @@ def predict_contact_patch_forces(
             used_points[1 + count] = i
             count += 1 if any_stack_uses_contact_point(point_window(points, i), lane_count) else 0
         for n in range(count):
-            rotate_point_to_mean_normal(joint_rows, point_window(points, used_points[1 + n]), lane_count)
+            express_point_in_mean_normal_frame(joint_rows, point_window(points, used_points[1 + n]), lane_count)
     used_points[0] = count
     clear_joint_sums(joint_rows, lane_count)
     for n in range(count):
@@ -97,7 +102,7 @@ def predict_contact_patch_forces(
     predict_joint_friction(case_rows, upper_rows, joint_rows, lane_count)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def compute_contact_patch_forces(
     case_rows: Any,
     upper_rows: Any,
@@ -117,7 +122,7 @@ def compute_contact_patch_forces(
     compute_joint_force_and_moment(case_rows, upper_rows, lower_rows, joint_rows, lane_count, on_ground)
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def store_accepted_stack_states(
     state: Any, stone_count: int, joint_state_size: int, used_points: Any, lane_count: int
 ) -> None:
@@ -138,7 +143,7 @@ def store_accepted_stack_states(
             )
 
 
-@njit(**INNER)
+@njit(**INTERNAL_COMPILE_OPTIONS)
 def advance_stacks(
     state: Any,
     stone_count: int,
@@ -175,7 +180,7 @@ def advance_stacks(
         for s in range(stone_count - 1, 0, -1):
             stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
             lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
-            eliminate_upper_stones(
+            eliminate_upper_stone_of_each_stack(
                 case, stone, lower, state[first + s * size : first + s * size + JOINT_SIZE], lane_count
             )
         solve_velocity_corrections_of_lowest_stones(

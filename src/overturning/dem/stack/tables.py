@@ -95,12 +95,14 @@ class StackResultTableColumns(NamedTuple):
     """Number of samples that were skipped at rest."""
 
 
-START: Final = table_dtype_of_named_tuples(BodyInitialStateTableColumns)
-CASE: Final = np.dtype([("stack", "i8"), *table_dtype_of_named_tuples(StackCaseTableColumns, CaseStepControl).descr])
-STONE: Final = np.dtype([(name, "f8") for name in (
+INITIAL_STATE_DTYPE: Final = table_dtype_of_named_tuples(BodyInitialStateTableColumns)
+CASE_TABLE_DTYPE: Final = np.dtype(
+    [("stack", "i8"), *table_dtype_of_named_tuples(StackCaseTableColumns, CaseStepControl).descr]
+)
+STONE_TABLE_DTYPE: Final = np.dtype([(name, "f8") for name in (
     "ixx", "iyy", "izz", "ixy", "ixz", "iyz", "axx", "ayy", "azz", "axy", "axz", "ayz",
     *(name for name in StoneConstants._fields if name not in {"inverse", "inertia"}), "reach", "rest",
-)] + [("start", START)])  # fmt: skip
-JOINT: Final = table_dtype_of_named_tuples(JointConstants, JointLoadAtRest)
-RESULT: Final = table_dtype_of_named_tuples(StackResultTableColumns)
-STONE_RESULT: Final = table_dtype_of_named_tuples(StoneResultTableColumns)
+)] + [("start", INITIAL_STATE_DTYPE)])  # fmt: skip
+JOINT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(JointConstants, JointLoadAtRest)
+RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(StackResultTableColumns)
+STONE_RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(StoneResultTableColumns)

@@ -7,14 +7,14 @@ azimuths of L and T. The file does not state the sense of V, the peak, or the ti
 
 from typing import Final
 
-from overturning.records.component import UNKNOWN, RecordComponent
-from overturning.records.formats.header import Fields, HeaderFields
+from overturning.records.component import UNKNOWN_DIRECTION, RecordComponent
+from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields
 from overturning.records.formats.lines import FLOAT, TextLines, decorator_for_reading_all_components
 from overturning.units import STANDARD_GRAVITY
 
 HEADER_LINES: Final = 27
-RATE_LINE: Final = 21
-FIELDS: Final[Fields] = {
+RATE_LINE_INDEX: Final = 21
+FIELDS: Final[HeaderFieldPatterns] = {
     "origin": (2, r"^[^:]*:\s*(.*)"),
     "L, V or T": (4, r"^\s*([LTV])\s*$"),
     "component": (6, r"^COMP\s+([LTV])"),
@@ -38,9 +38,9 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     if axis != header.field_text("component"):
         raise header.line_error("L, V or T", f"component {axis!r}, but {text[6].strip()!r} below it; find out which")
     assert azimuths is not None
-    direction = UNKNOWN if axis == "V" else (float(azimuths[1 if axis == "L" else 2]) % 360.0, 0)
+    direction = UNKNOWN_DIRECTION if axis == "V" else (float(azimuths[1 if axis == "L" else 2]) % 360.0, 0)
     interval = channel_lines.sampling_interval_of_rate(
-        channel_lines.parse_number(text[RATE_LINE][:13], RATE_LINE, "the rate"), RATE_LINE
+        channel_lines.parse_number(text[RATE_LINE_INDEX][:13], RATE_LINE_INDEX, "the rate"), RATE_LINE_INDEX
     )
     count = int(header.field_text("NO. OF POINTS"))
     channel_lines.check_duration_stated_in_line(10, count, interval, header.field_number("DURATION"))

@@ -11,7 +11,7 @@ from typing import Final
 
 from overturning.records.component import AxisDirection, HeaderPeak, RecordComponent
 from overturning.records.formats.header import (
-    Fields,
+    HeaderFieldPatterns,
     HeaderFields,
     parse_time_as_utc,
     signed_coordinate_from_hemisphere,
@@ -21,24 +21,24 @@ from overturning.records.source import SourceFile
 from overturning.units import GAL
 
 PERU: Final = timedelta(hours=-5)
-SUMMERS: Final = (1986, 1987, 1990, 1994)
+SUMMER_TIME_YEARS: Final = (1986, 1987, 1990, 1994)
 """Years with summer time in Peru (January to April); the headers do not state whether they use it."""
-CLOCK: Final = "%B %d, %Y %H:%M:%S"
+TIME_FORMAT: Final = "%B %d, %Y %H:%M:%S"
 AXES: Final[dict[str, AxisDirection]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
-FILTERED: Final = re.compile(r"(?<!un)(?<!not )(?<!no )(?<!without )(?<!without a )filter", re.IGNORECASE)
+FILTER_MENTION_PATTERN: Final = re.compile(r"(?<!un)(?<!not )(?<!no )(?<!without )(?<!without a )filter", re.IGNORECASE)
 """Comments on samples that were filtered."""
 COORDINATE: Final = rf"\s*:\s*({FLOAT})(?:\s*°?\s*([NSEWO])\b)?"
-PLACE: Final[Fields] = {name: f"^{name}{COORDINATE}" for name in ("LATITUDE", "LONGITUDE")}
-STATION: Final[Fields] = {
+COORDINATE_FIELDS: Final[HeaderFieldPatterns] = {name: f"^{name}{COORDINATE}" for name in ("LATITUDE", "LONGITUDE")}
+STATION_FIELDS: Final[HeaderFieldPatterns] = {
     "station": r"^STATION CODE\s*:\s*(\S*)",
-    **PLACE,
+    **COORDINATE_FIELDS,
     "SAMPLING FREQUENCY (Hz)": rf"^SAMPLING FREQUENCY \(Hz\)\s*:\s*({FLOAT})",
 }
-SECTION_2: Final[Fields] = {"section 2": r"^2\.\s*(INFORMATION ABOUT THE EARTHQUAKE)"}
-RECORD: Final[Fields] = {
+EARTHQUAKE_SECTION_FIELD: Final[HeaderFieldPatterns] = {"section 2": r"^2\.\s*(INFORMATION ABOUT THE EARTHQUAKE)"}
+EARTHQUAKE_AND_RECORD_FIELDS: Final[HeaderFieldPatterns] = {
     "DATE": r"^DATE\s*:\s*(.*)",
     "ORIGIN TIME": r"^ORIGIN TIME \(Local\)\s*:\s*(\S*)",
-    **PLACE,
+    **COORDINATE_FIELDS,
     "depth": rf"^DEPTH \(km\)\s*:\s*({FLOAT})",
     "magnitude": rf"^MAGNITUDE\s*:\s*({FLOAT})",
     "RECORD TIME": r"^RECORD TIME \(Local\)\s*:\s*(\S*)",
@@ -52,16 +52,18 @@ RECORD: Final[Fields] = {
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the components of a CISMID file (Peru); raise a RecordError with the line number if it is damaged."""
-    at = HeaderFields.find_fields(source_file, SECTION_2, 40).line_index_of_field("section 2")
+    at = HeaderFields.find_fields(source_file, EARTHQUAKE_SECTION_FIELD, 40).line_index_of_field("section 2")
     # The section on the earthquake has coordinates, too.
-    station = HeaderFields.find_fields(TextLines(source_file, source_file.lines[:at]), STATION)
-    header = HeaderFields.find_fields(TextLines(source_file, source_file.lines[at:], at), RECORD, 40)
+    station = HeaderFields.find_fields(TextLines(source_file, source_file.lines[:at]), STATION_FIELDS)
+    header = HeaderFields.find_fields(
+        TextLines(source_file, source_file.lines[at:], at), EARTHQUAKE_AND_RECORD_FIELDS, 40
+    )
     header.check_field_pattern("DATA UNITS", r"(cm/s2|cm/s\^2|gal)\s*$", "cm/s2")
     heading = header.line_index_of_field("the line T, EW, NS, UD")
     columns = header.field_text("the line T, EW, NS, UD").upper().split()
     if len(set(columns)) < len(AXES):
         raise header.line_error(heading, f"columns {', '.join(columns)}; one of them comes twice: correct it")
-    interval = station.field_sampling_interval("SAMPLING FREQUENCY (Hz)")
+    interval = station.sampling_interval_of_rate_field("SAMPLING FREQUENCY (Hz)")
     values, notes = header.cut_to_stated_count(
         "NUMBER OF SAMPLES", header.read_number_rows(heading + 1, 1 + len(columns))
     )
@@ -79,12 +81,12 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             start=start,
             station=station.field_text("station"),
             event=f"earthquake of {header.field_text('DATE')} {header.field_text('ORIGIN TIME')} (Peru)",
-            origin=origin,
+            origin_time=origin,
             coordinates=_latitude_and_longitude(station),
-            peak=_stated_peak_of_column(header, column - 1),
+            header_peak=_stated_peak_of_column(header, column - 1),
             epicentre=_latitude_and_longitude(header),
             # A baseline correction alone leaves long-period noise in the samples; a filter removes it.
-            processed=bool(FILTERED.search(comments)),
+            processed=bool(FILTER_MENTION_PATTERN.search(comments)),
             extra=header.number_fields_as_metadata({"depth_km": "depth"})
             | ({"agency_processing": comments} if comments else {}),
             notes=notes,
@@ -98,7 +100,7 @@ def _latitude_and_longitude(header: HeaderFields) -> tuple[float | None, float |
 
     They have a minus sign, or the letter S or W (O in Spanish), in the south or west.
     """
-    stated = [header.field_pattern_match(name) for name in PLACE]
+    stated = [header.field_pattern_match(name) for name in COORDINATE_FIELDS]
     latitude, longitude = (
         signed_coordinate_from_hemisphere(float(one[1]), one[2] or "") if one else None for one in stated
     )
@@ -107,8 +109,10 @@ def _latitude_and_longitude(header: HeaderFields) -> tuple[float | None, float |
 
 def _utc_time_of_local_time_field(header: HeaderFields, field_name: str) -> datetime | None:
     """Return the local time in a header field as UTC; None for months in which summer time is uncertain."""
-    moment = parse_time_as_utc(f"{header.field_text('DATE')} {header.field_text(field_name)}", CLOCK, utc_offset=PERU)
-    return None if moment and moment.year in SUMMERS and moment.month <= 4 else moment
+    moment = parse_time_as_utc(
+        f"{header.field_text('DATE')} {header.field_text(field_name)}", TIME_FORMAT, utc_offset=PERU
+    )
+    return None if moment and moment.year in SUMMER_TIME_YEARS and moment.month <= 4 else moment
 
 
 def _stated_peak_of_column(header: HeaderFields, column_number: int) -> HeaderPeak | None:

@@ -16,7 +16,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.records.component import (
-    UNKNOWN,
+    UNKNOWN_DIRECTION,
     AxisDirection,
     HeaderPeak,
     RecordComponent,
@@ -26,22 +26,31 @@ from overturning.records.component import (
     direction_from_channel_code,
     sensor_location_in_header_line,
 )
-from overturning.records.formats.header import EARTHQUAKE, Fields, HeaderFields
+from overturning.records.formats.header import EARTHQUAKE_FIELDS, HeaderFieldPatterns, HeaderFields
 from overturning.records.formats.lines import TextLines, decorator_for_reading_all_components
 from overturning.units import GAL, STANDARD_GRAVITY
 
-UNITS: Final = {2: STANDARD_GRAVITY, 4: GAL, 10: GAL, 11: 1e-3 * STANDARD_GRAVITY}
+UNIT_SIZE_BY_CODE: Final = {2: STANDARD_GRAVITY, 4: GAL, 10: GAL, 11: 1e-3 * STANDARD_GRAVITY}
 """COSMOS table 2: g, cm/s², Gal, mg."""
-COUNTS: Final = 50
-WORDS: Final = {"g": 2, "cm/sec2": 4, "cm/sec/sec": 4, "cm/s2": 4, "cm/s/s": 4, "gal": 10, "mg": 11, "counts": COUNTS}
+COUNTS_UNIT_CODE: Final = 50
+UNIT_CODE_BY_WORD: Final = {
+    "g": 2,
+    "cm/sec2": 4,
+    "cm/sec/sec": 4,
+    "cm/s2": 4,
+    "cm/s/s": 4,
+    "gal": 10,
+    "mg": 11,
+    "counts": COUNTS_UNIT_CODE,
+}
 """Code of table 2 for each unit that the text may state; other words are ignored."""
 NULL: Final = -999.0
 
-SET: Final = re.compile(r"\s*(\d+)\s.*Format\s*=\s*\((\d+)[IFE](\d+)", re.IGNORECASE)
-COMMENTS: Final = re.compile(r"\s*(\d+)\s+Comment", re.IGNORECASE)
+BLOCK_FORMAT_PATTERN: Final = re.compile(r"\s*(\d+)\s.*Format\s*=\s*\((\d+)[IFE](\d+)", re.IGNORECASE)
+COMMENT_COUNT_PATTERN: Final = re.compile(r"\s*(\d+)\s+Comment", re.IGNORECASE)
 END: Final = re.compile(r"^\s*(/&|End-of-data|---+\s*End of data)", re.IGNORECASE)
-FIELDS: Final[Fields] = {
-    **EARTHQUAKE,
+FIELDS: Final[HeaderFieldPatterns] = {
+    **EARTHQUAKE_FIELDS,
     "corrected": "^\\s*(Corrected)",
     "processed by": r"Src:\s*(\S.*)",
     "processed": r"^\s*Processed:\s*(\S.*?),?\s+Max",
@@ -57,7 +66,9 @@ def _parse_number_block_format(
     channel_lines: TextLines, line_index: int, block_label: str
 ) -> tuple[dict[str, Any], int]:
     """Return number count, numbers per line and column width of a number block, and the index of the line after it."""
-    match = SET.match(channel_lines.lines[line_index]) if line_index < len(channel_lines.lines) else None
+    match = (
+        BLOCK_FORMAT_PATTERN.match(channel_lines.lines[line_index]) if line_index < len(channel_lines.lines) else None
+    )
     if match is None:
         raise channel_lines.line_error(
             line_index, f"no line that introduces the {block_label}; the file is cut: get it again"
@@ -81,13 +92,15 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     real = channel_lines.read_fixed_width_numbers(reals_at + 1, **form)
     if whole.size < 100 or real.size < 100:
         raise channel_lines.line_error(ints_at, f"{whole.size} integers and {real.size} reals; 100 each are needed")
-    comments = COMMENTS.match(text[comments_at]) if comments_at < len(text) else None
+    comments = COMMENT_COUNT_PATTERN.match(text[comments_at]) if comments_at < len(text) else None
     if comments is None:
         raise channel_lines.line_error(comments_at, "no line that introduces the comments; get the file again")
     data_at = comments_at + 1 + int(comments[1])
     form, _ = _parse_number_block_format(channel_lines, data_at, "samples")
     unit = _checked_sample_unit_code(channel_lines, data_at, int(whole[2]))
-    scale = _acceleration_per_count(channel_lines, reals_at, real) if unit == COUNTS else UNITS[unit]
+    scale = (
+        _acceleration_per_count(channel_lines, reals_at, real) if unit == COUNTS_UNIT_CODE else UNIT_SIZE_BY_CODE[unit]
+    )
     samples, end, notes = channel_lines.read_fixed_width_samples(data_at + 1, **form)
     if end >= len(text) or not END.match(text[end]):
         raise channel_lines.line_error(
@@ -100,8 +113,12 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     known = {index: float(value) for index, value in enumerate(real) if value != NULL}
     origin, places = header.origin_time_and_epicentre_metadata()
     # Resolution of the stated peak: one count, or 1e-5 of the unit.
-    digit = (1.0 if unit == COUNTS else 1e-5) * scale
-    peak = HeaderPeak(abs(known[63]) * scale, digit, line=channel_lines.before + reals_at + 12) if 63 in known else None
+    digit = (1.0 if unit == COUNTS_UNIT_CODE else 1e-5) * scale
+    peak = (
+        HeaderPeak(abs(known[63]) * scale, digit, line=channel_lines.preceding_line_count + reals_at + 12)
+        if 63 in known
+        else None
+    )
     component = header.create_component(
         axis,
         direction,
@@ -111,11 +128,11 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         start=_utc_time_of_first_sample(channel_lines, whole, float(real[29]))
         if header.field_text("clock").upper() in ("", "UTC", "GMT")
         else None,
-        origin=origin,
+        origin_time=origin,
         coordinates=(known.get(0), known.get(1)),
         sensor=classify_as_surface_or_borehole(location_text=text[8]),
-        location=sensor_location_in_header_line(text[8]),
-        peak=peak,
+        sensor_location=sensor_location_in_header_line(text[8]),
+        header_peak=peak,
         processed=bool(header.field_text("corrected")),
         extra=({"magnitude": known[12]} if 12 in known else {}) | places | _agency_processing_metadata(header),
         notes=notes,
@@ -151,16 +168,16 @@ def _checked_sample_unit_code(channel_lines: TextLines, data_line_index: int, un
     line = channel_lines.lines[data_line_index]
     stated = re.search(r"units\s*=\s*([^,(]+)\(\s*(\d+)\s*\)", line, re.IGNORECASE)
     number = int(stated[2]) if stated else unit_code
-    if number not in (*UNITS, COUNTS) or not re.search(r"accel", line, re.IGNORECASE):
+    if number not in (*UNIT_SIZE_BY_CODE, COUNTS_UNIT_CODE) or not re.search(r"accel", line, re.IGNORECASE):
         what = stated[1].strip() if stated else unit_code
         remedy = "only acceleration in g, cm/sec2, gal, mg or counts is read: get volume 0, 1 or 2"
         raise channel_lines.line_error(data_line_index, f"samples in {what}; {remedy}")
-    if unit_code in (*UNITS, COUNTS) and unit_code != number:
+    if unit_code in (*UNIT_SIZE_BY_CODE, COUNTS_UNIT_CODE) and unit_code != number:
         raise channel_lines.line_error(
             data_line_index, f"unit {number}, but the integers say {unit_code}; get the file again"
         )
-    worded = WORDS.get(stated[1].strip().lower().replace("^", ""), number) if stated else number
-    if UNITS.get(worded) != UNITS.get(number):
+    worded = UNIT_CODE_BY_WORD.get(stated[1].strip().lower().replace("^", ""), number) if stated else number
+    if UNIT_SIZE_BY_CODE.get(worded) != UNIT_SIZE_BY_CODE.get(number):
         raise channel_lines.line_error(
             data_line_index, f"samples in {stated and stated[1].strip()}, but the code says {number}; get it again"
         )
@@ -174,7 +191,7 @@ def _axis_name_and_direction(
     word = header.field_text("axis")
     coded = {400: (None, 1), 401: (None, -1)}.get(direction_code, direction_from_azimuth_code(direction_code))
     direction = axis_direction_from_name_or_code(word, coded, partial(header.line_error, "axis"))
-    if direction == UNKNOWN and direction_code in (0, -999):
+    if direction == UNKNOWN_DIRECTION and direction_code in (0, -999):
         found = re.search(r"<SCNL>\s*[^.\s]+\.([A-Z0-9]{3})\.", "\n".join([*header.lines[:13], *comments]))
         word = found[1] if found else word
         direction = direction_from_channel_code(found[1] if found else "")

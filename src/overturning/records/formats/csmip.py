@@ -15,8 +15,8 @@ from typing import Final
 import numpy as np
 
 from overturning.records.component import (
-    CODED_SENSES,
-    UNKNOWN,
+    UNKNOWN_DIRECTION,
+    VERTICAL_DIRECTION_BY_FILM_CODE,
     RecordComponent,
     axis_direction_from_name_or_code,
     classify_as_surface_or_borehole,
@@ -24,7 +24,7 @@ from overturning.records.component import (
     parse_axis_direction,
     sensor_location_in_header_line,
 )
-from overturning.records.formats.header import EARTHQUAKE, Fields, HeaderFields
+from overturning.records.formats.header import EARTHQUAKE_FIELDS, HeaderFieldPatterns, HeaderFields
 from overturning.records.formats.lines import FLOAT, TextLines, decorator_for_reading_all_components
 from overturning.units import GAL, STANDARD_GRAVITY
 
@@ -32,17 +32,17 @@ UNITS: Final = {"g": STANDARD_GRAVITY, "g/10": 0.1 * STANDARD_GRAVITY} | dict.fr
     ("cm/sec2", "cm/sec/sec", "cms/sec/sec", "cm/s2", "gal"), GAL
 )
 END: Final = re.compile(r"^\s*(/&|-{3,}\s*END OF DATA|END OF DATA)", re.IGNORECASE)
-CLOCK: Final = r"(\d+)/\s*(\d+)/\s*(\d+),?\s*(\d+):\s*(\d+):\s*([\d.]+)\s*(?:UTC|GMT)"
-FIELDS: Final[Fields] = {
-    **EARTHQUAKE,
+TIME_PATTERN: Final = r"(\d+)/\s*(\d+)/\s*(\d+),?\s*(\d+):\s*(\d+):\s*([\d.]+)\s*(?:UTC|GMT)"
+FIELDS: Final[HeaderFieldPatterns] = {
+    **EARTHQUAKE_FIELDS,
     "CHAN with the axis": r"^\s*(?:.*\s)?CHAN\s*(\d+):\s*([^\s,]+)",
     "coordinates": rf"\bSTATION\s+(?:ID|NO)\b.*?({FLOAT})\s*([NS]),?\s*({FLOAT})\s*([EW])",
     "station": r"STATION\s+(?:ID\.?|NO\.?)\s*(\S+)",
     "channel": r"^\s*CHAN\s*\d+:\s*(.*)",
     "event": r"^\s*R(?:e?co?rd) of (.*?)(?:\s{3,}|\(|$)|^\s*(.*\bEARTHQUAKE\b.*?)(?:\s{3,}|\(|$)",
     "magnitude": rf"^\s*HYPOCENTER\b.*\bML\s*[=:]\s*({FLOAT})",
-    "start": rf"START TIME:\s*{CLOCK}",
-    "trigger": rf"TRIGGER TIME:\s*{CLOCK}",
+    "start": rf"START TIME:\s*{TIME_PATTERN}",
+    "trigger": rf"TRIGGER TIME:\s*{TIME_PATTERN}",
     "processed by": r"\bPROCESSED:[\s\d/,]*([A-Z][A-Z./&]+(?: \d+)?)(?=[\s,]|$)",
     "renadic": "(UNIVERSIDAD DE CHILE - RENADIC)",
     # Two corner frequencies, or two ramps; the inner ends of the ramps bound the pass band.
@@ -51,18 +51,18 @@ FIELDS: Final[Fields] = {
     "record length": rf"RECORD LENGTH\s*=\s*({FLOAT})",
     "unit of the pairs": r"UNITS OF .*SEC AND (G/10|G|CM/SEC/SEC|CM/SEC2)(?=[.,;\s]|$)",
 }
-LOCAL_CLOCKS: Final = re.compile(r"\b(QDR|SSA-?[12]|SMA(-?1)?)\b", re.IGNORECASE)
+RECORDERS_WITHOUT_SATELLITE_CLOCK: Final = re.compile(r"\b(QDR|SSA-?[12]|SMA(-?1)?)\b", re.IGNORECASE)
 """Recorders of RENADIC without a satellite clock."""
-LONGEST_MEMORY: Final = timedelta(seconds=120)
+MAX_PRE_EVENT_MEMORY: Final = timedelta(seconds=120)
 """Longest pre-event memory of a recorder."""
-OWN_NAMES: Final = ("CSMIP", "CGS", "CDMG", "DMG", "OSMS")
+FORMAT_AGENCY_NAMES: Final = ("CSMIP", "CGS", "CDMG", "DMG", "OSMS")
 """Names under which the agency of this format signs its files; other names are those of other agencies."""
-PEAK: Final = {
+PEAK_PATTERN_BY_VOLUME: Final = {
     1: rf"MAX\s*=\s*({FLOAT})\s*(g\b)",
     2: rf"PEAK ACCELERATION\s*=\s*({FLOAT})\s*(g\b|cms?/sec/sec|cm/sec2|cm/s2|gal)",
 }
 """Pattern of the peak and its unit for each volume."""
-DATA: Final[Fields] = {
+DATA_LINE_FIELDS: Final[HeaderFieldPatterns] = {
     "number of samples": r"^\s*(\d+)\s+(?:points of\s+)?accel",
     "rate": rf"at\s+({FLOAT})\s*(?:pts|points|samples)\s*/\s*sec",
     "rate or interval": rf"at\s+(?:equal\S*\s+)?({FLOAT})\s*sec",
@@ -86,23 +86,23 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     channel_lines = replace(channel_lines, lines=channel_lines.lines[:end])
     text_lines = 13 if volume == 1 else 25
     header = HeaderFields.find_fields(
-        channel_lines, {**FIELDS, "peak": PEAK[volume]}, text_lines, min_lines=text_lines + 14
+        channel_lines, {**FIELDS, "peak": PEAK_PATTERN_BY_VOLUME[volume]}, text_lines, min_lines=text_lines + 14
     )
     at = header.line_index_of_field("CHAN with the axis")
-    number, axis = header.found["CHAN with the axis"][1].groups()
+    number, axis = header.line_and_match_by_field["CHAN with the axis"][1].groups()
     # Volume 2 names the axis in its first line too; only the channel's own line states the sensor's location.
     channel = header.field_text("channel")
     if channel and parse_axis_direction(channel.split()[0].rstrip(",")) != parse_axis_direction(axis):
-        why = f"axis {channel.split()[0]!r}, but line {channel_lines.before + at + 1} says {axis!r}"
+        why = f"axis {channel.split()[0]!r}, but line {channel_lines.preceding_line_count + at + 1} says {axis!r}"
         raise header.line_error("channel", f"{why}; find out which, and correct the file")
     whole = channel_lines.read_fixed_width_integers(text_lines, width=5, per_line=16, count=100)
     code = int(whole[26])
     # The code alone does not define the sense: RENADIC codes V as 500 without stating that it points up.
-    senses = {} if parse_axis_direction(axis) == UNKNOWN else CODED_SENSES
+    senses = {} if parse_axis_direction(axis) == UNKNOWN_DIRECTION else VERTICAL_DIRECTION_BY_FILM_CODE
     direction = axis_direction_from_name_or_code(
         axis, senses.get(code, direction_from_azimuth_code(code)), partial(channel_lines.line_error, at)
     )
-    introduced = re.compile(str(DATA["number of samples"]), re.IGNORECASE)
+    introduced = re.compile(str(DATA_LINE_FIELDS["number of samples"]), re.IGNORECASE)
     data_at = next((i for i in range(text_lines + 7, end) if introduced.match(channel_lines.lines[i])), 0)
     samples, interval, notes = (
         _read_evenly_spaced_samples(channel_lines, data_at, header)
@@ -121,7 +121,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         origin = None
         latitude, longitude = (latitude, longitude) if latitude or longitude else (None, None)
     signed = header.field_text("processed by") if volume == 2 else ""
-    by = {"processed_by": signed} if signed and signed.upper() not in OWN_NAMES else {}
+    by = {"processed_by": signed} if signed and signed.upper() not in FORMAT_AGENCY_NAMES else {}
     filtered = header.field_pattern_match("filter") if volume == 2 else None
     agency = {"agency_processing": f"band-pass filter {filtered[1]} to {filtered[2]} Hz"} if filtered else {}
     component = header.create_component(
@@ -131,11 +131,11 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         interval,
         start=start,
         station=station,
-        origin=origin,
+        origin_time=origin,
         coordinates=(latitude, longitude),
         sensor=classify_as_surface_or_borehole(location_text=channel),
-        location=sensor_location_in_header_line(channel),
-        peak=header.field_peak_acceleration("peak", UNITS[_header_peak_unit(header)], signed=True)
+        sensor_location=sensor_location_in_header_line(channel),
+        header_peak=header.field_peak_acceleration("peak", UNITS[_header_peak_unit(header)], signed=True)
         if header.field_text("peak")
         else None,
         processed=volume == 2,
@@ -154,12 +154,12 @@ def _start_time_of_renadic_file(header: HeaderFields, stated_origin: datetime | 
     sample. Recorders without a satellite clock have local time there, although the header says GMT, or 1980-01-01.
     """
     trigger = header.utc_time_of_month_day_year_field("trigger")
-    if trigger is None or stated_origin is None or LOCAL_CLOCKS.search(header.lines[4]):
+    if trigger is None or stated_origin is None or RECORDERS_WITHOUT_SATELLITE_CLOCK.search(header.lines[4]):
         return None
     if (trigger.year, trigger.month, trigger.day) == (1980, 1, 1):
         return None
     start = stated_origin.replace(microsecond=trigger.microsecond)
-    return start if timedelta() <= trigger - start <= LONGEST_MEMORY else None
+    return start if timedelta() <= trigger - start <= MAX_PRE_EVENT_MEMORY else None
 
 
 def _header_peak_unit(header: HeaderFields) -> str:
@@ -174,9 +174,11 @@ def _read_evenly_spaced_samples(
     """Return samples at constant intervals, m/s², their sampling interval, s, and notes on surplus lines."""
     data = HeaderFields.find_fields(
         replace(
-            channel_lines, lines=channel_lines.lines[data_line_index:], before=channel_lines.before + data_line_index
+            channel_lines,
+            lines=channel_lines.lines[data_line_index:],
+            preceding_line_count=channel_lines.preceding_line_count + data_line_index,
         ),
-        DATA,
+        DATA_LINE_FIELDS,
         1,
     )
     rate = data.optional_field_number("rate")

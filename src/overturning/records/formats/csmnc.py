@@ -15,18 +15,18 @@ from overturning.records.component import (
     classify_as_surface_or_borehole,
     parse_axis_direction,
 )
-from overturning.records.formats.header import Fields, HeaderFields, parse_time_as_utc
+from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields, parse_time_as_utc
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
 BEIJING: Final = timedelta(hours=8)
-CLOCK: Final = r"(\d{4}-\d+-\d+\s+\d+:\d+:\d+(?:\.\d+)?)\s*BTM"
-CLOCKS: Final = ("%Y-%m-%d %H:%M:%S", "%Y-%m-%d %H:%M:%S.%f")
+TIME_PATTERN: Final = r"(\d{4}-\d+-\d+\s+\d+:\d+:\d+(?:\.\d+)?)\s*BTM"
+TIME_FORMATS: Final = ("%Y-%m-%d %H:%M:%S", "%Y-%m-%d %H:%M:%S.%f")
 PLACE: Final = rf"({FLOAT})\s*([NS])[,\s]+({FLOAT})\s*([EW])"
 AXES: Final[dict[str, AxisDirection]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
-FIELDS: Final[Fields] = {
-    "origin": (1, rf"{CLOCK}\s*$"),
+FIELDS: Final[HeaderFieldPatterns] = {
+    "origin": (1, rf"{TIME_PATTERN}\s*$"),
     "event": (2, "(.*)"),
     "epicentre": rf"^\s*EPICENTER\s+{PLACE}",
     "depth": rf"^\s*EPICENTER\b.*\bDEPTH\s*({FLOAT})\s*KM",
@@ -40,16 +40,16 @@ FIELDS: Final[Fields] = {
     "interval": rf"EQUALLY SPACED INTERVALS OF:\s*({FLOAT})\s*SEC",
     "peak": rf"PEAK VALUE:\s*({FLOAT})",
     "duration": rf"DURATION:\s*({FLOAT})\s*SEC",
-    "start": rf"RECORDER TIME:\s*{CLOCK}",
+    "start": rf"RECORDER TIME:\s*{TIME_PATTERN}",
     "the line CSMNC": r"^\s*(CSMNC)\s*$",
 }
-ACCELERATION: Final = r"(UN)?CORRECTED ACCELERATION\s+UNIT:\s*(CM/SEC/SEC|GAL)\s*$"
+ACCELERATION_LINE_PATTERN: Final = r"(UN)?CORRECTED ACCELERATION\s+UNIT:\s*(CM/SEC/SEC|GAL)\s*$"
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the one component of a CSMNC file (China), as a list; a RecordError names the line of an error."""
     header = HeaderFields.find_fields(source_file, FIELDS, 20, min_lines=17)
-    header.check_field_pattern("quantity", ACCELERATION, "acceleration in CM/SEC/SEC")
+    header.check_field_pattern("quantity", ACCELERATION_LINE_PATTERN, "acceleration in CM/SEC/SEC")
     axis = header.field_text("COMP. with the axis")
     samples, notes = header.cut_to_stated_count(
         "NO. OF POINTS", header.read_all_numbers(header.line_index_of_field("the line CSMNC") + 1)
@@ -62,11 +62,13 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             AXES.get(axis.upper(), parse_axis_direction(axis)),
             samples * GAL,
             interval,
-            start=header.field_utc_time("start", *CLOCKS, utc_offset=BEIJING) if header.field_text("start") else None,
-            origin=parse_time_as_utc(header.field_text("origin"), *CLOCKS, utc_offset=BEIJING),
-            peak=header.field_peak_acceleration("peak", GAL) if header.field_text("peak") else None,
+            start=header.field_utc_time("start", *TIME_FORMATS, utc_offset=BEIJING)
+            if header.field_text("start")
+            else None,
+            origin_time=parse_time_as_utc(header.field_text("origin"), *TIME_FORMATS, utc_offset=BEIJING),
+            header_peak=header.field_peak_acceleration("peak", GAL) if header.field_text("peak") else None,
             sensor=classify_as_surface_or_borehole(location_text=header.field_text("observing point")),
-            location=" ".join(header.field_text("observing point").split()),
+            sensor_location=" ".join(header.field_text("observing point").split()),
             processed=header.field_text("quantity").upper().startswith("CORRECTED"),
             extra=header.number_fields_as_metadata({"depth_km": "depth"}),
             notes=notes,

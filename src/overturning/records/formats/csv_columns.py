@@ -9,10 +9,10 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError, RecordRefusalReasons
-from overturning.records.component import UNKNOWN, RecordComponent, parse_axis_direction
+from overturning.records.component import UNKNOWN_DIRECTION, RecordComponent, parse_axis_direction
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.headings import (
-    SECONDS,
+    SECONDS_BY_TIME_UNIT,
     first_number_line_index,
     heading_mismatch_notes_and_refusal,
     read_heading_cells,
@@ -20,7 +20,7 @@ from overturning.records.formats.headings import (
 )
 from overturning.records.formats.lines import TextLines
 from overturning.records.source import SourceFile
-from overturning.units import UNITS
+from overturning.units import ACCELERATION_UNITS
 
 
 def read_components(source_file: SourceFile, declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
@@ -53,7 +53,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
     for index, (word, unit) in enumerate(columns):
         if word == "time":
             interval = _checked_sampling_interval(
-                lines, first, rows[:, index] * SECONDS[unit], declared_properties.sampling_interval_s
+                lines, first, rows[:, index] * SECONDS_BY_TIME_UNIT[unit], declared_properties.sampling_interval_s
             )
     extra = {"declared": declared_properties.declared_sample_property_texts}
     return [
@@ -61,13 +61,13 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
             source_file,
             word,
             parse_axis_direction(word),
-            rows[:, index] * UNITS[unit],
+            rows[:, index] * ACCELERATION_UNITS[unit],
             interval,
             processed=declared_properties.processed,
             unit=unit,
             extra=extra,
             notes=notes,
-            sisters=sisters,
+            declared_record_key=sisters,
         )
         for index, (word, unit) in enumerate(columns)
         if word not in ("time", "skip")
@@ -131,9 +131,9 @@ def _parse_axes_and_units(columns_text: str, file_name: str) -> list[tuple[str, 
     columns = []
     for word in columns_text.split():
         axis, _, unit = word.rpartition(":") if ":" in word else (word, "", "")
-        if axis.lower() == "skip" or (axis.lower() == "time" and unit in SECONDS):
+        if axis.lower() == "skip" or (axis.lower() == "time" and unit in SECONDS_BY_TIME_UNIT):
             columns.append((axis.lower(), unit))
-        elif unit.lower() in UNITS and parse_axis_direction(axis) != UNKNOWN:
+        elif unit.lower() in ACCELERATION_UNITS and parse_axis_direction(axis) != UNKNOWN_DIRECTION:
             columns.append((axis, unit.lower()))
         elif not columns and re.search(r"[,;]", word):
             raise RecordError(
@@ -142,7 +142,7 @@ def _parse_axes_and_units(columns_text: str, file_name: str) -> list[tuple[str, 
         else:
             raise RecordError(
                 f"{file_name}: column {word!r}; declare time:s, skip, or axis:unit with an axis such as north, N28W, "
-                f"270, up and a unit of {', '.join(UNITS)}"
+                f"270, up and a unit of {', '.join(ACCELERATION_UNITS)}"
             )
     return columns
 
@@ -199,7 +199,9 @@ def _read_number_rows(
     return values, next(iter(texts)), notes
 
 
-_MARKS: Final = frozenset(float(f"{'9' * whole}.{'9' * decimals}") for whole in range(3, 7) for decimals in range(4))
+_MISSING_SAMPLE_MARKERS: Final = frozenset(
+    float(f"{'9' * whole}.{'9' * decimals}") for whole in range(3, 7) for decimals in range(4)
+)
 """Numbers that programs write in place of a missing sample, such as 999.99, with either sign."""
 
 
@@ -210,7 +212,7 @@ def _missing_sample_marker(samples: FloatArray) -> float:
     """
     sizes = np.unique(np.abs(samples))
     largest = float(sizes[-1])
-    return largest if largest in _MARKS and (sizes.size == 1 or sizes[-2] < 0.5 * largest) else 0.0
+    return largest if largest in _MISSING_SAMPLE_MARKERS and (sizes.size == 1 or sizes[-2] < 0.5 * largest) else 0.0
 
 
 def _read_axis_with_several_samples_per_line(

@@ -10,7 +10,7 @@ from datetime import timedelta
 from typing import Final
 
 from overturning.records.component import AxisDirection, HeaderPeak, RecordComponent
-from overturning.records.formats.header import Fields, HeaderFields, parse_time_as_utc
+from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields, parse_time_as_utc
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -29,7 +29,7 @@ KEYS: Final = (
     *("StationCode", "StationLongitude(E)", "StationLatitude(N)", "StartTime(GMT+08)", "RecordLength(sec)"),
     *("SampleRate(Hz)", "AmplitudeUnit", "DataSequence", *(f"AmplitudeMAX. {letter}" for letter in "UNE"), "Data"),
 )
-FIELDS: Final[Fields] = {key: rf"^#{re.escape(key)}\s*:(.*)" for key in KEYS}
+FIELDS: Final[HeaderFieldPatterns] = {key: rf"^#{re.escape(key)}\s*:(.*)" for key in KEYS}
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
@@ -42,7 +42,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     if not sequence.startswith("Time") or sorted(axis[0] for axis in columns) != ["E", "N", "U"]:
         why = f"columns {sequence!r}; known are Time U(+); N(+); E(+) in any order and sign"
         raise header.line_error("DataSequence", why)
-    interval = header.field_sampling_interval("SampleRate(Hz)")
+    interval = header.sampling_interval_of_rate_field("SampleRate(Hz)")
     values = header.read_number_rows(first, 1 + len(columns))
     expected = round(header.field_number("RecordLength(sec)") / interval)
     # Some files have the sample at the end of the record, some do not.
@@ -58,9 +58,11 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             start=header.field_utc_time("StartTime(GMT+08)", "%Y/%m/%d-%H:%M:%S.%f", utc_offset=TAIWAN),
             station=header.field_text("StationCode"),
             event=f"earthquake of {header.field_text('Origin Time(GMT+08)')} (GMT+8)",
-            origin=parse_time_as_utc(header.field_text("Origin Time(GMT+08)"), "%Y/%m/%d-%H:%M:%S", utc_offset=TAIWAN),
+            origin_time=parse_time_as_utc(
+                header.field_text("Origin Time(GMT+08)"), "%Y/%m/%d-%H:%M:%S", utc_offset=TAIWAN
+            ),
             coordinates=(header.field_number("StationLatitude(N)"), header.field_number("StationLongitude(E)")),
-            peak=_read_header_peak(header, f"AmplitudeMAX. {axis[0]}"),
+            header_peak=_read_header_peak(header, f"AmplitudeMAX. {axis[0]}"),
             epicentre=(
                 header.optional_field_number("EpicenterLatitude(N)"),
                 header.optional_field_number("EpicenterLongitude(E)"),

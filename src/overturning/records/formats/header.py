@@ -13,14 +13,14 @@ from overturning.records.component import AxisDirection, HeaderPeak, RecordCompo
 from overturning.records.formats.lines import FLOAT, TextLines
 from overturning.records.source import SourceFile
 
-Fields = Mapping[str, str | tuple[int, str]]
+HeaderFieldPatterns = Mapping[str, str | tuple[int, str]]
 """Fields of a header by name: a pattern that is searched for in all lines, or a line's index from 0 and its pattern.
 
 The first group of the pattern is the field's text. A field with a line index is required; any other field raises an
 error only when a caller needs it.
 """
 
-EARTHQUAKE: Final[Fields] = {
+EARTHQUAKE_FIELDS: Final[HeaderFieldPatterns] = {
     "origin": r"\bORIGIN(?:\s*\([^)]*\))?:\s*(\d+/\s*\d+/\s*\d+,?\s+\d+:\s*\d+:\s*\d+)[\d.]*\s*(?:UTC|GMT)",
     "origin minute": r"\b(\d{1,2}\s+[A-Z]{3,9}\.?,?\s+\d{4})\s*-\s*(\d{2}):?(\d{2})\s*(?:UTC|GMT)",
     "hypocentre": rf"\bHYPOCENTER(?:\s*\([^)]*\))?:\s*({FLOAT})\s*([NS]?)(?:,\s*|\s+)({FLOAT})\s*([EW]?)",
@@ -30,11 +30,11 @@ EARTHQUAKE: Final[Fields] = {
 Headers of other agencies in the format of CSMIP state the minute alone: ``15 OCT 1979 - 2317 UTC``.
 """
 
-PLACE: Final = r"(\d+) +(\d+) +(\d+) *([NS]),? +(\d+) +(\d+) +(\d+) *([EW])"
+DEGREE_MINUTE_SECOND_PATTERN: Final = r"(\d+) +(\d+) +(\d+) *([NS]),? +(\d+) +(\d+) +(\d+) *([EW])"
 """Pattern of latitude and longitude in degrees, minutes and seconds."""
 
 
-FIRST_YEAR: Final = 33
+FIRST_TWO_DIGIT_YEAR_OF_1900S: Final = 33
 """Smallest two-digit year that means 19xx: the first accelerogram was recorded in 1933."""
 
 
@@ -69,11 +69,16 @@ def parse_time_as_utc(time_text: str, *time_patterns: str, utc_offset: timedelta
 class HeaderFields(TextLines):
     """Header of a text file: its lines, and for each field the line number and the matched text."""
 
-    found: Mapping[str, tuple[int, re.Match[str]]] = field(default_factory=dict)
+    line_and_match_by_field: Mapping[str, tuple[int, re.Match[str]]] = field(default_factory=dict)
 
     @classmethod
     def find_fields(
-        cls, lines: TextLines | SourceFile, field_patterns: Fields, max_lines: int = 500, *, min_lines: int = 0
+        cls,
+        lines: TextLines | SourceFile,
+        field_patterns: HeaderFieldPatterns,
+        max_lines: int = 500,
+        *,
+        min_lines: int = 0,
     ) -> "HeaderFields":
         """Find the header fields by their patterns (regular expressions) in the first ``max_lines`` lines.
 
@@ -92,18 +97,18 @@ class HeaderFields(TextLines):
             else:
                 if at is not None:
                     raise lines.line_error(at, f"{line.strip()[:60]!r} where {name} belongs; get the file again")
-        return cls(lines.source, lines.lines, lines.before, found)
+        return cls(lines.source, lines.lines, lines.preceding_line_count, found)
 
     def line_index_of_field(self, field_name: str) -> int:
         """Return the line index of a header field; raise a RecordError if the header lacks the field."""
-        if field_name not in self.found:
+        if field_name not in self.line_and_match_by_field:
             why = f"no {field_name} in the header that begins here; the file is cut or of another kind: get it again"
             raise super().line_error(0, why)
-        return self.found[field_name][0]
+        return self.line_and_match_by_field[field_name][0]
 
     def field_pattern_match(self, field_name: str) -> re.Match[str] | None:
         """Return the match of a header field with its regular expression; None if the header lacks the field."""
-        return self.found[field_name][1] if field_name in self.found else None
+        return self.line_and_match_by_field[field_name][1] if field_name in self.line_and_match_by_field else None
 
     def field_text(self, field_name: str) -> str:
         """Return the text of a header field; "" if the header lacks the field."""
@@ -128,7 +133,7 @@ class HeaderFields(TextLines):
         """Return the number in a header field; None if the field is missing or blank."""
         return self.field_number(field_name) if self.field_text(field_name) else None
 
-    def field_sampling_interval(self, field_name: str, text_part: str | None = None) -> float:
+    def sampling_interval_of_rate_field(self, field_name: str, text_part: str | None = None) -> float:
         """Return the sampling interval, s, from the sampling rate, Hz, in a header field (or in `text_part`)."""
         return self.sampling_interval_of_rate(
             self.field_number(field_name, text_part), self.line_index_of_field(field_name)
@@ -157,7 +162,7 @@ class HeaderFields(TextLines):
             abs(number) * unit_size,
             last_digit_resolution(stated) * unit_size,
             after_mean,
-            self.before + self.line_index_of_field(field_name) + 1,
+            self.preceding_line_count + self.line_index_of_field(field_name) + 1,
             -1 if number < 0 else int(signed and number > 0),
         )
 
@@ -181,7 +186,7 @@ class HeaderFields(TextLines):
         if match is None:
             return None
         month, day, year, hour, minute = (int(match[i]) for i in range(1, 6))
-        year += 0 if year > 99 else 1900 if year >= FIRST_YEAR else 2000
+        year += 0 if year > 99 else 1900 if year >= FIRST_TWO_DIGIT_YEAR_OF_1900S else 2000
         return self.utc_time(
             self.line_index_of_field(field_name),
             (year, month, day),
@@ -193,7 +198,8 @@ class HeaderFields(TextLines):
     def field_coordinates(self, field_name: str) -> tuple[float, float] | tuple[None, None]:
         """Return the latitude and longitude, degrees, in a header field; (None, None) if the field is missing.
 
-        The field has the groups number, N or S, number, E or W, or the eight groups of `PLACE` (rounded to 1e-5°).
+        The field has the groups number, N or S, number, E or W, or the eight groups of `DEGREE_MINUTE_SECOND_PATTERN`
+        (rounded to 1e-5°).
         """
         match = self.field_pattern_match(field_name)
         if match is None or match[1] is None:
@@ -209,7 +215,7 @@ class HeaderFields(TextLines):
         """Return origin time (UTC; or None) and epicentre (as metadata for `Record.extra`; or {}) of the earthquake."""
         stated = re.sub(r"\s+|,", "", re.sub(r",?\s+(?=\d+:)", "-", self.field_text("origin")))
         origin = parse_time_as_utc(stated, "%Y/%m/%d-%H:%M:%S", "%m/%d/%Y-%H:%M:%S", "%m/%d/%y-%H:%M:%S")
-        if origin and origin.year >= 2000 + FIRST_YEAR:  # Python reads years up to 68 as 20xx.
+        if origin and origin.year >= 2000 + FIRST_TWO_DIGIT_YEAR_OF_1900S:  # Python reads years up to 68 as 20xx.
             origin = origin.replace(year=origin.year - 100)
         if origin is None and (minute := self.field_pattern_match("origin minute")):
             day, month, year = re.split(r"[.,\s]+", minute[1])

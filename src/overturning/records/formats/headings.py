@@ -4,15 +4,20 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from overturning.records.component import UNKNOWN, AxisDirection, direction_from_channel_code, parse_axis_direction
+from overturning.records.component import (
+    UNKNOWN_DIRECTION,
+    AxisDirection,
+    direction_from_channel_code,
+    parse_axis_direction,
+)
 from overturning.records.formats.lines import FLOAT
-from overturning.units import UNITS
+from overturning.units import ACCELERATION_UNITS
 
-SECONDS: Final = {"s": 1.0, "ms": 1e-3}
+SECONDS_BY_TIME_UNIT: Final = {"s": 1.0, "ms": 1e-3}
 NUMBER: Final = re.compile(rf"{FLOAT}|[+-]?(nan|inf|infinity)", re.IGNORECASE)
 """Cell with letters that is a number (``1e-3``) or stands for a missing one (``nan``), not a heading."""
 
-_QUANTITIES: Final = (
+_OTHER_QUANTITY_PATTERNS: Final = (
     (
         "velocity",
         r"(?<![a-z])[mc]?m(/s|s-1)(?![/a-z0-9.*-])|(?<![a-z])(vel(oc(ity)?)?|kine?)(?![a-z])"
@@ -23,10 +28,10 @@ _QUANTITIES: Final = (
 )
 """Quantities other than acceleration, with the pattern of their units and words in a normalised heading."""
 
-_SEED: Final = re.compile("[A-Z][A-Z][NEZ]")
+_CHANNEL_CODE_PATTERN: Final = re.compile("[A-Z][A-Z][NEZ]")
 """SEED channel code of a known direction, such as ``HNE``."""
 
-_PREFIXED: Final = re.compile("(?:acc|a)-?([NEZU]|N-?S|E-?W|U-?D|north|east|up)", re.IGNORECASE)
+_PREFIXED_AXIS_PATTERN: Final = re.compile("(?:acc|a)-?([NEZU]|N-?S|E-?W|U-?D|north|east|up)", re.IGNORECASE)
 """Axis after an abbreviation of acceleration: ``aN``, ``accEW``."""
 
 _STATED_UNIT: Final = re.compile(
@@ -78,18 +83,18 @@ def _split_heading_line(line: str, separator: str | None, column_count: int) -> 
 
 
 def axis_direction_in_column_heading(heading: str) -> AxisDirection:
-    """Return the axis direction in a column heading such as ``HNE`` or ``Acc.E-W (gal)``; else `UNKNOWN`."""
-    if (whole := parse_axis_direction(heading.partition("(")[0].partition("[")[0])) != UNKNOWN:
+    """Return the axis direction in a column heading such as ``HNE`` or ``Acc.E-W (gal)``; else `UNKNOWN_DIRECTION`."""
+    if (whole := parse_axis_direction(heading.partition("(")[0].partition("[")[0])) != UNKNOWN_DIRECTION:
         return whole
     named = set[AxisDirection]()
     for word in re.split(r"[\s_.:,()\[\]]+", heading):
-        prefixed = _PREFIXED.fullmatch(word)
-        if _SEED.fullmatch(word.upper()) and len(word) == 3:
+        prefixed = _PREFIXED_AXIS_PATTERN.fullmatch(word)
+        if _CHANNEL_CODE_PATTERN.fullmatch(word.upper()) and len(word) == 3:
             named.add(direction_from_channel_code(word))
         elif re.search("[A-Za-z]", word) and word != "s":  # "s" stands for seconds, not south.
             named.add(parse_axis_direction(prefixed[1] if prefixed else word))
-    named.discard(UNKNOWN)
-    return named.pop() if len(named) == 1 else UNKNOWN
+    named.discard(UNKNOWN_DIRECTION)
+    return named.pop() if len(named) == 1 else UNKNOWN_DIRECTION
 
 
 def unit_mismatch_notes_and_refusal(
@@ -118,8 +123,8 @@ def unit_mismatch_notes_and_refusal(
         if what and "acc" not in plain:
             others.append(f"the line {text[:60]!r} says {what}, {' and '.join(sorted(units))} is declared")
             continue
-        named = next((word for word in stated if word in UNITS), "")
-        if named and any(UNITS[named] != UNITS[unit] for unit in units):
+        named = next((word for word in stated if word in ACCELERATION_UNITS), "")
+        if named and any(ACCELERATION_UNITS[named] != ACCELERATION_UNITS[unit] for unit in units):
             taken = f"columns are taken in {' and '.join(sorted(units))}, as declared"
             notes.append(f"{file_name}: the line {text[:60]!r} names {named}; {taken}")
     return tuple(dict.fromkeys(notes)), "; ".join(dict.fromkeys(others))
@@ -145,11 +150,11 @@ def heading_mismatch_notes_and_refusal(
     for cells in headings:
         for text, (word, unit) in zip(cells, declared_columns, strict=True):
             axis, _, rest = text.strip("\"'# ").replace("[", "(").partition("(")
-            known: Mapping[str, float] = SECONDS if word == "time" else UNITS
+            known: Mapping[str, float] = SECONDS_BY_TIME_UNIT if word == "time" else ACCELERATION_UNITS
             # A second line of headings may hold units only.
             named = _normalise_heading(rest or axis).rstrip(")] ").replace("seconds", "s").replace("sec", "s")
             other_axis = word != "time" and axis_direction_in_column_heading(text.strip("\"'# ")) not in (
-                UNKNOWN,
+                UNKNOWN_DIRECTION,
                 parse_axis_direction(word),
             )
             if word == "skip":
@@ -164,4 +169,4 @@ def heading_mismatch_notes_and_refusal(
 def _quantity_other_than_acceleration(heading: str) -> str:
     """Return the quantity in a column heading if it is not acceleration, such as "velocity"; else ""."""
     plain = _normalise_heading(heading)
-    return next((what for what, pattern in _QUANTITIES if re.search(pattern, plain)), "")
+    return next((what for what, pattern in _OTHER_QUANTITY_PATTERNS if re.search(pattern, plain)), "")

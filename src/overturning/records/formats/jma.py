@@ -12,15 +12,15 @@ from datetime import timedelta
 from typing import Final
 
 from overturning.records.component import AxisDirection, RecordComponent
-from overturning.records.formats.header import Fields, HeaderFields
+from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
 JAPAN: Final = timedelta(hours=9)
 AXES: Final[dict[str, AxisDirection]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
-CLOCKS: Final = ("%Y %m %d %H %M %S", "%Y %m %d %H %M %S.%f", "%y %m %d %H %M %S", "%y %m %d %H %M %S.%f")
-FIELDS: Final[Fields] = {
+TIME_FORMATS: Final = ("%Y %m %d %H %M %S", "%Y %m %d %H %M %S.%f", "%y %m %d %H %M %S", "%y %m %d %H %M %S.%f")
+FIELDS: Final[HeaderFieldPatterns] = {
     "SITE CODE": r"^\s*SITE CODE\s*=\s*([^,]*)",
     "LAT.": rf"^\s*LAT\.?\s*=\s*({FLOAT})",
     "LON.": rf"^\s*LON\.?\s*=\s*({FLOAT})",
@@ -54,8 +54,8 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             axis,
             AXES[axis],
             values[:, column] * GAL,
-            header.field_sampling_interval("SAMPLING RATE"),
-            start=header.field_utc_time("INITIAL TIME", *CLOCKS, utc_offset=JAPAN),
+            header.sampling_interval_of_rate_field("SAMPLING RATE"),
+            start=header.field_utc_time("INITIAL TIME", *TIME_FORMATS, utc_offset=JAPAN),
             station=station,
             coordinates=(header.field_number("LAT."), header.field_number("LON.")),
         )

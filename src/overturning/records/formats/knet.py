@@ -10,8 +10,8 @@ from datetime import timedelta
 from typing import Final
 
 from overturning.arrays import FloatArray
-from overturning.records.component import RecordComponent, Sensor
-from overturning.records.formats.header import Fields, HeaderFields, parse_time_as_utc
+from overturning.records.component import RecordComponent, SensorPosition
+from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields, parse_time_as_utc
 from overturning.records.formats.lines import TextLines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -22,26 +22,26 @@ KEYS: Final = (
     *("Max. Acc. (gal)", "Last Correction", "Memo."),
 )
 """Keys of the header's lines, in order."""
-FIELDS: Final[Fields] = {key: (line, rf"^{re.escape(key)}(.*)") for line, key in enumerate(KEYS)}
+FIELDS: Final[HeaderFieldPatterns] = {key: (line, rf"^{re.escape(key)}(.*)") for line, key in enumerate(KEYS)}
 
-EARTHQUAKE: Final = {
+METADATA_NAME_BY_HEADER_KEY: Final = {
     "Mag.": "magnitude", "Depth. (km)": "depth_km", "Lat.": "event_latitude", "Long.": "event_longitude",
 }  # fmt: skip
-_SENSORS: Final[tuple[tuple[tuple[str, ...], str, Sensor], ...]] = (
+_DIRECTION_CODES_BY_SENSOR: Final[tuple[tuple[tuple[str, ...], str, SensorPosition], ...]] = (
     (("N-S", "E-W", "U-D"), "", "surface"),
     (("1", "2", "3"), "1", "borehole"),
     (("4", "5", "6"), "2", "surface"),
 )
-AXES: Final[dict[str, tuple[str, float | None, int, Sensor]]] = {
+AXES: Final[dict[str, tuple[str, float | None, int, SensorPosition]]] = {
     code: (f"{axis}{number}", azimuth, vertical, sensor)
-    for codes, number, sensor in _SENSORS
+    for codes, number, sensor in _DIRECTION_CODES_BY_SENSOR
     for code, (axis, azimuth, vertical) in zip(codes, (("NS", 0.0, 0), ("EW", 90.0, 0), ("UD", None, 1)), strict=True)
 }
 """File extension, azimuth (degrees), vertical sense and sensor for each direction code."""
 
-CLOCK: Final = "%Y/%m/%d %H:%M:%S"
+TIME_FORMAT: Final = "%Y/%m/%d %H:%M:%S"
 JAPAN: Final = timedelta(hours=9)
-DELAY: Final = timedelta(seconds=15)
+TRIGGER_DELAY: Final = timedelta(seconds=15)
 """Time of the trigger after the first sample; the header states the time of the trigger."""
 
 
@@ -55,19 +55,19 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
         raise header.line_error(
             "Station Code", f"station code {station!r}; it has 3 to 7 letters and digits: correct it"
         )
-    interval = header.field_sampling_interval(
+    interval = header.sampling_interval_of_rate_field(
         "Sampling Freq(Hz)", header.field_text("Sampling Freq(Hz)").removesuffix("Hz")
     )
     direction = header.field_text("Dir.")
     if direction not in AXES:
         raise header.line_error("Dir.", f"direction {direction!r}; known are {', '.join(AXES)}: correct it")
     extension, azimuth, vertical, sensor = AXES[direction]
-    named = source_file.suffix.upper()
+    named = source_file.extension.upper()
     if named != extension and named in [known for known, *_ in AXES.values()]:
         why = f"direction {direction!r} in a file named .{named}; components are swapped: give the file its right name"
         raise header.line_error("Dir.", why)
-    start = header.field_utc_time("Record Time", CLOCK, utc_offset=JAPAN + DELAY)
-    known = {name: header.field_text(key) for key, name in EARTHQUAKE.items()}
+    start = header.field_utc_time("Record Time", TIME_FORMAT, utc_offset=JAPAN + TRIGGER_DELAY)
+    known = {name: header.field_text(key) for key, name in METADATA_NAME_BY_HEADER_KEY.items()}
     counts = _read_digitiser_counts(header)
     expected = round(header.field_number("Duration Time(s)") / interval)
     counts, notes = header.cut_to_stated_count("Duration Time(s)", counts, str(expected))
@@ -78,13 +78,13 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             counts * _acceleration_per_count(header),
             interval,
             # The record table may give `kik-net` for both networks.
-            format="k-net" if direction in _SENSORS[0][0] else "kik-net",
+            format="k-net" if direction in _DIRECTION_CODES_BY_SENSOR[0][0] else "kik-net",
             start=start,
             station=station,
             event=header.field_text("Origin Time") + " JST",
-            origin=parse_time_as_utc(header.field_text("Origin Time"), CLOCK, utc_offset=JAPAN),
+            origin_time=parse_time_as_utc(header.field_text("Origin Time"), TIME_FORMAT, utc_offset=JAPAN),
             coordinates=(header.field_number("Station Lat."), header.field_number("Station Long.")),
-            peak=header.field_peak_acceleration("Max. Acc. (gal)", GAL, after_mean=True),
+            header_peak=header.field_peak_acceleration("Max. Acc. (gal)", GAL, after_mean=True),
             sensor=sensor,
             # An unknown magnitude is blank.
             extra={name: float(text) for name, text in known.items() if re.fullmatch(r"[+-]?\d+(\.\d+)?", text)},

@@ -21,7 +21,7 @@ from overturning.records.source import SourceFile
 
 FLOAT: Final = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?"
 _NUMBER: Final = re.compile(rf"\s*({FLOAT})\s*")
-_ALLOWED: Final = set("0123456789+-.eE ")
+_NUMBER_CHARACTERS: Final = set("0123456789+-.eE ")
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class TextLines:
 
     source: SourceFile
     lines: Sequence[str]
-    before: int = 0  # number of lines of the file before these
+    preceding_line_count: int = 0  # number of lines of the file before these
 
     @property
     def ends_with_newline(self) -> bool:
@@ -39,7 +39,7 @@ class TextLines:
 
     def line_error(self, line_index: int, problem: str) -> RecordError:
         """Return an error with the file name, the line number and a description of the problem."""
-        return RecordError(f"{self.source.name} line {self.before + line_index + 1}: {problem}")
+        return RecordError(f"{self.source.name} line {self.preceding_line_count + line_index + 1}: {problem}")
 
     def parse_number(self, text: str, line_index: int, quantity_label: str) -> float:
         """Parse a text as one finite number; raise a RecordError for other text, such as blanks, ``nan`` or ``***``."""
@@ -104,7 +104,9 @@ class TextLines:
         RecordError.
         """
         end = first_line
-        while end < len(self.lines) and self.lines[end].strip() and not set(self.lines[end].rstrip()) - _ALLOWED:
+        while (
+            end < len(self.lines) and self.lines[end].strip() and not set(self.lines[end].rstrip()) - _NUMBER_CHARACTERS
+        ):
             end += 1
         if ends_file and any(line.strip() for line in self.lines[end:]):
             raise self.line_error(
@@ -201,7 +203,7 @@ class TextLines:
         """Convert the texts in cells of lines, given by line index, to numbers; return a one-dimensional array."""
         words = [word for cells in cells_by_line.values() for word in cells]
         # Python also accepts "nan", "inf" and "1_000", which no format allows.
-        if not set("".join(words)) - _ALLOWED:
+        if not set("".join(words)) - _NUMBER_CHARACTERS:
             with suppress(ValueError):
                 return np.array(words, dtype=np.float64)
         numbers = [

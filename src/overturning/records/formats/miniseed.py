@@ -23,13 +23,13 @@ from overturning.records.formats.stationxml import (
     read_stationxml_inventory,
 )
 from overturning.records.source import SourceFile
-from overturning.units import UNITS
+from overturning.units import ACCELERATION_UNITS
 
 LONGEST_TAPER: Final = 5.0
 """Longest taper at each end before a response is removed, s."""
-BLANK: Final = "--"
+BLANK_LOCATION_CODE: Final = "--"
 """Written form of a blank location code; it distinguishes sensors like any other code."""
-FULL_SCALE: Final = 0.01
+VELOCITY_SENSOR_FULL_SCALE_M_S: Final = 0.01
 """Velocity at which most velocity sensors reach the end of their range, m/s."""
 
 
@@ -104,13 +104,13 @@ def _component_of_trace(
         code, epoch.direction, f"{channel}: the StationXML states no azimuth and dip"
     )
     # The code does not replace a direction that the StationXML calls unknown.
-    direction, coded = (epoch.direction, ()) if epoch.not_oriented else (direction, coded)
+    direction, coded = (epoch.direction, ()) if epoch.is_orientation_unknown else (direction, coded)
     notes = [*channel_direction_mismatch_notes(code, direction, "the StationXML"), *coded, *epoch.notes]
     samples, removed = np.asarray(trace.data, dtype=np.float64) / epoch.gain, "gain"
     if scale is not None:
         samples *= scale
     else:
-        if (speed := 0.5 * float(np.ptp(samples))) > FULL_SCALE:
+        if (speed := 0.5 * float(np.ptp(samples))) > VELOCITY_SENSOR_FULL_SCALE_M_S:
             what = f"channel {code} of a velocity sensor reaches {100 * speed:.2g} cm/s"
             notes += [f"{what}: most saturate from 1 or 2 cm/s on, and their acceleration is wrong then; look at it"]
         response, changed = normalise_filter_coefficient_sums(epoch.channel.response, channel)
@@ -126,9 +126,9 @@ def _component_of_trace(
         station=trace.stats.station,
         coordinates=(epoch.channel.latitude, epoch.channel.longitude),
         sensor=classify_as_surface_or_borehole(epoch.channel.depth),
-        location=trace.stats.location or BLANK,
+        sensor_location=trace.stats.location or BLANK_LOCATION_CODE,
         unit=declared_properties.unit
-        if declared_properties.unit and UNITS.get(declared_properties.unit) == scale
+        if declared_properties.unit and ACCELERATION_UNITS.get(declared_properties.unit) == scale
         else "",
         extra={"removed": removed, "network": trace.stats.network} | epoch.trusted_contradictions_metadata,
         notes=tuple(notes),

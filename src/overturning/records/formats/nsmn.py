@@ -8,7 +8,7 @@ import re
 from typing import Final
 
 from overturning.records.component import RecordComponent
-from overturning.records.formats.header import Fields, HeaderFields, parse_time_as_utc
+from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields, parse_time_as_utc
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -16,7 +16,7 @@ from overturning.units import GAL
 AXES: Final = {"N-S": (0.0, 0), "E-W": (90.0, 0), "U-D": (None, 1)}
 HEADER_LINES: Final = 18
 PLACE: Final = rf":\s*(?:$|({FLOAT})\s*(N)\s*-\s*({FLOAT})\s*(E))"
-FIELDS: Final[Fields] = {
+FIELDS: Final[HeaderFieldPatterns] = {
     "origin": (2, ":(.*)"),
     "an epicentre like 40.84N-31.15E": (3, PLACE),
     "station": (6, ":(.*)"),
@@ -50,13 +50,13 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
                 ),
                 event=f"earthquake of {header.field_text('origin')}",
                 # Files of about 2017 have the year first here, but not in the time of the record.
-                origin=parse_time_as_utc(
+                origin_time=parse_time_as_utc(
                     re.sub(r"(:\d+:\d+).*", r"\1", header.field_text("origin")),
                     "%d/%m/%Y %H:%M:%S",
                     "%Y/%m/%d %H:%M:%S",
                 ),
                 coordinates=header.field_coordinates("a place like 40.84N-31.15E"),
-                peak=header.field_peak_acceleration("PGA in Gal (no other unit is read)", GAL, stated[1]),
+                header_peak=header.field_peak_acceleration("PGA in Gal (no other unit is read)", GAL, stated[1]),
                 epicentre=header.field_coordinates("an epicentre like 40.84N-31.15E"),
                 notes=notes,
             )

@@ -8,12 +8,12 @@ import re
 from typing import Any, Final
 
 from overturning.records.component import RecordComponent, direction_with_channel_code_fallback, parse_axis_direction
-from overturning.records.formats.header import Fields, HeaderFields
+from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
-FIELDS: Final[Fields] = {
+FIELDS: Final[HeaderFieldPatterns] = {
     "names": (1, "(.*)"),
     "ACCELERATION IN UNITS OF G (as in .AT2 files)": (2, r"(ACCELERATION.*UNITS OF G)(?![\w/*])"),
     "corners": rf"HP=\s*({FLOAT})\s*Hz\s+LP=\s*({FLOAT})\s*Hz",
@@ -21,7 +21,7 @@ FIELDS: Final[Fields] = {
     "DT": (3, rf"({FLOAT})\s+NPTS\s*,\s*DT|DT\s*=\s*({FLOAT})"),
 }
 
-BOREHOLE: Final = re.compile("(NS|EW|UD)1", re.IGNORECASE)
+BOREHOLE_AXIS_PATTERN: Final = re.compile("(NS|EW|UD)1", re.IGNORECASE)
 """Axis names of KiK-net's borehole sensor; the names of its surface sensor end with 2."""
 
 
@@ -42,5 +42,5 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
         axis, parse_axis_direction(axis), f"{source_file.name}: its header states no azimuth"
     )
     more: Any = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered}
-    more |= {"notes": (*notes, *coded), "sensor": "borehole" if BOREHOLE.fullmatch(axis) else "surface"}
+    more |= {"notes": (*notes, *coded), "sensor": "borehole" if BOREHOLE_AXIS_PATTERN.fullmatch(axis) else "surface"}
     return [header.create_component(axis, direction, samples * STANDARD_GRAVITY, header.field_number("DT"), **more)]

@@ -20,14 +20,19 @@ from overturning.records.formats.header import epicentre_metadata
 from overturning.records.formats.miniseed import read_obspy_stream, stream_components_in_m_s2
 from overturning.records.formats.stationxml import inventory_has_channel_of_trace, read_stationxml_inventory
 from overturning.records.source import SourceFile
-from overturning.units import UNITS
+from overturning.units import ACCELERATION_UNITS
 
 UNDEFINED: Final = -12345.0
 
-NOT_ACCELERATION: Final[dict[float | None, str]] = {6.0: "displacement", 7.0: "velocity", 50.0: "volts"}
+OTHER_QUANTITY_BY_IDEP: Final[dict[float | None, str]] = {6.0: "displacement", 7.0: "velocity", 50.0: "volts"}
 """Quantity for each value of SAC's IDEP that is not acceleration."""
 
-NO_SERIES: Final[dict[float | None, str]] = {2.0: "a spectrum", 3.0: "a spectrum", 4.0: "x and y", 51.0: "x, y and z"}
+OTHER_CONTENT_BY_IFTYPE: Final[dict[float | None, str]] = {
+    2.0: "a spectrum",
+    3.0: "a spectrum",
+    4.0: "x and y",
+    51.0: "x, y and z",
+}
 """Content for each value of SAC's IFTYPE that is not a time series."""
 
 
@@ -43,7 +48,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
     stream = read_obspy_stream(source_file, "SAC", checksize=True)
     header = stream[0].stats.sac
     uneven = "samples at uneven times" if header.get("leven") == 0 else ""
-    if what := NO_SERIES.get(header.get("iftype")) or uneven:
+    if what := OTHER_CONTENT_BY_IFTYPE.get(header.get("iftype")) or uneven:
         raise RecordError(f"{source_file.name}: {what} by its header, not evenly sampled acceleration; get that file")
     inventory = read_stationxml_inventory(declared_properties.metadata)
     # With a declared unit, ignore StationXML that does not contain this channel.
@@ -54,7 +59,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
     if declared_properties.unit is None:
         raise RecordError(
             f"{source_file.name}: SAC does not say its unit; declare it (unit in the record table, --unit here: "
-            f"{', '.join(UNITS)}) or give StationXML"
+            f"{', '.join(ACCELERATION_UNITS)}) or give StationXML"
         )
     return [_component_of_trace(stream[0], source_file, declared_properties.unit, declared_properties)]
 
@@ -63,16 +68,17 @@ def _component_of_trace(
     trace: Any, source_file: SourceFile, unit: str, declared_properties: DeclaredFileProperties
 ) -> RecordComponent:
     """Convert a SAC trace of a given unit to a record component, m/s²; a RecordError if it is no acceleration."""
-    header, scale = trace.stats.sac, UNITS[unit]
+    header, scale = trace.stats.sac, ACCELERATION_UNITS[unit]
 
     def header_number(header_key: str) -> float | None:
         """Return a number of the SAC header; None if it is undefined."""
         value = header.get(header_key)
         return None if value is None or value == UNDEFINED else float(value)
 
-    if (kind := header_number("idep")) in NOT_ACCELERATION:
+    if (kind := header_number("idep")) in OTHER_QUANTITY_BY_IDEP:
         raise RecordError(
-            f"{source_file.name}: {NOT_ACCELERATION[kind]} by its header (IDEP {kind:g}); only acceleration is read: "
+            f"{source_file.name}: {OTHER_QUANTITY_BY_IDEP[kind]} by its header (IDEP {kind:g}); "
+            "only acceleration is read: "
             "get that file"
         )
     extremes = [v for key in ("depmin", "depmax") if (v := header_number(key)) is not None and np.isfinite(v)]
@@ -105,11 +111,11 @@ def _component_of_trace(
         start=moment.datetime.replace(tzinfo=UTC) if dated else None,
         station=trace.stats.station,
         event=str(header.get("kevnm", "")).strip(),
-        origin=origin,
+        origin_time=origin,
         coordinates=(header_number("stla"), header_number("stlo")),
-        peak=HeaderPeak.from_signed_acceleration(extreme * scale, 2e-7) if extreme is not None else None,
+        header_peak=HeaderPeak.from_signed_acceleration(extreme * scale, 2e-7) if extreme is not None else None,
         sensor=classify_as_surface_or_borehole(header_number("stdp")),
-        location=trace.stats.location,
+        sensor_location=trace.stats.location,
         processed=bool(declared_properties.processed),
         unit=unit,
         extra={"network": trace.stats.network, "declared": declared_properties.declared_sample_property_texts}

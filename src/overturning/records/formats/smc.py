@@ -23,12 +23,17 @@ from overturning.records.formats.lines import TextLines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
-KINDS: Final = {"1 UNCORRECTED ACCELEROGRAM": False, "2 CORRECTED ACCELEROGRAM": True}
+CORRECTED_BY_FILE_KIND: Final = {"1 UNCORRECTED ACCELEROGRAM": False, "2 CORRECTED ACCELEROGRAM": True}
 TEXT_LINES: Final = 11
 HEADER_LINES: Final = 27
 NULL: Final = -32768
-BRIDGE: Final = {1: "base of a pier", 2: "abutment of a bridge", 3: "deck above a pier", 4: "deck between piers"}
-DAM: Final = {1: "base of a dam", 2: "crest of a dam", 3: "abutment of a dam"}
+BRIDGE_SENSOR_LOCATIONS: Final = {
+    1: "base of a pier",
+    2: "abutment of a bridge",
+    3: "deck above a pier",
+    4: "deck between piers",
+}
+DAM_SENSOR_LOCATIONS: Final = {1: "base of a dam", 2: "crest of a dam", 3: "abutment of a dam"}
 """Location of a sensor on a bridge (integer 27) or a dam (integer 28)."""
 
 
@@ -37,7 +42,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     text = TextLines(source_file, source_file.lines)
     lines = text.lines
     kind = lines[0].strip()
-    if kind not in KINDS:
+    if kind not in CORRECTED_BY_FILE_KIND:
         raise text.line_error(0, f"{kind!r}; only accelerograms are read (kinds 1 and 2): get that file")
     text.check_header_length(HEADER_LINES)
     whole = text.read_fixed_width_integers(TEXT_LINES, width=10, per_line=8, count=48)
@@ -60,13 +65,15 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             interval,
             start=_utc_time_of_first_sample(whole, text),
             station=(station[1] if station else "") or lines[2].strip(),
-            origin=parse_time_as_utc(" ".join(lines[3].split()[:4]), "%Y %m %d %H%M"),
+            origin_time=parse_time_as_utc(" ".join(lines[3].split()[:4]), "%Y %m %d %H%M"),
             event=re.sub(r"^\s*\d+\s+\d+\s+\d+\s+\d*\s*", "", lines[3]).strip(),
             coordinates=(known.get(10), known.get(11)),
             # The header has seven digits, the data have five: they may differ by half a unit of the data's last digit.
-            peak=HeaderPeak.from_signed_acceleration(extreme * GAL, 1e-4, line=23) if extreme is not None else None,
-            location=_sensor_location_in_structure(whole),
-            processed=KINDS[kind],
+            header_peak=HeaderPeak.from_signed_acceleration(extreme * GAL, 1e-4, line=23)
+            if extreme is not None
+            else None,
+            sensor_location=_sensor_location_in_structure(whole),
+            processed=CORRECTED_BY_FILE_KIND[kind],
             extra={"magnitude": known[5]} if 5 in known else {},
             notes=(*notes, *inclined, *_flagged_problem_and_longitude_notes(source_file.name, whole, known)),
         )
@@ -106,7 +113,7 @@ def _sensor_location_in_structure(header_integers: np.ndarray) -> str:
     floor, bridge, dam = (int(header_integers[i]) for i in (24, 26, 27))
     if 0 < floor < 200:
         return f"{floor}{({1: 'st', 2: 'nd', 3: 'rd'}).get(floor, 'th')} floor"
-    return BRIDGE.get(bridge, DAM.get(dam, ""))
+    return BRIDGE_SENSOR_LOCATIONS.get(bridge, DAM_SENSOR_LOCATIONS.get(dam, ""))
 
 
 def _flagged_problem_and_longitude_notes(

@@ -10,13 +10,16 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.component import UNKNOWN, AxisDirection, direction_from_azimuth_and_dip
+from overturning.records.component import UNKNOWN_DIRECTION, AxisDirection, direction_from_azimuth_and_dip
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
 
-_LENGTHS: Final = {"M": 1.0, "CM": GAL, "MM": 1e-3, "UM": 1e-6, "NM": 1e-9}
-_SCALES: Final = {f"{length}/S2": scale for length, scale in _LENGTHS.items()} | {"GAL": GAL, "G": STANDARD_GRAVITY}
+_METRES_BY_LENGTH_UNIT: Final = {"M": 1.0, "CM": GAL, "MM": 1e-3, "UM": 1e-6, "NM": 1e-9}
+_M_S2_BY_ACCELERATION_UNIT: Final = {f"{length}/S2": scale for length, scale in _METRES_BY_LENGTH_UNIT.items()} | {
+    "GAL": GAL,
+    "G": STANDARD_GRAVITY,
+}
 
 MAX_GAIN_DIFFERENCE: Final = 0.05
 """Largest relative difference of a channel's gain from the product of its stages; evalresp warns from there on."""
@@ -24,7 +27,7 @@ MAX_GAIN_DIFFERENCE: Final = 0.05
 MAX_VELOCITY_GAIN_DIFFERENCE: Final = 1.0
 """Like `MAX_GAIN_DIFFERENCE`, for a velocity sensor, whose stages may state their gains at different frequencies."""
 
-MAX_SILENT_GAIN_DIFFERENCE: Final = 0.005
+MAX_GAIN_DIFFERENCE_WITHOUT_NOTE: Final = 0.005
 """Largest difference of a gain from its stages without a note; header peaks may differ as much from the samples."""
 
 MAX_RATE_DIFFERENCE: Final = 0.01
@@ -52,7 +55,7 @@ def normalise_unit(unit_text: str) -> str:
 
 def acceleration_unit_in_m_s2(unit: str) -> float | None:
     """Return the factor from a unit of acceleration to m/s²; None for any other unit."""
-    return _SCALES.get(normalise_unit(unit))
+    return _M_S2_BY_ACCELERATION_UNIT.get(normalise_unit(unit))
 
 
 def is_metre_per_second(unit: str) -> bool:
@@ -87,14 +90,14 @@ class ChannelEpoch:
     unit: str  # as written, without blanks around it
     gain: float  # counts per unit; negative where the polarity is reversed
     direction: AxisDirection
-    not_oriented: bool  # whether a text of the channel says that its orientation is not known
+    is_orientation_unknown: bool  # whether a text of the channel says that its orientation is not known
     notes: tuple[str, ...]
-    trusted: tuple[str, ...]  # contradictions that --trust-data goes on over
+    trusted_contradictions: tuple[str, ...]  # contradictions that --trust-data goes on over
 
     @property
     def trusted_contradictions_metadata(self) -> dict[str, tuple[str, ...]]:
         """Return contradictions in the StationXML that the user accepts, as metadata of a component; {} if none."""
-        return {"trusted": self.trusted} if self.trusted else {}
+        return {"trusted": self.trusted_contradictions} if self.trusted_contradictions else {}
 
 
 def find_channel_epoch(
@@ -108,21 +111,21 @@ def find_channel_epoch(
     name = f"{source_file.name}: channel {trace.id}"
     trusted: list[str] = []
 
-    def report_contradiction(contradiction: str, remedy: str) -> None:
+    def refuse_or_store_contradiction(contradiction: str, remedy: str) -> None:
         """Raise a RecordError for a contradiction; if the user trusts the data, only store the contradiction."""
         if not declared_properties.trust_data:
             raise RecordError(f"{name} {contradiction}; {remedy}, or say --trust-data")
         trusted.append(f"{name} {contradiction}")
 
-    channel = _channel_at_trace_start(trace, inventory, name, report_contradiction)
+    channel = _channel_at_trace_start(trace, inventory, name, refuse_or_store_contradiction)
     rate, stated = float(trace.stats.sampling_rate), float(channel.sample_rate or 0.0)
     if stated and abs(rate / stated - 1.0) > MAX_RATE_DIFFERENCE:
-        report_contradiction(
+        refuse_or_store_contradiction(
             f"is sampled at {rate:g} Hz, but at {stated:g} Hz in the StationXML", "get the StationXML of that time"
         )
     gain, unit = _channel_gain_and_unit(channel, name)
-    notes = _compare_gain_with_stage_gains(channel.response, gain, unit, name, report_contradiction)
-    _check_first_stage_unit(channel.response, unit, report_contradiction)
+    notes = _compare_gain_with_stage_gains(channel.response, gain, unit, name, refuse_or_store_contradiction)
+    _check_first_stage_unit(channel.response, unit, refuse_or_store_contradiction)
     direction, unknown, inclined = _channel_direction(channel, name)
     notes += inclined
     if unknown:
@@ -183,7 +186,7 @@ def _compare_gain_with_stage_gains(
     stated = f"has a gain of {gain:g} in the StationXML, whose stages make {made:g}"
     if difference > (MAX_VELOCITY_GAIN_DIFFERENCE if is_metre_per_second(unit) else MAX_GAIN_DIFFERENCE):
         report_contradiction(stated, "find out which is right")
-    elif difference > MAX_SILENT_GAIN_DIFFERENCE:
+    elif difference > MAX_GAIN_DIFFERENCE_WITHOUT_NOTE:
         used = "the stages" if is_metre_per_second(unit) else f"{gain:g}"
         return (f"{channel_label} {stated}, a difference of {100 * difference:.2g} %; computed with {used}",)
     return ()
@@ -230,7 +233,7 @@ def _stage_gain_and_difference(response: Any, gain: float) -> tuple[float, float
     return min(pairs, key=lambda pair: pair[1])
 
 
-_ANGULAR_PER_HERTZ: Final = {"LAPLACE (RADIANS/SECOND)": 2.0 * np.pi, "LAPLACE (HERTZ)": 1.0}
+_LAPLACE_VARIABLE_AT_1_HZ: Final = {"LAPLACE (RADIANS/SECOND)": 2.0 * np.pi, "LAPLACE (HERTZ)": 1.0}
 """Imaginary part of the Laplace variable at 1 Hz, by type of transfer function."""
 
 
@@ -240,7 +243,7 @@ def _stage_gain_ratio(stage: Any, frequency: float | None) -> float:
     The ratio is 1 for a stage without analogue poles and zeros, or where one of the two frequencies is not stated or
     has no gain.
     """
-    scale = _ANGULAR_PER_HERTZ.get(getattr(stage, "pz_transfer_function_type", ""))
+    scale = _LAPLACE_VARIABLE_AT_1_HZ.get(getattr(stage, "pz_transfer_function_type", ""))
     if scale is None or not frequency or not stage.stage_gain_frequency:
         return 1.0
     laplace = 1j * scale * np.array([frequency, stage.stage_gain_frequency])
@@ -317,4 +320,4 @@ def _channel_direction(channel: Any, channel_label: str) -> tuple[AxisDirection,
     texts = [channel.description, *(comment.value for comment in channel.comments)]
     texts += [channel.sensor.description] if channel.sensor else []
     unknown = next((text for text in texts if text and _UNKNOWN_ORIENTATION.search(text)), "")
-    return UNKNOWN if unknown else direction, unknown, notes
+    return UNKNOWN_DIRECTION if unknown else direction, unknown, notes

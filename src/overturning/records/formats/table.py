@@ -1,7 +1,7 @@
 """Table of file formats. A new format needs a module with a function ``read_components`` and a line here.
 
-Its tests need a line of ``FORMS`` (tests/records/written.py), which checks numbers, header, peak and damaged files, and
-the header of a file (tests/records/headers).
+Its tests need a line of ``TEXT_FORMATS_WITH_WRITERS`` (tests/records/written.py), which checks numbers, header, peak
+and damaged files, and the header of a file (tests/records/headers).
 """
 
 import re
@@ -36,7 +36,7 @@ from overturning.records.formats import (
     unam,
     usc,
 )
-from overturning.records.source import LEADING_BYTES, OTHER_PACKINGS, SourceFile
+from overturning.records.source import LEADING_BYTES, UNSUPPORTED_ARCHIVE_BY_FIRST_BYTES, SourceFile
 
 _READER_ERRORS: Final = (ValueError, LookupError, OverflowError, MemoryError, TypeError, ZeroDivisionError)
 
@@ -47,19 +47,19 @@ class RecordFileFormat:
 
     name: str
     title: str
-    begins: bytes | Callable[[bytes], bool]  # pattern at the first byte, or predicate of the bytes
+    content_pattern_or_test: bytes | Callable[[bytes], bool]  # pattern at the first byte, or predicate of the bytes
     reader: (
         Callable[[SourceFile], list[RecordComponent]]
         | Callable[[SourceFile, DeclaredFileProperties], list[RecordComponent]]
     )
-    agency: str = ""  # that processed the processed files; "" if the file names it
-    declared: bool = False  # True if the reader needs declarations, because files are incomplete
+    processing_agency: str = ""  # that processed the processed files; "" if the file names it
+    needs_declarations: bool = False  # True if the reader needs declarations, because files are incomplete
 
     def matches_file(self, source_file: SourceFile) -> bool:
         """Return True if the content of a file is in this format."""
-        if callable(self.begins):
-            return self.begins(source_file.data)
-        return bool(re.match(self.begins, source_file.first_bytes))
+        if callable(self.content_pattern_or_test):
+            return self.content_pattern_or_test(source_file.data)
+        return bool(re.match(self.content_pattern_or_test, source_file.first_bytes))
 
     def read_components(
         self, source_file: SourceFile, declared_properties: DeclaredFileProperties
@@ -70,14 +70,16 @@ class RecordFileFormat:
             # the range of floats becomes infinite, which `RecordComponent` refuses.
             with warnings.catch_warnings(record=True) as caught, np.errstate(over="ignore"):
                 warnings.simplefilter("always")
-                found = self.reader(*((source_file, declared_properties) if self.declared else (source_file,)))
+                found = self.reader(
+                    *((source_file, declared_properties) if self.needs_declarations else (source_file,))
+                )
         except RecordError:
             raise
         except _READER_ERRORS as problem:
             # An unforeseen error of a reader becomes an error that names the file.
             what = f"damaged {self.title} file ({type(problem).__name__}: {problem})"
             raise RecordError(f"{source_file.name}: {what}; get it again") from problem
-        by = {"processed_by": self.agency} if self.agency else {}
+        by = {"processed_by": self.processing_agency} if self.processing_agency else {}
         told = _obspy_warning_notes(caught, source_file.name)
         damaged = tuple(note for note in told if "integrity" in note)
         if damaged and not declared_properties.trust_data:
@@ -123,7 +125,7 @@ _JMA: Final = rb"(?is)\s*SITE CODE *=.{,900}[\r\n] *INITIAL TIME *="
 _CISMID: Final = rb"(?s).{,600}CISMID.{,600}[\r\n]1\. INFORMATION ABOUT THE SEISMIC STATION"
 _ASA: Final = rb"(?is).*ARCHIVO ESTANDAR DE ACELERACION"
 
-_NO_ACCELERATION: Final = re.compile(
+_NO_ACCELERATION_PATTERN: Final = re.compile(
     rb"\s*(RESPONSE\b[^\n]{,80}SPECTR|FOURIER\b|(UN)?CORRECTED (VELOC|DISPL)|[3-6] [A-Z ]*(VELOC|DISPL|SPECTR))"
     rb"|[^\n]*PEER[^\n]*\n[^\n]*\n\s*(VELOC|DISPL)"
     rb"|(?s:EVENT_(NAME|ID):.{,1500}\nDATA_TYPE: (?!ACCELERATION))",
@@ -132,7 +134,7 @@ _NO_ACCELERATION: Final = re.compile(
 """Beginning of files of velocity, displacement or spectra, which agencies deliver with acceleration."""
 
 
-NO_ACCELERATION: Final = "it holds no acceleration"
+NO_ACCELERATION_REASON: Final = "it holds no acceleration"
 """Reason why a file that `holds_no_acceleration` accepts is skipped."""
 
 
@@ -140,7 +142,7 @@ def holds_no_acceleration(source_file: SourceFile) -> bool:
     """Return True if a file seems to hold velocities, displacements, spectra or search results, not acceleration."""
     if source_file.name.lower() == "_searchresults.csv":
         return True
-    return bool(_NO_ACCELERATION.match(re.sub(rb"\r+\n", b"\n", source_file.first_bytes)))
+    return bool(_NO_ACCELERATION_PATTERN.match(re.sub(rb"\r+\n", b"\n", source_file.first_bytes)))
 
 
 FORMATS: Final = (
@@ -168,11 +170,15 @@ FORMATS: Final = (
     RecordFileFormat("jma", "JMA CSV (Japan)", _JMA, jma.read_components),
     RecordFileFormat("cismid", "CISMID (Peru)", _CISMID, cismid.read_components, "CISMID"),
     RecordFileFormat(
-        "miniseed", "MiniSEED with StationXML", rb"\d{6}[DRQM][ \x00]", miniseed.read_components, declared=True
+        "miniseed",
+        "MiniSEED with StationXML",
+        rb"\d{6}[DRQM][ \x00]",
+        miniseed.read_components,
+        needs_declarations=True,
     ),
-    RecordFileFormat("sac", "SAC", _is_sac_file, sac.read_components, declared=True),
+    RecordFileFormat("sac", "SAC", _is_sac_file, sac.read_components, needs_declarations=True),
     # Never found by content: columns of numbers do not name their axes or units.
-    RecordFileFormat("csv", "columns as declared", rb"(?!)", csv_columns.read_components, declared=True),
+    RecordFileFormat("csv", "columns as declared", rb"(?!)", csv_columns.read_components, needs_declarations=True),
 )
 """Formats in the order in which they are tried; the first that recognises a file reads it."""
 
@@ -199,7 +205,9 @@ def detect_format(source_file: SourceFile) -> RecordFileFormat:
     if source_file.data[:400].lstrip(LEADING_BYTES).startswith(b"<"):
         why = "a web page or XML, not a record; sign in where you downloaded it, and get it again"
         raise RecordError(f"{source_file.name}: {why}")
-    if kind := next((kind for begin, kind in OTHER_PACKINGS.items() if source_file.data.startswith(begin)), ""):
+    if kind := next(
+        (kind for begin, kind in UNSUPPORTED_ARCHIVE_BY_FIRST_BYTES.items() if source_file.data.startswith(begin)), ""
+    ):
         raise RecordError(f"{source_file.name}: packed by {kind}, which is not read; unpack it first")
     raise RecordError(
         f"{source_file.name}: the format is not recognised; known are {', '.join(f.name for f in FORMATS)} "

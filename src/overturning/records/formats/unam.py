@@ -9,13 +9,13 @@ import re
 from datetime import datetime, timedelta
 from typing import Final
 
-from overturning.records.component import UNKNOWN, RecordComponent, parse_axis_direction
-from overturning.records.formats.header import Fields, HeaderFields, signed_coordinate_from_hemisphere
+from overturning.records.component import UNKNOWN_DIRECTION, RecordComponent, parse_axis_direction
+from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields, signed_coordinate_from_hemisphere
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
-FIELDS: Final[Fields] = {
+FIELDS: Final[HeaderFieldPatterns] = {
     "CLAVE DE LA ESTACION": r"^\s*CLAVE DE LA ESTACION\s*:(.*)",
     "COORDENADAS DE LA ESTACION": r"^\s*COORDENADAS DE LA ESTACION\s*:(.*)",
     "ORIENTACION": r"^\s*ORIENTACION C1-C6[^:]*:(.*)",
@@ -65,15 +65,15 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
         header.create_component(
             axis,
             # The sense of a vertical axis is unknown, even of +V.
-            UNKNOWN if "V" in axis.upper() else parse_axis_direction(axis),
+            UNKNOWN_DIRECTION if "V" in axis.upper() else parse_axis_direction(axis),
             stated[column][0][:, column] * GAL,
             header.field_number("INTERVALO DE MUESTREO", intervals[column]),
             start=start,
             station=header.field_text("CLAVE DE LA ESTACION"),
             event=f"earthquake of {header.field_text('FECHA DEL SISMO')} {header.field_text('HORA EPICENTRO')} GMT",
-            origin=origin,
+            origin_time=origin,
             coordinates=_station_coordinates(header),
-            peak=header.field_peak_acceleration("ACEL. MAX.", GAL, peaks[column], signed=True)
+            header_peak=header.field_peak_acceleration("ACEL. MAX.", GAL, peaks[column], signed=True)
             if column < len(peaks)
             else None,
             notes=stated[column][1],

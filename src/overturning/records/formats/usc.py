@@ -15,33 +15,38 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.records.component import (
-    CODED_SENSES,
+    VERTICAL_DIRECTION_BY_FILM_CODE,
     RecordComponent,
     axis_direction_from_name_or_code,
     direction_from_azimuth_code,
 )
-from overturning.records.formats.header import PLACE, Fields, HeaderFields, parse_time_as_utc
+from overturning.records.formats.header import (
+    DEGREE_MINUTE_SECOND_PATTERN,
+    HeaderFieldPatterns,
+    HeaderFields,
+    parse_time_as_utc,
+)
 from overturning.records.formats.lines import FLOAT, TextLines, decorator_for_reading_all_components
 from overturning.units import STANDARD_GRAVITY
 
 TEXT_LINES: Final = 13
-FIELDS: Final[Fields] = {
+FIELDS: Final[HeaderFieldPatterns] = {
     "origin": (2, r"^(\w{3} +\d+, *\d{4} +-?\d{4} +GMT)|^"),
     "station": (4, r"^STATION USC# *(\d+)"),
-    "coordinates": (4, rf"{PLACE}|$"),
+    "coordinates": (4, rf"{DEGREE_MINUTE_SECOND_PATTERN}|$"),
     "site": (5, r"^(.{1,72})"),
     "COMP": (6, r"^COMP +(\S+)"),
     "event": (7, r"^(.{1,72})"),
-    "epicentre": rf"^EPICENTER\D+{PLACE}",
+    "epicentre": rf"^EPICENTER\D+{DEGREE_MINUTE_SECOND_PATTERN}",
     "NO. OF POINTS": (10, r"^NO\. OF POINTS *= *(\d+)"),
     "DURATION": (10, rf"DURATION *= *({FLOAT})"),
     "UNITS ARE SEC AND G/10 (no other is read)": (11, r"^(UNITS ARE SEC AND G/10)\b"),
 }
-INTERVAL: Final = 0.005
+RESAMPLED_INTERVAL_S: Final = 0.005
 """Sampling interval after resampling of uneven times, s; the instruments record up to 25 Hz."""
-FINER: Final = 5
+OVERSAMPLING_FACTOR: Final = 5
 """Oversampling factor of the cubic interpolation before the anti-alias filter."""
-LONGEST_GAP: Final = 0.1
+MAX_TIME_BETWEEN_SAMPLES_S: Final = 0.1
 """Longest time between two samples, s; the instruments have periods of 0.04 s."""
 
 
@@ -79,14 +84,14 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         header.field_text("COMP"),
         axis_direction_from_name_or_code(
             header.field_text("COMP"),
-            CODED_SENSES.get(code, direction_from_azimuth_code(code)),
+            VERTICAL_DIRECTION_BY_FILM_CODE.get(code, direction_from_azimuth_code(code)),
             partial(header.line_error, "COMP"),
         ),
         samples,
         interval,
         station=f"USC {header.field_text('station')}, {header.field_text('site')}",
-        origin=parse_time_as_utc(re.sub("[-,]", " ", header.field_text("origin")), "%b %d %Y %H%M GMT"),
-        film=True,
+        origin_time=parse_time_as_utc(re.sub("[-,]", " ", header.field_text("origin")), "%b %d %Y %H%M GMT"),
+        is_from_film=True,
         extra={"magnitude": float(real[11])} if real[11] > 0 else {},
         notes=(*notes, *resampled),
     ), end + ends
@@ -97,9 +102,9 @@ def _samples_at_constant_time_intervals(
 ) -> tuple[FloatArray, float, tuple[str, ...]]:
     """Return samples at constant time intervals, the interval (s), and a note if samples had to be resampled."""
     steps = np.diff(time)
-    wrong = np.flatnonzero([time[0] != 0, *(steps <= 0) | (steps > LONGEST_GAP)])
+    wrong = np.flatnonzero([time[0] != 0, *(steps <= 0) | (steps > MAX_TIME_BETWEEN_SAMPLES_S)])
     if wrong.size:
-        why = f"time {time[wrong[0]]:g} s; times begin at 0 and rise by at most {LONGEST_GAP:g} s"
+        why = f"time {time[wrong[0]]:g} s; times begin at 0 and rise by at most {MAX_TIME_BETWEEN_SAMPLES_S:g} s"
         raise channel_lines.line_error(first_line + int(wrong[0]) // values_per_line, f"{why}: get the file again")
     mean = float(steps.mean())
     even = round(mean, 3)
@@ -108,11 +113,14 @@ def _samples_at_constant_time_intervals(
     from scipy.interpolate import PchipInterpolator
     from scipy.signal import resample_poly
 
-    fine = np.arange(int(time[-1] / INTERVAL * FINER + 1e-6) + 1) * (INTERVAL / FINER)
-    out = resample_poly(PchipInterpolator(time, samples)(fine), 1, FINER, padtype="line")
+    fine = np.arange(int(time[-1] / RESAMPLED_INTERVAL_S * OVERSAMPLING_FACTOR + 1e-6) + 1) * (
+        RESAMPLED_INTERVAL_S / OVERSAMPLING_FACTOR
+    )
+    out = resample_poly(PchipInterpolator(time, samples)(fine), 1, OVERSAMPLING_FACTOR, padtype="line")
     note = (
         f"{channel_lines.source.name}: uneven times, {1e3 * mean:.1f} ms apart on average and "
-        f"{1e3 * steps.max():.0f} ms at most, resampled to {1e3 * INTERVAL:g} ms (monotone cubic, anti-alias filter at "
-        f"{0.5 / INTERVAL:g} Hz)"
+        f"{1e3 * steps.max():.0f} ms at most, resampled to {1e3 * RESAMPLED_INTERVAL_S:g} ms "
+        "(monotone cubic, anti-alias filter at "
+        f"{0.5 / RESAMPLED_INTERVAL_S:g} Hz)"
     )
-    return np.ascontiguousarray(out, dtype=np.float64), INTERVAL, (note,)
+    return np.ascontiguousarray(out, dtype=np.float64), RESAMPLED_INTERVAL_S, (note,)

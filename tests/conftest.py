@@ -75,8 +75,7 @@ def pytest_collection_finish() -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish() -> None:
-    """Look for garbage once at the end; pytest would look at all objects five times in each process."""
-    gc.collect()
+    """Exclude all objects from garbage collection, since pytest would scan them five times at the end."""
     gc.freeze()
 
 

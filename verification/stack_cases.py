@@ -86,7 +86,7 @@ def _draw_stack_case(generator: np.random.Generator, records: list[str], stone_c
 
 
 def least_moving_acceleration(stack: BoxStack) -> float:
-    """Return the least steady acceleration that opens a joint (contact of two stones) or lets it slide, m/s²."""
+    """Return the smallest constant acceleration that opens a joint (contact of two stones) or lets it slide, m/s²."""
     volumes = np.array([math.prod(size) for size in stack.sizes])
     feet = np.array(stack.centre_heights) - 0.5 * np.array([size[2] for size in stack.sizes])
     opens = [

@@ -396,7 +396,7 @@ def test_a_stone_sliding_off_its_pedestal_after_another_fall_has_fallen() -> Non
 
 
 def test_a_stone_that_another_falls_on_has_fallen() -> None:
-    """The falling stone has rotated by 90° high above its neighbour when the motion is already over."""
+    """A stone falls from a pedestal onto a lower one, also if the motion is over before it hits: both have fallen."""
     made = scene_of_elements(
         GROUND,
         PEDESTAL_ELEMENT | {"height": 2.0},

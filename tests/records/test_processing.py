@@ -186,7 +186,7 @@ def test_boore_2001_correction_removes_known_offsets():
 def test_boore_2001_correction_leaves_zero_final_velocity_at_any_sampling(
     interval: float, t1: float, t2: float
 ) -> None:
-    """The fitted line is subtracted from the velocity, so the line through the end of the new one is zero."""
+    """The correction subtracts the line fitted to the end of the velocity: fitted again, this line is zero."""
     time = np.arange(round(60 / interval)) * interval
     pulse = np.where(time < 30, np.sin(2 * np.pi * time) * np.sin(np.pi * time / 30), 0.0)
     tilted = pulse + np.where(time >= 8, 0.01, 0.0)

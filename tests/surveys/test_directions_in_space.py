@@ -84,7 +84,7 @@ def test_a_fall_that_is_impossible_without_background_is_stored_and_reported(
 
 
 def test_each_stone_is_compared_with_falls_of_its_own_face_and_site(tmp_path: Path) -> None:
-    """In the cube stones fall towards the face that the orientation states.
+    """In this cube, each stone falls towards the azimuth of its face, which is the orientation of its case.
 
     A square stone that faces 90° equals one that faces 0°.
     """

@@ -319,7 +319,7 @@ def _count_motions(selected_motions: BoolArray, record_events: StrArray) -> Moti
 def share_of_agreeing_motions(
     agreeing_motions: BoolArray, selected_motions: BoolArray, record_events: StrArray
 ) -> ShareOfMotions:
-    """Return the share of the selected motions that agree with a survey rule, with its 95 % interval.
+    """Return the share of motions that agree with a published rule on shares of fallen stones, and its interval.
 
     Both masks have shape (records, amplitudes). The interval is over earthquakes.
     """

@@ -17,7 +17,7 @@ from tests.dem.polygon_scenes import block_element, load_shipped_scene, motion_t
 
 
 def _scene_with_contact_law(made: Scene, **law: float) -> Scene:
-    """Return the scene with a contact law between stones."""
+    """Return a copy of the scene `made` with the contact law `law` between its stones."""
     return Scene.model_validate(made.model_dump() | {"contacts": [{"between": ("stone", "stone")} | law]})
 
 

@@ -23,7 +23,7 @@ from tests.figures.films import FILM_BASE, film_of_falling_and_rocking_block, ro
 
 
 def unpack_film_numbers(packed: dict[str, Any]) -> np.ndarray:
-    """Return the numbers that a film page stores as base64 text of 16-bit integers."""
+    """Return the numbers that a film page stores as a scale and the base64 text of 16-bit integers."""
     return np.frombuffer(base64.b64decode(packed["data"]), "<i2") * packed["scale"]
 
 

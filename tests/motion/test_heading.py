@@ -41,7 +41,7 @@ def test_the_pulse_wavelet_matches_pywavelets_db4() -> None:
     ("number", "axis", "period"), [(3, 85.73, 3.08), (16, 8.71, 0.79), (21, 80.57, 0.79), (28, 54.19, 12.0)]
 )
 def test_pulse_axes_match_a_wavelet_convolution_in_the_time_domain(number: int, axis: float, period: float) -> None:
-    """Reference: PyWavelets' db4 convolved in time with the velocity, resampled to an interval of at least 0.04 s."""
+    """Reference: PyWavelets' db4 convolved in time with the velocity; only samples at least 0.04 s apart are used."""
     found = strongest_pulse_axis_and_period(near_field_motion_and_component_azimuths(number, pulse=number < 15)[0])
     assert abs((found[0] - axis + 90) % 180 - 90) < 0.2
     assert found[1] == pytest.approx(period, rel=0.01)

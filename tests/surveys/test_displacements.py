@@ -104,7 +104,7 @@ def test_a_stone_is_compared_with_cases_of_its_own_face_size_and_shape(tmp_path:
     assert computed_twist_and_cell_count("A,stands,0,,,1\n")[1] == 2 * 2 * 3, "every size"
 
 
-def test_intervals_of_a_survey_drawn_from_the_cube_contain_its_values(tmp_path: Path) -> None:
+def test_intervals_of_a_survey_drawn_from_a_cube_contain_the_values_of_the_cube(tmp_path: Path) -> None:
     """Stones drawn from the cube itself: the intervals of the observed values hold the computed ones."""
     generator = np.random.default_rng(7)
     shape = tuple(len(one) for one in CUBE_GRID.values())

@@ -145,7 +145,7 @@ def test_fallen_and_standing_stones_bound_the_peak_velocity(inversion_with_known
 
 
 def test_rotating_the_survey_rotates_the_axis_of_the_motion(inversion_with_known_outcomes: SurveyInversion) -> None:
-    def axis_arc_of_rotated_survey(turn: float) -> tuple[float, float]:
+    def axis_arc_middle_and_width_of_rotated_survey(turn: float) -> tuple[float, float]:
         stones = [
             stone_of_round_column(size, (way + turn) % 360, 4)
             for size, way in zip(COLUMN_SIZES, (0, 10, 180), strict=True)
@@ -154,7 +154,7 @@ def test_rotating_the_survey_rotates_the_axis_of_the_motion(inversion_with_known
             inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(stones)
         ).credible_axis_arc_deg()
 
-    first, turned = axis_arc_of_rotated_survey(0), axis_arc_of_rotated_survey(70)
+    first, turned = axis_arc_middle_and_width_of_rotated_survey(0), axis_arc_middle_and_width_of_rotated_survey(70)
     assert abs((first[0] + 90) % 180 - 90) <= 10
     assert turned[1] == first[1]
     assert (turned[0] - first[0]) % 180 == pytest.approx(70)

@@ -70,7 +70,7 @@ def flag_and_azimuth_agreement_with_solver(name: str) -> tuple[float, int, int]:
 
 @pytest.mark.long
 @pytest.mark.parametrize(("name", "azimuths"), [("MuJoCo", 83), ("LMGC90", 84)])
-def test_most_stack_flags_and_fall_azimuths_agree_with_the_solver(name: str, azimuths: int) -> None:
+def test_most_stack_falls_and_fall_azimuths_agree_with_another_solver(name: str, azimuths: int) -> None:
     """At least 98 % of the overturning flags agree, and at least as many fall azimuths as in an earlier measurement."""
     same_flag, agree, both = flag_and_azimuth_agreement_with_solver(name)
     assert same_flag >= 0.98

@@ -38,7 +38,7 @@ LABEL_BY_TEST_SET: Final = {
 """Day and orientation of the tests, by file."""
 
 B_OVER_H_CENTRES: Final = np.geomspace(0.02, 0.6, 50)
-NEIGHBOURHOOD_HEIGHTS_M: Final = np.geomspace(0.01, 1.5, 38)
+NEIGHBOURHOOD_CENTRE_HEIGHTS_M: Final = np.geomspace(0.01, 1.5, 38)
 """Centres of the neighbourhoods, which are as wide as those for the boulder: B/H, and height in m."""
 
 INTERVAL_COLUMNS_BY_SCORE: Final = {what: (f"{what} low", f"{what} high") for what in SCORE_NAMES}
@@ -71,19 +71,19 @@ def one_cosine_cycle(pga: float, pgv_over_pga: float, sampling_interval: float =
 def simulated_fall_shares_by_neighbourhood_and_test(tests: pd.DataFrame) -> FloatArray:
     """Return the share of stones that fall by neighbourhood of B/H and height and by test, never 0 or 1.
 
-    Centres are in the order of `B_OVER_H_CENTRES`, then `NEIGHBOURHOOD_HEIGHTS_M`; all blocks of a neighbourhood count
-    equally.
+    Centres are in the order of `B_OVER_H_CENTRES`, then `NEIGHBOURHOOD_CENTRE_HEIGHTS_M`; all blocks of a neighbourhood
+    count equally.
     """
-    grid = np.meshgrid(B_OVER_H_CENTRES, NEIGHBOURHOOD_HEIGHTS_M, indexing="ij")
+    grid = np.meshgrid(B_OVER_H_CENTRES, NEIGHBOURHOOD_CENTRE_HEIGHTS_M, indexing="ij")
     cases = Cases(0.0, grid[1].ravel(), grid[0].ravel(), 1.0)
     pairs, of_test = np.unique(tests[["pga", "ratio"]].to_numpy(), axis=0, return_inverse=True)
     fell = np.array([simulate_rigid_rocking(one_cosine_cycle(*pair), cases).overturned != 0 for pair in pairs])
-    of_pair = fell.reshape(len(pairs), B_OVER_H_CENTRES.size, NEIGHBOURHOOD_HEIGHTS_M.size).astype(float)
+    of_pair = fell.reshape(len(pairs), B_OVER_H_CENTRES.size, NEIGHBOURHOOD_CENTRE_HEIGHTS_M.size).astype(float)
     near = [
         (np.abs(np.log(values[:, None] / values)) < width).astype(float)
         for values, width in (
             (B_OVER_H_CENTRES, LOG_B_OVER_H_HALF_WIDTH),
-            (NEIGHBOURHOOD_HEIGHTS_M, LOG_HEIGHT_HALF_WIDTH),
+            (NEIGHBOURHOOD_CENTRE_HEIGHTS_M, LOG_HEIGHT_HALF_WIDTH),
         )
     ]
     falls = np.einsum("bi,pij,hj->bhp", near[0], of_pair, near[1])
@@ -112,8 +112,8 @@ def predict_each_half_from_the_other(
         logistic[other], rigid[other] = fit.fall_probability(peaks[other]), fractions[best][other]
         centres.append(
             (
-                float(B_OVER_H_CENTRES[best // NEIGHBOURHOOD_HEIGHTS_M.size]),
-                float(NEIGHBOURHOOD_HEIGHTS_M[best % NEIGHBOURHOOD_HEIGHTS_M.size]),
+                float(B_OVER_H_CENTRES[best // NEIGHBOURHOOD_CENTRE_HEIGHTS_M.size]),
+                float(NEIGHBOURHOOD_CENTRE_HEIGHTS_M[best % NEIGHBOURHOOD_CENTRE_HEIGHTS_M.size]),
             )
         )
     return made, centres

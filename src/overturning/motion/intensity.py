@@ -84,7 +84,7 @@ def intensity_dataset_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -
 def jma_intensity_and_peaks_of_record(
     motion: Accelerogram, processing_entries: Sequence[Mapping[str, Any]]
 ) -> dict[str, Any]:
-    """Return the JMA intensities of a record, and its peak values before and after all processing steps.
+    """Return the JMA intensity of a record, with and without up, and its peak values before and after processing.
 
     Returns
     -------

@@ -86,7 +86,7 @@ def face_azimuths_to_simulate_for_aspect(aspect: float) -> FloatArray:
 
 
 def motion_signature(candidate_motion: CandidateMotion) -> FloatArray:
-    """Return numbers that distinguish a motion: samples, sampling interval, PGA, PGV, its azimuth, vertical PGA; (6,).
+    """Return six numbers of a motion: samples, sampling interval, PGA, PGV, azimuth of PGV, vertical PGA; shape (6,).
 
     Unlike a hash, they are nearly the same if a processor rounds differently.
     """

@@ -35,7 +35,7 @@ CASES = Cases(0.0, 0.6, [0.2, 0.3], 0.7)
 
 
 def test_result_columns_of_planar_kernels_have_the_names_of_outcome_variables() -> None:
-    """`CaseResults.store` copies columns by name, so that no table translates the names."""
+    """`CaseResults.store_outcomes` copies columns by name, so that no table translates the names."""
     names = {variable.name for variable in PLANAR_OUTCOME_VARIABLES} - {"mirrored"} | {*CASE_COUNTER_NAMES}
     assert {*RESULT_TABLE_DTYPE.names} == names
     assert {*arrays.RESULT_TABLE_DTYPE.names, *arrays.ELEMENT_RESULT_TABLE_DTYPE.names} == names

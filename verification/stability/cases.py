@@ -39,7 +39,7 @@ SHARE_WITH_VERTICAL: Final = 1 / 3
 
 @dataclass(frozen=True)
 class StabilityCase:
-    """One case of the map of stability: block, contact and motion, in SI units; see `maps.MEANINGS`."""
+    """One case of the map of stability: block, contact and motion, in SI units; see `maps.BLOCK_COLUMN_MEANINGS`."""
 
     stiffness: float
     damping_ratio: float

@@ -45,7 +45,7 @@ def expand_dataclass_parameters_to_options(command: Callable[..., None]) -> Call
 
 
 def _option_name_of_field(field_name: str) -> str:
-    """Return the command-line option for a field of `FileOptions`, such as --azimuths for ``azimuths_deg``."""
+    """Return the command-line option for a field of `RecordFileOptions`, such as --azimuths for ``azimuths_deg``."""
     return f"--{field_name.removesuffix('_deg').removesuffix('_s').replace('_', '-')}"
 
 

@@ -189,29 +189,12 @@ def _compare_study_with_variant(
     counts = count_falls_of_two_stones(*cubes)
     found = mean_shares_of_two_stone_falls(counts, events)
     paired = _keep_outcomes_known_in_both(*cubes)
-    here, there = (overturned_shares_by_record(cube).to_numpy() for cube in paired)
-    shapes = [overturned_shares_by_record(cube, "b_over_h").to_numpy() for cube in paired]
-
-    by_shape = [
-        OverturnedSharesAtBOverH(
-            b_over_h=round(float(ratio), 9),
-            share_overturned_study=estimate_from_mean(
-                mean_share_over_earthquakes(one, events), SHARE_OVERTURNED_DESCRIPTION
-            ),
-            share_overturned_variant=estimate_from_mean(
-                mean_share_over_earthquakes(other, events), SHARE_OVERTURNED_DESCRIPTION
-            ),
-            share_difference=estimate_from_mean(
-                mean_over_earthquakes(one - other, events), f"difference of the {SHARE_OVERTURNED_DESCRIPTION}"
-            ),
-        )
-        for ratio, one, other in zip(results.default_element_cube["b_over_h"].to_numpy(), *shapes, strict=True)
-    ]
-    difference = estimate_from_mean(
-        mean_over_earthquakes(here - there, events), f"difference of the {SHARE_OVERTURNED_DESCRIPTION}"
-    )
+    shares = (overturned_shares_by_record(cube).to_numpy() for cube in paired)
+    here, there, difference = _estimates_of_overturned_shares(events, *shares)
     stones = results.study.population
     rates = None if stones is None else fall_rates_of_stones_known_in_both_cubes(cubes[0], cubes[1], stones)
+    means = (mean_share_over_earthquakes(rate, events) for rate in rates or ())
+    mean_rates = [estimate_from_mean(mean, FALL_RATE_DESCRIPTION) for mean in means]
     with_rate = results.study.primary.statistic == "fall_rate"
     rate_difference = mean_over_earthquakes(rates[0] - rates[1], events) if rates and with_rate else None
     scenes = [variant_scene(results.study, name) for name in (NOMINAL, variant)]
@@ -227,12 +210,8 @@ def _compare_study_with_variant(
         soil_thickness_m=sum(layer.thickness_m for layer in site.layers) if site is not None else None,
         records=int(record_indices.size),
         cases_not_compared=cubes[0]["overturned"].size - int(counts["compared"].sum()),
-        share_overturned_study=estimate_from_mean(
-            mean_share_over_earthquakes(here, events), SHARE_OVERTURNED_DESCRIPTION
-        ),
-        share_overturned_variant=estimate_from_mean(
-            mean_share_over_earthquakes(there, events), SHARE_OVERTURNED_DESCRIPTION
-        ),
+        share_overturned_study=here,
+        share_overturned_variant=there,
         share_difference=difference,
         only_study_overturns=estimate_from_mean(found.only_this, "share of the cases that overturn in the study only"),
         only_variant_overturns=estimate_from_mean(
@@ -248,19 +227,44 @@ def _compare_study_with_variant(
         first_in_study=estimate_from_mean(
             found.first, "share of the cases with a fall in either in which the stone of the study falls first or alone"
         ),
-        by_b_over_h=by_shape,
-        rate_here=estimate_from_mean(mean_share_over_earthquakes(rates[0], events), FALL_RATE_DESCRIPTION)
-        if rates
-        else None,
-        rate_there=estimate_from_mean(mean_share_over_earthquakes(rates[1], events), FALL_RATE_DESCRIPTION)
-        if rates
-        else None,
+        by_b_over_h=_overturned_shares_at_each_b_over_h(
+            results.default_element_cube["b_over_h"].to_numpy(), paired, events
+        ),
+        rate_here=mean_rates[0] if mean_rates else None,
+        rate_there=mean_rates[1] if mean_rates else None,
         primary_difference=(
             difference
             if rate_difference is None
             else estimate_from_mean(rate_difference, f"difference of the {FALL_RATE_DESCRIPTION}")
         ),
     )
+
+
+def _estimates_of_overturned_shares(
+    events: NDArray[np.str_], study_shares: FloatArray, variant_shares: FloatArray
+) -> tuple[Estimate, Estimate, Estimate]:
+    """Return the mean overturned shares in study and variant, and their mean difference, from shares of each record."""
+    difference = mean_over_earthquakes(study_shares - variant_shares, events)
+    return (
+        estimate_from_mean(mean_share_over_earthquakes(study_shares, events), SHARE_OVERTURNED_DESCRIPTION),
+        estimate_from_mean(mean_share_over_earthquakes(variant_shares, events), SHARE_OVERTURNED_DESCRIPTION),
+        estimate_from_mean(difference, f"difference of the {SHARE_OVERTURNED_DESCRIPTION}"),
+    )
+
+
+def _overturned_shares_at_each_b_over_h(
+    b_over_h: FloatArray, paired_cubes: tuple[xr.Dataset, xr.Dataset], events: NDArray[np.str_]
+) -> list[OverturnedSharesAtBOverH]:
+    """Return the overturned shares in study and variant at each B/H, from cubes with the same known outcomes."""
+    shapes = [overturned_shares_by_record(cube, "b_over_h").to_numpy() for cube in paired_cubes]
+    found = []
+    for ratio, one, other in zip(b_over_h, *shapes, strict=True):
+        here, there, difference = _estimates_of_overturned_shares(events, one, other)
+        found.append(OverturnedSharesAtBOverH(
+            b_over_h=round(float(ratio), 9), share_overturned_study=here, share_overturned_variant=there,
+            share_difference=difference,
+        ))  # fmt: skip
+    return found
 
 
 def _keep_outcomes_known_in_both(cube: xr.Dataset, other_cube: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:

@@ -229,11 +229,8 @@ class StudyResults:
     @cached_property
     def fragility_curves(self) -> list[FittedFragilityCurve]:
         """Fitted fragility curves of the study's population of stones; empty without a population."""
-        if not self.population_rates_by_variant:
-            return []
-        return fit_or_read_fragility_curves(
-            self.population_rates_by_variant[NOMINAL], self.intensity, self.folder / CURVES
-        )
+        rates = self.population_rates_by_variant
+        return fit_or_read_fragility_curves(rates[NOMINAL], self.intensity, self.folder / CURVES) if rates else []
 
     @cached_property
     def count_agreements_of_2d_and_3d_outcomes(self) -> xr.Dataset:
@@ -301,10 +298,8 @@ def note_on_findings_missing_without_study_file(results: StudyResults) -> str:
 
     It is "" if there is a study.yaml. The cube of a run stores neither `PRESENTATION_STUDY_KEYS` nor surveys.
     """
-    names = {
-        "question": "the question", "primary": "the primary statistic", "population": "the population of stones",
-        "surveys": "surveys",
-    }  # fmt: skip
+    names = {"question": "the question", "primary": "the primary statistic"}
+    names |= {"population": "the population of stones", "surveys": "surveys"}
     path, study = results.folder / CONFIGURATION, results.study
     lacking = [text for key, text in names.items() if getattr(study, key) == type(study).model_fields[key].default]
     if not lacking or (path.is_file() and load_study(path).name == study.name):

@@ -119,7 +119,7 @@ class RecordDescriptionColumns(BaseModel, extra="forbid", frozen=True, use_attri
 
 
 STORED_PLACE_METADATA_KEYS: Final = ("coordinates_source", "fault_trace", "fault_trace_source")
-"""Entries of a record's ``extra`` that the cube stores; see `RecordDescription.coordinate_source_and_fault_trace`."""
+"""Entries of a record's ``extra`` that the cube stores; see `RecordTableRow.coordinate_source_and_fault_trace`."""
 
 DESCRIPTIVE_COLUMNS: Final = tuple(
     name for name in RecordDescriptionColumns.model_fields if name not in ("id", "source")

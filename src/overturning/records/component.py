@@ -101,9 +101,8 @@ def channel_direction_mismatch_notes(
         alike = angle_between_azimuths(coded[0], direction[0]) <= 5.0
     where = {1: "up", -1: "down"}.get(direction[1], f"at {direction[0] or 0.0:g}°")
     said = {"N": "north", "E": "east", "Z": "up"}[channel_code[-1].upper()]
-    return (
-        () if alike else (f"channel {channel_code} is taken {where}, as {direction_source} says; its code says {said}",)
-    )
+    note = f"channel {channel_code} is taken {where}, as {direction_source} says; its code says {said}"
+    return () if alike else (note,)
 
 
 def direction_with_channel_code_fallback(
@@ -328,8 +327,7 @@ class RecordComponent:
 
 def _samples_for_peak_comparison(component: RecordComponent) -> FloatArray:
     """Return samples (m/s²) to compare with the header's peak; their mean is removed if it was for that peak."""
-    samples = component.samples
-    stated = component.header_peak
+    samples, stated = component.samples, component.header_peak
     return samples - samples.mean() if stated is not None and stated.is_after_mean_removal else samples
 
 
@@ -346,10 +344,9 @@ def checked_header_peak_difference(
     Call ``report_contradiction(reason, remedy)`` and return None if they differ by more than 0.5 % and by more than
     half a unit of the header's last digit, or if no sample of this size has the sign that the header states.
     """
-    if component.header_peak is None:
+    stated, peak = component.header_peak, peak_acceleration(component)
+    if stated is None:
         return None
-    stated = component.header_peak
-    peak = peak_acceleration(component)
     difference = abs(peak - stated.value)
     # 0.51 instead of 0.5, because the header's decimal number is not exact in binary.
     tolerance = max(HEADER_PEAK_RELATIVE_TOLERANCE * abs(stated.value), 0.51 * stated.resolution)
@@ -365,8 +362,7 @@ def checked_header_peak_difference(
     if difference > tolerance:
         report_contradiction(
             f"{component.file}{line}: the header states a peak of {stated.value * 100:.6g} Gal "
-            f"along {component.axis_name}, "
-            f"the data has {peak * 100:.6g} Gal (0.5 % allowed)",
+            f"along {component.axis_name}, the data has {peak * 100:.6g} Gal (0.5 % allowed)",
             "the file is cut or its units are not what they seem: get it again, or say --trust-data",
         )
         return None

@@ -34,7 +34,7 @@ class MotionFingerprint:
     root_energy: float  # root of the energy of the window, m/s^1.5
     resampled_acceleration: npt.NDArray[
         np.complex64
-    ]  # north + i east, shape (2 HALF_WINDOW + 1,), zero beyond the record
+    ]  # north + i east, shape (2 HALF_WINDOW_SAMPLES + 1,), zero beyond the record
 
 
 def motion_fingerprint(record: Record) -> MotionFingerprint | None:

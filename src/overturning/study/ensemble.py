@@ -270,9 +270,8 @@ def subtask_progress_callback(
     """Return a callback that converts the progress of a part of a task to that of the whole, for `progress`."""
     if progress is None:
         return None
-    return lambda done, total: progress(
-        round(1e6 * (begin_share + (end_share - begin_share) * (done / total if total else 1.0))), 10**6
-    )
+    share = end_share - begin_share
+    return lambda done, total: progress(round(1e6 * (begin_share + share * (done / total if total else 1.0))), 10**6)
 
 
 @dataclass(frozen=True)
@@ -337,14 +336,9 @@ class EnsembleRunner:
         return arrays, block_steps
 
     def _simulate_members_until_converged(
-        self,
-        grid: CaseGrid,
-        cells: NDArray[np.int64],
-        run_cases: CaseRunner,
-        member_flags: NDArray[np.int8],
-        fall_azimuth_deg: FloatArray,
-        progress: ProgressCallback | None,
-    ) -> int:
+        self, grid: CaseGrid, cells: NDArray[np.int64], run_cases: CaseRunner, member_flags: NDArray[np.int8],
+        fall_azimuth_deg: FloatArray, progress: ProgressCallback | None,
+    ) -> int:  # fmt: skip
         """Run members in batches until each case converges; write outcomes to arrays, return cost (steps × stones)."""
         batches, block_steps = self.members.split_member_numbers_into_batches(MEMBERS_PER_BATCH), 0
         unsettled = np.arange(len(cells))

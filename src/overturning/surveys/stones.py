@@ -82,8 +82,7 @@ class Stone:
     site, name : str
         Cemetery, and name of the stone; "" where not given.
     azimuth_recording_step_deg : float
-        Step in which the directions of the survey that are given in degrees are recorded, degrees; 0 if they are finer
-        than whole degrees.
+        Step in which the survey's directions in degrees are recorded, degrees; 0 if finer than whole degrees.
     """
 
     fell: bool

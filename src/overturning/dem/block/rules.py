@@ -64,7 +64,7 @@ class BlockKernelInput(NamedTuple):
 
     settings: SettingsOfParallelCases
     cases: NDArray[np.void]
-    """Case parameters, of type `CASE`, shape (n,)."""
+    """Case parameters, of type `CASE_TABLE_DTYPE`, shape (n,)."""
     row: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""

@@ -86,12 +86,9 @@ class SimulationPlan3D(SimulationPlan):
         return np.zeros(self.motion.sample_count + 3) if up is None else up
 
     def kernel_input_fields_3d(
-        self,
-        case_numbers: NDArray[np.int64],
-        result_tables: dict[str, NDArray[np.void]],
-        step_divisor: int,
+        self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int,
         column_count: int,
-    ) -> dict[str, Any]:
+    ) -> dict[str, Any]:  # fmt: skip
         """Return the kernel input fields common to all 3-D models, for a group of cases with equal step lengths.
 
         The time steps are divided by `step_divisor`; `column_count` cases are computed in parallel.
@@ -117,7 +114,7 @@ class BodySimulationPlan(SimulationPlan3D):
     model: Body
     solids: list[RigidSolid]  # one for each size
     bodies: NDArray[np.void]  # kernel constants of the solids, of type `overturning.dem.body.tables.BODY_TABLE_DTYPE`
-    vertices_and_base_edges: FloatArray  # shape (bodies, vertices, 6): see `BodyKernelInput.points`
+    vertices_and_base_edges: FloatArray  # shape (bodies, vertices, 6): see `BodyKernelInput.vertices_and_base_edges`
 
     @property
     def base_shape_loop_tag(self) -> Any:
@@ -368,7 +365,7 @@ def _initial_conditions_at_rest(rest_pose: FloatArray) -> NDArray[np.void]:
 
 
 def _body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void], FloatArray]:
-    """Return the kernel's input tables of the bodies: constants (type `BODY`) and vertices.
+    """Return the kernel's input tables of the bodies: constants (type `BODY_TABLE_DTYPE`) and vertices.
 
     An odd number of vertices is padded with a vertex at the centre of the body.
     """

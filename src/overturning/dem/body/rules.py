@@ -84,7 +84,7 @@ class BodyKernelInput(NamedTuple):
 
     settings: SettingsOfParallelCases
     cases: NDArray[np.void]
-    """Case parameters, of type `CASE`, shape (n,)."""
+    """Case parameters, of type `CASE_TABLE_DTYPE`, shape (n,)."""
     row: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
@@ -92,7 +92,7 @@ class BodyKernelInput(NamedTuple):
     base_shape_loop_tag: Any
     """Marker of the bodies, of a type in `LOOPS`."""
     bodies: NDArray[np.void]
-    """Constants of the bodies, of type `BODY`, shape (bodies,)."""
+    """Constants of the bodies, of type `BODY_TABLE_DTYPE`, shape (bodies,)."""
     vertices_and_base_edges: FloatArray
     """Vertices of each body, shape (bodies, vertices, 6): position from its centre, m, and the outward normal and the
     distance (m) of the edge of the base that starts there."""

@@ -113,8 +113,8 @@ def write_vertex_states_and_return_body_state(
 ) -> BodyState:
     """Write a body's vertices at their start positions into column `lane`; return the body's initial state.
 
-    `start` has the pose and velocities, of type `START`; the initial acceleration and moment are those of gravity and
-    springs.
+    `start` (type `INITIAL_STATE_DTYPE`) has the pose and velocities; the initial acceleration and moment are those of
+    gravity and springs.
     """
     place, turn = Vector3(start.x, start.y, start.z), Quaternion(start.qw, start.qx, start.qy, start.qz)
     v, w, f = Vector3(start.vx, start.vy, start.vz), Vector3(start.wx, start.wy, start.wz), rotation_matrix(turn)

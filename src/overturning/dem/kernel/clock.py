@@ -62,26 +62,13 @@ BLOCK_STEP_CONTROL: Final = KernelStepControl(
     long_step_threshold=8.0,
     settled=2.0,
 )
-SCENE_STEP_CONTROL: Final = KernelStepControl(
-    longest_whole_step=0.0125,
-    finest=0.16,
-    ticks_per_whole_step=2.0**20,
-    max_step_using_predicted_forces=4.0,
-    tries=2.0,
-    dwell=8.0,
-    long_step_threshold=8.0,
-    settled=2.0,
+SCENE_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
+    longest_whole_step=0.0125, finest=0.16, ticks_per_whole_step=2.0**20
 )
-BODY_STEP_CONTROL: Final = KernelStepControl(
-    longest_whole_step=0.004,
-    finest=0.1,
-    ticks_per_whole_step=2.0**9,
-    max_step_using_predicted_forces=2.0,
-    tries=3.0,
-    dwell=8.0,
-    long_step_threshold=8.0,
+BODY_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
+    longest_whole_step=0.004, finest=0.1, ticks_per_whole_step=2.0**9, max_step_using_predicted_forces=2.0, tries=3.0,
     settled=4.0,
-)
+)  # fmt: skip
 # A light stone below heavy ones vibrates far faster on their stiff contacts than a single body does.
 STACK_STEP_CONTROL: Final = BODY_STEP_CONTROL._replace(finest=0.2, ticks_per_whole_step=2.0**13)
 

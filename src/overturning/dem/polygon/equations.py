@@ -67,7 +67,7 @@ class NonzeroPattern(NamedTuple):
     later_coupled_elements: Any
     """Later elements that share a submatrix with each element, ascending, shape (elements, elements)."""
     count: Any
-    """Number of entries in each row of `later`, shape (elements,)."""
+    """Number of entries in each row of `later_coupled_elements`, shape (elements,)."""
 
 
 @njit(**ALLOCATING_INLINE_COMPILE_OPTIONS)

@@ -99,7 +99,7 @@ class SceneWorkspace(NamedTuple):
     """State, equations and active contacts of the scenes that the kernel simulates in parallel."""
 
     state: Any
-    """Rows of all lanes: a view of `owner` without reference count."""
+    """Rows of all lanes: a view of `state_memory` without reference count."""
     state_memory: Any
     """Array that owns the memory of `state`."""
     matrix: Any

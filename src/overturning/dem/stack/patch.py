@@ -58,8 +58,7 @@ from overturning.dem.stack.joint_state import (
 )
 from overturning.dem.stack.state import STONE_ROW_LAYOUT, PredictedStone, StoneConstants, StoneFallState
 
-POINT_SIZE: Final = POINT_ROW_LAYOUT.size
-point_window: Final = create_window_slicer(POINT_SIZE)
+point_window: Final = create_window_slicer(POINT_ROW_LAYOUT.size)
 """Return the rows of a point of a joint."""
 INSIDE: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRelativeMotion, "inside")
 RIM: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRelativeMotion, "rim")
@@ -166,8 +165,7 @@ def predict_base_corner_positions(
 def include_corner_in_min_rim_distance(joint_rows: Any, point: Any, side: Any, lane_count: int) -> None:
     """Update the least distance of base corners from the rim of the face below by one corner and one side.
 
-    The distance of the corner from the side is taken if it is smaller than the least one so far; this is done for all
-    stacks.
+    The distance of the corner from the side is taken if it is the least so far; this is done for all stacks.
     """
     for j in range(round_to_vector_multiple(lane_count)):
         place, limit = load_place(point, j), load_outline(side, j)
@@ -336,10 +334,8 @@ def base_point_above_lower_face(frame: JointRelativeMotion, x: float, y: float, 
     normal = cross_product(frame.along_x, frame.along_y)
     # A base that stands on edge has no height above the face; its stone has fallen.
     up = normal.z if normal.z > 0.1 else 0.1
-    return ContactPointPosition(
-        x, y, frame.base_centre.z - (normal.x * (x - frame.base_centre.x) + normal.y * (y - frame.base_centre.y)) / up,
-        weight,
-    )  # fmt: skip
+    z = frame.base_centre.z - (normal.x * (x - frame.base_centre.x) + normal.y * (y - frame.base_centre.y)) / up
+    return ContactPointPosition(x, y, z, weight)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)

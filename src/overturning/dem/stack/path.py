@@ -27,7 +27,7 @@ COLUMNS_PER_STONE: Final = 14
 class StackTrajectory:
     """Trajectory of a 3-D stack in one case, in the frame that moves with the base."""
 
-    rows: FloatArray  # shape (times, GROUND_COLUMNS + STONE_COLUMNS · stones)
+    rows: FloatArray  # shape (times, COLUMNS_BEFORE_STONES + COLUMNS_PER_STONE · stones)
     cosines: tuple[float, float]  # direction cosines of the orientation, north and east
     stones_at_rest: list[StackStone]
     reference: str  # name of the element that is shown by default

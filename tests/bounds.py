@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-STATM = Path("/proc/self/statm")
-HAS_RESOURCE_LIMITS = hasattr(signal, "setitimer") and STATM.exists()
+PROCESS_MEMORY_FILE = Path("/proc/self/statm")
+HAS_RESOURCE_LIMITS = hasattr(signal, "setitimer") and PROCESS_MEMORY_FILE.exists()
 
 
 def raise_time_limit_error(_signal: int, _frame: object) -> None:
@@ -21,7 +21,7 @@ def limited_time_and_memory(seconds: float = 10.0) -> Iterator[None]:
     if not HAS_RESOURCE_LIMITS:
         yield
         return
-    now = int(STATM.read_text().split()[0]) * resource.getpagesize()
+    now = int(PROCESS_MEMORY_FILE.read_text().split()[0]) * resource.getpagesize()
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
     before = signal.signal(signal.SIGPROF, raise_time_limit_error)
     signal.setitimer(signal.ITIMER_PROF, seconds)

@@ -135,13 +135,15 @@ def test_each_image_in_the_docs_is_shown_on_a_page():
     assert [image.name for image in (DOCS / "images").iterdir() if f"images/{image.name})" not in shown] == []
 
 
-def extension_table_rows() -> list[str]:
+def rows_of_docs_table_on_extending_the_package() -> list[str]:
     """Return the rows of the table in docs/method.md that states where each kind of extension is added."""
     section = (DOCS / "method.md").read_text(encoding="utf-8").split("## Where would I add", 1)[1]
     return [line for line in section.splitlines() if line.startswith("| a ")]
 
 
-@pytest.mark.parametrize("row", extension_table_rows(), ids=lambda row: row.split("|")[1].strip())
+@pytest.mark.parametrize(
+    "row", rows_of_docs_table_on_extending_the_package(), ids=lambda row: row.split("|")[1].strip()
+)
 def test_paths_in_the_docs_on_where_to_extend_the_package_exist(row):
     for name, path in re.findall(r"(?:`([A-Z]+)` in )?`([\w./-]+/[\w./-]*|\w+\.py)`", row):
         found = [base / path for base in (ROOT / "src" / "overturning", ROOT) if (base / path).exists()]

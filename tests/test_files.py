@@ -28,10 +28,10 @@ def test_full_disk_error_names_the_file(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_command_line_reports_file_errors_in_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    def raise_read_only(*_: object) -> None:
+    def raise_read_only_file_system_error(*_: object) -> None:
         raise OSError(errno.EROFS, "Read-only file system", "config/schema.json")
 
-    monkeypatch.setattr("overturning.study.document.write_study_file_documentation", raise_read_only)
+    monkeypatch.setattr("overturning.study.document.write_study_file_documentation", raise_read_only_file_system_error)
     text = command_output("study", "document", status=1)
     assert text == "error: config/schema.json: read-only file system; choose a folder that you may write to\n"
 

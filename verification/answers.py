@@ -1,6 +1,6 @@
 """`python -m verification.answers`: write the table of the findings of the shipped studies into README.md.
 
-Requires the results of the studies in `ROWS_BY_STUDY` and of config/fine-map.yaml, from `make run STUDY=…`.
+Requires the results of the studies in `ROW_FUNCTION_BY_STUDY` and of config/fine-map.yaml, from `make run STUDY=…`.
 """
 
 import shutil
@@ -23,14 +23,14 @@ from verification.tables import ROOT, markdown_table, publish_markdown
 IMAGES: Final = ROOT / "docs" / "images"
 """Folder of the images of README.md and README.ja.md."""
 
-Row = tuple[str, str, int]
+FindingTableRow = tuple[str, str, int]
 """Quantity, its value with its 95 % interval, and the number of earthquakes."""
 
 STUDY_BY_PICTURE: Final = {"rinaldi.svg": "fine-map", "rinaldi-in-space.svg": "in-space"}
 """Image in docs/images → study whose map of the Rinaldi record it shows."""
 
 
-def _finding_row(quantity: str, one: Estimate, *, percent: bool = False) -> Row:
+def _finding_row(quantity: str, one: Estimate, *, percent: bool = False) -> FindingTableRow:
     """Return a table row of an estimate with its interval, which is left out if there are too few earthquakes."""
     digits = 1 if one.value is not None and one.value < 0.1 else 0
     shown = (
@@ -44,13 +44,13 @@ def _short_group_name(group_name: str) -> str:
     return "no pulse" if group_name.startswith("without") else "velocity pulse"
 
 
-def _fault_normal_alignment_rows(found: Findings) -> Iterator[Row]:
+def _fault_normal_alignment_rows(found: Findings) -> Iterator[FindingTableRow]:
     """Yield a row for each group of records: alignment of the falls with the fault normal."""
     for group in found.direction.groups:
         yield _finding_row(f"alignment with the fault normal, {_short_group_name(group.group)}", group.alignment)
 
 
-def _velocity_and_fault_alignment_rows(found: Findings) -> Iterator[Row]:
+def _velocity_and_fault_alignment_rows(found: Findings) -> Iterator[FindingTableRow]:
     """Yield rows for each group of records: alignment of the falls with the peak velocity and with the fault normal."""
     for group in found.reference_alignments:
         axes = {one.reference: one for one in group.references if one.alignment_kind == "axis"}
@@ -58,7 +58,7 @@ def _velocity_and_fault_alignment_rows(found: Findings) -> Iterator[Row]:
             yield _finding_row(f"alignment with the {name}, {_short_group_name(group.group)}", axes[name].all_b_over_h)
 
 
-def _variant_comparison_rows(found: Findings) -> Iterator[Row]:
+def _variant_comparison_rows(found: Findings) -> Iterator[FindingTableRow]:
     """Yield rows that compare the falls of a study with those of its main variant, such as another scene."""
     (one,) = (each for each in found.contrasts if each.primary)
     yield _finding_row(f"falls in “{found.study.name}” only", one.only_study_overturns, percent=True)
@@ -67,7 +67,7 @@ def _variant_comparison_rows(found: Findings) -> Iterator[Row]:
         yield _finding_row("falls the same way, where it falls in both", one.same_direction, percent=True)
 
 
-ROWS_BY_STUDY: Final[dict[str, Callable[[Findings], Iterator[Row]]]] = {
+ROW_FUNCTION_BY_STUDY: Final[dict[str, Callable[[Findings], Iterator[FindingTableRow]]]] = {
     "near-fault": _fault_normal_alignment_rows,
     "in-space": _velocity_and_fault_alignment_rows,
     "three-tier": _variant_comparison_rows,
@@ -104,7 +104,7 @@ def stack_displacement_table(found: Findings) -> str:
 def main() -> None:
     """Write the table of findings into README.md and copy the maps of the studies, also with Japanese texts."""
     lines, stack = [], ""
-    for name, rows in ROWS_BY_STUDY.items():
+    for name, rows in ROW_FUNCTION_BY_STUDY.items():
         study = load_study(ROOT / "config" / f"{name}.yaml")
         question = f"{study.question} ([{name}](config/{name}.yaml))"
         found = findings(ROOT / "results" / name, study)

@@ -31,20 +31,20 @@ from overturning.surveys.inversion import DIRECTION_LIKELIHOOD_EXPONENT, MIN_FIT
 from overturning.surveys.library import CandidateMotion, candidate_motions
 from overturning.surveys.posterior import MotionPosterior
 from overturning.surveys.responses import StoneDimensions, StoneOutcomeProbabilities
-from overturning.surveys.stone_outcomes import PGV_LEVELS
+from overturning.surveys.stone_outcomes import SIMULATED_PGV_M_S
 from overturning.surveys.stones import Stone, read_counted_stones
 from verification.tables import RESULTS, ROOT, markdown_table, publish_markdown, select_parts, wrap_text, write_csv
 
-PARTS: Final = ("ruin", "coverage")
-RUIN: Final = ROOT / "surveys" / "example-ruin.csv"
-SURVEYS: Final = 392
+SELECTABLE_PARTS: Final = ("ruin", "coverage")
+RUIN_SURVEY_FILE: Final = ROOT / "surveys" / "example-ruin.csv"
+DEFAULT_SURVEY_COUNT: Final = 392
 SEED: Final = 26
 LIKELIHOOD_EXPONENTS: Final = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0)
 TARGET_COVERAGE: Final = 0.9
-FIT_CHECK_INTERVAL: Final = 16
+SURVEYS_PER_FIT_CHECK: Final = 16
 """Every sixteenth survey is also checked for fit."""
 
-COVERED_COLUMNS: Final = ["pgv_holds", "pga_holds", "axis_holds"]
+INTERVAL_COVERAGE_COLUMNS: Final = ["pgv_holds", "pga_holds", "axis_holds"]
 """Columns that are True if an interval contains the true value."""
 
 
@@ -54,7 +54,7 @@ class SimulatedSurveyWithTrueMotion:
 
     motion: CandidateMotion
     pgv: float
-    axis: float
+    true_axis_azimuth_deg: float
     stones: list[Stone]
 
 
@@ -66,7 +66,10 @@ def random_log_uniform(generator: np.random.Generator, low: float, high: float, 
 def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> SimulatedSurveyWithTrueMotion:
     """Simulate a survey of 12 to 60 stones under a motion: columns, or in a third of the surveys square prisms."""
     draw, count = generator, int(generator.integers(12, 61))
-    level, turn = float(random_log_uniform(draw, PGV_LEVELS[0], PGV_LEVELS[-1], 1)[0]), draw.uniform(0, 360)
+    level, turn = (
+        float(random_log_uniform(draw, SIMULATED_PGV_M_S[0], SIMULATED_PGV_M_S[-1], 1)[0]),
+        draw.uniform(0, 360),
+    )
     # Scatter between stones, scatter of the motion over the site, and share of random outcomes in this survey.
     alike, site, lapses = draw.uniform(0, 0.12), draw.uniform(0, 0.15), draw.uniform(0, 0.06)
     friction = draw.uniform(0.45, 0.95) + draw.uniform(-0.05, 0.05, count)
@@ -122,8 +125,10 @@ def interval_coverage_and_widths(posterior: MotionPosterior, survey: SimulatedSu
         found[f"{name}_ratio"] = (most if high == np.inf else high) / (low or least)
         found[f"{name}_before"] = most / least
     weakest, strongest = posterior.credible_interval(pga)
-    middle, width = posterior.credible_axis_arc_deg(everything_fell=all(stone.fell for stone in survey.stones))
-    found["axis_holds"] = abs((survey.axis - middle + 90) % 180 - 90) <= width / 2
+    middle, width = posterior.credible_axis_arc_middle_and_width_deg(
+        everything_fell=all(stone.fell for stone in survey.stones)
+    )
+    found["axis_holds"] = abs((survey.true_axis_azimuth_deg - middle + 90) % 180 - 90) <= width / 2
     return found | {"axis_width": width, "no_upper": strongest == np.inf, "no_lower": weakest == 0}
 
 
@@ -133,19 +138,20 @@ def measure_interval_coverage(survey_count: int, threads: int) -> pd.DataFrame:
     The true earthquake is excluded from the library by a zero prior. The exponent is that of the likelihood.
     """
     library = candidate_motions()
-    true = [one for one in library if one.event]
-    events = sorted({one.event for one in true})
+    true = [one for one in library if one.earthquake_name]
+    events = sorted({one.earthquake_name for one in true})
     truths = [simulate_survey(true[k % len(true)], np.random.default_rng([SEED, k])) for k in range(survey_count)]
     kinds = [StoneDimensions.from_stone(stone) for truth in truths for stone in truth.stones]
     inversion, rows = SurveyInversion(StoneOutcomeProbabilities(library, kinds, threads=threads)), []
     for number, truth in enumerate(truths):
-        prior = np.array([float(one.event != truth.motion.event) for one in library])[:, None, None]
+        prior = np.array([float(one.earthquake_name != truth.motion.earthquake_name) for one in library])[:, None, None]
         logs = inversion.log_likelihoods_of_survey_by_motion(truth.stones)
         for power in LIKELIHOOD_EXPONENTS:
             one = inversion.compute_posterior(logs, prior=prior, power=power)
-            checked = power == DIRECTION_LIKELIHOOD_EXPONENT and number % FIT_CHECK_INTERVAL == 0
+            checked = power == DIRECTION_LIKELIHOOD_EXPONENT and number % SURVEYS_PER_FIT_CHECK == 0
             about = {
-                "half": events.index(truth.motion.event) % 2, "power": power, "event": truth.motion.event,
+                "half": events.index(truth.motion.earthquake_name) % 2, "power": power,
+                "event": truth.motion.earthquake_name,
                 "record": truth.motion.name,
                 "stones": len(truth.stones), "fell": np.mean([stone.fell for stone in truth.stones]),
                 "round": truth.stones[0].round,
@@ -160,7 +166,7 @@ def choose_likelihood_exponent(rows: pd.DataFrame) -> float:
 
     Enough is the share `TARGET_COVERAGE`. The result is the smallest exponent if none covers enough.
     """
-    covered = rows.groupby("power")[COVERED_COLUMNS].mean().min(axis=1)
+    covered = rows.groupby("power")[INTERVAL_COVERAGE_COLUMNS].mean().min(axis=1)
     good = covered.index[covered >= TARGET_COVERAGE]
     return float(good.max()) if good.size else LIKELIHOOD_EXPONENTS[0]
 
@@ -205,7 +211,7 @@ def covered_share_with_interval_text(rows: pd.DataFrame, column: str) -> str:
 def coverage_table_row(group_name: str, rows: pd.DataFrame) -> tuple[str, ...]:
     """Return a table row with coverage and widths of the intervals for a group of surveys."""
     powers = " and ".join(f"{power:g}" for power in sorted(rows["power"].unique()))
-    held = (covered_share_with_interval_text(rows, each) for each in COVERED_COLUMNS)
+    held = (covered_share_with_interval_text(rows, each) for each in INTERVAL_COVERAGE_COLUMNS)
     shares = (f"{100 * rows[each].mean():.0f} %" for each in ("no_upper", "no_lower"))
     widths = (f"{rows[each].median():.3g}" for each in ("pgv_ratio", "pga_ratio", "axis_width"))
     return (group_name, f"{len(rows)}", f"{rows['event'].nunique()}", powers, *held, *shares, *widths)
@@ -230,7 +236,7 @@ def markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
         "surveys", "number", "earthquakes", "exponent", "PGV covered", "PGA covered", "axis covered", "no upper bound",
         "no lower bound", "PGV, upper/lower", "PGA, upper/lower", "axis, width",
     )  # fmt: skip
-    held = [100 * shown[each].mean() for each in COVERED_COLUMNS]
+    held = [100 * shown[each].mean() for each in INTERVAL_COVERAGE_COLUMNS]
     ends = dict.fromkeys(f"{end:.0f}" for end in (min(held), max(held)))
     fits = shipped["fit"].dropna()
     text = (
@@ -254,13 +260,13 @@ def markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
 
 def estimate_ruin_motion_as_markdown(threads: int) -> str:
     """Estimate the motion of the example survey of a ruin; return it as a Markdown list, and draw its figure."""
-    stones = read_counted_stones(RUIN)
+    stones = read_counted_stones(RUIN_SURVEY_FILE)
     inversion = SurveyInversion(
         StoneOutcomeProbabilities(
             candidate_motions(), [StoneDimensions.from_stone(stone) for stone in stones], threads=threads
         )
     )
-    result = inversion.invert_survey(RUIN.name, stones)
+    result = inversion.invert_survey(RUIN_SURVEY_FILE.name, stones)
     write_ground_motion_posterior_figure(result, ROOT / "docs" / "images" / "example-ruin.svg")
     fit = f"The check whether any motion of the library fits the survey has the p-value {result.fit:.2g}."
     tree = parse_markdown(
@@ -272,12 +278,12 @@ def estimate_ruin_motion_as_markdown(threads: int) -> str:
 
 
 def main(
-    parts: Annotated[list[str] | None, typer.Argument(help=f"{', '.join(PARTS)}; default: both")] = None,
-    surveys: Annotated[int, typer.Option(min=20, help="number of surveys")] = SURVEYS,
+    parts: Annotated[list[str] | None, typer.Argument(help=f"{', '.join(SELECTABLE_PARTS)}; default: both")] = None,
+    surveys: Annotated[int, typer.Option(min=20, help="number of surveys")] = DEFAULT_SURVEY_COUNT,
     threads: Annotated[int, typer.Option(min=1, help="number of threads")] = 2,
 ) -> None:
     """Simulate surveys, estimate their motions, and publish the tables."""
-    named = select_parts(parts, PARTS)
+    named = select_parts(parts, SELECTABLE_PARTS)
     if "ruin" in named:
         publish_markdown({"example-ruin": estimate_ruin_motion_as_markdown(threads)})
     if "coverage" not in named:

@@ -18,9 +18,9 @@ import numpy as np
 import typer
 from numba import njit
 
-from overturning.dem.block.loops import SCHEMES
+from overturning.dem.block.loops import LOOP_CREATOR_BY_SCHEME
 from overturning.dem.block.rigid import simulate_rigid_rocking
-from overturning.dem.block.state import ROWS, TICKS_PER_WHOLE_STEP
+from overturning.dem.block.state import STATE_ROW_LAYOUT, TICKS_PER_WHOLE_STEP
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.time_step import IntegrationScheme
@@ -30,7 +30,12 @@ from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.units import GRANITE_DENSITY
 from verification import scalar
-from verification.inputs import NO_SLIDING_FRICTION, case_grid, default_study_groups, read_motions_of_default_study
+from verification.inputs import (
+    FRICTION_PREVENTING_SLIDING,
+    case_grid,
+    default_study_groups,
+    read_motions_of_default_study,
+)
 from verification.measures import compare_results, join_results, percentage, run_case_groups, wrong_outcome_percentages
 from verification.tables import (
     RESULTS,
@@ -64,13 +69,13 @@ SOFT_CONTACT = Contact(static_penetration=2e-5)
 """Contact for comparisons with the scalar loop, whose steps shrink with the stiffness."""
 
 
-def peak_operations_per_second() -> float:
+def peak_flop_per_second_of_processor() -> float:
     """Return the floating-point operations per second of independent, unfused multiplications and additions."""
     rounds = 200_000
     return rounds * 256 * 16 / minimum_processor_time(lambda: _run_independent_multiply_adds(rounds))
 
 
-def operations_per_step(compiled_loop: Any) -> int:
+def flop_per_block_step(compiled_loop: Any) -> int:
     """Return the floating-point operations of one block step, counted in the machine code.
 
     Counts vector instructions for additions, subtractions, multiplications, divisions, minima and maxima. Each
@@ -91,7 +96,7 @@ def wrap_loop_for_calls_from_python(inner_loop: Any) -> Any:
     return advance_blocks
 
 
-def motion_without_overturning() -> Motion:
+def motion_too_weak_to_overturn() -> Motion:
     """Return a motion of 20 s that overturns no block of the throughput benchmark."""
     t = np.arange(2000) * 0.01
     return Motion(2.0 * np.sin(2 * np.pi * t / 0.7), 0 * t, sampling_interval=0.01)
@@ -107,9 +112,9 @@ def scalar_loop_benchmark(
     )
     wave, own = motion.acceleration_along(0.0), (motion.sampling_interval, steps, 0.12, 0.3, stiff, dashpot)
     frictions = np.linspace(0.3, 1.0, blocks).tolist()
-    return lambda: [scalar.run_scalar_block(is_centred, wave, *own, mu) for mu in frictions], blocks * steps * (
-        motion.sample_count - 1
-    )
+    return lambda: [
+        scalar.simulate_block_in_scalar_loop(is_centred, wave, *own, mu) for mu in frictions
+    ], blocks * steps * (motion.sample_count - 1)
 
 
 def measure_throughput() -> list[MeasuredNumber]:
@@ -118,13 +123,13 @@ def measure_throughput() -> list[MeasuredNumber]:
     Repeated steps are included; the limit is that of the processor.
     """
     rows: list[MeasuredNumber] = []
-    motion, peak = motion_without_overturning(), peak_operations_per_second()
+    motion, peak = motion_too_weak_to_overturn(), peak_flop_per_second_of_processor()
     many = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 512))
     how: dict[str, Any] = {"model": gravestone(SOFT_CONTACT), "leave_out": False}
     for scheme in ("centred", "cundall"):
-        constants, loops = SCHEMES[IntegrationScheme[scheme.upper()]]
+        constants, loops = LOOP_CREATOR_BY_SCHEME[IntegrationScheme[scheme.upper()]]
         advance = wrap_loop_for_calls_from_python(loops(with_vertical=False, with_friction=True))
-        advance(constants, np.zeros(ROWS.size), 8, 1, float(TICKS_PER_WHOLE_STEP))
+        advance(constants, np.zeros(STATE_ROW_LAYOUT.size), 8, 1, float(TICKS_PER_WHOLE_STEP))
         wide = run_cases(motion, many, scheme=scheme, **how).block_steps.sum()
         plain_run, narrow = scalar_loop_benchmark(motion, scheme == "centred")
         # Interleaved, so that other load on the machine affects both alike.
@@ -134,7 +139,7 @@ def measure_throughput() -> list[MeasuredNumber]:
             speed = wide / minimum_processor_time(run_many, 1)
             ratios.append(speed / (narrow / minimum_processor_time(plain_run, 1)))
             speeds.append(speed)
-        operations = operations_per_step(advance)
+        operations = flop_per_block_step(advance)
         rows += [
             MeasuredNumber(f"block steps per second and core, {scheme}", max(speeds) / 1e6, "million/s"),
             MeasuredNumber(f"speed over that of the scalar kernel, {scheme}", float(np.median(ratios)), "x"),
@@ -147,7 +152,12 @@ def measure_throughput() -> list[MeasuredNumber]:
 def measure_time_per_case() -> list[MeasuredNumber]:
     """Measure the time per case of about 1000 cases of 20 s, and the agreement with the exact rigid block."""
     motion = read_motions_of_default_study()["rinaldi"]
-    axes = (np.arange(0.0, 360.0, 5.0), [0.6, 1.2], [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4], [NO_SLIDING_FRICTION])
+    axes = (
+        np.arange(0.0, 360.0, 5.0),
+        [0.6, 1.2],
+        [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4],
+        [FRICTION_PREVENTING_SLIDING],
+    )
     cases = case_grid(*axes)
     rigid = np.stack(
         [simulate_rigid_rocking(motion.scaled_by(factor), cases).overturned for factor in (1.0, 0.99, 1.01)]
@@ -186,7 +196,7 @@ def measure_compilation() -> list[MeasuredNumber]:
     ]
 
 
-def measure_default_study(azimuths: int = 36) -> list[MeasuredNumber]:
+def measure_time_and_errors_of_default_study(azimuths: int = 36) -> list[MeasuredNumber]:
     """Measure kernel time and the share of wrong overturning flags of the default study, on two threads.
 
     The study has 133,056 cases.
@@ -213,7 +223,7 @@ def measure_default_study(azimuths: int = 36) -> list[MeasuredNumber]:
     return rows
 
 
-def measure_work_saved_by_omitting_rest_samples(azimuths: int = 18) -> list[MeasuredNumber]:
+def measure_effect_of_skipping_samples_at_rest(azimuths: int = 18) -> list[MeasuredNumber]:
     """Measure the work saved in the default study by skipping samples at rest, and the outcomes that this changes."""
     groups = default_study_groups(azimuths)
     short = run_case_groups(groups, threads=2).results
@@ -227,7 +237,7 @@ def measure_work_saved_by_omitting_rest_samples(azimuths: int = 18) -> list[Meas
         MeasuredNumber("cases above a threshold, which are simulated", int(moves.sum())),
         MeasuredNumber(
             "block steps, share of those with nothing left out",
-            percentage(far.block_steps, full.block_steps.sum()),
+            percentage(far.block_step_count_of_results, full.block_steps.sum()),
             "%",
         ),
         MeasuredNumber(
@@ -243,7 +253,7 @@ def measure_work_saved_by_omitting_rest_samples(azimuths: int = 18) -> list[Meas
     ]
 
 
-def measure_memory_and_time_growth() -> list[MeasuredNumber]:
+def measure_memory_and_time_by_case_count() -> list[MeasuredNumber]:
     """Measure the memory of a million cases, and the time per case from 10⁴ to 10⁶ cases."""
     t = np.arange(60) * 0.02
     motion = Motion(6.0 * np.sin(2 * np.pi * t / 0.5), 0 * t, sampling_interval=0.02)
@@ -267,21 +277,21 @@ def measure_memory_and_time_growth() -> list[MeasuredNumber]:
     return rows
 
 
-PARTS: dict[str, Callable[[], list[MeasuredNumber]]] = {
-    "growth": measure_memory_and_time_growth, "throughput": measure_throughput, "sweep": measure_time_per_case,
-    "compilation": measure_compilation, "study": measure_default_study,
-    "whole-run": measure_whole_run, "left-out": measure_work_saved_by_omitting_rest_samples
+MEASUREMENT_BY_PART: dict[str, Callable[[], list[MeasuredNumber]]] = {
+    "growth": measure_memory_and_time_by_case_count, "throughput": measure_throughput, "sweep": measure_time_per_case,
+    "compilation": measure_compilation, "study": measure_time_and_errors_of_default_study,
+    "whole-run": measure_whole_run, "left-out": measure_effect_of_skipping_samples_at_rest
 }  # fmt: skip
 
 
 def main(
-    parts: Annotated[list[str] | None, typer.Argument(help=f"{', '.join(PARTS)}; default: all")] = None,
+    parts: Annotated[list[str] | None, typer.Argument(help=f"{', '.join(MEASUREMENT_BY_PART)}; default: all")] = None,
 ) -> None:
     """Measure the speed of the kernels; parts that are not named keep their figures."""
     machine = re.sub(r"[^a-z0-9]+", "-", f"{platform.machine()} {os.cpu_count()} cores".lower()).strip("-")
     rows: list[MeasuredNumber] = []
-    for name in (names := select_parts(parts, PARTS)):
-        measure = PARTS[name]
+    for name in (names := select_parts(parts, MEASUREMENT_BY_PART)):
+        measure = MEASUREMENT_BY_PART[name]
         found = measure()
         print(body := measured_numbers_table(found), flush=True)
         rows += found

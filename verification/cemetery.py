@@ -35,7 +35,7 @@ from overturning.report.filters import format_percent
 from overturning.statistics.space import count_agreements_of_2d_and_3d_outcomes, shares_of_agreeing_2d_and_3d_outcomes
 from overturning.study.cube import open_cube
 from overturning.study.load import load_study
-from overturning.study.scenes import NOMINAL, ground_motion_for_variant
+from overturning.study.scenes import NOMINAL_VARIANT, ground_motion_for_variant
 from overturning.study.sweep import scale_motion
 from overturning.surveys.population import sample_stones
 from verification.tables import (
@@ -49,11 +49,11 @@ from verification.tables import (
     write_measured_numbers,
 )
 
-STUDY: Final = ROOT / "results" / "near-fault"
-PUBLISHED: Final = ROOT / "surveys" / "published.csv"
+STUDY_RESULTS_FOLDER: Final = ROOT / "results" / "near-fault"
+PUBLISHED_FALL_RATES_FILE: Final = ROOT / "surveys" / "published.csv"
 
 
-def read_published_fall_rates(path: Path = PUBLISHED) -> pd.DataFrame:
+def read_published_fall_rates(path: Path = PUBLISHED_FALL_RATES_FILE) -> pd.DataFrame:
     """Read the table of published fall rates."""
     return pd.read_csv(path)
 
@@ -173,11 +173,11 @@ def estimate_with_interval_text(estimate: Estimate) -> str:
     return text.replace("-", "−")
 
 
-def criteria_tables(results: StudyResults) -> dict[str, str]:
+def published_criteria_skill_tables(results: StudyResults) -> dict[str, str]:
     """Return tables of the skill of published criteria as Markdown, by marker, and copy their figure to the docs."""
     found = skill_of_published_criteria(results)
     assert found is not None
-    shutil.copy(STUDY / "figures" / "plane.svg", ROOT / "docs" / "images" / "criteria.svg")
+    shutil.copy(STUDY_RESULTS_FOLDER / "figures" / "plane.svg", ROOT / "docs" / "images" / "criteria.svg")
     rows = [
         (one.criterion, one.rule, format_percent(one.hit_rate), format_percent(one.false_alarm_rate),
          estimate_with_interval_text(one.skill), estimate_with_interval_text(one.skill_within_block_shape))
@@ -202,14 +202,14 @@ def compare_grid_and_per_stone_fall_rates(results: StudyResults) -> str:
 
     Each of these stones has its own height, B/H and µ.
     """
-    found, population_ = results.population_rates_by_variant[NOMINAL], results.study.population
+    found, population_ = results.population_rates_by_variant[NOMINAL_VARIANT], results.study.population
     assert population_ is not None
     stones, rates = sample_stones(population_), []
     planes = np.concatenate([stones.face_azimuth_deg, stones.face_azimuth_deg + 90])
     cases = Cases(planes, np.tile(stones.height, 2), np.tile(stones.b_over_h, 2), np.tile(stones.friction, 2))
     for name in results.record_names:
         motion = ground_motion_for_variant(
-            results.study, read_record_from_motion_file(STUDY / "motion" / f"{name.id}.nc")
+            results.study, read_record_from_motion_file(STUDY_RESULTS_FOLDER / "motion" / f"{name.id}.nc")
         )
         for factor in found["amplitude"].to_numpy():
             flags = run_cases(scale_motion(motion, float(factor)), cases, threads=2).overturned
@@ -248,13 +248,13 @@ def main() -> None:
     """Compare the rates, draw the figure and publish the tables."""
     write_measured_numbers(planar_model_accuracy(), RESULTS / "in-space.csv")
     study = load_study(ROOT / "config" / "near-fault.yaml")
-    with open_study_results(STUDY, study) as results:
-        found = results.population_rates_by_variant[NOMINAL]
+    with open_study_results(STUDY_RESULTS_FOLDER, study) as results:
+        found = results.population_rates_by_variant[NOMINAL_VARIANT]
         comparison = population_fall_rate_markdown(results)
         publish_markdown(
             {"population": f"{comparison}\n{wrap_text(compare_grid_and_per_stone_fall_rates(results), '- ')}"}
         )
-        publish_markdown(criteria_tables(results))
+        publish_markdown(published_criteria_skill_tables(results))
         rows, rates = read_published_fall_rates(), fall_rates_of_unscaled_records(found)
         draw_published_and_computed_fall_rates(rows, rates, ROOT / "docs" / "images" / "published-surveys.svg")
         publish_markdown(

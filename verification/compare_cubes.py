@@ -18,7 +18,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.direction import angle_between_azimuths
-from overturning.study.answers import MIN_AZIMUTH_CHANGE_DEG, count_outcome_differences
+from overturning.study.answers import MIN_FALL_AZIMUTH_DIFFERENCE_DEG, count_outcome_differences
 from overturning.study.cube import open_cube
 from verification.measures import MIN_PEAK_ROTATION_OVER_ALPHA, percentage
 from verification.tables import markdown_table
@@ -28,9 +28,9 @@ MIN_SLIP_M = 1e-3
 
 
 def fall_azimuths_differ(first_azimuths: NDArray[Any], second_azimuths: NDArray[Any]) -> NDArray[np.bool_]:
-    """True where the azimuths, degrees, of two falls differ by at least `MIN_AZIMUTH_CHANGE_DEG`; False for NaN."""
+    """True where two fall azimuths, degrees, differ by at least `MIN_FALL_AZIMUTH_DIFFERENCE_DEG`; False for NaN."""
     first, second = (np.asarray(azimuths, np.float64) for azimuths in (first_azimuths, second_azimuths))
-    return np.asarray(angle_between_azimuths(first, second) >= MIN_AZIMUTH_CHANGE_DEG)
+    return np.asarray(angle_between_azimuths(first, second) >= MIN_FALL_AZIMUTH_DIFFERENCE_DEG)
 
 
 def neighbours_have_same_outcome(flags: xr.DataArray, fall_azimuths: NDArray[Any] | None = None) -> NDArray[np.bool_]:
@@ -53,7 +53,7 @@ def neighbours_have_same_outcome(flags: xr.DataArray, fall_azimuths: NDArray[Any
     return same
 
 
-def peak_rotation_over_critical_angle(cube: xr.Dataset) -> FloatArray:
+def peak_rotation_divided_by_critical_angle(cube: xr.Dataset) -> FloatArray:
     """Return the peak rotation (3-D: peak tilt) over the critical angle α; NaN for an element without α."""
     if "peak_tilt" not in cube:
         return np.asarray(cube.peak_rotation, dtype=np.float64)
@@ -101,8 +101,8 @@ def outcome_changes_between_cubes(old_cube: xr.Dataset, new_cube: xr.Dataset) ->
     counts = count_outcome_differences(before, after, away)
     firmly = count_outcome_differences(before[firm], after[firm], None if away is None else away[firm])
     turned, turned_too, stands = (
-        peak_rotation_over_critical_angle(old_cube),
-        peak_rotation_over_critical_angle(new_cube),
+        peak_rotation_divided_by_critical_angle(old_cube),
+        peak_rotation_divided_by_critical_angle(new_cube),
         (before == 0) & (after == 0),
     )
     slid, slid_too = peak_slip_of_cells(old_cube), peak_slip_of_cells(new_cube)

@@ -28,8 +28,8 @@ FALLEN_ROTATION_RAD: Final = 0.49 * math.pi
 MAX_VERTICAL_COMPONENT_OF_FALLEN_AXIS: Final = 0.05
 """Vertical component of the axis below which a prism counts as fallen."""
 
-TIME_AFTER_RECORD_OF_BLOCK: Final = 5.0
-TIME_AFTER_RECORD_OF_SCENE: Final = 3.0
+BLOCK_SIMULATION_TIME_AFTER_RECORD_S: Final = 5.0
+SCENE_SIMULATION_TIME_AFTER_RECORD_S: Final = 3.0
 """Simulated time after the record, s, for a block and for a scene."""
 
 
@@ -175,9 +175,9 @@ def _mujoco_model(
 class Prism(NamedTuple):
     """Free 3-D prism: half sizes along x, y and z, m, and friction coefficient."""
 
-    b: float
-    d: float
-    h: float
+    half_width: float
+    half_depth: float
+    half_height: float
     friction: float
 
 
@@ -186,7 +186,8 @@ def effective_gravity_on_base(motion: Motion, orientation_deg: float, time_step:
     along = [motion.acceleration_along(orientation_deg), motion.acceleration_along(orientation_deg - 90.0)]
     waves = [*along, np.zeros(motion.sample_count) if motion.up is None else motion.up]
     x, y, z = (
-        resample_acceleration(wave, motion.sampling_interval, time_step, TIME_AFTER_RECORD_OF_BLOCK) for wave in waves
+        resample_acceleration(wave, motion.sampling_interval, time_step, BLOCK_SIMULATION_TIME_AFTER_RECORD_S)
+        for wave in waves
     )
     return np.stack([-x, -y, -STANDARD_GRAVITY - z], axis=1)
 
@@ -195,7 +196,9 @@ def fall_direction_in_mujoco(prism: Prism, gravity: np.ndarray, time_step: float
     """Return the horizontal direction of the axis of a prism that falls in MuJoCo; None if it stands."""
     import mujoco as engine
 
-    model = _mujoco_model((prism.b, prism.d, prism.h), "<freejoint/>", prism.friction, time_step, ratio=10)
+    model = _mujoco_model(
+        (prism.half_width, prism.half_depth, prism.half_height), "<freejoint/>", prism.friction, time_step, ratio=10
+    )
     data = engine.MjData(model)
     for pull in gravity:
         model.opt.gravity[:] = pull
@@ -219,9 +222,9 @@ def fall_direction_in_bullet(prism: Prism, gravity: np.ndarray, time_step: float
             0, engine.createCollisionShape(engine.GEOM_PLANE, physicsClientId=client), physicsClientId=client
         )
         shape = engine.createCollisionShape(
-            engine.GEOM_BOX, halfExtents=[prism.b, prism.d, prism.h], physicsClientId=client
+            engine.GEOM_BOX, halfExtents=[prism.half_width, prism.half_depth, prism.half_height], physicsClientId=client
         )
-        body = engine.createMultiBody(1.0, shape, basePosition=[0, 0, prism.h], physicsClientId=client)
+        body = engine.createMultiBody(1.0, shape, basePosition=[0, 0, prism.half_height], physicsClientId=client)
         for one, friction in ((ground, 1.0), (body, prism.friction)):
             engine.changeDynamics(
                 one, -1, lateralFriction=friction, rollingFriction=0, spinningFriction=0, restitution=0,
@@ -240,47 +243,47 @@ def fall_direction_in_bullet(prism: Prism, gravity: np.ndarray, time_step: float
     return None
 
 
-StoneFallSidesOfCaseFunction = Callable[..., list[int]]
+FallSidesFunction = Callable[..., list[int]]
 FallDirectionFunction = Callable[[Prism, np.ndarray, float], tuple[float, float] | None]
-PLANAR_ENGINES: Final[dict[str, StoneFallSidesOfCaseFunction]] = {
+PLANAR_ENGINES: Final[dict[str, FallSidesFunction]] = {
     "Box2D": fall_sides_in_box2d,
     "pymunk": fall_sides_in_pymunk,
     "MuJoCo": fall_side_in_mujoco,
 }
-SPACE_ENGINES: Final[dict[str, FallDirectionFunction]] = {
+ENGINES_3D: Final[dict[str, FallDirectionFunction]] = {
     "MuJoCo": fall_direction_in_mujoco,
     "Bullet": fall_direction_in_bullet,
 }
-_MODULES: Final = {"Box2D": "Box2D", "pymunk": "pymunk", "MuJoCo": "mujoco", "Bullet": "pybullet"}
+_MODULE_BY_ENGINE: Final = {"Box2D": "Box2D", "pymunk": "pymunk", "MuJoCo": "mujoco", "Bullet": "pybullet"}
 
 
 def installed_engines(engines: Mapping[str, Any], *names: str) -> dict[str, Any]:
     """Return the named engines (default: all) that are installed; print a note for each missing one."""
-    missing = {name for name in names or engines if find_spec(_MODULES[name]) is None}
+    missing = {name for name in names or engines if find_spec(_MODULE_BY_ENGINE[name]) is None}
     for name in missing:
         print(f"{name} is not installed: make peers")
     return {name: engines[name] for name in names or engines if name not in missing}
 
 
 def fall_side_of_block(
-    engine: StoneFallSidesOfCaseFunction, acceleration: np.ndarray, interval: float, height: float, b_over_h: float,
+    engine: FallSidesFunction, acceleration: np.ndarray, interval: float, height: float, b_over_h: float,
     friction: float,
     step: float = DEFAULT_TIME_STEP,
 ) -> int:  # fmt: skip
     """Return the side to which a block falls in a physics engine (±1; 0: none)."""
-    ground = resample_acceleration(acceleration, interval, step, TIME_AFTER_RECORD_OF_BLOCK)
+    ground = resample_acceleration(acceleration, interval, step, BLOCK_SIMULATION_TIME_AFTER_RECORD_S)
     return engine([rectangular_planar_body(height, b_over_h)], ground, friction, step)[0]
 
 
 def fall_sides_of_scene(
-    engine: StoneFallSidesOfCaseFunction, placed: Iterable[PlacedElement], acceleration: np.ndarray, interval: float,
+    engine: FallSidesFunction, placed: Iterable[PlacedElement], acceleration: np.ndarray, interval: float,
     friction: float,
     step: float = DEFAULT_TIME_STEP, early: bool = False,
 ) -> list[int]:  # fmt: skip
     """Return the sides to which the free elements of a scene fall in a physics engine (±1; 0: none)."""
     return engine(
         convert_elements_to_planar_bodies(placed),
-        resample_acceleration(acceleration, interval, step, TIME_AFTER_RECORD_OF_SCENE),
+        resample_acceleration(acceleration, interval, step, SCENE_SIMULATION_TIME_AFTER_RECORD_S),
         friction,
         step,
         early=early,

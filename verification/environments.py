@@ -24,7 +24,7 @@ from verification.tables import (
     write_measured_numbers,
 )
 
-REPEATS: Final = 2
+MEASUREMENTS_PER_ENVIRONMENT: Final = 2
 """Number of measurements of each environment; the fastest one is reported."""
 
 
@@ -95,7 +95,7 @@ def main(
         if before:
             subprocess.run(["git", "clone", "--quiet", "--no-checkout", str(ROOT), str(old)], check=True)
             subprocess.run(["git", "checkout", "--quiet", before], cwd=old, check=True)
-        for _ in range(REPEATS):  # in turn, so that other load on the machine affects both alike
+        for _ in range(MEASUREMENTS_PER_ENVIRONMENT):  # in turn, so that other load on the machine affects both alike
             if before:
                 earlier += measure_make_targets(old, ["setup"])
             run, test = measure_make_targets(ROOT, ["setup", "setup-dev"])

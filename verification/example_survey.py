@@ -29,7 +29,7 @@ from verification.tables import ROOT
 
 SURVEY: Final = ROOT / "surveys" / "example-cemeteries.csv"
 PAGE: Final = ROOT / "docs" / "how-to" / "survey.md"
-ROSE: Final = ROOT / "docs" / "images" / "example-cemeteries.svg"
+ROSE_DIAGRAM_FILE: Final = ROOT / "docs" / "images" / "example-cemeteries.svg"
 
 RECORD_SOURCE: Final = "example:20161113_110259_WTMC_20.V2A"
 DIRECTION_NOTATION_BY_SITE: Final = {"Hill": "degrees", "River": "winds", "Church": "bearings"}
@@ -50,7 +50,7 @@ OUTCOMES_OF_EXCLUDED_STONES: Final = {
     ("Church", 9): "repaired",
 }  # fmt: skip
 """Outcomes of the stones that do not count, by site and number."""
-FALL_NUMBER_WITHOUT_DIRECTION: Final = 3
+ORDINAL_OF_FALL_WITHOUT_DIRECTION: Final = 3
 """Number, among the stones of each site that fell, of the one whose direction is not noted."""
 
 
@@ -141,7 +141,7 @@ def survey_text() -> str:
                 twist, shift = int(generator.choice([-1, 1])) * int(generator.integers(2, 15)), generator.integers(1, 5)
                 outcome = f"twisted {twist}" if moved < 0.25 else f"shifted {shift} cm"
             falls += outcome == "fell"
-            if outcome == "fell" and falls == FALL_NUMBER_WITHOUT_DIRECTION:
+            if outcome == "fell" and falls == ORDINAL_OF_FALL_WITHOUT_DIRECTION:
                 outcome, azimuth = "fell, direction not known", ""
             if (site, number) in OUTCOMES_OF_EXCLUDED_STONES:
                 outcome, azimuth = OUTCOMES_OF_EXCLUDED_STONES[site, number], ""
@@ -204,7 +204,7 @@ def inferred_motion_output() -> dict[str, str]:
 def main() -> None:
     """Write the survey, the rose of its falls, and the output of the commands in the page."""
     write_text(SURVEY, survey_text())
-    output_of_overturning_command("survey", str(SURVEY), "--rose", str(ROSE))
+    output_of_overturning_command("survey", str(SURVEY), "--rose", str(ROSE_DIAGRAM_FILE))
     page = PAGE.read_text(encoding="utf-8")
     for mark, block in (survey_command_outputs() | inferred_motion_output()).items():
         begin, end = f"<!-- {mark}:begin -->", f"<!-- {mark}:end -->"

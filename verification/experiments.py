@@ -29,7 +29,7 @@ from overturning.model.shapes import RectangularPrism
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from verification.inputs import (
-    NO_SLIDING_FRICTION,
+    FRICTION_PREVENTING_SLIDING,
     CaseGroup,
     case_grid,
     default_study_groups,
@@ -75,8 +75,8 @@ SCHEMES_AND_STEPS: Final = [("centred", share) for share in (0.0625, 0.125, 0.25
 ]
 """Schemes with shares of their longest step; the automatic step of the centred scheme is its longest."""
 FINEST_STEP: Final[dict[str, Any]] = {"scheme": "centred", "time_step": "0.03125 stable"}
-BOUNDARY_SHIFT: Final = "shift of the boundary, %"
-ERROR_COLUMNS: Final = ["median error of peak rotation", BOUNDARY_SHIFT, "wrong flags, %", "wrong sides, %"]
+BOUNDARY_SHIFT_COLUMN: Final = "shift of the boundary, %"
+ERROR_COLUMNS: Final = ["median error of peak rotation", BOUNDARY_SHIFT_COLUMN, "wrong flags, %", "wrong sides, %"]
 
 
 def measure_error_by_scheme_and_step(thin: PartOfDefaultStudy) -> MarkdownByMarker:
@@ -98,7 +98,7 @@ def measure_error_by_scheme_and_step(thin: PartOfDefaultStudy) -> MarkdownByMark
         rows.append(
             {"scheme": scheme, "step": share, "cases": far.counts_of_all_cases.cases}
             | far.cost_and_error_columns(seconds)
-            | {BOUNDARY_SHIFT: round(100 * float(shift.mean()), 3)}
+            | {BOUNDARY_SHIFT_COLUMN: round(100 * float(shift.mean()), 3)}
         )
         print(rows[-1], flush=True)
     curve = pd.DataFrame(rows)
@@ -137,7 +137,7 @@ def cost_ratio_table_at_equal_error(error_curves: pd.DataFrame) -> str:
     )
 
 
-def measure_wrong_flags_over_step_and_contact(thin: PartOfDefaultStudy) -> MarkdownByMarker:
+def measure_wrong_flags_by_step_and_contact(thin: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure shares of unstable cases and wrong overturning flags by time step, contact stiffness and damping."""
     groups, lines = thin.groups(), []
     steps = {"automatic": "auto"} | {f"{share:g}": f"{share} stable" for share in (0.25, 0.5, 0.75, 1.0)}
@@ -185,14 +185,14 @@ STEP_CONTROL_CHANGE_BY_NAME: Final = {
 """Statements that change one rule of the clock before the kernel is imported, by name."""
 
 
-def measure_step_control_rules(thin: PartOfDefaultStudy) -> MarkdownByMarker:
+def measure_effects_of_step_control_rules(thin: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure the effect of each rule of the step control; each is compiled in a separate process."""
     groups, rows = thin.groups(), {}
     exact = run_case_groups(groups, threads=2, time_step="0.125 stable").results
     with tempfile.TemporaryDirectory() as folder:
         for number, (name, before) in enumerate(STEP_CONTROL_CHANGE_BY_NAME.items()):
             (found,) = run_case_groups_in_subprocess(groups, [{}], before=before, NUMBA_CACHE_DIR=f"{folder}/{number}")
-            rows[name] = compare_results(found.results, exact).cost_and_error_columns(found.seconds)
+            rows[name] = compare_results(found.results, exact).cost_and_error_columns(found.processor_time_s)
             print(name, rows[name], flush=True)
     return {"fine-steps": markdown_table_of_named_rows("", rows, list(next(iter(rows.values()))))}
 
@@ -223,7 +223,7 @@ def measure_error_by_stiffness_and_step(thin: PartOfDefaultStudy) -> MarkdownByM
     if thin.checkout is not None:
         (before,) = run_case_groups_in_subprocess(groups, [{}], checkout=thin.checkout)
         costs["of the other checkout"] = compare_results(before.results, exact.results).cost_and_error_columns(
-            before.seconds
+            before.processor_time_s
         )
     for penetration in (2e-5, 2e-6, 5e-7, DEFAULT_STATIC_PENETRATION_RATIO, 2e-8):
         found = {
@@ -235,7 +235,7 @@ def measure_error_by_stiffness_and_step(thin: PartOfDefaultStudy) -> MarkdownByM
         )
         lines.append((f"{penetration:g}", *cells))
         costs[f"{penetration:g}"] = compare_results(found["auto"].results, exact.results).cost_and_error_columns(
-            found["auto"].seconds
+            found["auto"].processor_time_s
         )
         print(lines[-1], costs[f"{penetration:g}"], flush=True)
     own, finer = (
@@ -278,7 +278,7 @@ class KernelOutcomes(NamedTuple):
     """Results of a kernel for the cases of all motions, in order: sides, peak rotations over α, and steps."""
 
     sides: NDArray[Any]
-    peak_rotations: FloatArray
+    peak_rotations_over_alpha: FloatArray
     step_counts: NDArray[Any]
 
 
@@ -296,7 +296,9 @@ def run_square_prisms(group: CaseGroup, damping: float) -> KernelOutcomes:
     for azimuth in np.unique(cases.azimuth_deg):
         chosen, along = np.asarray(cases.azimuth_deg) == azimuth, group.motion.acceleration_along(float(azimuth))
         ahead = Motion(along, 0.0 * along, sampling_interval=group.motion.sampling_interval)
-        shapes = Cases(0.0, np.asarray(cases.height)[chosen], np.asarray(cases.b_over_h)[chosen], NO_SLIDING_FRICTION)
+        shapes = Cases(
+            0.0, np.asarray(cases.height)[chosen], np.asarray(cases.b_over_h)[chosen], FRICTION_PREVENTING_SLIDING
+        )
         contact = VertexContact(damping_ratio=damping)
         found = simulate_cases(Body(RectangularPrism(), contact), ahead, shapes)
         side = np.where(np.cos(np.radians(found.fall_azimuth)) > 0, 1, -1)
@@ -311,7 +313,7 @@ def measure_error_by_damping_ratio(thin: PartOfDefaultStudy) -> MarkdownByMarker
     A flag is firm if it does not change under a motion 1 % weaker or stronger. A peak rotation is wrong if its error
     exceeds 0.01 α. Blocks are squat from B/H = 0.4.
     """
-    cases = case_grid(np.arange(1.24, 180.0, 15.0), [0.6, 1.6], np.arange(0.1, 0.51, 0.05), NO_SLIDING_FRICTION)
+    cases = case_grid(np.arange(1.24, 180.0, 15.0), [0.6, 1.6], np.arange(0.1, 0.51, 0.05), FRICTION_PREVENTING_SLIDING)
     groups = [
         CaseGroup(motion, cases) for motion in list(read_motions_of_default_study().values())[:: thin.every_nth_record]
     ]
@@ -335,7 +337,7 @@ def measure_error_by_damping_ratio(thin: PartOfDefaultStudy) -> MarkdownByMarker
             found = KernelOutcomes(
                 *map(np.concatenate, zip(*(kernel(group, damping) for group in groups), strict=True))
             )
-            stands, away = rocks & (found.sides == 0), np.abs(found.peak_rotations - peak)
+            stands, away = rocks & (found.sides == 0), np.abs(found.peak_rotations_over_alpha - peak)
             off = (f"{percentage((away[of] > 0.01).sum(), of.sum()):.1f}" for of in (stands, stands & squat))
             wrong, spent = (firm & (found.sides != side)).sum(), found.step_counts.sum() / 1e6
             cells.append(" / ".join([f"{wrong}", *off, f"{np.median(away[stands]):.2g}", f"{spent:.1f}"]))
@@ -348,7 +350,7 @@ def measure_error_by_damping_ratio(thin: PartOfDefaultStudy) -> MarkdownByMarker
     return {"damping-ratio": markdown_table(("ξ", *kernels), lines) + f"\n\n{wrap_text(about)}"}
 
 
-FRICTIONS_FROM_MAXIMUM: Final = (MAX_FRICTION, 300.0, 1e3, 1e4, 1e6)
+FRICTIONS_FROM_KERNEL_MAXIMUM_UPWARDS: Final = (MAX_FRICTION, 300.0, 1e3, 1e4, 1e6)
 """Frictions from `MAX_FRICTION`, the largest that blocks are computed with."""
 
 
@@ -357,7 +359,7 @@ def measure_effect_of_high_friction(thin: PartOfDefaultStudy) -> MarkdownByMarke
     shapes = half_circle_azimuths(thin.azimuth_count), [0.6, 2.0], np.arange(0.1, 0.61, 0.1)
     motions, lines, first = list(read_motions_of_default_study().values())[:: thin.every_nth_record], [], None
     with patch("overturning.dem.block.plan.MAX_FRICTION", np.inf):
-        for friction in FRICTIONS_FROM_MAXIMUM:
+        for friction in FRICTIONS_FROM_KERNEL_MAXIMUM_UPWARDS:
             groups = [CaseGroup(motion, case_grid(*shapes, friction)) for motion in motions]
             found = run_case_groups(groups, threads=2).results
             first = found if first is None else first
@@ -383,8 +385,8 @@ def measure_effect_of_high_friction(thin: PartOfDefaultStudy) -> MarkdownByMarke
 
 EXPERIMENTS: Final[dict[str, tuple[Callable[[PartOfDefaultStudy], MarkdownByMarker], PartOfDefaultStudy]]] = {
     "default-step": (measure_error_by_scheme_and_step, PartOfDefaultStudy(2, 1)),
-    "step-and-contact": (measure_wrong_flags_over_step_and_contact, PartOfDefaultStudy(4, 10)),
-    "fine-steps": (measure_step_control_rules, PartOfDefaultStudy(6, 4)),
+    "step-and-contact": (measure_wrong_flags_by_step_and_contact, PartOfDefaultStudy(4, 10)),
+    "fine-steps": (measure_effects_of_step_control_rules, PartOfDefaultStudy(6, 4)),
     "rigid-limit": (measure_error_by_stiffness_and_step, PartOfDefaultStudy(18, 4)),
     "damping-ratio": (measure_error_by_damping_ratio, PartOfDefaultStudy(12, 4)),
     "most-friction": (measure_effect_of_high_friction, PartOfDefaultStudy(18, 4)),

@@ -29,7 +29,7 @@ RECORDS: Final = {
 FRICTIONS: Final = {"sliding": (0.33, 0.58), "rocking": (1.0, 10.0)}
 """Frictions with which many blocks slide, and with which they rock, under the six records."""
 
-NO_SLIDING_FRICTION: Final = 10.0
+FRICTION_PREVENTING_SLIDING: Final = 10.0
 """Friction with which nothing slides."""
 
 _CASE_PARAMETERS: Final = ("azimuth_deg", "height", "b_over_h", "friction", "amplitude")
@@ -124,7 +124,7 @@ def block_groups_under_records(friction_kind: str) -> list[CaseGroup]:
 def non_sliding_block_groups_under_records() -> list[CaseGroup]:
     """Return blocks of both heights of the default study that cannot slide, under six records."""
     return _groups_under_six_records(
-        case_grid(half_circle_azimuths(6, 10.0), [0.6, 1.2], [0.15, 0.2, 0.25, 0.3, 0.35], NO_SLIDING_FRICTION)
+        case_grid(half_circle_azimuths(6, 10.0), [0.6, 1.2], [0.15, 0.2, 0.25, 0.3, 0.35], FRICTION_PREVENTING_SLIDING)
     )
 
 
@@ -147,7 +147,7 @@ def rocking_block_groups_under_sine_pulses(periods: int = 12, blocks: int = 48, 
         amplitude = generator.uniform(1.0, 6.0, blocks) * STANDARD_GRAVITY * ratio
         height = generator.uniform(0.5, 2.5, blocks)
         motion = Motion(north, np.zeros(north.size), sampling_interval=interval)
-        groups.append(CaseGroup(motion, Cases(0.0, height, ratio, NO_SLIDING_FRICTION, amplitude)))
+        groups.append(CaseGroup(motion, Cases(0.0, height, ratio, FRICTION_PREVENTING_SLIDING, amplitude)))
     return groups
 
 

@@ -1,8 +1,8 @@
 """Outcomes of stones under the motions of the package, for ``src/overturning/surveys/library-outcomes.npz``.
 
-The module simulates the sizes of `SHIPPED_HEIGHT_INDICES` and `ASPECTS_SHIPPED`, and all B/H of the grid, in hours of
-processor time. An interrupted run goes on with the motion at which it stopped: the outcomes of each motion are stored
-in the folder `--folder`, under a name that contains a hash of the package's source files.
+The module simulates the sizes of `SHIPPED_HEIGHT_INDICES` and `SHIPPED_DEPTH_OVER_WIDTH`, and all B/H of the grid, in
+hours of processor time. An interrupted run goes on with the motion at which it stopped: the outcomes of each motion are
+stored in the folder `--folder`, under a name that contains a hash of the package's source files.
 """
 
 from pathlib import Path
@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from overturning.surveys.library import candidate_motions
 from overturning.surveys.stone_outcomes import (
-    ASPECTS,
-    HEIGHTS,
     SHIPPED_OUTCOMES_FILE,
     SIMULATED_B_OVER_H,
+    SIMULATED_D_OVER_B,
+    SIMULATED_HEIGHTS_M,
     load_or_simulate_outcomes,
     motion_signature,
     simulated_grid_as_text,
@@ -25,9 +25,9 @@ from overturning.surveys.stone_outcomes import (
 from verification.tables import ROOT
 
 SHIPPED_HEIGHT_INDICES: Final = slice(0, 6)
-"""Heights of `HEIGHTS` whose outcomes are shipped: those of gravestones, 0.3 to 2.28 m."""
+"""Heights of `SIMULATED_HEIGHTS_M` whose outcomes are shipped: those of gravestones, 0.3 to 2.28 m."""
 
-ASPECTS_SHIPPED: Final = (0.0, *ASPECTS)
+SHIPPED_DEPTH_OVER_WIDTH: Final = (0.0, *SIMULATED_D_OVER_B)
 """D/B of stones whose outcomes are shipped; 0 stands for round stones."""
 
 
@@ -36,7 +36,7 @@ def simulate_library_outcomes(aspect: float, folder: Path, threads: int) -> tupl
 
     Returns the indices of height and B/H, shape (sizes, 2), and the outcomes.
     """
-    needed = np.zeros((HEIGHTS.size, SIMULATED_B_OVER_H.size), np.bool_)
+    needed = np.zeros((SIMULATED_HEIGHTS_M.size, SIMULATED_B_OVER_H.size), np.bool_)
     needed[SHIPPED_HEIGHT_INDICES] = True
     sizes: list[tuple[int, int]] = [(h, b) for h, b in np.argwhere(needed).tolist()]
     outcomes = []
@@ -56,7 +56,7 @@ def main(
         "grid": np.array(simulated_grid_as_text()),
         "motions": np.stack([motion_signature(one) for one in candidate_motions()]),
     }
-    for aspect in ASPECTS_SHIPPED:
+    for aspect in SHIPPED_DEPTH_OVER_WIDTH:
         sizes, outcomes = simulate_library_outcomes(aspect, folder, threads)
         members |= {f"sizes {aspect:g}": sizes.astype(np.int8), f"outcomes {aspect:g}": outcomes}
     np.savez_compressed(SHIPPED_OUTCOMES_FILE, allow_pickle=False, **members)

@@ -12,7 +12,7 @@ from overturning.model.results import CaseResults
 from overturning.model.status import CaseStatus
 from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_differences
 from verification.inputs import CaseGroup
-from verification.timing import TimedResults, time_run
+from verification.timing import TimedResults, run_and_measure_processor_time
 
 PeakRotations = NDArray[np.floating[Any]]
 Flags = NDArray[np.int8]
@@ -30,7 +30,7 @@ def join_results(group_results: Sequence[CaseResults]) -> CaseResults:
 
 def run_case_groups(case_groups: Sequence[CaseGroup], repeats: int = 1, **settings: Any) -> TimedResults:
     """Run groups of cases `repeats` times, after a warm-up run of the first; `settings` are those of `run_cases`."""
-    found, seconds = time_run(
+    found, seconds = run_and_measure_processor_time(
         lambda: [run_cases(group.motion, group.cases, **settings) for group in case_groups],
         repeats,
         lambda: run_cases(*case_groups[0], **settings),
@@ -87,7 +87,7 @@ class ResultDifference(NamedTuple):
     peak_rotation_errors: FloatArray
     """Errors of peak rotation, as a share of α."""
     unstable_count: int
-    block_steps: int
+    block_step_count_of_results: int
     max_energy_error: float
     """Largest energy error of the simulated cases."""
 
@@ -95,7 +95,7 @@ class ResultDifference(NamedTuple):
         """Return cost and errors by the column titles of the tables in the docs."""
         flags, sides = wrong_outcome_percentages(self.counts_of_all_cases)
         return {
-            "million block steps": round(self.block_steps / 1e6, 1),
+            "million block steps": round(self.block_step_count_of_results / 1e6, 1),
             "processor time, s": round(seconds, 2),
             "wrong flags, %": round(flags, 3),
             "wrong sides, %": round(sides, 3),

@@ -23,7 +23,7 @@ from verification.tables import (
 )
 from verification.work_precision import figures as error_figures
 from verification.work_precision import page as error_page
-from verification.work_precision.parts import PARTS
+from verification.work_precision.parts import MEASUREMENTS_BY_PART
 
 
 def main(
@@ -33,11 +33,11 @@ def main(
 ) -> None:
     """Publish the tables of error against run time and of the map of stability."""
     kept = root / RESULTS.relative_to(ROOT)
-    rows = pd.concat([read_table(results / f"{part}.nc") for part in PARTS], ignore_index=True)
+    rows = pd.concat([read_table(results / f"{part}.nc") for part in MEASUREMENTS_BY_PART], ignore_index=True)
     write_csv(rows, kept / "work-precision.csv")
     orders = publish_error_against_run_time(rows, root)
     blocks, scenes, stacks = (read_table(results / f"{name}.nc") for name in ("stability", "scenes", "stacks"))
-    publish_stability(blocks, scenes, stacks, root)
+    publish_stability_maps(blocks, scenes, stacks, root)
     with atomic_write(output) as part:
         known = {name: value if np.isfinite(value) else None for name, value in orders.items()}
         part.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
@@ -54,7 +54,9 @@ def publish_error_against_run_time(error_rows: pd.DataFrame, root: Path) -> dict
     return orders
 
 
-def publish_stability(block_rows: pd.DataFrame, scene_rows: pd.DataFrame, stack_rows: pd.DataFrame, root: Path) -> None:
+def publish_stability_maps(
+    block_rows: pd.DataFrame, scene_rows: pd.DataFrame, stack_rows: pd.DataFrame, root: Path
+) -> None:
     """Draw and publish the maps of stability of single blocks, of scenes and of 3-D stacks."""
     images = root / "docs" / "images"
     map_figures.draw_block_cases(block_rows, images / "stability-map.svg")

@@ -42,9 +42,10 @@ def main(
         for _ in range(pairs)
     ]
     for number, scheme in enumerate(SCHEMES):
-        times = [[state[number].seconds for state in pair] for pair in runs]
+        times = [[state[number].processor_time_s for state in pair] for pair in runs]
         rates = [
-            [state[number].results.block_steps.sum() / state[number].seconds / 1e6 for state in pair] for pair in runs
+            [state[number].results.block_steps.sum() / state[number].processor_time_s / 1e6 for state in pair]
+            for pair in runs
         ]
         here, there = (median(pair[state] for pair in rates) for state in (0, 1))
         speed, time = (median(pair[0] / pair[1] for pair in values) for values in (rates, times))

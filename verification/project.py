@@ -10,7 +10,7 @@ from typing import Any, Final, Self
 import psutil
 import yaml
 
-from overturning.commands.study import WORKFLOW
+from overturning.commands.study import WORKFLOW_FILES_AND_FOLDERS
 from verification.tables import ROOT
 
 CUBE: Final = "cube.nc"
@@ -41,7 +41,7 @@ class WorkflowFolder:
         self.folder, self.file = folder, "study.yaml" if study else "config/near-fault.yaml"
         if not (folder / self.file).exists():
             folder.mkdir(parents=True, exist_ok=True)
-            for name in (*WORKFLOW, "config"):
+            for name in (*WORKFLOW_FILES_AND_FOLDERS, "config"):
                 copy = shutil.copytree if (checkout / name).is_dir() else shutil.copy2
                 copy(checkout / name, folder / name)
             if study:

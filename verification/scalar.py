@@ -65,7 +65,7 @@ def _solve_implicit_step(  # type: ignore[no-untyped-def]
 
 
 @njit
-def run_scalar_block(  # type: ignore[no-untyped-def]
+def simulate_block_in_scalar_loop(  # type: ignore[no-untyped-def]
     is_centred, acceleration, sampling_interval, steps_per_sample, half_width, half_height, stiffness, dashpot, mu
 ):
     """Return the largest rotation (rad) of a block under a motion, and the number of block steps.

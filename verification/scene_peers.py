@@ -19,10 +19,10 @@ from verification.inputs import CaseGroup, read_strong_part_of_pulse_record
 from verification.scenes import fall_sides_of_shaft
 from verification.tables import RESULTS, ROOT, write_csv
 
-TABLE: Final = RESULTS / "three-tier-peers.csv"
+ENGINE_OUTCOMES_FILE: Final = RESULTS / "three-tier-peers.csv"
 RECORD_NUMBERS: Final = (6, 7, 8, 9, 10)
 CASES_PER_RECORD: Final = 24
-STEP: Final = 1.0 / 960.0
+TIME_STEP_S: Final = 1.0 / 960.0
 
 
 def choose_random_three_tier_cases() -> pd.DataFrame:
@@ -54,7 +54,7 @@ def fall_sides_of_shaft_by_engine(cases: pd.DataFrame) -> dict[str, np.ndarray]:
         if (rows := cases[cases["record"] == number]).size
     ]
     return {
-        name.lower(): np.concatenate([fall_sides_of_shaft(engine, scene, group, STEP) for group in groups])
+        name.lower(): np.concatenate([fall_sides_of_shaft(engine, scene, group, TIME_STEP_S) for group in groups])
         for name, engine in installed_engines(PLANAR_ENGINES, "pymunk", "Box2D").items()
     }
 
@@ -65,7 +65,7 @@ def main() -> None:
     found = fall_sides_of_shaft_by_engine(cases)
     if len(found) < 2:
         raise ArgumentError("both engines are needed: make peers")
-    write_csv(cases.assign(**found), TABLE)
+    write_csv(cases.assign(**found), ENGINE_OUTCOMES_FILE)
 
 
 if __name__ == "__main__":

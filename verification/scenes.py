@@ -36,13 +36,13 @@ from verification.tables import (
     select_parts,
     write_measured_numbers,
 )
-from verification.timing import minimum_processor_time, run_case_groups_in_subprocess, time_run
+from verification.timing import minimum_processor_time, run_and_measure_processor_time, run_case_groups_in_subprocess
 
 SHAFT_INDEX: Final = 2
 """Index of the compared element, the topmost of three."""
 COMPARED_ENGINES: Final = ("pymunk", "Box2D")
 
-PILLARS: Final = (
+PILLAR_SIZES: Final = (
     ((0.40, 0.40), (0.36, 0.40), (0.06, 0.40)),
     ((0.30, 0.45), (0.28, 0.45), (0.06, 0.30)),
     ((0.60, 0.50), (0.50, 0.60), (0.08, 0.50)),
@@ -90,7 +90,9 @@ def measure_element_steps_per_second() -> Iterator[MeasuredNumber]:
     for name in ("three-tier", "against-a-wall", "boulder"):
         scene = load_scene(name, ROOT)
         cases = Cases(0.0, *reference_element_height_and_b_over_h(scene), np.linspace(0.5, 1.0, 192))
-        found, seconds = time_run(partial(simulate_cases, scene, motion, cases, NumericalOptions(leave_out=False)), 2)
+        found, seconds = run_and_measure_processor_time(
+            partial(simulate_cases, scene, motion, cases, NumericalOptions(leave_out=False)), 2
+        )
         yield MeasuredNumber(
             f"element steps per second and core, {name}", found.block_steps.sum() / seconds / 1e6, "million/s"
         )
@@ -117,8 +119,12 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredNumber]:
     some = CaseGroup(motion, cases).subset(chosen)
     times, ended, found = {}, {}, {}
     for name, engine in installed_engines(PLANAR_ENGINES, "Box2D", "pymunk").items():
-        _, ended[name] = time_run(partial(fall_sides_of_shaft, engine, scene, some, early=True), 1, int)
-        found[name], times[name] = time_run(partial(fall_sides_of_shaft, engine, scene, some), 1, int)
+        _, ended[name] = run_and_measure_processor_time(
+            partial(fall_sides_of_shaft, engine, scene, some, early=True), 1, int
+        )
+        found[name], times[name] = run_and_measure_processor_time(
+            partial(fall_sides_of_shaft, engine, scene, some), 1, int
+        )
         yield MeasuredNumber(f"{name}: time per case", times[name] / chosen.size * 1e3, "ms")
         yield MeasuredNumber(
             f"{name}: time per case, ended when the shaft has fallen", ended[name] / chosen.size * 1e3, "ms"
@@ -133,7 +139,7 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredNumber]:
     for label, penetration, damping, scheme, step in COMPARED_SETTINGS:
         stones = scene_with_other_contact_law(scene, penetration, damping)
         options: dict[str, Any] = {"scheme": scheme, "time_step": step}
-        coarse, whole = time_run(
+        coarse, whole = run_and_measure_processor_time(
             partial(simulate_cases, stones, motion, cases, NumericalOptions(leave_out=False, **options)), 2
         )
         used = partial(simulate_as_arrays, motion, stones, friction=np.unique(cases.friction), **axes, **options)
@@ -217,7 +223,7 @@ def count_changed_flags_of_pillars() -> Iterator[MeasuredNumber]:
         "an amplitude smaller by 1e-9": (False, 1 - 1e-9),
     }
     flags, changed = 0, dict.fromkeys(ways, 0)
-    for sizes in PILLARS:
+    for sizes in PILLAR_SIZES:
         elements: list[dict[str, Any]] = [{"name": "0", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}]
         for number, (width, height) in enumerate(sizes, 1):
             elements.append({"name": f"{number}", "width": width, "height": height, "stands_on": f"{number - 1}"})
@@ -254,7 +260,7 @@ def compare_block_and_general_kernels(records: Sequence[int] = (6, 7, 8, 9, 10))
         )
 
     (own, seconds), (other, general_seconds) = (
-        time_run(partial(simulate_gravestones, general), 1) for general in (False, True)
+        run_and_measure_processor_time(partial(simulate_gravestones, general), 1) for general in (False, True)
     )
     chaos = np.zeros(own.status.size, bool)
     for general, nominal in ((False, own), (True, other)):

@@ -58,19 +58,23 @@ def printed_output_as_code_block(file: str, results: Path) -> str:
     return "\n\n" + "\n".join(f"    {line}" if line else "" for line in lines) + "\n\n"
 
 
-_BENCH: Final = "x86-64-2-cores.csv"
-_TUTORIAL: Final = "tutorial.csv"
+_BENCHMARK_FILE: Final = "x86-64-2-cores.csv"
+_TUTORIAL_NUMBERS_FILE: Final = "tutorial.csv"
 _PLANAR_ACCURACY_QUANTITY: Final = "2-D model predicts correctly whether it falls"
 
 NUMBER_FUNCTION_BY_MARKER: Final[dict[str, Callable[[Path], str]]] = {
     "study-cases": partial(
-        formatted_measured_number, _BENCH, "default study: flags, mirrored half included", "{:,.0f}"
+        formatted_measured_number, _BENCHMARK_FILE, "default study: flags, mirrored half included", "{:,.0f}"
     ),
-    "left-out-cases": partial(formatted_measured_number, _BENCH, "cases, mirrored half left out", "{:,.0f}"),
-    "left-out-flags": partial(formatted_measured_number, _BENCH, "flags changed by leaving out", "{:.0f}"),
-    "left-out-sides": partial(formatted_measured_number, _BENCH, "sides changed by leaving out", "{:.0f}"),
-    "operations-centred": partial(formatted_measured_number, _BENCH, "operations per block step, centred", "{:.0f}"),
-    "operations-cundall": partial(formatted_measured_number, _BENCH, "operations per block step, cundall", "{:.0f}"),
+    "left-out-cases": partial(formatted_measured_number, _BENCHMARK_FILE, "cases, mirrored half left out", "{:,.0f}"),
+    "left-out-flags": partial(formatted_measured_number, _BENCHMARK_FILE, "flags changed by leaving out", "{:.0f}"),
+    "left-out-sides": partial(formatted_measured_number, _BENCHMARK_FILE, "sides changed by leaving out", "{:.0f}"),
+    "operations-centred": partial(
+        formatted_measured_number, _BENCHMARK_FILE, "operations per block step, centred", "{:.0f}"
+    ),
+    "operations-cundall": partial(
+        formatted_measured_number, _BENCHMARK_FILE, "operations per block step, cundall", "{:.0f}"
+    ),
     "whole-step-flags": partial(format_errors_at_default_step_and_its_eighth, "{0:.1f} %"),
     "eighth-step-flags": partial(format_errors_at_default_step_and_its_eighth, "{1:.1f} %"),
     "eighth-step-time": partial(format_errors_at_default_step_and_its_eighth, "{2:.1f}"),
@@ -102,36 +106,44 @@ NUMBER_FUNCTION_BY_MARKER: Final[dict[str, Callable[[Path], str]]] = {
     "rigid-otherwise": partial(format_rigid_block_disagreement_counts, "{1:.0f}"),
     "rigid-otherwise-shared": partial(format_rigid_block_disagreement_counts, "{2:.0f}"),
     "boulder-tests": count_of_predicted_boulder_tests,
-    "waiau-cases": partial(formatted_measured_number, _TUTORIAL, "2-D: cases", "{:.0f}"),
+    "waiau-cases": partial(formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "2-D: cases", "{:.0f}"),
     "waiau-with-only": partial(
-        formatted_measured_number, _TUTORIAL, "2-D: falls with vertical motion only", "{:.1f} %"
+        formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "2-D: falls with vertical motion only", "{:.1f} %"
     ),
     "waiau-without-only": partial(
-        formatted_measured_number, _TUTORIAL, "2-D: falls without vertical motion only", "{:.1f} %"
+        formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "2-D: falls without vertical motion only", "{:.1f} %"
     ),
-    "waiau-both": partial(formatted_measured_number, _TUTORIAL, "2-D: falls in both", "{:.1f} %"),
-    "waiau-same-side": partial(formatted_measured_number, _TUTORIAL, "2-D: same side, of falls in both", "{:.1f} %"),
+    "waiau-both": partial(formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "2-D: falls in both", "{:.1f} %"),
+    "waiau-same-side": partial(
+        formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "2-D: same side, of falls in both", "{:.1f} %"
+    ),
     "waiau-slender-with": partial(
-        formatted_measured_number, _TUTORIAL, "2-D: B/H 0.35, falls with vertical motion", "{:.0f} %"
+        formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "2-D: B/H 0.35, falls with vertical motion", "{:.0f} %"
     ),
     "waiau-slender-without": partial(
-        formatted_measured_number, _TUTORIAL, "2-D: B/H 0.35, falls without vertical motion", "{:.0f} %"
+        formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "2-D: B/H 0.35, falls without vertical motion", "{:.0f} %"
     ),
     "waiau-stout-with": partial(
-        formatted_measured_number, _TUTORIAL, "2-D: B/H 0.55, falls with vertical motion", "{:.0f} %"
+        formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "2-D: B/H 0.55, falls with vertical motion", "{:.0f} %"
     ),
     "waiau-stout-without": partial(
-        formatted_measured_number, _TUTORIAL, "2-D: B/H 0.55, falls without vertical motion", "{:.0f} %"
+        formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "2-D: B/H 0.55, falls without vertical motion", "{:.0f} %"
     ),
-    "waiau-stones": partial(formatted_measured_number, _TUTORIAL, "3-D: stones", "{:.0f}"),
-    "waiau-space-with": partial(formatted_measured_number, _TUTORIAL, "3-D: falls with vertical motion", "{:.0f} %"),
+    "waiau-stones": partial(formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "3-D: stones", "{:.0f}"),
+    "waiau-space-with": partial(
+        formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "3-D: falls with vertical motion", "{:.0f} %"
+    ),
     "waiau-space-without": partial(
-        formatted_measured_number, _TUTORIAL, "3-D: falls without vertical motion", "{:.0f} %"
+        formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "3-D: falls without vertical motion", "{:.0f} %"
     ),
-    "waiau-space-changes": partial(formatted_measured_number, _TUTORIAL, "3-D: another outcome", "{:.0f}"),
-    "waiau-space-both": partial(formatted_measured_number, _TUTORIAL, "3-D: falls in both", "{:.0f}"),
-    "waiau-space-turned": partial(formatted_measured_number, _TUTORIAL, "3-D: another direction", "{:.0f} %"),
-    "waiau-space-median": partial(formatted_measured_number, _TUTORIAL, "3-D: median change of direction", "{:.0f}°"),
+    "waiau-space-changes": partial(formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "3-D: another outcome", "{:.0f}"),
+    "waiau-space-both": partial(formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "3-D: falls in both", "{:.0f}"),
+    "waiau-space-turned": partial(
+        formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "3-D: another direction", "{:.0f} %"
+    ),
+    "waiau-space-median": partial(
+        formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "3-D: median change of direction", "{:.0f}°"
+    ),
     "tutorial-survey": partial(printed_output_as_code_block, "tutorial-survey.txt"),
 }
 """Function that returns the text of a marker from the folder of the tables, by name."""

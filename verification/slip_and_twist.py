@@ -24,13 +24,13 @@ from overturning.surveys.library import shipped_candidate_motions
 from overturning.units import CM
 from verification.tables import markdown_table, publish_markdown
 
-REFINEMENTS: Final = (1, 2, 4, 16)
+TIME_STEP_REFINEMENTS: Final = (1, 2, 4, 16)
 """Numbers of parts into which the automatic step is divided; the last is the reference."""
 
 RECORDS: Final = 28
 """Number of near-field records of FEMA P-695, the first of the library."""
 
-AMPLITUDES: Final = (0.6, 1.0)
+AMPLITUDE_FACTORS: Final = (0.6, 1.0)
 ORIENTATIONS_DEG: Final = 22.5 * np.arange(8)
 FRICTIONS: Final = (0.5, 0.7)
 
@@ -44,13 +44,15 @@ EXCEEDANCE_SHARE: Final = 0.1
 """Share of the standing stones that exceed the slip or twist in the last columns of the table."""
 
 
-def simulate_shafts(name: str, model: Stack | Body, height: float, b_over_h: float, threads: int) -> pd.DataFrame:
+def simulate_gravestone_shaft(
+    name: str, model: Stack | Body, height: float, b_over_h: float, threads: int
+) -> pd.DataFrame:
     """Return the outcome, slip (m) and twist (degrees) of the shaft in each case, with each time step."""
-    axes = np.meshgrid(ORIENTATIONS_DEG, FRICTIONS, AMPLITUDES, indexing="ij")
+    axes = np.meshgrid(ORIENTATIONS_DEG, FRICTIONS, AMPLITUDE_FACTORS, indexing="ij")
     orientation, friction, amplitude = (values.ravel() for values in axes)
     cases, rows = Cases(orientation, height, b_over_h, friction, amplitude), []
     for record, candidate in enumerate(shipped_candidate_motions()[:RECORDS]):
-        for refinement in REFINEMENTS:
+        for refinement in TIME_STEP_REFINEMENTS:
             found = simulate_cases(
                 model, candidate.motion, cases, NumericalOptions(refinement=refinement, threads=threads)
             )
@@ -80,10 +82,10 @@ def slip_and_twist_error_table(rows: pd.DataFrame) -> str:
     for name, mine in rows.groupby("model", sort=False):
         by_step = {step: one.set_index("case") for step, one in mine.groupby("refinement")}
         standing = pd.concat([one["overturned"] == 0 for one in by_step.values()], axis=1).all(axis=1)
-        reference = by_step[REFINEMENTS[-1]][standing]
+        reference = by_step[TIME_STEP_REFINEMENTS[-1]][standing]
         for quantity, (factor, unit) in UNITS.items():
             exceeded_by_reference = factor * reference[quantity].quantile(1 - EXCEEDANCE_SHARE)
-            for refinement in REFINEMENTS[:-1]:
+            for refinement in TIME_STEP_REFINEMENTS[:-1]:
                 values = by_step[refinement][standing][quantity]
                 error = relative_errors(
                     values.to_numpy(), reference[quantity].to_numpy(), MIN_REFERENCE_VALUES[quantity]
@@ -105,7 +107,7 @@ def main(threads: Annotated[int, typer.Option(min=1, help="number of threads")] 
     scene = load_scene("three-tier")
     height, b_over_h = reference_element_height_and_b_over_h(scene)
     models: Sequence[tuple[str, Stack | Body]] = [("on two bases", Stack(scene)), ("on the ground", Body())]
-    rows = pd.concat([simulate_shafts(*one, height, b_over_h, threads) for one in models], ignore_index=True)
+    rows = pd.concat([simulate_gravestone_shaft(*one, height, b_over_h, threads) for one in models], ignore_index=True)
     publish_markdown({"slip-and-twist": slip_and_twist_error_table(rows)})
 
 

@@ -10,11 +10,11 @@ import pandas as pd
 from overturning.findings.contrast import SiteFallRates, population_fall_rates_by_soil, unconverged_soil_analyses
 from overturning.findings.results import StudyResults, open_study_results
 from overturning.study.load import load_study
-from overturning.study.scenes import NOMINAL, variant_settings
+from overturning.study.scenes import NOMINAL_VARIANT, variant_settings
 from overturning.units import STANDARD_GRAVITY
 from verification.tables import RESULTS, ROOT, markdown_table, publish_markdown, wrap_text, write_csv
 
-STUDY: Final = ROOT / "results" / "soft-ground"
+STUDY_RESULT_FOLDER: Final = ROOT / "results" / "soft-ground"
 
 
 def fall_rates_by_ground(results: StudyResults) -> pd.DataFrame:
@@ -22,12 +22,12 @@ def fall_rates_by_ground(results: StudyResults) -> pd.DataFrame:
     rows = []
     for ground_name, found in results.population_rates_by_variant.items():
         table = found[["fall_rate", "fall_axis", "fall_resultant"]].to_dataframe().reset_index()
-        table.insert(0, "ground", "rock" if ground_name == NOMINAL else ground_name)
+        table.insert(0, "ground", "rock" if ground_name == NOMINAL_VARIANT else ground_name)
         rows.append(table.drop(columns=["record", "event"], errors="ignore"))
     return pd.concat(rows)
 
 
-def fundamental_periods_text(results: StudyResults) -> str:
+def soil_fundamental_periods_text(results: StudyResults) -> str:
     """Return the fundamental periods, s, of the soil columns of the variants as text, in order."""
     found = []
     for name in results.study.variants:
@@ -73,7 +73,7 @@ def markdown_by_marker(results: StudyResults) -> dict[str, str]:
     text = (
         f"The equivalent-linear computation did not converge for {len(failed)} of the surface motions. The "
         "fundamental periods of the soil layers at small strain are "
-        f"{fundamental_periods_text(results)} (in the order of "
+        f"{soil_fundamental_periods_text(results)} (in the order of "
         "the table of fall rates)."
     )
     return {
@@ -86,7 +86,7 @@ def markdown_by_marker(results: StudyResults) -> dict[str, str]:
 def main() -> None:
     """Write verification/results/soft-ground.csv, and the tables and sentences on soft ground into the docs."""
     study = load_study(ROOT / "config" / "soft-ground.yaml")
-    with open_study_results(STUDY, study) as results:
+    with open_study_results(STUDY_RESULT_FOLDER, study) as results:
         write_csv(fall_rates_by_ground(results), RESULTS / "soft-ground.csv")
         publish_markdown(markdown_by_marker(results))
 

@@ -32,7 +32,7 @@ from overturning.motion.motion import Motion
 from overturning.study.load import load_study
 from overturning.study.scenes import variant_grid
 from verification import inputs
-from verification.engines import SPACE_ENGINES, Prism, fall_azimuth_of_prism, installed_engines
+from verification.engines import ENGINES_3D, Prism, fall_azimuth_of_prism, installed_engines
 from verification.inputs import read_motions_of_default_study, strong_part_of_motion
 from verification.measures import convergence_order
 from verification.reference import body_cundall
@@ -45,20 +45,20 @@ from verification.tables import (
     select_parts,
     write_measured_numbers,
 )
-from verification.timing import run_python_program_and_time_it, time_run
+from verification.timing import run_and_measure_processor_time, run_python_program_and_time_it
 
 OutcomeArrays = dict[str, np.ndarray]
 
-SINGLE_STONE_STACK: Final = "a stack of one stone"
+SINGLE_STONE_STACK_LABEL: Final = "a stack of one stone"
 
-GRID: Final[dict[str, Any]] = {
+DEFAULT_CASE_GRID: Final[dict[str, Any]] = {
     "orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [0.58],
 }  # fmt: skip
 TIME_STEP_OF_OTHER_ENGINES: Final = 2e-4
 """Time step of the other engines, s; a smaller one changes no more flags than the engines differ in."""
 STEP_REFINEMENTS: Final = (1, 2, 4, 8)
 """Refinement factors of the default step at which the order of convergence is measured."""
-REFERENCE_REFINEMENT: Final = 64
+REFERENCE_STEP_REFINEMENT: Final = 64
 AZIMUTH_ROUNDING_RAD: Final = float(np.radians(np.spacing(np.float32(360.0))))
 """Rounding of an azimuth in single precision, rad: the resolution of a cube."""
 
@@ -69,8 +69,8 @@ def rocking_motion_without_overturning(samples: int = 2000) -> Motion:
     return Motion(1.5 * np.sin(9.0 * t), 1.2 * np.cos(12.0 * t), 0.5 * np.sin(9.0 * t), sampling_interval=0.01)
 
 
-def run_grid_under_motions(
-    motions: list[Motion], factor: float = 1.0, grid: dict[str, Any] = GRID, **options: Any
+def simulate_case_grid_under_motions(
+    motions: list[Motion], factor: float = 1.0, grid: dict[str, Any] = DEFAULT_CASE_GRID, **options: Any
 ) -> OutcomeArrays:
     """Simulate a grid of bodies under motions multiplied by a factor; return the outcomes."""
     given = {"model": "rectangle", "threads": 2, **grid, **options}
@@ -83,7 +83,11 @@ def measure_throughput() -> Iterator[MeasuredNumber]:
 
     The rim is circular; the time to compile the kernel is that of a first case with an empty cache, imports included.
     """
-    grid = {"orientation_deg": GRID["orientation_deg"], "height": [0.6], "b_over_h": np.linspace(0.4, 0.5, 16)}
+    grid = {
+        "orientation_deg": DEFAULT_CASE_GRID["orientation_deg"],
+        "height": [0.6],
+        "b_over_h": np.linspace(0.4, 0.5, 16),
+    }
     for scheme, body, name in (
         ("cundall", "rectangle", "cundall, four vertices"),
         ("cundall", "circle", "cundall, rim"),
@@ -91,7 +95,7 @@ def measure_throughput() -> Iterator[MeasuredNumber]:
         ("centred", "circle", "centred, rim"),
     ):
         options: dict[str, Any] = {"friction": [0.6], "leave_out": False, "scheme": scheme}
-        found, seconds = time_run(
+        found, seconds = run_and_measure_processor_time(
             partial(simulate_as_arrays, rocking_motion_without_overturning(), body, **grid, **options), 2
         )
         rate = found["block_steps"].sum() / seconds / 1e6
@@ -132,7 +136,7 @@ def prism_outcomes(motion: Motion, cases: Cases, numerics: NumericalOptions) -> 
     return found
 
 
-def convergence_orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
+def convergence_orders_and_median_errors(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
     """Return the order of convergence by quantity, and the median errors by `STEP_REFINEMENTS`, rad.
 
     The quantities are the peak tilt of stones that rock and stand, and the fall azimuth of stones that fall. The stones
@@ -146,7 +150,7 @@ def convergence_orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
     cases = inputs.case_grid(np.arange(5.0, 90.0, 10.0), 0.6, [0.14, 0.2, 0.31, 0.32, 0.33, 0.34], 0.8)
     found = [
         prism_outcomes(pulse, cases, NumericalOptions(scheme=scheme, refinement=step))
-        for step in (*STEP_REFINEMENTS, REFERENCE_REFINEMENT)
+        for step in (*STEP_REFINEMENTS, REFERENCE_STEP_REFINEMENT)
     ]
     fell = np.all([one["overturned"] == 1 for one in found], axis=0)
     stood = np.all([(one["overturned"] == 0) & (one["peak_tilt"] > 0.5) for one in found], axis=0)
@@ -163,7 +167,7 @@ def convergence_orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
 def measure_convergence_order() -> Iterator[MeasuredNumber]:
     """Measure the slope of the error over the step, for stones that stand and that fall."""
     for scheme in ("centred", "cundall"):
-        for name, (slope, errors) in convergence_orders(scheme).items():
+        for name, (slope, errors) in convergence_orders_and_median_errors(scheme).items():
             yield MeasuredNumber(f"space, {scheme}: order of convergence, {name}", slope)
             yield MeasuredNumber(
                 f"space, {scheme}: median error at its step, {name}", float(np.degrees(errors[0])), "°"
@@ -178,20 +182,22 @@ def measure_shipped_3d_study() -> Iterator[MeasuredNumber]:
     grid, again = variant_grid(load_study(ROOT / "config" / "in-space.yaml")), list[int]()
     axes = {"orientation_deg": grid.direction_values_deg} | {name: grid[name] for name in grid.dimension_names[1:]}
     motions = list(read_motions_of_default_study().values())
-    run_grid_under_motions(motions[:1], grid={name: values[:1] for name, values in axes.items()})
+    simulate_case_grid_under_motions(motions[:1], grid={name: values[:1] for name, values in axes.items()})
 
-    def rerun_and_count(run: Callable[[Any, int], None], *more: Any) -> None:
+    def rerun_cases_and_count_reruns(run: Callable[[Any, int], None], *more: Any) -> None:
         """Rerun cases like the package, and count them."""
 
-        def count_and_run(rows: Any, finer: int) -> None:
+        def count_reruns_and_run_cases(rows: Any, finer: int) -> None:
             """Note how many cases are rerun, and run them."""
             again.append(rows.size if finer == RERUN_REFINEMENT else 0)
             run(rows, finer)
 
-        run_cases_until_energy_balances(count_and_run, *more)
+        run_cases_until_energy_balances(count_reruns_and_run_cases, *more)
 
-    with mock.patch("overturning.dem.plan.run_cases_until_energy_balances", rerun_and_count):
-        found, seconds = time_run(partial(run_grid_under_motions, motions, grid=axes), 1, int)
+    with mock.patch("overturning.dem.plan.run_cases_until_energy_balances", rerun_cases_and_count_reruns):
+        found, seconds = run_and_measure_processor_time(
+            partial(simulate_case_grid_under_motions, motions, grid=axes), 1, int
+        )
     status, about = found["status"], "space, config/in-space.yaml"
     yield MeasuredNumber(f"{about}: cases", status.size)
     yield MeasuredNumber(f"{about}: processor time of two cores", seconds, "s")
@@ -208,7 +214,9 @@ def measure_energy_errors_and_sensitivity(chosen: list[Motion]) -> Iterator[Meas
 
     The amplitude changes by 1 %.
     """
-    nominal, seconds = time_run(partial(run_grid_under_motions, chosen), 1, partial(run_grid_under_motions, chosen[:1]))
+    nominal, seconds = run_and_measure_processor_time(
+        partial(simulate_case_grid_under_motions, chosen), 1, partial(simulate_case_grid_under_motions, chosen[:1])
+    )
     fell = nominal["overturned"] == 1
     yield MeasuredNumber("space: cases", fell.size)
     yield MeasuredNumber("space: processor time per case", 1e3 * seconds / fell.size, "ms")
@@ -216,7 +224,7 @@ def measure_energy_errors_and_sensitivity(chosen: list[Motion]) -> Iterator[Meas
     yield MeasuredNumber("space: largest angular-momentum error", float(nominal["angular_momentum_error"].max()))
     keep, firm = np.ones(fell.shape, bool), np.ones(fell.shape, bool)
     for factor in (0.99, 1.01):
-        other = run_grid_under_motions(chosen, factor)
+        other = simulate_case_grid_under_motions(chosen, factor)
         same = other["overturned"] == nominal["overturned"]
         keep &= same
         firm &= same & (~fell | (angle_between_azimuths(other["fall_azimuth"], nominal["fall_azimuth"]) < 15.0))
@@ -230,10 +238,10 @@ def measure_energy_errors_and_sensitivity(chosen: list[Motion]) -> Iterator[Meas
         ("cundall, half the step", {"scheme": "cundall", "time_step": "0.25 stable"}),
         ("δ/B 2e-5", {"model": Body(RectangularPrism(), VertexContact(static_penetration=2e-5))}),
         ("δ/B 2e-7", {"model": Body(RectangularPrism(), VertexContact(static_penetration=2e-7))}),
-        (SINGLE_STONE_STACK, {"model": Stack()}),
+        (SINGLE_STONE_STACK_LABEL, {"model": Stack()}),
     ):
-        run = partial(run_grid_under_motions, **options)
-        other, seconds = time_run(partial(run, chosen), 1, partial(run, chosen[:1]))
+        run = partial(simulate_case_grid_under_motions, **options)
+        other, seconds = run_and_measure_processor_time(partial(run, chosen), 1, partial(run, chosen[:1]))
         other = {name: values.reshape(fell.shape) for name, values in other.items()}
         same = other["overturned"] == nominal["overturned"]
         moved = angle_between_azimuths(other["fall_azimuth"], nominal["fall_azimuth"])[firm & fell & same]
@@ -243,13 +251,13 @@ def measure_energy_errors_and_sensitivity(chosen: list[Motion]) -> Iterator[Meas
         )
         yield MeasuredNumber(f"space, {name}: median change of azimuth, of firm falls", float(np.median(moved)), "°")
         yield MeasuredNumber(f"space, {name}: processor time per case", 1e3 * seconds / fell.size, "ms")
-        if name == SINGLE_STONE_STACK:
+        if name == SINGLE_STONE_STACK_LABEL:
             more = float(other["block_steps"].sum() / nominal["block_steps"].sum())
             yield MeasuredNumber(f"space, {name}: time steps over those of a body", more)
             yield MeasuredNumber(f"space, {name}: largest energy error", float(other["energy_error"].max()))
 
 
-def measure_time_of_three_tier_grave() -> Iterator[MeasuredNumber]:
+def measure_run_time_of_three_tier_grave() -> Iterator[MeasuredNumber]:
     """Measure the time of a case of the three-tier grave, and of its shaft alone, under records of about 20 s."""
     chosen = [
         one
@@ -267,7 +275,7 @@ def measure_time_of_three_tier_grave() -> Iterator[MeasuredNumber]:
         for name, options in stones.items():
             run = partial(simulate_as_arrays, friction=[0.6], **options)
             one = partial(run, motion.scaled_by(factor), orientation_deg=orientations)
-            spent[name] += time_run(one, 1, partial(run, motion, orientation_deg=[0.0]))[1]
+            spent[name] += run_and_measure_processor_time(one, 1, partial(run, motion, orientation_deg=[0.0]))[1]
     for name, seconds in spent.items():
         count = 2 * len(chosen) * orientations.size
         yield MeasuredNumber(
@@ -281,20 +289,24 @@ def measure_time_of_three_tier_grave() -> Iterator[MeasuredNumber]:
 
 def compare_with_other_engines(chosen: list[Motion], count: int) -> Iterator[MeasuredNumber]:
     """Compare overturning flags and fall azimuths of some of the cases with those of physics engines."""
-    ours, seconds = time_run(partial(run_grid_under_motions, chosen), 1, partial(run_grid_under_motions, chosen[:1]))
-    fine = run_grid_under_motions(
+    ours, seconds = run_and_measure_processor_time(
+        partial(simulate_case_grid_under_motions, chosen), 1, partial(simulate_case_grid_under_motions, chosen[:1])
+    )
+    fine = simulate_case_grid_under_motions(
         chosen, time_step="0.25 stable", model=Body(RectangularPrism(), VertexContact(static_penetration=2e-7))
     )
     shape = ours["overturned"].shape
     cells = np.unravel_index(np.random.default_rng(1).permutation(ours["overturned"].size)[:count], shape)
     flags, azimuths = {}, {}
-    for name, engine in installed_engines(SPACE_ENGINES).items():
+    for name, engine in installed_engines(ENGINES_3D).items():
         begin, found = time.process_time(), []
         for m, o, _, b, *_ in np.stack(cells, axis=1).tolist():
-            half = 0.3 * GRID["b_over_h"][b]
-            prism = Prism(half, half, 0.3, GRID["friction"][0])
+            half = 0.3 * DEFAULT_CASE_GRID["b_over_h"][b]
+            prism = Prism(half, half, 0.3, DEFAULT_CASE_GRID["friction"][0])
             found.append(
-                fall_azimuth_of_prism(engine, chosen[m], GRID["orientation_deg"][o], prism, TIME_STEP_OF_OTHER_ENGINES)
+                fall_azimuth_of_prism(
+                    engine, chosen[m], DEFAULT_CASE_GRID["orientation_deg"][o], prism, TIME_STEP_OF_OTHER_ENGINES
+                )
             )
         azimuths[name], flags[name] = np.array(found), np.isfinite(found)
         theirs = (time.process_time() - begin) / len(found)
@@ -303,8 +315,8 @@ def compare_with_other_engines(chosen: list[Motion], count: int) -> Iterator[Mea
             f"{name} in space: its time per case over that of this program", theirs * ours["status"].size / seconds
         )
     yield MeasuredNumber("space: cases that all engines run", cells[0].size)
-    stack = run_grid_under_motions(chosen, model=Stack())
-    for name, one in (("this program", ours), (f"this program, {SINGLE_STONE_STACK}", stack)):
+    stack = simulate_case_grid_under_motions(chosen, model=Stack())
+    for name, one in (("this program", ours), (f"this program, {SINGLE_STONE_STACK_LABEL}", stack)):
         flags[name] = one["overturned"].reshape(shape)[cells] == 1
         azimuths[name] = one["fall_azimuth"].reshape(shape)[cells]
     for name, own in flags.items():
@@ -328,7 +340,7 @@ def main(
     made: dict[str, Callable[[], Iterator[MeasuredNumber]]] = {
         "throughput": measure_throughput, "memory": measure_memory, "convergence": measure_convergence_order,
         "study": measure_shipped_3d_study, "exactness": partial(measure_energy_errors_and_sensitivity, chosen),
-        "stack": measure_time_of_three_tier_grave,
+        "stack": measure_run_time_of_three_tier_grave,
         "peers": partial(compare_with_other_engines, chosen, peer_cases),
     }  # fmt: skip
     with body_cundall.enable_cundall():

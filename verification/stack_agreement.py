@@ -24,11 +24,11 @@ MAX_AZIMUTH_DIFFERENCE_DEG: Final = 20.0
 """Difference of two fall azimuths, degrees, up to which they agree."""
 AMPLITUDE_PERTURBATION: Final = 0.01
 """Change of amplitude under which a robust case keeps its outcome."""
-AMPLITUDE_CHANGES: Final = (0.002, 0.005, 0.01, 0.02, 0.03, 0.05)
+SEARCHED_AMPLITUDE_CHANGES: Final = (0.002, 0.005, 0.01, 0.02, 0.03, 0.05)
 """Changes of amplitude that are searched for the outcome of another solver."""
-LARGE_SLIP_SHARE: Final = 0.1
+LARGE_SLIP_TO_WIDTH_RATIO: Final = 0.1
 """Slip of a standing stone, as a share of the width of its patch, that counts as a cause."""
-LARGE_CORNER_PENETRATION_SHARE: Final = 0.01
+LARGE_CORNER_PENETRATION_TO_WIDTH_RATIO: Final = 0.01
 """Sinking of a corner into the stone below, as a share of the shaft's width, that counts as a fault of a solver."""
 OUTCOME_FILE_BY_SOLVER: Final = {name: RESULTS / f"stack-peers-{name.lower()}.csv" for name in STACK_ENGINES}
 """Stored outcomes of each solver."""
@@ -46,7 +46,7 @@ def outcomes_agree(first_azimuth_deg: float, second_azimuth_deg: float) -> bool:
     return angle_between_azimuths(first_azimuth_deg, second_azimuth_deg) <= MAX_AZIMUTH_DIFFERENCE_DEG
 
 
-def topmost_outcomes_in_this_program(case: StackCase, factors: Sequence[float]) -> list[dict[str, Any]]:
+def topmost_stone_outcomes_in_this_program(case: StackCase, factors: Sequence[float]) -> list[dict[str, Any]]:
     """Return outcomes of the topmost stone in this program under a motion multiplied by factors.
 
     An outcome has the fall azimuth (degrees; NaN if it stands), the status, and whether any stone slides off.
@@ -72,7 +72,7 @@ def outcome_and_robustness_in_this_program(case: StackCase) -> dict[str, Any]:
     A case without an outcome at one of the three amplitudes is not robust.
     """
     factors = (1.0, 1.0 - AMPLITUDE_PERTURBATION, 1.0 + AMPLITUDE_PERTURBATION)
-    nominal, *others = topmost_outcomes_in_this_program(case, factors)
+    nominal, *others = topmost_stone_outcomes_in_this_program(case, factors)
     changed = [
         f"amplitude × {factor:g}"
         for factor, other in zip(factors[1:], others, strict=True)
@@ -82,14 +82,14 @@ def outcome_and_robustness_in_this_program(case: StackCase) -> dict[str, Any]:
     return nominal | {"robust": int(not changed), "changed_by": " ".join(changed[:1])}
 
 
-def smallest_amplitude_change_to_outcome(case: StackCase, azimuth_deg: float) -> float:
+def amplitude_change_to_reach_outcome_percent(case: StackCase, azimuth_deg: float) -> float:
     """Return the least amplitude change, %, that makes the topmost stone fall to an azimuth; NaN if none does.
 
     An azimuth of NaN means that the stone stands; the falls are those in this program.
     """
-    changes = [sign * change for change in AMPLITUDE_CHANGES for sign in (-1.0, 1.0)]
+    changes = [sign * change for change in SEARCHED_AMPLITUDE_CHANGES for sign in (-1.0, 1.0)]
     for change, found in zip(
-        changes, topmost_outcomes_in_this_program(case, [1.0 + change for change in changes]), strict=True
+        changes, topmost_stone_outcomes_in_this_program(case, [1.0 + change for change in changes]), strict=True
     ):
         if has_outcome(found) and outcomes_agree(found["fall_azimuth_deg"], azimuth_deg):
             return 100.0 * change
@@ -172,7 +172,7 @@ def agreement_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
             yield _agreement_table_row(
                 table[mask & (stones == count)], PROGRAM_LABEL, name, f"… stacks of {count} stones"
             )
-        sinks = table[f"{name} sinking"] > LARGE_CORNER_PENETRATION_SHARE * table["sizes"].map(
+        sinks = table[f"{name} sinking"] > LARGE_CORNER_PENETRATION_TO_WIDTH_RATIO * table["sizes"].map(
             smaller_side_of_topmost_stone
         )
         if (mask & sinks).any():
@@ -192,7 +192,7 @@ def _agreement_table_row(chosen: pd.DataFrame, first: str, second: str, label: s
     )  # fmt: skip
 
 
-def random_case_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
+def random_case_summary_rows_by_solver(table: pd.DataFrame) -> Iterator[Sequence[str]]:
     """Yield the rows of the table of randomly drawn cases, one per solver; shares are of the cases with an outcome."""
     for name in (*OUTCOME_FILE_BY_SOLVER, PROGRAM_LABEL):
         ran = table.apply(lambda row, name=name: outcome_text(row, name) != NO_OUTCOME, axis=1)
@@ -212,9 +212,9 @@ def disagreement_cause(row: pd.Series, case: StackCase, peer: str) -> str:
         causes.append(f"no outcome ({CaseStatus(int(row[f'{PROGRAM_LABEL} status'])).name.lower()})")
     elif row[f"{PROGRAM_LABEL} robust"] != 1:
         causes.append(f"marginal here ({row[f'{PROGRAM_LABEL} changed_by']})")
-    elif np.isfinite(change := smallest_amplitude_change_to_outcome(case, row[f"{peer} fall_azimuth_deg"])):
+    elif np.isfinite(change := amplitude_change_to_reach_outcome_percent(case, row[f"{peer} fall_azimuth_deg"])):
         causes.append(f"same outcome here with {change:+.1f} % of amplitude")
-    if row[f"{peer} sinking"] > LARGE_CORNER_PENETRATION_SHARE * min(case.stack.sizes[-1][:2]):
+    if row[f"{peer} sinking"] > LARGE_CORNER_PENETRATION_TO_WIDTH_RATIO * min(case.stack.sizes[-1][:2]):
         causes.append(f"a corner sinks by {1e3 * row[f'{peer} sinking']:.0f} mm in {peer}")
     if is_sliding_case(row, case, peer):
         causes.append("slides")
@@ -231,7 +231,7 @@ def is_sliding_case(row: pd.Series, case: StackCase, peer: str) -> bool:
     """True if a stone slides off in this program or in the solver `peer`, or if it slides far in the solver."""
     fallen = int(row[f"{peer} fallen_stone"])
     upright = fallen >= 0 and row[f"{peer} tilt_deg"] < math.degrees(critical_angle(case.stack, fallen))
-    far = row[f"{peer} slip"] > LARGE_SLIP_SHARE * min(case.stack.sizes[-1][:2])
+    far = row[f"{peer} slip"] > LARGE_SLIP_TO_WIDTH_RATIO * min(case.stack.sizes[-1][:2])
     return bool(row[f"{PROGRAM_LABEL} slid_off"] == 1 or upright or far)
 
 
@@ -258,7 +258,7 @@ def publish_agreement_with_solvers() -> None:
     compared = ("compared", "cases", "number", "falls", "same flag (95 %)", "azimuth within 20° (95 %)")
     listed = ("solver", "case", "stones", "µ", PROGRAM_LABEL, *OUTCOME_FILE_BY_SOLVER, "cause")
     tables = (
-        markdown_table(drawn, random_case_table_rows(table)),
+        markdown_table(drawn, random_case_summary_rows_by_solver(table)),
         markdown_table(compared, agreement_table_rows(table)),
     )
     publish_markdown({

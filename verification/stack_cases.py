@@ -16,8 +16,8 @@ from verification.stack_engines import BoxStack
 SEED: Final = 20261126
 CASES: Final = 280
 """Number of cases; even ones have two stones, odd ones three."""
-TIME_BEFORE_PEAK: Final = 5.0
-DURATION: Final = 13.0
+USED_TIME_BEFORE_PEAK_S: Final = 5.0
+USED_RECORD_DURATION_S: Final = 13.0
 """Part of a record that is used: time before its horizontal peak, and length, s."""
 
 
@@ -26,7 +26,7 @@ class StackCase(NamedTuple):
 
     record: str
     orientation_deg: float
-    amplitude: float
+    amplitude_factor: float
     stack: BoxStack
 
     @property
@@ -35,8 +35,8 @@ class StackCase(NamedTuple):
 
         The limit is half of the least acceleration that opens a joint or lets it slide.
         """
-        motion = _strong_parts_of_records()[self.record].scaled_by(self.amplitude)
-        limit = 0.5 * least_moving_acceleration(self.stack)
+        motion = _strong_parts_of_records()[self.record].scaled_by(self.amplitude_factor)
+        limit = 0.5 * least_acceleration_to_move_joint(self.stack)
         strong = np.flatnonzero(np.hypot(motion.north, motion.east) > limit)
         if strong.size == 0:
             return motion
@@ -49,7 +49,7 @@ class StackCase(NamedTuple):
 def _strong_parts_of_records() -> dict[str, Motion]:
     """Return the strong part of each record of the default study."""
     return {
-        name: strong_part_of_motion(motion, TIME_BEFORE_PEAK, DURATION)
+        name: strong_part_of_motion(motion, USED_TIME_BEFORE_PEAK_S, USED_RECORD_DURATION_S)
         for name, motion in read_motions_of_default_study().items()
     }
 
@@ -63,7 +63,7 @@ def choose_random_stack_cases(count: int = CASES, seed: int = SEED) -> list[Stac
     records, found = sorted(read_motions_of_default_study()), list[StackCase]()
     while len(found) < count:
         case = _draw_stack_case(generator, records, 2 + len(found) % 2)
-        if np.hypot(*case.motion.horizontal_components).max() > least_moving_acceleration(case.stack):
+        if np.hypot(*case.motion.horizontal_components).max() > least_acceleration_to_move_joint(case.stack):
             found.append(case)
     return found
 
@@ -85,7 +85,7 @@ def _draw_stack_case(generator: np.random.Generator, records: list[str], stone_c
     return StackCase(record, float(generator.integers(360)), round(draw_rounded(0.6, 1.6), 2), stack)
 
 
-def least_moving_acceleration(stack: BoxStack) -> float:
+def least_acceleration_to_move_joint(stack: BoxStack) -> float:
     """Return the smallest constant acceleration that opens a joint (contact of two stones) or lets it slide, m/s²."""
     volumes = np.array([math.prod(size) for size in stack.sizes])
     feet = np.array(stack.centre_heights) - 0.5 * np.array([size[2] for size in stack.sizes])
@@ -109,6 +109,7 @@ def case_parameters_as_table_row(number: int, case: StackCase) -> dict[str, Any]
     """Return the parameters of a case as columns of a table."""
     sizes = " ".join("x".join(f"{side:g}" for side in size) for size in case.stack.sizes)
     return {
-        "case": number, "record": case.record, "orientation_deg": case.orientation_deg, "amplitude": case.amplitude,
+        "case": number, "record": case.record, "orientation_deg": case.orientation_deg,
+        "amplitude": case.amplitude_factor,
         "friction": case.stack.friction, "sizes": sizes,
     }  # fmt: skip

@@ -21,20 +21,20 @@ from verification.engines import resample_acceleration
 
 DENSITY: Final = 2650.0
 """Density of all stones, kg/m³."""
-REST_TIME: Final = 4.0
+MAX_SIMULATED_TIME_AFTER_RECORD_S: Final = 4.0
 """Simulated time after the record, s."""
-FALLEN_TILT: Final = math.pi / 3.0
+MIN_TILT_OF_FALLEN_STONE_RAD: Final = math.pi / 3.0
 """Tilt from which a stone counts as fallen, rad."""
-FALLEN_DROP: Final = 0.1
+MIN_DROP_TO_HEIGHT_OF_FALLEN_STONE: Final = 0.1
 """Drop of the centre from which a stone counts as fallen, as a share of its height."""
-CHECK_INTERVAL: Final = 0.01
+FALL_CHECK_INTERVAL_S: Final = 0.01
 """Time between two tests for a fall, s."""
 MAX_UPRIGHT_TILT: Final = math.radians(0.2)
-MIN_TIME_AFTER_RECORD_TO_END: Final = 0.5
+MIN_SIMULATED_TIME_AFTER_RECORD_S: Final = 0.5
 """Tilt below which a stone stands upright, rad, and time after the record after which upright stones end a run, s."""
-ALERT_DISTANCE: Final = 1e-3
+CONTACT_SEARCH_DISTANCE_M: Final = 1e-3
 """Distance of two faces below which LMGC90 looks for contacts, m."""
-IMPEDANCE_RATIO: Final = 100
+FRICTION_TO_NORMAL_IMPEDANCE_RATIO: Final = 100
 """Ratio of the impedances of friction and normal contact in MuJoCo; a smaller one lets stones creep."""
 
 
@@ -80,7 +80,7 @@ def accelerations_along_axes(motion: Motion, orientation_deg: float) -> list[Flo
 
 
 def mujoco_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_step: float) -> Iterator[StonePoses]:
-    """Yield the poses (positions and rotations) of the stones in MuJoCo, one per `CHECK_INTERVAL`."""
+    """Yield the poses (positions and rotations) of the stones in MuJoCo, one per `FALL_CHECK_INTERVAL_S`."""
     import mujoco as engine
 
     bodies = "".join(
@@ -90,15 +90,18 @@ def mujoco_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_s
     )
     model = engine.MjModel.from_xml_string(
         f"""<mujoco><option timestep="{time_step}" integrator="implicitfast" cone="elliptic"
-        impratio="{IMPEDANCE_RATIO}"/>
+        impratio="{FRICTION_TO_NORMAL_IMPEDANCE_RATIO}"/>
         <default><geom friction="{stack.friction} 0 0" condim="3" solref="{2.0 * time_step} 1"/></default>
         <worldbody><geom type="plane" size="100 100 1"/>{bodies}</worldbody></mujoco>"""
     )
     data = engine.MjData(model)
     waves = accelerations_along_axes(motion, orientation_deg)
-    x, y, z = (resample_acceleration(wave, motion.sampling_interval, time_step, REST_TIME) for wave in waves)
+    x, y, z = (
+        resample_acceleration(wave, motion.sampling_interval, time_step, MAX_SIMULATED_TIME_AFTER_RECORD_S)
+        for wave in waves
+    )
     gravity = np.stack([-x, -y, -STANDARD_GRAVITY - z], axis=1)
-    each = round(CHECK_INTERVAL / time_step)
+    each = round(FALL_CHECK_INTERVAL_S / time_step)
     for step, pull in enumerate(gravity, start=1):
         model.opt.gravity[:] = pull
         engine.mj_step(model, data)
@@ -123,7 +126,7 @@ def _load_lmgc90() -> Any:
 _UNIT_CUBE_VERTICES: Final = [
     (x, y, z) for z in (-0.5, 0.5) for x, y in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))
 ]
-_TRIANGLES: Final = [
+_UNIT_CUBE_TRIANGLE_VERTICES: Final = [
     1, 3, 2, 1, 4, 3, 5, 6, 7, 5, 7, 8, 1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 4, 8, 3, 8, 7, 4, 1, 5, 4, 5, 8
 ]  # fmt: skip
 _BASE_SIZE: Final = (20.0, 20.0, 1.0)
@@ -131,27 +134,27 @@ _UNIT_CUBE_BOTTOM_CORNERS: Final = np.array(_UNIT_CUBE_VERTICES[:4])
 
 
 def lmgc90_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_step: float) -> Iterator[StonePoses]:
-    """Yield the poses of the stones in LMGC90, one per `CHECK_INTERVAL`, relative to the moving base."""
+    """Yield the poses of the stones in LMGC90, one per `FALL_CHECK_INTERVAL_S`, relative to the moving base."""
     waves = accelerations_along_axes(motion, orientation_deg)
     solver = _load_lmgc90().LMGC90Solver()
     solver.initialize(time_step, 0.5, False)
     solver.set_materials([DENSITY])
     solver.add_one_tact_behav("iqsc0", "IQS_CLB", [stack.friction])
-    solver.set_see_tables(ALERT_DISTANCE)
+    solver.set_see_tables(CONTACT_SEARCH_DISTANCE_M)
     solver.set_nb_bodies(1 + len(stack.sizes))
     for size, centre in zip((_BASE_SIZE, *stack.sizes), (-0.5 * _BASE_SIZE[2], *stack.centre_heights), strict=True):
         corners = [side * length for corner in _UNIT_CUBE_VERTICES for side, length in zip(corner, size, strict=True)]
         driven = 6 if size is _BASE_SIZE else 0
-        solver.set_one_polyr("s0001", [0.0, 0.0, centre], _TRIANGLES, corners, driven, 0)
+        solver.set_one_polyr("s0001", [0.0, 0.0, centre], _UNIT_CUBE_TRIANGLE_VERTICES, corners, driven, 0)
     interval = motion.sampling_interval
     for axis, wave in enumerate(waves, start=1):
-        times, velocity = _ground_velocity(wave, interval)
+        times, velocity = _times_and_ground_velocities(wave, interval)
         solver.set_drvdof(1, axis, [*times.tolist(), *velocity.tolist()], True, True)
     for axis in (4, 5, 6):
         solver.set_drvdof(1, axis, [0.0, 1e3, 0.0, 0.0], True, True)
     solver.close_before_computing()
-    each = round(CHECK_INTERVAL / time_step)
-    steps = int((motion.sample_count * interval + REST_TIME) / time_step)
+    each = round(FALL_CHECK_INTERVAL_S / time_step)
+    steps = int((motion.sample_count * interval + MAX_SIMULATED_TIME_AFTER_RECORD_S) / time_step)
     # The rows of a frame are the principal axes of inertia, whose order is the solver's choice.
     initial = [np.reshape(frame, (3, 3)) for frame in solver.get_initial_state().init_body_frames]
     origin = np.array([0.0, 0.0, 0.5 * _BASE_SIZE[2]])
@@ -167,7 +170,9 @@ def lmgc90_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_s
         solver.finalize()
 
 
-def _ground_velocity(acceleration: FloatArray, interval: float, parts: int = 4) -> tuple[FloatArray, FloatArray]:
+def _times_and_ground_velocities(
+    acceleration: FloatArray, interval: float, parts: int = 4
+) -> tuple[FloatArray, FloatArray]:
     """Return times and exact velocities for an acceleration that is linear between samples, and then zero."""
     fine = np.interp(np.arange(parts * acceleration.size) / parts, np.arange(acceleration.size + 1), [*acceleration, 0])
     velocity = np.concatenate([[0.0], np.cumsum(0.5 * (fine[1:] + fine[:-1])) * interval / parts])
@@ -177,7 +182,7 @@ def _ground_velocity(acceleration: FloatArray, interval: float, parts: int = 4) 
 
 def least_tilt_of_fallen_stone(stack: BoxStack, stone: int) -> float:
     """Return the least tilt of a fallen stone, rad: 60° or, if larger, midway from critical angle to 90°."""
-    return max(FALLEN_TILT, 0.5 * (critical_angle(stack, stone) + 0.5 * math.pi))
+    return max(MIN_TILT_OF_FALLEN_STONE_RAD, 0.5 * (critical_angle(stack, stone) + 0.5 * math.pi))
 
 
 def critical_angle(stack: BoxStack, stone: int) -> float:
@@ -195,7 +200,9 @@ def topmost_stone_outcome_in_engine(
     tenth of its height. The run ends with the first fall, or after the record, once all stones stand upright.
     """
     heights = [size[2] for size in stack.sizes]
-    lowest = [z - FALLEN_DROP * height for z, height in zip(stack.centre_heights, heights, strict=True)]
+    lowest = [
+        z - MIN_DROP_TO_HEIGHT_OF_FALLEN_STONE * height for z, height in zip(stack.centre_heights, heights, strict=True)
+    ]
     largest = [least_tilt_of_fallen_stone(stack, stone) for stone in range(len(heights))]
     peak, slip, sinking = 0.0, 0.0, 0.0
     end = motion.sample_count * motion.sampling_interval
@@ -205,11 +212,11 @@ def topmost_stone_outcome_in_engine(
             if tilts[stone] > largest[stone] or place[2] < lowest[stone]:
                 x, y, _ = poses[-1][1][:, 2]
                 azimuth = float((orientation_deg - math.degrees(math.atan2(y, x))) % 360.0)
-                time = number * CHECK_INTERVAL
+                time = number * FALL_CHECK_INTERVAL_S
                 return TopmostStoneOutcome(azimuth, time, stone, math.degrees(tilts[stone]), slip, sinking)
         peak, slip = max(peak, tilts[-1]), max(slip, _largest_slip(stack, poses, tilts))
         sinking = max(sinking, _largest_sinking(stack, poses))
-        if number * CHECK_INTERVAL > end + MIN_TIME_AFTER_RECORD_TO_END and max(tilts) < MAX_UPRIGHT_TILT:
+        if number * FALL_CHECK_INTERVAL_S > end + MIN_SIMULATED_TIME_AFTER_RECORD_S and max(tilts) < MAX_UPRIGHT_TILT:
             break
     return TopmostStoneOutcome(math.nan, math.nan, -1, math.degrees(peak), slip, sinking)
 
@@ -239,4 +246,4 @@ def _largest_sinking(stack: BoxStack, poses: StonePoses) -> float:
 
 
 STACK_ENGINES: Final[dict[str, StackEngine]] = {"MuJoCo": mujoco_poses, "LMGC90": lmgc90_poses}
-STACK_MODULES: Final = {"MuJoCo": "mujoco", "LMGC90": "compas_lmgc90"}
+MODULE_NAME_BY_STACK_ENGINE: Final = {"MuJoCo": "mujoco", "LMGC90": "compas_lmgc90"}

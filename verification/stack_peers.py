@@ -27,22 +27,22 @@ from verification.stack_agreement import (
     publish_agreement_with_solvers,
 )
 from verification.stack_cases import StackCase, case_parameters_as_table_row, choose_random_stack_cases
-from verification.stack_engines import STACK_ENGINES, STACK_MODULES, topmost_stone_outcome_in_engine
+from verification.stack_engines import MODULE_NAME_BY_STACK_ENGINE, STACK_ENGINES, topmost_stone_outcome_in_engine
 from verification.tables import ROOT, select_parts, write_csv
 
-TIME_STEPS: Final = {"MuJoCo": 5e-4, "LMGC90": 5e-4}
+TIME_STEP_BY_SOLVER_S: Final = {"MuJoCo": 5e-4, "LMGC90": 5e-4}
 """Time steps of the solvers, s."""
 PARTIAL_RESULTS: Final = ROOT / "results" / "verification"
-SOURCES: Final = ("engines.py", "stack_cases.py", "stack_engines.py", "stack_peers.py")
+SOURCE_FILES_OF_OUTCOMES: Final = ("engines.py", "stack_cases.py", "stack_engines.py", "stack_peers.py")
 """Files of this folder on which the outcomes of a solver depend."""
 
 
 def partial_results_path(engine_name: str) -> Path:
     """Return the file of finished cases of a solver; its name changes with the files that the outcomes depend on."""
     digest = hashlib.sha256()
-    for name in SOURCES:
+    for name in SOURCE_FILES_OF_OUTCOMES:
         digest.update((ROOT / "verification" / name).read_bytes())
-    time_step = TIME_STEPS[engine_name]
+    time_step = TIME_STEP_BY_SOLVER_S[engine_name]
     return PARTIAL_RESULTS / f"stack-peers-{engine_name.lower()}-{time_step:g}-{digest.hexdigest()[:8]}.jsonl"
 
 
@@ -57,7 +57,7 @@ def nominal_and_perturbed_runs(case: StackCase, time_step: float) -> Iterator[tu
 def outcome_and_robustness_in_solver(engine_name: str, case: StackCase) -> dict[str, Any]:
     """Return the outcome of a case in a solver, whether it is robust there, and the time of the nominal run."""
     engine, nominal, changed, seconds = STACK_ENGINES[engine_name], None, "", 0.0
-    for label, motion, time_step in nominal_and_perturbed_runs(case, TIME_STEPS[engine_name]):
+    for label, motion, time_step in nominal_and_perturbed_runs(case, TIME_STEP_BY_SOLVER_S[engine_name]):
         begin = time.process_time()
         found = topmost_stone_outcome_in_engine(engine, case.stack, motion, case.orientation_deg, time_step)
         if nominal is None:
@@ -101,7 +101,7 @@ def main(
     for part in select_parts(parts, [*STACK_ENGINES, "table"]):
         if part == "table":
             publish_agreement_with_solvers()
-        elif find_spec(STACK_MODULES[part]) is None:
+        elif find_spec(MODULE_NAME_BY_STACK_ENGINE[part]) is None:
             raise ArgumentError(f"{part} is not installed: make peers")
         else:
             write_csv(run_all_cases_in_solver(part, processes), OUTCOME_FILE_BY_SOLVER[part])

@@ -24,7 +24,7 @@ from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from verification.stack_agreement import PROGRAM_LABEL, outcomes_agree, share_text
 from verification.stack_cases import StackCase, choose_random_stack_cases, scene_of_stack
-from verification.stack_engines import STACK_ENGINES, STACK_MODULES, topmost_stone_outcome_in_engine
+from verification.stack_engines import MODULE_NAME_BY_STACK_ENGINE, STACK_ENGINES, topmost_stone_outcome_in_engine
 from verification.tables import RESULTS, markdown_table, publish_markdown, select_parts, write_csv
 
 CASES: Final = 60
@@ -112,7 +112,7 @@ def main(
     """Measure error against run time of stacks, and write the table of docs/validation.md."""
     kept = pd.read_csv(TABLE) if TABLE.is_file() else pd.DataFrame()
     for solver in select_parts(solvers, TIME_STEPS_BY_SOLVER):
-        if solver != PROGRAM_LABEL and find_spec(STACK_MODULES[solver]) is None:
+        if solver != PROGRAM_LABEL and find_spec(MODULE_NAME_BY_STACK_ENGINE[solver]) is None:
             raise ArgumentError(f"{solver} is not installed: make peers")
         others = kept[kept["solver"] != solver] if len(kept) else kept
         kept = pd.concat([others, run_solver_with_all_steps(solver, processes)], ignore_index=True)

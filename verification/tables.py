@@ -65,7 +65,7 @@ def current_commit() -> str:
     return (git_output("rev-parse", "--short=8", "HEAD") or "unknown") + ("+" if changed else "")
 
 
-VECTORS: Final = {"avx512f": 512, "avx2": 256}
+VECTOR_BITS_BY_PROCESSOR_FEATURE: Final = {"avx512f": 512, "avx2": 256}
 """Width of a processor's vectors, bits, by the feature that provides them; the widest first."""
 
 
@@ -74,7 +74,9 @@ def machine_label() -> str:
     """Return a line with the processor and the software versions on which measured figures depend."""
     lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     names = (line.partition(": ")[2] for line in lines if line.startswith("model name"))
-    vectors = next((bits for name, bits in VECTORS.items() if get_host_cpu_features().get(name)), 128)
+    vectors = next(
+        (bits for name, bits in VECTOR_BITS_BY_PROCESSOR_FEATURE.items() if get_host_cpu_features().get(name)), 128
+    )
     model = f"{next(names, platform.machine())}, {len(os.sched_getaffinity(0))} cores, {vectors}-bit vectors"
     return f"{model}; Python {platform.python_version()}, " + ", ".join(
         f"{name} {version(name.lower())}" for name in ("Numba", "NumPy")

@@ -20,7 +20,7 @@ from verification.tables import ROOT
 
 Result = TypeVar("Result")
 
-MAX_TOTAL_PROCESSOR_TIME: Final = 4.0
+MAX_PROCESSOR_TIME_OF_REPEATS_S: Final = 4.0
 """Total processor time, s, after which a computation is not repeated; disturbances matter little in long runs."""
 
 
@@ -28,10 +28,10 @@ class TimedResults(NamedTuple):
     """Results of a sequence of case groups, joined in order, and their processor time, s."""
 
     results: CaseResults
-    seconds: float
+    processor_time_s: float
 
 
-def time_run(
+def run_and_measure_processor_time(
     computation: Callable[[], Result], repeats: int = 3, warm_up: Callable[[], object] | None = None
 ) -> tuple[Result, float]:
     """Run a computation several times; return its result and minimum processor time, s.
@@ -40,7 +40,7 @@ def time_run(
     """
     (warm_up or computation)()
     times: list[float] = []
-    while len(times) < repeats and sum(times) < MAX_TOTAL_PROCESSOR_TIME:
+    while len(times) < repeats and sum(times) < MAX_PROCESSOR_TIME_OF_REPEATS_S:
         begin = time.process_time()
         result = computation()
         times.append(time.process_time() - begin)
@@ -49,7 +49,7 @@ def time_run(
 
 def minimum_processor_time(computation: Callable[[], object], repeats: int = 3) -> float:
     """Return the minimum processor time of several runs after a warm-up, s."""
-    return time_run(computation, repeats)[1]
+    return run_and_measure_processor_time(computation, repeats)[1]
 
 
 def run_python_program_and_time_it(program: str, *arguments: object, **environment: str) -> tuple[str, float]:

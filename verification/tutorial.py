@@ -21,7 +21,7 @@ from overturning.study.load import load_study
 from verification.measures import percentage
 from verification.tables import RESULTS, ROOT, MeasuredNumber, publish_markdown, wrap_text, write_measured_numbers
 
-STUDY: Final[dict[str, Any]] = {
+TUTORIAL_STUDY_SETTINGS: Final[dict[str, Any]] = {
     "azimuth": {"step": 10}, "b_over_h": {"start": 0.1, "stop": 0.6, "step": 0.1}, "height": [0.6],
     "friction": [0.58, 1.0],
 }  # fmt: skip
@@ -33,28 +33,28 @@ SETTINGS_OF_3D_STUDY: Final[dict[str, Any]] = {
 }  # fmt: skip
 """3-D study that the tutorial runs with and without the vertical component."""
 
-SURVEY: Final = "octant,count\nSE,5\nS,2\nNW,1\n"
+TUTORIAL_SURVEY_CSV: Final = "octant,count\nSE,5\nS,2\nNW,1\n"
 """File of the survey in the tutorial."""
 
 SHOWN_B_OVER_H: Final = (0.35, 0.55)
 """B/H whose shares the tutorial states."""
 
-MIN_AZIMUTH_CHANGE_DEG: Final = 15.0
+MIN_COUNTED_AZIMUTH_CHANGE_DEG: Final = 15.0
 """Change of the fall azimuth that the tutorial counts, degrees."""
 
 
-def printed_survey_of_tutorial() -> str:
+def output_of_tutorial_survey_command() -> str:
     """Return what `overturning survey` prints for the tutorial's study and survey, with lines of the page's length."""
     printed = io.StringIO()
     with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):
-        overturning.run_study(["wtmc"], threads=2, **STUDY).to_netcdf("cube.nc")
-        Path("survey.csv").write_text(SURVEY, encoding="utf-8")
+        overturning.run_study(["wtmc"], threads=2, **TUTORIAL_STUDY_SETTINGS).to_netcdf("cube.nc")
+        Path("survey.csv").write_text(TUTORIAL_SURVEY_CSV, encoding="utf-8")
         with contextlib.redirect_stdout(printed), contextlib.suppress(SystemExit):
             run_command(["survey", "survey.csv", "--cube", "cube.nc", "--figure", "survey.png"])
     return "\n".join(one if one.startswith("  ") else wrap_text(one) for one in printed.getvalue().splitlines()) + "\n"
 
 
-def cubes_with_and_without_vertical(**keys: Any) -> tuple[xr.Dataset, xr.Dataset]:
+def cubes_with_and_without_vertical_motion(**keys: Any) -> tuple[xr.Dataset, xr.Dataset]:
     """Return the cubes of a study of the record wtmc with and without its vertical component, without ensembles."""
     keys |= {"ensemble": {"members": 0}, "verification": "none", "threads": 2}
     with_up, without = (
@@ -66,7 +66,7 @@ def cubes_with_and_without_vertical(**keys: Any) -> tuple[xr.Dataset, xr.Dataset
 def measure_effect_of_vertical_motion_in_2d() -> Iterator[MeasuredNumber]:
     """Yield the shares of the study config/waiau.yaml in which blocks fall with and without vertical motion."""
     study = load_study(ROOT / "config" / "waiau.yaml")
-    with_up, without = cubes_with_and_without_vertical(
+    with_up, without = cubes_with_and_without_vertical_motion(
         azimuth=study.azimuth.model_dump(), b_over_h=list(study.b_over_h), height=list(study.height),
         friction=list(study.friction),
     )  # fmt: skip
@@ -92,7 +92,7 @@ def measure_effect_of_vertical_motion_in_2d() -> Iterator[MeasuredNumber]:
 
 def measure_effect_of_vertical_motion_in_3d() -> Iterator[MeasuredNumber]:
     """Yield the shares of the tutorial's 3-D stones that fall, and changes of their fall azimuths."""
-    cubes = cubes_with_and_without_vertical(**SETTINGS_OF_3D_STUDY)
+    cubes = cubes_with_and_without_vertical_motion(**SETTINGS_OF_3D_STUDY)
     first, second = (cube["overturned"].to_numpy() == 1 for cube in cubes)
     both = first & second
     turned = angle_between_azimuths(*(cube["fall_azimuth"].to_numpy().astype(np.float64)[both] for cube in cubes))
@@ -102,7 +102,7 @@ def measure_effect_of_vertical_motion_in_3d() -> Iterator[MeasuredNumber]:
     yield MeasuredNumber("3-D: another outcome", int((first != second).sum()))
     yield MeasuredNumber("3-D: falls in both", int(both.sum()))
     yield MeasuredNumber(
-        "3-D: another direction", percentage((turned >= MIN_AZIMUTH_CHANGE_DEG).sum(), turned.size), "%"
+        "3-D: another direction", percentage((turned >= MIN_COUNTED_AZIMUTH_CHANGE_DEG).sum(), turned.size), "%"
     )
     yield MeasuredNumber("3-D: median change of direction", float(np.median(turned)), "degrees")
 
@@ -113,7 +113,7 @@ def main() -> None:
         [*measure_effect_of_vertical_motion_in_2d(), *measure_effect_of_vertical_motion_in_3d()],
         RESULTS / "tutorial.csv",
     )
-    write_text(RESULTS / "tutorial-survey.txt", printed_survey_of_tutorial())
+    write_text(RESULTS / "tutorial-survey.txt", output_of_tutorial_survey_command())
     publish_markdown({})
 
 

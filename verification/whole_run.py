@@ -17,7 +17,7 @@ from typing import Final, NamedTuple
 
 import netCDF4
 
-from overturning.commands.fork_client import SERVER_VARIABLE
+from overturning.commands.fork_client import SERVER_SOCKET_ENVIRONMENT_VARIABLE
 from overturning.errors import ResultError
 from verification.project import WorkflowFolder
 from verification.tables import ROOT, MeasuredNumber, current_commit, markdown_table, measured_number_with_unit_text
@@ -34,7 +34,7 @@ QUANTITY_PREFIX_WITHOUT_FORK_SERVER: Final = "default study, whole run, a proces
 STEP_TABLE_FILE_NAME: Final = "steps.tsv"
 """Table of processor time and memory of each step, in the folder `benchmarks` of the results."""
 
-WRAPPER: Final = """\
+STEP_MEASURING_PROGRAM: Final = """\
 #!{python} -S
 import os, sys
 step = os.fork()
@@ -53,7 +53,7 @@ class CostOfCommandSteps(NamedTuple):
 
     step_count: int
     processor_s: float
-    memory_mb: float
+    max_memory_mb: float
 
 
 class WholeRunCost(NamedTuple):
@@ -61,7 +61,7 @@ class WholeRunCost(NamedTuple):
 
     wall_s: float
     processor_s: float
-    first_map_s: float  # time until the first polar map exists
+    time_to_first_map_s: float  # time until the first polar map exists
     step_cost_by_command: dict[str, CostOfCommandSteps]  # by command
     cube_sha256: str
 
@@ -75,10 +75,10 @@ def run_whole_study(with_fork_server: bool, checkout: Path = ROOT, study: str = 
             table = Path(scratch) / STEP_TABLE_FILE_NAME
             program = str(Path(sys.executable).with_name("overturning"))
             wrapper = Path(scratch) / "overturning"
-            text = WRAPPER.format(python=sys.executable, program=program, table=str(table))
+            text = STEP_MEASURING_PROGRAM.format(python=sys.executable, program=program, table=str(table))
             wrapper.write_text(text, encoding="utf-8")
             wrapper.chmod(0o755)
-            how["env"] |= {SERVER_VARIABLE: "off", "PATH": f"{scratch}:{how['env']['PATH']}"}
+            how["env"] |= {SERVER_SOCKET_ENVIRONMENT_VARIABLE: "off", "PATH": f"{scratch}:{how['env']['PATH']}"}
         before, begin, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter(), time.time()
         subprocess.run(**how, check=True)
         wall, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -109,7 +109,7 @@ def measure_whole_run() -> list[MeasuredNumber]:
         rows += [
             MeasuredNumber(f"{what}: time on two cores", run.wall_s, "s"),
             MeasuredNumber(f"{what}: processor time", run.processor_s, "s"),
-            MeasuredNumber(f"{what}: first polar map after", 100.0 * run.first_map_s / run.wall_s, "%"),
+            MeasuredNumber(f"{what}: first polar map after", 100.0 * run.time_to_first_map_s / run.wall_s, "%"),
         ]
     for command in (
         name for name, cost in own.step_cost_by_command.items() if cost.processor_s >= MIN_LISTED_PROCESSOR_TIME
@@ -168,7 +168,7 @@ def _times_by_row(run: WholeRunCost) -> dict[str, float]:
     rest = run.processor_s - sum(steps.values())
     return {
         "time on two cores, s": run.wall_s,
-        "time until the first polar map, s": run.first_map_s,
+        "time until the first polar map, s": run.time_to_first_map_s,
         "processor time, s": run.processor_s,
         **steps,
         "processor time of Snakemake and of what starts the steps, s": rest,

@@ -58,7 +58,7 @@ __all__ = [
 ]
 
 # Imported on first use, so that the command line starts without importing numba and xarray.
-_MODULES = {
+_MODULE_BY_PUBLIC_NAME = {
     "Body": "overturning.model.body",
     "Cases": "overturning.model.cases",
     "Contact": "overturning.model.contact",
@@ -93,9 +93,9 @@ def __getattr__(name: str) -> Any:
 
     if name == "findings":
         return import_module("overturning.findings")
-    if name not in {"plot", *_MODULES}:
+    if name not in {"plot", *_MODULE_BY_PUBLIC_NAME}:
         raise AttributeError(f"module 'overturning' has no attribute {name!r}")
     plot = import_module("overturning.plot")  # gives motions and records their method `plot`
     if name == "plot":
         return plot
-    return getattr(import_module(_MODULES[name]), name)
+    return getattr(import_module(_MODULE_BY_PUBLIC_NAME[name]), name)

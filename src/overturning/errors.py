@@ -82,13 +82,13 @@ def refuse_unknown_keywords(*further_keywords: type | str) -> Callable[[Decorate
             known += [more] if isinstance(more, str) else [field.name for field in fields(more)]
 
         @wraps(function_or_class)
-        def call_with_known_keywords(*arguments: Any, **keywords: Any) -> Any:
+        def check_keywords_and_call(*arguments: Any, **keywords: Any) -> Any:
             for name in keywords.keys() - known:
                 whose = function_or_class.__qualname__.removesuffix(".__init__")
                 raise ArgumentError(f"{name}: no keyword of {whose}; {closest_name_hint(name, known)}")
             return function_or_class(*arguments, **keywords)
 
-        return cast(Decorated, call_with_known_keywords)
+        return cast(Decorated, check_keywords_and_call)
 
     return add_keyword_check
 

@@ -98,7 +98,7 @@ _CHECKSUM_LINE_LENGTH = len(_CHECKSUM_LINE_PREFIX) + 65  # bytes: 64 digits and 
 
 
 # Remedies by error number.
-_REMEDIES = {
+_REMEDY_BY_ERROR_NUMBER = {
     **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), "choose a folder that you may write to"),
     **dict.fromkeys(
         (errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.ENAMETOOLONG, errno.ELOOP),
@@ -110,7 +110,7 @@ _REMEDIES = {
 
 def os_error_message(error: OSError) -> str:
     """Return a message for an operating-system error, with file and remedy; "" if no remedy is known."""
-    remedy = _REMEDIES.get(error.errno or 0)
+    remedy = _REMEDY_BY_ERROR_NUMBER.get(error.errno or 0)
     return f"{error.filename or 'a file'}: {str(error.strerror).lower()}; {remedy}" if remedy else ""
 
 

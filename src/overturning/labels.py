@@ -6,7 +6,7 @@ import numpy as np
 
 from overturning.model.planes import azimuth_gap_mask_and_step, azimuth_period_of_cube_deg
 from overturning.study.cube import element_name_to_show, parse_json_attribute, study_of_cube
-from overturning.study.scenes import NOMINAL, variant_scene, variant_size_note
+from overturning.study.scenes import NOMINAL_VARIANT, variant_scene, variant_size_note
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ def friction_label(cube_or_study: "xr.Dataset | Study", friction: float) -> str:
     friction : float
         Friction coefficient of the dimension ``friction``.
     """
-    study, variant = None, NOMINAL
+    study, variant = None, NOMINAL_VARIANT
     if isinstance(cube_or_study, Study):
         study = cube_or_study
     elif "study" in cube_or_study.attrs:
@@ -39,8 +39,8 @@ def variant_label_as_list(cube: "xr.Dataset") -> list[str]:
 
     The list is empty for the nominal cube of a study, and for a cube without a study.
     """
-    name = str(cube.attrs.get("variant", NOMINAL))
-    if name == NOMINAL:
+    name = str(cube.attrs.get("variant", NOMINAL_VARIANT))
+    if name == NOMINAL_VARIANT:
         return []
     sizes = variant_size_note(study_of_cube(cube), name)
     return [f"variant {name}{f' ({sizes})' if sizes else ''}"]

@@ -206,7 +206,7 @@ def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
 def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
     """Draw outcomes by PGA and PGV/PGA at the largest friction, with fit and published criteria (2-D only)."""
     from overturning.figures.content import check_has_outcomes_and_motion
-    from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_figure
+    from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_over_pga_figure
     from overturning.labels import note_on_size_reference_stone
     from overturning.statistics.logistic import fit_logistic_overturning_model
 
@@ -216,7 +216,7 @@ def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
         measures = _read_intensity_measures(sorted_cube)
         check_has_outcomes_and_motion(sorted_cube, measures)
         fit = fit_logistic_overturning_model(sorted_cube, measures)
-        return outcomes_by_pga_and_pgv_ratio_figure(sorted_cube, measures, fit, float(sorted_cube["friction"].max()))
+        return outcomes_by_pga_and_pgv_over_pga_figure(sorted_cube, measures, fit, float(sorted_cube["friction"].max()))
 
     _check_cube_has_coordinate_for_figure(cube, "azimuth", "plane")
     return _figure_of_all_records(cube, draw_outcomes_by_pga_and_pgv_ratio)

@@ -8,10 +8,10 @@ from overturning.model.cases import check_stone_heights
 from overturning.quantities import Degree, Metre, Radian, Second
 from overturning.validation import StrictModel
 
-GRID_TOLERANCE: Final = 0.02
+RELATIVE_TOLERANCE_OUTSIDE_GRID: Final = 0.02
 """Share of a height, B/H or friction by which a stone may lie outside the simulated values: rounding, 1/3 as 0.33."""
 
-MAX_RELIEF: Final = 0.03
+MAX_BASE_RELIEF_M: Final = 0.03
 """Largest relief of a scanned stone, m; see `overturning.model.scan`."""
 
 
@@ -87,9 +87,9 @@ class EnsembleSettings(StrictModel):
     @field_validator("relief")
     @classmethod
     def _check_relief_is_within_limit(cls, relief: LengthRange | None) -> LengthRange | None:
-        """Raise a ValueError if the height up to which a scanned stone's base points bear exceeds `MAX_RELIEF`."""
-        if relief is not None and relief.high > MAX_RELIEF:
-            raise ValueError(f"high {relief.high:g} m; at most {MAX_RELIEF:g} m (the unit is the metre)")
+        """Raise a ValueError if the height up to which points of a scanned base bear exceeds `MAX_BASE_RELIEF_M`."""
+        if relief is not None and relief.high > MAX_BASE_RELIEF_M:
+            raise ValueError(f"high {relief.high:g} m; at most {MAX_BASE_RELIEF_M:g} m (the unit is the metre)")
         return relief
 
     @field_validator("members")

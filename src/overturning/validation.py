@@ -11,58 +11,62 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from overturning.errors import REASON_SEPARATOR, ArgumentError, closest_name_hint
 
-_TRUTH: Final = "true or false is needed"
-_NUMBER: Final = "a number is needed"
-_WHOLE: Final = "a whole number is needed"
-_KEYS: Final = "keys with values are needed, as in {key: value}"
-_DATE: Final = "a date is needed, as in 2026-11-21"
-_MOMENT: Final = "a date and time are needed, as in 2016-11-13T11:02:56"
+_BOOLEAN_NEEDED_MESSAGE: Final = "true or false is needed"
+_NUMBER_NEEDED_MESSAGE: Final = "a number is needed"
+_INTEGER_NEEDED_MESSAGE: Final = "a whole number is needed"
+_KEYS_NEEDED_MESSAGE: Final = "keys with values are needed, as in {key: value}"
+_DATE_NEEDED_MESSAGE: Final = "a date is needed, as in 2026-11-21"
+_DATETIME_NEEDED_MESSAGE: Final = "a date and time are needed, as in 2016-11-13T11:02:56"
 
 _MESSAGES_BY_ERROR_TYPE: Final[dict[str, str]] = {
     "missing": "this key is needed",
     "extra_forbidden": "unknown key",
-    **dict.fromkeys(("bool_type", "bool_parsing"), _TRUTH),
-    **dict.fromkeys(("float_type", "float_parsing"), _NUMBER),
-    **dict.fromkeys(("int_type", "int_parsing", "int_from_float", "int_parsing_size"), _WHOLE),
+    **dict.fromkeys(("bool_type", "bool_parsing"), _BOOLEAN_NEEDED_MESSAGE),
+    **dict.fromkeys(("float_type", "float_parsing"), _NUMBER_NEEDED_MESSAGE),
+    **dict.fromkeys(("int_type", "int_parsing", "int_from_float", "int_parsing_size"), _INTEGER_NEEDED_MESSAGE),
     "finite_number": "a finite number is needed",
     "invalid_key": "a key must be a text; put it in quotes",
-    **dict.fromkeys(("dict_type", "mapping_type", "model_type", "model_attributes_type", "dataclass_type"), _KEYS),
-    **dict.fromkeys(("date_type", "date_parsing", "date_from_datetime_parsing", "date_from_datetime_inexact"), _DATE),
-    **dict.fromkeys(("datetime_type", "datetime_parsing", "datetime_from_date_parsing"), _MOMENT),
+    **dict.fromkeys(
+        ("dict_type", "mapping_type", "model_type", "model_attributes_type", "dataclass_type"), _KEYS_NEEDED_MESSAGE
+    ),
+    **dict.fromkeys(
+        ("date_type", "date_parsing", "date_from_datetime_parsing", "date_from_datetime_inexact"), _DATE_NEEDED_MESSAGE
+    ),
+    **dict.fromkeys(("datetime_type", "datetime_parsing", "datetime_from_date_parsing"), _DATETIME_NEEDED_MESSAGE),
     "none_required": "no value is allowed; leave the key out",
 }
 """Constant messages by type of error."""
 
-Details = dict[str, Any]
+ErrorDetails = dict[str, Any]
 
 
-def _allowed_value_count_text(error_details: Details, min_or_max: str) -> str:
+def _allowed_value_count_text(error_details: ErrorDetails, min_or_max: str) -> str:
     """Return the allowed number of values in a list as text, such as "3 values", from a validation error."""
     number = error_details[f"{min_or_max}_length"]
     return f"{number} value{'' if number == 1 else 's'}"
 
 
-def _allowed_character_count_text(error_details: Details, min_or_max: str) -> str:
+def _allowed_character_count_text(error_details: ErrorDetails, min_or_max: str) -> str:
     """Return the allowed number of characters of a text, such as "3 characters", from a validation error."""
     number = error_details[f"{min_or_max}_length"]
     return f"{number} character{'' if number == 1 else 's'}"
 
 
-def _allowed_values_text(error_details: Details, given_value: Any) -> str:
+def _allowed_values_text(error_details: ErrorDetails, given_value: Any) -> str:
     """Return a message with the allowed values of a setting, and the one closest to the given value."""
     known = re.findall(r"'([^']*)'", error_details["expected"])
     near = closest_name_hint(given_value, known, " ") if isinstance(given_value, str) and len(known) > 1 else " "
     return f"it should be {error_details['expected']}{'' if near == ' ' else f'; {near}'}"
 
 
-def _unknown_setting_kind_text(error_details: Details) -> str:
+def _unknown_setting_kind_text(error_details: ErrorDetails) -> str:
     """Return a message for an unknown value of a key that selects one of several kinds of setting."""
     known = re.findall(r"'([^']*)'", error_details["expected_tags"])
     hint = closest_name_hint(error_details["tag"], known)
     return f"unknown {error_details['discriminator'].strip(chr(39))} {error_details['tag']!r}; {hint}"
 
 
-_MESSAGE_FUNCTIONS_BY_ERROR_TYPE: Final[dict[str, Callable[[Details, Any], str]]] = {
+_MESSAGE_FUNCTIONS_BY_ERROR_TYPE: Final[dict[str, Callable[[ErrorDetails, Any], str]]] = {
     "too_short": lambda details, _: (
         f"at least {_allowed_value_count_text(details, 'min')} needed, not {details['actual_length']}"
     ),
@@ -83,7 +87,7 @@ _MESSAGE_FUNCTIONS_BY_ERROR_TYPE: Final[dict[str, Callable[[Details, Any], str]]
 }
 """Functions that make a message by type of error, from the error's details and the value."""
 
-LIST_ERROR_TYPES: Final = ("tuple_type", "list_type", "set_type", "frozen_set_type")
+NOT_A_LIST_ERROR_TYPES: Final = ("tuple_type", "list_type", "set_type", "frozen_set_type")
 """Types of error of a value that is not a list."""
 
 
@@ -137,7 +141,7 @@ def format_validation_error(error_entry: Any) -> str:
     kind, details, given = error_entry["type"], error_entry.get("ctx", {}), error_entry.get("input")
     if kind == "string_pattern_mismatch":
         return _allowed_characters_text(details["pattern"])
-    if kind in LIST_ERROR_TYPES:
+    if kind in NOT_A_LIST_ERROR_TYPES:
         single = isinstance(given, str | int | float) and not isinstance(given, bool)
         return f"a list is needed: [{given}]" if single else "a list is needed, as in [first, second]"
     if kind in ("string_type", "string_sub_type", "string_unicode"):

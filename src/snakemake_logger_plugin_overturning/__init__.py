@@ -28,8 +28,8 @@ QUERY_OPTIONS: Final = frozenset({
 })  # fmt: skip
 """Command-line options, apart from a dry run, with which Snakemake computes nothing."""
 
-_TERMINAL_INTERVAL = 0.5  # s between updates of the progress line on a terminal
-_LOG_INTERVAL = 60.0  # s between progress lines if there is no terminal
+_TERMINAL_UPDATE_INTERVAL_S = 0.5  # s between updates of the progress line on a terminal
+_LOG_UPDATE_INTERVAL_S = 60.0  # s between progress lines if there is no terminal
 # Messages that are not printed: the reason for a failure is in the log of the step.
 _HIDDEN_MESSAGES = (
     "CalledProcessError",
@@ -37,8 +37,8 @@ _HIDDEN_MESSAGES = (
     "Exiting because a job execution failed",
 )
 _MIN_FREE_DISK_BYTES = 1_000_000  # bytes of free disk space; with less, a step cannot even write its error message
-_STOPPED = "Terminating processes on user request"
-_RESUMES = "finished results are kept, and the same command resumes the run"
+_USER_STOP_MESSAGE = "Terminating processes on user request"
+_RESUME_HINT = "finished results are kept, and the same command resumes the run"
 
 
 class LogHandler(LogHandlerBase):
@@ -80,9 +80,9 @@ class LogHandler(LogHandlerBase):
         elif event == LogEvent.GROUP_ERROR:
             for job in about["job_error_info"]:
                 self._report_failure(_error_message_of_step(job["rule_name"], job["log"]))
-        elif text.startswith(_STOPPED):
+        elif text.startswith(_USER_STOP_MESSAGE):
             self._stopped = True
-            self._print_message(f"Stopped; {_RESUMES}.")
+            self._print_message(f"Stopped; {_RESUME_HINT}.")
         elif any(words in text for words in _HIDDEN_MESSAGES):
             return
         elif event == LogEvent.ERROR:
@@ -99,8 +99,8 @@ class LogHandler(LogHandlerBase):
             self._drawing.join()
             self._clear_progress_line()
         # Repeat the failures at the end, where a user sees them.
-        if self._expected.steps and self._failures and not self._stopped:
-            self._print_message(f"The run failed; all messages of Snakemake are in .snakemake/log; {_RESUMES}.")
+        if self._expected.step_count and self._failures and not self._stopped:
+            self._print_message(f"The run failed; all messages of Snakemake are in .snakemake/log; {_RESUME_HINT}.")
             for text in self._failures:
                 self._print_message(text)
         self._failures.clear()
@@ -143,7 +143,7 @@ class LogHandler(LogHandlerBase):
 
     def _redraw_progress_line_until_end(self) -> None:
         on_terminal = sys.stderr.isatty()
-        while not self._ended.wait(_TERMINAL_INTERVAL if on_terminal else _LOG_INTERVAL):
+        while not self._ended.wait(_TERMINAL_UPDATE_INTERVAL_S if on_terminal else _LOG_UPDATE_INTERVAL_S):
             line = self._expected.progress_line()
             if on_terminal:
                 self._clear_progress_line()

@@ -62,53 +62,53 @@ class RunProgressEstimate:
 
     expected_seconds_by_rule: dict[str, float] = field(default_factory=dict)
     parallel_job_count: int = 1
-    steps: int = 0
+    step_count: int = 0
     finished_step_count: int = 0
-    _began: float = 0.0
-    _planned_seconds: float = 0.0  # expected seconds of all jobs
-    _finished_seconds: float = 0.0  # expected seconds of the jobs that ended
-    _running: dict[int, RunningJob] = field(default_factory=dict)
+    _start_time_s: float = 0.0
+    _expected_seconds_of_all_jobs: float = 0.0  # expected seconds of all jobs
+    _expected_seconds_of_finished_jobs: float = 0.0  # expected seconds of the jobs that ended
+    _running_jobs: dict[int, RunningJob] = field(default_factory=dict)
 
     def store_run_start_and_job_counts(self, counts: dict[str, int], now: float | None = None) -> None:
         """Begin a run: store its start time and the number of jobs of each rule."""
-        self.steps = sum(counts.values())
-        self._planned_seconds = sum(
+        self.step_count = sum(counts.values())
+        self._expected_seconds_of_all_jobs = sum(
             count * self.expected_seconds_by_rule.get(rule, DEFAULT_JOB_SECONDS) for rule, count in counts.items()
         )
-        self._began = time.time() if now is None else now
+        self._start_time_s = time.time() if now is None else now
 
     def store_job_start(self, job: int, rule: str, name: str, logs: list[Path], size: float = 1.0) -> None:
         """Store a job that begins; `size` is that of its input relative to the mean of the jobs of its rule."""
-        self._running[job] = RunningJob(name, size * self.expected_seconds_by_rule.get(rule, DEFAULT_JOB_SECONDS), logs)
+        self._running_jobs[job] = RunningJob(
+            name, size * self.expected_seconds_by_rule.get(rule, DEFAULT_JOB_SECONDS), logs
+        )
 
     def store_job_end(self, job: int, well: bool) -> None:
         """Store the end of a job; its work counts as completed if the job was successful."""
-        ended = self._running.pop(job, None)
+        ended = self._running_jobs.pop(job, None)
         if ended is not None and well:
             self.finished_step_count += 1
-            self._finished_seconds += ended.expected_seconds
+            self._expected_seconds_of_finished_jobs += ended.expected_seconds
 
     def completed_share_and_remaining_time(self, now: float) -> tuple[float, float]:
         """Return the completed share of the work, and the remaining time, s."""
-        running = sum(job.completed_share() * job.expected_seconds for job in list(self._running.values()))
-        done = min((self._finished_seconds + running) / max(self._planned_seconds, 1e-9), 1.0)
+        running = sum(job.completed_share() * job.expected_seconds for job in list(self._running_jobs.values()))
+        done = min(
+            (self._expected_seconds_of_finished_jobs + running) / max(self._expected_seconds_of_all_jobs, 1e-9), 1.0
+        )
         pace = (
-            self._planned_seconds / self.parallel_job_count
+            self._expected_seconds_of_all_jobs / self.parallel_job_count
             if done < _MIN_SHARE_FOR_MEASURED_PACE
-            else (now - self._began) / done
+            else (now - self._start_time_s) / done
         )
         return done, max(pace * (1.0 - done), 0.0)
 
     def progress_line(self, now: float | None = None) -> str:
         """Return the progress as one line: steps, share of the work, remaining time, and the running jobs."""
         share, seconds = self.completed_share_and_remaining_time(time.time() if now is None else now)
-        names = ", ".join(job.name for job in list(self._running.values()))
-        time_left = format_minutes_and_seconds(seconds)
-        return (
-            f"{self.finished_step_count} of {self.steps} steps, {share:.0%}, {time_left} to go: {names}".removesuffix(
-                ": "
-            )
-        )
+        names = ", ".join(job.name for job in list(self._running_jobs.values()))
+        steps = f"{self.finished_step_count} of {self.step_count} steps"
+        return f"{steps}, {share:.0%}, {format_minutes_and_seconds(seconds)} to go: {names}".removesuffix(": ")
 
 
 def format_minutes_and_seconds(seconds: float) -> str:

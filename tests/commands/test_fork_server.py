@@ -16,21 +16,25 @@ import pytest
 
 from overturning.cli import main
 from overturning.commands import fork_client
-from overturning.commands.fork_client import SERVER_VARIABLE, THREADS_VARIABLE, run_workflow_step_in_fork_server
+from overturning.commands.fork_client import (
+    SERVER_SOCKET_ENVIRONMENT_VARIABLE,
+    THREAD_COUNT_ENVIRONMENT_VARIABLE,
+    run_workflow_step_in_fork_server,
+)
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the server runs on Linux only")
 
 STUDY = '{"name": "small", "records": {"use": ["rinaldi"]}}'
-PROGRAM = [sys.executable, "-m", "overturning.cli"]
-READ_STEP = ("read", "--study", STUDY, "--record", "rinaldi")
+COMMAND_OF_PROGRAM = [sys.executable, "-m", "overturning.cli"]
+READ_STEP_ARGUMENTS = ("read", "--study", STUDY, "--record", "rinaldi")
 
 
 @contextmanager
 def running_server(table: Path) -> Iterator[psutil.Process]:
     """Start the fork server, which logs time and memory of workflow steps to `table`; yield its process."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(THREADS_VARIABLE, "1")
-        patch.setenv(SERVER_VARIABLE, "")
+        patch.setenv(THREAD_COUNT_ENVIRONMENT_VARIABLE, "1")
+        patch.setenv(SERVER_SOCKET_ENVIRONMENT_VARIABLE, "")
         stop = fork_client.start_fork_server(table)
         (server,) = (one for one in psutil.Process().children() if str(table) in one.cmdline())
         assert fork_client.SERVER_MODULE in server.cmdline()
@@ -69,7 +73,9 @@ def fork_server_process(get_or_restart_server: Callable[[], psutil.Process]) -> 
 
 def run_step(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
     """Run a workflow step in the fork server if the environment names one, otherwise in a separate process."""
-    return subprocess.run([*PROGRAM, *words], env=os.environ | environment, capture_output=True, text=True, check=False)
+    return subprocess.run(
+        [*COMMAND_OF_PROGRAM, *words], env=os.environ | environment, capture_output=True, text=True, check=False
+    )
 
 
 def rows_of_steps_run_in_server(step_time_and_memory_table: Path) -> list[list[str]]:
@@ -110,7 +116,7 @@ def endless_step(server: psutil.Process, folder: Path) -> Iterator[tuple[subproc
     study, writers = folder / "study.yaml", list[int]()
     os.mkfifo(study)
     words = ["read", "--study", str(study), "--record", "rinaldi", "--output", str(folder / "never.nc")]
-    client = subprocess.Popen([*PROGRAM, *words], stderr=subprocess.PIPE, text=True)
+    client = subprocess.Popen([*COMMAND_OF_PROGRAM, *words], stderr=subprocess.PIPE, text=True)
     try:
         wait_until(lambda: writers.extend(open_pipe_for_writing(study)) or writers)  # past the begin of a step
         wait_until(lambda: ignores_interrupt(client.pid))  # the server has answered it
@@ -124,8 +130,8 @@ def endless_step(server: psutil.Process, folder: Path) -> Iterator[tuple[subproc
 def test_a_step_in_the_fork_server_gives_the_output_of_a_separate_process(
     fork_server_process: psutil.Process, step_table_path: Path, tmp_path: Path
 ) -> None:
-    for name, environment in (("own.nc", {SERVER_VARIABLE: ""}), ("server.nc", {})):
-        done = run_step(*READ_STEP, "--output", str(tmp_path / name), **environment)
+    for name, environment in (("own.nc", {SERVER_SOCKET_ENVIRONMENT_VARIABLE: ""}), ("server.nc", {})):
+        done = run_step(*READ_STEP_ARGUMENTS, "--output", str(tmp_path / name), **environment)
         assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     assert (tmp_path / "own.nc").read_bytes() == (tmp_path / "server.nc").read_bytes()
     (row,) = (one for one in rows_of_steps_run_in_server(step_table_path) if str(tmp_path) in one[1])
@@ -167,19 +173,19 @@ def test_a_fork_server_step_has_the_folder_and_environment_of_its_client(
     assert "mine: gone.V2A is not in resources/records" in run_step(*words).stderr
     (tmp_path / "config" / "records.tsv").unlink()
     (tmp_path / "temporary").mkdir(mode=0o500)
-    assert run_step(*READ_STEP, "--output", "motion.nc", TMPDIR=str(tmp_path / "temporary")).returncode == 0
+    assert run_step(*READ_STEP_ARGUMENTS, "--output", "motion.nc", TMPDIR=str(tmp_path / "temporary")).returncode == 0
     assert (tmp_path / "motion.nc").is_file()
     assert len(rows_of_steps_run_in_server(step_table_path)) == before + 2
 
 
 def test_the_fork_server_runs_steps_concurrently(fork_server_process: psutil.Process, tmp_path: Path) -> None:
     with endless_step(fork_server_process, tmp_path) as (client, process):
-        assert run_step(*READ_STEP, "--output", str(tmp_path / "other.nc")).returncode == 0
+        assert run_step(*READ_STEP_ARGUMENTS, "--output", str(tmp_path / "other.nc")).returncode == 0
         assert client.poll() is None
         process.kill()
         client.communicate(timeout=60.0)
     assert client.returncode == 128 + signal.SIGKILL, "as a shell returns it"
-    assert run_step(*READ_STEP, "--output", str(tmp_path / "third.nc")).returncode == 0, "the server goes on"
+    assert run_step(*READ_STEP_ARGUMENTS, "--output", str(tmp_path / "third.nc")).returncode == 0, "the server goes on"
 
 
 def test_a_fork_server_step_ends_when_its_client_is_killed(fork_server_process: psutil.Process, tmp_path: Path) -> None:
@@ -187,7 +193,7 @@ def test_a_fork_server_step_ends_when_its_client_is_killed(fork_server_process: 
         client.kill()
         client.communicate(timeout=60.0)
         process.wait(60.0)
-    assert run_step(*READ_STEP, "--output", str(tmp_path / "other.nc")).returncode == 0, "the server goes on"
+    assert run_step(*READ_STEP_ARGUMENTS, "--output", str(tmp_path / "other.nc")).returncode == 0, "the server goes on"
 
 
 ORPHANED_STEP_PROGRAM = """
@@ -203,7 +209,7 @@ for server in (os.getpid(), 1):
 
 
 def test_a_step_does_not_run_if_its_fork_server_ended_before_the_step_began(tmp_path: Path) -> None:
-    environment = os.environ | {SERVER_VARIABLE: "of the server"}
+    environment = os.environ | {SERVER_SOCKET_ENVIRONMENT_VARIABLE: "of the server"}
     command = [sys.executable, "-c", ORPHANED_STEP_PROGRAM]
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
     lines = done.stdout.splitlines()
@@ -217,9 +223,14 @@ def test_the_fork_server_of_a_killed_workflow_ends_after_the_running_steps(tmp_p
     code = (
         "import subprocess, sys\nfrom overturning.commands.fork_client import start_fork_server\n"
         f"start_fork_server({str(tmp_path / 'steps.tsv')!r})\n"
-        f"print(subprocess.Popen([*{PROGRAM}, *{[*READ_STEP, '--output', str(motion)]}]).pid, flush=True)\ninput()\n"
+        f"print(subprocess.Popen([*{COMMAND_OF_PROGRAM}, *{[*READ_STEP_ARGUMENTS, '--output', str(motion)]}]).pid, "
+        "flush=True)\ninput()\n"
     )
-    environment = os.environ | {THREADS_VARIABLE: "1", SERVER_VARIABLE: "", "TMPDIR": str(tmp_path)}
+    environment = os.environ | {
+        THREAD_COUNT_ENVIRONMENT_VARIABLE: "1",
+        SERVER_SOCKET_ENVIRONMENT_VARIABLE: "",
+        "TMPDIR": str(tmp_path),
+    }
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     workflow = subprocess.Popen([sys.executable, "-c", code], env=environment, text=True, **pipes)
     assert workflow.stdout is not None
@@ -235,7 +246,12 @@ def test_the_fork_server_of_a_killed_workflow_ends_after_the_running_steps(tmp_p
 
 
 @pytest.mark.parametrize(
-    ("variable", "value"), [(THREADS_VARIABLE, "2"), (SERVER_VARIABLE, ""), (SERVER_VARIABLE, "/no/socket")]
+    ("variable", "value"),
+    [
+        (THREAD_COUNT_ENVIRONMENT_VARIABLE, "2"),
+        (SERVER_SOCKET_ENVIRONMENT_VARIABLE, ""),
+        (SERVER_SOCKET_ENVIRONMENT_VARIABLE, "/no/socket"),
+    ],
 )
 def test_a_step_without_a_suitable_fork_server_is_left_to_its_caller(
     fork_server_process: psutil.Process,
@@ -252,10 +268,10 @@ def test_a_step_without_a_suitable_fork_server_is_left_to_its_caller(
 
 
 def test_no_fork_server_is_used_if_its_variable_is_off(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(SERVER_VARIABLE, "off")
-    monkeypatch.setenv(THREADS_VARIABLE, "1")
+    monkeypatch.setenv(SERVER_SOCKET_ENVIRONMENT_VARIABLE, "off")
+    monkeypatch.setenv(THREAD_COUNT_ENVIRONMENT_VARIABLE, "1")
     fork_client.start_fork_server(tmp_path / "steps.tsv")
-    assert os.environ[SERVER_VARIABLE] == "off"
+    assert os.environ[SERVER_SOCKET_ENVIRONMENT_VARIABLE] == "off"
     assert run_workflow_step_in_fork_server(["--version"]) is None
 
 
@@ -267,9 +283,9 @@ def test_a_run_continues_without_a_fork_server_if_no_socket_can_be_made(
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / folder))
     if folder != "gone":
         (tmp_path / folder).mkdir()
-    monkeypatch.delenv(SERVER_VARIABLE, raising=False)
+    monkeypatch.delenv(SERVER_SOCKET_ENVIRONMENT_VARIABLE, raising=False)
     fork_client.start_fork_server(tmp_path / "steps.tsv")()
-    assert SERVER_VARIABLE not in os.environ
+    assert SERVER_SOCKET_ENVIRONMENT_VARIABLE not in os.environ
     assert [path.name for path in tmp_path.rglob("*")] == [folder] * (folder != "gone")
 
 

@@ -51,7 +51,7 @@ for folder, (program, *words) in json.loads(sys.argv[1]):
 
 
 @pytest.fixture(scope="module")
-def outputs_of_wheel_commands(
+def folder_and_outputs_of_wheel_commands(
     unpacked_wheel: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Path, list[tuple[str, str]]]:
     """Outputs and statuses of commands of the unpacked wheel, and the folder in which they ran.
@@ -114,9 +114,9 @@ def test_the_readme_of_a_new_project_names_existing_files(tmp_path: Path) -> Non
 
 
 def test_the_wheel_runs_and_contains_project_files_records_and_licence(
-    unpacked_wheel: Path, outputs_of_wheel_commands: tuple[Path, list[tuple[str, str]]]
+    unpacked_wheel: Path, folder_and_outputs_of_wheel_commands: tuple[Path, list[tuple[str, str]]]
 ) -> None:
-    folder, ((version, _), (one, _), *_) = outputs_of_wheel_commands
+    folder, ((version, _), (one, _), *_) = folder_and_outputs_of_wheel_commands
     assert version.startswith("overturning 0.")
     assert "falls towards S32°W" in one
     assert version.endswith("status 0\n")
@@ -141,9 +141,9 @@ def test_the_wheel_runs_and_contains_project_files_records_and_licence(
 
 
 def test_a_project_made_by_the_wheel_can_be_planned_by_snakemake(
-    outputs_of_wheel_commands: tuple[Path, list[tuple[str, str]]],
+    folder_and_outputs_of_wheel_commands: tuple[Path, list[tuple[str, str]]],
 ) -> None:
-    *_, (made, _), (checked, _), (again, refused), (planned, profile) = outputs_of_wheel_commands[1]
+    *_, (made, _), (checked, _), (again, refused), (planned, profile) = folder_and_outputs_of_wheel_commands[1]
     assert "snakemake --cores 2" in made
     assert "2 records × " in checked
     assert [text.splitlines()[-1] for text in (made, checked, again)] == ["status 0", "status 0", "status 1"]

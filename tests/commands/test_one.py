@@ -20,7 +20,7 @@ from tests.model.solids import column_with_overhanging_slab, rotate_surface, wri
 DEFAULT_RECORD_TABLE_PATH = str(Path(__file__).parents[2] / "config/records.tsv")
 
 
-def run_command_one(*arguments: object, status: int = 0) -> str:
+def run_overturning_one(*arguments: object, status: int = 0) -> str:
     """Run `overturning one` with the shipped record table, or with a pulse, and return its output."""
     of_table = (
         () if any(str(word).startswith("sine ") for word in arguments) else ("--table", DEFAULT_RECORD_TABLE_PATH)
@@ -30,27 +30,27 @@ def run_command_one(*arguments: object, status: int = 0) -> str:
 
 def test_command_one_gives_outcomes_film_and_figure_for_two_azimuths(tmp_path: Path) -> None:
     page, figure = tmp_path / "fall.html", tmp_path / "response.png"
-    text = run_command_one(
+    text = run_overturning_one(
         "--record", "rinaldi", "--azimuth", "32", "--azimuth", "122", "--animate", page, "--response", figure
     )
     assert "motion along N32°E: falls towards S32°W" in text
     assert "motion along S58°E: stands" in text
     assert page.stat().st_size < 300_000
     first = page.read_bytes()
-    run_command_one("--record", "rinaldi", "--azimuth", "32", "--azimuth", "122", "--animate", page)
+    run_overturning_one("--record", "rinaldi", "--azimuth", "32", "--azimuth", "122", "--animate", page)
     assert page.read_bytes() == first
     assert figure.read_bytes().startswith(b"\x89PNG")
 
 
 def test_command_one_accepts_a_damping_coefficient_in_absolute_units() -> None:
-    assert "N32°E" in run_command_one("--record", "rinaldi", "--azimuth", "32", "--damping", "35000")
+    assert "N32°E" in run_overturning_one("--record", "rinaldi", "--azimuth", "32", "--damping", "35000")
 
 
 def test_command_one_simulates_a_planar_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(Path(DEFAULT_RECORD_TABLE_PATH).parents[1])
     page, figure = tmp_path / "fall.html", tmp_path / "response.svg"
     given = ("--record", "rinaldi", "--azimuth", "32", "--azimuth", "122", "--scene", "three-tier")
-    text = run_command_one(*given, "--animate", page, "--response", figure)
+    text = run_overturning_one(*given, "--animate", page, "--response", figure)
     assert "A shaft on two bases" in text
     assert "motion along N32°E: 1 of 3 falls: shaft falls towards S32°W" in text
     assert "motion along S58°E: everything stands" in text
@@ -71,7 +71,7 @@ def test_a_printed_value_rounded_to_zero_has_no_minus_sign(monkeypatch: pytest.M
         return path.assign(residual_slip=0.0 * path["residual_slip"] - 4e-5)
 
     monkeypatch.setattr(module, "trajectory", trajectory_with_tiny_negative_slip)
-    text = run_command_one("--record", "sine amplitude_gal=100 period_s=0.5", "--azimuth", "0")
+    text = run_overturning_one("--record", "sine amplitude_gal=100 period_s=0.5", "--azimuth", "0")
     assert text.rstrip().endswith("stands; does not lean; slipped 0.0 cm by the end")
     assert format_three_significant_digits(-0.0) == "0"
     assert format_number(-0.001) == "0.00"
@@ -142,15 +142,15 @@ def test_error_messages_of_command_one_name_the_wrong_value(
     given: tuple[str, ...], message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(Path(DEFAULT_RECORD_TABLE_PATH).parents[1])
-    assert message in (text := run_command_one(*given, status=1))
+    assert message in (text := run_overturning_one(*given, status=1))
     assert "Traceback" not in text
 
 
 def test_a_block_slides_if_its_friction_is_below_b_over_h() -> None:
     """A block can tip from rest only if µ is at least B/H; with less friction it slides, however strong the motion."""
     given = ("--record", "sine amplitude_gal=400 period_s=1", "--azimuth", "0", "--b-over-h", "0.3", "--friction")
-    assert "motion along N: stands; does not lean; slipped" in run_command_one(*given, "0.1")
-    assert "motion along N: falls" in run_command_one(*given, "1")
+    assert "motion along N: stands; does not lean; slipped" in run_overturning_one(*given, "0.1")
+    assert "motion along N: falls" in run_overturning_one(*given, "1")
 
 
 @pytest.mark.parametrize("space", [("--azimuth", "0"), ("--body",)])
@@ -183,14 +183,18 @@ def test_printed_times_are_counted_from_the_start_of_the_record_file(
             else np.abs(panel.horizontal_base_acceleration)
         )
         assert 4.0 < int(trace.argmax()) * panel.sampling_interval < 6.0, "the trace has the clock of the bodies"
-        assert 2.0 < film.start < 5.0
+        assert 2.0 < film.first_frame_time < 5.0
         record = read(
             tmp_path / "x.csv", columns="north:gal east:gal", sampling_interval_s=0.01, processed=kind == "--processed"
         )
         clock = start_offset_from_file_start_s(record) + 0.01 * np.arange(record.north.size)
         moved = cumulative_trapezoid(cumulative_trapezoid(record.north, dx=0.01, initial=0), dx=0.01, initial=0)
         there = np.interp(film.frame_times, clock, moved)
-        ground = panel.ground_displacement[:, 1] if panel.shows_3d_body else panel.ground_displacement[:, 0]
+        ground = (
+            panel.ground_displacement_by_frame[:, 1]
+            if panel.shows_3d_body
+            else panel.ground_displacement_by_frame[:, 0]
+        )
         assert ground == pytest.approx(there - there[0], abs=2e-3), "the ground moved before the file, too"
         times[kind] = float(re.search(r" falls towards \S+ at ([\d.]+) s", text)[1])  # type: ignore[index]
         assert panel.last_fall_time == pytest.approx(times[kind], abs=0.006)
@@ -206,16 +210,16 @@ def test_the_response_figure_states_the_amplitude_factor(tmp_path: Path) -> None
     """Regression: a fall under twice the record was drawn as a fall under the record itself."""
     figure = tmp_path / "response.svg"
     given = ("--record", "sine amplitude_gal=400 period_s=1", "--azimuth", "0", "--amplitude", "2")
-    assert "pulse, sine pulse, motion × 2: B/H = 0.4" in run_command_one(*given, "--response", figure)
+    assert "pulse, sine pulse, motion × 2: B/H = 0.4" in run_overturning_one(*given, "--response", figure)
     assert "motion × 2" in figure.read_text(encoding="utf-8")
-    text = run_command_one("--record", "wtmc", "--azimuth", "0", "--amplitude", "0.1", "--no-vertical")
+    text = run_overturning_one("--record", "wtmc", "--azimuth", "0", "--amplitude", "0.1", "--no-vertical")
     assert "Kaikoura 2016, motion × 0.1, vertical motion left out: B/H = 0.4" in text
 
 
 def test_printed_slip_of_an_upper_stone_is_relative_to_its_support() -> None:
     """The lowest base slides on the ground by 9 mm, the shaft on the upper base by a third of a millimetre."""
     given = ("--record", "sine amplitude_gal=600 period_s=1 cycles=3", "--azimuth", "0", "--friction", "0.3")
-    assert "slipped 0.0 cm by the end (shaft)" in run_command_one(*given, "--scene", "three-tier")
+    assert "slipped 0.0 cm by the end (shaft)" in run_overturning_one(*given, "--scene", "three-tier")
 
 
 def test_command_one_says_that_the_scene_sets_friction_and_refuses_another(tmp_path: Path) -> None:
@@ -230,8 +234,10 @@ elements:
         encoding="utf-8",
     )
     given = ("--record", "sine amplitude_gal=600 period_s=1", "--azimuth", "0", "--scene", scene)
-    assert "µ = that of the scene\n  motion along N: stands; does not lean" in run_command_one(*given)
-    assert "--friction: the scene defines its own coefficients" in run_command_one(*given, "--friction", "1", status=1)
+    assert "µ = that of the scene\n  motion along N: stands; does not lean" in run_overturning_one(*given)
+    assert "--friction: the scene defines its own coefficients" in run_overturning_one(
+        *given, "--friction", "1", status=1
+    )
 
 
 def test_command_one_prints_a_note_on_a_scene_without_equilibrium_at_rest(tmp_path: Path) -> None:
@@ -244,9 +250,9 @@ elements:
 """
     given = ("--record", "sine amplitude_gal=50 period_s=1", "--azimuth", "0", "--scene", scene)
     scene.write_text(text.replace("SHIFT", "0.245"), encoding="utf-8")
-    assert "note:" not in run_command_one(*given)
+    assert "note:" not in run_overturning_one(*given)
     scene.write_text(text.replace("SHIFT", "0.255"), encoding="utf-8")
-    assert "  note: the scene has no equilibrium at rest: an element falls or slides without an" in run_command_one(
+    assert "  note: the scene has no equilibrium at rest: an element falls or slides without an" in run_overturning_one(
         *given
     )
 
@@ -254,7 +260,7 @@ elements:
 def test_command_one_simulates_a_3d_body(tmp_path: Path) -> None:
     page, figure = tmp_path / "fall.html", tmp_path / "axis.svg"
     given = ("--record", "rinaldi", "--body", "--orientation", "20", "--b-over-h", "0.3", "--friction", "0.6")
-    text = run_command_one(*given, "--animate", page, "--response", figure)
+    text = run_overturning_one(*given, "--animate", page, "--response", figure)
     assert "the base moves level" in text
     assert "facing N20°E: falls towards S" in text
     assert '"faces":[[' in page.read_text(encoding="utf-8")
@@ -265,14 +271,14 @@ def test_command_one_simulates_a_3d_body(tmp_path: Path) -> None:
 def test_command_one_simulates_a_3d_stack(tmp_path: Path) -> None:
     page, figure = tmp_path / "fall.html", tmp_path / "axis.svg"
     given = ("--record", "rinaldi", "--scene", "three-tier", "--orientation", "20", "--friction", "0.6")
-    text = run_command_one(*given, "--animate", page, "--response", figure)
+    text = run_overturning_one(*given, "--animate", page, "--response", figure)
     assert "A shaft on two bases in 3-D" in text
     assert "facing N20°E: " in text
     assert page.read_text(encoding="utf-8").count('"faces":[[') == 3
     assert "tilt of the axis" in figure.read_text(encoding="utf-8")
-    refused = run_command_one(*given, "--azimuth", "0", status=1)
+    refused = run_overturning_one(*given, "--azimuth", "0", status=1)
     assert "--scene with --orientation simulates a stack in 3-D; leave out azimuth" in refused
-    assert "no stack" in run_command_one(*given[:3], "against-a-wall", *given[4:6], status=1)
+    assert "no stack" in run_overturning_one(*given[:3], "against-a-wall", *given[4:6], status=1)
 
 
 def test_command_one_counts_all_fallen_elements_of_a_gate(tmp_path: Path) -> None:
@@ -288,14 +294,14 @@ elements:
 """,
         encoding="utf-8",
     )
-    text = run_command_one("--record", "rinaldi", "--azimuth", "32", "--scene", scene)
+    text = run_overturning_one("--record", "rinaldi", "--azimuth", "32", "--scene", scene)
     assert "motion along N32°E: 3 of 3 fall: " in text
     assert all(f"{name} falls towards" in text for name in ("left", "right", "lintel"))
 
 
 def test_a_stack_that_slides_as_a_whole_has_the_slip_of_its_lowest_stone() -> None:
     """Without friction, stones stand still; the ground moves by A T²/2π, 95.5 cm for 6 m/s² and a period of 1 s."""
-    text = run_command_one(
+    text = run_overturning_one(
         *("--record", "sine amplitude_gal=600 period_s=1", "--scene", "three-tier", "--orientation", "0"),
         *("--friction", "0"),
     )
@@ -314,7 +320,7 @@ def test_a_stack_that_slides_as_a_whole_has_the_slip_of_its_lowest_stone() -> No
     ],
 )
 def test_invalid_option_values_are_refused_with_the_name_of_the_option(options: tuple[str, ...], words: str) -> None:
-    assert words in run_command_one("--record", "sine amplitude_gal=600 period_s=1", *options, status=1)
+    assert words in run_overturning_one("--record", "sine amplitude_gal=600 period_s=1", *options, status=1)
 
 
 def test_command_one_prints_mass_pose_and_footprint_of_a_scan(tmp_path: Path) -> None:
@@ -322,7 +328,7 @@ def test_command_one_prints_mass_pose_and_footprint_of_a_scan(tmp_path: Path) ->
     pytest.importorskip("trimesh")
     path = write_mesh(rotate_surface(column_with_overhanging_slab(), 1, 3.0), tmp_path / "statue.ply", 1000.0)
     given = ("--record", "sine amplitude_gal=600 period_s=1", "--mesh", str(path), "--orientation", "20")
-    text = run_command_one(*given, "--density", "2000", "--mesh-unit", "mm", "--relief", "0.001")
+    text = run_overturning_one(*given, "--density", "2000", "--mesh-unit", "mm", "--relief", "0.001")
     for words in (
         "volume 0.046 m³, mass 92 kg",
         "placed in its nearest stable pose, tilted by 3.00° from its own vertical",
@@ -330,7 +336,7 @@ def test_command_one_prints_mass_pose_and_footprint_of_a_scan(tmp_path: Path) ->
         "facing N20°E: falls",
     ):
         assert words in text
-    assert "declare the unit" in run_command_one(*given, status=1)
-    assert "--density: inf kg/m³; it must be above 0 and finite" in run_command_one(
+    assert "declare the unit" in run_overturning_one(*given, status=1)
+    assert "--density: inf kg/m³; it must be above 0 and finite" in run_overturning_one(
         *given, "--density", "inf", status=1
     )

@@ -33,7 +33,7 @@ def test_the_damping_factor_of_a_case_changes_its_peak_rotation() -> None:
     assert found.peak_rotation[0] != found.peak_rotation[1]
 
 
-def test_the_sign_of_the_initial_tilt_is_the_side_of_the_lean() -> None:
+def test_opposite_initial_tilts_give_equal_peak_rotation_and_opposite_slip() -> None:
     still = Motion(0 * TIME, 0 * TIME, sampling_interval=0.01)
     found = run_cases(still, Cases(0.0, 0.6, 0.3, 1.0, initial_tilt=[0.1, -0.1]))
     np.testing.assert_allclose(found.peak_rotation, 0.1 / np.arctan(0.3), rtol=1e-6)

@@ -23,11 +23,11 @@ from tests.dem.near_field import near_field_motion_and_component_azimuths
 from tests.dem.paths import lower_corner_penetrations, trajectory_of_element_named_stone
 from tests.dem.reference.particles import slip_with_flights_and_landings
 from verification.reference.closed_forms import (
-    amplitude_after_impact,
-    slip_acceleration,
+    rocking_amplitude_after_impact,
+    rocking_threshold_acceleration,
+    sliding_threshold_acceleration,
     time_and_velocity_at_end_of_bounce,
     time_from_tilt_to_first_impact,
-    uplift_acceleration,
 )
 from verification.reference.sliding import peak_and_final_slip
 
@@ -73,7 +73,7 @@ def test_uplift_begins_at_the_rocking_threshold(
     b_over_h: float, upward: float, seconds: float, penetration: float
 ) -> None:
     # The corner lags 2 ξ/ω behind the load: longer for a softer contact.
-    threshold = uplift_acceleration(b_over_h, upward)
+    threshold = rocking_threshold_acceleration(b_over_h, upward)
     path = trajectory(
         motion_with_linear_ramp_of_north_acceleration(1.2 * threshold, seconds, upward),
         gravestone(Contact(static_penetration=penetration)),
@@ -92,7 +92,7 @@ def test_uplift_begins_at_the_rocking_threshold(
 @pytest.mark.parametrize("upward", [0.0, -0.3 * STANDARD_GRAVITY])
 @pytest.mark.parametrize("friction", [0.1, 0.3])
 def test_a_squat_block_begins_to_slide_at_the_friction_threshold(friction: float, upward: float) -> None:
-    threshold = slip_acceleration(friction, upward)
+    threshold = sliding_threshold_acceleration(friction, upward)
     path = trajectory(
         motion_with_linear_ramp_of_north_acceleration(1.1 * threshold, 8.0, upward),
         gravestone(Contact(static_penetration=2e-6)),
@@ -110,9 +110,9 @@ def test_a_squat_block_begins_to_slide_at_the_friction_threshold(friction: float
     assert onset == pytest.approx(threshold, rel=1e-3)
 
 
-def test_upward_acceleration_shifts_rocking_and_sliding_thresholds() -> None:
+def test_downward_acceleration_lowers_the_rocking_threshold() -> None:
     # 15 % above the threshold with a_up = −0.3 g, 15 % below without.
-    level = 0.85 * uplift_acceleration(0.2)
+    level = 0.85 * rocking_threshold_acceleration(0.2)
     light, heavy = (
         motion_with_linear_ramp_of_north_acceleration(level, 1.5, -0.3 * STANDARD_GRAVITY),
         motion_with_linear_ramp_of_north_acceleration(level, 1.5),
@@ -134,7 +134,7 @@ def test_free_rocking_agrees_with_housner(b_over_h: float, amplitude: float) -> 
     quarter = time[crossing - 1] + share * (time[crossing] - time[crossing - 1])
     assert quarter == pytest.approx(time_from_tilt_to_first_impact(height, b_over_h, tilt), rel=5e-3)
     following = -angle[(time >= quarter) & (time < 3.2 * quarter)].min()
-    assert following == pytest.approx(amplitude_after_impact(b_over_h, tilt), rel=amplitude)
+    assert following == pytest.approx(rocking_amplitude_after_impact(b_over_h, tilt), rel=amplitude)
 
 
 @pytest.mark.parametrize("b_over_h", [0.1, 0.3, 0.5])

@@ -26,7 +26,7 @@ LENGTH_SCALE = 1.7
 """Factor on lengths; its root is irrational, so that scaled numbers are rounded."""
 
 
-MAX_AZIMUTH_CHANGE_DEG = 8.0
+MAX_FALL_AZIMUTH_CHANGE_DEG = 8.0
 """Largest difference of the fall direction in a robust cell, degrees."""
 
 
@@ -42,7 +42,7 @@ class OutcomesByCase:
     peak_slip: np.ndarray  # largest slip, m
 
     @property
-    def is_standing(self) -> np.ndarray:
+    def standing_mask(self) -> np.ndarray:
         """True for the cases in which the stone stands."""
         return self.overturned == 0
 
@@ -106,7 +106,7 @@ SIMULATORS: dict[str, CaseSimulator] = {
 
 
 @cache
-def strong_part_with_artificial_vertical(number: int) -> Motion:
+def strong_part_of_record_with_artificial_vertical(number: int) -> Motion:
     """Return eight seconds around a record's peak, with artificial vertical motion, zero at both ends."""
     motion, _, _ = near_field_motion_and_component_azimuths(number)
     peak, around = int(np.argmax(np.hypot(motion.north, motion.east))), round(4.0 / motion.sampling_interval)
@@ -119,24 +119,24 @@ def strong_part_with_artificial_vertical(number: int) -> Motion:
 @cache
 def case_outcomes_and_robustness_mask(model: str, number: int) -> tuple[OutcomesByCase, np.ndarray]:
     """Return a model's outcomes under a record, and a mask of the cases that ±1 % of amplitude hardly changes."""
-    motion = strong_part_with_artificial_vertical(number)
+    motion = strong_part_of_record_with_artificial_vertical(number)
     found, *others = (SIMULATORS[model](motion.scaled_by(factor)) for factor in (1.0, 0.99, 1.01))
     # A cylinder may roll on its rim beyond the end of the simulation.
     robust = found.overturned != INT8_MISSING
     for other in others:
         robust &= (found.overturned == other.overturned) & (
-            fall_direction_difference(found, other) < MAX_AZIMUTH_CHANGE_DEG
+            fall_direction_difference(found, other) < MAX_FALL_AZIMUTH_CHANGE_DEG
         )
-        robust &= ~found.is_standing | ~(
-            np.abs(found.peak_rotation - other.peak_rotation) >= largest_allowed_peak_difference(found)
+        robust &= ~found.standing_mask | ~(
+            np.abs(found.peak_rotation - other.peak_rotation) >= allowed_peak_rotation_differences(found)
         )
     # Require enough cells, both standing and fallen.
     assert robust.sum() >= 12
-    assert 0.0 < found.is_standing[robust].mean() < 1.0
+    assert 0.0 < found.standing_mask[robust].mean() < 1.0
     return found, robust
 
 
-def largest_allowed_peak_difference(found: OutcomesByCase) -> np.ndarray:
+def allowed_peak_rotation_differences(found: OutcomesByCase) -> np.ndarray:
     """Return the largest allowed change of a robust case's peak rotation, over α (2-D) or in degrees (3-D)."""
     return 0.1 * found.peak_rotation + 2e-3
 
@@ -186,16 +186,16 @@ MOTION_CHANGES = {
 def test_outcomes_are_invariant_if_motion_is_rotated_padded_or_rescaled(number: int, change: str, model: str) -> None:
     found, robust = case_outcomes_and_robustness_mask(model, number)
     by, options = MOTION_CHANGES[change]
-    other = SIMULATORS[model](by(strong_part_with_artificial_vertical(number)), **options)
+    other = SIMULATORS[model](by(strong_part_of_record_with_artificial_vertical(number)), **options)
     scale, turn = options.get("scale", 1.0), options.get("turn", 0.0)
     np.testing.assert_array_equal(other.overturned[robust], found.overturned[robust])
     bearings = fall_direction_difference(found, other, turn)[robust]
     # A body that rolls before it falls may fall in another direction.
     assert np.quantile(bearings, 0.9) < 2.0
-    assert bearings.max() < 2 * MAX_AZIMUTH_CHANGE_DEG
-    stands = robust & found.is_standing & ~np.isnan(found.peak_rotation)
+    assert bearings.max() < 2 * MAX_FALL_AZIMUTH_CHANGE_DEG
+    stands = robust & found.standing_mask & ~np.isnan(found.peak_rotation)
     differs = np.abs(other.peak_rotation - found.peak_rotation)
-    assert (differs <= largest_allowed_peak_difference(found))[stands].all()
+    assert (differs <= allowed_peak_rotation_differences(found))[stands].all()
     # Remaining differences: rounding, which rocking amplifies; other step lengths if samples are shorter; and creep on
     # the springs during the 2 s of lead time, which do not scale. All are far below the effect of 1 % of amplitude.
     assert np.median(differs[stands] / (found.peak_rotation[stands] + 1e-2)) < 2e-3
@@ -209,9 +209,9 @@ def mirror_motion(motion: Motion, north: float, east: float) -> Motion:
 
 @pytest.mark.parametrize("model", ["block", "block, scene kernel", "three-tier"])
 def test_a_2d_case_under_the_opposite_motion_has_exactly_the_mirrored_outcome(model: str) -> None:
-    motion = strong_part_with_artificial_vertical(10)
+    motion = strong_part_of_record_with_artificial_vertical(10)
     found, other = (SIMULATORS[model](one, leave_out=False) for one in (motion, mirror_motion(motion, -1, -1)))
-    assert not found.is_standing.all()
+    assert not found.standing_mask.all()
     np.testing.assert_array_equal(other.overturned, -found.overturned)
     for name in ("peak_rotation", "peak_slip"):
         np.testing.assert_array_equal(getattr(other, name), getattr(found, name))
@@ -222,7 +222,7 @@ def test_a_2d_case_under_the_opposite_motion_has_exactly_the_mirrored_outcome(mo
 @pytest.mark.parametrize("body", ["rectangle", "circle"])
 def test_a_3d_case_under_mirrored_motion_has_exactly_the_mirrored_outcome(body: int | str, scheme: str) -> None:
     # With more vertices, a mirror image reverses the order in which pairs of opposite vertices are summed.
-    motion = strong_part_with_artificial_vertical(10).scaled_by(0.6)
+    motion = strong_part_of_record_with_artificial_vertical(10).scaled_by(0.6)
     grid = {
         "height": [0.6], "b_over_h": [0.2, 0.4], "aspect": [1.0, 1.5] if body == "rectangle" else [1.0],
         "friction": [0.4, 0.8],

@@ -10,7 +10,7 @@ from overturning.dem.block.commit import (
     contact_changes_in_block_step,
 )
 from overturning.dem.block.state import (
-    MAX_UNREFINED_CONTACT_CHANGE_STEP,
+    MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO,
     AssumedCornerContact,
     BlockConstants,
     BlockVelocityCorrection,
@@ -23,7 +23,7 @@ from overturning.dem.kernel.balance import MAX_ENERGY_ERROR, RERUN_REFINEMENT
 from overturning.dem.kernel.clock import (
     BLOCK_STEP_CONTROL,
     BODY_STEP_CONTROL,
-    MAX_SLIP_ONSET_STEP,
+    MAX_SLIP_ONSET_STEP_IN_SAMPLES,
     SCENE_STEP_CONTROL,
     CaseStepControl,
     KernelStepControl,
@@ -44,7 +44,7 @@ from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import load_shipped_scene
 
-WHOLE_STEP_LENGTH = BLOCK_STEP_CONTROL.ticks_per_whole_step
+TICKS_PER_WHOLE_STEP = BLOCK_STEP_CONTROL.ticks_per_whole_step
 COMPARED_RESULTS = ("overturned", "peak_rotation", "peak_slip", "residual_slip", "peak_penetration", "energy_error")
 
 
@@ -88,7 +88,7 @@ def test_the_finest_time_step_resolves_very_stiff_or_damped_contacts(damping_rat
     )
     ticks = made.table["finest"]
     assert (ticks >= 1).all()
-    finest = 0.01 / made.steps / WHOLE_STEP_LENGTH * ticks * refinement
+    finest = 0.01 / made.steps / TICKS_PER_WHOLE_STEP * ticks * refinement
     assert (finest <= BLOCK_STEP_CONTROL.finest * shortest_contact_time_constant(square, rate)).all()
     assert (finest > 0.49 * BLOCK_STEP_CONTROL.finest * shortest_contact_time_constant(square, rate)).all()
 
@@ -172,8 +172,8 @@ def step_is_rejected(steps: float, left: SolvedCornerContact, right: SolvedCorne
             case_step_control,
             NextStepToAttempt(length, 8.0, 0.0),
             found,
-            WHOLE_STEP_LENGTH,
-            WHOLE_STEP_LENGTH,
+            TICKS_PER_WHOLE_STEP,
+            TICKS_PER_WHOLE_STEP,
         )[0]
     )
 
@@ -183,9 +183,9 @@ def test_a_gentle_touch_of_corners_is_accepted_in_steps_above_the_finest() -> No
         sticking_corner_with_changed_penetration(-0.5e-6, 0.4e-6),
         sticking_corner_with_changed_penetration(-0.5e-6, 0.6e-6),
     )
-    assert not step_is_rejected(MAX_UNREFINED_CONTACT_CHANGE_STEP, near, near)
-    assert step_is_rejected(MAX_UNREFINED_CONTACT_CHANGE_STEP, far, far)
-    assert step_is_rejected(2 * MAX_UNREFINED_CONTACT_CHANGE_STEP, near, near)
+    assert not step_is_rejected(MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO, near, near)
+    assert step_is_rejected(MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO, far, far)
+    assert step_is_rejected(2 * MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO, near, near)
     assert not step_is_rejected(
         1.0, sticking_corner_with_changed_penetration(-1.0, 1.0), sticking_corner_with_changed_penetration(-1.0, 1.0)
     )
@@ -199,9 +199,9 @@ def test_only_the_travel_of_a_corner_that_touches_or_lifts_off_rejects_a_step() 
         sticking_corner_with_changed_penetration(5e-7, 6e-7),
         sticking_corner_with_changed_penetration(-6e-7, -5e-7),
     ):
-        assert not step_is_rejected(MAX_UNREFINED_CONTACT_CHANGE_STEP, touches, other)
+        assert not step_is_rejected(MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO, touches, other)
     assert step_is_rejected(
-        MAX_UNREFINED_CONTACT_CHANGE_STEP, touches, sticking_corner_with_changed_penetration(1e-6, -1e-6)
+        MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO, touches, sticking_corner_with_changed_penetration(1e-6, -1e-6)
     )
 
 
@@ -218,7 +218,7 @@ def test_every_long_time_step_is_tried_equally_often_before_it_is_halved(pace: K
             attempt,
             NO_CONTACT_CHANGES._replace(has_wrong_slip_assumption=wrong),
             length,
-            WHOLE_STEP_LENGTH,
+            TICKS_PER_WHOLE_STEP,
         )
         tries.append(attempt.tries)
         lengths.append(attempt.length)
@@ -242,7 +242,7 @@ def test_a_step_in_which_sliding_begins_is_halved_with_unchanged_assumptions(pac
         assert again
         assert as_before == (attempt.tries == 0.0)
         lengths.append(attempt.length)
-    assert lengths[-1] == lengths[-2] == MAX_SLIP_ONSET_STEP * pace.ticks_per_whole_step
+    assert lengths[-1] == lengths[-2] == MAX_SLIP_ONSET_STEP_IN_SAMPLES * pace.ticks_per_whole_step
     # Sliding that was assumed is accepted in steps of any length.
     slides = NO_CONTACT_CHANGES._replace(slides=True)
     assert not accept_or_reject_and_choose_next_step.py_func(
@@ -265,8 +265,8 @@ def test_one_step_per_sample_suffices_for_a_standing_block_on_a_rigid_contact(st
     usual = plan_simulation(
         PlanarModel(gravestone(contacts[1])), pulse_motion(), block_cases(), NumericalOptions()
     ).steps
-    assert (soft.table["standing"] == WHOLE_STEP_LENGTH).all()
-    standing = rigid.table["standing"] / WHOLE_STEP_LENGTH
+    assert (soft.table["standing"] == TICKS_PER_WHOLE_STEP).all()
+    standing = rigid.table["standing"] / TICKS_PER_WHOLE_STEP
     np.testing.assert_array_equal(rigid.steps % standing, 0.0)
     np.testing.assert_array_equal(standing, np.gcd(usual, rigid.steps))
 

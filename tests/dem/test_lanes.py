@@ -51,7 +51,7 @@ def compile_tuple_reader_and_writer_for_python(access: TupleReaderAndWriter) -> 
     )
 
 
-updated_maximum = njit(lambda peak, value: mechanics.updated_maximum(peak, value))
+compiled_updated_maximum = njit(lambda peak, value: mechanics.updated_maximum(peak, value))
 compiled_normalise_cosine_and_sine = njit(lambda c, s: mechanics.normalise_cosine_and_sine(c, s))
 compiled_rotate_cosine_and_sine = njit(lambda c, s, turn: mechanics.rotate_cosine_and_sine(c, s, turn))
 compiled_clamp_magnitude = njit(lambda force, limit: mechanics.clamp_magnitude(force, limit))
@@ -145,7 +145,11 @@ def test_clamping_keeps_sign_and_nan_and_peaks_ignore_nan() -> None:
     assert [compiled_clamp_magnitude(force, 2.0) for force in (3.0, -3.0, 1.0, 2.0)] == [2.0, -2.0, 1.0, 2.0]
     assert np.signbit(compiled_clamp_magnitude(-1.0, 0.0))
     assert np.isnan(compiled_clamp_magnitude(np.nan, 1.0))
-    assert [updated_maximum(1.0, 2.0), updated_maximum(1.0, 0.0), updated_maximum(1.0, np.nan)] == [2.0, 1.0, 1.0]
+    assert [
+        compiled_updated_maximum(1.0, 2.0),
+        compiled_updated_maximum(1.0, 0.0),
+        compiled_updated_maximum(1.0, np.nan),
+    ] == [2.0, 1.0, 1.0]
 
 
 def test_the_number_of_lanes_is_a_multiple_of_the_vector_length() -> None:

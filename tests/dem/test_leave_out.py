@@ -49,7 +49,7 @@ def near_field_motion(number: int, pulse: bool) -> Motion:
 
 @pytest.mark.long
 @pytest.mark.parametrize(("number", "pulse"), RECORD_NUMBERS_AND_PULSE_FLAGS)
-def test_skipping_quiet_cases_starts_and_ends_changes_no_overturning_flag(
+def test_skipping_quiet_cases_and_quiet_starts_and_ends_changes_no_overturning_flag(
     number: int, pulse: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Whole cases at rest are skipped, and the quiet beginning and end of others; skipping within a case is off."""
@@ -67,7 +67,7 @@ def test_skipping_quiet_cases_starts_and_ends_changes_no_overturning_flag(
 
 
 @pytest.mark.long
-def test_skipping_rest_changes_no_more_falls_than_a_1e_9_amplitude_change() -> None:
+def test_skipping_times_at_rest_changes_no_more_falls_than_a_1e_9_amplitude_change() -> None:
     changed = np.zeros(3, int)
     for motion in (near_field_motion(*one) for one in RECORD_NUMBERS_AND_PULSE_FLAGS):
         short = simulate_as_arrays(motion, **BLOCK_GRID_WITH_TWO_THREADS)
@@ -82,7 +82,7 @@ def test_skipping_rest_changes_no_more_falls_than_a_1e_9_amplitude_change() -> N
 
 
 @pytest.mark.long
-def test_skipping_rest_of_stacks_changes_falls_like_a_1e_9_amplitude_change() -> None:
+def test_skipping_times_at_rest_of_stacks_changes_falls_like_a_1e_9_amplitude_change() -> None:
     """Only the outcomes of sensitive cases change, so that their number scatters by the square root of its mean."""
     skipped, disturbed = 0, np.zeros(4, int)
     stacks: dict[str, Any] = {
@@ -195,7 +195,7 @@ def test_skipping_times_at_rest_does_not_change_the_outcome_of_a_stack(
     given: dict[str, Any] = {"orientation_deg": [0.0, 20.0, 40.0, 80.0], "friction": [0.2, 0.6]}
     model = Stack(load_shipped_scene("three-tier"))
     short = simulate_as_arrays(motion, model=model, **given)
-    monkeypatch.setattr(stack_plan, "MAX_CORNER_SLIP_ACCELERATION_RATIO", 0.0)
+    monkeypatch.setattr(stack_plan, "MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO", 0.0)
     full = simulate_as_arrays(motion, model=model, **given)
     assert (full["samples_left_out"] == 0).all()
     assert short["samples_left_out"].mean() > 100

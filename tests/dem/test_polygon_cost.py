@@ -14,7 +14,7 @@ from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
 from tests.dem.compiled.polygon_steps import (
-    run_case_and_find_peak_tested_pair_count,
+    run_case_and_find_max_tested_pairs_per_step,
     solve_equations_and_count_submatrices,
 )
 from tests.dem.polygon_scenes import block_element, motion_towards_north, scene_of_elements
@@ -66,7 +66,7 @@ def test_the_solution_for_any_contact_pattern_equals_a_dense_solution(seed: int)
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
 
 
-def peak_tested_pair_count_and_final_state(
+def max_tested_pairs_per_step_and_final_state(
     made: Scene, peak: float, samples: int, sleep: bool
 ) -> tuple[int, np.ndarray]:
     """Simulate a scene for some samples; return the most pairs of elements tested in a step, and the final state.
@@ -82,7 +82,7 @@ def peak_tested_pair_count_and_final_state(
         NumericalOptions(leave_out=False),
     )
     chosen = np.zeros(1, np.int64)
-    most, found, _ = run_case_and_find_peak_tested_pair_count(
+    most, found, _ = run_case_and_find_max_tested_pairs_per_step(
         planned.kernel_input(chosen, planned.create_result_tables(1), 1), samples, sleep
     )
     return most, found
@@ -95,7 +95,9 @@ def stack_of_equal_blocks(count: int) -> Scene:
 
 def test_a_step_tests_contacts_between_neighbouring_elements_only() -> None:
     """With the ground, n elements make n (n + 1)/2 pairs."""
-    most = [peak_tested_pair_count_and_final_state(stack_of_equal_blocks(count), 1.0, 20, True)[0] for count in (8, 16)]
+    most = [
+        max_tested_pairs_per_step_and_final_state(stack_of_equal_blocks(count), 1.0, 20, True)[0] for count in (8, 16)
+    ]
     assert most[0] < 36
     # Each element is tested against the next one, and at most the one after that.
     assert (np.array(most) <= 2 * np.array([8, 16])).all()
@@ -103,8 +105,8 @@ def test_a_step_tests_contacts_between_neighbouring_elements_only() -> None:
 
 def test_suspending_contact_tests_of_pairs_does_not_change_a_tower_collapse() -> None:
     made = scene_of_elements(*(block_element(f"b{k}", 0.2, 0.4, f"b{k - 1}" if k else "ground") for k in range(5)))
-    most, state = peak_tested_pair_count_and_final_state(made, 12.0, 200, True)
-    every, expected = peak_tested_pair_count_and_final_state(made, 12.0, 200, False)
+    most, state = max_tested_pairs_per_step_and_final_state(made, 12.0, 200, True)
+    every, expected = max_tested_pairs_per_step_and_final_state(made, 12.0, 200, False)
     assert (most, every) != (15, 15)
     poses = [rows.ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, f"pose.{name}") for name in ("x", "z", "angle")]
     speeds = [rows.ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, f"velocity.{name}") for name in ("x", "z", "w")]

@@ -47,7 +47,7 @@ def smallest_rotations_to_rest_on_other_side(vertices: np.ndarray) -> list[float
 
 
 @pytest.mark.parametrize("name", SHIPPED_SCENE_NAMES)
-def test_fall_angles_of_shipped_scenes_are_rest_rotations_on_another_side(name: str) -> None:
+def test_fall_angles_of_shipped_scenes_are_rotations_to_rest_on_another_side(name: str) -> None:
     for item in place_elements(load_shipped_scene(name)):
         if not item.is_driven_or_held:
             assert item.fall_threshold_rotations_rad == pytest.approx(
@@ -87,7 +87,7 @@ def is_convex(points: np.ndarray) -> bool:
     return bool((edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0] > 0.02).all())
 
 
-def test_fall_angles_of_random_polygons_are_rest_rotations_on_another_side() -> None:
+def test_fall_angles_of_random_polygons_are_rotations_to_rest_on_another_side() -> None:
     generator = np.random.default_rng(5)
     for _ in range(60):
         vertices = random_standing_polygon(generator)

@@ -77,7 +77,7 @@ def test_each_contact_of_a_stack_carries_the_weight_above_it() -> None:
     assert carried[(3, 2)] == pytest.approx(weight[2], rel=1e-9)
 
 
-def test_height_scales_all_lengths_and_slenderness_only_the_reference_element() -> None:
+def test_height_scales_all_lengths_and_b_over_h_only_the_reference_element() -> None:
     made = load_shipped_scene("three-tier")
     base, thin = place_elements(made), place_elements(made, height=2 * 0.636, b_over_h=0.2)
     assert thin[3].shape.width == pytest.approx(0.2 * 2 * 0.636)

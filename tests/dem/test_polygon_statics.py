@@ -169,7 +169,9 @@ SLIM_STACK = (block_element("lower", 0.3, 0.9), block_element("upper", 0.28, 0.3
 
 
 @pytest.mark.parametrize(("elements", "moves"), [(STACK_WITH_TALL_TOP, "upper"), (SLIM_STACK, "both")])
-def test_stacks_of_two_lift_off_at_the_static_threshold(elements: tuple[dict[str, object], ...], moves: str) -> None:
+def test_stacks_of_two_blocks_lift_off_at_the_static_threshold(
+    elements: tuple[dict[str, object], ...], moves: str
+) -> None:
     """Either the upper block lifts off at g b₂/h₂, or both together when their resultant leaves the base."""
     made = scene_of_elements(*elements)
     prepared = prepare_scene(made)
@@ -208,7 +210,7 @@ def _largest_gap_of_lower_corners_to_block_below(prepared: PreparedScene, pose: 
     return max(gaps)
 
 
-def test_stacks_of_two_rock_in_the_four_patterns_of_the_literature() -> None:
+def test_stacks_of_two_blocks_rock_in_the_four_patterns_of_the_literature() -> None:
     """Same sense, opposite senses, both as one body, or upper alone (Psycharis 1990; Spanos et al. 2001)."""
     seen = set()
     for elements in (STACK_WITH_TALL_TOP, SLIM_STACK):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from overturning.dem.quiet import LEAD_TIME, STRONG_MOTION_THRESHOLD_RATIO, find_strong_motion_ranges
+from overturning.dem.quiet import SIMULATED_LEAD_TIME_S, STRONG_MOTION_THRESHOLD_RATIO, find_strong_motion_ranges
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
@@ -28,7 +28,10 @@ def test_a_case_is_computed_from_before_the_first_to_after_the_last_strong_sampl
     )
     assert not stays_at_rest[0]
     begin, end = (STRONG_SAMPLES.start, STRONG_SAMPLES.stop - 1) if share > 1 else (650, 650)
-    assert first[0] in (max(begin - 1 - round(LEAD_TIME / INTERVAL), 0), begin - round(LEAD_TIME / INTERVAL))
+    assert first[0] in (
+        max(begin - 1 - round(SIMULATED_LEAD_TIME_S / INTERVAL), 0),
+        begin - round(SIMULATED_LEAD_TIME_S / INTERVAL),
+    )
     # The motion is linear from the last strong sample to the next.
     assert end + 1 <= calm[0] <= end + 2
 

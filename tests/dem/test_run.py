@@ -182,7 +182,9 @@ def test_a_trajectory_above_the_memory_limit_is_refused(monkeypatch: pytest.Monk
 
 
 @pytest.mark.parametrize("model", ["block", "rectangle"])
-def test_computing_a_trajectory_stays_within_the_memory_limit(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
+def test_a_trajectory_is_computed_up_to_the_memory_limit_and_refused_beyond(
+    monkeypatch: pytest.MonkeyPatch, model: str
+) -> None:
     time = np.arange(60) * 0.01
     wave = Motion(5.0 * np.sin(11.0 * time), 0 * time, sampling_interval=0.01)
 

@@ -51,7 +51,7 @@ def test_a_shaft_on_a_broad_base_rocks_as_on_the_ground() -> None:
 
 
 @pytest.mark.parametrize("push", [1.5, 2.0])
-def test_a_slender_stone_that_slid_on_the_ground_and_still_rocks_stands(push: float) -> None:
+def test_a_slender_stone_that_slid_and_still_rocks_counts_as_standing(push: float) -> None:
     """The ground has no rim, so the stone stands as firmly as before; it slips by four widths while in the air."""
     along, up = push * np.sin(0.08 * np.arange(40)), np.full(40, -15.0)
     along[-1] = up[-1] = 0.0
@@ -133,7 +133,7 @@ def test_a_stack_with_a_parallelogram_has_a_symmetry_period_of_360_degrees() -> 
     assert Stack(load_scene("three-tier", REPOSITORY)).rotational_symmetry_period_deg == 90.0
 
 
-def test_a_cross_of_pieces_stands_on_its_pedestal() -> None:
+def test_a_cross_of_pieces_stands_at_0_1_g_and_falls_at_0_4_g() -> None:
     scene = load_scene("cross", REPOSITORY)
     still, moving = (
         simulate_stack(scene, acceleration_components_with_plateau(level, 30.0), [0.0], 0.7) for level in (0.1, 0.4)
@@ -164,7 +164,7 @@ def test_the_mirror_image_of_a_case_has_the_mirrored_outcome() -> None:
 
 
 @pytest.mark.long
-def test_extreme_stacks_never_fail_and_are_rarely_unstable_or_over_budget() -> None:
+def test_simulations_of_extreme_stacks_never_fail_and_are_rarely_unstable_or_over_budget() -> None:
     """Two to five stones, thin slabs, slender shafts, mass ratios to 1e4, µ 0 to 10, vertical motion beyond −1 g."""
     dice, statuses = np.random.default_rng(45), []
     for _ in range(60):
@@ -196,7 +196,7 @@ def test_extreme_stacks_never_fail_and_are_rarely_unstable_or_over_budget() -> N
     assert counts[CaseStatus.UNSTABLE] + counts[CaseStatus.OVER_BUDGET] <= 0.12 * len(statuses), counts
 
 
-def test_the_slip_of_a_stone_on_a_stone_that_twists_is_towards_north_and_east() -> None:
+def test_the_slip_of_a_stone_on_a_twisted_stone_is_given_as_north_and_east_components() -> None:
     """Expected slip from the path: shift of the middle of the cap's base over the shaft's face at its last pose."""
     scene = Scene.model_validate({
         "name": "cap", "reference": "shaft", "materials": {"stone": {}, "slick": {}},

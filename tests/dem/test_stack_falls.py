@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.simulate import simulate
-from overturning.dem.stack.statics import joint_constants_of_stack, stone_rows_at_rest
+from overturning.dem.stack.statics import initial_stone_table, joint_constants_of_stack
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.model.contact import VertexContact
@@ -146,7 +146,7 @@ def test_the_critical_angle_of_a_slab_held_down_by_a_stone_is_that_of_both() -> 
         CUBE_SIZE, {"width": 1.0, "depth": 0.5, "height": 0.1, "at": (0.3, 0.0)},
         {"width": 0.3, "depth": 0.5, "height": 0.5, "at": (-0.35, 0.0)},
     )).stones()  # fmt: skip
-    table = stone_rows_at_rest(stones, joint_constants_of_stack(stones, VertexContact()))
+    table = initial_stone_table(stones, joint_constants_of_stack(stones, VertexContact()))
     assert np.degrees(np.arcsin(np.sqrt(table["critical"]))) == pytest.approx(
         np.degrees(np.arctan([1.0, 0.16 / 0.23, 0.15 / 0.25]))
     )
@@ -243,15 +243,15 @@ def square_plate(width: float, height: float, **others: Any) -> dict[str, Any]:
     return {"width": width, "depth": width, "height": height, **others}
 
 
-DIAGONAL_OFFSET = np.hypot(0.1, 0.1)
+DIAGONAL_OVERHANG = np.hypot(0.1, 0.1)
 """Overhang of the cube over a corner of a plate 0.4 m wide, m; on this corner it balances at 43.3°."""
 
 
 @pytest.mark.parametrize(
     ("plates", "at", "met", "tilt_deg"),
     [
-        ([square_plate(0.4, 0.03)], 0.0, "the ground", np.degrees(np.arcsin(0.03 / DIAGONAL_OFFSET))),
-        ([square_plate(0.4, 0.09)], 0.0, "the ground", np.degrees(np.arcsin(0.09 / DIAGONAL_OFFSET))),
+        ([square_plate(0.4, 0.03)], 0.0, "the ground", np.degrees(np.arcsin(0.03 / DIAGONAL_OVERHANG))),
+        ([square_plate(0.4, 0.09)], 0.0, "the ground", np.degrees(np.arcsin(0.09 / DIAGONAL_OVERHANG))),
         ([square_plate(0.4, 0.1)], 0.0, None, None),
         ([square_plate(0.6, 0.02)], 0.0, None, None),
         # The cube's overhang, 0.15 m by 0.1 m, is larger on the side to which it is shifted.
@@ -261,14 +261,14 @@ DIAGONAL_OFFSET = np.hypot(0.1, 0.1)
             [square_plate(1.0, 0.3), square_plate(0.4, 0.03)],
             0.0,
             "stone-0",
-            np.degrees(np.arcsin(0.03 / DIAGONAL_OFFSET)),
+            np.degrees(np.arcsin(0.03 / DIAGONAL_OVERHANG)),
         ),
         # The corner passes outside the lowest plate, whose own corner meets the cube's base.
         (
             [square_plate(0.5, 0.3), square_plate(0.4, 0.01)],
             0.0,
             "stone-0",
-            np.degrees(np.arctan(0.02 / DIAGONAL_OFFSET)),
+            np.degrees(np.arctan(0.02 / DIAGONAL_OVERHANG)),
         ),
         # The lowest plate is as wide as the narrow one, and high.
         ([square_plate(0.4, 0.3), square_plate(0.4, 0.03)], 0.0, None, None),

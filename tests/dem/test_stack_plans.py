@@ -85,7 +85,7 @@ def test_free_rocking_about_a_side_loses_the_velocity_that_housner_predicts(plan
     np.testing.assert_allclose(ratio, 1.0 - 2.0 * b * b / (stone.inertia_per_mass[1, 1] + b * b + h * h), rtol=2e-3)
 
 
-def test_a_hexagonal_shaft_opens_at_its_nearest_side() -> None:
+def test_a_hexagonal_shaft_tips_over_its_nearest_side_at_the_static_threshold() -> None:
     """The threshold is the least distance of a side, divided by its direction cosine, over the height of the centre."""
     scene, angles = stack_of_prisms(("rectangle", 0.6, 0.3), (6, 0.25, 0.75)), np.array([0.0, 15.0, 30.0, 100.0])
     cosines = np.cos(np.radians(angles[:, None] - 60.0 * np.arange(6))).max(axis=1)
@@ -175,7 +175,7 @@ def test_prisms_balance_energy_as_well_as_boxes_and_rest_off_centre(plan: PlanSh
 
 
 @pytest.mark.parametrize(("ratio", "seed", "friction"), [(0.99, 2, 0.5), (1.3, 0, 1.0), (1.3, 2, 1.0)])
-def test_light_stones_below_a_heavy_one_do_not_vibrate_for_the_rest_of_the_case(
+def test_light_stones_below_a_heavy_one_do_not_vibrate_on_to_the_end_of_the_case(
     ratio: float, seed: int, friction: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The dashpot of a contact is made for all stones above; it stops a light stone in under 1/512 of a whole step."""

@@ -15,11 +15,11 @@ from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
 PARAMETRIZE_PEAK_ACCELERATION = pytest.mark.parametrize("peak", [0.0, 0.1, 5.0])
-PARAMETRIZE_SKIPPING_OF_REST = pytest.mark.parametrize("leave_out", [True, False])
+PARAMETRIZE_SKIPPING_OF_TIMES_AT_REST = pytest.mark.parametrize("leave_out", [True, False])
 
 
 @PARAMETRIZE_PEAK_ACCELERATION
-@PARAMETRIZE_SKIPPING_OF_REST
+@PARAMETRIZE_SKIPPING_OF_TIMES_AT_REST
 def test_a_block_with_excessive_static_penetration_is_marked_unstable(peak: float, leave_out: bool) -> None:
     north = peak * np.sin(np.arange(200) * 0.1)
     motion = Motion(north, np.zeros(200), sampling_interval=0.01)
@@ -32,7 +32,7 @@ def test_a_block_with_excessive_static_penetration_is_marked_unstable(peak: floa
 
 
 @PARAMETRIZE_PEAK_ACCELERATION
-@PARAMETRIZE_SKIPPING_OF_REST
+@PARAMETRIZE_SKIPPING_OF_TIMES_AT_REST
 @pytest.mark.parametrize(("plan", "times"), [("rectangle", 1), ("circle", 2), (6, 3)])
 def test_a_3d_body_with_excessive_static_penetration_is_marked_unstable(
     peak: float, leave_out: bool, plan: str | int, times: int

@@ -125,7 +125,9 @@ def regexes_of_packed_and_scalar_arithmetic() -> tuple[str, str]:
     return r"\bf(?:add|sub|mul|div)(?:\.2d)?\s+v[^\n]*", r"\bf(?:add|sub|mul|div)\s+d\d"
 
 
-MASKED_MOVE = re.compile(r"\bvmaskmovpd\s+%[xy]mm\d+, %[xy]mm\d+, \S*\(|\bvmov[au]pd\s+%[xyz]mm\d+, \S*\([^\n]*\{%k")
+MASKED_STORE_REGEX = re.compile(
+    r"\bvmaskmovpd\s+%[xy]mm\d+, %[xy]mm\d+, \S*\(|\bvmov[au]pd\s+%[xyz]mm\d+, \S*\([^\n]*\{%k"
+)
 """Conditional (masked) stores, which take ten cycles each on some processors."""
 
 FUSED_MULTIPLY_ADD = re.compile(r"\bv?f[n]?m(?:add|sub|addsub|subadd)\w*|\bfml[as]\b|\bfn?madd\b")
@@ -137,7 +139,7 @@ def test_small_loops_are_fully_vectorised_without_fused_multiply_add(name: str) 
     for assembly in ASSEMBLY_GENERATORS_BY_LOOP[name]():
         assert not FUSED_MULTIPLY_ADD.search(assembly)
         wide, single = len(re.findall(packed, assembly)), len(re.findall(scalar, assembly))
-        assert not MASKED_MOVE.search(assembly)
+        assert not MASKED_STORE_REGEX.search(assembly)
         # Left-over columns are processed in scalar code, so each operation occurs once in both forms.
         assert wide >= 15 or name == "keep", name
         assert wide >= 0.9 * single, f"{wide} packed operations and {single} scalar ones"
@@ -162,12 +164,12 @@ def numba_library_of_kernel_in_call(compute: Callable[[], Any], monkeypatch: pyt
     """Return Numba's library of the kernel that runs in a call of `compute`."""
     called = []
 
-    def record_types_and_run_kernel(*arguments: Any) -> Any:
+    def store_argument_types_and_run_kernel(*arguments: Any) -> Any:
         """Record the types of the arguments and run the kernel."""
         called.append(tuple(map(typeof, arguments)))
         return run_case_queue(*arguments)
 
-    monkeypatch.setattr(SimulationPlan, "queue", staticmethod(record_types_and_run_kernel))
+    monkeypatch.setattr(SimulationPlan, "queue", staticmethod(store_argument_types_and_run_kernel))
     compute()
     return run_case_queue.overloads[called[0]].library
 
@@ -188,7 +190,7 @@ def test_loops_of_a_kernel_get_no_arguments_that_they_do_not_use(name: str, monk
     assert max(counts) <= 14, counts
 
 
-def test_loops_of_a_body_have_no_scalar_copy_for_arrays_that_overlap(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_loops_of_the_body_kernel_have_no_scalar_copy_for_overlapping_arrays(monkeypatch: pytest.MonkeyPatch) -> None:
     """LLVM would compile each of these loops twice, and test for overlap in every call."""
     compute, _ = KERNEL_CALLS_AND_LARGE_LOOP_COUNTS["body"]
     library = numba_library_of_kernel_in_call(lambda: compute(short_motion(False), 1.0), monkeypatch)
@@ -225,7 +227,9 @@ def test_the_large_loops_of_a_kernel_are_vectorised(
     found = []
     for label, text in re.findall(r"^([.\w$]+):(.*?)(?=^[.\w$]+:|\Z)", assembly, re.MULTILINE | re.DOTALL):
         if re.search(rf"{re.escape(label)}\b", text):
-            found.append((len(re.findall(packed, text)), len(re.findall(scalar, text)), len(MASKED_MOVE.findall(text))))
+            found.append(
+                (len(re.findall(packed, text)), len(re.findall(scalar, text)), len(MASKED_STORE_REGEX.findall(text)))
+            )
     assert sum(wide >= 50 for wide, _, _ in found) >= large
     assert {single for _, single, _ in found if single >= 60} <= {wide for wide, _, _ in found}
     assert max(masked for wide, _, masked in found if wide >= 50) <= 1

@@ -49,7 +49,7 @@ def film_of_falling_and_rocking_block(duration: float = 4.0, title: str = "Test 
             0.01,
             ("N240°E", name),
             *contacts,
-            ground_displacement=ground,
+            ground_displacement_by_frame=ground,
         )
         for name, rotation, outcome, at in (
             ("N60°E", falls, "falls towards N60°E at 2.10 s", 2.1),

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from overturning.figures.answer import (
-    COLOURS,
+    RECORD_GROUP_COLOURS,
     PlottedEstimate,
     fall_alignment_with_references_figure,
     format_estimate,
@@ -50,12 +50,14 @@ def test_alignment_figure_sorts_earthquakes_and_prints_each_value_and_the_mean()
         left, right = figure_of_sorted_fall_alignments().axes
     plt.close("all")
     assert [label.get_text() for label in left.get_yticklabels()] == ["B", "D", "A", "C", "mean"]
-    assert [x for x, _ in marker_positions_of_colour(left, COLOURS[0])] == [0.7, 0.004, -0.4, 0.1]
-    assert [(low, high) for low, high, _ in interval_positions_of_colour(left, COLOURS[0])] == [(-0.2, 0.4)]
+    assert [x for x, _ in marker_positions_of_colour(left, RECORD_GROUP_COLOURS[0])] == [0.7, 0.004, -0.4, 0.1]
+    assert [(low, high) for low, high, _ in interval_positions_of_colour(left, RECORD_GROUP_COLOURS[0])] == [
+        (-0.2, 0.4)
+    ]
     assert axes_texts(left) == ["0.70", "0.00", "−0.40", "no alignment"]
     assert "0.10 (−0.20 to 0.40)" in left.get_title()
     assert "3 earthquakes" in left.get_title()
-    assert interval_positions_of_colour(right, COLOURS[1]) == [], "too few earthquakes for an interval"
+    assert interval_positions_of_colour(right, RECORD_GROUP_COLOURS[1]) == [], "too few earthquakes for an interval"
     assert axes_texts(right) == ["0.20", "0.00"]
     for axes in (left, right):
         ticks = dict(zip(axes.get_xticks(), (label.get_text() for label in axes.get_xticklabels()), strict=True))
@@ -80,11 +82,16 @@ def test_alignments_with_reference_directions_are_dots_with_intervals() -> None:
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close("all")
     assert [label.get_text() for label in axes.get_yticklabels()] == ["peak velocity", "pulse", "normal"]
-    assert [x for x, _ in marker_positions_of_colour(axes, COLOURS[0])] == [0.56, 0.4]
-    assert [x for x, _ in marker_positions_of_colour(axes, COLOURS[1])] == [0.38, -0.1]
-    assert [(low, high) for low, high, _ in interval_positions_of_colour(axes, COLOURS[0])] == [(0.4, 0.7), (0.2, 0.6)]
-    assert [(low, high) for low, high, _ in interval_positions_of_colour(axes, COLOURS[1])] == [(-0.3, 0.1)]
-    rows = [row for _, row in marker_positions_of_colour(axes, COLOURS[0])]
+    assert [x for x, _ in marker_positions_of_colour(axes, RECORD_GROUP_COLOURS[0])] == [0.56, 0.4]
+    assert [x for x, _ in marker_positions_of_colour(axes, RECORD_GROUP_COLOURS[1])] == [0.38, -0.1]
+    assert [(low, high) for low, high, _ in interval_positions_of_colour(axes, RECORD_GROUP_COLOURS[0])] == [
+        (0.4, 0.7),
+        (0.2, 0.6),
+    ]
+    assert [(low, high) for low, high, _ in interval_positions_of_colour(axes, RECORD_GROUP_COLOURS[1])] == [
+        (-0.3, 0.1)
+    ]
+    rows = [row for _, row in marker_positions_of_colour(axes, RECORD_GROUP_COLOURS[0])]
     assert np.round(rows).tolist() == [0, 1]
     printed = {"0.56 (0.40 to 0.70)", "0.40 (0.20 to 0.60)", "0.38", "−0.10 (−0.30 to 0.10)", "not known"}
     assert set(axes_texts(axes)) == printed
@@ -107,9 +114,9 @@ def test_figure_of_two_settings_shows_overturned_shares_and_their_difference() -
     with use_package_matplotlib_settings():
         left, right = figure_of_two_overturned_shares().axes
     plt.close("all")
-    assert [x for x, _ in marker_positions_of_colour(left, COLOURS[0])] == pytest.approx([66.3, 100.0])
-    assert [x for x, _ in marker_positions_of_colour(left, COLOURS[1])] == pytest.approx([66.9, 90.0])
-    assert interval_positions_of_colour(left, COLOURS[1])[0][:2] == pytest.approx((80.0, 95.0))
+    assert [x for x, _ in marker_positions_of_colour(left, RECORD_GROUP_COLOURS[0])] == pytest.approx([66.3, 100.0])
+    assert [x for x, _ in marker_positions_of_colour(left, RECORD_GROUP_COLOURS[1])] == pytest.approx([66.9, 90.0])
+    assert interval_positions_of_colour(left, RECORD_GROUP_COLOURS[1])[0][:2] == pytest.approx((80.0, 95.0))
     assert axes_texts(left) == ["66.3", "100.0", "66.9", "90.0"]
     assert axes_texts(right) == ["−0.6", "10.0 (2.0 to 15.0)"]
     low, high = right.get_xlim()

@@ -14,9 +14,9 @@ from matplotlib.text import Text
 from overturning.figures.boundary import overturning_boundary_figure
 from overturning.figures.compass import (
     CompassAxes,
+    b_over_h_ring_labels,
     create_compass_grid,
     labels_of_rings_at_round_radii,
-    slenderness_ring_labels,
 )
 from overturning.figures.ground import pga_and_pgv_by_azimuth_figure
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
@@ -228,10 +228,10 @@ def test_figure_without_room_for_compasses_gives_a_warning() -> None:
             figure.draw_without_rendering()
 
 
-def test_rings_of_a_compass_are_round_and_inside_the_rim() -> None:
+def test_rings_of_a_compass_have_round_radii_inside_the_rim() -> None:
     assert labels_of_rings_at_round_radii(689.0) == {200.0: "200", 400.0: "400", 600.0: "600"}
     assert labels_of_rings_at_round_radii(1.2) == {0.3: "0.3", 0.6: "0.6", 0.9: "0.9", 1.2: "1.2"}
     assert list(labels_of_rings_at_round_radii(2.1).values()) == ["0.6", "1.2", "1.8"]
-    assert slenderness_ring_labels(0.4, 0.3) == {0.1: "0.1", 0.2: "0.2", 0.3: "0.3"}
-    assert slenderness_ring_labels(0.6, 0.3) == {0.2: "0.2", 0.4: "0.4"}
-    assert slenderness_ring_labels(0.08, 0.05) == {0.05: "0.05"}
+    assert b_over_h_ring_labels(0.4, 0.3) == {0.1: "0.1", 0.2: "0.2", 0.3: "0.3"}
+    assert b_over_h_ring_labels(0.6, 0.3) == {0.2: "0.2", 0.4: "0.4"}
+    assert b_over_h_ring_labels(0.08, 0.05) == {0.05: "0.05"}

@@ -176,7 +176,7 @@ def test_explorer_page_shows_the_rounded_number_of_the_cube(name: str, variable:
     np.testing.assert_array_equal(np.floor(found / unit + 0.5), np.floor(whole[variable] / unit + 0.5))
 
 
-def test_explorer_opens_on_a_fall_in_all_runs_with_such_neighbours() -> None:
+def test_explorer_first_shows_a_case_that_falls_in_all_runs_like_its_neighbours() -> None:
     """A fall is certain if all runs fall. The first case shown is the stoutest with certain falls as neighbours."""
     whole = random_planar_cube(ratios=6, heights=1, frictions=1)
     for name in ("overturned", "probability_towards", "probability_away"):
@@ -222,7 +222,7 @@ def test_explorer_page_has_title_question_and_report_of_the_study(tmp_path: Path
         assert re.findall(r'href="([^"]*)"', text) == [report] * bool(report)
 
 
-def test_film_in_the_explorer_has_the_language_of_the_page() -> None:
+def test_film_command_in_the_explorer_has_the_language_of_the_page() -> None:
     for language, option in (("en", []), ("ja", ["--language", "ja"])):
         with use_translation_language(language):
             assert explorer_page_data(random_planar_cube())["film"]["options"] == option
@@ -242,7 +242,7 @@ def test_explorer_page_of_the_default_study_is_small_and_reproducible(tmp_path: 
 
 
 def test_explorer_of_a_large_cube_has_a_file_for_each_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(explore, "MAX_CELLS_PER_PAGE", 10)
+    monkeypatch.setattr(explore, "MAX_CELLS_OF_SINGLE_EXPLORER_PAGE", 10)
     write_explorer(random_planar_cube(), tmp_path / "look.html")
     page, data = (tmp_path / "look.html").read_text(encoding="utf-8"), explorer_page_data(random_planar_cube())
     assert '"folder":"look-records"' in page

@@ -31,8 +31,10 @@ def test_positions_and_rotations_survive_packing_into_the_page() -> None:
     film = film_of_falling_and_rocking_block()
     for panel, data in zip(film.panels, film.player_data()["panels"], strict=True):
         body, packed = panel.bodies[1], data["bodies"][1]
-        assert unpack_film_numbers(packed["position"]).reshape(-1, 2) == pytest.approx(body.position, abs=2e-5)
-        assert unpack_film_numbers(packed["rotation"]) == pytest.approx(body.rotation, abs=1e-4)
+        assert unpack_film_numbers(packed["position"]).reshape(-1, 2) == pytest.approx(
+            body.positions_by_frame, abs=2e-5
+        )
+        assert unpack_film_numbers(packed["rotation"]) == pytest.approx(body.rotations_by_frame, abs=1e-4)
     assert "NaN" not in json.dumps(film.player_data())
 
 

@@ -59,13 +59,13 @@ def test_film_of_a_fall_ends_with_the_block_on_its_side(sine_motion_after_rest: 
     assert float(trajectory_of_element_named_stone(path)["overturning_time"]) == cell["overturning_time"].item()
     assert outcome_sentence(path).startswith("falls towards N at" if side > 0 else "falls towards S at")
     film = film_of_trajectories([path], sine_motion_after_rest, "pulse")
-    assert film.start == pytest.approx(1.6, abs=0.2)  # the quiet time before is not shown
+    assert film.first_frame_time == pytest.approx(1.6, abs=0.2)  # the quiet time before is not shown
     body = film.panels[0].bodies[1]
-    assert body.rotation[-1] == pytest.approx(side * np.pi / 2)
+    assert body.rotations_by_frame[-1] == pytest.approx(side * np.pi / 2)
     assert sorted(polygon_vertices_by_frame(body)[-1, :, 1]) == pytest.approx([0, 0, 0.18, 0.18]), "it lies on its side"
     turned = np.abs(trajectory_of_element_named_stone(path)["rotation"].to_numpy()[-1])
     assert turned < np.pi / 2, "the path itself ends before"
-    assert np.abs(np.diff(body.position[:, 0])).max() < 0.06, "and does not jump"
+    assert np.abs(np.diff(body.positions_by_frame[:, 0])).max() < 0.06, "and does not jump"
     assert polygon_vertices_by_frame(body)[..., 1].min() > -0.01, "nothing sinks into the base"
 
 
@@ -85,7 +85,7 @@ def test_film_of_a_block_that_does_not_move_still_has_frames(sine_motion_after_r
     assert film.frame_count > 10
 
 
-def test_panels_of_a_film_share_time_and_end_at_the_fall(sine_motion_after_rest: Motion) -> None:
+def test_a_film_of_two_azimuths_has_a_panel_for_each_and_ends_at_the_fall(sine_motion_after_rest: Motion) -> None:
     paths = [trajectory(sine_motion_after_rest, azimuth_deg=angle, **SLENDER_BLOCK) for angle in (0, 90)]
     film = film_of_trajectories(paths, sine_motion_after_rest, "two")
     assert film.last_frame_time < 6  # it stops at the fall
@@ -99,20 +99,20 @@ def test_frames_show_the_trajectory_and_the_ground_at_their_times(sine_motion_af
     film = film_of_trajectories([path], sine_motion_after_rest, "pulse")
     panel, one = film.panels[0], trajectory_of_element_named_stone(path)
     frame = 40
-    assert film.frame_times[frame] == pytest.approx(film.start + 0.8)
+    assert film.frame_times[frame] == pytest.approx(film.first_frame_time + 0.8)
     for name, column in (("x", 0), ("z", 1)):
         there = np.interp(film.frame_times[frame], path["time"], one[name])
-        assert panel.bodies[1].position[frame, column] == pytest.approx(there, abs=1e-12)
-    assert panel.bodies[1].rotation[frame] == pytest.approx(
+        assert panel.bodies[1].positions_by_frame[frame, column] == pytest.approx(there, abs=1e-12)
+    assert panel.bodies[1].rotations_by_frame[frame] == pytest.approx(
         np.interp(film.frame_times[frame], path["time"], one["rotation"])
     )
-    along, level = panel.ground_displacement.T
+    along, level = panel.ground_displacement_by_frame.T
     since = np.clip(film.frame_times - 2.0, 0.0, 1.0)
     exact = 9.0 / (2 * np.pi) * (since - np.sin(2 * np.pi * since) / (2 * np.pi))
     assert along == pytest.approx(exact, abs=2e-3)
     assert not level.any()
     left, right, _, _ = extent_of_free_2d_bodies(film, moving=True)
-    seen = (polygon_vertices_by_frame(panel.bodies[1]) + panel.ground_displacement[:, None])[..., 0]
+    seen = (polygon_vertices_by_frame(panel.bodies[1]) + panel.ground_displacement_by_frame[:, None])[..., 0]
     assert left < seen.min() < seen.max() < right
 
 
@@ -126,7 +126,7 @@ def test_ground_of_a_film_reaches_beyond_the_picture(height: float) -> None:
         [trajectory(motion, azimuth_deg=0, **SLENDER_BLOCK | {"height": height})], motion, "thrown"
     )
     ground = polygon_vertices_by_frame(film.panels[0].bodies[0])
-    shift = film.panels[0].ground_displacement
+    shift = film.panels[0].ground_displacement_by_frame
     assert np.ptp(shift[:, 1]) > 1.0
     for moving in (False, True):
         left, right, bottom, _ = extent_of_free_2d_bodies(film, moving=moving)
@@ -184,7 +184,7 @@ def test_films_of_two_settings_share_their_frames() -> None:
     for panel, path in zip(film.panels, paths, strict=True):
         there = np.interp(film.frame_times, path["time"], trajectory_of_element_named_stone(path)["x"])
         moving = film.frame_times <= float(path["time"][-1])
-        assert panel.bodies[1].position[moving, 0] == pytest.approx(there[moving], abs=1e-12)
+        assert panel.bodies[1].positions_by_frame[moving, 0] == pytest.approx(there[moving], abs=1e-12)
     assert [len(panel["traces"]) for panel in data["panels"]] == [2, 2]
     peaks = [
         [np.abs(unpack_film_numbers(trace["rows"][0])).max() for trace in panel["traces"]] for panel in data["panels"]
@@ -310,7 +310,7 @@ def test_rolling_cylinder_is_not_reported_at_rest() -> None:
 
 
 @pytest.mark.parametrize("status", [one for one in CaseStatus if not one.has_outcome])
-def test_film_of_a_case_without_outcome_states_the_reason(status: CaseStatus) -> None:
+def test_the_outcome_sentence_of_a_case_without_outcome_states_the_reason(status: CaseStatus) -> None:
     sentence = outcome_sentence(xr.Dataset({"status": status.value}))
     assert sentence.startswith("no outcome: ")
     assert ("moving" in sentence) == (status is CaseStatus.UNDECIDED)
@@ -351,15 +351,17 @@ def test_corners_of_a_3d_body_start_on_the_base_and_end_at_the_fall(
     film = film_of_trajectories(trajectories_of_falling_and_standing_body, pulse_along_oblique_azimuth, "title")
     panel = film.panels[0]
     (body,) = panel.bodies
-    rest = body.vertices
+    rest = body.vertices_from_reference_point
 
     def corner_positions_at_film_frame(frame: int) -> np.ndarray:
-        w, *u = body.rotation[frame] / np.linalg.norm(body.rotation[frame])
-        return body.position[frame] + rest + 2 * np.cross(u, np.cross(u, rest) + w * rest)
+        w, *u = body.rotations_by_frame[frame] / np.linalg.norm(body.rotations_by_frame[frame])
+        return body.positions_by_frame[frame] + rest + 2 * np.cross(u, np.cross(u, rest) + w * rest)
 
     lowest = [corner_positions_at_film_frame(frame)[:, 2].min() for frame in range(film.frame_count)]
     assert np.abs(lowest).max() < 0.02, "between samples it may hover, but does not sink"
-    moved = corner_positions_at_film_frame(film.frame_count - 1)[rest[:, 2] > 0].mean(axis=0) - body.position[0]
+    moved = (
+        corner_positions_at_film_frame(film.frame_count - 1)[rest[:, 2] > 0].mean(axis=0) - body.positions_by_frame[0]
+    )
     azimuth = np.degrees(np.arctan2(moved[0], moved[1])) % 360
     assert azimuth == pytest.approx(float(trajectories_of_falling_and_standing_body[0]["fall_azimuth"]), abs=15)
     assert panel.outcome.startswith("falls towards ")

@@ -53,7 +53,7 @@ def test_film_strip_of_a_standing_stone_shows_its_largest_rotation() -> None:
     assert times[2] == pytest.approx(math.atan(2 * math.pi) / (2 * math.pi), abs=0.011)
 
 
-def test_film_strip_draws_each_panel_at_its_own_times() -> None:
+def test_film_strip_columns_show_the_body_at_the_times_of_their_captions() -> None:
     film = film_of_falling_and_rocking_block()
     with use_package_matplotlib_settings():
         figure = film_strip_figure(film)
@@ -91,7 +91,7 @@ def test_film_titles_state_size_friction_and_direction() -> None:
         (Body(shape_from_name_or_sides("circle")), "A round stone 18 cm across and 60 cm high"),
         (PlanarModel(gravestone()), "A stone 18 cm wide and 60 cm high"),
     ):
-        title = film_title_text(film_title_facts(model, block, "Rinaldi", direction=30.0))
+        title = film_title_text(film_title_facts(model, block, "Rinaldi", direction_deg=30.0))
         assert title.startswith(f"{size}, friction 0.7, ")
         assert "N30°E" in title
         assert title.endswith("Rinaldi" if isinstance(model, Body) else "N30°E")

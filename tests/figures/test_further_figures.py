@@ -27,8 +27,8 @@ from overturning.figures.ground import (
 )
 from overturning.figures.intensity_plane import (
     CRITERION_LINE_STYLES,
-    outcomes_by_pga_and_pgv_ratio_figure,
-    pga_pgv_over_pga_and_fall_probability,
+    fall_probability_by_pga_and_pgv_over_pga,
+    outcomes_by_pga_and_pgv_over_pga_figure,
 )
 from overturning.figures.observed_rose import ObservedFallRose, observed_fall_roses_figure
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
@@ -37,7 +37,7 @@ from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses
 from overturning.figures.scene import scenes_figure
 from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_maps_in_one_figure
 from overturning.figures.style import FALL_COLOUR, PAGE_WIDTH, use_package_matplotlib_settings
-from overturning.figures.survey import OCTANT, SurveyFigureData, survey_falls_figure
+from overturning.figures.survey import OCTANT_WIDTH_RAD, SurveyFigureData, survey_falls_figure
 from overturning.figures.ticks import limit_ticks_to_axis_range
 from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
 from overturning.model.scene import load_scene
@@ -108,7 +108,7 @@ def draw_fall_alignment_by_earthquake() -> Figure:
 
 
 def draw_station_map() -> Figure:
-    known = StationOnMap("ttrh02", 35.23, 133.39, strike=150.0, mean_fall_axis_deg=60.0)
+    known = StationOnMap("ttrh02", 35.23, 133.39, fault_strike_deg=150.0, mean_fall_axis_deg=60.0)
     trace = (((35.3, 133.3), (35.2, 133.4)),)
     return earthquake_maps_in_one_figure(
         [EarthquakeOnMap("Western $Tottori", [known, StationOnMap("S$1", 35.3, 133.2)], (35.27, 133.35), trace)]
@@ -167,7 +167,7 @@ def draw_observed_and_computed_survey_falls(count: int = 1) -> Figure:
 
 
 @cache
-def fitted_overturning_model():  # type: ignore[no-untyped-def]
+def logistic_overturning_fit():  # type: ignore[no-untyped-def]
     """Fit the logistic model of overturning to the cube once for all tests."""
     return fit_logistic_overturning_model(cube_of_falls_around_azimuth_40(), pga_and_pgv_of_five_records())
 
@@ -187,8 +187,8 @@ FUNCTIONS_MAKING_FIGURES_BY_NAME: dict[str, Callable[[], Figure]] = {
         30.0,
         "Station, earthquake",
     ),
-    "plane": lambda: outcomes_by_pga_and_pgv_ratio_figure(
-        cube_of_falls_around_azimuth_40(), pga_and_pgv_of_five_records(), fitted_overturning_model(), 1.0
+    "plane": lambda: outcomes_by_pga_and_pgv_over_pga_figure(
+        cube_of_falls_around_azimuth_40(), pga_and_pgv_of_five_records(), logistic_overturning_fit(), 1.0
     ),
     "hodograph": draw_hodograph,
     "axes": draw_fall_alignment_by_earthquake,
@@ -208,7 +208,7 @@ FUNCTIONS_MAKING_FIGURES_BY_NAME: dict[str, Callable[[], Figure]] = {
 
 
 @cache
-def scaled_figure_laid_out_once(name: str, factor: float) -> Figure:
+def cached_scaled_figure(name: str, factor: float) -> Figure:
     """Lay out a figure at `factor` times its size, as in its files, once for all tests: do not change it."""
     with use_package_matplotlib_settings():
         figure = FUNCTIONS_MAKING_FIGURES_BY_NAME[name]()
@@ -220,7 +220,7 @@ def scaled_figure_laid_out_once(name: str, factor: float) -> Figure:
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", FUNCTIONS_MAKING_FIGURES_BY_NAME)
-def test_files_of_further_figures_are_reproducible(name: str, tmp_path: Path) -> None:
+def test_figure_files_are_reproducible(name: str, tmp_path: Path) -> None:
     """Each figure is written twice as SVG, and one figure in each format."""
     files = [f"{name}.svg", *([f"{name}.png", f"{name}.pdf"] if name == "boundary" else [])]
     for folder in ("one", "two"):
@@ -232,8 +232,8 @@ def test_files_of_further_figures_are_reproducible(name: str, tmp_path: Path) ->
 
 @pytest.mark.parametrize("factor", [0.85, *(pytest.param(factor, marks=pytest.mark.long) for factor in (1.0, 1.6))])
 @pytest.mark.parametrize("name", FUNCTIONS_MAKING_FIGURES_BY_NAME)
-def test_no_text_of_further_figures_is_cut_off(name: str, factor: float) -> None:
-    figure = scaled_figure_laid_out_once(name, factor)
+def test_no_figure_text_is_cut_off(name: str, factor: float) -> None:
+    figure = cached_scaled_figure(name, factor)
     with use_package_matplotlib_settings():
         box = figure.get_tightbbox()
     width, height = figure.get_size_inches()
@@ -244,7 +244,7 @@ def test_no_text_of_further_figures_is_cut_off(name: str, factor: float) -> None
     assert box.y1 <= height + margin
 
 
-def test_boundary_of_an_asymmetric_scene_uses_only_simulated_azimuths() -> None:
+def test_overturning_boundary_of_an_asymmetric_scene_shows_only_simulated_azimuths() -> None:
     """At 30° the block falls at the smallest and the largest of three B/H; azimuths beyond 90° are not simulated."""
     flags = np.zeros((4, 1, 3, 1))
     flags[:, :, 0], flags[1, 0, 2, 0] = 1, -1
@@ -261,7 +261,7 @@ def test_boundary_of_an_asymmetric_scene_uses_only_simulated_azimuths() -> None:
         plt.close(figure)
 
 
-def test_legend_names_the_interval_band_of_a_boundary() -> None:
+def test_title_explains_the_interval_band_of_an_overturning_boundary_if_drawn() -> None:
     found = overturning_boundaries_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0))
     wide = found.assign(boundary_high=found["boundary"] + 0.05, boundary_low=found["boundary"] - 0.05)
     alone = found.assign(boundary_high=found["boundary"], boundary_low=found["boundary"])
@@ -286,7 +286,7 @@ def test_overturning_boundary_curves_close_around_the_circle() -> None:
         plt.close(figure)
 
 
-def test_overturning_fit_without_intervals_is_drawn() -> None:
+def test_logistic_fit_without_intervals_is_drawn_as_half_probability_line() -> None:
     """With few earthquakes a fit has no intervals, but the fitted probability along the line is still ½."""
     number = np.zeros(4)
     fit = LogisticFit(
@@ -299,13 +299,13 @@ def test_overturning_fit_without_intervals_is_drawn() -> None:
         "no interval",
     )
     with use_package_matplotlib_settings():
-        figure = outcomes_by_pga_and_pgv_ratio_figure(
+        figure = outcomes_by_pga_and_pgv_over_pga_figure(
             cube_of_falls_around_azimuth_40(), pga_and_pgv_of_five_records(), fit, 1.0
         )
         (line,) = [line for line in figure.axes[0].lines if str(line.get_label()).startswith("fit")]
         assert line.get_label() == "fit of all µ together: probability ½", "its points are of one"
         plt.close(figure)
-        alone = outcomes_by_pga_and_pgv_ratio_figure(
+        alone = outcomes_by_pga_and_pgv_over_pga_figure(
             cube_of_falls_around_azimuth_40().isel(friction=[0]),
             pga_and_pgv_of_five_records(),
             fit,
@@ -319,8 +319,8 @@ def test_overturning_fit_without_intervals_is_drawn() -> None:
     np.testing.assert_allclose(fit.fall_probability(rows), 0.5, rtol=1e-9)
 
 
-def test_points_of_pga_and_fall_probability_match_cube_and_intensity() -> None:
-    pga, ratio, falls = pga_pgv_over_pga_and_fall_probability(
+def test_points_of_pga_and_fall_probability_are_one_per_record_and_plane() -> None:
+    pga, ratio, falls = fall_probability_by_pga_and_pgv_over_pga(
         cube_of_falls_around_azimuth_40(), pga_and_pgv_of_five_records(), 0.6, 0.3, 1.0
     )
     assert pga.size == 5 * 12
@@ -341,8 +341,10 @@ def test_survey_figure_shows_observed_and_computed_falls_on_one_scale() -> None:
         numbers = [text.get_text() for text in rose.texts]
         assert (rose.get_theta_direction(), rose.get_theta_offset()) == (-1, pytest.approx(np.pi / 2))
         plt.close(figure)
-    assert np.array(bars) == pytest.approx(np.stack([np.arange(8) * OCTANT, np.sqrt(OBSERVED_FALLS_BY_OCTANT)], axis=1))
-    middle = [radius[np.argmin(np.abs(azimuth - place * OCTANT))] ** 2 for place in range(8)]
+    assert np.array(bars) == pytest.approx(
+        np.stack([np.arange(8) * OCTANT_WIDTH_RAD, np.sqrt(OBSERVED_FALLS_BY_OCTANT)], axis=1)
+    )
+    middle = [radius[np.argmin(np.abs(azimuth - place * OCTANT_WIDTH_RAD))] ** 2 for place in range(8)]
     assert middle == pytest.approx(COMPUTED_FALLS_BY_OCTANT)
     assert azimuth[-1] - azimuth[0] == pytest.approx(2 * np.pi)
     marks = {line.get_markerfacecolor(): np.degrees(line.get_xdata()[0]) for line in means}
@@ -367,9 +369,9 @@ def test_survey_figure_has_no_mark_of_an_unknown_direction_or_share() -> None:
 
 
 @pytest.mark.parametrize("name", ["spectra", "hodograph", "response"])
-def test_text_of_further_figures_is_legible_at_page_width(name: str) -> None:
+def test_figure_text_is_legible_at_page_width(name: str) -> None:
     factor = 0.85  # that of another test: the size of a letter does not depend on that of its figure
-    figure = scaled_figure_laid_out_once(name, factor)
+    figure = cached_scaled_figure(name, factor)
     shrunk = min(1.0, PAGE_WIDTH / (figure.get_figwidth() / factor))
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
     assert min(sizes) * shrunk >= 7.8
@@ -396,7 +398,7 @@ def test_spectra_have_no_curve_along_an_azimuth_without_motion(azimuths: list[fl
 
 
 @pytest.mark.parametrize("count", range(2, 14))
-def test_spectra_of_few_samples_end_at_the_nyquist_frequency(count: int) -> None:
+def test_fourier_spectra_of_few_samples_do_not_exceed_the_nyquist_frequency(count: int) -> None:
     few = Motion(np.arange(count) + 1.0, np.zeros(count), sampling_interval=0.01)
     with use_package_matplotlib_settings():
         figure = draw_without_layout(fourier_and_response_spectra_figure(few, [0.0], "Few"))
@@ -415,7 +417,7 @@ def test_axes_of_the_hodograph_are_labelled_with_units() -> None:
     assert names == [(f"east, {unit}", f"north, {unit}") for unit in ("Gal", "cm/s", "cm")]
 
 
-def test_response_figure_shows_each_element_to_the_end_of_its_path() -> None:
+def test_response_figure_names_each_element_and_ends_with_the_trajectory() -> None:
     scene = load_scene("three-tier", Path(__file__).parents[2])
     path = trajectory(motion_with_one_pulse(), scene, azimuth_deg=0, height=0.636, b_over_h=0.38, friction=1.0)
     with use_package_matplotlib_settings():
@@ -473,7 +475,7 @@ def draw_overturning_boundary_with_title(name: str) -> Figure:
     return overturning_boundary_figure(found.assign(falls_beyond=found["falls_beyond"] * 0 + 1), 0.4, 30.0, name)
 
 
-def draw_alignments_with_name(name: str) -> Figure:
+def draw_fall_alignments_with_earthquake_name(name: str) -> Figure:
     values = {f"{name} {number}": 0.5 - 0.2 * number for number in range(3)}
     return sorted_fall_alignment_figure({"all records": values}, {"all records": PlottedEstimate(0.3, 0.1, 0.5, 3)})
 
@@ -484,7 +486,7 @@ def draw_alignments_with_name(name: str) -> Figure:
     [
         pytest.param(draw_overturning_boundary_with_title, id="boundary with three marks in the legend"),
         pytest.param(lambda name: hodograph_figure(motion_with_one_pulse(), 30.0, name), id="hodograph"),
-        pytest.param(draw_alignments_with_name, id="alignments by earthquake"),
+        pytest.param(draw_fall_alignments_with_earthquake_name, id="alignments by earthquake"),
         pytest.param(
             lambda name: fall_roses_by_earthquake_figure(
                 cube_of_falls_around_azimuth_40().assign_coords(
@@ -505,12 +507,12 @@ def test_long_and_japanese_names_in_titles_are_not_cut_off(
     assert not has_cut_or_overlapping_text(figure)
 
 
-def test_legend_of_alignment_by_b_over_h_has_only_known_references() -> None:
+def test_legend_of_fall_alignment_by_b_over_h_has_only_known_reference_directions() -> None:
     """The fault normal of no record is known: nothing is drawn of it, and the legend does not have it."""
     mean, unknown = MeanOverEarthquakes(5, 0.5, 0.2, 0.8), MeanOverEarthquakes(0, np.nan, np.nan, np.nan)
     means = {("peak velocity", True): [mean, mean], ("fault normal", True): [unknown, unknown]}
     with use_package_matplotlib_settings():
-        groups: Any = {"all records": SimpleNamespace(means=means)}
+        groups: Any = {"all records": SimpleNamespace(mean_cosines_by_reference=means)}
         figure = fall_alignment_by_b_over_h_figure(groups, np.array([0.2, 0.3]))
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["peak velocity"]
 

@@ -41,7 +41,7 @@ def offset_record_before_and_after_processing(up: bool = True) -> tuple[Record, 
     return before, process_record(before, [RemoveMean(), Highpass(corner_hz=0.2)])
 
 
-def write_processing_history_page(folder: Path) -> None:
+def write_time_history_page_of_offset_record(folder: Path) -> None:
     """Write the page of a record with an offset, for `make_folder_once`."""
     with use_package_matplotlib_settings():
         save_figure_files(
@@ -50,7 +50,7 @@ def write_processing_history_page(folder: Path) -> None:
 
 
 @pytest.fixture(scope="module", params=[True, False])
-def history_page_of_record_with_offset(
+def vertical_flag_svg_and_figure_of_history(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[bool, str, Figure]:
     """Draw the history page of a record with an offset; return if it has vertical motion, the SVG and the figure."""
@@ -62,12 +62,12 @@ def history_page_of_record_with_offset(
     return request.param, path.read_text(encoding="utf-8"), figure
 
 
-def test_history_page_states_the_processing_and_is_reproducible(
-    history_page_of_record_with_offset: tuple[bool, str, Figure], make_folder_once: SharedFolderMaker
+def test_time_history_page_states_the_processing_and_is_reproducible(
+    vertical_flag_svg_and_figure_of_history: tuple[bool, str, Figure], make_folder_once: SharedFolderMaker
 ) -> None:
-    up, text, _ = history_page_of_record_with_offset
+    up, text, _ = vertical_flag_svg_and_figure_of_history
     if up:
-        again = make_folder_once("history-page", write_processing_history_page) / "page.svg"
+        again = make_folder_once("history-page", write_time_history_page_of_offset_record) / "page.svg"
         assert text == again.read_text(encoding="utf-8")
     words = re.sub(r"<[^>]+>", " ", text)
     for word in (
@@ -90,10 +90,10 @@ def test_history_page_states_the_processing_and_is_reproducible(
 
 
 def test_scale_labels_of_a_large_offset_do_not_cover_the_next_panel(
-    history_page_of_record_with_offset: tuple[bool, str, Figure],
+    vertical_flag_svg_and_figure_of_history: tuple[bool, str, Figure],
 ) -> None:
     """An offset of 3 m/s² gives a displacement of 5.4 km in a minute: numbers of six digits on the right."""
-    up, _, figure = history_page_of_record_with_offset
+    up, _, figure = vertical_flag_svg_and_figure_of_history
     right = [axes for axes in figure.axes if axes.yaxis.get_ticks_position() == "right"]
     assert len(right) == 3 * (2 + up)
     numbers = [label.get_window_extent() for axes in right for label in axes.get_yticklabels() if label.get_text()]
@@ -103,7 +103,7 @@ def test_scale_labels_of_a_large_offset_do_not_cover_the_next_panel(
 
 
 @pytest.fixture(scope="module")
-def history_of_unprocessed_record() -> Figure:
+def time_history_figure_of_unprocessed_record() -> Figure:
     """Return the history figure of a record that is not processed."""
     record = random_record()
     with use_package_matplotlib_settings():
@@ -111,11 +111,14 @@ def history_of_unprocessed_record() -> Figure:
 
 
 @pytest.mark.parametrize("kind", ["svg", "png"])
-def test_history_page_in_any_file_format_gives_no_overlap_warning(
-    tmp_path: Path, kind: str, history_of_unprocessed_record: Figure
+def test_time_history_page_in_any_file_format_gives_no_overlap_warning(
+    tmp_path: Path, kind: str, time_history_figure_of_unprocessed_record: Figure
 ) -> None:
     """A file has another resolution than the figure: the places of labels in pixels differ."""
-    assert save_figure_with_checks(history_of_unprocessed_record, tmp_path / f"a.{kind}", dpi=200, width=None) == ""
+    assert (
+        save_figure_with_checks(time_history_figure_of_unprocessed_record, tmp_path / f"a.{kind}", dpi=200, width=None)
+        == ""
+    )
     if kind == "svg":
         words = re.sub(r"<[^>]+>", " ", (tmp_path / "a.svg").read_text(encoding="utf-8"))
         assert "nothing done here" in words, "one line, and no removed part"
@@ -123,7 +126,7 @@ def test_history_page_in_any_file_format_gives_no_overlap_warning(
 
 
 @pytest.mark.parametrize("up", [True, False])
-def test_rotd_spectra_of_a_linear_motion_match_closed_forms(up):
+def test_rotd_spectra_of_motion_along_one_line_match_closed_forms(up):
     """For motion along N30E, RotD100 is its spectrum, RotD50 cos 45° of it, and RotD00 zero; compared with rotd."""
     pulse = np.sin(2 * np.pi * SAMPLE_TIMES_OF_15_S) * (SAMPLE_TIMES_OF_15_S < 1)
     along = [pulse * np.cos(np.radians(30)), pulse * np.sin(np.radians(30)), pulse if up else None]
@@ -195,7 +198,7 @@ def test_the_start_shift_of_a_processed_record_includes_padding_and_cut():
     np.testing.assert_array_equal(done.north, whole.north[2000:6001])
 
 
-def test_labels_of_decades_are_numbers_or_powers_of_ten() -> None:
+def test_labels_of_logarithmic_axes_are_numbers_or_powers_of_ten() -> None:
     """An axis from 0.001 to 1000 has plain numbers; one to 10⁷ has powers of ten, as Matplotlib writes them."""
     with use_package_matplotlib_settings():
         figure, ((axes,),) = create_panel_grid(1, 1, 3.0, 3.0)

@@ -43,7 +43,7 @@ from tests.figures.test_further_figures import (
     draw_observed_and_computed_survey_falls,
     motion_with_one_pulse,
 )
-from tests.figures.test_history import SharedFolderMaker, random_record, write_processing_history_page
+from tests.figures.test_history import SharedFolderMaker, random_record, write_time_history_page_of_offset_record
 from tests.figures.test_roses import fall_axis_summary_of_five_earthquakes
 from tests.translation.test_tables import untranslated_latin_words
 
@@ -119,7 +119,7 @@ def svg_texts(svg: str) -> str:
 @pytest.mark.parametrize("name", [*FIGURES_TO_TRANSLATE, "history"])
 def test_japanese_figures_have_no_english_word(name: str, tmp_path: Path, make_folder_once: SharedFolderMaker) -> None:
     if name == "history":
-        path = make_folder_once("history-page", write_processing_history_page) / "page.svg"
+        path = make_folder_once("history-page", write_time_history_page_of_offset_record) / "page.svg"
     else:
         path = tmp_path / "en.svg"
         with use_package_matplotlib_settings():
@@ -251,7 +251,7 @@ def test_movie_in_japanese_uses_a_japanese_font(tmp_path: Path, monkeypatch: pyt
         with use_translation_language("ja"):
             write_film_as_gif_or_mp4(film_of_falling_and_rocking_block(0.0), tmp_path / "a.gif")
         assert (tmp_path / "a.gif").read_bytes().startswith(b"GIF")
-    monkeypatch.setitem(texts.FONTS, "ja", ("fonts-noto-cjk", ("No such font",)))
+    monkeypatch.setitem(texts.FONT_PACKAGE_AND_NAMES_BY_LANGUAGE, "ja", ("fonts-noto-cjk", ("No such font",)))
     with use_translation_language("ja"), pytest.raises(MissingDataError, match="fonts-noto-cjk"):
         write_film_as_gif_or_mp4(film_of_falling_and_rocking_block(0.0), tmp_path / "b.gif")
     with pytest.raises(MissingDataError, match=r"^c\.gif: .*fonts-noto-cjk"):
@@ -271,7 +271,7 @@ def test_japanese_names_in_an_english_movie_are_legible(tmp_path: Path) -> None:
     assert (tmp_path / "一.gif").read_bytes() != (tmp_path / "川.gif").read_bytes()
 
 
-def test_the_japanese_readme_shows_the_figures_of_the_english_one_in_japanese() -> None:
+def test_japanese_readme_images_are_translations_of_the_english_ones() -> None:
     images = Path(__file__).parents[2] / "docs" / "images"
     for name in ("rinaldi", "rinaldi-in-space"):
         english = (images / f"{name}.svg").read_text(encoding="utf-8")

@@ -49,7 +49,7 @@ def test_figures_for_a_phone_have_two_station_maps_in_a_row() -> None:
     assert [one.get_title() for one in phone.axes if one.get_visible()] == [one.name for one in earthquakes]
 
 
-def test_polar_maps_on_a_phone_fill_its_width_with_gaps_below_half_a_map() -> None:
+def test_polar_maps_on_a_phone_fill_its_width_with_gaps_of_less_than_half_a_map() -> None:
     """Each polar map has the width of the phone; space for colour bar and legend is left once, not below each map."""
     cube = random_planar_cube(records=3, step=90, heights=1, frictions=1, ratios=2).drop_vars("station")
     with use_package_matplotlib_settings(), arrange_panels_for_phone():

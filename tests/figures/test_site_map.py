@@ -83,7 +83,9 @@ def test_stations_are_drawn_at_their_coordinates_on_one_scale() -> None:
 def test_fall_axis_of_a_station_is_drawn_as_arrows_to_both_sides(axis: float) -> None:
     """A fall axis of 30° is drawn as arrows towards N30°E and S30°W of the station, the fault strike as a line."""
     figure = draw_earthquake_map(
-        EarthquakeOnMap("A", [StationOnMap("s", 35.1, 133.0, strike=axis + 20.0, mean_fall_axis_deg=axis)], EPICENTRE)
+        EarthquakeOnMap(
+            "A", [StationOnMap("s", 35.1, 133.0, fault_strike_deg=axis + 20.0, mean_fall_axis_deg=axis)], EPICENTRE
+        )
     )
     ((head, tail),) = ends_of_arrows_in_first_map(figure)
     assert (head + tail) / 2 == pytest.approx(points_of_map_lines_with_label(figure, "station")[0][0])
@@ -194,9 +196,9 @@ def test_map_data_of_a_cube_have_station_coordinates_strikes_and_fall_axes(cube_
     """An earthquake with one station and no epicentre has no map, and a station without coordinates is on no map."""
     trace = {"fault_trace": "35 133, 36 133", "fault_trace_source": "map"}
     (site,) = earthquakes_on_map(cube_with_added_record_source_entries(cube_of_four_stations, two=trace))
-    assert (site.name, site.epicentre, site.trace) == ("A", (35.0, 133.0), (((35.0, 133.0), (36.0, 133.0)),))
+    assert (site.name, site.epicentre, site.fault_trace) == ("A", (35.0, 133.0), (((35.0, 133.0), (36.0, 133.0)),))
     assert [one[:3] for one in site.stations] == [("one", 35.1, 133.0), ("two", 35.2, 133.1)]
-    assert [one.strike for one in site.stations] == pytest.approx([30.0, math.nan], nan_ok=True)
+    assert [one.fault_strike_deg for one in site.stations] == pytest.approx([30.0, math.nan], nan_ok=True)
     assert [one.mean_fall_axis_deg for one in site.stations] == pytest.approx([30.0, 30.0], abs=0.5)
 
 

@@ -12,10 +12,10 @@ from overturning import open_cube, plot
 from overturning.errors import ArgumentError
 from overturning.figures.cells import (
     azimuth_cell_edges_rad,
-    azimuths_with_known_outcome_deg,
     cell_edges,
     extend_azimuths_to_full_circle,
     panel_row_and_column_counts,
+    simulated_and_opposite_azimuths_deg,
 )
 from overturning.figures.explore import explorer_page_data
 from overturning.figures.illustrative import block_label, simulate_block_trajectories
@@ -40,7 +40,7 @@ from tests.study.test_config import SLIPPERY_SCENE
 
 
 @pytest.fixture
-def cube_of_falls_to_the_side_of_azimuth_30() -> xr.Dataset:
+def cube_of_falls_within_90_degrees_of_azimuth_30() -> xr.Dataset:
     """Return a cube of two records: all blocks fall to the side of 30°, but stand along 120° and 300°."""
     azimuth = np.arange(0, 360, 30, dtype=np.int16)
     flags = np.sign(np.round(np.cos(np.radians(azimuth - 30.0)), 3))[None, :, None, None, None] * np.ones(
@@ -86,18 +86,18 @@ def test_azimuth_added_to_the_grid_shares_the_weight_of_its_neighbours() -> None
     assert weight[added == 120.0] == pytest.approx(7 * 30 / 180)
 
 
-def test_maps_and_roses_without_falls_outcomes_or_a_second_azimuth_are_drawn(
-    cube_of_falls_to_the_side_of_azimuth_30: xr.Dataset, tmp_path: Path
+def test_maps_and_roses_are_drawn_without_falls_without_outcomes_and_for_one_azimuth(
+    cube_of_falls_within_90_degrees_of_azimuth_30: xr.Dataset, tmp_path: Path
 ) -> None:
     with use_package_matplotlib_settings():
         for name, odd in {
-            "none": cube_of_falls_to_the_side_of_azimuth_30.assign(
-                overturned=cube_of_falls_to_the_side_of_azimuth_30["overturned"] * 0
+            "none": cube_of_falls_within_90_degrees_of_azimuth_30.assign(
+                overturned=cube_of_falls_within_90_degrees_of_azimuth_30["overturned"] * 0
             ),
-            "unknown": cube_of_falls_to_the_side_of_azimuth_30.assign(
-                overturned=cube_of_falls_to_the_side_of_azimuth_30["overturned"] * np.nan
+            "unknown": cube_of_falls_within_90_degrees_of_azimuth_30.assign(
+                overturned=cube_of_falls_within_90_degrees_of_azimuth_30["overturned"] * np.nan
             ),
-            "single": cube_of_falls_to_the_side_of_azimuth_30.isel(azimuth=[1], b_over_h=[0]),
+            "single": cube_of_falls_within_90_degrees_of_azimuth_30.isel(azimuth=[1], b_over_h=[0]),
         }.items():
             save_figure_files(fall_map_by_azimuth_figure(odd.isel(record=1), name), tmp_path / f"{name}.png", dpi=50)
             save_figure_files(fall_roses_by_group_figure(odd), tmp_path / f"rose-{name}.png", dpi=50)
@@ -169,7 +169,7 @@ def test_map_of_a_single_plane_has_a_sector_on_either_side(azimuth: list[int]) -
     shown = [(edges[k], edges[k + 1]) for k in np.flatnonzero(whole["overturned"].notnull())]
     np.testing.assert_allclose(shown, [(37.5, 42.5), (217.5, 222.5)])
     assert whole["overturned"].sel(azimuth=[40, 220]).to_numpy().tolist() == [1.0, -1.0]
-    np.testing.assert_array_equal(azimuths_with_known_outcome_deg(whole.sel(azimuth=azimuth)), [40.0, 220.0])
+    np.testing.assert_array_equal(simulated_and_opposite_azimuths_deg(whole.sel(azimuth=azimuth)), [40.0, 220.0])
 
 
 @pytest.mark.parametrize(("step", "ratios"), [(45, 2), (15, 3), (5, 8)])

@@ -10,8 +10,8 @@ from overturning.findings.exactness import _records_with_unusually_many_outcome_
 from overturning.study.convergence import (
     ChangesWithFinerSteps,
     ConvergenceCheckResult,
+    FinerStepChangesOfRecord,
     OutcomeChangesOfElement,
-    RecordChanges,
     RerunResult,
     RigidComparison,
 )
@@ -65,12 +65,13 @@ def test_fall_axes_on_rock_and_soil_are_compared_where_both_are_clear() -> None:
 
 def test_records_with_clearly_more_changed_outcomes_than_average_are_listed() -> None:
     """By Wilson's interval, 6 changed outcomes of 90 are above the 1.9 % of all 1,080 cases; 4 of 90 may not be."""
-    rows = [RecordChanges(record=f"calm-{number}", cases=90, changed=1) for number in range(10)]
+    rows = [FinerStepChangesOfRecord(record=f"calm-{number}", cases=90, changed=1) for number in range(10)]
     loud, doubtful = (
-        RecordChanges(record=name, cases=90, changed=changed) for name, changed in (("loud", 6), ("doubtful", 4))
+        FinerStepChangesOfRecord(record=name, cases=90, changed=changed)
+        for name, changed in (("loud", 6), ("doubtful", 4))
     )
     found = _records_with_unusually_many_outcome_changes(
-        [*rows, loud, doubtful, RecordChanges(record="few", cases=8, changed=3)]
+        [*rows, loud, doubtful, FinerStepChangesOfRecord(record="few", cases=8, changed=3)]
     )
     assert [(one.record, one.changes.count, one.changes.compared) for one in found] == [("loud", 6, 90)]
     assert found[0].changes.low == pytest.approx(0.0309, abs=2e-4)

@@ -12,7 +12,7 @@ from overturning.findings.displacements import final_slip_and_rotation_of_elemen
 from overturning.findings.exactness import final_twist_findings
 from overturning.findings.results import StudyResults
 from overturning.study.load import load_study
-from overturning.study.scenes import NOMINAL
+from overturning.study.scenes import NOMINAL_VARIANT
 
 STACK_STUDY_FILE = Path(__file__).parents[2] / "config" / "stack-3d.yaml"
 
@@ -42,14 +42,14 @@ def stack_and_single_shaft_results() -> StudyResults:
         residual_twist=[[-2.0, 2.0, -2.0, 2.0, np.nan], [1.0, -3.0, 5.0, 90.0, 90.0]],  # NaN: too weak to move it
     )
     alone = displacement_cube_of_one_record(["shaft"], residual_twist=[[7.0, -7.0, 7.0, -7.0, 7.0]])
-    cubes = {NOMINAL: stack, "shaft-alone": alone.isel(element=0, drop=True)}
+    cubes = {NOMINAL_VARIANT: stack, "shaft-alone": alone.isel(element=0, drop=True)}
     return cast(StudyResults, SimpleNamespace(study=load_study(STACK_STUDY_FILE), cubes_by_variant=cubes))
 
 
 def test_median_slip_and_twist_are_of_standing_cases(stack_and_single_shaft_results: StudyResults) -> None:
     base, shaft, alone = final_slip_and_rotation_of_elements(stack_and_single_shaft_results)
     assert [one.element for one in (base, shaft)] == ["base", "shaft"]
-    assert (base.variant, shaft.variant, alone.variant) == (NOMINAL, NOMINAL, "shaft-alone")
+    assert (base.variant, shaft.variant, alone.variant) == (NOMINAL_VARIANT, NOMINAL_VARIANT, "shaft-alone")
     assert (base.standing, base.falls, base.share_slid_off) == (5, 0, None)
     assert base.median_slip_cm == pytest.approx(5.0), "3-4-5 cm, whatever its azimuth"
     assert (base.median_twist_deg, base.percentile_90_twist_deg) == (2.0, 2.0), "of 0, 2, 2, 2, 2 degrees"
@@ -70,7 +70,7 @@ def test_findings_have_no_sliding_off_of_the_lowest_stone_nor_twist_of_a_stack(
     )
     both = cast(
         StudyResults,
-        SimpleNamespace(study=stack_and_single_shaft_results.study, cubes_by_variant={NOMINAL: fallen}),
+        SimpleNamespace(study=stack_and_single_shaft_results.study, cubes_by_variant={NOMINAL_VARIANT: fallen}),
     )
     base, shaft = final_slip_and_rotation_of_elements(both)
     assert (base.falls, base.share_slid_off) == (5, None)

@@ -39,7 +39,7 @@ from overturning.records.site import SoilSite
 from overturning.report.drawings import STUDY_FIGURES, draw_study_figure
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.statistics.logistic import PREDICTORS, LogisticFit
-from overturning.study.cube import CONFIGURATION, study_of_cube
+from overturning.study.cube import COMPLETE_STUDY_FILE_NAME, study_of_cube
 from overturning.study.load import load_study_from_file_or_json, study_settings_without_absolute_paths
 from overturning.study.sections import Variant
 from overturning.study.sweep import cube_variables_of_study
@@ -204,7 +204,7 @@ def test_findings_command_reads_the_study_file_next_to_the_cube(
         stored = study_of_cube(opened)
     changed = {"question": "Where to?", "primary": {"statistic": "fall_rate"}, "population": {"stones": 128}}
     settings = study_settings_without_absolute_paths(stored) | changed
-    (tmp_path / CONFIGURATION).write_text(yaml.safe_dump(settings), encoding="utf-8")
+    (tmp_path / COMPLETE_STUDY_FILE_NAME).write_text(yaml.safe_dump(settings), encoding="utf-8")
     output = tmp_path / "findings.json"
     assert run_command_line("findings", str(tmp_path / "cube.nc"), "--output", str(output)) == 0
     assert capsys.readouterr() == (f"{output}\n", "")
@@ -212,12 +212,12 @@ def test_findings_command_reads_the_study_file_next_to_the_cube(
     assert (written["study"]["question"], written["study"]["primary_statistic"]) == ("Where to?", "fall_rate")
     assert written["population"]["stones"] == 128
     assert written.keys() == json.loads(study_findings.model_dump_json()).keys()
-    (tmp_path / CONFIGURATION).write_text(yaml.safe_dump(settings | {"name": "other"}), encoding="utf-8")
+    (tmp_path / COMPLETE_STUDY_FILE_NAME).write_text(yaml.safe_dump(settings | {"name": "other"}), encoding="utf-8")
     assert run_command_line("findings", str(tmp_path), "--output", str(output)) == 0
     warned = capsys.readouterr().err
     assert json.loads(output.read_text(encoding="utf-8"))["population"]["stones"] == 64, "that in the cube"
     assert "study.yaml is not of the study 'tiny': the findings are without the primary statistic, surveys;" in warned
-    (tmp_path / CONFIGURATION).unlink()
+    (tmp_path / COMPLETE_STUDY_FILE_NAME).unlink()
     missing = r"study\.yaml is missing: the findings are without the primary statistic, surveys;"
     with pytest.warns(UserWarning, match=missing):
         overturning.findings(tmp_path)
@@ -247,7 +247,7 @@ def test_findings_are_those_of_the_cube_file_that_is_named(
     study_folder: Path, study_findings: Findings, tmp_path: Path
 ) -> None:
     """Findings are read from the named cube, in which all blocks fall; cubes of a variant or a part are refused."""
-    for name in ("cube.nc", "intensity.nc", CONFIGURATION):
+    for name in ("cube.nc", "intensity.nc", COMPLETE_STUDY_FILE_NAME):
         shutil.copy(study_folder / name, tmp_path)
     with xr.open_dataset(study_folder / "cube.nc", decode_timedelta=False) as cube:
         cube.assign(overturned=xr.ones_like(cube["overturned"])).to_netcdf(tmp_path / "falls.nc")
@@ -337,7 +337,7 @@ def test_blocks_that_fall_in_every_direction_or_in_none_have_no_axis(study_folde
     assert extent.records_with_imposed_axis == cube["record_id"].to_numpy().tolist()
 
 
-def test_records_that_no_block_falls_under_have_no_direction(study_folder: Path) -> None:
+def test_records_without_falls_have_no_fall_direction(study_folder: Path) -> None:
     """A cube in which nothing falls: shares are 0, directions are not defined, and nothing fails."""
     with open_study_results(study_folder) as results:
         still = results.default_element_cube.load().assign(
@@ -422,7 +422,7 @@ def logistic_fit_with_coefficients(coefficient: list[float], half_width: float, 
         (logistic_fit_with_coefficients([0, 3, 3, 3, 3], math.nan, "no fit: everything falls"), {}),
     ],
 )
-def test_effect_of_a_predictor_is_stated_if_its_interval_excludes_no_effect(
+def test_effect_of_a_predictor_is_stated_only_if_its_interval_excludes_zero(
     fit: LogisticFit, expected: dict[str, tuple[float, float, float]]
 ) -> None:
     found = logistic_fit_findings(SimpleNamespace(logistic_fit=fit))

@@ -38,7 +38,7 @@ def test_the_plane_with_the_earliest_fall_decides_the_fall_azimuth() -> None:
     assert (fell, azimuth) == (1, 10 * np.flatnonzero(time == 0)[0])
 
 
-def test_if_all_runs_fall_the_edge_passed_first_has_the_whole_probability() -> None:
+def test_a_certain_fall_has_its_whole_probability_at_the_edge_passed_first() -> None:
     generator = np.random.default_rng(2)
     falls, time = generator.integers(0, 2, (2, 500)).astype(float), generator.permutation(1000).reshape(2, 500) * 0.01
     fell, azimuth = fall_flag_and_azimuth_from_planes(falls, time, np.array([[0.0], [90.0]]) * np.ones((2, 500)))

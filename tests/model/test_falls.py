@@ -54,7 +54,7 @@ def test_the_fall_direction_of_a_3d_body_is_its_fall_azimuth() -> None:
 
 
 @pytest.mark.parametrize(("spread", "apart"), [(14.0, False), (16.0, True)])
-def test_ensemble_members_disagree_if_fall_azimuths_spread_beyond_15_degrees(spread: float, apart: bool) -> None:
+def test_members_that_all_fall_are_apart_if_their_azimuths_spread_beyond_15_degrees(spread: float, apart: bool) -> None:
     """Half of the members fall clockwise of north, half anticlockwise, by the same angle."""
     cube = xr.Dataset(
         {

@@ -142,7 +142,7 @@ def test_a_mesh_whose_vertices_lie_in_a_plane_is_refused(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("file", ["far.stl", "far.ply", "far.obj"])
-def test_mesh_map_coordinates_in_single_precision_are_refused(tmp_path: Path, file: str) -> None:
+def test_a_mesh_with_map_coordinates_in_single_precision_is_refused(tmp_path: Path, file: str) -> None:
     """The same coordinates in double precision (PLY), or as text of 12 digits, are exact enough."""
     whole, place = l_shaped_prism(), np.array([400_000.0, 3_900_000.0, 120.0])
     path = write_mesh(whole._replace(vertices=whole.vertices + place), tmp_path / file)

@@ -84,7 +84,7 @@ def test_an_asymmetric_polygon_is_not_taken_for_symmetric() -> None:
         ([[0, 1], [-0.59, -0.81], [0.95, 0.31], [-0.95, 0.31], [0.59, -0.81]], "crosses itself"),
     ],
 )
-def test_an_invalid_polygon_is_refused_with_its_element(points: list[list[float]], said: str) -> None:
+def test_an_invalid_polygon_is_refused_by_the_name_of_its_element(points: list[list[float]], said: str) -> None:
     with pytest.raises(ArgumentError, match=f"element stone.*{said}"):
         make_polygon("stone", points)
 

@@ -93,7 +93,7 @@ def test_a_mesh_with_a_second_body_inside_out_is_refused() -> None:
             repair_surface_and_close_base(several)
 
 
-def merge_surfaces(*surfaces: TriangleSurface) -> TriangleSurface:
+def merge_surfaces_and_equal_vertices(*surfaces: TriangleSurface) -> TriangleSurface:
     """Return one surface of several, in which equal vertices are merged, as in a mesh file that is read."""
     whole = concatenate_surfaces(*surfaces)
     vertices, number = np.unique(whole.vertices, axis=0, return_inverse=True)
@@ -114,7 +114,7 @@ def surface_of_unit_cubes(filled: list[list[list[int]]]) -> TriangleSurface:
                     quads.append([corner, corner + one, corner + one + two, corner + two])
     faces = np.array(quads).reshape(-1, 3)
     triangles = 4 * np.arange(len(quads))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
-    return merge_surfaces(TriangleSurface(faces, triangles.reshape(-1, 3)))
+    return merge_surfaces_and_equal_vertices(TriangleSurface(faces, triangles.reshape(-1, 3)))
 
 
 BASE, SHAFT = box((0.5, 0.5, 0.2)), translate_surface(box((0.5, 0.5, 0.8)), 0.0, 0.0, 0.2)
@@ -125,8 +125,11 @@ BASE, SHAFT = box((0.5, 0.5, 0.2)), translate_surface(box((0.5, 0.5, 0.8)), 0.0,
     [
         pytest.param(surface_of_unit_cubes([[[1, 0], [0, 0]], [[0, 0], [0, 1]]]), id="touch at a corner"),
         pytest.param(surface_of_unit_cubes([[[1], [0]], [[0], [1]]]), id="touch along an edge"),
-        pytest.param(merge_surfaces(BASE, SHAFT), id="two stones of equal width"),
-        pytest.param(merge_surfaces(box((0.5, 0.5, 0.9)), box((0.2, 0.1, 0.5))), id="overlap from a common corner"),
+        pytest.param(merge_surfaces_and_equal_vertices(BASE, SHAFT), id="two stones of equal width"),
+        pytest.param(
+            merge_surfaces_and_equal_vertices(box((0.5, 0.5, 0.9)), box((0.2, 0.1, 0.5))),
+            id="overlap from a common corner",
+        ),
     ],
 )
 @pytest.mark.parametrize("turn_deg", [0.0, 33.0])
@@ -202,7 +205,7 @@ def test_an_open_planar_base_of_a_mesh_is_closed() -> None:
             np.testing.assert_allclose(one, other, atol=1e-12)
 
 
-def test_a_mesh_hole_outside_the_base_is_refused_with_its_edges() -> None:
+def test_a_mesh_hole_outside_the_base_is_refused_and_its_edges_are_counted() -> None:
     whole = l_shaped_prism()
     top = int(np.flatnonzero((whole.corners[:, :, 2] == 0.8).all(axis=1))[0])
     with expect_error(ArgumentError, "not closed at 3 edges", "0.8]", "fill the holes", brief=True):
@@ -320,7 +323,7 @@ def test_a_convex_mesh_equals_the_polyhedron_of_its_vertices_bit_for_bit() -> No
     np.testing.assert_allclose(scanned.unscaled_solid.inertia_per_mass, own.inertia_per_mass, atol=1e-8)
 
 
-def test_a_simplified_outline_leaves_out_points_by_at_most_the_tolerance() -> None:
+def test_points_outside_a_simplified_hull_are_within_the_tolerance() -> None:
     points = np.random.default_rng(2).normal(size=(4000, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
     counts = []

@@ -9,8 +9,8 @@ from scipy.signal.windows import tukey
 from overturning.motion.fourier import rms_fourier_amplitude_in_bands
 from overturning.motion.noise import motion_onset_index, signal_and_noise_spectra
 from overturning.records.processing import (
-    CORNER_BOUNDS_HZ,
-    DEFAULT_CORNER_HZ,
+    AUTO_HIGHPASS_CORNER_BOUNDS_HZ,
+    FALLBACK_HIGHPASS_CORNER_HZ,
     choose_highpass_corner_and_reason,
     default_processing_steps,
     process_record,
@@ -42,8 +42,8 @@ def test_signal_to_noise_ratio_of_white_signals_matches_their_amplitudes():
         DT,
     )
     assert found is not None
-    assert found.onset == pytest.approx(20.0, abs=0.1)
-    assert found.frequency[0] == pytest.approx(3 / found.onset)  # three cycles of the slowest
+    assert found.onset_s == pytest.approx(20.0, abs=0.1)
+    assert found.frequency[0] == pytest.approx(3 / found.onset_s)  # three cycles of the slowest
     # exp(−t/10) to 95 % of its energy, 15 s: root mean square 0.56 of the first amplitude.
     middle = (found.frequency > 1) & (found.frequency < 30)
     assert np.median(found.ratio[:, middle]) == pytest.approx(56, rel=0.15)
@@ -57,11 +57,11 @@ def test_spectral_windows_are_tapered_over_five_per_cent_at_each_end(lasting):
     samples[2000 : 2000 + lasting] += random.normal(size=lasting)
     found = signal_and_noise_spectra([samples], DT)
     assert found is not None
-    first, moving = round(found.onset / DT), samples - samples.mean()
+    first, moving = round(found.onset_s / DT), samples - samples.mean()
     energy = np.cumsum(moving[first:] ** 2)
     last = first + int((energy < 0.95 * energy[-1]).sum()) + 1
     assert (last - first < 20) == (lasting == 12)
-    for part, spectrum in ((moving[first:last], found.signal[0]), (moving[:first], found.noise[0])):
+    for part, spectrum in ((moving[first:last], found.signal_spectrum[0]), (moving[:first], found.noise_spectrum[0])):
         window = tukey(part.size, 2 * max(1, part.size // 20) / (part.size - 1))
         expected = rms_fourier_amplitude_in_bands((part - part.mean()) * window, DT, found.frequency) / np.sqrt(
             part.size * DT
@@ -78,8 +78,8 @@ def test_a_constant_offset_does_not_count_as_noise():
     first, second = signal_and_noise_spectra([level], DT), signal_and_noise_spectra([shifted], DT)
     assert first is not None
     assert second is not None
-    assert first.onset == second.onset
-    np.testing.assert_allclose(first.noise, second.noise, rtol=1e-6)
+    assert first.onset_s == second.onset_s
+    np.testing.assert_allclose(first.noise_spectrum, second.noise_spectrum, rtol=1e-6)
 
 
 def test_there_is_no_signal_to_noise_ratio_without_noise_before_the_onset():
@@ -104,7 +104,7 @@ def test_signal_to_noise_ratio_at_long_sampling_intervals_is_finite_or_missing(i
     with warnings.catch_warnings(action="error"):
         found = signal_and_noise_spectra([np.append(noise, 10.0 * signal)], interval)
     if found is not None:
-        assert found.onset >= 15.0 * interval
+        assert found.onset_s >= 15.0 * interval
         assert found.frequency[-1] >= 2.0 * found.frequency[0] * (1 - 1e-9)
         assert np.isfinite(found.ratio).all()
     assert found is not None or motion_onset_index(np.append(noise, 10.0 * signal)) * interval < max(2.0, 15 * interval)
@@ -113,10 +113,10 @@ def test_signal_to_noise_ratio_at_long_sampling_intervals_is_finite_or_missing(i
 def test_the_reason_for_the_default_corner_frequency_names_the_missing_data():
     wave = np.random.default_rng(2).normal(size=400)
     still = Record("r", np.zeros(400), np.zeros(400), noise_with_decaying_signal_from_onset(20.0, 0.01)[:400], DT)
-    assert choose_highpass_corner_and_reason(still) == (DEFAULT_CORNER_HZ, "no horizontal motion")
+    assert choose_highpass_corner_and_reason(still) == (FALLBACK_HIGHPASS_CORNER_HZ, "no horizontal motion")
     coarse = Record("r", wave, wave[::-1].copy(), None, 0.5)
     assert choose_highpass_corner_and_reason(coarse) == (
-        DEFAULT_CORNER_HZ,
+        FALLBACK_HIGHPASS_CORNER_HZ,
         "no noise of 7.5 s before the onset to compare with",
     )
 
@@ -140,7 +140,7 @@ def test_the_automatic_corner_frequency_is_the_default_if_noise_is_too_short():
             noise_with_decaying_signal_from_onset(0.5, 0.01), noise_with_decaying_signal_from_onset(0.5, 0.01)
         )
     )
-    assert corner == DEFAULT_CORNER_HZ
+    assert corner == FALLBACK_HIGHPASS_CORNER_HZ
     assert "no noise of 2 s before the onset" in reason
     clean, reason = choose_highpass_corner_and_reason(
         record_of_components(
@@ -156,14 +156,14 @@ def test_the_automatic_corner_frequency_is_the_default_if_noise_is_too_short():
             *(np.append(ahead[n], noise_with_decaying_signal_from_onset(30.0, 0.001, seed=3 + n)) for n in range(2))
         )
     )
-    assert CORNER_BOUNDS_HZ[0] <= long <= 0.05
+    assert AUTO_HIGHPASS_CORNER_BOUNDS_HZ[0] <= long <= 0.05
     # Three seconds of noise tell nothing of what is slower than a hertz.
     short, reason = choose_highpass_corner_and_reason(
         record_of_components(
             noise_with_decaying_signal_from_onset(3.0, 0.001), noise_with_decaying_signal_from_onset(3.0, 0.001, seed=6)
         )
     )
-    assert short == DEFAULT_CORNER_HZ
+    assert short == FALLBACK_HIGHPASS_CORNER_HZ
     assert "noise of the first 3.0 s as far down as that tells, 1" in reason
 
 

@@ -16,7 +16,7 @@ from overturning.errors import ArgumentError, RecordError
 from overturning.motion.soil import (
     MAX_RELATIVE_ACCELERATION_AFTER_TAIL,
     MIN_VIBRATION_TAIL_S,
-    MIN_ZERO_PADDING,
+    MIN_ZERO_PADDING_S,
     RockHalfSpace,
     SoilLayer,
     check_pystrata_has_soil_curves,
@@ -36,7 +36,7 @@ from tests.expect import expect_error
 if importlib.util.find_spec("pystrata") is None and "OVERTURNING_NO_SKIP" not in os.environ:
     pytest.skip("pystrata is not installed (`make soil`)", allow_module_level=True)
 
-INTERVAL = 0.01
+SAMPLING_INTERVAL_S = 0.01
 LAYER, ROCK = SoilLayer(thickness_m=20, velocity_m_s=200), RockHalfSpace(velocity_m_s=1000)
 SOIL_SITE_SETTINGS = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 1000}}
 PULSE = record_of_pulse(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0"))
@@ -60,13 +60,13 @@ def noise_samples() -> np.ndarray:
 
 
 def test_the_response_of_one_soil_layer_matches_the_closed_form(noise_samples: np.ndarray) -> None:
-    found = propagate_through_soil(noise_samples, INTERVAL, [LAYER], ROCK)
+    found = propagate_through_soil(noise_samples, SAMPLING_INTERVAL_S, [LAYER], ROCK)
     length = 1 << 16
-    frequency = np.fft.rfftfreq(length, INTERVAL)
+    frequency = np.fft.rfftfreq(length, SAMPLING_INTERVAL_S)
     expected = np.fft.irfft(
         np.fft.rfft(noise_samples, length) * closed_form_surface_to_outcrop_ratio(frequency, LAYER, ROCK), length
     )
-    assert found.surface_acceleration.size == noise_samples.size + round(MIN_VIBRATION_TAIL_S / INTERVAL)
+    assert found.surface_acceleration.size == noise_samples.size + round(MIN_VIBRATION_TAIL_S / SAMPLING_INTERVAL_S)
     assert (
         np.abs(found.surface_acceleration - expected[: found.surface_acceleration.size]).max()
         < 1e-3 * np.abs(expected).max()
@@ -78,9 +78,9 @@ def test_free_vibration_of_soil_does_not_wrap_to_the_start(noise_samples: np.nda
     # A pulse at the very end: without zeros behind it its echo would stand at the start.
     late = np.zeros(1000)
     late[-50:] = np.hanning(50)
-    found = propagate_through_soil(late, INTERVAL, [LAYER], ROCK).surface_acceleration
+    found = propagate_through_soil(late, SAMPLING_INTERVAL_S, [LAYER], ROCK).surface_acceleration
     assert np.abs(found[:900]).max() < 0.01 * np.abs(found).max()
-    assert 5 * 4 * LAYER.thickness_m / LAYER.velocity_m_s < MIN_ZERO_PADDING  # five fundamental periods
+    assert 5 * 4 * LAYER.thickness_m / LAYER.velocity_m_s < MIN_ZERO_PADDING_S  # five fundamental periods
 
 
 @pytest.mark.parametrize(("thickness", "velocity", "damping"), [(30, 100, 0.01), (300, 300, 0.01), (20, 200, 0.05)])
@@ -91,10 +91,10 @@ def test_lightly_damped_soil_above_a_borehole_matches_the_closed_form(
     layer = SoilLayer(thickness_m=thickness, velocity_m_s=velocity, damping=damping)
     late = np.zeros(2000)
     late[-500:] = np.random.default_rng(3).normal(size=500) * np.hanning(500)
-    found = propagate_through_soil(late, INTERVAL, [layer], ROCK, outcrop=False).surface_acceleration
+    found = propagate_through_soil(late, SAMPLING_INTERVAL_S, [layer], ROCK, outcrop=False).surface_acceleration
     length = 1 << 19
     rigid = ROCK.model_copy(update={"velocity_m_s": 1e15})
-    ratio = closed_form_surface_to_outcrop_ratio(np.fft.rfftfreq(length, INTERVAL), layer, rigid)
+    ratio = closed_form_surface_to_outcrop_ratio(np.fft.rfftfreq(length, SAMPLING_INTERVAL_S), layer, rigid)
     whole = np.fft.irfft(np.fft.rfft(late, length) * ratio, length)
     expected, left = whole[: found.size], np.abs(whole[found.size : -1000]).max() / np.abs(whole).max()
     assert np.abs(found - expected).max() < 3e-3 * np.abs(expected).max()
@@ -117,12 +117,12 @@ def test_soil_layers_without_a_usable_response_are_refused(layer: dict[str, floa
 
 
 def test_a_soil_layer_resonates_at_its_fundamental_period() -> None:
-    time = np.arange(0, 30, INTERVAL)
+    time = np.arange(0, 30, SAMPLING_INTERVAL_S)
     peaks = [
         np.abs(
-            propagate_through_soil(np.sin(2 * np.pi * time / period), INTERVAL, [LAYER], ROCK).surface_acceleration[
-                1500:3000
-            ]
+            propagate_through_soil(
+                np.sin(2 * np.pi * time / period), SAMPLING_INTERVAL_S, [LAYER], ROCK
+            ).surface_acceleration[1500:3000]
         ).max()
         for period in (0.25, 0.4, 0.8)
     ]
@@ -132,7 +132,9 @@ def test_a_soil_layer_resonates_at_its_fundamental_period() -> None:
 
 def test_soil_with_a_strain_curve_amplifies_strong_motion_less_than_weak(noise_samples: np.ndarray) -> None:
     soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})
-    weak, strong = (propagate_through_soil(scale * noise_samples, INTERVAL, [soft], ROCK) for scale in (1e-4, 3.0))
+    weak, strong = (
+        propagate_through_soil(scale * noise_samples, SAMPLING_INTERVAL_S, [soft], ROCK) for scale in (1e-4, 3.0)
+    )
     assert weak.converged
     assert strong.largest_strain > 100 * weak.largest_strain
     ratio = np.abs(strong.surface_acceleration).max() / 3.0 / (np.abs(weak.surface_acceleration).max() / 1e-4)
@@ -142,7 +144,9 @@ def test_soil_with_a_strain_curve_amplifies_strong_motion_less_than_weak(noise_s
 def test_a_soil_strain_beyond_the_curve_is_noted(noise_samples: np.ndarray) -> None:
     """At the end of a curve modulus and damping stay the same, so that the iteration converges at any strain."""
     soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})  # ends at a strain of 1 %
-    within, beyond = (propagate_through_soil(scale * noise_samples, INTERVAL, [soft], ROCK) for scale in (10.0, 30.0))
+    within, beyond = (
+        propagate_through_soil(scale * noise_samples, SAMPLING_INTERVAL_S, [soft], ROCK) for scale in (10.0, 30.0)
+    )
     assert (within.converged, within.strain_and_exceeded_curve_end) == (True, None)
     assert within.largest_strain < 0.01
     assert beyond.strain_and_exceeded_curve_end == pytest.approx((0.65 * beyond.largest_strain, 0.01))
@@ -158,7 +162,7 @@ def test_an_invalid_soil_profile_is_refused(noise_samples: np.ndarray) -> None:
     with pytest.raises(ValidationError, match="layers"):
         SoilSite(layers=[], rock=ROCK)
     with pytest.raises(ArgumentError, match="curve 'none'; known are"):
-        propagate_through_soil(noise_samples, INTERVAL, [LAYER.model_copy(update={"curve": "none"})], ROCK)
+        propagate_through_soil(noise_samples, SAMPLING_INTERVAL_S, [LAYER.model_copy(update={"curve": "none"})], ROCK)
 
 
 @pytest.mark.parametrize(

@@ -117,7 +117,7 @@ def test_largest_motion_along_azimuths_is_exact_for_motion_along_one_line():
     )
 
 
-def acceleration_spectrum_of_one_component(samples, interval, periods, damping=0.05):
+def pseudo_acceleration_spectrum_of_component(samples, interval, periods, damping=0.05):
     """Pseudo-acceleration spectrum of one component, m/s²."""
     motion = Motion(samples, np.zeros_like(samples), sampling_interval=interval, trust_data=True)
     return response_spectra_by_azimuth(motion, periods, 0.0, damping=damping)["acceleration"][:, 0]
@@ -138,7 +138,7 @@ def test_oscillator_response_to_an_acceleration_step_matches_the_closed_form(per
     steady = np.concatenate([np.zeros(100), np.full(4000, 2.0)])
     omega = 2 * math.pi / period
     overshoot = 1 + math.exp(-math.pi * damping / math.sqrt(1 - damping**2))
-    found = acceleration_spectrum_of_one_component(steady, 0.0025, [period], damping=damping)[0]
+    found = pseudo_acceleration_spectrum_of_component(steady, 0.0025, [period], damping=damping)[0]
     # The step rises within one sample and is band-limited where it is interpolated: 1 % for the shortest period.
     assert found == pytest.approx(2.0 * overshoot, rel=0.002 if period > 0.1 else 0.1)
     assert omega > 0
@@ -162,20 +162,22 @@ def test_oscillator_response_to_a_sine_matches_the_transfer_function():
         ratio = period / forcing
         expected = 1 / math.sqrt((1 - ratio**2) ** 2 + (2 * 0.05 * ratio) ** 2)
         envelope = np.sin(np.pi / 2 * np.clip(np.minimum(time / 30, (100 - time) / 30), 0, 1)) ** 2
-        found = acceleration_spectrum_of_one_component(envelope * np.sin(2 * np.pi * time / forcing), 0.01, [period])[0]
+        found = pseudo_acceleration_spectrum_of_component(
+            envelope * np.sin(2 * np.pi * time / forcing), 0.01, [period]
+        )[0]
         assert found == pytest.approx(expected, rel=0.01)
 
 
 def test_response_spectra_have_the_limits_of_stiff_and_soft_oscillators(rinaldi_record):
     """A stiff oscillator responds with PGA; a soft one stays at rest, so its relative displacement is the ground's."""
     pga = np.abs(rinaldi_record.north).max()
-    assert acceleration_spectrum_of_one_component(rinaldi_record.north, rinaldi_record.sampling_interval, [0.001])[
+    assert pseudo_acceleration_spectrum_of_component(rinaldi_record.north, rinaldi_record.sampling_interval, [0.001])[
         0
     ] == pytest.approx(pga, rel=0.01)
     short = np.concatenate(
         [np.sin(2 * np.pi * np.arange(0, 1, 0.01)), -np.sin(2 * np.pi * np.arange(0, 1, 0.01)), np.zeros(50)]
     )
-    found = acceleration_spectrum_of_one_component(short, 0.01, [1000.0])[0] / (2 * np.pi / 1000.0) ** 2
+    found = pseudo_acceleration_spectrum_of_component(short, 0.01, [1000.0])[0] / (2 * np.pi / 1000.0) ** 2
     assert found == pytest.approx(1 / (2 * np.pi), rel=0.01)
 
 
@@ -377,7 +379,7 @@ def test_konno_ohmachi_smoothing_matches_its_formula_and_pykooh():
 
 
 @pytest.mark.parametrize("frequency", [8.0, 15.0, 20.0])
-def test_soft_oscillators_follow_fast_motion_sampled_at_20_ms(frequency):
+def test_velocity_spectrum_of_soft_oscillators_matches_the_closed_form_for_fast_motion(frequency):
     """Far above its own frequency an oscillator's velocity is that of the ground: A/ω, in closed form to 1 %."""
     time = np.arange(0, 20, 0.02)
     bell = np.sin(np.pi * time / 20) ** 2

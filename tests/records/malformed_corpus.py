@@ -9,9 +9,9 @@ from tests.records.written import TEXT_FORMATS_WITH_WRITERS
 
 random = np.random.default_rng(5)
 SAMPLES_IN_COUNTS = [random.integers(-400_000, 400_000, 200) for _ in range(2)]
-SAMPLES_IN_FORMAT_STEPS = [np.round(random.normal(0, 500, 203)) for _ in range(2)]
+SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT = [np.round(random.normal(0, 500, 203)) for _ in range(2)]
 VALID_FILES_AND_HEADER_LINE_COUNTS = {
-    form: (written.file_texts_by_name(*SAMPLES_IN_FORMAT_STEPS), written.header_line_count)
+    form: (written.file_texts_by_name(*SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT), written.header_line_count)
     for form, written in TEXT_FORMATS_WITH_WRITERS.items()
 }
 """Files of one record (name, content) and the number of header lines of the first, which is mutated."""

@@ -79,7 +79,7 @@ def test_a_record_table_row_with_a_missing_file_is_refused(tmp_path):
     assert [path.name for path in paths_of_record_files(entry, tmp_path)] == ["x.NS", "x.EW", "x.UD"]
 
 
-FULL_ROW = RecordTableRow(
+ROW_WITH_ALL_DESCRIPTIVE_COLUMNS = RecordTableRow(
     id="mine",
     source="mine.V2A",
     station="Church",
@@ -108,7 +108,8 @@ FULL_ROW = RecordTableRow(
 
 def test_descriptive_columns_of_the_record_table_change_no_sample(tmp_path):
     """The other columns are for the reader; labels do not affect the samples."""
-    assert {name for name in RecordTableRow.model_fields if getattr(FULL_ROW, name) not in ("", None, False, 0.0)} == {
+    assert {name for name in RecordTableRow.model_fields if getattr(ROW_WITH_ALL_DESCRIPTIVE_COLUMNS, name) not in ("",
+    None, False, 0.0)} == {
         *DESCRIPTIVE_COLUMNS, "id", "source", "format",
     }  # fmt: skip
     wave = 100 * np.sin(np.arange(400) / 5)
@@ -116,12 +117,12 @@ def test_descriptive_columns_of_the_record_table_change_no_sample(tmp_path):
     (tmp_path / "mine.V2A").write_text(text, encoding="utf-8")
     bare, labelled = (
         read_record_without_descriptive_columns(one, tmp_path)
-        for one in (RecordTableRow(id="mine", source="mine.V2A"), FULL_ROW)
+        for one in (RecordTableRow(id="mine", source="mine.V2A"), ROW_WITH_ALL_DESCRIPTIVE_COLUMNS)
     )
     write_record_to_motion_file(bare, tmp_path / "bare.nc")
     write_record_to_motion_file(labelled, tmp_path / "labelled.nc")
     assert (tmp_path / "bare.nc").read_bytes() == (tmp_path / "labelled.nc").read_bytes()
-    described = add_descriptive_metadata_from_table_row(bare, FULL_ROW)
+    described = add_descriptive_metadata_from_table_row(bare, ROW_WITH_ALL_DESCRIPTIVE_COLUMNS)
     assert (described.station, described.event, described.latitude) == ("Church", "Darfield 2010", -43.5)
     assert described.extra["magnitude"] == 7.1
     assert {name: described.extra[name] for name in STORED_PLACE_METADATA_KEYS} == {
@@ -130,7 +131,7 @@ def test_descriptive_columns_of_the_record_table_change_no_sample(tmp_path):
         "fault_trace_source": "map of 2011",
     }
     write_record_to_motion_file(described, tmp_path / "described.nc")
-    write_record_to_motion_file(read_record(FULL_ROW, tmp_path), tmp_path / "whole.nc")
+    write_record_to_motion_file(read_record(ROW_WITH_ALL_DESCRIPTIVE_COLUMNS, tmp_path), tmp_path / "whole.nc")
     assert (tmp_path / "described.nc").read_bytes() == (tmp_path / "whole.nc").read_bytes()
 
 

@@ -122,7 +122,7 @@ def write_time_north_and_east_columns(path, scale=1.0, offset=0.0):
     return path
 
 
-def test_omitted_parts_of_a_file_are_noted_by_every_command(tmp_path, capsys):
+def test_an_omitted_vertical_axis_is_noted_by_read_and_every_command(tmp_path, capsys):
     path = tmp_path / "x.asa"
     path.write_text(unam_text({"N00E": A, "N90E": B, "V": A}))
     word = "vertical axis 'V' left out: x.asa does not say whether up or down"
@@ -319,7 +319,7 @@ def test_channels_of_different_lengths_in_one_file_are_cut_to_the_shortest(tmp_p
     )
 
 
-def test_command_one_accepts_a_declared_file_or_a_pulse_as_its_record(tmp_path, capsys):
+def test_overturning_one_accepts_a_declared_file_or_a_pulse_as_its_record(tmp_path, capsys):
     path = write_time_north_and_east_columns(tmp_path / "x.csv")
     given = ("one", "--azimuth", 0, "--b-over-h", 0.2)
     assert (

@@ -10,14 +10,14 @@ from overturning.records.read import read_record_without_processing
 from overturning.records.record import source_and_processing_of_record
 from tests.expect import expect_error
 
-RATE = 100.0
-TIME = np.arange(2000) / RATE
+SAMPLING_RATE_HZ = 100.0
+TIME = np.arange(2000) / SAMPLING_RATE_HZ
 random = np.random.default_rng(5)
 
 
 def band_limited_shaking(scale=1.0):
     """Band-limited noise under an envelope; its peak is ``scale``."""
-    hertz = np.fft.rfftfreq(TIME.size, 1 / RATE)
+    hertz = np.fft.rfftfreq(TIME.size, 1 / SAMPLING_RATE_HZ)
     noise = np.fft.irfft(np.fft.rfft(random.normal(size=TIME.size)) * ((hertz > 0.3) & (hertz < 12.0)), TIME.size)
     wave = noise * np.exp(-(((TIME - 8.0) / 3.0) ** 2))
     return scale * wave / np.abs(wave).max()
@@ -98,7 +98,7 @@ def test_a_vertical_component_without_motion_is_reported(tmp_path):
     assert read_record_from_columns(write_columns(tmp_path / "x.csv", NORTH, EAST, UP), declared).notes == []
 
 
-def test_a_clipped_component_is_reported_with_its_number_of_samples(tmp_path):
+def test_a_clipped_component_is_reported_with_its_number_of_clipped_samples(tmp_path):
     clipped = np.clip(NORTH, -1.0, 1.0)
     at_rail = [run.size for run in np.split(clipped, np.flatnonzero(np.diff(clipped)) + 1) if abs(run[0]) == 1.0]
     count = sum(size for size in at_rail if size >= 3)

@@ -22,11 +22,11 @@ from overturning.study.preflight import find_record_rows_and_files, read_and_che
 from tests.expect import expect_error
 from tests.records.record_writers import peer_text
 
-RATE = 100
+SAMPLING_RATE_HZ = 100
 random = np.random.default_rng(3)
 
 
-def band_limited_noise(rate=RATE, length=40):
+def band_limited_noise(rate=SAMPLING_RATE_HZ, length=40):
     """Return noise between 0.2 and 15 Hz under an envelope, with a peak of 2; the length is in s."""
     time = np.arange(length * rate) / rate
     hertz = np.fft.rfftfreq(time.size, 1 / rate)
@@ -39,7 +39,7 @@ NORTH, EAST = band_limited_noise(), band_limited_noise()
 OTHER_NORTH_AND_EAST = band_limited_noise(), band_limited_noise()
 
 
-def record_of_components(name, north, east, interval=1 / RATE):
+def record_of_components(name, north, east, interval=1 / SAMPLING_RATE_HZ):
     """Return a record of two horizontal components."""
     return Record(name, np.ascontiguousarray(north), np.ascontiguousarray(east), None, interval)
 

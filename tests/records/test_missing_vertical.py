@@ -15,7 +15,7 @@ A, B, C = np.random.default_rng(2).normal(0, 0.05, (3, 500))
 @pytest.mark.parametrize(
     "names", [("N55W", "N35E", "UP", 2), ("NS", "EW", "UD", 2), ("000", "090", "DWN", 2), ("055", "325", "UP", 1)]
 )
-def test_a_note_names_a_vertical_file_in_the_folder_left_out_of_the_record(tmp_path, names):
+def test_a_note_names_a_vertical_component_file_in_the_folder_that_was_not_read(tmp_path, names):
     *axes, given = names
     paths = [tmp_path / f"RSN1_TEST_{axis}.AT2" for axis in axes]
     for path, axis, samples in zip(paths, axes, (A, B, C), strict=True):

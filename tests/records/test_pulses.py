@@ -42,7 +42,7 @@ def test_a_pulse_line_in_the_record_table_becomes_a_record(tmp_path):
         assert samples[:100].tobytes() == np.zeros(100).tobytes()
 
 
-def test_the_labels_of_a_pulse_come_from_the_record_table(tmp_path):
+def test_a_pulse_has_the_descriptive_data_of_its_record_table_row(tmp_path):
     line = "sine amplitude_gal=300 period_s=1 azimuth_deg=60"
     place = {"station_latitude_deg": 35.0, "station_longitude_deg": 133.0}
     said = {"pulse": True, "event_id": "one", "magnitude": 6.5, "site_class": "C", "wall": "foot"}
@@ -50,7 +50,7 @@ def test_the_labels_of_a_pulse_come_from_the_record_table(tmp_path):
     assert said.items() <= record.extra.items()
     assert (record.latitude, record.longitude) == (35.0, 133.0)
     other = replace(record, record_id="q", extra=record.extra | {"event_id": "two"})
-    assert len(set(assign_records_to_earthquakes([record, other]).labels)) == 2
+    assert len(set(assign_records_to_earthquakes([record, other]).earthquake_label_by_record)) == 2
     with expect_error(RecordError, "SHA-256"):
         read_record(RecordTableRow(id="p", format="synthetic", source=line, sha256="0" * 64), tmp_path)
     for column in ({"orientation_correction_deg": 10.0}, {"unit": "g"}, {"sensor": "borehole"}):

@@ -26,7 +26,7 @@ from tests.records.seed_writers import (
     write_stationxml_of_channels,
 )
 
-quick_examples = settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))
+quick_hypothesis_settings = settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))
 random = np.random.default_rng(11)
 N, E, Z = (random.integers(-400_000, 400_000, 500) for _ in range(3))
 CHANNEL_AZIMUTHS_AND_DIPS = {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
@@ -269,7 +269,9 @@ def test_the_response_of_a_velocity_sensor_is_deconvolved(tmp_path):
     ("frequency", "length", "shock", "rate"),
     [(0.3, 120, 60, 100), (5.0, 120, 60, 100), (20.0, 120, 60, 100), (35.0, 120, 60, 100), (1.0, 3600, 40, 20)],
 )
-def test_a_broadband_sensor_keeps_high_frequencies_and_early_motion(tmp_path, frequency, length, shock, rate):
+def test_deconvolution_of_a_broadband_sensor_keeps_high_frequencies_and_early_motion(
+    tmp_path, frequency, length, shock, rate
+):
     """Counts are a burst of acceleration a cos(2πft) through the closed form of the sensor, 1 Gal at its peak."""
     time = np.arange(length * rate) / rate
     wave = 0.01 * np.cos(2 * np.pi * frequency * time) * np.exp(-(((time - shock) / 6) ** 2))
@@ -664,7 +666,7 @@ def test_a_sample_count_before_the_samples_is_not_read_as_a_sample(tmp_path, beg
 
 @pytest.mark.parametrize("mark", ["999", "-999.99", "999.9", "9999.0", "99999"])
 @pytest.mark.parametrize("wrapped", [False, True])
-def test_a_missing_sample_mark_is_not_read_as_a_sample(tmp_path, mark, wrapped):
+def test_a_mark_of_a_missing_sample_is_not_read_as_a_sample(tmp_path, mark, wrapped):
     """Regression: 999.99 in place of a missing sample was read as an acceleration of 1 g."""
     words = [f"{value}" for value in N[:80] / 1e4]  # up to 40 Gal
     declared = {"columns": "north:gal*8" if wrapped else "north:gal", "sampling_interval_s": 0.01, "processed": True}
@@ -720,7 +722,7 @@ def test_samples_continued_over_several_lines_are_read_in_order(tmp_path, word, 
     np.testing.assert_allclose(record.east, np.round(E[:403] / 1e3, 3) / 100, rtol=1e-12)
 
 
-@quick_examples
+@quick_hypothesis_settings
 @given(st.integers(2, 60).flatmap(lambda n: arrays(np.int64, (2, n), elements=st.integers(-99999, 99999))), st.data())
 def test_any_written_columns_file_is_read_back(samples, data):
     unit, scale = data.draw(st.sampled_from([("g", 9.80665), ("gal", 0.01), ("m/s2", 1.0)]))
@@ -733,7 +735,7 @@ def test_any_written_columns_file_is_read_back(samples, data):
         np.testing.assert_allclose(component.samples, expected / 10 * scale, rtol=1e-15)
 
 
-@quick_examples
+@quick_hypothesis_settings
 @given(
     # Steim2 has 30 bits for the difference of two samples.
     st.integers(2, 60).flatmap(lambda n: arrays(np.int32, n, elements=st.integers(-(2**28), 2**28 - 1))),
@@ -748,7 +750,7 @@ def test_any_written_miniseed_is_read_back(tmp_path_factory, counts, rate):
     assert component.sampling_interval == pytest.approx(1 / rate)
 
 
-@quick_examples
+@quick_hypothesis_settings
 @given(arrays(np.float32, st.integers(2, 60), elements=st.floats(-1e4, 1e4, width=32)), st.floats(0, 359))
 def test_any_written_sac_is_read_back(tmp_path_factory, samples, azimuth):
     path = write_sac(tmp_path_factory.mktemp("sac") / "x.sac", samples, "HN1", azimuth, 90.0)

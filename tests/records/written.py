@@ -38,12 +38,12 @@ G = 9.80665
 class TextFormatWithWriter:
     """Text format: function that writes files from multiples of its smallest step, and expected metadata."""
 
-    write: Callable[..., dict[str, str]]  # first and second axis and, but for ``up`` None, vertical samples
-    smallest_step: float  # smallest step of samples, in the unit of the file
+    make_file_texts: Callable[..., dict[str, str]]  # first and second axis and, but for ``up`` None, vertical samples
+    smallest_sample_step: float  # smallest step of samples, in the unit of the file
     unit_m_s2: float  # m/s²
     axis_azimuths_deg: tuple[float, float]  # azimuths of the first two axes
     header_line_count: int  # header lines of the first component
-    interval: float
+    sampling_interval_s: float
     expected_record_fields: dict[str, Any] = field(
         default_factory=dict
     )  # expected fields of the record, or of its ``extra``
@@ -52,19 +52,19 @@ class TextFormatWithWriter:
 
     def file_texts_by_name(self, *samples: np.ndarray) -> dict[str, str]:
         """Return names and contents of the files of a record; samples are multiples of the format's smallest step."""
-        return self.write(*(np.round(x * self.smallest_step, 6) for x in samples))
+        return self.make_file_texts(*(np.round(x * self.smallest_sample_step, 6) for x in samples))
 
     def expected_north_east(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
         """Expected north and east samples, m/s², projected from the axes (right angles only), not by the package."""
         angles = np.radians(self.axis_azimuths_deg)
         return (
-            self.smallest_step
+            self.smallest_sample_step
             * self.unit_m_s2
             * np.array([f(angles[0]) * first + f(angles[1]) * second for f in (np.cos, np.sin)])
         )
 
 
-def writer_of_one_file_by_axis_name(
+def writer_of_one_file_with_axis_names(
     name: str, text: Callable[..., str], *axes: Any, **more: Any
 ) -> Callable[..., dict[str, str]]:
     """Return a function that writes all components into one file, by the names of their axes."""
@@ -185,7 +185,7 @@ TEXT_FORMATS_WITH_WRITERS: dict[str, TextFormatWithWriter] = {
         has_peak_in_header=False,
     ),
     "renadic": TextFormatWithWriter(
-        writer_of_one_file_by_axis_name("x.v1", renadic_text, "NS", "EW", "V"), 1e-3, 0.1 * G, (0, 90), 27, 0.005,
+        writer_of_one_file_with_axis_names("x.v1", renadic_text, "NS", "EW", "V"), 1e-3, 0.1 * G, (0, 90), 27, 0.005,
         {"start": "2010-02-27T06:34:50.6Z", "station": "PRUEBA S/N 4561", "latitude": None},
         declared=DECLARED_VERTICAL_SENSE_UP,
     ),
@@ -221,18 +221,19 @@ TEXT_FORMATS_WITH_WRITERS: dict[str, TextFormatWithWriter] = {
          "processed": False, "agency_processing": "BASELINE CORRECTED"},
     ),
     "bhrc": TextFormatWithWriter(
-        writer_of_one_file_by_axis_name("x.V1", bhrc_text, "L", "T", "V"), 1e-3, 0.1 * G, (324, 54), 27, 0.005,
+        writer_of_one_file_with_axis_names("x.V1", bhrc_text, "L", "T", "V"), 1e-3, 0.1 * G, (324, 54), 27, 0.005,
         {"station": "Test Shir", "latitude": 37.485, "longitude": 45.891, "magnitude": 6.1, "event_latitude": 38.52},
         has_peak_in_header=False, declared=DECLARED_VERTICAL_SENSE_UP,
     ),
     "unam": TextFormatWithWriter(
-        writer_of_one_file_by_axis_name("x.asa", unam_text, "N00E", "N90W", "+V"), 0.1, 0.01, (0, 270), 23, 0.01,
+        writer_of_one_file_with_axis_names("x.asa", unam_text, "N00E", "N90W", "+V"), 0.1, 0.01, (0, 270), 23, 0.01,
         {"start": "1995-09-14T07:19:20.5Z", "station": "TEST", "latitude": 17.211, "longitude": -100.642,
          "origin_time": "1995-09-14T07:19:10Z"},
         declared=DECLARED_VERTICAL_SENSE_UP,
     ),
     "usc": TextFormatWithWriter(
-        writer_of_one_file_by_axis_name("x.v1", usc_text, "N28W", "S62W", "UP"), 1e-3, 0.1 * G, (332, 242), 27, 0.005,
+        writer_of_one_file_with_axis_names("x.v1", usc_text, "N28W", "S62W", "UP"), 1e-3, 0.1 * G, (332, 242), 27,
+        0.005,
         {"station": "USC 0099, 1 TEST RD., TESTING, CA", "latitude": 34.41917, "longitude": -118.42611,
          "event_latitude": 34.21333, "event_longitude": -118.53694, "magnitude": 6.7, "processed": False,
          "origin_time": "1994-01-17T12:30:00Z", "event": "TEST EARTHQUAKE JAN 17, 1994 -1230 GMT"},

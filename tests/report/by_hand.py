@@ -8,7 +8,7 @@ from overturning.surveys.stones import OCTANTS
 SHARE_OF_CHANGED_CASES = {"count": 3, "compared": 400, "value": 0.0075, "low": 0.0025, "high": 0.0218}
 
 
-def estimate_finding(
+def estimate_entry(
     value: float | None, low: float | None = None, high: float | None = None, n: int = 12
 ) -> dict[str, Any]:
     """Return an estimate (value, interval, number of earthquakes) in the form in which findings store it."""
@@ -28,7 +28,7 @@ def fall_axis_findings_of_group(name: str, alignment: dict[str, Any]) -> dict[st
         "no_common_axis_p_value": 0.31,
         "earthquakes_with_axis": 12,
         "axes_within_45_of_normal": 9,
-        "axis_resultant_within_record": estimate_finding(0.73, 0.66, 0.79),
+        "axis_resultant_within_record": estimate_entry(0.73, 0.66, 0.79),
         "by_earthquake": [
             {"event": "Upper Vale", "alignment": 0.52, "resultant": 0.62, "axis_from_normal_deg": 17.0},
             {"event": "Lower Vale", "alignment": -0.37, "resultant": 0.42, "axis_from_normal_deg": 61.0},
@@ -47,17 +47,17 @@ def variant_comparison_findings(**changes: Any) -> dict[str, Any]:
     parts = {
         "variant": "other", "primary": True, "scene_here": "stack", "scene_there": "monolith", "differs_in": ["scene"],
         "element_here": "stone", "element_there": "stone", "soil_thickness_m": None,
-        "records": 14, "cases_not_compared": 23, "share_overturned_study": estimate_finding(0.384, 0.203, 0.557),
-        "share_overturned_variant": estimate_finding(0.116, 0.042, 0.263), "share_difference": estimate_finding(0.268,
+        "records": 14, "cases_not_compared": 23, "share_overturned_study": estimate_entry(0.384, 0.203, 0.557),
+        "share_overturned_variant": estimate_entry(0.116, 0.042, 0.263), "share_difference": estimate_entry(0.268,
         0.137, 0.391),
-        "only_study_overturns": estimate_finding(0.271, 0.142, 0.401), "only_variant_overturns": estimate_finding(0.013,
+        "only_study_overturns": estimate_entry(0.271, 0.142, 0.401), "only_variant_overturns": estimate_entry(0.013,
         0.004, 0.029),
-        "both_overturn": estimate_finding(0.109, 0.037, 0.247), "same_direction": estimate_finding(0.86, 0.74, 0.92),
-        "first_in_study": estimate_finding(0.81, 0.7, 0.9),
+        "both_overturn": estimate_entry(0.109, 0.037, 0.247), "same_direction": estimate_entry(0.86, 0.74, 0.92),
+        "first_in_study": estimate_entry(0.81, 0.7, 0.9),
         "opposite_share": 0.14,
-        "earlier_in_study": estimate_finding(0.57, 0.48, 0.69), "same_time_in_both": estimate_finding(0.0, 0.0, 0.22),
+        "earlier_in_study": estimate_entry(0.57, 0.48, 0.69), "same_time_in_both": estimate_entry(0.0, 0.0, 0.22),
         "by_b_over_h": [], "rate_here": None, "rate_there": None,
-        "primary_difference": estimate_finding(0.268, 0.137, 0.391),
+        "primary_difference": estimate_entry(0.268, 0.137, 0.391),
     }  # fmt: skip
     return parts | changes
 
@@ -122,9 +122,9 @@ DIRECTION_STUDY_FINDINGS: dict[str, Any] = {
               "share_within_45_of_normal": 0.37, "share_beyond_45_of_normal": 0.34},
     "direction": {
         "has_comparable_axis": True, "no_axis_because": "",
-        "groups": [fall_axis_findings_of_group("with a velocity pulse", estimate_finding(0.15, -0.18, 0.41, 12)),
-                   fall_axis_findings_of_group("without (control)", estimate_finding(0.05, -0.32, 0.36, 8))],
-        "alignment_difference": estimate_finding(0.103, -0.39, 0.53), "outcome_changes_between_neighbours": {},
+        "groups": [fall_axis_findings_of_group("with a velocity pulse", estimate_entry(0.15, -0.18, 0.41, 12)),
+                   fall_axis_findings_of_group("without (control)", estimate_entry(0.05, -0.32, 0.36, 8))],
+        "alignment_difference": estimate_entry(0.103, -0.39, 0.53), "outcome_changes_between_neighbours": {},
     },
     "contrasts": [], "reference_alignments": [], "planar_model_agreement": None, "element_outcomes": [],
     "element_displacements": [],
@@ -138,16 +138,16 @@ DIRECTION_STUDY_FINDINGS: dict[str, Any] = {
                                       "even_chance_low": 0.58, "even_chance_high": 0.93}]},
     "criteria_scores": {
         "scores": [{"criterion": "West", "rule": "PGA above a limit", "hit_rate": 0.99, "false_alarm_rate": 0.56,
-                    "skill": estimate_finding(0.43, 0.29, 0.58), "skill_within_block_shape": estimate_finding(0.23,
+                    "skill": estimate_entry(0.43, 0.29, 0.58), "skill_within_block_shape": estimate_entry(0.23,
                     0.08, 0.34),
                     "skill_within_pulse_range": 0.31},
                    {"criterion": "B/H alone", "rule": "B/H below 0.33", "hit_rate": 0.74, "false_alarm_rate": 0.19,
-                    "skill": estimate_finding(0.55, 0.41, 0.66), "skill_within_block_shape": estimate_finding(0.0),
+                    "skill": estimate_entry(0.55, 0.41, 0.66), "skill_within_block_shape": estimate_entry(0.0),
                     "skill_within_pulse_range": 0.0}],
         "best_criterion": "", "largest_skill_criterion": "West",
-        "skill_lead": {"Ishiyama": estimate_finding(0.101, -0.03, 0.19)},
+        "skill_lead": {"Ishiyama": estimate_entry(0.101, -0.03, 0.19)},
         "not_shown_to_differ": [{"first": "West", "second": "Ishiyama",
-                                 "first_minus_second": estimate_finding(0.101, -0.03, 0.19)}],
+                                 "first_minus_second": estimate_entry(0.101, -0.03, 0.19)}],
         "share_beyond_pulse_range": 0.28,
     },
     "final_twist": None,
@@ -191,9 +191,9 @@ CONVERGENCE_CHECK_FINDINGS: dict[str, Any] = {
 REFERENCE_ALIGNMENT: dict[str, Any] = {
     "group": "with a velocity pulse",
     "references": [], "closest_references": ["peak velocity", "fault normal"],
-    "closest_minus_second": estimate_finding(0.29, 0.11, 0.47), "closest_alignment": estimate_finding(0.58, 0.42, 0.69,
+    "closest_minus_second": estimate_entry(0.29, 0.11, 0.47), "closest_alignment": estimate_entry(0.58, 0.42, 0.69,
     13),
-    "fault_normal": estimate_finding(0.27, -0.03, 0.51, 13), "directions_with_interval": 6,
+    "fault_normal": estimate_entry(0.27, -0.03, 0.51, 13), "directions_with_interval": 6,
     "directions_excluding_zero": 0,
 }  # fmt: skip
 
@@ -343,8 +343,8 @@ SITE_EFFECT = {
     "amplitude": 1.5, "median_pga_m_s2": 4.12, "mean_fall_rate": 0.31, "median_fall_rate": 0.28,
     "records_with_half_fallen": 9, "axis_turned_deg": 14.0, "axes_compared": 21}  # fmt: skip
 FALL_RATE_COMPARISON_FINDINGS = {
-    "rate_here": estimate_finding(0.31, 0.22, 0.43), "rate_there": estimate_finding(0.47, 0.33, 0.59),
-    "primary_difference": estimate_finding(-0.164, -0.278, -0.049)}  # fmt: skip
+    "rate_here": estimate_entry(0.31, 0.22, 0.43), "rate_there": estimate_entry(0.47, 0.33, 0.59),
+    "primary_difference": estimate_entry(-0.164, -0.278, -0.049)}  # fmt: skip
 PLANAR_AGREEMENT = {
     "cases": 66528, "same_outcome": 0.967, "same_outcome_near_boundary": 0.854, "only_3d_overturns": 0.021,
     "only_2d_overturns": 0.012, "same_edge": 0.743, "angle_between_axes_deg": 23.0}  # fmt: skip
@@ -361,8 +361,8 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
     "vertical": findings_without_fall_axis(
         "no fault normal", study=study_section_of_findings("vertical", vertical_motion=True), population=None,
         extent=ONE_RECORD_COUNTS | {"records_with_vertical": 1},
-        contrasts=[variant_comparison_findings(differs_in=["vertical"], share_difference=estimate_finding(-0.006, n=1),
-                                         primary_difference=estimate_finding(-0.006, n=1))]),
+        contrasts=[variant_comparison_findings(differs_in=["vertical"], share_difference=estimate_entry(-0.006, n=1),
+                                         primary_difference=estimate_entry(-0.006, n=1))]),
     "scene": findings_with_changed_entries(
         DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("scene"), extent={"elements": 3, "element": "shaft",
         "mirrored": False},

@@ -488,7 +488,7 @@ def test_explorer_in_japanese_has_no_english_word(explorer_script_results: dict[
 def test_explorer_reads_record_files_next_to_the_page_from_disk(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(explore, "MAX_CELLS_PER_PAGE", 10)
+    monkeypatch.setattr(explore, "MAX_CELLS_OF_SINGLE_EXPLORER_PAGE", 10)
     explore.write_explorer(random_planar_cube(), tmp_path / "look around.html")
     names, options = BROWSER_PROGRAMS["chromium"]
     program = next(

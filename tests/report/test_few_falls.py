@@ -8,7 +8,7 @@ import pytest
 from overturning.findings.causes import LogisticCoefficient
 from overturning.findings.collect import Findings
 from overturning.report.render import LANGUAGES, render_template_as_markdown
-from tests.report.by_hand import FALL_RATE_COMPARISON_FINDINGS, estimate_finding, handwritten_findings_of_study
+from tests.report.by_hand import FALL_RATE_COMPARISON_FINDINGS, estimate_entry, handwritten_findings_of_study
 from tests.report.test_templates import report_text, report_text_of_handwritten_findings
 
 
@@ -27,7 +27,7 @@ def test_a_survey_without_predicted_falls_is_not_called_worse_than_random(langua
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_report_states_a_common_fall_axis_only_as_far_as_falls_agree(language: str) -> None:
+def test_report_says_if_axes_differ_or_falls_are_only_partly_along_one_line(language: str) -> None:
     data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     group = data["direction"]["groups"][0]
     differs = {"en": "differs from earthquake to earthquake", "ja": "地震ごとに異なる"}[language]
@@ -78,8 +78,8 @@ def headline_and_text_of_comparison_report(study: str, language: str, **contrast
 
 
 SMALL_OVERTURNED_SHARES = {
-    "share_overturned_study": estimate_finding(0.046, 0.018, 0.074),
-    "share_overturned_variant": estimate_finding(0.029, 0.008, 0.051),
+    "share_overturned_study": estimate_entry(0.046, 0.018, 0.074),
+    "share_overturned_variant": estimate_entry(0.029, 0.008, 0.051),
 }
 
 
@@ -88,26 +88,22 @@ SMALL_OVERTURNED_SHARES = {
     ("difference", "words", "said"),
     [
         (
-            estimate_finding(0.018, 0.006, 0.031),
+            estimate_entry(0.018, 0.006, 0.031),
             {"en": "More stones fall with", "ja": "転倒が多い"},
             ["4.6 %", "2.9 %"],
         ),
         (
-            estimate_finding(-0.018, -0.031, -0.006),
+            estimate_entry(-0.018, -0.031, -0.006),
             {"en": "Fewer stones fall with", "ja": "転倒が少ない"},
             ["4.6 %", "2.9 %"],
         ),
+        (estimate_entry(0.018, -0.006, 0.031), {"en": "No clear difference", "ja": "明らかな差はない"}, ["1.8", "3.1"]),
         (
-            estimate_finding(0.018, -0.006, 0.031),
-            {"en": "No clear difference", "ja": "明らかな差はない"},
-            ["1.8", "3.1"],
-        ),
-        (
-            estimate_finding(0.0, n=1),
+            estimate_entry(0.0, n=1),
             {"en": "(one earthquake, so no interval)", "ja": "一つの地震のため"},
             ["4.6 %", "2.9 %"],
         ),
-        (estimate_finding(0.0, n=2), {"en": "(few earthquakes, so no interval)", "ja": "地震の数が少ない"}, ["4.6 %"]),
+        (estimate_entry(0.0, n=2), {"en": "(few earthquakes, so no interval)", "ja": "地震の数が少ない"}, ["4.6 %"]),
     ],
 )
 def test_headline_of_a_comparison_follows_from_its_interval(
@@ -124,7 +120,7 @@ def test_headline_of_a_comparison_follows_from_its_interval(
 @pytest.mark.parametrize("study", ["nothing falls", "vertical"])
 def test_headline_that_no_stone_falls_is_limited_to_cases_with_an_outcome(study: str, language: str) -> None:
     """The headline does not speak for the cases without an outcome, which may be most of the study."""
-    none = estimate_finding(0.0, 0.0, 0.26)
+    none = estimate_entry(0.0, 0.0, 0.26)
     data = json.loads(handwritten_findings_of_study(study).model_dump_json())
     for contrast in data["contrasts"]:
         contrast |= {"share_overturned_study": none, "share_overturned_variant": none}
@@ -139,12 +135,12 @@ def test_headline_that_no_stone_falls_is_limited_to_cases_with_an_outcome(study:
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_two_settings_without_falls_are_not_compared(language: str) -> None:
-    none = estimate_finding(0.0, 0.0, 0.26)
+    none = estimate_entry(0.0, 0.0, 0.26)
     shares = dict.fromkeys(("share_overturned_study", "share_overturned_variant", "both_overturn"), none)
     same = {
         "only_study_overturns": none,
         "only_variant_overturns": none,
-        "primary_difference": estimate_finding(0.0, 0.0, 0.0),
+        "primary_difference": estimate_entry(0.0, 0.0, 0.0),
     }
     headline, text = headline_and_text_of_comparison_report("vertical", language, **shares, **same)
     assert {"en": "No stone falls, neither with vertical", "ja": "墓石は一つも転倒しない"}[language] in headline
@@ -155,7 +151,7 @@ def test_two_settings_without_falls_are_not_compared(language: str) -> None:
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("primary", [True, False])
 def test_settings_without_an_outcome_in_both_are_not_compared(primary: bool, language: str) -> None:
-    none = estimate_finding(0.0, n=0) | {"value": None}
+    none = estimate_entry(0.0, n=0) | {"value": None}
     data = json.loads(handwritten_findings_of_study("vertical").model_dump_json())
     other = {name: none for name, value in data["contrasts"][0].items() if isinstance(value, dict)}
     data["contrasts"].append(data["contrasts"][0] | other | {"opposite_share": None, "primary": False})
@@ -180,7 +176,7 @@ def test_report_states_simultaneous_falls_and_order_of_elements_where_they_exist
     data = json.loads(handwritten_findings_of_study("scene").model_dump_json())
     data["extent"]["elements"] = elements
     data["element_outcomes"][0] |= {"variant": "nominal", "element": data["extent"]["element"], "share_first": 0.97}
-    data["contrasts"][0]["same_time_in_both"] = estimate_finding(same_time)
+    data["contrasts"][0]["same_time_in_both"] = estimate_entry(same_time)
     text = report_text(Findings.model_validate(data), language)
     assert ({"en": "counts half", "ja": "半分と数える"}[language] in text) is (same_time > 0)
     order = {"en": "Within it the shaft falls before", "ja": "ではほかの石より先に"}[language]
@@ -307,7 +303,7 @@ PHRASES_ON_REFERENCE_DIRECTIONS = {
         ({}, {}, [True, True, True, True, True]),
         ({"same_edge": 1.0, "same_outcome": 1.0}, {}, [False, True, True, True, True]),
         ({"same_outcome_near_boundary": None, "same_edge": None}, {}, [False, False, True, True, True]),
-        ({}, {"fault_normal": estimate_finding(None, n=0)}, [True, True, False, False, True]),
+        ({}, {"fault_normal": estimate_entry(None, n=0)}, [True, True, False, False, True]),
         ({}, {"fault_normal": None}, [True, True, False, False, True]),
         ({}, {"closest_references": ["fault normal", "pulse"]}, [True, True, False, False, False]),
     ],
@@ -485,7 +481,7 @@ def test_sentences_of_small_studies_mention_only_numbers_that_exist(
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize(("cases", "angle"), [(0, None), (120, None), (120, 14.0)])
-def test_2d_and_3d_fall_axes_are_compared_only_where_both_models_fall(
+def test_2d_and_3d_fall_axes_are_compared_only_if_blocks_fall_in_both_models(
     cases: int, angle: float | None, language: str
 ) -> None:
     data = json.loads(handwritten_findings_of_study("reference").model_dump_json())

@@ -50,7 +50,7 @@ SMALL_SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="100pt" height="50pt"
 class ParserOfWellFormedPage(html.parser.HTMLParser):
     """Parser that lists the elements of a page, with attributes, and checks that they are closed in order."""
 
-    VOID = frozenset({"meta", "img", "br", "input", "link", "hr"})
+    VOID_ELEMENTS = frozenset({"meta", "img", "br", "input", "link", "hr"})
 
     def __init__(self) -> None:
         super().__init__()
@@ -60,7 +60,7 @@ class ParserOfWellFormedPage(html.parser.HTMLParser):
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         """List an element, and expect its end unless it is a void element."""
         self.found.append((tag, dict(attrs)))
-        if tag not in self.VOID:
+        if tag not in self.VOID_ELEMENTS:
             self.open.append(tag)
 
     def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
@@ -118,7 +118,7 @@ def test_hostile_name_changes_no_page_element_and_is_shown_unchanged(
     assert "".join(name.split()) in "".join("".join(terminal_lines_of_markdown(tree)).split())
 
 
-def test_chapter_of_a_record_links_to_it_in_the_explorer() -> None:
+def test_report_chapter_of_a_record_links_to_the_record_in_the_explorer() -> None:
     """The explorer reads the part behind # as a query string (URLSearchParams), as `parse_qs` does."""
     names = ["rinaldi", "imperial-06", "a b+c&d=e#f%20_g_", *HOSTILE_NAMES]
     data = findings_with_changed_entries(

@@ -14,7 +14,7 @@ from overturning.findings.standing import SurvivalFindings
 from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.findings.values import Estimate
 from overturning.report.render import LANGUAGES
-from overturning.statistics.criteria import SLENDERNESS_ONLY
+from overturning.statistics.criteria import SLENDERNESS_ONLY_RULE_NAME
 from tests.report.by_hand import (
     INFERRED_MOTION,
     OBSERVED_SURVEY,
@@ -128,7 +128,7 @@ def test_wording_differs_for_few_and_many_records_stones_and_orientations(
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_report_prints_a_90_percent_twist_of_zero_instead_of_omitting_it(language: str) -> None:
+def test_report_prints_a_90th_percentile_twist_of_zero(language: str) -> None:
     """If nine tenths of the stones twist by 0.0°, the report prints this 0.0° and does not omit it.
 
     If all fallen stones slid off their base, it mentions none that tips.
@@ -165,7 +165,7 @@ def test_report_omits_the_slenderness_only_criterion_for_a_single_b_over_h(sever
     data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     scores = data["criteria_scores"]["scores"]
     names = [one["criterion"] for one in scores]
-    assert names[-1] == SLENDERNESS_ONLY
+    assert names[-1] == SLENDERNESS_ONLY_RULE_NAME
     data["criteria_scores"]["scores"] = scores if several else scores[:-1]
     text = report_text(Findings.model_validate(data), language)
     assert ({"en": "Guessing by slenderness alone", "ja": "幅高さ比だけによる判定"}[language] in text) is several

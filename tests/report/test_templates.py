@@ -25,7 +25,7 @@ from overturning.report.render import (
     translate_whole_text_by_table,
 )
 from overturning.report.terminal import plain_paragraphs, terminal_lines_of_markdown
-from overturning.statistics.criteria import CRITERIA, SLENDERNESS_ONLY
+from overturning.statistics.criteria import CRITERIA, SLENDERNESS_ONLY_RULE_NAME
 from overturning.statistics.falls import BLOCK_RULES
 from overturning.translation.texts import translate
 from tests.report.by_hand import (
@@ -44,8 +44,8 @@ NUMBERS_ALLOWED_IN_TEMPLATES = {"0", "1", "−1", "2", "15", "30", "45", "50", "
 NUMBER_IN_TEXT = re.compile(r"(?<![\w.-])[−-]?\d+(?:[.,]\d+)*", re.ASCII)
 """Number of a text; letters of other scripts may stand next to it."""
 
-RULE_NAMES = [one.name.format(word) for one in BLOCK_RULES for word in ("plane", "orientation")]
-CRITERION_NAMES = [*(one.name for one in CRITERIA), SLENDERNESS_ONLY]
+BLOCK_SELECTION_RULE_NAMES = [one.name.format(word) for one in BLOCK_RULES for word in ("plane", "orientation")]
+CRITERION_NAMES = [*(one.name for one in CRITERIA), SLENDERNESS_ONLY_RULE_NAME]
 STATUS_NAMES = [one.name.lower().replace("_", " ") for one in CaseStatus]
 
 
@@ -232,7 +232,7 @@ def test_report_omits_the_twist_of_stones_that_never_stand(language: str) -> Non
 
 
 @pytest.mark.parametrize(("model", "said"), [("planes", "to the other side"), ("space", "more than 45° apart")])
-def test_headline_calls_opposite_falls_over_45_degrees_apart_in_3d_only(model: str, said: str) -> None:
+def test_headline_says_more_than_45_degrees_apart_for_opposite_falls_in_3d_only(model: str, said: str) -> None:
     name = next(
         name for name in STUDY_FINDINGS if handwritten_findings_of_study(name).study.question_kind == "vertical"
     )
@@ -279,7 +279,7 @@ def test_report_names_the_soil_below_cemeteries_and_its_effect(language: str) ->
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_report_mentions_once_earthquakes_with_and_without_pulse_records(language: str) -> None:
+def test_report_mentions_only_once_earthquakes_that_have_both_pulse_and_other_records(language: str) -> None:
     data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     both = {"en": "6 have records with and without", "ja": "うち 6 地震は"}[language]
     assert report_text_of_handwritten_findings("direction", language).count(both) == 1
@@ -425,7 +425,12 @@ def test_every_name_in_the_findings_has_a_japanese_label() -> None:
     assert [
         name for name in names if translate_whole_text_by_table(name, labels) == name and re.search("[A-Za-z]{4}", name)
     ] == []
-    assert {*RULE_NAMES, *CRITERION_NAMES, *STATUS_NAMES, *(d for d, *_ in JMA_DEGREES if " " in d)} <= {*labels}
+    assert {
+        *BLOCK_SELECTION_RULE_NAMES,
+        *CRITERION_NAMES,
+        *STATUS_NAMES,
+        *(d for d, *_ in JMA_DEGREES if " " in d),
+    } <= {*labels}
 
 
 def test_japanese_label_keeps_the_numbers_of_a_name() -> None:

@@ -16,7 +16,7 @@ from overturning.figures.study import draw_study_figures
 from overturning.figures.write import write_figure_in_study_formats
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file
-from overturning.study.cube import CONFIGURATION
+from overturning.study.cube import COMPLETE_STUDY_FILE_NAME
 from overturning.study.intensity import write_intensity_measures
 from overturning.study.load import study_from_content, study_settings_without_absolute_paths
 from tests.study.small_study import simulate_study_cube
@@ -53,7 +53,7 @@ def simulate_study_into_result_folder(folder: Path, records: list[Record], *, dr
     simulate_study_cube(settings, records, folder)
     kept = [read_record_from_motion_file(folder / "motion" / f"{record.record_id}.nc") for record in records]
     write_intensity_measures(settings, kept, folder / "intensity.nc")
-    (folder / CONFIGURATION).write_text(
+    (folder / COMPLETE_STUDY_FILE_NAME).write_text(
         yaml.safe_dump(study_settings_without_absolute_paths(settings)), encoding="utf-8"
     )
     cube, intensity, motions, figures = (folder / name for name in ("cube.nc", "intensity.nc", "motion", "figures"))

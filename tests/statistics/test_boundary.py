@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from overturning.statistics.boundary import (
-    boundary_b_over_h_and_if_stoutest_falls,
+    boundary_b_over_h_and_whether_stoutest_falls,
     easiest_overturning_axis,
     overturning_boundaries_by_azimuth,
 )
@@ -28,7 +28,7 @@ from overturning.statistics.boundary import (
 def test_boundary_is_the_last_b_over_h_where_probability_crosses_one_half(
     probability: list[float], crossing: float, falls: bool
 ) -> None:
-    found = boundary_b_over_h_and_if_stoutest_falls(probability, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+    found = boundary_b_over_h_and_whether_stoutest_falls(probability, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
     assert found == (pytest.approx(crossing, nan_ok=True), falls)
 
 

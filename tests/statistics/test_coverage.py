@@ -18,12 +18,12 @@ from overturning.statistics.earthquakes import (
 from tests.statistics.conftest import FallRule, cube_from_fall_rules
 
 GROUP_NAMES_BY_PULSE = {1: "with a velocity pulse", 0: "without (control)"}
-RECORDS_PER_EARTHQUAKE = {1: [2, 1, 1, 1, 1, 1, 1, 2, 1, 2, 1], 0: [2, 2, 1, 2, 1, 2, 1, 2, 1]}
+RECORD_COUNTS_PER_EARTHQUAKE_BY_PULSE = {1: [2, 1, 1, 1, 1, 1, 1, 2, 1, 2, 1], 0: [2, 2, 1, 2, 1, 2, 1, 2, 1]}
 """Records of each earthquake of the default study with a pulse (11 earthquakes) and without (9)."""
-EARTHQUAKE_INDICES = {1: list(range(11)), 0: [0, 3, 5, 7, 8, 9, 11, 12, 13]}
+EARTHQUAKE_INDICES_BY_PULSE = {1: list(range(11)), 0: [0, 3, 5, 7, 8, 9, 11, 12, 13]}
 """Index of each earthquake of a group; six earthquakes have records in both groups."""
 BLOCK_B_OVER_H = (0.2, 0.3, 0.4)
-FALL_HALF_WIDTHS_DEG = (10, 20, 30, 40)
+FALL_SECTOR_HALF_WIDTHS_DEG = (10, 20, 30, 40)
 """Half-width of the azimuths in which a block falls about its axis, degrees."""
 DOUBLED_AXIS_SCATTER_RAD = 0.7
 """Standard deviation of the doubled axes of the blocks of a record, rad: with it a record has a resultant of 0.7."""
@@ -54,7 +54,7 @@ def fall_rule_about_axis_of_each_b_over_h(axes_deg: np.ndarray, half_width: int)
 
 def expected_alignment(kappa: float) -> float:
     """Expected cos 2Δ (Δ: fall axis to fault normal) of von Mises directions with normal scatter within sectors."""
-    wide = 2 * np.radians(FALL_HALF_WIDTHS_DEG)
+    wide = 2 * np.radians(FALL_SECTOR_HALF_WIDTHS_DEG)
     return float(
         iv(2, kappa) / iv(0, kappa) * np.exp(-(DOUBLED_AXIS_SCATTER_RAD**2) / 2) * np.mean(np.sin(wide) / wide)
     )
@@ -65,12 +65,14 @@ def cube_of_random_fall_directions(generator: np.random.Generator, kappa: float)
     rules, events, normals, pulses = [], [], [], []
     for replicate in range(DATA_SETS_PER_CUBE):
         direction = generator.uniform(-np.pi, np.pi, 14) if kappa == 0 else generator.vonmises(0.0, kappa, 14)
-        for pulse, clusters in RECORDS_PER_EARTHQUAKE.items():
-            for number in np.repeat(EARTHQUAKE_INDICES[pulse], clusters).tolist():
+        for pulse, clusters in RECORD_COUNTS_PER_EARTHQUAKE_BY_PULSE.items():
+            for number in np.repeat(EARTHQUAKE_INDICES_BY_PULSE[pulse], clusters).tolist():
                 normal = generator.uniform(0, 360)
                 scatter = DOUBLED_AXIS_SCATTER_RAD / 2 * generator.normal(size=len(BLOCK_B_OVER_H))
                 axes = normal + np.degrees(direction[number] + scatter)
-                rules.append(fall_rule_about_axis_of_each_b_over_h(axes, int(generator.choice(FALL_HALF_WIDTHS_DEG))))
+                rules.append(
+                    fall_rule_about_axis_of_each_b_over_h(axes, int(generator.choice(FALL_SECTOR_HALF_WIDTHS_DEG)))
+                )
                 normals.append(normal)
                 events.append(f"{replicate}-{number}")
                 pulses.append(pulse)
@@ -109,7 +111,7 @@ def test_intervals_of_the_alignment_cover_the_true_value(kappa: float, pulse: in
     """
     found = [one.groups[GROUP_NAMES_BY_PULSE[pulse]].alignment for one in summarise_random_data_sets(kappa)]
     truth = expected_alignment(kappa)
-    assert {one.n for one in found} == {len(RECORDS_PER_EARTHQUAKE[pulse])}
+    assert {one.n for one in found} == {len(RECORD_COUNTS_PER_EARTHQUAKE_BY_PULSE[pulse])}
     assert np.mean([one.value for one in found]) == pytest.approx(truth, abs=0.02)
     assert 0.92 <= np.mean([one.low <= truth <= one.high for one in found]) <= 0.975
     if kappa == 0:

@@ -15,7 +15,7 @@ from overturning.motion.motion import Motion
 from overturning.statistics.criteria import (
     CRITERIA,
     MAX_VALID_PULSE_FREQUENCY_RATIO,
-    SLENDERNESS_ONLY,
+    SLENDERNESS_ONLY_RULE_NAME,
     FallPredictionCounts,
     OverturningCriteriaScores,
     block_frequency_parameter,
@@ -77,7 +77,7 @@ def fall_sides_of_rocking_block_under_sine_cycle(
     ).overturned
 
 
-def overturning_threshold_over_wests_acceleration(criterion: Any, ratio: float, height: float, slender: float) -> float:
+def overturning_threshold_per_wests_acceleration(criterion: Any, ratio: float, height: float, slender: float) -> float:
     """Return the multiple of West's acceleration from which a criterion predicts a fall for a sine with ω = ratio p."""
     pgv_over_pga = 2 / (ratio * float(block_frequency_parameter(height, slender)))
     return float(criterion(height, slender, pgv_over_pga)) / (9.80665 * slender)
@@ -86,7 +86,7 @@ def overturning_threshold_over_wests_acceleration(criterion: Any, ratio: float, 
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 3.0, 5.0])
 def test_pulse_limit_without_impact_matches_the_simulated_rocking_block(ratio: float) -> None:
     # A base that accelerates towards +s first throws the block towards −s: the fall without impact.
-    factor = overturning_threshold_over_wests_acceleration(
+    factor = overturning_threshold_per_wests_acceleration(
         pulse_acceleration_to_overturn_without_impact, ratio, 1.0, 0.1
     )
     assert (
@@ -99,7 +99,7 @@ def test_pulse_limit_without_impact_matches_the_simulated_rocking_block(ratio: f
 
 @pytest.mark.parametrize("ratio", [1.0, 2.0, 3.0, 4.0])
 def test_pulse_limit_after_one_impact_is_near_the_simulated_block(ratio: float) -> None:
-    factor = overturning_threshold_over_wests_acceleration(pulse_acceleration_to_overturn_after_impact, ratio, 1.0, 0.1)
+    factor = overturning_threshold_per_wests_acceleration(pulse_acceleration_to_overturn_after_impact, ratio, 1.0, 0.1)
     factors = np.arange(1.01, 2.0, 0.01)
     first = factors[fall_sides_of_rocking_block_under_sine_cycle(factors, ratio, 1.0, 0.1) == 1].min()
     assert 0.98 <= factor / first <= 1.11
@@ -132,7 +132,7 @@ def test_wests_criterion_has_full_skill_for_falls_by_its_own_formula(make_cube_f
     found = score_overturning_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     west, *others, blind = found.rules
-    assert (west.name, blind.name) == ("West", SLENDERNESS_ONLY)
+    assert (west.name, blind.name) == ("West", SLENDERNESS_ONLY_RULE_NAME)
     for one in (
         west.skill,
         west.mean_skill_within_block_sizes,
@@ -194,7 +194,7 @@ def test_criteria_are_ranked_by_skill_within_blocks_of_equal_slenderness(make_cu
         for bound in (0.15, 0.25, 0.35)
     )  # fmt: skip
     assert (blind.name, blind.skill.value, blind.mean_skill_within_block_sizes.value) == (
-        SLENDERNESS_ONLY,
+        SLENDERNESS_ONLY_RULE_NAME,
         pytest.approx(best),
         pytest.approx(0.0),
     )

@@ -19,7 +19,7 @@ from overturning.statistics.roses import fall_rose
 
 
 @pytest.fixture
-def compute_fall_axes_for_offsets(make_cube_from_fall_rules, make_sector_fall_rule):
+def compute_fall_axes_from_fault_normal_offsets(make_cube_from_fall_rules, make_sector_fall_rule):
     """Return a function for the fall axes of records whose blocks fall at given offsets from the fault normals.
 
     Offsets are in degrees; the function computes the axes by earthquake.
@@ -47,8 +47,10 @@ def compute_fall_axes_for_offsets(make_cube_from_fall_rules, make_sector_fall_ru
         ([10, 30, -40], {"events": ["A", "A", "B"]}, [20, -40]),
     ],
 )
-def test_fall_axis_is_measured_from_the_fault_normal(compute_fall_axes_for_offsets, offsets, more, expected) -> None:
-    found = compute_fall_axes_for_offsets(offsets, **more)
+def test_fall_axis_is_measured_from_the_fault_normal(
+    compute_fall_axes_from_fault_normal_offsets, offsets, more, expected
+) -> None:
+    found = compute_fall_axes_from_fault_normal_offsets(offsets, **more)
     assert found["axis"].values == pytest.approx(expected, abs=1e-6)
     assert found["records"].values.tolist() == [len(offsets) - len(expected) + 1, *[1] * (len(expected) - 1)]
     assert summarise_fall_axes(found).alignment.n == len(expected)
@@ -71,7 +73,9 @@ def test_sample_size_excludes_records_without_falls_or_fault_normal(
     assert np.isnan([nothing.axis_from_fault_normal_deg, nothing.alignment.value]).all()
 
 
-def test_fall_axes_use_only_marginal_blocks_and_are_weighted_by_resultant(make_cube_from_fall_rules) -> None:
+def test_fall_axes_use_only_blocks_that_fall_in_some_planes_and_are_weighted_by_resultant(
+    make_cube_from_fall_rules,
+) -> None:
     """B/H 0.1 falls in every plane; B/H 0.3 near one axis or, in the last earthquake, near two perpendicular axes.
 
     The expected values are computed by numpy from the azimuths in which B/H 0.3 falls.
@@ -101,7 +105,11 @@ def test_fall_axes_use_only_marginal_blocks_and_are_weighted_by_resultant(make_c
     assert np.abs(doubled[-1]) < 0.05
     assert np.isfinite(found["axis"].values).tolist() == [True, True, True, False]
     summary = summarise_fall_axes(found)
-    assert (summary.alignment.n, summary.earthquakes_with_axis, summary.earthquakes_closer_to_normal) == (4, 3, 2)
+    assert (
+        summary.alignment.n,
+        summary.earthquakes_with_axis,
+        summary.earthquakes_with_axis_within_45_deg_of_normal,
+    ) == (4, 3, 2)
     assert summary.alignment.value == pytest.approx(np.mean(np.real(doubled)))
     by_shape = fall_axes_from_fault_normal_by_earthquake(cube, "b_over_h")
     assert by_shape["falls"].sum("event").values.tolist() == [
@@ -208,7 +216,7 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube_from_
     )
 
 
-def test_fall_rose_weights_earthquakes_equally_and_shows_marginal_blocks(
+def test_fall_rose_weights_earthquakes_equally_and_omits_blocks_that_fall_in_all_planes(
     make_cube_from_fall_rules, make_sector_fall_rule
 ) -> None:
     """Blocks of seven earthquakes fall in eleven planes about 0°; an eighth has two records with one plane at 90°."""
@@ -261,23 +269,25 @@ def test_rose_of_falls_in_all_directions_is_round_for_any_azimuth_step(
     assert fall_rose(cube, from_normal=from_normal).shares == pytest.approx(np.full(SECTORS, 1 / SECTORS))
 
 
-def test_aligned_fall_axes_have_a_mean_axis_and_scattered_ones_none(compute_fall_axes_for_offsets) -> None:
+def test_aligned_fall_axes_have_a_mean_axis_and_scattered_ones_none(
+    compute_fall_axes_from_fault_normal_offsets,
+) -> None:
     offsets = [-12, -7, -3, 2, 6, 9, 14, 4]
-    aligned = summarise_fall_axes(compute_fall_axes_for_offsets(offsets))
+    aligned = summarise_fall_axes(compute_fall_axes_from_fault_normal_offsets(offsets))
     assert abs(aligned.axis_from_fault_normal_deg) < 3
     assert aligned.half_width_deg < 10
     assert aligned.alignment.low > 0.8
-    assert aligned.earthquakes_closer_to_normal == aligned.earthquakes_with_axis == 8
+    assert aligned.earthquakes_with_axis_within_45_deg_of_normal == aligned.earthquakes_with_axis == 8
     # Planes within 10° of its axis, of each degree, fall under each.
     doubled = np.exp(2j * np.radians(offsets)).mean() * np.cos(2 * np.radians(np.arange(-10, 11))).mean()
     assert aligned.axis_from_fault_normal_deg == pytest.approx(np.degrees(np.angle(doubled)) / 2)
     assert aligned.alignment.value == pytest.approx(doubled.real)
-    scattered = summarise_fall_axes(compute_fall_axes_for_offsets([0, 23, 45, 68, 90, -68, -45, -23]))
+    scattered = summarise_fall_axes(compute_fall_axes_from_fault_normal_offsets([0, 23, 45, 68, 90, -68, -45, -23]))
     assert math.isnan(scattered.axis_from_fault_normal_deg)
     assert scattered.alignment.low < 0 < scattered.alignment.high
-    assert str(summarise_fall_axes(compute_fall_axes_for_offsets([0, 23, 45, 68, 90, -68, -45, -23]))) == str(
-        scattered
-    )  # the same each time
+    assert str(
+        summarise_fall_axes(compute_fall_axes_from_fault_normal_offsets([0, 23, 45, 68, 90, -68, -45, -23]))
+    ) == str(scattered)  # the same each time
 
 
 def test_bootstrap_interval_covers_the_mean_axis_at_its_level() -> None:
@@ -295,11 +305,13 @@ def test_bootstrap_interval_covers_the_mean_axis_at_its_level() -> None:
     assert 0.80 <= held / 200 <= 0.97
 
 
-def test_difference_of_alignment_of_pulse_and_control_groups_has_an_interval(compute_fall_axes_for_offsets) -> None:
-    pulse = compute_fall_axes_for_offsets([0, 5, -5, 8, -8, 3, 6, -2])
+def test_difference_of_alignment_of_pulse_and_control_groups_has_an_interval(
+    compute_fall_axes_from_fault_normal_offsets,
+) -> None:
+    pulse = compute_fall_axes_from_fault_normal_offsets([0, 5, -5, 8, -8, 3, 6, -2])
     names = ["E0", "E1", "C2", "C3", "C4", "C5", "C6", "C7"]
     difference = difference_of_fall_alignments(
-        pulse, compute_fall_axes_for_offsets([90, 70, 85, -80, 60, 88, 75, -85], events=names)
+        pulse, compute_fall_axes_from_fault_normal_offsets([90, 70, 85, -80, 60, 88, 75, -85], events=names)
     )
     assert difference.value > 1.5
     assert difference.low > 1
@@ -309,7 +321,7 @@ def test_difference_of_alignment_of_pulse_and_control_groups_has_an_interval(com
     assert (same.value, same.low, same.high) == pytest.approx(
         (0, *(2 * one * (1 - 0.05 ** (1 / 8)) for one in (-1, 1)))
     )
-    few = compute_fall_axes_for_offsets([0, 5, 10, 15, 20, 25, 30])
+    few = compute_fall_axes_from_fault_normal_offsets([0, 5, 10, 15, 20, 25, 30])
     assert np.isnan([difference_of_fall_alignments(few, few).low, summarise_fall_axes(few).alignment.low]).all()
 
 

@@ -125,7 +125,7 @@ def test_integer_and_float_fall_flags_give_equal_statistics() -> None:
     assert float(mean_fall_probability_over_directions(whole)) == pytest.approx(2 / 4)
 
 
-def test_outcome_changes_count_only_between_adjacent_cells_with_outcomes() -> None:
+def test_outcome_changes_are_counted_only_between_adjacent_cells_with_outcomes() -> None:
     flags = dataset_of_fall_flags_by_azimuth([0, 90, 180, 270], [1, 1, np.nan, 0])
     assert count_outcome_changes(flags, "azimuth") == (1, 2)  # round the compass: from 270 to 0
     assert count_outcome_changes(flags.isel(azimuth=slice(0, 2)), "azimuth") == (0, 1)
@@ -349,7 +349,7 @@ def test_a_scene_falls_where_any_of_its_elements_falls() -> None:
     pillar, lintel, anything = count_falls_by_element(made)
     assert (pillar.cases, pillar.falls, pillar.first_falls) == (4, 2, 2)
     assert (lintel.cases, lintel.falls, lintel.first_falls) == (4, 2, 1)
-    assert (anything.cases, anything.falls, anything.share, anything.median_time) == (4, 3, 0.75, 3.0)
+    assert (anything.cases, anything.falls, anything.fall_share, anything.median_fall_time_s) == (4, 3, 0.75, 3.0)
 
 
 def test_displacements_of_each_stone_of_a_stack_match_hand_computation() -> None:

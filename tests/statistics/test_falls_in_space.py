@@ -214,14 +214,16 @@ def test_falls_along_a_reference_direction_have_alignment_1_with_it() -> None:
     other = ("record", pgv + 90.0)
     intensity = xr.Dataset({"pgv_azimuth": ("record", pgv), "pga_azimuth": other, "pulse_axis": other})
     (found,) = fall_alignment_with_reference_directions(cube, intensity, [slice(0, 3), slice(1, 2)]).values()
-    assert [one.value for one in found.means["peak velocity", True]] == pytest.approx([1.0, 1.0])
-    assert [one.value for one in found.means["peak velocity", False]] == pytest.approx([-1.0, -1.0])
-    assert found.means["pulse", True][0].value == pytest.approx(-1.0)
-    assert ("pulse", False) not in found.means
+    assert [one.value for one in found.mean_cosines_by_reference["peak velocity", True]] == pytest.approx([1.0, 1.0])
+    assert [one.value for one in found.mean_cosines_by_reference["peak velocity", False]] == pytest.approx([-1.0, -1.0])
+    assert found.mean_cosines_by_reference["pulse", True][0].value == pytest.approx(-1.0)
+    assert ("pulse", False) not in found.mean_cosines_by_reference
     cube["fall_azimuth"] = cube["fall_azimuth"] + xr.DataArray([0.0, 45.0, 90.0], dims="b_over_h")
     (each,) = fall_alignment_with_reference_directions(cube, intensity).values()
-    assert [one.value for one in each.means["peak velocity", True]] == pytest.approx([1.0, 0.0, -1.0], abs=1e-6)
-    heads = [one.value for one in each.means["peak velocity", False]]
+    assert [one.value for one in each.mean_cosines_by_reference["peak velocity", True]] == pytest.approx(
+        [1.0, 0.0, -1.0], abs=1e-6
+    )
+    heads = [one.value for one in each.mean_cosines_by_reference["peak velocity", False]]
     assert heads == pytest.approx([-1.0, -np.sqrt(0.5), 0.0], abs=1e-6)
 
 
@@ -262,11 +264,13 @@ def test_falls_towards_the_epicentre_align_with_the_radial_axis() -> None:
     other = ("record", radial + 90.0)
     intensity = xr.Dataset({"pgv_azimuth": other, "pga_azimuth": other, "pulse_axis": other})
     (found,) = fall_alignment_with_reference_directions(cube, intensity, [slice(0, 3)]).values()
-    assert [found.means["radial direction", axial][0].value for axial in (True, False)] == pytest.approx([1.0, -1.0])
+    assert [
+        found.mean_cosines_by_reference["radial direction", axial][0].value for axial in (True, False)
+    ] == pytest.approx([1.0, -1.0])
     assert found.best_aligned_references[0] == "radial direction"
     nowhere = cube.assign_coords(epicentre_latitude=("record", np.full(5, np.nan)))
     (found,) = fall_alignment_with_reference_directions(nowhere, intensity, [slice(0, 3)]).values()
-    assert ("radial direction", True) not in found.means
+    assert ("radial direction", True) not in found.mean_cosines_by_reference
 
 
 def test_a_direction_known_for_one_record_is_not_called_the_closest() -> None:
@@ -277,7 +281,7 @@ def test_a_direction_known_for_one_record_is_not_called_the_closest() -> None:
     pgv, other = np.array([40.0, 70.0, 70.0, 70.0, 70.0]), ("record", np.full(5, 130.0))
     intensity = xr.Dataset({"pgv_azimuth": ("record", pgv), "pga_azimuth": other, "pulse_axis": other})
     (found,) = fall_alignment_with_reference_directions(cube, intensity, [slice(0, 3)]).values()
-    normal, peak = (found.means[name, True][0] for name in ("fault normal", "peak velocity"))
+    normal, peak = (found.mean_cosines_by_reference[name, True][0] for name in ("fault normal", "peak velocity"))
     assert (normal.n, normal.value > peak.value) == (1, True)
     assert found.best_aligned_references[0] == "peak velocity", "which under that one record is as close"
 
@@ -370,14 +374,18 @@ def test_each_illustrative_3d_case_is_the_extreme_by_its_selection_rule() -> Non
     which_side, alone, corner, twisted = find_illustrative_cases(whole)
     two = (
         whole["fall_azimuth"][which_side.record_index]
-        .sel(which_side.block)
-        .sel(orientation=list(which_side.direction_deg))
+        .sel(which_side.block_coordinates)
+        .sel(orientation=list(which_side.panel_directions_deg))
     )
     assert abs(abs(float(two[0] - two[1])) - 180.0) < 90.0
-    assert which_side.block["b_over_h"] == 0.4
+    assert which_side.block_coordinates["b_over_h"] == 0.4
     block = {"height": 0.6, "b_over_h": 0.4, "aspect": 1.0, "friction": 1.0}
-    assert (alone.record_index, alone.direction_deg, alone.block) == (2, (15.0,), block)
-    assert corner.block["b_over_h"] == 0.4
-    assert (twisted.record_index, twisted.direction_deg, twisted.block["height"]) == (0, (60.0,), 1.2)
+    assert (alone.record_index, alone.panel_directions_deg, alone.block_coordinates) == (2, (15.0,), block)
+    assert corner.block_coordinates["b_over_h"] == 0.4
+    assert (twisted.record_index, twisted.panel_directions_deg, twisted.block_coordinates["height"]) == (
+        0,
+        (60.0,),
+        1.2,
+    )
     still = cube.assign(residual_twist=(DIMENSIONS, np.zeros(shape)))
     assert find_illustrative_cases(still.assign(overturned=still["overturned"] * 0)) == []

@@ -92,7 +92,9 @@ def test_interval_of_the_fragility_median_resamples_whole_earthquakes() -> None:
     assert curve.median_interval == pytest.approx(ends, rel=1e-6)
 
 
-def write_and_read_openquake_functions(curves: list[FittedFragilityCurve], folder: Path) -> list[ElementTree.Element]:
+def write_and_read_openquake_fragility_functions(
+    curves: list[FittedFragilityCurve], folder: Path
+) -> list[ElementTree.Element]:
     """Write the OpenQuake model of curves and return its fragility functions as XML elements."""
     write_openquake_fragility_model(curves, folder / "f.xml", "gravestones")
     return ElementTree.parse(folder / "f.xml").getroot()[0].findall(f"{NRML_NAMESPACE}fragilityFunction")
@@ -110,7 +112,9 @@ def test_median_above_all_intensities_is_written_as_infinite(tmp_path: Path) -> 
     write_fragility_csv([curve], tmp_path / "f.csv")
     row = (tmp_path / "f.csv").read_text(encoding="utf-8").splitlines()[1]
     assert row == '"stout",PGA,g,inf,inf,inf,nan,0.1,1,nan,nan,stout'
-    levels, chances = intensity_levels_and_fall_probabilities(*write_and_read_openquake_functions([curve], tmp_path))
+    levels, chances = intensity_levels_and_fall_probabilities(
+        *write_and_read_openquake_fragility_functions([curve], tmp_path)
+    )
     assert levels[-1] == 1
     assert chances[-1] == pytest.approx(norm.cdf(-np.log(2) / 0.5), abs=1e-4)
 
@@ -118,7 +122,9 @@ def test_median_above_all_intensities_is_written_as_infinite(tmp_path: Path) -> 
 def test_openquake_and_csv_files_hold_the_fitted_curve(tmp_path: Path) -> None:
     curve = fit_curve_to_lognormal_fall_rates(0.6, 0.4, "B/H < 0.4")
     assert curve.median_interval == pytest.approx((0.6, 0.6), rel=1e-3)  # all earthquakes alike
-    levels, chances = intensity_levels_and_fall_probabilities(*write_and_read_openquake_functions([curve], tmp_path))
+    levels, chances = intensity_levels_and_fall_probabilities(
+        *write_and_read_openquake_fragility_functions([curve], tmp_path)
+    )
     assert chances == pytest.approx(norm.cdf(np.log(levels / 0.6) / 0.4), abs=1e-4)
     assert (np.diff(levels) > 0).all()
     write_fragility_csv([curve], tmp_path / "f.csv")
@@ -159,7 +165,7 @@ def test_names_of_stone_classes_and_intensities_are_valid_for_openquake(tmp_path
     names = ("B/H up to 0.45, H up to 0.75 m", "B/H above 0.45, H up to 0.75 m", "all stones")
     curves = [fit_curve_to_lognormal_fall_rates(0.6, 0.4, name, ("SA(0.5)", "g")) for name in names]
     assert openquake_file_name("SA(0.5)") == "fragility-sa-0.5.xml"
-    functions = write_and_read_openquake_functions(curves, tmp_path)
+    functions = write_and_read_openquake_fragility_functions(curves, tmp_path)
     taken = [str(one.get("id")) for one in functions]
     assert len(set(taken)) == 3
     assert all(re.fullmatch(r"[a-zA-Z0-9_\-]{1,60}", one) for one in taken)
@@ -192,7 +198,7 @@ def test_shipped_openquake_example_is_consistent_and_valid(tmp_path: Path) -> No
     assert all(float(one["number"]) > 0 and float(one["contents"]) > 0 for one in assets)
     assert all(float(one["gmv_PGA"]) > 0 for one in fields)
 
-    (function,) = write_and_read_openquake_functions([fit_curve_to_lognormal_fall_rates(0.6, 0.4)], tmp_path)
+    (function,) = write_and_read_openquake_fragility_functions([fit_curve_to_lognormal_fall_rates(0.6, 0.4)], tmp_path)
     root = ElementTree.parse(tmp_path / "f.xml").getroot()
     (fragilities,) = root
     assert (root.tag, fragilities.tag) == (f"{NRML_NAMESPACE}nrml", f"{NRML_NAMESPACE}fragilityModel")

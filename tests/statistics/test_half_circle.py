@@ -81,7 +81,7 @@ def predicted_azimuth_and_side_probabilities(cube: xr.Dataset) -> np.ndarray:
     site = SiteFallPrediction(cube.isel(record=[0]))
     stone = Stone(fell=True, azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=252)
     return np.concatenate(
-        [site.fall_sector_probabilities_over_all_faces(), site.standing_and_side_probabilities(stone)]
+        [site.fall_sector_probabilities_for_unknown_face(), site.standing_and_side_probabilities(stone)]
     )
 
 
@@ -164,7 +164,7 @@ def cube_of_stone_in_front_of_wall(
     return cube
 
 
-def test_prediction_before_a_wall_never_uses_the_opposite_azimuth() -> None:
+def test_prediction_for_a_stone_in_front_of_a_wall_never_uses_the_opposite_azimuth() -> None:
     """All stones fall forwards, whichever way they face.
 
     A stone that faces 250° would fall backwards if it used the outcome of the opposite azimuth, 70°.
@@ -178,12 +178,12 @@ def test_prediction_before_a_wall_never_uses_the_opposite_azimuth() -> None:
     assert forwards + right == pytest.approx(1)
 
 
-def test_fall_directions_predicted_before_walls_are_only_those_simulated() -> None:
+def test_fall_directions_predicted_in_front_of_walls_are_only_those_simulated() -> None:
     """Stones that face 180° to 355° fall backwards, towards 0° to 175°; the others stand."""
     prediction = SiteFallPrediction(
         cube_of_stone_in_front_of_wall(lambda azimuth: np.where(azimuth >= 180, -1, 0)), background=0
     )
-    density = prediction.fall_sector_probabilities_over_all_faces()
+    density = prediction.fall_sector_probabilities_for_unknown_face()
     assert density[prediction.azimuth < 180].sum() == pytest.approx(1)
 
 
@@ -218,7 +218,7 @@ def test_missing_outcomes_are_not_filled_from_the_opposite_azimuth(
     ],
     ids=len,
 )
-def test_comparison_of_two_stones_weights_azimuths_as_fall_shares_do(
+def test_comparison_of_two_stones_weights_azimuths_like_fall_shares(
     make_cube_from_fall_rules, azimuths: list[int]
 ) -> None:
     def cube_of_stone_falling_between_azimuths(first: int, last: int) -> xr.Dataset:
@@ -239,6 +239,6 @@ def test_comparison_of_two_stones_weights_azimuths_as_fall_shares_do(
     here, there = (float(overturned_shares_by_record(cube)[0]) for cube in (this, other))
     assert counts["compared"].item() == 3 * len(azimuths)
     assert 0.1 < here < 0.9
-    assert found.only_this.value + found.both.value == pytest.approx(here, abs=1e-7)
-    assert found.only_other.value + found.both.value == pytest.approx(there, abs=1e-7)
-    assert found.earlier.value == 1.0
+    assert found.only_this_falls.value + found.both_fall.value == pytest.approx(here, abs=1e-7)
+    assert found.only_other_falls.value + found.both_fall.value == pytest.approx(there, abs=1e-7)
+    assert found.earlier_if_both_fall.value == 1.0

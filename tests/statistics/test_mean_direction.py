@@ -122,7 +122,7 @@ def test_equal_compass_directions_have_an_interval_of_half_their_step() -> None:
     assert (axis.mean_deg % 180, axis.half_width_deg) == (pytest.approx(0, abs=1e-9), pytest.approx(22.5))
 
 
-def test_interval_of_many_falls_is_the_large_sample_approximation() -> None:
+def test_interval_of_four_times_as_many_falls_is_half_as_wide() -> None:
     generator = np.random.default_rng(4)
     few = np.degrees(generator.vonmises(1.0, 1.0, MAX_OBSERVATIONS_FOR_BOOTSTRAP))
     of_few, of_many = (mean_direction_with_interval(angles) for angles in (few, np.tile(few, 4)))

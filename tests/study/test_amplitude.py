@@ -31,7 +31,7 @@ RECORD = sine_cycle_record("a", 4.0)
 
 
 @pytest.fixture(scope="module")
-def cube_paths(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def cube_paths_without_and_with_amplitude_factors(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Paths of the cubes of a study without and with amplitude factors, by name."""
     folder = tmp_path_factory.mktemp("cubes")
     several = {"one": {}, "three": {"amplitude": [0.5, 1, 2]}}
@@ -50,17 +50,24 @@ def test_progress_of_a_sweep_increases_to_the_total_over_all_amplitude_factors(t
     assert told[-1] == pytest.approx(1.0)
 
 
-def test_amplitude_factor_1_gives_the_cube_without_the_amplitude_axis(cube_paths: dict[str, Path]) -> None:
-    with open_cube(cube_paths["one"]) as one, open_cube(cube_paths["three"]) as three:
+def test_amplitude_factor_1_gives_the_cube_without_the_amplitude_axis(
+    cube_paths_without_and_with_amplitude_factors: dict[str, Path],
+) -> None:
+    with (
+        open_cube(cube_paths_without_and_with_amplitude_factors["one"]) as one,
+        open_cube(cube_paths_without_and_with_amplitude_factors["three"]) as three,
+    ):
         assert set(one.data_vars) == set(three.data_vars)
         for name in one.data_vars:
             np.testing.assert_array_equal(one[name], three[name])
         assert (three["members"] > 0).any()
 
 
-def test_each_amplitude_factor_multiplies_the_motion(cube_paths: dict[str, Path]) -> None:
+def test_each_amplitude_factor_multiplies_the_motion(
+    cube_paths_without_and_with_amplitude_factors: dict[str, Path],
+) -> None:
     motion = Motion.of(RECORD)
-    with open_cube(cube_paths["three"], amplitude=None) as cube:
+    with open_cube(cube_paths_without_and_with_amplitude_factors["three"], amplitude=None) as cube:
         assert cube["overturned"].dims == ("record", "amplitude", "azimuth", "height", "b_over_h", "friction")
         shares = []
         for factor in (0.5, 2.0):
@@ -80,29 +87,41 @@ def test_each_amplitude_factor_multiplies_the_motion(cube_paths: dict[str, Path]
         assert shares[0] < shares[1]
 
 
-def test_recomputed_cases_equal_the_cube_at_all_amplitude_factors(cube_paths: dict[str, Path]) -> None:
-    found = recompute_and_compare_random_cases(cube_paths["three"], cell_count=72)
+def test_recomputed_cases_equal_the_cube_at_all_amplitude_factors(
+    cube_paths_without_and_with_amplitude_factors: dict[str, Path],
+) -> None:
+    found = recompute_and_compare_random_cases(cube_paths_without_and_with_amplitude_factors["three"], cell_count=72)
     assert (found.cube_cell_count, found.recomputed_cell_count, found.is_identical) == (72, 72, True)
     samples = [
-        read_random_case_sample(cube_paths[name], ConvergenceCheckSettings(at_least=12)) for name in ("one", "three")
+        read_random_case_sample(
+            cube_paths_without_and_with_amplitude_factors[name], ConvergenceCheckSettings(at_least=12)
+        )
+        for name in ("one", "three")
     ]
     np.testing.assert_array_equal(*(sample.outcomes["overturned"] for sample in samples))
 
 
-def test_an_unknown_amplitude_factor_is_refused(cube_paths: dict[str, Path]) -> None:
+def test_an_unknown_amplitude_factor_is_refused(cube_paths_without_and_with_amplitude_factors: dict[str, Path]) -> None:
     with pytest.raises(ResultError, match=r"no amplitude 3; known: 0.5, 1, 2"):
-        open_cube(cube_paths["three"], amplitude=3.0)
+        open_cube(cube_paths_without_and_with_amplitude_factors["three"], amplitude=3.0)
     other, parts = (
         study_from_content(SMALL_STUDY | {"amplitude": [1, 3]}, "test"),
-        cube_paths["three"].parent / "sweep" / "nominal",
+        cube_paths_without_and_with_amplitude_factors["three"].parent / "sweep" / "nominal",
     )
     with pytest.raises(ResultError, match="its amplitude values are not those of the study"):
-        merge_outcome_files_into_cube(other, [RECORD], list(parts.iterdir()), cube_paths["three"].with_name("none.nc"))
+        merge_outcome_files_into_cube(
+            other,
+            [RECORD],
+            list(parts.iterdir()),
+            cube_paths_without_and_with_amplitude_factors["three"].with_name("none.nc"),
+        )
 
 
-def test_figures_for_scaled_motion_state_the_factor_and_use_no_unscaled_pga(cube_paths: dict[str, Path]) -> None:
+def test_figures_for_scaled_motion_state_the_factor_and_use_no_unscaled_pga(
+    cube_paths_without_and_with_amplitude_factors: dict[str, Path],
+) -> None:
     """Regression: falls under twice the record were plotted at the PGA of the record itself."""
-    path = cube_paths["three"]
+    path = cube_paths_without_and_with_amplitude_factors["three"]
     write_intensity_measures(study_from_content(SMALL_STUDY, "test"), [RECORD], path.with_name("intensity.nc"))
     with overturning.open_cube(path, amplitude=2.0) as twice, overturning.open_cube(path) as once:
         of_twice, of_once = (plot.fall_map(cube) for cube in (twice, once))

@@ -411,7 +411,9 @@ def test_reading_a_record_that_the_study_lacks_is_refused(tmp_path: Path) -> Non
     "timed",
     [{"step": "cut", "start_s": 5}, {"step": "baseline", "fit_from_s": 5}, {"step": "remove_mean", "first_s": 5}],
 )
-def test_steps_with_a_time_are_refused_after_a_filter_of_automatic_corner(timed: dict[str, object]) -> None:
+def test_processing_steps_with_a_time_are_refused_after_a_filter_with_automatic_corner(
+    timed: dict[str, object],
+) -> None:
     auto = {"step": "highpass", "corner_hz": "auto"}
     with expect_error(
         ConfigError, "processing", f"{timed['step']} after highpass with corner_hz auto", "before it, or give"

@@ -117,7 +117,7 @@ class RecordsAndRandomCaseSample:
             self.sample,
             outcomes=answers,
             has_divided_ensemble=divided,
-            has_divided_ensemble_or_sides=self.sample.has_divided_ensemble_or_sides | divided,
+            has_divided_ensemble_or_fall_directions=self.sample.has_divided_ensemble_or_fall_directions | divided,
         )
 
 
@@ -132,7 +132,7 @@ def simulate_study_and_draw_case_sample(
     )
 
 
-def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Path) -> None:
+def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_threads(tmp_path: Path) -> None:
     settings = small_study(verification={"at_least": 10, "cost": 20})
     done = simulate_study_and_draw_case_sample(
         settings, [near_field_strong_part(7, "a"), near_field_strong_part(8, "b")], tmp_path
@@ -144,7 +144,7 @@ def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Pat
 
     def total_block_steps(**changed: Any) -> int:
         chosen = (
-            cases_at_positions(settings, done.sample.grid_indices[done.sample.record_indices == number])
+            study_cases_at_grid_indices(settings, done.sample.grid_indices[done.sample.record_indices == number])
             for number in (0, 1)
         )
         each = zip(map(Motion.of, done.records), chosen, strict=True)
@@ -155,7 +155,7 @@ def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Pat
         return plan_simulation(
             model or PlanarModel(),
             Motion.of(near_field_strong_part(7)),
-            cases_at_positions(settings, done.sample.grid_indices),
+            study_cases_at_grid_indices(settings, done.sample.grid_indices),
             numerics,
         ).steps
 
@@ -182,7 +182,7 @@ def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Pat
     (sides,) = check_convergence(settings, done.records, turned).finer.outcomes
     assert sides.sides_agreed == sides.sides == finer.fallen - finer.sides > 0
     (both,) = check_convergence(
-        settings, done.records, replace(turned, has_divided_ensemble_or_sides=~turned.has_divided_ensemble)
+        settings, done.records, replace(turned, has_divided_ensemble_or_fall_directions=~turned.has_divided_ensemble)
     ).finer.outcomes
     assert (both.sides, both.sides_undivided, both.fallen_agreed) == (sides.sides, sides.sides, 0)
     again = check_convergence(settings, done.records, done.sample, threads=2)
@@ -200,7 +200,7 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
     grid = variant_grid(settings)
     axes = tuple(grid.values_by_dimension.values())
 
-    def fake_run_of_kind(kind: str) -> Any:
+    def fake_rerun_function_of_kind(kind: str) -> Any:
         def fake_run(_: Motion, cases: Cases) -> Any:
             amplitude = np.asarray(cases.amplitude)
             nudged = bool((amplitude != 1.0).all())
@@ -217,9 +217,9 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
 
         return fake_run
 
-    fakes = {kind: fake_run_of_kind(kind) for kind in ("finer", "finest", "stiffer")}
+    fakes = {kind: fake_rerun_function_of_kind(kind) for kind in ("finer", "finest", "stiffer")}
     monkeypatch.setattr("overturning.study.convergence_check.case_rerun_functions", lambda _: fakes)
-    found = check_convergence(settings, done.records, replace(done.sample, study_block_steps=1000))
+    found = check_convergence(settings, done.records, replace(done.sample, study_block_time_steps=1000))
     assert found.settling.model_dump() == {
         "changed": 4,
         "looked_at": 4,
@@ -235,13 +235,13 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
     # What is left of the allowance pays for three times a finer case each, as far as it goes.
     looked_at = set()
     for steps in range(300, 500, 10):
-        found = check_convergence(settings, done.records, replace(done.sample, study_block_steps=steps))
+        found = check_convergence(settings, done.records, replace(done.sample, study_block_time_steps=steps))
         assert sum(part.block_steps for part in (found.finer, found.stiffer, found.settling)) <= 30 * steps
         looked_at.add(found.settling.looked_at)
     assert len(looked_at) > 2
 
 
-def cases_at_positions(settings: Study, index: np.ndarray) -> Cases:
+def study_cases_at_grid_indices(settings: Study, index: np.ndarray) -> Cases:
     """Return the cases of a study at index positions of its grid."""
     grid = variant_grid(settings)
     return grid.cases_at_grid_indices(list(index.T))
@@ -256,11 +256,11 @@ def test_the_convergence_check_of_a_small_study_costs_no_more_than_the_study(
         settings, [near_field_strong_part(7, "a"), near_field_strong_part(8, "b")], tmp_path
     )
     found = check_convergence(settings, done.records, done.sample)
-    assert found.wanted == min(200, done.sample.computed_case_count)
+    assert found.wanted == min(200, done.sample.simulated_case_count_of_study)
     spent = found.finer.block_steps + found.stiffer.block_steps
-    assert spent <= done.sample.study_block_steps
+    assert spent <= done.sample.study_block_time_steps
     assert least <= found.chosen < found.wanted
-    assert found.chosen < 4 or spent > 0.5 * done.sample.study_block_steps, "the allowance is made use of"
+    assert found.chosen < 4 or spent > 0.5 * done.sample.study_block_time_steps, "the allowance is made use of"
 
 
 def test_convergence_is_checked_with_finer_steps_if_stiffer_springs_are_refused() -> None:
@@ -287,7 +287,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     )
     assert rigid is not None
     # Three azimuths of two records: µ = 1 holds two of the three, 1.2 all.
-    assert rigid.computed_case_count == len(rigid.record_indices) == 2 * 3 * (2 + 3)
+    assert rigid.simulated_case_count_of_study == len(rigid.record_indices) == 2 * 3 * (2 + 3)
     found = check_convergence(settings, records, sample, rigid_sample=rigid).rigid
     assert found is not None
     assert found.cells == found.cases == 30
@@ -404,7 +404,7 @@ def test_gravestone_scene_is_rechecked_with_the_kernel_for_single_blocks() -> No
         np.testing.assert_array_equal(found.block_steps, expected.block_steps)
 
 
-def test_the_check_convergence_command_checks_a_scene_for_the_report(tmp_path: Path) -> None:
+def test_the_check_convergence_command_checks_a_scene_within_its_cost_limit(tmp_path: Path) -> None:
     settings = study_of_two_stones_side_by_side(azimuth={"step": 30}, friction=[0.4, 0.7], verification={"cost": 4})
     cube = simulate_study_cube(settings, [near_field_strong_part(7)], tmp_path)
     output = tmp_path / "convergence.json"
@@ -433,7 +433,11 @@ def test_ensemble_members_disagree_if_some_fall_and_some_stand(tmp_path: Path) -
     divided = dict(zip(sample.grid_indices[:, 0].tolist(), sample.has_divided_ensemble[:, 0].tolist(), strict=True))
     assert divided == {0: False, 1: True, 2: False, 3: False, 4: False}
     apart = dict(
-        zip(sample.grid_indices[:, 0].tolist(), sample.has_divided_ensemble_or_sides[:, 0].tolist(), strict=True)
+        zip(
+            sample.grid_indices[:, 0].tolist(),
+            sample.has_divided_ensemble_or_fall_directions[:, 0].tolist(),
+            strict=True,
+        )
     )
     assert apart == {0: False, 1: True, 2: True, 3: False, 4: False}
 
@@ -456,14 +460,14 @@ def test_3d_ensemble_members_disagree_if_their_fall_directions_spread(tmp_path: 
     sample = read_random_case_sample(tmp_path / "cube.nc", ConvergenceCheckSettings(at_least=5))
     place = np.argsort(sample.grid_indices[:, 0])
     assert sample.has_divided_ensemble[place, 0].tolist() == [False, False, False, True, False]
-    assert sample.has_divided_ensemble_or_sides[place, 0].tolist() == [False, False, True, True, False]
+    assert sample.has_divided_ensemble_or_fall_directions[place, 0].tolist() == [False, False, True, True, False]
     # k R² is 8, 7.76 and 4.69 where all eight fall, 4 where four do, all the same way.
-    assert sample.direction_weight[place] == pytest.approx(
+    assert sample.fall_direction_weight[place] == pytest.approx(
         [1.0, *np.sqrt((8 * np.cos(half[1:]) ** 2 - 1) / 7), 1.0, 1.0]
     )
 
 
-def test_3d_falls_whose_azimuth_changes_under_nearly_the_same_motion_are_counted(
+def test_3d_falls_that_change_azimuth_under_slightly_scaled_motion_are_counted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With the amplitude factor 0.995 a third of the falls turns by 140°.
@@ -502,7 +506,7 @@ def test_3d_falls_whose_azimuth_changes_under_nearly_the_same_motion_are_counted
     kinds = case_rerun_functions(settings) | {"nominal": fake_nominal_run}
     monkeypatch.setattr("overturning.study.convergence_check.case_rerun_functions", lambda _: kinds)
     weight = np.linspace(0.2, 1.0, len(sample.record_indices))
-    found = check_convergence(settings, done.records, replace(sample, direction_weight=weight)).amplitude
+    found = check_convergence(settings, done.records, replace(sample, fall_direction_weight=weight)).amplitude
     assert found is not None
     assert factors == {0.99, 0.995, 1.005, 1.01}
     assert (found.falls, found.moved, found.stood) == (fell.size, len(fell[::3]), 1)

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from overturning.errors import ResultError
-from overturning.study.crate import METADATA, write_ro_crate
+from overturning.study.crate import METADATA_FILE_NAME, write_ro_crate
 from overturning.study.load import load_study
 from overturning.study.schema import Study
 from tests.expect import skip_test_unless_skipping_is_forbidden
@@ -31,7 +31,7 @@ def write_and_read_crate(settings: Study, folder: Path) -> dict[str, dict[str, A
     figures.mkdir(parents=True)
     (figures / "a.svg").write_text("<svg/>", encoding="utf-8")
     write_ro_crate(settings, folder, [cube, folder / "motion", figures / "a.svg"])
-    return {one["@id"]: one for one in json.loads((folder / METADATA).read_text(encoding="utf-8"))["@graph"]}
+    return {one["@id"]: one for one in json.loads((folder / METADATA_FILE_NAME).read_text(encoding="utf-8"))["@graph"]}
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def test_crate_names_the_variant_of_a_motion_through_soil(tmp_path: Path) -> Non
     soft.parent.mkdir()
     soft.write_bytes(own.read_bytes())
     write_ro_crate(settings, tmp_path, [cube, tmp_path / "motion"])
-    graph = json.loads((tmp_path / METADATA).read_text(encoding="utf-8"))["@graph"]
+    graph = json.loads((tmp_path / METADATA_FILE_NAME).read_text(encoding="utf-8"))["@graph"]
     named = {one["@id"]: one["name"] for one in graph if one["@id"].startswith("motion/")}
     assert named == {
         "motion/": "Motions",
@@ -119,8 +119,8 @@ def test_the_crate_is_reproducible_and_contains_no_local_path(
     write_and_read_crate(
         study_without_ensemble(records={"use": ["a", "b"]}, crate=PUBLICATION_METADATA), tmp_path / "again"
     )
-    text = (result_folder / METADATA).read_bytes()
-    assert (tmp_path / "again" / METADATA).read_bytes() == text
+    text = (result_folder / METADATA_FILE_NAME).read_bytes()
+    assert (tmp_path / "again" / METADATA_FILE_NAME).read_bytes() == text
     assert str(result_folder).encode() not in text
 
 
@@ -154,6 +154,8 @@ def test_the_crate_passes_the_ro_crate_validator(
     # Who publishes the crate, and for whom its authors work, is not known.
     said = [issue.message or "" for issue in found.get_issues()]
     assert [one for one in said if "publisher" not in one and "affiliation" not in one] == []
-    (tmp_path / METADATA).write_text((result_folder / METADATA).read_text(encoding="utf-8"), encoding="utf-8")
+    (tmp_path / METADATA_FILE_NAME).write_text(
+        (result_folder / METADATA_FILE_NAME).read_text(encoding="utf-8"), encoding="utf-8"
+    )
     settings["rocrate_uri"] = str(tmp_path)
     assert not services.validate(models.ValidationSettings(**settings, requirement_severity="REQUIRED")).passed()

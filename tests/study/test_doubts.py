@@ -19,11 +19,11 @@ CONFIG_FOLDER = Path(__file__).parents[2] / "config"
 PULSE_RECORD_SETTINGS = {"use": [], "pulses": {"p1": "sine amplitude_gal=300 period_s=1 azimuth_deg=60"}}
 GRID = {"b_over_h": [0.3, 0.7], "height": [0.6, 0.9], "friction": [0.5, 0.9]}
 """The sizes of the default population."""
-ONE_SIZE = {"width": {"low": 0.25, "high": 0.25}, "height": {"low": 0.75, "high": 0.75}}
+POPULATION_OF_ONE_SIZE = {"width": {"low": 0.25, "high": 0.25}, "height": {"low": 0.75, "high": 0.75}}
 """Sizes of a population of equal stones with B/H = 1/3."""
 
 
-def soil_site(velocity: float, rock: float = 760.0, **more: float) -> dict[str, Any]:
+def soil_site_settings(velocity: float, rock: float = 760.0, **more: float) -> dict[str, Any]:
     """Return the settings of a soil layer of 20 m over rock, with velocities in m/s."""
     return {"layers": [{"thickness_m": 20, "velocity_m_s": velocity, **more}], "rock": {"velocity_m_s": rock}}
 
@@ -50,7 +50,8 @@ def test_variants_that_repeat_the_settings_of_others_give_a_warning() -> None:
     """
     variants = {
         "same": {"vertical": True}, "flat": {"vertical": False}, "level": {"vertical": False},
-        "clay": {"vertical": False, "site": soil_site(200)}, "soil": {"vertical": False, "site": soil_site(200)},
+        "clay": {"vertical": False, "site": soil_site_settings(200)}, "soil": {"vertical": False,
+        "site": soil_site_settings(200)},
     }  # fmt: skip
     assert [line.partition(" are those of ")[::2] for line in warnings_on_study_settings(variants=variants)] == [
         (f"variants.{name}: its settings", f"{whose}, and so are its outcomes; change or leave it out")
@@ -101,28 +102,28 @@ def test_only_a_length_outside_the_grid_is_suspected_to_be_in_centimetres() -> N
             "primary.against: the variant flat differs from the study in contact and vertical; no difference can be",
         ),
         (
-            {"site": soil_site(0.2)},
-            {"site": soil_site(30)},
+            {"site": soil_site_settings(0.2)},
+            {"site": soil_site_settings(30)},
             "site.layers.0.velocity_m_s: 0.2 m/s below 30 m/s; km/s? Give 200",
         ),
         (
-            {"site": soil_site(150, 0.76)},
-            {"site": soil_site(150)},
+            {"site": soil_site_settings(150, 0.76)},
+            {"site": soil_site_settings(150)},
             "site.rock.velocity_m_s: 0.76 m/s below 30 m/s; km/s?",
         ),
         (
-            {"surveys": [{"stones": "a.csv", "sites": {"River": soil_site(0.15)}}]},
-            {"surveys": [{"stones": "a.csv", "sites": {"River": soil_site(150)}}]},
+            {"surveys": [{"stones": "a.csv", "sites": {"River": soil_site_settings(0.15)}}]},
+            {"surveys": [{"stones": "a.csv", "sites": {"River": soil_site_settings(150)}}]},
             "surveys.0.sites.River.layers.0.velocity_m_s: 0.15 m/s below 30 m/s; km/s? Give 150",
         ),
         (
-            {"variants": {"soft": {"site": soil_site(0.15)}}},
-            {"variants": {"soft": {"site": soil_site(150)}}},
+            {"variants": {"soft": {"site": soil_site_settings(0.15)}}},
+            {"variants": {"soft": {"site": soil_site_settings(150)}}},
             "variants.soft.site.layers.0.velocity_m_s: 0.15 m/s below 30 m/s; km/s? Give 150",
         ),
         (
-            {"site": soil_site(150, density_kg_m3=180)},
-            {"site": soil_site(150)},
+            {"site": soil_site_settings(150, density_kg_m3=180)},
+            {"site": soil_site_settings(150)},
             "site.layers.0.density_kg_m3: 180 kg/m³ outside",
         ),
         (
@@ -155,8 +156,8 @@ def test_only_a_length_outside_the_grid_is_suspected_to_be_in_centimetres() -> N
             "population.friction: 0.504 to 0.896, of which 100 % outside the study's friction, 1",
         ),
         (  # 1/3 is 0.33, but not 0.32
-            GRID | {"b_over_h": [0.32], "population": ONE_SIZE},
-            GRID | {"b_over_h": [0.33], "population": ONE_SIZE},
+            GRID | {"b_over_h": [0.32], "population": POPULATION_OF_ONE_SIZE},
+            GRID | {"b_over_h": [0.33], "population": POPULATION_OF_ONE_SIZE},
             "population.width over height: 0.333 to 0.333, of which 100 % outside the study's b_over_h, 0.32",
         ),
     ],

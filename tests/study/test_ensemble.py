@@ -235,7 +235,7 @@ def test_ensemble_probabilities_equal_those_of_members_run_one_by_one(
 
 
 @pytest.mark.parametrize(
-    ("name", "most"), [("MAX_MOTION_SAMPLES", 2 * 8 * 400), ("MAX_MEMBER_CASES_PER_RUN", 2 * 8 * 10)]
+    ("name", "most"), [("MAX_ROTATED_MOTION_SAMPLES_IN_MEMORY", 2 * 8 * 400), ("MAX_MEMBER_CASES_PER_RUN", 2 * 8 * 10)]
 )
 def test_an_ensemble_is_run_in_pieces_within_the_memory_limit(
     pulse_motion: Motion, monkeypatch: pytest.MonkeyPatch, name: str, most: int
@@ -313,7 +313,7 @@ def test_the_number_of_members_of_a_cell_does_not_depend_on_other_cells(
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(amplitude=0.1, b_over_h=0.05))
     every = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members)
-    some = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members, max_half_width=0.19)
+    some = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members, max_interval_half_width=0.19)
     assert set(np.unique(some["members"])) == {8, 16, 24}
     assert (every["members"] == 24).all()
     whole = some["members"] == 24
@@ -326,7 +326,7 @@ def test_the_number_of_members_of_a_cell_does_not_depend_on_other_cells(
             **{name: GRID[name][[at]] for name, at in zip(GRID.dimension_names, place, strict=True)}
         )
         own = {name: values[tuple(slice(at, at + 1) for at in place)] for name, values in nominal_outcomes.items()}
-        few = EnsembleRunner(PlanarModel(), members, max_half_width=0.19)
+        few = EnsembleRunner(PlanarModel(), members, max_interval_half_width=0.19)
         alone = few.run_ensemble_of_selected_cases(
             pulse_motion, one, own, lambda cases, _: run_cases(pulse_motion, cases)
         )[0]
@@ -424,7 +424,7 @@ def test_ensemble_probabilities_do_not_depend_on_the_size_of_pieces(
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(members=4, amplitude=0.1))
     whole = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members)
-    monkeypatch.setattr("overturning.study.ensemble.MAX_MOTION_SAMPLES", 1)
+    monkeypatch.setattr("overturning.study.ensemble.MAX_ROTATED_MOTION_SAMPLES_IN_MEMORY", 1)
     reports: list[tuple[int, int]] = []
     pieces = ensemble_statistics_of_grid(
         pulse_motion, nominal_outcomes, members, progress=lambda done, total: reports.append((done, total))

@@ -15,7 +15,7 @@ from overturning.study.load import study_from_content
 from overturning.study.schema import Study
 
 
-def soil_site(thickness_m: float, velocity_m_s: float = 150) -> dict[str, Any]:
+def soil_site_settings(thickness_m: float, velocity_m_s: float = 150) -> dict[str, Any]:
     """Return the settings of one soil layer over rock."""
     return {
         "layers": [{"thickness_m": thickness_m, "velocity_m_s": velocity_m_s}],
@@ -34,10 +34,10 @@ def test_surveys_with_equal_soil_layers_share_one_cube_of_their_records() -> Non
         {
             "stones": "a.csv",
             "record": "rinaldi",
-            "site": soil_site(10),
-            "sites": {"River": soil_site(20), "Church": soil_site(10)},
+            "site": soil_site_settings(10),
+            "sites": {"River": soil_site_settings(20), "Church": soil_site_settings(10)},
         },
-        {"stones": "b.csv", "record": "petrolia", "sites": {"Hill": soil_site(10.0)}},
+        {"stones": "b.csv", "record": "petrolia", "sites": {"Hill": soil_site_settings(10.0)}},
         {"stones": "c.csv", "record": "petrolia"},
     )
     (first, by_site), (second, at_hill), third = (soil_cube_names_of_survey(mine, one) for one in mine.surveys)
@@ -52,21 +52,22 @@ def test_surveys_with_equal_soil_layers_share_one_cube_of_their_records() -> Non
 
 
 def test_a_survey_uses_the_cube_of_a_variant_with_the_same_soil_layers() -> None:
-    survey = {"stones": "a.csv", "record": "rinaldi", "site": soil_site(10)}
+    survey = {"stones": "a.csv", "record": "rinaldi", "site": soil_site_settings(10)}
     same, other = (
-        study_with_surveys(survey, variants={"clay": one}) for one in ({"site": soil_site(10)}, {"site": soil_site(11)})
+        study_with_surveys(survey, variants={"clay": one})
+        for one in ({"site": soil_site_settings(10)}, {"site": soil_site_settings(11)})
     )
     assert (soil_cube_names_of_survey(same, same.surveys[0]), soil_layers_with_own_cube(same)) == (("clay", {}), {})
     assert len(soil_layers_with_own_cube(other)) == 1
-    flat = study_with_surveys(survey, variants={"flat": {"site": soil_site(10), "vertical": False}})
+    flat = study_with_surveys(survey, variants={"flat": {"site": soil_site_settings(10), "vertical": False}})
     assert len(soil_layers_with_own_cube(flat)) == 1, "a variant that changes more than the soil"
 
 
 def test_soil_cube_names_do_not_depend_on_other_surveys_or_explicit_defaults() -> None:
-    own = {"stones": "a.csv", "record": "rinaldi", "site": soil_site(10)}
+    own = {"stones": "a.csv", "record": "rinaldi", "site": soil_site_settings(10)}
     alone = study_with_surveys(own)
-    second = study_with_surveys({"stones": "b.csv", "record": "rinaldi", "site": soil_site(5)}, own)
-    spelled = study_with_surveys(own | {"site": soil_site(10) | {"motion": "outcrop"}})
+    second = study_with_surveys({"stones": "b.csv", "record": "rinaldi", "site": soil_site_settings(5)}, own)
+    spelled = study_with_surveys(own | {"site": soil_site_settings(10) | {"motion": "outcrop"}})
     (name,) = soil_layers_with_own_cube(alone)
     assert name in soil_layers_with_own_cube(second)
     assert [*soil_layers_with_own_cube(spelled)] == [name]
@@ -78,7 +79,7 @@ def test_soil_cube_names_do_not_depend_on_other_surveys_or_explicit_defaults() -
     [({"River", "Hill"}, "did you mean River"), ({"A", ""}, "its sites are A"), ({""}, "give `site` instead")],
 )
 def test_the_error_names_an_unknown_cemetery_of_a_survey(known: set[str], remedy: str) -> None:
-    mine = study_with_surveys({"stones": "a.csv", "record": "rinaldi", "sites": {"Rivre": soil_site(10)}})
+    mine = study_with_surveys({"stones": "a.csv", "record": "rinaldi", "sites": {"Rivre": soil_site_settings(10)}})
     message = rf"^mine\.yaml: surveys\.0\.sites\.Rivre: no stone of a\.csv has this site; .*{remedy}"
     with pytest.raises(ConfigError, match=message):
         check_survey_site_names(mine, 0, known, "mine.yaml")

@@ -45,7 +45,7 @@ def study_of_record(record: str, **more: Any) -> Any:
     return study_from_content({"name": "mine", "records": {"use": [record]}} | more, "mine.yaml")
 
 
-def record_notes(study: Any) -> tuple[str, ...]:
+def preflight_notes_on_records(study: Any) -> tuple[str, ...]:
     """Return the notes on the records of a study."""
     return read_and_check_records(study, find_record_rows_and_files(study, "mine.yaml")[0])
 
@@ -85,7 +85,7 @@ def test_the_preflight_check_notes_skipped_data_of_a_record_file(tmp_path: Path)
     waves = 50 * np.sin(np.arange(500) / 9)
     (tmp_path / "x.asa").write_text(unam_text({"N00E": waves, "N90E": waves[::-1], "V": waves}), encoding="utf-8")
     study = write_record_table_and_make_study(tmp_path, "one\tauto\tx.asa", b_over_h=[0.02, 0.1])
-    (note,) = record_notes(study)
+    (note,) = preflight_notes_on_records(study)
     assert note.startswith("record one: vertical axis 'V' left out: x.asa does not say whether up or down")
 
 
@@ -94,9 +94,11 @@ def test_a_record_too_weak_to_move_any_stone_is_noted(tmp_path: Path, gal: float
     """West: a rigid block of B/H = 0.1 rocks from 98 Gal on, along the motion."""
     row = f"slight\tsynthetic\tsine amplitude_gal={gal:g} period_s=1 azimuth_deg=40"
     study = write_record_table_and_make_study(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5])
-    assert record_notes(study) == (("record slight: too weak to move any stone of the study",) if weak else ())
+    assert preflight_notes_on_records(study) == (
+        ("record slight: too weak to move any stone of the study",) if weak else ()
+    )
     twice = write_record_table_and_make_study(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5], amplitude=[1, 2])
-    assert record_notes(twice) == ()
+    assert preflight_notes_on_records(twice) == ()
 
 
 @pytest.mark.parametrize("without", [{"simulation": {"vertical": False}}, {"variants": {"flat": {"vertical": False}}}])
@@ -119,8 +121,8 @@ def test_omitted_vertical_motion_is_ignored_in_the_note_on_weak_records(
     records = {"use": ["slight"], "table": str(tmp_path / "records.tsv"), "folder": str(tmp_path)}
     plain = {"name": "mine", "records": records, "b_over_h": [0.1, 0.4], "friction": [0.5]}
     weak = "record slight: too weak to move any stone of the study"
-    assert weak in record_notes(study_from_content(plain, "mine.yaml"))
-    assert weak not in record_notes(study_from_content(plain | without, "mine.yaml"))
+    assert weak in preflight_notes_on_records(study_from_content(plain, "mine.yaml"))
+    assert weak not in preflight_notes_on_records(study_from_content(plain | without, "mine.yaml"))
 
 
 def test_no_note_is_given_on_weak_records_that_soil_can_amplify(tmp_path: Path) -> None:
@@ -130,7 +132,9 @@ def test_no_note_is_given_on_weak_records_that_soil_can_amplify(tmp_path: Path) 
     site = {"layers": [layer], "rock": {"velocity_m_s": 760}}
     for more in ({"site": site}, {"variants": {"soil": {"site": site}}}):
         assert (
-            record_notes(write_record_table_and_make_study(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5], **more))
+            preflight_notes_on_records(
+                write_record_table_and_make_study(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5], **more)
+            )
             == ()
         )
 
@@ -237,7 +241,7 @@ def test_a_study_that_is_too_large_is_refused_with_its_size() -> None:
 )
 def test_cases_that_cannot_be_simulated_are_refused_before_the_run(keys: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError, match=re.escape(message)):
-        record_notes(study_of_record("wtmc", **keys))
+        preflight_notes_on_records(study_of_record("wtmc", **keys))
 
 
 def test_the_estimated_run_time_is_within_a_factor_of_two_of_the_measured_one() -> None:

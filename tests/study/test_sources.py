@@ -10,7 +10,7 @@ from overturning.study import sources
 def test_the_source_hash_of_a_step_covers_its_subpackages_and_top_level_modules(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sources, "PACKAGE", tmp_path)
+    monkeypatch.setattr(sources, "PACKAGE_FOLDER", tmp_path)
     for name in ("top.py", "dem/kernel/step.py", "report/page.css", "report/notes.txt"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text("1", encoding="utf-8")

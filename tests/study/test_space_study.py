@@ -201,7 +201,7 @@ def test_convergence_of_a_3d_study_is_checked_with_finer_and_stiffer_reruns(
     assert isinstance(study_settings.verification, ConvergenceCheckSettings)
     sample = read_random_case_sample(cube_file, study_settings.verification)
     assert sample.grid_indices.shape == (6, 5)
-    done = replace(sample, study_block_steps=10_000_000)
+    done = replace(sample, study_block_time_steps=10_000_000)
     found = check_convergence(
         study_settings, [read_record_from_motion_file(cube_file.parent / "motion" / "a.nc")], done
     )

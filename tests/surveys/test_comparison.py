@@ -12,7 +12,7 @@ from overturning.findings.surveys import survey_prediction_findings
 from overturning.settings import StonePopulation
 from overturning.statistics.bootstrap import exact_share_interval
 from overturning.surveys.comparison import StoredSurveyComparison, compare_survey_with_prediction
-from overturning.surveys.fall_directions import shares_of_fallen_stone_by_octant
+from overturning.surveys.fall_directions import octant_weights_of_fallen_stone
 from overturning.surveys.population import population_outcome_rates_by_record
 from overturning.surveys.prediction import (
     STANDING_OR_FALL_SIDES,
@@ -41,7 +41,7 @@ def random_fallen_stones(n: int, centre: float, half: float, seed: int) -> list[
 
 def test_prediction_for_stones_of_unknown_face_averages_all_azimuths(cube_of_falls_around_azimuth_60) -> None:
     prediction = SiteFallPrediction(cube_of_falls_around_azimuth_60, background=0)
-    density = prediction.fall_sector_probabilities_over_all_faces()
+    density = prediction.fall_sector_probabilities_for_unknown_face()
     assert density.sum() == pytest.approx(1)
     inside = np.abs((prediction.azimuth - 60 + 180) % 360 - 180) <= 30
     assert density[inside].sum() == pytest.approx(1)
@@ -188,11 +188,11 @@ def test_prediction_of_unknown_orientation_is_the_mean_over_faces(
     If both planes of a stone fall, the earlier fall decides.
     """
 
-    def signed_falls_below_b_over_h_or_near_axis(azimuth, _, slender, __):
+    def fall_sides_near_axis_or_of_slender_blocks(azimuth, _, slender, __):
         off = (azimuth - 20 + 90) % 180 - 90
         return np.where((np.abs(off) <= 60) | (slender < 0.4), np.where(np.cos(np.radians(azimuth - 50)) > 0, 1, -1), 0)
 
-    cube = make_cube_from_fall_rules(signed_falls_below_b_over_h_or_near_axis, azimuth=range(0, 360, 10))
+    cube = make_cube_from_fall_rules(fall_sides_near_axis_or_of_slender_blocks, azimuth=range(0, 360, 10))
     times = 3 + np.random.default_rng(3).random(18)
     shape = cube["overturned"].shape
     cube["overturning_time"] = (
@@ -205,13 +205,13 @@ def test_prediction_of_unknown_orientation_is_the_mean_over_faces(
         sides = prediction.standing_and_side_probabilities(standing_stone_of_known_face(face, front, side))
         for turn in range(4):
             counts[(face // 10 + 9 * turn) % 36] += sides[1 + turn]
-    assert prediction.fall_sector_probabilities_over_all_faces(front, side) == pytest.approx(counts / counts.sum())
+    assert prediction.fall_sector_probabilities_for_unknown_face(front, side) == pytest.approx(counts / counts.sum())
     if front == side:  # a population of squares, drawn one by one
         shape = {"low": 0.7 * front, "high": 0.7 * front}
         stones = StonePopulation(width=shape, height={"low": 0.7, "high": 0.7}, stones=8192)
         octants = population_outcome_rates_by_record(cube, stones)["fall_octant"].to_numpy().ravel()
         assert prediction.octant_probabilities_from_sectors(
-            prediction.fall_sector_probabilities_over_all_faces(front)
+            prediction.fall_sector_probabilities_for_unknown_face(front)
         ) == pytest.approx(octants / octants.sum(), abs=0.02)
 
 
@@ -255,11 +255,11 @@ def test_predicted_azimuths_are_uniform_within_45_degrees_of_the_face_normal(
 def cube_with_fall_times_along_60_and_150(make_cube_from_fall_rules, front, across, **more):
     """Return a cube: blocks fall towards 60° and 150° (to the right) at the given times, s, in the two planes."""
 
-    def signed_falls_along_60_and_150(azimuth, *_rest):
+    def fall_sides_along_60_and_150_deg(azimuth, *_rest):
         away = np.isin(azimuth, (240, 330))
         return np.where(np.isin(azimuth, (60, 150)), 1, np.where(away, -1, 0))
 
-    cube = make_cube_from_fall_rules(signed_falls_along_60_and_150, azimuth=range(0, 360, 30), **more)
+    cube = make_cube_from_fall_rules(fall_sides_along_60_and_150_deg, azimuth=range(0, 360, 30), **more)
     times = np.where(np.isin(cube["azimuth"] % 180, 60), front, across)
     shape = cube["overturned"].shape
     return cube.assign(
@@ -301,12 +301,12 @@ def test_ensemble_runs_of_both_planes_are_combined_as_independent(make_cube_from
 def test_both_planes_of_a_stone_share_its_height_and_friction(make_cube_from_fall_rules) -> None:
     """At one friction blocks fall forwards, at the other to the right: none of them stands."""
 
-    def signed_falls_along_axis_of_friction(azimuth, height, slender, friction):
+    def fall_sides_along_axis_set_by_friction(azimuth, height, slender, friction):
         axis = np.where(friction < 0.5, 60, 150)
         return np.where(azimuth == axis, 1, np.where(azimuth == axis + 180, -1, 0))
 
     cube = make_cube_from_fall_rules(
-        signed_falls_along_axis_of_friction, azimuth=range(0, 360, 30), friction=(0.33, 1.0)
+        fall_sides_along_axis_set_by_friction, azimuth=range(0, 360, 30), friction=(0.33, 1.0)
     )
     assert SiteFallPrediction(cube, background=0).standing_and_side_probabilities(
         standing_stone_of_known_face()
@@ -351,7 +351,7 @@ def test_azimuths_without_outcomes_get_the_mean_fall_probability(make_cube_from_
     # Nor is anything known of stones that face 0 or 90: one of their planes is that one.
     unknown = prediction.azimuth % 90 == 0
     towards[unknown] = towards[~unknown].mean()
-    assert prediction.fall_sector_probabilities_over_all_faces() == pytest.approx(towards / towards.sum())
+    assert prediction.fall_sector_probabilities_for_unknown_face() == pytest.approx(towards / towards.sum())
 
 
 def test_falls_normal_to_the_known_faces_are_not_tested_for_fit(cube_of_falls_around_azimuth_60) -> None:
@@ -554,7 +554,7 @@ def test_a_study_or_survey_without_falls_gives_no_evidence(make_cube_from_fall_r
 
 
 @pytest.mark.parametrize(("b_over_h", "share"), [(0.2, 1.0), (0.3, 0.0), (0.1 + 0.2, 0.0), (0.35, math.nan)])
-def test_grid_b_over_h_is_unaffected_by_missing_outcomes_of_the_next(
+def test_fall_share_at_a_grid_b_over_h_ignores_missing_outcomes_at_the_next_one(
     make_cube_from_fall_rules, b_over_h: float, share: float
 ) -> None:
     site = make_cube_from_fall_rules(lambda *of: np.where(of[2] > 0.35, np.nan, np.where(of[2] < 0.25, 1, 0)))
@@ -615,7 +615,7 @@ def test_comparison_refuses_empty_surveys_several_records_and_3d_cubes(
 
 def test_a_compass_direction_between_two_octants_counts_half_in_each() -> None:
     def octant_shares_of_fall(azimuth: float, **notation: bool) -> dict[str, float]:
-        found = shares_of_fallen_stone_by_octant(Stone(True, azimuth, **{"has_octant_direction": False, **notation}))
+        found = octant_weights_of_fallen_stone(Stone(True, azimuth, **{"has_octant_direction": False, **notation}))
         return {name: round(float(share), 9) for name, share in zip(OCTANTS, found, strict=True) if share > 0}
 
     assert octant_shares_of_fall(22.5, has_16_point_direction=True) == {"N": 0.5, "NE": 0.5}

@@ -11,7 +11,7 @@ import pytest
 
 import overturning
 from overturning.errors import RecordError
-from overturning.surveys.row import COLUMNS, SurveyRow, survey_row_json_schema_text
+from overturning.surveys.row import SURVEY_COLUMNS, SurveyRow, survey_row_json_schema_text
 from overturning.surveys.template import TEMPLATE_COLUMNS, empty_survey_table_text
 
 DOCS_FOLDER = Path(__file__).parents[2] / "docs"
@@ -50,7 +50,7 @@ def test_pandas_table_of_a_survey_has_the_expected_columns_units_and_notes(tmp_p
 def test_survey_template_is_accepted_as_soon_as_it_has_a_stone(tmp_path: Path) -> None:
     template, path = empty_survey_table_text(), tmp_path / "stones.csv"
     assert template.isascii()
-    assert all(f"# {name}: " in template for name in COLUMNS if name != "magnetic_declination_deg")
+    assert all(f"# {name}: " in template for name in SURVEY_COLUMNS if name != "magnetic_declination_deg")
     path.write_text(template)
     with pytest.raises(RecordError, match="no stone; write one row per stone"):
         overturning.read_survey(path)
@@ -79,8 +79,8 @@ def test_survey_row_schema_is_current_and_agrees_with_the_pydantic_model() -> No
         "run: overturning study document"
     )
     schema = json.loads(survey_row_json_schema_text())
-    assert list(schema["properties"]) == list(COLUMNS)
-    assert set(TEMPLATE_COLUMNS) - {"declination"} <= set(COLUMNS)
+    assert list(schema["properties"]) == list(SURVEY_COLUMNS)
+    assert set(TEMPLATE_COLUMNS) - {"declination"} <= set(SURVEY_COLUMNS)
     jsonschema.Draft202012Validator.check_schema(schema)
     for azimuth, valid in {
         "S40E": True, "n 25° w": True, "nne": True, "12,5": True, 30: True, "NNNE": False, "E40S": False, 400: False,

@@ -22,22 +22,29 @@ from overturning.surveys.inversion import SurveyInversion, outcome_indices_match
 from overturning.surveys.library import (
     CandidateMotion,
     candidate_motions,
-    read_motions_with_unique_ids,
+    read_records_and_make_ids_unique,
     shipped_candidate_motions,
 )
-from overturning.surveys.posterior import ROTATION_COUNT, read_inversion_result, write_inversion_result
+from overturning.surveys.posterior import MOTION_ROTATION_COUNT, read_inversion_result, write_inversion_result
 from overturning.surveys.responses import (
-    CASE_SECONDS_PER_MOTION_SECOND,
+    CASE_PROCESSOR_SECONDS_PER_MOTION_SECOND,
     StoneDimensions,
     StoneOutcomeProbabilities,
+    case_count_and_processor_time_s,
     dimensions_of_survey_stones,
-    simulation_case_count_and_time,
 )
-from overturning.surveys.stone_outcomes import DIRECTION_BINS, FRICTIONS, HEIGHTS, PGV_LEVELS, SIMULATED_B_OVER_H, STOOD
+from overturning.surveys.stone_outcomes import (
+    DIRECTION_BIN_COUNT,
+    SIMULATED_B_OVER_H,
+    SIMULATED_FRICTIONS,
+    SIMULATED_HEIGHTS_M,
+    SIMULATED_PGV_M_S,
+    STANDING_OUTCOME_INDEX,
+)
 from overturning.surveys.stones import Stone
 from tests.study.small_study import sine_cycle_record
 
-COLUMN_SIZES = ((0.9, 0.2), (1.2, 0.25), (1.6, 0.3))
+ROUND_COLUMN_SIZES = ((0.9, 0.2), (1.2, 0.25), (1.6, 0.3))
 """Heights, m, and B/H of the columns of a ruin."""
 
 
@@ -55,14 +62,14 @@ def outcomes_by_pgv_rule(one: CandidateMotion, aspect: float, nodes: list[tuple[
 
     They fall to the north under the motion of 0.5 s and to the south under another.
     """
-    height, shape = (grid[np.array(nodes)[:, i]] for i, grid in enumerate((HEIGHTS, SIMULATED_B_OVER_H)))
-    falls = 3 * (shape * np.sqrt(height))[:, None] < PGV_LEVELS
-    way = np.where(falls, 0 if one.name == "0.5 s" else DIRECTION_BINS // 2, STOOD)
+    height, shape = (grid[np.array(nodes)[:, i]] for i, grid in enumerate((SIMULATED_HEIGHTS_M, SIMULATED_B_OVER_H)))
+    falls = 3 * (shape * np.sqrt(height))[:, None] < SIMULATED_PGV_M_S
+    way = np.where(falls, 0 if one.name == "0.5 s" else DIRECTION_BIN_COUNT // 2, STANDING_OUTCOME_INDEX)
     size = (
         len(nodes),
-        len(FRICTIONS),
-        PGV_LEVELS.size,
-        StoneDimensions(aspect=aspect).orientations_to_simulate_deg.size,
+        len(SIMULATED_FRICTIONS),
+        SIMULATED_PGV_M_S.size,
+        StoneDimensions(d_over_b=aspect).orientations_to_simulate_deg.size,
     )
     return np.broadcast_to(way[:, None, :, None], size).astype(np.int8)
 
@@ -71,7 +78,7 @@ def outcomes_by_pgv_rule(one: CandidateMotion, aspect: float, nodes: list[tuple[
 def inversion_with_known_outcomes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SurveyInversion:
     """Return the inversion of surveys of round columns with two motions, whose outcomes follow from a rule."""
     monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", outcomes_by_pgv_rule)
-    kinds = [StoneDimensions(*size, 0.0) for size in COLUMN_SIZES]
+    kinds = [StoneDimensions(*size, 0.0) for size in ROUND_COLUMN_SIZES]
     return SurveyInversion(
         StoneOutcomeProbabilities(
             [elliptic_candidate_motion(0.5), elliptic_candidate_motion(0.8)], kinds, folder=tmp_path
@@ -93,15 +100,15 @@ def test_motions_with_equal_ids_have_distinct_names_in_the_results(tmp_path: Pat
     paths = [tmp_path / name for name in ("a.nc", "soft/a.nc", "b.nc")]
     for path, peak in zip(paths, (3.0, 5.0, 4.0), strict=True):
         write_record_to_motion_file(sine_cycle_record(path.stem, peak), path)
-    assert [one.name for one in candidate_motions(read_motions_with_unique_ids(paths), only_user_records=True)] == [
+    assert [one.name for one in candidate_motions(read_records_and_make_ids_unique(paths), only_user_records=True)] == [
         *map(str, paths[:2]),
         "b",
     ]
 
 
 def test_outcome_probabilities_of_a_stone_add_up_to_1(inversion_with_known_outcomes: SurveyInversion) -> None:
-    chances = inversion_with_known_outcomes.outcome_probabilities(stone_of_round_column(COLUMN_SIZES[0]))
-    assert chances.shape == (2, PGV_LEVELS.size, ROTATION_COUNT, DIRECTION_BINS + 1)
+    chances = inversion_with_known_outcomes.outcome_probabilities(stone_of_round_column(ROUND_COLUMN_SIZES[0]))
+    assert chances.shape == (2, SIMULATED_PGV_M_S.size, MOTION_ROTATION_COUNT, DIRECTION_BIN_COUNT + 1)
     assert chances.sum(axis=-1) == pytest.approx(1, abs=1e-5)
 
 
@@ -113,9 +120,9 @@ def test_without_stones_the_posterior_is_the_prior_and_has_no_bounds(
     )
     assert one.probability == pytest.approx(one.prior)
     # Even over the levels: the middle 90 % of the logarithm, each level a cell about it.
-    half = np.log(PGV_LEVELS[1] / PGV_LEVELS[0]) / 2
-    width = np.log(PGV_LEVELS[-1] / PGV_LEVELS[0]) + 2 * half
-    expected = PGV_LEVELS[0] * np.exp([0.05 * width - half, 0.95 * width - half])
+    half = np.log(SIMULATED_PGV_M_S[1] / SIMULATED_PGV_M_S[0]) / 2
+    width = np.log(SIMULATED_PGV_M_S[-1] / SIMULATED_PGV_M_S[0]) + 2 * half
+    expected = SIMULATED_PGV_M_S[0] * np.exp([0.05 * width - half, 0.95 * width - half])
     assert one.credible_interval(one.pgv_by_motion_and_level, use_prior=True) == pytest.approx(tuple(expected))
     # Each level holds a thirteenth, more than a tail.
     assert one.credible_interval(one.pgv_by_motion_and_level) == (0.0, math.inf)
@@ -124,9 +131,9 @@ def test_without_stones_the_posterior_is_the_prior_and_has_no_bounds(
 def test_fallen_and_standing_stones_bound_the_peak_velocity(inversion_with_known_outcomes: SurveyInversion) -> None:
     """Under the stub that replaces the kernel, the three columns fall from a PGV of 0.57, 0.82 and 1.14 m/s on."""
     stones = [
-        stone_of_round_column(COLUMN_SIZES[0], 0, 8),
-        stone_of_round_column(COLUMN_SIZES[1], 0, 8),
-        stone_of_round_column(COLUMN_SIZES[2], count=8),
+        stone_of_round_column(ROUND_COLUMN_SIZES[0], 0, 8),
+        stone_of_round_column(ROUND_COLUMN_SIZES[1], 0, 8),
+        stone_of_round_column(ROUND_COLUMN_SIZES[2], count=8),
     ]
     one = inversion_with_known_outcomes.compute_posterior(
         inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(stones)
@@ -136,11 +143,11 @@ def test_fallen_and_standing_stones_bound_the_peak_velocity(inversion_with_known
     assert 0.82 < high < 1.6
     # Directions that scatter tell an axis the less the smaller their power.
     logs = inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(
-        [stone_of_round_column(COLUMN_SIZES[0], azimuth) for azimuth in (0, 20, 350, 40)]
+        [stone_of_round_column(ROUND_COLUMN_SIZES[0], azimuth) for azimuth in (0, 20, 350, 40)]
     )
     assert (
-        inversion_with_known_outcomes.compute_posterior(logs, power=1.0).credible_axis_arc_deg()[1]
-        < inversion_with_known_outcomes.compute_posterior(logs, power=0.1).credible_axis_arc_deg()[1]
+        inversion_with_known_outcomes.compute_posterior(logs, power=1.0).credible_axis_arc_middle_and_width_deg()[1]
+        < inversion_with_known_outcomes.compute_posterior(logs, power=0.1).credible_axis_arc_middle_and_width_deg()[1]
     )
 
 
@@ -148,11 +155,11 @@ def test_rotating_the_survey_rotates_the_axis_of_the_motion(inversion_with_known
     def axis_arc_middle_and_width_of_rotated_survey(turn: float) -> tuple[float, float]:
         stones = [
             stone_of_round_column(size, (way + turn) % 360, 4)
-            for size, way in zip(COLUMN_SIZES, (0, 10, 180), strict=True)
+            for size, way in zip(ROUND_COLUMN_SIZES, (0, 10, 180), strict=True)
         ]
         return inversion_with_known_outcomes.compute_posterior(
             inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(stones)
-        ).credible_axis_arc_deg()
+        ).credible_axis_arc_middle_and_width_deg()
 
     first, turned = axis_arc_middle_and_width_of_rotated_survey(0), axis_arc_middle_and_width_of_rotated_survey(70)
     assert abs((first[0] + 90) % 180 - 90) <= 10
@@ -167,7 +174,7 @@ def test_probability_of_an_octant_is_the_sum_of_its_direction_bins(
     assert (outcome_indices_matching_observation(octant) * 5).tolist() == [25, 30, 35, 40, 45, 50, 55, 60, 65]
     ways = [
         inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(
-            [stone_of_round_column(COLUMN_SIZES[0], azimuth)]
+            [stone_of_round_column(ROUND_COLUMN_SIZES[0], azimuth)]
         ).sum(axis=0)
         for azimuth in range(25, 70, 5)
     ]
@@ -182,7 +189,7 @@ def test_probability_of_an_unknown_direction_is_the_sum_of_all_bins(
     lost = Stone(True, math.nan, False, b_over_h=0.2, height=0.9, round=True)
     ways = [
         inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(
-            [stone_of_round_column(COLUMN_SIZES[0], azimuth)]
+            [stone_of_round_column(ROUND_COLUMN_SIZES[0], azimuth)]
         ).sum(axis=0)
         for azimuth in range(0, 360, 5)
     ]
@@ -195,20 +202,20 @@ def test_probability_of_an_unknown_direction_is_the_sum_of_all_bins(
     assert [(one.fell, one.stood) for one in answers] == [(6, 0), (0, 6)]
     low, stood = (one.posterior.credible_interval(one.posterior.pgv_by_motion_and_level) for one in answers)
     assert low[0] > 0.2 > stood[0]
-    np.testing.assert_allclose(answers[0].posterior.velocity_axis_probabilities().sum(), 1)
+    np.testing.assert_allclose(answers[0].posterior.peak_velocity_axis_probabilities().sum(), 1)
     assert answers[0].fit > 0.1
 
 
 def test_falls_alone_give_the_peak_velocity_no_upper_bound(inversion_with_known_outcomes: SurveyInversion) -> None:
     asked = inversion_with_known_outcomes.invert_survey(
-        "ruin.csv", [stone_of_round_column(size, 0, 6) for size in COLUMN_SIZES]
+        "ruin.csv", [stone_of_round_column(size, 0, 6) for size in ROUND_COLUMN_SIZES]
     )
     low, high = asked.posterior.credible_interval(asked.posterior.pgv_by_motion_and_level)
     assert low > 0.6
     assert high == math.inf
     assert inferred_motion_findings(asked).beyond_library_above
     stood = inversion_with_known_outcomes.invert_survey(
-        "ruin.csv", [stone_of_round_column(size, count=6) for size in COLUMN_SIZES]
+        "ruin.csv", [stone_of_round_column(size, count=6) for size in ROUND_COLUMN_SIZES]
     )
     assert stood.posterior.credible_interval(stood.posterior.pgv_by_motion_and_level)[0] == 0.0
     assert inferred_motion_findings(stood).beyond_library_below
@@ -219,22 +226,31 @@ def test_survey_with_only_falls_has_an_uninformative_axis_arc(inversion_with_kno
 
     An arc of 162° laid without knowledge holds a random axis in 162/180 = 90 %, as it says.
     """
-    fell = [stone_of_round_column(size, azimuth, 4) for size in COLUMN_SIZES for azimuth in (350, 0, 10)]
+    fell = [stone_of_round_column(size, azimuth, 4) for size in ROUND_COLUMN_SIZES for azimuth in (350, 0, 10)]
     every, some = (
         inversion_with_known_outcomes.invert_survey("ruin.csv", stones)
-        for stones in (fell, [*fell, stone_of_round_column(COLUMN_SIZES[2])])
+        for stones in (fell, [*fell, stone_of_round_column(ROUND_COLUMN_SIZES[2])])
     )
-    assert some.credible_axis_arc_deg == some.posterior.credible_axis_arc_deg()
-    assert some.credible_axis_arc_deg[1] < 120 > every.posterior.credible_axis_arc_deg()[1]
-    assert every.credible_axis_arc_deg[0] == every.posterior.credible_axis_arc_deg()[0]
-    assert every.credible_axis_arc_deg[1] == pytest.approx(162)
+    assert some.credible_axis_arc_middle_and_width_deg == some.posterior.credible_axis_arc_middle_and_width_deg()
+    assert (
+        some.credible_axis_arc_middle_and_width_deg[1]
+        < 120
+        > every.posterior.credible_axis_arc_middle_and_width_deg()[1]
+    )
+    assert (
+        every.credible_axis_arc_middle_and_width_deg[0] == every.posterior.credible_axis_arc_middle_and_width_deg()[0]
+    )
+    assert every.credible_axis_arc_middle_and_width_deg[1] == pytest.approx(162)
     assert inferred_motion_findings(every).everything_fell
     assert not inferred_motion_findings(some).everything_fell
     truth = np.random.default_rng(3).uniform(0, 180, 20_000)
-    held = np.abs((truth - every.credible_axis_arc_deg[0] + 90) % 180 - 90) <= every.credible_axis_arc_deg[1] / 2
+    held = (
+        np.abs((truth - every.credible_axis_arc_middle_and_width_deg[0] + 90) % 180 - 90)
+        <= every.credible_axis_arc_middle_and_width_deg[1] / 2
+    )
     assert held.mean() == pytest.approx(0.9, abs=0.01)
     nothing = inversion_with_known_outcomes.invert_survey(
-        "none.csv", [stone_of_round_column(size, count=6) for size in COLUMN_SIZES]
+        "none.csv", [stone_of_round_column(size, count=6) for size in ROUND_COLUMN_SIZES]
     )
     assert not nothing.everything_fell
 
@@ -245,12 +261,14 @@ def test_a_survey_that_no_motion_explains_does_not_fit(inversion_with_known_outc
     No motion causes these outcomes under the stub that replaces the kernel.
     """
     odd = inversion_with_known_outcomes.invert_survey(
-        "odd.csv", [stone_of_round_column(COLUMN_SIZES[2], 0, 12), stone_of_round_column(COLUMN_SIZES[0], count=12)]
+        "odd.csv",
+        [stone_of_round_column(ROUND_COLUMN_SIZES[2], 0, 12), stone_of_round_column(ROUND_COLUMN_SIZES[0], count=12)],
     )
     assert odd.fit < 0.01
     assert not inferred_motion_findings(odd).fits
     even = inversion_with_known_outcomes.invert_survey(
-        "even.csv", [stone_of_round_column(COLUMN_SIZES[0], 0, 12), stone_of_round_column(COLUMN_SIZES[2], count=12)]
+        "even.csv",
+        [stone_of_round_column(ROUND_COLUMN_SIZES[0], 0, 12), stone_of_round_column(ROUND_COLUMN_SIZES[2], count=12)],
     )
     assert even.fit > 0.1
     assert inferred_motion_findings(even).fits
@@ -258,12 +276,12 @@ def test_a_survey_that_no_motion_explains_does_not_fit(inversion_with_known_outc
 
 def test_missing_sizes_are_reported_and_drawn_at_random(inversion_with_known_outcomes: SurveyInversion) -> None:
     tall, shaped = Stone(True, 60, False, 4, b_over_h=0.2, round=True), Stone(True, 60, False, 2, height=0.75)
-    answer = inversion_with_known_outcomes.invert_survey("x.csv", [stone_of_round_column(COLUMN_SIZES[0], 0)])
-    assert not inferred_motion_findings(answer, [stone_of_round_column(COLUMN_SIZES[0])]).sizes_assumed
-    found = inferred_motion_findings(answer, [stone_of_round_column(COLUMN_SIZES[0]), tall, shaped])
+    answer = inversion_with_known_outcomes.invert_survey("x.csv", [stone_of_round_column(ROUND_COLUMN_SIZES[0], 0)])
+    assert not inferred_motion_findings(answer, [stone_of_round_column(ROUND_COLUMN_SIZES[0])]).sizes_assumed
+    found = inferred_motion_findings(answer, [stone_of_round_column(ROUND_COLUMN_SIZES[0]), tall, shaped])
     assert (found.stones_without_height, found.stones_without_b_over_h) == (4, 2)
     heights, shapes = (StoneDimensions.from_stone(one).size_grid_weights(StonePopulation()) for one in (tall, shaped))
-    assert 0.6 < np.exp(np.log(HEIGHTS) @ heights.sum(axis=1)) < 0.9
+    assert 0.6 < np.exp(np.log(SIMULATED_HEIGHTS_M) @ heights.sum(axis=1)) < 0.9
     assert 0.3 < 0.75 * np.exp(np.log(SIMULATED_B_OVER_H) @ shapes.sum(axis=0)) < 0.4
 
 
@@ -273,9 +291,9 @@ def test_a_survey_with_zero_background_has_a_posterior(inversion_with_known_outc
     Even with the setting `surveys: [{background: 0}]` no outcome is impossible.
     """
     stones = [
-        stone_of_round_column(COLUMN_SIZES[0], 0, 8),
-        stone_of_round_column(COLUMN_SIZES[2], 180, 1),
-        stone_of_round_column(COLUMN_SIZES[2], count=8),
+        stone_of_round_column(ROUND_COLUMN_SIZES[0], 0, 8),
+        stone_of_round_column(ROUND_COLUMN_SIZES[2], 180, 1),
+        stone_of_round_column(ROUND_COLUMN_SIZES[2], count=8),
     ]
     logs = replace(inversion_with_known_outcomes, random_outcome_share=0.0).log_likelihoods_of_survey_by_motion(stones)
     assert np.isfinite(logs).all()
@@ -289,7 +307,7 @@ def test_a_survey_with_zero_background_has_a_posterior(inversion_with_known_outc
 
 
 def test_standing_stones_bound_the_pgv_less_if_many_are_fixed(inversion_with_known_outcomes: SurveyInversion) -> None:
-    stones = [stone_of_round_column(size, count=4) for size in COLUMN_SIZES]
+    stones = [stone_of_round_column(size, count=4) for size in ROUND_COLUMN_SIZES]
     loose = SurveyInversion(inversion_with_known_outcomes.stone_outcome_probabilities, fixed_stone_share=0.8)
     bound, less = (
         one.compute_posterior(one.log_likelihoods_of_survey_by_motion(stones))
@@ -298,7 +316,7 @@ def test_standing_stones_bound_the_pgv_less_if_many_are_fixed(inversion_with_kno
     assert less.probability[:, 6:].sum() > 2 * bound.probability[:, 6:].sum()
 
 
-def test_kind_of_stone_to_simulate_has_the_smaller_of_both_b_over_h() -> None:
+def test_stone_dimensions_to_simulate_have_the_smaller_of_both_b_over_h() -> None:
     stone = Stone(True, 0.0, False, b_over_h=0.5, b_over_h_side=0.25, face_azimuth_deg=30, height=0.8)
     assert StoneDimensions.from_stone(stone) == StoneDimensions(0.8, 0.25, 2.0)
     assert stone.slender_face_azimuth_deg == 120
@@ -318,12 +336,14 @@ def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
     slab = {"b_over_h": 0.15, "b_over_h_side": 0.6, "height": 0.45}
     north, east = (Stone(False, math.nan, False, face_azimuth_deg=face, **slab) for face in (0.0, 90.0))
     asked = SurveyInversion(StoneOutcomeProbabilities([one], [StoneDimensions.from_stone(north)], folder=tmp_path))
-    level = int(np.argmin(np.abs(PGV_LEVELS * one.pga / one.pgv - 0.4 * 9.80665)))
-    stands = [asked.outcome_probabilities(stone)[0, level, 0, STOOD] for stone in (north, east)]
+    level = int(np.argmin(np.abs(SIMULATED_PGV_M_S * one.pga / one.pgv - 0.4 * 9.80665)))
+    stands = [asked.outcome_probabilities(stone)[0, level, 0, STANDING_OUTCOME_INDEX] for stone in (north, east)]
     assert stands[0] < 0.3
     assert stands[1] > 0.8
     # Turned by a quarter with its motion, each does the same.
-    assert asked.outcome_probabilities(east)[0, level, ROTATION_COUNT // 4, STOOD] == pytest.approx(stands[0], abs=1e-6)
+    assert asked.outcome_probabilities(east)[
+        0, level, MOTION_ROTATION_COUNT // 4, STANDING_OUTCOME_INDEX
+    ] == pytest.approx(stands[0], abs=1e-6)
 
 
 @pytest.mark.long
@@ -370,12 +390,12 @@ def test_simulated_outcomes_of_stones_are_cached_in_files(tmp_path: Path, monkey
         return outcomes_by_pgv_rule(one, aspect, nodes, threads)
 
     monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", count_and_fake_simulations)
-    one, kind = elliptic_candidate_motion(0.5), StoneDimensions(*COLUMN_SIZES[0], 0.0)
+    one, kind = elliptic_candidate_motion(0.5), StoneDimensions(*ROUND_COLUMN_SIZES[0], 0.0)
     first = StoneOutcomeProbabilities([one], [kind], folder=tmp_path).table(kind)
     assert np.array_equal(StoneOutcomeProbabilities([one], [kind], folder=tmp_path).table(kind), first)
     assert len(calls) == 1
     # Another size computes what is not there yet, another motion everything.
-    StoneOutcomeProbabilities([one], [kind, StoneDimensions(*COLUMN_SIZES[2], 0.0)], folder=tmp_path)
+    StoneOutcomeProbabilities([one], [kind, StoneDimensions(*ROUND_COLUMN_SIZES[2], 0.0)], folder=tmp_path)
     StoneOutcomeProbabilities([elliptic_candidate_motion(0.8)], [kind], folder=tmp_path)
     assert calls[1] > 0
     assert calls[2] == calls[0]
@@ -411,16 +431,16 @@ def test_the_predicted_case_count_is_that_of_simulated_cases(tmp_path: Path, mon
 
     monkeypatch.setattr(stone_outcomes, "simulate_cases", count_and_fake_cases)
     motions = [elliptic_candidate_motion(0.5), elliptic_candidate_motion(0.8)]
-    kinds = [StoneDimensions(*COLUMN_SIZES[0], 0.0), StoneDimensions(*COLUMN_SIZES[1], 2.0)]
-    cases, seconds = simulation_case_count_and_time(motions, kinds, tmp_path)
+    kinds = [StoneDimensions(*ROUND_COLUMN_SIZES[0], 0.0), StoneDimensions(*ROUND_COLUMN_SIZES[1], 2.0)]
+    cases, seconds = case_count_and_processor_time_s(motions, kinds, tmp_path)
     StoneOutcomeProbabilities(motions, kinds, folder=tmp_path)
     assert cases == sum(asked)
     lasts = [one.motion.north.size * one.motion.sampling_interval for one in motions]
-    assert seconds == pytest.approx(CASE_SECONDS_PER_MOTION_SECOND * cases / 2 * sum(lasts))
-    assert simulation_case_count_and_time(motions, kinds, tmp_path) == (0, 0.0)
-    more, _ = simulation_case_count_and_time(motions, [*kinds, StoneDimensions(*COLUMN_SIZES[2], 0.0)], tmp_path)
+    assert seconds == pytest.approx(CASE_PROCESSOR_SECONDS_PER_MOTION_SECOND * cases / 2 * sum(lasts))
+    assert case_count_and_processor_time_s(motions, kinds, tmp_path) == (0, 0.0)
+    more, _ = case_count_and_processor_time_s(motions, [*kinds, StoneDimensions(*ROUND_COLUMN_SIZES[2], 0.0)], tmp_path)
     asked.clear()
-    StoneOutcomeProbabilities(motions, [*kinds, StoneDimensions(*COLUMN_SIZES[2], 0.0)], folder=tmp_path)
+    StoneOutcomeProbabilities(motions, [*kinds, StoneDimensions(*ROUND_COLUMN_SIZES[2], 0.0)], folder=tmp_path)
     assert 0 < more == sum(asked)
 
 
@@ -432,33 +452,40 @@ def test_each_combination_of_size_friction_pgv_and_face_is_simulated(
     The stand-in of the kernel returns a direction that names height, B/H, friction, level and face of its case.
     """
 
-    def direction_bin_encoding_case(height, shape, friction, amplitude, azimuth):  # one of 72 bins
+    def direction_bin_from_case_parameters(height, shape, friction, amplitude, azimuth):  # one of 72 bins
         parts = [
-            np.searchsorted(grid, value * 1.001) - 1 for grid, value in ((HEIGHTS, height), (SIMULATED_B_OVER_H, shape))
+            np.searchsorted(grid, value * 1.001) - 1
+            for grid, value in ((SIMULATED_HEIGHTS_M, height), (SIMULATED_B_OVER_H, shape))
         ]
-        level = np.searchsorted(PGV_LEVELS, amplitude * one.pgv * 1.001) - 1
+        level = np.searchsorted(SIMULATED_PGV_M_S, amplitude * one.pgv * 1.001) - 1
         return (7 * parts[0] + 11 * parts[1] + 13 * level + 5 * np.round(azimuth / 15) + 17 * (friction > 0.5)) % 72
 
-    def results_encoding_case(shape: str, motion: Motion, cases: Cases, numerics: NumericalOptions) -> SimpleNamespace:
-        bins = direction_bin_encoding_case(
+    def fake_results_from_case_parameters(
+        shape: str, motion: Motion, cases: Cases, numerics: NumericalOptions
+    ) -> SimpleNamespace:
+        bins = direction_bin_from_case_parameters(
             cases.height, cases.b_over_h, cases.friction, cases.amplitude, cases.azimuth_deg
         )
         return SimpleNamespace(overturned=np.ones(bins.size), fall_azimuth=5.0 * bins)
 
     one = elliptic_candidate_motion(0.5)
-    monkeypatch.setattr(stone_outcomes, "simulate_cases", results_encoding_case)
+    monkeypatch.setattr(stone_outcomes, "simulate_cases", fake_results_from_case_parameters)
     nodes = [(2, 5), (2, 6), (3, 5)]
     found = stone_outcomes.simulate_outcomes_of_sizes(one, 2.0, nodes, 1)
-    assert found.shape == (3, len(FRICTIONS), PGV_LEVELS.size, 12)
+    assert found.shape == (3, len(SIMULATED_FRICTIONS), SIMULATED_PGV_M_S.size, 12)
     for (h, b), f, at, o in ((nodes[n], f, at, o) for n, f, at, o in np.argwhere(found >= 0)[::7].tolist()):
-        expected = direction_bin_encoding_case(
-            HEIGHTS[h], SIMULATED_B_OVER_H[b], FRICTIONS[f], PGV_LEVELS[at] / one.pgv, 15.0 * o
+        expected = direction_bin_from_case_parameters(
+            SIMULATED_HEIGHTS_M[h],
+            SIMULATED_B_OVER_H[b],
+            SIMULATED_FRICTIONS[f],
+            SIMULATED_PGV_M_S[at] / one.pgv,
+            15.0 * o,
         )
         assert found[nodes.index((h, b)), f, at, o] == expected
     assert stone_outcomes.simulate_outcomes_of_sizes(one, 0.0, nodes, 1).shape == (
         3,
-        len(FRICTIONS),
-        PGV_LEVELS.size,
+        len(SIMULATED_FRICTIONS),
+        SIMULATED_PGV_M_S.size,
         1,
     )
 
@@ -468,19 +495,19 @@ def test_motion_is_estimated_for_each_site_and_for_all_together(
 ) -> None:
     """With a flat prior the posterior of independent sites is proportional to the product of their posteriors."""
     at_a = [
-        replace(stone_of_round_column(COLUMN_SIZES[0], 0, 4), site="A"),
-        replace(stone_of_round_column(COLUMN_SIZES[2], count=3), site="A"),
+        replace(stone_of_round_column(ROUND_COLUMN_SIZES[0], 0, 4), site="A"),
+        replace(stone_of_round_column(ROUND_COLUMN_SIZES[2], count=3), site="A"),
     ]
     at_b = [
-        replace(stone_of_round_column(COLUMN_SIZES[1], 10, 2), site="B"),
-        replace(stone_of_round_column(COLUMN_SIZES[2], count=2), site="B"),
+        replace(stone_of_round_column(ROUND_COLUMN_SIZES[1], 10, 2), site="B"),
+        replace(stone_of_round_column(ROUND_COLUMN_SIZES[2], count=2), site="B"),
     ]
     found = inversion_with_known_outcomes.invert_survey("ruin.csv", [*at_a, at_b[0], at_b[1]])
     alone = [inversion_with_known_outcomes.invert_survey("ruin.csv", part) for part in (at_a, at_b)]
-    assert [(one.name, one.fell, one.stood) for one in found.sites] == [("A", 4, 3), ("B", 2, 2)]
-    for site, one in zip(found.sites, alone, strict=True):
+    assert [(one.name, one.fell, one.stood) for one in found.site_results] == [("A", 4, 3), ("B", 2, 2)]
+    for site, one in zip(found.site_results, alone, strict=True):
         assert site.posterior.probability == pytest.approx(one.posterior.probability)
-        assert (site.fit, one.sites) == (one.fit, ())
+        assert (site.fit, one.site_results) == (one.fit, ())
     product = alone[0].posterior.probability * alone[1].posterior.probability
     assert found.posterior.probability == pytest.approx(product / product.sum())
     write_inversion_result(found, tmp_path / "motion.nc")
@@ -492,8 +519,8 @@ def test_motion_is_estimated_for_each_site_and_for_all_together(
 def test_library_has_61_motions_of_20_earthquakes(candidate_motions_of_package: tuple[CandidateMotion, ...]) -> None:
     every = candidate_motions_of_package
     assert len(every) == 61
-    assert len({one.event for one in every}) == 20
-    assert sum(one.event == "Imperial Valley" for one in every) == 6
+    assert len({one.earthquake_name for one in every}) == 20
+    assert sum(one.earthquake_name == "Imperial Valley" for one in every) == 6
     rinaldi = next(one for one in every if "Rinaldi" in one.name)
     # PGV of the fault-normal component by the PEER flatfile: 167 cm/s.
     assert rinaldi.pgv == pytest.approx(1.67, abs=0.02)
@@ -504,7 +531,9 @@ def test_library_has_61_motions_of_20_earthquakes(candidate_motions_of_package: 
 def test_posterior_is_read_back_from_file(tmp_path: Path, inversion_with_known_outcomes: SurveyInversion) -> None:
     asked = SurveyInversion(
         inversion_with_known_outcomes.stone_outcome_probabilities, fixed_stone_share=0.1
-    ).invert_survey("ruin.csv", [stone_of_round_column(COLUMN_SIZES[0], 0), stone_of_round_column(COLUMN_SIZES[1])])
+    ).invert_survey(
+        "ruin.csv", [stone_of_round_column(ROUND_COLUMN_SIZES[0], 0), stone_of_round_column(ROUND_COLUMN_SIZES[1])]
+    )
     write_inversion_result(asked, tmp_path / "motion.nc")
     back = read_inversion_result(tmp_path / "motion.nc")
     assert (back.fell, back.stood, back.fixed, back.fit) == (1, 1, 0.1, asked.fit)

@@ -77,7 +77,7 @@ def test_mean_directions_of_sites_match_hand_computation(tmp_path: Path) -> None
         ("azimuth\n50.5\n50.5\n", 0, 0),
     ],
 )
-def test_p_value_of_two_equal_directions_allows_for_the_recorded_step(
+def test_p_value_of_two_equal_directions_allows_for_the_azimuth_recording_step(
     tmp_path: Path, text: str, direction_p: float, axis_p: float
 ) -> None:
     """By chance two stones have the same recorded step with probability step/360°, or step/180° for axes."""
@@ -151,7 +151,7 @@ def test_field_tables_in_three_layouts_are_summarised_and_drawn(
     assert not stop.value.code, printed.err
     assert f"{fell} stones fell and {stand} stand" in printed.out
     table = read_survey_table(path, -7.5 if options else None)
-    assert sum(stone.fell and not stone.fell_in_known_direction for stone in table.stones) == unknown
+    assert sum(stone.fell and not stone.fell_in_known_direction for stone in table.counted_stones) == unknown
     found = observed_survey_findings(summarise_survey(table)).together
     assert found.direction.mean_deg is not None
     assert 110 < found.direction.mean_deg < 150
@@ -189,7 +189,7 @@ def test_survey_command_prints_the_summary_in_sentences(tmp_path: Path, capsys: 
         (("--declination", "200"), "give degrees from -180 to 180, east positive"),
     ],
 )
-def test_survey_command_refuses_options_that_need_a_cube(
+def test_survey_command_refuses_invalid_options_and_options_that_need_a_cube(
     arguments: tuple[str, str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "stones.csv").write_text(TABLE_OF_TWO_SITES, encoding="utf-8")

@@ -19,7 +19,7 @@ from overturning.statistics.bootstrap import mean_share_over_earthquakes
 from overturning.surveys.population import (
     SampledStones,
     choose_neighbouring_grid_indices_at_random,
-    fall_rates_of_stones_known_in_both_cubes,
+    fall_rates_of_stones_with_outcome_in_both_cubes,
     fit_population_fragility_curves,
     outcome_rates_by_amplitude,
     outcomes_of_sampled_stones,
@@ -67,8 +67,8 @@ def test_a_stone_falls_in_the_plane_of_the_pulse() -> None:
     )
     assert not weak.fell.any()
     assert strong.fell.all()
-    assert np.isnan(weak.azimuth).all()
-    assert np.abs(np.sin(np.radians(strong.azimuth[0]))) == pytest.approx([1, 1])
+    assert np.isnan(weak.fall_azimuth_deg).all()
+    assert np.abs(np.sin(np.radians(strong.fall_azimuth_deg[0]))) == pytest.approx([1, 1])
 
 
 def test_fall_rate_from_a_cube_matches_stones_simulated_singly() -> None:
@@ -160,7 +160,7 @@ def test_rocking_stone_takes_no_outcome_from_a_case_where_blocks_slide() -> None
 
 
 @pytest.mark.parametrize("flag", [1, 0, np.nan])
-def test_stone_with_a_missing_plane_has_no_outcome(flag: float) -> None:
+def test_stone_with_an_unknown_outcome_in_one_plane_has_no_outcome(flag: float) -> None:
     """A stone has no known outcome if that of the blocks in one of its planes is unknown.
 
     The outcome in plane 90° is unknown: whatever happens in plane 0°, a fall over the other edge may have come first.
@@ -194,11 +194,11 @@ def test_fall_rates_of_two_cubes_count_only_stones_known_in_both(fixed: float) -
     population = StonePopulation(stones=64, fixed=fixed)
     alone = population_outcome_rates_by_record(whole, population)["fall_rate"].sel(amplitude=1.0).to_numpy()
     assert alone == pytest.approx([0.5 * (1 - fixed)], abs=0.1)
-    assert fall_rates_of_stones_known_in_both_cubes(whole, lacking, population) == ([0.0], [0.0])
-    for same in fall_rates_of_stones_known_in_both_cubes(whole, whole, population):
+    assert fall_rates_of_stones_with_outcome_in_both_cubes(whole, lacking, population) == ([0.0], [0.0])
+    for same in fall_rates_of_stones_with_outcome_in_both_cubes(whole, whole, population):
         np.testing.assert_array_equal(same, alone)
     nothing = lacking.assign(overturned=lacking["overturned"] * np.nan)
-    assert np.isnan(fall_rates_of_stones_known_in_both_cubes(whole, nothing, population)).all()
+    assert np.isnan(fall_rates_of_stones_with_outcome_in_both_cubes(whole, nothing, population)).all()
 
 
 @pytest.mark.parametrize("fixed", [0.0, 0.3])

@@ -42,8 +42,8 @@ def test_fall_rate_under_a_power_law_hazard_matches_the_closed_form(
     hazard = power_law_hazard(1e-4, k, 1e-4, 1e4, count)
     found = estimate_standing_probability(fragility_curve_row(median, spread), hazard, 500.0)
     rate = 1e-4 * median**-k * math.exp(0.5 * (k * spread) ** 2)
-    assert found.rate == pytest.approx(rate, rel=1e-9)
-    assert found.stands == pytest.approx(math.exp(-500 * rate), rel=1e-9)
+    assert found.annual_fall_rate == pytest.approx(rate, rel=1e-9)
+    assert found.standing_probability == pytest.approx(math.exp(-500 * rate), rel=1e-9)
 
 
 def test_fall_rate_under_any_hazard_matches_quadrature() -> None:
@@ -70,19 +70,21 @@ def test_fall_rate_under_any_hazard_matches_quadrature() -> None:
     found = estimate_standing_probability(
         fragility_curve_row(0.6, 0.4, median_low=0.6, median_high=math.inf, least=0.3, most=0.8), hazard, 1000.0
     )
-    assert found.rate == pytest.approx(fall_rate_by_quadrature(0, 9) + top, rel=1e-8)
-    assert found.beyond == pytest.approx(
+    assert found.annual_fall_rate == pytest.approx(fall_rate_by_quadrature(0, 9) + top, rel=1e-8)
+    assert found.fall_rate_share_outside_data == pytest.approx(
         1 - fall_rate_by_quadrature(0.3, 0.8) / (fall_rate_by_quadrature(0, 9) + top), rel=1e-7
     )
-    assert (found.low, found.high) == pytest.approx(
+    assert (found.standing_probability_low, found.standing_probability_high) == pytest.approx(
         (math.exp(-1000 * (fall_rate_by_quadrature(0, 9) + rate[-1])), 1.0), rel=1e-8
     )
     inside = estimate_standing_probability(fragility_curve_row(0.6, 0.4, least=0.01, most=4.0), hazard, 1000.0)
-    assert inside.beyond == pytest.approx(0.0, abs=1e-12), "the last level's falls were beyond records that reach it"
+    assert inside.fall_rate_share_outside_data == pytest.approx(0.0, abs=1e-12), (
+        "the last level's falls were beyond records that reach it"
+    )
     without = estimate_standing_probability(fragility_curve_row(0.6, 0.4), hazard, 1000.0)
-    assert without.stands == found.stands
-    assert math.isnan(without.low)
-    assert math.isnan(without.high)
+    assert without.standing_probability == found.standing_probability
+    assert math.isnan(without.standing_probability_low)
+    assert math.isnan(without.standing_probability_high)
 
 
 def test_stones_of_differing_strength_survive_longer_than_equal_ones() -> None:
@@ -95,12 +97,12 @@ def test_stones_of_differing_strength_survive_longer_than_equal_ones() -> None:
         fragility_curve_row(0.6, 0.5, record_spread=0.0, other_spread=0.5), hazard, 300.0
     )
     share, _ = quad(lambda v: norm.pdf(v) * math.exp(-0.3 * (0.6 * math.exp(0.5 * v)) ** -2), -8, 8)
-    assert found.share == pytest.approx(share, rel=1e-3)
-    assert found.share > found.stands
+    assert found.standing_share_with_constant_deviations == pytest.approx(share, rel=1e-3)
+    assert found.standing_share_with_constant_deviations > found.standing_probability
     alike = estimate_standing_probability(
         fragility_curve_row(0.6, 0.5, record_spread=0.5, other_spread=0.0), hazard, 300.0
     )
-    assert alike.share == pytest.approx(alike.stands)
+    assert alike.standing_share_with_constant_deviations == pytest.approx(alike.standing_probability)
 
 
 def test_upper_bound_of_a_rate_without_falls_is_the_rule_of_three() -> None:
@@ -308,7 +310,7 @@ def test_a_hazard_curve_that_begins_too_high_is_reported(tmp_path: Path, run_sto
             (
                 estimate_standing_probability(
                     fragility_curve_row(0.6, spread), read_hazard_curves(files[1])["PGA"], 800.0
-                ).rate,
+                ).annual_fall_rate,
                 text,
             )
         )

@@ -16,8 +16,8 @@ from overturning.surveys import stone_outcomes
 from overturning.surveys.library import CandidateMotion
 from overturning.surveys.responses import (
     StoneDimensions,
+    case_count_and_processor_time_s,
     note_on_stones_broader_than_simulated,
-    simulation_case_count_and_time,
 )
 from overturning.surveys.stone_outcomes import shipped_stone_outcomes_of_motion, simulate_outcomes_of_sizes
 from overturning.surveys.stones import Stone
@@ -25,7 +25,7 @@ from tests.dem.test_same_bits import NUMPY_INSTRUCTION_SETS
 
 
 @pytest.mark.parametrize("count", [2, pytest.param(60, marks=pytest.mark.long)])
-@pytest.mark.parametrize("aspect", [0.0, *stone_outcomes.ASPECTS])
+@pytest.mark.parametrize("aspect", [0.0, *stone_outcomes.SIMULATED_D_OVER_B])
 def test_shipped_outcomes_match_new_simulations(
     candidate_motions_of_package: tuple[CandidateMotion, ...], aspect: float, count: int
 ) -> None:
@@ -59,7 +59,10 @@ def test_simulated_grid_equals_that_of_shipped_outcomes_on_any_processor() -> No
 
 
 def test_grid_of_peak_velocities_and_b_over_h_is_geometric() -> None:
-    for grid, ends in ((stone_outcomes.PGV_LEVELS, (0.2, 3.2)), (stone_outcomes.SIMULATED_B_OVER_H, (0.08, 0.8))):
+    for grid, ends in (
+        (stone_outcomes.SIMULATED_PGV_M_S, (0.2, 3.2)),
+        (stone_outcomes.SIMULATED_B_OVER_H, (0.08, 0.8)),
+    ):
         np.testing.assert_allclose(grid, np.geomspace(*ends, grid.size), rtol=1e-15)
 
 
@@ -103,12 +106,12 @@ def test_only_stones_within_the_documented_limits_have_shipped_outcomes(
         for ratio in (0.1, 0.37, 0.8)
         for aspect in (0.0, 1.0, 1.5, 2.3, 3.5, 7.0)
     ]
-    assert simulation_case_count_and_time(motions, known) == (0, 0.0)
-    every, seconds = simulation_case_count_and_time(motions, known, with_known=True)
+    assert case_count_and_processor_time_s(motions, known) == (0, 0.0)
+    every, seconds = case_count_and_processor_time_s(motions, known, with_known=True)
     assert every > 1e6
     assert seconds > 60.0
     assert (
-        simulation_case_count_and_time(motions, [StoneDimensions.from_stone(standing_stone(1.05 * highest, 1.0))])[0]
+        case_count_and_processor_time_s(motions, [StoneDimensions.from_stone(standing_stone(1.05 * highest, 1.0))])[0]
         > 0
     )
 
@@ -143,8 +146,8 @@ def test_shipped_outcomes_of_another_grid_are_not_used(
 ) -> None:
     one = candidate_motions_of_package[0]
     assert shipped_stone_outcomes_of_motion(one, 1.0)
-    for read in (stone_outcomes._aspects_with_shipped_outcomes, stone_outcomes._shipped_outcome_array):
+    for read in (stone_outcomes._d_over_b_texts_with_shipped_outcomes, stone_outcomes._shipped_outcome_array):
         read.cache_clear()
-    monkeypatch.setattr(stone_outcomes, "FRICTIONS", (0.5, 0.65, 0.9))
+    monkeypatch.setattr(stone_outcomes, "SIMULATED_FRICTIONS", (0.5, 0.65, 0.9))
     assert shipped_stone_outcomes_of_motion(one, 1.0) == {}
-    stone_outcomes._aspects_with_shipped_outcomes.cache_clear()
+    stone_outcomes._d_over_b_texts_with_shipped_outcomes.cache_clear()

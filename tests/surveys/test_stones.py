@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from overturning.errors import RecordError
-from overturning.surveys.stones import COLUMNS, read_counted_stones, read_counted_stones_with_notes
+from overturning.surveys.stones import SURVEY_COLUMNS, read_counted_stones, read_counted_stones_with_notes
 
 
 def write_survey(folder: Path, text: str, encoding: str = "utf-8") -> Path:
@@ -104,7 +104,7 @@ def test_survey_file_that_is_no_utf_8_text_is_refused(tmp_path: Path) -> None:
 def test_the_docs_name_every_survey_column() -> None:
     text = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
     section = text.partition("## Surveys")[2].partition("\n## ")[0]
-    assert [name for name in COLUMNS if f"| `{name}` |" not in section] == []
+    assert [name for name in SURVEY_COLUMNS if f"| `{name}` |" not in section] == []
 
 
 def test_error_about_a_huge_cell_names_its_line(tmp_path: Path) -> None:

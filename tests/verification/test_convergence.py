@@ -10,7 +10,7 @@ from overturning.motion.motion import Motion
 from verification.inputs import CaseGroup, case_grid, every_nth_case, rocking_block_groups_under_sine_pulses
 from verification.measures import convergence_order, median_rotation_error, run_case_groups
 from verification.work_precision.boundaries import (
-    BRACKET_HALF_WIDTH,
+    RELATIVE_BRACKET_HALF_WIDTH,
     bisect_boundaries,
     falling_and_standing_b_over_h,
     find_boundaries,
@@ -104,8 +104,8 @@ def test_the_overturning_boundary_converges_with_the_time_step(scheme: str, leas
             groups,
             where,
             soft_contact_setting(scheme, step).arguments,
-            near * (1 - BRACKET_HALF_WIDTH),
-            near * (1 + BRACKET_HALF_WIDTH),
+            near * (1 - RELATIVE_BRACKET_HALF_WIDTH),
+            near * (1 + RELATIVE_BRACKET_HALF_WIDTH),
             20,
         )
 

@@ -12,7 +12,7 @@ from verification import example_survey
 from verification.example_survey import (
     DIRECTION_NOTATION_BY_SITE,
     PAGE,
-    ROSE,
+    ROSE_DIAGRAM_FILE,
     SURVEY,
     InventedStone,
     direction_in_notation,
@@ -51,7 +51,7 @@ def test_the_survey_page_shows_the_output_of_its_commands() -> None:
     lines = SURVEY.read_text(encoding="utf-8").splitlines()
     assert header in lines
     assert set(rows) <= set(lines)
-    assert ROSE.read_text(encoding="utf-8").startswith("<?xml")
+    assert ROSE_DIAGRAM_FILE.read_text(encoding="utf-8").startswith("<?xml")
 
 
 def test_the_example_survey_is_read_as_it_was_invented(invented_stones: dict[str, list[InventedStone]]) -> None:

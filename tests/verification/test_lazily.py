@@ -20,7 +20,7 @@ from overturning.statistics.illustrative import find_illustrative_cases
 from overturning.study import cube as cube_module
 from overturning.study.cube import open_cube
 from overturning.study.intensity import write_intensity_measures
-from overturning.study.scenes import NOMINAL, variant_names
+from overturning.study.scenes import NOMINAL_VARIANT, variant_names
 from overturning.surveys.population import population_outcome_rates_by_record
 from verification.scale.made import synthetic_records, synthetic_study, write_synthetic_cube
 
@@ -39,7 +39,9 @@ GRID_BY_STUDY_KIND: dict[str, dict[str, Any]] = {
     | {"azimuth": {"step": 10}, "ensemble": {"members": 4}},
 }
 FEW_RECORDS, MANY_RECORDS = 1, 3
-MAX_MEMORY_GROWTH_SHARE = 1 / 3  # of the bytes of the records that are more, as the cube's types have them
+MAX_MEMORY_GROWTH_OVER_ADDED_DATA_SIZE = (
+    1 / 3
+)  # of the bytes of the records that are more, as the cube's types have them
 
 Statistic = Callable[[StudyResults], object]
 
@@ -60,7 +62,7 @@ STATISTICS_BY_STUDY_KIND: dict[str, dict[str, Statistic]] = {
     "planes": {
         "axes of earthquakes": lambda results: results.fall_axis_summaries,
         "share that falls": lambda results: results.share_overturned,
-        "statuses": lambda results: results.case_and_unknown_counts_by_status,
+        "statuses": lambda results: results.case_and_missing_outcome_counts_by_status,
         "rose": lambda results: fall_roses_by_group_figure(results.default_element_cube),
         "logistic fit": logistic_fit_findings,
         "criteria": skill_of_published_criteria,
@@ -93,7 +95,7 @@ def result_folders_with_few_and_many_records(
             for records, folder in zip((FEW_RECORDS, MANY_RECORDS), made[kind], strict=True):
                 study = synthetic_study(records, grid)
                 for variant in variant_names(study):
-                    name = "cube.nc" if variant == NOMINAL else f"cube.{variant}.nc"
+                    name = "cube.nc" if variant == NOMINAL_VARIANT else f"cube.{variant}.nc"
                     write_synthetic_cube(study, folder / name, different=1, variant=variant)
                 write_intensity_measures(study, list(synthetic_records(study)), folder / "intensity.nc")
         yield made
@@ -125,4 +127,6 @@ def test_memory_of_report_statistics_grows_little_with_each_record(
     few, many = (peak_memory_bytes(statistic, folder) for folder in few_many)
     with open_cube(few_many[0] / "cube.nc", element=None) as cube:
         more = cube.nbytes / FEW_RECORDS * (MANY_RECORDS - FEW_RECORDS)
-    assert (many - few) / more < MAX_MEMORY_GROWTH_SHARE, f"{(many - few) / more:.2f} of the records' own size"
+    assert (many - few) / more < MAX_MEMORY_GROWTH_OVER_ADDED_DATA_SIZE, (
+        f"{(many - few) / more:.2f} of the records' own size"
+    )

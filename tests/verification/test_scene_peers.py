@@ -18,13 +18,13 @@ from tests.dem.near_field import near_field_motion_and_component_azimuths as ins
 from tests.dem.polygon_scenes import load_shipped_scene
 from tests.expect import skip_test_unless_skipping_is_forbidden
 from verification.inputs import read_strong_part_of_pulse_record
-from verification.scene_peers import TABLE, choose_random_three_tier_cases, fall_sides_of_shaft_by_engine
+from verification.scene_peers import ENGINE_OUTCOMES_FILE, choose_random_three_tier_cases, fall_sides_of_shaft_by_engine
 from verification.scenes import SHAFT_INDEX
 
 pytestmark = pytest.mark.long
 
 
-def test_scene_outcomes_differ_from_two_engines_no_more_than_those_differ() -> None:
+def test_scene_outcomes_differ_from_two_engines_no_more_than_these_from_each_other() -> None:
     """On average, outcomes are no farther from those of pymunk and Box2D than these two are from each other.
 
     The same 120 cases of five records are simulated in this program and in the two engines.
@@ -32,7 +32,7 @@ def test_scene_outcomes_differ_from_two_engines_no_more_than_those_differ() -> N
     Their contacts give; so do ours here. The rigid ones are no farther from the nearer engine than it from the other.
     """
     installed_near_field(6)  # skips where the records are not installed
-    kept, cases = pd.read_csv(TABLE), choose_random_three_tier_cases()
+    kept, cases = pd.read_csv(ENGINE_OUTCOMES_FILE), choose_random_three_tier_cases()
     pd.testing.assert_frame_equal(kept[cases.columns], cases, check_dtype=False)
     scene = load_shipped_scene("three-tier")
     height, _ = reference_element_height_and_b_over_h(scene)
@@ -61,7 +61,7 @@ def test_some_stored_engine_outcomes_of_a_scene_are_reproduced() -> None:
         skip_test_unless_skipping_is_forbidden(
             "pymunk and Box2D are not installed (`make peers`); their kept answers are compared above"
         )
-    kept = pd.read_csv(TABLE)
+    kept = pd.read_csv(ENGINE_OUTCOMES_FILE)
     some = choose_random_three_tier_cases().query("record == 6").iloc[:6]
     for name, found in fall_sides_of_shaft_by_engine(some).items():
         assert np.mean(found == kept[name].iloc[:6]) >= 5 / 6  # other versions differ in a chaotic case now and then

@@ -28,9 +28,9 @@ from verification.shaking_table.clouds import (
 )
 from verification.shaking_table.data import SPECIMENS, ShakingTableTests, read_shaking_table_tests
 from verification.shaking_table.models import (
-    B_OVER_H_CENTRES,
     ENSEMBLE_AND_PEAKS_MODEL,
-    HEIGHT_CENTRES,
+    NEIGHBOURHOOD_CENTRES_B_OVER_H,
+    NEIGHBOURHOOD_CENTRES_HEIGHT,
     PEAKS_MODEL,
     PRISMS_MODEL,
     RECTANGLES_MODEL,
@@ -83,8 +83,8 @@ def test_a_reliability_bin_without_falls_has_an_exact_upper_bound() -> None:
     probabilities, fell = np.tile([0.01, 0.01, 0.99], 20), np.tile([False, False, True], 20)
     first, last = reliability_bins(probabilities, fell, motions, 40)
     bound = 0.05 ** (1 / 20)
-    assert (first.fallen_share, first.low, first.high) == (0.0, 0.0, pytest.approx(1 - bound))
-    assert (last.fallen_share, last.low, last.high) == (1.0, pytest.approx(bound), 1.0)
+    assert (first.fallen_share, first.interval_low, first.interval_high) == (0.0, 0.0, pytest.approx(1 - bound))
+    assert (last.fallen_share, last.interval_low, last.interval_high) == (1.0, pytest.approx(bound), 1.0)
 
 
 @pytest.mark.parametrize("kind", [RECTANGLES, PRISMS], ids=lambda kind: kind.name)
@@ -132,7 +132,7 @@ def synthetic_shaking_table_tests(
 ) -> ShakingTableTests:
     """Return equally many tests of each of twelve motions; a stone falls if the peak exceeds its threshold."""
     return ShakingTableTests(
-        number=np.arange(peak.size),
+        laboratory_test_numbers=np.arange(peak.size),
         played_record=np.repeat([f"RSN{i}" for i in range(12)], peak.size // 12),
         acceleration=[np.zeros(2)] * peak.size,
         sampling_interval=0.005,
@@ -167,10 +167,10 @@ def test_the_likeliest_size_range_has_the_true_overturning_acceleration(
 ) -> None:
     tests, _ = synthetic_tests_and_stones
     centre = most_likely_size_neighbourhood(fall_fractions, tests.fell[1], np.arange(150))
-    shape, size = divmod(centre, HEIGHT_CENTRES.size)
-    assert invented_overturning_acceleration(B_OVER_H_CENTRES[shape], HEIGHT_CENTRES[size]) == pytest.approx(
-        invented_overturning_acceleration(np.array(0.15), np.array(0.8)), rel=0.15
-    )
+    shape, size = divmod(centre, NEIGHBOURHOOD_CENTRES_HEIGHT.size)
+    assert invented_overturning_acceleration(
+        NEIGHBOURHOOD_CENTRES_B_OVER_H[shape], NEIGHBOURHOOD_CENTRES_HEIGHT[size]
+    ) == pytest.approx(invented_overturning_acceleration(np.array(0.15), np.array(0.8)), rel=0.15)
 
 
 def test_models_predict_unseen_synthetic_shaking_table_tests_reliably(
@@ -188,8 +188,8 @@ def test_models_predict_unseen_synthetic_shaking_table_tests_reliably(
     assert (rows["low"] <= rows["value"] + 0.02).all()
     assert np.isfinite(held["motion left out", RECTANGLES_MODEL, 1]).all()
     for one in reliability_bins(held["motion left out", RECTANGLES_MODEL, 1], tests.fell[1], tests.played_record, 40):
-        if np.isfinite(one.low):  # at least eight motions
-            assert one.low - 0.25 <= one.probability <= one.high + 0.25
+        if np.isfinite(one.interval_low):  # at least eight motions
+            assert one.interval_low - 0.25 <= one.mean_probability <= one.interval_high + 0.25
 
 
 def test_every_simulated_rectangle_is_in_exactly_one_damping_class(
@@ -209,8 +209,8 @@ def test_no_shaking_table_test_is_predicted_from_its_own_motion(
     for learn, predict in splits_leaving_out_one_motion(tests):
         assert not set(tests.played_record[learn]) & set(tests.played_record[predict])
     learn, predict = next(split_odd_and_even_tests(tests))
-    assert (tests.number[learn] % 2 == 1).all()
-    assert (tests.number[predict] % 2 == 0).all()
+    assert (tests.laboratory_test_numbers[learn] % 2 == 1).all()
+    assert (tests.laboratory_test_numbers[predict] % 2 == 0).all()
 
 
 def test_the_error_names_a_missing_array_or_file_of_shaking_table_tests(
@@ -257,7 +257,7 @@ def test_the_fit_to_small_shaking_table_tests_recovers_a_known_block() -> None:
     motions = [small_table.one_cosine_cycle(*pair) for pair in grid]
     fell = [bool(simulate_rigid_rocking(motion, Cases(0.0, 0.2, 0.15, 1.0)).overturned[0]) for motion in motions]
     tests = pd.DataFrame(grid, columns=["pga", "ratio"]).assign(fell=fell).sample(frac=1.0, random_state=1)
-    shares = small_table.simulated_fall_shares_by_neighbourhood_and_test(tests)
+    shares = small_table.fall_shares_by_size_neighbourhood_and_test(tests)
     probabilities, centres = small_table.predict_each_half_from_the_other(tests, shares)
     for b_over_h, height in centres:
         assert b_over_h == pytest.approx(0.15, rel=0.2)

@@ -19,7 +19,7 @@ from verification.shaking_table.scan import (
     most_likely_orientation,
     read_scanned_boulder,
     simulate_orientations,
-    split_motions_in_halves,
+    split_tests_into_halves_by_motion,
 )
 from verification.shaking_table.scan_page import (
     SCAN_MODEL,
@@ -39,7 +39,7 @@ TRUE_YAW_INDEX = 7
 def synthetic_tests_and_falls(monkeypatch: pytest.MonkeyPatch) -> tuple[ShakingTableTests, np.ndarray]:
     """Return 240 tests of twelve motions, and falls of a boulder that is weakest towards one orientation."""
     generator = np.random.default_rng(3)
-    monkeypatch.setattr("verification.shaking_table.scores.DRAWS", 40)
+    monkeypatch.setattr("verification.shaking_table.scores.BOOTSTRAP_SAMPLE_COUNT", 40)
     peak = np.exp(generator.uniform(np.log(0.5), np.log(8), 240))
     limit = 2.5 - 1.2 * np.cos(np.radians(YAWS))
     fell = peak[None, :, None] * np.array([1.1, 1.0])[:, None, None] > limit[None, None, :]
@@ -59,7 +59,7 @@ def test_the_boulder_orientation_is_recovered_from_each_half_of_the_tests(
     shares = fall_probabilities(fell)
     assert shares.shape == (YAWS.size, 240)
     assert ((shares > 0) & (shares < 1)).all()
-    for learn, _ in split_motions_in_halves(tests):
+    for learn, _ in split_tests_into_halves_by_motion(tests):
         chosen = most_likely_orientation(shares, tests.fell[1], learn)
         assert min(abs(chosen - TRUE_YAW_INDEX), abs(YAWS.size - chosen - TRUE_YAW_INDEX)) <= 2
 
@@ -69,7 +69,7 @@ def test_no_motion_is_in_both_halves_of_the_tests(
 ) -> None:
     tests, _ = synthetic_tests_and_falls
     predicted = []
-    for learn, predict in split_motions_in_halves(tests):
+    for learn, predict in split_tests_into_halves_by_motion(tests):
         assert not set(tests.played_record[learn]) & set(tests.played_record[predict])
         assert abs(len(learn) - len(predict)) <= 20
         predicted.append(predict)
@@ -95,7 +95,9 @@ def test_scores_and_tables_of_a_scanned_boulder_are_complete(
     assert score_table(rows).count("\n") == 1 + 2 * 2 * 2
     assert score_table_of_all_orientations(tests, shares).count("\n") == 1 + 24
     assert "first half of the motions" in fitted_orientation_table(tests, shares)
-    lines = fall_table_by_bearing_height(tests, {scan.RELIEFS[0]: fell[0], scan.SMALL_RELIEF: fell[1]}).splitlines()
+    lines = fall_table_by_bearing_height(
+        tests, {scan.BEARING_HEIGHT_LIMITS_M[0]: fell[0], scan.SMALL_BEARING_HEIGHT_LIMIT_M: fell[1]}
+    ).splitlines()
     assert [line.split("|")[2].strip() for line in lines[2:]] == ["no", "yes", ""]
     assert f"{fell[1].mean():.3f}" in lines[2]
 

@@ -19,7 +19,7 @@ from overturning.model.scene import gravestone
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import load_shipped_scene
-from verification.stability.cases import CASES_PER_SETTING, SCENES, scene_settings
+from verification.stability.cases import CASES_PER_SETTING, SCENES, sample_parameters_of_scene_cases
 from verification.stability.checks import CheckedOutcome, find_failed_scene_check, least_rocking_acceleration_ratio
 from verification.stability.maps import (
     SCENE_COLUMN_MEANINGS,
@@ -40,7 +40,11 @@ def one_second_pulse(peak: float) -> Motion:
 
 
 def test_no_wrong_outcome_of_an_extreme_scene_is_reported_as_valid() -> None:
-    settings = [setting for setting in scene_settings(8, 1, 7) if setting.common_parameters.motion != "ten minutes"]
+    settings = [
+        setting
+        for setting in sample_parameters_of_scene_cases(8, 1, 7)
+        if setting.common_parameters.motion != "ten minutes"
+    ]
     assert {setting.scene for setting in settings} == set(SCENES)
     found = collect_stability_map_rows(partial(simulate_and_check_scene_cases, root=ROOT), settings, threads=2)
     assert set(found) == set(SCENE_COLUMN_MEANINGS)
@@ -131,7 +135,7 @@ def test_a_scene_with_too_soft_contacts_is_marked_unstable(name: str) -> None:
 # Gravestones of the map that the two kernels, with their own centred schemes at the step of the map, throw to different
 # sides: number, height, B/H, μ, peak (m/s²), upward over horizontal peak, sampling interval (s), density, contact,
 # step. (Number 53 is left out: with µ < B/H all its landings stay flat, and it slides off the ground, 40 m wide.)
-CASES_WITH_DIFFERENT_FLAGS = (
+CASES_WITH_DIFFERENT_FALL_SIDES = (
     (115, 0.3435, 0.3954, 0.5694, -40.97, 0.0, 0.03813, 8441.0, {"static_penetration": 2.751e-4, "damping": 3500.0},
     "0.2061 stable"),
     (122, 1.248, 0.4, 2.55, 132.7, 0.7847, 0.005461, 11520.0, {"static_penetration": 3.014e-7,
@@ -139,8 +143,8 @@ CASES_WITH_DIFFERENT_FLAGS = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("stone", CASES_WITH_DIFFERENT_FLAGS, ids=lambda stone: str(stone[0]))
-def test_block_and_scene_kernels_converge_to_the_same_flags(stone: tuple[Any, ...]) -> None:
+@pytest.mark.parametrize("stone", CASES_WITH_DIFFERENT_FALL_SIDES, ids=lambda stone: str(stone[0]))
+def test_block_and_scene_kernels_converge_to_the_same_fall_side_and_time(stone: tuple[Any, ...]) -> None:
     """With Cundall's scheme both kernels compute the same motion.
 
     With the centred scheme they give the same fall at a fine time step.
@@ -178,7 +182,7 @@ def test_a_stone_in_the_air_when_the_simulation_ends_does_not_count_as_fallen() 
     which it comes to rest late, is simulated.
     """
     number = 341
-    setting = scene_settings(160, 2, 1)[number]
+    setting = sample_parameters_of_scene_cases(160, 2, 1)[number]
     assert (setting.scene, setting.common_parameters.motion) == ("three-tier", "vertical above g")
     ending = simulate_and_check_scene_cases(setting, number, Path(__file__).parents[2])["ending"]
     assert (ending != CheckedOutcome.SILENT).all()

@@ -16,7 +16,7 @@ from tests.dem.test_stack import acceleration_components_with_plateau
 from verification.stability.checks import CheckedOutcome
 from verification.stability.maps import collect_stability_map_rows
 from verification.stability.stacks import (
-    MAX_STIFF_PENETRATION_RATIO,
+    MAX_PENETRATION_RATIO_OF_STIFF_CONTACT,
     STACK_COLUMN_MEANINGS,
     ParametersOfStackCases,
     find_failed_stack_check,
@@ -37,7 +37,7 @@ def test_no_wrong_outcome_of_an_extreme_stack_is_reported_as_valid() -> None:
     answered = rows["ending"].isin((CheckedOutcome.RIGHT, CheckedOutcome.AT_REST))
     assert ((rows["fallen"] >= 0) == answered).all()
     # Soft contacts, up to a hundredth of their width, leave the range of the contact law.
-    assert answered[rows["penetration_ratio"] < MAX_STIFF_PENETRATION_RATIO].mean() > 0.6
+    assert answered[rows["penetration_ratio"] < MAX_PENETRATION_RATIO_OF_STIFF_CONTACT].mean() > 0.6
     assert (rows["fallen"] > 1).any(), "some stacks come down"
     again = collect_stability_map_rows(simulate_and_check_stack_cases, settings[:3])
     assert again.equals(rows[: len(again)])

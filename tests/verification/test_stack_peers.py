@@ -19,10 +19,10 @@ from verification.stack_agreement import (
     OUTCOME_FILE_BY_SOLVER,
     has_outcome,
     outcomes_agree,
-    topmost_outcomes_in_this_program,
+    topmost_stone_outcomes_in_this_program,
 )
 from verification.stack_cases import StackCase, case_parameters_as_table_row, choose_random_stack_cases
-from verification.stack_engines import STACK_MODULES
+from verification.stack_engines import MODULE_NAME_BY_STACK_ENGINE
 from verification.stack_peers import outcome_and_robustness_in_solver
 
 
@@ -59,7 +59,7 @@ def flag_and_azimuth_agreement_with_solver(name: str) -> tuple[float, int, int]:
     installed_near_field(6)
     kept, cases = pd.read_csv(OUTCOME_FILE_BY_SOLVER[name]), random_stack_cases()
     some = kept[kept["robust"] == 1]
-    found = [topmost_outcomes_in_this_program(cases[number], [1.0])[0] for number in some["case"]]
+    found = [topmost_stone_outcomes_in_this_program(cases[number], [1.0])[0] for number in some["case"]]
     ours = np.array([outcome["fall_azimuth_deg"] for outcome in found])
     theirs = some["fall_azimuth_deg"].to_numpy()
     both = np.isfinite(ours) & np.isfinite(theirs)
@@ -95,7 +95,7 @@ def test_nine_of_ten_stack_fall_azimuths_agree_with_the_solver(name: str) -> Non
 @pytest.mark.long
 @pytest.mark.parametrize("name", OUTCOME_FILE_BY_SOLVER)
 def test_some_stored_stack_outcomes_match_the_solver(name: str) -> None:
-    if find_spec(STACK_MODULES[name]) is None:
+    if find_spec(MODULE_NAME_BY_STACK_ENGINE[name]) is None:
         skip_test_unless_skipping_is_forbidden(
             f"{name} is not installed (`make peers`); its kept answers are compared with this program"
         )

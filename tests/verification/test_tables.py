@@ -88,7 +88,7 @@ def test_a_long_benchmark_is_timed_only_once(monkeypatch: pytest.MonkeyPatch) ->
         clock = iter(np.arange(20) * seconds)
         monkeypatch.setattr("verification.timing.time.process_time", lambda clock=clock: next(clock))
         calls: list[int] = []
-        assert timing.time_run(partial(calls.append, 1), 3, int) == (None, seconds)
+        assert timing.run_and_measure_processor_time(partial(calls.append, 1), 3, int) == (None, seconds)
         assert len(calls) == runs
 
 

@@ -10,7 +10,7 @@ from verification.tables import RESULTS, read_measured_numbers
 
 def test_the_tutorial_page_shows_the_survey_and_study_of_its_script() -> None:
     page = (tutorial.ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
-    for line in tutorial.SURVEY.splitlines():
+    for line in tutorial.TUTORIAL_SURVEY_CSV.splitlines():
         assert f"    {line}\n" in page
     assert "b_over_h: {start: 0.1, stop: 0.6, step: 0.1}\n    height: [0.6]\n    friction: [0.58, 1.0]\n" in page
     assert "azimuth: {step: 10}" in page
@@ -19,14 +19,16 @@ def test_the_tutorial_page_shows_the_survey_and_study_of_its_script() -> None:
 
 def test_the_tutorial_shows_the_printed_size_of_its_study() -> None:
     page = (tutorial.ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
-    study = study_from_content({"name": "mine", "records": {"use": ["wtmc"]}, **tutorial.STUDY}, "mine.yaml")
+    study = study_from_content(
+        {"name": "mine", "records": {"use": ["wtmc"]}, **tutorial.TUTORIAL_STUDY_SETTINGS}, "mine.yaml"
+    )
     assert f"    config/mine.yaml: study 'mine', {estimate_study_size(study)}\n" in page
 
 
 @pytest.mark.long
 def test_the_survey_command_prints_what_the_tutorial_shows() -> None:
     stored = (RESULTS / "tutorial-survey.txt").read_text(encoding="utf-8")
-    assert tutorial.printed_survey_of_tutorial() == stored, "python -m verification.tutorial"
+    assert tutorial.output_of_tutorial_survey_command() == stored, "python -m verification.tutorial"
 
 
 @pytest.mark.long

@@ -74,7 +74,7 @@ def test_soil_given_for_a_cemetery_or_for_the_study_gives_the_same_results(tmp_p
     assert dict(second.sites)["Rock"].log_likelihood_ratio == on_soil["Rock"].log_likelihood_ratio
     # What is reported of the ground, by hand from the motions.
     ((site, ground),) = first.grounds
-    assert (site, ground.thickness_m, ground.velocity_m_s) == ("River bank", 15, pytest.approx(120))
+    assert (site, ground.thickness_m, ground.mean_shear_wave_velocity_m_s) == ("River bank", 15, pytest.approx(120))
     peaks = [
         max(abs(one).max() for one in read_record_from_motion_file(path).components[:2])
         for path in (mixed / "motion" / "rinaldi.nc", next(mixed.glob("motion/soil-*/rinaldi.nc")))

@@ -13,7 +13,7 @@ from tests.expect import skip_test_unless_skipping_is_forbidden
 from tests.workflow.conftest import SMALL_STUDY, WorkflowFolderWithPlanning, result_file_contents
 from verification import one_node_slurm
 from verification.faults.__main__ import cause_fault_and_describe_failure
-from verification.faults.kinds import KINDS, FaultKind
+from verification.faults.kinds import FAULT_KINDS, FaultKind
 from verification.scale.same_bytes import StudyRun, run_study_on_slurm
 
 pytestmark = [pytest.mark.workflow, pytest.mark.long]
@@ -46,8 +46,8 @@ def test_a_resumed_run_gives_results_with_the_same_bytes(
         assert list(place.results.glob("motion/*.nc"))
         assert not place.cube_path.exists()
 
-    faults = {kind.label: kind for kind in KINDS}
-    assert sum(kind.repeat_count for kind in KINDS) == 50
+    faults = {kind.label: kind for kind in FAULT_KINDS}
+    assert sum(kind.repeat_count for kind in FAULT_KINDS) == 50
     place, wanted = (
         WorkflowFolderWithPlanning(tmp_path / "elsewhere", cores=1),
         checkout_with_finished_run.cube_path.read_bytes(),
@@ -78,7 +78,7 @@ def test_a_slurm_configuration_is_restored_unless_a_killed_test_left_it(
     killed: bool, stays: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "slurm" / "slurm.conf"
-    monkeypatch.setattr(one_node_slurm, "CONFIGURATION", file)
+    monkeypatch.setattr(one_node_slurm, "COMPLETE_STUDY_FILE_NAME", file)
     with one_node_slurm._temporary_slurm_configuration("ClusterName=one\n"):
         written = file.read_text(encoding="utf-8")
     assert "ClusterName=one\n" in written

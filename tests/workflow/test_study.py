@@ -141,7 +141,7 @@ def test_changing_a_study_key_reruns_only_dependent_steps(
         ("orientation_correction_deg", "5", {"read", "describe", "rotate", "sweep"} | RULES_AFTER_SWEEP),
     ],
 )
-def test_changing_a_record_label_repeats_no_reading_or_simulation(
+def test_changing_a_column_of_the_record_table_reruns_only_dependent_steps(
     checkout_with_finished_run: WorkflowFolderWithPlanning, column: str, value: str, again: set[str]
 ) -> None:
     """Names and the fault strike do not change the samples of a record.
@@ -188,7 +188,7 @@ def test_changing_a_source_file_reruns_dependent_steps(
     again: set[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("overturning.study.sources.PACKAGE", copied_sources)
+    monkeypatch.setattr("overturning.study.sources.PACKAGE_FOLDER", copied_sources)
     package_source_hash.cache_clear()
     path = copied_sources / (module or "errors.py")
     text = path.read_text(encoding="utf-8")

@@ -11,8 +11,8 @@ from typing import Annotated, Final
 
 import typer
 
-from overturning.study.resume import DAMAGED
-from verification.faults.kinds import KINDS, STUDY, FaultKind, unmount_results_folder_at_exit
+from overturning.study.resume import DAMAGED_FILE_LOG_PREFIX
+from verification.faults.kinds import FAULT_KINDS, STUDY, FaultKind, unmount_results_folder_at_exit
 from verification.project import WorkflowFolder
 from verification.tables import markdown_table, publish_markdown
 
@@ -34,7 +34,7 @@ def cause_fault_and_describe_failure(
         done = place.run()
         if done.returncode:
             return f"the command failed: {done.stderr[-2000:]}"
-        if damaged and f"{DAMAGED}{damaged}" not in done.stderr:
+        if damaged and f"{DAMAGED_FILE_LOG_PREFIX}{damaged}" not in done.stderr:
             return f"{damaged}: damage was not noticed: {done.stderr}"
         if place.cube_path.read_bytes() != expected_cube:
             return "another cube"
@@ -91,7 +91,7 @@ def main(
 ) -> None:
     """Cause faults of all kinds and publish how many the study survived."""
     with tempfile.TemporaryDirectory() as folder:
-        found = cause_faults_and_count_survived([(kind, kind.repeat_count) for kind in KINDS], Path(folder), seed)
+        found = cause_faults_and_count_survived([(kind, kind.repeat_count) for kind in FAULT_KINDS], Path(folder), seed)
         good, total = map(sum, zip(*found.values(), strict=True))
         print(f"{good} of {total}")
         if page:

@@ -32,7 +32,9 @@ ensemble: {members: 0}
 verification: none
 """
 PART_FILES, MOTION_FILES = "sweep/nominal/*.nc", "motion/*.nc"
-JOBS: Final = 8  # of the study: two records to read, their labels, two parts of each to compute, and gathering
+STUDY_JOB_COUNT: Final = (
+    8  # of the study: two records to read, their labels, two parts of each to compute, and gathering
+)
 FREE_DISK_SPACE_KB: Final = (100, 400)  # kB: too little for the first motion; too little for all parts
 
 
@@ -62,7 +64,7 @@ def fault_killing_job_or_snakemake(kills_snakemake: bool, max_delay_s: float) ->
 
     def kill_during_run(place: WorkflowFolder, dice: random.Random, _seconds: float) -> None:
         """Start a run and kill the process at a random moment."""
-        run, chosen = place.start(), dice.randrange(JOBS)
+        run, chosen = place.start(), dice.randrange(STUDY_JOB_COUNT)
         for number, job in enumerate(iterate_jobs_of_running_study(run)):
             if number == chosen:
                 time.sleep(dice.uniform(0.0, max_delay_s))
@@ -210,7 +212,7 @@ class FaultKind(NamedTuple):
     """True if only root can cause it."""
 
 
-KINDS: Final = (
+FAULT_KINDS: Final = (
     FaultKind("disk full", fill_disk, 2, needs_root=True),
     FaultKind("results read-only", make_results_read_only, 1, needs_finished_study=True, needs_root=True),
     FaultKind("two runs at once", start_second_run_during_first, 2),

@@ -31,10 +31,10 @@ from overturning.dem.body.centred import (
     flat_landing_slip_direction_and_tilt_share,
     rim_point_position_from_centre,
 )
-from overturning.dem.body.rules import LOOPS
+from overturning.dem.body.rules import LOOP_BY_BASE_SHAPE_TAG
 from overturning.dem.body.state import (
     PARALLEL_CASE_COUNT,
-    ROWS,
+    STATE_ROW_LAYOUT,
     TICKS_PER_WHOLE_STEP,
     VERTEX_ROW_LAYOUT,
     BaseContactState,
@@ -83,16 +83,16 @@ from overturning.motion.motion import Motion
 TICKS_PER_STEP: Final = TICKS_PER_WHOLE_STEP
 
 
-class CundallVertexBodyTag(NamedTuple):
+class CundallPolygonalBaseLoopTag(NamedTuple):
     """Marker type for bodies with vertices; from it the compiler chooses the loop written for them."""
 
-    round: bool = False
+    has_round_base: bool = False
 
 
-class CundallRimBodyTag(NamedTuple):
+class CundallRoundBaseLoopTag(NamedTuple):
     """Marker type for bodies with a rim; from it the compiler chooses the loop written for them."""
 
-    round: bool = True
+    has_round_base: bool = True
 
 
 class ContactWrench(NamedTuple):
@@ -105,9 +105,9 @@ class ContactWrench(NamedTuple):
     """Force without the springs."""
     non_spring_moment: Vector3
     """Moment of the force without the springs."""
-    normal_release_over_half_stiffness: float
+    released_normal_energy_over_half_stiffness: float
     """Energy released by normal springs, over half their stiffness, m²."""
-    tangential_release_over_half_stiffness: float
+    released_tangential_energy_over_half_stiffness: float
     """Energy released by tangential springs, over half their stiffness, m²."""
 
 
@@ -115,7 +115,7 @@ class ContactTotals(NamedTuple):
     """Contact force on a body in a step, and largest penetration of its contact points."""
 
     wrench: ContactWrench
-    depth: float
+    max_penetration: float
     """Largest penetration, m."""
 
 
@@ -127,8 +127,8 @@ class ContactPoint(NamedTuple):
 
     arm: Vector3
     depth: float
-    slip_x: float
-    slip_y: float
+    last_step_displacement_x: float
+    last_step_displacement_y: float
     penetration_increase: float
 
 
@@ -177,13 +177,13 @@ def apply_contact_law(
     n = n if inside & (flat | (n > 0.0)) else 0.0
     # A new contact starts with unstretched springs; those of a slipping one are shortened to the friction limit.
     tx, ty = (
-        (history.stretch_x + contact_point.slip_x if was else 0.0),
-        (history.stretch_y + contact_point.slip_y if was else 0.0),
+        (history.stretch_x + contact_point.last_step_displacement_x if was else 0.0),
+        (history.stretch_y + contact_point.last_step_displacement_y if was else 0.0),
     )
     most = body.friction * n
     hx, hy = (
-        -(body.tangential * tx) - dashpot_rate * contact_point.slip_x,
-        -(body.tangential * ty) - dashpot_rate * contact_point.slip_y,
+        -(body.tangential * tx) - dashpot_rate * contact_point.last_step_displacement_x,
+        -(body.tangential * ty) - dashpot_rate * contact_point.last_step_displacement_y,
     )
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
         body, contact_point.arm, body_state.velocity, body_state.spin, (flat, base_tilting)
@@ -227,7 +227,7 @@ def add_contact_pair(
     """Add the forces of a pair of opposite contact points to the totals of a body."""
     return ContactTotals(
         sum_of_wrenches(totals.wrench, sum_of_wrenches(first_wrench, second_wrench)),
-        updated_maximum(totals.depth, updated_maximum(second_depth, first_depth)),
+        updated_maximum(totals.max_penetration, updated_maximum(second_depth, first_depth)),
     )
 
 
@@ -257,8 +257,8 @@ def advance_body_one_step(
     )
     work = account.work + dt * ((push.x * c.x + push.y * c.y) - push.z * c.z)
     let_go = 0.5 * (
-        body.stiffness * t.normal_release_over_half_stiffness
-        + body.tangential * t.tangential_release_over_half_stiffness
+        body.stiffness * t.released_normal_energy_over_half_stiffness
+        + body.tangential * t.released_tangential_energy_over_half_stiffness
     )
     loss = account.lost + (let_go + dt * -(dot_product(t.non_spring_force, c) + dot_product(t.non_spring_moment, w)))
     spin = account.spin + dt * (t.moment.z + (body_state.place.x * a.y - body_state.place.y * a.x))
@@ -270,7 +270,7 @@ def advance_body_one_step(
     )
     peaks = BodyPeakValues(
         updated_maximum(peaks.lean, lean), updated_maximum(peaks.slip, bx * bx + by * by),
-        updated_maximum(peaks.depth, contact_totals.depth),
+        updated_maximum(peaks.depth, contact_totals.max_penetration),
         body_state.tick if lean < body.critical else peaks.last_upright,
     )  # fmt: skip
     # Momenta half a step later, position one step later.
@@ -298,26 +298,34 @@ def advance_body_one_step(
 
 # Side by side ---------------------------------------------------------------------------------------------------------
 
-UNUSED_FIELDS: Final = ("power", "loss", "torque", "slid", "bend")
-load_body, load_state, load_frame = (ROWS.tuple_reader_and_writer(of).load for of in (Constants, BodyState, Matrix3))
-load_base_contact, store_base_contact, _ = ROWS.tuple_reader_and_writer(BaseContactState)
+FIELDS_UNUSED_BY_CUNDALL: Final = ("power", "loss", "torque", "slid", "bend")
+load_body, load_state, load_frame = (
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load for of in (Constants, BodyState, Matrix3)
+)
+load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BaseContactState)
 CONTACT_TOTALS_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ContactTotals)
 CONTACT_TOTALS_SIZE: Final = CONTACT_TOTALS_LAYOUT.size
 load_acting, store_acting, _ = CONTACT_TOTALS_LAYOUT.tuple_reader_and_writer(ContactTotals)
-no_wrench = create_elementwise_tuple_functions(ContactWrench).zero
-load_shaking = ROWS.tuple_reader_and_writer(InertialAccelerations3D, unused_fields=UNUSED_FIELDS).load
+zero_wrench = create_elementwise_tuple_functions(ContactWrench).zero
+load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    InertialAccelerations3D, unused_fields=FIELDS_UNUSED_BY_CUNDALL
+).load
 load_peaks, load_account = (
-    ROWS.tuple_reader_and_writer(BodyPeakValues).load,
-    ROWS.tuple_reader_and_writer(BodyEnergyAndMomentumAccount, unused_fields=UNUSED_FIELDS).load,
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues).load,
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyEnergyAndMomentumAccount, unused_fields=FIELDS_UNUSED_BY_CUNDALL).load,
 )
-store_state, store_frame = (ROWS.tuple_reader_and_writer(of).store for of in (BodyState, Matrix3))
+store_state, store_frame = (STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store for of in (BodyState, Matrix3))
 store_peaks, store_account = (
-    ROWS.tuple_reader_and_writer(BodyPeakValues).store,
-    ROWS.tuple_reader_and_writer(BodyEnergyAndMomentumAccount, unused_fields=UNUSED_FIELDS).store,
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues).store,
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(
+        BodyEnergyAndMomentumAccount, unused_fields=FIELDS_UNUSED_BY_CUNDALL
+    ).store,
 )
 load_vertex, (load_memory, store_memory, _) = (
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load,
-    VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old", unused_fields=UNUSED_FIELDS),
+    VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
+        ContactPointAtStepStartAndEnd, "old", unused_fields=FIELDS_UNUSED_BY_CUNDALL
+    ),
 )
 VERTEX_ROW_SIZE: Final = VERTEX_ROW_LAYOUT.size
 
@@ -328,7 +336,7 @@ def compute_axes_and_reset_contact_forces(state: Any, contact_rows: Any, columns
     for j in range(columns):
         s = load_state(state, j)
         store_frame(state, j, rotation_matrix(s.turn))
-        store_acting(contact_rows, j, ContactTotals(no_wrench(), -1.0))
+        store_acting(contact_rows, j, ContactTotals(zero_wrench(), -1.0))
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -419,7 +427,7 @@ def advance_all_bodies(state: Any, contact_rows: Any, columns: int) -> None:
     for j in range(columns):
         s, peaks, account = advance_body_one_step(
             load_body(state, j), load_state(state, j), load_frame(state, j), load_acting(contact_rows, j),
-            load_peaks(state, j), load_account(state, j), load_shaking(state, j),
+            load_peaks(state, j), load_account(state, j), load_inertial_accelerations(state, j),
         )  # fmt: skip
         store_state(state, j, s)
         store_peaks(state, j, peaks)
@@ -467,7 +475,7 @@ def compiled_loop_of_sampling_interval(has_rim: bool) -> Any:
     """
 
     @njit(**ALLOCATING_INLINE_COMPILE_OPTIONS)
-    def advance_sample(
+    def advance_bodies_by_sampling_interval(
         kind: Any,  # noqa: ARG001
         state: Any,
         vertices: Any,
@@ -496,28 +504,28 @@ def compiled_loop_of_sampling_interval(has_rim: bool) -> Any:
             advance_all_bodies(state, acting, columns)
         advance_momenta_by_steps(state, columns, 0.5)
 
-    return advance_sample
+    return advance_bodies_by_sampling_interval
 
 
-LOOPS.update(
+LOOP_BY_BASE_SHAPE_TAG.update(
     {
-        CundallVertexBodyTag: compiled_loop_of_sampling_interval(False),
-        CundallRimBodyTag: compiled_loop_of_sampling_interval(True),
+        CundallPolygonalBaseLoopTag: compiled_loop_of_sampling_interval(False),
+        CundallRoundBaseLoopTag: compiled_loop_of_sampling_interval(True),
     }
 )
-_run_compiled_queue = njit(nogil=True, **COMPILE_OPTIONS)(run_case_queue.py_func)
+_compiled_case_queue_runner = njit(nogil=True, **COMPILE_OPTIONS)(run_case_queue.py_func)
 
 
 @njit(nogil=True, **COMPILE_OPTIONS)
 def run_cundall_case_queue(inputs: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int]:
     """Run a queue of cases like `run_case_queue`, with a compiled-code cache separate from that of the package."""
-    return _run_compiled_queue(inputs, order, counter, path)
+    return _compiled_case_queue_runner(inputs, order, counter, path)
 
 
 cache_compiled_kernel(run_cundall_case_queue)
 
 
-class CundallPlan(body_plan.BodySimulationPlan):
+class CundallSimulationPlan(body_plan.BodySimulationPlan):
     """Plan for cases of a 3-D body with Cundall's scheme."""
 
     queue: ClassVar[Any] = staticmethod(run_cundall_case_queue)
@@ -525,7 +533,7 @@ class CundallPlan(body_plan.BodySimulationPlan):
     @property
     def base_shape_loop_tag(self) -> Any:
         """Marker whose type selects the loops; see `BodySimulationPlan.base_shape_loop_tag`."""
-        return CundallRimBodyTag() if self.solids[0].rim_radius > 0 else CundallVertexBodyTag()
+        return CundallRoundBaseLoopTag() if self.solids[0].rim_radius > 0 else CundallPolygonalBaseLoopTag()
 
 
 @contextmanager
@@ -533,7 +541,9 @@ def enable_cundall() -> Iterator[None]:
     """Let 3-D bodies use the scheme "cundall", whose automatic step is half the stable one."""
     plan_centred = body_plan.plan_body_simulation
 
-    def plan(model: Body, motion: Motion, cases: Cases, numerics: NumericalOptions) -> body_plan.BodySimulationPlan:
+    def plan_with_cundall_if_chosen(
+        model: Body, motion: Motion, cases: Cases, numerics: NumericalOptions
+    ) -> body_plan.BodySimulationPlan:
         """Plan cases as usual, but with the loops of Cundall's scheme where it is chosen."""
         if parse_scheme(numerics.scheme) != IntegrationScheme.CUNDALL:
             return plan_centred(model, motion, cases, numerics)
@@ -544,7 +554,7 @@ def enable_cundall() -> Iterator[None]:
         steps = steps_per_sample(IntegrationScheme.CUNDALL, numerics.time_step, square, rate, interval)
         planned.table["finest"] = planned.table["dwell"] = 1.0
         planned.table["standing"] = TICKS_PER_STEP
-        return CundallPlan(**vars(planned) | {"steps": steps * numerics.refinement})
+        return CundallSimulationPlan(**vars(planned) | {"steps": steps * numerics.refinement})
 
-    with mock.patch("overturning.dem.body.plan.plan_body_simulation", plan):
+    with mock.patch("overturning.dem.body.plan.plan_body_simulation", plan_with_cundall_if_chosen):
         yield

@@ -19,12 +19,12 @@ def velocity_ratio_at_impact(b_over_h: float) -> float:
     return 1.0 - 1.5 * b_over_h**2 / (1.0 + b_over_h**2)
 
 
-def uplift_acceleration(b_over_h: float, upward: float = 0.0) -> float:
+def rocking_threshold_acceleration(b_over_h: float, upward: float = 0.0) -> float:
     """Return the horizontal acceleration at which a rigid block begins to rock, (g + a_up) B/H, m/s²."""
     return (STANDARD_GRAVITY + upward) * b_over_h
 
 
-def slip_acceleration(friction: float, upward: float = 0.0) -> float:
+def sliding_threshold_acceleration(friction: float, upward: float = 0.0) -> float:
     """Return the horizontal acceleration at which a rigid block begins to slide as a whole, μ (g + a_up), m/s²."""
     return (STANDARD_GRAVITY + upward) * friction
 
@@ -32,8 +32,8 @@ def slip_acceleration(friction: float, upward: float = 0.0) -> float:
 def time_from_tilt_to_first_impact(height: float, b_over_h: float, tilt: float) -> float:
     """Return the time from rest at a tilt to the first impact, s, without the small-angle approximation.
 
-    It follows from the energy integral θ̇² = 2p² (cos(α − θ₀) − cos(α − θ)). The substitution θ = θ₀ (1 − u²) removes
-    the singularity; the integral uses 200 Gauss–Legendre points.
+    It follows from the energy integral θ̇² = 2p² (cos(α − θ₀) − cos(α − θ)). The substitution θ =
+    θ₀ (1 − u²) removes the singularity; the integral uses 200 Gauss–Legendre points.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def time_from_tilt_to_first_impact(height: float, b_over_h: float, tilt: float) 
     return float(np.sum(0.5 * weights * 2.0 * tilt * u / rate))
 
 
-def amplitude_after_impact(b_over_h: float, tilt: float) -> float:
+def rocking_amplitude_after_impact(b_over_h: float, tilt: float) -> float:
     """Return the amplitude after the next impact of free rocking, rad (energy times the square of the restitution)."""
     alpha = math.atan(b_over_h)
     lost = velocity_ratio_at_impact(b_over_h) ** 2 * (math.cos(alpha - tilt) - math.cos(alpha))
@@ -68,7 +68,8 @@ def time_and_velocity_at_end_of_bounce(
 ) -> tuple[float, float]:
     """Compute the time and velocity at which a mass leaves a spring and dashpot that cannot pull.
 
-    The penetration U follows Ü = g − ω² U − 2c U̇ with U(0) = 0 and U̇(0) = speed, as long as ω² U + 2c U̇ > 0.
+    The penetration U follows Ü = g − ω² U − 2c U̇ with U(0) = 0 and U̇(0) = speed, as long as ω² U + 2c U̇
+    > 0.
 
     Parameters
     ----------

@@ -24,22 +24,24 @@ from verification.tables import (
     write_measured_numbers,
 )
 
-PARTS = ("bytes", "slurm", "chunk", "gather", "lazy", "lazy-space", "planning")
+SELECTABLE_PARTS = ("bytes", "slurm", "chunk", "gather", "lazy", "lazy-space", "planning")
 MEASURED_NUMBERS_FILE = RESULTS / "scale.csv"
-RUNS = RESULTS / "scale-bytes.csv"
+RUNS_FILE = RESULTS / "scale-bytes.csv"
 
 
 def main(
-    parts: Annotated[list[str] | None, typer.Argument(help=f"{', '.join(PARTS)}; all where none is named")] = None,
+    parts: Annotated[
+        list[str] | None, typer.Argument(help=f"{', '.join(SELECTABLE_PARTS)}; all where none is named")
+    ] = None,
     records: Annotated[int, typer.Option(help="records, of a million cases each, in the synthetic cubes")] = 100,
 ) -> None:
     """Measure, store the figures, and publish the tables of all parts."""
-    chosen = select_parts(parts, PARTS)
+    chosen = select_parts(parts, SELECTABLE_PARTS)
     if {"bytes", "slurm"} & set(chosen):
         runs = same_bytes.run_study_in_every_local_way() if "bytes" in chosen else []
         if "slurm" in chosen:
             runs += same_bytes.run_study_on_slurm(files=(same_bytes.CUBE, same_bytes.REPORT))
-        publish_markdown({"scale-bytes": table_of_runs_and_result_hashes(merge_with_stored_runs(runs))})
+        publish_markdown({"scale-bytes": table_of_runs_and_result_hashes(merge_with_stored_runs_and_store(runs))})
     measures: dict[str, Callable[[Path], list[MeasuredNumber]]] = {
         "chunk": large.measure_simulation_of_case_chunk,
         "gather": large.measure_merging_of_parts_into_cube,
@@ -59,13 +61,13 @@ def main(
         publish_markdown({"scale-on-paper": extrapolated_resource_table(figures)})
 
 
-def merge_with_stored_runs(runs: list[same_bytes.StudyRun]) -> list[same_bytes.StudyRun]:
+def merge_with_stored_runs_and_store(runs: list[same_bytes.StudyRun]) -> list[same_bytes.StudyRun]:
     """Return these runs and the stored ones that were not repeated, and store all of them."""
     known = {(run.way, run.file): run for run in runs}
-    if RUNS.is_file():
-        old = [same_bytes.StudyRun(*row) for row in iterate_rows(pd.read_csv(RUNS))]
+    if RUNS_FILE.is_file():
+        old = [same_bytes.StudyRun(*row) for row in iterate_rows(pd.read_csv(RUNS_FILE))]
         known = {(run.way, run.file): run for run in old} | known
-    write_csv(pd.DataFrame(list(known.values())), RUNS)
+    write_csv(pd.DataFrame(list(known.values())), RUNS_FILE)
     return list(known.values())
 
 

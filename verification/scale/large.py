@@ -18,7 +18,7 @@ from verification.scale.made import (
 )
 from verification.tables import MeasuredNumber
 
-SNAKEMAKE_MB: Final = 250.0
+SNAKEMAKE_MEMORY_MB: Final = 250.0
 """Memory assumed for Snakemake itself, MB."""
 
 
@@ -28,7 +28,7 @@ class ResourceUse(NamedTuple):
     seconds: float
     processor_s: float
     memory_mb: float  # largest resident set
-    longest_line_bytes: int = 0  # bytes of the longest selected line of its output
+    longest_output_line_bytes: int = 0  # bytes of the longest selected line of its output
 
 
 def run_subcommand(*command: object) -> ResourceUse:
@@ -73,7 +73,7 @@ def measure_simulation_of_case_chunk(folder: Path, chunks: int = 8) -> list[Meas
         MeasuredNumber("real chunk: cases", cases),
         MeasuredNumber("real chunk: processor time", took.processor_s, "s"),
         MeasuredNumber("real chunk: peak memory of its process", took.memory_mb, "MB"),
-        MeasuredNumber("two such processes and Snakemake", 2 * took.memory_mb + SNAKEMAKE_MB, "MB"),
+        MeasuredNumber("two such processes and Snakemake", 2 * took.memory_mb + SNAKEMAKE_MEMORY_MB, "MB"),
         MeasuredNumber("real chunk: disk per case", part.stat().st_size / cases, "bytes"),
     ]
 

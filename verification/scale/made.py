@@ -17,14 +17,14 @@ from overturning.records.store import round_to_stored_precision, write_record_to
 from overturning.study.gather import create_cube_structure, merge_outcome_files_into_cube
 from overturning.study.load import study_from_content
 from overturning.study.parts import SweepChunk, grid_of_chunk, sweep_part_path, write_sweep_part
-from overturning.study.scenes import NOMINAL, variant_grid
+from overturning.study.scenes import NOMINAL_VARIANT, variant_grid
 from overturning.study.schema import Study
 from overturning.study.sweep import cube_variables_of_study
 
 FALLEN_SHARE: Final = 0.3
 """Share of the cells that fall, as in the default study."""
 
-ENSEMBLE_SHARE: Final = 0.6
+SHARE_OF_CELLS_WITH_ENSEMBLE: Final = 0.6
 """Share of the cells with an ensemble."""
 
 GRID: Final = {
@@ -94,7 +94,7 @@ def random_outcome_values(variable: OutcomeVariable, shape: tuple[int, ...], see
     if variable.name.startswith(("probability", "scramble", "fall_")):
         # Shares of members; NaN for cells without an ensemble.
         values = np.round(values * 0.5 * members) / np.float32(members)
-        values[generator.random(shape, np.float32) > ENSEMBLE_SHARE] = np.nan
+        values[generator.random(shape, np.float32) > SHARE_OF_CELLS_WITH_ENSEMBLE] = np.nan
     return values
 
 
@@ -103,7 +103,9 @@ def synthetic_fall_flags_of_3d_body(variable: OutcomeVariable, shape: tuple[int,
     return np.random.default_rng((seed, variable.name.startswith("plane"))).random(shape, np.float32) < FALLEN_SHARE
 
 
-def write_synthetic_partial_results(study: Study, folder: Path, chunks: int, variant: str = NOMINAL) -> list[Path]:
+def write_synthetic_partial_results(
+    study: Study, folder: Path, chunks: int, variant: str = NOMINAL_VARIANT
+) -> list[Path]:
     """Write the parts (files of a share of the cases) of every record of a study."""
     grid, variables, paths = variant_grid(study, variant), cube_variables_of_study(study), []
     for number, name in enumerate(study.records.use):
@@ -134,7 +136,7 @@ def write_study(study: Study, path: Path) -> None:
     path.write_text(json.dumps(study.model_dump(mode="json", exclude_defaults=True) | {"name": study.name}), "utf-8")
 
 
-def write_synthetic_cube(study: Study, path: Path, different: int, variant: str = NOMINAL) -> None:
+def write_synthetic_cube(study: Study, path: Path, different: int, variant: str = NOMINAL_VARIANT) -> None:
     """Write a cube whose first `different` records have synthetic values of their own.
 
     The other records repeat these.

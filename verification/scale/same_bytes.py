@@ -27,7 +27,7 @@ ensemble: {members: 16}
 verification: none
 """
 
-SMALL: Final = (
+SMALL_STUDY: Final = (
     STUDY.replace("step: 10", "step: 60")
     .replace("0.05", "0.25")
     .replace("rinaldi, petrolia", "rinaldi")

@@ -29,7 +29,7 @@ from verification.shaking_table.models import (
     splits_leaving_out_one_motion,
 )
 from verification.shaking_table.scores import (
-    DRAWS,
+    BOOTSTRAP_SAMPLE_COUNT,
     SCORE_NAMES,
     bootstrap_interval_over_motions,
     bootstrap_test_indices,
@@ -44,7 +44,7 @@ DAMPING_RATIO_CLASS_BOUNDS = np.geomspace(_LOW, _HIGH, 5)
 
 
 def score_models_with_intervals(
-    tests: ShakingTableTests, fractions: Mapping[str, FloatArray], draws: int = DRAWS
+    tests: ShakingTableTests, fractions: Mapping[str, FloatArray], draws: int = BOOTSTRAP_SAMPLE_COUNT
 ) -> tuple[pd.DataFrame, dict[tuple[str, str, int], FloatArray]]:
     """Return scores of every model, split and specimen with bootstrap intervals, and the predicted probabilities.
 

@@ -24,15 +24,15 @@ from verification.shaking_table.data import ShakingTableTests
 
 SEED: Final = 1
 AMPLITUDE_RANGE: Final = (1 / 1.15, 1.15)
-ASPECT: Final = 1.15
+PRISM_DEPTH_OVER_WIDTH: Final = 1.15
 """D/B of the prisms, as for the boulder: 0.77 m / 0.67 m."""
 
-B_OVER_H_CENTRES: Final = np.geomspace(0.07, 0.33, 36)
-HEIGHT_CENTRES: Final = np.geomspace(0.40, 1.60, 16)
+NEIGHBOURHOOD_CENTRES_B_OVER_H: Final = np.geomspace(0.07, 0.33, 36)
+NEIGHBOURHOOD_CENTRES_HEIGHT: Final = np.geomspace(0.40, 1.60, 16)
 """Centres of the neighbourhoods: B/H, and height in m."""
 
-LOG_B_OVER_H_HALF_WIDTH: Final = np.log(1.3)
-LOG_HEIGHT_HALF_WIDTH: Final = np.log(1.65)
+NEIGHBOURHOOD_HALF_WIDTH_LN_B_OVER_H: Final = np.log(1.3)
+NEIGHBOURHOOD_HALF_WIDTH_LN_HEIGHT: Final = np.log(1.65)
 """Half-widths of a neighbourhood in ln B/H and ln H; all stones within count equally."""
 
 StoneParameters = dict[str, FloatArray]
@@ -79,7 +79,7 @@ def _prisms_fall(motion: Motion, stone_parameters: StoneParameters) -> NDArray[n
         stone_parameters["friction"],
         stone_parameters["amplitude"],
         stone_parameters["damping"],
-        aspect=ASPECT,
+        aspect=PRISM_DEPTH_OVER_WIDTH,
     )
     return np.asarray(simulate_cases(RectangularPrism(), motion, cases, NumericalOptions()).overturned == 1)
 
@@ -96,7 +96,7 @@ PRISMS: Final = StoneDistribution(
 )  # fmt: skip
 
 
-_UNIFORM_PARAMETERS: Final = ("friction", "orientation")
+_UNIFORMLY_DISTRIBUTED_PARAMETERS: Final = ("friction", "orientation")
 """Parameters with a uniform distribution; the logarithms of the others have one."""
 
 
@@ -104,7 +104,7 @@ def sample_stones(distribution: StoneDistribution, stone_count: int) -> StonePar
     """Draw stones at random, as scrambled Sobol points within the bounds of each parameter."""
     unit = qmc.Sobol(len(distribution.bounds), seed=SEED).random(stone_count).T
     return {
-        name: low + (high - low) * u if name in _UNIFORM_PARAMETERS else low * (high / low) ** u
+        name: low + (high - low) * u if name in _UNIFORMLY_DISTRIBUTED_PARAMETERS else low * (high / low) ** u
         for (name, (low, high)), u in zip(distribution.bounds.items(), unit, strict=True)
     }
 
@@ -114,7 +114,10 @@ def is_in_any_size_neighbourhood(stone_parameters: StoneParameters) -> NDArray[n
     shape, size = np.log(stone_parameters["b_over_h"]), np.log(stone_parameters["height"])
     ends = [
         (np.log(centres[[0, -1]]), width)
-        for centres, width in ((B_OVER_H_CENTRES, LOG_B_OVER_H_HALF_WIDTH), (HEIGHT_CENTRES, LOG_HEIGHT_HALF_WIDTH))
+        for centres, width in (
+            (NEIGHBOURHOOD_CENTRES_B_OVER_H, NEIGHBOURHOOD_HALF_WIDTH_LN_B_OVER_H),
+            (NEIGHBOURHOOD_CENTRES_HEIGHT, NEIGHBOURHOOD_HALF_WIDTH_LN_HEIGHT),
+        )
     ]
     return np.logical_and.reduce([
         (low - width < of) & (of < high + width) for of, ((low, high), width) in zip((shape, size), ends, strict=True)

@@ -31,7 +31,7 @@ class ShakingTableTests:
 
     __test__ = False  # tell pytest that this class is not a test case
 
-    number: NDArray[np.int64]  # as numbered by the laboratory
+    laboratory_test_numbers: NDArray[np.int64]  # as numbered by the laboratory
     played_record: NDArray[np.str_]
     """Record that was played, without its component. Tests of one record are not independent."""
     acceleration: list[FloatArray]
@@ -69,7 +69,7 @@ def read_shaking_table_tests(folder: Path) -> ShakingTableTests:
     # RSN1234_NAME_COMPONENT: both components of a record are predicted together.
     record = np.array([str(name).split("_")[0] for name in data["motion"]])
     return ShakingTableTests(
-        number=data["test"].astype(np.int64),
+        laboratory_test_numbers=data["test"].astype(np.int64),
         played_record=record,
         acceleration=[samples[first:end] for first, end in pairwise(start)],
         sampling_interval=float(data["sampling_interval"]),

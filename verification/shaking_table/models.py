@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.statistics.logistic import fit_logistic_model
 from verification.shaking_table.clouds import (
-    B_OVER_H_CENTRES,
-    HEIGHT_CENTRES,
-    LOG_B_OVER_H_HALF_WIDTH,
-    LOG_HEIGHT_HALF_WIDTH,
+    NEIGHBOURHOOD_CENTRES_B_OVER_H,
+    NEIGHBOURHOOD_CENTRES_HEIGHT,
+    NEIGHBOURHOOD_HALF_WIDTH_LN_B_OVER_H,
+    NEIGHBOURHOOD_HALF_WIDTH_LN_HEIGHT,
     StonesWithSimulatedOutcomes,
 )
 from verification.shaking_table.data import ShakingTableTests
 
 TestIndices = NDArray[np.intp]
-Model = Callable[[int, TestIndices, TestIndices], FloatArray]
+FallPredictionModel = Callable[[int, TestIndices, TestIndices], FloatArray]
 """Function of specimen, tests to learn from and tests to predict; returns the probabilities of the latter."""
 
 
@@ -32,9 +32,11 @@ def fall_shares_by_size_neighbourhood(stones: StonesWithSimulatedOutcomes) -> Fl
     log_b, log_h = np.log(stones.b_over_h), np.log(stones.height)
     fell = stones.fell.astype(np.float32)  # exact: no count comes near 2**24
     made = []
-    for shape in np.log(B_OVER_H_CENTRES):
-        near = np.abs(log_b - shape) < LOG_B_OVER_H_HALF_WIDTH
-        members = np.abs(log_h[near] - np.log(HEIGHT_CENTRES)[:, None]) < LOG_HEIGHT_HALF_WIDTH
+    for shape in np.log(NEIGHBOURHOOD_CENTRES_B_OVER_H):
+        near = np.abs(log_b - shape) < NEIGHBOURHOOD_HALF_WIDTH_LN_B_OVER_H
+        members = (
+            np.abs(log_h[near] - np.log(NEIGHBOURHOOD_CENTRES_HEIGHT)[:, None]) < NEIGHBOURHOOD_HALF_WIDTH_LN_HEIGHT
+        )
         counts = members.astype(np.float32) @ fell[:, near].T
         made.append((counts + 0.5) / (members.sum(axis=1) + 1)[:, None])
     return np.concatenate(made)
@@ -49,11 +51,11 @@ def most_likely_size_neighbourhood(fractions: FloatArray, fell: NDArray[np.bool_
 
 def fall_prediction_models_by_name(
     tests: ShakingTableTests, rectangle_fractions: FloatArray, prism_fractions: FloatArray
-) -> dict[str, Model]:
+) -> dict[str, FallPredictionModel]:
     """Return the prediction models by name; the fractions are the shares of each neighbourhood that fall."""
     peaks = np.log(np.column_stack([tests.pga, tests.pgv]))
 
-    def model_of_likeliest_neighbourhood(fractions: FloatArray) -> Model:
+    def model_of_likeliest_neighbourhood(fractions: FloatArray) -> FallPredictionModel:
         """Return the model that predicts the share of falls in the most likely neighbourhood."""
 
         def predict_by_fall_share(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
@@ -64,20 +66,20 @@ def fall_prediction_models_by_name(
 
         return predict_by_fall_share
 
-    def predict_by_peaks(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
+    def predict_by_pga_and_pgv(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
         """Predict by logistic regression on PGA and PGV only."""
         return _logistic_probabilities(peaks, tests, specimen, learn, predict)
 
-    def predict_by_peaks_and_fall_share(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
+    def predict_by_pga_pgv_and_fall_share(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
         """Predict by logistic regression on PGA, PGV and the share of falls in the most likely neighbourhood."""
         share = rectangle_fractions[most_likely_size_neighbourhood(rectangle_fractions, tests.fell[specimen], learn)]
         predictors = np.column_stack([np.log(share / (1 - share)), peaks])
         return _logistic_probabilities(predictors, tests, specimen, learn, predict)
 
     return {
-        PEAKS_MODEL: predict_by_peaks,
+        PEAKS_MODEL: predict_by_pga_and_pgv,
         RECTANGLES_MODEL: model_of_likeliest_neighbourhood(rectangle_fractions),
-        ENSEMBLE_AND_PEAKS_MODEL: predict_by_peaks_and_fall_share,
+        ENSEMBLE_AND_PEAKS_MODEL: predict_by_pga_pgv_and_fall_share,
         PRISMS_MODEL: model_of_likeliest_neighbourhood(prism_fractions),
     }
 
@@ -103,7 +105,7 @@ def _logistic_probabilities(
 
 def split_odd_and_even_tests(tests: ShakingTableTests) -> Iterator[tuple[TestIndices, TestIndices]]:
     """Yield one split: learn from the odd-numbered tests and predict the even ones, as in the published results."""
-    odd = tests.number % 2 == 1
+    odd = tests.laboratory_test_numbers % 2 == 1
     yield np.flatnonzero(odd), np.flatnonzero(~odd)
 
 
@@ -115,7 +117,7 @@ def splits_leaving_out_one_motion(tests: ShakingTableTests) -> Iterator[tuple[Te
 
 
 def predict_unseen_tests(
-    model: Model, specimen: int, splits: Iterator[tuple[TestIndices, TestIndices]], test_count: int
+    model: FallPredictionModel, specimen: int, splits: Iterator[tuple[TestIndices, TestIndices]], test_count: int
 ) -> FloatArray:
     """Return the predicted probability of each test; NaN if no split predicts it."""
     p = np.full(test_count, np.nan)

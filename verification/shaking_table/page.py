@@ -20,9 +20,9 @@ from overturning.figures.style import (
 from overturning.figures.write import save_figure_files
 from verification.shaking_table.data import SPECIMENS, ShakingTableTests
 from verification.shaking_table.models import (
-    B_OVER_H_CENTRES,
     ENSEMBLE_AND_PEAKS_MODEL,
-    HEIGHT_CENTRES,
+    NEIGHBOURHOOD_CENTRES_B_OVER_H,
+    NEIGHBOURHOOD_CENTRES_HEIGHT,
     PEAKS_MODEL,
     PRISMS_MODEL,
     RECTANGLES_MODEL,
@@ -32,7 +32,7 @@ from verification.shaking_table.scores import SCORE_NAMES, ReliabilityBin, relia
 from verification.tables import iterate_rows, markdown_table
 
 MODELS: Final = (PEAKS_MODEL, RECTANGLES_MODEL, ENSEMBLE_AND_PEAKS_MODEL, PRISMS_MODEL)
-SPLIT: Final = "motion left out"
+RELIABILITY_DIAGRAM_SPLIT: Final = "motion left out"
 
 
 def draw_reliability_diagrams(
@@ -44,7 +44,7 @@ def draw_reliability_diagrams(
         for row, specimen in enumerate(SPECIMENS):
             for column, model in enumerate(MODELS):
                 bins = reliability_bins(
-                    probabilities[SPLIT, model, specimen], tests.fell[specimen], tests.played_record
+                    probabilities[RELIABILITY_DIAGRAM_SPLIT, model, specimen], tests.fell[specimen], tests.played_record
                 )
                 _draw_reliability_bins(panels[row, column], bins)
                 panels[row, column].set_title(f"{model}\nspecimen {specimen}", fontsize=8)
@@ -58,15 +58,18 @@ def draw_reliability_diagrams(
 def _draw_reliability_bins(axes: Any, bins: list[ReliabilityBin]) -> None:
     """Draw the share that fell over the predicted probability, with intervals and numbers of tests."""
     axes.plot([0, 1], [0, 1], color=INK, linewidth=0.9, linestyle=DASHED)
-    x, y = [one.probability for one in bins], [one.fallen_share for one in bins]
-    spread = [[one.fallen_share - one.low for one in bins], [one.high - one.fallen_share for one in bins]]
+    x, y = [one.mean_probability for one in bins], [one.fallen_share for one in bins]
+    spread = [
+        [one.fallen_share - one.interval_low for one in bins],
+        [one.interval_high - one.fallen_share for one in bins],
+    ]
     axes.errorbar(
         x, y, yerr=np.maximum(spread, 0), color=SERIES_COLOURS[0], marker="o", markersize=4, capsize=2, linewidth=1
     )
     for one in bins:
         axes.annotate(
             str(one.test_count),
-            (one.probability, one.fallen_share),
+            (one.mean_probability, one.fallen_share),
             xytext=(4, -10),
             textcoords="offset points",
             fontsize=7,
@@ -86,7 +89,7 @@ def score_tables(score_rows: pd.DataFrame) -> dict[str, str]:
     """Return the tables of scores as Markdown, by marker; they need the stored scores only."""
     return {
         "shaking-table-scores": _score_table(score_rows),
-        "shaking-table-improvement": _better_score_count_table(score_rows),
+        "shaking-table-improvement": _count_table_of_scores_better_than_logistic(score_rows),
     }
 
 
@@ -112,7 +115,7 @@ def _score_table(score_rows: pd.DataFrame) -> str:
     return markdown_table(("split", "specimen", "model", *SCORE_NAMES, "tests"), lines)
 
 
-def _better_score_count_table(score_rows: pd.DataFrame) -> str:
+def _count_table_of_scores_better_than_logistic(score_rows: pd.DataFrame) -> str:
     """Return a table of how many scores of each model are better than those of the logistic model."""
     known = {(one.model, one.split, one.specimen, one.score): one for one in iterate_rows(score_rows)}
     counts: dict[tuple[str, str], list[int]] = {}
@@ -131,12 +134,19 @@ def _better_score_count_table(score_rows: pd.DataFrame) -> str:
 
 def _most_likely_size_table(tests: ShakingTableTests, fractions: Mapping[str, FloatArray]) -> str:
     """Return a table of the most likely B/H and height, fitted to the odd-numbered tests."""
-    learn = np.flatnonzero(tests.number % 2 == 1)
+    learn = np.flatnonzero(tests.laboratory_test_numbers % 2 == 1)
     lines = []
     for model, shares in fractions.items():
         for specimen in SPECIMENS:
             shape, size = divmod(
-                most_likely_size_neighbourhood(shares, tests.fell[specimen], learn), HEIGHT_CENTRES.size
+                most_likely_size_neighbourhood(shares, tests.fell[specimen], learn), NEIGHBOURHOOD_CENTRES_HEIGHT.size
             )
-            lines.append((model, specimen, f"{B_OVER_H_CENTRES[shape]:.2f}", f"{HEIGHT_CENTRES[size]:.2f}"))
+            lines.append(
+                (
+                    model,
+                    specimen,
+                    f"{NEIGHBOURHOOD_CENTRES_B_OVER_H[shape]:.2f}",
+                    f"{NEIGHBOURHOOD_CENTRES_HEIGHT[size]:.2f}",
+                )
+            )
     return markdown_table(("model", "specimen", "B/H", "H, m"), lines)

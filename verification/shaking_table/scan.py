@@ -27,40 +27,42 @@ from overturning.model.surface import repair_surface_and_close_base
 from verification.shaking_table.data import ShakingTableTests
 from verification.shaking_table.models import TestIndices
 
-FILE: Final = "SP1.ply"
+BOULDER_SCAN_FILE_NAME: Final = "SP1.ply"
 """Closed scan of the boulder. The scan of its second placement has no faces, and shows the same stone and face."""
 
 YAWS: Final = np.arange(0.0, 360.0, 15.0)
 """Orientations on the table, degrees."""
 
-RELIEFS: Final = (0.0033, 0.002236)
+BEARING_HEIGHT_LIMITS_M: Final = (0.0033, 0.002236)
 """Reliefs under the base, m: the upper quartile and the middle of the range of 1 to 5 mm on a logarithmic scale.
 
 Smaller ones take ten times as many steps; they were left out for that reason, before any score was computed.
 """
 
-SMALL_RELIEF: Final = 0.001
+SMALL_BEARING_HEIGHT_LIMIT_M: Final = 0.001
 """Relief that is compared with the others, m, but is not part of the prediction: it was run after the scores."""
 
 FRICTION: Final = 0.7
 """Middle of the range of the other models."""
 
-STATIC_PENETRATION: Final = 1e-5
+STATIC_PENETRATION_RATIO: Final = 1e-5
 """δ/B of the contact; that of the package's default takes four times as many steps."""
 
-HULL_TOLERANCE: Final = 0.016
+HULL_TOLERANCE_TO_SIZE_RATIO: Final = 0.016
 """Simplification of the outline above the footprint, as a share of the size: about 20 points can touch."""
 
-ORIENTATION_WEIGHTS: Final = {-1: 0.25, 0: 0.5, 1: 0.25}
+NEIGHBOUR_ORIENTATION_WEIGHTS: Final = {-1: 0.25, 0: 0.5, 1: 0.25}
 """Weights of neighbouring orientations: the boulder's own lies anywhere between two of them."""
 
 
 def read_scanned_boulder(folder: Path) -> ScannedStone:
     """Read the scan of the boulder; raise a `ResultError` if the file is missing."""
-    path = folder / FILE
+    path = folder / BOULDER_SCAN_FILE_NAME
     if not path.is_file():
-        raise ResultError(f"{folder}: no {FILE}; for its source see docs/shaking-table.md")
-    scan = stone_from_surface(*repair_surface_and_close_base(read_mesh_surface(path, "m")), "boulder", RELIEFS[0])
+        raise ResultError(f"{folder}: no {BOULDER_SCAN_FILE_NAME}; for its source see docs/shaking-table.md")
+    scan = stone_from_surface(
+        *repair_surface_and_close_base(read_mesh_surface(path, "m")), "boulder", BEARING_HEIGHT_LIMITS_M[0]
+    )
     assert isinstance(scan.shape, ScannedStone)
     print(f"{path.name}: {scan.volume:.4f} m³, tilted by {scan.pose.tilt_deg:.2f}° into its nearest stable pose")
     return scan.shape
@@ -71,7 +73,9 @@ def boulder_with_bearing_height_limit(stone: ScannedStone, relief: float) -> Sca
 
     The relief, m, is the height above the lowest points of the base up to which points bear.
     """
-    return ScannedStone(stone.vertices, stone.centre_of_mass, stone.inertia, relief, stone.name, HULL_TOLERANCE)
+    return ScannedStone(
+        stone.vertices, stone.centre_of_mass, stone.inertia, relief, stone.name, HULL_TOLERANCE_TO_SIZE_RATIO
+    )
 
 
 def simulate_orientations(
@@ -79,7 +83,7 @@ def simulate_orientations(
     tests: ShakingTableTests,
     cache_folder: Path,
     threads: int = 1,
-    reliefs: tuple[float, ...] = RELIEFS,
+    reliefs: tuple[float, ...] = BEARING_HEIGHT_LIMITS_M,
 ) -> NDArray[np.bool_]:
     """Simulate the boulder in every test, with every relief and orientation, and return whether it falls.
 
@@ -98,7 +102,7 @@ def simulate_orientations(
         key = hashlib.sha256(
             own.unscaled_solid.contact_points.tobytes() + own.unscaled_solid.inertia_per_mass.tobytes()
         )
-        key.update(repr((YAWS.tolist(), FRICTION, STATIC_PENETRATION)).encode())
+        key.update(repr((YAWS.tolist(), FRICTION, STATIC_PENETRATION_RATIO)).encode())
         key.update(b"".join(one.tobytes() for one in tests.acceleration))
         path = cache_folder / f"scan-{1000 * relief:g}-mm-{key.hexdigest()[:16]}.npy"
         if not path.is_file():
@@ -111,7 +115,7 @@ def simulate_orientations(
 
 def _outcomes_of_boulder(stone: ScannedStone, tests: ShakingTableTests, threads: int) -> NDArray[np.int8]:
     """Return the outcomes of a boulder, shape (tests, orientations): 1 fell, 0 stood, −128 undecided."""
-    body = Body(stone, VertexContact(static_penetration=STATIC_PENETRATION))
+    body = Body(stone, VertexContact(static_penetration=STATIC_PENETRATION_RATIO))
     cases = Cases(YAWS, stone.unscaled_height, 0.1, FRICTION)
 
     def outcomes_in_test(index: int) -> NDArray[np.int8]:
@@ -138,7 +142,8 @@ def fall_probabilities(fell: NDArray[np.bool_]) -> FloatArray:
     """
     count = len(fell)
     falls = np.sum(
-        [weight * np.roll(fell, -step, axis=2).sum(axis=0) for step, weight in ORIENTATION_WEIGHTS.items()], axis=0
+        [weight * np.roll(fell, -step, axis=2).sum(axis=0) for step, weight in NEIGHBOUR_ORIENTATION_WEIGHTS.items()],
+        axis=0,
     )
     return np.asarray((falls.T + 0.5) / (count + 1.0))
 
@@ -149,7 +154,7 @@ def most_likely_orientation(shares: FloatArray, fell: NDArray[np.bool_], learn: 
     return int(np.argmax(np.where(y, np.log(p), np.log1p(-p)).sum(axis=1)))
 
 
-def split_motions_in_halves(tests: ShakingTableTests) -> Iterator[tuple[TestIndices, TestIndices]]:
+def split_tests_into_halves_by_motion(tests: ShakingTableTests) -> Iterator[tuple[TestIndices, TestIndices]]:
     """Yield two splits: every second motion, by name, to learn from and the others to predict, and the reverse.
 
     All tests of a motion are in the same half.

@@ -20,7 +20,7 @@ from verification.shaking_table.models import (
     PEAKS_MODEL,
     PRISMS_MODEL,
     RECTANGLES_MODEL,
-    Model,
+    FallPredictionModel,
     TestIndices,
     fall_prediction_models_by_name,
     fall_shares_by_size_neighbourhood,
@@ -28,14 +28,14 @@ from verification.shaking_table.models import (
     split_odd_and_even_tests,
 )
 from verification.shaking_table.scan import (
-    RELIEFS,
-    SMALL_RELIEF,
+    BEARING_HEIGHT_LIMITS_M,
+    SMALL_BEARING_HEIGHT_LIMIT_M,
     YAWS,
     fall_probabilities,
     most_likely_orientation,
     read_scanned_boulder,
     simulate_orientations,
-    split_motions_in_halves,
+    split_tests_into_halves_by_motion,
 )
 from verification.shaking_table.scores import (
     SCORE_NAMES,
@@ -47,7 +47,7 @@ from verification.tables import RESULTS, iterate_rows, markdown_table, publish_m
 
 SCAN_MODEL: Final = "scan, orientation fitted"
 SPLITS: Final[dict[str, Callable[[ShakingTableTests], Iterator[tuple[TestIndices, TestIndices]]]]] = {
-    "half of the motions": split_motions_in_halves,
+    "half of the motions": split_tests_into_halves_by_motion,
     "odd to even": split_odd_and_even_tests,
 }
 """Splits into tests for fitting and for prediction, by name."""
@@ -56,17 +56,17 @@ FITTED_PARAMETER_COUNT_BY_MODEL: Final = {PEAKS_MODEL: 3, RECTANGLES_MODEL: 2, P
 """Number of fitted numbers of each model."""
 
 
-def scan_orientation_model(tests: ShakingTableTests, shares: FloatArray) -> Model:
+def scan_orientation_model(tests: ShakingTableTests, shares: FloatArray) -> FallPredictionModel:
     """Return the model that chooses an orientation of the scan; `shares` has shape (orientations, tests)."""
 
-    def predict_by_orientation(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
+    def predict_with_best_orientation(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
         """Predict with the orientation that best fits the tests to learn from."""
         return np.asarray(shares[most_likely_orientation(shares, tests.fell[specimen], learn)][predict])
 
-    return predict_by_orientation
+    return predict_with_best_orientation
 
 
-def scores_on_unseen_tests(tests: ShakingTableTests, models: Mapping[str, Model]) -> pd.DataFrame:
+def scores_on_unseen_tests(tests: ShakingTableTests, models: Mapping[str, FallPredictionModel]) -> pd.DataFrame:
     """Return the scores of every split, specimen and model on the predicted tests, with intervals over motions."""
     rows = []
     for split, divide in SPLITS.items():
@@ -108,9 +108,9 @@ def fitted_orientation_table(tests: ShakingTableTests, shares: FloatArray) -> st
         "odd-numbered tests": next(split_odd_and_even_tests(tests))[0],
         **{
             f"{number} half of the motions": learn
-            for number, (learn, _) in zip(("first", "second"), split_motions_in_halves(tests), strict=True)
+            for number, (learn, _) in zip(("first", "second"), split_tests_into_halves_by_motion(tests), strict=True)
         },
-        "all tests": np.arange(tests.number.size),
+        "all tests": np.arange(tests.laboratory_test_numbers.size),
     }
     lines = [
         (name, *(f"{YAWS[most_likely_orientation(shares, tests.fell[one], learn)]:g}°" for one in SPECIMENS))
@@ -139,9 +139,11 @@ def fall_table_by_bearing_height(tests: ShakingTableTests, fell_by_relief: Mappi
         best = []
         for specimen in SPECIMENS:
             shares = fall_probabilities(own[None])
-            chosen = most_likely_orientation(shares, tests.fell[specimen], np.arange(tests.number.size))
+            chosen = most_likely_orientation(
+                shares, tests.fell[specimen], np.arange(tests.laboratory_test_numbers.size)
+            )
             best += [f"{prediction_scores(shares[chosen], tests.fell[specimen])[0]:.3f}"]
-        used = "yes" if relief in RELIEFS else "no"
+        used = "yes" if relief in BEARING_HEIGHT_LIMITS_M else "no"
         lines.append((f"{1000 * relief:.2g} mm", used, f"{own.mean():.3f}", *best))
     lines.append(("shaking table", "", ", ".join(f"{tests.fell[one].mean():.3f}" for one in SPECIMENS), "", ""))
     heads = (
@@ -170,8 +172,8 @@ def main(
         return
     kept.mkdir(parents=True, exist_ok=True)
     fell = simulate_orientations(boulder, tests, kept, threads)
-    small = simulate_orientations(boulder, tests, kept, threads, (SMALL_RELIEF,))[0]
-    by_relief = {**dict(zip(RELIEFS, fell, strict=True)), SMALL_RELIEF: small}
+    small = simulate_orientations(boulder, tests, kept, threads, (SMALL_BEARING_HEIGHT_LIMIT_M,))[0]
+    by_relief = {**dict(zip(BEARING_HEIGHT_LIMITS_M, fell, strict=True)), SMALL_BEARING_HEIGHT_LIMIT_M: small}
     shares = fall_probabilities(fell)
     others = {
         name: fall_shares_by_size_neighbourhood(simulate_stones(kind, tests, kept, threads=threads))

@@ -21,16 +21,16 @@ from overturning.statistics.bootstrap import (
 )
 
 SCORE_NAMES: Final = ("F1", "AUC", "Brier score")
-DRAWS: Final = 1000
+BOOTSTRAP_SAMPLE_COUNT: Final = 1000
 
 
 class ReliabilityBin(NamedTuple):
     """Bin of a reliability diagram: mean probability, share that fell with its 95 % interval, and number of tests."""
 
-    probability: float
+    mean_probability: float
     fallen_share: float
-    low: float
-    high: float
+    interval_low: float
+    interval_high: float
     test_count: int
 
 
@@ -48,7 +48,9 @@ def prediction_scores(probabilities: FloatArray, fell: NDArray[np.bool_]) -> Flo
     )
 
 
-def bootstrap_test_indices(test_motions: NDArray[np.str_], draws: int = DRAWS, seed: int = 1) -> list[NDArray[np.intp]]:
+def bootstrap_test_indices(
+    test_motions: NDArray[np.str_], draws: int = BOOTSTRAP_SAMPLE_COUNT, seed: int = 1
+) -> list[NDArray[np.intp]]:
     """Return the test indices of each bootstrap sample; motions are drawn with replacement, each with all its tests.
 
     More samples are drawn if fewer than `MIN_BOOTSTRAP_SAMPLES_PER_TAIL` would lie beyond an end of the interval for
@@ -80,7 +82,10 @@ def bootstrap_interval_over_motions(sample_values: FloatArray, motion_count: int
 
 
 def reliability_bins(
-    probabilities: FloatArray, fell: NDArray[np.bool_], test_motions: NDArray[np.str_], draws: int = DRAWS
+    probabilities: FloatArray,
+    fell: NDArray[np.bool_],
+    test_motions: NDArray[np.str_],
+    draws: int = BOOTSTRAP_SAMPLE_COUNT,
 ) -> list[ReliabilityBin]:
     """Return the share that fell in bins of probability, with intervals over motions; omit bins below five tests.
 

@@ -18,8 +18,8 @@ from overturning.motion.motion import Motion
 from overturning.statistics.logistic import fit_logistic_model
 from overturning.units import STANDARD_GRAVITY
 from verification.shaking_table.models import (
-    LOG_B_OVER_H_HALF_WIDTH,
-    LOG_HEIGHT_HALF_WIDTH,
+    NEIGHBOURHOOD_HALF_WIDTH_LN_B_OVER_H,
+    NEIGHBOURHOOD_HALF_WIDTH_LN_HEIGHT,
     TestIndices,
     most_likely_size_neighbourhood,
 )
@@ -31,19 +31,19 @@ from verification.shaking_table.scores import (
 )
 from verification.tables import RESULTS, markdown_table, publish_markdown, write_csv
 
-FOLDER: Final = Path(__file__).with_name("shakebot")
+SHAKING_TEST_FOLDER: Final = Path(__file__).with_name("shakebot")
 LABEL_BY_TEST_SET: Final = {
     "exp0": "2022-09-07, 0°", "exp270": "2022-09-07, 270°", "PBR_0": "2022-10-24, 0°", "PBR_90": "2022-10-24, 90°",
 }  # fmt: skip
 """Day and orientation of the tests, by file."""
 
-B_OVER_H_CENTRES: Final = np.geomspace(0.02, 0.6, 50)
-NEIGHBOURHOOD_CENTRE_HEIGHTS_M: Final = np.geomspace(0.01, 1.5, 38)
+B_OVER_H_OF_SIZE_NEIGHBOURHOOD_CENTRES: Final = np.geomspace(0.02, 0.6, 50)
+HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M: Final = np.geomspace(0.01, 1.5, 38)
 """Centres of the neighbourhoods, which are as wide as those for the boulder: B/H, and height in m."""
 
 INTERVAL_COLUMNS_BY_SCORE: Final = {what: (f"{what} low", f"{what} high") for what in SCORE_NAMES}
 
-REST_TIME_S: Final = 0.5
+REST_TIME_BEFORE_AND_AFTER_CYCLE_S: Final = 0.5
 """Rest before and after the period, s."""
 
 
@@ -52,7 +52,7 @@ def read_small_table_tests(name: str) -> pd.DataFrame:
 
     Tests with an outcome other than Y or N, or without a motion, are omitted.
     """
-    rows = pd.read_csv(FOLDER / f"{name}.csv", names=["when", "ratio", "pga", "fell"], skiprows=1).dropna()
+    rows = pd.read_csv(SHAKING_TEST_FOLDER / f"{name}.csv", names=["when", "ratio", "pga", "fell"], skiprows=1).dropna()
     fell = rows["fell"].str.strip(".").str.upper()
     found = rows[["ratio", "pga"]].astype(float).assign(fell=fell == "Y")[fell.isin(("Y", "N"))]
     return found[(found["pga"] > 0) & (found["ratio"] > 0)].reset_index(drop=True)
@@ -61,29 +61,31 @@ def read_small_table_tests(name: str) -> pd.DataFrame:
 def one_cosine_cycle(pga: float, pgv_over_pga: float, sampling_interval: float = 0.001) -> Motion:
     """Return the commanded motion of a test, one cycle of a cosine towards azimuth 0; PGA in g, PGV/PGA in s."""
     duration = 2.0 * np.pi * pgv_over_pga
-    along = np.zeros(round((2.0 * REST_TIME_S + duration) / sampling_interval))
-    time = sampling_interval * np.arange(along.size) - REST_TIME_S
+    along = np.zeros(round((2.0 * REST_TIME_BEFORE_AND_AFTER_CYCLE_S + duration) / sampling_interval))
+    time = sampling_interval * np.arange(along.size) - REST_TIME_BEFORE_AND_AFTER_CYCLE_S
     own = (time >= 0.0) & (time <= duration)
     along[own] = pga * STANDARD_GRAVITY * np.cos(time[own] / pgv_over_pga)
     return Motion(along, np.zeros_like(along), sampling_interval=sampling_interval)
 
 
-def simulated_fall_shares_by_neighbourhood_and_test(tests: pd.DataFrame) -> FloatArray:
+def fall_shares_by_size_neighbourhood_and_test(tests: pd.DataFrame) -> FloatArray:
     """Return the share of stones that fall by neighbourhood of B/H and height and by test, never 0 or 1.
 
-    Centres are in the order of `B_OVER_H_CENTRES`, then `NEIGHBOURHOOD_CENTRE_HEIGHTS_M`; all blocks of a neighbourhood
-    count equally.
+    Centres are in the order of `B_OVER_H_OF_SIZE_NEIGHBOURHOOD_CENTRES`, then
+    `HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M`; all blocks of a neighbourhood count equally.
     """
-    grid = np.meshgrid(B_OVER_H_CENTRES, NEIGHBOURHOOD_CENTRE_HEIGHTS_M, indexing="ij")
+    grid = np.meshgrid(B_OVER_H_OF_SIZE_NEIGHBOURHOOD_CENTRES, HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M, indexing="ij")
     cases = Cases(0.0, grid[1].ravel(), grid[0].ravel(), 1.0)
     pairs, of_test = np.unique(tests[["pga", "ratio"]].to_numpy(), axis=0, return_inverse=True)
     fell = np.array([simulate_rigid_rocking(one_cosine_cycle(*pair), cases).overturned != 0 for pair in pairs])
-    of_pair = fell.reshape(len(pairs), B_OVER_H_CENTRES.size, NEIGHBOURHOOD_CENTRE_HEIGHTS_M.size).astype(float)
+    of_pair = fell.reshape(
+        len(pairs), B_OVER_H_OF_SIZE_NEIGHBOURHOOD_CENTRES.size, HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M.size
+    ).astype(float)
     near = [
         (np.abs(np.log(values[:, None] / values)) < width).astype(float)
         for values, width in (
-            (B_OVER_H_CENTRES, LOG_B_OVER_H_HALF_WIDTH),
-            (NEIGHBOURHOOD_CENTRE_HEIGHTS_M, LOG_HEIGHT_HALF_WIDTH),
+            (B_OVER_H_OF_SIZE_NEIGHBOURHOOD_CENTRES, NEIGHBOURHOOD_HALF_WIDTH_LN_B_OVER_H),
+            (HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M, NEIGHBOURHOOD_HALF_WIDTH_LN_HEIGHT),
         )
     ]
     falls = np.einsum("bi,pij,hj->bhp", near[0], of_pair, near[1])
@@ -112,8 +114,8 @@ def predict_each_half_from_the_other(
         logistic[other], rigid[other] = fit.fall_probability(peaks[other]), fractions[best][other]
         centres.append(
             (
-                float(B_OVER_H_CENTRES[best // NEIGHBOURHOOD_CENTRE_HEIGHTS_M.size]),
-                float(NEIGHBOURHOOD_CENTRE_HEIGHTS_M[best % NEIGHBOURHOOD_CENTRE_HEIGHTS_M.size]),
+                float(B_OVER_H_OF_SIZE_NEIGHBOURHOOD_CENTRES[best // HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M.size]),
+                float(HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M[best % HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M.size]),
             )
         )
     return made, centres
@@ -130,7 +132,7 @@ def measure_scores() -> tuple[pd.DataFrame, pd.DataFrame]:
     for name, label in LABEL_BY_TEST_SET.items():
         tests = read_small_table_tests(name)
         probabilities, centres = predict_each_half_from_the_other(
-            tests, simulated_fall_shares_by_neighbourhood_and_test(tests)
+            tests, fall_shares_by_size_neighbourhood_and_test(tests)
         )
         fell, motions = tests["fell"].to_numpy(), motion_names(tests)
         samples, motion_count = bootstrap_test_indices(motions), np.unique(motions).size

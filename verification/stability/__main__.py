@@ -9,21 +9,21 @@ import typer
 from verification.stability.cases import (
     CASES_PER_SETTING,
     cases_under_adversarial_motions,
-    scene_settings,
+    sample_parameters_of_scene_cases,
     space_filling_cases,
 )
 from verification.stability.maps import (
-    ADVERSARIAL_BUDGET,
     BLOCK_COLUMN_MEANINGS,
-    BLOCK_STEP_BUDGET,
-    SCENE_BUDGET,
+    MAX_STEPS_OF_ADVERSARIAL_SCENE_CASE,
+    MAX_STEPS_OF_BLOCK_CASE,
+    MAX_STEPS_OF_SCENE_CASE,
     SCENE_COLUMN_MEANINGS,
     collect_stability_map_rows,
     simulate_and_check_block_case,
     simulate_and_check_scene_cases,
 )
 from verification.stability.stacks import (
-    STACK_BUDGET,
+    MAX_STEPS_OF_STACK_CASE,
     STACK_COLUMN_MEANINGS,
     random_stack_settings,
     simulate_and_check_stack_cases,
@@ -52,7 +52,7 @@ def blocks(
 ) -> None:
     """Simulate and check single blocks on stiff contacts with extreme parameters; write the map of stability."""
     cases = [*space_filling_cases(count, seed), *cases_under_adversarial_motions(adversarial, seed)]
-    about = {"space_filling": count, "adversarial": adversarial, "seed": seed, "budget": BLOCK_STEP_BUDGET}
+    about = {"space_filling": count, "adversarial": adversarial, "seed": seed, "budget": MAX_STEPS_OF_BLOCK_CASE}
     rows = collect_stability_map_rows(simulate_and_check_block_case, cases, threads=threads, progress=print_progress)
     write_table(rows, output, meanings=BLOCK_COLUMN_MEANINGS, attributes=about, dimension="case")
 
@@ -68,12 +68,12 @@ def scenes(
     """Simulate the shipped scenes with extreme parameters, check the outcomes, and write the map of stability."""
     rows = collect_stability_map_rows(
         simulate_and_check_scene_cases,
-        scene_settings(settings, adversarial, seed),
+        sample_parameters_of_scene_cases(settings, adversarial, seed),
         threads=threads,
         progress=print_progress,
     )
     about = {"settings": settings, "adversarial": adversarial, "together": CASES_PER_SETTING, "seed": seed}
-    about |= {"budget": SCENE_BUDGET, "adversarial_budget": ADVERSARIAL_BUDGET}
+    about |= {"budget": MAX_STEPS_OF_SCENE_CASE, "adversarial_budget": MAX_STEPS_OF_ADVERSARIAL_SCENE_CASE}
     write_table(rows, output, meanings=SCENE_COLUMN_MEANINGS, attributes=about, dimension="case")
 
 
@@ -88,7 +88,7 @@ def stacks(
     rows = collect_stability_map_rows(
         simulate_and_check_stack_cases, random_stack_settings(settings, seed), threads=threads, progress=print_progress
     )
-    about = {"settings": settings, "together": CASES_PER_SETTING, "seed": seed, "budget": STACK_BUDGET}
+    about = {"settings": settings, "together": CASES_PER_SETTING, "seed": seed, "budget": MAX_STEPS_OF_STACK_CASE}
     write_table(rows, output, meanings=STACK_COLUMN_MEANINGS, attributes=about, dimension="case")
 
 

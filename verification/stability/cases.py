@@ -15,7 +15,7 @@ from overturning.model.scene import Scene, load_scene
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
-SAMPLES: Final = 256
+MOTION_SAMPLE_COUNT: Final = 256
 """Samples of a motion of the space-filling part; only two in a hundred motions last 25 s, most are shorter."""
 
 ORIGINAL_PAPER_DASHPOT: Final = 3500.0
@@ -34,7 +34,7 @@ ADVERSARIAL_MOTIONS: Final = (
 )
 """Adversarial motions."""
 
-SHARE_WITH_VERTICAL: Final = 1 / 3
+SHARE_OF_CASES_WITH_VERTICAL_MOTION: Final = 1 / 3
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,9 @@ def space_filling_cases(count: int, seed: int) -> list[StabilityCase]:
         "sampling_interval": _log_interpolate(u[7], 1e-4, 0.1),
         "step_fraction": np.where(u[8] < 0.5, np.nan, _log_interpolate((u[8] - 0.5) / 0.5, 0.05, 1.0)),
         "period": _log_interpolate(u[11], 2.0, 200.0),
-        "vertical": np.where(u[12] < SHARE_WITH_VERTICAL, 1.5 * u[12] / SHARE_WITH_VERTICAL, 0.0),
+        "vertical": np.where(
+            u[12] < SHARE_OF_CASES_WITH_VERTICAL_MOTION, 1.5 * u[12] / SHARE_OF_CASES_WITH_VERTICAL_MOTION, 0.0
+        ),
     }
     schemes = np.where(u[9] < 0.8, "centred", "cundall")
     shapes = np.array(MOTION_SHAPES)[(u[10] * len(MOTION_SHAPES)).astype(int)]
@@ -122,12 +124,12 @@ def motion_of_case(case: StabilityCase, number: int) -> Motion:
     """Return the motion of a case; `number` is the seed of the noise."""
     generator = np.random.Generator(np.random.PCG64([7, number]))
     peak, interval = case.peak, case.sampling_interval
-    time = np.arange(SAMPLES, dtype=np.float64)
+    time = np.arange(MOTION_SAMPLE_COUNT, dtype=np.float64)
     match case.motion:
         case "pulse":
             north = np.where(time <= case.period, peak * np.sin(2 * np.pi * time / case.period), 0.0)
         case "noise":
-            north = generator.uniform(-peak, peak, SAMPLES)
+            north = generator.uniform(-peak, peak, MOTION_SAMPLE_COUNT)
         case "square":
             north = np.where(time % case.period < 0.5 * case.period, peak, -peak)
         case "impulse":
@@ -145,7 +147,7 @@ def motion_of_case(case: StabilityCase, number: int) -> Motion:
         case "vertical above g":
             north = peak * np.sin(2 * np.pi * time / 64)
         case "constant offset":
-            north = np.full(SAMPLES, peak)
+            north = np.full(MOTION_SAMPLE_COUNT, peak)
         case _:
             raise ValueError(f"motion: {case.motion!r} is not known")
     up = None
@@ -174,16 +176,16 @@ class ParametersOfSceneCases:
     common_parameters: StabilityCase
     """Common contact, sizes and motion: height of the reference element, B/H as a factor on that of the scene, and peak
     before the amplitudes; the friction is not used."""
-    static_penetration: float
+    static_penetration_ratio: float
     """δ/B of each contact; NaN if the stiffness is given in N/m."""
     friction: FloatArray
-    amplitude: FloatArray
+    amplitude_factors: FloatArray
     """Factors on the motion."""
     azimuth_deg: FloatArray
     """Azimuths: 0 or 180."""
 
 
-def scene_settings(per_scene: int, adversarial: int, seed: int) -> list[ParametersOfSceneCases]:
+def sample_parameters_of_scene_cases(per_scene: int, adversarial: int, seed: int) -> list[ParametersOfSceneCases]:
     """Return `per_scene` space-filling settings of each scene, and `adversarial` for each adversarial motion."""
     found = []
     for number, scene in enumerate(SCENES):
@@ -234,8 +236,8 @@ def scene_of_setting(setting: ParametersOfSceneCases, root: Path = Path()) -> Sc
         {"damping": ORIGINAL_PAPER_DASHPOT} if np.isnan(case.damping_ratio) else {"damping_ratio": case.damping_ratio}
     )
     law = ContactLaw(between=("stone", "stone"), **damping)
-    if np.isnan(setting.static_penetration):
+    if np.isnan(setting.static_penetration_ratio):
         law = law.model_copy(update={"stiffness": case.stiffness})
     else:
-        law = law.model_copy(update={"static_penetration": setting.static_penetration})
+        law = law.model_copy(update={"static_penetration": setting.static_penetration_ratio})
     return scene.model_copy(update={"materials": {"stone": Material(density=case.density)}, "contacts": (law,)})

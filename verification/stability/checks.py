@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import MAX_ENERGY_ERROR
-from overturning.dem.limits import MAX_PENETRATION_RATIO
+from overturning.dem.limits import MAX_PENETRATION_TO_HALF_SIDE_RATIO
 from overturning.dem.polygon.prepare import PreparedScene
 from overturning.model.geometry import PlacedElement
 from overturning.model.results import CaseResults
@@ -59,11 +59,11 @@ class BoundsOnCaseResults(NamedTuple):
 
     max_static_penetration: float
     """Largest static penetration, m."""
-    smallest_side: float
+    smallest_element_side: float
     """Smallest side of an element, m; the allowed penetration is a share of it."""
-    width: float
+    contact_width: float
     """Width of a contact, m; for a stiff contact the static penetration is small compared with it."""
-    max_acceleration_ratio: float
+    max_horizontal_to_apparent_gravity_ratio: float
     """Largest ratio of horizontal to vertical acceleration, |a|/(g + a_up)."""
     motion_threshold_ratio: float
     """Demand below which nothing moves."""
@@ -80,7 +80,7 @@ def find_failed_check(bounds: BoundsOnCaseResults, results: CaseResults, row: in
     numbers, and must agree with rigid elements: below both thresholds they neither fall nor slide.
     `flags_match` is True if flags and rotations are consistent.
     """
-    limit = MAX_PENETRATION_RATIO * 0.5 * bounds.smallest_side
+    limit = MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * bounds.smallest_element_side
     if not CaseStatus(results.status[row]).has_outcome:
         return "" if np.all(results.overturned[row] == INT8_MISSING) else "flag in spite of the mark"
     if not np.isin(results.overturned[row], (-1, 0, 1)).all():
@@ -103,22 +103,25 @@ def find_failed_check(bounds: BoundsOnCaseResults, results: CaseResults, row: in
         return "flag and rotation"
     if np.any(np.isfinite(results.overturning_time[row]) != fallen):
         return "flag and time"
-    if results.status[row] == CaseStatus.AT_REST and bounds.max_acceleration_ratio > bounds.motion_threshold_ratio:
+    if (
+        results.status[row] == CaseStatus.AT_REST
+        and bounds.max_horizontal_to_apparent_gravity_ratio > bounds.motion_threshold_ratio
+    ):
         return "left out above a threshold"
-    if bounds.max_acceleration_ratio == 0.0 and np.any(
+    if bounds.max_horizontal_to_apparent_gravity_ratio == 0.0 and np.any(
         fallen | (results.peak_slip[row] > bounds.min_slip_of_moved_element)
     ):
         return "moved without motion"
     if (
         np.any(fallen)
-        and bounds.max_acceleration_ratio < 0.2 * bounds.fall_threshold_ratio
-        and bounds.max_static_penetration < 1e-4 * bounds.width
+        and bounds.max_horizontal_to_apparent_gravity_ratio < 0.2 * bounds.fall_threshold_ratio
+        and bounds.max_static_penetration < 1e-4 * bounds.contact_width
     ):
         return "fell below the threshold of rocking"
     return ""
 
 
-def max_acceleration_ratio(motion: Motion) -> float:
+def max_horizontal_to_apparent_gravity_ratio(motion: Motion) -> float:
     """Return the largest ratio |a|/(g + a_up) of a motion towards north; infinite if the ground falls faster than g."""
     weight = STANDARD_GRAVITY + (np.zeros(motion.sample_count) if motion.up is None else motion.up)
     if (weight <= 0).any():
@@ -139,7 +142,7 @@ def find_failed_block_check(case: StabilityCase, motion: Motion, results: CaseRe
     width, ratio = case.b_over_h * case.height, case.b_over_h
     stands = ratio if case.friction < 0.5 * ratio else 0.0
     bounds = BoundsOnCaseResults(
-        static_penetration(case), min(width, case.height), width, max_acceleration_ratio(motion),
+        static_penetration(case), min(width, case.height), width, max_horizontal_to_apparent_gravity_ratio(motion),
         min(ratio, case.friction), stands, MAX_ROUNDING_SLIP_PER_METRE * (width + case.height),
     )  # fmt: skip
     lies = results.peak_rotation[0] * np.arctan(ratio) >= RIGHT_ANGLE_RAD * (1 - ROTATION_TOLERANCE_RAD)
@@ -153,7 +156,12 @@ def find_failed_scene_check(
     size = min(item.smaller_extent for item in prepared.placed if not item.is_driven_or_held)
     bound = min(least_rocking_acceleration_ratio(prepared.placed), friction)
     bounds = BoundsOnCaseResults(
-        max_static_penetration(prepared), size, size, max_acceleration_ratio(motion), bound * (1 + 1e-9), bound
+        max_static_penetration(prepared),
+        size,
+        size,
+        max_horizontal_to_apparent_gravity_ratio(motion),
+        bound * (1 + 1e-9),
+        bound,
     )
     turned = results.peak_rotation[row] * prepared.tipping_angles_or_one_degree[prepared.free_element_indices]
     return find_failed_check(

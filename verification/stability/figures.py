@@ -20,21 +20,21 @@ _LABELS_AND_COLOURS_OF_OUTCOMES: Final = (
     ("refused", (CheckedOutcome.REFUSED,), "#222222"),
     ("silent", (CheckedOutcome.SILENT,), "#ff0000"),
 )
-_LABELS: Final = {
+_AXIS_LABEL_BY_GROUP: Final = {
     "penetration_ratio": "δ/B",
     "damping": "ξ",
     "step_ratio": "Δt / Δt stable",
     "acceleration_ratio": "a / (g·B/H)",
     "friction_ratio": "µ·H/B",
 }
-_LIMITS: Final = {
+_AXIS_LIMITS_BY_GROUP: Final = {
     "penetration_ratio": (1e-12, 1e4),
     "damping": (1e-4, 1e3),
     "step_ratio": (1e-3, 1.0),
     "acceleration_ratio": (1e-4, 1e3),
     "friction_ratio": (1e-3, 1e3),
 }
-_PAIRS: Final = (
+_GROUP_PAIRS_OF_PANELS: Final = (
     ("penetration_ratio", "damping"),
     ("penetration_ratio", "step_ratio"),
     ("penetration_ratio", "acceleration_ratio"),
@@ -52,10 +52,10 @@ def draw_block_cases(rows: pd.DataFrame, path: Path) -> None:
 
     with use_package_matplotlib_settings():
         figure, axes = plt.subplots(2, 2, figsize=(8.2, 7.6), layout="constrained")
-        for axis, (across, up) in zip(axes.ravel(), _PAIRS, strict=True):
+        for axis, (across, up) in zip(axes.ravel(), _GROUP_PAIRS_OF_PANELS, strict=True):
             _draw_cases_as_points(axis, rows, across, up, 1.6)
-            axis.set_xlabel(_LABELS[across])
-            axis.set_ylabel(_LABELS[up])
+            axis.set_xlabel(_AXIS_LABEL_BY_GROUP[across])
+            axis.set_ylabel(_AXIS_LABEL_BY_GROUP[up])
         _add_outcome_legend(figure, rows)
         save_figure_files(figure, path)
 
@@ -64,7 +64,7 @@ def draw_scene_cases(rows: pd.DataFrame, path: Path) -> None:
     """Draw each scene's cases: acceleration over rocking threshold against each of three dimensionless groups."""
     import matplotlib.pyplot as plt
 
-    labels = _LABELS | {"acceleration_ratio": "a / (g · threshold)", "friction_ratio": "µ / threshold"}
+    labels = _AXIS_LABEL_BY_GROUP | {"acceleration_ratio": "a / (g · threshold)", "friction_ratio": "µ / threshold"}
     across_of = ("penetration_ratio", "damping", "friction_ratio")
     with use_package_matplotlib_settings():
         figure, axes = plt.subplots(
@@ -88,13 +88,13 @@ def _draw_cases_as_points(axis: Any, rows: pd.DataFrame, across: str, up: str, s
     rows = rows[np.isfinite(rows[across]) & np.isfinite(rows[up])]
     rows = rows.iloc[np.random.Generator(np.random.PCG64(1)).permutation(len(rows))]
     colour_of = {int(ending): colour for _, endings, colour in _LABELS_AND_COLOURS_OF_OUTCOMES for ending in endings}
-    x, y = (np.clip(rows[group], *_LIMITS[group]) for group in (across, up))
+    x, y = (np.clip(rows[group], *_AXIS_LIMITS_BY_GROUP[group]) for group in (across, up))
     colours = [colour_of[ending] for ending in rows["ending"]]
     axis.scatter(x, y, s=size**2, c=colours, marker="s", linewidths=0, antialiaseds=False, rasterized=True)
     axis.set_xscale("log")
     axis.set_yscale("log")
-    axis.set_xlim(*_LIMITS[across])
-    axis.set_ylim(*_LIMITS[up])
+    axis.set_xlim(*_AXIS_LIMITS_BY_GROUP[across])
+    axis.set_ylim(*_AXIS_LIMITS_BY_GROUP[up])
 
 
 def _add_outcome_legend(figure: Any, rows: pd.DataFrame) -> None:
@@ -115,8 +115,8 @@ def draw_outcome_shares(rows: pd.DataFrame, path: Path) -> None:
 
     with use_package_matplotlib_settings():
         figure, axes = plt.subplots(2, 3, figsize=(9.0, 5.2), layout="constrained", sharey=True)
-        for axis, group in zip(axes.ravel(), _LABELS, strict=False):
-            low, high = _LIMITS[group]
+        for axis, group in zip(axes.ravel(), _AXIS_LABEL_BY_GROUP, strict=False):
+            low, high = _AXIS_LIMITS_BY_GROUP[group]
             edges = np.geomspace(low, high, _BINS + 1)
             known = rows[np.isfinite(rows[group])]  # a refused case may have no time step
             place = np.clip(known[group], low, high * (1 - 1e-9))
@@ -132,7 +132,7 @@ def draw_outcome_shares(rows: pd.DataFrame, path: Path) -> None:
             axis.set_xscale("log")
             axis.set_xlim(low, high)
             axis.set_ylim(0, 1)
-            axis.set_xlabel(_LABELS[group])
+            axis.set_xlabel(_AXIS_LABEL_BY_GROUP[group])
         for axis in axes[:, 0]:
             axis.set_ylabel("share of cases")
         axes[1, 2].axis("off")

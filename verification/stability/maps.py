@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.numerics import BLOCK_STEPS_PER_ELEMENT_STEP, NumericalOptions
+from overturning.dem.numerics import BLOCK_STEP_COST_OF_ELEMENT_STEP, NumericalOptions
 from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.run import run_cases, simulate_cases
 from overturning.dem.time_step import (
@@ -48,11 +48,11 @@ from verification.stability.checks import (
     static_penetration,
 )
 
-BLOCK_STEP_BUDGET: Final = 1_000_000
+MAX_STEPS_OF_BLOCK_CASE: Final = 1_000_000
 """Budget of block steps of a case of the map; below that of a study, to limit the run time to minutes."""
-SCENE_BUDGET: Final = 300_000
+MAX_STEPS_OF_SCENE_CASE: Final = 300_000
 """Budget of steps of a case of a scene; one step costs as much as some tens of block steps."""
-ADVERSARIAL_BUDGET: Final = 600_000
+MAX_STEPS_OF_ADVERSARIAL_SCENE_CASE: Final = 600_000
 """Budget of steps of a case of a scene under an adversarial motion."""
 
 DIMENSIONLESS_GROUPS: Final = ("penetration_ratio", "damping", "step_ratio", "acceleration_ratio", "friction_ratio")
@@ -110,7 +110,9 @@ def contact_of_case(case: StabilityCase) -> Contact:
     return Contact(stiffness=case.stiffness, damping_ratio=case.damping_ratio)
 
 
-def simulate_and_check_block_case(case: StabilityCase, number: int, budget: int = BLOCK_STEP_BUDGET) -> dict[str, Any]:
+def simulate_and_check_block_case(
+    case: StabilityCase, number: int, budget: int = MAX_STEPS_OF_BLOCK_CASE
+) -> dict[str, Any]:
     """Run one case within a budget of block steps and check its answer; return a row of the map.
 
     `number` is the index of the case on the map; it is the seed of the noise.
@@ -152,14 +154,16 @@ def _dimensionless_groups_of_block(case: StabilityCase, contact: Contact, motion
     groups = (
         static_penetration(case) / float(width[0]),
         float(dashpot[0]) / (2.0 * np.sqrt(0.5 * float(normal[0]))),
-        _step_over_stable_step(case, square, rate, motion.sampling_interval, rocking_time_constant(width, height)),
+        _ratio_of_time_step_to_stable_step(
+            case, square, rate, motion.sampling_interval, rocking_time_constant(width, height)
+        ),
         case.peak / (STANDARD_GRAVITY * case.b_over_h),
         case.friction / case.b_over_h,
     )
     return dict(zip(DIMENSIONLESS_GROUPS, groups, strict=True))
 
 
-def _step_over_stable_step(
+def _ratio_of_time_step_to_stable_step(
     case: StabilityCase, square: FloatArray, rate: FloatArray, interval: float, period: FloatArray | None = None
 ) -> float:
     """Return Δt/Δt_stable from the highest eigenvalues of springs and dashpots; the requested one if refused."""
@@ -190,23 +194,23 @@ def simulate_and_check_scene_cases(
     }  # fmt: skip
     rows: dict[str, NDArray[Any]] = {name: np.full(CASES_PER_SETTING, value) for name, value in alike.items()}
     rows["friction"], rows["reason"] = setting.friction, np.full(CASES_PER_SETTING, "", object)
-    rows["peak"] = setting.amplitude * np.abs(motion.north).max()
-    budget = ADVERSARIAL_BUDGET if case.motion in ADVERSARIAL_MOTIONS else SCENE_BUDGET
+    rows["peak"] = setting.amplitude_factors * np.abs(motion.north).max()
+    budget = MAX_STEPS_OF_ADVERSARIAL_SCENE_CASE if case.motion in ADVERSARIAL_MOTIONS else MAX_STEPS_OF_SCENE_CASE
     prepared = None
     try:
         prepared = prepare_scene(scene, case.height, ratio)
-        cases = Cases(setting.azimuth_deg, case.height, ratio, setting.friction, setting.amplitude)
+        cases = Cases(setting.azimuth_deg, case.height, ratio, setting.friction, setting.amplitude_factors)
         numerics = NumericalOptions(
             scheme=case.scheme,
             time_step=case.time_step,
-            budget=BLOCK_STEPS_PER_ELEMENT_STEP * budget * len(scene.free_element_names),
+            budget=BLOCK_STEP_COST_OF_ELEMENT_STEP * budget * len(scene.free_element_names),
             general=True,
         )
         found = simulate_cases(scene, motion, cases, numerics)
     except ArgumentError as error:
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
         return rows | _dimensionless_groups_of_scene(setting, prepared, motion)
-    for row, (friction, factor) in enumerate(zip(setting.friction, setting.amplitude, strict=True)):
+    for row, (friction, factor) in enumerate(zip(setting.friction, setting.amplitude_factors, strict=True)):
         reason = find_failed_scene_check(prepared, float(friction), motion.scaled_by(float(factor)), found, row)
         rows["ending"][row] = CheckedOutcome.SILENT if reason else int(found.status[row])
         rows["reason"][row] = reason
@@ -236,10 +240,10 @@ def _dimensionless_groups_of_scene(
         max_static_penetration(prepared)
         / min(item.smaller_extent for item in prepared.placed if not item.is_driven_or_held),
         float(damping.max()) if damping.size else np.nan,
-        _step_over_stable_step(
+        _ratio_of_time_step_to_stable_step(
             setting.common_parameters, np.array([prepared.square]), np.array([prepared.rate]), motion.sampling_interval
         ),
-        setting.amplitude * np.abs(motion.north).max() / (STANDARD_GRAVITY * bound),
+        setting.amplitude_factors * np.abs(motion.north).max() / (STANDARD_GRAVITY * bound),
         setting.friction / bound,
     )
     return {

@@ -7,17 +7,17 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from overturning.dem.limits import MAX_PENETRATION_RATIO
+from overturning.dem.limits import MAX_PENETRATION_TO_HALF_SIDE_RATIO
 from overturning.dem.numerics import DEFAULT_MAX_BLOCK_STEPS
 from overturning.model.contact import MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO
 from verification.stability.cases import ADVERSARIAL_MOTIONS, SCENES
 from verification.stability.checks import CheckedOutcome
 from verification.tables import MeasuredNumber, markdown_table, wrap_text
 
-MAX_STIFF_PENETRATION_RATIO: Final = 1e-5
+MAX_PENETRATION_RATIO_OF_STIFF_CONTACT: Final = 1e-5
 """δ/B below which contacts are stiff: here only extreme cases should be marked."""
 
-_HEADS: Final = tuple(ending.name.lower().replace("_", " ") for ending in CheckedOutcome)
+_OUTCOME_COLUMN_HEADERS: Final = tuple(ending.name.lower().replace("_", " ") for ending in CheckedOutcome)
 
 
 def markdown_by_marker(blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.DataFrame) -> dict[str, str]:
@@ -40,10 +40,12 @@ def numbers_for_summary(blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.D
             MeasuredNumber(f"map of stability, {name}: wrong without a mark", int(silent.sum())),
             MeasuredNumber(f"map of stability, {name}: largest residual of work and energy", energy),
         ]
-    stiff = blocks["ending"][blocks["penetration_ratio"] < MAX_STIFF_PENETRATION_RATIO]
+    stiff = blocks["ending"][blocks["penetration_ratio"] < MAX_PENETRATION_RATIO_OF_STIFF_CONTACT]
     marked = 100 * float((stiff == CheckedOutcome.UNSTABLE).mean())
     made.append(
-        MeasuredNumber(f"map of stability, blocks: marked, δ/B below {MAX_STIFF_PENETRATION_RATIO:g}", marked, "%")
+        MeasuredNumber(
+            f"map of stability, blocks: marked, δ/B below {MAX_PENETRATION_RATIO_OF_STIFF_CONTACT:g}", marked, "%"
+        )
     )
     return made
 
@@ -54,7 +56,7 @@ def _outcome_count_table(first: str, kinds: Mapping[str, "pd.Series[bool]"], row
     for name, chosen in kinds.items():
         endings = rows["ending"][chosen]
         lines.append((name, len(endings), *((endings == ending).sum() for ending in CheckedOutcome)))
-    return markdown_table((first, "cases", *_HEADS), lines)
+    return markdown_table((first, "cases", *_OUTCOME_COLUMN_HEADERS), lines)
 
 
 def _paragraph_on_check_results(rows: pd.DataFrame, checks: str = "six") -> str:
@@ -89,7 +91,7 @@ def _outcome_share_table_by_penetration(rows: pd.DataFrame, edges: tuple[float, 
         endings = rows["ending"][(rows["penetration_ratio"] >= low) & (rows["penetration_ratio"] < high)]
         shares = [f"{100 * (endings == e).mean():.1f} %" if len(endings) else "–" for e in CheckedOutcome]
         lines.append((f"{low:g} to {high:g}", len(endings), *shares))
-    return markdown_table(("δ/B", "cases", *_HEADS), lines)
+    return markdown_table(("δ/B", "cases", *_OUTCOME_COLUMN_HEADERS), lines)
 
 
 def _scene_outcome_table(rows: pd.DataFrame) -> str:
@@ -122,10 +124,10 @@ def _stack_outcome_tables(rows: pd.DataFrame) -> str:
         f"The tables count {len(rows)} cases with at most {rows.attrs['budget']:.3g} time steps each. "
         f"{_paragraph_on_check_results(rows, 'nine')} In {int((rows['fallen'] > 0).sum())} of the cases at least "
         f"one stone of the stack falls; in {int((rows['fallen'] > 1).sum())} of these cases, more than one falls. "
-        f"The ground accelerates downwards by more than 1 g in {_percent(falls[unstable])} of the "
-        f"{int(unstable.sum())} unstable cases, and in {_percent(falls[right])} of the {int(right.sum())} cases "
-        f"labelled *right*. The damping ratio ξ is below 0.1 in {_percent(rows['damping'][unstable] < 0.1)} of the "
-        f"unstable cases, and in {_percent(rows['damping'][right] < 0.1)} of the cases labelled *right*."
+        f"The ground accelerates downwards by more than 1 g in {_percent_text(falls[unstable])} of the "
+        f"{int(unstable.sum())} unstable cases, and in {_percent_text(falls[right])} of the {int(right.sum())} cases "
+        f"labelled *right*. The damping ratio ξ is below 0.1 in {_percent_text(rows['damping'][unstable] < 0.1)} of "
+        f"the unstable cases, and in {_percent_text(rows['damping'][right] < 0.1)} of the cases labelled *right*."
     )
     by_penetration = _outcome_share_table_by_penetration(rows, (0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2))
     return "\n\n".join([*tables, wrap_text(summary), by_penetration])
@@ -137,27 +139,28 @@ def _paragraphs_on_inputs_without_outcome(blocks: pd.DataFrame, scenes: pd.DataF
     soft = ratio > 0.1
     unstable = (ending == CheckedOutcome.UNSTABLE) & (ratio < 1e-2)
     # The penetration is in B, its limit a share of half the smaller side.
-    sunk = blocks["penetration"] > 0.5 * MAX_PENETRATION_RATIO * np.minimum(1.0, 1.0 / blocks["b_over_h"])
+    sunk = blocks["penetration"] > 0.5 * MAX_PENETRATION_TO_HALF_SIDE_RATIO * np.minimum(1.0, 1.0 / blocks["b_over_h"])
     over, undecided = ending == CheckedOutcome.OVER_BUDGET, ending == CheckedOutcome.UNDECIDED
     in_scenes = (scenes["ending"] == CheckedOutcome.UNSTABLE) & (scenes["penetration_ratio"] < 1e-2)
     lines = [
         "Very soft contacts have a penetration δ at rest above a tenth of the width B or, in a scene, of the smaller "
         "side of the element. If the contacts are very soft, the weight of the block presses its corners so deep "
         "into the base that the contact law no longer applies. "
-        f"Of the {int(soft.sum())} blocks with δ/B above 0.1, {_percent(ending[soft] == CheckedOutcome.UNSTABLE)} are "
-        "marked `unstable`.",
+        f"Of the {int(soft.sum())} blocks with δ/B above 0.1, "
+        f"{_percent_text(ending[soft] == CheckedOutcome.UNSTABLE)} are marked `unstable`.",
         "Very stiff contacts have a penetration δ at rest below "
         f"{MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO * np.finfo(float).eps:.1g} H, where "
         "H is the height: double precision cannot resolve such a penetration. The program refuses a block or "
         "scene whose contacts are too stiff for double precision, and the error names `stiffness`.",
         "On lightly damped contacts, strong shaking throws corners up, and the corners land fast. Of the "
-        f"{int(unstable.sum())} unstable blocks with δ/B below 10⁻², {_percent(blocks['damping'][unstable] < 0.1)} "
+        f"{int(unstable.sum())} unstable blocks with δ/B below 10⁻², "
+        f"{_percent_text(blocks['damping'][unstable] < 0.1)} "
         "have a damping ratio ξ below 0.1. Half of the unstable blocks with δ/B below 10⁻² are shaken with a peak "
         f"acceleration above {np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. Of the "
-        f"unstable blocks with δ/B below 10⁻², {_percent(sunk[unstable])} penetrate too deep; in the other blocks, "
-        "work and energy do not balance to 10⁻². Of the "
+        f"unstable blocks with δ/B below 10⁻², {_percent_text(sunk[unstable])} penetrate too deep; in the other "
+        "blocks, work and energy do not balance to 10⁻². Of the "
         f"{int(in_scenes.sum())} unstable cases of scenes with δ/B below 10⁻², "
-        f"{_percent(scenes['damping'][in_scenes] < 0.1)} have a damping ratio ξ below 0.1. Half of the unstable "
+        f"{_percent_text(scenes['damping'][in_scenes] < 0.1)} have a damping ratio ξ below 0.1. Half of the unstable "
         "cases of scenes with δ/B below 10⁻² are shaken with a peak acceleration above "
         f"{np.median(scenes['acceleration_ratio'][in_scenes]):.0f} times the threshold of rocking.",
         "Small blocks under long records may need too many time steps, mostly with Cundall's scheme and stiff springs. "
@@ -167,12 +170,12 @@ def _paragraphs_on_inputs_without_outcome(blocks: pd.DataFrame, scenes: pd.DataF
         f"{DEFAULT_MAX_BLOCK_STEPS:.0e} time steps in a study.",
         "Blocks on contacts with little damping may still bounce or rock strongly at the time 20/p after the record (p "
         "is the rocking frequency). They are marked `undecided` if they have enough energy to overturn. Of the "
-        f"{int(undecided.sum())} undecided blocks, {_percent(blocks['damping'][undecided] < 0.01)} have a damping "
+        f"{int(undecided.sum())} undecided blocks, {_percent_text(blocks['damping'][undecided] < 0.01)} have a damping "
         "ratio ξ below 0.01.",
     ]
     return "\n\n".join(wrap_text(line) for line in lines)
 
 
-def _percent(chosen: "pd.Series[bool]") -> str:
+def _percent_text(chosen: "pd.Series[bool]") -> str:
     """Return the share of True in percent as text."""
     return f"{100 * np.mean(chosen):.0f} %" if len(chosen) else "none"

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import MAX_ENERGY_ERROR
-from overturning.dem.limits import MAX_PENETRATION_RATIO
-from overturning.dem.numerics import BLOCK_STEPS_PER_BODY_STEP, NumericalOptions
+from overturning.dem.limits import MAX_PENETRATION_TO_HALF_SIDE_RATIO
+from overturning.dem.numerics import BLOCK_STEP_COST_OF_BODY_STEP, NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError
 from overturning.model.cases import LOWEST_STONE_M, Cases
@@ -33,11 +33,11 @@ from overturning.units import STANDARD_GRAVITY
 from verification.stability.cases import CASES_PER_SETTING, MOTION_SHAPES, StabilityCase, motion_of_case
 from verification.stability.checks import CheckedOutcome
 
-STACK_BUDGET: Final = 500_000
+MAX_STEPS_OF_STACK_CASE: Final = 500_000
 """Largest number of time steps of a case."""
-MAX_ONSET_SHARE_WITHOUT_FALL: Final = 0.2
+MAX_SAFE_SHARE_OF_ONSET_ACCELERATION: Final = 0.2
 """Share of the least acceleration that opens or slides a joint, up to which no stone may fall."""
-MAX_STIFF_PENETRATION_RATIO: Final = 1e-4
+MAX_PENETRATION_RATIO_OF_STIFF_CONTACT: Final = 1e-4
 """Static penetration over the width of a contact, below which the stones are close to rigid."""
 PLAN_SHAPES: Final[tuple[PlanShape, ...]] = ("rectangle", "circle", 3, 5, 6, 8, 12, 16)
 """Plans of the stones of a stack that does not consist of boxes."""
@@ -78,21 +78,21 @@ class ParametersOfStackCases:
     motion_parameters: StabilityCase
     """Kind, sampling interval and vertical component of a motion with a peak of 1 g."""
     friction: FloatArray
-    amplitude: FloatArray
+    amplitude_factors: FloatArray
     orientation_deg: FloatArray
-    plans: tuple[PlanShape, ...] = ()
+    plan_shapes: tuple[PlanShape, ...] = ()
     """Plan of each stone; empty: all are boxes. A stone of another plan than a rectangle is as deep as it is wide."""
 
     @property
     def kind(self) -> str:
         """Kind of stack: boxes, prisms, or drums."""
-        return "boxes" if not self.plans else "drums" if np.ptp(self.sizes[:, 0]) == 0.0 else "prisms"
+        return "boxes" if not self.plan_shapes else "drums" if np.ptp(self.sizes[:, 0]) == 0.0 else "prisms"
 
     @property
     def stone_masses(self) -> FloatArray:
         """Mass of each stone, kg."""
         box: PlanShape = "rectangle"
-        shares = [_plan_area_share(plan) for plan in self.plans or (box,) * len(self.sizes)]
+        shares = [_plan_area_to_bounding_box_ratio(plan) for plan in self.plan_shapes or (box,) * len(self.sizes)]
         return np.asarray(self.density * self.sizes.prod(axis=1) * shares)
 
     @property
@@ -113,7 +113,7 @@ class ParametersOfStackCases:
         return STANDARD_GRAVITY * least
 
 
-def _plan_area_share(plan: PlanShape) -> float:
+def _plan_area_to_bounding_box_ratio(plan: PlanShape) -> float:
     """Return the area of a plan over that of the square or rectangle around it."""
     return 1.0 if plan == "rectangle" else plan_area_of_circle_or_polygon(plan, 1.0)
 
@@ -152,11 +152,11 @@ def _draw_stack_setting(generator: np.random.Generator) -> ParametersOfStackCase
         width = np.full(stones, width[0]) if generator.random() < 0.5 else width
         depth = width
     return ParametersOfStackCases(
-        plans=plans, sizes=np.round(np.stack([width, depth, height], axis=1), 4) + 1e-4,
+        plan_shapes=plans, sizes=np.round(np.stack([width, depth, height], axis=1), 4) + 1e-4,
         density=np.round(draw_log_uniform(500.0, 20_000.0, stones)),
         penetration_ratio=float(draw_log_uniform(1e-8, 1e-2)), damping_ratio=float(draw_log_uniform(0.01, 5.0)),
         motion_parameters=shaking,
-        friction=np.where(slick, 0.0, draw_log_uniform(0.02, 10.0, CASES_PER_SETTING)), amplitude=amplitude,
+        friction=np.where(slick, 0.0, draw_log_uniform(0.02, 10.0, CASES_PER_SETTING)), amplitude_factors=amplitude,
         orientation_deg=np.round(generator.uniform(0.0, 360.0, CASES_PER_SETTING), 1),
     )  # fmt: skip
 
@@ -166,7 +166,7 @@ def scene_of_stack_setting(setting: ParametersOfStackCases) -> Scene:
     elements = [Element(name="ground", kind="driven", width=1000.0, height=1.0, at=(0.0, -1.0))]
     materials = {"ground": Material()}
     for number, ((width, depth, height), density) in enumerate(zip(setting.sizes, setting.density, strict=True)):
-        name, plan = f"stone-{number}", setting.plans[number] if setting.plans else "rectangle"
+        name, plan = f"stone-{number}", setting.plan_shapes[number] if setting.plan_shapes else "rectangle"
         sized: dict[str, Any] = {"depth": float(depth)} if plan == "rectangle" else {}
         materials[name] = Material(density=float(density))
         elements.append(Element(
@@ -184,7 +184,7 @@ def scene_of_stack_setting(setting: ParametersOfStackCases) -> Scene:
 
 def find_failed_stack_check(setting: ParametersOfStackCases, motion: Motion, results: CaseResults, row: int) -> str:
     """Return the name of the first check that the results of a case fail; empty if all checks hold."""
-    fallen, amplitude = results.overturned[row] == 1, float(setting.amplitude[row])
+    fallen, amplitude = results.overturned[row] == 1, float(setting.amplitude_factors[row])
     if not CaseStatus(results.status[row]).has_outcome:
         return "" if (results.overturned[row] == INT8_MISSING).all() else "flag in spite of the mark"
     if not np.isin(results.overturned[row], (0, 1)).all():
@@ -199,7 +199,7 @@ def find_failed_stack_check(setting: ParametersOfStackCases, motion: Motion, res
         return "a number is not finite"
     if results.energy_error[row] > MAX_ENERGY_ERROR:
         return "energy balance"
-    if results.peak_penetration[row] > MAX_PENETRATION_RATIO * 0.5 * setting.sizes.min() * (1.0 + 1e-6):
+    if results.peak_penetration[row] > MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * setting.sizes.min() * (1.0 + 1e-6):
         return "penetration"
     critical = np.degrees(np.arctan2(setting.sizes[:, :2].min(axis=1), setting.sizes[:, 2]))
     lowest = int(np.argmax(fallen))
@@ -215,8 +215,8 @@ def find_failed_stack_check(setting: ParametersOfStackCases, motion: Motion, res
         return "moved without motion"
     if (
         fallen.any()
-        and demand < MAX_ONSET_SHARE_WITHOUT_FALL * onset
-        and setting.penetration_ratio < MAX_STIFF_PENETRATION_RATIO
+        and demand < MAX_SAFE_SHARE_OF_ONSET_ACCELERATION * onset
+        and setting.penetration_ratio < MAX_PENETRATION_RATIO_OF_STIFF_CONTACT
     ):
         return "fell below the least acceleration that moves a joint"
     return ""
@@ -241,21 +241,24 @@ def simulate_and_check_stack_cases(setting: ParametersOfStackCases, number: int)
         "block_steps": np.int64(0),
     }  # fmt: skip
     rows: dict[str, NDArray[Any]] = {name: np.full(CASES_PER_SETTING, value) for name, value in alike.items()}
-    peak = setting.amplitude * np.abs(motion.north).max()
+    peak = setting.amplitude_factors * np.abs(motion.north).max()
     down = 0.0 if motion.up is None else -float(motion.up.min()) / STANDARD_GRAVITY
     onset = np.minimum(setting.joint_opening_acceleration, setting.friction * STANDARD_GRAVITY)
     rows |= {
         "friction": setting.friction, "orientation_deg": setting.orientation_deg, "peak": peak,
-        "vertical": setting.amplitude * down, "acceleration_ratio": peak / np.maximum(onset, 1e-9),
+        "vertical": setting.amplitude_factors * down, "acceleration_ratio": peak / np.maximum(onset, 1e-9),
         "reason": np.full(CASES_PER_SETTING, "", object),
     }  # fmt: skip
     scene = scene_of_stack_setting(setting)
     height, ratio = reference_element_height_and_b_over_h(scene)
     try:
-        cases = Cases(setting.orientation_deg, height, ratio, setting.friction, setting.amplitude)
+        cases = Cases(setting.orientation_deg, height, ratio, setting.friction, setting.amplitude_factors)
         model = Stack(scene, VertexContact(static_penetration=setting.penetration_ratio))
         found = simulate_cases(
-            model, motion, cases, NumericalOptions(budget=BLOCK_STEPS_PER_BODY_STEP * STACK_BUDGET * stones)
+            model,
+            motion,
+            cases,
+            NumericalOptions(budget=BLOCK_STEP_COST_OF_BODY_STEP * MAX_STEPS_OF_STACK_CASE * stones),
         )
     except ArgumentError as error:
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]

@@ -20,16 +20,16 @@ from verification.measures import Flags
 
 RunSettings = Mapping[str, Any]
 
-HALVINGS: Final = 15
+BISECTION_HALVING_COUNT: Final = 15
 """Number of halvings of the bracket of a boundary, which is then known to 3e-7 of B/H."""
 
 MAX_HALVINGS_RUN_TOGETHER: Final = 3
 """Largest number of halvings whose midpoints are run together, to fill the columns of the kernel; same result."""
 
-BRACKET_HALF_WIDTH: Final = 0.005
+RELATIVE_BRACKET_HALF_WIDTH: Final = 0.005
 """Half-width of the bracket in which the boundary of a method is searched, as a share of B/H."""
 
-RESOLUTION: Final = 2 * BRACKET_HALF_WIDTH / 2**HALVINGS
+RELATIVE_BOUNDARY_RESOLUTION: Final = 2 * RELATIVE_BRACKET_HALF_WIDTH / 2**BISECTION_HALVING_COUNT
 """Width of the last bracket, as a share of B/H; a smaller shift counts as 0."""
 
 
@@ -72,10 +72,12 @@ def locate_boundaries(
     boundaries: Sequence[OverturningBoundary],
     usual: RunSettings,
     finest: RunSettings,
-    bracket: float = BRACKET_HALF_WIDTH,
+    bracket: float = RELATIVE_BRACKET_HALF_WIDTH,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the B/H of the boundaries by the usual settings, and by fine ones within a bracket around them."""
-    near = bisect_boundaries(groups, boundaries, usual, *falling_and_standing_b_over_h(boundaries), 2 * HALVINGS)
+    near = bisect_boundaries(
+        groups, boundaries, usual, *falling_and_standing_b_over_h(boundaries), 2 * BISECTION_HALVING_COUNT
+    )
     return near, bisect_boundaries(groups, boundaries, finest, near * (1 - bracket), near * (1 + bracket))
 
 
@@ -92,7 +94,7 @@ def bisect_boundaries(
     method: RunSettings,
     low: FloatArray,
     high: FloatArray,
-    halvings: int = HALVINGS,
+    halvings: int = BISECTION_HALVING_COUNT,
 ) -> FloatArray:
     """Return the B/H at which the flag changes, by bisection of all boundaries together.
 
@@ -140,13 +142,13 @@ def _blocks_fall(
     return fell
 
 
-def boundary_shift(
+def median_relative_boundary_shift(
     groups: Sequence[CaseGroup],
     boundaries: Sequence[OverturningBoundary],
     method: RunSettings,
     expected_boundaries: FloatArray,
     reference_boundaries: FloatArray,
-    bracket: float = BRACKET_HALF_WIDTH,
+    bracket: float = RELATIVE_BRACKET_HALF_WIDTH,
 ) -> float:
     """Return the median shift of the boundary as a share of B/H; outside of the bracket it counts as the half-width.
 

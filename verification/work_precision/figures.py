@@ -10,7 +10,7 @@ import pandas as pd
 from overturning.figures.style import INK, SERIES_COLOURS, SERIES_LINE_STYLES, use_package_matplotlib_settings
 from overturning.figures.write import save_figure_files
 from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO
-from verification.work_precision.boundaries import RESOLUTION
+from verification.work_precision.boundaries import RELATIVE_BOUNDARY_RESOLUTION
 from verification.work_precision.page import is_from_time_step_variation
 
 _LINE_STYLE_BY_METHOD: Final = {
@@ -21,7 +21,7 @@ _LINE_STYLE_BY_METHOD: Final = {
 }
 MIN_DRAWN_ROTATION_ERROR: Final = 1e-8
 """Smallest error of peak rotation that is drawn, far below the errors of springs and steps."""
-_LABELS: Final = {
+_Y_AXIS_LABELS: Final = {
     "wrong_flags": "wrong flags, share",
     "wrong_sides": "wrong sides, share",
     "disagree": "other flag or side, share\nof the engines' cases",
@@ -114,7 +114,7 @@ def _draw_error_panel(
     axis.grid(True, which="major")
     axis.set_xlabel(_X_AXIS_LABELS[across])
     if first:
-        axis.set_ylabel(_LABELS[measure])
+        axis.set_ylabel(_Y_AXIS_LABELS[measure])
 
 
 def _legend_handles(methods: Mapping[str, str]) -> list[Any]:
@@ -155,7 +155,7 @@ def _draw_method_line(axis: Any, rows: pd.DataFrame, across: str, measure: str, 
     # A logarithmic axis has no zero: draw no wrong case as half a case, and a shift below the resolution as half of it.
     if measure in _TOTAL_COLUMN_BY_COUNT_COLUMN:
         y = np.where(none, 0.5, y) / np.maximum(rows[_TOTAL_COLUMN_BY_COUNT_COLUMN[measure]].to_numpy(), 1)
-    y = np.where(none & (y == 0), 0.5 * RESOLUTION, y)
+    y = np.where(none & (y == 0), 0.5 * RELATIVE_BOUNDARY_RESOLUTION, y)
     if measure == "rotation_error":
         y = np.maximum(y, MIN_DRAWN_ROTATION_ERROR)
     axis.plot(x, y, color=colour, linestyle=dash, linewidth=1.3)

@@ -10,14 +10,14 @@ from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO
 from overturning.study.ensemble import wilson_interval
 from verification.measures import convergence_order
 from verification.tables import MeasuredNumber, iterate_rows, markdown_table
-from verification.work_precision.boundaries import RESOLUTION
+from verification.work_precision.boundaries import RELATIVE_BOUNDARY_RESOLUTION
 from verification.work_precision.parts import SCHEMES
 
 STEP_FRACTIONS_OF_ORDER_FIT: Final = (0.5, 0.05)
 """Largest and smallest Δt/Δt_stable of the fit of the order of convergence."""
 
 SHOWN_STEP_FRACTIONS: Final = (1.0, 0.5, 0.12)
-SHOWN_ENGINE_STEPS: Final = (1 / 60, 1 / 240, 1 / 960, 1 / 3840)
+SHOWN_ENGINE_TIME_STEPS_S: Final = (1 / 60, 1 / 240, 1 / 960, 1 / 3840)
 """Time steps shown in the docs: of the kernel as Δt/Δt_stable, of the engines in s."""
 
 COMPARED_AGREEMENT_SHARES: Final = (0.9, 0.95, 0.97, 0.98, 0.99)
@@ -101,7 +101,7 @@ def _number_text(value: float, percent: bool = False) -> str:
     if not np.isfinite(value):
         return "–"
     if percent and value == 0:
-        return f"< {100 * RESOLUTION:.2g} %"
+        return f"< {100 * RELATIVE_BOUNDARY_RESOLUTION:.2g} %"
     return f"{100 * value:.2g} %" if percent else f"{value:.2g}"
 
 
@@ -123,7 +123,7 @@ def _mark_default_setting(at: Any, text: str) -> str:
 def _has_time_step_shown_in_docs(rows: pd.DataFrame) -> "pd.Series[bool]":
     """Return True for rows with time steps that the docs show, of any stiffness."""
     steps, engine = rows["step_fraction"], rows["penetration_ratio"].isna()
-    own = np.isclose(steps.to_numpy()[:, None], SHOWN_ENGINE_STEPS, rtol=1e-3, atol=0.0).any(axis=1)
+    own = np.isclose(steps.to_numpy()[:, None], SHOWN_ENGINE_TIME_STEPS_S, rtol=1e-3, atol=0.0).any(axis=1)
     return (steps.isin(SHOWN_STEP_FRACTIONS).where(~engine, own) | (rows["method"] == "exact")).astype(bool)
 
 

@@ -19,7 +19,7 @@ from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO, Contact
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.study.answers import count_outcome_differences
-from verification.engines import PLANAR_ENGINES, StoneFallSidesOfCaseFunction, fall_side_of_block, installed_engines
+from verification.engines import PLANAR_ENGINES, FallSidesFunction, fall_side_of_block, installed_engines
 from verification.inputs import (
     CaseGroup,
     block_groups_under_records,
@@ -31,17 +31,17 @@ from verification.inputs import (
 )
 from verification.measures import Flags, median_rotation_error, run_case_groups
 from verification.reference.sliding import peak_and_final_slip
-from verification.timing import time_run
-from verification.work_precision.boundaries import boundary_shift, find_boundaries, locate_boundaries
+from verification.timing import run_and_measure_processor_time
+from verification.work_precision.boundaries import find_boundaries, locate_boundaries, median_relative_boundary_shift
 
 Row = dict[str, Any]
 
 SCHEMES: Final = ("centred", "cundall")
-STEP_FRACTIONS: Final = (1.0, 0.9, 0.5, 0.25, 0.12, 0.06, 0.03, 0.01)
+STABLE_STEP_FRACTIONS: Final = (1.0, 0.9, 0.5, 0.25, 0.12, 0.06, 0.03, 0.01)
 """Time steps, as Δt/Δt_stable."""
 MIN_STEP_FRACTION_OF_CUNDALL: Final = 0.1
 """Smallest Δt/Δt_stable of Cundall's scheme; its stable step is 1/50 of that of the centred scheme by default."""
-PENETRATIONS: Final = (2e-3, 2e-4, 2e-5, 2e-6, DEFAULT_STATIC_PENETRATION_RATIO, 2e-8)
+STATIC_PENETRATION_RATIOS: Final = (2e-3, 2e-4, 2e-5, 2e-6, DEFAULT_STATIC_PENETRATION_RATIO, 2e-8)
 """Static penetrations, as δ/B."""
 AUTOMATIC_STEP_FRACTION: Final = AUTO_TO_STABLE_STEP_RATIO[parse_scheme(DEFAULT_SCHEME)]
 REFERENCE_STEP_FRACTION: Final = 0.006
@@ -58,9 +58,9 @@ WIDE_BRACKET_HALF_WIDTH: Final = 0.02
 """Half-width of the bracket for boundaries with other stiffnesses, as a share of B/H."""
 ENGINE_CASE_INTERVAL_BY_SET: Final = {"sine pulses": 5, "records, no sliding": 2}
 """The engines run every n-th case of a set, since a case takes at least a hundred times as long as in the kernel."""
-ENGINE_STEPS: Final = tuple(1 / 60 / 2**halved for halved in range(7))
+ENGINE_TIME_STEPS_S: Final = tuple(1 / 60 / 2**halved for halved in range(7))
 """Time steps of the engines, s: 1 to 64 substeps of 1/60 s, their usual step."""
-SERIES_ORDERS: Final = (2, 3, 4, 6, TAYLOR_SERIES_ORDER, 10)
+TAYLOR_SERIES_ORDERS: Final = (2, 3, 4, 6, TAYLOR_SERIES_ORDER, 10)
 """Orders of the series of the exact block."""
 REFERENCE_SERIES_ORDER: Final = 16
 """Order of the series of the reference."""
@@ -139,7 +139,9 @@ def wrong_outcome_counts(flags: Flags, right: Flags) -> Row:
 def scheme_and_step_settings(least: float = 0.0, finest: bool = True) -> Iterator[SchemeSetting]:
     """Yield both schemes with time steps above `least` of the stable one, with or without the finest."""
     for scheme in SCHEMES:
-        fractions = [share for share in STEP_FRACTIONS if scheme != "cundall" or share >= MIN_STEP_FRACTION_OF_CUNDALL]
+        fractions = [
+            share for share in STABLE_STEP_FRACTIONS if scheme != "cundall" or share >= MIN_STEP_FRACTION_OF_CUNDALL
+        ]
         for fraction in fractions[: None if finest else -1]:
             if fraction > least:
                 yield SchemeSetting(scheme, fraction)
@@ -169,7 +171,7 @@ def measure_errors_against_finer_steps(kind: str) -> Iterator[Row]:
         found, columns = setting.run(few if thin else groups)
         columns |= error_table_columns(found, right_few if thin else right)
         if setting.step_fraction >= MIN_STEP_FRACTION_WITH_BOUNDARY:
-            columns["boundary_shift"] = boundary_shift(groups, where, setting.arguments, near, exact)
+            columns["boundary_shift"] = median_relative_boundary_shift(groups, where, setting.arguments, near, exact)
         yield setting.row(f"records, {kind}", "finer step", **columns)
 
 
@@ -178,20 +180,20 @@ def measure_errors_over_stiffness(kind: str) -> Iterator[Row]:
 
     References are finer steps with the same and with the largest stiffness.
     """
-    groups, stiffest = block_groups_under_records(kind), PENETRATIONS[-1]
+    groups, stiffest = block_groups_under_records(kind), STATIC_PENETRATION_RATIOS[-1]
     exact = {
         delta: flags_and_peak_rotations(groups, SchemeSetting("centred", STIFFNESS_REFERENCE_STEP_FRACTION, delta))
-        for delta in PENETRATIONS
+        for delta in STATIC_PENETRATION_RATIOS
         if delta != DEFAULT_STATIC_PENETRATION_RATIO  # included in the comparison of time steps
     }
     usual = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_FRACTION, stiffest).arguments
     slow = SchemeSetting("centred", 2 * STIFFNESS_REFERENCE_STEP_FRACTION, stiffest).arguments
     where = find_boundaries(groups, run_case_groups(groups, **usual).results.overturned, MAX_BOUNDARIES_PER_RECORD)
     near, right = locate_boundaries(groups, where, usual, slow, WIDE_BRACKET_HALF_WIDTH)
-    for delta in PENETRATIONS:
+    for delta in STATIC_PENETRATION_RATIOS:
         setting = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_FRACTION, delta)
         found, spent = setting.run(groups)
-        shift = boundary_shift(groups, where, setting.arguments, near, right, WIDE_BRACKET_HALF_WIDTH)
+        shift = median_relative_boundary_shift(groups, where, setting.arguments, near, right, WIDE_BRACKET_HALF_WIDTH)
         columns = spent | error_table_columns(found, exact[stiffest]) | {"boundary_shift": shift}
         yield setting.row(f"records, {kind}", "stiffest springs", **columns)
         if delta in exact:
@@ -240,7 +242,7 @@ def measure_errors_against_rigid_rocking() -> Iterator[Row]:
     """
     others = [
         SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_FRACTION, delta)
-        for delta in PENETRATIONS
+        for delta in STATIC_PENETRATION_RATIOS
         if delta != DEFAULT_STATIC_PENETRATION_RATIO
     ]
     for name, every in sets_of_blocks_without_sliding().items():
@@ -249,8 +251,8 @@ def measure_errors_against_rigid_rocking() -> Iterator[Row]:
             found, spent = setting.run(groups)
             common = disagreement_columns_for_engine_cases(name, groups, found.overturned, right[0])
             yield setting.row(name, "rigid rocking", **spent, **error_table_columns(found, right), **common)
-        for order in SERIES_ORDERS:
-            (flags, peaks), seconds = time_run(partial(run_rigid_rocking_blocks, groups, order))
+        for order in TAYLOR_SERIES_ORDERS:
+            (flags, peaks), seconds = run_and_measure_processor_time(partial(run_rigid_rocking_blocks, groups, order))
             own = {"method": "exact", "step_fraction": order, "seconds_per_case": seconds / flags.size}
             own |= wrong_outcome_counts(flags, right[0]) | disagreement_columns_for_engine_cases(
                 name, groups, flags, right[0]
@@ -301,8 +303,8 @@ def measure_engine_errors_against_rigid_rocking() -> Iterator[Row]:
             every_nth_case(kept, ENGINE_CASE_INTERVAL_BY_SET[name]),
             values_of_every_nth_case(kept, right[0], ENGINE_CASE_INTERVAL_BY_SET[name]),
         )
-        for (method, engine), step in itertools.product(engines.items(), ENGINE_STEPS):
-            sides, seconds = time_run(
+        for (method, engine), step in itertools.product(engines.items(), ENGINE_TIME_STEPS_S):
+            sides, seconds = run_and_measure_processor_time(
                 partial(_fall_sides_of_blocks_in_engine, engine, few, step),
                 1,
                 partial(_fall_side_of_case_in_engine, engine, few[0], 0, step),
@@ -312,9 +314,7 @@ def measure_engine_errors_against_rigid_rocking() -> Iterator[Row]:
             yield {"cases_of": name, **against, **own, **wrong_outcome_counts(sides, flags)}
 
 
-def _fall_sides_of_blocks_in_engine(
-    engine: StoneFallSidesOfCaseFunction, groups: Sequence[CaseGroup], step: float
-) -> Flags:
+def _fall_sides_of_blocks_in_engine(engine: FallSidesFunction, groups: Sequence[CaseGroup], step: float) -> Flags:
     """Return the sides to which the blocks of all groups fall in an engine."""
     sides = [
         _fall_side_of_case_in_engine(engine, group, index, step)
@@ -324,9 +324,7 @@ def _fall_sides_of_blocks_in_engine(
     return np.array(sides, np.int8)
 
 
-def _fall_side_of_case_in_engine(
-    engine: StoneFallSidesOfCaseFunction, group: CaseGroup, index: int, step: float
-) -> int:
+def _fall_side_of_case_in_engine(engine: FallSidesFunction, group: CaseGroup, index: int, step: float) -> int:
     """Return the side to which the block of one case falls in an engine."""
     case, interval = group.parameters_of_case(index), group.motion.sampling_interval
     return fall_side_of_block(
@@ -334,7 +332,7 @@ def _fall_side_of_case_in_engine(
     )
 
 
-PARTS: Final[dict[str, Sequence[Callable[[], Iterator[Row]]]]] = {
+MEASUREMENTS_BY_PART: Final[dict[str, Sequence[Callable[[], Iterator[Row]]]]] = {
     "rocking": [partial(measure_errors_against_finer_steps, "rocking")],
     "sliding": [partial(measure_errors_against_finer_steps, "sliding")],
     "stiffness": [partial(measure_errors_over_stiffness, "rocking"), partial(measure_errors_over_stiffness, "sliding")],

@@ -33,7 +33,7 @@ from overturning.study.preflight import (
 )
 from overturning.study.load import study_from_content, read_study_content
 from overturning.study.resume import (
-    DAMAGED,
+    DAMAGED_FILE_LOG_PREFIX,
     back_up_cubes,
     lock_results_folder_or_refuse,
     restore_cubes,
@@ -89,7 +89,7 @@ def load_study_and_records():
                 lock_results_folder_or_refuse(Path(".snakemake", "run.lock"))
                 restore_cubes(results)  # kept by an interrupted run
                 for path in remove_damaged_results(results):
-                    logger.warning(f"{DAMAGED}{path}")
+                    logger.warning(f"{DAMAGED_FILE_LOG_PREFIX}{path}")
                 for name, count in remove_files_of_dropped_records(
                     results, entries
                 ).items():

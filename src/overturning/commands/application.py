@@ -16,7 +16,7 @@ from overturning.commands.one import simulate_stone_or_scene_under_one_record
 from overturning.errors import OverturningError
 from overturning.files import os_error_message
 
-_INTERRUPTED = 130
+_INTERRUPTED_EXIT_STATUS = 130
 """Exit status of a command stopped by Ctrl-C."""
 
 _WORKFLOW_STEPS_HELP_HEADING = "Steps of the workflow (run by Snakemake)"
@@ -135,6 +135,6 @@ def run_command_line(arguments: Sequence[str] | None = None) -> None:
         print(f"error: a cube of this command is damaged ({error}); copy or compute it again", file=sys.stderr)
         sys.exit(1)
     except SystemExit as end:
-        if end.code == _INTERRUPTED:
+        if end.code == _INTERRUPTED_EXIT_STATUS:
             print("Stopped; no incomplete file was kept.", file=sys.stderr)
         raise

@@ -58,7 +58,7 @@ def draw_figure(
         set_figure_title,
     )
     from overturning.files import check_output_path
-    from overturning.study.cube import open_cube, select_heights_and_frictions, study_with_title_and_figure_settings
+    from overturning.study.cube import find_study_for_figure_settings, open_cube, select_heights_and_frictions
     from overturning.translation.texts import ENGLISH, check_language_is_known, use_translation_language
 
     if kind not in (*CUBE_FIGURE_FUNCTIONS, *STUDY_FIGURE_KINDS):
@@ -82,7 +82,7 @@ def draw_figure(
     if font:  # a font that cannot be used is refused before drawing, which takes seconds
         parse_font_family_and_size(font)
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
-        study = study_with_title_and_figure_settings(data)
+        study = find_study_for_figure_settings(data)
         if draw is not None:
             chosen = select_heights_and_frictions(data, cube, height, friction, single=kind == "polar")
             drawn = draw(chosen, record) if of_one else draw(chosen)

@@ -11,19 +11,19 @@ from typing import Final
 SERVER_MODULE: Final = "overturning.commands.fork_server"
 """Module of the server, which this module must not import."""
 
-SERVER_VARIABLE: Final = "OVERTURNING_FORK_SERVER"
+SERVER_SOCKET_ENVIRONMENT_VARIABLE: Final = "OVERTURNING_FORK_SERVER"
 """Environment variable with the path of the server's socket."""
 
-THREADS_VARIABLE: Final = "OPENBLAS_NUM_THREADS"
+THREAD_COUNT_ENVIRONMENT_VARIABLE: Final = "OPENBLAS_NUM_THREADS"
 """Environment variable that Snakemake sets to the number of threads of a step."""
 
-LIBRARY_THREADS: Final = (
-    *(THREADS_VARIABLE, "OMP_NUM_THREADS", "GOTO_NUM_THREADS", "MKL_NUM_THREADS"),
+LIBRARY_THREAD_COUNT_VARIABLES: Final = (
+    *(THREAD_COUNT_ENVIRONMENT_VARIABLE, "OMP_NUM_THREADS", "GOTO_NUM_THREADS", "MKL_NUM_THREADS"),
     *("VECLIB_MAXIMUM_THREADS", "NUMEXPR_NUM_THREADS"),
 )
 """Environment variables with the number of threads of numerical libraries, as Snakemake sets them for a step."""
 
-HEADER_BYTES: Final = 4
+REQUEST_SIZE_HEADER_BYTE_COUNT: Final = 4
 """Length of the number before a request: the size of the request, bytes."""
 
 STEP_STARTED_ANSWER: Final = b"+"
@@ -41,8 +41,8 @@ def run_workflow_step_in_fork_server(arguments: Sequence[str]) -> int | None:
     Returns None if the step must run in this process: without a server, with a server of another installation, and for
     a step with several threads, because the server has loaded its libraries for one thread.
     """
-    path = os.environ.get(SERVER_VARIABLE)
-    if not arguments or not path or os.environ.get(THREADS_VARIABLE) != "1":
+    path = os.environ.get(SERVER_SOCKET_ENVIRONMENT_VARIABLE)
+    if not arguments or not path or os.environ.get(THREAD_COUNT_ENVIRONMENT_VARIABLE) != "1":
         return None
     import json
     import signal
@@ -58,7 +58,7 @@ def run_workflow_step_in_fork_server(arguments: Sequence[str]) -> int | None:
         try:
             server.connect(path)
             # Standard output and error of the step are those of this process.
-            socket.send_fds(server, [len(request).to_bytes(HEADER_BYTES, "big")], [1, 2])
+            socket.send_fds(server, [len(request).to_bytes(REQUEST_SIZE_HEADER_BYTE_COUNT, "big")], [1, 2])
             server.sendall(request)
             accepted = server.recv(1) == STEP_STARTED_ANSWER
         except OSError:  # the server has ended
@@ -82,7 +82,7 @@ def start_fork_server(measurements: str | os.PathLike[str]) -> Callable[[], None
 
     No server starts on systems other than Linux, where a copy of a process with loaded libraries may fail, and if the
     folder of temporary files accepts no socket. Nor does it if the environment already names a server, or has another
-    text in `SERVER_VARIABLE`, such as ``off``: then each step runs in a process of its own.
+    text in `SERVER_SOCKET_ENVIRONMENT_VARIABLE`, such as ``off``: then each step runs in a process of its own.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def start_fork_server(measurements: str | os.PathLike[str]) -> Callable[[], None
     callable
         Function that ends the server before this process ends.
     """
-    if sys.platform != "linux" or os.environ.get(SERVER_VARIABLE):
+    if sys.platform != "linux" or os.environ.get(SERVER_SOCKET_ENVIRONMENT_VARIABLE):
         return _do_nothing
     import atexit
     import shutil
@@ -116,13 +116,13 @@ def start_fork_server(measurements: str | os.PathLike[str]) -> Callable[[], None
             [sys.executable, "-P", "-m", SERVER_MODULE, str(listener.fileno()), str(measurements)],
             stdin=subprocess.PIPE,
             pass_fds=[listener.fileno()],
-            env=os.environ | dict.fromkeys(LIBRARY_THREADS, "1"),
+            env=os.environ | dict.fromkeys(LIBRARY_THREAD_COUNT_VARIABLES, "1"),
         )
-    os.environ[SERVER_VARIABLE] = path
+    os.environ[SERVER_SOCKET_ENVIRONMENT_VARIABLE] = path
 
     def stop_fork_server() -> None:
         """End the server by closing its input, and wait until it has ended."""
-        os.environ.pop(SERVER_VARIABLE, None)
+        os.environ.pop(SERVER_SOCKET_ENVIRONMENT_VARIABLE, None)
         server.communicate()  # its input ends, and so does the server
 
     atexit.register(stop_fork_server)

@@ -24,8 +24,8 @@ from typing import Any, Final, NamedTuple, NoReturn
 
 from overturning.commands.application import run_command_line
 from overturning.commands.fork_client import (
-    HEADER_BYTES,
-    SERVER_VARIABLE,
+    REQUEST_SIZE_HEADER_BYTE_COUNT,
+    SERVER_SOCKET_ENVIRONMENT_VARIABLE,
     STEP_STARTED_ANSWER,
     python_executable_and_package_folder,
 )
@@ -168,7 +168,7 @@ def _values_by_command_line_option(arguments: list[str]) -> dict[str, str]:
 
 def _receive_request(connection: socket.socket) -> tuple[dict[str, Any], list[int]]:
     """Receive a client's request; return it, and the file descriptors of the client's standard output and error."""
-    header, outputs, *_ = socket.recv_fds(connection, HEADER_BYTES, 2)
+    header, outputs, *_ = socket.recv_fds(connection, REQUEST_SIZE_HEADER_BYTE_COUNT, 2)
     size, data = int.from_bytes(header, "big"), b""
     while len(data) < size:
         if not (received := connection.recv(size - len(data))):
@@ -209,7 +209,7 @@ def _run_workflow_step_and_exit(
         os.closerange(3, os.sysconf("SC_OPEN_MAX"))  # sockets of the server and of other steps
         os.environ.clear()
         os.environ.update(request["environment"])
-        del os.environ[SERVER_VARIABLE]
+        del os.environ[SERVER_SOCKET_ENVIRONMENT_VARIABLE]
         tempfile.tempdir = None  # the folder of temporary files is that of the step
         os.chdir(request["folder"])
         sys.argv = ["overturning", *request["arguments"]]

@@ -83,7 +83,7 @@ def simulate_stone_or_scene_under_one_record(
         facts = film_title_facts(
             found.model, found.block_parameters,
             station_and_event_text(record.station or record.record_id, record.event),
-            direction=found.single_case_azimuth_or_orientation_deg,
+            direction_deg=found.single_case_azimuth_or_orientation_deg,
             amplitude=motion_options.amplitude, is_vertical_motion_omitted=motion.up is None and record.up is not None,
         )  # fmt: skip
         film = film_of_trajectories(found.trajectories, motion, film_title_text(facts), first_sample_time=shift)
@@ -189,7 +189,7 @@ def _simulate_stack(
     from overturning.model.stack import Stack
 
     stones = _load_scene_or_create_gravestone(planar_model_options, stone_options.damping_ratio)
-    model, friction = Stack(stones), _friction_option_or_error_if_scene_has_own(stones, stone_options)
+    model, friction = Stack(stones), _friction_option_checked_against_scene(stones, stone_options)
     paths = [
         _shift_trajectory_to_file_time(
             trajectory(
@@ -210,7 +210,7 @@ def _simulate_stack(
     )  # fmt: skip
 
 
-def _friction_option_or_error_if_scene_has_own(scene: "Scene", stone_options: StoneOptions) -> float:
+def _friction_option_checked_against_scene(scene: "Scene", stone_options: StoneOptions) -> float:
     """Return the option --friction (default 1); raise an error if given for a scene with its own coefficients.
 
     Raise an error if the option is given although the scene defines its own coefficients.
@@ -241,7 +241,7 @@ def _simulate_planar_scene(
     own_height, own_ratio = default_height_and_b_over_h(stones)
     height = own_height if stone_options.height is None else stone_options.height
     b_over_h = own_ratio if stone_options.b_over_h is None else stone_options.b_over_h
-    friction = _friction_option_or_error_if_scene_has_own(stones, stone_options)
+    friction = _friction_option_checked_against_scene(stones, stone_options)
     paths = [
         _shift_trajectory_to_file_time(
             trajectory(

@@ -18,7 +18,7 @@ from overturning.commands.declared import (
 if TYPE_CHECKING:
     from overturning.records.record import Record
 
-Paths = Annotated[
+RecordPathsArgument = Annotated[
     list[Path], typer.Argument(help="files or folders; for one file, the other files of its record are found")
 ]
 
@@ -27,7 +27,7 @@ app = typer.Typer(no_args_is_help=True, help="Check, plot, add or fetch record f
 
 @app.command("check")
 @expand_dataclass_parameters_to_options
-def check_record_files(paths: Paths, file_options: RecordFileOptions) -> None:
+def check_record_files(paths: RecordPathsArgument, file_options: RecordFileOptions) -> None:
     """Read record files of any known format, and print each record, or the reason why a file is refused.
 
     Folders are read recursively. The exit status is 1 if a file was refused.
@@ -72,7 +72,7 @@ def _print_record_notes(record: "Record") -> None:
 @app.command("plot")
 @expand_dataclass_parameters_to_options
 def plot_records(
-    paths: Paths,
+    paths: RecordPathsArgument,
     file_options: RecordFileOptions,
     output: Annotated[
         Path,
@@ -149,7 +149,7 @@ def add_record(
 ) -> None:
     """Copy the files of a record into the folder of record files, and add a line for it to the record table."""
     from overturning.errors import ArgumentError
-    from overturning.records.table_line import add_record_to_table, notes_on_record_added_to_table
+    from overturning.records.table_line import add_record_to_table, earthquake_and_duplicate_notes_on_new_record
 
     if wrong := [pair for pair in values or () if "=" not in pair]:
         raise ArgumentError(f"--set {wrong[0]}: write column=value")
@@ -161,7 +161,7 @@ def add_record(
     place = ", ".join(text for text in (record.station, record.event) if text)
     typer.echo(f"{table}: {record.record_id}{f' ({place})' if place else ''}")
     _print_record_notes(record)
-    for line in notes_on_record_added_to_table(record, table, folder):
+    for line in earthquake_and_duplicate_notes_on_new_record(record, table, folder):
         typer.echo(line)
     typer.echo(f"look at it: overturning one --record {record.record_id} --azimuth 0 --animate {record.record_id}.html")
 
@@ -169,14 +169,16 @@ def add_record(
 fetch_app = typer.Typer(no_args_is_help=True, help="Download record files into a folder.")
 app.add_typer(fetch_app, name="fetch")
 
-Folder = Annotated[Path, typer.Option(help="folder for the files; existing files are not downloaded again")]
+DownloadFolderOption = Annotated[
+    Path, typer.Option(help="folder for the files; existing files are not downloaded again")
+]
 
 
 @fetch_app.command("url")
 def fetch_file_from_url(
     address: Annotated[str, typer.Argument(help="http or https, without credentials")],
     sha256: Annotated[str, typer.Option(help="SHA-256 of the file")],
-    folder: Folder = DEFAULT_RECORD_FOLDER,
+    folder: DownloadFolderOption = DEFAULT_RECORD_FOLDER,
     name: Annotated[str, typer.Option(help="file name; default: the end of the address")] = "",
     timeout: Annotated[float, typer.Option(help="longest time without data from the server, s")] = 30.0,
 ) -> None:
@@ -213,7 +215,7 @@ def fetch_records_from_fdsn(
         str, typer.Option(help="channel codes; HN? selects the three components of an accelerometer")
     ] = "HN?",
     location: Annotated[str, typer.Option(help="location code")] = "*",
-    folder: Folder = DEFAULT_RECORD_FOLDER,
+    folder: DownloadFolderOption = DEFAULT_RECORD_FOLDER,
     timeout: Annotated[float, typer.Option(help="longest time without an answer, s")] = 60.0,
 ) -> None:
     """Download the records of a station and their StationXML from FDSN web services, and check them."""

@@ -9,10 +9,16 @@ import typer
 if TYPE_CHECKING:
     from overturning.surveys.responses import StoneDimensions
 
-WORKFLOW = ("Snakefile", "profiles", "workflow")
+WORKFLOW_FILES_AND_FOLDERS = ("Snakefile", "profiles", "workflow")
 """Files and folders of the workflow, at the top of the repository and of each project."""
 
-PROJECT_FILES = (*WORKFLOW, "config/records.tsv", "config/scenes", "config/schema.json", "config/README.md")
+PROJECT_FILES = (
+    *WORKFLOW_FILES_AND_FOLDERS,
+    "config/records.tsv",
+    "config/scenes",
+    "config/schema.json",
+    "config/README.md",
+)
 
 app = typer.Typer(no_args_is_help=True, help="Write or check a study file; write schema and key table.")
 
@@ -100,12 +106,12 @@ def _note_on_motion_inference_duration(stone_kinds: "Sequence[StoneDimensions]",
     """Return a note on the processor time needed to infer the ground motion from each survey of a study."""
     from overturning.study.preflight import format_duration
     from overturning.surveys.library import candidate_motions
-    from overturning.surveys.responses import simulation_case_count_and_time
+    from overturning.surveys.responses import case_count_and_processor_time_s
 
     library = candidate_motions()
-    _, seconds = simulation_case_count_and_time(library, stone_kinds)
+    _, seconds = case_count_and_processor_time_s(library, stone_kinds)
     # The study's own records are not read here: assume the mean time of the library motions for each.
-    seconds += simulation_case_count_and_time(library, stone_kinds, with_known=True)[1] * record_count / len(library)
+    seconds += case_count_and_processor_time_s(library, stone_kinds, with_known=True)[1] * record_count / len(library)
     return (
         f"search for the motion of the surveys: about {format_duration(seconds)} of additional processor time, once "
         "for stones of these sizes; `backwards: false` in a survey skips it"

@@ -121,9 +121,9 @@ def _check_survey_can_be_compared(table: "SurveyTable", path: Path, cubes_by_sit
     if cubes_by_site:
         check_survey_has_counted_stone(table, path)
     for site in filter(None, cubes_by_site):
-        if site not in table.sites:
-            names = ", ".join(filter(None, table.sites)) or "–"
-            hint = closest_name_hint(site, table.sites, f"its sites are {names}")
+        if site not in table.site_names:
+            names = ", ".join(filter(None, table.site_names)) or "–"
+            hint = closest_name_hint(site, table.site_names, f"its sites are {names}")
             raise ArgumentError(f"--site-cube {site}: no stone of the survey has this site; {hint}")
 
 
@@ -160,8 +160,8 @@ def _compare_survey_with_cube(
     if "residual_twist" in default:
         _compare_falls_shifts_and_twists(path, table, (default, cubes), (name, on_soil), background, figure, output)
         return
-    comparison = compare_survey_with_prediction(table.stones, default, site_cubes=cubes, background=background)
-    parts = {one: table.select_site(one).stones for one in table.sites if len(table.sites) > 1}
+    comparison = compare_survey_with_prediction(table.counted_stones, default, site_cubes=cubes, background=background)
+    parts = {one: table.select_site(one).counted_stones for one in table.site_names if len(table.site_names) > 1}
     by_site = {
         one: compare_survey_with_prediction(part, cubes.get(one, default), background=background)
         for one, part in parts.items()
@@ -208,7 +208,7 @@ def _compare_falls_shifts_and_twists(
 
     default, by_site = cubes
     record, grounds = record_and_grounds
-    parts = {one: table.select_site(one) for one in table.sites if len(table.sites) > 1}
+    parts = {one: table.select_site(one) for one in table.site_names if len(table.site_names) > 1}
     sha256, remarks = survey_file_hash_and_remarks(path)
     result = StoredDisplacementComparison(
         stones=path.name,
@@ -220,7 +220,7 @@ def _compare_falls_shifts_and_twists(
         sites=tuple(
             (site, compare_displacements(part, by_site.get(site, default), background=background))
             for site, part in parts.items()
-            if part.stones
+            if part.counted_stones
         ),
         grounds=tuple(grounds.items()),
     )
@@ -282,13 +282,13 @@ def infer_motion_from_survey(
     from overturning.report.filters import format_count_with_noun
     from overturning.study.preflight import format_duration
     from overturning.surveys.inversion import SurveyInversion
-    from overturning.surveys.library import candidate_motions, read_motions_with_unique_ids
+    from overturning.surveys.library import candidate_motions, read_records_and_make_ids_unique
     from overturning.surveys.posterior import write_inversion_result
     from overturning.surveys.responses import (
         StoneOutcomeProbabilities,
+        case_count_and_processor_time_s,
         dimensions_of_survey_stones,
         note_on_stones_broader_than_simulated,
-        simulation_case_count_and_time,
     )
     from overturning.surveys.stones import read_counted_stones_with_notes
 
@@ -299,8 +299,10 @@ def infer_motion_from_survey(
     kinds = dimensions_of_survey_stones(rows, str(stones))
     for note in (*notes, *doubts, *note_on_stones_broader_than_simulated(rows)):
         print(note)
-    library = candidate_motions(read_motions_with_unique_ids(motion_files or ()), only_user_records=only_given_motions)
-    cases, seconds = simulation_case_count_and_time(library, kinds)
+    library = candidate_motions(
+        read_records_and_make_ids_unique(motion_files or ()), only_user_records=only_given_motions
+    )
+    cases, seconds = case_count_and_processor_time_s(library, kinds)
     if cases:
         under, expected = format_count_with_noun(len(library), "motion"), format_duration(seconds / threads)
         print(

@@ -16,15 +16,15 @@ OptionalStudyOption = Annotated[
     str | None,
     typer.Option("--study", help="study file or JSON; its figures, surveys and population replace those of the cube"),
 ]
-Motions = Annotated[Path, typer.Option(help="folder of the motions")]
+MotionFolderOption = Annotated[Path, typer.Option(help="folder of the motions")]
 Variant = Annotated[str, typer.Option(help="name of the contact setting")]
 Threads = Annotated[int, typer.Option(min=1, help="number of threads or processes")]
 Chunks = Annotated[int, typer.Option(min=1, help="number of chunks into which the cases of each record are split")]
 OutcomePartFolderOption = Annotated[Path, typer.Option(help="folder of the parts")]
 Cube = Annotated[Path, typer.Option(help="the study's cube (NetCDF)")]
-Intensity = Annotated[Path, typer.Option(help="intensity measures of the study's records (NetCDF)")]
-Figures = Annotated[Path, typer.Option(help="folder for the figures")]
-NetCDF = Annotated[Path, typer.Option(help="NetCDF file to write")]
+IntensityMeasureFileOption = Annotated[Path, typer.Option(help="intensity measures of the study's records (NetCDF)")]
+FigureFolderOption = Annotated[Path, typer.Option(help="folder for the figures")]
+NetCDFOutputOption = Annotated[Path, typer.Option(help="NetCDF file to write")]
 
 
 def _create_percent_progress_printer() -> Callable[[int, int], None]:
@@ -45,7 +45,7 @@ def _create_percent_progress_printer() -> Callable[[int, int], None]:
 def read_and_process_record(
     study: Study,
     record: Annotated[str, typer.Option(help="id in the record table")],
-    output: NetCDF,
+    output: NetCDFOutputOption,
 ) -> None:
     """Read and process one record, and write its motion; station, event and site names are added later."""
     from overturning.errors import ArgumentError
@@ -75,7 +75,7 @@ def _load_study_and_processed_motions(study: str, motions: Path) -> tuple[Any, l
 
 def compute_surface_motions(
     study: Study,
-    motions: Motions,
+    motions: MotionFolderOption,
     output: Annotated[Path, typer.Option(help="folder for the motions at the surface")],
     variant: Variant = "nominal",
 ) -> None:
@@ -94,7 +94,9 @@ def compute_surface_motions(
 
 
 def add_station_event_and_site_to_motions(
-    study: Study, motions: Motions, output: Annotated[Path, typer.Option(help="folder for the motions with labels")]
+    study: Study,
+    motions: MotionFolderOption,
+    output: Annotated[Path, typer.Option(help="folder for the motions with labels")],
 ) -> None:
     """Add station, event and site from the record table to the stored motions of all records."""
     from overturning.records import read
@@ -117,7 +119,7 @@ def add_station_event_and_site_to_motions(
         )
 
 
-def compute_intensity_measures(study: Study, motions: Motions, output: NetCDF) -> None:
+def compute_intensity_measures(study: Study, motions: MotionFolderOption, output: NetCDFOutputOption) -> None:
     """Compute the intensity measures, such as PGA, of all records along each azimuth of the study."""
     from overturning.study.intensity import write_intensity_measures
 
@@ -137,7 +139,7 @@ def sample_ensemble_members(
 def simulate_cases_of_record(
     study: Study,
     motion: Annotated[Path, typer.Option(help="processed motion (NetCDF)")],
-    output: NetCDF,
+    output: NetCDFOutputOption,
     variant: Variant = "nominal",
     chunk: Annotated[str, typer.Option(help="number of the chunk and of all chunks: 3-of-8")] = "1-of-1",
     members: Annotated[Path | None, typer.Option(help="members of the ensemble (CSV)")] = None,
@@ -159,9 +161,9 @@ def simulate_cases_of_record(
 
 def merge_outcome_files_into_cube(
     study: Study,
-    motions: Motions,
+    motions: MotionFolderOption,
     parts: OutcomePartFolderOption,
-    output: NetCDF,
+    output: NetCDFOutputOption,
     variant: Variant = "nominal",
     chunks: Chunks = 1,
 ) -> None:
@@ -178,7 +180,7 @@ def merge_outcome_files_into_cube(
 def fit_fragility(
     study: Study,
     cube: Cube,
-    intensity: Intensity,
+    intensity: IntensityMeasureFileOption,
     output: Annotated[Path, typer.Option(help="folder for fragility.csv, curves.json and the OpenQuake models (XML)")],
 ) -> None:
     """Fit fragility curves to the share of a stone population that falls; write them as CSV and for OpenQuake."""
@@ -193,7 +195,7 @@ def fit_fragility(
     )
     from overturning.study.cube import open_cube
     from overturning.study.load import load_study_from_file_or_json
-    from overturning.surveys.fragility_results import CURVES, write_fragility_curves
+    from overturning.surveys.fragility_results import FRAGILITY_CURVES_PATH, write_fragility_curves
     from overturning.surveys.population import fit_population_fragility_curves, population_outcome_rates_by_record
 
     settings = load_study_from_file_or_json(study)
@@ -202,7 +204,7 @@ def fit_fragility(
     with open_cube(cube, amplitude=None) as outcomes, xr.open_dataset(intensity) as measures:
         rates = population_outcome_rates_by_record(outcomes, settings.population)
         curves = fit_population_fragility_curves(rates, measures)
-        write_fragility_curves(curves, rates, measures, output / CURVES.name)
+        write_fragility_curves(curves, rates, measures, output / FRAGILITY_CURVES_PATH.name)
     write_fragility_csv(curves, output / "fragility.csv")
     for measure in filter(is_openquake_measure, dict.fromkeys(one.measure for one in curves)):
         chosen = [one for one in curves if one.measure == measure]
@@ -211,7 +213,7 @@ def fit_fragility(
 
 def run_convergence_check(
     study: Study,
-    motions: Motions,
+    motions: MotionFolderOption,
     cube: Cube,
     output: Annotated[Path, typer.Option(help="result file to write (JSON)")],
     threads: Threads = 1,
@@ -240,9 +242,9 @@ def run_convergence_check(
 def draw_figures_of_records(
     study: Study,
     parts: OutcomePartFolderOption,
-    intensity: Intensity,
-    motions: Motions,
-    output: Figures,
+    intensity: IntensityMeasureFileOption,
+    motions: MotionFolderOption,
+    output: FigureFolderOption,
     chunks: Chunks = 1,
 ) -> None:
     """Draw the figures of single records from the files with their outcomes."""
@@ -263,7 +265,9 @@ def draw_figures_of_records(
         draw_record_figures(cube, intensity, output, write)
 
 
-def draw_figures_of_study(study: Study, cube: Cube, intensity: Intensity, output: Figures) -> None:
+def draw_figures_of_study(
+    study: Study, cube: Cube, intensity: IntensityMeasureFileOption, output: FigureFolderOption
+) -> None:
     """Draw the figures that combine all records of a study, and the map of its stations."""
     from functools import partial
 
@@ -277,10 +281,10 @@ def draw_figures_of_study(study: Study, cube: Cube, intensity: Intensity, output
         draw_study_figures(cube, intensity, output, partial(write_figure_in_study_formats, settings.figures))
 
 
-def simulate_illustrative_cases(
+def simulate_and_draw_illustrative_cases(
     cube: Cube,
-    motions: Motions,
-    output: Figures,
+    motions: MotionFolderOption,
+    output: FigureFolderOption,
     compared_cube: Annotated[
         Path | None,
         typer.Option("--against", help="cube of the variant with which the study is compared, for the first film"),
@@ -336,7 +340,7 @@ WORKFLOW_STEPS_BY_COMMAND: dict[str, Callable[..., None]] = {
     "fragility": fit_fragility,
     "record-figures": draw_figures_of_records,
     "figures": draw_figures_of_study,
-    "illustrative": simulate_illustrative_cases,
+    "illustrative": simulate_and_draw_illustrative_cases,
     "report": write_study_report,
     "crate": write_research_data_package,
 }

@@ -20,7 +20,7 @@ from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
 
-def simulate_grid_also_in_planes_of_body_faces(
+def simulate_grid_in_3d_and_face_planes(
     model: Model, motion: Motion, grid: CaseGrid, numerics: NumericalOptions
 ) -> dict[str, NDArray[Any]]:
     """Simulate a grid of cases; for a rectangular 3-D body, also in the vertical planes of its faces.

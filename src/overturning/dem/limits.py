@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 
-MAX_PENETRATION_RATIO: Final = 0.2
+MAX_PENETRATION_TO_HALF_SIDE_RATIO: Final = 0.2
 """Largest penetration for which the contact law holds, as a share of half the smaller side."""
 
-MAX_TIME_AFTER_RECORD: Final = 20.0
+MAX_ROCKING_TIMES_AFTER_RECORD: Final = 20.0
 """Time after the record, in 1/p, after which a block that may still fall is undecided."""
 
 
@@ -24,4 +24,4 @@ def exceeds_penetration_limit(penetration: FloatArray, smaller_side: FloatArray 
     smaller_side : ndarray or float
         Smaller side of the resting element, m.
     """
-    return ~(penetration <= MAX_PENETRATION_RATIO * 0.5 * np.asarray(smaller_side))
+    return ~(penetration <= MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * np.asarray(smaller_side))

@@ -15,16 +15,16 @@ ProgressCallback = Callable[[int, int], None]
 DEFAULT_MAX_BLOCK_STEPS: Final = 2_000_000_000
 """Default largest number of block steps of one case."""
 
-MAX_BUDGET: Final = 10**15
+MAX_BUDGET_IN_BLOCK_STEPS: Final = 10**15
 """Largest budget, in block steps: a case would run for years."""
 
 MAX_REFINEMENT: Final = 65_536
 """Largest refinement: numbers of steps then stay below the largest integer of the kernels."""
 
-BLOCK_STEPS_PER_BODY_STEP: Final = 5
+BLOCK_STEP_COST_OF_BODY_STEP: Final = 5
 """Block steps charged to the budget for one step of a 3-D body, in proportion to its processor time."""
 
-BLOCK_STEPS_PER_ELEMENT_STEP: Final = 20
+BLOCK_STEP_COST_OF_ELEMENT_STEP: Final = 20
 """Block steps charged to the budget for one step of one scene element."""
 
 
@@ -45,8 +45,8 @@ class NumericalOptions:
         Number of parts into which each step is divided; for verification.
     budget : int
         Largest number of block steps of one case, including rejected steps and reruns; beyond it the case is marked
-        `over_budget`. One step of a 3-D body counts as `BLOCK_STEPS_PER_BODY_STEP`, of a scene element as
-        `BLOCK_STEPS_PER_ELEMENT_STEP` block steps.
+        `over_budget`. One step of a 3-D body counts as `BLOCK_STEP_COST_OF_BODY_STEP`, of a scene element as
+        `BLOCK_STEP_COST_OF_ELEMENT_STEP` block steps.
     threads : int
         Number of threads; results are bit-equal for any number.
     progress : callable, optional
@@ -59,8 +59,8 @@ class NumericalOptions:
     Raises
     ------
     ArgumentError
-        If a number is below 1 or above its bound (`MAX_REFINEMENT`, `MAX_BUDGET`). Scheme and step are checked with
-        the cases.
+        If a number is below 1 or above its bound (`MAX_REFINEMENT`, `MAX_BUDGET_IN_BLOCK_STEPS`). Scheme and step are
+        checked with the cases.
     """
 
     scheme: str = DEFAULT_SCHEME
@@ -83,7 +83,7 @@ class NumericalOptions:
         ]
         faults += [
             f"{name}: {str(value)[:40]}; give at most {largest}"
-            for name, largest in (("refinement", MAX_REFINEMENT), ("budget", MAX_BUDGET))
+            for name, largest in (("refinement", MAX_REFINEMENT), ("budget", MAX_BUDGET_IN_BLOCK_STEPS))
             if isinstance(value := getattr(self, name), int | np.integer) and value > largest
         ]
         faults += [

@@ -11,7 +11,7 @@ from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from overturning.model.variables import PLANAR_OUTCOME_VARIABLES
 
-POSES: Final = {
+POSE_AND_RATE_VARIABLES: Final = {
     "x": ("m", "centre towards the azimuth, in the frame of the base"),
     "z": ("m", "height of the centre"),
     "rotation": ("rad", "rotation, positive towards the azimuth"),
@@ -60,7 +60,7 @@ class PlanarTrajectory:
         slip = x - [item.x for item in self.placed_elements] + low * np.sin(angle) + aside * (np.cos(angle) - 1.0)
         variables = {
             name: dataset_variable_tuple("time element", self.poses_and_rates[:, :, column], *about)
-            for column, (name, about) in enumerate(POSES.items())
+            for column, (name, about) in enumerate(POSE_AND_RATE_VARIABLES.items())
         }
         mean = "mean from this time to the next"
         variables |= {

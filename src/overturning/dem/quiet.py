@@ -12,19 +12,19 @@ from overturning.units import STANDARD_GRAVITY
 STRONG_MOTION_THRESHOLD_RATIO: Final = 0.1
 """Share of the lower threshold at which the simulation of a block starts (docs/design-notes.md explains why not 1)."""
 
-LEAD_TIME: Final = 2.0
+SIMULATED_LEAD_TIME_S: Final = 2.0
 """Simulated time before that share is reached, s."""
 
-REST_THRESHOLD_FACTOR: Final = 0.5
+MAX_REST_TO_ONSET_THRESHOLD_RATIO: Final = 0.5
 """Largest rest threshold of a single body, as a share of its lower threshold of rocking and sliding.
 
 Up to it nothing creeps (docs/method.md). A 3-D body that is simulated while it stands takes sample-long steps below it.
 """
 
-SCENE_REST_THRESHOLD_FACTOR: Final = 0.3
+MAX_SCENE_REST_TO_ONSET_THRESHOLD_RATIO: Final = 0.3
 """Largest rest threshold of a scene, as a share of its lower threshold: a joint that has slipped lifts earlier."""
 
-MAX_CORNER_SLIP_ACCELERATION_RATIO: Final = 0.9
+MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO: Final = 0.9
 """Upper limit of the rest threshold, as a share of the acceleration at which the lighter corner slips."""
 
 
@@ -63,7 +63,7 @@ def find_strong_motion_ranges(
     count = ground_row.size
     first, calm = np.zeros(count, np.int64), np.zeros(count, np.int64)
     stays_at_rest = np.zeros(count, np.bool_)
-    lead = int(np.ceil(LEAD_TIME / motion.sampling_interval))
+    lead = int(np.ceil(SIMULATED_LEAD_TIME_S / motion.sampling_interval))
     samples = ground.shape[1]
     # Without vertical motion the ratio is linear in the amplitude: all amplitudes share one pass over the record.
     keys = [ground_row] if motion.up is None else [ground_row, amplitude]
@@ -116,7 +116,7 @@ def largest_acceleration_without_motion(
     return np.asarray(
         np.minimum(
             max_threshold_share * np.minimum(lift_threshold, slip_threshold),
-            MAX_CORNER_SLIP_ACCELERATION_RATIO * creeps / dynamic_overshoot,
+            MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO * creeps / dynamic_overshoot,
         )
     )
 

@@ -18,20 +18,20 @@ class IntegrationScheme(IntEnum):
     CENTRED = 1
 
 
-HEAVY_DAMPING: Final = 2.0
+HEAVY_DAMPING_RATIO: Final = 2.0
 """Damping ratio ξ of the highest mode above which the centred scheme shortens the contact step in proportion to 1/ξ.
 
 A longer step would be stable, but contact and slip are predicted from the velocity, which strong dashpots change too
 much within the step.
 """
 
-MAX_ROCKING_STEP: Final = 0.006
+MAX_STEP_OVER_ROCKING_TIME_CONSTANT: Final = 0.006
 """Longest step that resolves the motion of a block between contact changes, in 1/p with p = √(3g/4R).
 
 The centred scheme is stable with any step and any contact stiffness (docs/method.md).
 """
 
-LIGHT_DAMPING: Final = 0.25
+LIGHT_DAMPING_RATIO: Final = 0.25
 """Damping ratio of the highest mode below which Cundall's scheme uses half of the automatic step."""
 
 DEFAULT_SCHEME: Final = "centred"
@@ -125,8 +125,8 @@ def longest_stable_step(
 
     Cundall's scheme, whose dashpots lag by half a step, requires Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The
     centred scheme evaluates the dashpots at the end of the step. For a scene this requires Δt ≤ 2/ω, less if ξ_max
-    exceeds `HEAVY_DAMPING`. For a block the springs are also evaluated there, so only the motion limits the step
-    (`MAX_ROCKING_STEP`).
+    exceeds `HEAVY_DAMPING_RATIO`. For a block the springs are also evaluated there, so only the motion limits the step
+    (`MAX_STEP_OVER_ROCKING_TIME_CONSTANT`).
 
     Parameters
     ----------
@@ -144,14 +144,14 @@ def longest_stable_step(
     return (
         2.0 * shortest_contact_time_constant(squared_frequency, damping_rate)
         if block_rocking_time is None
-        else MAX_ROCKING_STEP * block_rocking_time
+        else MAX_STEP_OVER_ROCKING_TIME_CONSTANT * block_rocking_time
     )
 
 
 def shortest_contact_time_constant(squared_frequency: FloatArray, damping_rate: FloatArray) -> FloatArray:
-    """Return 1/ω of the highest contact mode, s; less if the mode is heavily damped (`HEAVY_DAMPING`)."""
+    """Return 1/ω of the highest contact mode, s; less if the mode is heavily damped (`HEAVY_DAMPING_RATIO`)."""
     frequency = np.sqrt(squared_frequency)
-    return np.asarray(HEAVY_DAMPING / np.maximum(0.5 * damping_rate / frequency, HEAVY_DAMPING) / frequency)
+    return np.asarray(HEAVY_DAMPING_RATIO / np.maximum(0.5 * damping_rate / frequency, HEAVY_DAMPING_RATIO) / frequency)
 
 
 def steps_per_sample(
@@ -259,7 +259,7 @@ def _automatic_to_stable_step_ratio(
     if block_rocking_time is not None and scheme == IntegrationScheme.CENTRED:
         return AUTO_TO_STABLE_STEP_RATIO[scheme]
     fraction = SCENE_AUTO_TO_STABLE_STEP_RATIO if block_rocking_time is None else AUTO_TO_STABLE_STEP_RATIO[scheme]
-    return np.where(0.5 * damping_rate / np.sqrt(squared_frequency) < LIGHT_DAMPING, 0.5 * fraction, fraction)
+    return np.where(0.5 * damping_rate / np.sqrt(squared_frequency) < LIGHT_DAMPING_RATIO, 0.5 * fraction, fraction)
 
 
 def _parse_fraction_of_stable_step(text: str) -> float:

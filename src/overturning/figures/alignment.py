@@ -41,16 +41,18 @@ def fall_alignment_by_b_over_h_figure(
     entry has one mean for each of the values `b_over_h`.
     """
     figure, panels = create_panel_grid(2, len(alignment_by_group), max(3.4 * len(alignment_by_group), 4.4), 5.4)
-    names = list(dict.fromkeys(name for group in alignment_by_group.values() for name, _ in group.means))
+    names = list(
+        dict.fromkeys(name for group in alignment_by_group.values() for name, _ in group.mean_cosines_by_reference)
+    )
     known = {
         name
         for group in alignment_by_group.values()
-        for (name, _), means in group.means.items()
+        for (name, _), means in group.mean_cosines_by_reference.items()
         if any(np.isfinite(mean.value) for mean in means)
     }
     apart = 0.12 * float(np.diff(b_over_h).min(initial=0.05))
     for column, (group, of_group) in enumerate(alignment_by_group.items()):
-        means = of_group.means
+        means = of_group.mean_cosines_by_reference
         for row, axial in enumerate((True, False)):
             axes = panels[row, column]
             axes.axhline(0.0, color="#c8c8c8", linewidth=0.8)

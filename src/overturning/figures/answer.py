@@ -19,11 +19,11 @@ from overturning.figures.style import (
     wrap_name_into_lines,
 )
 
-MARKERS: Final = ("o", "D", "s")
-COLOURS: Final = (SERIES_COLOURS[1], SERIES_COLOURS[0], SERIES_COLOURS[2])
+RECORD_GROUP_MARKERS: Final = ("o", "D", "s")
+RECORD_GROUP_COLOURS: Final = (SERIES_COLOURS[1], SERIES_COLOURS[0], SERIES_COLOURS[2])
 """Colours of groups of records, in order; the first group is filled, others are hollow."""
 
-ROW_HEIGHT: Final = 0.22
+ROW_HEIGHT_INCHES: Final = 0.22
 """Height of a row, inches."""
 
 VALUE_FONT_SIZE: Final = 7.5
@@ -45,7 +45,7 @@ class PlottedEstimate(NamedTuple):
     value: float | None
     low: float | None = None
     high: float | None = None
-    n: int = 0
+    earthquake_count: int = 0
 
 
 def sorted_fall_alignment_figure(
@@ -66,7 +66,7 @@ def sorted_fall_alignment_figure(
     most_letters = int(7.4 * wide / len(alignments_by_group))  # half of the width of a panel
     every = [name for of_group in alignments_by_group.values() for name in of_group]
     most_lines = max((len(wrap_name_into_lines(name, most_letters)) for name in every), default=1)
-    high = ROW_HEIGHT * (rows + 2) * (1.0 + 0.4 * (most_lines - 1)) + 1.05
+    high = ROW_HEIGHT_INCHES * (rows + 2) * (1.0 + 0.4 * (most_lines - 1)) + 1.05
     figure, panels = create_panel_grid(1, len(alignments_by_group), wide, high)
     for place, ((group, of_group), axes) in enumerate(zip(alignments_by_group.items(), panels[0], strict=True)):
         look, mean = _marker_style_of_record_group(place), mean_by_group[group]
@@ -99,7 +99,7 @@ def sorted_fall_alignment_figure(
         axes.set_ylim(rows + 0.95, -0.7)  # rows of all panels line up
         _set_x_axis_from_minus_1_to_1(axes, ("along\nthe fault", "neither", "across\nthe fault"), margin=0.6)
         gap = "\n" if is_drawing_for_phone() else ", "
-        heading = f"{group}{gap}{_earthquake_count_label(mean.n)}\nmean {format_estimate(mean)}"
+        heading = f"{group}{gap}{_earthquake_count_label(mean.earthquake_count)}\nmean {format_estimate(mean)}"
         axes.set_title(heading, fontsize=8.5, parse_math=False)
     figure.supxlabel("alignment of the falls with the fault normal", fontsize=8)
     return figure
@@ -123,7 +123,7 @@ def fall_alignment_with_references_figure(alignments_by_group: Mapping[str, Mapp
         ),
     )
     figure, panels = create_panel_grid(
-        1, 1, PAGE_WIDTH, 1.35 * ROW_HEIGHT * len(names) * max(1.3, 0.75 * len(alignments_by_group)) + 1.2
+        1, 1, PAGE_WIDTH, 1.35 * ROW_HEIGHT_INCHES * len(names) * max(1.3, 0.75 * len(alignments_by_group)) + 1.2
     )
     axes, marks = panels[0, 0], []
     apart = 0.28
@@ -137,7 +137,7 @@ def fall_alignment_with_references_figure(alignments_by_group: Mapping[str, Mapp
             draw_estimate_with_interval(axes, dot, at, look, 1.6)
             text = format_estimate(dot) if _is_finite(dot.value) else "not known"
             axes.annotate(text, (1.0, at), (6, 0), color=look["color"], **_TEXT_RIGHT_OF_PANEL)
-        count = max((dot.n for dot in of_group.values()), default=0)
+        count = max((dot.earthquake_count for dot in of_group.values()), default=0)
         (mark,) = axes.plot([], [], **look, label=f"{group}, {_earthquake_count_label(count)}")
         marks.append(mark)
     shown = [fill(name, 12) for name in names] if is_drawing_for_phone() else names
@@ -169,7 +169,7 @@ def overturned_share_difference_figure(
         Share under the first setting minus that under the second, one for each row.
     """
     figure, ((left, right),) = create_panel_grid(
-        1, 2, PAGE_WIDTH, ROW_HEIGHT * len(row_names) * 1.15 + 1.3, width_ratios=(1.25, 1.0), sharey=True
+        1, 2, PAGE_WIDTH, ROW_HEIGHT_INCHES * len(row_names) * 1.15 + 1.3, width_ratios=(1.25, 1.0), sharey=True
     )
     for place, (setting, dots) in enumerate(shares_by_setting.items()):
         look = _marker_style_of_record_group(place)
@@ -260,10 +260,11 @@ def draw_estimate_with_interval(
 
 def _marker_style_of_record_group(group_index: int) -> dict[str, Any]:
     """Return Matplotlib keywords for the markers of one group of records; only the first group's are filled."""
-    colour = COLOURS[group_index % len(COLOURS)]
+    colour = RECORD_GROUP_COLOURS[group_index % len(RECORD_GROUP_COLOURS)]
     face = colour if group_index == 0 else "white"
     return {
-        "color": colour, "marker": MARKERS[group_index % len(MARKERS)], "markerfacecolor": face, "markersize": 5.5,
+        "color": colour, "marker": RECORD_GROUP_MARKERS[group_index % len(RECORD_GROUP_MARKERS)],
+        "markerfacecolor": face, "markersize": 5.5,
         "linestyle": "none",
     }  # fmt: skip
 
@@ -271,7 +272,7 @@ def _marker_style_of_record_group(group_index: int) -> dict[str, Any]:
 def scale_estimate(estimate: PlottedEstimate, factor: float) -> PlottedEstimate:
     """Multiply an estimate and the ends of its interval by a factor."""
     value, low, high = (factor * _nan_if_none(end) if _is_finite(end) else None for end in estimate[:3])
-    return PlottedEstimate(value, low, high, estimate.n)
+    return PlottedEstimate(value, low, high, estimate.earthquake_count)
 
 
 def _earthquake_count_label(count: int) -> str:

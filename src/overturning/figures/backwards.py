@@ -20,9 +20,9 @@ from overturning.figures.style import (
     turn_axes_into_compass,
 )
 
-PALE = "#e9c3a8"
+COLOUR_OUTSIDE_CREDIBLE_ARC = "#e9c3a8"
 
-_MAX_BARS = 10
+_MAX_DRAWN_MOTIONS = 10
 """Number of motions shown: those with the highest probability."""
 
 
@@ -61,13 +61,19 @@ def inferred_motion_posterior_figure(
         np.radians(stated_arc_deg[1] / 2),
     )
     inside = np.abs((angle - middle + np.pi / 2) % np.pi - np.pi / 2) <= half + 1e-9
-    polar.bar(angle, both, width=2 * np.pi / both.size, color=np.where(inside, FALL_COLOUR, PALE), zorder=2)
+    polar.bar(
+        angle,
+        both,
+        width=2 * np.pi / both.size,
+        color=np.where(inside, FALL_COLOUR, COLOUR_OUTSIDE_CREDIBLE_ARC),
+        zorder=2,
+    )
     for end in (middle, middle + np.pi):
         polar.plot(np.linspace(end - half, end + half, 60), np.full(60, 1.04 * both.max()), color=INK, linewidth=2)
     polar.set_yticks([])
     polar.set_title("axis of the largest velocity", fontsize=9)
     bars = figure.add_subplot(rows, columns, 2)
-    best = sorted(motion_probabilities.items(), key=lambda item: -item[1])[:_MAX_BARS][::-1]
+    best = sorted(motion_probabilities.items(), key=lambda item: -item[1])[:_MAX_DRAWN_MOTIONS][::-1]
     bars.barh([name for name, _ in best], [100 * share for _, share in best], color=SERIES_COLOURS[0])
     bars.tick_params(axis="y", labelsize=8)
     label_axes(bars, "probability, %", "")

@@ -12,7 +12,7 @@ from overturning.figures.cells import (
     isolated_curve_point_indices,
     panel_row_and_column_counts,
 )
-from overturning.figures.compass import create_compass_grid, slenderness_ring_labels
+from overturning.figures.compass import b_over_h_ring_labels, create_compass_grid
 from overturning.figures.style import (
     SERIES_COLOURS,
     SERIES_LINE_STYLES,
@@ -70,7 +70,7 @@ def overturning_boundary_figure(
     figure, panels = create_compass_grid(
         rows, columns, max(side * columns, 4.0), (side + 0.3) * rows + 1.0, heights.size
     )
-    rings, marked = slenderness_ring_labels(1.04 * largest_b_over_h, largest_b_over_h), np.isfinite(fault_normal_deg)
+    rings, marked = b_over_h_ring_labels(1.04 * largest_b_over_h, largest_b_over_h), np.isfinite(fault_normal_deg)
     for axes, height in zip(panels.flat, heights, strict=False):
         axes.draw_compass(1.04 * largest_b_over_h, rings, has_marks=bool(marked), has_spokes=True)
         _draw_overturning_boundary(axes, loaded.sel(height=height), largest_b_over_h)

@@ -8,27 +8,28 @@ import xarray as xr
 from overturning.arrays import FloatArray
 from overturning.figures.style import azimuths_one_step_inside_gap_ends
 from overturning.model.planes import azimuth_period_of_cube_deg
-from overturning.model.symmetry import PLANE_PERIOD
+from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.statistics.falls import add_opposite_azimuths
 
-MAX_COLUMNS: Final = 3
+MAX_PANEL_COLUMNS: Final = 3
 """Largest number of panels in a row of a figure."""
 
 
 def extend_azimuths_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
     """Extend the azimuths of a results cube to the full circle by adding the opposite azimuth of each case.
 
-    Gaps between azimuths that were not simulated are filled with missing values; see `azimuths_with_known_outcome_deg`.
+    Gaps between azimuths that were not simulated are filled with missing values; see
+    `simulated_and_opposite_azimuths_deg`.
     """
     whole = add_opposite_azimuths(cube)
     unknown = azimuths_one_step_inside_gap_ends(whole["azimuth"].to_numpy())
     return whole.reindex(azimuth=np.union1d(whole["azimuth"], unknown)) if unknown.size else whole
 
 
-def azimuths_with_known_outcome_deg(cube: xr.Dataset) -> FloatArray:
+def simulated_and_opposite_azimuths_deg(cube: xr.Dataset) -> FloatArray:
     """Return the simulated azimuths, degrees, including opposite azimuths whose outcome follows by mirror symmetry."""
     azimuth = cube["azimuth"].to_numpy().astype(np.float64)
-    if azimuth_period_of_cube_deg(cube) != PLANE_PERIOD:
+    if azimuth_period_of_cube_deg(cube) != PLANE_SYMMETRY_PERIOD_DEG:
         return azimuth
     return np.union1d(azimuth, np.round((azimuth + 180.0) % 360.0, 10))
 
@@ -65,10 +66,12 @@ def count_b_over_h_rings_to_draw(*falls: xr.DataArray) -> int:
 
 
 def panel_row_and_column_counts(row_group_count: int, panels_per_group: int) -> tuple[int, int]:
-    """Return the numbers of rows and columns of a figure's panels, with at most `MAX_COLUMNS` columns."""
+    """Return the numbers of rows and columns of a figure's panels, with at most `MAX_PANEL_COLUMNS` columns."""
     count = row_group_count * panels_per_group
     columns = (
-        panels_per_group if row_group_count > 1 and 1 < panels_per_group <= MAX_COLUMNS else min(count, MAX_COLUMNS)
+        panels_per_group
+        if row_group_count > 1 and 1 < panels_per_group <= MAX_PANEL_COLUMNS
+        else min(count, MAX_PANEL_COLUMNS)
     )
     columns = 2 if count == 4 else columns
     return -(-count // columns), columns

@@ -28,7 +28,7 @@ DIRECTIONS: Final = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 COLOUR_BAR_AXES_LABEL: Final = "<colorbar>"
 """Label of the axes of a colour bar, as Matplotlib gives it."""
 
-_NAME_SIZE: Final = 9.0
+_DIRECTION_NAME_FONT_SIZE_PT: Final = 9.0
 """Size of the names of directions, pt."""
 
 _DIRECTION_NAME_DISTANCE_PT: Final = 7.0
@@ -46,7 +46,7 @@ _COLOUR_BAR_HEIGHT_PT: Final = 6.0
 _FIGURE_MARGIN_PT: Final = 3.0
 """Margin at the edge of a figure, pt."""
 
-_GAP: Final = 4.0
+_COMPASS_GAP_PT: Final = 4.0
 """Distance between texts of neighbouring compasses, and between the parts of a figure, pt."""
 
 _MIN_COMPASS_DIAMETER_PT: Final = 12.0
@@ -113,7 +113,7 @@ class CompassAxes(PolarAxes):
             right, up = (float(part) * self._name_distance / 72.0 for part in outward)
             shifted = self.transAxes + ScaledTranslation(right, up, scale)
             self._write_direction_or_ring_label(
-                0.5 + 0.5 * outward, name, transform=shifted, ha="center", fontsize=_NAME_SIZE
+                0.5 + 0.5 * outward, name, transform=shifted, ha="center", fontsize=_DIRECTION_NAME_FONT_SIZE_PT
             )
         behind = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}  # legible on any background
         for radius, label in ring_labels.items():
@@ -125,7 +125,7 @@ class CompassAxes(PolarAxes):
     def write_title(self, title: str, font_size: float = 9.0) -> None:
         """Write a title, of one or more lines, above the name of north."""
         # Half of the name's line and the descenders of the title, as shares of the font sizes.
-        pad = self._name_distance + 0.6 * _NAME_SIZE + 0.25 * font_size
+        pad = self._name_distance + 0.6 * _DIRECTION_NAME_FONT_SIZE_PT + 0.25 * font_size
         self.set_title(title, fontsize=font_size, pad=pad, y=1.0, parse_math=False)
 
     def _draw_compass_rings(self, radii: Sequence[float], has_spokes: bool) -> None:
@@ -162,7 +162,7 @@ def labels_of_rings_at_round_radii(outer_radius: float) -> dict[float, str]:
     return {round(float(radius), decimals): f"{radius:.{decimals}f}" for radius in radii}
 
 
-def slenderness_ring_labels(largest_b_over_h: float, fallback_ring: float) -> dict[float, str]:
+def b_over_h_ring_labels(largest_b_over_h: float, fallback_ring: float) -> dict[float, str]:
     """Return labels of rings at round B/H, keyed by B/H; only `fallback_ring` if no round number is small enough."""
     steps = (0.1, 0.2, 0.3) if largest_b_over_h <= 0.4 else (0.2, 0.4, 0.6, 0.8, 1.0)
     rings = [step for step in steps if step < largest_b_over_h] or [round(fallback_ring, 2)]
@@ -199,12 +199,12 @@ class CompassGridLayout(ConstrainedLayoutEngine):
             return
         low, high = _FIGURE_MARGIN_PT, height - _FIGURE_MARGIN_PT
         for legend in fig.legends:
-            low = max(low, legend.get_window_extent(renderer).y1 / point + _GAP)
+            low = max(low, legend.get_window_extent(renderer).y1 / point + _COMPASS_GAP_PT)
         for title in (text for text in fig.texts if text.get_text() and text.get_text() == fig.get_suptitle()):
             title.set_y(high / height)
-            high -= title.get_window_extent(renderer).height / point + _GAP
+            high -= title.get_window_extent(renderer).height / point + _COMPASS_GAP_PT
         bar_low = low + _LABEL_HEIGHT_BELOW_COLOUR_BAR_PT
-        low = bar_low + _COLOUR_BAR_HEIGHT_PT + _GAP if bars else low
+        low = bar_low + _COLOUR_BAR_HEIGHT_PT + _COMPASS_GAP_PT if bars else low
         estimate = min(width / _panel_grid_shape(panels[0])[1], (high - low) / _panel_grid_shape(panels[0])[0])
         for axes in panels:  # distances of texts from the rim hardly depend on its size
             size = max(_MIN_COMPASS_DIAMETER_PT, estimate - 4.0 * _DIRECTION_NAME_DISTANCE_PT)
@@ -308,4 +308,4 @@ def _compass_left_or_upper_edges(first: float, last: float, distances: FloatArra
 
 def _least_gap_between_rims(distances: FloatArray) -> float:
     """Return the least distance, pt, between the rims of neighbouring compasses at which their texts do not overlap."""
-    return float(np.max(distances[:-1, 1] + distances[1:, 0], initial=0.0)) + _GAP
+    return float(np.max(distances[:-1, 1] + distances[1:, 0], initial=0.0)) + _COMPASS_GAP_PT

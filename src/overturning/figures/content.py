@@ -10,7 +10,7 @@ from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
 from overturning.motion.motion import Accelerogram
 from overturning.statistics.earthquakes import FallAlignmentWithReferences, mean_fall_directions_by_record
 from overturning.statistics.falls import overturning_indicator
-from overturning.statistics.logistic import ROUNDING_ERROR_PGA
+from overturning.statistics.logistic import ROUNDING_ERROR_PGA_M_S2
 from overturning.units import GAL
 
 
@@ -68,7 +68,10 @@ def check_has_falls_and_fault_normal(cube: xr.Dataset, fall_axes_by_group: dict[
 def check_has_fall_alignment(cube: xr.Dataset, alignment_by_group: dict[str, FallAlignmentWithReferences]) -> None:
     """Raise an ArgumentError if the alignment of falls is known for no record, since the figure would be empty."""
     means = [
-        mean.value for group in alignment_by_group.values() for of_part in group.means.values() for mean in of_part
+        mean.value
+        for group in alignment_by_group.values()
+        for of_part in group.mean_cosines_by_reference.values()
+        for mean in of_part
     ]
     if not np.isfinite(means).any():
         check_has_falls(cube, "follow")
@@ -99,7 +102,7 @@ def check_are_trajectories_in_2d(trajectories: Sequence[xr.Dataset]) -> None:
 
 def check_ground_moves(peak_acceleration: float, figure_kind: str) -> None:
     """Raise an ArgumentError if the peak acceleration, m/s², is at most a rounding error: the ground is at rest."""
-    if not peak_acceleration > ROUNDING_ERROR_PGA:
+    if not peak_acceleration > ROUNDING_ERROR_PGA_M_S2:
         raise ArgumentError(
             f"{figure_kind}: nothing to draw: the ground does not move (peak {peak_acceleration / GAL:.2g} Gal); "
             "choose another motion"

@@ -11,21 +11,21 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.figures.cells import (
     azimuth_cell_edges_rad,
-    azimuths_with_known_outcome_deg,
     b_over_h_cell_edges,
     cell_edges,
     extend_azimuths_to_full_circle,
+    simulated_and_opposite_azimuths_deg,
     trim_outer_rings_without_falls,
 )
 from overturning.figures.explore_cells import (
     AZIMUTH_RESOLUTION_DEG,
-    PROBABILITY_STEPS,
+    PROBABILITY_STEP_COUNT,
     ROTATION_RESOLUTION_DEG,
     ROTATION_RESOLUTION_IN_CRITICAL_ANGLES,
     choose_initial_explorer_case,
     encode_outcomes_of_record,
-    ensemble_fall_or_fall_towards_probability,
-    fall_or_towards_and_away_probabilities,
+    ensemble_fall_probability,
+    explorer_fall_probabilities,
 )
 from overturning.figures.film_words import record_and_event_text
 from overturning.figures.maps import AZIMUTH_COLOURMAP
@@ -41,14 +41,14 @@ from overturning.files import write_text
 from overturning.labels import variant_label_as_list
 from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import azimuth_period_of_cube_deg
-from overturning.model.symmetry import PLANE_PERIOD
+from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.study.cube import (
     default_height_and_friction_of_figures,
+    find_study_for_figure_settings,
     study_of_cube,
-    study_with_title_and_figure_settings,
 )
 from overturning.study.film_options import film_command_options
-from overturning.study.preflight import MAX_CELLS_PER_PAGE
+from overturning.study.preflight import MAX_CELLS_OF_SINGLE_EXPLORER_PAGE
 from overturning.study.scenes import variant_scene
 from overturning.study.schema import Study
 from overturning.translation.texts import ENGLISH, current_language, read_translation_table, translate
@@ -84,7 +84,7 @@ def explorer_page_data(
         Function that receives the number and the cells of each record and stores them; the returned data then does not
         contain them.
     study : Study, optional
-        Study whose title, question and `figures` the page shows; by default the `study_with_title_and_figure_settings`.
+        Study whose title, question and `figures` the page shows; by default the `find_study_for_figure_settings`.
 
     Returns
     -------
@@ -94,7 +94,7 @@ def explorer_page_data(
     """
     one = cube if "element" in cube.dims else cube.expand_dims(element=[""], axis=-1)
     one = one if "aspect" in one.dims else one.expand_dims(aspect=[1.0])
-    model, study = default_model_for_results_cube(cube), study_with_title_and_figure_settings(cube, study)
+    model, study = default_model_for_results_cube(cube), find_study_for_figure_settings(cube, study)
     degrees = _is_rotation_in_degrees_by_element(cube, one.sizes["element"])
     turn_steps = [
         ROTATION_RESOLUTION_DEG if one_in_degrees else ROTATION_RESOLUTION_IN_CRITICAL_ANGLES
@@ -105,7 +105,7 @@ def explorer_page_data(
     for index in range(one.sizes["record"]):
         part = one.isel(record=[index]).load()
         part = extend_azimuths_to_full_circle(part) if model.is_planar else part
-        chance = fall_or_towards_and_away_probabilities(part)
+        chance = explorer_fall_probabilities(part)
         shown = trim_outer_rings_without_falls(part, chance["towards"] + chance["away"], abs(part["overturned"]))
         rings = max(rings, shown.sizes["b_over_h"])
         clear.append(choose_initial_explorer_case(part.isel({"record": 0, "aspect": 0, **first}), model.is_planar))
@@ -123,20 +123,20 @@ def explorer_page_data(
         "title": _explorer_title(one, study),
         "question": translate(study.question) if study else "",
         "space": not model.is_planar,
-        "mirrors": not model.is_planar or azimuth_period_of_cube_deg(cube) == PLANE_PERIOD,
+        "mirrors": not model.is_planar or azimuth_period_of_cube_deg(cube) == PLANE_SYMMETRY_PERIOD_DEG,
         "records": records,
         "rings": rings,
         "direction": _rounded_json_list(direction),
         "computed": np.isin(direction,
-        azimuths_with_known_outcome_deg(cube) if model.is_planar else direction).tolist(),
+        simulated_and_opposite_azimuths_deg(cube) if model.is_planar else direction).tolist(),
         **{name: _rounded_json_list(one[name].to_numpy()) for name in ("height", "b_over_h", "aspect", "friction")},
         "element": [str(name) for name in one["element"].to_numpy()],
-        "shown": {"record": max(range(len(clear)), key=lambda k: clear[k].clarity), "aspect": 0, **first},
+        "shown": {"record": max(range(len(clear)), key=lambda k: clear[k].fall_clarity_sort_key), "aspect": 0, **first},
         "degrees": degrees,
         "directionEdges": _rounded_json_list(_direction_cell_edges(direction, model.is_planar)),
         "radiusEdges": _rounded_json_list(b_over_h_cell_edges(part["b_over_h"].to_numpy().astype(np.float64))),
-        "steps": {"rotation": turn_steps, "azimuth": AZIMUTH_RESOLUTION_DEG, "chance": 1 / PROBABILITY_STEPS},
-        "ensemble": ensemble_fall_or_fall_towards_probability(one) is not None,
+        "steps": {"rotation": turn_steps, "azimuth": AZIMUTH_RESOLUTION_DEG, "chance": 1 / PROBABILITY_STEP_COUNT},
+        "ensemble": ensemble_fall_probability(one) is not None,
         "film": options | {
             "missing": translate(options["missing"]), "options": options["options"] + _film_command_language_option()
         },
@@ -244,11 +244,11 @@ def explorer_page_html(page_data: dict[str, Any], report_address: str = "") -> s
 def write_explorer(cube: "xr.Dataset", path: Path, study: Study | None = None, report_address: str = "") -> None:
     """Write the interactive results page of a results cube to a .html file.
 
-    If the cube has more than `MAX_CELLS_PER_PAGE` cells, those of each record go into a separate file,
+    If the cube has more than `MAX_CELLS_OF_SINGLE_EXPLORER_PAGE` cells, those of each record go into a separate file,
     ``NAME-records/0.js`` and so on next to ``NAME.html``, which the page loads when the record is selected. See
     `explorer_page_data` for the study, and `explorer_page_html` for the report.
     """
-    if cube["overturned"].size <= MAX_CELLS_PER_PAGE:
+    if cube["overturned"].size <= MAX_CELLS_OF_SINGLE_EXPLORER_PAGE:
         write_text(path, explorer_page_html(explorer_page_data(cube, study=study), report_address))
         return
     folder = path.with_name(f"{path.stem}-records")

@@ -15,7 +15,7 @@ from overturning.model.status import CaseStatus
 if TYPE_CHECKING:
     import xarray as xr
 
-PROBABILITY_STEPS: Final = 240
+PROBABILITY_STEP_COUNT: Final = 240
 """Number of steps of a probability from 0 to 1 in the page's data, in which the largest integer means missing.
 
 Shares of 8, 16 and 24 runs are represented exactly. Other shares are rounded, but only 0 becomes 0 and only 1
@@ -57,7 +57,7 @@ def encode_outcomes_of_record(
         return np.asarray(record_variable.variable.isel(record=0).transpose(*order).to_numpy(), dtype=np.float64)
 
     flag = transpose_to_page_order(record_cube["overturned"])
-    ensemble = ensemble_fall_or_fall_towards_probability(record_cube)
+    ensemble = ensemble_fall_probability(record_cube)
     # The probability is missing where the ensemble was not run: the map then shows the flag of the cell itself.
     known = fall_probabilities if ensemble is None else fall_probabilities.where(ensemble.notnull())
     time = transpose_to_page_order(record_cube["overturning_time"])
@@ -79,7 +79,7 @@ def encode_outcomes_of_record(
         "timeStep": time_step,
         **{
             name: _encode_as_base64_integers(
-                _clip_intermediate_probabilities(transpose_to_page_order(known[name])), 1 / PROBABILITY_STEPS, "u1"
+                _clip_intermediate_probabilities(transpose_to_page_order(known[name])), 1 / PROBABILITY_STEP_COUNT, "u1"
             )
             for name in ("towards", "away")
         },
@@ -122,7 +122,7 @@ def _clip_intermediate_probabilities(probability: FloatArray) -> FloatArray:
     """Clip probabilities strictly between 0 and 1, so that rounding to 255 steps gives neither 0 nor 1."""
     return np.where(
         (probability > 0) & (probability < 1),
-        np.clip(probability, 1 / PROBABILITY_STEPS, 1 - 1 / PROBABILITY_STEPS),
+        np.clip(probability, 1 / PROBABILITY_STEP_COUNT, 1 - 1 / PROBABILITY_STEP_COUNT),
         probability,
     )
 
@@ -140,7 +140,7 @@ class InitialExplorerCase(NamedTuple):
     """
 
     direction_and_b_over_h_indices: list[int]
-    clarity: tuple[bool, float, float, int]
+    fall_clarity_sort_key: tuple[bool, float, float, int]
 
 
 def choose_initial_explorer_case(block_cells: "xr.Dataset", full_circle: bool) -> InitialExplorerCase:
@@ -158,9 +158,9 @@ def choose_initial_explorer_case(block_cells: "xr.Dataset", full_circle: bool) -
         True if the last direction is next to the first one.
     """
     order = (default_model_for_results_cube(block_cells).direction_dimension_name, "b_over_h")
-    ensemble = ensemble_fall_or_fall_towards_probability(block_cells)
+    ensemble = ensemble_fall_probability(block_cells)
     chance = np.nan_to_num(
-        fall_or_towards_and_away_probabilities(block_cells)["towards"].transpose(*order).to_numpy().astype(np.float64)
+        explorer_fall_probabilities(block_cells)["towards"].transpose(*order).to_numpy().astype(np.float64)
     )
     ran = np.ones_like(chance) if ensemble is None else ensemble.notnull().transpose(*order).to_numpy()
     every = (chance == 1.0) & (block_cells["overturned"].transpose(*order).to_numpy() == 1) & (ran > 0)
@@ -173,7 +173,7 @@ def choose_initial_explorer_case(block_cells: "xr.Dataset", full_circle: bool) -
     return InitialExplorerCase([int(a), int(b)], (bool(every[a, b]), float(chance[a, b]), float(nearby[a, b]), int(b)))
 
 
-def ensemble_fall_or_fall_towards_probability(cube: "xr.Dataset") -> "xr.DataArray | None":
+def ensemble_fall_probability(cube: "xr.Dataset") -> "xr.DataArray | None":
     """Return the share of each case's ensemble runs (slightly changed repetitions) that fall.
 
     NaN for cases without runs; None if the cube has no ensemble.
@@ -181,7 +181,7 @@ def ensemble_fall_or_fall_towards_probability(cube: "xr.Dataset") -> "xr.DataArr
     return cube.get("probability_falls", cube.get("probability_towards"))
 
 
-def fall_or_towards_and_away_probabilities(cube: "xr.Dataset") -> "xr.Dataset":
+def explorer_fall_probabilities(cube: "xr.Dataset") -> "xr.Dataset":
     """Return each case's probability of a fall towards its azimuth (3-D: of any fall), and of the opposite fall."""
     chance = fall_probabilities_towards_and_away(cube)
     if "probability_falls" in cube:

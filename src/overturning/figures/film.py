@@ -23,7 +23,7 @@ from overturning.units import GAL
 if TYPE_CHECKING:
     import xarray as xr
 
-FRAME_INTERVAL = 0.02
+FRAME_INTERVAL_S = 0.02
 """Time between frames, s. A block of 0.5 m rocks in seconds; between frames the player interpolates."""
 
 TIME_BEFORE_FIRST_MOVEMENT_S = 0.4
@@ -44,9 +44,11 @@ class FilmBody:
     """Rigid body in a film: a polygon in a vertical plane or a convex 3-D body, with its pose in each frame."""
 
     name: str
-    vertices: FloatArray  # about its reference point, m: s (right) and z, or east, north and up, shape (n, 2 | 3)
-    position: FloatArray  # of the reference point, m, shape (frames, 2 | 3), or (1, 2) if it does not move
-    rotation: FloatArray  # towards +s (clockwise), rad, shape (frames,) or (1,); or quaternion, (frames, 4)
+    vertices_from_reference_point: (
+        FloatArray  # about its reference point, m: s (right) and z, or east, north and up, shape (n, 2 | 3)
+    )
+    positions_by_frame: FloatArray  # of the reference point, m, shape (frames, 2 | 3), or (1, 2) if it does not move
+    rotations_by_frame: FloatArray  # towards +s (clockwise), rad, shape (frames,) or (1,); or quaternion, (frames, 4)
     free: bool = True  # not driven or held
     faces: tuple[tuple[int, ...], ...] = ()  # 3-D: vertices of each face, anticlockwise seen from outside
 
@@ -55,10 +57,10 @@ class FilmBody:
         return {
             "name": self.name,
             "free": self.free,
-            "vertices": [[round(float(part), 5) for part in vertex] for vertex in self.vertices],
+            "vertices": [[round(float(part), 5) for part in vertex] for vertex in self.vertices_from_reference_point],
             "faces": self.faces,
-            "position": _encode_as_scaled_base64_integers(self.position),
-            "rotation": _encode_as_scaled_base64_integers(self.rotation),
+            "position": _encode_as_scaled_base64_integers(self.positions_by_frame),
+            "rotation": _encode_as_scaled_base64_integers(self.rotations_by_frame),
         }
 
 
@@ -82,7 +84,7 @@ class FilmPanel:
     vertical_base_acceleration: FloatArray | None = (
         None  # upward acceleration of the base, m/s², shape (n,); None: none is applied
     )
-    ground_displacement: FloatArray | None = (
+    ground_displacement_by_frame: FloatArray | None = (
         None  # displacement of the base since the first frame, m, shape (frames, 2 | 3)
     )
     first_fall_time: float = math.nan  # s; NaN: `last_fall_time`
@@ -102,7 +104,7 @@ class FilmPanel:
         """Text on the keys that the film player accepts only for films of this kind (2-D or 3-D)."""
         return "a and d turn the view, as dragging it does" if self.shows_3d_body else "f shows contact forces"
 
-    def labelled_motion_traces(self, with_vertical: bool) -> list[tuple[str, list[FloatArray]]]:
+    def labelled_acceleration_traces(self, with_vertical: bool) -> list[tuple[str, list[FloatArray]]]:
         """Return the acceleration traces drawn below the bodies, as pairs of label and components."""
         level = list(np.atleast_2d(self.horizontal_base_acceleration))
         shown = [(ACCELERATION_TRACE_LABELS["along" if len(level) == 1 else "level"], level)]
@@ -117,7 +119,7 @@ class FilmPanel:
         """Return the panel as a dictionary for the JavaScript film player, with the motion while `film` runs."""
         traces = [
             (label, [_film_acceleration_extremes_and_interval(one, self.sampling_interval, film) for one in rows])
-            for label, rows in self.labelled_motion_traces(film.has_vertical_motion)
+            for label, rows in self.labelled_acceleration_traces(film.has_vertical_motion)
         ]
         data: dict[str, Any] = {
             "title": self.title,
@@ -131,8 +133,8 @@ class FilmPanel:
             ],
             "traceInterval": round(traces[0][1][0][1], 9),
         }
-        if self.ground_displacement is not None:
-            data["ground"] = _encode_as_scaled_base64_integers(self.ground_displacement)
+        if self.ground_displacement_by_frame is not None:
+            data["ground"] = _encode_as_scaled_base64_integers(self.ground_displacement_by_frame)
         if self.contact_forces_over_weight is not None and self.contact_points is not None:
             data["points"] = self.contact_forces_over_weight.shape[1]
             data["forcePoint"], data["force"] = (
@@ -147,7 +149,7 @@ class Film:
     """Film of simulations in one or more panels that play synchronously."""
 
     title: str  # heading
-    start: float  # time of the first frame, s after the record's start
+    first_frame_time: float  # time of the first frame, s after the record's start
     frame_interval: float  # s
     panels: tuple[FilmPanel, ...]  # a panel with fewer frames than another stays at its last frame
     note: str = ""  # line below the film
@@ -160,9 +162,9 @@ class Film:
             raise ArgumentError(f"frame_interval: {self.frame_interval}; it must be a positive number of seconds")
         bodies = [(panel.title, body) for panel in self.panels for body in panel.bodies]
         for title, body in bodies:
-            if not (np.isfinite(body.position).all() and np.isfinite(body.rotation).all()):
+            if not (np.isfinite(body.positions_by_frame).all() and np.isfinite(body.rotations_by_frame).all()):
                 raise ArgumentError(f"{title}, {body.name}: a pose is not finite")
-        object.__setattr__(self, "frame_count", max(len(body.position) for _, body in bodies))
+        object.__setattr__(self, "frame_count", max(len(body.positions_by_frame) for _, body in bodies))
 
     @property
     def has_vertical_motion(self) -> bool:
@@ -175,7 +177,7 @@ class Film:
         rows = [
             row
             for panel in self.panels
-            for _, several in panel.labelled_motion_traces(self.has_vertical_motion)
+            for _, several in panel.labelled_acceleration_traces(self.has_vertical_motion)
             for row in several
         ]
         return max(float(np.abs(row).max(initial=0.0)) for row in rows)
@@ -183,18 +185,18 @@ class Film:
     @property
     def frame_times(self) -> FloatArray:
         """Times of the frames, s after the record's start."""
-        return np.asarray(self.start + self.frame_interval * np.arange(self.frame_count))
+        return np.asarray(self.first_frame_time + self.frame_interval * np.arange(self.frame_count))
 
     @property
     def last_frame_time(self) -> float:
         """Time of the last frame of the film, s after the start of the record."""
-        return self.start + (self.frame_count - 1) * self.frame_interval
+        return self.first_frame_time + (self.frame_count - 1) * self.frame_interval
 
     def player_data(self) -> dict[str, Any]:
         """Return the film as a dictionary for JSON; positions, motions and forces are base64 texts of integers."""
         return {
             "title": self.title,
-            "start": round(self.start, 6),
+            "start": round(self.first_frame_time, 6),
             "interval": self.frame_interval,
             "frames": self.frame_count,
             "view": [round(float(edge), 4) for edge in extent_of_free_2d_bodies(self)],
@@ -210,12 +212,12 @@ class Film:
 def frame_times_around_movement(first_movement_time: float, last_movement_time: float) -> FloatArray:
     """Return the times of the film frames, s, from shortly before the first movement to shortly after the last."""
     start = max(
-        0.0, float(np.floor((first_movement_time - TIME_BEFORE_FIRST_MOVEMENT_S) / FRAME_INTERVAL)) * FRAME_INTERVAL
+        0.0, float(np.floor((first_movement_time - TIME_BEFORE_FIRST_MOVEMENT_S) / FRAME_INTERVAL_S)) * FRAME_INTERVAL_S
     )
     return np.asarray(
         start
-        + FRAME_INTERVAL
-        * np.arange(int(np.ceil((last_movement_time + TIME_AFTER_LAST_MOVEMENT_S - start) / FRAME_INTERVAL)) + 1)
+        + FRAME_INTERVAL_S
+        * np.arange(int(np.ceil((last_movement_time + TIME_AFTER_LAST_MOVEMENT_S - start) / FRAME_INTERVAL_S)) + 1)
     )
 
 
@@ -237,8 +239,12 @@ def polygon_vertices_by_frame(body: FilmBody) -> FloatArray:
 
     A vertex (s, z) is at s₀ + s cos θ + z sin θ, z₀ − s sin θ + z cos θ.
     """
-    (s, z), cos, sin = body.vertices.T, np.cos(body.rotation)[:, None], np.sin(body.rotation)[:, None]
-    return np.asarray(body.position[:, None] + np.stack([s * cos + z * sin, z * cos - s * sin], axis=-1))
+    (s, z), cos, sin = (
+        body.vertices_from_reference_point.T,
+        np.cos(body.rotations_by_frame)[:, None],
+        np.sin(body.rotations_by_frame)[:, None],
+    )
+    return np.asarray(body.positions_by_frame[:, None] + np.stack([s * cos + z * sin, z * cos - s * sin], axis=-1))
 
 
 def extent_of_free_2d_bodies(film: Film, *, moving: bool = False) -> tuple[float, float, float, float]:
@@ -248,7 +254,7 @@ def extent_of_free_2d_bodies(film: Film, *, moving: bool = False) -> tuple[float
     """
     places = [
         polygon_vertices_by_frame(body)
-        + (ground_displacement_at_frames(panel, len(body.position))[:, None] if moving else 0.0)
+        + (ground_displacement_at_frames(panel, len(body.positions_by_frame))[:, None] if moving else 0.0)
         for panel in film.panels
         for body in panel.bodies
         if body.free and not panel.shows_3d_body
@@ -268,7 +274,9 @@ def ground_displacement_at_frames(panel: FilmPanel, frame_count: int) -> FloatAr
     """
     width = 3 if panel.shows_3d_body else 2
     return (
-        np.zeros((frame_count, width)) if panel.ground_displacement is None else panel.ground_displacement[:frame_count]
+        np.zeros((frame_count, width))
+        if panel.ground_displacement_by_frame is None
+        else panel.ground_displacement_by_frame[:frame_count]
     )
 
 
@@ -321,7 +329,10 @@ def _film_acceleration_extremes_and_interval(
     acceleration: FloatArray, sampling_interval: float, film: Film
 ) -> tuple[FloatArray, float]:
     """Return the acceleration during a film, reduced to extreme values per 0.02 s, and its new sampling interval, s."""
-    first, last = int(film.start / sampling_interval), int(np.ceil(film.last_frame_time / sampling_interval)) + 1
+    first, last = (
+        int(film.first_frame_time / sampling_interval),
+        int(np.ceil(film.last_frame_time / sampling_interval)) + 1,
+    )
     piece = np.concatenate([acceleration[first:last], np.zeros(max(0, last - max(first, acceleration.size)))])
     group = max(1, int(np.floor(0.0201 / sampling_interval)))
     if group <= 2 or piece.size < 2 * group:

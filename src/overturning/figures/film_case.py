@@ -24,7 +24,7 @@ def film_title_facts(model: Model, block_sizes: Mapping[str, float], place_name:
     place_name : str
         Name of the record; see `overturning.figures.film_words.station_and_event_text`.
     **more
-        ``direction`` (degrees), ``amplitude`` and ``is_vertical_motion_omitted`` of `FilmTitleFacts`.
+        ``direction_deg``, ``amplitude`` and ``is_vertical_motion_omitted`` of `FilmTitleFacts`.
     """
     height, width = block_sizes["height"], block_sizes["height"] * block_sizes["b_over_h"]
     given = {
@@ -48,14 +48,23 @@ def _title_facts_of_scene(scene: Scene) -> dict[str, Any]:
     """Return kind, name and friction of a scene's stone for a film title; None as friction if the scene sets it."""
     own = {} if scene.has_contact_with_unset_friction else {"friction": None}
     if scene.is_single_block_on_wide_ground and scene.name == "gravestone":
-        return {"kind": "stone", **own}
-    return {"kind": "scene", "scene": scene.title or scene.name, "element": scene.size_reference_element_name, **own}
+        return {"stone_kind": "stone", **own}
+    return {
+        "stone_kind": "scene",
+        "scene": scene.title or scene.name,
+        "element": scene.size_reference_element_name,
+        **own,
+    }
 
 
 def _title_facts_of_body(shape: Shape, width: float, aspect: float) -> dict[str, Any]:
     """Return shape, width, and depth or number of sides of a 3-D body for a film title."""
     if isinstance(shape, RectangularPrism):
-        return {"kind": "square"} if aspect == 1.0 else {"kind": "oblong", "depth": aspect * width}
+        return {"stone_kind": "square"} if aspect == 1.0 else {"stone_kind": "oblong", "depth": aspect * width}
     if isinstance(shape, Cylinder):
-        return {"kind": "round"}
-    return {"kind": "prism", "sides": shape.sides} if isinstance(shape, RegularPrism) else {"kind": "solid"}
+        return {"stone_kind": "round"}
+    return (
+        {"stone_kind": "prism", "side_count": shape.sides}
+        if isinstance(shape, RegularPrism)
+        else {"stone_kind": "solid"}
+    )

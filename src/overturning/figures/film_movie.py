@@ -26,7 +26,13 @@ from overturning.figures.style import (
 from overturning.figures.svg_translation import break_text_at_width, pad_to_equal_line_count
 from overturning.figures.write import compute_layout_only_once
 from overturning.files import atomic_write, check_output_path
-from overturning.translation.texts import ENGLISH, FONTS, current_language, font_language_of_text, translate
+from overturning.translation.texts import (
+    ENGLISH,
+    FONT_PACKAGE_AND_NAMES_BY_LANGUAGE,
+    current_language,
+    font_language_of_text,
+    translate,
+)
 from overturning.units import GAL
 
 if TYPE_CHECKING:
@@ -38,7 +44,7 @@ MOVIE_PLAYBACK_SPEED = next(iter(PLAYBACK_SPEED_LABELS))
 
 MOVIE_SUFFIXES = (".gif", ".mp4")
 
-_PANEL_WIDTH: Final = 3.6
+_PANEL_WIDTH_INCHES: Final = 3.6
 """Width of a panel of a movie, inches."""
 
 _CJK_FONT_PATH_PATTERN: Final = re.compile(r"cjk|ipa", re.IGNORECASE)
@@ -103,7 +109,7 @@ def matplotlib_font_of_language(language: str, file_name: str) -> str:
     """Return the name of an installed font for a language; raise an error that names the package if none is."""
     from matplotlib import font_manager
 
-    package, names = FONTS[language]
+    package, names = FONT_PACKAGE_AND_NAMES_BY_LANGUAGE[language]
     known = {one.fname for one in font_manager.fontManager.ttflist}
     for path in font_manager.findSystemFonts():  # the list of fonts that Matplotlib keeps may be older than the font
         if path not in known and _CJK_FONT_PATH_PATTERN.search(path):
@@ -137,12 +143,12 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
 
     columns = len(film.panels)
     outcomes, most_lines = pad_to_equal_line_count(
-        [break_text_at_width(panel.outcome, 0.9 * _PANEL_WIDTH, 8.0) for panel in film.panels]
+        [break_text_at_width(panel.outcome, 0.9 * _PANEL_WIDTH_INCHES, 8.0) for panel in film.panels]
     )
-    traces = len(film.panels[0].labelled_motion_traces(film.has_vertical_motion))
+    traces = len(film.panels[0].labelled_acceleration_traces(film.has_vertical_motion))
     tall = 3.4 + 1.0 * traces + 0.15 * (most_lines - 1)
     figure, panels = create_panel_grid(
-        1 + traces, columns, _PANEL_WIDTH * columns, tall, height_ratios=(3.4, *traces * [1])
+        1 + traces, columns, _PANEL_WIDTH_INCHES * columns, tall, height_ratios=(3.4, *traces * [1])
     )
     add_title_and_legend(figure, _translated_movie_title_with_speed(film, figure.get_figwidth()))
     left, right, bottom, top = extent_of_free_2d_bodies(film)
@@ -171,7 +177,7 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
     def move_artists_to_frame(frame_index: int) -> bool:
         """Draw a frame by moving the drawn bodies and time marks; return True if a text has changed."""
         text_changed = False
-        time = film.start + frame_index * film.frame_interval
+        time = film.first_frame_time + frame_index * film.frame_interval
         for panel, outcome, shapes, marks, text in rows:
             for places, shape in shapes:
                 shape.set_xy(places[min(frame_index, len(places) - 1)])
@@ -193,16 +199,17 @@ def _draw_traces_and_current_time_lines(trace_axes: Sequence[Any], film: Film, p
     """
     largest, marks = film.peak_acceleration / GAL or 1.0, []
     for axes, (label, components) in zip(
-        trace_axes, panel.labelled_motion_traces(film.has_vertical_motion), strict=True
+        trace_axes, panel.labelled_acceleration_traces(film.has_vertical_motion), strict=True
     ):
         for component in components:
             time = np.arange(component.size) * panel.sampling_interval
             axes.plot(time, component / GAL, color=SERIES_COLOURS[0], linewidth=0.6)
         axes.set(
-            xlim=(film.start, max(film.last_frame_time, film.start + 1e-3)), ylim=(-1.05 * largest, 1.05 * largest)
+            xlim=(film.first_frame_time, max(film.last_frame_time, film.first_frame_time + 1e-3)),
+            ylim=(-1.05 * largest, 1.05 * largest),
         )
         if len(trace_axes) > 1:
             axes.set_title(translate(label), fontsize=8)
         label_axes(axes, translate("time, s") if axes is trace_axes[-1] else "", "Gal")
-        marks.append(axes.axvline(film.start, color=FALL_COLOUR, linewidth=1.2))
+        marks.append(axes.axvline(film.first_frame_time, color=FALL_COLOUR, linewidth=1.2))
     return marks

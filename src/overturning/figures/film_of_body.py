@@ -130,7 +130,7 @@ def body_or_stack_film_panel(
         level,
         interval,
         vertical_base_acceleration=up,
-        ground_displacement=ground,
+        ground_displacement_by_frame=ground,
         first_fall_time=min(falls, default=math.nan),
     )
 

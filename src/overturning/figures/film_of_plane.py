@@ -191,6 +191,6 @@ def scene_film_panel(
         contact_points=point,
         contact_forces_over_weight=force,
         vertical_base_acceleration=None if up is None else samples_from_time_zero(up, interval, first_sample_time),
-        ground_displacement=ground,
+        ground_displacement_by_frame=ground,
         first_fall_time=min(falls, default=math.nan),
     )

@@ -7,7 +7,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.figures.film import FRAME_INTERVAL, MOVEMENT_TOLERANCE, Film, FilmPanel, frame_times_around_movement
+from overturning.figures.film import FRAME_INTERVAL_S, MOVEMENT_TOLERANCE, Film, FilmPanel, frame_times_around_movement
 from overturning.figures.film_of_body import (
     body_or_stack_film_panel,
     body_outcome_sentence,
@@ -166,7 +166,7 @@ def film_of_trajectories(
     return Film(
         title,
         float(time[0]),
-        FRAME_INTERVAL,
+        FRAME_INTERVAL_S,
         panels,
         note=f"{note} {_film_functions_for_trajectory(trajectories[0]).note}".strip(),
     )

@@ -54,17 +54,17 @@ def film_strip_frame_times_and_captions(film: Film) -> tuple[FloatArray, tuple[s
         near, names = float(film.frame_times[int(angle.argmax())]), STRIP_CAPTIONS_NONE_FALL
     before = angle[: max(1, int(np.searchsorted(film.frame_times, near)))]
     visible = min(MIN_VISIBLE_UPLIFT_ANGLE_RAD, 0.5 * float(before.max()))
-    first = film.frame_times[int(np.argmax(before >= visible))] if visible > 0 else 0.5 * (film.start + near)
-    return np.maximum.accumulate(np.array([film.start, first, near, film.last_frame_time])), names
+    first = film.frame_times[int(np.argmax(before >= visible))] if visible > 0 else 0.5 * (film.first_frame_time + near)
+    return np.maximum.accumulate(np.array([film.first_frame_time, first, near, film.last_frame_time])), names
 
 
 def rotation_or_tilt_angle_by_frame(body: FilmBody, frame_count: int) -> FloatArray:
     """Return the angle by which a free body has turned since its first frame (3-D: its tilt), rad, shape (frames,)."""
     if body.faces:
-        _, x, y, _ = body.rotation.T / np.linalg.norm(body.rotation, axis=1)
+        _, x, y, _ = body.rotations_by_frame.T / np.linalg.norm(body.rotations_by_frame, axis=1)
         angle = np.arccos(np.clip(1.0 - 2.0 * (x * x + y * y), -1.0, 1.0))
     else:
-        angle = np.abs(body.rotation - body.rotation[0])
+        angle = np.abs(body.rotations_by_frame - body.rotations_by_frame[0])
     return np.asarray(np.pad(angle, (0, frame_count - angle.size), mode="edge"))
 
 
@@ -86,7 +86,7 @@ def film_strip_figure(film: Film, *, titled: bool = True) -> "Figure":
         for column, (axes, time, name) in enumerate(zip(axes_row, times, names, strict=True)):
             axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
             axes.spines[:].set_visible(False)
-            draw_panel_frame(axes, panel, (time - film.start) / film.frame_interval)
+            draw_film_panel_at_frame(axes, panel, (time - film.first_frame_time) / film.frame_interval)
             if row == 0:
                 axes.set_title(f"{name}, {time:.2f} s", fontsize=8)
             if column == 0:
@@ -108,7 +108,7 @@ def _caption_below_frame_row(panel: FilmPanel, row_count: int) -> str:
     return sides + (f"{panel.title}: " if row_count > 1 else "") + panel.outcome
 
 
-def draw_panel_frame(axes: Any, panel: FilmPanel, frame_position: float) -> None:
+def draw_film_panel_at_frame(axes: Any, panel: FilmPanel, frame_position: float) -> None:
     """Draw the bodies of a film panel at a frame; a fraction, such as 2.5, interpolates between two frames."""
     from matplotlib.patches import Polygon
 
@@ -139,9 +139,9 @@ def body_at_frame(body: FilmBody, frame_position: float) -> FilmBody:
 
     return FilmBody(
         body.name,
-        body.vertices,
-        interpolate_poses_at_frame(body.position),
-        interpolate_poses_at_frame(body.rotation),
+        body.vertices_from_reference_point,
+        interpolate_poses_at_frame(body.positions_by_frame),
+        interpolate_poses_at_frame(body.rotations_by_frame),
         body.free,
         body.faces,
     )
@@ -159,8 +159,8 @@ def draw_scale_bar(axes: Any, view_edges: tuple[float, float, float, float]) -> 
     axes.plot([x, x + length], [y, y], color=INK, linewidth=1.6, solid_capstyle="butt", zorder=6)
 
 
-VIEW_AZIMUTH: Final = 2.7
-VIEW_ELEVATION: Final = 0.42
+CAMERA_AZIMUTH_RAD: Final = 2.7
+CAMERA_ELEVATION_RAD: Final = 0.42
 """Direction of the camera of a 3-D film at its start, rad; as in the player."""
 
 LIGHT_DIRECTION: Final = np.array([0.35, -0.5, 0.79])
@@ -168,15 +168,17 @@ LIGHT_DIRECTION: Final = np.array([0.35, -0.5, 0.79])
 
 def _camera_view_matrix() -> FloatArray:
     """Return the rotation matrix, shape (3, 3), from (east, north, up) to the camera's (right, up, towards viewer)."""
-    (sa, ca), (se, ce) = ((np.sin(one), np.cos(one)) for one in (VIEW_AZIMUTH, VIEW_ELEVATION))
+    (sa, ca), (se, ce) = ((np.sin(one), np.cos(one)) for one in (CAMERA_AZIMUTH_RAD, CAMERA_ELEVATION_RAD))
     return np.array([[-ca, sa, 0.0], [-se * sa, -se * ca, ce], [ce * sa, ce * ca, se]])
 
 
 def corners_of_body_at_frame(body: FilmBody, frame_index: int = 0) -> FloatArray:
     """Return east, north and up, m, of the n corners of a 3-D body in one frame, shape (n, 3)."""
-    w, *u = body.rotation[frame_index] / np.linalg.norm(body.rotation[frame_index])
+    w, *u = body.rotations_by_frame[frame_index] / np.linalg.norm(body.rotations_by_frame[frame_index])
     return np.asarray(
-        body.position[frame_index] + body.vertices + 2.0 * np.cross(u, np.cross(u, body.vertices) + w * body.vertices)
+        body.positions_by_frame[frame_index]
+        + body.vertices_from_reference_point
+        + 2.0 * np.cross(u, np.cross(u, body.vertices_from_reference_point) + w * body.vertices_from_reference_point)
     )
 
 
@@ -184,10 +186,10 @@ def _axis_limits_of_body_view(film: Film) -> tuple[float, float, float, float]:
     """Return the view (left, right, bottom, top), m, that contains the 3-D bodies of all panels in every frame."""
     camera = _camera_view_matrix()[:2]
     places = [
-        (corners_of_body_at_frame(body, frame) - panel.bodies[0].position[0] * [1, 1, 0]) @ camera.T
+        (corners_of_body_at_frame(body, frame) - panel.bodies[0].positions_by_frame[0] * [1, 1, 0]) @ camera.T
         for panel in film.panels
         for body in panel.bodies
-        for frame in range(len(body.position))
+        for frame in range(len(body.positions_by_frame))
     ]
     half = _half_floor_width_m(film.panels[0].bodies)
     floor = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]]) @ camera.T
@@ -199,7 +201,11 @@ def _axis_limits_of_body_view(film: Film) -> tuple[float, float, float, float]:
 
 def _half_floor_width_m(bodies: tuple[FilmBody, ...]) -> float:
     """Return half of the width of the floor on which 3-D bodies are drawn, m."""
-    corners = np.concatenate([corners_of_body_at_frame(body) for body in bodies]) - bodies[0].position[0] * [1, 1, 0]
+    corners = np.concatenate([corners_of_body_at_frame(body) for body in bodies]) - bodies[0].positions_by_frame[0] * [
+        1,
+        1,
+        0,
+    ]
     return 1.4 * float(np.linalg.norm(corners - [0.0, 0.0, 0.5 * corners[:, 2].max()], axis=1).max())
 
 
@@ -207,7 +213,7 @@ def _draw_bodies_with_floor(axes: Any, bodies: tuple[FilmBody, ...], frame_posit
     """Draw 3-D bodies at a frame in order of distance, with floor, shadows and an arrow to the north."""
     from matplotlib.patches import Polygon
 
-    camera, begin = _camera_view_matrix(), bodies[0].position[0] * [1, 1, 0]
+    camera, begin = _camera_view_matrix(), bodies[0].positions_by_frame[0] * [1, 1, 0]
     half = _half_floor_width_m(bodies)
     floor = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]]) @ camera[:2].T
     axes.add_patch(Polygon(floor, closed=True, facecolor="#e9e9e6", edgecolor="#c4c4c0", linewidth=0.6))

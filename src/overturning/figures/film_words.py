@@ -78,15 +78,15 @@ class FilmTitleFacts:
         True if the vertical motion of the record is left out in all panels.
     """
 
-    kind: str
+    stone_kind: str
     width: float
     height: float
     friction: float | None
     station_and_event: str
-    direction: float | None = None
+    direction_deg: float | None = None
     is_3d: bool = False
     depth: float = 0.0
-    sides: int = 0
+    side_count: int = 0
     scene: str = ""
     element: str = ""
     amplitude: float = 1.0
@@ -121,18 +121,18 @@ def film_title_text(title_facts: FilmTitleFacts) -> str:
     """Return the title of a film in words: "A square stone 18 cm wide and 60 cm high, friction 0.7, under …"."""
     sizes = {name: length_with_unit(getattr(title_facts, name)) for name in ("width", "height", "depth")}
     parts = [
-        _STONE_DESCRIPTION_TEMPLATES[title_facts.kind].format(
-            **sizes, scene=title_facts.scene, element=title_facts.element, sides=title_facts.sides
+        _STONE_DESCRIPTION_TEMPLATES[title_facts.stone_kind].format(
+            **sizes, scene=title_facts.scene, element=title_facts.element, sides=title_facts.side_count
         )
     ]
     if title_facts.friction is not None:
         parts.append(f"friction {title_facts.friction:g}")
-    if title_facts.is_3d and title_facts.direction is not None:
-        parts.append(f"facing {compass_bearing_text(title_facts.direction)}")
+    if title_facts.is_3d and title_facts.direction_deg is not None:
+        parts.append(f"facing {compass_bearing_text(title_facts.direction_deg)}")
     turned = (
         ""
-        if title_facts.is_3d or title_facts.direction is None
-        else f", turned to {compass_bearing_text(title_facts.direction)}"
+        if title_facts.is_3d or title_facts.direction_deg is None
+        else f", turned to {compass_bearing_text(title_facts.direction_deg)}"
     )
     factor = "" if title_facts.amplitude == 1.0 else f" times {title_facts.amplitude:g}"
     parts.append(f"under the record of {title_facts.station_and_event}{turned}{factor}")

@@ -27,7 +27,7 @@ from overturning.motion.noise import SignalNoiseSpectra, shortest_usable_noise_w
 from overturning.motion.spectra import rotd_percentile_measures
 from overturning.records.processing import MIN_SIGNAL_TO_NOISE_RATIO
 from overturning.records.record import Record, processing_entry_text, processing_label
-from overturning.study.intensity import PERCENTILES, SPECTRUM_PERIODS
+from overturning.study.intensity import ROTD_PERCENTILES, SPECTRUM_PERIODS
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 COMPONENTS: Final = ("north", "east", "up")
 TIME_HISTORY_LABELS_AND_UNITS: Final = (("acceleration, Gal", GAL), ("velocity, cm/s", CM), ("displacement, cm", CM))
-RESPONSE_PERIODS: Final = SPECTRUM_PERIODS[SPECTRUM_PERIODS >= 0.05]
+RESPONSE_SPECTRUM_PERIODS_S: Final = SPECTRUM_PERIODS[SPECTRUM_PERIODS >= 0.05]
 """Periods of the response spectra, s: twenty per decade; their damping ratio is 0.05."""
 
 TIME_BIN_COUNT: Final = 600
@@ -91,7 +91,7 @@ def _add_title_and_legend(
     noise_ratio: SignalNoiseSpectra | None,
 ) -> None:
     """Add the title (station, event and processing steps), the legend and the margins to a record's figure."""
-    ahead = "no noise before the onset" if noise_ratio is None else f"onset at {noise_ratio.onset:.1f} s"
+    ahead = "no noise before the onset" if noise_ratio is None else f"onset at {noise_ratio.onset_s:.1f} s"
     steps = _processing_step_lines(processed_record.processing)
     agency = (
         [str(unprocessed_record.extra["agency_processing"])] if "agency_processing" in unprocessed_record.extra else []
@@ -294,8 +294,8 @@ def _draw_signal_to_noise_ratio(
 
 
 def compute_rotd_spectra(record: Record) -> FloatArray:
-    """Return RotD00, RotD50 and RotD100 of the pseudo-acceleration at `RESPONSE_PERIODS`, m/s², shape (3, periods)."""
-    return rotd_percentile_measures(Motion.of(record), RESPONSE_PERIODS, percentiles=PERCENTILES)["psa"]
+    """Return RotD00, RotD50, RotD100 of pseudo-acceleration at `RESPONSE_SPECTRUM_PERIODS_S`, m/s², shape (3, n)."""
+    return rotd_percentile_measures(Motion.of(record), RESPONSE_SPECTRUM_PERIODS_S, percentiles=ROTD_PERCENTILES)["psa"]
 
 
 def _draw_rotd_spectra(panel: "Axes", rotd_spectra: FloatArray) -> None:
@@ -304,8 +304,10 @@ def _draw_rotd_spectra(panel: "Axes", rotd_spectra: FloatArray) -> None:
     if not rotd_spectra.any():
         write_note_in_empty_panel(panel, "no horizontal motion")
         return
-    for percentile, spectrum, colour in zip(PERCENTILES, rotd_spectra, SERIES_COLOURS, strict=False):
-        panel.plot(RESPONSE_PERIODS, spectrum / GAL, color=colour, linewidth=0.9, label=f"RotD{percentile:02.0f}")
+    for percentile, spectrum, colour in zip(ROTD_PERCENTILES, rotd_spectra, SERIES_COLOURS, strict=False):
+        panel.plot(
+            RESPONSE_SPECTRUM_PERIODS_S, spectrum / GAL, color=colour, linewidth=0.9, label=f"RotD{percentile:02.0f}"
+        )
     _set_logarithmic_axes(panel)
     # RotD00 of a motion along one azimuth is 0.
     panel.set_ylim(bottom=1e-4 * float(rotd_spectra[-1].max()) / GAL)

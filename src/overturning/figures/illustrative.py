@@ -26,14 +26,14 @@ from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
 from overturning.statistics.boundary import overturning_boundaries_by_azimuth
 from overturning.statistics.illustrative import (
-    ANY_ELEMENT_FALLS,
+    ANY_ELEMENT_FALLS_VARIABLE,
     IllustrativeCase,
     case_with_differing_outcomes,
     find_illustrative_cases,
 )
 from overturning.study.cube import element_name_to_show, open_cube_by_record, study_of_cube
 from overturning.study.scenes import (
-    NOMINAL,
+    NOMINAL_VARIANT,
     StudyToSceneSizeConversion,
     ground_motion_for_variant,
     names_of_compared_elements,
@@ -90,7 +90,7 @@ def draw_illustrative_cases(
                 answer = case_with_differing_outcomes(
                     select_outcomes_of_element(elements, here),
                     select_outcomes_of_element(other_cube.isel(record=chosen), there),
-                    (NOMINAL, variant),
+                    (NOMINAL_VARIANT, variant),
                 )
             cases = cases if answer is None else [answer, *cases]
         drawn_files = dict[tuple[str, ...], Path]()
@@ -106,7 +106,7 @@ def _select_default_element_and_mark_any_fall(cube: "xr.Dataset") -> "xr.Dataset
     if "element" not in cube.dims:
         return cube
     falls = (abs(cube["overturned"]) == 1).any("element")
-    return select_outcomes_of_element(cube, element_name_to_show(cube)).assign({ANY_ELEMENT_FALLS: falls})
+    return select_outcomes_of_element(cube, element_name_to_show(cube)).assign({ANY_ELEMENT_FALLS_VARIABLE: falls})
 
 
 CaseFigureSpecification = tuple[str, "Callable[[], Figure]", str, dict[str, float]]
@@ -131,11 +131,11 @@ def _draw_illustrative_case(
     """
     study, one = study_of_cube(cube), cube.isel(record=case.record_index).load()
     record = str(one["record_id"].item())
-    settings = case.panel_variants or (NOMINAL,) * len(case.direction_deg)
+    settings = case.panel_variants or (NOMINAL_VARIANT,) * len(case.panel_directions_deg)
     every = [_motion_of_variant(study, motion_folder, record, name) for name in settings]
     paths = [
-        simulate_block_trajectories(study, motion, case.block, [angle], name)[0]
-        for motion, angle, name in zip(every, case.direction_deg, settings, strict=True)
+        simulate_block_trajectories(study, motion, case.block_coordinates, [angle], name)[0]
+        for motion, angle, name in zip(every, case.panel_directions_deg, settings, strict=True)
     ]
     motion = every[0]
     headings = [
@@ -144,7 +144,7 @@ def _draw_illustrative_case(
     ]
     film = film_of_trajectories(paths, every, _film_title(study, one, case, paths), headings=headings)
     place = record_and_event_text(one)
-    title = f"{place}: {block_label(study, case.block)}"
+    title = f"{place}: {block_label(study, case.block_coordinates)}"
     strip_figure = partial(film_strip_figure, film, titled=False)
     drawn: list[CaseFigureSpecification] = [("strip", strip_figure, "four frames of the film", {})]
     if default_model_for_results_cube(one).is_planar:
@@ -172,9 +172,9 @@ def _draw_illustrative_case(
     strip = f"{output_stem.name}-strip.svg"
     return IllustrativeCaseWithFigures(
         title=case.title,
-        rule=case.rule,
+        rule=case.selection_rule_text,
         block=film.title,
-        parameters=block_label(study, case.block),
+        parameters=block_label(study, case.block_coordinates),
         record=record,
         settings=settings,
         headings=tuple(panel.title for panel in film.panels),
@@ -197,12 +197,12 @@ def _film_title(
     study: Study, record_cube: "xr.Dataset", case: IllustrativeCase, trajectories: Sequence["xr.Dataset"]
 ) -> str:
     """Return the title of the film of an illustrative case: stone, friction, azimuth and record."""
-    single = len(set(case.direction_deg)) == 1
+    single = len(set(case.panel_directions_deg)) == 1
     sizes = {name: float(trajectories[0].attrs[name]) for name in ("height", "b_over_h", "friction")}
     place = record_and_event_text(record_cube)
-    direction = case.direction_deg[0] if single else None
-    aspect = {"aspect": case.block["aspect"]} if "aspect" in case.block else {}
-    return film_title_text(film_title_facts(variant_model(study), sizes | aspect, place, direction=direction))
+    direction = case.panel_directions_deg[0] if single else None
+    aspect = {"aspect": case.block_coordinates["aspect"]} if "aspect" in case.block_coordinates else {}
+    return film_title_text(film_title_facts(variant_model(study), sizes | aspect, place, direction_deg=direction))
 
 
 def panel_heading_of_variant(study: Study, variant: str, other_variant: str) -> str:
@@ -214,7 +214,11 @@ def panel_heading_of_variant(study: Study, variant: str, other_variant: str) -> 
         return panel_heading_of_setting("scene", variant_scene(study, variant).name)
     if own.site != other.site:
         return panel_heading_of_setting("site", variant) if own.site else panel_heading_of_setting("recorded")
-    return panel_heading_of_setting("study") if variant == NOMINAL else panel_heading_of_setting("variant", variant)
+    return (
+        panel_heading_of_setting("study")
+        if variant == NOMINAL_VARIANT
+        else panel_heading_of_setting("variant", variant)
+    )
 
 
 def block_label(study: Study, block: dict[str, float]) -> str:
@@ -264,7 +268,7 @@ def simulate_block_trajectories(
     motion: Motion,
     block: dict[str, float],
     directions_deg: Sequence[float],
-    variant: str = NOMINAL,
+    variant: str = NOMINAL_VARIANT,
 ) -> list["xr.Dataset"]:
     """Simulate one block of a study's variant for each direction, degrees; return its motion over time.
 

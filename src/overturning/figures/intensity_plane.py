@@ -23,7 +23,7 @@ from overturning.labels import friction_label
 from overturning.model.falls import default_model_for_results_cube
 from overturning.statistics.criteria import CRITERIA, west_acceleration_limit
 from overturning.statistics.falls import mean_fall_probability_over_directions
-from overturning.statistics.logistic import ROUNDING_ERROR_PGA, LogisticFit
+from overturning.statistics.logistic import ROUNDING_ERROR_PGA_M_S2, LogisticFit
 from overturning.units import GAL, STANDARD_GRAVITY
 
 CRITERION_LINE_STYLES: Final = (
@@ -36,23 +36,23 @@ CRITERION_LINE_STYLES: Final = (
 """Colour and line style of each of `criteria.CRITERIA`."""
 
 
-def pga_pgv_over_pga_and_fall_probability(
+def fall_probability_by_pga_and_pgv_over_pga(
     cube: xr.Dataset, intensity: xr.Dataset, height: float, b_over_h: float, friction: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return PGA (m/s²), PGV/PGA (s) and fall probability of one block, one value per record and azimuth.
 
-    The arrays have shape (n,), without cases of unknown outcome and motions below `ROUNDING_ERROR_PGA`.
+    The arrays have shape (n,), without cases of unknown outcome and motions below `ROUNDING_ERROR_PGA_M_S2`.
     """
     block = cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")
     planes = default_model_for_results_cube(cube).fall_probability_and_direction_by_case(block).compute()
     along = intensity[["pga", "pgv"]].sel(azimuth=planes["azimuth"], method="nearest")
     falls = planes["falls"].transpose("record", "azimuth").to_numpy().ravel()
     pga, pgv = (along[name].transpose("record", "azimuth").to_numpy().ravel() for name in ("pga", "pgv"))
-    known = np.isfinite(falls) & (pga > ROUNDING_ERROR_PGA)
+    known = np.isfinite(falls) & (pga > ROUNDING_ERROR_PGA_M_S2)
     return pga[known], (pgv / np.where(known, pga, 1))[known], falls[known]
 
 
-def _draw_outcomes_by_pga_and_pgv_ratio(
+def _draw_outcomes_by_pga_and_pgv_over_pga(
     axes: Any,
     points: tuple[FloatArray, FloatArray, FloatArray],
     height: float,
@@ -96,7 +96,7 @@ def _draw_outcomes_by_pga_and_pgv_ratio(
     axes.set_title(f"B/H = {b_over_h:.3g}, H = {height:g} m", fontsize=9, y=1.0)
 
 
-def outcomes_by_pga_and_pgv_ratio_figure(
+def outcomes_by_pga_and_pgv_over_pga_figure(
     cube: xr.Dataset, intensity: xr.Dataset, logistic_fit: LogisticFit | None, friction: float, size_note: str = ""
 ) -> Figure:
     """Draw outcomes in the plane of PGA and PGV/PGA, for up to three B/H (columns) and two heights (rows).
@@ -121,9 +121,9 @@ def outcomes_by_pga_and_pgv_ratio_figure(
     figure, panels = create_panel_grid(shown.size, chosen.size, max(2.7 * chosen.size, 4.2), 2.4 * shown.size + 0.8)
     for row, height in enumerate(shown):
         for column, b_over_h in enumerate(chosen):
-            points = pga_pgv_over_pga_and_fall_probability(cube, intensity, float(height), float(b_over_h), friction)
+            points = fall_probability_by_pga_and_pgv_over_pga(cube, intensity, float(height), float(b_over_h), friction)
             block = float(height), float(b_over_h)
-            _draw_outcomes_by_pga_and_pgv_ratio(
+            _draw_outcomes_by_pga_and_pgv_over_pga(
                 panels[row, column], points, *block, logistic_fit, named, with_criteria=not size_note
             )
     title = f"Every plane of every record, {friction_label(cube, friction)}"

@@ -24,9 +24,9 @@ from overturning.figures.style import (
     wrap_name_into_lines,
 )
 
-ROSES_IN_A_ROW: Final = 3
+MAX_ROSES_PER_ROW: Final = 3
 
-_CANDIDATE_RADIUS_LABEL_COUNTS: Final = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
+_FALL_COUNTS_FOR_RADIUS_LABELS: Final = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 _MEAN_MARK_RADIUS_FACTOR: Final = 1.07
 """Radius of the marks of means, in units of the radius of the rose."""
 _MEAN_DIRECTION_LINE_STYLE: Final[dict[str, Any]] = {
@@ -43,7 +43,7 @@ _MEAN_AXIS_LINE_STYLE: Final[dict[str, Any]] = {
 }
 
 
-_LETTER_INCHES: Final = 0.08
+_TITLE_LETTER_WIDTH_INCHES: Final = 0.08
 """Width of a wide letter of a title, inches."""
 
 
@@ -66,15 +66,15 @@ class ObservedFallRose:
     name: str
     falls_by_sector: FloatArray
     mean_direction_deg: float | None = None
-    direction_half_width_deg: float | None = None
+    mean_direction_interval_half_width_deg: float | None = None
     mean_axis_deg: float | None = None
-    axis_half_width_deg: float | None = None
+    mean_axis_interval_half_width_deg: float | None = None
 
 
 def observed_fall_roses_figure(roses: Sequence[ObservedFallRose]) -> Figure:
     """Draw rose diagrams of observed falls, each on its own scale; one rose alone has the width of a text column."""
     count = len(roses)
-    columns = 1 if is_drawing_for_phone() else min(count, ROSES_IN_A_ROW)
+    columns = 1 if is_drawing_for_phone() else min(count, MAX_ROSES_PER_ROW)
     rows = -(-count // columns)
     width = PHONE_FIGURE_WIDTH if columns == 1 else PAGE_WIDTH
     figure = create_figure(width, (width / columns + 0.35) * rows + 0.75)
@@ -83,7 +83,7 @@ def observed_fall_roses_figure(roses: Sequence[ObservedFallRose]) -> Figure:
         axes = figure.add_subplot(places[divmod(number, columns)], projection="polar")
         _draw_observed_fall_rose(axes, rose)
         if rose.name:
-            title = "\n".join(wrap_name_into_lines(rose.name, int(width / columns / _LETTER_INCHES)))
+            title = "\n".join(wrap_name_into_lines(rose.name, int(width / columns / _TITLE_LETTER_WIDTH_INCHES)))
             axes.set_title(title, fontsize=8.5, pad=16, parse_math=False)
     marks: list[Any] = [legend_patch(FALL_COLOUR, "observed falls (area: number)")]
     if any(rose.mean_direction_deg is not None for rose in roses):
@@ -111,13 +111,15 @@ def _draw_observed_fall_rose(axes: Any, rose: ObservedFallRose) -> None:
     )
     if not counts.any():
         axes.text(0.0, 0.0, "no fall in a\nknown direction", fontsize=8, ha="center", va="center")
-    shown = [n for n in _CANDIDATE_RADIUS_LABEL_COUNTS if 0.45 * top < np.sqrt(n) <= 0.97 * top][-1:] or [1]
+    shown = [n for n in _FALL_COUNTS_FOR_RADIUS_LABELS if 0.45 * top < np.sqrt(n) <= 0.97 * top][-1:] or [1]
     set_radius_ticks(axes, top, {float(np.sqrt(n)): str(n) for n in shown}, zorder=5)
     axes.set_rlabel_position(_sector_border_with_fewest_falls_deg(counts))
     if rose.mean_axis_deg is not None:
         for end in (rose.mean_axis_deg, rose.mean_axis_deg + 180.0):
             axes.plot(np.radians([end, end]), [top, _MEAN_MARK_RADIUS_FACTOR * top], **_MEAN_AXIS_LINE_STYLE)
-            _draw_mean_direction_interval(axes, end, rose.axis_half_width_deg, 1.035 * top, _MEAN_AXIS_LINE_STYLE)
+            _draw_mean_direction_interval(
+                axes, end, rose.mean_axis_interval_half_width_deg, 1.035 * top, _MEAN_AXIS_LINE_STYLE
+            )
     if rose.mean_direction_deg is not None:
         at = np.radians(rose.mean_direction_deg)
         axes.plot(
@@ -130,7 +132,7 @@ def _draw_observed_fall_rose(axes: Any, rose: ObservedFallRose) -> None:
         _draw_mean_direction_interval(
             axes,
             rose.mean_direction_deg,
-            rose.direction_half_width_deg,
+            rose.mean_direction_interval_half_width_deg,
             _MEAN_MARK_RADIUS_FACTOR * top,
             _MEAN_DIRECTION_LINE_STYLE,
         )

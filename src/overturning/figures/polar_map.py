@@ -17,15 +17,15 @@ from overturning.arrays import FloatArray
 from overturning.figures import style
 from overturning.figures.cells import (
     azimuth_cell_edges_rad,
-    azimuths_with_known_outcome_deg,
     b_over_h_cell_edges,
     count_b_over_h_rings_to_draw,
     extend_azimuths_to_full_circle,
     isolated_curve_point_indices,
     panel_row_and_column_counts,
+    simulated_and_opposite_azimuths_deg,
     symmetric_polar_curve,
 )
-from overturning.figures.compass import COLOUR_BAR_AXES_LABEL, create_compass_grid, slenderness_ring_labels
+from overturning.figures.compass import COLOUR_BAR_AXES_LABEL, b_over_h_ring_labels, create_compass_grid
 from overturning.figures.film_words import record_and_event_text
 from overturning.labels import friction_label
 from overturning.model.planes import fall_probabilities_towards_and_away
@@ -80,7 +80,7 @@ class PolarMapPanel:
     """
 
     record_friction_and_height_labels: tuple[str, str, str]
-    cells: xr.Dataset
+    fall_probability_cells: xr.Dataset
     is_azimuth_simulated: NDArray[np.bool_]
     fault_normal_and_radial_deg: tuple[float, float]
     peak_velocity: xr.DataArray | None
@@ -88,7 +88,7 @@ class PolarMapPanel:
     @property
     def b_over_h_edges(self) -> FloatArray:
         """Edges of the map's cells along the radius, in B/H, ascending."""
-        return b_over_h_cell_edges(self.cells["b_over_h"].to_numpy().astype(np.float64))
+        return b_over_h_cell_edges(self.fall_probability_cells["b_over_h"].to_numpy().astype(np.float64))
 
 
 def fall_map_by_azimuth_figure(
@@ -187,7 +187,7 @@ def _create_polar_map_panels(
         record_cubes, chance, either, falls, [*peak_velocities_by_azimuth, *len(record_cubes) * [None]], strict=False
     ):
         shown = one.assign(stands=(any_run == 0) & ~(fell > 0)).isel(b_over_h=slice(None, rings))
-        simulated = np.isin(shown["azimuth"].to_numpy(), azimuths_with_known_outcome_deg(cube))
+        simulated = np.isin(shown["azimuth"].to_numpy(), simulated_and_opposite_azimuths_deg(cube))
         marks = (
             float(cube["fault_normal"]) if "fault_normal" in cube.variables else np.nan,
             float(azimuth_away_from_epicentre(cube)),
@@ -208,10 +208,10 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
 
     The rim of the compass is at the B/H ``largest_b_over_h`` and at the peak velocity ``rim_velocity``, m/s.
     """
-    cells, radius = panel.cells, panel.b_over_h_edges
+    cells, radius = panel.fall_probability_cells, panel.b_over_h_edges
     axes.draw_compass(
         largest_b_over_h,
-        slenderness_ring_labels(largest_b_over_h, float(radius.mean())),
+        b_over_h_ring_labels(largest_b_over_h, float(radius.mean())),
         azimuth_for_radius_labels(cells, *panel.fault_normal_and_radial_deg),
         has_marks=bool(np.isfinite(panel.fault_normal_and_radial_deg[0])),
         labels_in_front=True,
@@ -230,7 +230,7 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
             look = {"bottom": radius[ring], "align": "edge", "linewidth": 0.0, "zorder": 1.4, **_NO_OUTCOME_PATCH_STYLE}
             axes.bar(start, radius[ring + 1] - radius[ring], width, **look)
     axes.plot(
-        *half_probability_line(towards + cells["away"].to_numpy(), edges, radius, parts),
+        *half_probability_cell_outline(towards + cells["away"].to_numpy(), edges, radius, parts),
         **_HALF_PROBABILITY_LINE_STYLE,
         zorder=2.5,
     )
@@ -287,7 +287,7 @@ def start_and_width_of_selected_cell_ranges(
     return found
 
 
-def half_probability_line(
+def half_probability_cell_outline(
     fall_probability: FloatArray, azimuth_edges_rad: FloatArray, b_over_h_edges: FloatArray, chords_per_arc: int = 1
 ) -> tuple[FloatArray, FloatArray]:
     """Return the outline of the cells of a polar map whose fall probability is at least one half.
@@ -374,7 +374,9 @@ def _polar_map_legend_marks(panels: Sequence[PolarMapPanel], with_ensemble: bool
             style.legend_patch(PROBABILITY_COLOURMAP(0.0), "falls to the other side"),
             style.legend_patch(_STANDS_PATCH_STYLE, "stands"),
         ]
-    if any(bool((panel.cells["towards"].isnull() & panel.is_azimuth_simulated).any()) for panel in panels):
+    if any(
+        bool((panel.fall_probability_cells["towards"].isnull() & panel.is_azimuth_simulated).any()) for panel in panels
+    ):
         marks.append(style.legend_patch(_NO_OUTCOME_PATCH_STYLE, "no outcome"))
     if (inner := min(float(panel.b_over_h_edges[0]) for panel in panels)) > 0:
         marks.append(style.legend_patch("none", f"not computed (B/H below {inner:.3g})"))

@@ -25,7 +25,7 @@ from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import FallAxisSummary
 from overturning.statistics.roses import FallRose, fall_rose, fall_rose_by_record_group
 
-ROSES_IN_A_ROW: Final = 4
+MAX_ROSES_PER_ROW: Final = 4
 
 SECTOR_INTERVAL_COLOUR: Final = "#f3cdb0"
 """Colour of the interval of a sector."""
@@ -185,7 +185,7 @@ def fall_roses_by_earthquake_figure(cube: xr.Dataset) -> Figure:
         for name in dict.fromkeys(events)
     }
     shown = {name: found for name, found in roses.items() if found[0].falls}
-    columns = min(ROSES_IN_A_ROW, max(1, len(shown)))
+    columns = min(MAX_ROSES_PER_ROW, max(1, len(shown)))
     rows = max(1, -(-len(shown) // columns))
     wide = max(PAGE_WIDTH / 4 * columns, 4.2)
     # A letter of a title is about 4.7 pt wide.

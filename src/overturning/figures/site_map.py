@@ -44,7 +44,7 @@ MIN_MAP_HALF_WIDTH_KM: Final = 5.0
 MAP_HALF_WIDTH_FACTOR: Final = 1.7
 """Distance from the middle of a panel to its frame, over that to the farthest place: room for arrows and names."""
 
-ARROW_HALF_LENGTH_SHARE: Final = 0.22
+ARROW_HALF_LENGTH_OVER_MAP_HALF_WIDTH: Final = 0.22
 """Half of an arrow, as a part of the distance from the middle of a panel to its frame."""
 
 TEXT_SIZE_PT: Final = 8.0
@@ -60,7 +60,7 @@ class StationOnMap(NamedTuple):
     name: str
     latitude: float
     longitude: float
-    strike: float = math.nan
+    fault_strike_deg: float = math.nan
     mean_fall_axis_deg: float = math.nan
 
 
@@ -73,7 +73,7 @@ class EarthquakeOnMap(NamedTuple):
     name: str
     stations: Sequence[StationOnMap]
     epicentre: tuple[float, float] | None = None
-    trace: FaultTrace = ()
+    fault_trace: FaultTrace = ()
 
 
 def local_east_north_km(
@@ -214,8 +214,8 @@ def _earthquake_map_legend_marks(earthquakes: Sequence[EarthquakeOnMap]) -> list
                 "linestyle": "none",
             },
         ),
-        "strike of the fault": (any(math.isfinite(one.strike) for one in stations), _STRIKE),
-        "trace of the fault": (any(site.trace for site in earthquakes), _TRACE),
+        "strike of the fault": (any(math.isfinite(one.fault_strike_deg) for one in stations), _STRIKE),
+        "trace of the fault": (any(site.fault_trace for site in earthquakes), _TRACE),
     }
     return [Line2D([], [], label=name, **look) for name, (there, look) in kinds.items() if there]
 
@@ -232,7 +232,7 @@ def _draw_earthquake_map(axes: Any, earthquake: EarthquakeOnMap, panel_width_pt:
     """Draw the map of one earthquake; the width of its panel, pt, is needed to place the station names."""
     origin = earthquake.epicentre or (earthquake.stations[0].latitude, earthquake.stations[0].longitude)
     places = np.array([local_east_north_km(one.latitude, one.longitude, *origin) for one in earthquake.stations])
-    pieces = [np.array([local_east_north_km(*point, *origin) for point in piece]) for piece in earthquake.trace]
+    pieces = [np.array([local_east_north_km(*point, *origin) for point in piece]) for piece in earthquake.fault_trace]
     along = _points_along_fault_trace(pieces)
     away = np.hypot(*(along[:, None] - places).T).min(axis=0)
     # The nearest point of the trace is on the map, too.
@@ -251,8 +251,8 @@ def _draw_earthquake_map(axes: Any, earthquake: EarthquakeOnMap, panel_width_pt:
     taken = [*along, *(star if earthquake.epicentre else ())]
     for one, place in zip(earthquake.stations, places, strict=True):
         for azimuth, half in (
-            (one.strike, 1.35 * ARROW_HALF_LENGTH_SHARE * reach),
-            (one.mean_fall_axis_deg, ARROW_HALF_LENGTH_SHARE * reach),
+            (one.fault_strike_deg, 1.35 * ARROW_HALF_LENGTH_OVER_MAP_HALF_WIDTH * reach),
+            (one.mean_fall_axis_deg, ARROW_HALF_LENGTH_OVER_MAP_HALF_WIDTH * reach),
         ):
             if math.isfinite(azimuth):
                 end = half * np.array([math.sin(math.radians(azimuth)), math.cos(math.radians(azimuth))])

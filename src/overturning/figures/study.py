@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.figures.alignment import fall_alignment_by_b_over_h_figure, fall_alignment_by_earthquake_figure
-from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_figure
+from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_over_pga_figure
 from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses_by_group_figure
 from overturning.figures.site_map import earthquake_map_figures, earthquakes_on_map
 from overturning.figures.style import use_package_matplotlib_settings
@@ -67,7 +67,7 @@ def study_figure_functions(
     }
     if default_model_for_results_cube(cube).is_planar:
         friction, another = float(cube["friction"].max()), note_on_size_reference_stone(cube)
-        plane = partial(outcomes_by_pga_and_pgv_ratio_figure, cube, intensity, fit, friction, another)
+        plane = partial(outcomes_by_pga_and_pgv_over_pga_figure, cube, intensity, fit, friction, another)
         return functions | {"plane": plane}
 
     def draw_alignment_by_b_over_h() -> "Figure":

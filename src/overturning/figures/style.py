@@ -334,18 +334,18 @@ def turn_axes_into_compass(
     axes.spines["polar"].set_linewidth(0.6)
 
 
-SINGLE_PLANE_STEP_DEG: Final = 5.0
+SINGLE_PLANE_SECTOR_WIDTH_DEG: Final = 5.0
 """Width of the sector of an azimuth, degrees, if a single plane was simulated, so that the grid has no step."""
 
 
 def azimuths_one_step_inside_gap_ends(azimuth_deg: FloatArray) -> FloatArray:
     """Return the azimuths, degrees, that lie one grid step inside the ends of each unsimulated range of azimuths.
 
-    A single plane (one azimuth, or two opposite ones) has no step; it counts as `SINGLE_PLANE_STEP_DEG`.
+    A single plane (one azimuth, or two opposite ones) has no step; it counts as `SINGLE_PLANE_SECTOR_WIDTH_DEG`.
     """
     azimuth: FloatArray = np.unique(np.round(np.asarray(azimuth_deg, dtype=np.float64), 6))
     if np.unique(azimuth % 180.0).size == 1:
-        around = [azimuth - SINGLE_PLANE_STEP_DEG, azimuth + SINGLE_PLANE_STEP_DEG]
+        around = [azimuth - SINGLE_PLANE_SECTOR_WIDTH_DEG, azimuth + SINGLE_PLANE_SECTOR_WIDTH_DEG]
         return np.asarray(np.round(np.concatenate(around) % 360.0, 10))
     not_computed, step = azimuth_gap_mask_and_step(azimuth, 360.0)
     begins, ends = azimuth[not_computed], np.roll(azimuth, -1)[not_computed]

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 
 from overturning.arrays import FloatArray
 from overturning.figures.answer import (
-    ROW_HEIGHT,
+    ROW_HEIGHT_INCHES,
     VALUE_FONT_SIZE,
     PlottedEstimate,
     draw_estimate_with_interval,
@@ -32,12 +32,12 @@ from overturning.figures.style import (
     turn_axes_into_compass,
 )
 
-OCTANT: Final = np.pi / 4
+OCTANT_WIDTH_RAD: Final = np.pi / 4
 """Width of a sector, radians."""
 
-ROSES_IN_A_ROW: Final = 3
+MAX_ROSES_PER_ROW: Final = 3
 
-_CANDIDATE_RADIUS_LABEL_COUNTS: Final = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
+_FALL_COUNTS_FOR_RADIUS_LABELS: Final = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 _COMPUTED_ROSE_LINE_STYLE: Final[dict[str, Any]] = {"color": SERIES_COLOURS[0], "linewidth": 1.6}
 _OBSERVED_SHARE_MARKER_STYLE: Final[dict[str, Any]] = {
     "color": FALL_COLOUR,
@@ -69,8 +69,8 @@ class SurveyFigureData:
     name: str
     observed_falls_by_octant: FloatArray
     computed_falls_by_octant: FloatArray
-    observed_mean_deg: float | None
-    computed_mean_deg: float | None
+    observed_mean_fall_direction_deg: float | None
+    computed_mean_fall_direction_deg: float | None
     observed_fallen_share: PlottedEstimate
     computed_fallen_share: PlottedEstimate
 
@@ -78,7 +78,7 @@ class SurveyFigureData:
 def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
     """Draw for each survey the roses of observed and computed falls, and the shares of stones that fell."""
     count = len(drawn_surveys)
-    rows = -(-count // ROSES_IN_A_ROW)
+    rows = -(-count // MAX_ROSES_PER_ROW)
     if count == 1 and is_drawing_for_phone():
         figure = create_figure(PHONE_FIGURE_WIDTH, 4.9)
         halves = figure.add_gridspec(2, 1, height_ratios=(3.0, 1.0))
@@ -88,10 +88,10 @@ def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
         halves = figure.add_gridspec(1, 2, width_ratios=(1.0, 1.05))
         places, below = [halves[0]], halves[1].subgridspec(3, 1, height_ratios=(0.75, 1.0, 0.75))[1]
     else:
-        figure = create_figure(PAGE_WIDTH, 2.7 * rows + 2.1 * ROW_HEIGHT * count + 1.1)
-        whole = figure.add_gridspec(2, 1, height_ratios=(2.6 * rows, 2.1 * ROW_HEIGHT * count + 0.4))
-        roses = whole[0].subgridspec(rows, min(count, ROSES_IN_A_ROW))
-        places, below = [roses[divmod(place, ROSES_IN_A_ROW)] for place in range(count)], whole[1]
+        figure = create_figure(PAGE_WIDTH, 2.7 * rows + 2.1 * ROW_HEIGHT_INCHES * count + 1.1)
+        whole = figure.add_gridspec(2, 1, height_ratios=(2.6 * rows, 2.1 * ROW_HEIGHT_INCHES * count + 0.4))
+        roses = whole[0].subgridspec(rows, min(count, MAX_ROSES_PER_ROW))
+        places, below = [roses[divmod(place, MAX_ROSES_PER_ROW)] for place in range(count)], whole[1]
     for survey, place in zip(drawn_surveys, places, strict=True):
         axes = figure.add_subplot(place, projection="polar")
         _draw_survey_rose(axes, survey)
@@ -102,11 +102,11 @@ def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
         legend_patch(FALL_COLOUR, "observed falls (area: number)"),
         Line2D([], [], **_COMPUTED_ROSE_LINE_STYLE, label="computed for as many falls"),
     ]
-    if any(one.observed_mean_deg is not None for one in drawn_surveys):
+    if any(one.observed_mean_fall_direction_deg is not None for one in drawn_surveys):
         marks.append(
             Line2D([], [], **_mean_direction_marker(0.0, FALL_COLOUR, FALL_COLOUR), label="mean azimuth, observed")
         )
-    if any(one.computed_mean_deg is not None for one in drawn_surveys):
+    if any(one.computed_mean_fall_direction_deg is not None for one in drawn_surveys):
         marks.append(
             Line2D([], [], **_mean_direction_marker(0.0, SERIES_COLOURS[0], "white"), label="mean azimuth, computed")
         )
@@ -122,11 +122,11 @@ def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
 def _draw_survey_rose(axes: Any, drawn_survey: SurveyFigureData) -> None:
     """Draw a rose of a survey: observed falls as sectors, computed falls as an outline."""
     turn_axes_into_compass(axes)
-    centres = np.arange(8) * OCTANT
+    centres = np.arange(8) * OCTANT_WIDTH_RAD
     observed, computed = np.sqrt(drawn_survey.observed_falls_by_octant), np.sqrt(drawn_survey.computed_falls_by_octant)
     top = 1.06 * max(1.0, float(observed.max()), float(computed.max()))
-    axes.bar(centres, observed, width=OCTANT, color=FALL_COLOUR, edgecolor="white", linewidth=0.6, zorder=2)
-    around = np.linspace(-0.5, 0.5, 16) * OCTANT
+    axes.bar(centres, observed, width=OCTANT_WIDTH_RAD, color=FALL_COLOUR, edgecolor="white", linewidth=0.6, zorder=2)
+    around = np.linspace(-0.5, 0.5, 16) * OCTANT_WIDTH_RAD
     outline, radius = (centres[:, None] + around).ravel(), np.repeat(computed, around.size)
     axes.plot(
         np.append(outline, outline[0] + 2 * np.pi), np.append(radius, radius[0]), zorder=3, **_COMPUTED_ROSE_LINE_STYLE
@@ -145,15 +145,15 @@ def _draw_survey_rose(axes: Any, drawn_survey: SurveyFigureData) -> None:
             )
     if not drawn_survey.observed_falls_by_octant.any():
         axes.text(0.0, 0.0, "no fall in a\nknown direction", fontsize=8, ha="center", va="center")
-    shown = [n for n in _CANDIDATE_RADIUS_LABEL_COUNTS if 0.4 * top < np.sqrt(n) <= 0.97 * top][-2:] or [1]
+    shown = [n for n in _FALL_COUNTS_FOR_RADIUS_LABELS if 0.4 * top < np.sqrt(n) <= 0.97 * top][-2:] or [1]
     set_radius_ticks(axes, top, {float(np.sqrt(n)): str(n) for n in shown}, zorder=5)
     # On the border of two octants, where least is drawn.
     most = np.maximum(observed, computed)
     axes.set_rlabel_position(22.5 + 45.0 * int(np.argmin(most + np.roll(most, -1))))
     axes.tick_params(axis="x", pad=5)
     for azimuth, face, edge in (
-        (drawn_survey.computed_mean_deg, "white", SERIES_COLOURS[0]),
-        (drawn_survey.observed_mean_deg, FALL_COLOUR, FALL_COLOUR),
+        (drawn_survey.computed_mean_fall_direction_deg, "white", SERIES_COLOURS[0]),
+        (drawn_survey.observed_mean_fall_direction_deg, FALL_COLOUR, FALL_COLOUR),
     ):
         if azimuth is not None:
             axes.plot(

@@ -16,7 +16,7 @@ _FONT_SIZE_PATTERN: Final = re.compile(r"font-size: ([\d.]+)px")
 BROWSER_FONTS: Final = {"ja": "'Noto Sans CJK JP', 'Hiragino Sans', 'Yu Gothic', 'IPAexGothic'"}
 """Names of fonts of a language that a browser tries before its own choice."""
 
-_NO_LINE_START: Final = "、。，．・：；！？)）」』]％%°ー～,.;"
+_CHARACTERS_NOT_AT_LINE_START: Final = "、。，．・：；！？)）」』]％%°ー～,.;"
 """Characters with which no line begins."""
 
 
@@ -124,7 +124,7 @@ def _value_range(values: list[float]) -> float:
     return max(values) - min(values)
 
 
-def character_width(character: str) -> float:
+def character_width_over_font_size(character: str) -> float:
     """Return the width of a character in units of the font size: 1 for Chinese and Japanese ones, 0.6 for others."""
     return 1.0 if ord(character) >= 0x2E80 else 0.6
 
@@ -150,8 +150,8 @@ def _break_line_at_width(line: str, width_in_letters: float) -> list[str]:
     """Break a line into parts no wider than a width (in font sizes), before a word or a Japanese character."""
     parts, current, used = list[str](), "", 0.0
     for piece in re.findall(r"[\x21-\x7e°µα−–]+|.", line):
-        wide = sum(map(character_width, piece))
-        if current and used + wide > width_in_letters and piece[0] not in _NO_LINE_START:
+        wide = sum(map(character_width_over_font_size, piece))
+        if current and used + wide > width_in_letters and piece[0] not in _CHARACTERS_NOT_AT_LINE_START:
             parts.append(current.rstrip())
             current, used = "", 0.0
         if current or not piece.isspace():

@@ -14,7 +14,7 @@ from overturning.figures.svg import compact_svg
 from overturning.figures.svg_translation import translate_svg
 from overturning.files import atomic_write, write_text
 from overturning.quantities import parse_quantity
-from overturning.study.evaluation import FORMATS, FigureSettings
+from overturning.study.evaluation import FIGURE_FILE_FORMATS, FigureSettings
 from overturning.translation.texts import ENGLISH, check_font_is_installed, current_language, font_language_of_text
 
 if TYPE_CHECKING:
@@ -260,7 +260,7 @@ def write_figure_in_study_formats(figure_settings: FigureSettings, figure: "Figu
     `path_without_suffix` is the path without extension.
     """
     figure.set_size_inches(*(figure_settings.size * figure.get_size_inches()))
-    for kind in set(FORMATS) - set(figure_settings.formats):
+    for kind in set(FIGURE_FILE_FORMATS) - set(figure_settings.formats):
         path_without_suffix.with_name(f"{path_without_suffix.name}.{kind}").unlink(missing_ok=True)
     save_figure_files(
         figure,

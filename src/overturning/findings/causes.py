@@ -7,7 +7,7 @@ from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, FindingBaseClass, OptionalNumber, estimate_from_mean, negate_estimate
 from overturning.labels import note_on_size_reference_stone
 from overturning.statistics.criteria import MAX_VALID_PULSE_FREQUENCY_RATIO, score_overturning_criteria
-from overturning.statistics.logistic import LEVEL, fitted_coefficient_rows
+from overturning.statistics.logistic import CONFIDENCE_LEVEL, fitted_coefficient_rows
 
 DOUBLED_QUANTITY_BY_COEFFICIENT_INDEX = {1: "PGA and PGV", 2: "PGV alone", 4: "size of the block"}
 """Quantity that doubles if a predictor of `statistics.logistic.PREDICTORS` grows by ln 2, by coefficient index."""
@@ -114,7 +114,7 @@ class CriteriaFindings(FindingBaseClass):
     """Largest frequency ratio ω/p for which the pulse criterion is valid."""
 
 
-class ComparisonWithPublished(FindingBaseClass):
+class PublishedOutcomeComparison(FindingBaseClass):
     """Published and computed outcome of one block under one record along one azimuth."""
 
     variant: str
@@ -168,7 +168,7 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
         coefficients=[] if fit.note.startswith("no fit") else rows,
         fitted_outcomes=fit.rows,
         earthquakes=fit.clusters,
-        level=LEVEL,
+        level=CONFIDENCE_LEVEL,
         even_chance=[one for one in chances if one is not None],
         note=fit.note,
     )
@@ -246,7 +246,7 @@ def _insignificant_skill_differences(
     return differences
 
 
-def compare_outcomes_with_published(results: StudyResults) -> list[ComparisonWithPublished]:
+def compare_outcomes_with_published(results: StudyResults) -> list[PublishedOutcomeComparison]:
     """Compare computed outcomes with published ones, for each variant, height and friction of the study.
 
     Empty if the study names no published outcomes.
@@ -254,7 +254,7 @@ def compare_outcomes_with_published(results: StudyResults) -> list[ComparisonWit
     if not results.study.published:
         return []
     return [
-        ComparisonWithPublished(
+        PublishedOutcomeComparison(
             variant=variant,
             record=row.record,
             azimuth_deg=row.azimuth,

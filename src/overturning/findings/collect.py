@@ -9,9 +9,9 @@ from pydantic import Field
 
 from overturning.files import convert_argument_to_path, write_text
 from overturning.findings.causes import (
-    ComparisonWithPublished,
     CriteriaFindings,
     LogisticFitFindings,
+    PublishedOutcomeComparison,
     compare_outcomes_with_published,
     logistic_fit_findings,
     skill_of_published_criteria,
@@ -116,7 +116,7 @@ class Findings(FindingBaseClass):
     """Published peaks of the motions and computed ones."""
     published_agreement: list[BlockAgreementWithPublished]
     """Blocks for which all published outcomes are found."""
-    published_comparisons: list[ComparisonWithPublished]
+    published_comparisons: list[PublishedOutcomeComparison]
     """Outcomes next to published ones."""
     population: PopulationFindings | None
     """Falls of the population of stones."""

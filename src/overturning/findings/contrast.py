@@ -8,22 +8,22 @@ from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, FindingBaseClass, OptionalNumber, estimate_from_mean
 from overturning.model.scene import Scene
-from overturning.model.variables import outcome_is_known
-from overturning.records.site import BEYOND_CURVE_PHRASE, SoilSite
+from overturning.model.variables import mask_of_known_outcomes
+from overturning.records.site import STRAIN_BEYOND_CURVE_PHRASE, SoilSite
 from overturning.statistics.bootstrap import mean_over_earthquakes, mean_share_over_earthquakes
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION, wrap_axis_difference
 from overturning.statistics.elements import ElementFallCounts, count_falls_of_two_stones, mean_shares_of_two_stone_falls
 from overturning.statistics.falls import overturned_shares_by_record
 from overturning.study.cube import record_provenance
 from overturning.study.scenes import (
-    NOMINAL,
+    NOMINAL_VARIANT,
     names_of_compared_elements,
     names_of_differing_settings,
     select_outcomes_of_element,
     variant_scene,
     variant_settings,
 )
-from overturning.surveys.population import fall_rates_of_stones_known_in_both_cubes
+from overturning.surveys.population import fall_rates_of_stones_with_outcome_in_both_cubes
 
 
 class VariantContrast(FindingBaseClass):
@@ -164,9 +164,9 @@ def compared_record_indices(results: StudyResults, variant: str) -> NDArray[np.i
     the same cases for them, which show nothing about vertical motion.
     """
     every = np.arange(results.default_element_cube.sizes["record"])
-    if names_of_differing_settings(results.study, NOMINAL, variant) != ["vertical"]:
+    if names_of_differing_settings(results.study, NOMINAL_VARIANT, variant) != ["vertical"]:
         return every
-    applied = [results.cube_of_default_element(name)["vertical"].to_numpy() == 1 for name in (NOMINAL, variant)]
+    applied = [results.cube_of_default_element(name)["vertical"].to_numpy() == 1 for name in (NOMINAL_VARIANT, variant)]
     return every[np.logical_or(*applied)]
 
 
@@ -183,7 +183,7 @@ def _compare_study_with_variant(
     elements = names_of_compared_elements(results.study, variant)
     cubes = [
         select_outcomes_of_element(results.cubes_by_variant[name], element).isel(record=record_indices)
-        for name, element in zip((NOMINAL, variant), elements, strict=True)
+        for name, element in zip((NOMINAL_VARIANT, variant), elements, strict=True)
     ]
     events = results.record_events[record_indices]
     counts = count_falls_of_two_stones(*cubes)
@@ -192,12 +192,12 @@ def _compare_study_with_variant(
     shares = (overturned_shares_by_record(cube).to_numpy() for cube in paired)
     here, there, difference = _estimates_of_overturned_shares(events, *shares)
     stones = results.study.population
-    rates = None if stones is None else fall_rates_of_stones_known_in_both_cubes(cubes[0], cubes[1], stones)
+    rates = None if stones is None else fall_rates_of_stones_with_outcome_in_both_cubes(cubes[0], cubes[1], stones)
     means = (mean_share_over_earthquakes(rate, events) for rate in rates or ())
     mean_rates = [estimate_from_mean(mean, FALL_RATE_DESCRIPTION) for mean in means]
     with_rate = results.study.primary.statistic == "fall_rate"
     rate_difference = mean_over_earthquakes(rates[0] - rates[1], events) if rates and with_rate else None
-    scenes = [variant_scene(results.study, name) for name in (NOMINAL, variant)]
+    scenes = [variant_scene(results.study, name) for name in (NOMINAL_VARIANT, variant)]
     site = variant_settings(results.study, variant).site
     return VariantContrast(
         variant=variant,
@@ -206,26 +206,33 @@ def _compare_study_with_variant(
         scene_there=scenes[1].name,
         element_here=elements[0],
         element_there=elements[1],
-        differs_in=names_of_differing_settings(results.study, NOMINAL, variant),
+        differs_in=names_of_differing_settings(results.study, NOMINAL_VARIANT, variant),
         soil_thickness_m=sum(layer.thickness_m for layer in site.layers) if site is not None else None,
         records=int(record_indices.size),
         cases_not_compared=cubes[0]["overturned"].size - int(counts["compared"].sum()),
         share_overturned_study=here,
         share_overturned_variant=there,
         share_difference=difference,
-        only_study_overturns=estimate_from_mean(found.only_this, "share of the cases that overturn in the study only"),
+        only_study_overturns=estimate_from_mean(
+            found.only_this_falls, "share of the cases that overturn in the study only"
+        ),
         only_variant_overturns=estimate_from_mean(
-            found.only_other, "share of the cases that overturn in the variant only"
+            found.only_other_falls, "share of the cases that overturn in the variant only"
         ),
-        both_overturn=estimate_from_mean(found.both, "share of the cases that overturn in both"),
+        both_overturn=estimate_from_mean(found.both_fall, "share of the cases that overturn in both"),
         same_direction=estimate_from_mean(
-            found.same_way, "share of the falls in both that go within 45° of each other"
+            found.same_direction_share, "share of the falls in both that go within 45° of each other"
         ),
-        opposite_share=1.0 - found.same_way.value if found.same_way.n else float("nan"),
-        earlier_in_study=estimate_from_mean(found.earlier, "share of the falls in both that are earlier in the study"),
-        same_time_in_both=estimate_from_mean(found.same_time, "share of the falls in both that are at the same time"),
+        opposite_share=1.0 - found.same_direction_share.value if found.same_direction_share.n else float("nan"),
+        earlier_in_study=estimate_from_mean(
+            found.earlier_if_both_fall, "share of the falls in both that are earlier in the study"
+        ),
+        same_time_in_both=estimate_from_mean(
+            found.same_time_if_both_fall, "share of the falls in both that are at the same time"
+        ),
         first_in_study=estimate_from_mean(
-            found.first, "share of the cases with a fall in either in which the stone of the study falls first or alone"
+            found.first_if_any_falls,
+            "share of the cases with a fall in either in which the stone of the study falls first or alone",
         ),
         by_b_over_h=_overturned_shares_at_each_b_over_h(
             results.default_element_cube["b_over_h"].to_numpy(), paired, events
@@ -274,7 +281,7 @@ def _keep_outcomes_known_in_both(cube: xr.Dataset, other_cube: xr.Dataset) -> tu
     """
     flags = [one["overturned"] for one in (cube, other_cube)]
     # A stack has no dimension of aspects, a body has one of length 1.
-    known = [outcome_is_known(flag).data for flag in flags]
+    known = [mask_of_known_outcomes(flag).data for flag in flags]
     both = [flag.copy(data=one.reshape(flag.shape)) for flag, one in zip(flags, reversed(known), strict=True)]
     masked = [flag.where(one) for flag, one in zip(flags, both, strict=True)]
     return cube.assign(overturned=masked[0]), other_cube.assign(overturned=masked[1])
@@ -304,17 +311,13 @@ def _fall_outcomes_of_element(
     `several_elements` is True if the scene has several.
     """
     return ElementFallOutcomes(
-        variant=variant,
-        scene=scene.name,
-        element=fall_counts.name if several_elements else scene.free_element_names[0],
-        cases=fall_counts.cases,
-        falls=fall_counts.falls,
-        share_overturned=fall_counts.share,
-        falls_first=fall_counts.first_falls,
+        variant=variant, scene=scene.name,
+        element=fall_counts.name if several_elements else scene.free_element_names[0], cases=fall_counts.cases,
+        falls=fall_counts.falls, share_overturned=fall_counts.fall_share, falls_first=fall_counts.first_falls,
         share_first=fall_counts.first_falls / fall_counts.falls if fall_counts.falls else None,
         share_alone=fall_counts.lone_falls / fall_counts.falls if fall_counts.falls else None,
-        median_fall_time_s=fall_counts.median_time,
-    )
+        median_fall_time_s=fall_counts.median_fall_time_s,
+    )  # fmt: skip
 
 
 def population_fall_rates_by_soil(results: StudyResults) -> list[SiteFallRates]:
@@ -322,23 +325,19 @@ def population_fall_rates_by_soil(results: StudyResults) -> list[SiteFallRates]:
 
     Empty without a variant that sets the soil, or without a population.
     """
-    sites: dict[str, SoilSite | None] = {NOMINAL: None}
+    sites: dict[str, SoilSite | None] = {NOMINAL_VARIANT: None}
     sites |= {name: variant_settings(results.study, name).site for name in results.study.variants}
-    sites = {name: site for name, site in sites.items() if site is not None or name == NOMINAL}
-    if len(sites) == 1 or not results.population_rates_by_variant:
+    sites = {name: site for name, site in sites.items() if site is not None or name == NOMINAL_VARIANT}
+    if len(sites) == 1 or not (rates_by_variant := results.population_rates_by_variant):
         return []
     found = []
-    for factor in map(float, results.population_rates_by_variant[NOMINAL]["amplitude"].to_numpy()):
+    for factor in map(float, rates_by_variant[NOMINAL_VARIANT]["amplitude"].to_numpy()):
         for name, site in sites.items():
-            rate = results.population_rates_by_variant[name].sel(amplitude=factor)["fall_rate"]
+            rates = [rates_by_variant[each].sel(amplitude=factor) for each in (name, NOMINAL_VARIANT)]
+            rate = rates[0]["fall_rate"]
             accounts = record_provenance(results.cubes_by_variant[name]).values()
-            angles = (
-                np.empty(0)
-                if site is None or results.plane_choice_imposes_fall_axis
-                else angles_between_fall_axes_deg(
-                    *(results.population_rates_by_variant[each].sel(amplitude=factor) for each in (name, NOMINAL))
-                )
-            )
+            has_two_axes = site is not None and not results.plane_choice_imposes_fall_axis
+            angles = angles_between_fall_axes_deg(*rates) if has_two_axes else np.empty(0)
             layers = site.layers if site is not None else ()
             found.append(
                 SiteFallRates(
@@ -384,7 +383,7 @@ def unconverged_soil_analyses(results: StudyResults) -> list[str]:
 
 def soil_analyses_with_strain_beyond_curves(results: StudyResults) -> list[str]:
     """Return variant, record and components of each soil-response analysis whose strain exceeds a curve."""
-    return _soil_analyses_with_note(results, BEYOND_CURVE_PHRASE)
+    return _soil_analyses_with_note(results, STRAIN_BEYOND_CURVE_PHRASE)
 
 
 def _soil_analyses_with_note(results: StudyResults, note: str) -> list[str]:

@@ -8,7 +8,7 @@ from pydantic import Field
 from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, FindingBaseClass, OptionalNumber, estimate_from_mean
-from overturning.model.symmetry import PLANE_PERIOD
+from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.statistics.alignment_by_rule import FaultNormalAlignmentOfSelectedBlocks
 from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import record_masks_by_group
@@ -202,7 +202,7 @@ def _reason_for_no_comparable_fall_axis(results: StudyResults) -> str:
 
 def _plane_azimuths_deg(results: StudyResults) -> FloatArray:
     """Return the azimuth modulo 180°, degrees, of each simulated vertical plane of a 2-D study."""
-    return np.asarray(results.default_element_cube["azimuth"].to_numpy().astype(np.float64) % PLANE_PERIOD)
+    return np.asarray(results.default_element_cube["azimuth"].to_numpy().astype(np.float64) % PLANE_SYMMETRY_PERIOD_DEG)
 
 
 def _overturned_share_by_plane(results: StudyResults) -> list[OverturnedShareOfPlane]:
@@ -248,7 +248,7 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
                 axis_interval_half_width_deg=summary.half_width_deg,
                 no_common_axis_p_value=summary.axis_p_value,
                 earthquakes_with_axis=summary.earthquakes_with_axis,
-                axes_within_45_of_normal=summary.earthquakes_closer_to_normal,
+                axes_within_45_of_normal=summary.earthquakes_with_axis_within_45_deg_of_normal,
                 axis_resultant_within_record=estimate_from_mean(
                     agreement, "resultant of the doubled fall axes of one record"
                 ),
@@ -287,11 +287,11 @@ def fall_alignments_with_references(results: StudyResults) -> list[GroupReferenc
     """
     if results.model.is_planar or not results.share_overturned > 0:
         return []
-    found, ranges = results.fall_alignment_by_reference
+    found, ranges = results.fall_alignment_by_group
     groups = []
     for group, references in found.items():
         means = []
-        for (name, axial), (whole, *each) in references.means.items():
+        for (name, axial), (whole, *each) in references.mean_cosines_by_reference.items():
             kind, of = ("axis", "mean of cos 2Δ") if axial else ("direction", "mean of cos Δ")
             text = f"{of}, Δ the angle from the {name} to a fall"
             by_b_over_h_range = {label: estimate_from_mean(one, text) for label, one in zip(ranges, each, strict=True)}
@@ -341,7 +341,7 @@ def planar_model_agreement(results: StudyResults) -> PlanarModelAgreement | None
         return None
     whole = {
         str(name): float(one)
-        for name, one in shares_of_agreeing_2d_and_3d_outcomes(results.count_agreements_of_2d_and_3d_outcomes).items()
+        for name, one in shares_of_agreeing_2d_and_3d_outcomes(results.agreement_counts_of_2d_and_3d_outcomes).items()
     }
     return PlanarModelAgreement(
         cases=0 if math.isnan(whole["cases"]) else int(whole["cases"]),

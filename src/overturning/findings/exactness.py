@@ -26,7 +26,7 @@ from overturning.statistics.spread import (
     most_runs_fall_and_to_both_sides,
     runs_disagree_on_fall,
 )
-from overturning.study.convergence import ConvergenceCheckResult, RecordChanges
+from overturning.study.convergence import ConvergenceCheckResult, FinerStepChangesOfRecord
 from overturning.study.ensemble import MEMBERS_PER_BATCH
 
 MIN_COMPARED_CASES_PER_RECORD: Final = 20
@@ -123,7 +123,7 @@ def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
     )
 
 
-def _records_with_unusually_many_outcome_changes(by_record: list[RecordChanges]) -> list[ChangesUnderRecord]:
+def _records_with_unusually_many_outcome_changes(by_record: list[FinerStepChangesOfRecord]) -> list[ChangesUnderRecord]:
     """Return the records under which significantly more outcomes change with finer steps than over all records."""
     changed, cases = sum(one.changed for one in by_record), sum(one.cases for one in by_record)
     found = []

@@ -8,7 +8,7 @@ from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.labels import earthquake_assignment_notes, unsimulated_azimuth_ranges
 from overturning.model.planes import azimuth_period_of_cube_deg
-from overturning.model.symmetry import PLANE_PERIOD
+from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.falls import overturned_shares_by_record
 from overturning.statistics.map_choice import choose_records_for_report_maps
@@ -105,7 +105,7 @@ def count_records_blocks_and_directions(results: StudyResults) -> StudyCounts:
     groups = list(record_masks_by_group(cube).values())
     in_group = [name for members in groups for name in set(results.record_events[members].tolist())]
     neither = ~np.any(groups, axis=0)
-    mirrored = not model.is_planar or azimuth_period_of_cube_deg(cube) == PLANE_PERIOD
+    mirrored = not model.is_planar or azimuth_period_of_cube_deg(cube) == PLANE_SYMMETRY_PERIOD_DEG
     plan = study.body
     return StudyCounts(
         records=len(results.record_names),
@@ -161,7 +161,7 @@ def case_counts_by_status(results: StudyResults) -> list[CaseCountOfStatus]:
     """Return the number of cases with each status, such as "simulated"; a status without cases is left out."""
     return [
         CaseCountOfStatus(status=name, cells=count)
-        for name, (count, _) in results.case_and_unknown_counts_by_status.items()
+        for name, (count, _) in results.case_and_missing_outcome_counts_by_status.items()
         if count
     ]
 

@@ -9,7 +9,7 @@ from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.settings import StonePopulation
 from overturning.surveys.inversion import DIRECTION_LIKELIHOOD_EXPONENT, MIN_FIT_P_VALUE
-from overturning.surveys.posterior import CREDIBLE_PROBABILITY, SurveyInversionResult
+from overturning.surveys.posterior import CREDIBLE_INTERVAL_PROBABILITY, SurveyInversionResult
 from overturning.surveys.stones import Stone
 from overturning.units import CM
 
@@ -80,7 +80,7 @@ class InferredMotion(FindingBaseClass):
     """Number of stones that fell."""
     stood: int
     """Number of stones that stood."""
-    level: float = CREDIBLE_PROBABILITY
+    level: float = CREDIBLE_INTERVAL_PROBABILITY
     """Probability of the credible intervals and of the arc."""
     velocity_axis_deg: OptionalNumber
     """Middle of the credible arc of the axis of the largest velocity, 0 to 180."""
@@ -122,7 +122,7 @@ class InferredMotion(FindingBaseClass):
     """Motion inferred from each site by itself; empty if the survey has only one site."""
 
 
-MOTIONS_LISTED = 12
+MAX_LISTED_MOTIONS = 12
 
 
 def all_inferred_motion_findings(results: StudyResults) -> list[InferredMotion]:
@@ -136,13 +136,13 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
     `stones` are the stones of the survey; stones without sizes are counted. Pass an empty list if they are unknown.
     """
     one = inversion_result.posterior
-    middle, width = inversion_result.credible_axis_arc_deg
-    weakest, strongest = (float(share) for share in one.lowest_and_highest_pgv_probabilities())
+    middle, width = inversion_result.credible_axis_arc_middle_and_width_deg
+    weakest, strongest = (float(share) for share in one.probabilities_of_lowest_and_highest_pgv())
     high = sum(int(each.count) for each in stones if math.isnan(each.height))
-    wide = sum(int(each.count) for each in stones if math.isnan(each.slenderness_in_both_planes[0]))
+    wide = sum(int(each.count) for each in stones if math.isnan(each.b_over_h_in_both_planes[0]))
     assumed = StonePopulation()
     shares, prior = one.motion_probabilities(), one.prior.sum(axis=(1, 2))
-    order = (-shares).argsort(kind="stable")[:MOTIONS_LISTED]
+    order = (-shares).argsort(kind="stable")[:MAX_LISTED_MOTIONS]
     return InferredMotion(
         stones=inversion_result.name,
         fell=inversion_result.fell,
@@ -154,8 +154,8 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
         axis_half_arc_deg=width / 2,
         weaker_than_library=weakest,
         stronger_than_library=strongest,
-        beyond_library_below=weakest > (1 - CREDIBLE_PROBABILITY) / 2,
-        beyond_library_above=strongest > (1 - CREDIBLE_PROBABILITY) / 2,
+        beyond_library_below=weakest > (1 - CREDIBLE_INTERVAL_PROBABILITY) / 2,
+        beyond_library_above=strongest > (1 - CREDIBLE_INTERVAL_PROBABILITY) / 2,
         power=DIRECTION_LIKELIHOOD_EXPONENT,
         weakest_level_cm_s=float(one.level[0]) / CM,
         strongest_level_cm_s=float(one.level[-1]) / CM,
@@ -163,7 +163,7 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
         fit_p_value=inversion_result.fit,
         fits=not inversion_result.fit < MIN_FIT_P_VALUE,
         likeliest_motions=[
-            LikelyMotion(motion=one.sources[place], probability=float(shares[place]), prior=float(prior[place]))
+            LikelyMotion(motion=one.motion_names[place], probability=float(shares[place]), prior=float(prior[place]))
             for place in order
         ],
         stones_without_height=int(high),
@@ -171,7 +171,7 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
         sizes_assumed=bool(high or wide),
         assumed_height_m=StoneSizeRange(low=assumed.height.low, high=assumed.height.high),
         assumed_width_m=StoneSizeRange(low=assumed.width.low, high=assumed.width.high),
-        sites=[_inferred_motion_of_site(each) for each in inversion_result.sites],
+        sites=[_inferred_motion_of_site(each) for each in inversion_result.site_results],
     )
 
 
@@ -195,7 +195,7 @@ def _intensity_measure_credible_intervals(inversion_result: SurveyInversionResul
 
 def _inferred_motion_of_site(site_result: SurveyInversionResult) -> InferredMotionOfSite:
     """Return the report's numbers on the ground motion that is inferred from one site of a survey."""
-    middle, width = site_result.credible_axis_arc_deg
+    middle, width = site_result.credible_axis_arc_middle_and_width_deg
     return InferredMotionOfSite(
         site=site_result.name,
         fell=site_result.fell,

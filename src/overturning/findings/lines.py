@@ -7,7 +7,8 @@ from pydantic import BaseModel
 
 from overturning.findings.values import Estimate
 
-_NAME_FIELDS: Final = ("id", "group", "variant", "reference", "rule", "criterion", "predictor", "event", "degree",
+_ENTRY_LABEL_FIELDS: Final = ("id", "group", "variant", "reference", "rule", "criterion", "predictor", "event",
+"degree",
                  "inferred", "record", "element", "setting", "stones", "measure", "name", "b_over_h")  # fmt: skip
 """Fields that can label an entry of a list; the first one that differs between all entries is used, otherwise all."""
 
@@ -58,7 +59,7 @@ def _distinct_entry_labels(entries: Sequence[BaseModel]) -> list[str]:
 
     Entries with the same names in all name fields are numbered.
     """
-    columns = [[getattr(one, name, None) for one in entries] for name in _NAME_FIELDS]
+    columns = [[getattr(one, name, None) for one in entries] for name in _ENTRY_LABEL_FIELDS]
     texts = [["" if value is None else _format_value(value) for value in column] for column in columns]
     known = [column for column in texts if any(column)]
     together = [", ".join(filter(None, row)) for row in zip(*known, strict=True)] or [""] * len(entries)

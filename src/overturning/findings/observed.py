@@ -104,10 +104,12 @@ def observed_survey_findings(summary: SurveySummary) -> ObservedSurveyFindings:
         doubts=list(summary.warnings),
         declination_low_deg=declinations[0],
         declination_high_deg=declinations[-1],
-        together=_observed_falls_finding(summary.all_sites),
-        sites=[_observed_falls_finding(site) for site in summary.sites],
+        together=_observed_falls_finding(summary.falls_at_all_sites),
+        sites=[_observed_falls_finding(site) for site in summary.falls_by_site],
         sites_without_standing=[
-            one.site for one in summary.sites if one.fell and not one.stands and summary.all_sites.stands
+            one.site
+            for one in summary.falls_by_site
+            if one.fell and not one.stands and summary.falls_at_all_sites.stands
         ],
     )
 
@@ -131,19 +133,23 @@ def _observed_falls_finding(observed: ObservedFalls) -> ObservedFallsFinding:
         not_counted=not_counted,
         reasons_not_counted=observed.not_counted,
         fell_in_unknown_direction=observed.fell_in_unknown_direction,
-        fell_share=observed_share(observed.fallen_count_for_share, observed.stone_count_for_share)
-        if observed.stone_count_for_share
+        fell_share=observed_share(
+            observed.fallen_count_at_sites_with_standing_stones, observed.stone_count_at_sites_with_standing_stones
+        )
+        if observed.stone_count_at_sites_with_standing_stones
         else None,
         stands_share=(
             observed_share(
-                observed.stone_count_for_share - observed.fallen_count_for_share, observed.stone_count_for_share
+                observed.stone_count_at_sites_with_standing_stones
+                - observed.fallen_count_at_sites_with_standing_stones,
+                observed.stone_count_at_sites_with_standing_stones,
             )
-            if observed.stone_count_for_share
+            if observed.stone_count_at_sites_with_standing_stones
             else None
         ),
         not_counted_share=observed_share(not_counted, counted + not_counted),
         direction=_finding_from_mean_fall_direction(observed.direction),
-        axis=_finding_from_mean_fall_direction(observed.axis),
+        axis=_finding_from_mean_fall_direction(observed.mean_fall_axis),
         falls_by_sector=observed.falls_by_sector.tolist(),
     )
 

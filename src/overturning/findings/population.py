@@ -16,7 +16,7 @@ from overturning.motion.jma_intensity import (
     truncate_to_published_intensity,
 )
 from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval, exact_interval_if_all_0_or_all_1
-from overturning.study.scenes import NOMINAL
+from overturning.study.scenes import NOMINAL_VARIANT
 from overturning.surveys.population import jma_intensities_of_scaled_motions
 
 JMA_DEGREES: Final = (("5 upper", 5.0, 5.5), ("6 lower", 5.5, 6.0), ("6 upper", 6.0, 6.5), ("7", 6.5, math.inf))
@@ -185,7 +185,7 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
     stones = results.study.population
     if stones is None:
         return None
-    found = results.population_rates_by_variant[NOMINAL]
+    found = results.population_rates_by_variant[NOMINAL_VARIANT]
     own, jma = found.sel(amplitude=1.0), jma_intensities_of_scaled_motions(found, results.intensity)
     horizontal = results.intensity["jma_intensity"].isnull().to_numpy()
     rate = own["fall_rate"].dropna("record").to_numpy()
@@ -243,7 +243,7 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
 
 def _record_fall_rate(results: StudyResults, record_index: int) -> RecordFallRate:
     """Return the share of the stone population that falls under one record, with its interval."""
-    own = results.population_rates_by_variant[NOMINAL].isel(record=record_index).sel(amplitude=1.0)
+    own = results.population_rates_by_variant[NOMINAL_VARIANT].isel(record=record_index).sel(amplitude=1.0)
     rate, ends = float(own["fall_rate"]), own["fall_interval"].to_numpy().tolist()
     most = own.isel(octant=int(np.argmax(own["fall_octant"].to_numpy()))) if rate > 0 else None
     twists = results.model.can_twist

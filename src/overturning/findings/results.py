@@ -28,18 +28,18 @@ from overturning.statistics.space import count_agreements_of_2d_and_3d_outcomes
 from overturning.stored import read_json_result
 from overturning.study.convergence import ConvergenceCheckResult, read_convergence_result
 from overturning.study.cube import (
-    CONFIGURATION,
+    COMPLETE_STUDY_FILE_NAME,
+    find_study_for_figure_settings,
     open_cube_by_record,
     study_of_cube,
-    study_with_title_and_figure_settings,
 )
 from overturning.study.load import load_study
 from overturning.study.recheck import hash_of_outcomes_in_cube
-from overturning.study.scenes import NOMINAL, cube_covers_study_grid, select_outcomes_of_element, variant_scene
+from overturning.study.scenes import NOMINAL_VARIANT, cube_covers_study_grid, select_outcomes_of_element, variant_scene
 from overturning.study.schema import Study
 from overturning.surveys.comparison import StoredSurveyComparison, read_survey_comparison
 from overturning.surveys.displacements import StoredDisplacementComparison
-from overturning.surveys.fragility_results import CURVES, fit_or_read_fragility_curves
+from overturning.surveys.fragility_results import FRAGILITY_CURVES_PATH, fit_or_read_fragility_curves
 from overturning.surveys.population import population_outcome_rates_by_record
 from overturning.surveys.posterior import SurveyInversionResult, read_inversion_result
 
@@ -154,7 +154,8 @@ class StudyResults:
 
         Empty for a scene of one free element.
         """
-        return self.element_fall_counts_by_variant[NOMINAL] if "element" in self.cubes_by_variant[NOMINAL].dims else ()
+        name = NOMINAL_VARIANT
+        return self.element_fall_counts_by_variant[name] if "element" in self.cubes_by_variant[name].dims else ()
 
     @cached_property
     def element_fall_counts_by_variant(self) -> dict[str, tuple[ElementFallCounts, ...]]:
@@ -165,7 +166,7 @@ class StudyResults:
         return {name: tuple(count_falls_by_element(cube)) for name, cube in self.cubes_by_variant.items()}
 
     @cached_property
-    def case_and_unknown_counts_by_status(self) -> dict[str, tuple[int, int]]:
+    def case_and_missing_outcome_counts_by_status(self) -> dict[str, tuple[int, int]]:
         """Numbers of all cases and of cases without an outcome, by name of the case status."""
         status, unknown = self.default_element_cube["status"], self.default_element_cube["overturned"].isnull()
         counts = {}
@@ -212,7 +213,7 @@ class StudyResults:
         return alignment_by_rule.fault_normal_alignment_by_block_selection(self.default_element_cube)
 
     @cached_property
-    def fall_alignment_by_reference(self) -> tuple[dict[str, earthquakes.FallAlignmentWithReferences], list[str]]:
+    def fall_alignment_by_group(self) -> tuple[dict[str, earthquakes.FallAlignmentWithReferences], list[str]]:
         """Alignment of falls with reference directions, by group of records; and the labels of the B/H ranges.
 
         The first alignment is over all B/H, those after it over the ranges with these labels.
@@ -229,11 +230,11 @@ class StudyResults:
     @cached_property
     def fragility_curves(self) -> list[FittedFragilityCurve]:
         """Fitted fragility curves of the study's population of stones; empty without a population."""
-        rates = self.population_rates_by_variant
-        return fit_or_read_fragility_curves(rates[NOMINAL], self.intensity, self.folder / CURVES) if rates else []
+        rates, file = self.population_rates_by_variant, self.folder / FRAGILITY_CURVES_PATH
+        return fit_or_read_fragility_curves(rates[NOMINAL_VARIANT], self.intensity, file) if rates else []
 
     @cached_property
-    def count_agreements_of_2d_and_3d_outcomes(self) -> xr.Dataset:
+    def agreement_counts_of_2d_and_3d_outcomes(self) -> xr.Dataset:
         """Numbers of cases in which 2-D simulations in the planes of a body's faces give the 3-D outcome, or another.
 
         See `statistics.space.count_agreements_of_2d_and_3d_outcomes`.
@@ -286,7 +287,7 @@ class StudyResults:
         return _select_default_element(self.study, variant, self.cubes_by_variant[variant])
 
 
-PRESENTATION_STUDY_KEYS = ("title", "question", "asks", "language", "primary", "figures", "population", "crate")
+KEYS_WITHOUT_EFFECT_ON_CUBE = ("title", "question", "asks", "language", "primary", "figures", "population", "crate")
 """Settings of a study on which the cube does not depend."""
 
 B_OVER_H_RANGE_COUNT = 3
@@ -296,11 +297,11 @@ B_OVER_H_RANGE_COUNT = 3
 def note_on_findings_missing_without_study_file(results: StudyResults) -> str:
     """Return a line naming the parts of the findings that are empty because the cube has no study.yaml next to it.
 
-    It is "" if there is a study.yaml. The cube of a run stores neither `PRESENTATION_STUDY_KEYS` nor surveys.
+    It is "" if there is a study.yaml. The cube of a run stores neither `KEYS_WITHOUT_EFFECT_ON_CUBE` nor surveys.
     """
     names = {"question": "the question", "primary": "the primary statistic"}
     names |= {"population": "the population of stones", "surveys": "surveys"}
-    path, study = results.folder / CONFIGURATION, results.study
+    path, study = results.folder / COMPLETE_STUDY_FILE_NAME, results.study
     lacking = [text for key, text in names.items() if getattr(study, key) == type(study).model_fields[key].default]
     if not lacking or (path.is_file() and load_study(path).name == study.name):
         return ""
@@ -318,7 +319,7 @@ def _check_cube_is_whole_study(cube: xr.Dataset, intensity: xr.Dataset, cube_pat
 
     All records of the intensity measures must be in the cube, since both are combined by position.
     """
-    if (variant := cube.attrs["variant"]) != NOMINAL:
+    if (variant := cube.attrs["variant"]) != NOMINAL_VARIANT:
         raise ResultError(
             f"{cube_path}: results of the variant {variant!r}; name the cube of the study, cube.nc, whose findings "
             "compare the study with its variants"
@@ -336,15 +337,15 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
     the file named is not the whole cube of a study. If the outcomes in a cube were changed after the run, its attribute
     ``content_sha256`` is the hash of the outcomes as they are.
 
-    The keys `PRESENTATION_STUDY_KEYS` and the surveys are those of `study_override`; if it is None, those of
-    the `study_with_title_and_figure_settings` of the cube.
+    The keys `KEYS_WITHOUT_EFFECT_ON_CUBE` and the surveys are those of `study_override`; if it is None, those of
+    the `find_study_for_figure_settings` of the cube.
     """
     cube_path = results_path / "cube.nc" if os.path.isdir(results_path) else results_path
     folder, changed = cube_path.parent, list[str]()
 
     def open_variant_cube(name: str) -> xr.Dataset:
         """Open the results cube of the study or of a variant; note if its outcomes were changed after the run."""
-        path = cube_path if name == NOMINAL else folder / f"cube.{name}.nc"
+        path = cube_path if name == NOMINAL_VARIANT else folder / f"cube.{name}.nc"
         outcome_hash = hash_of_outcomes_in_cube(path)
         cube = open_cube_by_record(path, element=None, amplitude=None)
         stack.callback(cube.close)
@@ -359,20 +360,19 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
 
     with ExitStack() as stack:
         # Each file is opened once: read through two handles at a time, it crashed the library below.
-        nominal = open_variant_cube(NOMINAL)
+        nominal = open_variant_cube(NOMINAL_VARIANT)
         if not (measures := folder / "intensity.nc").is_file():
             raise ResultError(f"{measures}: no intensity measures; {cube_path.name} must be in its folder of results")
         intensity = stack.enter_context(xr.open_dataset(measures))
         _check_cube_is_whole_study(nominal, intensity, cube_path)
         study = study_of_cube(nominal)
-        presented = study_with_title_and_figure_settings(nominal, study_override) or study
+        presented = find_study_for_figure_settings(nominal, study_override) or study
         named = (
-            survey.model_copy(update={"stones": path_without_absolute_folder(survey.stones)})
-            for survey in presented.surveys
+            one.model_copy(update={"stones": path_without_absolute_folder(one.stones)}) for one in presented.surveys
         )
-        own = {name: getattr(presented, name) for name in PRESENTATION_STUDY_KEYS}
+        own = {name: getattr(presented, name) for name in KEYS_WITHOUT_EFFECT_ON_CUBE}
         study = study.model_copy(update=own | {"surveys": tuple(named)})
-        whole = {NOMINAL: nominal} | {name: open_variant_cube(name) for name in study.variants}
+        whole = {NOMINAL_VARIANT: nominal} | {name: open_variant_cube(name) for name in study.variants}
         cubes = {name: select_recorded_amplitude(cube) for name, cube in whole.items()}
         stones, files = study.population, [folder / "survey" / f"{n + 1}" for n in range(len(study.surveys))]
         in_space = study.body is not None or study.is_stack
@@ -381,7 +381,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
         scaled = nominal.sel(amplitude=nominal.amplitude != 1.0) if "amplitude" in nominal.dims else None
         yield StudyResults(
             study=study,
-            default_element_cube=_select_default_element(study, NOMINAL, cubes[NOMINAL]),
+            default_element_cube=_select_default_element(study, NOMINAL_VARIANT, cubes[NOMINAL_VARIANT]),
             cubes_by_variant=cubes,
             intensity=intensity,
             convergence=read_convergence_result(folder / "convergence.json") if study.verification != "none" else None,
@@ -396,5 +396,5 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
             inferred_motions=tuple(read_inversion_result(file.with_suffix(".motion.nc")) for file in asked),
             folder=folder,
             changed_cube_names=tuple(changed),
-            other_amplitudes_cube=None if scaled is None else _select_default_element(study, NOMINAL, scaled),
+            other_amplitudes_cube=None if scaled is None else _select_default_element(study, NOMINAL_VARIANT, scaled),
         )

@@ -8,8 +8,8 @@ from overturning.errors import ResultError
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.statistics.bootstrap import exact_share_interval
 from overturning.surveys.standing import (
-    BOUND_PROBABILITY,
-    MAX_FALL_SHARE_OUTSIDE_RECORDS,
+    FALL_RATE_BOUND_PROBABILITY,
+    MAX_FALL_SHARE_OUTSIDE_FRAGILITY_DATA,
     SurvivalByStoneClass,
     annual_fall_rate_below_first_level,
     hazard_unit_warning,
@@ -96,12 +96,15 @@ def survival_findings(survival: SurvivalByStoneClass, survey_stones: Sequence[St
     return SurvivalFindings(
         years=survival.years,
         doubts=_check_hazard_units_and_list_warnings(survival),
-        classes=[_survival_of_class(survival, place, bound) for place in range(len(survival.estimates))],
+        classes=[
+            _survival_of_class(survival, place, bound)
+            for place in range(len(survival.curves_with_standing_probabilities))
+        ],
         without_curve=[
             StoneClassWithoutFragilityCurve(
                 stones=row.stones, measure=row.measure, beyond_records=not math.isnan(row.median)
             )
-            for row in survival.without_curve
+            for row in survival.classes_without_fragility_curve
         ],
         survey=None if survey_stones is None else _standing_stones_of_survey(stood, fell, bound),
     )
@@ -114,34 +117,38 @@ def _check_hazard_units_and_list_warnings(survival: SurvivalByStoneClass) -> lis
     the records.
     """
     doubts = {
-        one.measure: f"{survival.hazard}: {why}"
-        for one in survival.hazards.values()
+        one.measure: f"{survival.hazard_table_name}: {why}"
+        for one in survival.hazard_curves_by_measure.values()
         if (why := hazard_unit_warning(one))
     }
-    for *_, one in survival.estimates:
-        if one.measure in doubts and not one.beyond <= MAX_FALL_SHARE_OUTSIDE_RECORDS:
-            share = "no falls" if math.isnan(one.beyond) else f"{100 * one.beyond:.0f} % of the falls of {one.stones}"
+    for *_, one in survival.curves_with_standing_probabilities:
+        if one.measure in doubts and not one.fall_rate_share_outside_data <= MAX_FALL_SHARE_OUTSIDE_FRAGILITY_DATA:
+            share = (
+                "no falls"
+                if math.isnan(one.fall_rate_share_outside_data)
+                else f"{100 * one.fall_rate_share_outside_data:.0f} % of the falls of {one.stone_class}"
+            )
             raise ResultError(f"{doubts[one.measure]}; {share} come from levels beyond the records")
     return list(doubts.values())
 
 
 def _survival_of_class(survival: SurvivalByStoneClass, class_index: int, fall_rate_bound: float) -> StoneClassSurvival:
     """Return the report's numbers on the survival of one class of stones, with bounds on the hazard."""
-    curve, hazard, one = survival.estimates[class_index]
+    curve, hazard, one = survival.curves_with_standing_probabilities[class_index]
     weaker = annual_fall_rate_below_first_level(curve, hazard)
-    counts = weaker > MAX_NEGLIGIBLE_SHARE_OF_FALLS * one.rate
+    counts = weaker > MAX_NEGLIGIBLE_SHARE_OF_FALLS * one.annual_fall_rate
     return StoneClassSurvival(
-        stones=one.stones,
+        stones=one.stone_class,
         measure=one.measure,
-        falls_per_year=one.rate,
-        stands=one.stands,
-        stands_low=one.low,
-        stands_high=one.high,
-        share_of_class=one.share,
-        beyond_records=one.beyond,
+        falls_per_year=one.annual_fall_rate,
+        stands=one.standing_probability,
+        stands_low=one.standing_probability_low,
+        stands_high=one.standing_probability_high,
+        share_of_class=one.standing_share_with_constant_deviations,
+        beyond_records=one.fall_rate_share_outside_data,
         largest_hazard_factor=upper_bound_of_factor_on_hazard_curve(curve, hazard, survival.years, fall_rate_bound),
-        fall_at_first_level=one.first if counts else math.nan,
-        first_level=float(hazard.level[0]),
+        fall_at_first_level=one.fall_probability_at_first_level if counts else math.nan,
+        first_level=float(hazard.intensity_levels[0]),
         unit=hazard.unit,
         weaker_falls_per_year=weaker if counts else math.nan,
     )
@@ -155,7 +162,7 @@ def _standing_stones_of_survey(standing_count: int, fallen_count: int, fall_rate
         fell=fallen_count,
         total=standing_count + fallen_count,
         rate_bound_per_year=fall_rate_bound,
-        bound_probability=BOUND_PROBABILITY,
+        bound_probability=FALL_RATE_BOUND_PROBABILITY,
         share=standing_count / (standing_count + fallen_count) if standing_count + fallen_count else math.nan,
         low=low,
         high=high,

@@ -10,7 +10,7 @@ from overturning.findings.processing import RecordProcessing, processing_by_reco
 from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.model.status import CaseStatus
-from overturning.model.variables import outcome_is_known
+from overturning.model.variables import mask_of_known_outcomes
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION, wrap_axis_difference
 from overturning.statistics.falls import overturned_shares_by_record, overturned_shares_near_and_off_fault_normal
@@ -201,10 +201,10 @@ def case_counts_and_overturned_shares(results: StudyResults) -> CaseCounts:
         total=int(results.default_element_cube["overturned"].size),
         computed=int((results.default_element_cube[results.model.copy_flag_variable_name] == 0).sum().compute()),
         without_outcome={
-            name: count for name, (_, count) in results.case_and_unknown_counts_by_status.items() if count
+            name: count for name, (_, count) in results.case_and_missing_outcome_counts_by_status.items() if count
         },
         scaled=0 if scaled is None else int(scaled.size),
-        scaled_without_outcome=0 if scaled is None else int((~outcome_is_known(scaled)).sum().compute()),
+        scaled_without_outcome=0 if scaled is None else int((~mask_of_known_outcomes(scaled)).sum().compute()),
         share_overturned=results.share_overturned,
         share_within_45_of_normal=within,
         share_beyond_45_of_normal=beyond,

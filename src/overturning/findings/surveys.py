@@ -269,10 +269,10 @@ def cemetery_ground_findings(grounds: Sequence[tuple[str, SoilBelowSurveySite]])
         CemeteryGroundFinding(
             site=site,
             thickness_m=ground.thickness_m,
-            velocity_m_s=ground.velocity_m_s,
+            velocity_m_s=ground.mean_shear_wave_velocity_m_s,
             equivalent_linear=ground.equivalent_linear,
             converged=ground.converged,
-            beyond_curve=ground.beyond_curve,
+            beyond_curve=ground.strain_exceeds_soil_curve,
             rock_pga_g=ground.rock_pga / STANDARD_GRAVITY,
             surface_pga_g=ground.surface_pga / STANDARD_GRAVITY,
         )

@@ -8,7 +8,7 @@ import numpy as np
 from overturning.arrays import ArrayLike, FloatArray, check_not_masked, convert_argument_to_float_array
 from overturning.errors import ArgumentError, refuse_unknown_keywords
 
-MOST_CASES: Final = 50_000_000
+MAX_CASES_PER_CALL: Final = 50_000_000
 """Largest number of cases in one call; more would not fit into the memory of an ordinary machine."""
 
 MAX_DIRECTION_DEG: Final = 1e6
@@ -17,7 +17,7 @@ MAX_DIRECTION_DEG: Final = 1e6
 LOWEST_STONE_M, HIGHEST_STONE_M = 0.01, 50.0
 """Range of heights in the map of stability (docs/validation.md), m; a height outside it suggests a wrong unit."""
 
-BYTES_PER_CASE: Final = 300
+MEMORY_BYTES_PER_CASE: Final = 300
 """Memory of inputs, plan and results of one case, bytes."""
 
 
@@ -122,8 +122,8 @@ def check_case_count(case_count: int) -> None:
     """Raise an `ArgumentError` if there are no cases, or more than fit into the memory of an ordinary machine."""
     if case_count == 0:
         raise ArgumentError("cases: none; give at least one azimuth, height, B/H and friction")
-    if case_count > MOST_CASES:
+    if case_count > MAX_CASES_PER_CALL:
         raise ArgumentError(
-            f"cases: {case_count} at once would take {case_count * BYTES_PER_CASE / 2**30:.0f} GiB; "
-            f"ask for at most {MOST_CASES} per call"
+            f"cases: {case_count} at once would take {case_count * MEMORY_BYTES_PER_CASE / 2**30:.0f} GiB; "
+            f"ask for at most {MAX_CASES_PER_CALL} per call"
         )

@@ -11,7 +11,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.element import Element, Material
 from overturning.model.polygon import Polygon, make_polygon
-from overturning.model.symmetry import FULL_TURN, PLANE_PERIOD
+from overturning.model.symmetry import FULL_TURN, PLANE_SYMMETRY_PERIOD_DEG
 
 MAX_RELATIVE_GAP_AT_CONTACT: Final = 1e-7
 """Gap, as a share of the smaller element's size, up to which two elements touch at rest."""
@@ -110,7 +110,7 @@ class TouchingContactPoint(NamedTuple):
     """Contact point at which two elements touch: index of the piece pair, number of the point, and geometry."""
 
     pair_index: int
-    point_number: int
+    point_index: int
     contact_point: PossibleContactPoint
 
 
@@ -177,7 +177,7 @@ def azimuth_period_of_outcome_deg(scene: SceneElementsAndMaterials) -> float:
     180 if every element of the scene is its own mirror image, so that φ + 180° mirrors φ exactly; otherwise 360.
     """
     mirror = all(item.x == 0.0 and item.shape.is_convex_and_mirror_symmetric for item in place_elements(scene))
-    return PLANE_PERIOD if mirror else FULL_TURN
+    return PLANE_SYMMETRY_PERIOD_DEG if mirror else FULL_TURN
 
 
 def reference_element_height_and_b_over_h(scene: SceneElementsAndMaterials) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from overturning.model.element import LARGEST_LENGTH, SMALLEST_LENGTH
 from overturning.model.scan import ScanResult, stone_from_surface
 from overturning.model.surface import TriangleSurface, open_edges, repair_surface_and_close_base
 
-MAX_BYTES: Final = 200_000_000
+MAX_FILE_SIZE_BYTES: Final = 200_000_000
 """Largest size of a mesh file, bytes. The numbers of a text file take several times as much memory."""
 
 SUFFIXES: Final = (".obj", ".ply", ".stl")
@@ -29,7 +29,7 @@ PLAUSIBLE_STONE_SIZE_RANGE_M: Final = (0.05, 10.0)
 LARGEST_COORDINATE: Final = float(np.finfo(np.float32).max)
 """Largest coordinate of a mesh file, in its unit: that of single precision."""
 
-MAX_RELATIVE_COORDINATE_STEP: Final = 1e-4
+MAX_RELATIVE_COORDINATE_ROUNDING: Final = 1e-4
 """Largest step between coordinates in single precision, as a share of the size of the stone."""
 
 
@@ -64,8 +64,8 @@ def read_mesh_surface(path: Path | str, unit: MeshUnit | None = None) -> Triangl
     if path.suffix.lower() not in SUFFIXES:
         raise ArgumentError(f"{path}: unknown mesh format; give {', '.join(SUFFIXES)}")
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise ArgumentError(f"{path}: larger than {MAX_BYTES} bytes; reduce the number of faces")
+        if path.stat().st_size > MAX_FILE_SIZE_BYTES:
+            raise ArgumentError(f"{path}: larger than {MAX_FILE_SIZE_BYTES} bytes; reduce the number of faces")
     except OSError as error:
         raise ArgumentError(f"{path}: {error.strerror}") from None
     vertices, triangles = _parse_mesh_file(path)
@@ -96,7 +96,7 @@ def _check_resolution_of_coordinates(vertices: Any, path: Path) -> None:
     """
     single = path.suffix.lower() != ".obj" and bool((vertices == vertices.astype(np.float32)).all())
     step, extent = float(np.spacing(np.float32(np.abs(vertices).max()))), float(np.ptp(vertices, axis=0).max())
-    if single and step > MAX_RELATIVE_COORDINATE_STEP * extent:
+    if single and step > MAX_RELATIVE_COORDINATE_ROUNDING * extent:
         raise ArgumentError(
             f"{path}: coordinates of up to {np.abs(vertices).max():.7g} in single precision are multiples of "
             f"{step:.2g}, too coarse for a size of {extent:.3g}: move the mesh to the origin before it is exported, or "
@@ -157,7 +157,7 @@ def read_scanned_stone(path: Path | str, unit: MeshUnit | None = None, relief: f
         Unit of the file's coordinates; metres if not given.
     relief : float, optional
         Height above the lowest point up to which the points of the base bear, m; default
-        `overturning.model.scan.DEFAULT_RELIEF`.
+        `overturning.model.scan.DEFAULT_BASE_RELIEF_M`.
 
     Raises
     ------

@@ -26,11 +26,11 @@ class StoneOutcomesByAmplitudeFactor(NamedTuple):
     """True for a stone that fell."""
     known: NDArray[np.bool_]
     """True where an outcome was found."""
-    azimuth: FloatArray
+    fall_azimuth_deg: FloatArray
     """Azimuth towards which a stone fell, degrees clockwise from north; NaN for a stone that stands."""
-    slip: FloatArray
+    residual_slip_m: FloatArray
     """Residual displacement, m; NaN for planar models, which do not compute slip out of their plane."""
-    twist: FloatArray
+    residual_twist_deg: FloatArray
     """Residual rotation about the vertical, degrees; NaN for a stone that fell and for models without twist."""
 
     def select_stones(self, stone_mask: NDArray[np.bool_]) -> "StoneOutcomesByAmplitudeFactor":

@@ -22,7 +22,7 @@ from overturning.model.model import StoneOutcomesByAmplitudeFactor, values_at_gr
 from overturning.model.scene import Scene, gravestone
 from overturning.model.scene_model import SceneModel
 from overturning.model.symmetry import (
-    PLANE_PERIOD,
+    PLANE_SYMMETRY_PERIOD_DEG,
     EquivalentSimulatedDirections,
     mark_mirrored_planes,
     nearest_simulated_directions,
@@ -32,7 +32,7 @@ from overturning.model.variables import (
     INT8_MISSING,
     PLANAR_OUTCOME_VARIABLES,
     PLANE_ENSEMBLE_VARIABLES,
-    outcome_is_known,
+    mask_of_known_outcomes,
 )
 
 if TYPE_CHECKING:
@@ -44,10 +44,10 @@ FALL_PROBABILITY_VARIABLES = ("overturned", "probability_towards", "probability_
 
 def azimuth_period_of_cube_deg(cube: "xr.Dataset | xr.DataArray") -> float:
     """Return the azimuth period of 2-D results: 180° if outcomes at φ + 180° mirror those at φ, otherwise 360°."""
-    return float(cube["azimuth"].attrs.get("period", PLANE_PERIOD))
+    return float(cube["azimuth"].attrs.get("period", PLANE_SYMMETRY_PERIOD_DEG))
 
 
-def distinct_plane_indices(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> NDArray[np.intp]:
+def distinct_plane_indices(azimuth_deg: ArrayLike, period_deg: float = PLANE_SYMMETRY_PERIOD_DEG) -> NDArray[np.intp]:
     """Return the index of one azimuth in each distinct vertical plane, sorted by azimuth modulo the period.
 
     Parameters
@@ -72,7 +72,7 @@ def distinct_plane_indices(azimuth_deg: ArrayLike, period_deg: float = PLANE_PER
 
 
 def azimuth_gap_mask_and_step(
-    azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD
+    azimuth_deg: ArrayLike, period_deg: float = PLANE_SYMMETRY_PERIOD_DEG
 ) -> tuple[NDArray[np.bool_], float]:
     """Return a mask of the azimuths after which the grid has a gap, and the grid's regular step, degrees.
 
@@ -101,7 +101,7 @@ def azimuth_gap_mask_and_step(
 
 
 def plane_weights_by_azimuth_spacing(
-    plane_azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD, *, divide_gaps: bool = False
+    plane_azimuth_deg: ArrayLike, period_deg: float = PLANE_SYMMETRY_PERIOD_DEG, *, divide_gaps: bool = False
 ) -> FloatArray:
     """Return the weight of each vertical plane: the share of all azimuths that are nearest to it (sum 1).
 
@@ -154,7 +154,7 @@ def simulated_planes_impose_fall_axis(azimuth_deg: ArrayLike) -> bool:
         Azimuths of the motion, degrees, in any order.
     """
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
-    plane = azimuth[distinct_plane_indices(azimuth)] % PLANE_PERIOD
+    plane = azimuth[distinct_plane_indices(azimuth)] % PLANE_SYMMETRY_PERIOD_DEG
     if plane.size <= 1:
         return True
     doubled = np.radians(2.0 * plane)
@@ -171,7 +171,7 @@ def azimuths_in_results_bias_mean_fall_axis(cube: "xr.Dataset") -> bool:
     return "azimuth" in cube.dims and simulated_planes_impose_fall_axis(cube["azimuth"].to_numpy())
 
 
-def case_weight_at_each_azimuth(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> FloatArray:
+def case_weight_at_each_azimuth(azimuth_deg: ArrayLike, period_deg: float = PLANE_SYMMETRY_PERIOD_DEG) -> FloatArray:
     """Return the weight of the cases at each azimuth when shares of all cases are computed; the mean weight is 1.
 
     The azimuths φ and φ + 180° share the weight of their plane (`plane_weights_by_azimuth_spacing`).
@@ -212,7 +212,7 @@ def fall_probabilities_towards_and_away(cube: "xr.Dataset", *, use_ensemble: boo
 
     stored = cube["overturned"]
     flag, made = stored.variable, {}  # variables have no coordinates, which need not be compared at each operation
-    known = outcome_is_known(flag)
+    known = mask_of_known_outcomes(flag)
     for sign, name, where in ((1, "towards", "azimuth"), (-1, "away", "azimuth + 180°")):
         chance = (flag == sign).where(known).astype("float32")
         if use_ensemble and "probability_towards" in cube:

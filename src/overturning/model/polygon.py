@@ -30,7 +30,7 @@ class Polygon:
     area: float  # m²
     polar_second_moment: float  # second moment of area about the centre, m⁴
     pieces: tuple["Polygon", ...] = ()  # convex pieces of a non-convex polygon; empty if it is convex
-    face_contact_flags: FloatArray = field(default_factory=lambda: np.ones((1, 3)))
+    possible_contact_flags_by_face: FloatArray = field(default_factory=lambda: np.ones((1, 3)))
     """1 or 0 per face: first end can bear load; second end can; face is a side of the whole polygon, not a cut.
 
     Shape (n, 3), or (1, 3) if equal for all faces.
@@ -96,7 +96,7 @@ class Polygon:
         middle = 0.5 * (first + second)
         offset = normal[:, 0] * middle[:, 0] + normal[:, 1] * middle[:, 1]
         along = tangent[:, 0] * middle[:, 0] + tangent[:, 1] * middle[:, 1]
-        carries = np.broadcast_to(self.face_contact_flags, (len(first), 3))
+        carries = np.broadcast_to(self.possible_contact_flags_by_face, (len(first), 3))
         table = np.column_stack([first, second, normal, offset, along, 0.5 * length, carries])
         table.flags.writeable = False
         return table
@@ -195,7 +195,9 @@ def _convex_pieces_of_polygon(
             ends = [side if turns_in[k] else owner[k] == piece for k in (first, second)]
             carries.append([*ends, side])
         shapes.append(
-            Polygon(vertices[loop], (0.0, 0.0), 0.0, 0.0, face_contact_flags=np.array(carries, dtype=np.float64))
+            Polygon(
+                vertices[loop], (0.0, 0.0), 0.0, 0.0, possible_contact_flags_by_face=np.array(carries, dtype=np.float64)
+            )
         )
     return tuple(shapes)
 

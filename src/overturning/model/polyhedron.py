@@ -13,7 +13,7 @@ from overturning.model.solid import RigidSolid
 from overturning.model.surface import mass_properties_inside_surface
 from overturning.model.tipping import ConvexHull, fall_tilt_by_lean_direction
 
-LENGTH_DECIMALS: Final = 12
+RELATIVE_LENGTH_DECIMALS: Final = 12
 """Decimals to which lengths relative to the body's size are rounded: the last digit differs between processors."""
 
 
@@ -55,13 +55,16 @@ def solid_from_hull(hull: ConvexHull, least_fall_tilt: float = 0.0) -> RigidSoli
         [
             base,
             np.setdiff1d(
-                np.append(_indices_of_vertices_that_can_touch_ground(hull, tilt), fall.touching_vertex_indices), below
+                np.append(
+                    _indices_of_vertices_that_can_touch_ground(hull, tilt), fall.vertex_indices_touching_before_fall
+                ),
+                below,
             ),
         ]
     )
-    points = np.round(hull.points[kept] / size, LENGTH_DECIMALS) * size
-    points[: base.size, 2] = np.round(bottom / size, LENGTH_DECIMALS) * size
-    inertia = np.round(hull.inertia_per_mass / size**2, LENGTH_DECIMALS) * size**2
+    points = np.round(hull.points[kept] / size, RELATIVE_LENGTH_DECIMALS) * size
+    points[: base.size, 2] = np.round(bottom / size, RELATIVE_LENGTH_DECIMALS) * size
+    inertia = np.round(hull.inertia_per_mass / size**2, RELATIVE_LENGTH_DECIMALS) * size**2
     normals = np.unique(
         np.round(
             hull.normals[-hull.normals[:, 2] > np.cos(fall.fall_tilt_towards(hull.normals)) - FLATNESS_TOLERANCE], 5
@@ -76,7 +79,7 @@ def solid_from_hull(hull: ConvexHull, least_fall_tilt: float = 0.0) -> RigidSoli
         inertia,
         tilt,
         faces,
-        further_contact_face_point_indices=tuple(facets),
+        point_indices_by_further_contact_face=tuple(facets),
         fall_limits_by_lean_sector=fall.fall_limits_by_lean_sector,
     )
 
@@ -144,13 +147,13 @@ def _least_tilt_and_resting_face_normals(
     stable &= down <= np.cos(least_fall_tilt)
     if not stable.any():
         return np.pi, np.zeros((0, 3))
-    tilt = float(np.round(np.arccos(np.clip(down[stable].max(), -1.0, 1.0)), LENGTH_DECIMALS))
+    tilt = float(np.round(np.arccos(np.clip(down[stable].max(), -1.0, 1.0)), RELATIVE_LENGTH_DECIMALS))
     # Triangles of a face are not exactly coplanar if the file rounds its vertices: see `mask_of_resting_faces`.
     faces = normals[stable]
     faces = faces[~np.tril(faces @ faces.T > 1.0 - FLATNESS_TOLERANCE, -1).any(axis=1)]
     # Rounded: otherwise a face along x, up to the last digit, could come last instead of first.
     turn = np.round(-np.arctan2(faces[:, 1], faces[:, 0]), 9) % (2.0 * np.pi)
-    return tilt, np.round(faces[np.argsort(turn, kind="stable")], LENGTH_DECIMALS)
+    return tilt, np.round(faces[np.argsort(turn, kind="stable")], RELATIVE_LENGTH_DECIMALS)
 
 
 def _indices_of_vertices_that_can_touch_ground(hull: ConvexHull, max_tilt: float) -> NDArray[np.int64]:

@@ -23,16 +23,16 @@ from overturning.model.shapes import CornersAndEdges, Polyhedron, Shape
 from overturning.model.solid import MAX_CONTACT_VERTICES, RigidSolid, TooManyContactVerticesError
 from overturning.model.surface import MassProperties, TriangleSurface, mass_properties_inside_surface
 
-DEFAULT_RELIEF: Final = 0.002
+DEFAULT_BASE_RELIEF_M: Final = 0.002
 """Relief of a footprint if none is given, m."""
 
-MAX_RELIEF: Final = 0.03
+MAX_BASE_RELIEF_M: Final = 0.03
 """Largest relief, m; more would raise a small stone visibly."""
 
-FOOTPRINT_TOLERANCE: Final = 1e-3
+FOOTPRINT_SIMPLIFICATION_TOLERANCE: Final = 1e-3
 """Largest distance by which a simplified footprint is smaller, as a share of the body's size."""
 
-HULL_TOLERANCE: Final = 0.002
+HULL_SIMPLIFICATION_TOLERANCE: Final = 0.002
 """Distance by which the hull above the footprint is simplified, as a share of the size; doubled for too many points."""
 
 LEAST_FALL_TILT: Final = np.radians(10.0)
@@ -87,16 +87,16 @@ class ScannedStone(Shape):
     vertices: ArrayLike
     centre_of_mass: ArrayLike
     inertia: ArrayLike
-    relief: float = DEFAULT_RELIEF
+    relief: float = DEFAULT_BASE_RELIEF_M
     name: str = "scan"
-    hull_tolerance: float = HULL_TOLERANCE
+    hull_tolerance: float = HULL_SIMPLIFICATION_TOLERANCE
     slenderness_is_parameter: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         for name, shape in (("vertices", (-1, 3)), ("centre_of_mass", (3,)), ("inertia", (6,))):
             object.__setattr__(self, name, convert_argument_to_finite_array(name, getattr(self, name), shape))
-        if not 0.0 <= self.relief <= MAX_RELIEF:
-            raise ArgumentError(f"relief: {self.relief:g} m; it must be from 0 to {MAX_RELIEF:g} m")
+        if not 0.0 <= self.relief <= MAX_BASE_RELIEF_M:
+            raise ArgumentError(f"relief: {self.relief:g} m; it must be from 0 to {MAX_BASE_RELIEF_M:g} m")
         moments = np.linalg.eigvalsh(self.inertia_matrix_per_mass)
         if not (moments[0] > 0.0 and moments[0] + moments[1] >= moments[2] * (1.0 - 1e-6)):
             raise ArgumentError(f"inertia: principal moments {moments.round(9).tolist()} m²; no body has these")
@@ -178,7 +178,7 @@ def _lower_footprint_to_lowest_plane(points: FloatArray, relief: float) -> Float
     bottom = float(points[:, 2].min())
     low = points[:, 2] <= bottom + max(relief, FLATNESS_TOLERANCE * size)
     try:
-        outline = simplified_convex_hull_vertices(points[low, :2], FOOTPRINT_TOLERANCE * size)
+        outline = simplified_convex_hull_vertices(points[low, :2], FOOTPRINT_SIMPLIFICATION_TOLERANCE * size)
     except (scipy.spatial.QhullError, ValueError):
         raise ArgumentError(
             f"body: fewer than three points, or points on one line, bear within a relief of {1000 * relief:g} mm; "
@@ -236,17 +236,20 @@ def _pose_with_face_down(normal: FloatArray) -> RotationToStablePose:
 def points_that_can_touch_ground(points: FloatArray) -> FloatArray:
     """Return points of a body that can touch the ground, shape (n, 3): hull vertices and low load-bearing points.
 
-    The relief is the height up to which points of the base bear load, at most `MAX_RELIEF`. The points are the vertices
-    of the hull (of more than `MAX_STORED_VERTICES`, the extreme ones in as many directions), and
-    the low points that widen the footprint before a hull vertex does.
+    The relief is the height up to which points of the base bear load, at most `MAX_BASE_RELIEF_M`. The points are the
+    vertices of the hull (of more than `MAX_STORED_VERTICES`, the extreme ones in as many directions), and the low
+    points that widen the footprint before a hull vertex does.
     """
     size = float(np.ptp(points, axis=0).max())
     hull = scipy.spatial.ConvexHull(points)
-    low = np.flatnonzero(points[:, 2] <= points[:, 2].min() + MAX_RELIEF)
+    low = np.flatnonzero(points[:, 2] <= points[:, 2].min() + MAX_BASE_RELIEF_M)
     low = low[np.argsort(points[low, 2], kind="stable")]
     chosen, outline = [], np.zeros((0, 3))
     for index in low:
-        if len(outline) and (outline[:, :2] @ points[index, :2] + outline[:, 2]).max() <= FOOTPRINT_TOLERANCE * size:
+        if (
+            len(outline)
+            and (outline[:, :2] @ points[index, :2] + outline[:, 2]).max() <= FOOTPRINT_SIMPLIFICATION_TOLERANCE * size
+        ):
             continue
         chosen.append(index)
         if len(chosen) >= 3:
@@ -328,7 +331,7 @@ def stone_from_surface(
         touching,
         np.round(pose.rotation @ found.centre - origin, STORED_POSITION_DECIMALS),
         np.round(six, 9),
-        DEFAULT_RELIEF if relief is None else relief,
+        DEFAULT_BASE_RELIEF_M if relief is None else relief,
         name,
     )
     return ScanResult(shape, found.volume, pose, notes)
@@ -344,7 +347,7 @@ def _scan_as_polyhedron_if_convex(points: FloatArray, found: MassProperties, nam
     height = points[:, 2] - points[:, 2].min()
     if (
         inside.max() > FLATNESS_TOLERANCE * size
-        or ((height > FLATNESS_TOLERANCE * size) & (height <= DEFAULT_RELIEF)).any()
+        or ((height > FLATNESS_TOLERANCE * size) & (height <= DEFAULT_BASE_RELIEF_M)).any()
     ):
         return None
     if len(points) > MAX_CONTACT_VERTICES:

@@ -15,7 +15,7 @@ from overturning.model.cases import check_stone_heights
 from overturning.model.polyhedron import hull_vertices_and_edges, solid_from_vertices
 from overturning.model.solid import RIM_POINTS, RigidSolid
 
-MAX_SIDES: Final = 96
+MAX_PRISM_SIDES: Final = 96
 """Largest number of sides of a regular prism; use a cylinder for more."""
 
 DRAWN_CYLINDER_SIDES: Final = 36
@@ -72,8 +72,10 @@ class RegularPrism(Shape):
     sides: int
 
     def __post_init__(self) -> None:
-        if not isinstance(self.sides, int | np.integer) or not 3 <= self.sides <= MAX_SIDES:
-            raise ArgumentError(f"sides: {self.sides!r}; give a whole number from 3 to {MAX_SIDES}, or a Cylinder")
+        if not isinstance(self.sides, int | np.integer) or not 3 <= self.sides <= MAX_PRISM_SIDES:
+            raise ArgumentError(
+                f"sides: {self.sides!r}; give a whole number from 3 to {MAX_PRISM_SIDES}, or a Cylinder"
+            )
         object.__setattr__(self, "sides", int(self.sides))
 
     @property
@@ -186,12 +188,14 @@ def shape_from_name_or_sides(name_sides_or_shape: "str | int | Shape", argument_
         if name_sides_or_shape not in named:
             raise ArgumentError(
                 f"{argument_name}: {name_sides_or_shape!r}; give 'rectangle', 'circle', a number of sides from "
-                f"3 to {MAX_SIDES}, or a scene by load_scene or --scene"
+                f"3 to {MAX_PRISM_SIDES}, or a scene by load_scene or --scene"
             )
         return named[name_sides_or_shape]
     if isinstance(name_sides_or_shape, int | np.integer):
-        if not 3 <= name_sides_or_shape <= MAX_SIDES:
-            raise ArgumentError(f"{argument_name}: {name_sides_or_shape} sides; from 3 to {MAX_SIDES}, or 'circle'")
+        if not 3 <= name_sides_or_shape <= MAX_PRISM_SIDES:
+            raise ArgumentError(
+                f"{argument_name}: {name_sides_or_shape} sides; from 3 to {MAX_PRISM_SIDES}, or 'circle'"
+            )
         return RegularPrism(int(name_sides_or_shape))
     if not isinstance(name_sides_or_shape, Shape):
         raise ArgumentError(

@@ -46,7 +46,7 @@ class RigidSolid:
         revolution.
     rim_radius : float
         Radius of its rim, m; 0 for a body with vertices.
-    further_contact_face_point_indices : tuple of ndarray of int
+    point_indices_by_further_contact_face : tuple of ndarray of int
         Indices of the points of each further face that can lie flat on the ground before the body has fallen.
     fall_limits_by_lean_sector : ndarray, shape (sectors, 5)
         Sectors of the direction of lean, if the tilt of the fall depends on it; empty if `fall_tilt` holds all around.
@@ -61,7 +61,7 @@ class RigidSolid:
     resting_face_normals: FloatArray
     symmetry_period_deg: float = 360.0
     rim_radius: float = 0.0
-    further_contact_face_point_indices: tuple[NDArray[np.int64], ...] = ()
+    point_indices_by_further_contact_face: tuple[NDArray[np.int64], ...] = ()
     fall_limits_by_lean_sector: FloatArray = field(default_factory=lambda: np.zeros((0, 5)))
 
     def __post_init__(self) -> None:

@@ -10,7 +10,7 @@ from overturning.arrays import ArrayLike, FloatArray
 from overturning.model.grid import CaseGrid
 from overturning.model.model import Model, StoneOutcomesByAmplitudeFactor, values_at_grid_indices
 from overturning.model.symmetry import EquivalentSimulatedDirections, nearest_simulated_directions
-from overturning.model.variables import INT8_MISSING, outcome_is_known
+from overturning.model.variables import INT8_MISSING, mask_of_known_outcomes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -114,7 +114,7 @@ class ThreeDimensionalModel(Model):
     def fall_probability_and_direction_by_case(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
         import xarray as xr
 
-        known = outcome_is_known(cube["overturned"])
+        known = mask_of_known_outcomes(cube["overturned"])
         fell = (cube["overturned"] == 1).where(known)
         azimuth = cube["fall_azimuth"].astype("float64") * (np.pi / 180.0)
         found = {"falls": fell.astype("float64")}

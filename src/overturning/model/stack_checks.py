@@ -11,7 +11,7 @@ from overturning.model.element import ContactLaw
 from overturning.model.geometry import PlacedElement, place_elements
 from overturning.model.scene import Scene
 from overturning.model.stack_stones import (
-    LEVEL_TOLERANCE,
+    LEVEL_FACE_TOLERANCE,
     StackStone,
     contact_patches_at_rest,
     ends_of_lowest_or_highest_face,
@@ -74,7 +74,7 @@ def _reasons_stones_are_not_level_or_balanced(scene: Scene) -> list[str]:
         for name, lowest in (("base", True), ("upper face", False)):
             if lowest or following is not None:
                 left, right = ends_of_lowest_or_highest_face(item, lowest)
-                whole = _length_of_lowest_or_highest_face(item, lowest) >= (right - left) * (1.0 - LEVEL_TOLERANCE)
+                whole = _length_of_lowest_or_highest_face(item, lowest) >= (right - left) * (1.0 - LEVEL_FACE_TOLERANCE)
                 flat = _length_of_lowest_or_highest_face(item, lowest) > 0.0
                 faults += [f"element {item.element.name} has no level {name}"] if not flat else []
                 faults += [f"element {item.element.name} has a gap in its {name}"] if flat and not whole else []
@@ -134,5 +134,5 @@ def _contact_tilt_text(touch: ContactBeforeTipping) -> str:
 def _length_of_lowest_or_highest_face(item: PlacedElement, lowest: bool) -> float:
     """Return the total length (m) of an element's outline at its lowest, or highest, level."""
     x, z = item.shape.vertices.T
-    on = np.abs(z - (z.min() if lowest else z.max())) <= LEVEL_TOLERANCE * np.ptp(z)
+    on = np.abs(z - (z.min() if lowest else z.max())) <= LEVEL_FACE_TOLERANCE * np.ptp(z)
     return float(np.abs(np.roll(x, -1) - x)[on & np.roll(on, -1)].sum())

@@ -15,7 +15,7 @@ from overturning.model.shapes import Cylinder, RegularPrism
 CIRCLE_SIDES: Final = 16
 """Number of sides of the regular polygon, of equal area, that stands for a circle."""
 
-LEVEL_TOLERANCE: Final = 1e-6
+LEVEL_FACE_TOLERANCE: Final = 1e-6
 """Largest height of a vertex above a level face to which it belongs, as a share of the stone's height."""
 
 
@@ -37,9 +37,9 @@ class StackStone:
     outline: FloatArray  # vertices of the element in the plane, shape (n, 2), m: x and z
     depth: float  # m
     fall_threshold_drop: float  # drop of the centre of mass at which the stone counts as fallen, m
-    friction: float | None  # coefficient of friction of the joint below; None for the value of each case
-    stiffness_ratio: float | None  # K_s/K_n of the joint below; None for that of the model
-    damping_ratio: float | None  # damping ratio of the joint below; None for that of the model
+    base_joint_friction: float | None  # coefficient of friction of the joint below; None for the value of each case
+    base_joint_stiffness_ratio: float | None  # K_s/K_n of the joint below; None for that of the model
+    base_joint_damping_ratio: float | None  # damping ratio of the joint below; None for that of the model
     rotational_symmetry_order: (
         int  # number of equal parts of a turn about the vertical after which the stone looks the same; 0: circle
     )
@@ -143,9 +143,9 @@ def stack_stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, d
         inertia_per_mass=inertia,
         x=item.x, centre_height_above_base=-float(outline[:, 1].min()), upper_face_height_above_centre=float(outline[:,
         1].max()), base_corners=faces[0], upper_face_corners=faces[1],
-        outline=outline, depth=depth, fall_threshold_drop=item.fall_threshold_drop, friction=law.friction,
-        stiffness_ratio=law.stiffness_ratio if "stiffness_ratio" in law.model_fields_set else None,
-        damping_ratio=law.damping_ratio,
+        outline=outline, depth=depth, fall_threshold_drop=item.fall_threshold_drop, base_joint_friction=law.friction,
+        base_joint_stiffness_ratio=law.stiffness_ratio if "stiffness_ratio" in law.model_fields_set else None,
+        base_joint_damping_ratio=law.damping_ratio,
     )  # fmt: skip
 
 
@@ -153,7 +153,7 @@ def ends_of_lowest_or_highest_face(item: PlacedElement, lowest: bool) -> FloatAr
     """Return the ends (m) of an element's lowest or highest horizontal face; equal if a single vertex is there."""
     x, z = item.shape.vertices.T
     level = z.min() if lowest else z.max()
-    on = x[np.abs(z - level) <= LEVEL_TOLERANCE * np.ptp(z)]
+    on = x[np.abs(z - level) <= LEVEL_FACE_TOLERANCE * np.ptp(z)]
     return np.array([on.min(), on.max()])
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.stack_stones import LEVEL_TOLERANCE, StackStone, contact_patches_at_rest
+from overturning.model.stack_stones import LEVEL_FACE_TOLERANCE, StackStone, contact_patches_at_rest
 
 TILT_DIRECTION_COUNT: Final = 360
 """Number of directions of tilt that are examined, at equal angles; those along and across the plane are among them."""
@@ -110,7 +110,7 @@ def _least_tilt_for_point_to_touch_face(
     edge about which the stone tilts in `edge`, (directions,).
     """
     if face.depth_below_base == 0.0:
-        points = points[points[:, 2] > LEVEL_TOLERANCE * np.ptp(stone.outline[:, 1])]
+        points = points[points[:, 2] > LEVEL_FACE_TOLERANCE * np.ptp(stone.outline[:, 1])]
     beyond = points[:, :2] @ ahead - edge
     radius = np.sqrt(beyond**2 + points[:, 2:] ** 2)
     reaches = (beyond > RELATIVE_ROUNDING_TOLERANCE * stone.depth) & (radius > face.depth_below_base)

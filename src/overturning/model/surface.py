@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
-MAX_RELATIVE_RIM_DEVIATION: Final = 0.01
+MAX_RELATIVE_RIM_DEVIATION_FROM_PLANE: Final = 0.01
 """Largest distance of the rim of an open base from its plane, as a share of the body's size."""
 
 MIN_LID_NORMAL_COSINE: Final = np.cos(np.radians(45.0))
@@ -18,7 +18,7 @@ MIN_LID_NORMAL_COSINE: Final = np.cos(np.radians(45.0))
 MAX_OPEN_EDGES_IN_MESSAGE: Final = 3
 """Largest number of open edges that an error message lists."""
 
-ANGLE_OF_COINCIDENT_FACES: Final = 1e-6
+MAX_ANGLE_OF_COINCIDENT_FACES: Final = 1e-6
 """Angle between two faces below which they coincide, rad; coordinates in single precision are rounded to 10⁻⁷."""
 
 
@@ -226,7 +226,7 @@ def _triangle_pairs_of_same_solid_at_edge(
     pairs = []
     for one in np.flatnonzero(with_axis):
         # The solid lies clockwise of a triangle that has the edge in the sense of the axis.
-        turn = (angle[one] - angle[~with_axis] - ANGLE_OF_COINCIDENT_FACES) % (2.0 * np.pi)
+        turn = (angle[one] - angle[~with_axis] - MAX_ANGLE_OF_COINCIDENT_FACES) % (2.0 * np.pi)
         if turn.size:
             pairs.append((triangles[one], triangles[~with_axis][turn.argmin()]))
     return np.array(pairs, np.int64).reshape(-1, 2)
@@ -245,11 +245,11 @@ def _close_base_with_triangle_fan(surface: TriangleSurface, edges: NDArray[np.in
     normal = area / length if length > 0.0 else np.zeros(3)
     deviation = float(np.abs((rim - centre) @ normal).max()) if length > 0.0 else np.inf
     below = np.abs(normal[2]) >= MIN_LID_NORMAL_COSINE and _plane_is_below_points(
-        points, centre, normal, MAX_RELATIVE_RIM_DEVIATION * size
+        points, centre, normal, MAX_RELATIVE_RIM_DEVIATION_FROM_PLANE * size
     )
     # An edge twice without its reverse belongs to a face of the wrong sense.
     single = len(np.unique(edges, axis=0)) == len(edges)
-    if not (deviation <= MAX_RELATIVE_RIM_DEVIATION * size and below and single):
+    if not (deviation <= MAX_RELATIVE_RIM_DEVIATION_FROM_PLANE * size and below and single):
         first = ", ".join(
             f"{one.round(4).tolist()} to {other.round(4).tolist()}" for one, other in rim[:MAX_OPEN_EDGES_IN_MESSAGE]
         )

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 
-PLANE_PERIOD: Final = 180.0
+PLANE_SYMMETRY_PERIOD_DEG: Final = 180.0
 """Rotation after which a vertical plane is the same plane seen from behind, degrees."""
 
 FULL_TURN: Final = 360.0
@@ -50,7 +50,7 @@ class EquivalentSimulatedDirections:
 
 
 def nearest_simulated_planes(
-    azimuth_deg: ArrayLike, requested_azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD
+    azimuth_deg: ArrayLike, requested_azimuth_deg: ArrayLike, period_deg: float = PLANE_SYMMETRY_PERIOD_DEG
 ) -> EquivalentSimulatedDirections:
     """Return the simulated vertical plane nearest to each azimuth, marked as mirrored if it is rotated by 180°."""
     return mark_mirrored_planes(
@@ -70,8 +70,8 @@ def nearest_simulated_directions(
     requested_direction_deg : array_like, shape (m,)
         Requested directions, any real numbers. Half way between two cells the anticlockwise one is taken.
     period_deg : float
-        Rotation period of a case: `PLANE_PERIOD` in 2-D, the body's own in 3-D, 360 without symmetry, 0 for a body of
-        revolution.
+        Rotation period of a case: `PLANE_SYMMETRY_PERIOD_DEG` in 2-D, the body's own in 3-D, 360 without symmetry, 0
+        for a body of revolution.
 
     Returns
     -------
@@ -101,7 +101,9 @@ def mark_mirrored_planes(
 ) -> EquivalentSimulatedDirections:
     """Mark the simulated vertical planes that are rotated by 180°: their outcomes have to be mirrored."""
     return replace(
-        equivalent_directions, mirrored=(equivalent_directions.turn_deg == PLANE_PERIOD) & (period_deg == PLANE_PERIOD)
+        equivalent_directions,
+        mirrored=(equivalent_directions.turn_deg == PLANE_SYMMETRY_PERIOD_DEG)
+        & (period_deg == PLANE_SYMMETRY_PERIOD_DEG),
     )
 
 

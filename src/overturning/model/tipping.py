@@ -16,7 +16,7 @@ from overturning.model.rest import FLATNESS_TOLERANCE
 LEAN_DIRECTION_COUNT: Final = 1440
 """Number of directions of lean that are examined: one in the middle of each quarter of a degree."""
 
-FALL_TILT_FACTOR: Final = 0.999
+FALL_TO_GEOMETRIC_TILT_RATIO: Final = 0.999
 """Share of the geometric tilt from which a body counts as fallen: elastic contacts let it rest slightly earlier."""
 
 SECTOR_DECIMALS: Final = 12
@@ -49,7 +49,7 @@ class FallTiltByLeanDirection(NamedTuple):
     """Tilt of its fall in each of `LEAN_DIRECTION_COUNT` directions of lean, rad."""
     fall_limits_by_lean_sector: FloatArray
     """Rows of the table of fall limits of `RigidSolid`; empty if all directions have the same tilt."""
-    touching_vertex_indices: NDArray[np.int64]
+    vertex_indices_touching_before_fall: NDArray[np.int64]
     """Indices of the vertices that can touch at a tilt between the least one and the fall."""
 
     def fall_tilt_towards(self, face_normals: FloatArray) -> FloatArray:
@@ -120,7 +120,7 @@ def fall_tilt_by_lean_direction(
     ]
     along /= np.sqrt(np.sum(along * along, axis=1))[:, None]
     rows[found.direction_index[order]] = np.column_stack(
-        [along, np.full(order.size, (FALL_TILT_FACTOR - 1.0) * least_tilt)]
+        [along, np.full(order.size, (FALL_TO_GEOMETRIC_TILT_RATIO - 1.0) * least_tilt)]
     )
     limits = np.maximum(limits, least_tilt)
     if (limits <= least_tilt + 1e-9).all():
@@ -145,7 +145,10 @@ def _lower_fall_limits_for_resting_faces(
         number = min(int(turn / (2.0 * np.pi) * LEAN_DIRECTION_COUNT), LEAN_DIRECTION_COUNT - 1)
         if sector_rows[number, :3] @ normal < sector_rows[number, 3]:
             ahead = np.array([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)])
-            sector_rows[number], fall_limits_rad[number] = np.append(ahead, (FALL_TILT_FACTOR - 1.0) * tilt), tilt
+            sector_rows[number], fall_limits_rad[number] = (
+                np.append(ahead, (FALL_TO_GEOMETRIC_TILT_RATIO - 1.0) * tilt),
+                tilt,
+            )
 
 
 def _pseudo_angle_in_quarter_turns(angle: FloatArray) -> FloatArray:

@@ -25,7 +25,7 @@ FLOAT32_MISSING: Final = np.float32(9.969209968386869e36)
 """Fill value of float32 variables: netCDF's own default."""
 
 
-def outcome_is_known(outcome_flag: Any) -> Any:
+def mask_of_known_outcomes(outcome_flag: Any) -> Any:
     """Return a mask that is True where an overturning flag, as stored or decoded, states an outcome."""
     return np.abs(outcome_flag.astype("float32")) <= 1
 

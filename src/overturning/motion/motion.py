@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 SHORTEST_SAMPLING_INTERVAL = 1e-6
 """Shortest time between samples, s; with less, the time after a motion until rest has too many samples."""
 
-MOST_SAMPLES = 30_000_000
+MAX_SAMPLES_OF_MOTION = 30_000_000
 """Largest number of samples of a motion from a formula, or of a processed record: 240 MB for each component."""
 
-_DRIFT_FINAL_VELOCITY_SHARE = 0.5
+_MAX_FINAL_VELOCITY_SHARE_WITHOUT_DRIFT = 0.5
 """Final velocity, as a share of its peak, above which the samples probably contain an offset."""
 
 
@@ -247,7 +247,7 @@ class Motion(Accelerogram):
         for why in reasons_to_doubt_recorded_axes(motion.components, ("north", "east", "up")):
             warnings.warn(f"stream: {why}", stacklevel=3)
         for name, speed in zip(("north", "east", "up"), np.abs(motion.velocity), strict=False):
-            if speed[-1] > _DRIFT_FINAL_VELOCITY_SHARE * speed.max():
+            if speed[-1] > _MAX_FINAL_VELOCITY_SHARE_WITHOUT_DRIFT * speed.max():
                 share = f"{100 * speed[-1] / speed.max():.0f} %"
                 why = f"stream: the velocity towards {name} ends at {share} of its peak, like raw data with an offset"
                 warnings.warn(f"{why}: remove the offset first (stream.detrend, filter)", stacklevel=3)
@@ -263,7 +263,7 @@ class Motion(Accelerogram):
 
         The amplitude is in m/s²; period, rest and sampling interval are in s. Raises an `ArgumentError` if one of them
         is not positive (rest: negative), if a period or all waves together have fewer than four samples, if there are
-        more than `MOST_SAMPLES`, or, unless `trust_data` is set, if the amplitude is implausible.
+        more than `MAX_SAMPLES_OF_MOTION`, or, unless `trust_data` is set, if the amplitude is implausible.
         """
         given = {"amplitude": amplitude, "period": period, "cycles": cycles, "sampling_interval": sampling_interval}
         for name, value in (given | {"rest": rest}).items():
@@ -281,9 +281,9 @@ class Motion(Accelerogram):
                     f"sampling_interval at most {value / 4.0:g}"
                 )
         count = (2 * rest + length) / sampling_interval + 1
-        if count > MOST_SAMPLES:
+        if count > MAX_SAMPLES_OF_MOTION:
             raise ArgumentError(
-                f"period, cycles, rest: {count:.3g} samples; at most {MOST_SAMPLES:.0e}: give a longer "
+                f"period, cycles, rest: {count:.3g} samples; at most {MAX_SAMPLES_OF_MOTION:.0e}: give a longer "
                 "sampling_interval, or a shorter motion"
             )
         time = sampling_interval * np.arange(round(count)) - rest

@@ -15,10 +15,10 @@ MIN_NOISE_WINDOW_S: Final = 2.0
 MIN_CYCLES_IN_NOISE_WINDOW: Final = 3.0
 """Cycles of the lowest frequency in the noise window; with one or two, mean removal and taper would distort it."""
 
-LOWEST_HZ: Final = 0.01
+MIN_SPECTRUM_FREQUENCY_HZ: Final = 0.01
 """Lowest frequency, Hz: below it accelerographs cannot distinguish motion from tilt."""
 
-HIGHEST_CYCLES_PER_SAMPLE: Final = 0.4
+MAX_FREQUENCY_CYCLES_PER_SAMPLE: Final = 0.4
 """Highest frequency, in cycles per sample: a little below the Nyquist frequency."""
 
 BANDS_PER_DECADE: Final = 20
@@ -29,11 +29,11 @@ BANDS_PER_DECADE: Final = 20
 class SignalNoiseSpectra:
     """Signal and noise spectra of the components of a record, and the onset time of the motion."""
 
-    onset: float  # s after the first sample; the noise is before it
+    onset_s: float  # s after the first sample; the noise is before it
     frequency: FloatArray  # Hz, shape (m,); the noise window holds at least three cycles of the lowest
     # Fourier amplitudes in bands over the root of the window's length, m/s^1.5, shape (components, m)
-    signal: FloatArray
-    noise: FloatArray
+    signal_spectrum: FloatArray
+    noise_spectrum: FloatArray
     offset_spectrum: (
         FloatArray  # amplitude of a step between the levels before and after the signal (tilt of the sensor)
     )
@@ -41,7 +41,7 @@ class SignalNoiseSpectra:
     @property
     def ratio(self) -> FloatArray:
         """Signal spectrum over the spectrum of noise and permanent offset, shape (components, m) for m frequencies."""
-        return self.signal / np.hypot(self.noise, self.offset_spectrum)
+        return self.signal_spectrum / np.hypot(self.noise_spectrum, self.offset_spectrum)
 
 
 def motion_onset_index(samples: FloatArray) -> int:
@@ -68,7 +68,9 @@ def motion_onset_index(samples: FloatArray) -> int:
 
 def shortest_usable_noise_window_s(sampling_interval: float) -> float:
     """Return the shortest noise window before the onset, s: long enough to resolve an octave of frequencies."""
-    return max(MIN_NOISE_WINDOW_S, 2.0 * MIN_CYCLES_IN_NOISE_WINDOW * sampling_interval / HIGHEST_CYCLES_PER_SAMPLE)
+    return max(
+        MIN_NOISE_WINDOW_S, 2.0 * MIN_CYCLES_IN_NOISE_WINDOW * sampling_interval / MAX_FREQUENCY_CYCLES_PER_SAMPLE
+    )
 
 
 def signal_and_noise_spectra(components: Sequence[FloatArray], sampling_interval: float) -> SignalNoiseSpectra | None:
@@ -91,8 +93,8 @@ def signal_and_noise_spectra(components: Sequence[FloatArray], sampling_interval
     energy = np.cumsum(np.sum([samples[first:] ** 2 for samples in moving], axis=0))
     last = first + int(np.searchsorted(energy, 0.95 * energy[-1])) + 1
     lowest, highest = (
-        max(MIN_CYCLES_IN_NOISE_WINDOW / (first * sampling_interval), LOWEST_HZ),
-        HIGHEST_CYCLES_PER_SAMPLE / sampling_interval,
+        max(MIN_CYCLES_IN_NOISE_WINDOW / (first * sampling_interval), MIN_SPECTRUM_FREQUENCY_HZ),
+        MAX_FREQUENCY_CYCLES_PER_SAMPLE / sampling_interval,
     )
     frequency = np.geomspace(lowest, highest, max(2, round(BANDS_PER_DECADE * np.log10(highest / lowest)) + 1))
     signal, noise = (

@@ -36,7 +36,7 @@ EQUAL_AXES_TOLERANCE: Final = 1e-3
 MIN_SAMPLES_OF_PAUSE: Final = 100
 """Smallest number of consecutive equal samples that indicates a pause of an axis: 0.5 to 1 s for most sensors."""
 
-STRONG_SHARE_OF_PEAK: Final = 0.2
+MIN_PEAK_SHARE_OF_MOVING_AXIS: Final = 0.2
 """Smallest share of its peak that an axis must reach for another axis that stands still then to count as dead."""
 
 MIN_CLIPPED_SAMPLES: Final = 3
@@ -181,7 +181,7 @@ def longest_pause_while_other_axis_moves(
     """Return first and last index of a component's longest run of equal samples while another moves; else None.
 
     None if there is no run of `MIN_SAMPLES_OF_PAUSE` equal samples, if no other axis then reaches
-    `STRONG_SHARE_OF_PEAK` of its peak, or if the axis is too coarse to show such a share of its own peak.
+    `MIN_PEAK_SHARE_OF_MOVING_AXIS` of its peak, or if the axis is too coarse to show such a share of its own peak.
     """
     ends = np.concatenate([[-1], np.flatnonzero(np.diff(samples)), [samples.size - 1]])
     longest = int(np.diff(ends).argmax())
@@ -194,7 +194,7 @@ def longest_pause_while_other_axis_moves(
     for other in (one for one in samples_of_other_axes if one.size == samples.size):
         moving = np.abs(other - np.median(other))
         share = float(moving[first : last + 1].max()) / max(float(moving.max()), 1e-300)
-        if share > STRONG_SHARE_OF_PEAK and share * peak > 10.0 * _estimate_sample_resolution(samples, peak):
+        if share > MIN_PEAK_SHARE_OF_MOVING_AXIS and share * peak > 10.0 * _estimate_sample_resolution(samples, peak):
             return first, last
     return None
 

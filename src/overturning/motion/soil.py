@@ -25,10 +25,10 @@ MIN_VIBRATION_TAIL_S: Final = 5.0
 MAX_RELATIVE_ACCELERATION_AFTER_TAIL: Final = 0.01
 """Largest acceleration at the surface after the tail, as a share of the peak."""
 
-MIN_ZERO_PADDING: Final = 30.0
+MIN_ZERO_PADDING_S: Final = 30.0
 """Shortest zero padding after the record, s; doubled until the wrap-around of the Fourier transform has decayed."""
 
-MAX_ZERO_PADDING: Final = 600.0
+MAX_ZERO_PADDING_S: Final = 600.0
 """Longest zero padding, s; a site that vibrates longer has almost no damping and is refused."""
 
 MAX_RELATIVE_WRAP_AROUND: Final = 2e-3
@@ -130,13 +130,13 @@ def propagate_through_soil(
     ------
     ArgumentError
         If a curve is not known, or pystrata is missing; if the response is not finite; or if the soil still vibrates
-        `MAX_ZERO_PADDING` after the record.
+        `MAX_ZERO_PADDING_S` after the record.
     """
     package = import_pystrata()
     acceleration = np.asarray(samples, dtype=np.float64)
     shortest_tail = round(MIN_VIBRATION_TAIL_S / sampling_interval)
-    zeros = max(acceleration.size, round(MIN_ZERO_PADDING / sampling_interval))
-    longest = max(zeros, round(MAX_ZERO_PADDING / sampling_interval))
+    zeros = max(acceleration.size, round(MIN_ZERO_PADDING_S / sampling_interval))
+    longest = max(zeros, round(MAX_ZERO_PADDING_S / sampling_interval))
     while True:
         length = 1 << (acceleration.size + shortest_tail + zeros - 1).bit_length()
         found = _propagate_with_zero_padding(package, acceleration, sampling_interval, layers, rock, outcrop, length)

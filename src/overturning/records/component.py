@@ -122,10 +122,10 @@ def direction_with_channel_code_fallback(
     return coded, (f"{reason_unknown}; the code of channel {channel_code} says {where}",)
 
 
-MAX_INCLINATION_DEG: Final = 5.0
+MAX_AXIS_INCLINATION_DEG: Final = 5.0
 """Largest angle between the horizontal (or vertical) and an axis that is read as horizontal (vertical), degrees."""
 
-MAX_INCLINATION_WITHOUT_NOTE_DEG: Final = 1.0
+MAX_AXIS_INCLINATION_WITHOUT_NOTE_DEG: Final = 1.0
 """Largest angle between an axis and the horizontal or the vertical that needs no note, degrees."""
 
 
@@ -144,15 +144,15 @@ def direction_from_azimuth_and_dip(
         return UNKNOWN_DIRECTION, ()
     steep = abs(dip_deg) > 45.0
     inclination = abs(abs(dip_deg) - 90.0) if steep else abs(dip_deg)
-    if not inclination <= MAX_INCLINATION_DEG:
+    if not inclination <= MAX_AXIS_INCLINATION_DEG:
         raise RecordError(
-            f"{channel_label} dips by {dip_deg:g}°; only axes within {MAX_INCLINATION_DEG:g}° of horizontal or "
+            f"{channel_label} dips by {dip_deg:g}°; only axes within {MAX_AXIS_INCLINATION_DEG:g}° of horizontal or "
             "vertical are read: rotate the channels of its sensor to north, east and up, or correct the dip"
         )
     direction: AxisDirection = (None, 1 if dip_deg < 0 else -1) if steep else UNKNOWN_DIRECTION
     if not steep and azimuth_deg is not None:
         direction = float(azimuth_deg) % 360.0, 0
-    if inclination <= MAX_INCLINATION_WITHOUT_NOTE_DEG:
+    if inclination <= MAX_AXIS_INCLINATION_WITHOUT_NOTE_DEG:
         return direction, ()
     return direction, (f"{channel_label} dips by {dip_deg:g}°; it is read as {'vertical' if steep else 'horizontal'}",)
 
@@ -219,7 +219,7 @@ def classify_as_surface_or_borehole(depth_m: float | None = None, location_text:
 
 _TALL_STRUCTURE_PATTERN: Final = "(pier|column|tower|pylon|tank|bent|arch|chimney|mast)"
 
-_RAISED_PLACE: Final = re.compile(
+_RAISED_SENSOR_LOCATION_PATTERN: Final = re.compile(
     r"\b(roof|penthouse|attic|mezzanine|deck|crest|girder|parapet|gallery|mid-?height|level +([2-9]|[1-9]\d)\b|"
     r"(second|third|fourth|fifth|[2-9](nd|rd|th)|[1-9]\d(st|nd|rd|th)) +(fl|level|stor)|"
     rf"{_TALL_STRUCTURE_PATTERN}\b[^,;]*\b(top|cap)\b|top +of +(the +)?{_TALL_STRUCTURE_PATTERN}\b)",
@@ -237,7 +237,7 @@ def note_on_sensor_in_structure(sensor_location: str) -> str:
     """Return a note if a sensor is located high up in a building or other structure; "" for any other location."""
     return (
         f"a sensor at {sensor_location!r} has the motion of a structure, not of the ground"
-        if _RAISED_PLACE.search(sensor_location)
+        if _RAISED_SENSOR_LOCATION_PATTERN.search(sensor_location)
         else ""
     )
 

@@ -15,18 +15,18 @@ from overturning.motion.plausible import (
 )
 from overturning.records.component import RecordComponent
 
-CLIPPED: Final = "is clipped"
-SAME_SAMPLES: Final = "have the same samples"
+CLIPPED_PHRASE: Final = "is clipped"
+SAME_SAMPLES_PHRASE: Final = "have the same samples"
 STANDSTILL_PHRASE: Final = "stands still"
-DEAD_VERTICAL: Final = "is dead: its peak"
-DOUBTFUL_INTERVAL: Final = "is doubtful"
+DEAD_VERTICAL_PHRASE: Final = "is dead: its peak"
+DOUBTFUL_INTERVAL_PHRASE: Final = "is doubtful"
 
 PHRASE_BY_DATA_PROBLEM: Final = {
-    "clipped samples": CLIPPED,
-    "two axes with the same samples": SAME_SAMPLES,
+    "clipped samples": CLIPPED_PHRASE,
+    "two axes with the same samples": SAME_SAMPLES_PHRASE,
     "an axis that stands still during the motion": STANDSTILL_PHRASE,
-    "a dead vertical axis": DEAD_VERTICAL,
-    "a doubtful sampling interval": DOUBTFUL_INTERVAL,
+    "a dead vertical axis": DEAD_VERTICAL_PHRASE,
+    "a doubtful sampling interval": DOUBTFUL_INTERVAL_PHRASE,
 }
 """Phrase by which each kind of data problem is recognised in the notes of `sample_quality_notes`, by name."""
 
@@ -56,14 +56,14 @@ def sample_quality_notes(
         and are_axes_equal_up_to_offset_and_sign(first.samples, second.samples)
     ):
         notes.append(
-            f"{first.file}: axes {first.axis_name!r} and {second.axis_name!r} {SAME_SAMPLES}, so that the ground moves "
-            "along one line: is one a copy of the other?"
+            f"{first.file}: axes {first.axis_name!r} and {second.axis_name!r} {SAME_SAMPLES_PHRASE}, so that the "
+            "ground moves along one line: is one a copy of the other?"
         )
     for component in components:
         count, rail = clipped_sample_count_and_level(component.samples)
         if count:
             notes.append(
-                f"{component.file}: axis {component.axis_name!r} {CLIPPED}: {count} samples stand at its rail, "
+                f"{component.file}: axis {component.axis_name!r} {CLIPPED_PHRASE}: {count} samples stand at its rail, "
                 f"{100 * rail:.4g} Gal; the ground moved more than that"
             )
         others = [other.samples for other in components if other is not component]
@@ -102,8 +102,8 @@ def _dead_vertical_axis_notes(components: Sequence[RecordComponent]) -> list[str
         return []
     dead = components[2]
     return [
-        f"{dead.file}: vertical axis {dead.axis_name!r} {DEAD_VERTICAL} is {100 * peaks[2]:.3g} Gal, that of the "
-        f"horizontal axes {100 * max(peaks[:2]):.4g} Gal"
+        f"{dead.file}: vertical axis {dead.axis_name!r} {DEAD_VERTICAL_PHRASE} is {100 * peaks[2]:.3g} Gal, that of "
+        f"the horizontal axes {100 * max(peaks[:2]):.4g} Gal"
     ]
 
 
@@ -115,7 +115,9 @@ def _doubtful_sampling_interval_notes(
     doubts = reasons_to_doubt_sampling_interval([c.samples for c in components[:2]], first.sampling_interval)
     if not doubts:
         return []
-    why = f"{first.file}: sampling interval {first.sampling_interval:g} s {DOUBTFUL_INTERVAL}: {'; '.join(doubts)}"
+    why = (
+        f"{first.file}: sampling interval {first.sampling_interval:g} s {DOUBTFUL_INTERVAL_PHRASE}: {'; '.join(doubts)}"
+    )
     if len(doubts) == 1:
         return [f"{why}; look whether its unit is right"]
     report_contradiction(why, "correct it or its unit, or say --trust-data")

@@ -19,7 +19,7 @@ from overturning.records.catalogue import RecordTableRow, convert_to_utc_text
 from overturning.records.record import Record
 from overturning.units import EARTH_RADIUS_KM
 
-MAX_ORIGIN_DIFFERENCE: Final = timedelta(seconds=60)
+MAX_ORIGIN_TIME_DIFFERENCE: Final = timedelta(seconds=60)
 """Largest difference between origin times of one earthquake: old headers round them to the minute."""
 
 MAX_EPICENTRE_DISTANCE_KM: Final = 100.0
@@ -41,10 +41,10 @@ _IGNORED_NAME_WORDS: Final = re.compile(
     r"\b(rcrd|record|earthquake|eq|of|the|(?:mon|tue|wed|thu|fri|sat|sun)|jst|utc?|gmt|epicentre.*)\b"
 )
 _MONTHS: Final = ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"]
-_MONTH: Final = rf"(?:\d\d?|(?:{'|'.join(_MONTHS)})[a-z]*)"
-_DATES: Final = (
-    re.compile(rf"\b(?P<year>(?:1[89]|20)\d\d)[-/ ](?P<month>{_MONTH})[-/ ](?P<day>\d\d?)\b"),
-    re.compile(rf"\b(?P<month>{_MONTH})[-/ ]\s*(?P<day>\d\d?)[-/, ]\s*(?P<year>(?:1[89]|20)?\d\d)\b"),
+_MONTH_PATTERN: Final = rf"(?:\d\d?|(?:{'|'.join(_MONTHS)})[a-z]*)"
+_DATE_PATTERNS: Final = (
+    re.compile(rf"\b(?P<year>(?:1[89]|20)\d\d)[-/ ](?P<month>{_MONTH_PATTERN})[-/ ](?P<day>\d\d?)\b"),
+    re.compile(rf"\b(?P<month>{_MONTH_PATTERN})[-/ ]\s*(?P<day>\d\d?)[-/, ]\s*(?P<year>(?:1[89]|20)?\d\d)\b"),
     re.compile(r"\b(?P<year>(?:1[89]|20)\d\d)\b"),
 )
 """Patterns of dates in earthquake names; the order of day and month does not matter."""
@@ -73,7 +73,7 @@ class _EarthquakeMetadataOfRecord:
             or other_metadata.epicentre is None
             or great_circle_distance_km(self.epicentre, other_metadata.epicentre) <= MAX_EPICENTRE_DISTANCE_KM
         )
-        return near and abs(self.origin - other_metadata.origin) <= MAX_ORIGIN_DIFFERENCE
+        return near and abs(self.origin - other_metadata.origin) <= MAX_ORIGIN_TIME_DIFFERENCE
 
 
 def _earthquake_metadata_of_record(record: Record | RecordTableRow) -> _EarthquakeMetadataOfRecord:
@@ -111,16 +111,16 @@ def great_circle_distance_km(first_place: tuple[float, float], second_place: tup
 class _RecordsOfEarthquake:
     """Records that belong to one earthquake, each with its index in the study and its metadata."""
 
-    members: dict[int, _EarthquakeMetadataOfRecord] = field(default_factory=dict)
-    first_member_by_id_and_origin: dict[tuple[Any, ...], _EarthquakeMetadataOfRecord] = field(
+    metadata_by_record_index: dict[int, _EarthquakeMetadataOfRecord] = field(default_factory=dict)
+    first_metadata_by_id_origin_and_epicentre: dict[tuple[Any, ...], _EarthquakeMetadataOfRecord] = field(
         default_factory=dict
     )  # the first member with each id and origin
     name_by_lower_case_name: dict[str, str] = field(default_factory=dict)  # lower-case name: name as written
 
     def add_record(self, record_index: int, metadata: _EarthquakeMetadataOfRecord) -> None:
         """Add a record, given by its index in the study and its metadata, to the records of the earthquake."""
-        self.members[record_index] = metadata
-        self.first_member_by_id_and_origin.setdefault(
+        self.metadata_by_record_index[record_index] = metadata
+        self.first_metadata_by_id_origin_and_epicentre.setdefault(
             (metadata.event_id, metadata.origin, metadata.epicentre), metadata
         )
         self.name_by_lower_case_name.setdefault(metadata.name.casefold(), metadata.name)
@@ -129,7 +129,7 @@ class _RecordsOfEarthquake:
         """Return True if a record belongs to this earthquake by id or origin time, or else by earthquake name."""
         certain = [
             same
-            for member in self.first_member_by_id_and_origin.values()
+            for member in self.first_metadata_by_id_origin_and_epicentre.values()
             if (same := member.is_same_earthquake_if_known(metadata)) is not None
         ]
         named = metadata.name.casefold() in self.name_by_lower_case_name and (
@@ -140,19 +140,27 @@ class _RecordsOfEarthquake:
     @property
     def first_record_metadata(self) -> _EarthquakeMetadataOfRecord:
         """Metadata of the first record of the earthquake."""
-        return self.members[min(self.members)]
+        return self.metadata_by_record_index[min(self.metadata_by_record_index)]
 
     @property
     def name(self) -> str:
         """Name of the earthquake in the first of its records that states one; else its id or origin time."""
-        named = [self.members[index].name for index in sorted(self.members) if self.members[index].name]
+        named = [
+            self.metadata_by_record_index[index].name
+            for index in sorted(self.metadata_by_record_index)
+            if self.metadata_by_record_index[index].name
+        ]
         return named[0] if named else self.event_id_or_origin
 
     @property
     def event_id_or_origin(self) -> str:
         """Id or origin time of the earthquake, to distinguish earthquakes of the same name; "" if unknown."""
-        ids = [one.event_id for one in self.first_member_by_id_and_origin.values() if one.event_id]
-        origins = [f"{one.origin:%Y-%m-%d %H:%M}" for one in self.first_member_by_id_and_origin.values() if one.origin]
+        ids = [one.event_id for one in self.first_metadata_by_id_origin_and_epicentre.values() if one.event_id]
+        origins = [
+            f"{one.origin:%Y-%m-%d %H:%M}"
+            for one in self.first_metadata_by_id_origin_and_epicentre.values()
+            if one.origin
+        ]
         return next(iter(ids + origins), "")
 
 
@@ -160,7 +168,7 @@ class _RecordsOfEarthquake:
 class EarthquakeAssignment:
     """Earthquake of each record of a study, with notes on doubtful assignments."""
 
-    labels: tuple[str, ...]  # label of each record; equal for records of one earthquake only
+    earthquake_label_by_record: tuple[str, ...]  # label of each record; equal for records of one earthquake only
     several_names_notes: tuple[str, ...]  # one sentence per earthquake with several names
     doubtful_assignment_notes: tuple[str, ...]  # one sentence per doubtful assignment, with names and remedy
 
@@ -196,7 +204,7 @@ def assign_records_to_earthquakes(records: Iterable[Record | RecordTableRow]) ->
             names = " or ".join(f"{one.name!r} ({one.event_id_or_origin})" for one in homes)
             unclear.append(f"record {known[index].record_id} may be of {names} and counts as the first; give event_id")
         homes[0].add_record(index, known[index])
-    found.sort(key=lambda one: min(one.members))
+    found.sort(key=lambda one: min(one.metadata_by_record_index))
     return EarthquakeAssignment(
         _earthquake_label_of_each_record(found),
         tuple(_notes_on_earthquakes_with_several_names(found)),
@@ -220,7 +228,7 @@ def _earthquake_label_of_each_record(earthquakes: list[_RecordsOfEarthquake]) ->
         while label in taken:
             label += "'"
         taken.add(label)
-        labels |= dict.fromkeys(one.members, label)
+        labels |= dict.fromkeys(one.metadata_by_record_index, label)
     return tuple(labels[index] for index in sorted(labels))
 
 
@@ -231,7 +239,7 @@ def _notes_on_earthquakes_with_several_names(earthquakes: list[_RecordsOfEarthqu
         if len(names) > 1:
             why = (
                 "one event_id"
-                if any(each.event_id for each in one.first_member_by_id_and_origin.values())
+                if any(each.event_id for each in one.first_metadata_by_id_origin_and_epicentre.values())
                 else "one origin"
             )
             yield f"{' and '.join(map(repr, names))} are one earthquake ({why}, {one.event_id_or_origin})"
@@ -240,7 +248,11 @@ def _notes_on_earthquakes_with_several_names(earthquakes: list[_RecordsOfEarthqu
 def _warnings_on_records_of_uncertain_earthquake(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
     """Yield a warning for each earthquake whose records have no name, or have the same name but start hours apart."""
     for one in earthquakes:
-        loose = [each for each in one.members.values() if not (each.event_id or each.origin or each.synthetic)]
+        loose = [
+            each
+            for each in one.metadata_by_record_index.values()
+            if not (each.event_id or each.origin or each.synthetic)
+        ]
         started = sorted((each.start, each.record_id) for each in loose if each.start)
         if started:
             started = sorted(
@@ -248,7 +260,7 @@ def _warnings_on_records_of_uncertain_earthquake(earthquakes: list[_RecordsOfEar
                     *started,
                     *(
                         (each.origin, each.record_id)
-                        for each in one.first_member_by_id_and_origin.values()
+                        for each in one.first_metadata_by_id_origin_and_epicentre.values()
                         if each.origin
                     ),
                 ]
@@ -266,7 +278,7 @@ def _notes_on_names_shared_by_earthquakes(earthquakes: list[_RecordsOfEarthquake
     """Yield a note for each name shared by records whose different origin times make them different earthquakes."""
     of_name: dict[str, list[_RecordsOfEarthquake]] = {}
     for one in earthquakes:
-        if one.name and not any(each.event_id for each in one.first_member_by_id_and_origin.values()):
+        if one.name and not any(each.event_id for each in one.first_metadata_by_id_origin_and_epicentre.values()):
             of_name.setdefault(one.name.casefold(), []).append(one)
     for several in of_name.values():
         if len(several) > 1:
@@ -292,8 +304,8 @@ def _warnings_on_earthquakes_possibly_identical(earthquakes: list[_RecordsOfEart
             continue
         if any(
             a.is_same_earthquake_if_known(b) is False
-            for a in first.first_member_by_id_and_origin.values()
-            for b in second.first_member_by_id_and_origin.values()
+            for a in first.first_metadata_by_id_origin_and_epicentre.values()
+            for b in second.first_metadata_by_id_origin_and_epicentre.values()
         ):
             continue
         begun, other_begun = first.first_record_metadata.start, second.first_record_metadata.start
@@ -316,7 +328,7 @@ def _name_words_and_date(earthquake: _RecordsOfEarthquake) -> tuple[str, str, tu
     name = earthquake.name.casefold()
     year: str = ""
     day: tuple[int, ...] = ()
-    if match := next((found for pattern in _DATES if (found := pattern.search(name))), None):
+    if match := next((found for pattern in _DATE_PATTERNS if (found := pattern.search(name))), None):
         date = match.groupdict()
         year = date["year"][-2:]
         if "day" in date:

@@ -16,13 +16,13 @@ from overturning.records.record import Record, largest_pga_pgv_pgd_of_components
 from overturning.records.site import SoilSite
 from overturning.records.steps import Baseline, Highpass, RemoveMean, Resample, Step, Taper
 
-DEFAULT_CORNER_HZ: Final = 0.1
+FALLBACK_HIGHPASS_CORNER_HZ: Final = 0.1
 """Default corner frequency, Hz, without usable noise; analogue accelerographs do not resolve lower ones."""
 
 MIN_SIGNAL_TO_NOISE_RATIO: Final = 3.0
 """Smallest signal-to-noise ratio of a usable signal, as usual for strong-motion data."""
 
-CORNER_BOUNDS_HZ: Final = (0.03, 1.0)
+AUTO_HIGHPASS_CORNER_BOUNDS_HZ: Final = (0.03, 1.0)
 """Lowest and highest corner frequency of the automatic choice, Hz."""
 
 
@@ -113,30 +113,34 @@ def choose_highpass_corner_and_reason(record: Record) -> tuple[float, str]:
     if the noise is too short for the default corner and the signal exceeds it everywhere, it is the default.
     """
     if not (np.ptp(record.north) or np.ptp(record.east)):
-        return DEFAULT_CORNER_HZ, "no horizontal motion"
+        return FALLBACK_HIGHPASS_CORNER_HZ, "no horizontal motion"
     found = signal_and_noise_spectra([record.north, record.east], record.sampling_interval)
     if found is None:
         shortest = shortest_usable_noise_window_s(record.sampling_interval)
-        return DEFAULT_CORNER_HZ, f"no noise of {shortest:g} s before the onset to compare with"
-    window = f"noise of the first {found.onset:.1f} s"
+        return FALLBACK_HIGHPASS_CORNER_HZ, f"no noise of {shortest:g} s before the onset to compare with"
+    window = f"noise of the first {found.onset_s:.1f} s"
     ratio = found.ratio.min(axis=0)
     best = int(ratio.argmax())
     below = np.flatnonzero(ratio[: best + 1] < MIN_SIGNAL_TO_NOISE_RATIO)
     if ratio[best] < MIN_SIGNAL_TO_NOISE_RATIO:
         corner, reason = (
-            CORNER_BOUNDS_HZ[1],
+            AUTO_HIGHPASS_CORNER_BOUNDS_HZ[1],
             f"signal nowhere {MIN_SIGNAL_TO_NOISE_RATIO:g} times the {window}, so the highest corner is taken",
         )
     elif below.size:
         corner, last = float(found.frequency[below[-1] + 1]), below[-1]
         row = int(found.ratio[:, last].argmin())
-        what = "offset that the shock leaves" if found.offset_spectrum[row, last] > found.noise[row, last] else window
+        what = (
+            "offset that the shock leaves"
+            if found.offset_spectrum[row, last] > found.noise_spectrum[row, last]
+            else window
+        )
         reason = f"signal less than {MIN_SIGNAL_TO_NOISE_RATIO:g} times the {what} below it"
     else:
-        corner = min(float(found.frequency[0]), DEFAULT_CORNER_HZ)
+        corner = min(float(found.frequency[0]), FALLBACK_HIGHPASS_CORNER_HZ)
         reason = f"signal more than {MIN_SIGNAL_TO_NOISE_RATIO:g} times the {window} as far down as that tells"
-        reason += f", {found.frequency[0]:.2g} Hz" if found.frequency[0] > DEFAULT_CORNER_HZ else ""
-    low, high = CORNER_BOUNDS_HZ
+        reason += f", {found.frequency[0]:.2g} Hz" if found.frequency[0] > FALLBACK_HIGHPASS_CORNER_HZ else ""
+    low, high = AUTO_HIGHPASS_CORNER_BOUNDS_HZ
     if not low <= corner <= high:
         reason += f", kept within {low:g} to {high:g} Hz"
     return round(min(max(corner, low), high), 3), reason

@@ -15,7 +15,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from overturning.arrays import FloatArray
 from overturning.errors import ConfigError
 from overturning.motion.direction import cosine_and_sine_of_azimuth
-from overturning.motion.motion import MOST_SAMPLES
+from overturning.motion.motion import MAX_SAMPLES_OF_MOTION
 from overturning.records.record import Record
 from overturning.units import GAL
 from overturning.validation import StrictModel, format_validation_error
@@ -197,7 +197,8 @@ def record_of_pulse(pulse: Pulse, record_id: str = "pulse") -> Record:
     """Create a record of a horizontal pulse along its azimuth, with zero acceleration before and after it.
 
     ``extra`` marks it as processed, so that no filter changes it. Raises a ConfigError for a too coarse interval (fewer
-    than ten samples in the pulse, or fewer than four in its shortest period), and for more than `MOST_SAMPLES` samples.
+    than ten samples in the pulse, or fewer than four in its shortest period), and for more than `MAX_SAMPLES_OF_MOTION`
+    samples.
     """
     interval = pulse.sampling_interval_s
     if pulse.duration < 10 * interval:
@@ -210,10 +211,10 @@ def record_of_pulse(pulse: Pulse, record_id: str = "pulse") -> Record:
             f"record {record_id}: the pulse has periods of {pulse.shortest_period:g} s; each needs at least four "
             f"samples: sampling_interval_s ≤ {pulse.shortest_period / 4:g}"
         )
-    if (wanted := (pulse.before_s + pulse.duration + pulse.after_s) / interval) > MOST_SAMPLES:
+    if (wanted := (pulse.before_s + pulse.duration + pulse.after_s) / interval) > MAX_SAMPLES_OF_MOTION:
         raise ConfigError(
-            f"record {record_id}: {wanted:.2g} samples, at most {MOST_SAMPLES:.0e} are possible; give a shorter pulse, "
-            "less rest or a longer sampling_interval_s"
+            f"record {record_id}: {wanted:.2g} samples, at most {MAX_SAMPLES_OF_MOTION:.0e} are possible; give a "
+            "shorter pulse, less rest or a longer sampling_interval_s"
         )
     count = math.floor((pulse.before_s + pulse.duration + pulse.after_s) / interval + 1e-9) + 1
     time = np.arange(count) * interval - pulse.before_s

@@ -12,7 +12,7 @@ from overturning.motion.soil import RockHalfSpace, SoilLayer, propagate_through_
 from overturning.records.record import Record
 from overturning.validation import StrictModel
 
-BEYOND_CURVE_PHRASE: Final = "beyond the curve"
+STRAIN_BEYOND_CURVE_PHRASE: Final = "beyond the curve"
 """Part of the account of a soil-response analysis whose effective strain exceeds the curve of a layer."""
 
 
@@ -56,7 +56,7 @@ class SoilSite(StrictModel):
             note = f"{axis} {state}, strain {100 * passed.largest_strain:.2g} %"
             if passed.strain_and_exceeded_curve_end is not None:
                 strain, end = (100 * one for one in passed.strain_and_exceeded_curve_end)
-                note += f", effective strain {strain:.2g} % {BEYOND_CURVE_PHRASE} (which ends at {end:.2g} %)"
+                note += f", effective strain {strain:.2g} % {STRAIN_BEYOND_CURVE_PHRASE} (which ends at {end:.2g} %)"
             notes.append(note)
             surface[axis] = passed.surface_acceleration
         # The tails of the components differ: the samples that are left out are below a small share of the peak.

@@ -18,10 +18,10 @@ from typing import Final
 
 from overturning.errors import MissingDataError, RecordError
 
-MAXIMUM_BYTES: Final = 200_000_000
+MAX_FILE_OR_ARCHIVE_BYTES: Final = 200_000_000
 """Largest size of a file, or of all members of an archive, bytes; a day at 200 Hz in text has half of it."""
 
-MAXIMUM_MEMBERS: Final = 20_000
+MAX_ARCHIVE_MEMBERS: Final = 20_000
 """Largest number of members of an archive."""
 
 NON_RECORD_EXTENSIONS: Final = frozenset(
@@ -37,7 +37,7 @@ UNSUPPORTED_ARCHIVE_BY_FIRST_BYTES: Final = {
 }  # fmt: skip
 """Kinds of archives and compressed files that are not read, by their first bytes."""
 
-LEADING_BYTES: Final = b"\xef\xbb\xbf \r\n\t"
+IGNORED_LEADING_BYTES: Final = b"\xef\xbb\xbf \r\n\t"
 """Bytes that may precede the first letter of a text: byte-order mark and white space."""
 
 _JAPANESE: Final = re.compile(r"[\u3000-\u30ff\u4e00-\u9fff]{2}|[\uff66-\uff9f]{3}")
@@ -111,7 +111,7 @@ def is_archive(file_bytes: bytes) -> bool:
 
 def is_web_page(file_bytes: bytes) -> bool:
     """Return True if bytes begin like an HTML page, which servers may send instead of a file."""
-    return file_bytes[:400].lstrip(LEADING_BYTES).lower().startswith((b"<!doctype html", b"<html"))
+    return file_bytes[:400].lstrip(IGNORED_LEADING_BYTES).lower().startswith((b"<!doctype html", b"<html"))
 
 
 def read_source_file(path: Path) -> SourceFile:
@@ -124,9 +124,9 @@ def read_source_file(path: Path) -> SourceFile:
             raise MissingDataError(f"{path}: no such file; check the name, or the data folder in the config")
         if not path.is_file():
             raise RecordError(f"{path}: this is a folder or a device; name the files in it")
-        if (size := path.stat().st_size) > MAXIMUM_BYTES:
+        if (size := path.stat().st_size) > MAX_FILE_OR_ARCHIVE_BYTES:
             raise RecordError(
-                f"{path}: {size} bytes; record files larger than {MAXIMUM_BYTES} bytes are not read: cut it"
+                f"{path}: {size} bytes; record files larger than {MAX_FILE_OR_ARCHIVE_BYTES} bytes are not read: cut it"
             )
         data = path.read_bytes()
     except MissingDataError:  # an OSError, too
@@ -147,7 +147,7 @@ def unpack_archive(
     devices, damage, more than two levels, and more than 200 MB in all. Sizes are counted while unpacking, because the
     archive's directory may state wrong ones.
     """
-    budget = _budget if _budget is not None else [MAXIMUM_BYTES, MAXIMUM_MEMBERS]
+    budget = _budget if _budget is not None else [MAX_FILE_OR_ARCHIVE_BYTES, MAX_ARCHIVE_MEMBERS]
     if _depth > 2:
         raise RecordError(f"{archive_file.name}: archives nested more than twice; unpack it first")
     try:
@@ -176,24 +176,24 @@ def _archive_members(archive_file: SourceFile, remaining_bytes_and_members: list
         if pure.is_absolute() or ".." in pure.parts or (pure.parts and ":" in pure.parts[0]):
             why = f"member {name!r} points out of the archive; unpack by hand what you trust"
             raise RecordError(f"{archive_file.name}: {why}")
-        if folder or is_system_or_plot_file(pure):
+        if folder or is_system_file_or_compressed_plot(pure):
             continue
         if not plain:
             raise RecordError(f"{archive_file.name}: member {name!r} is a link or a device; put the file itself there")
         remaining_bytes_and_members[1] -= 1
         if remaining_bytes_and_members[1] < 0:
             raise RecordError(
-                f"{archive_file.name}: more than {MAXIMUM_MEMBERS} members; unpack by hand the ones you need"
+                f"{archive_file.name}: more than {MAX_ARCHIVE_MEMBERS} members; unpack by hand the ones you need"
             )
         member = read_member(remaining_bytes_and_members[0] + 1)
         remaining_bytes_and_members[0] -= len(member)
         if remaining_bytes_and_members[0] < 0:
-            why = f"unpacks to more than {MAXIMUM_BYTES} bytes; unpack by hand the files you need"
+            why = f"unpacks to more than {MAX_FILE_OR_ARCHIVE_BYTES} bytes; unpack by hand the files you need"
             raise RecordError(f"{archive_file.name}: {why}")
         yield SourceFile(pure.name, member)
 
 
-def is_system_or_plot_file(path: PurePath) -> bool:
+def is_system_file_or_compressed_plot(path: PurePath) -> bool:
     """Return True if the path is that of a system file (``.DS_Store``) or a compressed plot (``x.ps.gz``)."""
     packed = path.suffix.lower() == ".gz" and PurePath(path.stem).suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS
     return path.name.startswith(".") or "__MACOSX" in path.parts or packed
@@ -201,15 +201,15 @@ def is_system_or_plot_file(path: PurePath) -> bool:
 
 def has_non_record_name(path: PurePath) -> bool:
     """Return True if a file is hidden, or has an extension that no record format uses, such as that of a picture."""
-    return path.suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS or is_system_or_plot_file(path)
+    return path.suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS or is_system_file_or_compressed_plot(path)
 
 
-_Member = tuple[str, bool, bool, Callable[[int], bytes]]
+_ArchiveMember = tuple[str, bool, bool, Callable[[int], bytes]]
 """Archive member: name, True for a plain file, True for a folder, and a function that reads its first n bytes."""
 
 
-def _zip_members(archive_file: SourceFile) -> Iterator[_Member]:
-    """Yield name, kind and reader of each member of a zip file, as a tuple `_Member`."""
+def _zip_members(archive_file: SourceFile) -> Iterator[_ArchiveMember]:
+    """Yield name, kind and reader of each member of a zip file, as a tuple `_ArchiveMember`."""
     with zipfile.ZipFile(io.BytesIO(archive_file.data)) as archive:
         for info in archive.infolist():
 
@@ -230,8 +230,8 @@ def _is_single_compressed_file(archive_file: SourceFile) -> bool:
     return False
 
 
-def _tar_members(archive_file: SourceFile) -> Iterator[_Member]:
-    """Yield name, kind and reader of each member of a tar file, as a tuple `_Member`.
+def _tar_members(archive_file: SourceFile) -> Iterator[_ArchiveMember]:
+    """Yield name, kind and reader of each member of a tar file, as a tuple `_ArchiveMember`.
 
     A compressed file that holds no tar file is yielded as its only member, without the extension such as ``.gz``.
     """

@@ -12,7 +12,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.motion.fourier import cosine_taper_window
 from overturning.motion.integration import integrate
-from overturning.motion.motion import MOST_SAMPLES
+from overturning.motion.motion import MAX_SAMPLES_OF_MOTION
 from overturning.records.record import Record
 from overturning.validation import StrictModel
 
@@ -26,9 +26,9 @@ def _unsuitable_step_error(record: Record, step_label: str, reason: str) -> Reco
 
 
 def _refuse_too_many_samples(record: Record, step_label: str, sample_count: float) -> None:
-    """Raise a RecordError if a processing step would give a record more than `MOST_SAMPLES` samples."""
-    if sample_count > MOST_SAMPLES:
-        bounds = f"the record would have {sample_count:.2g} samples, at most {MOST_SAMPLES:.0e} are possible"
+    """Raise a RecordError if a processing step would give a record more than `MAX_SAMPLES_OF_MOTION` samples."""
+    if sample_count > MAX_SAMPLES_OF_MOTION:
+        bounds = f"the record would have {sample_count:.2g} samples, at most {MAX_SAMPLES_OF_MOTION:.0e} are possible"
         raise _unsuitable_step_error(record, step_label, bounds)
 
 

@@ -11,7 +11,7 @@ from overturning.errors import ResultError
 from overturning.files import atomic_write, checksum_at_end_matches
 from overturning.records.record import Record
 
-DECIMALS = 9
+STORED_SAMPLE_DECIMALS = 9
 """Decimals of the stored samples, m/s²; rounding makes all results the same on every processor."""
 
 SCHEMA = "overturning motion 1"
@@ -25,7 +25,7 @@ def round_to_stored_precision(record: Record) -> Record:
 
     Negative zeros become zeros.
     """
-    return record.with_changed_components(lambda samples: np.round(samples, DECIMALS) + 0.0)
+    return record.with_changed_components(lambda samples: np.round(samples, STORED_SAMPLE_DECIMALS) + 0.0)
 
 
 def write_record_to_motion_file(record: Record, path: Path | str, unprocessed_record: Record | None = None) -> None:

@@ -100,7 +100,7 @@ def _copy_record_files(paths: Sequence[Path], record_folder: Path) -> None:
             shutil.copyfile(path, target)
 
 
-def notes_on_record_added_to_table(record: Record, table_path: Path, record_folder: Path) -> list[str]:
+def earthquake_and_duplicate_notes_on_new_record(record: Record, table_path: Path, record_folder: Path) -> list[str]:
     """Return notes on a new record of the record table: doubtful earthquake, or same samples as another record.
 
     Of other records whose files cannot be read, only the lines of the table are compared.

@@ -20,7 +20,7 @@ MAX_START_OR_DURATION_SPREAD_S = 0.5
 MIN_PEAK_SHARE_IN_WINDOW = 0.8
 """Smallest share of a component's peak in the common window, if lengths differ by more than the bound above."""
 
-MAX_STATION_DISTANCE_KM = 1.0
+MAX_STATION_COORDINATE_MISMATCH_KM = 1.0
 """Largest distance between stated places of one station, km; files round them to degrees or minutes."""
 
 
@@ -54,7 +54,7 @@ def cut_to_common_window(
     stop channels one after another. Different lengths of several files, different stations, earthquakes, sensors or
     places, and a mixture of raw and processed data are contradictions, which ``trust_data`` accepts.
     """
-    _check_all_of_one_record(components, refusals_out)
+    _check_components_belong_to_one_record(components, refusals_out)
     interval = _common_sampling_interval(components)
     _check_station_places_agree(components, refusals_out)
     offsets = _sample_counts_before_common_start(components, interval, refusals_out)
@@ -71,7 +71,9 @@ def cut_to_common_window(
     return cut
 
 
-def _check_all_of_one_record(components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector) -> None:
+def _check_components_belong_to_one_record(
+    components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector
+) -> None:
     """Report a contradiction if components differ in station, earthquake or sensor, or only some of them are raw."""
     said = [
         (
@@ -144,10 +146,10 @@ def _checked_duration_difference_s(
 
 
 def _check_station_places_agree(components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector) -> None:
-    """Report a contradiction if stated station coordinates are more than `MAX_STATION_DISTANCE_KM` apart."""
+    """Report a contradiction if stated station coordinates are more than `MAX_STATION_COORDINATE_MISMATCH_KM` apart."""
     places = [(c.latitude, c.longitude) for c in components if c.latitude is not None and c.longitude is not None]
     for place in places[1:]:
-        if (apart := great_circle_distance_km(places[0], place)) > MAX_STATION_DISTANCE_KM:
+        if (apart := great_circle_distance_km(places[0], place)) > MAX_STATION_COORDINATE_MISMATCH_KM:
             first, other = (f"{north:g}° N, {east:g}° E" for north, east in (places[0], place))
             why = f"{components[0].file}: components at {first} and at {other}, {apart:.3g} km apart"
             remedy = "give the files of one sensor together, or say --trust-data if it is one record anyway"

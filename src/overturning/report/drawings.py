@@ -37,7 +37,7 @@ from overturning.findings.surveys import SurveyFindings
 from overturning.findings.values import Estimate
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.study.cube import default_height_and_friction_of_figures
-from overturning.study.scenes import NOMINAL, variant_scene
+from overturning.study.scenes import NOMINAL_VARIANT, variant_scene
 from overturning.surveys.population import intensities_by_measure, jma_intensities_of_scaled_motions
 from overturning.surveys.posterior import SurveyInversionResult
 from overturning.surveys.stones import OCTANTS
@@ -90,7 +90,7 @@ REPORT_ONLY_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequenc
         if one.primary
     ][-1:],
     "maps": lambda results, findings: (
-        [partial(_draw_polar_maps, results, findings)] if findings.maps.records and results.model.is_planar else []
+        [partial(_draw_polar_fall_maps, results, findings)] if findings.maps.records and results.model.is_planar else []
     ),
     "scene": lambda results, findings: (
         [partial(scenes_figure, [variant_scene(results.study, name) for name in results.cubes_by_variant])]
@@ -274,8 +274,8 @@ def _draw_observed_and_computed_falls(surveys: Sequence[SurveyFindings]) -> "Fig
                 name=f"{one.stones}, {one.record}",
                 observed_falls_by_octant=counts_in_octant_order(one.observed_by_octant),
                 computed_falls_by_octant=counts_in_octant_order(one.predicted_by_octant),
-                observed_mean_deg=mean_direction_unless_scattered(one.mean_direction_deg, one.resultant),
-                computed_mean_deg=mean_direction_unless_scattered(
+                observed_mean_fall_direction_deg=mean_direction_unless_scattered(one.mean_direction_deg, one.resultant),
+                computed_mean_fall_direction_deg=mean_direction_unless_scattered(
                     one.predicted_mean_direction_deg, one.predicted_resultant
                 ),
                 observed_fallen_share=convert_share_to_plotted_estimate(one.observed_fall_share),
@@ -299,9 +299,9 @@ def write_roses_of_observed_falls(observed: Sequence[ObservedFallsFinding], path
             name="" if len(observed) == 1 else one.site or ("all sites" if number == 0 else "no site"),
             falls_by_sector=np.array([count or 0.0 for count in one.falls_by_sector]),
             mean_direction_deg=one.direction.mean_deg,
-            direction_half_width_deg=one.direction.half_width_deg,
+            mean_direction_interval_half_width_deg=one.direction.half_width_deg,
             mean_axis_deg=one.axis.mean_deg,
-            axis_half_width_deg=one.axis.half_width_deg,
+            mean_axis_interval_half_width_deg=one.axis.half_width_deg,
         )
         for number, one in enumerate(observed)
     ]
@@ -309,7 +309,7 @@ def write_roses_of_observed_falls(observed: Sequence[ObservedFallsFinding], path
         save_figure_files(observed_fall_roses_figure(roses), path)
 
 
-def _draw_polar_maps(results: StudyResults, findings: Findings) -> "Figure":
+def _draw_polar_fall_maps(results: StudyResults, findings: Findings) -> "Figure":
     """Draw the polar maps of falls for the records that the report shows, on one radial scale."""
     ids = [name.id for name in results.record_names]
     places = [ids.index(one.record) for one in findings.maps.records]
@@ -323,7 +323,7 @@ def _draw_polar_maps(results: StudyResults, findings: Findings) -> "Figure":
 
 def _draw_population_fall_rates(results: StudyResults) -> "Figure":
     """Draw the fraction of a study's stone population that falls, by peak velocity and by JMA intensity."""
-    fall_rates = results.population_rates_by_variant[NOMINAL]
+    fall_rates = results.population_rates_by_variant[NOMINAL_VARIANT]
     curve = next(
         one
         for one in results.fragility_curves
@@ -340,7 +340,7 @@ def _draw_population_fall_rates(results: StudyResults) -> "Figure":
 
 def _draw_fragility_curves(results: StudyResults) -> "Figure":
     """Draw the fragility curves of a study's stone population by PGA, PGV and SA(T), with the fall rates."""
-    fall_rates = results.population_rates_by_variant[NOMINAL]
+    fall_rates = results.population_rates_by_variant[NOMINAL_VARIANT]
     curves = [one for one in results.fragility_curves if one.name == "all stones" and one.measure != "PGV/PGA"]
     levels = intensities_by_measure(fall_rates, results.intensity)
     return fragility_curves_figure(fall_rates["free_fall_rate"].to_numpy(), levels, curves)
@@ -355,9 +355,13 @@ def draw_ground_motion_posterior(inversion_result: SurveyInversionResult) -> "Fi
         order = np.argsort(values.ravel(), kind="stable")
         posterior_mass, prior_mass = (each.sum(axis=2).ravel()[order].cumsum() for each in (one.probability, one.prior))
         curves[name] = (values.ravel()[order], posterior_mass, prior_mass, one.credible_interval(values))
-    shares = dict(zip(one.sources, one.motion_probabilities().tolist(), strict=True))
+    shares = dict(zip(one.motion_names, one.motion_probabilities().tolist(), strict=True))
     return inferred_motion_posterior_figure(
-        inversion_result.name, one.velocity_axis_probabilities(), inversion_result.credible_axis_arc_deg, shares, curves
+        inversion_result.name,
+        one.peak_velocity_axis_probabilities(),
+        inversion_result.credible_axis_arc_middle_and_width_deg,
+        shares,
+        curves,
     )
 
 

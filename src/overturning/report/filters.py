@@ -183,7 +183,7 @@ FILTERS: Final[dict[str, Callable[..., str]]] = {
 }
 """Filters without words."""
 
-FILTERS_WITH_INTERVAL_WORD: Final[dict[str, Callable[..., str]]] = {
+FILTERS_WITH_WORD_BETWEEN_INTERVAL_ENDS: Final[dict[str, Callable[..., str]]] = {
     "ends": format_interval,
     "estimate": format_estimate_with_interval,
     "share": format_share_with_interval,

@@ -17,7 +17,7 @@ from overturning.report.drawings import PHONE_FIGURE_PREFIX
 from overturning.report.render import markdown_container_name_and_text, parse_markdown_line, single_image_of_paragraph
 from overturning.translation.texts import read_label_translations
 
-LAZY_CONTAINER: Final = "fold"
+CONTAINER_WITH_LAZY_IMAGES: Final = "fold"
 """Container whose figures are images, which a browser reads when they come into view."""
 
 _TAGS: Final = {
@@ -115,7 +115,7 @@ class _ReportPageBody:
         """
         if name == "paper":
             return
-        inner = "\n".join(self.html_of_markdown_nodes(node.children, lazy or name == LAZY_CONTAINER))
+        inner = "\n".join(self.html_of_markdown_nodes(node.children, lazy or name == CONTAINER_WITH_LAZY_IMAGES))
         if name == "fold":
             summary = _html_of_inline_markdown(parse_markdown_line(text))
             yield f"<details{_html_id_attribute(node)}><summary>{summary}</summary>\n{inner}\n</details>"

@@ -23,7 +23,7 @@ from overturning.translation.texts import (
     read_label_translations,
 )
 
-CONTAINERS_LEFT_OUT_OF_PDF: Final = ("fold", "page")
+MARKDOWN_CONTAINERS_LEFT_OUT_OF_PDF: Final = ("fold", "page")
 """Containers that paper does not show."""
 
 
@@ -112,7 +112,7 @@ def _convert_to_pdf_blocks(
     blocks: list[dict[str, Any]] = []
     for node in nodes:
         name, text = markdown_container_name_and_text(node)
-        if name in CONTAINERS_LEFT_OUT_OF_PDF:
+        if name in MARKDOWN_CONTAINERS_LEFT_OUT_OF_PDF:
             continue
         if name in ("table", "sortable"):
             caption = {"number": node.meta["table"], "caption": _convert_to_pdf_text_parts(parse_markdown_line(text))}

@@ -16,10 +16,10 @@ from mdit_py_plugins.container import container_plugin
 from pydantic import BaseModel
 
 from overturning.errors import ResultError
-from overturning.report.filters import FILTERS, FILTERS_WITH_INTERVAL_WORD
+from overturning.report.filters import FILTERS, FILTERS_WITH_WORD_BETWEEN_INTERVAL_ENDS
 from overturning.translation.texts import LANGUAGES, read_label_translations, translate, translate_whole_text_by_table
 
-CONTAINERS: Final = (
+MARKDOWN_CONTAINER_NAMES: Final = (
     "kicker", "answer", "limits", "note", "caution", "pair", "film", "fold", "table", "sortable", "page", "paper"
 )  # fmt: skip
 """Containers of the Markdown (``::: name text``): how a part of the text looks, or on which medium it is shown."""
@@ -105,7 +105,9 @@ def create_template_environment(language: str) -> jinja2.Environment:
         comment_end_string="#>",
     )
     loaded.filters |= FILTERS
-    loaded.filters |= {name: partial(each, to=labels["to"]) for name, each in FILTERS_WITH_INTERVAL_WORD.items()}
+    loaded.filters |= {
+        name: partial(each, to=labels["to"]) for name, each in FILTERS_WITH_WORD_BETWEEN_INTERVAL_ENDS.items()
+    }
     loaded.filters["label"] = partial(translate_whole_text_by_table, translation_table=labels)
     loaded.filters["translated"] = partial(translate, language=language)
     loaded.tests["infinite"] = math.isinf
@@ -127,7 +129,7 @@ def parse_markdown(text: str) -> SyntaxTreeNode:
     container ``table`` or ``sortable`` has the number of its table in ``meta["table"]``.
     """
     parser = MarkdownIt("commonmark", {"html": False}).enable("table").use(attrs_block_plugin)
-    for name in CONTAINERS:
+    for name in MARKDOWN_CONTAINER_NAMES:
         parser.use(container_plugin, name=name)
     tree = SyntaxTreeNode(parser.parse(text))
     numbers = {"figure": count(1), "table": count(1)}

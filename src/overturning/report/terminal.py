@@ -7,7 +7,7 @@ from markdown_it.tree import SyntaxTreeNode
 
 from overturning.report.render import markdown_container_name_and_text, single_image_of_paragraph
 
-CONTAINERS_LEFT_OUT_OF_TERMINAL = ("page", "paper")
+MARKDOWN_CONTAINERS_LEFT_OUT_OF_TERMINAL = ("page", "paper")
 """Containers that a terminal does not show."""
 
 
@@ -21,7 +21,7 @@ def plain_paragraphs(tree: SyntaxTreeNode) -> Iterator[str]:
     """Yield the paragraphs of a Markdown text outside collapsible sections, without markup."""
     for node in tree.children:
         if markdown_container_name_and_text(node)[0] in (
-            *CONTAINERS_LEFT_OUT_OF_TERMINAL,
+            *MARKDOWN_CONTAINERS_LEFT_OUT_OF_TERMINAL,
             "fold",
         ) or single_image_of_paragraph(node):
             continue
@@ -34,9 +34,9 @@ def plain_paragraphs(tree: SyntaxTreeNode) -> Iterator[str]:
 def _terminal_lines_by_block(nodes: list[SyntaxTreeNode]) -> Iterator[list[str]]:
     """Yield, for each paragraph, heading, table and block of code, its lines for a terminal; figures are left out."""
     for node in nodes:
-        if markdown_container_name_and_text(node)[0] in CONTAINERS_LEFT_OUT_OF_TERMINAL or single_image_of_paragraph(
-            node
-        ):
+        if markdown_container_name_and_text(node)[
+            0
+        ] in MARKDOWN_CONTAINERS_LEFT_OUT_OF_TERMINAL or single_image_of_paragraph(node):
             continue
         if node.type == "table":
             yield _terminal_lines_of_table(node)

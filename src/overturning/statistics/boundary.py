@@ -21,7 +21,9 @@ from overturning.statistics.circular import mean_angle_and_resultant
 BOUNDARY_FALL_PROBABILITY = 0.5
 
 
-def boundary_b_over_h_and_if_stoutest_falls(fall_probabilities: ArrayLike, b_over_h: ArrayLike) -> tuple[float, bool]:
+def boundary_b_over_h_and_whether_stoutest_falls(
+    fall_probabilities: ArrayLike, b_over_h: ArrayLike
+) -> tuple[float, bool]:
     """Return the largest B/H where the fall probability crosses 1/2, and whether the block of largest known B/H falls.
 
     Parameters
@@ -71,7 +73,7 @@ def overturning_boundaries_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
             fall_probabilities.chunk({"b_over_h": -1}) if fall_probabilities.chunks is not None else fall_probabilities
         )
         found: tuple[xr.Variable, xr.Variable] = xr.apply_ufunc(
-            boundary_b_over_h_and_if_stoutest_falls, lazy, slenderness,
+            boundary_b_over_h_and_whether_stoutest_falls, lazy, slenderness,
             input_core_dims=[["b_over_h"]] * 2,
             output_core_dims=[[], []], vectorize=True, dask="parallelized", output_dtypes=[np.float64, np.bool_],
         )  # fmt: skip

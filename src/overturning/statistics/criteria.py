@@ -225,7 +225,7 @@ def _divide_or_nan(numerator: Any, denominator: Any) -> Any:
         return np.divide(numerator, denominator)
 
 
-SLENDERNESS_ONLY: Final = "B/H alone"
+SLENDERNESS_ONLY_RULE_NAME: Final = "B/H alone"
 """Name of the rule that ignores the motion."""
 
 MAX_VALID_PULSE_FREQUENCY_RATIO: Final = 5.0
@@ -323,7 +323,7 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
             MeanOverEarthquakes(len(counts), float(of(counts)), *bootstrap_interval(of, counts, bounds=(-1.0, 1.0)))
             for of in (_skill_over_all_blocks, _mean_skill_over_blocks)
         )
-        if name == SLENDERNESS_ONLY:  # 0 within blocks by definition, not by chance
+        if name == SLENDERNESS_ONLY_RULE_NAME:  # 0 within blocks by definition, not by chance
             within = replace(within, low=math.nan, high=math.nan)
         return PredictionRuleScore(
             name, rule, overall, skill, within,
@@ -334,7 +334,7 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
     rules = [score_rule(one.name, one.rule, predicted) for one, predicted in zip(CRITERIA, predictions, strict=True)]
     shapes = np.unique(kinds[:, 1])
     bounds = ((shapes[1:] + shapes[:-1]) / 2).round(9).tolist()
-    blind = [score_rule(SLENDERNESS_ONLY, f"B/H below {bound:.3g}", slender < bound) for bound in bounds]
+    blind = [score_rule(SLENDERNESS_ONLY_RULE_NAME, f"B/H below {bound:.3g}", slender < bound) for bound in bounds]
     rules += sorted(blind, key=lambda one: np.nan_to_num(-one.overall_counts.skill, nan=1.0))[:1]
     by_event = {
         one.name: count_hits_and_misses(predicted, weight) for one, predicted in zip(CRITERIA, predictions, strict=True)

@@ -180,7 +180,7 @@ class FallAxisSummary:
     axis_from_fault_normal_deg: float
     half_width_deg: float
     earthquakes_with_axis: int
-    earthquakes_closer_to_normal: int
+    earthquakes_with_axis_within_45_deg_of_normal: int
     largest_possible_alignment: float = math.nan
     axis_p_value: float = math.nan
 
@@ -312,7 +312,7 @@ class FallAlignmentWithReferences:
         Cosine for the first of these minus that for the second, record by record, for each range of B/H.
     """
 
-    means: dict[tuple[str, bool], list[MeanOverEarthquakes]]
+    mean_cosines_by_reference: dict[tuple[str, bool], list[MeanOverEarthquakes]]
     best_aligned_references: tuple[str, ...]
     best_minus_second_cosines: list[MeanOverEarthquakes]
 

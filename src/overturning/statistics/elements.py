@@ -21,7 +21,8 @@ class ElementFallCounts:
 
     ``falls`` is the number of cases in which it falls to either side, ``first_falls`` the number of these in which no
     other element of its scene falls before it, and ``lone_falls`` the number in which no other element falls at all.
-    ``share`` is falls/cases, and ``median_time`` the median time of its falls, s; both are NaN without cases or falls.
+    ``fall_share`` is falls/cases, and ``median_fall_time_s`` the median time of its falls, s; both are NaN without
+    cases or falls.
     """
 
     name: str
@@ -29,8 +30,8 @@ class ElementFallCounts:
     falls: int
     first_falls: int
     lone_falls: int
-    share: float
-    median_time: float
+    fall_share: float
+    median_fall_time_s: float
 
 
 @dataclass(frozen=True)
@@ -55,25 +56,26 @@ class ElementDisplacementSummary:
 class TwoStoneFallContrast:
     """Comparison of the falls of two stones under the same motions; all values are means over earthquakes.
 
-    ``only_this``, ``only_other`` and ``both`` are shares of the cases known in both cubes in which the stone falls in
-    this cube only, in the other only, or in both. ``same_way``, ``earlier`` and ``same_time`` are shares of ``both``:
-    falls within 45° of each other, falls that are earlier in this cube, and falls at the same time. ``first`` is the
-    share, of the cases in which at least one stone falls, in which the stone of this cube falls before the other or
-    alone; a case with falls at the same time counts half, so the shares of the two stones add up to 1.
+    ``only_this_falls``, ``only_other_falls`` and ``both`` are shares of the cases known in both cubes in
+    which the stone falls in this cube only, in the other only, or in both. ``same_direction_share``, ``earlier``
+    and ``same_time`` are shares of ``both``: falls within 45° of each other, falls that are earlier in this cube, and
+    falls at the same time. ``first`` is the share, of the cases in which at least one stone falls, in which the stone
+    of this cube falls before the other or alone; a case with falls at the same time counts half, so the shares of the
+    two stones add up to 1.
     """
 
-    only_this: MeanOverEarthquakes
-    only_other: MeanOverEarthquakes
-    both: MeanOverEarthquakes
-    same_way: MeanOverEarthquakes
-    earlier: MeanOverEarthquakes
-    same_time: MeanOverEarthquakes
-    first: MeanOverEarthquakes
+    only_this_falls: MeanOverEarthquakes
+    only_other_falls: MeanOverEarthquakes
+    both_fall: MeanOverEarthquakes
+    same_direction_share: MeanOverEarthquakes
+    earlier_if_both_fall: MeanOverEarthquakes
+    same_time_if_both_fall: MeanOverEarthquakes
+    first_if_any_falls: MeanOverEarthquakes
 
 
-_OUTCOME = ("overturned", "overturning_time")
-_FALL = (*_OUTCOME, "fall_azimuth")
-_DISPLACEMENTS = ("overturned", "residual_slip_north", "residual_slip_east", "residual_twist")
+_FALL_AND_TIME_VARIABLES = ("overturned", "overturning_time")
+_FALL_TIME_AND_AZIMUTH_VARIABLES = (*_FALL_AND_TIME_VARIABLES, "fall_azimuth")
+_DISPLACEMENT_VARIABLES = ("overturned", "residual_slip_north", "residual_slip_east", "residual_twist")
 
 ANY_ELEMENT_LABEL = "any element"
 """Label of the falls of a whole scene, which falls when its first element falls."""
@@ -94,7 +96,7 @@ def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
     counts = np.zeros((4, len(names)), np.int64)
     moments: dict[str, list[NDArray[np.float32]]] = {name: [] for name in names}
     for counts_of_record, times_of_record in map(
-        _fall_counts_and_times_by_element, iterate_results_by_record(cube, _OUTCOME)
+        _fall_counts_and_times_by_element, iterate_results_by_record(cube, _FALL_AND_TIME_VARIABLES)
     ):
         counts += counts_of_record
         for name, times in zip(names, times_of_record, strict=True):
@@ -117,7 +119,9 @@ def _fall_counts_and_times_by_element(cube: xr.Dataset) -> tuple[NDArray[np.int6
     released before the next record is read.
     """
     elements = cube.sizes["element"]
-    sides, when = (cube[name].transpose(..., "element").to_numpy().reshape(-1, elements) for name in _OUTCOME)
+    sides, when = (
+        cube[name].transpose(..., "element").to_numpy().reshape(-1, elements) for name in _FALL_AND_TIME_VARIABLES
+    )
     known = np.isfinite(sides)
     fell = known & (sides != 0)
     when = np.where(fell, np.nan_to_num(when, nan=np.inf), np.inf)
@@ -130,7 +134,7 @@ def _fall_counts_and_times_by_element(cube: xr.Dataset) -> tuple[NDArray[np.int6
     return counts, [when[fell[:, index], index] for index in range(fell.shape[1])]
 
 
-_QUANTILES: Final = (0.5, 0.9)
+_DISPLACEMENT_QUANTILES: Final = (0.5, 0.9)
 """Quantiles of the displacements of standing elements."""
 
 
@@ -148,7 +152,7 @@ def summarise_element_displacements(cube: xr.Dataset) -> list[ElementDisplacemen
     slips: list[list[NDArray[np.float32]]] = [[] for _ in names]
     twists: list[list[NDArray[np.float32]]] = [[] for _ in names]
     fallen, slid = np.zeros(len(names), np.int64), np.zeros(len(names), np.int64)
-    for one in iterate_results_by_record(cube, _DISPLACEMENTS + ("slid_off",) * has_slides):
+    for one in iterate_results_by_record(cube, _DISPLACEMENT_VARIABLES + ("slid_off",) * has_slides):
         for place, name in enumerate(names):
             of = one.sel(element=name)
             stands = (of["overturned"] == 0).to_numpy()
@@ -173,7 +177,7 @@ def summarise_element_displacements(cube: xr.Dataset) -> list[ElementDisplacemen
 def _median_and_90th_percentile(values_by_record: list[NDArray[np.float32]]) -> tuple[float, float]:
     """Compute the median and the 90th percentile of values of all records together; NaN if there are none."""
     values = np.concatenate(values_by_record).astype(np.float64)
-    median, most = np.quantile(values, _QUANTILES).tolist() if values.size else (math.nan, math.nan)
+    median, most = np.quantile(values, _DISPLACEMENT_QUANTILES).tolist() if values.size else (math.nan, math.nan)
     return median, most
 
 
@@ -192,16 +196,21 @@ def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Da
     -------
     Dataset
         Weighted numbers of cases over ``record``: ``cases`` with a known outcome in both cubes; of these, ``both``,
-        ``only_this`` and ``only_other``, in which the stone falls; of ``both``, ``same_way`` with falls within 45° of
-        each other, ``earlier``, in which the first stone falls before the other, and ``same_time``, in which both fall
-        at the same time. ``compared`` is the number of cases without weights.
+        ``only_this_falls`` and ``only_other_falls``, in which the stone falls; of ``both``,
+        ``same_direction_share`` with falls within 45° of each other, ``earlier``, in which the first stone
+        falls before the other, and ``same_time``, in which both fall at the same time. ``compared`` is the number of
+        cases without weights.
     """
     weights = np.ones(1)
     if "azimuth" in cube.indexes:
         weight = case_weight_at_each_azimuth(cube["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube))
         flags = cube["overturned"].isel(record=0)
         weights = xr.DataArray(weight, dims="azimuth").broadcast_like(flags).transpose(*flags.dims).to_numpy().ravel()
-    pairs = zip(iterate_results_by_record(cube, _FALL), iterate_results_by_record(other_cube, _FALL), strict=True)
+    pairs = zip(
+        iterate_results_by_record(cube, _FALL_TIME_AND_AZIMUTH_VARIABLES),
+        iterate_results_by_record(other_cube, _FALL_TIME_AND_AZIMUTH_VARIABLES),
+        strict=True,
+    )
     rows = [_count_two_stone_falls_of_record(one, another, weights) for one, another in pairs]
     names = ("compared", "cases", "both", "only_this", "only_other", "same_way", "earlier", "same_time")
     return xr.Dataset({name: ("record", of) for name, of in zip(names, np.array(rows).T, strict=True)})

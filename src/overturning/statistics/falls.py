@@ -22,11 +22,11 @@ from overturning.model.planes import (
     fall_probabilities_towards_and_away,
     plane_weights_by_azimuth_spacing,
 )
-from overturning.model.symmetry import PLANE_PERIOD, nearest_simulated_planes
-from overturning.model.variables import PLANAR_OUTCOME_VARIABLES, PLANE_ENSEMBLE_VARIABLES, outcome_is_known
+from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG, nearest_simulated_planes
+from overturning.model.variables import PLANAR_OUTCOME_VARIABLES, PLANE_ENSEMBLE_VARIABLES, mask_of_known_outcomes
 from overturning.statistics.circular import RESULTANT_ROUNDING_ERROR
 
-MAX_IGNORED_UNKNOWN_RESULTANT_SHARE: Final = 0.5
+MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO: Final = 0.5
 """Largest length of the sum of doubled axes of unknown outcomes, as a share of that of the falls, that is ignored.
 
 It turns the mean axis by at most 15°: half of arcsin 0.5.
@@ -48,7 +48,7 @@ def add_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
     if np.array_equal(everywhere, azimuth):
         return cube
     sources = nearest_simulated_planes(azimuth, everywhere, azimuth_period_of_cube_deg(cube))
-    if azimuth_period_of_cube_deg(cube) != PLANE_PERIOD:
+    if azimuth_period_of_cube_deg(cube) != PLANE_SYMMETRY_PERIOD_DEG:
         return cube.reindex(azimuth=everywhere[np.isin(everywhere, azimuth) | ~sources.has_near_simulated_direction])
     turned = cube.isel(azimuth=sources.direction_index).assign_coords(
         azimuth=("azimuth", everywhere, cube["azimuth"].attrs)
@@ -93,7 +93,7 @@ def fall_counts_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) ->
     ]
     p = fall_probabilities_towards_and_away(add_opposite_azimuths(cube[used]), use_ensemble=ensemble)
     falls, azimuth = p["towards"], p["azimuth"]
-    if azimuth_period_of_cube_deg(cube) != PLANE_PERIOD:
+    if azimuth_period_of_cube_deg(cube) != PLANE_SYMMETRY_PERIOD_DEG:
         away = p["away"].assign_coords(azimuth=((azimuth + 180) % 360).astype(azimuth.dtype)).sortby("azimuth")
         both = xr.concat(xr.align(falls, away, join="outer"), "side")
         falls = both.sum("side", min_count=1).transpose(*falls.dims)
@@ -104,7 +104,7 @@ def overturning_indicator(cube: xr.Dataset) -> xr.DataArray:
     """Return, for each simulated case, 1 if the block falls to any side, 0 if it stands, NaN if this is unknown."""
     overturned = cube["overturned"]
     flag = overturned.variable
-    falls = xr.where(outcome_is_known(flag), (flag != 0).astype("float32"), np.nan)
+    falls = xr.where(mask_of_known_outcomes(flag), (flag != 0).astype("float32"), np.nan)
     falls.attrs |= {"long_name": "block overturns to either side", "units": "1"}
     return xr.DataArray(falls, overturned.coords, name="overturned")
 
@@ -165,7 +165,7 @@ def count_outcome_changes(cube: xr.Dataset, dimension: str) -> tuple[int, int]:
     gap = float(np.diff(at).max(initial=0.0))
     round_about = dimension == "azimuth" and at[0] + 360.0 - at[-1] <= gap * (1 + 1e-9)
     beyond = flags.roll({dimension: -1}, roll_coords=False) if round_about else flags.shift({dimension: -1})
-    known = outcome_is_known(flags) & outcome_is_known(beyond)
+    known = mask_of_known_outcomes(flags) & mask_of_known_outcomes(beyond)
     return int(((flags != beyond) & known).sum()), int(known.sum())
 
 
@@ -184,17 +184,17 @@ class BlockSelectionRule:
     """
 
     name: str
-    max_share_of_directions: float
+    max_overturning_direction_share: float
     uses_all_blocks_if_none_selected: bool = False
 
     def selected_block_mask(self, share_of_directions: xr.DataArray) -> xr.DataArray:
         """Return a mask of the blocks that the rule selects, from the share of azimuths at which each overturns."""
-        if self.max_share_of_directions > 1.0:
+        if self.max_overturning_direction_share > 1.0:
             return xr.ones_like(share_of_directions, dtype=bool)
         share = share_of_directions.variable  # a sum of weights, with rounding errors
         near = (
             (share > 0)
-            & (share <= self.max_share_of_directions + WEIGHT_EQUALITY_TOLERANCE)
+            & (share <= self.max_overturning_direction_share + WEIGHT_EQUALITY_TOLERANCE)
             & (share < 1.0 - WEIGHT_EQUALITY_TOLERANCE)
         )
         if self.uses_all_blocks_if_none_selected:
@@ -295,8 +295,8 @@ def unknown_outcomes_may_bias_fall_axis(fall_sums: xr.Dataset) -> xr.DataArray:
     The vector that the unknown outcomes would add if all of them were falls has to be longer than
     `MAX_RESULTANT_OF_UNIFORM_PLANES` times the number of known outcomes: falls in all known cases alike would show an
     axis, as those of `simulated_planes_impose_fall_axis`. It also has to be longer than
-    `MAX_IGNORED_UNKNOWN_RESULTANT_SHARE` of the sum of the falls. So a few unknown outcomes change nothing, and neither
-    do unknown outcomes at evenly spread azimuths.
+    `MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO` of the sum of the falls. So a few unknown outcomes change nothing, and
+    neither do unknown outcomes at evenly spread azimuths.
 
     Parameters
     ----------
@@ -308,7 +308,7 @@ def unknown_outcomes_may_bias_fall_axis(fall_sums: xr.Dataset) -> xr.DataArray:
         return xr.zeros_like(length, dtype=bool)
     added = xr.apply_ufunc(np.hypot, fall_sums["unknown_cosine"], fall_sums["unknown_sine"], dask="allowed")
     uneven = added > MAX_RESULTANT_OF_UNIFORM_PLANES * fall_sums["known"] + WEIGHT_EQUALITY_TOLERANCE
-    return uneven & (added > MAX_IGNORED_UNKNOWN_RESULTANT_SHARE * length) & (fall_sums["falls"] > 0)
+    return uneven & (added > MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO * length) & (fall_sums["falls"] > 0)
 
 
 def sum_fall_vectors(

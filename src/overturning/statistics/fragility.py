@@ -22,7 +22,7 @@ MAX_NEWTON_STEP: Final = 2.0
 RECORD_DEVIATION_NODES: Final = np.linspace(-6.0, 6.0, 1201)
 """Integration points for the deviation of a record from its intensity, in standard deviations."""
 
-MAX_VALUES_PER_BATCH: Final = 50_000
+MAX_VALUES_PER_FIT_BATCH: Final = 50_000
 """Largest number of values (samples × shares) in one batch of fits, so that the arrays stay in the cache."""
 
 
@@ -267,7 +267,7 @@ def fit_fragility_curve(
 
     def medians_of_bootstrap_samples(drawn_earthquakes: NDArray[np.intp]) -> FloatArray:
         count = (drawn_earthquakes[:, :, None] == np.arange(names.size)).sum(axis=1, dtype=np.float64)
-        parts = np.array_split(count, math.ceil(len(drawn_earthquakes) * fall_share.size / MAX_VALUES_PER_BATCH))
+        parts = np.array_split(count, math.ceil(len(drawn_earthquakes) * fall_share.size / MAX_VALUES_PER_FIT_BATCH))
         return np.concatenate(
             [
                 _fit_lognormal_medians_and_spreads(np.log(intensity), fall_share, part[:, member], (median, spread))[0]

@@ -17,7 +17,7 @@ from overturning.statistics.circular import wrap_axis_difference
 BOTH_SIDES_CASE_TITLE: Final = "Falls, but to which side?"
 """Title of the case with falls to both sides."""
 
-ANY_ELEMENT_FALLS: Final = "any_element_falls"
+ANY_ELEMENT_FALLS_VARIABLE: Final = "any_element_falls"
 """Name of a variable that is True where at least one element of the scene falls."""
 
 MIN_VISIBLE_ROTATION_RATIO: Final = 0.1
@@ -26,10 +26,10 @@ MIN_VISIBLE_ROTATION_RATIO: Final = 0.1
 MIN_VISIBLE_TWIST_DEG: Final = 0.1
 """Smallest turn about the vertical of a standing stone that counts as turned, degrees; the report prints 0.1°."""
 
-MAX_PLANE_OFFSET_DEG: Final = 22.5
+MAX_PLANE_ANGLE_TO_FAULT_AXIS_DEG: Final = 22.5
 """Largest angle between a plane and the fault normal (or the fault) that it represents, degrees."""
 
-MAX_CORNER_OFFSET_DEG: Final = 10.0
+MAX_FALL_ANGLE_FROM_CORNER_DEG: Final = 10.0
 """Largest angle between a fall over a corner and the bisector of the normals of its two faces, degrees."""
 
 
@@ -41,11 +41,11 @@ class IllustrativeCase(NamedTuple):
     """Simulated case that a report shows as an example: title, selection rule, record, block, and panel azimuths."""
 
     title: str
-    rule: str
+    selection_rule_text: str
     record_index: int
-    block: dict[str, float]
+    block_coordinates: dict[str, float]
     """Coordinates of the block, by dimension of the model."""
-    direction_deg: tuple[float, ...]
+    panel_directions_deg: tuple[float, ...]
     """Azimuth or orientation of each panel, degrees."""
     panel_variants: tuple[str, ...] = ()
     """Variant of each panel; empty if all panels are of the study itself."""
@@ -99,8 +99,8 @@ def _standing_case_with_largest_value(
 ) -> BestExampleCaseOfRecord | None:
     size = abs(record_cube[variable])
     eligible = size >= min_value
-    if ANY_ELEMENT_FALLS in record_cube:  # the film shows all stones
-        eligible = eligible & ~record_cube[ANY_ELEMENT_FALLS].astype(bool)
+    if ANY_ELEMENT_FALLS_VARIABLE in record_cube:  # the film shows all stones
+        eligible = eligible & ~record_cube[ANY_ELEMENT_FALLS_VARIABLE].astype(bool)
     return _case_with_largest_score(record_cube, 0, size, eligible)
 
 
@@ -110,7 +110,7 @@ def _stoutest_falling_case(record_cube: xr.Dataset, eligible_cells: xr.DataArray
 
 def _find_case_with_fall_over_corner(record_cube: xr.Dataset) -> BestExampleCaseOfRecord | None:
     off = (record_cube["fall_azimuth"].astype("float64") - record_cube["orientation"]) % 90.0
-    return _stoutest_falling_case(record_cube, abs(off - 45.0) < MAX_CORNER_OFFSET_DEG)
+    return _stoutest_falling_case(record_cube, abs(off - 45.0) < MAX_FALL_ANGLE_FROM_CORNER_DEG)
 
 
 def _find_block_with_falls_only_along_fault_normal(record_cube: xr.Dataset) -> BestExampleCaseOfRecord | None:
@@ -118,7 +118,9 @@ def _find_block_with_falls_only_along_fault_normal(record_cube: xr.Dataset) -> B
     distance = np.abs(
         wrap_axis_difference(azimuth - float(record_cube["fault_normal"]))
     )  # NaN without a fault normal: no case
-    if not (distance.min() <= MAX_PLANE_OFFSET_DEG and distance.max() >= 90 - MAX_PLANE_OFFSET_DEG):
+    if not (
+        distance.min() <= MAX_PLANE_ANGLE_TO_FAULT_AXIS_DEG and distance.max() >= 90 - MAX_PLANE_ANGLE_TO_FAULT_AXIS_DEG
+    ):
         return None
     along, across = int(distance.argmin()), int(distance.argmax())
     flags, rotation = record_cube["overturned"].to_numpy(), record_cube["peak_rotation"].to_numpy()
@@ -177,8 +179,8 @@ RULES: Final = (
     ),
     IllustrativeCaseRule(
         "Falls over a corner",
-        f"the broadest block whose fall lies within {MAX_CORNER_OFFSET_DEG:g}° of the middle between the normals of "
-        "two faces",
+        f"the broadest block whose fall lies within {MAX_FALL_ANGLE_FROM_CORNER_DEG:g}° of the middle between the "
+        "normals of two faces",
         _find_case_with_fall_over_corner,
         ("plane_overturned", "fall_azimuth"),
     ),
@@ -196,7 +198,8 @@ def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
     """Find the cases that illustrate a study: for each rule of `RULES`, the best case of all records.
 
     A rule without any case is left out. The cube is read in batches of records. Its optional variable
-    `ANY_ELEMENT_FALLS` is True where a stone of the scene falls; such a case is not used to show a standing stone.
+    `ANY_ELEMENT_FALLS_VARIABLE` is True where a stone of the scene falls; such a case is not used to show a standing
+    stone.
     """
     model, cells = (
         default_model_for_results_cube(cube),
@@ -208,7 +211,7 @@ def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
         *model.variables_for_fall_probability,
         *{name for rule in rules for name in rule.needed_variables},
     ]
-    names += [ANY_ELEMENT_FALLS] * (ANY_ELEMENT_FALLS in cube)
+    names += [ANY_ELEMENT_FALLS_VARIABLE] * (ANY_ELEMENT_FALLS_VARIABLE in cube)
     batches = starmap(
         partial(_best_example_cases_of_record_batch, model, cells, rules), iterate_record_result_batches(cube, names)
     )
@@ -358,7 +361,7 @@ def case_with_differing_outcomes(
     for rule in (FALLS_IN_ONE_SETTING_RULE, OPPOSITE_FALLS_RULE):
         if rule.title in best:
             case = _illustrative_case_from_best(cube, rule, *best[rule.title], direction_indices=cells)
-            return case._replace(direction_deg=2 * case.direction_deg, panel_variants=variant_names)
+            return case._replace(panel_directions_deg=2 * case.panel_directions_deg, panel_variants=variant_names)
     return None
 
 

@@ -19,10 +19,10 @@ from overturning.units import STANDARD_GRAVITY
 PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
 """Predictors of `fit_logistic_overturning_model`: PGA over West's limit, PGV/PGA in s, slenderness, height in m."""
 
-LEVEL = 0.95
+CONFIDENCE_LEVEL = 0.95
 """Probability of the intervals."""
 
-ROUNDING_ERROR_PGA = 1e-6
+ROUNDING_ERROR_PGA_M_S2 = 1e-6
 """PGA, m/s², below which a motion is only rounding error (motions are rounded to 1e-9 m/s²)."""
 
 CONSTANT_PREDICTOR_TOLERANCE = 1e-6
@@ -61,7 +61,7 @@ class LogisticFit:
         Reason why there is no estimate or no interval; otherwise "".
     """
 
-    names: tuple[str, ...]
+    coefficient_names: tuple[str, ...]
     coefficient: FloatArray
     standard_error: FloatArray
     low: FloatArray
@@ -147,10 +147,10 @@ def fit_logistic_model(
                 coefficient, error = (one + given for one in estimates)
         elif intervals:
             note = f"no interval: fewer than {MIN_EARTHQUAKES_FOR_INTERVAL} earthquakes"
-    half = float(scipy.special.stdtrit(groups - 1, (1 + LEVEL) / 2)) * error
+    half = float(scipy.special.stdtrit(groups - 1, (1 + CONFIDENCE_LEVEL) / 2)) * error
     nowhere = np.full(len(label) - 1, np.nan)
     return LogisticFit(
-        names=label,
+        coefficient_names=label,
         coefficient=coefficient,
         standard_error=error,
         low=coefficient - half,
@@ -359,7 +359,7 @@ def overturning_regression_data(
                 "intensity: azimuths of the cube are missing; compute it on the cube's azimuths"
             ) from error
         pga, pgv = (along[name].transpose("record", ...).to_numpy()[..., None, None] for name in ("pga", "pgv"))
-        moves = pga > ROUNDING_ERROR_PGA
+        moves = pga > ROUNDING_ERROR_PGA_M_S2
         pga = np.where(moves, pga, np.nan)
         height, slender = (falls[name].to_numpy().astype(float) for name in ("height", "b_over_h"))
         height = height[:, None]
@@ -395,4 +395,4 @@ def fitted_coefficient_rows(logistic_fit: LogisticFit) -> list[tuple[str, float,
         (math.nan, *values.tolist()) for values in (logistic_fit.predictor_minimum, logistic_fit.predictor_maximum)
     )
     estimates = (values.tolist() for values in (logistic_fit.coefficient, logistic_fit.low, logistic_fit.high))
-    return list(zip(logistic_fit.names, *estimates, least, most, strict=True))
+    return list(zip(logistic_fit.coefficient_names, *estimates, least, most, strict=True))

@@ -9,7 +9,7 @@ from overturning.arrays import FloatArray
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 
-MOST_MAPS = 4
+MAX_REPORT_MAPS = 4
 """Largest number of maps."""
 
 EVERY, MOST, MEDIAN, LEAST = "every record", "most aligned", "median", "least aligned"
@@ -32,7 +32,7 @@ class RecordChosenForReportMap(NamedTuple):
 def choose_records_for_report_maps(
     cube: xr.Dataset, record_alignment: FloatArray, axis_resultant: FloatArray, share_overturned: FloatArray
 ) -> list[RecordChosenForReportMap]:
-    """Choose at most `MOST_MAPS` records of a study whose maps a report shows.
+    """Choose at most `MAX_REPORT_MAPS` records of a study whose maps a report shows.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def choose_records_for_report_maps(
         the clearest axes; if no record has an axis (resultant of `MIN_RESULTANT_WITH_MEAN_DIRECTION`), the first ones
         with falls.
     """
-    if record_alignment.size <= MOST_MAPS:
+    if record_alignment.size <= MAX_REPORT_MAPS:
         return [RecordChosenForReportMap(place, EVERY) for place in range(record_alignment.size)]
     members = next(iter(record_masks_by_group(cube).values()))
     events = cube["event"].to_numpy().astype(str)
@@ -75,7 +75,7 @@ def choose_records_for_report_maps(
         if clear
         else (FIRST_WITH_FALLS_REASON, np.flatnonzero(members & (share_overturned > 0)).tolist())
     )
-    wanted += [last] * (MOST_MAPS - len(wanted))
+    wanted += [last] * (MAX_REPORT_MAPS - len(wanted))
     chosen: list[RecordChosenForReportMap] = []
     for reason, order in wanted:
         used = {events[one.record_index] for one in chosen}

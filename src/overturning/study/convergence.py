@@ -14,7 +14,7 @@ AMPLITUDE_PERTURBATION: Final = 1e-9
 MAX_AMPLITUDE_CHANGE: Final = 0.01
 """Largest relative change of amplitude for which the azimuth of a fall is compared."""
 
-MIN_AZIMUTH_SHIFT_DEG: Final = 30.0
+MIN_FALL_AZIMUTH_SHIFT_DEG: Final = 30.0
 """Smallest change of azimuth of a fall that counts as moved, degrees."""
 
 MAX_CHANGED_SHARE_WITHOUT_WARNING: Final = 0.01
@@ -57,7 +57,7 @@ class ChangesWithFinerSteps(BaseModel):
     block_steps: int
 
 
-class RecordChanges(BaseModel):
+class FinerStepChangesOfRecord(BaseModel):
     """Number of cases under one record whose outcome (fall or side) changes with finer time steps."""
 
     record: str
@@ -69,7 +69,7 @@ class FallChangesWithAmplitude(BaseModel):
     """Numbers of 3-D falls that change if the motion is slightly weaker or stronger."""
 
     falls: int  # falls of the study that were run again
-    moved: int  # of these, azimuth moves by `MIN_AZIMUTH_SHIFT_DEG` or more under one of the motions
+    moved: int  # of these, azimuth moves by `MIN_FALL_AZIMUTH_SHIFT_DEG` or more under one of the motions
     stood: int  # of these, that stand under one of the motions
     weight: float  # sum of the weights of these falls (`model.body.case_weight_in_direction_statistics`)
     weight_moved: float  # part of it due to falls that move
@@ -94,7 +94,7 @@ class ConvergenceCheckResult(BaseModel):
     settling: ChangesWithFinerSteps
     amplitude: FallChangesWithAmplitude | None  # None for planar models
     rigid: RigidComparison | None  # None if no cell has a block that cannot slide
-    by_record: list[RecordChanges] = []  # changes with finer steps
+    by_record: list[FinerStepChangesOfRecord] = []  # changes with finer steps
 
 
 def read_convergence_result(path: Path) -> ConvergenceCheckResult:

@@ -28,12 +28,12 @@ from overturning.study.answers import CaseOutcomes, count_outcome_differences, f
 from overturning.study.convergence import (
     AMPLITUDE_PERTURBATION,
     MAX_AMPLITUDE_CHANGE,
-    MIN_AZIMUTH_SHIFT_DEG,
+    MIN_FALL_AZIMUTH_SHIFT_DEG,
     ChangesWithFinerSteps,
     ConvergenceCheckResult,
     FallChangesWithAmplitude,
+    FinerStepChangesOfRecord,
     OutcomeChangesOfElement,
-    RecordChanges,
     RerunResult,
     RigidComparison,
 )
@@ -74,7 +74,7 @@ def check_convergence(
     """
     settings = study.verification
     assert not isinstance(settings, str)  # the workflow does not ask for it
-    allowed = round(settings.cost * case_sample.study_block_steps)
+    allowed = round(settings.cost * case_sample.study_block_time_steps)
     runs = _CaseReruns(study, records, case_sample, threads, progress)
     # If springs four times stiffer are refused (numerical limits), only the finer steps are run.
     if runs.try_rerunning_cases_within_step_budget("stiffer", 1.0 + MAX_STEP_RATIO_OF_FINER_TO_STIFFER, allowed):
@@ -91,8 +91,8 @@ def check_convergence(
         chosen=count,
         at_rest=int(case_sample.at_rest[:count].sum()),
         cells=len(records) * runs.grid.case_count,
-        computed=case_sample.computed_case_count,
-        study_block_steps=case_sample.study_block_steps,
+        computed=case_sample.simulated_case_count_of_study,
+        study_block_steps=case_sample.study_block_time_steps,
         cost=settings.cost,
         finer_by=TIME_STEP_REFINEMENT,
         stiffer_by=CONTACT_STIFFNESS_FACTOR,
@@ -131,7 +131,7 @@ class _CaseReruns:
     def try_rerunning_cases_within_step_budget(self, rerun_kind: str, step_factor: float, allowed_steps: int) -> bool:
         """Rerun as many cases as `allowed_steps` time steps permit; return False if cases cannot be computed."""
         most = len(self.sample.record_indices)
-        size = min(PILOT_CASES, most, max(self.sample.computed_case_count // 12, 1))
+        size = min(PILOT_CASES, most, max(self.sample.simulated_case_count_of_study // 12, 1))
         while size > 0:
             done = len(self.answers[rerun_kind]) + size
             if not self.rerun_first_cases(rerun_kind, done):
@@ -188,7 +188,7 @@ class _CaseReruns:
         for column, name in enumerate(self.grid.element_names or ("",)):
             before, after = own["overturned"][:, column], rerun_outcomes["overturned"][:, column]
             sure = ~self.sample.has_divided_ensemble[:count, column]
-            one_way = ~self.sample.has_divided_ensemble_or_sides[:count, column]
+            one_way = ~self.sample.has_divided_ensemble_or_fall_directions[:count, column]
             counts, those, agreed = (
                 count_outcome_differences(before[chosen], after[chosen], away[chosen, column])
                 for chosen in (np.ones_like(sure), sure, one_way)
@@ -205,15 +205,19 @@ class _CaseReruns:
         """Compare the outcomes of all cases in the sample with those of the exact rigid block."""
         every = np.arange(len(self.sample.record_indices))
         (found,) = self._count_changes_by_element(self._rerun_cases("rigid", every))
-        return RigidComparison(cells=self.sample.computed_case_count, **found.model_dump())
+        return RigidComparison(cells=self.sample.simulated_case_count_of_study, **found.model_dump())
 
-    def count_finer_step_changes_by_record(self, case_count: int, record_ids: Sequence[str]) -> list[RecordChanges]:
+    def count_finer_step_changes_by_record(
+        self, case_count: int, record_ids: Sequence[str]
+    ) -> list[FinerStepChangesOfRecord]:
         """Count, by record, the outcomes that finer time steps change among the first `case_count` cases."""
         known, changed = self._masks_of_known_and_changed_outcomes(case_count)
         record, found = self.sample.record_indices[:case_count], []
         for number, name in enumerate(record_ids):
             mine = known & (record == number)
-            found.append(RecordChanges(record=name, cases=int(mine.sum()), changed=int((changed & mine).sum())))
+            found.append(
+                FinerStepChangesOfRecord(record=name, cases=int(mine.sum()), changed=int((changed & mine).sum()))
+            )
         return found
 
     def _masks_of_known_and_changed_outcomes(self, case_count: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -253,10 +257,10 @@ class _CaseReruns:
         moved, stood, steps = np.zeros(rows.size, np.bool_), np.zeros(rows.size, np.bool_), 0
         for factor in factors:
             again = self._rerun_cases("nominal", rows, float(factor))
-            moved |= fall_azimuths_differ(own[rows], again, MIN_AZIMUTH_SHIFT_DEG).any(axis=1)
+            moved |= fall_azimuths_differ(own[rows], again, MIN_FALL_AZIMUTH_SHIFT_DEG).any(axis=1)
             stood |= ((own["overturned"][rows] == 1) & (again["overturned"] == 0)).any(axis=1)
             steps += int(again["block_steps"].sum())
-        weight = self.sample.direction_weight[rows]
+        weight = self.sample.fall_direction_weight[rows]
         return FallChangesWithAmplitude(
             falls=rows.size,
             moved=int(moved.sum()),

@@ -12,19 +12,19 @@ from typing import TYPE_CHECKING, Any, Final
 
 from overturning.errors import ResultError
 from overturning.files import possible_project_file_folders, read_yaml_mapping, write_text
-from overturning.study.cube import CONFIGURATION
+from overturning.study.cube import COMPLETE_STUDY_FILE_NAME
 from overturning.study.load import study_settings_without_absolute_paths
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
     from rocrate.rocrate import ROCrate
 
-METADATA: Final = "ro-crate-metadata.json"
+METADATA_FILE_NAME: Final = "ro-crate-metadata.json"
 
 _EXTRA_JSON_LD_TERMS: Final = {"sha256": "http://schema.org/sha256"}
 """Terms that the JSON-LD context of version 1.1 does not define."""
 
-_FOLDERS: Final = {
+_FOLDER_NAMES_AND_DESCRIPTIONS: Final = {
     "motion": ("Motions", "Ground motion of each record: accelerations north, east and up, as computed with."),
     "figures": ("Figures", "Figures of the report, and further ones."),
     "survey": ("Surveys", "Observed stones, and the predictions of the study."),
@@ -36,7 +36,10 @@ _FOLDERS: Final = {
 }
 
 _FILE_NAMES_AND_DESCRIPTIONS: Final = {
-    CONFIGURATION: ("Configuration", "The whole study with every key filled in: `overturning study check` reads it."),
+    COMPLETE_STUDY_FILE_NAME: (
+        "Configuration",
+        "The whole study with every key filled in: `overturning study check` reads it.",
+    ),
     "cube.nc": ("Cube", "Outcome of every case of the study (CF-1.11)."),
     "cube.*.nc": ("Cube of the variant {part}", "Outcome of every case under this setting (CF-1.11)."),
     "intensity.nc": ("Intensity", "Intensity measures of each record along every azimuth (CF-1.11)."),
@@ -62,7 +65,7 @@ _FILE_NAMES_AND_DESCRIPTIONS: Final = {
 }
 """Name and description of files by path pattern; other files are named by their path."""
 
-_MEDIA: Final = {
+_MEDIA_TYPE_BY_SUFFIX: Final = {
     ".csv": "text/csv",
     ".html": "text/html",
     ".js": "text/javascript",
@@ -98,7 +101,7 @@ def write_ro_crate(study: Study, results_folder: Path, produced_files: Sequence[
     from rocrate.rocrate import ROCrate
 
     text = yaml.safe_dump(study_settings_without_absolute_paths(study), allow_unicode=True, sort_keys=False, width=120)
-    write_text(results_folder / CONFIGURATION, text)
+    write_text(results_folder / COMPLETE_STUDY_FILE_NAME, text)
     cube = _record_and_package_metadata_of_cube(results_folder / "cube.nc")
     program = _citation_metadata_of_program()
     crate = ROCrate(version="1.1")
@@ -107,7 +110,7 @@ def write_ro_crate(study: Study, results_folder: Path, produced_files: Sequence[
     root["name"] = study.title or study.name
     root["description"] = f"{study.question} Results of the study {study.name} by overturning: {program['abstract']}"
     root["datePublished"] = str(study.crate.date or program["date-released"])
-    root["license"] = _get_or_add_licence_entity(crate, study.crate.licence or _NO_LICENCE)
+    root["license"] = _get_or_add_licence_entity(crate, study.crate.licence or _UNSTATED_LICENCE_TEXT)
     if study.crate.authors:
         named = enumerate(study.crate.authors, 1)
         root["author"] = _unwrap_list_of_single_value(
@@ -124,7 +127,7 @@ def write_ro_crate(study: Study, results_folder: Path, produced_files: Sequence[
     overturning = versions.pop("overturning")
     overturning["license"] = _get_or_add_licence_entity(crate, f"https://spdx.org/licenses/{program['license']}")
     overturning["softwareRequirements"] = _unwrap_list_of_single_value(versions.values())
-    configuration = files.pop(CONFIGURATION)
+    configuration = files.pop(COMPLETE_STUDY_FILE_NAME)
     root["mentions"] = _add_crate_entity(
         crate,
         "#run",
@@ -135,10 +138,10 @@ def write_ro_crate(study: Study, results_folder: Path, produced_files: Sequence[
         result=_unwrap_list_of_single_value(files.values()),
     )
     written = json.dumps(crate.metadata.generate(), indent=1, ensure_ascii=False, sort_keys=True)
-    write_text(results_folder / METADATA, written + "\n")
+    write_text(results_folder / METADATA_FILE_NAME, written + "\n")
 
 
-_NO_LICENCE: Final = (
+_UNSTATED_LICENCE_TEXT: Final = (
     "Not stated by those who made it (key crate.licence of a study). Records are on terms of their own."
 )
 
@@ -213,10 +216,10 @@ def _add_file_entities(
     """Add result files to the RO-Crate, grouped by folder; return their entities by path."""
     paths = [below for path in produced_files for below in (path.rglob("*") if path.is_dir() else [path])]
     names = {path.relative_to(results).as_posix(): path for path in paths if path.name[0] != "." and not path.is_dir()}
-    names[CONFIGURATION] = results / CONFIGURATION
+    names[COMPLETE_STUDY_FILE_NAME] = results / COMPLETE_STUDY_FILE_NAME
     files = {name: _add_file_entity(crate, name, names[name], records) for name in sorted(names)}
     for folder in dict.fromkeys(name.partition("/")[0] for name in files if "/" in name):
-        name, description = _FOLDERS.get(folder, (folder, "Further results."))
+        name, description = _FOLDER_NAMES_AND_DESCRIPTIONS.get(folder, (folder, "Further results."))
         about = {"name": name, "description": description}
         within = _unwrap_list_of_single_value(file for path, file in files.items() if path.startswith(f"{folder}/"))
         crate.add_dataset(dest_path=f"{folder}/", properties=about | {"hasPart": within})
@@ -230,7 +233,7 @@ def _add_file_entity(crate: "ROCrate", path: str, file: Path, records: dict[str,
     name, description = next(
         (both for pattern, both in _FILE_NAMES_AND_DESCRIPTIONS.items() if fnmatch(path, pattern)), (path, "")
     )
-    about: dict[str, Any] = {"name": name.format(**said), "encodingFormat": _MEDIA.get(file.suffix, "")}
+    about: dict[str, Any] = {"name": name.format(**said), "encodingFormat": _MEDIA_TYPE_BY_SUFFIX.get(file.suffix, "")}
     try:
         with file.open("rb") as opened:
             about |= {"sha256": hashlib.file_digest(opened, "sha256").hexdigest()}

@@ -31,7 +31,7 @@ _REQUIRED_CUBE_ATTRIBUTES: Final = {
     "record_processing",
     "versions",
 }
-CONFIGURATION: Final = "study.yaml"
+COMPLETE_STUDY_FILE_NAME: Final = "study.yaml"
 """File of the complete study, next to the cube of a finished run."""
 
 MAX_CUBE_VALUES_IN_MEMORY: Final = 20_000_000
@@ -267,7 +267,7 @@ def _study_from_json(text: str) -> Study:
     return study_from_content(_parse_json(text, "study", dict), "study in the cube")
 
 
-def study_with_title_and_figure_settings(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
+def find_study_for_figure_settings(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
     """Return the study whose title, question and figure settings apply to a results cube; None without a study.
 
     This is the given study, otherwise the study file next to the cube if it has the same name, otherwise the study
@@ -278,18 +278,18 @@ def study_with_title_and_figure_settings(cube: "xr.Dataset", study: Study | None
     if "study" not in cube.attrs:
         return None
     own, source = study_of_cube(cube), cube.encoding.get("source")  # xarray drops the source in some operations
-    path = Path(source).with_name(CONFIGURATION) if source else None
+    path = Path(source).with_name(COMPLETE_STUDY_FILE_NAME) if source else None
     return beside if path and path.is_file() and (beside := load_study(path)).name == own.name else own
 
 
 def default_height_and_friction_of_figures(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
     """Return the height and friction that figures show by default, as lists with one value each.
 
-    The block is set by `figures` of the `study_with_title_and_figure_settings`, with the first height and the last
+    The block is set by `figures` of the `find_study_for_figure_settings`, with the first height and the last
     friction as defaults. No selection is made along a dimension that the cube holds only in part, or if the cube
     belongs to no study.
     """
-    own = study_with_title_and_figure_settings(cube, study)
+    own = find_study_for_figure_settings(cube, study)
     if own is None:
         return {}
     chosen = own.figures.height or own.height[0], own.figures.friction

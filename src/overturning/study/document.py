@@ -94,7 +94,7 @@ def write_study_file_documentation(folder: Path) -> None:
     readme.write_text(insert_tables_into_readme(readme.read_text(encoding="utf-8")), encoding="utf-8")
 
 
-_TEXT = """\
+_NEW_STUDY_FILE_TEMPLATE = """\
 # Every key is explained in config/README.md.
 name: {name} # of the folder under results/
 title: {title}
@@ -113,10 +113,12 @@ def new_study_file_text(
 ) -> str:
     """Return the text of a new study file with the given records and primary statistic; the text is not validated."""
     quoted = json.dumps(title or name, ensure_ascii=False)
-    return _TEXT.format(name=name, title=quoted, records=", ".join(records), step=step, statistic=statistic)
+    return _NEW_STUDY_FILE_TEMPLATE.format(
+        name=name, title=quoted, records=", ".join(records), step=step, statistic=statistic
+    )
 
 
-_LINK: Final = re.compile(r"\[([^]]+)\]\(\.\./[^)]+\)")
+_PARENT_FOLDER_LINK_PATTERN: Final = re.compile(r"\[([^]]+)\]\(\.\./[^)]+\)")
 _REPOSITORY_ONLY_SECTION_PATTERN: Final = re.compile(
     r"<!-- repository -->\n.*?<!-- end of repository -->\n\n", re.DOTALL
 )
@@ -124,4 +126,4 @@ _REPOSITORY_ONLY_SECTION_PATTERN: Final = re.compile(
 
 def adapt_readme_to_new_project(config_readme_text: str) -> str:
     """Adapt the text of config/README.md to a new project, which lacks the folder docs/ and the example studies."""
-    return _LINK.sub(r"\1", _REPOSITORY_ONLY_SECTION_PATTERN.sub("", config_readme_text))
+    return _PARENT_FOLDER_LINK_PATTERN.sub(r"\1", _REPOSITORY_ONLY_SECTION_PATTERN.sub("", config_readme_text))

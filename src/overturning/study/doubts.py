@@ -13,12 +13,12 @@ from overturning.model.planes import simulated_planes_impose_fall_axis
 from overturning.model.scene import Scene
 from overturning.model.stack_checks import unsimulated_overhang_contact_warnings
 from overturning.model.stack_stones import stack_stones
-from overturning.model.symmetry import PLANE_PERIOD
+from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.motion.soil import RockHalfSpace, SoilLayer
 from overturning.records.site import SoilSite
-from overturning.settings import GRID_TOLERANCE, StonePopulation, UniformRange
+from overturning.settings import RELATIVE_TOLERANCE_OUTSIDE_GRID, StonePopulation, UniformRange
 from overturning.study.grounds import soil_settings_of_study
-from overturning.study.scenes import NOMINAL, names_of_differing_settings
+from overturning.study.scenes import NOMINAL_VARIANT, names_of_differing_settings
 from overturning.study.schema import Study
 from overturning.study.values import ValueRange
 from overturning.units import STANDARD_GRAVITY
@@ -26,19 +26,19 @@ from overturning.units import STANDARD_GRAVITY
 MIN_PLAUSIBLE_SOIL_VELOCITY_M_S: Final = 30.0
 """Smallest plausible shear-wave velocity of a layer, m/s; mud and peat have more."""
 
-LARGEST_FRICTION: Final = 3.0
+MAX_PLAUSIBLE_FRICTION: Final = 3.0
 """Largest plausible friction coefficient (arctan 3 = 72°)."""
 
-LARGEST_B_OVER_H: Final = 1.5
+MAX_PLAUSIBLE_B_OVER_H: Final = 1.5
 """Largest plausible B/H; a wider block slides and hardly ever rocks."""
 
-LARGEST_AMPLITUDE: Final = 10.0
+MAX_PLAUSIBLE_AMPLITUDE_FACTOR: Final = 10.0
 """Largest plausible factor on a record."""
 
 MAX_PLAUSIBLE_RELATIVE_PENETRATION: Final = 0.1
 """Largest plausible penetration of a block at rest, as a share of its width; deeper corners are no contacts."""
 
-DENSITIES: Final = (1000.0, 8000.0)
+PLAUSIBLE_DENSITY_RANGE_KG_M3: Final = (1000.0, 8000.0)
 """Range of plausible densities, kg/m³: water to above steel."""
 
 MAX_POPULATION_SHARE_OUTSIDE_GRID: Final = 0.2
@@ -69,7 +69,7 @@ def _compared_variant_difference_warnings(study: Study) -> Iterator[str]:
     """Yield a warning if the variant that is compared with the study differs from it in more than one setting."""
     if (variant := study.primary.against) is None:
         return
-    settings = names_of_differing_settings(study, NOMINAL, variant)
+    settings = names_of_differing_settings(study, NOMINAL_VARIANT, variant)
     if len(settings) > 1:
         names = f"{', '.join(settings[:-1])} and {settings[-1]}"
         yield (
@@ -80,11 +80,11 @@ def _compared_variant_difference_warnings(study: Study) -> Iterator[str]:
 
 def _repeated_variant_warnings(study: Study) -> Iterator[str]:
     """Yield a warning for each variant of a study whose settings equal those of the study or of an earlier variant."""
-    names = [NOMINAL, *study.variants]
+    names = [NOMINAL_VARIANT, *study.variants]
     for place, name in enumerate(names[1:], 1):
         for earlier in names[:place]:
             if not names_of_differing_settings(study, earlier, name):
-                whose = "the study" if earlier == NOMINAL else f"the variant {earlier}"
+                whose = "the study" if earlier == NOMINAL_VARIANT else f"the variant {earlier}"
                 same = f"its settings are those of {whose}, and so are its outcomes"
                 yield f"variants.{name}: {same}; change or leave it out"
                 break
@@ -94,7 +94,7 @@ def _too_few_azimuths_warnings(study: Study) -> Iterator[str]:
     """Yield a warning if a 2-D study has so few azimuths that they, not the motion, determine the axis of the falls."""
     azimuths = study.azimuths_or_orientations_deg
     if study.orientation is None and simulated_planes_impose_fall_axis(azimuths):
-        planes = sorted({azimuth % PLANE_PERIOD for azimuth in azimuths})
+        planes = sorted({azimuth % PLANE_SYMMETRY_PERIOD_DEG for azimuth in azimuths})
         which = f"planes along {_format_first_three_numbers(planes)}" if len(planes) > 1 else f"{planes[0]:g} only"
         yield (
             f"azimuth: {which} (degrees); falls lie in these planes whatever the motion, so the report gives no "
@@ -120,18 +120,18 @@ def _block_setting_warnings(study: Study) -> Iterator[str]:
     """Yield a warning for each implausible B/H, friction, amplitude or density in a study."""
     vertices = study.body is not None and study.body.vertices is not None
     own = default_height_and_b_over_h(study.scene)[1]
-    shapes = [one for one in study.b_over_h if one > LARGEST_B_OVER_H and not vertices and one != own]
+    shapes = [one for one in study.b_over_h if one > MAX_PLAUSIBLE_B_OVER_H and not vertices and one != own]
     if shapes:
         yield (
-            f"b_over_h: {_format_first_three_numbers(shapes)} above {LARGEST_B_OVER_H:g}; H/B? Give width over height: "
-            f"{_format_first_three_numbers([1 / one for one in shapes])}"
+            f"b_over_h: {_format_first_three_numbers(shapes)} above {MAX_PLAUSIBLE_B_OVER_H:g}; H/B? Give width over "
+            f"height: {_format_first_three_numbers([1 / one for one in shapes])}"
         )
     yield from _friction_warnings("friction", study.friction)
-    factors = [one for one in study.amplitude if one > LARGEST_AMPLITUDE]
+    factors = [one for one in study.amplitude if one > MAX_PLAUSIBLE_AMPLITUDE_FACTOR]
     if factors:
         yield (
-            f"amplitude: {_format_first_three_numbers(factors)} above {LARGEST_AMPLITUDE:g}; per cent, or a peak? Give "
-            "factors on each record, 1 for the record as it is"
+            f"amplitude: {_format_first_three_numbers(factors)} above {MAX_PLAUSIBLE_AMPLITUDE_FACTOR:g}; per cent, "
+            "or a peak? Give factors on each record, 1 for the record as it is"
         )
     yield from _density_warnings("density", study.density)
     contacts = {"contact": study.contact} | {
@@ -154,7 +154,7 @@ def _block_setting_warnings(study: Study) -> Iterator[str]:
 
 def _friction_warnings(key: str, frictions: tuple[float, ...]) -> Iterator[str]:
     """Yield a warning if friction coefficients are implausibly large, such as angles in degrees."""
-    doubtful = [one for one in frictions if one > LARGEST_FRICTION]
+    doubtful = [one for one in frictions if one > MAX_PLAUSIBLE_FRICTION]
     if doubtful:
         angles = [math.tan(math.radians(one)) for one in doubtful if one < 90]
         instead = (
@@ -162,12 +162,12 @@ def _friction_warnings(key: str, frictions: tuple[float, ...]) -> Iterator[str]:
             if angles
             else " Per cent?"
         )
-        yield f"{key}: {_format_first_three_numbers(doubtful)} above {LARGEST_FRICTION:g}.{instead}"
+        yield f"{key}: {_format_first_three_numbers(doubtful)} above {MAX_PLAUSIBLE_FRICTION:g}.{instead}"
 
 
 def _density_warnings(key: str, density: float) -> Iterator[str]:
     """Yield a warning if a density is implausible, such as a value in g/cm³ instead of kg/m³."""
-    low, high = DENSITIES
+    low, high = PLAUSIBLE_DENSITY_RANGE_KG_M3
     if not low <= density <= high:
         light = "; kN/m³? Times 102" if density < 100 else ""
         cause = "; g/cm³? Times 1000" if low <= 1000 * density <= high else light
@@ -239,7 +239,7 @@ def _population_outside_grid_warnings(study: Study, population: StonePopulation)
         ("friction", "population.friction", values_at_evenly_spaced_quantiles(population.friction), study.friction),
     )
     for key, of, drawn, grid in sizes:
-        low, high = (1 - GRID_TOLERANCE) * min(grid), (1 + GRID_TOLERANCE) * max(grid)
+        low, high = (1 - RELATIVE_TOLERANCE_OUTSIDE_GRID) * min(grid), (1 + RELATIVE_TOLERANCE_OUTSIDE_GRID) * max(grid)
         outside = float(np.mean((drawn < low) | (drawn > high)))
         if outside > MAX_POPULATION_SHARE_OUTSIDE_GRID:
             ends = f"{min(grid):g}" if min(grid) == max(grid) else f"{min(grid):g} to {max(grid):g}"

@@ -44,7 +44,7 @@ MIN_FALL_AZIMUTH_CHANGE_DEG: Final = 30.0
 MEMBERS_PER_BATCH: Final = 8
 """Number of runs in a batch, half from each Sobol sequence; convergence of a case is tested after each batch."""
 
-MAX_MOTION_SAMPLES = 20_000_000
+MAX_ROTATED_MOTION_SAMPLES_IN_MEMORY = 20_000_000
 """Largest number of samples of rotated motions in memory (160 MB)."""
 
 MAX_MEMBER_CASES_PER_RUN: Final = 1_000_000
@@ -143,11 +143,11 @@ class EnsembleMembers:
 
 COLUMNS: Final = tuple(item.name for item in fields(EnsembleMembers))
 
-_DEFAULTS: Final = {"orientation_deg": 0.0, "relief": np.nan}
+_DEFAULTS_OF_OPTIONAL_COLUMNS: Final = {"orientation_deg": 0.0, "relief": np.nan}
 """Values of columns that the members' file may lack."""
 
 _MemberRow = create_model(  # type: ignore[call-overload]
-    "_MemberRow", **{name: (float, _DEFAULTS.get(name, ...)) for name in COLUMNS}
+    "_MemberRow", **{name: (float, _DEFAULTS_OF_OPTIONAL_COLUMNS.get(name, ...)) for name in COLUMNS}
 )
 
 
@@ -281,10 +281,12 @@ class EnsembleRunner:
     model: Model
     members: EnsembleMembers
     run_all_cells: bool = True  # run all cells, not only those near a change of outcome
-    max_half_width: float = 0.0  # half-width for `fall_probabilities_converged`; 0: every cell gets all members
+    max_interval_half_width: float = (
+        0.0  # half-width for `fall_probabilities_converged`; 0: every cell gets all members
+    )
 
     @property
-    def variables(self) -> tuple[OutcomeVariable, ...]:
+    def ensemble_result_variables(self) -> tuple[OutcomeVariable, ...]:
         """Output variables with the ensemble results of each case, such as the probability of a fall."""
         return (*self.model.ensemble_variables, *(RELIEF_ENSEMBLE_VARIABLES if self.members.varies_relief else ()))
 
@@ -307,13 +309,15 @@ class EnsembleRunner:
         azimuths = nominal_outcomes.get("fall_azimuth")
         chosen = computed & select_cases_for_ensemble_runs(overturned, self.run_all_cells, len(grid.shape), azimuths)
         arrays: Arrays = {}
-        for variable in self.variables:
+        for variable in self.ensemble_result_variables:
             shape = overturned.shape if variable.per_element else grid.shape
             arrays[variable.name] = np.full(shape, 0 if variable.name == "members" else np.nan, variable.dtype)
         directions = np.flatnonzero(chosen.any(axis=tuple(range(1, chosen.ndim))))
         together = max(1, min(MEMBERS_PER_BATCH, members.member_count))
         cells_of_each = max(1, int(np.prod(chosen.shape[1:])))
-        most = min(MAX_MOTION_SAMPLES // motion.sample_count, MAX_MEMBER_CASES_PER_RUN // cells_of_each)
+        most = min(
+            MAX_ROTATED_MOTION_SAMPLES_IN_MEMORY // motion.sample_count, MAX_MEMBER_CASES_PER_RUN // cells_of_each
+        )
         group = max(1, most // together)
         work, done, block_steps = max(1, int(chosen.sum())), 0, 0
         for start in range(0, directions.size, group):
@@ -357,7 +361,7 @@ class EnsembleRunner:
                 if (towards := getattr(results, "fall_azimuth", None)) is not None:
                     azimuths = towards.reshape(unsettled.size, own.size, *fall_azimuth_deg.shape[2:])
                     fall_azimuth_deg[unsettled[:, None], own] = azimuths
-            unsettled = unsettled[~fall_probabilities_converged(member_flags[unsettled], self.max_half_width)]
+            unsettled = unsettled[~fall_probabilities_converged(member_flags[unsettled], self.max_interval_half_width)]
             if unsettled.size == 0:
                 break
         if progress:
@@ -391,6 +395,6 @@ class EnsembleRunner:
             alike = copied_cells[(slice(None), *rest)]
             behind = np.flatnonzero(alike.any(axis=tuple(range(1, alike.ndim))))
             where = (source[behind, column], *rest)
-            seen = {item.name: item.mirrored_values(ensemble_arrays, where) for item in self.variables}
+            seen = {item.name: item.mirrored_values(ensemble_arrays, where) for item in self.ensemble_result_variables}
             for name, values in seen.items():
                 ensemble_arrays[name][(behind, *rest)] = values

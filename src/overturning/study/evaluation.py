@@ -10,7 +10,7 @@ from overturning.quantities import Degree, Metre
 from overturning.records.site import SoilSite
 from overturning.validation import StrictModel
 
-FORMATS: Final = ("svg", "png", "pdf")
+FIGURE_FILE_FORMATS: Final = ("svg", "png", "pdf")
 
 
 class FigureSettings(StrictModel):
@@ -43,7 +43,7 @@ class FigureSettings(StrictModel):
     @classmethod
     def _sort_file_formats(cls, formats: tuple[str, ...]) -> tuple[str, ...]:
         """Return the file formats for figures in a fixed order; SVG is always included."""
-        return tuple(kind for kind in FORMATS if kind == "svg" or kind in formats)
+        return tuple(kind for kind in FIGURE_FILE_FORMATS if kind == "svg" or kind in formats)
 
 
 class CrateMetadata(StrictModel):

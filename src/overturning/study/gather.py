@@ -23,7 +23,7 @@ from overturning.study.load import study_settings_without_absolute_paths
 from overturning.study.netcdf import add_coordinate, add_grid_dimensions, add_variable, outcome_content_hash
 from overturning.study.parts import open_sweep_part, record_and_variant_of_outcome_file
 from overturning.study.scenes import (
-    NOMINAL,
+    NOMINAL_VARIANT,
     StudyToSceneSizeConversion,
     variant_grid,
     variant_model,
@@ -33,20 +33,24 @@ from overturning.study.scenes import (
 from overturning.study.schema import Study
 from overturning.study.sweep import cube_variables_of_study
 
-CONVENTIONS = "CF-1.11"
-RECORD_COORDINATES = (
+CF_CONVENTIONS_VERSION = "CF-1.11"
+RECORD_COORDINATE_VARIABLE_NAMES = (
     *("record_id", "station", "event", "fault_normal", "pulse", "vertical"),
     *("station_latitude", "station_longitude", "epicentre_latitude", "epicentre_longitude"),
     *STATISTICS_METADATA_COLUMNS,
 )
 """Auxiliary coordinates of the dimension record."""
 
-_PACKAGES = ("overturning", "numba", "llvmlite", "numpy", "scipy", "obspy", "xarray", "netCDF4")
+_PACKAGES_WITH_STORED_VERSIONS = ("overturning", "numba", "llvmlite", "numpy", "scipy", "obspy", "xarray", "netCDF4")
 """Packages that affect the numerical results; the cube lists their versions."""
 
 
 def merge_outcome_files_into_cube(
-    study: Study, records: Sequence[Record], sweep_part_paths: Sequence[Path], cube_path: Path, variant: str = NOMINAL
+    study: Study,
+    records: Sequence[Record],
+    sweep_part_paths: Sequence[Path],
+    cube_path: Path,
+    variant: str = NOMINAL_VARIANT,
 ) -> None:
     """Merge files with outcomes of records and chunks of cases into the results cube of a study or variant.
 
@@ -78,12 +82,12 @@ def merge_outcome_files_into_cube(
         cube.content_sha256 = outcome_content_hash(cube, variables)
 
 
-def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], variant: str = NOMINAL) -> None:
+def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], variant: str = NOMINAL_VARIANT) -> None:
     """Create the dimensions, coordinates, attributes and empty variables of a results cube in a netCDF4 file."""
     model, grid = variant_model(study, variant), variant_grid(study, variant)
     cube.setncatts(_global_cube_attributes(study, records, variant))
     cube.createDimension("record", len(records))
-    _add_record_coordinates(cube, records, variant_uses_vertical_motion(study, variant))
+    _add_record_coordinate_variables(cube, records, variant_uses_vertical_motion(study, variant))
     add_grid_dimensions(cube, grid)
     cube[model.direction_dimension_name].setncatts(model.direction_coordinate_attributes)
     if said := variant_size_note(study, variant):
@@ -98,7 +102,7 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
         angles[:] = values
     for variable in cube_variables_of_study(study):
         names = ("element_name",) if "element" in grid.cube_dimensions_of_variable(variable) else ()
-        add_variable(cube, variable, grid, "record").coordinates = " ".join((*RECORD_COORDINATES, *names))
+        add_variable(cube, variable, grid, "record").coordinates = " ".join((*RECORD_COORDINATE_VARIABLE_NAMES, *names))
 
 
 def _copy_outcomes_of_record_into_cube(
@@ -121,7 +125,7 @@ def _copy_outcomes_of_record_into_cube(
     return True
 
 
-def _add_record_coordinates(cube: Any, records: Sequence[Record], uses_vertical_motion: bool) -> None:
+def _add_record_coordinate_variables(cube: Any, records: Sequence[Record], uses_vertical_motion: bool) -> None:
     """Add coordinates of records, such as station and fault strike, to a results cube; unknown values are missing."""
     add = partial(add_coordinate, cube, "record")
     add("record", "i4", range(len(records)), long_name="number of the record", units="1")
@@ -131,7 +135,7 @@ def _add_record_coordinates(cube: Any, records: Sequence[Record], uses_vertical_
         (
             "event",
             "earthquake of the record, one name for each earthquake",
-            assign_records_to_earthquakes(records).labels,
+            assign_records_to_earthquakes(records).earthquake_label_by_record,
         ),
     ):
         add(name, str, texts, long_name=long_name)
@@ -186,7 +190,7 @@ def _global_cube_attributes(study: Study, records: Sequence[Record], variant: st
         for record in records
     ]
     return {
-        "Conventions": CONVENTIONS,
+        "Conventions": CF_CONVENTIONS_VERSION,
         "title": study.title or study.name,
         "institution": "overturning",
         "source": f"overturning {_package_version('overturning')}: "
@@ -204,5 +208,5 @@ def _global_cube_attributes(study: Study, records: Sequence[Record], variant: st
             ensure_ascii=False,
             default=str,
         ),
-        "versions": json.dumps({name: _package_version(name) for name in _PACKAGES}),
+        "versions": json.dumps({name: _package_version(name) for name in _PACKAGES_WITH_STORED_VERSIONS}),
     }

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator
 from overturning.errors import ConfigError, closest_name_hint
 from overturning.records.site import SoilSite
 from overturning.study.evaluation import SurveySettings
-from overturning.study.scenes import NOMINAL
+from overturning.study.scenes import NOMINAL_VARIANT
 from overturning.study.schema import Study
 from overturning.study.sections import Variant
 
@@ -18,7 +18,7 @@ def results_cube_name_for_soil(study: Study, soil: SoilSite | None) -> str:
     otherwise derived from the layers, so that equal layers are computed once.
     """
     if soil is None:
-        return NOMINAL
+        return NOMINAL_VARIANT
     for name, variant in study.variants.items():
         if variant == Variant(site=soil):
             return name

@@ -22,11 +22,11 @@ from overturning.records.record import Record
 from overturning.study.scenes import directions_as_int16_if_whole
 from overturning.study.schema import Study
 
-PERCENTILES = (0.0, 50.0, 100.0)
+ROTD_PERCENTILES = (0.0, 50.0, 100.0)
 SPECTRUM_PERIODS = np.geomspace(0.01, 10.0, 61)
 """Periods of the spectra in the file, s, 20 per decade; periods of a population are added."""
 
-FREQUENCIES = np.geomspace(0.1, 50.0, 55)
+FOURIER_SPECTRUM_FREQUENCIES_HZ = np.geomspace(0.1, 50.0, 55)
 """Frequencies of the smoothed Fourier spectra, Hz, 20 per decade."""
 
 
@@ -48,7 +48,7 @@ def write_intensity_measures(study: Study, records: Sequence[Record], output_pat
         record_id=("record", [record.record_id for record in records], {"long_name": "identifier of the record"}),
         event=(
             "record",
-            list(assign_records_to_earthquakes(records).labels),
+            list(assign_records_to_earthquakes(records).earthquake_label_by_record),
             {"long_name": "earthquake, one name for each"},
         ),
     )
@@ -69,7 +69,7 @@ def _azimuth_independent_measures(records: Sequence[Record], periods: FloatArray
         jma_intensity_and_peaks_of_record(motion, record.processing)
         for motion, record in zip(motions, records, strict=True)
     ]
-    spectra = [rotd_percentile_measures(motion, periods, percentiles=PERCENTILES) for motion in motions]
+    spectra = [rotd_percentile_measures(motion, periods, percentiles=ROTD_PERCENTILES) for motion in motions]
     variables: dict[str, Any] = {}
 
     def add_variable(name: str, dimensions: str, values: Any, units: str, long_name: str) -> None:
@@ -96,9 +96,9 @@ def _azimuth_independent_measures(records: Sequence[Record], periods: FloatArray
     axes, of_pulse = zip(*map(strongest_pulse_axis_and_period, motions), strict=True)
     add_variable("pulse_axis", "record", axes, "degree", "axis of the strongest velocity pulse")
     add_variable("pulse_period", "record", of_pulse, "s", "period of the strongest velocity pulse")
-    add_variable("percentile", "percentile", PERCENTILES, "percent", "percentile over azimuths")
+    add_variable("percentile", "percentile", ROTD_PERCENTILES, "percent", "percentile over azimuths")
     add_variable("period", "period", periods, "s", "period of the oscillator")
-    add_variable("frequency", "frequency", FREQUENCIES, "Hz", "frequency")
+    add_variable("frequency", "frequency", FOURIER_SPECTRUM_FREQUENCIES_HZ, "Hz", "frequency")
     for name, (units, long_name) in PEAK_UNITS_AND_LONG_NAMES.items():
         larger = f"{long_name}, larger of north and east"
         for when in ("before", "after"):
@@ -123,9 +123,9 @@ def _azimuth_independent_measures(records: Sequence[Record], periods: FloatArray
 
 
 def _smoothed_fourier_amplitude(acceleration: FloatArray, sampling_interval: float) -> FloatArray:
-    """Return Fourier amplitudes at `FREQUENCIES`, m/s, smoothed by Konno & Ohmachi; NaN above the Nyquist frequency."""
+    """Return Konno–Ohmachi Fourier amplitudes at `FOURIER_SPECTRUM_FREQUENCIES_HZ`, m/s; NaN above Nyquist."""
     frequency, amplitude = fourier_amplitude_spectrum(acceleration, sampling_interval)
-    inside = frequency[-1] >= FREQUENCIES
-    values = np.full(FREQUENCIES.size, np.nan)
-    values[inside] = konno_ohmachi_smoothed_amplitude(frequency, amplitude, FREQUENCIES[inside])
+    inside = frequency[-1] >= FOURIER_SPECTRUM_FREQUENCIES_HZ
+    values = np.full(FOURIER_SPECTRUM_FREQUENCIES_HZ.size, np.nan)
+    values[inside] = konno_ohmachi_smoothed_amplitude(frequency, amplitude, FOURIER_SPECTRUM_FREQUENCIES_HZ[inside])
     return values

@@ -15,7 +15,7 @@ from overturning.files import atomic_write
 from overturning.model.grid import CaseGrid
 from overturning.model.variables import PLANAR_OUTCOME_VARIABLES, OutcomeVariable
 from overturning.study.netcdf import add_grid_dimensions, add_variable, open_netcdf_unscaled
-from overturning.study.scenes import NOMINAL, variant_model
+from overturning.study.scenes import NOMINAL_VARIANT, variant_model
 from overturning.study.schema import Study
 
 
@@ -44,7 +44,7 @@ class SweepChunk:
 SINGLE_CHUNK_OF_RECORD: Final = SweepChunk()
 """Chunk with all cases of a record."""
 
-_REMEDY: Final = "run again to recreate it"
+_UNREADABLE_FILE_REMEDY: Final = "run again to recreate it"
 
 
 def sweep_part_path(folder: Path, record_id: str, chunk: SweepChunk) -> Path:
@@ -58,7 +58,7 @@ def sweep_part_paths(folder: Path, record_ids: Iterable[str], chunk_count: int) 
     return [sweep_part_path(folder, record, chunk) for record in record_ids for chunk in all_chunks]
 
 
-def grid_of_chunk(study: Study, grid: CaseGrid, chunk: SweepChunk, variant: str = NOMINAL) -> CaseGrid:
+def grid_of_chunk(study: Study, grid: CaseGrid, chunk: SweepChunk, variant: str = NOMINAL_VARIANT) -> CaseGrid:
     """Return the part of a parameter grid that one job (chunk) of a sweep simulates.
 
     Only the directions are divided, in alternation, so that chunks have similar run times. Directions that are copied
@@ -112,14 +112,14 @@ class OpenedSweepPartFile(NamedTuple):
 
 def record_and_variant_of_outcome_file(path: Path) -> tuple[str, str]:
     """Return the record id and variant stated in a file with outcomes; a `ResultError` if it is unreadable."""
-    with open_netcdf_unscaled(path, "read", _REMEDY, check_checksum=True) as file:
+    with open_netcdf_unscaled(path, "read", _UNREADABLE_FILE_REMEDY, check_checksum=True) as file:
         return file.record_id, file.variant
 
 
 @contextmanager
 def open_sweep_part(path: Path, grid: CaseGrid, variables: Sequence[OutcomeVariable]) -> Iterator[OpenedSweepPartFile]:
     """Open a file with outcomes of a chunk of cases; a `ResultError` if its cases are not in the study's grid."""
-    with open_netcdf_unscaled(path, "read", _REMEDY, check_checksum=True) as file:
+    with open_netcdf_unscaled(path, "read", _UNREADABLE_FILE_REMEDY, check_checksum=True) as file:
         if not file.dimensions:  # empty chunk
             yield OpenedSweepPartFile(file, [np.zeros(0, np.intp)] * len(grid.dimension_names))
             return

@@ -20,7 +20,7 @@ from overturning.study.ensemble import MAX_MEMBER_CASES_PER_RUN, MEMBERS_PER_BAT
 from overturning.study.grounds import soil_layers_with_own_cube, soil_settings_of_study
 from overturning.study.load import read_record_table_rows_of_study
 from overturning.study.scenes import (
-    NOMINAL,
+    NOMINAL_VARIANT,
     StudyToSceneSizeConversion,
     numerical_options_of_study,
     variant_model,
@@ -37,10 +37,10 @@ if TYPE_CHECKING:
 _SECONDS_PER_CASE: Final = 5e-5
 """Processor time of a single-block case on a small machine, s."""
 
-_MEMBER_SHARE_NEAR_BOUNDARY: Final = 0.4
+_SHARE_OF_MEMBERS_RUN_IF_ONLY_AT_BOUNDARY: Final = 0.4
 """Share of ensemble members that are run if only cells near a change of flag have an ensemble."""
 
-_BASE_MEMORY: Final = 4e8
+_BASE_MEMORY_BYTES: Final = 4e8
 _MEMORY_BYTES_PER_CELL: Final = 400
 _DISK_BYTES_PER_CELL: Final = 45
 _DISK_BYTES_PER_RECORD: Final = 6e5  # motion and figures
@@ -49,7 +49,7 @@ _BASE_READING_MEMORY_BYTES: Final = 1e9
 _READING_MEMORY_BYTES_PER_CELL: Final = 12
 _MEMORY_BYTES_PER_MEMBER: Final = 20
 
-MAX_CELLS_PER_PAGE: Final = 3_000_000
+MAX_CELLS_OF_SINGLE_EXPLORER_PAGE: Final = 3_000_000
 """Largest number of cells of an explorer page in a single file (30 MB, which browsers can open)."""
 
 MAX_LISTED_PROBLEMS: Final = 6
@@ -92,7 +92,7 @@ def estimate_job_seconds_by_workflow_rule(study: Study, chunks_per_record: int =
     """
     records, members, scales = len(study.records.use), study.ensemble.members, len(study.amplitude)
     runs = scales + members * (
-        _MEMBER_SHARE_NEAR_BOUNDARY if study.ensemble.where == "boundary" else 1.0
+        _SHARE_OF_MEMBERS_RUN_IF_ONLY_AT_BOUNDARY if study.ensemble.where == "boundary" else 1.0
     )  # members at one amplitude
     cases = study.cases_per_record * _SECONDS_PER_CASE * variant_model(study).relative_computing_time_of_case * runs
     seconds = {
@@ -119,7 +119,7 @@ def estimate_study_size(study: Study, chunks_per_record: int = 1) -> StudySizeEs
     )
     cells = study.cases_per_record / chunks_per_record
     memory = (
-        _BASE_MEMORY
+        _BASE_MEMORY_BYTES
         + cells * scales * _MEMORY_BYTES_PER_CELL * elements
         + min(cells, MAX_MEMBER_CASES_PER_RUN / MEMBERS_PER_BATCH) * _MEMORY_BYTES_PER_MEMBER * members
     )
@@ -132,7 +132,7 @@ def explorer_fits_single_page(study: Study) -> bool:
     """True if all cases of a study fit into a single file of the interactive results page."""
     return (
         len(study.records.use) * study.cases_per_record * len(variant_model(study).free_element_names)
-        <= MAX_CELLS_PER_PAGE
+        <= MAX_CELLS_OF_SINGLE_EXPLORER_PAGE
     )
 
 
@@ -293,7 +293,7 @@ def _name_study_key_in_error_message(message: str, variant: str) -> str:
     A message about an argument without a key gets the name of the variant, unless it concerns the study itself.
     """
     name, rest = message.partition(":")[::2]
-    own = "" if variant == NOMINAL else f"variants.{variant}."
+    own = "" if variant == NOMINAL_VARIANT else f"variants.{variant}."
     if name in SimulationSettings.model_fields:
         return f"simulation.{name}:{rest}"
     if name in ContactSettings.model_fields:

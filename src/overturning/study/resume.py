@@ -20,10 +20,10 @@ from overturning.errors import ResultError
 from overturning.files import checksum_at_end_matches
 from overturning.study.convergence import read_convergence_result
 from overturning.study.ensemble import EnsembleMembers
-from overturning.study.evaluation import FORMATS
+from overturning.study.evaluation import FIGURE_FILE_FORMATS
 from overturning.study.netcdf import open_netcdf_unscaled
 
-DAMAGED: Final = "damaged or gone, is made again if another result needs it: "
+DAMAGED_FILE_LOG_PREFIX: Final = "damaged or gone, is made again if another result needs it: "
 """Log prefix of a damaged file, which was removed, or of a missing one."""
 
 _TABLE_READERS_BY_FILE_NAME: Final[dict[str, Callable[[Path], Any]]] = {
@@ -42,16 +42,16 @@ END_CHECKED_FILE_PATTERNS: Final = (
     *(f"figures/{folder}/*.*" for folder in ("polar", "blocks", "intensity", "maps", "survey", "illustrative")),
 )
 """Patterns of the files without checksum whose end is checked; files of the user are not among them."""
-_FIGURE: Final = rf"\.(?:{'|'.join(FORMATS)})"
+_FIGURE_SUFFIX_PATTERN: Final = rf"\.(?:{'|'.join(FIGURE_FILE_FORMATS)})"
 _OPTIONAL_RESULTS: Final = re.compile(
     r"convergence\.json|members\.csv|survey/\d+\.(?:json|motion\.nc)"
     r"|fragility/(?:fragility\.csv|curves\.json|fragility-(?:pga|pgv|sa-[\d.]+)\.xml)"
-    rf"|figures/(?:plane|follow|earthquakes|blocks/[^/]+|survey/\d+){_FIGURE}"
+    rf"|figures/(?:plane|follow|earthquakes|blocks/[^/]+|survey/\d+){_FIGURE_SUFFIX_PATTERN}"
 )
 """Names of the tables, curves and figures that only some studies have; simulations are not among them."""
-_RECORD_FILES: Final = (
+_RECORD_FILE_PATTERNS: Final = (
     *("read/{}.nc", "read/*/{}.nc", "motion/{}.nc", "motion/*/{}.nc", "sweep/*/{}.*-of-*.nc"),
-    *(f"figures/{kind}/{{}}.{end}" for kind in ("polar", "blocks", "intensity") for end in FORMATS),
+    *(f"figures/{kind}/{{}}.{end}" for kind in ("polar", "blocks", "intensity") for end in FIGURE_FILE_FORMATS),
     *("logs/read/{}.log", "logs/sweep/*/{}.*-of-*.log"),
     *("benchmarks/read/{}.tsv", "benchmarks/sweep/*/{}.*-of-*.tsv"),
 )
@@ -206,7 +206,7 @@ def remove_files_of_dropped_records(results_folder: Path, record_ids: Collection
     }
     inside, removed = results_folder.resolve(), {}
     for name in sorted(gone):
-        found = [path for pattern in _RECORD_FILES for path in results_folder.glob(pattern.format(name))]
+        found = [path for pattern in _RECORD_FILE_PATTERNS for path in results_folder.glob(pattern.format(name))]
         ours = [path for path in found if path.is_file() and path.parent.resolve().is_relative_to(inside)]
         for path in ours:
             path.unlink()

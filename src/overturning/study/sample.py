@@ -18,13 +18,13 @@ from overturning.study.sections import ConvergenceCheckSettings
 NO_SLIP_FRICTION: Final = 1.0
 """Smallest friction of a rectangular block (with B/H below it) that is compared with a block that cannot slide."""
 
-MAX_RIGID_CELLS: Final = 25_000
+MAX_CELLS_COMPARED_WITH_RIGID_BLOCK: Final = 25_000
 """Largest number of cells compared with the rigid block (two or three seconds of processor time)."""
 
-_FALL_PROBABILITIES: Final = ("probability_towards", "probability_away", "probability_falls")
+_FALL_PROBABILITY_VARIABLES: Final = ("probability_towards", "probability_away", "probability_falls")
 """Variables whose sum is the share of members that fall."""
 
-_ROUNDING: Final = 1e-6
+_PROBABILITY_ROUNDING_TOLERANCE: Final = 1e-6
 
 
 @dataclass(frozen=True)
@@ -36,14 +36,14 @@ class RandomCaseSample:
     outcomes: CaseOutcomes
     at_rest: NDArray[np.bool_]  # below the thresholds of rocking and sliding, shape (n,)
     has_divided_ensemble: NDArray[np.bool_]  # some members of the ensemble fall and others stand, shape (n, elements)
-    has_divided_ensemble_or_sides: NDArray[
+    has_divided_ensemble_or_fall_directions: NDArray[
         np.bool_
     ]  # divided, or falls to both sides (3-D: agreement < `MIN_RESULTANT_OF_AGREEING_FALLS`), same shape
-    direction_weight: NDArray[
+    fall_direction_weight: NDArray[
         np.float64
     ]  # weight of a fall in direction statistics (`case_weight_in_direction_statistics`), shape (n,)
-    computed_case_count: int  # number of cases of the study that were computed, not copied by symmetry
-    study_block_steps: int  # of the whole study
+    simulated_case_count_of_study: int  # number of cases of the study that were computed, not copied by symmetry
+    study_block_time_steps: int  # of the whole study
 
 
 def choose_random_case_indices(
@@ -99,12 +99,15 @@ def read_random_case_sample(
         if "fall_azimuth" in file.variables:
             answers["azimuth"] = values_of_chosen_cells("fall_azimuth")
         falls = np.zeros(overturned.shape, np.float32)
-        falls += sum(values_of_chosen_cells(name) for name in _FALL_PROBABILITIES if name in file.variables)
-        divided, at_rest = (falls > 0) & (falls < 1 - _ROUNDING), values_of_chosen_cells("status")[:, 0] == 1
+        falls += sum(values_of_chosen_cells(name) for name in _FALL_PROBABILITY_VARIABLES if name in file.variables)
+        divided, at_rest = (
+            (falls > 0) & (falls < 1 - _PROBABILITY_ROUNDING_TOLERANCE),
+            values_of_chosen_cells("status")[:, 0] == 1,
+        )
         apart = divided.copy()
         if "probability_towards" in file.variables:
             towards = values_of_chosen_cells("probability_towards")
-            apart |= (towards > _ROUNDING) & (towards < 1 - _ROUNDING)
+            apart |= (towards > _PROBABILITY_ROUNDING_TOLERANCE) & (towards < 1 - _PROBABILITY_ROUNDING_TOLERANCE)
         weight = np.ones(record.size)
         if "fall_north" in file.variables:
             parts = [values_of_chosen_cells(name) for name in ("fall_north", "fall_east")]
@@ -118,9 +121,11 @@ def read_random_case_sample(
 
 
 def read_sample_to_compare_with_rigid_block(cube: Path, study: Study) -> RandomCaseSample | None:
-    """Choose up to `MAX_RIGID_CELLS` cases to compare with an exactly rigid block; None if no case is suitable."""
+    """Choose up to `MAX_CELLS_COMPARED_WITH_RIGID_BLOCK` cases to compare with a rigid block; None if unsuitable."""
     among = mask_of_cells_comparable_with_rigid_block(study)
     settings = study.verification
     if not among.any() or isinstance(settings, str):
         return None
-    return read_random_case_sample(cube, settings.model_copy(update={"share": 0.0, "at_least": MAX_RIGID_CELLS}), among)
+    return read_random_case_sample(
+        cube, settings.model_copy(update={"share": 0.0, "at_least": MAX_CELLS_COMPARED_WITH_RIGID_BLOCK}), among
+    )

@@ -27,16 +27,16 @@ from overturning.study.sections import Variant
 if TYPE_CHECKING:
     import xarray as xr
 
-NOMINAL = "nominal"
+NOMINAL_VARIANT = "nominal"
 """Name of the study itself in the list of its variants."""
 
 
 def variant_names(study: Study) -> list[str]:
     """Return "nominal" (the study itself) and the names of its variants (the study with some settings changed)."""
-    return [NOMINAL, *study.variants]
+    return [NOMINAL_VARIANT, *study.variants]
 
 
-def variant_settings(study: Study, variant: str = NOMINAL) -> Variant:
+def variant_settings(study: Study, variant: str = NOMINAL_VARIANT) -> Variant:
     """Return the settings of a study that a variant (a repetition of the study) changes; the others are None.
 
     A `ConfigError` is raised if the study has no such variant.
@@ -46,13 +46,13 @@ def variant_settings(study: Study, variant: str = NOMINAL) -> Variant:
     return study.variants.get(variant, Variant())
 
 
-def variant_contact_settings(study: Study, variant: str = NOMINAL) -> ContactSettings:
+def variant_contact_settings(study: Study, variant: str = NOMINAL_VARIANT) -> ContactSettings:
     """Return the contact settings of a variant of a study, which are the study's unless the variant changes them."""
     own = variant_settings(study, variant).contact
     return study.contact if own is None else own
 
 
-def variant_scene(study: Study, variant: str = NOMINAL) -> Scene:
+def variant_scene(study: Study, variant: str = NOMINAL_VARIANT) -> Scene:
     """Return the scene of a study or variant; the default gravestone gets the study's density and contact settings."""
     scene = variant_settings(study, variant).scene or study.scene
     if scene != gravestone():
@@ -71,13 +71,13 @@ def names_of_compared_elements(study: Study, variant: str) -> tuple[str, str]:
     These are the elements whose outcomes are shown by default. If they have different names, and one of them is in both
     scenes, this element is compared.
     """
-    scenes = [variant_scene(study, name) for name in (NOMINAL, variant)]
+    scenes = [variant_scene(study, name) for name in (NOMINAL_VARIANT, variant)]
     shown = [scene.name_of_element_shown_by_default for scene in scenes]
     in_both = [name for name in shown if all(name in scene.free_element_names for scene in scenes)]
     return (in_both[0], in_both[0]) if in_both else (shown[0], shown[1])
 
 
-def variant_model(study: Study, variant: str = NOMINAL) -> Model:
+def variant_model(study: Study, variant: str = NOMINAL_VARIANT) -> Model:
     """Return the mechanical model of a study or of one of its variants: 2-D scene, 3-D body or stack.
 
     A `ConfigError` is raised if the study has no such variant.
@@ -91,7 +91,7 @@ def variant_model(study: Study, variant: str = NOMINAL) -> Model:
     return Body(study.body.body_shape(), VertexContact(stiffness_ratio=contact.stiffness_ratio, damping_ratio=ratio))
 
 
-def variant_grid(study: Study, variant: str = NOMINAL) -> CaseGrid:
+def variant_grid(study: Study, variant: str = NOMINAL_VARIANT) -> CaseGrid:
     """Return the parameter grid of a study or variant: azimuths or orientations, height, B/H, friction and others."""
     model = variant_model(study, variant)
     values = {
@@ -175,7 +175,7 @@ def numerical_options_of_study(
     return NumericalOptions(scheme=scheme, time_step=given.time_step, leave_out=given.leave_out, **taken)
 
 
-def variant_uses_vertical_motion(study: Study, variant: str = NOMINAL) -> bool:
+def variant_uses_vertical_motion(study: Study, variant: str = NOMINAL_VARIANT) -> bool:
     """True if a study or variant applies the vertical ground motion of records that have a vertical component."""
     own = variant_settings(study, variant).vertical
     return study.simulation.vertical if own is None else own
@@ -193,6 +193,6 @@ def names_of_differing_settings(study: Study, variant: str, other_variant: str) 
     return [name for name, differs in differing.items() if differs]
 
 
-def ground_motion_for_variant(study: Study, record: Record, variant: str = NOMINAL) -> Motion:
+def ground_motion_for_variant(study: Study, record: Record, variant: str = NOMINAL_VARIANT) -> Motion:
     """Return the motion of a record for a study or variant, which may omit the vertical component."""
     return Motion.of(record if variant_uses_vertical_motion(study, variant) else replace(record, up=None))

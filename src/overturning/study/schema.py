@@ -53,7 +53,7 @@ from overturning.validation import StrictModel
 Slenderness = Annotated[float, Field(gt=0, le=10)]
 Height = Annotated[Metre, AfterValidator(checked_stone_height), Field(ge=LOWEST_STONE_M, le=HIGHEST_STONE_M)]
 Friction = Annotated[float, Field(ge=0, le=100)]
-Factor = Annotated[float, Field(gt=0, le=100)]
+AmplitudeFactor = Annotated[float, Field(gt=0, le=100)]
 
 
 _MARKER_KEYS_OF_STORED_STUDY: Final = frozenset({"azimuth", "body", "contact", "crate", "figures", "simulation"})
@@ -115,7 +115,7 @@ class Study(StrictModel):
     friction: ValueListOrRange[Friction] = Field(
         default=(1.0,), description="friction coefficients µ: a list, or start, stop, step"
     )
-    amplitude: ValueListOrRange[Factor] = Field(
+    amplitude: ValueListOrRange[AmplitudeFactor] = Field(
         default=(1.0,),
         description="factors on each whole record (with a `site`, on the motion at the surface), including 1: a list, "
         "or start, stop, step. Several factors are a dimension of the cube; the ensemble is run for factor 1 only",

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-PACKAGE: Final = Path(__file__).parents[1]
+PACKAGE_FOLDER: Final = Path(__file__).parents[1]
 _HASHED_FILE_SUFFIXES: Final = {".py", ".html", ".css", ".js", ".typ", ".j2", ".yaml"}
 
 
@@ -31,14 +31,14 @@ def package_source_hash(*folders_and_files: str) -> str:
     FileNotFoundError
         If the package has no such folder or file.
     """
-    found = set(PACKAGE.glob("*.py"))
+    found = set(PACKAGE_FOLDER.glob("*.py"))
     for place in folders_and_files:
-        path = PACKAGE / place
+        path = PACKAGE_FOLDER / place
         if not path.exists():
             raise FileNotFoundError(f"{place}: no folder or file of the package")
         found |= {path} if path.is_file() else {one for one in path.rglob("*") if one.suffix in _HASHED_FILE_SUFFIXES}
     digest = hashlib.sha256()
     for path in sorted(found):
-        digest.update(path.relative_to(PACKAGE).as_posix().encode())
+        digest.update(path.relative_to(PACKAGE_FOLDER).as_posix().encode())
         digest.update(hashlib.sha256(path.read_bytes()).digest())
     return digest.hexdigest()[:16]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.faces import simulate_grid_also_in_planes_of_body_faces
+from overturning.dem.faces import simulate_grid_in_3d_and_face_planes
 from overturning.dem.numerics import NumericalOptions, ProgressCallback
 from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
@@ -26,7 +26,7 @@ from overturning.study.ensemble import (
 )
 from overturning.study.parts import SINGLE_CHUNK_OF_RECORD, SweepChunk, grid_of_chunk, write_sweep_part
 from overturning.study.scenes import (
-    NOMINAL,
+    NOMINAL_VARIANT,
     StudyToSceneSizeConversion,
     ground_motion_for_variant,
     numerical_options_of_study,
@@ -38,7 +38,7 @@ from overturning.study.schema import Study
 NOMINAL_RUN_WORK_SHARE = 0.15
 """Assumed share of the nominal run in the work of a sweep with an ensemble; only for the progress line."""
 
-_AMPLITUDE_FOR_CODE_LOADING = 3.0
+_AMPLITUDE_FACTOR_FOR_LOADING_COMPILED_CODE = 3.0
 """Factor on the motion for loading kernels; with it nearly every record moves the first stone of the grid."""
 
 
@@ -54,7 +54,10 @@ def cube_variables_of_study(study: Study) -> tuple[OutcomeVariable, ...]:
 
 
 def create_ensemble_runner(
-    study: Study, variant: str = NOMINAL, members: EnsembleMembers | None = None, run_all_cells: bool = False
+    study: Study,
+    variant: str = NOMINAL_VARIANT,
+    members: EnsembleMembers | None = None,
+    run_all_cells: bool = False,
 ) -> EnsembleRunner:
     """Create the ensemble runner of a study or variant, with the given parameter changes or newly drawn ones."""
     settings = study.ensemble
@@ -78,8 +81,8 @@ def simulate_variant(
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
     sized = grid.copy_with_dimension_values(height=sizes.to_scene_heights(grid["height"]))
     if sizes.fixed_b_over_h is None:
-        return simulate_grid_also_in_planes_of_body_faces(model, motion, sized, numerics)
-    arrays = simulate_grid_also_in_planes_of_body_faces(
+        return simulate_grid_in_3d_and_face_planes(model, motion, sized, numerics)
+    arrays = simulate_grid_in_3d_and_face_planes(
         model, motion, sized.copy_with_dimension_values(b_over_h=np.array([sizes.fixed_b_over_h])), numerics
     )
     counts = {name: arrays.pop(name) for name in CASE_COUNTER_NAMES}
@@ -108,7 +111,7 @@ def simulate_and_write_cases_of_record(
     study: Study,
     record: Record,
     output_path: Path,
-    variant: str = NOMINAL,
+    variant: str = NOMINAL_VARIANT,
     *,
     members: EnsembleMembers | None = None,
     chunk: SweepChunk = SINGLE_CHUNK_OF_RECORD,
@@ -157,11 +160,11 @@ def simulate_and_write_cases_of_record(
     )
 
 
-def load_compiled_simulation_code(study: Study, record: Record, variant: str = NOMINAL) -> None:
+def load_compiled_simulation_code(study: Study, record: Record, variant: str = NOMINAL_VARIANT) -> None:
     """Load the compiled simulation code of a study into this process, by simulating one case that moves."""
     grid = variant_grid(study, variant)
     one_case = grid.copy_with_dimension_values(**{name: grid[name][:1] for name in grid.dimension_names})
-    motion = ground_motion_for_variant(study, record, variant).scaled_by(_AMPLITUDE_FOR_CODE_LOADING)
+    motion = ground_motion_for_variant(study, record, variant).scaled_by(_AMPLITUDE_FACTOR_FOR_LOADING_COMPILED_CODE)
     simulate_variant(study, variant, motion, one_case, numerical_options_of_study(study))
 
 

@@ -11,7 +11,7 @@ from overturning.validation import StrictModel
 _MAX_VALUES = 100_000
 _MAX_AZIMUTHS = 36_000
 
-_WHOLE_STEPS = tuple(step for step in range(1, 181) if 360 % step == 0)
+_WHOLE_DEGREE_STEPS_DIVIDING_360 = tuple(step for step in range(1, 181) if 360 % step == 0)
 
 
 class ValueRange(StrictModel):
@@ -55,7 +55,7 @@ class AzimuthRange(StrictModel):
         if steps > _MAX_AZIMUTHS:
             raise ValueError(f"more than {_MAX_AZIMUTHS:,} azimuths; use a larger step")
         if self.stop - self.start == 360.0 and abs(steps - round(steps)) > 1e-9:
-            near = sorted(_WHOLE_STEPS, key=lambda step: abs(step - self.step))[:2]
+            near = sorted(_WHOLE_DEGREE_STEPS_DIVIDING_360, key=lambda step: abs(step - self.step))[:2]
             fitting = " or ".join(f"{step:g}" for step in sorted(near))
             raise ValueError(f"step {self.step:g}° does not close the circle; take {fitting}, whose multiple is 360°")
         return self

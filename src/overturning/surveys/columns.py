@@ -71,7 +71,7 @@ _MAX_SHORT_NAME_LENGTH: Final = 5
 _MIN_NAME_SIMILARITY: Final = 0.75
 """Smallest similarity (of `difflib`) of a misspelt column name and the known name."""
 
-DESCRIPTIVE: Final = ("site", "stone", "kind", "lat", "lon", "x", "y", "note", "photo")
+DESCRIPTIVE_COLUMNS: Final = ("site", "stone", "kind", "lat", "lon", "x", "y", "note", "photo")
 """Columns that only describe a stone, so a misspelt one is no fault; if named twice, the further ones are not used."""
 
 _ACCEPTED_TEXTS_IN_PARENTHESES: Final = ("", "deg", "degrees", "°", "º", "˚", "true", "mag", "magnetic")
@@ -128,9 +128,13 @@ def recognise_columns(header: Sequence[str], known_columns: Sequence[str]) -> Re
             )
             plan.standard_names.append("")
             continue
-        if meaning in DESCRIPTIVE and name.lower() != meaning and (meaning in exact or meaning in plan.standard_names):
+        if (
+            meaning in DESCRIPTIVE_COLUMNS
+            and name.lower() != meaning
+            and (meaning in exact or meaning in plan.standard_names)
+        ):
             meaning = ""
-        if refusal and meaning in DESCRIPTIVE:
+        if refusal and meaning in DESCRIPTIVE_COLUMNS:
             unused.append(f"{name.lower()} (did you mean {meaning}?)")
             meaning = ""
         elif refusal:

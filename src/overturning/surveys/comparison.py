@@ -22,8 +22,8 @@ from overturning.statistics.circular import (
 )
 from overturning.stored import StoredCounts, StoredFloat, StoredFloatOrInfinity, StoredFloats, read_json_result
 from overturning.surveys.fall_directions import (
-    RANDOM_SURVEYS,
-    FallenStoneAndPrediction,
+    RANDOM_SURVEY_COUNT,
+    FallenStoneWithDirectionProbabilities,
     azimuth_goodness_of_fit,
     compare_observed_and_predicted_directions,
 )
@@ -33,7 +33,7 @@ from overturning.surveys.prediction import (
     STANDING_OR_FALL_SIDES,
     SiteFallPrediction,
     SurveyFallPrediction,
-    has_known_face_and_slenderness,
+    has_known_face_and_b_over_h,
     observed_standing_or_side_index,
 )
 from overturning.surveys.stones import (
@@ -71,7 +71,7 @@ class SurveyPredictionComparison:
         stones without size or face.
     octant_observed, octant_predicted : ndarray, shape (8,)
         Observed and expected number of stones in each compass octant; see
-        `fall_directions.shares_of_fallen_stone_by_octant`.
+        `fall_directions.octant_weights_of_fallen_stone`.
     log_likelihood_ratio : float
         Sum over fallen stones of ln(predicted/uniform); above 0 the prediction is better than uniform directions.
     likelihood_ratio_p : float
@@ -154,8 +154,8 @@ class SurveyPredictionComparison:
 
 def _fall_sector_probabilities(site_prediction: SiteFallPrediction, stone: Stone) -> FloatArray:
     """Return the predicted probabilities that a stone falls into each azimuth sector, shape (sectors,)."""
-    if not has_known_face_and_slenderness(stone):
-        return site_prediction.fall_sector_probabilities_over_all_faces(*stone.slenderness_in_both_planes)
+    if not has_known_face_and_b_over_h(stone):
+        return site_prediction.fall_sector_probabilities_for_unknown_face(*stone.b_over_h_in_both_planes)
     if site_prediction.stone_never_falls(stone):
         return site_prediction.share
     sides = site_prediction.standing_and_side_probabilities(stone)[1:]
@@ -172,7 +172,7 @@ def compare_survey_with_prediction(
     *,
     site_cubes: Mapping[str, xr.Dataset] | None = None,
     background: float = RANDOM_OUTCOME_SHARE,
-    random_survey_count: int = RANDOM_SURVEYS,
+    random_survey_count: int = RANDOM_SURVEY_COUNT,
     seed: int = 1,
 ) -> SurveyPredictionComparison:
     """Compare the observed falls of stones with those that the results of a study predict for their site.
@@ -205,7 +205,7 @@ def compare_survey_with_prediction(
     # Both means turn with the survey and the cube.
     origin = directions["predicted_mean_direction_deg"]
     if not directions["predicted_resultant"] > MIN_RESULTANT_FOR_MEAN:
-        exactly = [stone.azimuth_deg for stone, *_ in fallen if stone.direction_half_width_deg == 0]
+        exactly = [stone.azimuth_deg for stone, *_ in fallen if stone.direction_uncertainty_half_width_deg == 0]
         origin = mean_angle_and_resultant(exactly)[0]
     of_share = stones_of_sites_with_standing_stones(stones)
     share_fell, share_stones = fallen_and_all_stone_counts(of_share)
@@ -229,12 +229,12 @@ def compare_survey_with_prediction(
 
 def _fallen_stones_with_predictions(
     predictions: SurveyFallPrediction, stones: Sequence[Stone]
-) -> list[FallenStoneAndPrediction]:
+) -> list[FallenStoneWithDirectionProbabilities]:
     """Return the stones that fell in a known direction, with their predicted sector and octant probabilities.
 
     A stone is repeated ``count`` times.
     """
-    fallen: list[FallenStoneAndPrediction] = []
+    fallen: list[FallenStoneWithDirectionProbabilities] = []
     for stone in stones:
         if stone.fell_in_known_direction:
             site_prediction = predictions.site_prediction_for_stone(stone)
@@ -281,13 +281,13 @@ def _stone_counts_of_comparison(predictions: SurveyFallPrediction, stones: Seque
         "fallen": count_stones_with(lambda stone: stone.fell),
         "stood": count_stones_with(lambda stone: not stone.fell),
         "turned_every_way": count_stones_with(
-            lambda stone: stone.fell_in_known_direction and not has_known_face_and_slenderness(stone)
+            lambda stone: stone.fell_in_known_direction and not has_known_face_and_b_over_h(stone)
         ),
         "without_face": count_stones_with(
             lambda stone: stone.fell_in_known_direction and math.isnan(stone.face_azimuth_deg)
         ),
         "without_b_over_h": count_stones_with(
-            lambda stone: stone.fell_in_known_direction and math.isnan(stone.slenderness_in_both_planes[0])
+            lambda stone: stone.fell_in_known_direction and math.isnan(stone.b_over_h_in_both_planes[0])
         ),
         "without_direction": count_stones_with(lambda stone: stone.fell and not stone.fell_in_known_direction),
         "beyond": count_stones_with(predictions.default.has_b_over_h_outside_grid),
@@ -322,7 +322,7 @@ def _confusion_matrix_of_sides(predictions: SurveyFallPrediction, stones: Sequen
     known = [
         stone
         for stone in stones
-        if has_known_face_and_slenderness(stone)
+        if has_known_face_and_b_over_h(stone)
         and (stone.fell_in_known_direction or not stone.fell)
         and predictions.site_prediction_for_stone(stone).has_simulated_outcome(stone)
     ]

@@ -9,8 +9,8 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.stored import StoredFloat, StoredFloatOrInfinity, StoredFloats
 from overturning.surveys.fall_directions import (
-    RANDOM_SURVEYS,
-    FallenStoneAndPrediction,
+    RANDOM_SURVEY_COUNT,
+    FallenStoneWithDirectionProbabilities,
     compare_observed_and_predicted_directions,
 )
 from overturning.surveys.sectors import FallSectors
@@ -45,7 +45,7 @@ class FallDirectionComparisonIn3D:
         Mean of the predicted directions of these stones, degrees, and its length.
     octant_observed, octant_predicted : ndarray, shape (8,)
         Observed and expected number of stones in each compass octant; see
-        `overturning.surveys.fall_directions.shares_of_fallen_stone_by_octant`.
+        `overturning.surveys.fall_directions.octant_weights_of_fallen_stone`.
     log_likelihood_ratio, likelihood_ratio_p : float
         Sum over the stones of ln(predicted/uniform), above 0 if the prediction is better than random directions; and
         share of surveys with random directions that have a sum at least as large.
@@ -106,7 +106,7 @@ def compare_fall_directions(
     FallDirectionComparisonIn3D or None
         None if no stone fell in a known direction.
     """
-    fallen, never, without_outcome = list[FallenStoneAndPrediction](), 0, 0
+    fallen, never, without_outcome = list[FallenStoneWithDirectionProbabilities](), 0, 0
     for stone, computed in zip(stones, fall_azimuths_deg, strict=True):
         if not stone.fell_in_known_direction:
             continue
@@ -125,5 +125,5 @@ def compare_fall_directions(
         never=never,
         without_outcome=without_outcome,
         background=background,
-        **compare_observed_and_predicted_directions(SECTORS, fallen, RANDOM_SURVEYS, seed),
+        **compare_observed_and_predicted_directions(SECTORS, fallen, RANDOM_SURVEY_COUNT, seed),
     )

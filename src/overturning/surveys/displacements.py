@@ -20,7 +20,7 @@ from overturning.surveys.row import SurveyRow
 from overturning.surveys.stone_in_grid import (
     has_shape_far_outside_grid,
     nearest_grid_indices_of_stone,
-    stone_values_from_side_nearer_to_grid,
+    stone_values_seen_from_better_fitting_side,
 )
 from overturning.surveys.stones import (
     RANDOM_OUTCOME_SHARE,
@@ -36,7 +36,7 @@ MIN_SHIFT_M: Final = StonePopulation().shifted
 MIN_TWIST_DEG: Final = StonePopulation().rotated
 """Absolute twist from which a standing stone counts as twisted, degrees."""
 
-_ROUNDING: Final = 1e-9
+_ROUNDING_TOLERANCE: Final = 1e-9
 
 MeasureName = Literal["fell", "shifted", "twisted", "clockwise", "shift_m", "twist_deg"]
 """Share of the stones that fell; of the standing ones that are shifted, and twisted; of the twisted ones that are
@@ -126,8 +126,8 @@ class _ObservedStone(NamedTuple):
     """Surveyed stone that statistics count, with its shift (m) and twist (degrees, clockwise); NaN if not stated."""
 
     stone: Stone
-    shift: float
-    twist: float
+    shift_m: float
+    twist_deg: float
 
 
 class _SimulatedCasesResemblingStones(NamedTuple):
@@ -135,8 +135,8 @@ class _SimulatedCasesResemblingStones(NamedTuple):
 
     weight: FloatArray
     friction_index: NDArray[np.intp]
-    shift: FloatArray
-    twist: FloatArray
+    shift_m: FloatArray
+    twist_deg: FloatArray
 
 
 class _CaseOutcomeArrays(NamedTuple):
@@ -175,9 +175,9 @@ def compare_displacements(
     """Compare the falls, shifts and twists of stones with those of similar stones in a 3-D study.
 
     Each stone is compared with the cases of the nearest orientation, height, B/H and D/B, seen from the side that is
-    nearer to the grid (`stone_values_from_side_nearer_to_grid`), unless its B/H or D/B lies far outside the grid. All
-    values of the grid have equal weight where the survey does not give the value, and so have all frictions. A stone
-    that stands without a noted shift or twist has none.
+    nearer to the grid (`stone_values_seen_from_better_fitting_side`), unless its B/H or D/B lies far outside the grid.
+    All values of the grid have equal weight where the survey does not give the value, and so have all frictions. A
+    stone that stands without a noted shift or twist has none.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ def compare_displacements(
     fall_shares, fall_azimuths = list[tuple[int, FloatArray]](), list[FloatArray | None]()
     for one in observed:
         own = id((site_cubes or {}).get(one.stone.site, cube))
-        seen = stone_values_from_side_nearer_to_grid(arrays[own].grid, one.stone)
+        seen = stone_values_seen_from_better_fitting_side(arrays[own].grid, one.stone)
         if has_shape_far_outside_grid(arrays[own].grid, seen):
             beyond += one.stone.count
             fall_shares.append((one.stone.count, np.full(arrays[own].flags.shape[0], math.nan)))
@@ -338,13 +338,13 @@ def _compare_shifts_and_twists_of_standing_stones(
     """Return shares and medians of the shifts and twists of standing stones, observed and computed."""
     standing = [one for one in observed if not one.stone.fell]
     counts = np.array([one.stone.count for one in standing], np.intp)
-    shift, twist = (np.repeat([getattr(one, name) for one in standing], counts) for name in ("shift", "twist"))
+    shift, twist = (np.repeat([getattr(one, name) for one in standing], counts) for name in ("shift_m", "twist_deg"))
     shift, twist = shift[np.isfinite(shift)], twist[np.isfinite(twist)]
-    far, turned = shift >= MIN_SHIFT_M - _ROUNDING, np.abs(twist) >= MIN_TWIST_DEG - _ROUNDING
+    far, turned = shift >= MIN_SHIFT_M - _ROUNDING_TOLERANCE, np.abs(twist) >= MIN_TWIST_DEG - _ROUNDING_TOLERANCE
     none = _SimulatedCasesResemblingStones(np.empty(0), np.empty(0, np.intp), np.empty(0), np.empty(0))
     cells = computed or none
-    cells_far = cells.shift >= MIN_SHIFT_M - _ROUNDING
-    cells_turned = np.abs(cells.twist) >= MIN_TWIST_DEG - _ROUNDING
+    cells_far = cells.shift_m >= MIN_SHIFT_M - _ROUNDING_TOLERANCE
+    cells_turned = np.abs(cells.twist_deg) >= MIN_TWIST_DEG - _ROUNDING_TOLERANCE
 
     def statistic_by_friction(statistic: Callable[[NDArray[np.bool_]], float]) -> FloatArray:
         """Return a statistic of the simulated cases for each friction; `statistic` gets a mask of the cases."""
@@ -387,14 +387,14 @@ def _compare_shifts_and_twists_of_standing_stones(
             "clockwise",
             int((twist[turned] > 0).sum()),
             int(turned.sum()),
-            statistic_by_friction(lambda own: weighted_share_of_cases(cells.twist > 0, own & cells_turned)),
+            statistic_by_friction(lambda own: weighted_share_of_cases(cells.twist_deg > 0, own & cells_turned)),
         ),
         compare_medians(
-            "shift_m", shift[far], statistic_by_friction(lambda own: weighted_median(cells.shift, own & cells_far))
+            "shift_m", shift[far], statistic_by_friction(lambda own: weighted_median(cells.shift_m, own & cells_far))
         ),
         compare_medians(
             "twist_deg",
             np.abs(twist[turned]),
-            statistic_by_friction(lambda own: weighted_median(np.abs(cells.twist), own & cells_turned)),
+            statistic_by_friction(lambda own: weighted_median(np.abs(cells.twist_deg), own & cells_turned)),
         ),
     ]

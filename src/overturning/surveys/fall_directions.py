@@ -18,17 +18,17 @@ from overturning.statistics.mean_direction import significant_mean_direction
 from overturning.surveys.sectors import FallSectors
 from overturning.surveys.stones import Stone
 
-FallenStoneAndPrediction = tuple[Stone, FloatArray, FloatArray]
+FallenStoneWithDirectionProbabilities = tuple[Stone, FloatArray, FloatArray]
 """A stone that fell in a known direction, its probabilities of the sectors of a study, and of the 8 octants."""
 
-RANDOM_SURVEYS: Final = 2000
+RANDOM_SURVEY_COUNT: Final = 2000
 """Number of surveys with random fall directions for a p-value."""
 
 COMPASS_POINT_WIDTH_DEG: Final = 22.5
 """Width of one of 16 compass points, degrees."""
 
 
-def shares_of_fallen_stone_by_octant(stone: Stone) -> FloatArray:
+def octant_weights_of_fallen_stone(stone: Stone) -> FloatArray:
     """Return the share, 0 to 1, of a fallen stone that counts in each compass octant: all in one, or part in two.
 
     The shape is (8,). One of 16 compass points between two octants (NNE) counts half in each, since it is known to
@@ -36,10 +36,10 @@ def shares_of_fallen_stone_by_octant(stone: Stone) -> FloatArray:
     """
     if stone.has_octant_direction or not stone.direction_recording_step_deg:
         return np.eye(8)[sector_index(stone.azimuth_deg, 8)]
-    return _octant_shares_of_arcs(np.array([stone.azimuth_deg]), stone.direction_recording_step_deg)[0]
+    return _share_of_each_arc_in_each_octant(np.array([stone.azimuth_deg]), stone.direction_recording_step_deg)[0]
 
 
-def _octant_shares_of_arcs(middle_deg: FloatArray, width_deg: float) -> FloatArray:
+def _share_of_each_arc_in_each_octant(middle_deg: FloatArray, width_deg: float) -> FloatArray:
     """Return the share of each arc of a circle that lies in each compass octant, shape (arcs, 8)."""
     # Borders of three full circles: an arc that crosses north continues in the next circle.
     border = 45.0 * np.arange(-8, 17) - 22.5
@@ -47,7 +47,7 @@ def _octant_shares_of_arcs(middle_deg: FloatArray, width_deg: float) -> FloatArr
     return np.asarray(np.diff(below, axis=1).reshape(-1, 3, 8).sum(axis=1))
 
 
-def fall_probabilities_of_arcs(
+def fall_direction_probabilities_of_arcs(
     sectors: FallSectors, sector_probabilities: FloatArray, begin_deg: ArrayLike, end_deg: ArrayLike
 ) -> FloatArray:
     """Return the probabilities that a stone falls between two azimuths, clockwise from the first to the second.
@@ -76,23 +76,25 @@ def _distinguishable_direction_arcs_deg(stone: Stone) -> tuple[FloatArray, Float
     return begin, begin + step
 
 
-def _expected_octant_shares(sectors: FallSectors, fallen_stone: FallenStoneAndPrediction) -> FloatArray:
+def _expected_octant_weights_of_fallen_stone(
+    sectors: FallSectors, fallen_stone: FallenStoneWithDirectionProbabilities
+) -> FloatArray:
     """Return the expected share, 0 to 1, with which a fallen stone counts in each compass octant, shape (8,).
 
-    Predicted directions are counted as `shares_of_fallen_stone_by_octant` counts observed ones; a direction recorded
+    Predicted directions are counted as `octant_weights_of_fallen_stone` counts observed ones; a direction recorded
     in steps may lie in two octants.
     """
     stone, density, octants = fallen_stone
     if stone.has_octant_direction or not stone.direction_recording_step_deg:
         return octants
     begin, end = _distinguishable_direction_arcs_deg(stone)
-    shares = _octant_shares_of_arcs(0.5 * (begin + end), stone.direction_recording_step_deg)
-    return np.asarray(fall_probabilities_of_arcs(sectors, density, begin, end) @ shares)
+    shares = _share_of_each_arc_in_each_octant(0.5 * (begin + end), stone.direction_recording_step_deg)
+    return np.asarray(fall_direction_probabilities_of_arcs(sectors, density, begin, end) @ shares)
 
 
 def azimuth_goodness_of_fit(
     sectors: FallSectors,
-    fallen_stones: Sequence[FallenStoneAndPrediction],
+    fallen_stones: Sequence[FallenStoneWithDirectionProbabilities],
     origin_deg: float,
     random_survey_count: int,
     seed: int,
@@ -104,17 +106,17 @@ def azimuth_goodness_of_fit(
     drawn from the prediction, whose directions are recorded in the same steps. Stones noted by octant or compass point
     are left out.
     """
-    exact = [one for one in fallen_stones if one[0].direction_half_width_deg == 0.0]
+    exact = [one for one in fallen_stones if one[0].direction_uncertainty_half_width_deg == 0.0]
     drawn = np.random.Generator(np.random.PCG64(seed)).random((random_survey_count, len(exact)))
     observed = np.zeros(len(exact))
     for place, (stone, density, _) in enumerate(exact):
         step = stone.direction_recording_step_deg
         first = stone.azimuth_deg - 0.5 * step
-        half = 0.5 * fall_probabilities_of_arcs(sectors, density, first, first + step)
-        observed[place] = (fall_probabilities_of_arcs(sectors, density, origin_deg, first) + half) % 1.0
+        half = 0.5 * fall_direction_probabilities_of_arcs(sectors, density, first, first + step)
+        observed[place] = (fall_direction_probabilities_of_arcs(sectors, density, origin_deg, first) + half) % 1.0
         if step:
             begin, _ = _distinguishable_direction_arcs_deg(stone)
-            borders = np.sort(fall_probabilities_of_arcs(sectors, density, origin_deg, begin))
+            borders = np.sort(fall_direction_probabilities_of_arcs(sectors, density, origin_deg, begin))
             around = 0.5 * (borders[-1] + borders[0] + 1.0) % 1.0  # of the arc in which the origin lies
             middles = np.concatenate([[around], 0.5 * (borders[1:] + borders[:-1]), [around]])
             drawn[:, place] = middles[np.searchsorted(borders, drawn[:, place], side="right")]
@@ -122,8 +124,8 @@ def azimuth_goodness_of_fit(
     return watson_u2_test(observed, drawn if in_steps else None)
 
 
-def _class_probabilities_and_observed_class_index(
-    sectors: FallSectors, fallen_stone: FallenStoneAndPrediction
+def _direction_probabilities_and_observed_class_index(
+    sectors: FallSectors, fallen_stone: FallenStoneWithDirectionProbabilities
 ) -> tuple[FloatArray, FloatArray, int]:
     """Return predicted and uniform probabilities of a stone's direction classes, and the index of the observed one.
 
@@ -137,7 +139,7 @@ def _class_probabilities_and_observed_class_index(
         return octants, even, int(sector_index(stone.azimuth_deg, 8))
     if stone.has_16_point_direction:
         begin, end = _distinguishable_direction_arcs_deg(stone)
-        predicted, even = (fall_probabilities_of_arcs(sectors, of, begin, end) for of in (density, uniform))
+        predicted, even = (fall_direction_probabilities_of_arcs(sectors, of, begin, end) for of in (density, uniform))
         return (
             predicted,
             even,
@@ -147,7 +149,10 @@ def _class_probabilities_and_observed_class_index(
 
 
 def log_likelihood_ratio_and_p_value(
-    sectors: FallSectors, fallen_stones: Sequence[FallenStoneAndPrediction], random_survey_count: int, seed: int
+    sectors: FallSectors,
+    fallen_stones: Sequence[FallenStoneWithDirectionProbabilities],
+    random_survey_count: int,
+    seed: int,
 ) -> tuple[float, float]:
     """Return the log-likelihood ratio of predicted to uniform fall directions over fallen stones, and its p-value.
 
@@ -159,7 +164,7 @@ def log_likelihood_ratio_and_p_value(
     generator = np.random.Generator(np.random.PCG64(seed))
     ratios, simulated = [], np.zeros(random_survey_count)
     for fallen_stone in fallen_stones:
-        predicted, chance, place = _class_probabilities_and_observed_class_index(sectors, fallen_stone)
+        predicted, chance, place = _direction_probabilities_and_observed_class_index(sectors, fallen_stone)
         with np.errstate(divide="ignore"):  # a density of 0 is possible without background
             logs = np.log(predicted / chance)
         ratios.append(logs[place])
@@ -169,7 +174,10 @@ def log_likelihood_ratio_and_p_value(
 
 
 def compare_observed_and_predicted_directions(
-    sectors: FallSectors, fallen_stones: Sequence[FallenStoneAndPrediction], random_survey_count: int, seed: int
+    sectors: FallSectors,
+    fallen_stones: Sequence[FallenStoneWithDirectionProbabilities],
+    random_survey_count: int,
+    seed: int,
 ) -> dict[str, Any]:
     """Compare observed with predicted fall directions; return mean directions, octants and likelihood ratio by name.
 
@@ -188,8 +196,10 @@ def compare_observed_and_predicted_directions(
         "resultant": length,
         "predicted_mean_direction_deg": predicted_mean,
         "predicted_resultant": predicted_length,
-        "octant_observed": sum((shares_of_fallen_stone_by_octant(stone) for stone, *_ in fallen_stones), np.zeros(8)),
-        "octant_predicted": sum((_expected_octant_shares(sectors, one) for one in fallen_stones), np.zeros(8)),
+        "octant_observed": sum((octant_weights_of_fallen_stone(stone) for stone, *_ in fallen_stones), np.zeros(8)),
+        "octant_predicted": sum(
+            (_expected_octant_weights_of_fallen_stone(sectors, one) for one in fallen_stones), np.zeros(8)
+        ),
         "log_likelihood_ratio": ratio,
         "likelihood_ratio_p": p_value,
     }

@@ -13,7 +13,7 @@ from overturning.stored import read_json_result, write_result_as_json
 from overturning.study.sources import package_source_hash
 from overturning.surveys.population import fit_population_fragility_curves
 
-CURVES: Final = Path("fragility", "curves.json")
+FRAGILITY_CURVES_PATH: Final = Path("fragility", "curves.json")
 """File of the curves in a folder of results."""
 
 

@@ -80,7 +80,7 @@ def survey_data_frame(table: SurveyTable) -> "pd.DataFrame":
                 "outcome": ", ".join(row.outcome_kinds),
                 "counted_as": row.counted_as,
                 "azimuth_deg": stone.azimuth_deg,
-                "azimuth_half_width_deg": stone.direction_half_width_deg if directed else float("nan"),
+                "azimuth_half_width_deg": stone.direction_uncertainty_half_width_deg if directed else float("nan"),
                 "count": stone.count,
                 "b_over_h": stone.b_over_h,
                 "b_over_h_side": stone.b_over_h_side,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from overturning.records.site import BEYOND_CURVE_PHRASE, SoilSite
+from overturning.records.site import STRAIN_BEYOND_CURVE_PHRASE, SoilSite
 from overturning.study.cube import index_of_record, record_provenance, study_of_cube
 from overturning.study.scenes import variant_settings
 
@@ -31,10 +31,10 @@ class SoilBelowSurveySite:
     """
 
     thickness_m: float
-    velocity_m_s: float
+    mean_shear_wave_velocity_m_s: float
     equivalent_linear: bool
     converged: bool
-    beyond_curve: bool
+    strain_exceeds_soil_curve: bool
     rock_pga: float
     surface_pga: float
 
@@ -55,10 +55,10 @@ def soil_below_survey_site_of_cube(cube: xr.Dataset, record_id: str | None) -> S
     thickness = sum(layer.thickness_m for layer in soil.layers)
     return SoilBelowSurveySite(
         thickness_m=thickness,
-        velocity_m_s=thickness / sum(layer.thickness_m / layer.velocity_m_s for layer in soil.layers),
+        mean_shear_wave_velocity_m_s=thickness / sum(layer.thickness_m / layer.velocity_m_s for layer in soil.layers),
         equivalent_linear=any(layer.curve is not None for layer in soil.layers),
         converged="not converged" not in step.get("chosen", ""),
-        beyond_curve=BEYOND_CURVE_PHRASE in step.get("chosen", ""),
+        strain_exceeds_soil_curve=STRAIN_BEYOND_CURVE_PHRASE in step.get("chosen", ""),
         rock_pga=float(before),
         surface_pga=float(after),
     )

@@ -10,9 +10,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import sector_index
-from overturning.surveys.posterior import ROTATION_COUNT, ROTATION_STEP_DEG, MotionPosterior, SurveyInversionResult
+from overturning.surveys.posterior import (
+    MOTION_ROTATION_COUNT,
+    MOTION_ROTATION_STEP_DEG,
+    MotionPosterior,
+    SurveyInversionResult,
+)
 from overturning.surveys.responses import StoneDimensions, StoneOutcomeProbabilities, uninformed_outcome_probabilities
-from overturning.surveys.stone_outcomes import BIN_WIDTH_DEG, DIRECTION_BINS, ORIENTATION_STEP_DEG, PGV_LEVELS, STOOD
+from overturning.surveys.stone_outcomes import (
+    DIRECTION_BIN_COUNT,
+    DIRECTION_BIN_WIDTH_DEG,
+    ORIENTATION_STEP_DEG,
+    SIMULATED_PGV_M_S,
+    STANDING_OUTCOME_INDEX,
+)
 from overturning.surveys.stones import RANDOM_OUTCOME_SHARE, Stone
 
 DIRECTION_LIKELIHOOD_EXPONENT: Final = 0.3
@@ -22,13 +33,15 @@ All directions of a survey share the error of a motion that is not the true one,
 independent ones. The value is calibrated in `verification/backwards_coverage.py`.
 """
 
-ALL_OUTCOMES: Final = np.arange(DIRECTION_BINS + 1)
-"""Outcome indices: those of all direction bins, and `STOOD`."""
+ALL_OUTCOME_INDICES: Final = np.arange(DIRECTION_BIN_COUNT + 1)
+"""Outcome indices: those of all direction bins, and `STANDING_OUTCOME_INDEX`."""
 
-_OCTANT_BY_OUTCOME_INDEX: Final = np.append(sector_index(BIN_WIDTH_DEG * np.arange(DIRECTION_BINS), 8), 8)
+_OCTANT_BY_OUTCOME_INDEX: Final = np.append(
+    sector_index(DIRECTION_BIN_WIDTH_DEG * np.arange(DIRECTION_BIN_COUNT), 8), 8
+)
 """Compass octant of each direction bin; 8 stands for standing."""
 
-FIT_CHECK_SURVEY_COUNT: Final = 200
+FIT_CHECK_RANDOM_SURVEY_COUNT: Final = 200
 """Number of random surveys in the check of fit."""
 
 MIN_FIT_P_VALUE: Final = 0.01
@@ -54,35 +67,40 @@ class SurveyInversion:
     fixed_stone_share: float = 0.0
 
     def outcome_probabilities(
-        self, stone: Stone, outcome_indices: NDArray[np.intp] = ALL_OUTCOMES
+        self, stone: Stone, outcome_indices: NDArray[np.intp] = ALL_OUTCOME_INDICES
     ) -> NDArray[np.float32]:
         """Return the probabilities of a stone's outcomes, shape (motions, velocity levels, rotations, outcomes).
 
-        An outcome is a direction bin of the fall, or `STOOD`.
+        An outcome is a direction bin of the fall, or `STANDING_OUTCOME_INDEX`.
 
         Levels are peak velocities to which a motion is scaled.
         """
         table = self.stone_outcome_probabilities.table(StoneDimensions.from_stone(stone))
-        turn, face = ROTATION_STEP_DEG * np.arange(ROTATION_COUNT), stone.slender_face_azimuth_deg
-        place, apart = np.zeros(ROTATION_COUNT, np.intp), np.zeros(ROTATION_COUNT, np.float64)
+        turn, face = MOTION_ROTATION_STEP_DEG * np.arange(MOTION_ROTATION_COUNT), stone.slender_face_azimuth_deg
+        place, apart = np.zeros(MOTION_ROTATION_COUNT, np.intp), np.zeros(MOTION_ROTATION_COUNT, np.float64)
         if table.shape[2] > 1 and math.isnan(face):
             table = table.mean(axis=2, keepdims=True)
         elif table.shape[2] > 1:
             place = np.round((face - turn) / ORIENTATION_STEP_DEG).astype(np.intp)
             apart = np.asarray(face - turn - ORIENTATION_STEP_DEG * place, np.float64)
         # Convert bins from true north to bins relative to the rotated motion and the simulated face.
-        back = np.round((turn + apart) / BIN_WIDTH_DEG).astype(np.intp)[:, None]
+        back = np.round((turn + apart) / DIRECTION_BIN_WIDTH_DEG).astype(np.intp)[:, None]
         seen = table[
             :,
             :,
             (place % table.shape[2])[:, None],
-            np.where(outcome_indices == STOOD, STOOD, (outcome_indices - back) % DIRECTION_BINS),
+            np.where(
+                outcome_indices == STANDING_OUTCOME_INDEX,
+                STANDING_OUTCOME_INDEX,
+                (outcome_indices - back) % DIRECTION_BIN_COUNT,
+            ),
         ]
         free = (1 - self.random_outcome_share) * seen + self.random_outcome_share * uninformed_outcome_probabilities()[
             outcome_indices
         ].astype(np.float32)
         return np.asarray(
-            (1 - self.fixed_stone_share) * free + np.float32(self.fixed_stone_share) * (outcome_indices == STOOD)
+            (1 - self.fixed_stone_share) * free
+            + np.float32(self.fixed_stone_share) * (outcome_indices == STANDING_OUTCOME_INDEX)
         )
 
     def log_likelihoods_of_survey_by_motion(self, stones: Sequence[Stone]) -> FloatArray:
@@ -90,9 +108,13 @@ class SurveyInversion:
 
         Stones are independent. Index 0 is the part from falling or standing, index 1 that from directions of falls.
         """
-        total = np.zeros((2, len(self.stone_outcome_probabilities.motions), PGV_LEVELS.size, ROTATION_COUNT))
+        total = np.zeros(
+            (2, len(self.stone_outcome_probabilities.motions), SIMULATED_PGV_M_S.size, MOTION_ROTATION_COUNT)
+        )
         for stone in stones:
-            chance = self.outcome_probabilities(stone, np.append(outcome_indices_matching_observation(stone), STOOD))
+            chance = self.outcome_probabilities(
+                stone, np.append(outcome_indices_matching_observation(stone), STANDING_OUTCOME_INDEX)
+            )
             stands, falls = chance[..., -1], 1 - chance[..., -1]
             total[0] += stone.count * np.log(falls if stone.fell else stands)
             if stone.fell_in_known_direction:
@@ -122,9 +144,9 @@ class SurveyInversion:
             self.stone_outcome_probabilities.motions,
         )
         return MotionPosterior(
-            sources=tuple(one.name for one in motions),
-            level=PGV_LEVELS,
-            turn=np.arange(0.0, 360.0, ROTATION_STEP_DEG),
+            motion_names=tuple(one.name for one in motions),
+            level=SIMULATED_PGV_M_S,
+            turn=np.arange(0.0, 360.0, MOTION_ROTATION_STEP_DEG),
             probability=probability / probability.sum(),
             prior=weight / weight.sum(),
             pga=np.array([one.pga / one.pgv for one in motions]),
@@ -147,7 +169,7 @@ class SurveyInversion:
         if len(parts) == 1:
             return together
         sites = (self._inversion_result_for_stones(site, part, log_likelihoods[site]) for site, part in parts.items())
-        return replace(together, sites=tuple(sites))
+        return replace(together, site_results=tuple(sites))
 
     def _inversion_result_for_stones(
         self, name: str, stones: Sequence[Stone], log_likelihoods: FloatArray
@@ -169,13 +191,13 @@ class SurveyInversion:
         generator = np.random.Generator(np.random.PCG64(seed))
         possible = np.flatnonzero(posterior.prior.ravel() > 0)
         share = posterior.probability.ravel()[possible]
-        drawn = generator.choice(possible.size, FIT_CHECK_SURVEY_COUNT, p=share / share.sum())
-        totals = np.zeros((possible.size, 1 + FIT_CHECK_SURVEY_COUNT), np.float32)
+        drawn = generator.choice(possible.size, FIT_CHECK_RANDOM_SURVEY_COUNT, p=share / share.sum())
+        totals = np.zeros((possible.size, 1 + FIT_CHECK_RANDOM_SURVEY_COUNT), np.float32)
         for stone in stones:
-            chance = self.outcome_probabilities(stone).reshape(-1, DIRECTION_BINS + 1)[possible]
+            chance = self.outcome_probabilities(stone).reshape(-1, DIRECTION_BIN_COUNT + 1)[possible]
             own = int(outcome_indices_matching_observation(stone)[0])
             if stone.has_16_point_direction:
-                own = round(stone.azimuth_deg / BIN_WIDTH_DEG) % DIRECTION_BINS
+                own = round(stone.azimuth_deg / DIRECTION_BIN_WIDTH_DEG) % DIRECTION_BIN_COUNT
             if stone.has_octant_direction:
                 chance = np.stack(
                     [chance[:, place == _OCTANT_BY_OUTCOME_INDEX].sum(axis=1) for place in range(9)], axis=1
@@ -187,24 +209,25 @@ class SurveyInversion:
             density = falls / falls.max(axis=1, keepdims=True)
             good = np.log(np.append(density * falls.sum(axis=1, keepdims=True), chance[:, -1:], 1))
             for _ in range(stone.count):
-                lot = generator.random(FIT_CHECK_SURVEY_COUNT)[:, None] * below[:, -1:]
+                lot = generator.random(FIT_CHECK_RANDOM_SURVEY_COUNT)[:, None] * below[:, -1:]
                 totals += good[:, np.append(own, (lot >= below).sum(axis=1))]
         best = totals.max(axis=0)
-        return float((1 + (best[1:] <= best[0] + 1e-4).sum()) / (1 + FIT_CHECK_SURVEY_COUNT))
+        return float((1 + (best[1:] <= best[0] + 1e-4).sum()) / (1 + FIT_CHECK_RANDOM_SURVEY_COUNT))
 
 
 def outcome_indices_matching_observation(stone: Stone) -> NDArray[np.intp]:
     """Return the indices of the simulated outcomes (directions, or standing) that fit the observation of a stone.
 
-    The outcomes are `STOOD`, the direction bins of the fall, or all direction bins for an unknown direction.
+    The outcomes are `STANDING_OUTCOME_INDEX`, the direction bins of the fall, or all direction bins for an unknown
+    direction.
     """
     if not stone.fell:
-        return np.array([STOOD])
+        return np.array([STANDING_OUTCOME_INDEX])
     if not stone.fell_in_known_direction:
-        return np.arange(DIRECTION_BINS)
+        return np.arange(DIRECTION_BIN_COUNT)
     if stone.has_octant_direction:
-        return np.flatnonzero(_OCTANT_BY_OUTCOME_INDEX[:STOOD] == sector_index(stone.azimuth_deg, 8))
+        return np.flatnonzero(_OCTANT_BY_OUTCOME_INDEX[:STANDING_OUTCOME_INDEX] == sector_index(stone.azimuth_deg, 8))
     if stone.has_16_point_direction:
-        away = (BIN_WIDTH_DEG * np.arange(DIRECTION_BINS) - stone.azimuth_deg + 180.0) % 360.0 - 180.0
-        return np.flatnonzero(np.abs(away) <= stone.direction_half_width_deg)
-    return np.array([round(stone.azimuth_deg / BIN_WIDTH_DEG) % DIRECTION_BINS])
+        away = (DIRECTION_BIN_WIDTH_DEG * np.arange(DIRECTION_BIN_COUNT) - stone.azimuth_deg + 180.0) % 360.0 - 180.0
+        return np.flatnonzero(np.abs(away) <= stone.direction_uncertainty_half_width_deg)
+    return np.array([round(stone.azimuth_deg / DIRECTION_BIN_WIDTH_DEG) % DIRECTION_BIN_COUNT])

@@ -20,7 +20,7 @@ from overturning.records.read import read_record
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file, round_to_stored_precision
 
-VELOCITY_AXIS_STEP_DEG: Final = 2
+PEAK_VELOCITY_AZIMUTH_STEP_DEG: Final = 2
 """Step of the search for the azimuth of the largest velocity, degrees."""
 
 SYNTHETIC_PULSE_PERIODS: Final = (0.3, 0.5, 0.8, 1.2, 2.0, 3.0)
@@ -52,7 +52,7 @@ class CandidateMotion:
     """
 
     name: str
-    event: str
+    earthquake_name: str
     motion: Motion
     pga: float
     pgv: float
@@ -66,7 +66,7 @@ class CandidateMotion:
         """
         from overturning.motion.peaks import largest_motion_along_azimuths
 
-        azimuth = np.arange(0.0, 180.0, VELOCITY_AXIS_STEP_DEG)
+        azimuth = np.arange(0.0, 180.0, PEAK_VELOCITY_AZIMUTH_STEP_DEG)
         cosines, acceleration = north_east_cosines_of_azimuths(azimuth), motion.horizontal_components
         along = largest_motion_along_azimuths(integrate(acceleration, motion.sampling_interval), cosines)
         if not along.max() > 0:
@@ -111,7 +111,7 @@ def synthetic_pulse_motions() -> list[CandidateMotion]:
     ]
 
 
-def read_motions_with_unique_ids(paths: Sequence[Path]) -> list[Record]:
+def read_records_and_make_ids_unique(paths: Sequence[Path]) -> list[Record]:
     """Read records from NetCDF motion files; records with the same id get their file paths as ids.
 
     Ids are equal, for example, if a station has one motion on rock and one on soil.

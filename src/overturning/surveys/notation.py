@@ -14,7 +14,7 @@ COMPASS_POINTS_16: Final = (
 OCTANTS = COMPASS_POINTS_16[::2]
 """Compass octants in their order; octant i is centred on 45° i."""
 
-DIRECTION_FORMS: Final = (
+DIRECTION_FORMAT_HINT: Final = (
     "give a number of degrees from -360 to 360, one of the 16 compass points (N, NNE, …), or a quadrant bearing such "
     "as S40E"
 )
@@ -24,7 +24,7 @@ _BEARING: Final = re.compile(r"([NS])\s*(\d+(?:[.,]\d+)?)\s*(?:[°º˚]|deg)?\s*
 _NUMBER: Final = r"[+-]?\d+(?:[.,]\d+)?"
 
 
-UNKNOWN_CELLS: Final = ("?", "-", "–", "—", "n/a", "na", "unknown", "not known")
+UNKNOWN_VALUE_TEXTS: Final = ("?", "-", "–", "—", "n/a", "na", "unknown", "not known")
 """Texts of a cell of a number or direction that is not known; it counts as empty."""
 
 
@@ -86,11 +86,11 @@ def parse_direction(text: object) -> StatedDirection:
     try:
         degrees = float(str(normalise_degrees_text(plain)))
     except ValueError:
-        raise ValueError(DIRECTION_FORMS) from None
+        raise ValueError(DIRECTION_FORMAT_HINT) from None
     if 360 < degrees <= 400:
         raise ValueError("give degrees from -360 to 360; an azimuth in gon (400 to a turn) times 0.9")
     if not abs(degrees) <= 360:
-        raise ValueError(DIRECTION_FORMS)
+        raise ValueError(DIRECTION_FORMAT_HINT)
     return StatedDirection(degrees)
 
 
@@ -120,22 +120,24 @@ _OUTCOME_KIND_BY_WORD: Final[dict[str, OutcomeKind]] = {
     **dict.fromkeys(("fixed", "fixed to its base", "fixed to base", "dowelled", "doweled", "pinned"), "fixed"),
     **dict.fromkeys(("unknown", "not known", "not seen", "?"), "unknown"),
 }
-_FELL: Final = re.compile(
+_FALL_REGEX: Final = re.compile(
     r"(?:fell|fallen|overturned|toppled)(?: over)?(?:\s+(?:in\s+)?(?:to\s+|towards\s+)?(.+))?", re.IGNORECASE
 )
-_SHIFTED: Final = re.compile(rf"(?:shifted|moved|displaced)(?:\s+by)?(?:\s+({_NUMBER})\s*(mm|cm|m)?)?", re.IGNORECASE)
-_TWISTED: Final = re.compile(
+_SHIFT_REGEX: Final = re.compile(
+    rf"(?:shifted|moved|displaced)(?:\s+by)?(?:\s+({_NUMBER})\s*(mm|cm|m)?)?", re.IGNORECASE
+)
+_TWIST_REGEX: Final = re.compile(
     rf"(?:twisted|rotated)(?:\s+by)?(?:\s+({_NUMBER})\s*(?:[°º˚]|deg|degrees)?)?"
     r"(?:\s+(clockwise|cw|anticlockwise|counterclockwise|ccw))?",
     re.IGNORECASE,
 )
-_UNKNOWN_DIRECTION: Final = re.compile(
+_UNKNOWN_DIRECTION_REGEX: Final = re.compile(
     r"[,;:(]?\s*(?:(?:in\s+)?(?:an?\s+)?unknown\s+direction|direction\s+(?:is\s+)?(?:not\s+known|unknown|\?))\s*\)?",
     re.IGNORECASE,
 )
-_SEPARATOR: Final = re.compile(r"\s*(?:[;/&]|\+(?!\s*\d)|,(?!\d)|(?<!\d),|\band\b)\s*")
-_METRES: Final = {"mm": 0.001, "cm": 0.01, "m": 1.0}
-OUTCOME_FORMS: Final = (
+_OUTCOME_SEPARATOR_REGEX: Final = re.compile(r"\s*(?:[;/&]|\+(?!\s*\d)|,(?!\d)|(?<!\d),|\band\b)\s*")
+_METRES_BY_UNIT: Final = {"mm": 0.001, "cm": 0.01, "m": 1.0}
+OUTCOME_FORMAT_HINT: Final = (
     "write fell, fell direction unknown, stands, shifted 3 cm, twisted 10 (degrees, clockwise positive), broken, "
     "repaired, fixed (to its base) or unknown; several are separated by a comma"
 )
@@ -189,9 +191,9 @@ def parse_outcome(text: object) -> StatedOutcome:
     if isinstance(text, StatedOutcome):
         return text
     whole = str(text).strip().replace("\N{MINUS SIGN}", "-")
-    rest = _UNKNOWN_DIRECTION.sub("", whole)
+    rest = _UNKNOWN_DIRECTION_REGEX.sub("", whole)
     found = StatedOutcome(direction_is_unknown=rest != whole)
-    for part in filter(None, _SEPARATOR.split(rest)):
+    for part in filter(None, _OUTCOME_SEPARATOR_REGEX.split(rest)):
         one = _parse_single_outcome(part)
         if any(kind in found.kinds for kind in one.kinds if kind in ("fell", "shifted", "twisted")):
             raise ValueError(f"{one.kinds[0]} is stated twice; state it once")
@@ -199,7 +201,7 @@ def parse_outcome(text: object) -> StatedOutcome:
     if "fell" not in found.kinds and found.direction_is_unknown:
         raise ValueError("only a fall has a direction; write fell direction unknown")
     if not found.kinds:
-        raise ValueError(OUTCOME_FORMS)
+        raise ValueError(OUTCOME_FORMAT_HINT)
     if found.direction_is_unknown and math.isfinite(found.direction.azimuth_deg):
         raise ValueError("gives a direction and states that it is not known; leave out one of them")
     if {"fell", "stands"} <= set(found.kinds):
@@ -212,20 +214,20 @@ def _parse_single_outcome(part: str) -> StatedOutcome:
     words = " ".join(part.lower().replace("_", " ").split())
     if words in _OUTCOME_KIND_BY_WORD:
         return StatedOutcome((_OUTCOME_KIND_BY_WORD[words],))
-    if fell := _FELL.fullmatch(words):
+    if fell := _FALL_REGEX.fullmatch(words):
         if _OUTCOME_KIND_BY_WORD.get(fell[1]) == "unknown":
             raise ValueError("write fell direction unknown")
         if _OUTCOME_KIND_BY_WORD.get(fell[1]) in ("broken", "repaired", "fixed"):
             raise ValueError(f"separate several outcomes by a comma, as in fell, {fell[1]}")
         return StatedOutcome(("fell",), parse_direction(fell[1]) if fell[1] else NO_DIRECTION)
-    if shifted := _SHIFTED.fullmatch(words):
+    if shifted := _SHIFT_REGEX.fullmatch(words):
         if shifted[1] and not shifted[2]:
             raise ValueError("give the unit of the shift: mm, cm or m")
-        size = float(str(normalise_shift_text(shifted[1]))) * _METRES[shifted[2]] if shifted[1] else math.nan
+        size = float(str(normalise_shift_text(shifted[1]))) * _METRES_BY_UNIT[shifted[2]] if shifted[1] else math.nan
         if size < 0 or size > 10:
             raise ValueError("give a shift from 0 to 10 m")
         return StatedOutcome(("shifted",), shift_m=size)
-    if twisted := _TWISTED.fullmatch(words):
+    if twisted := _TWIST_REGEX.fullmatch(words):
         sense = 0 if not twisted[2] else 1 if twisted[2] in ("clockwise", "cw") else -1
         if not twisted[1]:
             return StatedOutcome(("twisted",), twist_sense=sense)
@@ -238,7 +240,7 @@ def _parse_single_outcome(part: str) -> StatedOutcome:
     near = difflib.get_close_matches(
         words, ["fell", "fallen", "toppled", "overturned", "shifted", "twisted", *_OUTCOME_KIND_BY_WORD], 1, 0.7
     )
-    raise ValueError((f"did you mean {near[0]}? " if near else "") + OUTCOME_FORMS)
+    raise ValueError((f"did you mean {near[0]}? " if near else "") + OUTCOME_FORMAT_HINT)
 
 
 def azimuth_unit_warning(column: str, azimuths_deg: Iterable[float], file_name: str) -> str:

@@ -49,10 +49,10 @@ class ObservedFalls:
     shifted_or_twisted: int
     not_counted: dict[str, int]
     fell_in_unknown_direction: int
-    fallen_count_for_share: int
-    stone_count_for_share: int
+    fallen_count_at_sites_with_standing_stones: int
+    stone_count_at_sites_with_standing_stones: int
     direction: MeanDirectionWithInterval
-    axis: MeanDirectionWithInterval
+    mean_fall_axis: MeanDirectionWithInterval
     falls_by_sector: FloatArray
 
 
@@ -66,16 +66,16 @@ class SurveySummary:
     """
 
     name: str
-    all_sites: ObservedFalls
-    sites: tuple[ObservedFalls, ...] = ()
+    falls_at_all_sites: ObservedFalls
+    falls_by_site: tuple[ObservedFalls, ...] = ()
     warnings: tuple[str, ...] = ()
     declinations_deg: tuple[float, ...] = field(default=())
 
 
 def summarise_survey(table: SurveyTable) -> SurveySummary:
     """Summarise outcomes and fall directions of a survey's stones, for all together and by site."""
-    sites = table.sites
-    sector_count = rose_sector_count(table.stones)
+    sites = table.site_names
+    sector_count = rose_sector_count(table.counted_stones)
     declinations = {
         row.magnetic_declination_deg for _, row in table.rows if _row_has_fall_direction_or_face_azimuth(table, row)
     }
@@ -104,7 +104,7 @@ def falls_by_sector(stones: Sequence[Stone], sector_count: int) -> FloatArray:
     fine = np.linspace(-1, 1, 401)[1::2]  # midpoints of equal parts of an interval
     for stone in stones:
         if stone.fell_in_known_direction:
-            half = stone.direction_half_width_deg if stone.has_16_point_direction else 0.0
+            half = stone.direction_uncertainty_half_width_deg if stone.has_16_point_direction else 0.0
             towards = sector_index(stone.azimuth_deg + half * fine, sector_count)
             counts += stone.count * np.bincount(towards, minlength=sector_count) / fine.size
     return counts
@@ -118,7 +118,7 @@ def _row_has_fall_direction_or_face_azimuth(table: SurveyTable, row: SurveyRow) 
 
 def _summarise_observed_falls(table: SurveyTable, site: str, sector_count: int) -> ObservedFalls:
     """Summarise outcomes and fall directions of the stones in a survey table of one site, or of all sites."""
-    stones = table.stones
+    stones = table.counted_stones
     reasons = Counter[str]()
     for _, row in table.rows:
         if row.counted_as == "not counted":
@@ -140,9 +140,9 @@ def _summarise_observed_falls(table: SurveyTable, site: str, sector_count: int) 
         fell_in_unknown_direction=sum(
             stone.count for stone in stones if stone.fell and not stone.fell_in_known_direction
         ),
-        fallen_count_for_share=share_fell,
-        stone_count_for_share=share_stones,
+        fallen_count_at_sites_with_standing_stones=share_fell,
+        stone_count_at_sites_with_standing_stones=share_stones,
         direction=mean_direction_with_interval(angles, steps),
-        axis=mean_direction_with_interval(angles, steps, axial=True),
+        mean_fall_axis=mean_direction_with_interval(angles, steps, axial=True),
         falls_by_sector=falls_by_sector(stones, sector_count),
     )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.model.falls import default_model_for_results_cube
 from overturning.model.model import StoneOutcomesByAmplitudeFactor
-from overturning.settings import GRID_TOLERANCE, StonePopulation, UniformRange
+from overturning.settings import RELATIVE_TOLERANCE_OUTSIDE_GRID, StonePopulation, UniformRange
 from overturning.statistics.by_record import load_outcomes_of_records
 from overturning.statistics.circular import mean_angle_and_resultant, sector_index
 from overturning.statistics.fragility import FittedFragilityCurve, fit_fragility_curve
@@ -115,7 +115,9 @@ def share_of_stones_outside_grid(cube: xr.Dataset, stones: SampledStones) -> flo
     beyond = np.zeros(stones.height.size, np.bool_)
     for name in _SAMPLED_GRID_DIMENSIONS:
         grid, values = cube[name].to_numpy(), getattr(stones, name)
-        beyond |= (values < (1 - GRID_TOLERANCE) * grid.min()) | (values > (1 + GRID_TOLERANCE) * grid.max())
+        beyond |= (values < (1 - RELATIVE_TOLERANCE_OUTSIDE_GRID) * grid.min()) | (
+            values > (1 + RELATIVE_TOLERANCE_OUTSIDE_GRID) * grid.max()
+        )
     return float(beyond.mean())
 
 
@@ -166,26 +168,31 @@ def outcome_rates_by_amplitude(
     share_of = np.where(answered > 0, answered, np.nan)
     which = {
         "fall": stone_outcomes_by_amplitude.fell,
-        "shift": stands & (stone_outcomes_by_amplitude.slip >= population.shifted),
-        "rotation": stands & (np.abs(stone_outcomes_by_amplitude.twist) >= population.rotated),
+        "shift": stands & (stone_outcomes_by_amplitude.residual_slip_m >= population.shifted),
+        "rotation": stands & (np.abs(stone_outcomes_by_amplitude.residual_twist_deg) >= population.rotated),
     }
     made, free = {}, 1.0 - population.fixed
     for name, members in which.items():
         counted = free * members.sum(axis=1)
         made[f"{name}_rate"] = counted / share_of
         made[f"{name}_interval"] = np.stack(wilson_interval(counted, answered), axis=-1)
-    for name, values in (("shift", stone_outcomes_by_amplitude.slip), ("rotation", stone_outcomes_by_amplitude.twist)):
+    for name, values in (
+        ("shift", stone_outcomes_by_amplitude.residual_slip_m),
+        ("rotation", stone_outcomes_by_amplitude.residual_twist_deg),
+    ):
         untold = ~np.isfinite(np.where(stands, values, 0.0)).all(axis=1)
         made[f"{name}_rate"][untold] = made[f"{name}_interval"][untold] = np.nan
     octant = np.where(
-        np.isfinite(stone_outcomes_by_amplitude.azimuth),
-        sector_index(np.nan_to_num(stone_outcomes_by_amplitude.azimuth), len(OCTANTS)),
+        np.isfinite(stone_outcomes_by_amplitude.fall_azimuth_deg),
+        sector_index(np.nan_to_num(stone_outcomes_by_amplitude.fall_azimuth_deg), len(OCTANTS)),
         -1,
     )
     towards = free * np.stack([(octant == one).sum(axis=1) for one in range(len(OCTANTS))], axis=1)
     axes = [
         mean_angle_and_resultant(azimuth[fell], axial=True)
-        for azimuth, fell in zip(stone_outcomes_by_amplitude.azimuth, stone_outcomes_by_amplitude.fell, strict=True)
+        for azimuth, fell in zip(
+            stone_outcomes_by_amplitude.fall_azimuth_deg, stone_outcomes_by_amplitude.fell, strict=True
+        )
     ]
     return made | {
         "free_fall_rate": stone_outcomes_by_amplitude.fell.sum(axis=1) / share_of,
@@ -250,7 +257,7 @@ def population_outcome_rates_by_record(cube: xr.Dataset, population: StonePopula
     return xr.Dataset(data, coordinates, about)
 
 
-def fall_rates_of_stones_known_in_both_cubes(
+def fall_rates_of_stones_with_outcome_in_both_cubes(
     cube: xr.Dataset, other_cube: xr.Dataset, population: StonePopulation
 ) -> tuple[FloatArray, FloatArray]:
     """Compute the shares of a stone population that fall under each record in two cubes, each of shape (records,).

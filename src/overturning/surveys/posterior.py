@@ -14,16 +14,16 @@ from overturning.errors import ResultError
 from overturning.files import atomic_write
 from overturning.units import CM, STANDARD_GRAVITY
 
-ROTATION_STEP_DEG: Final = 10
+MOTION_ROTATION_STEP_DEG: Final = 10
 """Step of the rotation of each motion, degrees."""
 
-ROTATION_COUNT: Final = 360 // ROTATION_STEP_DEG
+MOTION_ROTATION_COUNT: Final = 360 // MOTION_ROTATION_STEP_DEG
 
-CREDIBLE_PROBABILITY: Final = 0.9
+CREDIBLE_INTERVAL_PROBABILITY: Final = 0.9
 """Probability of the credible intervals."""
 
-RANDOM_AXIS_ARC_WIDTH_DEG: Final = 180.0 * CREDIBLE_PROBABILITY
-"""Width of an arc that contains a random axis with probability `CREDIBLE_PROBABILITY`, degrees.
+CREDIBLE_ARC_WIDTH_OF_RANDOM_AXIS_DEG: Final = 180.0 * CREDIBLE_INTERVAL_PROBABILITY
+"""Width of an arc that contains a random axis with probability `CREDIBLE_INTERVAL_PROBABILITY`, degrees.
 
 A survey in which every stone fell does not constrain the axis: in simulated surveys of this kind, arcs with a mean
 width of 71 % of 180° contained the true axis in 73 % of cases, like random arcs
@@ -60,7 +60,7 @@ class MotionPosterior:
         Azimuth of the largest velocity of each unrotated motion, degrees.
     """
 
-    sources: tuple[str, ...]
+    motion_names: tuple[str, ...]
     level: FloatArray
     turn: FloatArray
     probability: FloatArray
@@ -73,7 +73,7 @@ class MotionPosterior:
         """Peak velocity (m/s) to which each candidate motion is scaled, for each level, shape (motions, levels)."""
         return np.broadcast_to(self.level, self.probability.shape[:2])
 
-    def lowest_and_highest_pgv_probabilities(self) -> tuple[float, float]:
+    def probabilities_of_lowest_and_highest_pgv(self) -> tuple[float, float]:
         """Return the posterior probabilities of the lowest and the highest peak velocity that were considered."""
         weight = self.probability.sum(axis=(0, 2))
         return float(weight[0]), float(weight[-1])
@@ -81,7 +81,7 @@ class MotionPosterior:
     def credible_interval(
         self, values_by_motion_and_level: ArrayLike, *, use_prior: bool = False
     ) -> tuple[float, float]:
-        """Return the credible interval (`CREDIBLE_PROBABILITY`) of a strength of the motion such as PGV.
+        """Return the credible interval (`CREDIBLE_INTERVAL_PROBABILITY`) of a strength of the motion such as PGV.
 
         Both tails have equal probability; the quantity increases with the level.
 
@@ -106,9 +106,9 @@ class MotionPosterior:
         # Each value represents the cell that reaches half way to its neighbours.
         middle = (distinct[1:] + distinct[:-1]) / 2
         edges = np.concatenate([[2 * distinct[0] - middle[0]], middle, [2 * distinct[-1] - middle[-1]]])
-        below, tail = np.concatenate([[0.0], np.cumsum(mass)]), (1 - CREDIBLE_PROBABILITY) / 2
+        below, tail = np.concatenate([[0.0], np.cumsum(mass)]), (1 - CREDIBLE_INTERVAL_PROBABILITY) / 2
         low, high = np.exp(np.interp([tail, 1 - tail], below / below[-1], edges))
-        weakest, strongest = (0.0, 0.0) if use_prior else self.lowest_and_highest_pgv_probabilities()
+        weakest, strongest = (0.0, 0.0) if use_prior else self.probabilities_of_lowest_and_highest_pgv()
         return 0.0 if weakest > tail else float(low), math.inf if strongest > tail else float(high)
 
     def motion_probabilities(self) -> FloatArray:
@@ -118,36 +118,36 @@ class MotionPosterior:
         """
         return np.asarray(self.probability.sum(axis=(1, 2)))
 
-    def velocity_axis_probabilities(self) -> FloatArray:
+    def peak_velocity_axis_probabilities(self) -> FloatArray:
         """Return the posterior probability of each axis (azimuth from 0 to 180°) of the largest velocity.
 
-        Azimuths are 0 to 180° in steps of `ROTATION_STEP_DEG`.
+        Azimuths are 0 to 180° in steps of `MOTION_ROTATION_STEP_DEG`.
         """
-        place, weight = (self.axis[:, None] + self.turn) / ROTATION_STEP_DEG, self.probability.sum(axis=1)
-        below, count = np.floor(place).astype(np.intp), 180 // ROTATION_STEP_DEG
+        place, weight = (self.axis[:, None] + self.turn) / MOTION_ROTATION_STEP_DEG, self.probability.sum(axis=1)
+        below, count = np.floor(place).astype(np.intp), 180 // MOTION_ROTATION_STEP_DEG
         # An axis between two steps is divided linearly between both.
         parts = ((below, 1 - (place - below)), (below + 1, place - below))
         shares = [np.bincount((at % count).ravel(), (part * weight).ravel(), count) for at, part in parts]
         return np.asarray(shares[0] + shares[1])
 
-    def credible_axis_arc_deg(self, *, everything_fell: bool = False) -> tuple[float, float]:
+    def credible_axis_arc_middle_and_width_deg(self, *, everything_fell: bool = False) -> tuple[float, float]:
         """Return middle (0 to 180°) and width, degrees, of the credible arc for the axis of largest velocity.
 
-        The credible arc is the shortest arc with probability `CREDIBLE_PROBABILITY`, widened to
-        `RANDOM_AXIS_ARC_WIDTH_DEG` if every stone of the survey fell (`everything_fell`).
+        The credible arc is the shortest arc with probability `CREDIBLE_INTERVAL_PROBABILITY`, widened to
+        `CREDIBLE_ARC_WIDTH_OF_RANDOM_AXIS_DEG` if every stone of the survey fell (`everything_fell`).
         """
-        middle, width = self._shortest_axis_arc_deg()
-        return middle, max(width, RANDOM_AXIS_ARC_WIDTH_DEG) if everything_fell else width
+        middle, width = self._shortest_axis_arc_middle_and_width_deg()
+        return middle, max(width, CREDIBLE_ARC_WIDTH_OF_RANDOM_AXIS_DEG) if everything_fell else width
 
-    def _shortest_axis_arc_deg(self) -> tuple[float, float]:
-        """Return middle and width, degrees, of the credible arc (`CREDIBLE_PROBABILITY`) of the velocity axis."""
-        share = self.velocity_axis_probabilities()
+    def _shortest_axis_arc_middle_and_width_deg(self) -> tuple[float, float]:
+        """Return middle and width, degrees, of the arc of the velocity axis (`CREDIBLE_INTERVAL_PROBABILITY`)."""
+        share = self.peak_velocity_axis_probabilities()
         total = np.concatenate([[0.0], np.cumsum(np.tile(share, 2))])
         for bins in range(1, share.size + 1):
             held = total[bins : bins + share.size] - total[: share.size]
-            if held.max() >= CREDIBLE_PROBABILITY * share.sum() - 1e-12:
-                middle = ROTATION_STEP_DEG * (int(held.argmax()) + (bins - 1) / 2)
-                return middle % 180, float(ROTATION_STEP_DEG * bins)
+            if held.max() >= CREDIBLE_INTERVAL_PROBABILITY * share.sum() - 1e-12:
+                middle = MOTION_ROTATION_STEP_DEG * (int(held.argmax()) + (bins - 1) / 2)
+                return middle % 180, float(MOTION_ROTATION_STEP_DEG * bins)
         return math.nan, 180.0
 
 
@@ -177,7 +177,7 @@ class SurveyInversionResult:
     fixed: float
     fit: float
     posterior: MotionPosterior
-    sites: tuple["SurveyInversionResult", ...] = ()
+    site_results: tuple["SurveyInversionResult", ...] = ()
 
     @property
     def everything_fell(self) -> bool:
@@ -185,12 +185,12 @@ class SurveyInversionResult:
         return self.fell > 0 and self.stood == 0
 
     @property
-    def credible_axis_arc_deg(self) -> tuple[float, float]:
+    def credible_axis_arc_middle_and_width_deg(self) -> tuple[float, float]:
         """Middle and width, degrees, of the credible arc for the axis of the motion's largest velocity.
 
-        See `MotionPosterior.credible_axis_arc_deg`.
+        See `MotionPosterior.credible_axis_arc_middle_and_width_deg`.
         """
-        return self.posterior.credible_axis_arc_deg(everything_fell=self.everything_fell)
+        return self.posterior.credible_axis_arc_middle_and_width_deg(everything_fell=self.everything_fell)
 
     @property
     def pgv_and_pga_by_motion_and_level(self) -> dict[str, FloatArray]:
@@ -208,8 +208,8 @@ def write_inversion_result(inversion_result: SurveyInversionResult, path: Path) 
         name: (dims, getattr(inversion_result.posterior, name))
         for name, dims in _STORED_DIMENSIONS_BY_ATTRIBUTE.items()
     }
-    coordinates = {"source": list(inversion_result.posterior.sources)}
-    if sites := inversion_result.sites:
+    coordinates = {"source": list(inversion_result.posterior.motion_names)}
+    if sites := inversion_result.site_results:
         coordinates["site"] = [one.name for one in sites]
         probability = np.stack([one.posterior.probability for one in sites])
         variables["site_probability"] = (("site", "source", "level", "turn"), probability)

@@ -99,9 +99,7 @@ class SiteFallPrediction(FallSectors):
     def has_b_over_h_outside_grid(self, stone: Stone) -> bool:
         """True if a B/H of a stone lies outside the simulated range."""
         least, most = self.b_over_h[[0, -1]].tolist()
-        return (
-            min(stone.slenderness_in_both_planes) < least - 1e-9 or max(stone.slenderness_in_both_planes) > most + 1e-9
-        )
+        return min(stone.b_over_h_in_both_planes) < least - 1e-9 or max(stone.b_over_h_in_both_planes) > most + 1e-9
 
     def has_b_over_h_far_outside_grid(self, stone: Stone) -> bool:
         """True if a stone's B/H lies so far outside the simulated range that its fall is not predicted."""
@@ -109,7 +107,7 @@ class SiteFallPrediction(FallSectors):
             np.isnan(self.fall_probability_by_height_and_friction(stone)).all()
         )
 
-    def fall_sector_probabilities_over_all_faces(
+    def fall_sector_probabilities_for_unknown_face(
         self, b_over_h: float = math.nan, b_over_h_side: float = math.nan
     ) -> FloatArray:
         """Return the probabilities that a stone of unknown orientation falls into each azimuth sector.
@@ -118,7 +116,7 @@ class SiteFallPrediction(FallSectors):
         all face azimuths. Without ``b_over_h`` all B/H of the cube have equal weight, and without ``b_over_h_side`` the
         footprint is square.
         """
-        of = _slenderness_cache_key(b_over_h, b_over_h_side)
+        of = _b_over_h_cache_key(b_over_h, b_over_h_side)
         if of in self._densities:
             return self._densities[of]
         shapes = [(b_over_h, b_over_h if math.isnan(b_over_h_side) else b_over_h_side)]
@@ -128,7 +126,7 @@ class SiteFallPrediction(FallSectors):
         falls = [
             np.sum(
                 [
-                    self._side_probabilities_without_random_falls(self.azimuth - 90.0 * turn, shape)[1 + turn]
+                    self._modelled_standing_and_side_probabilities(self.azimuth - 90.0 * turn, shape)[1 + turn]
                     for turn in range(4)
                 ],
                 axis=0,
@@ -154,17 +152,17 @@ class SiteFallPrediction(FallSectors):
 
         The cube then predicts no direction of its fall.
         """
-        if has_known_face_and_slenderness(stone):
+        if has_known_face_and_b_over_h(stone):
             return bool(
                 (
-                    self._side_probabilities_without_random_falls(
-                        np.array([stone.face_azimuth_deg]), stone.slenderness_in_both_planes
+                    self._modelled_standing_and_side_probabilities(
+                        np.array([stone.face_azimuth_deg]), stone.b_over_h_in_both_planes
                     )[1:, 0]
                     == 0
                 ).all()
             )
-        self.fall_sector_probabilities_over_all_faces(*stone.slenderness_in_both_planes)
-        return _slenderness_cache_key(*stone.slenderness_in_both_planes) in self._never
+        self.fall_sector_probabilities_for_unknown_face(*stone.b_over_h_in_both_planes)
+        return _b_over_h_cache_key(*stone.b_over_h_in_both_planes) in self._never
 
     def standing_and_side_probabilities(self, stone: Stone) -> FloatArray:
         """Return the probabilities that a stone with known face azimuth and B/H stands or falls to each side.
@@ -178,23 +176,25 @@ class SiteFallPrediction(FallSectors):
         out: only the 3-D model has it (Contento, Zulli & Di Egidio 2013, doi 10.5772/54863).
         """
         blind = np.concatenate([[0.5], np.full(4, 0.125)])
-        model = self._side_probabilities_without_random_falls(
-            np.array([stone.face_azimuth_deg]), stone.slenderness_in_both_planes
+        model = self._modelled_standing_and_side_probabilities(
+            np.array([stone.face_azimuth_deg]), stone.b_over_h_in_both_planes
         )[:, 0]
         if not np.isfinite(model).all():
             return blind
         return np.asarray((1 - self.background) * model + self.background * blind)
 
-    def _side_probabilities_without_random_falls(
+    def _modelled_standing_and_side_probabilities(
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
         """Return probabilities of standing and of a fall to each side, without random falls, shape (5, n faces).
 
         The probabilities are means over blocks, without the random falls of `background`; NaN if unknown.
         """
-        return _mean_of_known_values(self._fall_side_probabilities_by_block(face_azimuth_deg, slenderness), axis=1)
+        return _mean_of_known_values(
+            self._standing_and_side_probabilities_by_block(face_azimuth_deg, slenderness), axis=1
+        )
 
-    def _fall_side_probabilities_by_block(
+    def _standing_and_side_probabilities_by_block(
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
         """Return probabilities of standing and of a fall to each side, by height and friction, shape (5, blocks, n).
@@ -204,12 +204,12 @@ class SiteFallPrediction(FallSectors):
         """
         key = (face_azimuth_deg.tobytes(), slenderness)
         if key not in self._side_probabilities:
-            self._side_probabilities[key] = self._compute_fall_side_probabilities_by_block(
+            self._side_probabilities[key] = self._compute_standing_and_side_probabilities_by_block(
                 face_azimuth_deg, slenderness
             )
         return self._side_probabilities[key]
 
-    def _compute_fall_side_probabilities_by_block(
+    def _compute_standing_and_side_probabilities_by_block(
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
         """Compute probabilities of standing and of a fall to each side, by height and friction, (5, blocks, n)."""
@@ -242,14 +242,16 @@ class SiteFallPrediction(FallSectors):
         ndarray, shape (heights, frictions)
             Probability, 0 to 1; NaN if unknown.
         """
-        shape, face = stone.slenderness_in_both_planes, stone.face_azimuth_deg
-        key = f"{face} {_slenderness_cache_key(*shape)}"
+        shape, face = stone.b_over_h_in_both_planes, stone.face_azimuth_deg
+        key = f"{face} {_b_over_h_cache_key(*shape)}"
         if key not in self._fall_probabilities:
             shapes = [(one, one) for one in self.b_over_h.tolist()] if math.isnan(shape[0]) else [shape]
             faces = np.array([face]) if math.isfinite(face) else self.azimuth
             weight = np.ones(1) if math.isfinite(face) else self.share
             # Shape (blocks, B/H, faces).
-            falls = 1.0 - np.stack([self._fall_side_probabilities_by_block(faces, one)[0] for one in shapes], axis=1)
+            falls = 1.0 - np.stack(
+                [self._standing_and_side_probabilities_by_block(faces, one)[0] for one in shapes], axis=1
+            )
             found = _mean_of_known_values(falls, axis=(1, 2), weight=weight)
             self._fall_probabilities[key] = found.reshape(self.height.size, -1)
         found = self._fall_probabilities[key]
@@ -312,7 +314,7 @@ class SurveyFallPrediction:
         return self._by_site.get(stone.site, self.default)
 
 
-def _slenderness_cache_key(b_over_h: float, b_over_h_side: float) -> str:
+def _b_over_h_cache_key(b_over_h: float, b_over_h_side: float) -> str:
     """Return a dictionary key for two values of B/H, which may be NaN.
 
     NaN does not equal itself, so numbers would not do.
@@ -339,7 +341,7 @@ def note_on_b_over_h_far_outside_study(
     far = [
         (stone.count, values)
         for stone in stones
-        if (values := [one for one in stone.slenderness_in_both_planes if one < low or one > high])
+        if (values := [one for one in stone.b_over_h_in_both_planes if one < low or one > high])
     ]
     if not far:
         return ()
@@ -352,9 +354,9 @@ def note_on_b_over_h_far_outside_study(
     )
 
 
-def has_known_face_and_slenderness(stone: Stone) -> bool:
+def has_known_face_and_b_over_h(stone: Stone) -> bool:
     """True if the face azimuth and at least one B/H of a stone are known."""
-    return math.isfinite(stone.face_azimuth_deg) and math.isfinite(stone.slenderness_in_both_planes[0])
+    return math.isfinite(stone.face_azimuth_deg) and math.isfinite(stone.b_over_h_in_both_planes[0])
 
 
 def observed_standing_or_side_index(stone: Stone) -> int:

@@ -16,34 +16,34 @@ from overturning.errors import REASON_SEPARATOR, ArgumentError
 from overturning.settings import StonePopulation
 from overturning.surveys.library import CandidateMotion
 from overturning.surveys.stone_outcomes import (
-    ASPECTS,
-    BIN_WIDTH_DEG,
-    DIRECTION_BINS,
-    FRICTIONS,
-    HEIGHTS,
-    PGV_LEVELS,
+    DIRECTION_BIN_COUNT,
+    DIRECTION_BIN_WIDTH_DEG,
     SIMULATED_B_OVER_H,
+    SIMULATED_D_OVER_B,
+    SIMULATED_FRICTIONS,
+    SIMULATED_HEIGHTS_M,
+    SIMULATED_PGV_M_S,
     UNKNOWN_OUTCOME_INDEX,
-    face_azimuths_to_simulate_for_aspect,
+    face_azimuths_to_simulate_for_d_over_b,
     outcomes_of_needed_sizes,
     size_keys_with_stored_outcomes,
     stone_outcome_cache_folder,
 )
 from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, Stone
 
-LN_B_OVER_H_DEVIATION: Final = 0.15
+LN_B_OVER_H_STANDARD_DEVIATION: Final = 0.15
 """Standard deviation of ln B/H among stones with equal measured sizes (worn edges, footings, restitution)."""
 
-LN_PGV_DEVIATION: Final = 0.15
+LN_PGV_STANDARD_DEVIATION: Final = 0.15
 """Standard deviation of ln PGV over the site of one survey."""
 
 CONCENTRATION, UNIFORM_SHARE = 8.0, 0.2
 """Scatter of falls about the simulated direction: concentration (von Mises), and share with uniform directions."""
 
-CASE_SECONDS_PER_MOTION_SECOND: Final = 3e-5
+CASE_PROCESSOR_SECONDS_PER_MOTION_SECOND: Final = 3e-5
 """Processor time of a case per second of motion, s; order of magnitude, measured with columns and prisms."""
 
-SIZE_DRAW_COUNT: Final = 64
+RANDOM_SIZE_COUNT: Final = 64
 """Number of random draws for unknown sizes."""
 
 
@@ -61,14 +61,14 @@ class StoneDimensions:
 
     height: float | None = None
     b_over_h: float | None = None
-    aspect: float = 1.0
+    d_over_b: float = 1.0
 
     @classmethod
     def from_stone(cls, stone: Stone) -> "StoneDimensions":
         """Return height and shape of a survey's stone; an `ArgumentError` if outside the simulated range."""
-        front, side = stone.slenderness_in_both_planes
+        front, side = stone.b_over_h_in_both_planes
         for name, value, grid in (
-            ("height_m", stone.height, HEIGHTS),
+            ("height_m", stone.height, SIMULATED_HEIGHTS_M),
             ("b_over_h", min(front, side), SIMULATED_B_OVER_H),
         ):
             if not (
@@ -83,35 +83,35 @@ class StoneDimensions:
         if math.isnan(front):
             return cls(height, None, 0.0 if stone.round else 1.0)
         aspect = max(front, side) / min(front, side)
-        nearest = min(ASPECTS, key=lambda one: abs(math.log(one / aspect)))
+        nearest = min(SIMULATED_D_OVER_B, key=lambda one: abs(math.log(one / aspect)))
         return cls(height, front if stone.round else min(front, side), 0.0 if stone.round else nearest)
 
     @property
     def orientations_to_simulate_deg(self) -> FloatArray:
         """Face azimuths to simulate, degrees from the motion's north, without those equal by symmetry."""
-        return face_azimuths_to_simulate_for_aspect(self.aspect)
+        return face_azimuths_to_simulate_for_d_over_b(self.d_over_b)
 
     def size_grid_weights(self, size_population: StonePopulation) -> FloatArray:
-        """Return the weights of the simulated `HEIGHTS` and `SIMULATED_B_OVER_H` for stones of this kind; sum 1.
+        """Return the weights of `SIMULATED_HEIGHTS_M` and `SIMULATED_B_OVER_H` for stones of this kind; sum 1.
 
         The shape is (heights, shapes). Unknown sizes are distributed as in `size_population`.
         """
         generator = np.random.Generator(np.random.PCG64(size_population.seed))
-        unit = scipy.stats.qmc.Sobol(2, scramble=True, rng=generator).random(SIZE_DRAW_COUNT).T
+        unit = scipy.stats.qmc.Sobol(2, scramble=True, rng=generator).random(RANDOM_SIZE_COUNT).T
         height, width = (
             one.low + (one.high - one.low) * u
             for one, u in zip((size_population.height, size_population.width), unit, strict=True)
         )
-        height = height if self.height is None else np.full(SIZE_DRAW_COUNT, self.height)
-        shape = width / height if self.b_over_h is None else np.full(SIZE_DRAW_COUNT, self.b_over_h)
-        place = np.interp(np.log(height), np.log(HEIGHTS), np.arange(HEIGHTS.size))
-        of_height = np.maximum(0.0, 1 - np.abs(place[:, None] - np.arange(HEIGHTS.size)))
+        height = height if self.height is None else np.full(RANDOM_SIZE_COUNT, self.height)
+        shape = width / height if self.b_over_h is None else np.full(RANDOM_SIZE_COUNT, self.b_over_h)
+        place = np.interp(np.log(height), np.log(SIMULATED_HEIGHTS_M), np.arange(SIMULATED_HEIGHTS_M.size))
+        of_height = np.maximum(0.0, 1 - np.abs(place[:, None] - np.arange(SIMULATED_HEIGHTS_M.size)))
         apart = (
             np.abs(np.log(SIMULATED_B_OVER_H / np.clip(shape, SIMULATED_B_OVER_H[0], SIMULATED_B_OVER_H[-1])[:, None]))
-            / LN_B_OVER_H_DEVIATION
+            / LN_B_OVER_H_STANDARD_DEVIATION
         )
         of_shape = np.where(apart <= 2.0, np.exp(-0.5 * apart**2), 0.0)
-        return np.asarray(of_height.T @ (of_shape / of_shape.sum(axis=1, keepdims=True)) / SIZE_DRAW_COUNT)
+        return np.asarray(of_height.T @ (of_shape / of_shape.sum(axis=1, keepdims=True)) / RANDOM_SIZE_COUNT)
 
 
 def dimensions_of_survey_stones(stones: Sequence[Stone], file_name: str) -> list[StoneDimensions]:
@@ -132,14 +132,17 @@ def dimensions_of_survey_stones(stones: Sequence[Stone], file_name: str) -> list
 
 def note_on_stones_broader_than_simulated(stones: Sequence[Stone]) -> tuple[str, ...]:
     """Return a note if stones of a survey are broader than the largest D/B that is simulated; () if none is."""
-    shapes = [(stone.count, stone.slenderness_in_both_planes) for stone in stones if not stone.round]
-    most = LARGEST_FACTOR_BEYOND_GRID * ASPECTS[-1]
+    shapes = [(stone.count, stone.b_over_h_in_both_planes) for stone in stones if not stone.round]
+    most = LARGEST_FACTOR_BEYOND_GRID * SIMULATED_D_OVER_B[-1]
     broad = [(count, max(both) / min(both)) for count, both in shapes if max(both) > most * min(both)]
     if not broad:
         return ()
     count, largest = sum(count for count, _ in broad), max(aspect for _, aspect in broad)
     stones_are = "1 stone is" if count == 1 else f"{count} stones are"
-    return (f"{stones_are} simulated with D/B {ASPECTS[-1]:g}, the largest; D/B in the survey: up to {largest:.3g}",)
+    return (
+        f"{stones_are} simulated with D/B {SIMULATED_D_OVER_B[-1]:g}, the largest; D/B in the survey: up to "
+        f"{largest:.3g}",
+    )
 
 
 class StoneOutcomeProbabilities:
@@ -178,7 +181,7 @@ class StoneOutcomeProbabilities:
         self.motions = tuple(motions)
         folder = folder or stone_outcome_cache_folder()
         self._weights = size_grid_weights_by_dimensions(stone_kinds, population)
-        needed = size_masks_to_simulate_by_aspect(self._weights)
+        needed = masks_of_needed_sizes_by_d_over_b(self._weights)
         self._ways: dict[float, list[dict[str, NDArray[np.int8]]]] = {aspect: [] for aspect in needed}
         for done, one in enumerate(motions):
             if progress:
@@ -195,7 +198,7 @@ class StoneOutcomeProbabilities:
         The shape is (motions, levels, orientations, bins + 1), for direction bins and standing.
         """
         return np.stack(
-            [_outcome_probabilities(one, self._weights[stone_kind]) for one in self._ways[stone_kind.aspect]]
+            [_outcome_probabilities(one, self._weights[stone_kind]) for one in self._ways[stone_kind.d_over_b]]
         )
 
 
@@ -209,7 +212,7 @@ def size_grid_weights_by_dimensions(
     return {kind: kind.size_grid_weights(size_population or StonePopulation()) for kind in dict.fromkeys(stone_kinds)}
 
 
-def size_masks_to_simulate_by_aspect(
+def masks_of_needed_sizes_by_d_over_b(
     weights_by_kind: dict[StoneDimensions, FloatArray],
 ) -> dict[float, NDArray[np.bool_]]:
     """Return, by D/B, a mask of the heights and B/H that must be simulated, shape (heights, shapes).
@@ -218,11 +221,11 @@ def size_masks_to_simulate_by_aspect(
     """
     needed: dict[float, NDArray[np.bool_]] = {}
     for kind, weight in weights_by_kind.items():
-        needed[kind.aspect] = needed.get(kind.aspect, np.zeros(weight.shape, np.bool_)) | (weight > 0)
+        needed[kind.d_over_b] = needed.get(kind.d_over_b, np.zeros(weight.shape, np.bool_)) | (weight > 0)
     return needed
 
 
-def simulation_case_count_and_time(
+def case_count_and_processor_time_s(
     motions: Sequence[CandidateMotion],
     stone_kinds: Sequence[StoneDimensions],
     folder: Path | None = None,
@@ -248,9 +251,13 @@ def simulation_case_count_and_time(
         Processor time, s; of the order of magnitude.
     """
     cases, seconds = 0, 0.0
-    for aspect, nodes in size_masks_to_simulate_by_aspect(size_grid_weights_by_dimensions(stone_kinds)).items():
+    for aspect, nodes in masks_of_needed_sizes_by_d_over_b(size_grid_weights_by_dimensions(stone_kinds)).items():
         names = {f"{h}-{b}" for h, b in np.argwhere(nodes).tolist()}
-        each = len(FRICTIONS) * PGV_LEVELS.size * StoneDimensions(aspect=aspect).orientations_to_simulate_deg.size
+        each = (
+            len(SIMULATED_FRICTIONS)
+            * SIMULATED_PGV_M_S.size
+            * StoneDimensions(d_over_b=aspect).orientations_to_simulate_deg.size
+        )
         for one in motions:
             known = (
                 set()
@@ -259,7 +266,9 @@ def simulation_case_count_and_time(
             )
             count = each * len(names - known)
             cases += count
-            seconds += CASE_SECONDS_PER_MOTION_SECOND * count * one.motion.north.size * one.motion.sampling_interval
+            seconds += (
+                CASE_PROCESSOR_SECONDS_PER_MOTION_SECOND * count * one.motion.north.size * one.motion.sampling_interval
+            )
     return cases, seconds
 
 
@@ -281,14 +290,16 @@ def _outcome_probabilities(
     counts = np.bincount(place.ravel(), mass.ravel(), levels * orientations * (UNKNOWN_OUTCOME_INDEX + 1)).reshape(
         levels, -1
     )
-    near = np.exp(-0.5 * (np.log(PGV_LEVELS[:, None] / PGV_LEVELS) / LN_PGV_DEVIATION) ** 2)
+    near = np.exp(-0.5 * (np.log(SIMULATED_PGV_M_S[:, None] / SIMULATED_PGV_M_S) / LN_PGV_STANDARD_DEVIATION) ** 2)
     shares = (near / near.sum(axis=1, keepdims=True) @ counts).reshape(levels, orientations, UNKNOWN_OUTCOME_INDEX + 1)[
         ..., :UNKNOWN_OUTCOME_INDEX
     ]
     # Without known outcomes the probabilities are uninformative.
     shares += 1e-6 * uninformed_outcome_probabilities()
     shares /= shares.sum(axis=-1, keepdims=True)
-    shares[..., :DIRECTION_BINS] = shares[..., :DIRECTION_BINS] @ observed_direction_probabilities_by_simulated()
+    shares[..., :DIRECTION_BIN_COUNT] = (
+        shares[..., :DIRECTION_BIN_COUNT] @ observed_direction_probabilities_by_simulated()
+    )
     return shares.astype(np.float32)
 
 
@@ -297,7 +308,7 @@ def uninformed_outcome_probabilities() -> FloatArray:
 
     The shape is (bins + 1,).
     """
-    return np.append(np.full(DIRECTION_BINS, 0.5 / DIRECTION_BINS), 0.5)
+    return np.append(np.full(DIRECTION_BIN_COUNT, 0.5 / DIRECTION_BIN_COUNT), 0.5)
 
 
 @cache
@@ -306,7 +317,9 @@ def observed_direction_probabilities_by_simulated() -> FloatArray:
 
     Rows and columns are direction bins: equal sectors of azimuth.
     """
-    angle = np.radians(BIN_WIDTH_DEG * np.arange(DIRECTION_BINS))
+    angle = np.radians(DIRECTION_BIN_WIDTH_DEG * np.arange(DIRECTION_BIN_COUNT))
     density = scipy.stats.vonmises.pdf(angle, CONCENTRATION)
-    row = (1 - UNIFORM_SHARE) * density / density.sum() + UNIFORM_SHARE / DIRECTION_BINS
-    return np.asarray(row[(np.arange(DIRECTION_BINS) - np.arange(DIRECTION_BINS)[:, None]) % DIRECTION_BINS])
+    row = (1 - UNIFORM_SHARE) * density / density.sum() + UNIFORM_SHARE / DIRECTION_BIN_COUNT
+    return np.asarray(
+        row[(np.arange(DIRECTION_BIN_COUNT) - np.arange(DIRECTION_BIN_COUNT)[:, None]) % DIRECTION_BIN_COUNT]
+    )

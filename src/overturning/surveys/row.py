@@ -26,7 +26,7 @@ from overturning.surveys.notation import (
     NO_DIRECTION,
     OCTANTS,
     UNCOUNTED_OUTCOME_KINDS,
-    UNKNOWN_CELLS,
+    UNKNOWN_VALUE_TEXTS,
     OutcomeKind,
     StatedDirection,
     StatedOutcome,
@@ -43,7 +43,9 @@ _YES, _NO = ("yes", "fell", "true", "1", "y"), ("no", "stood", "false", "0", "n"
 def _parse_yes_or_no(text: object) -> bool:
     """Convert the text of a table cell to True ("yes" or a synonym) or False ("no" or a synonym)."""
     if str(text).lower() not in _YES + _NO:
-        unknown = "; an unknown outcome belongs in the column outcome" if str(text).lower() in UNKNOWN_CELLS else ""
+        unknown = (
+            "; an unknown outcome belongs in the column outcome" if str(text).lower() in UNKNOWN_VALUE_TEXTS else ""
+        )
         raise ValueError(f"write yes or no{unknown}")
     return str(text).lower() in _YES
 
@@ -68,12 +70,12 @@ def _normalise_count_text(text: object) -> object:
     return plain
 
 
-_NUMBER_TEXT = {"type": "string", "pattern": r"^[+-]?(\d+([.,]\d*)?|[.,]\d+)$"}
-_ANGLE_TEXT = {"type": "string", "pattern": r"^[+-]?\d+([.,]\d*)?\s*([°º˚]|deg|degrees)?$"}
+_NUMBER_TEXT_SCHEMA = {"type": "string", "pattern": r"^[+-]?(\d+([.,]\d*)?|[.,]\d+)$"}
+_ANGLE_TEXT_SCHEMA = {"type": "string", "pattern": r"^[+-]?\d+([.,]\d*)?\s*([°º˚]|deg|degrees)?$"}
 _DIRECTION_SCHEMA: dict[str, Any] = {
     "anyOf": [
         {"type": "number", "minimum": -360, "maximum": 360},
-        _ANGLE_TEXT,
+        _ANGLE_TEXT_SCHEMA,
         {"type": "string", "pattern": "^(?:" + "|".join(f"{one}|{one.lower()}" for one in COMPASS_POINTS_16) + ")$"},
         {"type": "string", "pattern": r"^[NSns]\s*\d+([.,]\d+)?\s*([°º˚]|deg)?\s*[EWew]$"},
     ]
@@ -82,10 +84,10 @@ _DIRECTION_SCHEMA: dict[str, Any] = {
 
 def _json_schema_of_number_cell(low: float, high: float, kind: str = "number") -> WithJsonSchema:
     """Return the JSON schema of a survey cell that contains a number from `low` to `high`, possibly as text."""
-    return WithJsonSchema({"anyOf": [{"type": kind, "minimum": low, "maximum": high}, _NUMBER_TEXT]})
+    return WithJsonSchema({"anyOf": [{"type": kind, "minimum": low, "maximum": high}, _NUMBER_TEXT_SCHEMA]})
 
 
-_YES_OR_NO = WithJsonSchema({"enum": [*_YES, *_NO, True, False]})
+_YES_OR_NO_SCHEMA = WithJsonSchema({"enum": [*_YES, *_NO, True, False]})
 _AZIMUTH = Annotated[StatedDirection, PlainValidator(parse_direction), WithJsonSchema(_DIRECTION_SCHEMA)]
 _Number = Annotated[float, BeforeValidator(normalise_number_text)]
 _Degrees = Annotated[float, BeforeValidator(normalise_degrees_text)]
@@ -112,7 +114,7 @@ class SurveyRow(BaseModel):
         "clockwise positive), `broken`, `repaired`, `fixed` (to its base) or `unknown`; several are "
         "separated by a comma",
     )
-    fell: Annotated[bool | None, BeforeValidator(_parse_yes_or_no), _YES_OR_NO] = Field(
+    fell: Annotated[bool | None, BeforeValidator(_parse_yes_or_no), _YES_OR_NO_SCHEMA] = Field(
         None,
         description="`yes` or `no`, instead of `outcome`; may be empty if a direction is given. `yes` without a "
         "direction: the direction is unknown",
@@ -153,9 +155,8 @@ class SurveyRow(BaseModel):
         math.nan,
         description="height of the stone, m; for the computed share of falls and for `overturning backwards`",
     )
-    round: Annotated[bool, BeforeValidator(_parse_yes_or_no), _YES_OR_NO] = Field(
-        False,
-        description="`yes` for a column, which can fall in any plane; only for `overturning backwards`",
+    round: Annotated[bool, BeforeValidator(_parse_yes_or_no), _YES_OR_NO_SCHEMA] = Field(
+        False, description="`yes` for a column, which can fall in any plane; only for `overturning backwards`"
     )
     shift_cm: Annotated[_Shift, Field(ge=0, le=1000), _json_schema_of_number_cell(0, 1000)] = Field(
         math.nan, description="shift of the base of a stone that stands, cm"
@@ -322,7 +323,7 @@ class SurveyRow(BaseModel):
         return None, messages
 
 
-COLUMNS = tuple(SurveyRow.model_fields)
+SURVEY_COLUMNS = tuple(SurveyRow.model_fields)
 """Columns a survey may have; one of ``azimuth_deg``, ``octant``, ``fell`` and ``outcome`` is needed."""
 
 

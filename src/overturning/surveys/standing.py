@@ -20,17 +20,17 @@ from overturning.tables import read_table_rows
 CAPACITY_INTEGRATION_POINTS: Final = np.linspace(-6.0, 6.0, 241)
 """Integration points for the capacity of a stone relative to its class, in standard deviations."""
 
-MIN_SPREAD: Final = 1e-3
+MIN_LOG_SPREAD: Final = 1e-3
 """Smallest logarithmic spread of a fragility curve; smaller values are replaced by it."""
 
-BOUND_PROBABILITY: Final = 0.95
+FALL_RATE_BOUND_PROBABILITY: Final = 0.95
 """Probability that the rate of falls lies below its upper bound."""
 
 MAX_HAZARD_FACTOR: Final = 1e6
 """Largest factor on the hazard; if stones survive even this, there is no bound."""
 
 
-MAX_FALL_SHARE_OUTSIDE_RECORDS: Final = 0.9
+MAX_FALL_SHARE_OUTSIDE_FRAGILITY_DATA: Final = 0.9
 """Largest share of falls from shaking outside the range of the records; above it, implausible levels are refused."""
 
 PLAUSIBLE_HIGHEST_LEVELS_BY_UNIT: Final = {"g": (0.05, 20.0, 981.0, "Gal"), "cm/s": (10.0, 2000.0, 0.01, "m/s")}
@@ -78,12 +78,12 @@ class HazardCurve:
 
     measure: str
     unit: str
-    level: FloatArray
-    rate: FloatArray
+    intensity_levels: FloatArray
+    annual_rates: FloatArray
 
     def annual_exceedance_rate(self, level: ArrayLike) -> FloatArray:
         """Return the annual rates, 1/year, at which shaking exceeds given intensity levels, by interpolation."""
-        return np.asarray(np.exp(np.interp(np.log(level), np.log(self.level), np.log(self.rate))))
+        return np.asarray(np.exp(np.interp(np.log(level), np.log(self.intensity_levels), np.log(self.annual_rates))))
 
     def annual_fall_rate(
         self, median: ArrayLike, log_spread: float, min_level: float = 0.0, max_level: float = math.inf
@@ -108,14 +108,21 @@ class HazardCurve:
         ndarray, shape (m,)
             Rate, 1/year; 0 if the levels do not overlap.
         """
-        min_level, max_level = max(min_level, float(self.level[0])), min(max_level, float(self.level[-1]))
+        min_level, max_level = (
+            max(min_level, float(self.intensity_levels[0])),
+            min(max_level, float(self.intensity_levels[-1])),
+        )
         if min_level >= max_level:
             return np.zeros(np.size(median))
         level = np.concatenate(
-            [[min_level], self.level[(self.level > min_level) & (self.level < max_level)], [max_level]]
+            [
+                [min_level],
+                self.intensity_levels[(self.intensity_levels > min_level) & (self.intensity_levels < max_level)],
+                [max_level],
+            ]
         )
         x, rate = np.log(level), np.log(self.annual_exceedance_rate(level))
-        m, log_spread = np.log(np.atleast_1d(median))[:, None], max(log_spread, MIN_SPREAD)
+        m, log_spread = np.log(np.atleast_1d(median))[:, None], max(log_spread, MIN_LOG_SPREAD)
         k = -np.diff(rate) / np.diff(x)
         below, above = ((x[part] - m) / log_spread + k * log_spread for part in (slice(None, -1), slice(1, None)))
         below, above = np.where(below > 0, -above, below), np.where(below > 0, -below, above)  # where Φ keeps digits
@@ -147,15 +154,15 @@ class StandingProbability:
         Probability of falling at the first level of the hazard; weaker shaking is not counted.
     """
 
-    stones: str
+    stone_class: str
     measure: str
-    rate: float
-    stands: float
-    low: float
-    high: float
-    share: float
-    beyond: float
-    first: float
+    annual_fall_rate: float
+    standing_probability: float
+    standing_probability_low: float
+    standing_probability_high: float
+    standing_share_with_constant_deviations: float
+    fall_rate_share_outside_data: float
+    fall_probability_at_first_level: float
 
 
 def estimate_standing_probability(
@@ -165,11 +172,11 @@ def estimate_standing_probability(
 
     The fragility curve must have a fitted median.
     """
-    last, seldom = float(hazard_curve.level[-1]), float(hazard_curve.rate[-1])
+    last, seldom = float(hazard_curve.intensity_levels[-1]), float(hazard_curve.annual_rates[-1])
 
     def fall_probability(level: float, median: ArrayLike, spread: float) -> FloatArray:
         """Return the probability of a fall at one intensity level, for each median of the fragility curve."""
-        return np.asarray(ndtr(np.log(level / np.atleast_1d(median)) / max(spread, MIN_SPREAD)))
+        return np.asarray(ndtr(np.log(level / np.atleast_1d(median)) / max(spread, MIN_LOG_SPREAD)))
 
     def annual_fall_rates(median: ArrayLike, spread: float) -> FloatArray:
         """Return the annual rate of falls, 1/year, for each median of the fragility curve."""
@@ -181,7 +188,7 @@ def estimate_standing_probability(
     # An end outside the data is 0 or infinite: all shaking overturns the stone, or none.
     medians = np.clip(
         [fragility_curve.median, fragility_curve.median_low, fragility_curve.median_high],
-        1e-9 * hazard_curve.level[0],
+        1e-9 * hazard_curve.intensity_levels[0],
         1e9 * last,
     )
     rate, strong, weak = (float(one) for one in annual_fall_rates(medians, spread))
@@ -199,7 +206,7 @@ def estimate_standing_probability(
         )
         weight = np.exp(-0.5 * CAPACITY_INTEGRATION_POINTS**2)
         share = float(np.sum(weight * np.exp(-each * years)) / weight.sum())
-    first = float(fall_probability(float(hazard_curve.level[0]), fragility_curve.median, spread)[0])
+    first = float(fall_probability(float(hazard_curve.intensity_levels[0]), fragility_curve.median, spread)[0])
     stands, low, high = (math.exp(-one * years) for one in (rate, strong, weak))
     beyond = 1 - known / rate if rate > 0 else math.nan
     return StandingProbability(
@@ -226,10 +233,10 @@ class SurvivalByStoneClass:
     """
 
     years: float
-    hazard: str
-    hazards: dict[str, HazardCurve]
-    estimates: tuple[tuple[FragilityCurveRow, HazardCurve, StandingProbability], ...]
-    without_curve: tuple[FragilityCurveRow, ...]
+    hazard_table_name: str
+    hazard_curves_by_measure: dict[str, HazardCurve]
+    curves_with_standing_probabilities: tuple[tuple[FragilityCurveRow, HazardCurve, StandingProbability], ...]
+    classes_without_fragility_curve: tuple[FragilityCurveRow, ...]
 
 
 def survival_probability_by_stone_class(
@@ -275,26 +282,26 @@ def hazard_unit_warning(hazard_curve: HazardCurve) -> str:
     in a unit that is smaller by a factor of 100 or more then lie above, and in a larger one below.
     """
     low, high, factor, other = PLAUSIBLE_HIGHEST_LEVELS_BY_UNIT.get(hazard_curve.unit, (0.0, math.inf, 1.0, ""))
-    top = float(hazard_curve.level[-1])
+    top = float(hazard_curve.intensity_levels[-1])
     if low <= top <= high:
         return ""
     meant = f"; are they in {other}? Divide them by {factor:g}" if low <= top / factor <= high else ""
     return (
-        f"{hazard_curve.measure}: levels of {hazard_curve.level[0]:g} to {top:g} {hazard_curve.unit}, of which the "
-        f"highest is expected between {low:g} and {high:g} {hazard_curve.unit}{meant}"
+        f"{hazard_curve.measure}: levels of {hazard_curve.intensity_levels[0]:g} to {top:g} {hazard_curve.unit}, of "
+        f"which the highest is expected between {low:g} and {high:g} {hazard_curve.unit}{meant}"
     )
 
 
 def upper_bound_of_annual_fall_rate(years_without_fall: float) -> float:
     """Return the upper bound of the annual fall rate, 1/year, that follows if no stone fell for a number of years.
 
-    The rate lies below it with the probability `BOUND_PROBABILITY`.
+    The rate lies below it with the probability `FALL_RATE_BOUND_PROBABILITY`.
 
     The posterior of λ after T years without a fall is T exp(−λT), from a flat prior; stones of one place share
     their earthquakes and count as one (Gelman et al. 2013, Bayesian Data Analysis, section 2.6: gamma posterior of a
     rate).
     """
-    return -math.log1p(-BOUND_PROBABILITY) / years_without_fall
+    return -math.log1p(-FALL_RATE_BOUND_PROBABILITY) / years_without_fall
 
 
 def upper_bound_of_factor_on_hazard_curve(
@@ -308,7 +315,7 @@ def upper_bound_of_factor_on_hazard_curve(
     larger than ``fall_rate_bound`` divided by the mean rate of the class. It equals this ratio if the components of the
     spread are unknown. NaN without a bound.
     """
-    rate = estimate_standing_probability(fragility_curve, hazard_curve, years).rate
+    rate = estimate_standing_probability(fragility_curve, hazard_curve, years).annual_fall_rate
     if math.isnan(fall_rate_bound) or not rate > 0:
         return math.nan
 
@@ -316,7 +323,7 @@ def upper_bound_of_factor_on_hazard_curve(
         """Return the share of stones that stand if the hazard is multiplied by exp(`log_hazard_factor`), minus 5 %."""
         return estimate_standing_probability(
             fragility_curve, hazard_curve, years * math.exp(log_hazard_factor)
-        ).share - (1 - BOUND_PROBABILITY)
+        ).standing_share_with_constant_deviations - (1 - FALL_RATE_BOUND_PROBABILITY)
 
     # Twice the time has the same effect as twice the hazard.
     first, last = math.log(fall_rate_bound / rate), math.log(MAX_HAZARD_FACTOR * max(1.0, fall_rate_bound / rate))
@@ -331,12 +338,12 @@ def upper_bound_of_factor_on_hazard_curve(
 
 def annual_fall_rate_below_first_level(fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve) -> float:
     """Estimate the annual rate of falls due to shaking below the hazard curve's first level, by extrapolation."""
-    steepness = np.log(hazard_curve.rate[0] / hazard_curve.rate[1]) / np.log(
-        hazard_curve.level[1] / hazard_curve.level[0]
+    steepness = np.log(hazard_curve.annual_rates[0] / hazard_curve.annual_rates[1]) / np.log(
+        hazard_curve.intensity_levels[1] / hazard_curve.intensity_levels[0]
     )
-    level = hazard_curve.level[0] * np.array([0.1, 1.0])
+    level = hazard_curve.intensity_levels[0] * np.array([0.1, 1.0])
     below = HazardCurve(
-        hazard_curve.measure, hazard_curve.unit, level, hazard_curve.rate[0] * (level / level[1]) ** -steepness
+        hazard_curve.measure, hazard_curve.unit, level, hazard_curve.annual_rates[0] * (level / level[1]) ** -steepness
     )
     return float(below.annual_fall_rate(fragility_curve.median, fragility_curve.log_spread)[0])
 

@@ -11,14 +11,14 @@ from overturning.model.symmetry import FULL_TURN
 from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, Stone
 
 
-def stone_values_from_side_nearer_to_grid(grid: Mapping[str, FloatArray], stone: Stone) -> dict[str, float]:
+def stone_values_seen_from_better_fitting_side(grid: Mapping[str, FloatArray], stone: Stone) -> dict[str, float]:
     """Return face azimuth, height, B/H and D/B of a stone, described from the side that suits a study's grid better.
 
     A stone with B/H 0.4 and D/B 0.5 is the stone with B/H 0.2 and D/B 2 whose face is turned by 90°. The description
     is chosen whose B/H and D/B are nearer to the values of the grid. Without D/B in the grid, or if both are equally
     near, the stone is described as in the survey.
     """
-    front, side = stone.slenderness_in_both_planes
+    front, side = stone.b_over_h_in_both_planes
 
     def grid_values_seen_from_side(b_over_h: float, d_over_h: float, face_azimuth_deg: float) -> dict[str, float]:
         """Return height, B/H, D/B and face azimuth of the stone, seen from the side whose B/H is `b_over_h`."""
@@ -58,7 +58,7 @@ def nearest_grid_indices_of_stone(
     """Return, by dimension of a results cube's grid, the index of the grid value that is closest to a stone's value.
 
     A dimension is left out if the value of the stone is unknown. `stone_values` are those that
-    `stone_values_from_side_nearer_to_grid` returns.
+    `stone_values_seen_from_better_fitting_side` returns.
     """
     found = {
         name: np.array([int(np.abs(np.log(grid[name] / stone_values[name])).argmin())])

@@ -21,13 +21,13 @@ from overturning.surveys.library import CandidateMotion
 
 # Written out: the last digit of NumPy's geomspace differs between processors, and `SHIPPED_OUTCOMES_FILE` holds exact
 # values.
-PGV_LEVELS: Final[FloatArray] = np.array([
+SIMULATED_PGV_M_S: Final[FloatArray] = np.array([
     0.2, 0.25198420997897464, 0.3174802103936399, 0.4, 0.5039684199579493, 0.6349604207872799, 0.8000000000000002,
     1.0079368399158986, 1.2699208415745598, 1.6, 2.0158736798317975, 2.539841683149119, 3.2,
 ])  # fmt: skip
 """Peak velocities to which motions are scaled, in equal ratios, m/s."""
 
-HEIGHTS: Final[FloatArray] = np.array([0.3 * 1.5**step for step in range(10)])
+SIMULATED_HEIGHTS_M: Final[FloatArray] = np.array([0.3 * 1.5**step for step in range(10)])
 """Simulated heights, m; outcomes are interpolated between them."""
 
 SIMULATED_B_OVER_H: Final[FloatArray] = np.array([
@@ -37,47 +37,47 @@ SIMULATED_B_OVER_H: Final[FloatArray] = np.array([
 ])  # fmt: skip
 """Simulated B/H, in equal ratios."""
 
-ASPECTS: Final = (1.0, 1.4, 2.0, 2.8, 4.0)
+SIMULATED_D_OVER_B: Final = (1.0, 1.4, 2.0, 2.8, 4.0)
 """Simulated D/B of rectangular stones, D the broader side; the nearest value is used."""
 
-FRICTIONS: Final = (0.45, 0.65, 0.9)
+SIMULATED_FRICTIONS: Final = (0.45, 0.65, 0.9)
 """Simulated friction coefficients, with equal probability, as friction is not known."""
 
 ORIENTATION_STEP_DEG: Final = 15
 """Step of the face azimuth of rectangular stones relative to the motion, degrees; the nearest value is used."""
 
-BIN_WIDTH_DEG: Final = 5
+DIRECTION_BIN_WIDTH_DEG: Final = 5
 """Width of a direction bin of falls, degrees."""
 
-DIRECTION_BINS: Final = 360 // BIN_WIDTH_DEG
-STOOD: Final = DIRECTION_BINS
+DIRECTION_BIN_COUNT: Final = 360 // DIRECTION_BIN_WIDTH_DEG
+STANDING_OUTCOME_INDEX: Final = DIRECTION_BIN_COUNT
 """Index of standing, after the direction bins."""
-UNKNOWN_OUTCOME_INDEX: Final = DIRECTION_BINS + 1
+UNKNOWN_OUTCOME_INDEX: Final = DIRECTION_BIN_COUNT + 1
 
 SHIPPED_OUTCOMES_FILE: Final = Path(__file__).with_name("library-outcomes.npz")
 """Outcomes under the motions of the package, for stones of the heights of gravestones.
 
-`verification/library_outcomes.py` computes the file. `grid` is the text of `simulated_grid_as_text`, `motions` has
-a row of `motion_signature` for each motion. For each D/B, written as ``:g``, ``sizes D/B`` has indices into `HEIGHTS`
-and `SIMULATED_B_OVER_H`, shape (sizes, 2), and ``outcomes D/B`` the outcomes, shape (motions, sizes, frictions, levels,
-orientations).
+`verification/library_outcomes.py` computes the file. `grid` is the text of `simulated_grid_as_text`, `motions` has a
+row of `motion_signature` for each motion. For each D/B, written as ``:g``, ``sizes D/B`` has indices into
+`SIMULATED_HEIGHTS_M` and `SIMULATED_B_OVER_H`, shape (sizes, 2), and ``outcomes D/B`` the outcomes, shape (motions,
+sizes, frictions, levels, orientations).
 """
 
 
 def simulated_grid_as_text() -> str:
     """Return the grid of simulated sizes, frictions, levels and orientations as text, to detect outdated files."""
     grid = (
-        BIN_WIDTH_DEG,
-        PGV_LEVELS.tolist(),
-        FRICTIONS,
-        HEIGHTS.tolist(),
+        DIRECTION_BIN_WIDTH_DEG,
+        SIMULATED_PGV_M_S.tolist(),
+        SIMULATED_FRICTIONS,
+        SIMULATED_HEIGHTS_M.tolist(),
         SIMULATED_B_OVER_H.tolist(),
         ORIENTATION_STEP_DEG,
     )
     return repr(grid)
 
 
-def face_azimuths_to_simulate_for_aspect(aspect: float) -> FloatArray:
+def face_azimuths_to_simulate_for_d_over_b(aspect: float) -> FloatArray:
     """Return the face azimuths to simulate for a D/B, degrees from the motion's north, without symmetric repetitions.
 
     A round stone has the D/B 0.
@@ -106,7 +106,7 @@ def _shipped_outcome_array(name: str) -> NDArray[np.generic]:
 
 
 @cache
-def _aspects_with_shipped_outcomes() -> frozenset[str]:
+def _d_over_b_texts_with_shipped_outcomes() -> frozenset[str]:
     """Return, as text, each D/B with simulated outcomes in the package; empty if they are on another size grid."""
     with np.load(SHIPPED_OUTCOMES_FILE) as stored:
         if str(stored["grid"]) != simulated_grid_as_text():
@@ -119,7 +119,7 @@ def shipped_stone_outcomes_of_motion(candidate_motion: CandidateMotion, aspect: 
 
     The result is empty for motions that are not in the package, and for a D/B without such outcomes.
     """
-    if f"{aspect:g}" not in _aspects_with_shipped_outcomes():
+    if f"{aspect:g}" not in _d_over_b_texts_with_shipped_outcomes():
         return {}
     own, every = motion_signature(candidate_motion), _shipped_outcome_array("motions")
     same = np.flatnonzero(np.isclose(every, own, rtol=1e-6, atol=0.0).all(axis=1))
@@ -151,8 +151,8 @@ def outcomes_of_needed_sizes(
     """Return the outcomes of stones with one D/B under a motion: shipped with the package, stored, or simulated.
 
     The sizes are those that are True in `needed_sizes_mask`, of shape (heights, B/H). Each key is ``height-B/H``, two
-    indices; each value has the direction bin of the fall, `STOOD` or `UNKNOWN_OUTCOME_INDEX` for each friction, peak
-    velocity to which the motion is scaled, and orientation of the stone.
+    indices; each value has the direction bin of the fall, `STANDING_OUTCOME_INDEX` or `UNKNOWN_OUTCOME_INDEX` for each
+    friction, peak velocity to which the motion is scaled, and orientation of the stone.
     """
     shipped = shipped_stone_outcomes_of_motion(candidate_motion, aspect)
     needed = [(h, b) for h, b in np.argwhere(needed_sizes_mask).tolist() if f"{h}-{b}" not in shipped]
@@ -208,24 +208,28 @@ def simulate_outcomes_of_sizes(
 ) -> NDArray[np.int8]:
     """Simulate stones with one D/B at given pairs of height and B/H; return their outcomes.
 
-    `size_grid_indices` are pairs of indices into `HEIGHTS` and `SIMULATED_B_OVER_H`. Outcomes have shape (nodes,
-    frictions, levels, orientations).
+    `size_grid_indices` are pairs of indices into `SIMULATED_HEIGHTS_M` and `SIMULATED_B_OVER_H`. Outcomes have shape
+    (nodes, frictions, levels, orientations).
 
-    An outcome is the direction bin of the fall, `STOOD` or `UNKNOWN_OUTCOME_INDEX`.
+    An outcome is the direction bin of the fall, `STANDING_OUTCOME_INDEX` or `UNKNOWN_OUTCOME_INDEX`.
     """
     axes = (
         np.arange(len(size_grid_indices)),
-        np.array(FRICTIONS),
-        PGV_LEVELS / candidate_motion.pgv,
-        face_azimuths_to_simulate_for_aspect(aspect),
+        np.array(SIMULATED_FRICTIONS),
+        SIMULATED_PGV_M_S / candidate_motion.pgv,
+        face_azimuths_to_simulate_for_d_over_b(aspect),
     )
     node, friction, amplitude, orientation = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
-    height, shape = (grid[np.array(size_grid_indices)[:, at]] for at, grid in enumerate((HEIGHTS, SIMULATED_B_OVER_H)))
+    height, shape = (
+        grid[np.array(size_grid_indices)[:, at]] for at, grid in enumerate((SIMULATED_HEIGHTS_M, SIMULATED_B_OVER_H))
+    )
     node = node.astype(np.intp)
     cases = Cases(orientation, height[node], shape[node], friction, amplitude, aspect=max(aspect, 1.0))
     found = simulate_cases(
         "rectangle" if aspect else "circle", candidate_motion.motion, cases, NumericalOptions(threads=threads)
     )
-    way = np.round(np.nan_to_num(found.fall_azimuth) / BIN_WIDTH_DEG).astype(np.int8) % DIRECTION_BINS
-    outcome = np.where(found.overturned == 1, way, np.where(found.overturned == 0, STOOD, UNKNOWN_OUTCOME_INDEX))
+    way = np.round(np.nan_to_num(found.fall_azimuth) / DIRECTION_BIN_WIDTH_DEG).astype(np.int8) % DIRECTION_BIN_COUNT
+    outcome = np.where(
+        found.overturned == 1, way, np.where(found.overturned == 0, STANDING_OUTCOME_INDEX, UNKNOWN_OUTCOME_INDEX)
+    )
     return outcome.astype(np.int8).reshape([axis.size for axis in axes])

@@ -14,17 +14,17 @@ from overturning.surveys.columns import (
     stone_count_column_errors,
 )
 from overturning.surveys.field_table import NumberedTableRow, TextTable, read_text_table
-from overturning.surveys.notation import OCTANTS, UNKNOWN_CELLS, common_azimuth_step_deg
+from overturning.surveys.notation import OCTANTS, UNKNOWN_VALUE_TEXTS, common_azimuth_step_deg
 from overturning.surveys.notes import (
     AZIMUTH_COLUMNS,
     label_of_line_numbers,
     notes_on_unused_stones,
     warnings_on_survey_table,
 )
-from overturning.surveys.row import COLUMNS, SurveyRow
+from overturning.surveys.row import SURVEY_COLUMNS, SurveyRow
 from overturning.tables import cell_error_messages
 
-__all__ = ["COLUMNS", "OCTANTS", "RANDOM_OUTCOME_SHARE", "Stone", "SurveyRow"]
+__all__ = ["OCTANTS", "RANDOM_OUTCOME_SHARE", "SURVEY_COLUMNS", "Stone", "SurveyRow"]
 
 LARGEST_FACTOR_BEYOND_GRID: Final = 1.25
 """Largest factor by which a size or ratio of a stone may lie outside the simulated range to take the nearest value."""
@@ -33,15 +33,14 @@ RANDOM_OUTCOME_SHARE = 0.05
 """Assumed share of stones with a random outcome (pushed by a neighbour, bad footing). Without it, a single stone in a
 direction of probability zero would reject the model."""
 
-_COLUMNS_ALLOWING_UNKNOWN = set(COLUMNS) - {"site", "stone", "kind", "outcome", "fell", "round", "note", "photo"}
+_COLUMNS_ALLOWING_UNKNOWN = set(SURVEY_COLUMNS) - {"site", "stone", "kind", "outcome", "fell", "round", "note", "photo"}
 """Columns of numbers and directions, in which a cell may state that the value is not known."""
 
 _UNIT_CELLS = ("m", "cm", "mm", "deg", "degrees", "°", "-", "–", "yes/no")
 """Texts of cells in a line of units below the header."""
 
-_TOTALS = (
-    "total", "totals", "grand total", "subtotal", "sum", "mean", "average", "σ",
-    "計", "合計", "総計", "小計", "平均",
+_TOTALS_ROW_LABELS = (
+    "total", "totals", "grand total", "subtotal", "sum", "mean", "average", "σ", "計", "合計", "総計", "小計", "平均",
 )  # fmt: skip
 """Names of a line of totals or means, in lower case."""
 
@@ -106,17 +105,17 @@ class Stone:
         return self.fell and math.isfinite(self.azimuth_deg)
 
     @property
-    def direction_half_width_deg(self) -> float:
+    def direction_uncertainty_half_width_deg(self) -> float:
         """Half-width, degrees, of the interval in which the fall direction lies: 22.5 for an octant, 0 for degrees."""
         return 22.5 if self.has_octant_direction else 11.25 if self.has_16_point_direction else 0.0
 
     @property
     def direction_recording_step_deg(self) -> float:
         """Step, degrees, in which the fall direction is recorded: 45 for an octant, 22.5 for a compass point (NNE)."""
-        return 2.0 * self.direction_half_width_deg or self.azimuth_recording_step_deg
+        return 2.0 * self.direction_uncertainty_half_width_deg or self.azimuth_recording_step_deg
 
     @property
-    def slenderness_in_both_planes(self) -> tuple[float, float]:
+    def b_over_h_in_both_planes(self) -> tuple[float, float]:
         """B/H in the vertical plane of the face normal, and in the perpendicular one; NaN if both are unknown.
 
         If only one is given, the footprint is taken as square.
@@ -127,7 +126,7 @@ class Stone:
     @property
     def slender_face_azimuth_deg(self) -> float:
         """Azimuth, degrees, of the vertical plane in which the stone's B/H is smaller; NaN if its face is unknown."""
-        front, side = self.slenderness_in_both_planes
+        front, side = self.b_over_h_in_both_planes
         return self.face_azimuth_deg + (90.0 if side < front else 0.0)
 
 
@@ -154,17 +153,17 @@ class SurveyTable:
     rows: tuple[tuple[int, SurveyRow], ...]
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
-    remarks: tuple[str, ...] = ()
-    winds_are_octants: bool = False
+    leading_comments: tuple[str, ...] = ()
+    compass_points_are_octants: bool = False
     azimuth_recording_step_deg: float = 0.0
 
     @property
-    def stones(self) -> list[Stone]:
+    def counted_stones(self) -> list[Stone]:
         """Stones of the survey that count as fallen or standing, in the order of the rows."""
         return [self.create_stone_from_row(line, row) for line, row in self.rows if row.counted_as != "not counted"]
 
     @property
-    def sites(self) -> list[str]:
+    def site_names(self) -> list[str]:
         """Names of the survey's sites, in order of first appearance; "" for stones without a site."""
         return list(dict.fromkeys(row.site for _, row in self.rows))
 
@@ -172,7 +171,8 @@ class SurveyTable:
         """Return a table with the rows of one site only."""
         return SurveyTable(
             self.name, tuple((line, row) for line, row in self.rows if row.site == site),
-            winds_are_octants=self.winds_are_octants, azimuth_recording_step_deg=self.azimuth_recording_step_deg,
+            compass_points_are_octants=self.compass_points_are_octants,
+            azimuth_recording_step_deg=self.azimuth_recording_step_deg,
         )  # fmt: skip
 
     def count_stones(self, condition: Callable[[SurveyRow], bool]) -> int:
@@ -186,7 +186,7 @@ class SurveyTable:
         """
         fell, north = row.counted_as == "fell", row.magnetic_declination_deg
         azimuth, wind = row.fall_direction
-        by_octant = row.octant is not None or (wind is not None and self.winds_are_octants)
+        by_octant = row.octant is not None or (wind is not None and self.compass_points_are_octants)
         return Stone(
             fell=fell, azimuth_deg=_normalise_azimuth_deg(azimuth + north) if fell else math.nan,
             has_octant_direction=by_octant and fell, has_16_point_direction=wind is not None and not by_octant and fell,
@@ -232,12 +232,12 @@ def read_counted_stones_with_notes(path: Path) -> tuple[list[Stone], list[str], 
     """
     table = read_survey_table(path)
     check_survey_has_counted_stone(table, path)
-    return table.stones, list(table.notes), list(table.warnings)
+    return table.counted_stones, list(table.notes), list(table.warnings)
 
 
 def check_survey_has_counted_stone(table: SurveyTable, path: Path) -> None:
     """Raise a `RecordError` if no stone of a survey counts as fallen or standing; `path` is the file of the survey."""
-    if not table.stones:
+    if not table.counted_stones:
         raise RecordError(f"{path}: no stone counts as fallen or standing; all are broken, repaired, fixed or unknown")
 
 
@@ -262,14 +262,14 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
         remedy, and no stone is read.
     """
     table = read_text_table(path, "survey")
-    plan = recognise_columns(table.header.cells, COLUMNS)
+    plan = recognise_columns(table.header.cells, SURVEY_COLUMNS)
     of_numbers = stone_count_column_errors(table.header.cells, plan.standard_names, [line.cells for line in table.rows])
     faults = [(table.header.line, message) for message in (*plan.faults, *of_numbers)]
     above = table.leading_comments[-1].split(table.separator) if table.leading_comments else []
     if (
         "" in plan.standard_names
         and len(above) == len(plan.standard_names)
-        and looks_like_header(above, COLUMNS, _OUTCOME_COLUMNS)
+        and looks_like_header(above, SURVEY_COLUMNS, _OUTCOME_COLUMNS)
     ):
         faults = [(table.header.line, "the line above it names the columns, but is a comment; remove its #")]
     missing = not _OUTCOME_COLUMNS & set(plan.standard_names)
@@ -321,7 +321,7 @@ def _errors_on_true_north_columns(table: TextTable, meanings: list[str]) -> Iter
     """Yield an error message for each column of azimuths from true north in a table that has a declination."""
     at = [place for place, meaning in enumerate(meanings) if meaning == "magnetic_declination_deg"]
     cells = [row.cells[place] for row in table.rows for place in at if place < len(row.cells)]
-    if at and all(not cell.strip("+-0.,°º˚") or cell.lower() in UNKNOWN_CELLS for cell in cells):
+    if at and all(not cell.strip("+-0.,°º˚") or cell.lower() in UNKNOWN_VALUE_TEXTS for cell in cells):
         return
     for name, meaning in zip(table.header.cells, meanings, strict=True):
         if meaning in AZIMUTH_COLUMNS and column_name_states_true_north(name):
@@ -361,7 +361,7 @@ def _validate_row(
     values = {
         meaning: cell
         for meaning, cell in zip(meanings, cells, strict=False)
-        if meaning and cell and not (meaning in _COLUMNS_ALLOWING_UNKNOWN and cell.lower() in UNKNOWN_CELLS)
+        if meaning and cell and not (meaning in _COLUMNS_ALLOWING_UNKNOWN and cell.lower() in UNKNOWN_VALUE_TEXTS)
     }
     if declination_deg is not None:
         values["magnetic_declination_deg"] = str(declination_deg)
@@ -370,7 +370,7 @@ def _validate_row(
 
 def _is_label_of_totals_row(meaning: str, cell: str) -> bool:
     """True if a cell in the column of sites or stones marks a row of totals or means, not a stone."""
-    return meaning in ("site", "stone") and cell.strip(" :").lower() in _TOTALS
+    return meaning in ("site", "stone") and cell.strip(" :").lower() in _TOTALS_ROW_LABELS
 
 
 def _octant_declination_errors(

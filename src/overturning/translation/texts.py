@@ -23,13 +23,15 @@ LANGUAGES: Final[tuple[str, ...]] = get_args(Language)
 ENGLISH: Final = "en"
 """Language in which the program writes its texts."""
 
-SEPARATORS: Final = ("; ", ", ", ": ")
+LIST_SEPARATORS: Final = ("; ", ", ", ": ")
 """Separators of a list: parts between them are translated by themselves if there is no entry for the whole text."""
 
-FONTS: Final = {"ja": ("fonts-noto-cjk", ("Noto Serif CJK JP", "Noto Sans CJK JP", "IPAexGothic", "IPAGothic"))}
+FONT_PACKAGE_AND_NAMES_BY_LANGUAGE: Final = {
+    "ja": ("fonts-noto-cjk", ("Noto Serif CJK JP", "Noto Sans CJK JP", "IPAexGothic", "IPAGothic"))
+}
 """Debian package with the fonts of a language, and the names of fonts that have its characters."""
 
-_FIRST_CJK: Final = "\N{CJK RADICAL REPEAT}"
+_FIRST_CJK_CHARACTER: Final = "\N{CJK RADICAL REPEAT}"
 """First character of the Unicode blocks of Chinese, Japanese and Korean."""
 
 _PLACEHOLDER_PATTERN: Final = re.compile(r"\{(\w*)\}")
@@ -121,7 +123,7 @@ def installed_fonts_of_language(language: str) -> list[str]:
     """Return the installed fonts for a language; empty if none is installed or the language needs none."""
     import typst
 
-    _, names = FONTS.get(language, ("", ()))
+    _, names = FONT_PACKAGE_AND_NAMES_BY_LANGUAGE.get(language, ("", ()))
     if (
         names and names not in _INSTALLED_FONTS_CACHE
     ):  # the search takes 0.1 s; it is repeated until a font is installed
@@ -138,14 +140,15 @@ _INSTALLED_FONTS_CACHE: dict[tuple[str, ...], list[str]] = {}
 
 def font_language_of_text(text: str) -> str:
     """Return the language whose fonts a figure text needs: Japanese for Japanese letters, else the current language."""
-    return "ja" if any(character >= _FIRST_CJK for character in text) else current_language()
+    return "ja" if any(character >= _FIRST_CJK_CHARACTER for character in text) else current_language()
 
 
 def check_font_is_installed(language: str, file_name: str) -> None:
     """Raise an error with the Debian package to install if a file needs a missing font of a language."""
-    if language in FONTS and not installed_fonts_of_language(language):
+    if language in FONT_PACKAGE_AND_NAMES_BY_LANGUAGE and not installed_fonts_of_language(language):
         raise MissingDataError(
-            f"{file_name}: no font for the language {language}; install the Debian package {FONTS[language][0]}"
+            f"{file_name}: no font for the language {language}; install the Debian package "
+            f"{FONT_PACKAGE_AND_NAMES_BY_LANGUAGE[language][0]}"
         )
 
 
@@ -224,7 +227,7 @@ def _translate_text_lines(text: str, table_entries: tuple[tuple[str, str], ...])
 
 def _translate_list_parts(text: str, table_entries: tuple[tuple[str, str], ...]) -> str:
     """Translate the parts of a list such as "a, b"; return it unchanged if no part is in the table."""
-    for separator in SEPARATORS:
+    for separator in LIST_SEPARATORS:
         parts = text.split(separator)
         if len(parts) > 1:
             translated = [_translate_text_lines(part, table_entries) for part in parts]

@@ -17,7 +17,7 @@ G = 9.80665
 
 
 @njit
-def compose_rotation_matrix_with_vector(matrix, vector):
+def apply_rotation_vector_to_rotation_matrix(matrix, vector):
     """Return the rotation matrix of `matrix` followed by a rotation vector in fixed axes, by Rodrigues' formula."""
     angle = math.sqrt(np.sum(vector * vector))
     if angle == 0.0:
@@ -56,11 +56,11 @@ def integrate_box(times, ground, interval, size, frame, spring, dash, mu, fracti
         for step in range(steps):
             velocity = velocity + 0.5 * dt * force
             momentum = momentum + 0.5 * dt * moment
-            middle = compose_rotation_matrix_with_vector(
+            middle = apply_rotation_vector_to_rotation_matrix(
                 rotation, 0.5 * dt * angular_velocity_from_momentum(rotation, inertia, momentum)
             )
             before, place = (place, rotation), place + dt * velocity
-            rotation = compose_rotation_matrix_with_vector(
+            rotation = apply_rotation_vector_to_rotation_matrix(
                 rotation, dt * angular_velocity_from_momentum(middle, inertia, momentum)
             )
             while noted < len(times) and times[noted] <= sample * interval + (step + 1.0) * dt:

@@ -14,7 +14,7 @@ from overturning.kernel_cache import cache_compiled_kernel
 from overturning.motion.motion import Motion
 
 G = 9.80665
-STEP_FRACTION = 0.04
+STEP_OVER_CONTACT_TIME_SCALE = 0.04
 """Step over the shortest contact time scale: that of a spring or a dashpot on the effective mass at a corner."""
 
 
@@ -96,7 +96,7 @@ def integrate_block_cases(
     damping_ratio: float = 1.0,
     stiffness_ratio: float = 1.0,
     tilt: float = 0.0,
-    fraction: float = STEP_FRACTION,
+    fraction: float = STEP_OVER_CONTACT_TIME_SCALE,
     inertial: bool = False,
 ) -> np.ndarray:
     """Return fall side, peak rotation over α, peak slip (m) and number of steps of each case, shape (n, 4).

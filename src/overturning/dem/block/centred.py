@@ -32,9 +32,9 @@ from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import rotate_cosine_and_sine
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-MAX_STEP_USING_PREDICTED_FORCES: Final = BLOCK_STEP_CONTROL.max_step_using_predicted_forces
+MAX_STEP_RATIO_USING_PREDICTED_FORCES: Final = BLOCK_STEP_CONTROL.max_step_using_predicted_forces
 
-MIN_NORMAL_FORCE_EFFECT_WHILE_SLIDING: Final = 0.25
+MIN_RELATIVE_NORMAL_MOBILITY_TO_SLIDE: Final = 0.25
 """Least effect of a normal force on a sliding corner, as a share of its effect on a free particle; below, it sticks."""
 
 
@@ -157,7 +157,7 @@ def predict_trial_friction_of_corner(
     freedom = 1.0 + block.inertia * predicted_corner.arm * (
         predicted_corner.arm - slid * (assumed_contact.tilting * predicted_corner.drop)
     )
-    return TrialCornerFriction(f, slides, slid, freedom > MIN_NORMAL_FORCE_EFFECT_WHILE_SLIDING)
+    return TrialCornerFriction(f, slides, slid, freedom > MIN_RELATIVE_NORMAL_MOBILITY_TO_SLIDE)
 
 
 @njit(**INLINE)
@@ -174,7 +174,7 @@ def signed_friction_coefficient_and_sliding(
 
 
 @njit(**INLINE)
-def normal_force_at_zero_velocity_and_decrease(
+def normal_force_constant_and_velocity_factor(
     block: BlockConstants,
     predicted_corner: PredictedCorner,
     half_step_time: float,
@@ -204,7 +204,7 @@ def corner_equation_terms(
     signed_friction: float,
 ) -> CornerEquationTerms:
     """Return one corner's terms in the linear equations for a block's velocities at the end of a step."""
-    normal_force, press = normal_force_at_zero_velocity_and_decrease(
+    normal_force, press = normal_force_constant_and_velocity_factor(
         block, predicted_corner, half_step_time, normal_force, is_in_contact
     )
     tangential = block.dashpot + half_step_time * block.tangential
@@ -299,8 +299,8 @@ def solve_velocity_corrections_without_friction(
     held = block_lands_flat(block, state, (left.depth, left.uz), (right.depth, right.uz))
     nl, on_l = predict_normal_force_and_contact(block, left, state.left, forces_decide_contact, held)
     nr, on_r = predict_normal_force_and_contact(block, right, state.right, forces_decide_contact, held)
-    nl, press_l = normal_force_at_zero_velocity_and_decrease(block, left, half, nl, on_l)
-    nr, press_r = normal_force_at_zero_velocity_and_decrease(block, right, half, nr, on_r)
+    nl, press_l = normal_force_constant_and_velocity_factor(block, left, half, nl, on_l)
+    nr, press_r = normal_force_constant_and_velocity_factor(block, right, half, nr, on_r)
     ex = predicted_block.vx + half * predicted_block.push
     hz = predicted_block.vz + half * ((nl + nr) - (GRAVITY + predicted_block.lift))
     hw = predicted_block.vw - half * (inertia * (left.arm * nl + right.arm * nr))

@@ -6,7 +6,7 @@ from numba import njit
 
 from overturning.dem.block.landing import remaining_flat_landing_time
 from overturning.dem.block.state import (
-    MAX_UNREFINED_CONTACT_CHANGE_STEP,
+    MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO,
     AssumedCornerContact,
     AssumedSignedFriction,
     BlockAfterStep,
@@ -124,7 +124,7 @@ def contact_changes_in_block_step(
         if left.vertical_travel_if_changed > right.vertical_travel_if_changed
         else right.vertical_travel_if_changed
     )
-    gentle = (far <= block.gentle) & (step_ticks <= MAX_UNREFINED_CONTACT_CHANGE_STEP * case_step_control.finest)
+    gentle = (far <= block.gentle) & (step_ticks <= MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO * case_step_control.finest)
     stands = (left.corner.normal > 0.0) & (right.corner.normal > 0.0)
     if not with_friction:
         return StepContactChanges(

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.block.state import (
-    ROWS,
+    STATE_ROW_LAYOUT,
     TICKS_PER_WHOLE_STEP,
     BlockConstants,
     BlockEnergyAccount,
@@ -18,8 +18,8 @@ from overturning.dem.block.state import (
 from overturning.dem.kernel.ending import (
     CASE_NOT_ENDED,
     MAX_KINETIC_ENERGY_RATIO_AT_REST,
-    NEGLIGIBLE_REMAINING_SLIDE,
-    STANDING_TILT_RATIO,
+    MAX_TILT_RATIO_OF_STANDING_BODY,
+    NEGLIGIBLE_REMAINING_SLIP_M,
     CaseProgress,
     LargestTiltNearCaseEnd,
     largest_tilt_near_case_end,
@@ -29,14 +29,14 @@ from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 load_block, load_state, load_peaks = (
-    ROWS.tuple_reader_and_writer(of).load for of in (BlockConstants, BlockState, BlockPeakValues)
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load for of in (BlockConstants, BlockState, BlockPeakValues)
 )
 load_account, load_course = (
-    ROWS.tuple_reader_and_writer(BlockEnergyAccount).load,
-    ROWS.tuple_reader_and_writer(CaseProgress).load,
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockEnergyAccount).load,
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress).load,
 )
-load_inertial_accelerations = ROWS.tuple_reader_and_writer(BlockInertialAccelerations).load
-LATE_TILT_ROW_OFFSET: Final = ROWS.row_offset_of_field(LargestTiltNearCaseEnd, "ratio")
+load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations).load
+TILT_NEAR_CASE_END_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(LargestTiltNearCaseEnd, "ratio")
 
 
 @njit(**INLINE)
@@ -79,7 +79,7 @@ def standing_outcome_is_final(
     if now + 0.5 * GRAVITY * GRAVITY / block.stiffness > energy_to_tilt_per_mass(block, peak_rotation):
         return False
     # Let it slide to its end; without friction it never stops.
-    return abs(remaining_slide_distance(block, state)) < NEGLIGIBLE_REMAINING_SLIDE or block.friction == 0.0
+    return abs(remaining_slide_distance(block, state)) < NEGLIGIBLE_REMAINING_SLIP_M or block.friction == 0.0
 
 
 @njit(**INLINE)
@@ -120,12 +120,14 @@ def case_status(
     if standing_outcome_is_final(block, s, peaks.angle, course.barrier, velocity_lag):
         return CaseStatus.SIMULATED
     tilt, rise = abs(s.angle) / block.alpha, s.z - block.half_height
-    late_tilt = largest_tilt_near_case_end(state[LATE_TILT_ROW_OFFSET + lane], course, sample, last_sample, tilt, rise)
-    state[LATE_TILT_ROW_OFFSET + lane] = late_tilt
+    late_tilt = largest_tilt_near_case_end(
+        state[TILT_NEAR_CASE_END_ROW_OFFSET + lane], course, sample, last_sample, tilt, rise
+    )
+    state[TILT_NEAR_CASE_END_ROW_OFFSET + lane] = late_tilt
     if sample < course.after:
         return CASE_NOT_ENDED
     stands = block_energy_per_mass(block, s, velocity_lag) < course.barrier and tilt < 1.0
-    return CaseStatus.SIMULATED if stands or late_tilt < STANDING_TILT_RATIO else CaseStatus.UNDECIDED
+    return CaseStatus.SIMULATED if stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY else CaseStatus.UNDECIDED
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)

@@ -15,7 +15,7 @@ from numba.extending import overload
 from overturning.dem.block import centred, commit, cundall
 from overturning.dem.block.landing import block_lands_flat, flat_landing_sliding_and_friction
 from overturning.dem.block.state import (
-    ROWS,
+    STATE_ROW_LAYOUT,
     AssumedCornerContact,
     AssumedSignedFriction,
     BlockAfterStep,
@@ -73,19 +73,19 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
         centred.solve_velocity_corrections if with_friction else centred.solve_velocity_corrections_without_friction
     )
     load_block, load_inertial_accelerations, load_step_control = (
-        ROWS.tuple_reader_and_writer(BlockConstants).load,
-        ROWS.tuple_reader_and_writer(BlockInertialAccelerations).load,
-        ROWS.tuple_reader_and_writer(CaseStepControl).load,
+        STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
+        STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations).load,
+        STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl).load,
     )
-    load_state = ROWS.tuple_reader_and_writer(BlockState, unused_fields=unused).load
-    load_attempt = ROWS.tuple_reader_and_writer(
+    load_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=unused).load
+    load_attempt = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         NextStepToAttempt, unused_fields=[] if with_friction else ["tries"]
     ).load
-    load_assumed_slip = ROWS.tuple_reader_and_writer(
+    load_assumed_slip = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         AssumedSignedFriction, unused_fields=[] if with_friction else ["left", "right"]
     ).load
-    load_predicted, store_predicted, _ = ROWS.tuple_reader_and_writer(PredictedBlock, unused_fields=unused)
-    store_change = ROWS.tuple_reader_and_writer(BlockVelocityCorrection, unused_fields=unused).store
+    load_predicted, store_predicted, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(PredictedBlock, unused_fields=unused)
+    store_change = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockVelocityCorrection, unused_fields=unused).store
     complete_block_steps = create_step_completion_loop(with_vertical, with_friction)
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -112,7 +112,7 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
         for j in range(round_to_vector_multiple(lane_count)):
             fine = (
                 load_attempt(state, j).length
-                <= centred.MAX_STEP_USING_PREDICTED_FORCES * load_step_control(state, j).finest
+                <= centred.MAX_STEP_RATIO_USING_PREDICTED_FORCES * load_step_control(state, j).finest
             )
             block, s, assumed = load_block(state, j), load_state(state, j), load_assumed_slip(state, j)
             store_change(state, j, solution(block, s, assumed, fine, load_predicted(state, j)))
@@ -134,20 +134,20 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
     """Return the compiled loop that computes contact forces of blocks and accepts or rejects each block's step."""
     unused = unused_block_state_fields(with_vertical, with_friction)
     load_block, load_step_control = (
-        ROWS.tuple_reader_and_writer(BlockConstants).load,
-        ROWS.tuple_reader_and_writer(CaseStepControl).load,
+        STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
+        STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl).load,
     )
-    load_state, _, store_state = ROWS.tuple_reader_and_writer(BlockState, unused_fields=unused)
-    load_attempt, store_attempt, _ = ROWS.tuple_reader_and_writer(
+    load_state, _, store_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=unused)
+    load_attempt, store_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         NextStepToAttempt, unused_fields=[] if with_friction else ["tries"]
     )
-    store_assumed_slip = ROWS.tuple_reader_and_writer(
+    store_assumed_slip = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         AssumedSignedFriction, unused_fields=[] if with_friction else ["left", "right"]
     ).store
-    load_peaks, _, store_peaks = ROWS.tuple_reader_and_writer(BlockPeakValues)
-    load_account, _, store_account = ROWS.tuple_reader_and_writer(BlockEnergyAccount)
-    load_predicted = ROWS.tuple_reader_and_writer(PredictedBlock, unused_fields=unused).load
-    load_change = ROWS.tuple_reader_and_writer(BlockVelocityCorrection, unused_fields=unused).load
+    load_peaks, _, store_peaks = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeakValues)
+    load_account, _, store_account = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockEnergyAccount)
+    load_predicted = STATE_ROW_LAYOUT.tuple_reader_and_writer(PredictedBlock, unused_fields=unused).load
+    load_change = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockVelocityCorrection, unused_fields=unused).load
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
     def accept_or_reject_block_steps(
@@ -165,7 +165,7 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
                 load_step_control(state, j),
             )
             w, d, length = load_predicted(state, j), load_change(state, j), attempt.length
-            fine = length <= centred.MAX_STEP_USING_PREDICTED_FORCES * case_step_control.finest
+            fine = length <= centred.MAX_STEP_RATIO_USING_PREDICTED_FORCES * case_step_control.finest
             held = block_lands_flat(block, s, (w.left.depth, w.left.uz), (w.right.depth, w.right.uz))
             drifts, drift, tilting = flat_landing_sliding_and_friction(block, held, w.ex + d.vx, w.end_vz + d.vz)
             assumed_left = AssumedCornerContact(d.slid_left, fine, held, drifts, drift, tilting)
@@ -199,12 +199,14 @@ def create_cundall_time_stepping_loop(with_vertical: bool, with_friction: bool) 
     It is compiled with or without vertical base motion, and with or without friction.
     """
     load_block, load_inertial_accelerations = (
-        ROWS.tuple_reader_and_writer(BlockConstants).load,
-        ROWS.tuple_reader_and_writer(BlockInertialAccelerations).load,
+        STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
+        STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations).load,
     )
-    load_state, store_state, _ = ROWS.tuple_reader_and_writer(BlockState, unused_fields=["normal"])
-    load_peaks, store_peaks, _ = ROWS.tuple_reader_and_writer(BlockPeakValues)
-    load_account, store_account, _ = ROWS.tuple_reader_and_writer(BlockEnergyAccount, unused_fields=["power", "loss"])
+    load_state, store_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=["normal"])
+    load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeakValues)
+    load_account, store_account, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+        BlockEnergyAccount, unused_fields=["power", "loss"]
+    )
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
     def advance_blocks(
@@ -228,7 +230,7 @@ def create_cundall_time_stepping_loop(with_vertical: bool, with_friction: bool) 
     return advance_blocks
 
 
-SCHEMES: Final[dict[IntegrationScheme, tuple[Any, Any]]] = {
+LOOP_CREATOR_BY_SCHEME: Final[dict[IntegrationScheme, tuple[Any, Any]]] = {
     IntegrationScheme.CUNDALL: (BlockCundallSchemeConstants(), create_cundall_time_stepping_loop),
     IntegrationScheme.CENTRED: (BlockCentredSchemeConstants(), create_centred_time_stepping_loop),
 }
@@ -241,7 +243,7 @@ def select_time_stepping_loop(scheme: Any, vertical_acceleration: Any, with_fric
     `vertical_acceleration` is None for the loop without vertical motion, `with_friction` is None for that without
     friction.
     """
-    make = next(make for one, make in SCHEMES.values() if type(one) is scheme.instance_class)
+    make = next(make for one, make in LOOP_CREATOR_BY_SCHEME.values() if type(one) is scheme.instance_class)
     return make(not isinstance(vertical_acceleration, types.NoneType), not isinstance(with_friction, types.NoneType))
 
 

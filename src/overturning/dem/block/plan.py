@@ -7,19 +7,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.block.loops import SCHEMES
+from overturning.dem.block.loops import LOOP_CREATOR_BY_SCHEME
 from overturning.dem.block.path import planar_trajectory_of_block
 from overturning.dem.block.rules import BlockKernelInput
 from overturning.dem.block.state import (
     MAX_FRICTION,
-    MAX_UNREFINED_CORNER_TRAVEL,
-    MIN_INTERVAL_RATIO_FOR_SAMPLE_LONG_STEPS,
+    MAX_UNREFINED_CORNER_TRAVEL_RATIO,
+    MIN_OMEGA_DT_FOR_SAMPLE_LONG_STEPS,
     PARALLEL_CASE_COUNT,
     TICKS_PER_WHOLE_STEP,
 )
 from overturning.dem.block.tables import CASE_TABLE_DTYPE, RESULT_TABLE_DTYPE, TRAJECTORY_ROW_DTYPE
 from overturning.dem.kernel.clock import BLOCK_STEP_CONTROL
-from overturning.dem.limits import MAX_PENETRATION_RATIO, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
+from overturning.dem.limits import (
+    MAX_PENETRATION_TO_HALF_SIDE_RATIO,
+    MAX_ROCKING_TIMES_AFTER_RECORD,
+    exceeds_penetration_limit,
+)
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.path import PlanarTrajectory
 from overturning.dem.plan import (
@@ -29,7 +33,7 @@ from overturning.dem.plan import (
     group_numbers_of_equal_cases,
 )
 from overturning.dem.quiet import (
-    REST_THRESHOLD_FACTOR,
+    MAX_REST_TO_ONSET_THRESHOLD_RATIO,
     dynamic_overshoot_bound,
     find_strong_motion_ranges,
     largest_acceleration_without_motion,
@@ -79,7 +83,7 @@ class BlockSimulationPlan(SimulationPlan):
         Each time step is divided by `step_divisor`.
         """
         scheme, queued = (
-            SCHEMES[self.scheme][0],
+            LOOP_CREATOR_BY_SCHEME[self.scheme][0],
             self.common_kernel_input_fields(
                 case_numbers, result_tables, step_divisor, TICKS_PER_WHOLE_STEP, PARALLEL_CASE_COUNT
             ),
@@ -94,7 +98,7 @@ class BlockSimulationPlan(SimulationPlan):
         )
         with_friction = 0 if cases["friction"][0] > 0 else None
         return BlockKernelInput(
-            settings, **queued, scheme=scheme, friction_marker=with_friction, deepest=MAX_PENETRATION_RATIO
+            settings, **queued, scheme=scheme, friction_marker=with_friction, deepest=MAX_PENETRATION_TO_HALF_SIDE_RATIO
         )
 
     def case_outcome_variables(
@@ -153,9 +157,7 @@ def block_step_lengths(
         # Steps of one sample are enough while a block stands on a contact that is stiff compared with them. They are
         # divided if a shorter time step is set.
         usual = steps_per_sample(scheme, "auto", square, rate, interval, period)
-        standing = np.where(
-            np.sqrt(square) * interval >= MIN_INTERVAL_RATIO_FOR_SAMPLE_LONG_STEPS, np.gcd(usual, steps), 1
-        )
+        standing = np.where(np.sqrt(square) * interval >= MIN_OMEGA_DT_FOR_SAMPLE_LONG_STEPS, np.gcd(usual, steps), 1)
     # A shorter time step also shortens the finest step.
     ratio = (
         requested_to_automatic_step_ratio(scheme, numerics.time_step, longest_stable_step(scheme, square, rate, period))
@@ -218,7 +220,11 @@ def plan_block_simulation(
             slowest = block_lowest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
             delay = dashpot / np.maximum(normal, tangential)
             rest_limit = largest_acceleration_without_motion(
-                ratio, friction, ratio, dynamic_overshoot_bound(slowest, delay, interval), REST_THRESHOLD_FACTOR
+                ratio,
+                friction,
+                ratio,
+                dynamic_overshoot_bound(slowest, delay, interval),
+                MAX_REST_TO_ONSET_THRESHOLD_RATIO,
             )
     table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     columns = {
@@ -235,9 +241,9 @@ def plan_block_simulation(
         "tilt_sin": evaluate_and_round_results(np.sin, tilt),
         "first": first,
         "calm": calm,
-        "after": samples + np.ceil(MAX_TIME_AFTER_RECORD * period / interval),
+        "after": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * period / interval),
         "rest_limit": rest_limit,
-        "gentle": MAX_UNREFINED_CORNER_TRAVEL
+        "gentle": MAX_UNREFINED_CORNER_TRAVEL_RATIO
         * lengths.finest
         * width
         * evaluate_and_round_results(np.arctan, ratio)

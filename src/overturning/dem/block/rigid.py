@@ -16,7 +16,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.kernel.lanes import COMPILE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
-from overturning.dem.limits import MAX_TIME_AFTER_RECORD
+from overturning.dem.limits import MAX_ROCKING_TIMES_AFTER_RECORD
 from overturning.dem.plan import base_accelerations_by_azimuth, evaluate_and_round_results
 from overturning.dem.time_step import rocking_time_constant
 from overturning.kernel_cache import cache_compiled_kernel
@@ -29,17 +29,17 @@ TAYLOR_SERIES_ORDER: Final = 8
 """Order of the Taylor series. In 5544 cases of the default study, nine flags differ between orders 4 and 16, at most
 one for orders 5 to 8, none for order 10. Order 8 gives the peak rotation to 4e-8 α in 99 % of the standing cases."""
 
-LONGEST_STEP: Final = 0.25
+LONGEST_STEP_IN_ROCKING_TIME_CONSTANTS: Final = 0.25
 """Longest step, in units of 1/p; a longer sample is divided."""
 
-SHORTEST_STEP: Final = 2.0**-30
+SHORTEST_STEP_IN_SAMPLES: Final = 2.0**-30
 """Shortest step, as a share of a sample; it occurs only if a block balances without motion."""
 
-REST_ANGULAR_VELOCITY: Final = 1e-6
+REST_ANGULAR_VELOCITY_TO_P_RATIO: Final = 1e-6
 """Angular velocity, in units of p, below which a block that lands comes to rest. In the same 5544 cases, 1e-9 changes
 no side, 1e-4 changes three."""
 
-ROOT_TIME_TOLERANCE: Final = 1e-15
+ROOT_TIME_TOLERANCE_IN_SAMPLES: Final = 1e-15
 """Accuracy of the times of impacts and turning points, as a share of a sample."""
 
 
@@ -171,7 +171,7 @@ def _find_series_root(taylor_series: Any, earliest_time: float, latest_time: flo
         earliest_time, latest_time = (earliest_time, t) if (value > 0.0) == rises else (t, latest_time)
         before, t = t, t - value / slope if slope != 0.0 else earliest_time
         t = t if earliest_time <= t <= latest_time else 0.5 * (earliest_time + latest_time)
-        if abs(t - before) <= ROOT_TIME_TOLERANCE:
+        if abs(t - before) <= ROOT_TIME_TOLERANCE_IN_SAMPLES:
             break
     return t
 
@@ -191,7 +191,7 @@ def _limit_step_to_two_turning_points(taylor_series: Any, step_length: float) ->
 
     There is at most one if velocity or acceleration keeps its sign, at most two if the jerk does.
     """
-    while step_length > SHORTEST_STEP and not (
+    while step_length > SHORTEST_STEP_IN_SAMPLES and not (
         _series_keeps_sign(taylor_series[1], step_length)
         or _series_keeps_sign(taylor_series[4], step_length)
         or _series_keeps_sign(taylor_series[5], step_length)
@@ -383,9 +383,9 @@ def simulate_rigid_rocking(
         "cosine": 1.0 / diagonal,
         "square": per_sample**2,
         "restitution": np.maximum(1.0 - 1.5 * ratio * ratio / (1.0 + ratio * ratio), 0.0),
-        "steps": np.ceil(per_sample / LONGEST_STEP),
-        "rest": REST_ANGULAR_VELOCITY * per_sample,
-        "after": motion.sample_count + np.ceil(MAX_TIME_AFTER_RECORD / per_sample),
+        "steps": np.ceil(per_sample / LONGEST_STEP_IN_ROCKING_TIME_CONSTANTS),
+        "rest": REST_ANGULAR_VELOCITY_TO_P_RATIO * per_sample,
+        "after": motion.sample_count + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD / per_sample),
         "amplitude": cases.amplitude,
         "tilt": tilt,
         "tilt_sine": evaluate_and_round_results(np.sin, alpha - np.abs(tilt)),

@@ -20,7 +20,7 @@ from overturning.dem.block.ending import (
 from overturning.dem.block.loops import select_time_stepping_loop
 from overturning.dem.block.state import (
     PARALLEL_CASE_COUNT,
-    ROWS,
+    STATE_ROW_LAYOUT,
     TICKS_PER_WHOLE_STEP,
     AssumedSignedFriction,
     BlockConstants,
@@ -52,7 +52,7 @@ from overturning.dem.kernel.lanes import (
 )
 from overturning.dem.kernel.mechanics import (
     FLAT_LANDING_DURATION_IN_DECAY_TIMES,
-    max_touch_delay_of_one_impact,
+    max_time_between_touches_in_one_impact,
     normalise_cosine_and_sine,
 )
 from overturning.dem.kernel.queue import SettingsOfParallelCases, grow_trajectory_array, register_model_functions
@@ -70,7 +70,7 @@ class BlockKernelInput(NamedTuple):
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     ground: GroundMotion
     scheme: Any
-    """Constants of the scheme, from `overturning.dem.block.loops.SCHEMES`."""
+    """Constants of the scheme, from `overturning.dem.block.loops.LOOP_CREATOR_BY_SCHEME`."""
     friction_marker: Any
     """None if all cases are frictionless: a kernel without tangential springs is compiled. Otherwise any value."""
     deepest: float
@@ -83,37 +83,39 @@ class BlockWorkspace(NamedTuple):
     state: Any
 
 
-load_block, store_block, _ = ROWS.tuple_reader_and_writer(BlockConstants)
-load_state, store_state, _ = ROWS.tuple_reader_and_writer(BlockState)
-load_peaks, store_peaks, _ = ROWS.tuple_reader_and_writer(BlockPeakValues)
-load_course, store_course, _ = ROWS.tuple_reader_and_writer(CaseProgress)
+load_block, store_block, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants)
+load_state, store_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState)
+load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeakValues)
+load_course, store_course, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
 store_attempt, store_assumed_slip, store_step_control = (
-    ROWS.tuple_reader_and_writer(of).store for of in (NextStepToAttempt, AssumedSignedFriction, CaseStepControl)
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
+    for of in (NextStepToAttempt, AssumedSignedFriction, CaseStepControl)
 )
-load_assumed_slip = ROWS.tuple_reader_and_writer(AssumedSignedFriction).load
+load_assumed_signed_friction = STATE_ROW_LAYOUT.tuple_reader_and_writer(AssumedSignedFriction).load
 store_push, store_lift = (
-    ROWS.tuple_reader_and_writer(BlockInertialAccelerations, "push").store,
-    ROWS.tuple_reader_and_writer(BlockInertialAccelerations, "lift").store,
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations, "push").store,
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations, "lift").store,
 )
-ROW_COUNT: Final = ROWS.count
+STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.count
 COS, SIN, TICK, LAST_UPRIGHT = (
-    ROWS.row_offset_of_field(BlockState, "cos"), ROWS.row_offset_of_field(BlockState, "sin"),
-    ROWS.row_offset_of_field(BlockState, "tick"), ROWS.row_offset_of_field(BlockPeakValues, "last_upright"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "cos"), STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "sin"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "tick"), STATE_ROW_LAYOUT.row_offset_of_field(BlockPeakValues,
+    "last_upright"),
 )  # fmt: skip
 LENGTH, REST_LIMIT, AT_REST = (
-    ROWS.row_offset_of_field(NextStepToAttempt, "length"),
-    ROWS.row_offset_of_field(CaseRestState, "rest_limit"),
-    ROWS.row_offset_of_field(CaseRestState, "at_rest"),
+    STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length"),
+    STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "rest_limit"),
+    STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "at_rest"),
 )
 SAMPLE, UPRIGHT_UNTIL = (
-    ROWS.row_offset_of_field(CaseProgress, "sample"),
-    ROWS.row_offset_of_field(CaseProgress, "upright_until"),
+    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "sample"),
+    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "upright_until"),
 )
 
 
 def allocate_workspace(kernel_input: Any) -> Any:  # noqa: ARG001, its type selects this function
     """Allocate the array for the states of the blocks that are simulated in parallel, one column (lane) each."""
-    return BlockWorkspace(cache_line_aligned_zeros(ROW_COUNT * PARALLEL_CASE_COUNT))
+    return BlockWorkspace(cache_line_aligned_zeros(STATE_ROW_COUNT * PARALLEL_CASE_COUNT))
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
@@ -132,7 +134,7 @@ def write_initial_block_state(
     state: Any, lane: int, case_parameters: Any, sampling_interval: float, ticks_per_sample: float
 ) -> None:
     """Write constants and initial state of a case's block into column `lane` of the state array."""
-    for row in range(ROW_COUNT):
+    for row in range(STATE_ROW_COUNT):
         state[row * PARALLEL_CASE_COUNT + lane] = 0.0
     b, h, c, s = (
         0.5 * case_parameters.width,
@@ -147,7 +149,7 @@ def write_initial_block_state(
         compliance=1.0 / ks if ks > 0.0 else 0.0, dashpot=case_parameters.dashpot, friction=case_parameters.friction,
         alpha=case_parameters.alpha, tick_length=sampling_interval / ticks_per_sample, gentle=case_parameters.gentle,
         landing=FLAT_LANDING_DURATION_IN_DECAY_TIMES * case_parameters.dashpot / k,
-        together=max_touch_delay_of_one_impact(k, case_parameters.dashpot),
+        together=max_time_between_touches_in_one_impact(k, case_parameters.dashpot),
         tilting=0.0 if case_parameters.friction * h <= b else 1.0,
     )  # fmt: skip
     tilted = s != 0.0
@@ -304,14 +306,9 @@ def skip_quiet_samples_of_resting_cases(
 ) -> None:
     """Skip, for blocks at rest, the samples in which the base motion cannot move the block."""
     skip_samples_of_resting_blocks(
-        workspace.state,
-        lane_cases,
-        active_lane_count,
-        kernel_input.row,
-        kernel_input.ground,
-        kernel_input.settings.ticks_per_sample,
-        skipped_sample_counts_out,
-    )
+        workspace.state, lane_cases, active_lane_count, kernel_input.row, kernel_input.ground,
+        kernel_input.settings.ticks_per_sample, skipped_sample_counts_out,
+    )  # fmt: skip
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -334,7 +331,7 @@ def skip_samples_of_resting_blocks(
             state[REST_LIMIT + j],
         )
         assumed, block, now = (
-            load_assumed_slip(state, j),
+            load_assumed_signed_friction(state, j),
             load_block(state, j),
             course.sample + s.tick * (1.0 / ticks_per_sample),
         )

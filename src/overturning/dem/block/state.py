@@ -19,13 +19,13 @@ PARALLEL_CASE_COUNT: Final = 48
 TICKS_PER_WHOLE_STEP: Final = BLOCK_STEP_CONTROL.ticks_per_whole_step
 """Ticks of a whole step."""
 
-MAX_UNREFINED_CORNER_TRAVEL: Final = 0.3
+MAX_UNREFINED_CORNER_TRAVEL_RATIO: Final = 0.3
 """Largest travel of a corner that opens or closes in a gentle step, which is accepted without refinement.
 
 In units of the travel in a finest step at the speed B p α, about that of a corner of a marginally falling block.
 """
 
-MAX_UNREFINED_CONTACT_CHANGE_STEP: Final = 8.0
+MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO: Final = 8.0
 """Longest gentle step, in finest steps."""
 
 MAX_FRICTION: Final = 100.0
@@ -35,7 +35,7 @@ With larger ones, the slip of a landing corner in one step can dissipate more th
 damping.
 """
 
-MIN_INTERVAL_RATIO_FOR_SAMPLE_LONG_STEPS: Final = 100.0
+MIN_OMEGA_DT_FOR_SAMPLE_LONG_STEPS: Final = 100.0
 """Smallest ratio of sampling interval to 1/ω for which a block on both corners takes sample-long steps."""
 
 
@@ -314,7 +314,7 @@ class BlockAfterStep(NamedTuple):
     account: BlockEnergyAccount
 
 
-ROWS: Final = TupleRowLayout(
+STATE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, BlockConstants, CaseStepControl, BlockState, NextStepToAttempt, AssumedSignedFriction,
     BlockPeakValues,
     BlockEnergyAccount, BlockInertialAccelerations, CaseProgress, PredictedBlock, BlockVelocityCorrection,

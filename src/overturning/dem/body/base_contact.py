@@ -11,7 +11,7 @@ from numba import njit
 
 from overturning.dem.body.state import (
     LANDING_TIME_OF_BASE_IN_AIR,
-    ROWS,
+    STATE_ROW_LAYOUT,
     VERTEX_ROW_LAYOUT,
     BaseContactState,
     BodyConstants,
@@ -131,9 +131,12 @@ def both_extreme_base_points_rest(base_contact: BaseContactState) -> bool:
     return (base_contact.low_rests > 0.0) & (base_contact.high_rests > 0.0)
 
 
-load_body, load_frame = ROWS.tuple_reader_and_writer(BodyConstants).load, ROWS.tuple_reader_and_writer(Matrix3).load
-load_state = ROWS.tuple_reader_and_writer(BodyState).load
-load_base_contact, store_base_contact, _ = ROWS.tuple_reader_and_writer(BaseContactState)
+load_body, load_frame = (
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants).load,
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3).load,
+)
+load_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState).load
+load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BaseContactState)
 load_vertex, load_memory = (
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load,
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").load,
@@ -144,10 +147,10 @@ LANDING_OF, DEPTH_OF = (
     VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.depth"),
 )
 SHORTEST, LONGEST = (
-    ROWS.row_offset_of_field(BaseContactState, "landing"),
-    ROWS.row_offset_of_field(BaseContactState, "longest_landing"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "landing"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "longest_landing"),
 )
-TILTING_ROW_OFFSET: Final = ROWS.row_offset_of_field(BaseContactState, "tilting")
+FRICTION_MOMENT_SHARE_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "tilting")
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -174,7 +177,9 @@ def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, 
             own = matrix_times_vector(transpose(load_frame(state, j)), Vector3(v.x, v.y, 0.0))
             ahead = body.friction * body.foot * (edge.base_edge_normal_x * own.x + edge.base_edge_normal_y * own.y)
             outside = edge.reach * math.sqrt(v.x * v.x + v.y * v.y) < ahead
-            state[TILTING_ROW_OFFSET + j] = 1.0 if outside else state[TILTING_ROW_OFFSET + j]
+            state[FRICTION_MOMENT_SHARE_ROW_OFFSET + j] = (
+                1.0 if outside else state[FRICTION_MOMENT_SHARE_ROW_OFFSET + j]
+            )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)

@@ -44,9 +44,9 @@ from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_samp
 from overturning.dem.kernel.lanes import INLINE
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-MAX_STEP_USING_PREDICTED_FORCES: Final = BODY_STEP_CONTROL.max_step_using_predicted_forces
+MAX_STEP_RATIO_USING_PREDICTED_FORCES: Final = BODY_STEP_CONTROL.max_step_using_predicted_forces
 
-MIN_NORMAL_FORCE_EFFECT_WHILE_SLIDING: Final = 0.25
+MIN_RELATIVE_NORMAL_MOBILITY_TO_SLIDE: Final = 0.25
 """Least effect of a normal force on a sliding point, as a share of its effect on a free particle; below, it sticks."""
 
 
@@ -121,7 +121,7 @@ def predicted_forces_decide_contact(case_step_control: CaseStepControl, step_att
 
     Longer steps use the contact state after the last step.
     """
-    return step_attempt.length <= MAX_STEP_USING_PREDICTED_FORCES * case_step_control.finest
+    return step_attempt.length <= MAX_STEP_RATIO_USING_PREDICTED_FORCES * case_step_control.finest
 
 
 @njit(**INLINE)
@@ -198,7 +198,7 @@ def predict_contact_point(
         lever_arm.y - lever_arm.z * body.friction * dy, lever_arm.z * body.friction * dx - lever_arm.x,
         body.friction * (lever_arm.x * dy - lever_arm.y * dx),
     ))  # fmt: skip
-    free = 1.0 + (turn.x * lever_arm.y - turn.y * lever_arm.x) > MIN_NORMAL_FORCE_EFFECT_WHILE_SLIDING
+    free = 1.0 + (turn.x * lever_arm.y - turn.y * lever_arm.x) > MIN_RELATIVE_NORMAL_MOBILITY_TO_SLIDE
     slides = in_contact & slides & (some | smooth | drifts) & free
     return PredictedContactPoint(
         arm=lever_arm,

@@ -29,7 +29,7 @@ from overturning.dem.body.commit import (
     rim_contact_point_moves_fast,
 )
 from overturning.dem.body.state import (
-    ROWS,
+    STATE_ROW_LAYOUT,
     VERTEX_ROW_LAYOUT,
     BaseContactState,
     BodyConstants,
@@ -64,23 +64,23 @@ from overturning.dem.kernel.lanes import (
 )
 
 load_body, load_shaking = (
-    ROWS.tuple_reader_and_writer(BodyConstants).load,
-    ROWS.tuple_reader_and_writer(InertialAccelerations3D).load,
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants).load,
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D).load,
 )
-load_frame, store_frame, _ = ROWS.tuple_reader_and_writer(Matrix3)
-load_state, _, store_state = ROWS.tuple_reader_and_writer(BodyState)
-load_limits = ROWS.tuple_reader_and_writer(BodyTerminationLimits).load
-load_base_contact, store_base_contact, _ = ROWS.tuple_reader_and_writer(BaseContactState)
-load_peaks, _, store_peaks = ROWS.tuple_reader_and_writer(BodyPeakValues)
-load_account, _, store_account = ROWS.tuple_reader_and_writer(BodyEnergyAndMomentumAccount)
-load_attempt, store_attempt, _ = ROWS.tuple_reader_and_writer(NextStepToAttempt)
-load_rejection, store_rejection, _ = ROWS.tuple_reader_and_writer(StepRejectionFlags)
-load_step_control = ROWS.tuple_reader_and_writer(CaseStepControl).load
-load_predicted, store_predicted, _ = ROWS.tuple_reader_and_writer(BodyPredictedForStepEnd)
-load_equations, store_equations, _ = ROWS.tuple_reader_and_writer(ContactEquationTerms)
-load_change, store_change, _ = ROWS.tuple_reader_and_writer(BodyVelocityCorrection)
-load_sum, store_sum, _ = ROWS.tuple_reader_and_writer(ContactForceSum)
-load_largest, store_largest, _ = ROWS.tuple_reader_and_writer(BodyContactChangesInStep)
+load_frame, store_frame, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3)
+load_state, _, store_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
+load_termination_limits = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyTerminationLimits).load
+load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BaseContactState)
+load_peaks, _, store_peaks = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues)
+load_account, _, store_account = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyEnergyAndMomentumAccount)
+load_attempt, store_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt)
+load_rejection, store_rejection, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectionFlags)
+load_step_control = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl).load
+load_predicted, store_predicted, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPredictedForStepEnd)
+load_equations, store_equations, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(ContactEquationTerms)
+load_change, store_change, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyVelocityCorrection)
+load_sum, store_sum, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(ContactForceSum)
+load_largest, store_largest, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyContactChangesInStep)
 add_equations, add_sum, larger_of = (
     create_elementwise_tuple_functions(ContactEquationTerms).plus,
     create_elementwise_tuple_functions(ContactForceSum).plus,
@@ -91,7 +91,7 @@ load_memory, _, store_memory = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(Contact
 load_point, store_point, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(PredictedContactPoint)
 load_next, store_next, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "new")
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
-SLID_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.slid")
+SLIDING_FLAG_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.slid")
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -277,7 +277,7 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
             load_shaking(state, j),
             w.inertial_xy_and_upward_base_acceleration,
             ticks_per_sample,
-            load_limits(state, j).steady,
+            load_termination_limits(state, j).steady,
         )
         findings = contact_changes_in_body_step(most, t.force.z, fast, steady)
         again, sooner, following = accept_or_reject_and_choose_next_step(
@@ -298,8 +298,8 @@ def store_contact_point_states_after_accepted_steps(state: Any, point_rows: Any,
     for j in range(round_to_vector_multiple(lane_count)):
         new, rejected = load_next(point_rows, j), load_rejection(state, j)
         store_memory(point_rows, j, rejected.again > 0.0, new)
-        point_rows[SLID_ROW_OFFSET + j] = select(
-            rejected.keeps_assumed_slip > 0.0, point_rows[SLID_ROW_OFFSET + j], new.slid
+        point_rows[SLIDING_FLAG_ROW_OFFSET + j] = select(
+            rejected.keeps_assumed_slip > 0.0, point_rows[SLIDING_FLAG_ROW_OFFSET + j], new.slid
         )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.body.state import (
-    ROWS,
+    STATE_ROW_LAYOUT,
     VERTEX_ROW_LAYOUT,
     BodyConstants,
     BodyEnergyAndMomentumAccount,
@@ -34,8 +34,8 @@ from overturning.dem.kernel.ending import (
     CASE_NOT_ENDED,
     MAX_KINETIC_ENERGY_RATIO_AT_REST,
     MAX_TILT_RATIO_AT_REST,
-    NEGLIGIBLE_REMAINING_SLIDE,
-    STANDING_TILT_RATIO,
+    MAX_TILT_RATIO_OF_STANDING_BODY,
+    NEGLIGIBLE_REMAINING_SLIP_M,
     CaseProgress,
     LargestTiltNearCaseEnd,
     SlideEndSample,
@@ -49,18 +49,19 @@ from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 load_body, load_state, load_peaks = (
-    ROWS.tuple_reader_and_writer(of).load for of in (BodyConstants, BodyState, BodyPeakValues)
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load for of in (BodyConstants, BodyState, BodyPeakValues)
 )
 load_account, load_course, load_limits = (
-    ROWS.tuple_reader_and_writer(of).load for of in (BodyEnergyAndMomentumAccount, CaseProgress, BodyTerminationLimits)
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load
+    for of in (BodyEnergyAndMomentumAccount, CaseProgress, BodyTerminationLimits)
 )
-load_shaking = ROWS.tuple_reader_and_writer(InertialAccelerations3D).load
+load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D).load
 load_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").load
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
-STEP_LENGTH_ROW_OFFSET: Final = ROWS.row_offset_of_field(NextStepToAttempt, "length")
+STEP_LENGTH_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length")
 LATE_TILT, SLIDE_END = (
-    ROWS.row_offset_of_field(LargestTiltNearCaseEnd, "ratio"),
-    ROWS.row_offset_of_field(SlideEndSample, "sample"),
+    STATE_ROW_LAYOUT.row_offset_of_field(LargestTiltNearCaseEnd, "ratio"),
+    STATE_ROW_LAYOUT.row_offset_of_field(SlideEndSample, "sample"),
 )
 
 
@@ -148,7 +149,7 @@ def squared_speed_of_body_base(body: BodyConstants, state: BodyState, edge_dista
 def body_will_slide_noticeably(body: BodyConstants, state: BodyState, edge_distance: float) -> bool:
     """True if an upright body will slide or spin on by more than a negligible distance until friction stops it."""
     square = squared_speed_of_body_base(body, state, edge_distance)
-    return bool(body.friction > 0.0 and square >= 2.0 * NEGLIGIBLE_REMAINING_SLIDE * GRAVITY * body.friction)
+    return bool(body.friction > 0.0 and square >= 2.0 * NEGLIGIBLE_REMAINING_SLIP_M * GRAVITY * body.friction)
 
 
 @njit(**INLINE)
@@ -216,7 +217,7 @@ def case_status(
     state[LATE_TILT + lane] = late_tilt
     if sample < course.after:
         return CASE_NOT_ENDED
-    if not (stands or late_tilt < STANDING_TILT_RATIO):
+    if not (stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY):
         return CaseStatus.UNDECIDED
     # A body that slides upright is simulated until friction has stopped it.
     if late_tilt < MAX_TILT_RATIO_AT_REST and body_will_slide_noticeably(body, s, limits.reach):
@@ -283,7 +284,7 @@ def write_body_trajectory_row(
     state: Any, lane: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
     """Write time, pose, velocities and base acceleration of the body in column `lane` into `trajectory_row`."""
-    body, s, shaking = load_body(state, lane), load_state(state, lane), load_shaking(state, lane)
+    body, s, shaking = load_body(state, lane), load_state(state, lane), load_inertial_accelerations(state, lane)
     trajectory_row.time = (load_course(state, lane).sample + s.tick / ticks_per_sample) * sampling_interval
     trajectory_row.x, trajectory_row.y, trajectory_row.z = s.place
     trajectory_row.qw, trajectory_row.qx, trajectory_row.qy, trajectory_row.qz = s.turn

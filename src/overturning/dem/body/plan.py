@@ -11,17 +11,13 @@ from overturning.arrays import FloatArray
 from overturning.dem.body.path import BodyTrajectory
 from overturning.dem.body.results import outcome_variables_of_bodies
 from overturning.dem.body.rules import BodyKernelInput, PolygonalBaseLoopTag, RoundBaseLoopTag
-from overturning.dem.body.state import (
-    MIN_INTERVAL_RATIO_FOR_SAMPLE_LONG_STEPS,
-    PARALLEL_CASE_COUNT,
-    TICKS_PER_WHOLE_STEP,
-)
+from overturning.dem.body.state import MIN_OMEGA_DT_FOR_SAMPLE_LONG_STEPS, PARALLEL_CASE_COUNT, TICKS_PER_WHOLE_STEP
 from overturning.dem.body.statics import (
     MAX_CACHED_SOLIDS,
     body_pose_at_rest_on_springs,
     largest_unit_spring_eigenvalue,
     smallest_unit_spring_eigenvalue,
-    vertex_unloading_acceleration_and_least_load,
+    vertex_unloading_acceleration_and_min_load_ratio,
 )
 from overturning.dem.body.tables import (
     BODY_TABLE_DTYPE,
@@ -32,11 +28,15 @@ from overturning.dem.body.tables import (
 )
 from overturning.dem.kernel.clock import BODY_STEP_CONTROL as PACE
 from overturning.dem.kernel.clock import KernelStepControl
-from overturning.dem.limits import MAX_PENETRATION_RATIO, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
-from overturning.dem.numerics import BLOCK_STEPS_PER_BODY_STEP, NumericalOptions
+from overturning.dem.limits import (
+    MAX_PENETRATION_TO_HALF_SIDE_RATIO,
+    MAX_ROCKING_TIMES_AFTER_RECORD,
+    exceeds_penetration_limit,
+)
+from overturning.dem.numerics import BLOCK_STEP_COST_OF_BODY_STEP, NumericalOptions
 from overturning.dem.plan import SimulationPlan, group_numbers_of_equal_cases
 from overturning.dem.quiet import (
-    REST_THRESHOLD_FACTOR,
+    MAX_REST_TO_ONSET_THRESHOLD_RATIO,
     dynamic_overshoot_bound,
     find_strong_motion_ranges,
     largest_acceleration_without_motion,
@@ -48,7 +48,7 @@ from overturning.model.cases import Cases
 from overturning.model.contact import check_stiffness_precision
 from overturning.model.shapes import Shape
 from overturning.model.solid import RigidSolid
-from overturning.model.tipping import FALL_TILT_FACTOR
+from overturning.model.tipping import FALL_TO_GEOMETRIC_TILT_RATIO
 from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -65,7 +65,7 @@ class SimulationPlan3D(SimulationPlan):
     """Plan of the simulation of n cases of a 3-D model, a body or a stack."""
 
     split_long_queues: ClassVar[bool] = True
-    block_steps_per_step: ClassVar[int] = BLOCK_STEPS_PER_BODY_STEP
+    block_steps_per_step: ClassVar[int] = BLOCK_STEP_COST_OF_BODY_STEP
 
     ticks_per_step: ClassVar[float] = TICKS_PER_WHOLE_STEP
 
@@ -213,9 +213,9 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         "rest_limit": rest_limit,
         "first": first,
         "calm": calm,
-        "after": samples + np.ceil(MAX_TIME_AFTER_RECORD * period[which] / interval),
+        "after": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * period[which] / interval),
         # The points of a rim store velocities, which would oscillate in steps of a sample.
-        "steady": REST_THRESHOLD_FACTOR * threshold if start is None and made[0].rim_radius == 0.0 else 0.0,
+        "steady": MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold if start is None and made[0].rim_radius == 0.0 else 0.0,
         **pace,
     }
     for name, values in columns.items():
@@ -271,7 +271,7 @@ def _rest_acceleration_limits_of_bodies(
     """
     slowest, unloads = (
         np.array([function(body) for body in solids])
-        for function in (smallest_unit_spring_eigenvalue, vertex_unloading_acceleration_and_least_load)
+        for function in (smallest_unit_spring_eigenvalue, vertex_unloading_acceleration_and_min_load_ratio)
     )
     ratio = np.array([body.min_base_edge_distance_from_centre for body in solids]) / np.array(
         [body.centre_height for body in solids]
@@ -282,7 +282,7 @@ def _rest_acceleration_limits_of_bodies(
     )
     return largest_acceleration_without_motion(
         ratio[solid_indices], friction * unloads[solid_indices, 1], unloads[solid_indices, 0], rings,
-        REST_THRESHOLD_FACTOR,
+        MAX_REST_TO_ONSET_THRESHOLD_RATIO,
     )  # fmt: skip
 
 
@@ -324,7 +324,7 @@ def steps_per_sample_and_step_control(
     # A refined case has shorter ticks, hence more of them.
     steps = steps * numerics.refinement
     # A contact that is not overdamped would keep oscillating in steps of a sample.
-    rigid = (np.sqrt(squared_frequency) * sampling_interval >= MIN_INTERVAL_RATIO_FOR_SAMPLE_LONG_STEPS) & (
+    rigid = (np.sqrt(squared_frequency) * sampling_interval >= MIN_OMEGA_DT_FOR_SAMPLE_LONG_STEPS) & (
         damping_rate >= np.sqrt(squared_frequency)
     )
     return steps, {
@@ -387,10 +387,10 @@ def _body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void],
         # A body that lies on springs on another face, as at a fall tilt that depends on the direction or upside down,
         # may have a slightly smaller tilt.
         lies_on_springs = len(body.fall_limits_by_lean_sector) > 0 or body.fall_tilt > UPSIDE_DOWN_FALL_TILT_RAD
-        fallen = body.fall_tilt * (FALL_TILT_FACTOR if lies_on_springs else 1.0)
+        fallen = body.fall_tilt * (FALL_TO_GEOMETRIC_TILT_RATIO if lies_on_springs else 1.0)
         values = {
             "foot": foot, "radius": body.rim_radius, "reach": reach, "critical": reach**2 / (reach**2 + foot**2),
-            "fallen": np.round(np.cos(fallen), 12), "deepest": MAX_PENETRATION_RATIO * min(reach, foot),
+            "fallen": np.round(np.cos(fallen), 12), "deepest": MAX_PENETRATION_TO_HALF_SIDE_RATIO * min(reach, foot),
             "ends": body.relative_height_tolerance_of_lowest_vertices
         }  # fmt: skip
         for name, value in values.items():

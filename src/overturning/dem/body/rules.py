@@ -22,7 +22,7 @@ from overturning.dem.body.ending import (
 from overturning.dem.body.start import write_initial_body_state
 from overturning.dem.body.state import (
     PARALLEL_CASE_COUNT,
-    ROWS,
+    STATE_ROW_LAYOUT,
     TICKS_PER_WHOLE_STEP,
     VERTEX_ROW_LAYOUT,
     BaseMotionSampleNumber,
@@ -41,7 +41,7 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import (
-    MAX_ACCELERATION_SHARE_AT_REST,
+    MAX_RESIDUAL_ACCELERATION_RATIO_AT_REST,
     CaseProgress,
     CaseRestState,
     case_cannot_have_ended,
@@ -64,18 +64,21 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
 class PolygonalBaseLoopTag(NamedTuple):
-    """Type that selects, at compile time, the time-stepping loop for bodies with a polygonal base (see `LOOPS`)."""
+    """Type that selects, at compile time, the loop for bodies with a polygonal base (see `LOOP_BY_BASE_SHAPE_TAG`)."""
 
-    round: bool = False
+    has_round_base: bool = False
 
 
 class RoundBaseLoopTag(NamedTuple):
-    """Type that selects, at compile time, the time-stepping loop for bodies with a round base (see `LOOPS`)."""
+    """Type that selects, at compile time, the loop for bodies with a round base (see `LOOP_BY_BASE_SHAPE_TAG`)."""
 
-    round: bool = True
+    has_round_base: bool = True
 
 
-LOOPS: Final = {PolygonalBaseLoopTag: build_time_stepping_loop(False), RoundBaseLoopTag: build_time_stepping_loop(True)}
+LOOP_BY_BASE_SHAPE_TAG: Final[dict[type, Any]] = {
+    PolygonalBaseLoopTag: build_time_stepping_loop(False),
+    RoundBaseLoopTag: build_time_stepping_loop(True),
+}
 """Function that computes the steps of a sample, by the type of the selector."""
 
 
@@ -90,7 +93,7 @@ class BodyKernelInput(NamedTuple):
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     ground: GroundMotion
     base_shape_loop_tag: Any
-    """Marker of the bodies, of a type in `LOOPS`."""
+    """Marker of the bodies, of a type in `LOOP_BY_BASE_SHAPE_TAG`."""
     bodies: NDArray[np.void]
     """Constants of the bodies, of type `BODY_TABLE_DTYPE`, shape (bodies,)."""
     vertices_and_base_edges: FloatArray
@@ -111,49 +114,50 @@ class BodyWorkspace(NamedTuple):
     """Rows of the vertices: a view of `state`."""
 
 
-load_body, store_body, _ = ROWS.tuple_reader_and_writer(BodyConstants)
-load_state, store_state, _ = ROWS.tuple_reader_and_writer(BodyState)
-store_turn = ROWS.tuple_reader_and_writer(BodyState, "turn").store
-load_peaks, store_peaks, _ = ROWS.tuple_reader_and_writer(BodyPeakValues)
-load_course, store_course, _ = ROWS.tuple_reader_and_writer(CaseProgress)
-load_limits, store_limits, _ = ROWS.tuple_reader_and_writer(BodyTerminationLimits)
+load_body, store_body, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants)
+load_state, store_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
+store_rotation_quaternion = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState, "turn").store
+load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues)
+load_course, store_course, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
+load_limits, store_limits, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyTerminationLimits)
 store_shaking, store_attempt, store_step_control = (
-    ROWS.tuple_reader_and_writer(of).store for of in (InertialAccelerations3D, NextStepToAttempt, CaseStepControl)
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
+    for of in (InertialAccelerations3D, NextStepToAttempt, CaseStepControl)
 )
 store_vertex, store_memory = (
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).store,
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").store,
 )
-ROW_COUNT: Final = ROWS.count
+STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.count
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
 TICK, LAST_UPRIGHT = (
-    ROWS.row_offset_of_field(BodyState, "tick"),
-    ROWS.row_offset_of_field(BodyPeakValues, "last_upright"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BodyState, "tick"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BodyPeakValues, "last_upright"),
 )
 LENGTH, LOADED = (
-    ROWS.row_offset_of_field(NextStepToAttempt, "length"),
-    ROWS.row_offset_of_field(BaseMotionSampleNumber, "sample"),
+    STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BaseMotionSampleNumber, "sample"),
 )
 REST_LIMIT, AT_REST = (
-    ROWS.row_offset_of_field(CaseRestState, "rest_limit"),
-    ROWS.row_offset_of_field(CaseRestState, "at_rest"),
+    STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "rest_limit"),
+    STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "at_rest"),
 )
 SAMPLE, UPRIGHT_UNTIL = (
-    ROWS.row_offset_of_field(CaseProgress, "sample"),
-    ROWS.row_offset_of_field(CaseProgress, "upright_until"),
+    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "sample"),
+    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "upright_until"),
 )
 
 
-time_stepping_loop_by_tag = create_lookup_by_type(LOOPS)
+time_stepping_loop_by_tag = create_lookup_by_type(LOOP_BY_BASE_SHAPE_TAG)
 """Return the loops of bodies, selected by the type of their loop selector."""
 
 
 def allocate_workspace(kernel_input: Any) -> Any:
     """Return empty state arrays of bodies and their vertices, one column (lane) per case computed in parallel."""
     state = cache_line_aligned_zeros(
-        ROW_COUNT * PARALLEL_CASE_COUNT + kernel_input.vertices_and_base_edges.shape[1] * ARRAY_LENGTH_PER_VERTEX
+        STATE_ROW_COUNT * PARALLEL_CASE_COUNT + kernel_input.vertices_and_base_edges.shape[1] * ARRAY_LENGTH_PER_VERTEX
     )
-    return BodyWorkspace(state, state[ROW_COUNT * PARALLEL_CASE_COUNT :])
+    return BodyWorkspace(state, state[STATE_ROW_COUNT * PARALLEL_CASE_COUNT :])
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
@@ -195,7 +199,7 @@ def start_sample_and_load_base_motion(
     )
     for j in range(round_to_vector_multiple(lane_count)):
         s = load_state(state, j)
-        store_turn(state, j, normalise_quaternion(s.turn))
+        store_rotation_quaternion(state, j, normalise_quaternion(s.turn))
         begun = next_sample_tick_and_last_upright_time(
             load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval
         )
@@ -288,7 +292,7 @@ def mark_possibly_resting_bodies(state: Any, active_lane_count: int) -> int:
         s, length, least = (
             load_state(state, j),
             state[LENGTH + j],
-            MAX_ACCELERATION_SHARE_AT_REST * state[REST_LIMIT + j] * GRAVITY,
+            MAX_RESIDUAL_ACCELERATION_RATIO_AT_REST * state[REST_LIMIT + j] * GRAVITY,
         )
         v, a, most = s.velocity, s.acceleration, 1.001 * least
         still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most)

@@ -8,7 +8,7 @@ from numba import njit
 from overturning.dem.body.ending import body_energy_per_mass, vertical_angular_momentum_about_origin
 from overturning.dem.body.state import (
     PARALLEL_CASE_COUNT,
-    ROWS,
+    STATE_ROW_LAYOUT,
     VERTEX_ROW_LAYOUT,
     BodyConstants,
     BodyContactPointState,
@@ -39,7 +39,7 @@ from overturning.dem.kernel.mechanics import FLAT_LANDING_DURATION_IN_DECAY_TIME
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 store_body, store_state, store_peaks, store_course, store_limits, store_attempt, store_step_control = (
-    ROWS.tuple_reader_and_writer(of).store
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
     for of in (
         BodyConstants, BodyState, BodyPeakValues, CaseProgress, BodyTerminationLimits, NextStepToAttempt,
         CaseStepControl
@@ -47,9 +47,9 @@ store_body, store_state, store_peaks, store_course, store_limits, store_attempt,
 )  # fmt: skip
 store_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).store
 store_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").store
-ROW_COUNT: Final = ROWS.count
+STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.count
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
-REST_LIMIT_ROW_OFFSET: Final = ROWS.row_offset_of_field(CaseRestState, "rest_limit")
+REST_LIMIT_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "rest_limit")
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -58,7 +58,7 @@ def write_initial_body_state(
     sampling_interval: float, ticks_per_sample: float,
 ) -> None:  # fmt: skip
     """Write the constants and initial state of a body and its vertices into column `lane` of both state arrays."""
-    for row in range(ROW_COUNT):
+    for row in range(STATE_ROW_COUNT):
         state[row * PARALLEL_CASE_COUNT + lane] = 0.0
     body = body_constants_of_case(case_parameters, body_constants, sampling_interval / ticks_per_sample)
     begin = write_vertex_states_and_return_body_state(vertex_rows, lane, body, case_parameters.start, vertex_positions)

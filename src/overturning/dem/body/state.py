@@ -30,7 +30,7 @@ from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS, Tuple
 PARALLEL_CASE_COUNT: Final = 16
 """Number of bodies computed side by side: their rows fit into an L1 cache of 48 KB, those of more bodies would not."""
 
-MIN_INTERVAL_RATIO_FOR_SAMPLE_LONG_STEPS: Final = 10.0
+MIN_OMEGA_DT_FOR_SAMPLE_LONG_STEPS: Final = 10.0
 """Smallest ratio of sampling interval to 1/ω for which a standing body without vibration takes sample-long steps."""
 
 TICKS_PER_WHOLE_STEP: Final = BODY_STEP_CONTROL.ticks_per_whole_step
@@ -331,7 +331,7 @@ class BodyContactChangesInStep(NamedTuple):
     """Largest penetration, m."""
 
 
-ROWS: Final = TupleRowLayout(
+STATE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, BodyConstants, CaseStepControl, BodyState, Matrix3, BaseContactState, BodyPeakValues,
     BodyEnergyAndMomentumAccount, InertialAccelerations3D, BaseMotionSampleNumber, CaseProgress, BodyTerminationLimits,
     NextStepToAttempt, StepRejectionFlags, BodyPredictedForStepEnd, ContactEquationTerms, BodyVelocityCorrection,

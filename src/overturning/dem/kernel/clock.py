@@ -13,7 +13,7 @@ from numba import njit
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.time_step import MAX_ROCKING_STEP
+from overturning.dem.time_step import MAX_STEP_OVER_ROCKING_TIME_CONSTANT
 
 
 class KernelStepControl(NamedTuple):
@@ -53,7 +53,7 @@ class KernelStepControl(NamedTuple):
 # Measured in docs/measurements.md (rigid limit, default step), by `python -m verification.scenes steps` (scenes) and
 # `python -m verification.space` (3-D bodies). A 3-D body needs shorter steps: its lowest point moves along a rim.
 BLOCK_STEP_CONTROL: Final = KernelStepControl(
-    longest_whole_step=MAX_ROCKING_STEP,
+    longest_whole_step=MAX_STEP_OVER_ROCKING_TIME_CONSTANT,
     finest=0.08,
     ticks_per_whole_step=2.0**24,
     max_step_using_predicted_forces=4.0,
@@ -72,16 +72,16 @@ BODY_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
 # A light stone below heavy ones vibrates far faster on their stiff contacts than a single body does.
 STACK_STEP_CONTROL: Final = BODY_STEP_CONTROL._replace(finest=0.2, ticks_per_whole_step=2.0**13)
 
-MAX_SLIDING_STEP: Final = 0.25
+MAX_SLIDING_STEP_IN_SAMPLES: Final = 0.25
 """Longest step of a body that slides on all its contacts, in samples; it could stop or start within a longer one."""
 
-MAX_SLIP_ONSET_STEP: Final = 0.0625
+MAX_SLIP_ONSET_STEP_IN_SAMPLES: Final = 0.0625
 """Longest step in which a body begins to slide, in samples; it is assumed to slide during the whole step."""
 
-MAX_FRICTION_REVERSAL_STEP: Final = 0.015625
+MAX_FRICTION_REVERSAL_STEP_IN_SAMPLES: Final = 0.015625
 """Longest step in which friction changes its sign, in samples; half of it still has the old sign."""
 
-INTEGER_ROUNDING: Final = 2.0**52
+FLOAT_TO_INTEGER_ROUNDING_OFFSET: Final = 2.0**52
 """2**52: adding and subtracting it rounds a positive float64 to an integer."""
 
 
@@ -142,9 +142,9 @@ def accept_or_reject_and_choose_next_step(
     """Accept or reject an attempted step, and choose the length of the next attempt.
 
     Returns (True if rejected, True if the assumed sliding is kept, next attempt). `end_tick` is the end of the attempt.
-    A body may begin to slide in a step of up to `MAX_SLIP_ONSET_STEP` of a sample, and friction may change its sign in
-    one of up to `MAX_FRICTION_REVERSAL_STEP`. If a step in which a body begins to slide is halved, the points that
-    stuck are assumed to stick again.
+    A body may begin to slide in a step of up to `MAX_SLIP_ONSET_STEP_IN_SAMPLES` of a sample, and friction may change
+    its sign in one of up to `MAX_FRICTION_REVERSAL_STEP_IN_SAMPLES`. If a step in which a body begins to slide is
+    halved, the points that stuck are assumed to stick again.
     """
     length = step_attempt.length
     shorter = (
@@ -153,8 +153,8 @@ def accept_or_reject_and_choose_next_step(
         & (not contact_changes.gentle)
     )
     wrong = contact_changes.has_wrong_slip_assumption & (not shorter)
-    onset = contact_changes.slides & (length > MAX_SLIP_ONSET_STEP * ticks_per_sample)
-    back = contact_changes.has_friction_reversal & (length > MAX_FRICTION_REVERSAL_STEP * ticks_per_sample)
+    onset = contact_changes.slides & (length > MAX_SLIP_ONSET_STEP_IN_SAMPLES * ticks_per_sample)
+    back = contact_changes.has_friction_reversal & (length > MAX_FRICTION_REVERSAL_STEP_IN_SAMPLES * ticks_per_sample)
     halved = ((contact_changes.has_slip_reversal | back) & (not shorter)) | (
         wrong & (onset | (step_attempt.tries >= kernel_step_control.tries))
     )
@@ -167,12 +167,12 @@ def accept_or_reject_and_choose_next_step(
     )
     above = 2.0 * length if length < kernel_step_control.ticks_per_whole_step else case_step_control.standing
     times = end_tick / above
-    fits = (times + INTEGER_ROUNDING) - INTEGER_ROUNDING == times
+    fits = (times + FLOAT_TO_INTEGER_ROUNDING_OFFSET) - FLOAT_TO_INTEGER_ROUNDING_OFFSET == times
     longer = (
         (step_attempt.left <= 1.0)
         & (length < longest)
         & fits
-        & (not (contact_changes.slides & (above > MAX_SLIDING_STEP * ticks_per_sample)))
+        & (not (contact_changes.slides & (above > MAX_SLIDING_STEP_IN_SAMPLES * ticks_per_sample)))
     )
     left = (
         (

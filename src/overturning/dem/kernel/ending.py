@@ -13,18 +13,18 @@ CASE_NOT_ENDED: Final = -1
 MAX_KINETIC_ENERGY_RATIO_AT_REST: Final = 1e-9
 """Largest kinetic energy of a body at rest on its base, in m g times half the width of the base."""
 
-MAX_ACCELERATION_SHARE_AT_REST: Final = 0.05
+MAX_RESIDUAL_ACCELERATION_RATIO_AT_REST: Final = 0.05
 """Largest residual acceleration of a body at rest, as a share of the acceleration that it can bear."""
 
 MAX_TILT_RATIO_AT_REST: Final = 0.01
 """Largest lean of a body at rest, as a share of its tipping angle."""
 
-STANDING_TILT_RATIO: Final = 0.95
+MAX_TILT_RATIO_OF_STANDING_BODY: Final = 0.95
 """Tilt over the critical angle below which the tilt of a standing body stays on a base at rest.
 
 A cylinder that wobbles on its rim loses no energy, and its largest tilt repeats to 0.1 %."""
 
-NEGLIGIBLE_REMAINING_SLIDE: Final = 1e-6
+NEGLIGIBLE_REMAINING_SLIP_M: Final = 1e-6
 """Largest remaining slide of a single body at which its case may end, m."""
 
 
@@ -124,7 +124,7 @@ def body_is_still(speed: float, acceleration: float, step_length: float, rest_li
 
     Vibrations slower than the step appear in the acceleration, faster ones in the speed over half of the step.
     """
-    least = MAX_ACCELERATION_SHARE_AT_REST * rest_limit * GRAVITY
+    least = MAX_RESIDUAL_ACCELERATION_RATIO_AT_REST * rest_limit * GRAVITY
     return bool((2.0 * speed < least * step_length) & (acceleration < least))
 
 

@@ -20,7 +20,7 @@ LEAD_TIME_BEFORE_STRONG_MOTION: Final = 0.5
 REST_CHECKS_PER_SAMPLE_BLOCK: Final = 2
 """Number of samples, at the start of each block, at which rest is tested; with one, a long step could skip it."""
 
-VERTICAL_ACCELERATION_REST_FACTOR: Final = 2.0
+VERTICAL_ACCELERATION_FACTOR_IN_REST_TEST: Final = 2.0
 """Factor on vertical acceleration in the rest test: 1 for the lower weight, and 1 for vibration."""
 
 
@@ -158,7 +158,9 @@ def upcoming_motion_is_below_rest_limit(
         ground.largest_upcoming_horizontal[ground_row, block, look],
         ground.largest_upcoming_vertical[block, look],
     )
-    return bool(abs(amplitude) * (across + VERTICAL_ACCELERATION_REST_FACTOR * rest_limit * up) < rest_limit * GRAVITY)
+    return bool(
+        abs(amplitude) * (across + VERTICAL_ACCELERATION_FACTOR_IN_REST_TEST * rest_limit * up) < rest_limit * GRAVITY
+    )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)

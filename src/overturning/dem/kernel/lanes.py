@@ -160,7 +160,7 @@ def _select_value_without_branch(_typing_context: Any, condition: Any, first_val
 select: Final[Any] = intrinsic(_select_value_without_branch)
 
 
-def _assume_vector_length_multiple(_typing_context: Any, lane_count: Any) -> Any:
+def _round_lane_count_to_vector_multiple(_typing_context: Any, lane_count: Any) -> Any:
     """Generate code that returns a number of lanes (cases in parallel), for LLVM a multiple of a cache line's."""
 
     def generate_rounding_code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
@@ -172,7 +172,7 @@ def _assume_vector_length_multiple(_typing_context: Any, lane_count: Any) -> Any
     return types.intp(lane_count), generate_rounding_code
 
 
-round_to_vector_multiple: Final[Any] = intrinsic(_assume_vector_length_multiple)
+round_to_vector_multiple: Final[Any] = intrinsic(_round_lane_count_to_vector_multiple)
 """``whole_vectors(n)`` returns n, a positive multiple of 8, so that LLVM omits the loop for what a vector leaves over.
 
 Kernels compute all lanes up to the next multiple of 8. Without it each loop is compiled twice."""

@@ -51,7 +51,7 @@ def base_slides_in_flat_landing(friction: float, slip_velocity: float, opening_v
 
 
 @njit(**INLINE)
-def max_touch_delay_of_one_impact(stiffness: float, dashpot: float) -> float:
+def max_time_between_touches_in_one_impact(stiffness: float, dashpot: float) -> float:
     """Return the longest time (s) between the touches of a base's two ends that still counts as one impact.
 
     Stiffness (1/s²) and dashpot (1/s) of an end are per mass. The time is m/h (mass over dashpot), in which the

@@ -9,7 +9,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import CaseStepControl
 from overturning.dem.kernel.mechanics import FLAT_LANDING_DURATION_IN_DECAY_TIMES
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
-from overturning.dem.limits import MAX_PENETRATION_RATIO
+from overturning.dem.limits import MAX_PENETRATION_TO_HALF_SIDE_RATIO
 from overturning.dem.polygon import rows
 from overturning.dem.polygon import state as k
 from overturning.dem.polygon.prepare import PreparedScene, smallest_free_element_side
@@ -118,7 +118,7 @@ MAX_REST_ENERGY_RATIO: Final = 1e-9
 MIN_FLAT_LANDING_MASS_RATIO: Final = 0.1
 """Smallest mass of an element for which the rule of flat landings is applied, as a share of the heaviest mass."""
 
-LYING_ROTATION_RATIO: Final = 0.999
+MIN_ROTATION_RATIO_OF_LYING_ELEMENT: Final = 0.999
 """Share of the rotation onto another face from which an element counts as lying on it; contacts are compliant."""
 
 
@@ -315,11 +315,16 @@ def _contact_vertex_belongs_to_first_element(
 def fall_rotations_to_both_sides(element: PlacedElement) -> tuple[float, float]:
     """Return the rotations to −x and to +x at which an element counts as fallen, rad.
 
-    They are `LYING_ROTATION_RATIO` times the rotations onto the next face, or the rotation given in the scene file.
+    They are `MIN_ROTATION_RATIO_OF_LYING_ELEMENT` times the rotations onto the next face, or the rotation given in the
+    scene file.
     """
     brings_down = element.element.fallen_rotation_deg in (None, 90.0)
     back, on = element.fall_threshold_rotations_rad
-    return (round(LYING_ROTATION_RATIO * back, 12), round(LYING_ROTATION_RATIO * on, 12)) if brings_down else (back, on)
+    return (
+        (round(MIN_ROTATION_RATIO_OF_LYING_ELEMENT * back, 12), round(MIN_ROTATION_RATIO_OF_LYING_ELEMENT * on, 12))
+        if brings_down
+        else (back, on)
+    )
 
 
 def element_termination_rules(prepared_scene: PreparedScene) -> NDArray[np.void]:
@@ -352,7 +357,7 @@ def penetration_and_energy_limits_of_case_end(prepared_scene: PreparedScene) -> 
     least_barrier, least_scale = np.where(needs, barrier, -np.inf).min(), np.where(needs, barrier, whole).min()
     return np.array(
         (
-            MAX_PENETRATION_RATIO * 0.5 * smallest_free_element_side(prepared_scene.placed),
+            MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * smallest_free_element_side(prepared_scene.placed),
             rest_energy,
             least_barrier,
             least_scale,

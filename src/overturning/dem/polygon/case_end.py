@@ -338,7 +338,7 @@ def store_slip_and_last_upright_time(
                 upright, old.carried_until, old.side, updated_maximum(old.peak_slip, abs(slip)), slip
             ),
         )
-        element_rows[rows.LAST_UPRIGHT + j] = -1.0
+        element_rows[rows.LAST_UPRIGHT_ROW + j] = -1.0
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)

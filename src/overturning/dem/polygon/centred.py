@@ -51,9 +51,9 @@ from overturning.dem.polygon.state import (
     VertexPositionAtFace,
 )
 
-MAX_RESOLVING_STEP_RATIO: Final = SCENE_STEP_CONTROL.max_step_using_predicted_forces
+MAX_VIBRATION_RESOLVING_STEP_RATIO: Final = SCENE_STEP_CONTROL.max_step_using_predicted_forces
 
-MIN_SLIDING_MOBILITY_RATIO: Final = 0.25
+MIN_NORMAL_MOBILITY_RATIO_TO_SLIDE: Final = 0.25
 """Least effect of a normal force on a sliding point, as a share of that on free particles; below it, it sticks."""
 
 
@@ -116,7 +116,7 @@ def predict_planar_contact_point(
     )
     slides = drifts if held else (excess > 0.0) | (contact_law.friction == 0.0)
     return PredictedPlanarContactPoint(
-        n, t, stretch, on, slides, signed_friction, freedom > MIN_SLIDING_MOBILITY_RATIO * particles
+        n, t, stretch, on, slides, signed_friction, freedom > MIN_NORMAL_MOBILITY_RATIO_TO_SLIDE * particles
     )
 
 
@@ -181,7 +181,7 @@ def predicted_forces_decide_contact(case: SceneState) -> bool:
 
     Longer steps use the contact state after the last step.
     """
-    return case.attempt.length <= MAX_RESOLVING_STEP_RATIO * case.step_control.finest
+    return case.attempt.length <= MAX_VIBRATION_RESOLVING_STEP_RATIO * case.step_control.finest
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)

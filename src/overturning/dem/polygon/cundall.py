@@ -33,7 +33,7 @@ from overturning.dem.polygon.mechanics import (
     tangential_spring_stretch,
     velocity_of_a_relative_to_b,
 )
-from overturning.dem.polygon.search import update_nearest_faces_of_all_cases
+from overturning.dem.polygon.search import update_nearest_faces_and_check_possible_contact
 from overturning.dem.polygon.state import (
     ContactPointLaw,
     ElementStepMotionWorkAndPeaks,
@@ -156,7 +156,7 @@ def advance_scene_one_step(
     for n in range(active_pairs.count[0]):
         p = active_pairs.active[n]
         q, a, b = rows.pair_and_element_rows(state, scene, p)
-        near = update_nearest_faces_of_all_cases(
+        near = update_nearest_faces_and_check_possible_contact(
             state,
             q,
             a,

@@ -35,8 +35,8 @@ def contact_point_lands_in_this_impact(
 ) -> bool:
     """True if a contact point of two elements is landing: it touches now or will touch within the same impact.
 
-    The time until it touches is at most `dem.kernel.mechanics.max_touch_delay_of_one_impact`; here both sides of this
-    condition are multiplied to avoid a division.
+    The time until it touches is at most `dem.kernel.mechanics.max_time_between_touches_in_one_impact`; here both sides
+    of this condition are multiplied to avoid a division.
     """
     opening, _ = opening_and_slip_rates(contact_point, pair_motion.velocity)
     sinking = opening if opening < 0.0 else 0.0

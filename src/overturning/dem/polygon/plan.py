@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import SCENE_STEP_CONTROL
-from overturning.dem.limits import MAX_TIME_AFTER_RECORD
-from overturning.dem.numerics import BLOCK_STEPS_PER_ELEMENT_STEP, NumericalOptions
+from overturning.dem.limits import MAX_ROCKING_TIMES_AFTER_RECORD
+from overturning.dem.numerics import BLOCK_STEP_COST_OF_ELEMENT_STEP, NumericalOptions
 from overturning.dem.path import PlanarTrajectory
 from overturning.dem.plan import SimulationPlan, base_accelerations_by_azimuth, check_trajectory_size
 from overturning.dem.polygon import arrays as t
@@ -25,14 +25,14 @@ from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.polygon.rows import PARALLEL_CASE_COUNT
 from overturning.dem.polygon.rules import SCHEME_CONSTANTS, SceneKernelInput
 from overturning.dem.quiet import (
-    SCENE_REST_THRESHOLD_FACTOR,
+    MAX_SCENE_REST_TO_ONSET_THRESHOLD_RATIO,
     STRONG_MOTION_THRESHOLD_RATIO,
     dynamic_overshoot_bound,
     find_strong_motion_ranges,
     largest_acceleration_without_motion,
 )
 from overturning.dem.time_step import (
-    HEAVY_DAMPING,
+    HEAVY_DAMPING_RATIO,
     IntegrationScheme,
     parse_scheme,
     steps_per_sample,
@@ -57,7 +57,7 @@ class PolygonSimulationPlan(SimulationPlan):
     """Plan of the simulation of n cases of a scene of polygons."""
 
     split_long_queues: ClassVar[bool] = True
-    block_steps_per_step: ClassVar[int] = BLOCK_STEPS_PER_ELEMENT_STEP
+    block_steps_per_step: ClassVar[int] = BLOCK_STEP_COST_OF_ELEMENT_STEP
     time_column: ClassVar[Any] = (..., TIME)
     ground_columns: ClassVar[Any] = ((..., GROUND),)
 
@@ -178,7 +178,7 @@ def plan_scene_simulation(
     table = np.zeros(cases.case_count, t.CASE_TABLE_DTYPE)
     table["amplitude"], table["friction"], table["damping"] = cases.amplitude, cases.friction, cases.damping_factor
     table["calm"] = np.inf
-    table["after"] = motion.sample_count + np.ceil(MAX_TIME_AFTER_RECORD * slowest / motion.sampling_interval)
+    table["after"] = motion.sample_count + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * slowest / motion.sampling_interval)
     table["finest"] = finest[variant]
     # A shorter time step divides every step; the same time after a contact change then takes more of them.
     table["dwell"] = np.round(
@@ -241,7 +241,11 @@ def _rest_acceleration_limits_of_scene(
     )
     # `onset`, the smallest of all frictions and thresholds, replaces the threshold of sliding.
     return largest_acceleration_without_motion(
-        lifts[variant_indices], motion_onset_acceleration, lifts[variant_indices], rings, SCENE_REST_THRESHOLD_FACTOR
+        lifts[variant_indices],
+        motion_onset_acceleration,
+        lifts[variant_indices],
+        rings,
+        MAX_SCENE_REST_TO_ONSET_THRESHOLD_RATIO,
     )
 
 
@@ -266,7 +270,7 @@ def step_settings_of_variants(
         )
     frequency = np.sqrt(squared_frequency)
     whole = np.minimum(SCENE_STEP_CONTROL.longest_whole_step * rocking_time_constant, sampling_interval)
-    heavy = np.maximum(0.5 * damping_rate / frequency / HEAVY_DAMPING, 1.0)
+    heavy = np.maximum(0.5 * damping_rate / frequency / HEAVY_DAMPING_RATIO, 1.0)
     fewest, steps = (
         steps_per_sample_from_stable_step(whole, whole, wanted, sampling_interval) for wanted in ("auto", time_step)
     )

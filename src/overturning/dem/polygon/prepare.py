@@ -222,7 +222,7 @@ def smallest_free_element_side(elements: Elements) -> float:
     return min(item.smaller_extent for item in elements if not item.is_driven_or_held)
 
 
-Supports = dict[int, dict[int, list[PossibleContactPoint]]]
+ElementSupports = dict[int, dict[int, list[PossibleContactPoint]]]
 """Loaded contact points, by the element that stands on them and the element that carries it."""
 
 MAX_PARALLEL_SINE: Final = 0.05
@@ -234,9 +234,9 @@ MIN_TIPPING_ANGLE: Final = 1e-6
 
 def _find_supports(
     elements: Elements, pairs: list[ConvexPiecePair], loaded_points: list[LoadedContactPoint]
-) -> Supports:
+) -> ElementSupports:
     """Return, for each free element, the elements that carry it at rest, with the loaded contact points."""
-    result: Supports = {}
+    result: ElementSupports = {}
     for index, _, end, _, _ in loaded_points:
         i, j = pairs[index][:2]
         upper, lower = (i, j) if end.normal[1] > 0 else (j, i)
@@ -270,7 +270,7 @@ def _mask_of_freely_standing_elements(
 
 
 def _tipping_angles_energies_and_supports(
-    scene: Scene, elements: Elements, supports: Supports, freely_standing_elements: NDArray[np.bool_]
+    scene: Scene, elements: Elements, supports: ElementSupports, freely_standing_elements: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
     """Return tipping angles, energy barriers, supports and base centres of all elements (see `PreparedScene`)."""
     count = len(elements)
@@ -299,15 +299,15 @@ def _tipping_angles_energies_and_supports(
             tips[k] = reach
             critical[k], least = min(reach), min(lift)
         else:
-            critical[k], least = (
-                min(item.fall_threshold_rotations_rad) if rests else max(min(reach), MIN_TIPPING_ANGLE),
-                0.0,
-            )
+            least = 0.0
+            critical[k] = min(item.fall_threshold_rotations_rad) if rests else max(min(reach), MIN_TIPPING_ANGLE)
         barrier[k] = item.mass * scene.gravity * max(least, 1e-9 * item.smaller_extent)
     return tips, critical, barrier, support, base
 
 
-def _rocking_onset_accelerations(elements: Elements, supports: Supports) -> tuple[float, NDArray[np.int64], FloatArray]:
+def _rocking_onset_accelerations(
+    elements: Elements, supports: ElementSupports
+) -> tuple[float, NDArray[np.int64], FloatArray]:
     """Return the least base acceleration |a|/g at which any part of a stack of elements starts to rock as one body.
 
     A part is an element with all elements that stand on it, directly or not. A part lifts off when the resultant of
@@ -368,7 +368,7 @@ def _uplift_acceleration_of_group(
 
 def _elements_that_overturn_together(
     elements: Elements,
-    supports: Supports,
+    supports: ElementSupports,
     root_index: int,
     last_index: int,
     edge_point: tuple[float, float],

@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.ending import MAX_TILT_RATIO_AT_REST, NEGLIGIBLE_REMAINING_SLIDE, body_is_still
+from overturning.dem.kernel.ending import MAX_TILT_RATIO_AT_REST, NEGLIGIBLE_REMAINING_SLIP_M, body_is_still
 from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import find_contact_segment_with_touch_flag
@@ -15,7 +15,7 @@ MAX_REST_SLIP_RATIO: Final = 0.2
 """Largest slip of an element at rest, as a share of α × height of its centre above the base: its joints then carry
 nearly their original load."""
 
-POINTS_PER_JOINT: Final = 2
+CONTACT_POINTS_PER_PAIR: Final = 2
 """Number of contact points of a joint (contact of two elements)."""
 
 MIN_SLIDING_FORCE_RATIO: Final = 1.0 - 1e-9
@@ -127,7 +127,7 @@ def horizontal_velocity_above_centre(element: ElementState, height: float) -> fl
 def longest_time_until_sliding_stops(state: Any, lane: int, scene: Any) -> float:
     """Return the longest time (s) in which friction stops an element that slides on its support.
 
-    The result is 0 if no element slides on by more than `NEGLIGIBLE_REMAINING_SLIDE` (m); elements without friction do
+    The result is 0 if no element slides on by more than `NEGLIGIBLE_REMAINING_SLIP_M` (m); elements without friction do
     not count.
     """
     longest = 0.0
@@ -144,7 +144,7 @@ def longest_time_until_sliding_stops(state: Any, lane: int, scene: Any) -> float
             on, one.home.support_z
         )
         deceleration = scene.gravity * pair.law.friction
-        if speed * speed >= 2.0 * NEGLIGIBLE_REMAINING_SLIDE * deceleration > 0.0:
+        if speed * speed >= 2.0 * NEGLIGIBLE_REMAINING_SLIP_M * deceleration > 0.0:
             longest = max(longest, abs(speed) / deceleration)
     return longest
 
@@ -184,8 +184,8 @@ def all_elements_at_rest(state: Any, lane: int, scene: Any) -> bool:
         q, _, _ = rows.pair_and_element_rows(state, scene, p)
         pair = rows.load_pair(q, lane)
         slides = pair.signed_friction_1 != 0.0 or pair.signed_friction_2 != 0.0  # an open end may be marked as sliding
-        if count_closed_contact_points(pair) != (0 if pair.carried_element_sign == 0.0 else POINTS_PER_JOINT) or (
-            pair.carried_element_sign != 0.0 and slides
-        ):
+        if count_closed_contact_points(pair) != (
+            0 if pair.carried_element_sign == 0.0 else CONTACT_POINTS_PER_PAIR
+        ) or (pair.carried_element_sign != 0.0 and slides):
             return False
     return True

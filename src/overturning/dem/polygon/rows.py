@@ -91,7 +91,7 @@ _ELEMENT_FIELD_PATHS = (
 FRAME, MOVED, TURNED, UPRIGHT_UNTIL, CARRIED_UNTIL, SIDE = (
     ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, p) for p in _ELEMENT_FIELD_PATHS.split()
 )
-LAST_UPRIGHT: Final = ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, "totals.last_upright")
+LAST_UPRIGHT_ROW: Final = ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, "totals.last_upright")
 _PAIR_FIELD_PATHS = (
     "nearest.motion_until_face_change nearest.reach nearest.motion_since_search nearest.max_motion_at_step_end "
     "signed_friction_1 signed_friction_2 history.absorbed"
@@ -99,7 +99,7 @@ _PAIR_FIELD_PATHS = (
 LIMIT, REACH, USED, AHEAD, SLID_ONE, SLID_TWO, ABSORBED = (
     PAIR_ROW_LAYOUT.row_offset_of_field(PairState, p) for p in _PAIR_FIELD_PATHS.split()
 )
-PAIR_LEVER: Final = PAIR_ROW_LAYOUT.row_offset_of_field(PairState, "nearest.lever")
+PAIR_LEVER_ARM_ROW: Final = PAIR_ROW_LAYOUT.row_offset_of_field(PairState, "nearest.lever")
 SECOND_POINT_ROW_OFFSET: Final = PAIR_ROW_LAYOUT.row_offset_of_field(
     PairState, "history.two.spring"
 ) - PAIR_ROW_LAYOUT.row_offset_of_field(PairState, "history.one.spring")

@@ -56,7 +56,7 @@ from overturning.dem.polygon.path import (
     record_element_motion_of_first_case,
 )
 from overturning.dem.polygon.resting import all_elements_at_rest
-from overturning.dem.polygon.start import END_TEST_INTERVAL, write_initial_case_state, write_initial_pair_states
+from overturning.dem.polygon.start import CASE_END_TEST_INTERVAL_S, write_initial_case_state, write_initial_pair_states
 from overturning.dem.polygon.state import Pose
 from overturning.dem.polygon.suspended_pairs import create_active_pairs, resume_contact_tests_after_motion
 from overturning.dem.time_step import IntegrationScheme
@@ -188,7 +188,7 @@ def update_sample_and_load_motion(
     for i in range(workspace.moves.size):
         normalise_element_rotation(rows.element_window(workspace.state, i))
     ground, samples_per_tick = kernel_input.ground, 1.0 / kernel_input.settings.ticks_per_sample
-    start_sample_and_load_base_motion(
+    load_base_motion_of_current_sample(
         ground.up, workspace.state, ground.along, kernel_input.row, lane_cases, samples_per_tick
     )
 
@@ -204,7 +204,7 @@ def normalise_element_rotation(element_rows: Any) -> None:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def start_sample_and_load_base_motion(
+def load_base_motion_of_current_sample(
     vertical_base_acceleration: Any,
     state: Any,
     horizontal_base_acceleration: Any,
@@ -320,7 +320,7 @@ def store_sample_results_and_start_next_sample(
 
 def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any) -> int:
     """Set `end_marks_out` to 1 for each case due to be tested for its end, else 0; return their number."""
-    stride, count = max(int(END_TEST_INTERVAL / kernel_input.settings.interval), 1), 0
+    stride, count = max(int(CASE_END_TEST_INTERVAL_S / kernel_input.settings.interval), 1), 0
     for j in range(active_lane_count):
         part = workspace.state[rows.SAMPLE + j] // stride
         end_marks_out[j] = 1.0 if part != workspace.state[rows.LAST_CHECK + j] else 0.0

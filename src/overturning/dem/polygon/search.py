@@ -230,7 +230,7 @@ def add_step_motion_and_count_near_cases(pair_rows: Any, element_a_rows: Any, el
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def update_nearest_faces_of_all_cases(
+def update_nearest_faces_and_check_possible_contact(
     state: Any,
     pair_rows: Any,
     element_a_rows: Any,

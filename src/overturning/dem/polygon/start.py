@@ -15,7 +15,7 @@ from overturning.dem.polygon.energy import pair_spring_energy
 from overturning.dem.polygon.search import update_nearest_faces
 from overturning.dem.polygon.state import ContactPointLaw, SceneBaseAcceleration, SceneState, StepAcceptance
 
-END_TEST_INTERVAL: Final = 0.1
+CASE_END_TEST_INTERVAL_S: Final = 0.1
 """Interval at which a case is tested for its end, s of the record; at least one sample."""
 
 
@@ -33,7 +33,7 @@ def write_initial_case_state(
     step, none, last_check = (
         sampling_interval / ticks_per_sample,
         LinearBaseAcceleration(0.0, 0.0, 0.0),
-        case_parameters.first // max(int(END_TEST_INTERVAL / sampling_interval), 1),
+        case_parameters.first // max(int(CASE_END_TEST_INTERVAL_S / sampling_interval), 1),
     )
     first = NextStepToAttempt(case_parameters.finest, case_parameters.dwell, 0.0)
     step_control = CaseStepControl(

@@ -68,7 +68,7 @@ class SceneState(NamedTuple):
     variant: float
     """Index of the variant of the scene."""
     last_end_test_interval: float
-    """Index of the `END_TEST_INTERVAL` of the record in which the case was last tested for its end."""
+    """Index of the `CASE_END_TEST_INTERVAL_S` of the record in which the case was last tested for its end."""
     slide_end: SlideEndSample
 
 

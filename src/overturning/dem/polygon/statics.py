@@ -21,7 +21,7 @@ from overturning.model.scene import Scene
 MAX_FLUSH_LEAN: Final = np.radians(0.1)
 """Lean up to which an element counts as standing flush on its face when its tipping angle is computed, rad."""
 
-POINTS_PER_FACE: Final = 2
+CONTACT_POINTS_PER_FLUSH_FACE: Final = 2
 """Number of contact points of a face that stands flush on another."""
 
 
@@ -70,10 +70,12 @@ def contact_points_at_rest(
 
     Two faces touch if the angle between them is at most `max_lean`, rad.
     """
-    return _add_displacement_derivatives(elements, pairs, touching_contact_points(elements, pairs, max_lean))
+    return _contact_points_with_displacement_derivatives(
+        elements, pairs, touching_contact_points(elements, pairs, max_lean)
+    )
 
 
-def _add_displacement_derivatives(
+def _contact_points_with_displacement_derivatives(
     elements: list[PlacedElement], pairs: list[ConvexPiecePair], ends: list[TouchingContactPoint]
 ) -> list[ContactPointDisplacementDerivatives]:
     """Return contact points with the derivatives of their approach and slip by the elements' displacements."""
@@ -104,7 +106,11 @@ def supporting_contact_points(
         pairs[pair].first_element_index if end.normal[1] > 0 else pairs[pair].second_element_index
         for (pair, _, end), _, _ in flush
     ]
-    leaning = {k for k, item in enumerate(elements) if not item.is_driven_or_held and upper.count(k) < POINTS_PER_FACE}
+    leaning = {
+        k
+        for k, item in enumerate(elements)
+        if not item.is_driven_or_held and upper.count(k) < CONTACT_POINTS_PER_FLUSH_FACE
+    }
     held = [
         replace(item, element=item.element.model_copy(update={"kind": "held"})) if k in leaning else item
         for k, item in enumerate(elements)
@@ -115,7 +121,9 @@ def supporting_contact_points(
         free = {k for k, item in enumerate(items) if not item.is_driven_or_held}
         ends = [joint.touch for joint in flush if free.intersection(pairs[joint.touch.pair_index][:2])]
         found = (
-            static_equilibrium(scene, items, _add_displacement_derivatives(items, pairs, ends), ones, tangential)
+            static_equilibrium(
+                scene, items, _contact_points_with_displacement_derivatives(items, pairs, ends), ones, tangential
+            )
             if free
             else None
         )

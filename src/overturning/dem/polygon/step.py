@@ -26,7 +26,7 @@ from overturning.dem.polygon.mechanics import (
     extrapolate_velocity,
     power_against_inertial_and_holding_forces,
 )
-from overturning.dem.polygon.search import update_nearest_faces_of_all_cases
+from overturning.dem.polygon.search import update_nearest_faces_and_check_possible_contact
 from overturning.dem.polygon.state import (
     ElementConstants,
     ElementStepMotionWorkAndPeaks,
@@ -205,7 +205,7 @@ def advance_scene_one_step(
     for n in range(active_pairs.count[0]):
         p = active_pairs.active[n]
         q, a, b = rows.pair_and_element_rows(state, scene, p)
-        near[p] = update_nearest_faces_of_all_cases(
+        near[p] = update_nearest_faces_and_check_possible_contact(
             state,
             q,
             a,

@@ -129,7 +129,7 @@ def motion_needed_for_contact(pair_rows: Any) -> tuple[float, float]:
         # Written so that NaN keeps the pair active.
         if not ahead < 0.5 * reach:
             return 0.0, 0.0
-        slack, lever = min(slack, reach - ahead), max(lever, pair_rows[rows.PAIR_LEVER + j])
+        slack, lever = min(slack, reach - ahead), max(lever, pair_rows[rows.PAIR_LEVER_ARM_ROW + j])
     return slack, lever
 
 

@@ -5,6 +5,8 @@ A name says what is loaded or stored: ``load_stone(rows, lane)``, ``store_stone(
 are those before the step; ``next_`` stands for those after it.
 """
 
+from typing import Final
+
 from overturning.dem.body.state import InertialAccelerations3D, StepRejectionFlags
 from overturning.dem.body.vectors import Matrix3, Vector3
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
@@ -76,7 +78,7 @@ load_peaks, store_peaks, store_peaks_unless = STONE_ROW_LAYOUT.tuple_reader_and_
 load_predicted, store_predicted, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(PredictedStone)
 load_stone, store_stone, store_stone_unless = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneState)
 load_sum, store_sum, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneContactForceSums)
-store_turn = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneState, "turn").store
+store_rotation = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneState, "turn").store
 
 load_arm, store_arm, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(SumOfForceTimesDistance)
 load_equations, store_equations, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointEquations)
@@ -108,4 +110,12 @@ add_losses, no_losses = (
 larger_of, no_findings = (
     create_elementwise_tuple_functions(StackContactChangesInStep).largest,
     create_elementwise_tuple_functions(StackContactChangesInStep).zero,
+)
+
+IS_SIMULATED_ROW: Final = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "present")
+STIFFNESS_SHARE_ROW: Final = POINT_ROW_LAYOUT.row_offset_of_field(ContactPointPosition, "weight")
+OLD_STIFFNESS_SHARE_ROW: Final = POINT_ROW_LAYOUT.row_offset_of_field(JointPointAtStepStartAndEnd, "old.weight")
+OLD_NON_CORNER_LOAD_ROW, NEW_NON_CORNER_LOAD_ROW = (
+    JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, f"{end}.has_loaded_non_corner_point")
+    for end in ("old", "new")
 )

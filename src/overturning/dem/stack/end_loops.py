@@ -34,6 +34,9 @@ from overturning.dem.kernel.lanes import (
 )
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.stack.access import (
+    IS_SIMULATED_ROW,
+    NEW_NON_CORNER_LOAD_ROW,
+    STIFFNESS_SHARE_ROW,
     add_losses,
     larger_of,
     load_account,
@@ -87,8 +90,6 @@ from overturning.dem.stack.joint import (
 )
 from overturning.dem.stack.joint_state import (
     JOINT_ROW_LAYOUT,
-    POINT_ROW_LAYOUT,
-    ContactPointPosition,
     JointAtStepStartAndEnd,
     JointPointForceAndImpulse,
     SumOfForceTimesDistance,
@@ -105,11 +106,9 @@ from overturning.dem.stack.solve import (
     wrench_plus,
 )
 from overturning.dem.stack.state import (
-    STONE_ROW_LAYOUT,
     StackClockWithinSample,
     StackEnergyAccount,
     StoneContactForceSums,
-    StoneFallState,
     StonePeakTilt,
     StoneState,
     StoneVelocityCorrection,
@@ -121,16 +120,11 @@ add_end, no_end = (
     create_elementwise_tuple_functions(JointPointForceAndImpulse).plus,
     create_elementwise_tuple_functions(JointPointForceAndImpulse).zero,
 )
-MAX_RESOLVING_STEP_RATIO: Final = STACK_STEP_CONTROL.max_step_using_predicted_forces
-PRESENT: Final = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "present")
+MAX_VIBRATION_RESOLVING_STEP_RATIO: Final = STACK_STEP_CONTROL.max_step_using_predicted_forces
 SLID, NEW_SLID = (
     JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "old.slid"),
     JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "new.slid"),
 )
-NEW_NON_CORNER_LOAD_ROW: Final = JOINT_ROW_LAYOUT.row_offset_of_field(
-    JointAtStepStartAndEnd, "new.has_loaded_non_corner_point"
-)
-STIFFNESS_SHARE_ROW: Final = POINT_ROW_LAYOUT.row_offset_of_field(ContactPointPosition, "weight")
 
 
 @njit(**INLINE)
@@ -202,7 +196,7 @@ def compute_joint_force_and_moment(
     """Compute force and moment between a stone and its support at the end of the step; add them to both."""
     for j in range(round_to_vector_multiple(lane_count)):
         change, flat = load_joint_change(joint_rows, j), contact_points_land_together(load_landing(joint_rows, j))
-        fine = load_attempt(case_rows, j).length <= MAX_RESOLVING_STEP_RATIO * load_clock(case_rows, j).finest
+        fine = load_attempt(case_rows, j).length <= MAX_VIBRATION_RESOLVING_STEP_RATIO * load_clock(case_rows, j).finest
         at_end, early, findings, losses, new = solve_joint_contact(
             load_joint(joint_rows, j), load_frame(joint_rows, j), load_friction(joint_rows, j),
             (load_point_sum(joint_rows, j), load_arm(joint_rows, j).moment), (change.force, change.moment),
@@ -285,7 +279,7 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
         )
         constants, p = load_constants(rows, j), load_predicted(rows, j)
         change, total, peaks = load_change(rows, j), load_sum(rows, j), load_peaks(rows, j)
-        present = rows[PRESENT + j] > 0.0
+        present = rows[IS_SIMULATED_ROW + j] > 0.0
         one = 1.0 / constants.mass
         f, m, i, t = (
             total.at_end.force,

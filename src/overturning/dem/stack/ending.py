@@ -25,7 +25,7 @@ from overturning.dem.kernel.ending import (
 )
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS
-from overturning.dem.quiet import REST_THRESHOLD_FACTOR, STRONG_MOTION_THRESHOLD_RATIO
+from overturning.dem.quiet import MAX_REST_TO_ONSET_THRESHOLD_RATIO, STRONG_MOTION_THRESHOLD_RATIO
 from overturning.dem.stack.access import (
     load_account,
     load_case,
@@ -75,9 +75,9 @@ ENERGY, SAMPLE, SLIDE_END = (
 )
 
 
-MIN_END_ONSET_ACCELERATION_RATIO: Final = STRONG_MOTION_THRESHOLD_RATIO / REST_THRESHOLD_FACTOR**2
+MIN_ONSET_ACCELERATION_RATIO_AT_CASE_END: Final = STRONG_MOTION_THRESHOLD_RATIO / MAX_REST_TO_ONSET_THRESHOLD_RATIO**2
 """Least acceleration that may move a stack when its case ends, as a share of `StackConstants.steady`: then the rest of
-the record stays below the part `REST_THRESHOLD_FACTOR` of this acceleration."""
+the record stays below the part `MAX_REST_TO_ONSET_THRESHOLD_RATIO` of this acceleration."""
 
 MIN_HANGING_CORNER_DEPTH_RATIO: Final = 0.001
 """Depth of a corner of a leaning stone below the face that carries it, as a share of the height of its centre.
@@ -263,7 +263,7 @@ def stop_fallen_stones_and_return_status(
         and all_contact_points_carry_load(state, lane, stone_count, corner_limit)
     ):
         # The rest of the record is weak for the stack as it stood at first; it may have lost a stone since, or slid.
-        least = MIN_END_ONSET_ACCELERATION_RATIO * case.steady
+        least = MIN_ONSET_ACCELERATION_RATIO_AT_CASE_END * case.steady
         if sample >= last_sample or current_motion_onset_acceleration(state, lane, stone_count, corner_limit) >= least:
             return CaseStatus.SIMULATED
     if sample < course.after or sample < last_sample:

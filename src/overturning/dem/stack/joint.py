@@ -31,7 +31,7 @@ from overturning.dem.stack.joint_state import (
 )
 from overturning.dem.stack.state import JointEnergyLosses, StackContactChangesInStep, VelocityToForceBlocks, Wrench
 
-MIN_STEP_CONTROL_STIFFNESS_SHARE: Final = 1e-3
+MIN_STIFFNESS_SHARE_FOR_STEP_SHORTENING: Final = 1e-3
 """Smallest weight of a point that asks for a finer step when it opens or closes."""
 
 
@@ -254,7 +254,7 @@ def solve_point_contact(
     inside, was = (depth > 0.0) & (not waits), previous.depth > 0.0
     changed = before if before > depth else depth
     changed = (deep if previous.offset == 0.0 else 0.0) if waits else -depth if was else changed
-    heavy = w > MIN_STEP_CONTROL_STIFFNESS_SHARE
+    heavy = w > MIN_STIFFNESS_SHARE_FOR_STEP_SHORTENING
     spring = joint.stiffness * depth if inside else 0.0
     pressure = spring - joint.dashpot * rate
     pressure = pressure if counts & inside & (lands_flat | (pressure > 0.0)) else 0.0

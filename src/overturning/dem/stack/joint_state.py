@@ -35,7 +35,8 @@ class JointConstants(NamedTuple):
     """Share of the moment of friction that tilts a stone that slides in a flat landing, 0 or 1."""
     waits: float
     """Least distance of the base from the rim of the face below at which corners between the two ends of the base wait
-    in a flat landing, m; `overturning.dem.stack.landing.RIM_DISTANCE_WITHOUT_DEFERRAL` for bases of four corners."""
+    in a flat landing, m; `overturning.dem.stack.landing.RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT` for bases of four
+    corners."""
     base_corners: float
     """Number of corners of the upper base."""
 

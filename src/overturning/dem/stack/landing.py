@@ -18,11 +18,11 @@ LANDING_TIME_WITHOUT_POINTS: Final = 1e300
 """Shortest landing time of a joint without points, s."""
 MAX_FLAT_HEIGHT_SPREAD_RATIO: Final = 20.0
 """Largest difference in height of the points of a flat patch, as a multiple of its largest penetration."""
-RIM_DISTANCE_WITHOUT_DEFERRAL: Final = 1e301
+RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT: Final = 1e301
 """More than the distance of a base on the ground from a rim, m."""
-MIN_DEFERRAL_RIM_DISTANCE_RATIO: Final = 0.01
+MIN_RIM_DISTANCE_RATIO_FOR_DEFERRED_CONTACT: Final = 0.01
 """Distance of a base from the rim of the face below up to which no corner waits, as a share of the patch's width."""
-PATCH_END_HEIGHT_SHARE: Final = 0.05
+MAX_HEIGHT_SHARE_OF_PATCH_END_POINT: Final = 0.05
 """Share of the difference in height within which a point lies at the far end of the patch."""
 
 
@@ -52,8 +52,8 @@ def point_contact_is_deferred(
     """
     spread = landing.highest_point_height - landing.lowest_point_height
     is_open = (previous.depth <= 0.0) & (previous.weight > 0.0) & (previous.offset == 0.0)
-    inner = (position.z > landing.lowest_point_height + PATCH_END_HEIGHT_SHARE * spread) & (
-        position.z < landing.highest_point_height - PATCH_END_HEIGHT_SHARE * spread
+    inner = (position.z > landing.lowest_point_height + MAX_HEIGHT_SHARE_OF_PATCH_END_POINT * spread) & (
+        position.z < landing.highest_point_height - MAX_HEIGHT_SHARE_OF_PATCH_END_POINT * spread
     )
     inner = inner & (spread < MAX_FLAT_HEIGHT_SPREAD_RATIO * -landing.lowest_point_height)
     whole = distance_from_rim >= joint.waits

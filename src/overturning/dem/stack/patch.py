@@ -30,6 +30,10 @@ from overturning.dem.kernel.lanes import (
     select,
 )
 from overturning.dem.stack.access import (
+    IS_SIMULATED_ROW,
+    OLD_NON_CORNER_LOAD_ROW,
+    OLD_STIFFNESS_SHARE_ROW,
+    STIFFNESS_SHARE_ROW,
     load_axes,
     load_clip,
     load_constants,
@@ -50,24 +54,16 @@ from overturning.dem.stack.joint_state import (
     BaseOverhangAtSide,
     ContactPointPosition,
     FaceCorner,
-    JointAtStepStartAndEnd,
     JointFrameAxesAndOrigin,
-    JointPointAtStepStartAndEnd,
     JointRelativeMotion,
     SidePartInContactPatch,
 )
-from overturning.dem.stack.state import STONE_ROW_LAYOUT, PredictedStone, StoneConstants, StoneFallState
+from overturning.dem.stack.state import PredictedStone, StoneConstants
 
 point_window: Final = create_window_slicer(POINT_ROW_LAYOUT.size)
 """Return the rows of a point of a joint."""
-INSIDE: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRelativeMotion, "inside")
-RIM: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRelativeMotion, "rim")
-OLD_NON_CORNER_LOAD_ROW: Final = JOINT_ROW_LAYOUT.row_offset_of_field(
-    JointAtStepStartAndEnd, "old.has_loaded_non_corner_point"
-)
-STIFFNESS_SHARE_ROW: Final = POINT_ROW_LAYOUT.row_offset_of_field(ContactPointPosition, "weight")
-OLD_STIFFNESS_SHARE_ROW: Final = POINT_ROW_LAYOUT.row_offset_of_field(JointPointAtStepStartAndEnd, "old.weight")
-PRESENT: Final = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "present")
+RIM_DISTANCE_ROW: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRelativeMotion, "inside")
+PATCH_PERIMETER_ROW: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRelativeMotion, "rim")
 
 
 @njit(**INLINE)
@@ -148,7 +144,8 @@ def base_corner_contact_point(frame: JointRelativeMotion, corner: FaceCorner, pr
 def predict_base_corner_position(upper_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
     """Compute the predicted position of one corner of a stone's base on its support, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
-        place = base_corner_contact_point(load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j])
+        is_simulated = upper_rows[IS_SIMULATED_ROW + j]
+        place = base_corner_contact_point(load_frame(joint_rows, j), load_outline(point, j), is_simulated)
         store_place(point, j, place)
 
 
@@ -171,11 +168,12 @@ def include_corner_in_min_rim_distance(joint_rows: Any, point: Any, side: Any, l
         place, limit = load_place(point, j), load_outline(side, j)
         free = limit.reach - (limit.nx * place.x + limit.ny * place.y)
         free = free if place.weight > 0.0 else 1e300
-        joint_rows[INSIDE + j] = select(free < joint_rows[INSIDE + j], free, joint_rows[INSIDE + j])
+        least = joint_rows[RIM_DISTANCE_ROW + j]
+        joint_rows[RIM_DISTANCE_ROW + j] = select(free < least, free, least)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def all_patches_cover_base(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> bool:
+def all_bases_on_lower_face(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> bool:
     """True if, in all stacks, a stone's whole base rests on the face below, now and after the last step."""
     for i in range(upper_count):
         for k in range(lower_count):
@@ -183,7 +181,7 @@ def all_patches_cover_base(joint_rows: Any, points: Any, upper_count: int, lower
             include_corner_in_min_rim_distance(joint_rows, point_window(points, i), side, lane_count)
     number = 0
     for j in range(round_to_vector_multiple(lane_count)):
-        number += 1 if (joint_rows[INSIDE + j] < 0.0) | (joint_rows[OLD_NON_CORNER_LOAD_ROW + j] > 0.0) else 0
+        number += 1 if (joint_rows[RIM_DISTANCE_ROW + j] < 0.0) | (joint_rows[OLD_NON_CORNER_LOAD_ROW + j] > 0.0) else 0
     return number == 0
 
 
@@ -239,7 +237,7 @@ def add_clipped_base_side_length(joint_rows: Any, point: Any, next_corner: Any, 
         a, b = load_place(point, j), load_place(next_corner, j)
         clip = set_length_of_clipped_side(load_clip(point, j), math.sqrt((b.x - a.x) ** 2 + (b.y - a.y) ** 2))
         store_clip(point, j, clip)
-        joint_rows[RIM + j] += clip.length
+        joint_rows[PATCH_PERIMETER_ROW + j] += clip.length
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -302,7 +300,7 @@ def add_clipped_lower_side_length(joint_rows: Any, side: Any, next_corner: Any, 
         c, d = load_outline(side, j), load_outline(next_corner, j)
         clip = set_length_of_clipped_side(load_clip(side, j), math.sqrt((d.x - c.x) ** 2 + (d.y - c.y) ** 2))
         store_clip(side, j, clip)
-        joint_rows[RIM + j] += clip.length
+        joint_rows[PATCH_PERIMETER_ROW + j] += clip.length
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -380,7 +378,7 @@ def place_contact_points_of_base_side(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def place_points_of_partial_patch(
+def place_contact_points_of_partial_patch(
     joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int
 ) -> None:
     """Compute position and weight of all contact points where only a part of a stone's base rests on the face below."""

@@ -15,11 +15,19 @@ from overturning.dem.body.plan import (
     strong_motion_ranges_and_cases_at_rest,
 )
 from overturning.dem.kernel.clock import STACK_STEP_CONTROL
-from overturning.dem.limits import MAX_PENETRATION_RATIO, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
+from overturning.dem.limits import (
+    MAX_PENETRATION_TO_HALF_SIDE_RATIO,
+    MAX_ROCKING_TIMES_AFTER_RECORD,
+    exceeds_penetration_limit,
+)
 from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.plan import check_trajectory_size
-from overturning.dem.quiet import MAX_CORNER_SLIP_ACCELERATION_RATIO, REST_THRESHOLD_FACTOR, dynamic_overshoot_bound
+from overturning.dem.quiet import (
+    MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO,
+    MAX_REST_TO_ONSET_THRESHOLD_RATIO,
+    dynamic_overshoot_bound,
+)
 from overturning.dem.stack.path import (
     COLUMNS_BEFORE_STONES,
     COLUMNS_PER_STONE,
@@ -32,15 +40,15 @@ from overturning.dem.stack.rules import StackKernelInput
 from overturning.dem.stack.state import PARALLEL_CASE_COUNT, TICKS_PER_WHOLE_STEP
 from overturning.dem.stack.statics import (
     JointConstantsOfStack,
-    base_x_positions_at_rest,
-    eigenvalue_factor_of_inertia_products,
-    face_corner_rows,
+    base_x_offsets_from_support_at_rest,
+    eigenvalue_bound_factor_for_inertia_products,
+    initial_stone_table,
     joint_constants_of_stack,
-    motion_onset_acceleration,
+    kernel_rows_of_face_corners,
+    motion_onset_acceleration_g,
     scale_factors_for_unit_mass_matrix,
     spring_energy_at_rest,
     stiffness_matrix,
-    stone_rows_at_rest,
 )
 from overturning.dem.stack.tables import CASE_TABLE_DTYPE, RESULT_TABLE_DTYPE, STONE_RESULT_TABLE_DTYPE
 from overturning.dem.time_step import IntegrationScheme, parse_scheme
@@ -52,10 +60,10 @@ from overturning.model.stack_stones import StackStone
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
-LONGEST_FINEST_STEP: Final = TICKS_PER_WHOLE_STEP / 512.0
+MAX_SHORTEST_STEP_TICKS: Final = TICKS_PER_WHOLE_STEP / 512.0
 """Longest finest step, ticks, also where the contacts vibrate slowly: the landing of a stone needs it."""
 
-WHOLE_STEP_FACTOR: Final = 2.0
+WHOLE_STEP_RATIO_TO_SINGLE_BODY: Final = 2.0
 """Whole step over that of a single 3-D body.
 
 Flags, fall azimuths and peak tilts of three stones are as near to those of steps divided by 8 as with 1.0."""
@@ -102,7 +110,7 @@ class StackSimulationPlan(SimulationPlan3D):
         orientation = np.asarray(self.cases.azimuth_deg)[case_numbers]
         # Slip is counted from the position at rest.
         each, stack = result_tables["each"].copy(), self.table["stack"][case_numbers]
-        each["slip_x"] -= base_x_positions_at_rest(self.stones)[stack]
+        each["slip_x"] -= base_x_offsets_from_support_at_rest(self.stones)[stack]
         return outcome_variables_of_stacks(result_tables["results"], each, orientation, self.cosines[case_numbers])
 
     def create_trajectory_buffer(self, is_recorded: bool) -> FloatArray:
@@ -199,7 +207,9 @@ def _rest_limit_to_onset_acceleration_ratios(
     overshoot = dynamic_overshoot_bound(
         slowest[stack_indices], delay[stack_indices] * damping_factor, sampling_interval
     )
-    return np.asarray(np.minimum(REST_THRESHOLD_FACTOR, MAX_CORNER_SLIP_ACCELERATION_RATIO / overshoot))
+    return np.asarray(
+        np.minimum(MAX_REST_TO_ONSET_THRESHOLD_RATIO, MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO / overshoot)
+    )
 
 
 def plan_stack_simulation(
@@ -211,12 +221,14 @@ def plan_stack_simulation(
     stacks = [model.stones(float(height), float(ratio)) for height, ratio in sizes]
     _check_that_stacks_can_stand(sizes, stacks)
     joints = [joint_constants_of_stack(stones, model.contact) for stones in stacks]
-    tables = np.stack([stone_rows_at_rest(stones, table) for stones, table in zip(stacks, joints, strict=True)])
-    given = np.array([np.nan if stone.friction is None else stone.friction for stone in stacks[0]])
+    tables = np.stack([initial_stone_table(stones, table) for stones, table in zip(stacks, joints, strict=True)])
+    given = np.array(
+        [np.nan if stone.base_joint_friction is None else stone.base_joint_friction for stone in stacks[0]]
+    )
     friction = np.where(np.isnan(given), np.asarray(cases.friction)[:, None], given)
     square = np.array([
         highest_eigenvalue(stiffness_matrix(stones, table, scale_factors_for_unit_mass_matrix(stones)))
-        * eigenvalue_factor_of_inertia_products(stones)
+        * eigenvalue_bound_factor_for_inertia_products(stones)
         for stones, table in zip(stacks, joints, strict=True)
     ])  # fmt: skip
     delay = np.array([float(np.max(table.rows["dashpot"] / table.rows["stiffness"])) for table in joints])
@@ -233,11 +245,11 @@ def plan_stack_simulation(
     interval, samples = motion.sampling_interval, motion.sample_count
     rate = (square * delay)[which] * np.asarray(cases.damping_factor)
     steps, pace = steps_per_sample_and_step_control(
-        numerics, square[which], rate, interval, WHOLE_STEP_FACTOR * period[which], STACK_STEP_CONTROL
+        numerics, square[which], rate, interval, WHOLE_STEP_RATIO_TO_SINGLE_BODY * period[which], STACK_STEP_CONTROL
     )
-    pace["finest"] = np.minimum(pace["finest"], LONGEST_FINEST_STEP)
+    pace["finest"] = np.minimum(pace["finest"], MAX_SHORTEST_STEP_TICKS)
     # When the vibration of a light stone has decayed, that of the heavy stones around it goes on.
-    pace["settled"] = np.where(pace["finest"] < LONGEST_FINEST_STEP, pace["dwell"], pace["settled"])
+    pace["settled"] = np.where(pace["finest"] < MAX_SHORTEST_STEP_TICKS, pace["dwell"], pace["settled"])
     rest_share = np.zeros(cases.case_count)
     if numerics.leave_out:
         rest_share = _rest_limit_to_onset_acceleration_ratios(
@@ -248,7 +260,7 @@ def plan_stack_simulation(
     threshold = np.zeros(cases.case_count)
     for index, table in enumerate(joints):
         of_stack = which == index
-        threshold[of_stack] = motion_onset_acceleration(table, friction[of_stack])
+        threshold[of_stack] = motion_onset_acceleration_g(table, friction[of_stack])
     first, calm, at_rest = strong_motion_ranges_and_cases_at_rest(motion, amplitude, threshold, numerics.leave_out)
     weight = tables["mass"].sum(axis=1) * STANDARD_GRAVITY
     barrier = np.array([
@@ -263,12 +275,12 @@ def plan_stack_simulation(
     case_table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     columns = {
         "stack": which, "amplitude": amplitude, "damping_factor": cases.damping_factor,
-        "deepest": (MAX_PENETRATION_RATIO * np.minimum(reach, foot).min(axis=1))[which],
-        "steady": REST_THRESHOLD_FACTOR * threshold, "still": (1e-9 * weight * reach.min(axis=1))[which],
+        "deepest": (MAX_PENETRATION_TO_HALF_SIDE_RATIO * np.minimum(reach, foot).min(axis=1))[which],
+        "steady": MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold, "still": (1e-9 * weight * reach.min(axis=1))[which],
         "reach": np.array([table.nearest_side_distance.min() for table in joints])[which],
         "rest_share": rest_share, "rest_bound": rest_share * friction.min(axis=1),
         "first": first, "calm": calm, "barrier": barrier[which], "spring_energy": springs[which],
-        "after": samples + np.ceil(MAX_TIME_AFTER_RECORD * slowest_period[which] / interval), **pace,
+        "after": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * slowest_period[which] / interval), **pace,
     }  # fmt: skip
     for name, values in columns.items():
         case_table[name] = values
@@ -277,7 +289,7 @@ def plan_stack_simulation(
     for index, stones in enumerate(stacks):
         for number, stone in enumerate(stones):
             for side, face in enumerate((stone.base_corners, stone.upper_face_corners)):
-                outlines[index, number, side, : len(face)] = face_corner_rows(face)
+                outlines[index, number, side, : len(face)] = kernel_rows_of_face_corners(face)
     return StackSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, stones=tables,
         joints=np.stack([table.rows for table in joints]),

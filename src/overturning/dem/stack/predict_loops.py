@@ -101,7 +101,7 @@ no_sum, no_wrench = (
     create_elementwise_tuple_functions(StoneContactForceSums).zero,
     create_elementwise_tuple_functions(Wrench).zero,
 )
-MAX_RESOLVING_STEP_RATIO: Final = STACK_STEP_CONTROL.max_step_using_predicted_forces
+MAX_VIBRATION_RESOLVING_STEP_RATIO: Final = STACK_STEP_CONTROL.max_step_using_predicted_forces
 
 
 @njit(**INLINE)
@@ -195,7 +195,7 @@ def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
         landing, old, half = load_landing(joint_rows, j), load_point(point, j), load_time(case_rows, j).half
         waits = point_contact_is_deferred(joint, landing, place, old, frame.inside)
-        fine = load_attempt(case_rows, j).length <= MAX_RESOLVING_STEP_RATIO * load_clock(case_rows, j).finest
+        fine = load_attempt(case_rows, j).length <= MAX_VIBRATION_RESOLVING_STEP_RATIO * load_clock(case_rows, j).finest
         pressure, on = predicted_point_force_and_contact(
             joint, frame, place, old, (fine, contact_points_land_together(landing), waits)
         )
@@ -213,7 +213,7 @@ def predict_joint_friction(case_rows: Any, upper_rows: Any, joint_rows: Any, lan
             load_time(case_rows, j).half,
             contact_points_land_together(load_landing(joint_rows, j)),
         )
-        fine = load_attempt(case_rows, j).length <= MAX_RESOLVING_STEP_RATIO * load_clock(case_rows, j).finest
+        fine = load_attempt(case_rows, j).length <= MAX_VIBRATION_RESOLVING_STEP_RATIO * load_clock(case_rows, j).finest
         foot = load_constants(upper_rows, j).foot
         friction = predict_friction(joint, frame, sums, old, half, (fine, flat, foot))
         store_friction(joint_rows, j, friction)

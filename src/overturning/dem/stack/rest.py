@@ -16,9 +16,9 @@ from overturning.dem.body.vectors import (
     vector_length,
 )
 from overturning.dem.kernel.ending import (
-    MAX_ACCELERATION_SHARE_AT_REST,
+    MAX_RESIDUAL_ACCELERATION_RATIO_AT_REST,
     MAX_TILT_RATIO_AT_REST,
-    NEGLIGIBLE_REMAINING_SLIDE,
+    NEGLIGIBLE_REMAINING_SLIP_M,
     body_is_still,
 )
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
@@ -37,7 +37,7 @@ from overturning.dem.stack.access import (
     stone_window,
 )
 from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, POINT_ROW_LAYOUT
-from overturning.dem.stack.landing import MAX_FLAT_HEIGHT_SPREAD_RATIO, RIM_DISTANCE_WITHOUT_DEFERRAL
+from overturning.dem.stack.landing import MAX_FLAT_HEIGHT_SPREAD_RATIO, RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT
 from overturning.dem.stack.state import CASE_ROW_LAYOUT, STONE_ROW_LAYOUT, TICKS_PER_WHOLE_STEP, StackRestFlagAndLimits
 from overturning.dem.stack.step import joint_state_size
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -48,7 +48,7 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
     JOINT_ROW_LAYOUT.size,
     POINT_ROW_LAYOUT.size,
 )
-AT_REST: Final = CASE_ROW_LAYOUT.row_offset_of_field(StackRestFlagAndLimits, "at_rest")
+MAY_BE_AT_REST_ROW: Final = CASE_ROW_LAYOUT.row_offset_of_field(StackRestFlagAndLimits, "at_rest")
 
 MIN_PATCH_WIDTH_RATIO: Final = 1e-3
 """Least width of a contact patch, as a share of its length, whose points give a plane of pressure."""
@@ -80,7 +80,7 @@ def mark_possibly_resting_stacks(state: Any, stone_count: int, active_lane_count
     number = 0
     for j in range(active_lane_count):
         length = load_attempt(state, j).length
-        most = 1.001 * MAX_ACCELERATION_SHARE_AT_REST * load_rest(state, j).bound * GRAVITY
+        most = 1.001 * MAX_RESIDUAL_ACCELERATION_RATIO_AT_REST * load_rest(state, j).bound * GRAVITY
         slow = most * (load_case(state, j).tick_length * length)
         may = (length >= TICKS_PER_WHOLE_STEP) & (most > 0.0)
         for s in range(stone_count):
@@ -89,7 +89,7 @@ def mark_possibly_resting_stacks(state: Any, stone_count: int, active_lane_count
             a, v = stone.acceleration, stone.velocity
             still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most) & (2.0 * abs(v.z) < slow)
             may = may & (still | gone)
-        state[AT_REST + j] = 1.0 if may else 0.0
+        state[MAY_BE_AT_REST_ROW + j] = 1.0 if may else 0.0
         number += 1 if may else 0
     return number
 
@@ -110,7 +110,7 @@ def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, corne
             landing.highest_point_height - landing.lowest_point_height
             < MAX_FLAT_HEIGHT_SPREAD_RATIO * -landing.lowest_point_height
         )
-        if load_joint(state[at : at + JOINT_SIZE], lane).waits < RIM_DISTANCE_WITHOUT_DEFERRAL and lies_flat:
+        if load_joint(state[at : at + JOINT_SIZE], lane).waits < RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT and lies_flat:
             continue
         for i in range((size - JOINT_SIZE) // P):
             begin = at + JOINT_SIZE + i * P
@@ -235,7 +235,7 @@ def stones_stand_upright_and_still(state: Any, lane: int, stone_count: int, rest
 def time_until_upright_stack_stops_sliding(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
     """Return the time (s) until friction has stopped all sliding contacts of the stones of an upright stack.
 
-    The result is 0 if a stone leans, or if no contact would slide farther than `NEGLIGIBLE_REMAINING_SLIDE` before it
+    The result is 0 if a stone leans, or if no contact would slide farther than `NEGLIGIBLE_REMAINING_SLIP_M` before it
     stops.
     """
     longest, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
@@ -251,6 +251,6 @@ def time_until_upright_stack_stops_sliding(state: Any, lane: int, stone_count: i
         old, deceleration = load_history(joint, lane), GRAVITY * load_joint(joint, lane).friction
         v = old.velocity
         square = v.x * v.x + v.y * v.y + v.twist * v.twist
-        if old.slid > 0.0 and deceleration > 0.0 and square >= 2.0 * NEGLIGIBLE_REMAINING_SLIDE * deceleration:
+        if old.slid > 0.0 and deceleration > 0.0 and square >= 2.0 * NEGLIGIBLE_REMAINING_SLIP_M * deceleration:
             longest = max(longest, np.sqrt(square) / deceleration)
     return longest

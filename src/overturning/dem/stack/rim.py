@@ -51,7 +51,7 @@ from overturning.dem.stack.joint_state import (
 )
 from overturning.dem.stack.patch import point_window, relative_motion_in_contact_frame
 
-FULL_NORMAL_WEIGHT_OVERHANG_RATIO: Final = 0.005
+MIN_OVERHANG_RATIO_FOR_FULL_RIM_NORMAL: Final = 0.005
 """Overhang from which the rim's normal counts in full, as a share of the distance of that side from the centre.
 
 Below it the normal turns in proportion, so that forces are continuous when a corner passes the rim."""
@@ -69,10 +69,10 @@ def slopes_of_upper_base_normal(frame: JointRelativeMotion) -> tuple[float, floa
 def contact_normal_weight_of_rim_side(overhang: float, reach: float) -> float:
     """Return the weight, 0 to 1, with which the normal at a side of the lower face's rim counts in the contact normal.
 
-    It is proportional to the overhang of the upper base, and 1 from an overhang of `FULL_NORMAL_WEIGHT_OVERHANG_RATIO`
-    times the distance `reach` of the side from the centre.
+    It is proportional to the overhang of the upper base, and 1 from an overhang of
+    `MIN_OVERHANG_RATIO_FOR_FULL_RIM_NORMAL` times the distance `reach` of the side from the centre.
     """
-    share = overhang / (FULL_NORMAL_WEIGHT_OVERHANG_RATIO * reach)
+    share = overhang / (MIN_OVERHANG_RATIO_FOR_FULL_RIM_NORMAL * reach)
     share = share if share > 0.0 else 0.0
     return share if share < 1.0 else 1.0
 

@@ -40,9 +40,9 @@ from overturning.dem.stack.access import (
     store_outline,
     store_peaks,
     store_rest,
+    store_rotation,
     store_shaking,
     store_stone,
-    store_turn,
 )
 from overturning.dem.stack.ending import (
     lowest_newly_fallen_stone_index,
@@ -59,7 +59,11 @@ from overturning.dem.stack.joint_state import (
     JointContactState,
     TangentialVector,
 )
-from overturning.dem.stack.rest import AT_REST, base_acceleration_limit_of_stack_at_rest, mark_possibly_resting_stacks
+from overturning.dem.stack.rest import (
+    MAY_BE_AT_REST_ROW,
+    base_acceleration_limit_of_stack_at_rest,
+    mark_possibly_resting_stacks,
+)
 from overturning.dem.stack.state import (
     CASE_ROW_LAYOUT,
     PARALLEL_CASE_COUNT,
@@ -262,7 +266,7 @@ def start_sample_and_load_base_motion(
     for s in range(stone_count):
         rows = stone_window(state, s)
         for j in range(round_to_vector_multiple(lane_count)):
-            store_turn(rows, j, normalise_quaternion(load_stone(rows, j).turn))
+            store_rotation(rows, j, normalise_quaternion(load_stone(rows, j).turn))
             then = (load_course(state, j).sample + rows[LAST_UPRIGHT + j] * scale) * interval
             present = load_outcome(rows, j).present > 0.0
             rows[UPRIGHT_UNTIL + j] = then if (rows[LAST_UPRIGHT + j] >= 0.0) & present else rows[UPRIGHT_UNTIL + j]
@@ -358,7 +362,7 @@ def skip_quiet_samples_of_resting_cases(
         course, bound = load_course(state, j), load_rest(state, j).bound
         now = course.sample + state[TICK + j] * (1.0 / settings.ticks_per_sample)
         # Test the motion first: testing the stack takes longer.
-        if not (state[AT_REST + j] > 0.0 and is_rest_check_sample(now)):
+        if not (state[MAY_BE_AT_REST_ROW + j] > 0.0 and is_rest_check_sample(now)):
             continue
         direction = row[lane_cases[j]]
         if not upcoming_motion_is_below_rest_limit(ground, direction, now, course.amplitude, bound):

@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.mechanics import FLAT_LANDING_DURATION_IN_DECAY_TIMES
 from overturning.dem.linear import solve_positive_definite_system
-from overturning.dem.stack.landing import MIN_DEFERRAL_RIM_DISTANCE_RATIO, RIM_DISTANCE_WITHOUT_DEFERRAL
+from overturning.dem.stack.landing import (
+    MIN_RIM_DISTANCE_RATIO_FOR_DEFERRED_CONTACT,
+    RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT,
+)
 from overturning.dem.stack.tables import JOINT_TABLE_DTYPE, STONE_TABLE_DTYPE
 from overturning.model.contact import MAX_WIDTH_FOR_STATIC_PENETRATION, VertexContact
 from overturning.model.stack_stones import (
@@ -52,7 +55,10 @@ def joint_constants_of_stack(stones: list[StackStone], contact: VertexContact) -
     penetration = contact.static_penetration * np.minimum(width, MAX_WIDTH_FOR_STATIC_PENETRATION)
     ratio, damping = (
         np.array([own if (given := getattr(stone, name)) is None else given for stone in stones])
-        for name, own in (("stiffness_ratio", contact.stiffness_ratio), ("damping_ratio", contact.damping_ratio))
+        for name, own in (
+            ("base_joint_stiffness_ratio", contact.stiffness_ratio),
+            ("base_joint_damping_ratio", contact.damping_ratio),
+        )
     )
     stiffness = above * STANDARD_GRAVITY / penetration
     dashpot = 2.0 * damping * np.sqrt(stiffness * above)
@@ -63,18 +69,18 @@ def joint_constants_of_stack(stones: list[StackStone], contact: VertexContact) -
     rows["base_corners"] = [len(stone.base_corners) for stone in stones]
     rows["waits"] = np.where(
         [len(stone.base_corners) > 4 for stone in stones],
-        MIN_DEFERRAL_RIM_DISTANCE_RATIO * width,
-        RIM_DISTANCE_WITHOUT_DEFERRAL,
+        MIN_RIM_DISTANCE_RATIO_FOR_DEFERRED_CONTACT * width,
+        RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT,
     )
     table = JointConstantsOfStack(rows, penetration, patches)
     _fill_in_contact_loads_at_rest(stones, table)
     return table
 
 
-def stone_rows_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> NDArray[np.void]:
+def initial_stone_table(stones: list[StackStone], joints: JointConstantsOfStack) -> NDArray[np.void]:
     """Return constants and initial states of a stack's stones at rest, of type `STONE_TABLE_DTYPE`, shape (stones,)."""
     table, level = np.zeros(len(stones), STONE_TABLE_DTYPE), 0.0
-    pose = displacements_at_rest(stones, joints)
+    pose = static_displacements_and_rotations(stones, joints)
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
     for stone, row, depth, shift, patch in zip(stones, table, joints.penetration, pose, joints.patches, strict=True):
         inverse = inverse_of_inertia(stone.inertia_per_mass)
@@ -87,7 +93,7 @@ def stone_rows_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) 
             stone.upper_face_height_above_centre,
             reach,
         )
-        ahead, height = tipping_mass_centre_distance_and_height(stone, patch)
+        ahead, height = tipping_side_distance_and_mass_centre_height(stone, patch)
         row["critical"] = ahead**2 / (ahead**2 + height**2)
         row["base_critical"] = reach**2 / (reach**2 + stone.centre_height_above_base**2)
         tilt = max(MIN_FALLEN_TILT, 0.5 * (np.arctan2(reach, stone.centre_height_above_base) + 0.5 * np.pi))
@@ -102,7 +108,7 @@ def stone_rows_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) 
     return table
 
 
-def tipping_mass_centre_distance_and_height(stone: StackStone, patch: ContactPatchAtRest) -> tuple[float, float]:
+def tipping_side_distance_and_mass_centre_height(stone: StackStone, patch: ContactPatchAtRest) -> tuple[float, float]:
     """Return the distance and height (m) of the centre of mass that tips over the nearest side of a contact.
 
     The distance is horizontal, from this side to the centre; the height is that above the contact.
@@ -118,7 +124,7 @@ def tipping_mass_centre_distance_and_height(stone: StackStone, patch: ContactPat
     return (side if side < base * (1.0 - 1e-9) else base), stone.centre_height_above_base
 
 
-def base_x_positions_at_rest(stones: NDArray[np.void]) -> FloatArray:
+def base_x_offsets_from_support_at_rest(stones: NDArray[np.void]) -> FloatArray:
     """Return each stone's base position at rest along x, relative to its support's centre, m, shape (stacks, stones).
 
     `stones` has the type `overturning.dem.stack.tables.STONE_TABLE_DTYPE`. Stones off centre lean a little under their
@@ -139,7 +145,7 @@ def inverse_of_inertia(inertia: FloatArray) -> FloatArray:
     return np.array([[zz / area, 0.0, -xz / area], [0.0, 1.0 / yy, 0.0], [-xz / area, 0.0, xx / area]])
 
 
-def face_corner_rows(corners: FloatArray) -> FloatArray:
+def kernel_rows_of_face_corners(corners: FloatArray) -> FloatArray:
     """Return the corners of a convex face, given as (n, 2) in m, as kernel rows with the fields of `FaceCorner`."""
     side = np.roll(corners, -1, axis=0) - corners
     length = np.sqrt((side**2).sum(axis=1))
@@ -198,7 +204,7 @@ def scale_factors_for_unit_mass_matrix(stones: list[StackStone]) -> FloatArray:
     ])  # fmt: skip
 
 
-def eigenvalue_factor_of_inertia_products(stones: list[StackStone]) -> float:
+def eigenvalue_bound_factor_for_inertia_products(stones: list[StackStone]) -> float:
     """Return an upper bound of the factor by which products of inertia raise a stack's highest ω².
 
     `scale_factors_for_unit_mass_matrix` leaves them out. With the correlation ρ of x and z, the least eigenvalue of
@@ -211,7 +217,7 @@ def eigenvalue_factor_of_inertia_products(stones: list[StackStone]) -> float:
     return 1.0 / (1.0 - max(correlation))
 
 
-def displacements_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> FloatArray:
+def static_displacements_and_rotations(stones: list[StackStone], joints: JointConstantsOfStack) -> FloatArray:
     """Return displacement (m) and rotation (rad) of each stone under its own weight and load, shape (stones, 6).
 
     A corner of a patch whose spring would pull carries nothing; the other corners then carry more.
@@ -252,7 +258,7 @@ def _penetrations_at_patch_corners(
 
 def _fill_in_contact_loads_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> None:
     """Compute, for each contact of a stack at rest, normal force, centre of pressure and mean distance from it."""
-    depths = _penetrations_at_patch_corners(stones, joints, displacements_at_rest(stones, joints).ravel())
+    depths = _penetrations_at_patch_corners(stones, joints, static_displacements_and_rotations(stones, joints).ravel())
     for k, (row, patch, depth) in enumerate(zip(joints.rows, joints.patches, depths, strict=True)):
         force = patch.corner_stiffness_shares * row["stiffness"] * np.maximum(depth, 0.0)
         share = force / force.sum()
@@ -264,14 +270,14 @@ def _fill_in_contact_loads_at_rest(stones: list[StackStone], joints: JointConsta
 
 def spring_energy_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> float:
     """Return the energy of the springs of a stack that stands at rest, J."""
-    depths = _penetrations_at_patch_corners(stones, joints, displacements_at_rest(stones, joints).ravel())
+    depths = _penetrations_at_patch_corners(stones, joints, static_displacements_and_rotations(stones, joints).ravel())
     return sum(
         float(np.sum(0.5 * patch.corner_stiffness_shares * stiffness * np.maximum(depth, 0.0) ** 2))
         for patch, stiffness, depth in zip(joints.patches, joints.rows["stiffness"], depths, strict=True)
     )
 
 
-def motion_onset_acceleration(joints: JointConstantsOfStack, friction: FloatArray) -> FloatArray:
+def motion_onset_acceleration_g(joints: JointConstantsOfStack, friction: FloatArray) -> FloatArray:
     """Return the base acceleration |a|/g below which no contact of a stack opens or slides, shape (n,).
 
     Contact k opens at the least ratio of the distance of one of its sides to the height of the centre of all stones

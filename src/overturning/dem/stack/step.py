@@ -18,11 +18,11 @@ from overturning.dem.stack.end_loops import (
 )
 from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, POINT_ROW_LAYOUT
 from overturning.dem.stack.patch import (
-    all_patches_cover_base,
+    all_bases_on_lower_face,
     any_stack_uses_contact_point,
     clip_base_sides,
     clip_sides_of_lower_face,
-    place_points_of_partial_patch,
+    place_contact_points_of_partial_patch,
     point_window,
     predict_base_corner_positions,
     predict_motion_relative_to_ground,
@@ -82,10 +82,10 @@ def predict_contact_patch_forces(
     for i in range(upper_count):
         used_points[1 + i] = i
     count = upper_count
-    if lower_count > 0 and not all_patches_cover_base(joint_rows, points, upper_count, lower_count, lane_count):
+    if lower_count > 0 and not all_bases_on_lower_face(joint_rows, points, upper_count, lower_count, lane_count):
         clip_base_sides(joint_rows, points, upper_count, lower_count, lane_count)
         clip_sides_of_lower_face(joint_rows, points, upper_count, lower_count, lane_count)
-        place_points_of_partial_patch(joint_rows, points, upper_count, lower_count, lane_count)
+        place_contact_points_of_partial_patch(joint_rows, points, upper_count, lower_count, lane_count)
         sum_contact_normals(upper_rows, joint_rows, points, upper_count, lower_count, lane_count)
         rotate_contact_frame_to_mean_normal(upper_rows, lower_rows, joint_rows, lane_count)
         for i in range(upper_count, 3 * (upper_count + lower_count)):

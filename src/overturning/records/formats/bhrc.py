@@ -9,7 +9,7 @@ from typing import Final
 
 from overturning.records.component import UNKNOWN_DIRECTION, RecordComponent
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields
-from overturning.records.formats.lines import FLOAT, TextLines, decorator_for_reading_all_components
+from overturning.records.formats.lines import FLOAT_PATTERN, TextLines, decorator_for_reading_all_components
 from overturning.units import STANDARD_GRAVITY
 
 HEADER_LINES: Final = 27
@@ -18,13 +18,13 @@ FIELDS: Final[HeaderFieldPatterns] = {
     "origin": (2, r"^[^:]*:\s*(.*)"),
     "L, V or T": (4, r"^\s*([LTV])\s*$"),
     "component": (6, r"^COMP\s+([LTV])"),
-    "station": (7, rf"^(.*?)\s*Station\s+{FLOAT}\s*N"),
-    "coordinates": (7, rf"Station\s+({FLOAT})\s*(N)\s+({FLOAT})\s*(E)"),
-    "azimuths of L and T": (7, rf"Azimuth\s+L\s+({FLOAT})\s+T\s+({FLOAT})"),
-    "epicentre": rf"Epicenter\s+({FLOAT})\s*(N)\s+({FLOAT})\s*(E)",
-    "magnitude": rf"Epicenter.*Mw\s*({FLOAT})",
+    "station": (7, rf"^(.*?)\s*Station\s+{FLOAT_PATTERN}\s*N"),
+    "coordinates": (7, rf"Station\s+({FLOAT_PATTERN})\s*(N)\s+({FLOAT_PATTERN})\s*(E)"),
+    "azimuths of L and T": (7, rf"Azimuth\s+L\s+({FLOAT_PATTERN})\s+T\s+({FLOAT_PATTERN})"),
+    "epicentre": rf"Epicenter\s+({FLOAT_PATTERN})\s*(N)\s+({FLOAT_PATTERN})\s*(E)",
+    "magnitude": rf"Epicenter.*Mw\s*({FLOAT_PATTERN})",
     "NO. OF POINTS": (10, r"NO\. OF POINTS\s*=\s*(\d+)"),
-    "DURATION": (10, rf"DURATION\s*=\s*({FLOAT})"),
+    "DURATION": (10, rf"DURATION\s*=\s*({FLOAT_PATTERN})"),
     "UNITS ARE SECONDS AND G/10 (no other is read)": (11, r"^(UNITS ARE SECONDS AND G/10)\s*$"),
 }
 
@@ -43,7 +43,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         channel_lines.parse_number(text[RATE_LINE_INDEX][:13], RATE_LINE_INDEX, "the rate"), RATE_LINE_INDEX
     )
     count = int(header.field_text("NO. OF POINTS"))
-    channel_lines.check_duration_stated_in_line(10, count, interval, header.field_number("DURATION"))
+    channel_lines.check_duration_stated_in_line(10, count, interval, header.number_in_field("DURATION"))
     samples, end, notes = channel_lines.read_fixed_width_samples(HEADER_LINES, width=13, per_line=10, count=count)
     if end >= len(text) or not text[end].startswith("/&"):
         at = min(end, len(text) - 1)

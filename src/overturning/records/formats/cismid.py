@@ -16,34 +16,36 @@ from overturning.records.formats.header import (
     parse_time_as_utc,
     signed_coordinate_from_hemisphere,
 )
-from overturning.records.formats.lines import FLOAT, TextLines
+from overturning.records.formats.lines import FLOAT_PATTERN, TextLines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
-PERU: Final = timedelta(hours=-5)
+PERU_UTC_OFFSET: Final = timedelta(hours=-5)
 SUMMER_TIME_YEARS: Final = (1986, 1987, 1990, 1994)
 """Years with summer time in Peru (January to April); the headers do not state whether they use it."""
 TIME_FORMAT: Final = "%B %d, %Y %H:%M:%S"
 AXES: Final[dict[str, AxisDirection]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
 FILTER_MENTION_PATTERN: Final = re.compile(r"(?<!un)(?<!not )(?<!no )(?<!without )(?<!without a )filter", re.IGNORECASE)
 """Comments on samples that were filtered."""
-COORDINATE: Final = rf"\s*:\s*({FLOAT})(?:\s*°?\s*([NSEWO])\b)?"
-COORDINATE_FIELDS: Final[HeaderFieldPatterns] = {name: f"^{name}{COORDINATE}" for name in ("LATITUDE", "LONGITUDE")}
+COORDINATE_PATTERN: Final = rf"\s*:\s*({FLOAT_PATTERN})(?:\s*°?\s*([NSEWO])\b)?"
+COORDINATE_FIELDS: Final[HeaderFieldPatterns] = {
+    name: f"^{name}{COORDINATE_PATTERN}" for name in ("LATITUDE", "LONGITUDE")
+}
 STATION_FIELDS: Final[HeaderFieldPatterns] = {
     "station": r"^STATION CODE\s*:\s*(\S*)",
     **COORDINATE_FIELDS,
-    "SAMPLING FREQUENCY (Hz)": rf"^SAMPLING FREQUENCY \(Hz\)\s*:\s*({FLOAT})",
+    "SAMPLING FREQUENCY (Hz)": rf"^SAMPLING FREQUENCY \(Hz\)\s*:\s*({FLOAT_PATTERN})",
 }
 EARTHQUAKE_SECTION_FIELD: Final[HeaderFieldPatterns] = {"section 2": r"^2\.\s*(INFORMATION ABOUT THE EARTHQUAKE)"}
 EARTHQUAKE_AND_RECORD_FIELDS: Final[HeaderFieldPatterns] = {
     "DATE": r"^DATE\s*:\s*(.*)",
     "ORIGIN TIME": r"^ORIGIN TIME \(Local\)\s*:\s*(\S*)",
     **COORDINATE_FIELDS,
-    "depth": rf"^DEPTH \(km\)\s*:\s*({FLOAT})",
-    "magnitude": rf"^MAGNITUDE\s*:\s*({FLOAT})",
+    "depth": rf"^DEPTH \(km\)\s*:\s*({FLOAT_PATTERN})",
+    "magnitude": rf"^MAGNITUDE\s*:\s*({FLOAT_PATTERN})",
     "RECORD TIME": r"^RECORD TIME \(Local\)\s*:\s*(\S*)",
     "NUMBER OF SAMPLES": r"^NUMBER OF SAMPLES\s*:\s*(\S*)",
-    "MAXIMUM ACCELERATION": rf"^MAXIMUM ACCELERATION\s*:\s*({FLOAT}\s+{FLOAT}\s+{FLOAT})\s*$",
+    "MAXIMUM ACCELERATION": rf"^MAXIMUM ACCELERATION\s*:\s*({FLOAT_PATTERN}\s+{FLOAT_PATTERN}\s+{FLOAT_PATTERN})\s*$",
     "DATA UNITS": r"^DATA UNITS\s*:\s*(.*)",
     "section 4": r"^4\.\s*(COMMENTS)",
     "the line T, EW, NS, UD": r"^\s*T\s+((?:EW|NS|UD)\s+(?:EW|NS|UD)\s+(?:EW|NS|UD))\s*$",
@@ -110,7 +112,7 @@ def _latitude_and_longitude(header: HeaderFields) -> tuple[float | None, float |
 def _utc_time_of_local_time_field(header: HeaderFields, field_name: str) -> datetime | None:
     """Return the local time in a header field as UTC; None for months in which summer time is uncertain."""
     moment = parse_time_as_utc(
-        f"{header.field_text('DATE')} {header.field_text(field_name)}", TIME_FORMAT, utc_offset=PERU
+        f"{header.field_text('DATE')} {header.field_text(field_name)}", TIME_FORMAT, utc_offset=PERU_UTC_OFFSET
     )
     return None if moment and moment.year in SUMMER_TIME_YEARS and moment.month <= 4 else moment
 

@@ -48,7 +48,7 @@ NULL: Final = -999.0
 
 BLOCK_FORMAT_PATTERN: Final = re.compile(r"\s*(\d+)\s.*Format\s*=\s*\((\d+)[IFE](\d+)", re.IGNORECASE)
 COMMENT_COUNT_PATTERN: Final = re.compile(r"\s*(\d+)\s+Comment", re.IGNORECASE)
-END: Final = re.compile(r"^\s*(/&|End-of-data|---+\s*End of data)", re.IGNORECASE)
+END_OF_DATA_PATTERN: Final = re.compile(r"^\s*(/&|End-of-data|---+\s*End of data)", re.IGNORECASE)
 FIELDS: Final[HeaderFieldPatterns] = {
     **EARTHQUAKE_FIELDS,
     "corrected": "^\\s*(Corrected)",
@@ -102,7 +102,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         _acceleration_per_count(channel_lines, reals_at, real) if unit == COUNTS_UNIT_CODE else UNIT_SIZE_BY_CODE[unit]
     )
     samples, end, notes = channel_lines.read_fixed_width_samples(data_at + 1, **form)
-    if end >= len(text) or not END.match(text[end]):
+    if end >= len(text) or not END_OF_DATA_PATTERN.match(text[end]):
         raise channel_lines.line_error(
             end, f"no end mark after {samples.size} samples; the count is wrong or the file is cut"
         )

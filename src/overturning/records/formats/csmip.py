@@ -25,30 +25,33 @@ from overturning.records.component import (
     sensor_location_in_header_line,
 )
 from overturning.records.formats.header import EARTHQUAKE_FIELDS, HeaderFieldPatterns, HeaderFields
-from overturning.records.formats.lines import FLOAT, TextLines, decorator_for_reading_all_components
+from overturning.records.formats.lines import FLOAT_PATTERN, TextLines, decorator_for_reading_all_components
 from overturning.units import GAL, STANDARD_GRAVITY
 
-UNITS: Final = {"g": STANDARD_GRAVITY, "g/10": 0.1 * STANDARD_GRAVITY} | dict.fromkeys(
+UNIT_SIZE_BY_NAME: Final = {"g": STANDARD_GRAVITY, "g/10": 0.1 * STANDARD_GRAVITY} | dict.fromkeys(
     ("cm/sec2", "cm/sec/sec", "cms/sec/sec", "cm/s2", "gal"), GAL
 )
-END: Final = re.compile(r"^\s*(/&|-{3,}\s*END OF DATA|END OF DATA)", re.IGNORECASE)
+END_OF_DATA_PATTERN: Final = re.compile(r"^\s*(/&|-{3,}\s*END OF DATA|END OF DATA)", re.IGNORECASE)
 TIME_PATTERN: Final = r"(\d+)/\s*(\d+)/\s*(\d+),?\s*(\d+):\s*(\d+):\s*([\d.]+)\s*(?:UTC|GMT)"
 FIELDS: Final[HeaderFieldPatterns] = {
     **EARTHQUAKE_FIELDS,
     "CHAN with the axis": r"^\s*(?:.*\s)?CHAN\s*(\d+):\s*([^\s,]+)",
-    "coordinates": rf"\bSTATION\s+(?:ID|NO)\b.*?({FLOAT})\s*([NS]),?\s*({FLOAT})\s*([EW])",
+    "coordinates": rf"\bSTATION\s+(?:ID|NO)\b.*?({FLOAT_PATTERN})\s*([NS]),?\s*({FLOAT_PATTERN})\s*([EW])",
     "station": r"STATION\s+(?:ID\.?|NO\.?)\s*(\S+)",
     "channel": r"^\s*CHAN\s*\d+:\s*(.*)",
     "event": r"^\s*R(?:e?co?rd) of (.*?)(?:\s{3,}|\(|$)|^\s*(.*\bEARTHQUAKE\b.*?)(?:\s{3,}|\(|$)",
-    "magnitude": rf"^\s*HYPOCENTER\b.*\bML\s*[=:]\s*({FLOAT})",
+    "magnitude": rf"^\s*HYPOCENTER\b.*\bML\s*[=:]\s*({FLOAT_PATTERN})",
     "start": rf"START TIME:\s*{TIME_PATTERN}",
     "trigger": rf"TRIGGER TIME:\s*{TIME_PATTERN}",
     "processed by": r"\bPROCESSED:[\s\d/,]*([A-Z][A-Z./&]+(?: \d+)?)(?=[\s,]|$)",
     "renadic": "(UNIVERSIDAD DE CHILE - RENADIC)",
     # Two corner frequencies, or two ramps; the inner ends of the ramps bound the pass band.
-    "filter": rf"BAND-?PASS.*?(?<![\d.])({FLOAT})\s+(?:AND|TO|-)\s+({FLOAT})(?:\s*-\s*{FLOAT})?\s*(?:HZ|CYC)",
+    "filter": (
+        rf"BAND-?PASS.*?(?<![\d.])({FLOAT_PATTERN})\s+(?:AND|TO|-)\s+({FLOAT_PATTERN})(?:\s*-\s*{FLOAT_PATTERN})?"
+        r"\s*(?:HZ|CYC)"
+    ),
     "NO. OF POINTS": r"NO\.? OF POINTS\s*=\s*(\d+)|^\s*(\d+) POINTS OF .*CORRECTED",
-    "record length": rf"RECORD LENGTH\s*=\s*({FLOAT})",
+    "record length": rf"RECORD LENGTH\s*=\s*({FLOAT_PATTERN})",
     "unit of the pairs": r"UNITS OF .*SEC AND (G/10|G|CM/SEC/SEC|CM/SEC2)(?=[.,;\s]|$)",
 }
 RECORDERS_WITHOUT_SATELLITE_CLOCK: Final = re.compile(r"\b(QDR|SSA-?[12]|SMA(-?1)?)\b", re.IGNORECASE)
@@ -58,14 +61,14 @@ MAX_PRE_EVENT_MEMORY: Final = timedelta(seconds=120)
 FORMAT_AGENCY_NAMES: Final = ("CSMIP", "CGS", "CDMG", "DMG", "OSMS")
 """Names under which the agency of this format signs its files; other names are those of other agencies."""
 PEAK_PATTERN_BY_VOLUME: Final = {
-    1: rf"MAX\s*=\s*({FLOAT})\s*(g\b)",
-    2: rf"PEAK ACCELERATION\s*=\s*({FLOAT})\s*(g\b|cms?/sec/sec|cm/sec2|cm/s2|gal)",
+    1: rf"MAX\s*=\s*({FLOAT_PATTERN})\s*(g\b)",
+    2: rf"PEAK ACCELERATION\s*=\s*({FLOAT_PATTERN})\s*(g\b|cms?/sec/sec|cm/sec2|cm/s2|gal)",
 }
 """Pattern of the peak and its unit for each volume."""
 DATA_LINE_FIELDS: Final[HeaderFieldPatterns] = {
     "number of samples": r"^\s*(\d+)\s+(?:points of\s+)?accel",
-    "rate": rf"at\s+({FLOAT})\s*(?:pts|points|samples)\s*/\s*sec",
-    "rate or interval": rf"at\s+(?:equal\S*\s+)?({FLOAT})\s*sec",
+    "rate": rf"at\s+({FLOAT_PATTERN})\s*(?:pts|points|samples)\s*/\s*sec",
+    "rate or interval": rf"at\s+(?:equal\S*\s+)?({FLOAT_PATTERN})\s*sec",
     "unit": r"\bin\s+(?:units of\s+)?(g/10|\S+?)[.,;]?(?:\s|$|\()",
     "format": r"\((\d+)[FE](\d+)\.\d+\)",
 }
@@ -78,7 +81,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     volume = {"U": 1, "C": 2}.get(channel_lines.lines[0].lstrip()[0].upper())
     if volume is None:
         raise channel_lines.line_error(0, "response spectra (volume 3); get volume 1 or 2")
-    end = next((i for i, line in enumerate(channel_lines.lines) if END.match(line)), None)
+    end = next((i for i, line in enumerate(channel_lines.lines) if END_OF_DATA_PATTERN.match(line)), None)
     if end is None:
         raise channel_lines.line_error(
             len(channel_lines.lines) - 1, "the file ends without the end mark of a channel; get it again"
@@ -135,7 +138,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         coordinates=(latitude, longitude),
         sensor=classify_as_surface_or_borehole(location_text=channel),
         sensor_location=sensor_location_in_header_line(channel),
-        header_peak=header.field_peak_acceleration("peak", UNITS[_header_peak_unit(header)], signed=True)
+        header_peak=header.field_peak_acceleration("peak", UNIT_SIZE_BY_NAME[_header_peak_unit(header)], signed=True)
         if header.field_text("peak")
         else None,
         processed=volume == 2,
@@ -181,15 +184,17 @@ def _read_evenly_spaced_samples(
         DATA_LINE_FIELDS,
         1,
     )
-    rate = data.optional_field_number("rate")
+    rate = data.optional_number_in_field("rate")
     interval = (
-        data.field_number("rate or interval")
+        data.number_in_field("rate or interval")
         if rate is None
         else channel_lines.sampling_interval_of_rate(rate, data_line_index)
     )
     unit = data.field_text("unit").lower() or _header_peak_unit(header)
-    if unit not in UNITS:
-        raise channel_lines.line_error(data_line_index, f"unit {unit or 'missing'!r}; known are {', '.join(UNITS)}")
+    if unit not in UNIT_SIZE_BY_NAME:
+        raise channel_lines.line_error(
+            data_line_index, f"unit {unit or 'missing'!r}; known are {', '.join(UNIT_SIZE_BY_NAME)}"
+        )
     form, count = data.field_pattern_match("format"), int(data.field_text("number of samples"))
     per_line, width = (
         (int(form[1]), int(form[2])) if form else _sample_column_count_and_width(channel_lines, data_line_index + 1)
@@ -200,9 +205,9 @@ def _read_evenly_spaced_samples(
     if header.field_text("record length"):
         header.check_sample_count("NO. OF POINTS", count)
         channel_lines.check_duration_stated_in_line(
-            header.line_index_of_field("record length"), count, interval, header.field_number("record length")
+            header.line_index_of_field("record length"), count, interval, header.number_in_field("record length")
         )
-    return samples * UNITS[unit], interval, notes
+    return samples * UNIT_SIZE_BY_NAME[unit], interval, notes
 
 
 def _sample_column_count_and_width(channel_lines: TextLines, line_index: int) -> tuple[int, int]:
@@ -218,7 +223,7 @@ def _read_time_acceleration_pairs(
     channel_lines: TextLines, text_line_count: int, header: HeaderFields
 ) -> tuple[np.ndarray, float, tuple[str, ...]]:
     """Read time-acceleration pairs of old volume-1 files; return samples, m/s², sampling interval, s, and notes."""
-    count, first = int(header.field_number("NO. OF POINTS")), text_line_count + 14
+    count, first = int(header.number_in_field("NO. OF POINTS")), text_line_count + 14
     header.check_field_pattern("unit of the pairs", ".", "g, g/10 or cm/sec/sec")
     values = channel_lines.read_fixed_width_numbers(first, width=7, per_line=10, count=2 * count)
     _, notes = channel_lines.skip_surplus_lines(first + -(-2 * count // 10), count, ends_file=True)
@@ -227,4 +232,4 @@ def _read_time_acceleration_pairs(
     channel_lines.check_times_have_constant_interval(
         first, time, interval, 5, "not evenly spaced (digitised film): get volume 2 of the record"
     )
-    return samples * UNITS[header.field_text("unit of the pairs").lower()], interval, notes
+    return samples * UNIT_SIZE_BY_NAME[header.field_text("unit of the pairs").lower()], interval, notes

@@ -16,30 +16,30 @@ from overturning.records.component import (
     parse_axis_direction,
 )
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields, parse_time_as_utc
-from overturning.records.formats.lines import FLOAT
+from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
-BEIJING: Final = timedelta(hours=8)
+BEIJING_UTC_OFFSET: Final = timedelta(hours=8)
 TIME_PATTERN: Final = r"(\d{4}-\d+-\d+\s+\d+:\d+:\d+(?:\.\d+)?)\s*BTM"
 TIME_FORMATS: Final = ("%Y-%m-%d %H:%M:%S", "%Y-%m-%d %H:%M:%S.%f")
-PLACE: Final = rf"({FLOAT})\s*([NS])[,\s]+({FLOAT})\s*([EW])"
+COORDINATES_PATTERN: Final = rf"({FLOAT_PATTERN})\s*([NS])[,\s]+({FLOAT_PATTERN})\s*([EW])"
 AXES: Final[dict[str, AxisDirection]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
 FIELDS: Final[HeaderFieldPatterns] = {
     "origin": (1, rf"{TIME_PATTERN}\s*$"),
     "event": (2, "(.*)"),
-    "epicentre": rf"^\s*EPICENTER\s+{PLACE}",
-    "depth": rf"^\s*EPICENTER\b.*\bDEPTH\s*({FLOAT})\s*KM",
-    "magnitude": rf"^\s*MAGNITUDE\s+({FLOAT})",
+    "epicentre": rf"^\s*EPICENTER\s+{COORDINATES_PATTERN}",
+    "depth": rf"^\s*EPICENTER\b.*\bDEPTH\s*({FLOAT_PATTERN})\s*KM",
+    "magnitude": rf"^\s*MAGNITUDE\s+({FLOAT_PATTERN})",
     "station": r"^\s*STATION:\s*(\S+)",
-    "coordinates": rf"^\s*STATION:\s*\S+\s+{PLACE}",
+    "coordinates": rf"^\s*STATION:\s*\S+\s+{COORDINATES_PATTERN}",
     "observing point": r"^\s*OBSERVING POINT:\s*(.*)",
     "COMP. with the axis": r"^\s*COMP\.\s*(\S.*)",
     "quantity": r"^\s*((?:UN)?CORRECTED \S.*)",
     "NO. OF POINTS": r"NO\. OF POINTS:\s*(\d+)",
-    "interval": rf"EQUALLY SPACED INTERVALS OF:\s*({FLOAT})\s*SEC",
-    "peak": rf"PEAK VALUE:\s*({FLOAT})",
-    "duration": rf"DURATION:\s*({FLOAT})\s*SEC",
+    "interval": rf"EQUALLY SPACED INTERVALS OF:\s*({FLOAT_PATTERN})\s*SEC",
+    "peak": rf"PEAK VALUE:\s*({FLOAT_PATTERN})",
+    "duration": rf"DURATION:\s*({FLOAT_PATTERN})\s*SEC",
     "start": rf"RECORDER TIME:\s*{TIME_PATTERN}",
     "the line CSMNC": r"^\s*(CSMNC)\s*$",
 }
@@ -54,7 +54,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     samples, notes = header.cut_to_stated_count(
         "NO. OF POINTS", header.read_all_numbers(header.line_index_of_field("the line CSMNC") + 1)
     )
-    interval = header.field_number("interval")
+    interval = header.number_in_field("interval")
     header.check_stated_duration("duration", samples.size, interval)
     return [
         header.create_component(
@@ -62,10 +62,10 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             AXES.get(axis.upper(), parse_axis_direction(axis)),
             samples * GAL,
             interval,
-            start=header.field_utc_time("start", *TIME_FORMATS, utc_offset=BEIJING)
+            start=header.field_utc_time("start", *TIME_FORMATS, utc_offset=BEIJING_UTC_OFFSET)
             if header.field_text("start")
             else None,
-            origin_time=parse_time_as_utc(header.field_text("origin"), *TIME_FORMATS, utc_offset=BEIJING),
+            origin_time=parse_time_as_utc(header.field_text("origin"), *TIME_FORMATS, utc_offset=BEIJING_UTC_OFFSET),
             header_peak=header.field_peak_acceleration("peak", GAL) if header.field_text("peak") else None,
             sensor=classify_as_surface_or_borehole(location_text=header.field_text("observing point")),
             sensor_location=" ".join(header.field_text("observing point").split()),

@@ -11,11 +11,11 @@ from typing import Final
 
 from overturning.records.component import AxisDirection, HeaderPeak, RecordComponent
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields, parse_time_as_utc
-from overturning.records.formats.lines import FLOAT
+from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
-TAIWAN: Final = timedelta(hours=8)
+TAIWAN_UTC_OFFSET: Final = timedelta(hours=8)
 AXES: Final[dict[str, AxisDirection]] = {
     "U(+)": (None, 1),
     "N(+)": (0.0, 0),
@@ -44,7 +44,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
         raise header.line_error("DataSequence", why)
     interval = header.sampling_interval_of_rate_field("SampleRate(Hz)")
     values = header.read_number_rows(first, 1 + len(columns))
-    expected = round(header.field_number("RecordLength(sec)") / interval)
+    expected = round(header.number_in_field("RecordLength(sec)") / interval)
     # Some files have the sample at the end of the record, some do not.
     expected += len(values) == expected + 1
     values, notes = header.cut_to_stated_count("RecordLength(sec)", values, str(expected))
@@ -55,17 +55,17 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             AXES[axis],
             values[:, column] * GAL,
             interval,
-            start=header.field_utc_time("StartTime(GMT+08)", "%Y/%m/%d-%H:%M:%S.%f", utc_offset=TAIWAN),
+            start=header.field_utc_time("StartTime(GMT+08)", "%Y/%m/%d-%H:%M:%S.%f", utc_offset=TAIWAN_UTC_OFFSET),
             station=header.field_text("StationCode"),
             event=f"earthquake of {header.field_text('Origin Time(GMT+08)')} (GMT+8)",
             origin_time=parse_time_as_utc(
-                header.field_text("Origin Time(GMT+08)"), "%Y/%m/%d-%H:%M:%S", utc_offset=TAIWAN
+                header.field_text("Origin Time(GMT+08)"), "%Y/%m/%d-%H:%M:%S", utc_offset=TAIWAN_UTC_OFFSET
             ),
-            coordinates=(header.field_number("StationLatitude(N)"), header.field_number("StationLongitude(E)")),
+            coordinates=(header.number_in_field("StationLatitude(N)"), header.number_in_field("StationLongitude(E)")),
             header_peak=_read_header_peak(header, f"AmplitudeMAX. {axis[0]}"),
             epicentre=(
-                header.optional_field_number("EpicenterLatitude(N)"),
-                header.optional_field_number("EpicenterLongitude(E)"),
+                header.optional_number_in_field("EpicenterLatitude(N)"),
+                header.optional_number_in_field("EpicenterLongitude(E)"),
             ),
             extra=header.number_fields_as_metadata({"magnitude": "Magnitude(Ml)", "depth_km": "Depth(km)"}),
             notes=notes,
@@ -76,11 +76,14 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
 
 def _read_header_peak(header: HeaderFields, field_name: str) -> HeaderPeak:
     """Return the peak of a component, the larger of the two extremes in a header field."""
-    stated = re.fullmatch(rf"({FLOAT})\s*~\s*({FLOAT})", header.field_text(field_name))
+    stated = re.fullmatch(rf"({FLOAT_PATTERN})\s*~\s*({FLOAT_PATTERN})", header.field_text(field_name))
     if stated is None:
         raise header.line_error(
             field_name, f"{header.field_text(field_name)!r} where the largest and smallest sample belong; get it again"
         )
     return header.field_peak_acceleration(
-        field_name, GAL, max(stated.groups(), key=lambda text: abs(header.field_number(field_name, text))), signed=True
+        field_name,
+        GAL,
+        max(stated.groups(), key=lambda text: abs(header.number_in_field(field_name, text))),
+        signed=True,
     )

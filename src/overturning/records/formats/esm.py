@@ -34,7 +34,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     if text("DATA_TYPE"):  # Raw files write "acceleration" or "UNPROCESSED ACCELERATION".
         header.check_field_pattern("DATA_TYPE", r"(unprocessed )?acceleration$", "acceleration")
     samples, notes = header.cut_to_stated_count("NDATA", header.read_all_numbers(first))
-    interval = header.field_number("SAMPLING_INTERVAL_S")
+    interval = header.number_in_field("SAMPLING_INTERVAL_S")
     header.check_stated_duration("DURATION_S", samples.size, interval)
     corners = [text(f"{end}_CUT_FREQUENCY_HZ") for end in ("LOW", "HIGH")]
     filtered = f"{text('FILTER_TYPE').lower() or 'filter'} {corners[0]} to {corners[1]} Hz"
@@ -56,16 +56,16 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
                 f"{text('EVENT_DATE_YYYYMMDD')} {text('EVENT_TIME_HHMMSS')[:6]}", "%Y%m%d %H%M%S"
             ),
             coordinates=(
-                header.optional_field_number("STATION_LATITUDE_DEGREE"),
-                header.optional_field_number("STATION_LONGITUDE_DEGREE"),
+                header.optional_number_in_field("STATION_LATITUDE_DEGREE"),
+                header.optional_number_in_field("STATION_LONGITUDE_DEGREE"),
             ),
             header_peak=header.field_peak_acceleration("PGA_CM/S^2", GAL, signed=True) if text("PGA_CM/S^2") else None,
-            sensor=classify_as_surface_or_borehole(header.optional_field_number("SENSOR_DEPTH_M")),
+            sensor=classify_as_surface_or_borehole(header.optional_number_in_field("SENSOR_DEPTH_M")),
             sensor_location=text("LOCATION"),
             processed=not (raw or text("DATA_TYPE").upper().startswith("UNPROCESSED")),
             epicentre=(
-                header.optional_field_number("EVENT_LATITUDE_DEGREE"),
-                header.optional_field_number("EVENT_LONGITUDE_DEGREE"),
+                header.optional_number_in_field("EVENT_LATITUDE_DEGREE"),
+                header.optional_number_in_field("EVENT_LONGITUDE_DEGREE"),
             ),
             extra=extra | ({"agency_processing": filtered} if all(corners) else {}),
             notes=notes,

@@ -21,10 +21,10 @@ from overturning.records.formats.header import (
     HeaderFields,
     parse_time_as_utc,
 )
-from overturning.records.formats.lines import FLOAT, TextLines, decorator_for_reading_all_components
+from overturning.records.formats.lines import FLOAT_PATTERN, TextLines, decorator_for_reading_all_components
 
 MILLIMETRE_IN_M: Final = 1e-3
-TEXT_LINES: Final = 16
+HEADER_TEXT_LINE_COUNT: Final = 16
 HEADER_LINES: Final = 26
 FIELDS: Final[HeaderFieldPatterns] = {
     "station": rf"^Site\s+(\S+)\s+{DEGREE_MINUTE_SECOND_PATTERN}",
@@ -33,25 +33,25 @@ FIELDS: Final[HeaderFieldPatterns] = {
     "origin": (7, "(.*)"),
     "epicentre": rf"^Epicentre\s+{DEGREE_MINUTE_SECOND_PATTERN}",
     "Number of points": (9, r"Number of points\s+(\d+)"),
-    "interval": (10, rf"at\s+(?:intervals of\s+)?({FLOAT})\s*s"),
-    "unit": rf"units of\s+({FLOAT})\s*mm/s/s",
+    "interval": (10, rf"at\s+(?:intervals of\s+)?({FLOAT_PATTERN})\s*s"),
+    "unit": rf"units of\s+({FLOAT_PATTERN})\s*mm/s/s",
     "bands": r"(transition bands are\s+.*?)\s*$",
     "component": (12, r"Component\s+(\S+)"),
-    "Acceleration: Peak in mm/s/s": (13, rf"Acceleration:\s+Peak\s+({FLOAT})\s*mm/s/s"),
+    "Acceleration: Peak in mm/s/s": (13, rf"Acceleration:\s+Peak\s+({FLOAT_PATTERN})\s*mm/s/s"),
 }
 
 
 @decorator_for_reading_all_components(r"(Unc|C)orrected", "get the file again")
 def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a GeoNet file (New Zealand); return the component and its number of lines."""
-    header = HeaderFields.find_fields(channel_lines, FIELDS, TEXT_LINES, min_lines=HEADER_LINES)
+    header = HeaderFields.find_fields(channel_lines, FIELDS, HEADER_TEXT_LINE_COUNT, min_lines=HEADER_LINES)
     text = channel_lines.lines
     corrected = text[0].startswith("Corrected")
-    whole = channel_lines.read_fixed_width_integers(TEXT_LINES, width=8, per_line=10, count=40)
+    whole = channel_lines.read_fixed_width_integers(HEADER_TEXT_LINE_COUNT, width=8, per_line=10, count=40)
     real = channel_lines.read_fixed_width_numbers(20, width=8, per_line=10, count=60)
     count = int(whole[33])
     header.check_sample_count("Number of points", count)
-    interval = header.field_number("interval")
+    interval = header.number_in_field("interval")
     if abs(interval - real[25]) > 5e-4:
         raise header.line_error(
             "interval", f"interval {interval} s, but the numbers below say {real[25]}; get it again"
@@ -72,10 +72,10 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     return header.create_component(
         axis,
         axis_direction_from_name_or_code(axis, coded, partial(header.line_error, "component")),
-        samples * (MILLIMETRE_IN_M if corrected else MILLIMETRE_IN_M * header.field_number("unit")),
+        samples * (MILLIMETRE_IN_M if corrected else MILLIMETRE_IN_M * header.number_in_field("unit")),
         interval,
         # Corrected files begin before the start of the buffer, usually by 5 s.
-        start=channel_lines.utc_time(TEXT_LINES, day, hour, minute, millis / 1000)
+        start=channel_lines.utc_time(HEADER_TEXT_LINE_COUNT, day, hour, minute, millis / 1000)
         - timedelta(seconds=float(whole[31]) * interval),
         event=f"earthquake of {when}" + (f" (epicentre {where})" if where else ""),
         origin_time=parse_time_as_utc(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),

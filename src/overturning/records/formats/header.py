@@ -10,7 +10,7 @@ from typing import Any, Final
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.records.component import AxisDirection, HeaderPeak, RecordComponent, normalise_coordinates
-from overturning.records.formats.lines import FLOAT, TextLines
+from overturning.records.formats.lines import FLOAT_PATTERN, TextLines
 from overturning.records.source import SourceFile
 
 HeaderFieldPatterns = Mapping[str, str | tuple[int, str]]
@@ -23,7 +23,9 @@ error only when a caller needs it.
 EARTHQUAKE_FIELDS: Final[HeaderFieldPatterns] = {
     "origin": r"\bORIGIN(?:\s*\([^)]*\))?:\s*(\d+/\s*\d+/\s*\d+,?\s+\d+:\s*\d+:\s*\d+)[\d.]*\s*(?:UTC|GMT)",
     "origin minute": r"\b(\d{1,2}\s+[A-Z]{3,9}\.?,?\s+\d{4})\s*-\s*(\d{2}):?(\d{2})\s*(?:UTC|GMT)",
-    "hypocentre": rf"\bHYPOCENTER(?:\s*\([^)]*\))?:\s*({FLOAT})\s*([NS]?)(?:,\s*|\s+)({FLOAT})\s*([EW]?)",
+    "hypocentre": (
+        rf"\bHYPOCENTER(?:\s*\([^)]*\))?:\s*({FLOAT_PATTERN})\s*([NS]?)(?:,\s*|\s+)({FLOAT_PATTERN})\s*([EW]?)"
+    ),
 }
 """Origin and hypocentre in headers of COSMOS and CSMIP; old headers add the agency: ``ORIGIN(BRK):``.
 
@@ -124,24 +126,26 @@ class HeaderFields(TextLines):
             problem,
         )
 
-    def field_number(self, field_name: str, text_part: str | None = None) -> float:
+    def number_in_field(self, field_name: str, text_part: str | None = None) -> float:
         """Return the number in a header field (or in the text `text_part`); raise a RecordError if it is no number."""
         index = self.line_index_of_field(field_name)
         return self.parse_number(self.field_text(field_name) if text_part is None else text_part, index, field_name)
 
-    def optional_field_number(self, field_name: str) -> float | None:
+    def optional_number_in_field(self, field_name: str) -> float | None:
         """Return the number in a header field; None if the field is missing or blank."""
-        return self.field_number(field_name) if self.field_text(field_name) else None
+        return self.number_in_field(field_name) if self.field_text(field_name) else None
 
     def sampling_interval_of_rate_field(self, field_name: str, text_part: str | None = None) -> float:
         """Return the sampling interval, s, from the sampling rate, Hz, in a header field (or in `text_part`)."""
         return self.sampling_interval_of_rate(
-            self.field_number(field_name, text_part), self.line_index_of_field(field_name)
+            self.number_in_field(field_name, text_part), self.line_index_of_field(field_name)
         )
 
     def number_fields_as_metadata(self, fields_by_name: Mapping[str, str]) -> dict[str, Any]:
         """Return the numbers in header fields as metadata (`Record.extra`); missing fields are left out."""
-        return {name: self.field_number(stated) for name, stated in fields_by_name.items() if self.field_text(stated)}
+        return {
+            name: self.number_in_field(stated) for name, stated in fields_by_name.items() if self.field_text(stated)
+        }
 
     def field_peak_acceleration(
         self,
@@ -157,7 +161,7 @@ class HeaderFields(TextLines):
         A positive number has the sign + only if the format writes peaks with their sign (``signed``).
         """
         stated = self.field_text(field_name) if text_part is None else text_part
-        number = self.field_number(field_name, stated)
+        number = self.number_in_field(field_name, stated)
         return HeaderPeak(
             abs(number) * unit_size,
             last_digit_resolution(stated) * unit_size,
@@ -192,7 +196,7 @@ class HeaderFields(TextLines):
             (year, month, day),
             hour,
             minute,
-            self.field_number(field_name, match[6]),
+            self.number_in_field(field_name, match[6]),
         )
 
     def field_coordinates(self, field_name: str) -> tuple[float, float] | tuple[None, None]:
@@ -233,7 +237,7 @@ class HeaderFields(TextLines):
 
     def check_sample_count(self, field_name: str, sample_count: int) -> None:
         """Raise a RecordError if the file has another number of samples than a header field states."""
-        if self.field_number(field_name) != sample_count:
+        if self.number_in_field(field_name) != sample_count:
             raise self.line_error(
                 field_name, f"{self.field_text(field_name)} samples here, but {sample_count} below; get the file again"
             )
@@ -251,7 +255,7 @@ class HeaderFields(TextLines):
                 self.line_index_of_field(field_name),
                 sample_count,
                 sampling_interval,
-                self.field_number(field_name, stated),
+                self.number_in_field(field_name, stated),
                 1.01 * last_digit_resolution(stated),
             )
 
@@ -262,7 +266,7 @@ class HeaderFields(TextLines):
 
         Raises a RecordError if the file has fewer.
         """
-        count, found = self.field_number(field_name, text_part), len(samples)
+        count, found = self.number_in_field(field_name, text_part), len(samples)
         if found < count or count != int(count):
             what = f"header promises {text_part or self.field_text(field_name)} samples, the file has {found}"
             raise self.line_error(field_name, f"{what}; it is cut: get it again")

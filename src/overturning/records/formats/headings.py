@@ -10,11 +10,11 @@ from overturning.records.component import (
     direction_from_channel_code,
     parse_axis_direction,
 )
-from overturning.records.formats.lines import FLOAT
+from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.units import ACCELERATION_UNITS
 
 SECONDS_BY_TIME_UNIT: Final = {"s": 1.0, "ms": 1e-3}
-NUMBER: Final = re.compile(rf"{FLOAT}|[+-]?(nan|inf|infinity)", re.IGNORECASE)
+NUMBER_PATTERN: Final = re.compile(rf"{FLOAT_PATTERN}|[+-]?(nan|inf|infinity)", re.IGNORECASE)
 """Cell with letters that is a number (``1e-3``) or stands for a missing one (``nan``), not a heading."""
 
 _OTHER_QUANTITY_PATTERNS: Final = (
@@ -34,7 +34,7 @@ _CHANNEL_CODE_PATTERN: Final = re.compile("[A-Z][A-Z][NEZ]")
 _PREFIXED_AXIS_PATTERN: Final = re.compile("(?:acc|a)-?([NEZU]|N-?S|E-?W|U-?D|north|east|up)", re.IGNORECASE)
 """Axis after an abbreviation of acceleration: ``aN``, ``accEW``."""
 
-_STATED_UNIT: Final = re.compile(
+_STATED_UNIT_PATTERN: Final = re.compile(
     r"\bunits?\b[ :=]*(?:(?:are|is|of|in) +)?[(\[]?([a-z0-9/%]+)|\bin ([a-z0-9/]+)|[(\[](.*?)[)\]]"
 )
 """Unit in a normalised line of text: ``units: g``, ``acceleration in m/s2``, ``velocity (cm/s)``."""
@@ -52,7 +52,7 @@ def first_number_line_index(lines: Sequence[str]) -> int:
     for index, line in enumerate(lines):
         text = line.strip()
         cells = [cell for cell in re.split(r"[;,\s]+", text) if cell]
-        worded = any(re.search("[A-Za-z\u0080-\uffff]", cell) and not NUMBER.fullmatch(cell) for cell in cells)
+        worded = any(re.search("[A-Za-z\u0080-\uffff]", cell) and not NUMBER_PATTERN.fullmatch(cell) for cell in cells)
         if cells and not text.startswith("#") and not worded:
             return index
     return 0
@@ -114,7 +114,7 @@ def unit_mismatch_notes_and_refusal(
         about = bool(quantity) or re.match(r"(?:(?:un)?corrected |processed |ground )*acc|.*\bunits?\b", plain)
         if _split_heading_line(line, separator, len(declared_columns)) or not about:
             continue
-        stated = [word for match in _STATED_UNIT.finditer(plain) for word in match.groups() if word]
+        stated = [word for match in _STATED_UNIT_PATTERN.finditer(plain) for word in match.groups() if word]
         what = (
             quantity[1]
             if quantity

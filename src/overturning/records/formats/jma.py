@@ -13,18 +13,18 @@ from typing import Final
 
 from overturning.records.component import AxisDirection, RecordComponent
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields
-from overturning.records.formats.lines import FLOAT
+from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
-JAPAN: Final = timedelta(hours=9)
+JAPAN_UTC_OFFSET: Final = timedelta(hours=9)
 AXES: Final[dict[str, AxisDirection]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
 TIME_FORMATS: Final = ("%Y %m %d %H %M %S", "%Y %m %d %H %M %S.%f", "%y %m %d %H %M %S", "%y %m %d %H %M %S.%f")
 FIELDS: Final[HeaderFieldPatterns] = {
     "SITE CODE": r"^\s*SITE CODE\s*=\s*([^,]*)",
-    "LAT.": rf"^\s*LAT\.?\s*=\s*({FLOAT})",
-    "LON.": rf"^\s*LON\.?\s*=\s*({FLOAT})",
-    "SAMPLING RATE": rf"^\s*SAMPLING (?:RATE|FREQ)\.?\s*=\s*({FLOAT})\s*Hz",
+    "LAT.": rf"^\s*LAT\.?\s*=\s*({FLOAT_PATTERN})",
+    "LON.": rf"^\s*LON\.?\s*=\s*({FLOAT_PATTERN})",
+    "SAMPLING RATE": rf"^\s*SAMPLING (?:RATE|FREQ)\.?\s*=\s*({FLOAT_PATTERN})\s*Hz",
     "UNIT": r"^\s*UNIT\s*=\s*([^,]*)",
     "INITIAL TIME": r"^\s*INITIAL TIME\s*=\s*([^,]*)",
     "the line NS,EW,UD": r"^\s*((?:NS|EW|UD)\s*,\s*(?:NS|EW|UD)\s*,\s*(?:NS|EW|UD))[\s,]*$",
@@ -55,9 +55,9 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             AXES[axis],
             values[:, column] * GAL,
             header.sampling_interval_of_rate_field("SAMPLING RATE"),
-            start=header.field_utc_time("INITIAL TIME", *TIME_FORMATS, utc_offset=JAPAN),
+            start=header.field_utc_time("INITIAL TIME", *TIME_FORMATS, utc_offset=JAPAN_UTC_OFFSET),
             station=station,
-            coordinates=(header.field_number("LAT."), header.field_number("LON.")),
+            coordinates=(header.number_in_field("LAT."), header.number_in_field("LON.")),
         )
         for column, axis in enumerate(columns)
     ]

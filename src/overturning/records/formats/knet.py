@@ -32,7 +32,7 @@ _DIRECTION_CODES_BY_SENSOR: Final[tuple[tuple[tuple[str, ...], str, SensorPositi
     (("1", "2", "3"), "1", "borehole"),
     (("4", "5", "6"), "2", "surface"),
 )
-AXES: Final[dict[str, tuple[str, float | None, int, SensorPosition]]] = {
+AXIS_PROPERTIES_BY_DIRECTION_CODE: Final[dict[str, tuple[str, float | None, int, SensorPosition]]] = {
     code: (f"{axis}{number}", azimuth, vertical, sensor)
     for codes, number, sensor in _DIRECTION_CODES_BY_SENSOR
     for code, (axis, azimuth, vertical) in zip(codes, (("NS", 0.0, 0), ("EW", 90.0, 0), ("UD", None, 1)), strict=True)
@@ -40,8 +40,8 @@ AXES: Final[dict[str, tuple[str, float | None, int, SensorPosition]]] = {
 """File extension, azimuth (degrees), vertical sense and sensor for each direction code."""
 
 TIME_FORMAT: Final = "%Y/%m/%d %H:%M:%S"
-JAPAN: Final = timedelta(hours=9)
-TRIGGER_DELAY: Final = timedelta(seconds=15)
+JAPAN_UTC_OFFSET: Final = timedelta(hours=9)
+TRIGGER_TIME_AFTER_FIRST_SAMPLE: Final = timedelta(seconds=15)
 """Time of the trigger after the first sample; the header states the time of the trigger."""
 
 
@@ -59,17 +59,21 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
         "Sampling Freq(Hz)", header.field_text("Sampling Freq(Hz)").removesuffix("Hz")
     )
     direction = header.field_text("Dir.")
-    if direction not in AXES:
-        raise header.line_error("Dir.", f"direction {direction!r}; known are {', '.join(AXES)}: correct it")
-    extension, azimuth, vertical, sensor = AXES[direction]
+    if direction not in AXIS_PROPERTIES_BY_DIRECTION_CODE:
+        raise header.line_error(
+            "Dir.", f"direction {direction!r}; known are {', '.join(AXIS_PROPERTIES_BY_DIRECTION_CODE)}: correct it"
+        )
+    extension, azimuth, vertical, sensor = AXIS_PROPERTIES_BY_DIRECTION_CODE[direction]
     named = source_file.extension.upper()
-    if named != extension and named in [known for known, *_ in AXES.values()]:
+    if named != extension and named in [known for known, *_ in AXIS_PROPERTIES_BY_DIRECTION_CODE.values()]:
         why = f"direction {direction!r} in a file named .{named}; components are swapped: give the file its right name"
         raise header.line_error("Dir.", why)
-    start = header.field_utc_time("Record Time", TIME_FORMAT, utc_offset=JAPAN + TRIGGER_DELAY)
+    start = header.field_utc_time(
+        "Record Time", TIME_FORMAT, utc_offset=JAPAN_UTC_OFFSET + TRIGGER_TIME_AFTER_FIRST_SAMPLE
+    )
     known = {name: header.field_text(key) for key, name in METADATA_NAME_BY_HEADER_KEY.items()}
     counts = _read_digitiser_counts(header)
-    expected = round(header.field_number("Duration Time(s)") / interval)
+    expected = round(header.number_in_field("Duration Time(s)") / interval)
     counts, notes = header.cut_to_stated_count("Duration Time(s)", counts, str(expected))
     return [
         header.create_component(
@@ -82,8 +86,8 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             start=start,
             station=station,
             event=header.field_text("Origin Time") + " JST",
-            origin_time=parse_time_as_utc(header.field_text("Origin Time"), TIME_FORMAT, utc_offset=JAPAN),
-            coordinates=(header.field_number("Station Lat."), header.field_number("Station Long.")),
+            origin_time=parse_time_as_utc(header.field_text("Origin Time"), TIME_FORMAT, utc_offset=JAPAN_UTC_OFFSET),
+            coordinates=(header.number_in_field("Station Lat."), header.number_in_field("Station Long.")),
             header_peak=header.field_peak_acceleration("Max. Acc. (gal)", GAL, after_mean=True),
             sensor=sensor,
             # An unknown magnitude is blank.
@@ -99,7 +103,7 @@ def _acceleration_per_count(header: HeaderFields) -> float:
     match = re.fullmatch(r"([\d.]+)\s*\(gal\)\s*/\s*([\d.]+)", text)
     if match is None:
         raise header.line_error("Scale Factor", f"scale factor {text!r}; it reads like 7845(gal)/8223790")
-    above, below = (header.field_number("Scale Factor", part) for part in match.groups())
+    above, below = (header.number_in_field("Scale Factor", part) for part in match.groups())
     if above <= 0 or below <= 0:
         raise header.line_error("Scale Factor", f"scale factor {text!r}; both numbers must be positive")
     return above / below * GAL

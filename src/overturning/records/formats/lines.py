@@ -19,8 +19,8 @@ from overturning.errors import RecordError
 from overturning.records.component import RecordComponent
 from overturning.records.source import SourceFile
 
-FLOAT: Final = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?"
-_NUMBER: Final = re.compile(rf"\s*({FLOAT})\s*")
+FLOAT_PATTERN: Final = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?"
+_NUMBER_PATTERN: Final = re.compile(rf"\s*({FLOAT_PATTERN})\s*")
 _NUMBER_CHARACTERS: Final = set("0123456789+-.eE ")
 
 
@@ -43,7 +43,7 @@ class TextLines:
 
     def parse_number(self, text: str, line_index: int, quantity_label: str) -> float:
         """Parse a text as one finite number; raise a RecordError for other text, such as blanks, ``nan`` or ``***``."""
-        match = _NUMBER.fullmatch(text)
+        match = _NUMBER_PATTERN.fullmatch(text)
         if match is None:
             raise self.line_error(
                 line_index, f"{quantity_label} is {text.strip()!r}, not a number; correct it or get the file again"

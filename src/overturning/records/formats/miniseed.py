@@ -25,7 +25,7 @@ from overturning.records.formats.stationxml import (
 from overturning.records.source import SourceFile
 from overturning.units import ACCELERATION_UNITS
 
-LONGEST_TAPER: Final = 5.0
+MAX_TAPER_DURATION_S: Final = 5.0
 """Longest taper at each end before a response is removed, s."""
 BLANK_LOCATION_CODE: Final = "--"
 """Written form of a blank location code; it distinguishes sensors like any other code."""
@@ -152,7 +152,7 @@ def _acceleration_from_velocity_trace(trace: Any, response: Any, file_name: str)
     copy.data = np.asarray(copy.data, dtype=np.float64)
     # Fraction of both ends together, as obspy defines it. Its default of 5 % tapers 90 s at each end of an hour, which
     # may contain the earthquake.
-    tapered = min(0.05, 2.0 * LONGEST_TAPER / (copy.stats.npts * copy.stats.delta))
+    tapered = min(0.05, 2.0 * MAX_TAPER_DURATION_S / (copy.stats.npts * copy.stats.delta))
     try:
         # Otherwise evalresp prints to the terminal if the gain differs from its stages; the record has a note of it.
         copy.remove_response(

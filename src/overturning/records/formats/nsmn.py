@@ -9,18 +9,18 @@ from typing import Final
 
 from overturning.records.component import RecordComponent
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields, parse_time_as_utc
-from overturning.records.formats.lines import FLOAT
+from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
 AXES: Final = {"N-S": (0.0, 0), "E-W": (90.0, 0), "U-D": (None, 1)}
 HEADER_LINES: Final = 18
-PLACE: Final = rf":\s*(?:$|({FLOAT})\s*(N)\s*-\s*({FLOAT})\s*(E))"
+COORDINATES_PATTERN: Final = rf":\s*(?:$|({FLOAT_PATTERN})\s*(N)\s*-\s*({FLOAT_PATTERN})\s*(E))"
 FIELDS: Final[HeaderFieldPatterns] = {
     "origin": (2, ":(.*)"),
-    "an epicentre like 40.84N-31.15E": (3, PLACE),
+    "an epicentre like 40.84N-31.15E": (3, COORDINATES_PATTERN),
     "station": (6, ":(.*)"),
-    "a place like 40.84N-31.15E": (7, PLACE),
+    "a place like 40.84N-31.15E": (7, COORDINATES_PATTERN),
     "time of the record": (11, r":\s*(\d+/\d+/\d+ \d+:\d+:\d+(?:\.\d+)?)"),
     "number of data": (12, ":(.*)"),
     "sampling interval": (13, ":(.*)"),
@@ -36,7 +36,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     moment, _, fraction = header.field_text("time of the record").partition(".")
     components = []
     for column, (axis, direction) in enumerate(AXES.items()):
-        stated = re.search(rf"{axis}[\s):=]*({FLOAT})", header.field_text("PGA in Gal (no other unit is read)"))
+        stated = re.search(rf"{axis}[\s):=]*({FLOAT_PATTERN})", header.field_text("PGA in Gal (no other unit is read)"))
         if stated is None:
             raise header.line_error("PGA in Gal (no other unit is read)", f"no peak of {axis}; get the file again")
         components.append(
@@ -44,7 +44,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
                 axis,
                 direction,
                 values[:, column] * GAL,
-                header.field_number("sampling interval"),
+                header.number_in_field("sampling interval"),
                 start=header.field_utc_time(
                     "time of the record", "%d/%m/%Y %H:%M:%S.%f", text_part=f"{moment}.{fraction[:6] or 0}"
                 ),

@@ -9,16 +9,16 @@ from typing import Any, Final
 
 from overturning.records.component import RecordComponent, direction_with_channel_code_fallback, parse_axis_direction
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields
-from overturning.records.formats.lines import FLOAT
+from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
 FIELDS: Final[HeaderFieldPatterns] = {
     "names": (1, "(.*)"),
     "ACCELERATION IN UNITS OF G (as in .AT2 files)": (2, r"(ACCELERATION.*UNITS OF G)(?![\w/*])"),
-    "corners": rf"HP=\s*({FLOAT})\s*Hz\s+LP=\s*({FLOAT})\s*Hz",
+    "corners": rf"HP=\s*({FLOAT_PATTERN})\s*Hz\s+LP=\s*({FLOAT_PATTERN})\s*Hz",
     "NPTS": (3, r"(\d+)\s+\S+\s+NPTS\s*,\s*DT|NPTS\s*=\s*(\d+)"),
-    "DT": (3, rf"({FLOAT})\s+NPTS\s*,\s*DT|DT\s*=\s*({FLOAT})"),
+    "DT": (3, rf"({FLOAT_PATTERN})\s+NPTS\s*,\s*DT|DT\s*=\s*({FLOAT_PATTERN})"),
 }
 
 BOREHOLE_AXIS_PATTERN: Final = re.compile("(NS|EW|UD)1", re.IGNORECASE)
@@ -43,4 +43,4 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     )
     more: Any = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered}
     more |= {"notes": (*notes, *coded), "sensor": "borehole" if BOREHOLE_AXIS_PATTERN.fullmatch(axis) else "surface"}
-    return [header.create_component(axis, direction, samples * STANDARD_GRAVITY, header.field_number("DT"), **more)]
+    return [header.create_component(axis, direction, samples * STANDARD_GRAVITY, header.number_in_field("DT"), **more)]

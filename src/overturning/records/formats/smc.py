@@ -24,7 +24,7 @@ from overturning.records.source import SourceFile
 from overturning.units import GAL
 
 CORRECTED_BY_FILE_KIND: Final = {"1 UNCORRECTED ACCELEROGRAM": False, "2 CORRECTED ACCELEROGRAM": True}
-TEXT_LINES: Final = 11
+HEADER_TEXT_LINE_COUNT: Final = 11
 HEADER_LINES: Final = 27
 NULL: Final = -32768
 BRIDGE_SENSOR_LOCATIONS: Final = {
@@ -45,7 +45,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     if kind not in CORRECTED_BY_FILE_KIND:
         raise text.line_error(0, f"{kind!r}; only accelerograms are read (kinds 1 and 2): get that file")
     text.check_header_length(HEADER_LINES)
-    whole = text.read_fixed_width_integers(TEXT_LINES, width=10, per_line=8, count=48)
+    whole = text.read_fixed_width_integers(HEADER_TEXT_LINE_COUNT, width=10, per_line=8, count=48)
     real = text.read_fixed_width_numbers(17, width=15, per_line=5, count=50)
     known = {index: float(value) for index, value in enumerate(real) if value != real[0]}
     if 1 not in known:

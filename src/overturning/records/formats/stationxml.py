@@ -21,22 +21,22 @@ _M_S2_BY_ACCELERATION_UNIT: Final = {f"{length}/S2": scale for length, scale in 
     "G": STANDARD_GRAVITY,
 }
 
-MAX_GAIN_DIFFERENCE: Final = 0.05
+MAX_RELATIVE_STAGE_GAIN_DIFFERENCE: Final = 0.05
 """Largest relative difference of a channel's gain from the product of its stages; evalresp warns from there on."""
 
-MAX_VELOCITY_GAIN_DIFFERENCE: Final = 1.0
-"""Like `MAX_GAIN_DIFFERENCE`, for a velocity sensor, whose stages may state their gains at different frequencies."""
+MAX_RELATIVE_VELOCITY_SENSOR_GAIN_DIFFERENCE: Final = 1.0
+"""Like `MAX_RELATIVE_STAGE_GAIN_DIFFERENCE`, for a velocity sensor: its stages may state gains at other frequencies."""
 
-MAX_GAIN_DIFFERENCE_WITHOUT_NOTE: Final = 0.005
+MAX_RELATIVE_GAIN_DIFFERENCE_WITHOUT_NOTE: Final = 0.005
 """Largest difference of a gain from its stages without a note; header peaks may differ as much from the samples."""
 
-MAX_RATE_DIFFERENCE: Final = 0.01
+MAX_RELATIVE_SAMPLING_RATE_DIFFERENCE: Final = 0.01
 """Largest relative difference between the sampling rates of a trace and of its channel."""
 
-MAX_FILTER_SUM_DIFFERENCE: Final = 0.02
+MAX_COEFFICIENT_SUM_DIFFERENCE_FROM_1: Final = 0.02
 """Largest difference from 1 of the sum of a digital filter's coefficients without normalisation, as in evalresp."""
 
-_UNKNOWN_ORIENTATION: Final = re.compile(
+_UNKNOWN_ORIENTATION_PATTERN: Final = re.compile(
     r"(orientations?|azimuths?)\s+(is\s+|are\s+)?(not\s+(yet\s+)?(known|determined|measured)"
     r"|unknown|undetermined|uncertain)"
     r"|(unknown|uncertain|undetermined)\s+(sensor\s+)?(orientation|azimuth)|\b(not\s+|un)oriented\b",
@@ -119,7 +119,7 @@ def find_channel_epoch(
 
     channel = _channel_at_trace_start(trace, inventory, name, refuse_or_store_contradiction)
     rate, stated = float(trace.stats.sampling_rate), float(channel.sample_rate or 0.0)
-    if stated and abs(rate / stated - 1.0) > MAX_RATE_DIFFERENCE:
+    if stated and abs(rate / stated - 1.0) > MAX_RELATIVE_SAMPLING_RATE_DIFFERENCE:
         refuse_or_store_contradiction(
             f"is sampled at {rate:g} Hz, but at {stated:g} Hz in the StationXML", "get the StationXML of that time"
         )
@@ -182,11 +182,15 @@ def _compare_gain_with_stage_gains(
     response: Any, gain: float, unit: str, channel_label: str, report_contradiction: Callable[[str, str], None]
 ) -> tuple[str, ...]:
     """Compare a channel's gain with the product of its stage gains: note a small, report a large difference."""
-    made, difference = _stage_gain_and_difference(response, gain)
+    made, difference = _total_stage_gain_and_relative_difference(response, gain)
     stated = f"has a gain of {gain:g} in the StationXML, whose stages make {made:g}"
-    if difference > (MAX_VELOCITY_GAIN_DIFFERENCE if is_metre_per_second(unit) else MAX_GAIN_DIFFERENCE):
+    if difference > (
+        MAX_RELATIVE_VELOCITY_SENSOR_GAIN_DIFFERENCE
+        if is_metre_per_second(unit)
+        else MAX_RELATIVE_STAGE_GAIN_DIFFERENCE
+    ):
         report_contradiction(stated, "find out which is right")
-    elif difference > MAX_GAIN_DIFFERENCE_WITHOUT_NOTE:
+    elif difference > MAX_RELATIVE_GAIN_DIFFERENCE_WITHOUT_NOTE:
         used = "the stages" if is_metre_per_second(unit) else f"{gain:g}"
         return (f"{channel_label} {stated}, a difference of {100 * difference:.2g} %; computed with {used}",)
     return ()
@@ -215,7 +219,7 @@ def inventory_has_channel_of_trace(trace: Any, inventory: Any) -> bool:
     )
 
 
-def _stage_gain_and_difference(response: Any, gain: float) -> tuple[float, float]:
+def _total_stage_gain_and_relative_difference(response: Any, gain: float) -> tuple[float, float]:
     """Return the total gain of a response's stages, and its relative difference from the channel's gain.
 
     Stages may state their gains at other frequencies than the channel. The product of the stated gains and the product
@@ -227,7 +231,7 @@ def _stage_gain_and_difference(response: Any, gain: float) -> tuple[float, float
     if not stated.size or not stated.all():
         return np.nan, 0.0
     frequency = response.instrument_sensitivity.frequency
-    shifted = stated * [_stage_gain_ratio(stage, frequency) for stage in stages]
+    shifted = stated * [_gain_ratio_to_gain_at_stated_frequency(stage, frequency) for stage in stages]
     products = float(stated.prod()), float(shifted.prod())
     pairs = [(made, max(abs(made / gain - 1.0), abs(gain / made - 1.0))) for made in products]
     return min(pairs, key=lambda pair: pair[1])
@@ -237,7 +241,7 @@ _LAPLACE_VARIABLE_AT_1_HZ: Final = {"LAPLACE (RADIANS/SECOND)": 2.0 * np.pi, "LA
 """Imaginary part of the Laplace variable at 1 Hz, by type of transfer function."""
 
 
-def _stage_gain_ratio(stage: Any, frequency: float | None) -> float:
+def _gain_ratio_to_gain_at_stated_frequency(stage: Any, frequency: float | None) -> float:
     """Return the gain of a response stage at a frequency, Hz, divided by its gain at the frequency that it states.
 
     The ratio is 1 for a stage without analogue poles and zeros, or where one of the two frequencies is not stated or
@@ -267,7 +271,11 @@ def normalise_filter_coefficient_sums(response: Any, channel_label: str) -> tupl
         name = "coefficients" if getattr(stage, "symmetry", "") == "NONE" else "numerator"
         coefficients = [float(one) for one in getattr(stage, name, None) or ()]
         total = sum(coefficients)
-        if not total or getattr(stage, "denominator", None) or abs(total - 1.0) <= MAX_FILTER_SUM_DIFFERENCE:
+        if (
+            not total
+            or getattr(stage, "denominator", None)
+            or abs(total - 1.0) <= MAX_COEFFICIENT_SUM_DIFFERENCE_FROM_1
+        ):
             continue
         setattr(stage, name, [one / total for one in coefficients])
         what = f"the coefficients of its filter in stage {stage.stage_sequence_number} have the sum {total:g}"
@@ -319,5 +327,5 @@ def _channel_direction(channel: Any, channel_label: str) -> tuple[AxisDirection,
         return direction, "", notes
     texts = [channel.description, *(comment.value for comment in channel.comments)]
     texts += [channel.sensor.description] if channel.sensor else []
-    unknown = next((text for text in texts if text and _UNKNOWN_ORIENTATION.search(text)), "")
+    unknown = next((text for text in texts if text and _UNKNOWN_ORIENTATION_PATTERN.search(text)), "")
     return UNKNOWN_DIRECTION if unknown else direction, unknown, notes

@@ -36,7 +36,7 @@ from overturning.records.formats import (
     unam,
     usc,
 )
-from overturning.records.source import LEADING_BYTES, UNSUPPORTED_ARCHIVE_BY_FIRST_BYTES, SourceFile
+from overturning.records.source import IGNORED_LEADING_BYTES, UNSUPPORTED_ARCHIVE_BY_FIRST_BYTES, SourceFile
 
 _READER_ERRORS: Final = (ValueError, LookupError, OverflowError, MemoryError, TypeError, ZeroDivisionError)
 
@@ -53,7 +53,9 @@ class RecordFileFormat:
         | Callable[[SourceFile, DeclaredFileProperties], list[RecordComponent]]
     )
     processing_agency: str = ""  # that processed the processed files; "" if the file names it
-    needs_declarations: bool = False  # True if the reader needs declarations, because files are incomplete
+    reader_takes_declared_properties: bool = (
+        False  # True if the reader needs declarations, because files are incomplete
+    )
 
     def matches_file(self, source_file: SourceFile) -> bool:
         """Return True if the content of a file is in this format."""
@@ -71,7 +73,7 @@ class RecordFileFormat:
             with warnings.catch_warnings(record=True) as caught, np.errstate(over="ignore"):
                 warnings.simplefilter("always")
                 found = self.reader(
-                    *((source_file, declared_properties) if self.needs_declarations else (source_file,))
+                    *((source_file, declared_properties) if self.reader_takes_declared_properties else (source_file,))
                 )
         except RecordError:
             raise
@@ -174,11 +176,13 @@ FORMATS: Final = (
         "MiniSEED with StationXML",
         rb"\d{6}[DRQM][ \x00]",
         miniseed.read_components,
-        needs_declarations=True,
+        reader_takes_declared_properties=True,
     ),
-    RecordFileFormat("sac", "SAC", _is_sac_file, sac.read_components, needs_declarations=True),
+    RecordFileFormat("sac", "SAC", _is_sac_file, sac.read_components, reader_takes_declared_properties=True),
     # Never found by content: columns of numbers do not name their axes or units.
-    RecordFileFormat("csv", "columns as declared", rb"(?!)", csv_columns.read_components, needs_declarations=True),
+    RecordFileFormat(
+        "csv", "columns as declared", rb"(?!)", csv_columns.read_components, reader_takes_declared_properties=True
+    ),
 )
 """Formats in the order in which they are tried; the first that recognises a file reads it."""
 
@@ -202,7 +206,7 @@ def detect_format(source_file: SourceFile) -> RecordFileFormat:
     for form in FORMATS:
         if form.matches_file(source_file):
             return form
-    if source_file.data[:400].lstrip(LEADING_BYTES).startswith(b"<"):
+    if source_file.data[:400].lstrip(IGNORED_LEADING_BYTES).startswith(b"<"):
         why = "a web page or XML, not a record; sign in where you downloaded it, and get it again"
         raise RecordError(f"{source_file.name}: {why}")
     if kind := next(

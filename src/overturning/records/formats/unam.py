@@ -11,7 +11,7 @@ from typing import Final
 
 from overturning.records.component import UNKNOWN_DIRECTION, RecordComponent, parse_axis_direction
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields, signed_coordinate_from_hemisphere
-from overturning.records.formats.lines import FLOAT
+from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -36,7 +36,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the components of a UNAM file (Mexico); a RecordError names the line of an error."""
     header, lines = HeaderFields.find_fields(source_file, FIELDS), source_file.lines
     heading = header.line_index_of_field("DATOS DE ACELERACION") + 1
-    found = (i for i, line in enumerate(lines[: heading + 10]) if re.match(rf"\s*{FLOAT}(\s|$)", line))
+    found = (i for i, line in enumerate(lines[: heading + 10]) if re.match(rf"\s*{FLOAT_PATTERN}(\s|$)", line))
     first = next((i for i in found if i >= heading), None)
     if first is None:
         raise header.line_error(len(lines) - 1, "no samples after DATOS DE ACELERACION; the file is cut: get it again")
@@ -55,8 +55,8 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     )
     for count, interval, length in zip(counts, intervals, lengths, strict=False):
         samples, step = (
-            header.field_number("NUM. TOTAL DE MUESTRAS", count),
-            header.field_number("INTERVALO DE MUESTREO", interval),
+            header.number_in_field("NUM. TOTAL DE MUESTRAS", count),
+            header.number_in_field("INTERVALO DE MUESTREO", interval),
         )
         header.check_stated_duration("DURACION DEL REGISTRO", int(samples), step, length)
     peaks = _field_values_per_channel(header, "ACEL. MAX.") if header.field_pattern_match("ACEL. MAX.") else []
@@ -67,7 +67,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             # The sense of a vertical axis is unknown, even of +V.
             UNKNOWN_DIRECTION if "V" in axis.upper() else parse_axis_direction(axis),
             stated[column][0][:, column] * GAL,
-            header.field_number("INTERVALO DE MUESTREO", intervals[column]),
+            header.number_in_field("INTERVALO DE MUESTREO", intervals[column]),
             start=start,
             station=header.field_text("CLAVE DE LA ESTACION"),
             event=f"earthquake of {header.field_text('FECHA DEL SISMO')} {header.field_text('HORA EPICENTRO')} GMT",
@@ -100,7 +100,7 @@ def _station_coordinates(header: HeaderFields) -> tuple[float, float]:
     at = header.line_index_of_field("COORDENADAS DE LA ESTACION")
     below = " ".join(header.lines[at : at + 2])
     latitude, longitude = (
-        re.search(rf"({FLOAT})\s*{name}\S*\s+([{letters}])", below, re.IGNORECASE)
+        re.search(rf"({FLOAT_PATTERN})\s*{name}\S*\s+([{letters}])", below, re.IGNORECASE)
         for name, letters in (("LAT", "NS"), ("LON", "EWO"))
     )
     if latitude is None or longitude is None:

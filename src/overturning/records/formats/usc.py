@@ -26,10 +26,10 @@ from overturning.records.formats.header import (
     HeaderFields,
     parse_time_as_utc,
 )
-from overturning.records.formats.lines import FLOAT, TextLines, decorator_for_reading_all_components
+from overturning.records.formats.lines import FLOAT_PATTERN, TextLines, decorator_for_reading_all_components
 from overturning.units import STANDARD_GRAVITY
 
-TEXT_LINES: Final = 13
+HEADER_TEXT_LINE_COUNT: Final = 13
 FIELDS: Final[HeaderFieldPatterns] = {
     "origin": (2, r"^(\w{3} +\d+, *\d{4} +-?\d{4} +GMT)|^"),
     "station": (4, r"^STATION USC# *(\d+)"),
@@ -39,7 +39,7 @@ FIELDS: Final[HeaderFieldPatterns] = {
     "event": (7, r"^(.{1,72})"),
     "epicentre": rf"^EPICENTER\D+{DEGREE_MINUTE_SECOND_PATTERN}",
     "NO. OF POINTS": (10, r"^NO\. OF POINTS *= *(\d+)"),
-    "DURATION": (10, rf"DURATION *= *({FLOAT})"),
+    "DURATION": (10, rf"DURATION *= *({FLOAT_PATTERN})"),
     "UNITS ARE SEC AND G/10 (no other is read)": (11, r"^(UNITS ARE SEC AND G/10)\b"),
 }
 RESAMPLED_INTERVAL_S: Final = 0.005
@@ -55,14 +55,16 @@ MAX_TIME_BETWEEN_SAMPLES_S: Final = 0.1
 )
 def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a USC volume-1 file (California); return the component and its number of lines."""
-    header = HeaderFields.find_fields(channel_lines, FIELDS, TEXT_LINES, min_lines=TEXT_LINES + 14)
+    header = HeaderFields.find_fields(
+        channel_lines, FIELDS, HEADER_TEXT_LINE_COUNT, min_lines=HEADER_TEXT_LINE_COUNT + 14
+    )
     text = channel_lines.lines
     # The narrow variant has its reals two lines earlier and four pairs per line.
-    narrow = "." in text[TEXT_LINES + 5]
+    narrow = "." in text[HEADER_TEXT_LINE_COUNT + 5]
     whole = channel_lines.read_fixed_width_integers(
-        TEXT_LINES, width=4 if narrow else 5, per_line=20 if narrow else 16, count=100
+        HEADER_TEXT_LINE_COUNT, width=4 if narrow else 5, per_line=20 if narrow else 16, count=100
     )
-    reals_at = TEXT_LINES + (5 if narrow else 7)
+    reals_at = HEADER_TEXT_LINE_COUNT + (5 if narrow else 7)
     real = channel_lines.read_fixed_width_numbers(reals_at, width=10, per_line=8, count=50)
     if abs(real[4] - 0.1) > 1e-6:
         raise channel_lines.line_error(reals_at, f"a unit of {real[4]:g} g, but the text says g/10; get the file again")
@@ -73,7 +75,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     values = pairs.read_fixed_width_numbers(first, width=7, per_line=per_line, count=2 * count)
     end, notes = channel_lines.skip_surplus_lines(first + -(-2 * count // per_line), count)
     time, samples = values[0::2], values[1::2] * 0.1 * STANDARD_GRAVITY
-    if abs(time[-1] - header.field_number("DURATION")) > 0.011:
+    if abs(time[-1] - header.number_in_field("DURATION")) > 0.011:
         why = f"the last sample is at {time[-1]:g} s, the header's length {header.field_text('DURATION')} s"
         raise header.line_error("DURATION", f"{why}; the file is cut: get it again")
     samples, interval, resampled = _samples_at_constant_time_intervals(

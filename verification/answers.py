@@ -60,11 +60,11 @@ def _velocity_and_fault_alignment_rows(found: Findings) -> Iterator[FindingTable
 
 def _variant_comparison_rows(found: Findings) -> Iterator[FindingTableRow]:
     """Yield rows that compare the falls of a study with those of its main variant, such as another scene."""
-    (one,) = (each for each in found.contrasts if each.primary)
+    (one,) = (each for each in found.contrasts if each.is_primary_comparison)
     yield _finding_row(f"falls in “{found.study.name}” only", one.only_study_overturns, percent=True)
     yield _finding_row(f"falls in “{one.variant}” only", one.only_variant_overturns, percent=True)
-    if one.same_direction.value is not None:
-        yield _finding_row("falls the same way, where it falls in both", one.same_direction, percent=True)
+    if one.same_direction_share.value is not None:
+        yield _finding_row("falls the same way, where it falls in both", one.same_direction_share, percent=True)
 
 
 ROW_FUNCTION_BY_STUDY: Final[dict[str, Callable[[Findings], Iterator[FindingTableRow]]]] = {
@@ -90,7 +90,7 @@ def stack_displacement_table(found: Findings) -> str:
             one.scene,
             one.element,
             format_percent(shares[one.variant, one.element]),
-            format_percent(one.share_slid_off),
+            format_percent(one.share_of_falls_by_sliding_off),
             format_number(one.percentile_90_slip_cm, 1),
             format_number(one.percentile_90_twist_deg, 1),
         )

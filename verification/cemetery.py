@@ -180,13 +180,13 @@ def published_criteria_skill_tables(results: StudyResults) -> dict[str, str]:
     shutil.copy(STUDY_RESULTS_FOLDER / "figures" / "plane.svg", ROOT / "docs" / "images" / "criteria.svg")
     rows = [
         (one.criterion, one.rule, format_percent(one.hit_rate), format_percent(one.false_alarm_rate),
-         estimate_with_interval_text(one.skill), estimate_with_interval_text(one.skill_within_block_shape))
+         estimate_with_interval_text(one.skill), estimate_with_interval_text(one.mean_skill_within_block_sizes))
         for one in found.scores
     ]  # fmt: skip
     heads = ("criterion", "a block falls if", "hits", "false alarms", "skill, all blocks", "skill, blocks of one size")
     leads = [
         (found.largest_skill_criterion, name, estimate_with_interval_text(lead))
-        for name, lead in found.skill_lead.items()
+        for name, lead in found.skill_lead_over_other_criteria.items()
     ]
     return {
         "criteria": markdown_table(heads, rows),

@@ -48,7 +48,11 @@ def markdown_by_marker(results: StudyResults) -> dict[str, str]:
     found, failed = population_fall_rates_by_soil(results), unconverged_soil_analyses(results)
     rows, answers = [], []
     for one in found:
-        turned = "–" if one.axis_turned_deg is None else f"{one.axis_turned_deg:.0f}° ({one.axes_compared})"
+        turned = (
+            "–"
+            if one.median_fall_axis_rotation_deg is None
+            else f"{one.median_fall_axis_rotation_deg:.0f}° ({one.records_with_both_fall_axes})"
+        )
         fall_rates = [f"{100 * (rate or 0.0):.0f} %" for rate in (one.mean_fall_rate, one.median_fall_rate)]
         pga = (one.median_pga_m_s2 or 0.0) / STANDARD_GRAVITY
         rows.append(
@@ -63,10 +67,10 @@ def markdown_by_marker(results: StudyResults) -> dict[str, str]:
         )
         if one.amplitude == 1.0:
             text = f"On the ground “{ground_name(one)}”, the mean fall rate over all records is {fall_rates[0]}."
-            if one.axis_turned_deg is not None:
+            if one.median_fall_axis_rotation_deg is not None:
                 text += (
                     f" The axis of the falls on “{ground_name(one)}” differs from the axis on rock by "
-                    f"{one.axis_turned_deg:.0f}° (median over {one.axes_compared} records)."
+                    f"{one.median_fall_axis_rotation_deg:.0f}° (median over {one.records_with_both_fall_axes} records)."
                 )
             answers.append(text)
     heads = ("factor", "ground", "PGA, g, median", "fall rate, mean", "median", "records with half or more")

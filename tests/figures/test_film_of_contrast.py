@@ -52,8 +52,8 @@ def test_first_differing_case_falls_in_one_setting_and_stands_in_the_other(
 ) -> None:
     folder, cases = differing_cases_with_figures
     first = cases[0]
-    assert first.settings == ("nominal", "level")
-    ratio = float(first.parameters.split("B/H = ")[1].split(",")[0])
+    assert first.panel_variants == ("nominal", "level")
+    ratio = float(first.block_parameters_text.split("B/H = ")[1].split(",")[0])
     falls = []
     for name in ("cube", "cube.level"):
         with open_cube(folder / f"{name}.nc") as cube:
@@ -61,7 +61,7 @@ def test_first_differing_case_falls_in_one_setting_and_stands_in_the_other(
     assert sorted(falls) == [False, True]
     ends = [panel["outcomeTime"] for panel in first.film["panels"]]
     assert [end is not None for end in ends] == falls, "the film shows what the cubes hold"
-    assert len(set(first.headings)) == 2
+    assert len(set(first.panel_headings)) == 2
 
 
 def test_films_of_both_settings_have_the_same_horizontal_motion(
@@ -81,7 +81,7 @@ def test_film_strip_of_each_differing_case_is_written(
 ) -> None:
     folder, cases = differing_cases_with_figures
     for case in cases:
-        assert (folder / "cases" / case.strip).stat().st_size > 1000
+        assert (folder / "cases" / case.film_strip_file_name).stat().st_size > 1000
 
 
 def test_two_scenes_are_compared_by_the_stone_they_share(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -99,5 +99,5 @@ def test_two_scenes_are_compared_by_the_stone_they_share(tmp_path: Path, monkeyp
     )
     illustrative.draw_illustrative_cases(cube, tmp_path / "motion", tmp_path / "cases", other)
     first = read_illustrative_case_list(tmp_path / "cases")[0]
-    assert first.settings == ("nominal", "alone")
-    assert ["fall" in outcome for outcome in first.outcomes] == [False, True]
+    assert first.panel_variants == ("nominal", "alone")
+    assert ["fall" in outcome for outcome in first.panel_outcomes] == [False, True]

@@ -44,12 +44,17 @@ def test_finer_stiffer_and_rigid_computations_give_shares_of_changed_cases() -> 
         rigid=rigid,
     )  # fmt: skip
     finer, stiffer, exact = comparisons_with_second_computations(found)
-    shares = [finer.falls_or_stands, finer.falls_or_stands_undivided, finer.side, finer.side_agreed]
+    shares = [
+        finer.fall_or_stand_changes,
+        finer.fall_or_stand_changes_if_ensemble_agrees,
+        finer.fall_side_changes,
+        finer.fall_side_changes_if_ensemble_agrees,
+    ]
     assert [one.value for one in shares] == pytest.approx([0.04, 1 / 80, 0.1, 0.1])
-    assert (stiffer.refused, stiffer.side.value) == ("too stiff", None)
-    assert exact.factor is None
-    assert exact.side.low is None, "all blocks that cannot slide are compared: no interval"
-    assert finer.side.low is not None
+    assert (stiffer.refusal_reason, stiffer.fall_side_changes.value) == ("too stiff", None)
+    assert exact.step_count_or_stiffness_factor is None
+    assert exact.fall_side_changes.low is None, "all blocks that cannot slide are compared: no interval"
+    assert finer.fall_side_changes.low is not None
 
 
 def test_fall_axes_on_rock_and_soil_are_compared_where_both_are_clear() -> None:

@@ -104,7 +104,7 @@ def test_fall_axes_of_records_lie_along_their_velocity_pulses(study_findings: Fi
     np.testing.assert_allclose(
         [record.axis_from_normal_deg for record in study_findings.records], [0.0, 90.0, 0.0], atol=2.0
     )
-    difference = study_findings.direction.alignment_difference
+    difference = study_findings.direction.first_minus_second_group_alignment
     assert difference is not None
     assert difference.value == pytest.approx((pulse.alignment.value or 0.0) - control.alignment.value)
 
@@ -132,11 +132,13 @@ def test_notes_on_a_record_repeat_its_stored_provenance(study_findings: Findings
     one, _, three = (record.processing for record in study_findings.records)
     assert one is not None
     assert three is not None
-    assert (three.declared, three.trusted, three.notes) == tuple(PROVENANCE_WITH_NOTES.values())
-    assert one.declared == one.trusted == one.notes == []
+    assert (three.declared_properties, three.trusted_contradictions, three.notes) == tuple(
+        PROVENANCE_WITH_NOTES.values()
+    )
+    assert one.declared_properties == one.trusted_contradictions == one.notes == []
     # The noise across the pulse leaves a velocity at the end.
     assert (one.doubts, three.doubts) == ([DRIFT_DOUBT_KIND], [DRIFT_DOUBT_KIND, TRUSTED_CONTRADICTION_DOUBT_KIND])
-    assert "velocity of" in one.drift
+    assert "velocity of" in one.drift_evidence
     assert three.pga_before_m_s2 == three.pga_after_m_s2 == pytest.approx(5.0 * math.cos(math.radians(20.0)), rel=0.03)
     assert study_findings.record_notes.records_with_notes == 3
     named = {one.doubt: one.records for one in study_findings.record_notes.doubts}
@@ -276,13 +278,17 @@ def test_missing_outcomes_at_other_amplitudes_are_counted(tmp_path: Path) -> Non
         flags = opened["overturned"].sel(amplitude=2.0).to_numpy()
     with open_study_results(made) as results:
         cases = case_counts_and_overturned_shares(results)
-    assert (cases.total, cases.scaled, cases.scaled_without_outcome) == (flags.size, flags.size, np.isnan(flags).sum())
+    assert (cases.total, cases.cases_at_other_amplitudes, cases.other_amplitude_cases_without_outcome) == (
+        flags.size,
+        flags.size,
+        np.isnan(flags).sum(),
+    )
     with xr.open_dataset(made / "cube.nc", decode_timedelta=False) as cube:
         lost = cube["overturned"].where((cube["amplitude"] == 1.0) | (cube["b_over_h"] > 0.25))
         cube.assign(overturned=lost).to_netcdf(made / "lost.nc")
     with pytest.warns(UserWarning, match=r"lost\.nc: its outcomes were changed after the run"):
         found = overturning.findings(made / "lost.nc")
-    assert (found.cases.total, found.cases.scaled_without_outcome) == (flags.size, flags.size / 3)
+    assert (found.cases.total, found.cases.other_amplitude_cases_without_outcome) == (flags.size, flags.size / 3)
     assert found.population is not None
     assert found.population.largest_share_without_outcome == 0.0
 
@@ -331,9 +337,11 @@ def test_blocks_that_fall_in_every_direction_or_in_none_have_no_axis(study_folde
         half = changed.assign(overturned=towards.where((cube["azimuth"] % 180) < 90, INT8_MISSING))
         found = StudyResults(**values | {"default_element_cube": half})
         missing, extent = fall_direction_findings(found), count_records_blocks_and_directions(found)
-    assert direction.no_axis_because == "every direction or none"
+    assert direction.reason_for_no_comparable_axis == "every direction or none"
     assert not direction.has_comparable_axis
-    assert missing.no_axis_because == "unknown outcomes"  # the axis would be that of the planes with outcomes, 45°
+    assert (
+        missing.reason_for_no_comparable_axis == "unknown outcomes"
+    )  # the axis would be that of the planes with outcomes, 45°
     assert extent.records_with_imposed_axis == cube["record_id"].to_numpy().tolist()
 
 
@@ -374,9 +382,9 @@ def test_simulated_planes_in_one_sector_give_fall_shares_but_no_fall_axis(
             record_facts(sector),
             choose_fall_maps_for_report(sector),
         )
-    assert direction.no_axis_because == reason
+    assert direction.reason_for_no_comparable_axis == reason
     assert not direction.has_comparable_axis
-    assert direction.alignment_difference is None
+    assert direction.first_minus_second_group_alignment is None
     for group in direction.groups:
         assert group.alignment.value is None
         assert group.axis_from_normal_deg is None
@@ -428,7 +436,12 @@ def test_effect_of_a_predictor_is_stated_only_if_its_interval_excludes_zero(
     found = logistic_fit_findings(SimpleNamespace(logistic_fit=fit))
     assert found is not None
     chances = {
-        one.doubled: (one.even_chance_becomes, one.even_chance_low, one.even_chance_high) for one in found.even_chance
+        one.doubled: (
+            one.fall_probability_from_half,
+            one.fall_probability_from_half_low,
+            one.fall_probability_from_half_high,
+        )
+        for one in found.fall_probabilities_after_doubling
     }
     assert chances.keys() == expected.keys()
     for name, numbers in expected.items():
@@ -457,8 +470,8 @@ def test_fall_axes_on_soil_and_rock_are_compared_only_if_all_planes_were_run(
             )
         )
     (soft,) = (one for one in found if one.variant == "soft")
-    assert soft.axis_turned_deg == angle
-    assert (soft.axes_compared > 0) is (angle is not None)
+    assert soft.median_fall_axis_rotation_deg == angle
+    assert (soft.records_with_both_fall_axes > 0) is (angle is not None)
 
 
 def test_study_and_variant_are_compared_where_both_have_an_outcome(study_folder: Path) -> None:
@@ -484,9 +497,9 @@ def test_study_and_variant_are_compared_where_both_have_an_outcome(study_folder:
     for estimate in (found.share_overturned_study, found.share_overturned_variant):
         assert estimate.value == pytest.approx(float(share))
     assert [one.share_difference.value for one in (found, *found.by_b_over_h)] == [0.0] * 4
-    assert found.primary_difference.value == 0.0
-    assert found.rate_here is not None
-    assert found.rate_here == found.rate_there
+    assert found.primary_statistic_difference.value == 0.0
+    assert found.fall_rate_in_study is not None
+    assert found.fall_rate_in_study == found.fall_rate_in_variant
 
 
 def test_a_study_figure_is_refused_if_the_study_has_no_findings_for_it(

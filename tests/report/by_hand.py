@@ -35,29 +35,31 @@ def fall_axis_findings_of_group(name: str, alignment: dict[str, Any]) -> dict[st
         ],
         "by_rule": [rule | {"rule": "in some planes", "is_study_rule": True},
                     rule | {"rule": "in all planes", "is_study_rule": False}],
-        "smallest_by_rule": 0.06,
-        "largest_by_rule": 0.24,
+        "smallest_alignment_by_rule": 0.06,
+        "largest_alignment_by_rule": 0.24,
         "rules_with_interval": 5,
-        "rules_excluding_zero": 1,
+        "rule_intervals_excluding_zero": 1,
     }  # fmt: skip
 
 
 def variant_comparison_findings(**changes: Any) -> dict[str, Any]:
     """Return the findings of the comparison of a study with its variant, with changes."""
     parts = {
-        "variant": "other", "primary": True, "scene_here": "stack", "scene_there": "monolith", "differs_in": ["scene"],
-        "element_here": "stone", "element_there": "stone", "soil_thickness_m": None,
+        "variant": "other", "is_primary_comparison": True, "scene_of_study": "stack", "scene_of_variant": "monolith",
+        "differs_in": ["scene"],
+        "element_of_study": "stone", "element_of_variant": "stone", "soil_thickness_m": None,
         "records": 14, "cases_not_compared": 23, "share_overturned_study": estimate_entry(0.384, 0.203, 0.557),
         "share_overturned_variant": estimate_entry(0.116, 0.042, 0.263), "share_difference": estimate_entry(0.268,
         0.137, 0.391),
         "only_study_overturns": estimate_entry(0.271, 0.142, 0.401), "only_variant_overturns": estimate_entry(0.013,
         0.004, 0.029),
-        "both_overturn": estimate_entry(0.109, 0.037, 0.247), "same_direction": estimate_entry(0.86, 0.74, 0.92),
-        "first_in_study": estimate_entry(0.81, 0.7, 0.9),
-        "opposite_share": 0.14,
-        "earlier_in_study": estimate_entry(0.57, 0.48, 0.69), "same_time_in_both": estimate_entry(0.0, 0.0, 0.22),
-        "by_b_over_h": [], "rate_here": None, "rate_there": None,
-        "primary_difference": estimate_entry(0.268, 0.137, 0.391),
+        "both_overturn": estimate_entry(0.109, 0.037, 0.247), "same_direction_share": estimate_entry(0.86, 0.74, 0.92),
+        "first_or_lone_fall_in_study_share": estimate_entry(0.81, 0.7, 0.9),
+        "different_direction_share": 0.14,
+        "earlier_fall_in_study_share": estimate_entry(0.57, 0.48, 0.69), "simultaneous_fall_share": estimate_entry(0.0,
+        0.0, 0.22),
+        "by_b_over_h": [], "fall_rate_in_study": None, "fall_rate_in_variant": None,
+        "primary_statistic_difference": estimate_entry(0.268, 0.137, 0.391),
     }  # fmt: skip
     return parts | changes
 
@@ -67,13 +69,14 @@ CLIPPED_COMPONENT_NOTE = (
 )
 
 RECORD_PROCESSING: dict[str, Any] = {
-    "data": "processed", "processed_by": "PEER", "agency_processing": "band-pass filter 0.13 to 24.5 Hz",
-    "steps": ["high-pass 0.17 Hz, order 4"], "first_sample": "2016-11-13T11:02:14.715Z", "duration_s": 38.4,
+    "data_processing_state": "processed", "processed_by": "PEER", "agency_processing": "band-pass filter 0.13 to "
+    "24.5 Hz",
+    "steps": ["high-pass 0.17 Hz, order 4"], "first_sample_time": "2016-11-13T11:02:14.715Z", "duration_s": 38.4,
     "pga_before_m_s2": 5.41, "pga_after_m_s2": 5.29, "pgv_before_m_s": 0.87, "pgv_after_m_s": 0.83,
-    "pgd_before_m": 0.36, "pgd_after_m": 0.33, "declared": ["columns time:s north:m/s2 east:m/s2"],
-    "trusted": ["vale.csv: axis 'north' has peak 983.3 Gal, the header states 979.6 Gal"],
+    "pgd_before_m": 0.36, "pgd_after_m": 0.33, "declared_properties": ["columns time:s north:m/s2 east:m/s2"],
+    "trusted_contradictions": ["vale.csv: axis 'north' has peak 983.3 Gal, the header states 979.6 Gal"],
     "notes": [CLIPPED_COMPONENT_NOTE, "vale.csv: the vertical component of unknown sense is left out"],
-    "drift": "velocity of north ends at 7 % of its peak",
+    "drift_evidence": "velocity of north ends at 7 % of its peak",
     "doubts": ["clipped samples", "a velocity or displacement that drifts", "contradictions that were trusted"],
 }  # fmt: skip
 
@@ -96,9 +99,9 @@ POPULATION_RATES: dict[str, Any] = {
     "survey_rules": [{"fall_rate_from": 0.4, "fall_rate_below": 0.9, "inferred_jma_degree": "upper",
                       "median_jma_intensity": 6.4, "count": {"motions": 26, "records": 20, "earthquakes": 11},
                       "share_agreeing": {"value": 0.65, "low": 0.51, "high": 0.88},
-                      "share_higher": {"value": 0.35, "low": 0.12, "high": 0.49},
-                      "share_agreeing_with_vertical": {"value": 0.38, "low": 0.21, "high": 0.61}}],
-    "fragility_curves": [{"stones": "all stones", "measure": "PGV", "unit": "cm/s", "median": 132.0, "low": 112.0,
+                      "share_with_higher_intensity": {"value": 0.35, "low": 0.12, "high": 0.49},
+                      "share_agreeing_with_vertical_increment": {"value": 0.38, "low": 0.21, "high": 0.61}}],
+    "fragility_curves": [{"stone_class": "all stones", "measure": "PGV", "unit": "cm/s", "median": 132.0, "low": 112.0,
                           "high": 157.0, "log_std": 0.64, "log_std_between_records": 0.55,
                           "log_std_within_record": 0.27, "data_minimum": 11.0, "data_maximum": 241.0}],
 }  # fmt: skip
@@ -110,45 +113,51 @@ DIRECTION_STUDY_FINDINGS: dict[str, Any] = {
         "free_elements": ["stone"], "variants": [], "height_m": [0.6, 1.2], "b_over_h": [0.1, 0.6],
         "friction": [0.5, 0.8], "directions": 72, "amplitude": [1.0], "ensemble_members": 24, "vertical_motion": False,
     },
-    "extent": {
+    "study_counts": {
         "records": 28, "earthquakes": 14, "earthquakes_in_several_groups": 6,
-        "heights": 4, "slendernesses": 11, "frictions": 6, "blocks": 264,
+        "heights": 4, "b_over_h_values": 11, "frictions": 6, "blocks": 264,
         "direction_step_deg": 5.0, "first_direction_deg": 0.0, "last_direction_deg": 355.0,
-        "azimuth_gaps": [(90.0, 120.0)], "records_with_imposed_axis": [], "mirrored": True, "elements": 1,
-        "element": "stone", "square": False, "records_with_vertical": 0, "vertical_left_out": 0,
-        "pulse_not_stated": [], "notes_on_earthquakes": [], "other_amplitudes": 0,
+        "azimuth_gaps": [(90.0, 120.0)], "records_with_imposed_axis": [], "has_mirrored_falls": True,
+        "free_elements": 1,
+        "reported_element": "stone", "has_square_base": False, "records_with_applied_vertical_motion": 0,
+        "records_with_unused_vertical_motion": 0,
+        "records_without_stated_pulse": [], "notes_on_earthquakes": [], "other_amplitude_factors": 0,
     },
     "cases": {"total": 133056, "computed": 66528, "without_outcome": {"step limit": 19}, "share_overturned": 0.353,
-              "share_within_45_of_normal": 0.37, "share_beyond_45_of_normal": 0.34},
+              "overturned_share_within_45_deg_of_normal": 0.37, "overturned_share_beyond_45_deg_of_normal": 0.34},
     "direction": {
-        "has_comparable_axis": True, "no_axis_because": "",
+        "has_comparable_axis": True, "reason_for_no_comparable_axis": "",
         "groups": [fall_axis_findings_of_group("with a velocity pulse", estimate_entry(0.15, -0.18, 0.41, 12)),
                    fall_axis_findings_of_group("without (control)", estimate_entry(0.05, -0.32, 0.36, 8))],
-        "alignment_difference": estimate_entry(0.103, -0.39, 0.53), "outcome_changes_between_neighbours": {},
+        "first_minus_second_group_alignment": estimate_entry(0.103, -0.39, 0.53),
+        "outcome_change_share_between_neighbours": {},
     },
     "contrasts": [], "reference_alignments": [], "planar_model_agreement": None, "element_outcomes": [],
     "element_displacements": [],
-    "site_fall_rates": [], "not_converged": [], "beyond_curves": [], "surveys": [], "inferred_motions": [],
+    "site_fall_rates": [], "unconverged_soil_responses": [], "soil_responses_beyond_curves": [], "surveys": [],
+    "inferred_motions": [],
     "published_peaks": [], "published_agreement": [], "published_comparisons": [],
     "population": POPULATION_RATES,
     "logistic_fit": {"coefficients": [], "fitted_outcomes": 22176, "earthquakes": 14, "level": 0.95, "note": "",
-                     "even_chance": [{"doubled": "PGA and PGV", "even_chance_becomes": 0.94,
-                                      "even_chance_low": 0.77, "even_chance_high": 0.991},
-                                     {"doubled": "PGV alone", "even_chance_becomes": 0.84,
-                                      "even_chance_low": 0.58, "even_chance_high": 0.93}]},
+                     "fall_probabilities_after_doubling": [{"doubled": "PGA and PGV",
+                     "fall_probability_from_half": 0.94,
+                                      "fall_probability_from_half_low": 0.77, "fall_probability_from_half_high": 0.991},
+                                     {"doubled": "PGV alone", "fall_probability_from_half": 0.84,
+                                      "fall_probability_from_half_low": 0.58,
+                                      "fall_probability_from_half_high": 0.93}]},
     "criteria_scores": {
         "scores": [{"criterion": "West", "rule": "PGA above a limit", "hit_rate": 0.99, "false_alarm_rate": 0.56,
-                    "skill": estimate_entry(0.43, 0.29, 0.58), "skill_within_block_shape": estimate_entry(0.23,
+                    "skill": estimate_entry(0.43, 0.29, 0.58), "mean_skill_within_block_sizes": estimate_entry(0.23,
                     0.08, 0.34),
-                    "skill_within_pulse_range": 0.31},
+                    "skill_within_pulse_criterion_range": 0.31},
                    {"criterion": "B/H alone", "rule": "B/H below 0.33", "hit_rate": 0.74, "false_alarm_rate": 0.19,
-                    "skill": estimate_entry(0.55, 0.41, 0.66), "skill_within_block_shape": estimate_entry(0.0),
-                    "skill_within_pulse_range": 0.0}],
-        "best_criterion": "", "largest_skill_criterion": "West",
-        "skill_lead": {"Ishiyama": estimate_entry(0.101, -0.03, 0.19)},
-        "not_shown_to_differ": [{"first": "West", "second": "Ishiyama",
+                    "skill": estimate_entry(0.55, 0.41, 0.66), "mean_skill_within_block_sizes": estimate_entry(0.0),
+                    "skill_within_pulse_criterion_range": 0.0}],
+        "significantly_best_criterion": "", "largest_skill_criterion": "West",
+        "skill_lead_over_other_criteria": {"Ishiyama": estimate_entry(0.101, -0.03, 0.19)},
+        "insignificant_skill_differences": [{"first": "West", "second": "Ishiyama",
                                  "first_minus_second": estimate_entry(0.101, -0.03, 0.19)}],
-        "share_beyond_pulse_range": 0.28,
+        "share_beyond_pulse_criterion_range": 0.28,
     },
     "final_twist": None,
     "ensemble": {"share_of_cells_repeated": 0.47, "repeats_every_cell": False, "fewest_runs_per_cell": 8,
@@ -161,7 +170,7 @@ DIRECTION_STUDY_FINDINGS: dict[str, Any] = {
     "records": [RECORD_FINDING],
     "record_notes": {"records_with_notes": 1,
                      "doubts": [{"doubt": d, "count": 1, "records": ["vale"]} for d in RECORD_PROCESSING["doubts"]]},
-    "cells": [{"status": "simulated", "cells": 101528}, {"status": "step limit", "cells": 19}],
+    "status_case_counts": [{"status": "simulated", "cells": 101528}, {"status": "step limit", "cells": 19}],
     "sources": [{"record": "vale", "source": "by hand", "licence": "none"}],
     "numerical_quality": {"mean_energy_error": 1e-4, "largest_energy_error": 0.007, "largest_penetration_m": 1e-5,
                           "content_sha256": "abcdef", "versions": {"overturning": "x.y"}},
@@ -175,26 +184,30 @@ CONVERGENCE_CHECK_FINDINGS: dict[str, Any] = {
         "settling": {"changed": 4, "looked_at": 4, "settled": 2, "chaotic": 2, "block_steps": 900},
         "amplitude": None, "rigid": None,
     },
-    "is_sample": True, "share_at_rest": 0.245, "moved_by_amplitude": None,
+    "is_sample": True, "share_at_rest": 0.245, "fall_azimuth_changes_with_amplitude": None,
     "records_with_most_changes": [
         {"record": "vale", "changes": {"count": 7, "compared": 88, "value": 0.08, "low": 0.041, "high": 0.157}},
     ],
-    "undecidable": {"count": 2, "compared": 400, "value": 0.005, "low": 0.0, "high": 0.018},
+    "changes_under_tiny_amplitude_increase": {"count": 2, "compared": 400, "value": 0.005, "low": 0.0, "high": 0.018},
     "comparisons": [
-        {"computation": "finer", "factor": 8.0, "element": "", "refused": "", "falls_or_stands": SHARE_OF_CHANGED_CASES,
-         "falls_or_stands_undivided": {"count": 2, "compared": 390, "value": 0.021, "low": 0.004, "high": 0.033},
-         "side": {"count": 9, "compared": 150, "value": 0.06, "low": 0.034, "high": 0.113},
-         "side_agreed": {"count": 1, "compared": 90, "value": 0.011, "low": 0.0, "high": 0.061}},
+        {"computation": "finer", "step_count_or_stiffness_factor": 8.0, "element": "", "refusal_reason": "",
+        "fall_or_stand_changes": SHARE_OF_CHANGED_CASES,
+         "fall_or_stand_changes_if_ensemble_agrees": {"count": 2, "compared": 390, "value": 0.021, "low": 0.004,
+         "high": 0.033},
+         "fall_side_changes": {"count": 9, "compared": 150, "value": 0.06, "low": 0.034, "high": 0.113},
+         "fall_side_changes_if_ensemble_agrees": {"count": 1, "compared": 90, "value": 0.011, "low": 0.0,
+         "high": 0.061}},
     ],
 }  # fmt: skip
 
 REFERENCE_ALIGNMENT: dict[str, Any] = {
     "group": "with a velocity pulse",
-    "references": [], "closest_references": ["peak velocity", "fault normal"],
-    "closest_minus_second": estimate_entry(0.29, 0.11, 0.47), "closest_alignment": estimate_entry(0.58, 0.42, 0.69,
+    "references": [], "best_aligned_references": ["peak velocity", "fault normal"],
+    "best_minus_second_alignment": estimate_entry(0.29, 0.11, 0.47),
+    "alignment_with_best_reference_axis": estimate_entry(0.58, 0.42, 0.69,
     13),
-    "fault_normal": estimate_entry(0.27, -0.03, 0.51, 13), "directions_with_interval": 6,
-    "directions_excluding_zero": 0,
+    "alignment_with_fault_normal": estimate_entry(0.27, -0.03, 0.51, 13), "b_over_h_ranges_with_interval": 6,
+    "b_over_h_ranges_excluding_zero": 0,
 }  # fmt: skip
 
 REMARK = (
@@ -203,26 +216,28 @@ REMARK = (
 """Remark of surveys/example-ruin.csv."""
 
 SURVEY_COMPARISON: dict[str, Any] = {
-    "stones": "ruin", "sha256": "abc", "record": "vale", "doubts": [], "remarks": [REMARK],
-    "fell": 22, "stood": 7, "few_falls": True,
-    "fell_in_unknown_direction": 3, "octant_falls": 19, "mean_direction_deg": 131.0, "resultant": 0.57,
+    "survey_file_name": "ruin", "sha256": "abc", "record": "vale", "doubts": [], "remarks": [REMARK],
+    "fell": 22, "stood": 7, "has_few_falls_in_known_direction": True,
+    "fell_in_unknown_direction": 3, "falls_in_known_direction": 19, "mean_direction_deg": 131.0, "resultant": 0.57,
     "observed_by_octant": {"N": 12.0, "S": 7.0}, "predicted_by_octant": {"N": 10.4, "S": 8.6},
     "predicted_mean_direction_deg": 147.0, "predicted_resultant": 0.29,
-    "stones_without_prediction": 0, "no_stone_is_predicted": False, "stones_beyond_heights": 8,
+    "stones_without_prediction": 0, "has_no_stone_with_prediction": False, "stones_with_height_outside_grid": 8,
     "observed_fall_share": {"value": 0.759, "low": 0.565, "high": 0.897},
     "computed_fall_share": {"value": 0.42, "low": 0.31, "high": 0.64},
-    "log_likelihood_ratio": 2.83, "log_likelihood_ratio_p_value": 0.021, "sides": {}, "faces_known": False,
-    "turned_every_way": 17, "never": 2, "without_outcome": 5, "falls_without_outcome": 3, "falls_without_prediction": 3,
+    "log_likelihood_ratio": 2.83, "log_likelihood_ratio_p_value": 0.021, "predicted_side_counts_by_observed_side": {},
+    "has_falls_with_known_face_and_b_over_h": False,
+    "falls_predicted_for_all_orientations": 17, "falls_without_any_computed_fall": 2,
+    "stones_without_computed_outcome": 5, "falls_without_computed_outcome": 3, "falls_without_prediction": 3,
     "falls_with_predicted_direction": 14,
-    "fit_tests": [{"name": "chi-square", "sample_size": 19, "statistic": 4.63, "p_value": 0.23}],
+    "goodness_of_fit_tests": [{"name": "chi-square", "sample_size": 19, "statistic": 4.63, "p_value": 0.23}],
     "uniformity_test": {"name": "Watson", "sample_size": 19, "statistic": 0.349, "p_value": 0.0015},
-    "correct_predictions": None, "checked_predictions": None, "stones_without_face": 17,
-    "stones_without_b_over_h": 6, "stones_beyond_grid": 4, "share_in_random_direction": 0.05,
-    "sites": [{"site": "upper", "fell": 13, "stood": 6, "octant_falls": 11,
+    "correct_predictions": None, "checked_predictions": None, "stones_without_face_azimuth": 17,
+    "stones_without_b_over_h": 6, "stones_with_b_over_h_outside_grid": 4, "assumed_random_direction_share": 0.05,
+    "sites": [{"site": "upper", "fell": 13, "stood": 6, "falls_in_known_direction": 11,
                "observed_fall_share": {"value": 0.684, "low": 0.434, "high": 0.874},
                "computed_fall_share": {"value": 0.47, "low": 0.33, "high": 0.61},
                "log_likelihood_ratio": 1.72, "log_likelihood_ratio_p_value": 0.037},
-              {"site": "", "fell": 9, "stood": 0, "octant_falls": 8, "observed_fall_share": None,
+              {"site": "", "fell": 9, "stood": 0, "falls_in_known_direction": 8, "observed_fall_share": None,
                "computed_fall_share": {"value": 0.36, "low": 0.27, "high": 0.52},
                "log_likelihood_ratio": -0.26, "log_likelihood_ratio_p_value": 0.58}],
 }  # fmt: skip
@@ -236,7 +251,8 @@ def _displacement_measure_finding(name: str, stones: int, observed: list[Any], c
 
 
 _SITE_DISPLACEMENT_FINDINGS: dict[str, Any] = {
-    "site": "", "fell": 21, "stood": 33, "cells": 417, "never_stand": 2, "without_outcome": 4, "far_outside_grid": 3,
+    "site": "", "fell": 21, "stood": 33, "matching_computed_cases": 417, "standing_without_any_computed_standing": 2,
+    "stones_without_computed_outcome": 4, "far_outside_grid": 3,
     "measures": [
         _displacement_measure_finding("fell", 54, [0.389, 0.259, 0.531], [0.44, 0.37, 0.52]),
         _displacement_measure_finding("shifted", 32, [0.281, 0.137, 0.467], [0.15, 0.08, 0.23]),
@@ -246,16 +262,18 @@ _SITE_DISPLACEMENT_FINDINGS: dict[str, Any] = {
         _displacement_measure_finding("twist_deg", 6, [8.3, None, None], [None, None, None])
     ],
     "directions": {
-        "octant_falls": 17, "mean_direction_deg": 133.0, "resultant": 0.54, "predicted_mean_direction_deg": 148.0,
+        "falls_in_known_direction": 17, "mean_direction_deg": 133.0, "resultant": 0.54,
+        "predicted_mean_direction_deg": 148.0,
         "predicted_resultant": 0.29, "observed_by_octant": dict.fromkeys(OCTANTS, 2.5),
         "predicted_by_octant": dict.fromkeys(OCTANTS, 2.3), "log_likelihood_ratio": 1.9,
-        "log_likelihood_ratio_p_value": 0.026, "never": 3, "falls_without_prediction": 6,
-        "falls_with_predicted_direction": 8, "no_stone_is_predicted": False, "share_in_random_direction": 0.05,
+        "log_likelihood_ratio_p_value": 0.026, "falls_without_any_computed_fall": 3, "falls_without_prediction": 6,
+        "falls_with_predicted_direction": 8, "has_no_stone_with_prediction": False,
+        "assumed_random_direction_share": 0.05,
     },
 }  # fmt: skip
 SURVEY_DISPLACEMENTS: dict[str, Any] = {
-    "stones": "plots", "sha256": "abc", "record": "vale", "doubts": ["angles may be in gon"], "remarks": [],
-    "together": _SITE_DISPLACEMENT_FINDINGS, "sites": [], "grounds": [],
+    "survey_file_name": "plots", "sha256": "abc", "record": "vale", "doubts": ["angles may be in gon"], "remarks": [],
+    "all_sites": _SITE_DISPLACEMENT_FINDINGS, "sites": [], "grounds": [],
 }  # fmt: skip
 
 
@@ -267,8 +285,8 @@ def _observed_mean_direction_finding(mean: float | None, half_width: float | Non
 def _observed_site_findings(site: str, **changes: Any) -> dict[str, Any]:
     """Return the findings on the observed falls of one site, with changes."""
     return {
-        "site": site, "stones": 34, "fell": 22, "stands": 7, "moved": 4, "not_counted": 5,
-        "reasons_not_counted": {"fixed": 3, "broken": 2}, "fell_in_unknown_direction": 3,
+        "site": site, "stones": 34, "fell": 22, "stands": 7, "standing_shifted_or_twisted": 4, "not_counted": 5,
+        "reasons_not_counted": {"fixed_stone_share": 3, "broken": 2}, "fell_in_unknown_direction": 3,
         "fell_share": {"value": 0.759, "low": 0.565, "high": 0.897},
         "stands_share": {"value": 0.241, "low": 0.103, "high": 0.435},
         "not_counted_share": {"value": 0.147, "low": 0.05, "high": 0.311},
@@ -279,8 +297,8 @@ def _observed_site_findings(site: str, **changes: Any) -> dict[str, Any]:
 
 
 OBSERVED_SURVEY: dict[str, Any] = {
-    "stones": "ruin", "doubts": [], "declination_low_deg": -7.5, "declination_high_deg": -7.25,
-    "together": _observed_site_findings(""),
+    "survey_file_name": "ruin", "doubts": [], "declination_low_deg": -7.5, "declination_high_deg": -7.25,
+    "all_sites": _observed_site_findings(""),
     "sites": [
         _observed_site_findings("upper", axis=_observed_mean_direction_finding(122.0, 8.0, 0.013)),
         _observed_site_findings("", fell_share=None, stands_share=None, axis=_observed_mean_direction_finding(99.0,
@@ -289,22 +307,27 @@ OBSERVED_SURVEY: dict[str, Any] = {
 }  # fmt: skip
 
 INFERRED_MOTION: dict[str, Any] = {
-    "stones": "ruin", "fell": 22, "stood": 7, "velocity_axis_deg": 122.0, "velocity_axis_arc_deg": 86.0,
+    "survey_file_name": "ruin", "fell": 22, "stood": 7, "velocity_axis_deg": 122.0, "velocity_axis_arc_width_deg": 86.0,
     "strengths": [{"measure": "PGV", "unit": "cm/s", "posterior_low": 36.7, "posterior_high": 171.0, "prior_low": 8.2,
                    "prior_high": 340.0}],
-    "everything_fell": False, "axis_half_arc_deg": 43.0, "stronger_than_library": 0.07, "weaker_than_library": 0.0,
-    "weakest_level_cm_s": 6.0, "strongest_level_cm_s": 400.0, "fixed": 0.02, "fit_p_value": 0.33, "fits": True,
-    "beyond_library_above": True, "beyond_library_below": False, "power": 0.3,
-    "likeliest_motions": [{"motion": "vale", "probability": 0.19, "prior": 0.04}], "stones_without_height": 3,
+    "everything_fell": False, "velocity_axis_arc_half_width_deg": 43.0, "probability_of_strongest_level": 0.07,
+    "probability_of_weakest_level": 0.0,
+    "weakest_pgv_level_cm_s": 6.0, "strongest_pgv_level_cm_s": 400.0, "fixed_stone_share": 0.02, "fit_p_value": 0.33,
+    "any_motion_fits": True,
+    "has_no_upper_strength_bound": True, "has_no_lower_strength_bound": False, "direction_likelihood_exponent": 0.3,
+    "likeliest_motions": [{"motion": "vale", "posterior_probability": 0.19, "prior_probability": 0.04}],
+    "stones_without_height": 3,
     "stones_without_b_over_h": 5, "sizes_assumed": True, "assumed_height_m": {"low": 0.61, "high": 0.92},
     "assumed_width_m": {"low": 0.31, "high": 0.42},
     "sites": [
-        {"site": "upper", "fell": 13, "stood": 6, "velocity_axis_deg": 118.0, "velocity_axis_arc_deg": 98.0,
-         "axis_half_arc_deg": 49.0, "everything_fell": False, "fit_p_value": 0.004, "fits": False,
+        {"site": "upper", "fell": 13, "stood": 6, "velocity_axis_deg": 118.0, "velocity_axis_arc_width_deg": 98.0,
+         "velocity_axis_arc_half_width_deg": 49.0, "everything_fell": False, "fit_p_value": 0.004,
+         "any_motion_fits": False,
          "strengths": [{"measure": "PGV", "unit": "cm/s", "posterior_low": 31.2, "posterior_high": 214.0,
                         "prior_low": 8.2, "prior_high": 340.0}]},
-        {"site": "", "fell": 9, "stood": 0, "velocity_axis_deg": 127.0, "velocity_axis_arc_deg": 162.0,
-         "axis_half_arc_deg": 81.0, "everything_fell": True, "fit_p_value": 0.41, "fits": True,
+        {"site": "", "fell": 9, "stood": 0, "velocity_axis_deg": 127.0, "velocity_axis_arc_width_deg": 162.0,
+         "velocity_axis_arc_half_width_deg": 81.0, "everything_fell": True, "fit_p_value": 0.41,
+         "any_motion_fits": True,
          "strengths": [{"measure": "PGV", "unit": "cm/s", "posterior_low": 44.1, "posterior_high": float("inf"),
                         "prior_low": 8.2, "prior_high": 340.0}]},
     ],
@@ -322,7 +345,7 @@ def findings_with_changed_entries(base: dict[str, Any], **parts: Any) -> dict[st
 
 def findings_without_fall_axis(reason: str, **parts: Any) -> dict[str, Any]:
     """Return findings of a study whose falls have no axis to compare with a fault, with the reason."""
-    direction = {"has_comparable_axis": False, "no_axis_because": reason}
+    direction = {"has_comparable_axis": False, "reason_for_no_comparable_axis": reason}
     return findings_with_changed_entries(DIRECTION_STUDY_FINDINGS, direction=direction, **parts)
 
 
@@ -333,21 +356,23 @@ def study_section_of_findings(name: str, **study: Any) -> dict[str, Any]:
 
 ELEMENT_OUTCOME = {
     "variant": "nominal", "scene": "stack", "element": "shaft", "cases": 12096, "falls": 4880, "falls_first": 4711,
-    "share_overturned": 0.403, "share_first": 0.965, "share_alone": 0.914, "median_fall_time_s": 4.95}  # fmt: skip
+    "share_overturned": 0.403, "share_of_falls_first": 0.965, "share_of_falls_alone": 0.914,
+    "median_fall_time_s": 4.95}  # fmt: skip
 ELEMENT_DISPLACEMENT = {
     "variant": "nominal", "scene": "stack", "element": "shaft", "standing": 7216, "median_slip_cm": 0.3,
     "percentile_90_slip_cm": 2.7, "median_twist_deg": 0.4, "percentile_90_twist_deg": 6.2, "falls": 4880,
-    "share_slid_off": 0.126}  # fmt: skip
+    "share_of_falls_by_sliding_off": 0.126}  # fmt: skip
 SITE_EFFECT = {
     "variant": "other", "equivalent_linear": True, "layers": [{"thickness_m": 20.0, "velocity_m_s": 180.0}],
     "amplitude": 1.5, "median_pga_m_s2": 4.12, "mean_fall_rate": 0.31, "median_fall_rate": 0.28,
-    "records_with_half_fallen": 9, "axis_turned_deg": 14.0, "axes_compared": 21}  # fmt: skip
+    "records_with_half_fallen": 9, "median_fall_axis_rotation_deg": 14.0,
+    "records_with_both_fall_axes": 21}  # fmt: skip
 FALL_RATE_COMPARISON_FINDINGS = {
-    "rate_here": estimate_entry(0.31, 0.22, 0.43), "rate_there": estimate_entry(0.47, 0.33, 0.59),
-    "primary_difference": estimate_entry(-0.164, -0.278, -0.049)}  # fmt: skip
+    "fall_rate_in_study": estimate_entry(0.31, 0.22, 0.43), "fall_rate_in_variant": estimate_entry(0.47, 0.33, 0.59),
+    "primary_statistic_difference": estimate_entry(-0.164, -0.278, -0.049)}  # fmt: skip
 PLANAR_AGREEMENT = {
     "cases": 66528, "same_outcome": 0.967, "same_outcome_near_boundary": 0.854, "only_3d_overturns": 0.021,
-    "only_2d_overturns": 0.012, "same_edge": 0.743, "angle_between_axes_deg": 23.0}  # fmt: skip
+    "only_2d_overturns": 0.012, "same_fall_edge_share": 0.743, "angle_between_axes_deg": 23.0}  # fmt: skip
 TWIST_OF_STANDING_STONES = {"stones": 31000, "median_deg": 0.4, "percentile_90_deg": 6.2, "largest_deg": 88.0}
 
 STUDY_FINDINGS: dict[str, dict[str, Any]] = {
@@ -360,43 +385,47 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
         criteria_scores=None, population=None),
     "vertical": findings_without_fall_axis(
         "no fault normal", study=study_section_of_findings("vertical", vertical_motion=True), population=None,
-        extent=ONE_RECORD_COUNTS | {"records_with_vertical": 1},
+        study_counts=ONE_RECORD_COUNTS | {"records_with_applied_vertical_motion": 1},
         contrasts=[variant_comparison_findings(differs_in=["vertical"], share_difference=estimate_entry(-0.006, n=1),
-                                         primary_difference=estimate_entry(-0.006, n=1))]),
+                                         primary_statistic_difference=estimate_entry(-0.006, n=1))]),
     "scene": findings_with_changed_entries(
-        DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("scene"), extent={"elements": 3, "element": "shaft",
-        "mirrored": False},
-        contrasts=[variant_comparison_findings(element_here="shaft", element_there="monolith")],
+        DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("scene"), study_counts={"free_elements": 3,
+        "reported_element": "shaft",
+        "has_mirrored_falls": False},
+        contrasts=[variant_comparison_findings(element_of_study="shaft", element_of_variant="monolith")],
         element_outcomes=[ELEMENT_OUTCOME], logistic_fit=None, criteria_scores=None),
     "stack in 3-D": findings_with_changed_entries(
         DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("scene", model="space"),
-        extent={"elements": 3, "element": "shaft", "mirrored": False},
-        contrasts=[variant_comparison_findings(opposite_share=0.21, element_here="shaft", element_there="shaft")],
+        study_counts={"free_elements": 3, "reported_element": "shaft", "has_mirrored_falls": False},
+        contrasts=[variant_comparison_findings(different_direction_share=0.21, element_of_study="shaft",
+        element_of_variant="shaft")],
         element_outcomes=[ELEMENT_OUTCOME], final_twist=TWIST_OF_STANDING_STONES,
         element_displacements=[ELEMENT_DISPLACEMENT,
-                               ELEMENT_DISPLACEMENT | {"variant": "other", "share_slid_off": 0.0}],
+                               ELEMENT_DISPLACEMENT | {"variant": "other", "share_of_falls_by_sliding_off": 0.0}],
         logistic_fit=None, criteria_scores=None),
     "site": findings_with_changed_entries(
         DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("site", primary_statistic="fall_rate"),
         site_fall_rates=[SITE_EFFECT],
         contrasts=[variant_comparison_findings(differs_in=["site"], soil_thickness_m=20.0,
         **FALL_RATE_COMPARISON_FINDINGS)],
-        not_converged=["other, vale: north not converged"], beyond_curves=["other, ford: east converged"]),
+        unconverged_soil_responses=["other, vale: north not converged"],
+        soil_responses_beyond_curves=["other, ford: east converged"]),
     "survey": findings_with_changed_entries(
         DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("survey"), surveys=[SURVEY_COMPARISON],
         inferred_motions=[INFERRED_MOTION],
         published_peaks=[{"component": "north", "measure": "PGA", "unit": "Gal", "published": 1023.3,
-                          "computed": 1019.4, "difference": -0.0038, "expected_within": 0.01, "agrees": True}],
+                          "computed": 1019.4, "relative_difference": -0.0038, "max_explained_difference": 0.01,
+                          "agrees": True}],
         published_agreement=[{"variant": "nominal", "blocks": 12, "blocks_that_agree": 9,
                               "heights_that_agree_m": [0.4, 0.95]}],
         published_comparisons=[{"variant": "nominal", "record": "vale", "azimuth_deg": 61.0, "height_m": 0.7,
                                 "friction": 0.8, "published_overturns": True, "computed_overturns": False}]),
     "nothing falls": findings_without_fall_axis("no falls", cases={"share_overturned": 0.0}, population=None),
     "uneven planes": findings_with_changed_entries(
-        findings_without_fall_axis("uneven planes", extent={
+        findings_without_fall_axis("uneven planes", study_counts={
             "azimuth_gaps": [(100.0, 240.0)], "direction_step_deg": 20.0, "first_direction_deg": 60.0,
             "last_direction_deg": 100.0}),
-        direction={"has_comparable_axis": False, "no_axis_because": "uneven planes", "groups": [],
+        direction={"has_comparable_axis": False, "reason_for_no_comparable_axis": "uneven planes", "groups": [],
                    "share_overturned_by_plane": [{"azimuth_deg": 60.0, "share_overturned": 0.41},
                                                  {"azimuth_deg": 80.0, "share_overturned": 0.23}]},
         maps={"records": [{"record": "vale", "station": "Vale", "event": "Upper Vale", "reason": "first with falls",
@@ -404,8 +433,8 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
     ),
     "everything falls": findings_without_fall_axis("falls in every plane", cases={"share_overturned": 1.0}),
     "unknown outcomes": findings_without_fall_axis(
-        "unknown outcomes", extent={"records_with_imposed_axis": ["vale", "ford"]}),
-    "no fault normal": findings_without_fall_axis("no fault normal", extent={"records": 3}),
+        "unknown outcomes", study_counts={"records_with_imposed_axis": ["vale", "ford"]}),
+    "no fault normal": findings_without_fall_axis("no fault normal", study_counts={"records": 3}),
 }  # fmt: skip
 
 

@@ -138,7 +138,7 @@ def test_survey_command_compares_twist_and_slip_with_a_3d_study(
     found = findings(folder, study)
     (survey_found,) = found.survey_displacements
     assert (found.surveys, [one.site for one in survey_found.sites]) == ([], ["A", "B"])
-    shifted = next(one for one in survey_found.together.measures if one.measure == "shifted")
+    shifted = next(one for one in survey_found.all_sites.measures if one.measure == "shifted")
     assert (shifted.stones, shifted.observed.value) == (11, pytest.approx(3 / 11))
     assert shifted.computed.value == pytest.approx(np.mean(shares))
     assert 0 < np.mean(shares) < 1, "so that the comparison is not one of zeros"
@@ -148,9 +148,13 @@ def test_survey_command_compares_twist_and_slip_with_a_3d_study(
     assert "Observed and computed falls, twist and slip" in page
     assert "of the standing: shifted by 1" in page
     # The stone like the one that fell to the north stands in this study.
-    directions = survey_found.together.directions
+    directions = survey_found.all_sites.directions
     assert directions is not None
-    assert (directions.octant_falls, directions.never, directions.log_likelihood_ratio) == (1, 1, 0.0)
+    assert (
+        directions.falls_in_known_direction,
+        directions.falls_without_any_computed_fall,
+        directions.log_likelihood_ratio,
+    ) == (1, 1, 0.0)
     assert "<h1>No stone like the fallen ones falls in the study</h1>" in page
 
 

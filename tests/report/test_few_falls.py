@@ -50,7 +50,7 @@ def test_report_calls_earthquakes_too_few_if_alignments_have_no_interval(languag
         language
     ]
     assert few not in report_text_of_handwritten_findings("reference", language)
-    data["reference_alignments"][0]["closest_alignment"] |= {"low": None, "high": None}
+    data["reference_alignments"][0]["alignment_with_best_reference_axis"] |= {"low": None, "high": None}
     assert few in report_text(Findings.model_validate(data), language)
 
 
@@ -110,7 +110,7 @@ def test_headline_of_a_comparison_follows_from_its_interval(
     difference: dict[str, Any], words: dict[str, str], said: list[str], language: str
 ) -> None:
     headline, _ = headline_and_text_of_comparison_report(
-        "vertical", language, primary_difference=difference, **SMALL_OVERTURNED_SHARES
+        "vertical", language, primary_statistic_difference=difference, **SMALL_OVERTURNED_SHARES
     )
     for one in (words[language], *said):
         assert one in headline
@@ -140,7 +140,7 @@ def test_two_settings_without_falls_are_not_compared(language: str) -> None:
     same = {
         "only_study_overturns": none,
         "only_variant_overturns": none,
-        "primary_difference": estimate_entry(0.0, 0.0, 0.0),
+        "primary_statistic_difference": estimate_entry(0.0, 0.0, 0.0),
     }
     headline, text = headline_and_text_of_comparison_report("vertical", language, **shares, **same)
     assert {"en": "No stone falls, neither with vertical", "ja": "墓石は一つも転倒しない"}[language] in headline
@@ -154,9 +154,11 @@ def test_settings_without_an_outcome_in_both_are_not_compared(primary: bool, lan
     none = estimate_entry(0.0, n=0) | {"value": None}
     data = json.loads(handwritten_findings_of_study("vertical").model_dump_json())
     other = {name: none for name, value in data["contrasts"][0].items() if isinstance(value, dict)}
-    data["contrasts"].append(data["contrasts"][0] | other | {"opposite_share": None, "primary": False})
+    data["contrasts"].append(
+        data["contrasts"][0] | other | {"different_direction_share": None, "is_primary_comparison": False}
+    )
     if primary:
-        data["contrasts"] = [data["contrasts"][1] | {"primary": True}]
+        data["contrasts"] = [data["contrasts"][1] | {"is_primary_comparison": True}]
     text = report_text(Findings.model_validate(data), language)
     headline = {"en": "No case has an outcome in both settings", "ja": "両方の条件で結果が得られたケースがない"}[
         language
@@ -174,9 +176,13 @@ def test_report_states_simultaneous_falls_and_order_of_elements_where_they_exist
     elements: int, same_time: float, language: str
 ) -> None:
     data = json.loads(handwritten_findings_of_study("scene").model_dump_json())
-    data["extent"]["elements"] = elements
-    data["element_outcomes"][0] |= {"variant": "nominal", "element": data["extent"]["element"], "share_first": 0.97}
-    data["contrasts"][0]["same_time_in_both"] = estimate_entry(same_time)
+    data["study_counts"]["free_elements"] = elements
+    data["element_outcomes"][0] |= {
+        "variant": "nominal",
+        "element": data["study_counts"]["reported_element"],
+        "share_of_falls_first": 0.97,
+    }
+    data["contrasts"][0]["simultaneous_fall_share"] = estimate_entry(same_time)
     text = report_text(Findings.model_validate(data), language)
     assert ({"en": "counts half", "ja": "半分と数える"}[language] in text) is (same_time > 0)
     order = {"en": "Within it the shaft falls before", "ja": "ではほかの石より先に"}[language]
@@ -276,7 +282,12 @@ def test_report_states_no_effect_of_predictors_that_may_be_chance(
     assert even in report_text_of_handwritten_findings("direction", language)
     row = {"predictor": "ln B/H", "value": 1.2, "low": None, "high": None, "data_minimum": 0.1, "data_maximum": 0.6,
            "odds_factor_per_doubling": 2.3, "odds_factor_low": None, "odds_factor_high": None}  # fmt: skip
-    data["logistic_fit"] |= {"even_chance": [], "coefficients": [row] if fitted else [], "note": note, "earthquakes": 1}
+    data["logistic_fit"] |= {
+        "fall_probabilities_after_doubling": [],
+        "coefficients": [row] if fitted else [],
+        "note": note,
+        "earthquakes": 1,
+    }
     found = Findings.model_validate(data)
     text, page = (
         report_text(found, language),
@@ -301,11 +312,11 @@ PHRASES_ON_REFERENCE_DIRECTIONS = {
     ("planar", "reference", "shown"),
     [
         ({}, {}, [True, True, True, True, True]),
-        ({"same_edge": 1.0, "same_outcome": 1.0}, {}, [False, True, True, True, True]),
-        ({"same_outcome_near_boundary": None, "same_edge": None}, {}, [False, False, True, True, True]),
-        ({}, {"fault_normal": estimate_entry(None, n=0)}, [True, True, False, False, True]),
-        ({}, {"fault_normal": None}, [True, True, False, False, True]),
-        ({}, {"closest_references": ["fault normal", "pulse"]}, [True, True, False, False, False]),
+        ({"same_fall_edge_share": 1.0, "same_outcome": 1.0}, {}, [False, True, True, True, True]),
+        ({"same_outcome_near_boundary": None, "same_fall_edge_share": None}, {}, [False, False, True, True, True]),
+        ({}, {"alignment_with_fault_normal": estimate_entry(None, n=0)}, [True, True, False, False, True]),
+        ({}, {"alignment_with_fault_normal": None}, [True, True, False, False, True]),
+        ({}, {"best_aligned_references": ["fault normal", "pulse"]}, [True, True, False, False, False]),
     ],
 )
 def test_conclusions_about_reference_directions_follow_from_their_numbers(
@@ -350,7 +361,7 @@ KEY_PATH_OF_FRAGILITY_CURVE = ("population", "fragility_curves", 0)
         ),
         (
             "reference",
-            {("reference_alignments", 0, "closest_alignment"): NO_INTERVAL},
+            {("reference_alignments", 0, "alignment_with_best_reference_axis"): NO_INTERVAL},
             {"en": "mean over earthquakes with its 95 %", "ja": "地震についての平均値と 95 %"},
             {"en": "mean over earthquakes, too few of them", "ja": "平均値(地震の数が少ない"},
         ),
@@ -380,7 +391,7 @@ KEY_PATH_OF_FRAGILITY_CURVE = ("population", "fragility_curves", 0)
         ),
         (
             "survey",
-            {("inferred_motions", 0): {"fits": False, "fit_p_value": 0.0002}},
+            {("inferred_motions", 0): {"any_motion_fits": False, "fit_p_value": 0.0002}},
             {"en": "p = <", "ja": "p = <"},
             {"en": "p < 0.001)", "ja": "p < 0.001)"},
         ),
@@ -407,13 +418,13 @@ KEY_PATH_OF_FRAGILITY_CURVE = ("population", "fragility_curves", 0)
         ),
         (
             "direction",
-            {("convergence", "comparisons", 0, "side"): {"count": 0, "value": 0.0}},
+            {("convergence", "comparisons", 0, "fall_side_changes"): {"count": 0, "value": 0.0}},
             {"en": "0.0 % of the falls", "ja": "転倒のうち 0.0 %"},
             {"en": "0.8 % of the outcomes change between", "ja": "結果のうち 0.8 % は転倒と非転倒が"},
         ),
         (
             "direction",
-            {("convergence", "comparisons", 0): {"computation": "rigid", "factor": None}},
+            {("convergence", "comparisons", 0): {"computation": "rigid", "step_count_or_stiffness_factor": None}},
             {"en": "exact rigid block |", "ja": "剛体の厳密解 |"},
             {"en": "exact rigid block (400 cases) |", "ja": "剛体の厳密解(400 ケース) |"},
         ),
@@ -431,7 +442,7 @@ KEY_PATH_OF_FRAGILITY_CURVE = ("population", "fragility_curves", 0)
         ),
         (
             "direction",
-            {("extent",): {"other_amplitudes": 2}},
+            {("study_counts",): {"other_amplitude_factors": 2}},
             {"en": "66,528 were computed and the others follow by symmetry.", "ja": "(残りは対称性による)。一つ"},
             {"en": "cases under the records as they are; 66,528", "ja": "ほかの 2 通りの倍率"},
         ),
@@ -452,7 +463,10 @@ KEY_PATH_OF_FRAGILITY_CURVE = ("population", "fragility_curves", 0)
         ),
         (
             "no fault normal",
-            {("extent",): {"direction_step_deg": None, "first_direction_deg": 32.0}, ("study",): {"directions": 1}},
+            {
+                ("study_counts",): {"direction_step_deg": None, "first_direction_deg": 32.0},
+                ("study",): {"directions": 1},
+            },
             {"en": "1 azimuth", "ja": "1 通りの方位"},
             {"en": "turned to the azimuth 32°;", "ja": "記録は方位 32° の成分"},
         ),

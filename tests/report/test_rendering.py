@@ -124,7 +124,7 @@ def test_report_chapter_of_a_record_links_to_the_record_in_the_explorer() -> Non
     data = findings_with_changed_entries(
         STUDY_FINDINGS["survey"], records=[RECORD_FINDING | {"id": name} for name in names]
     )
-    media = ReportMedia(chapters=dict.fromkeys(names, ("polar/x",)), explorer="explore.html")
+    media = ReportMedia(figure_names_by_record=dict.fromkeys(names, ("polar/x",)), explorer_address="explore.html")
     found = elements_of_well_formed_page(
         render_markdown_as_html_page(render_template_as_markdown(Findings.model_validate(data), media=media))
     )
@@ -134,7 +134,9 @@ def test_report_chapter_of_a_record_links_to_the_record_in_the_explorer() -> Non
     assert [parse_qs(one, strict_parsing=True) for one in dict.fromkeys(fragments)] == [{"record": [n]} for n in names]
     bare = elements_of_well_formed_page(
         render_markdown_as_html_page(
-            render_template_as_markdown(Findings.model_validate(data), media=ReportMedia(chapters=media.chapters))
+            render_template_as_markdown(
+                Findings.model_validate(data), media=ReportMedia(figure_names_by_record=media.figure_names_by_record)
+            )
         )
     )
     assert not any(word in str(a.get("href")) for word in ("explore", "#record=") for tag, a in bare)
@@ -284,11 +286,11 @@ def test_every_report_is_well_formed_without_cube_and_figures(study: str, langua
     film = ReportFilmTexts("film-1", "Title", "A stone", (("north", "falls"), ("south", "stands")), "rule")
     media = ReportMedia(
         films=[film, film],
-        chapters={"vale": ("polar/vale", "intensity/vale")},
-        explorer="explore.html",
-        stations=["maps/1", "maps/2"],
-        rose=True,
-        posteriors=True,
+        figure_names_by_record={"vale": ("polar/vale", "intensity/vale")},
+        explorer_address="explore.html",
+        station_map_names=["maps/1", "maps/2"],
+        has_rose_of_all_falls=True,
+        has_posterior_figures=True,
     )
     tree = parse_markdown(render_template_as_markdown(handwritten_findings_of_study(study), language, media))
     page = render_report_html_page(tree, study, language, None, {})

@@ -104,7 +104,7 @@ def test_count_of_one_is_printed_in_the_singular(template: str, found: BaseModel
 @pytest.mark.parametrize(
     ("study", "part", "few", "many", "words"),
     [  # a number of each list belongs to one sentence or the other
-        ("direction", "extent", {"records": 1}, {"records": 2},
+        ("direction", "study_counts", {"records": 1}, {"records": 2},
          {"en": ["Under the record as it is, the fall rate is", "the median fall rate is"],
           "ja": ["、転倒率は ", "、転倒率の中央値は"]}),
         ("reference", "final_twist", {"stones": 9}, {"stones": 10},
@@ -112,7 +112,7 @@ def test_count_of_one_is_printed_in_the_singular(template: str, found: BaseModel
           "ja": ["最大で 88.0°", "九割が 6.2° 以下"]}),
         ("reference", "study", {"directions": 1}, {"directions": 18},
          {"en": [", in 1 orientation", ", each in 18 orientations"], "ja": ["1 通りの向き", "18 通りの向き"]}),
-        ("scene", "extent", {"elements": 1}, {"elements": 3},
+        ("scene", "study_counts", {"free_elements": 1}, {"free_elements": 3},
          {"en": ["the azimuth that the scene faces", "the azimuth that the stack faces"],
           "ja": ["シーンの正面", "積石の正面"]}),
     ],
@@ -135,7 +135,7 @@ def test_report_prints_a_90th_percentile_twist_of_zero(language: str) -> None:
     """
     data = json.loads(handwritten_findings_of_study("stack in 3-D").model_dump_json())
     for one in data["element_displacements"]:
-        one |= {"percentile_90_twist_deg": 0.0, "share_slid_off": 1.0}
+        one |= {"percentile_90_twist_deg": 0.0, "share_of_falls_by_sliding_off": 1.0}
     text = report_text(Findings.model_validate(data), language)
     assert {"en": "by at most 0.0° in nine tenths", "ja": "九割のケースで 0.0° 以下"}[language] in text
     assert {"en": "otherwise it tips", "ja": "残りは傾いて"}[language] not in text

@@ -134,9 +134,10 @@ def test_notes_on_records_print_all_texts_of_the_findings_unchanged(study: str, 
     for record in found.records:
         assert record.processing is not None
         given = record.processing
-        drift, steps = translate(given.drift, language), [translate(step, language) for step in given.steps]
-        own = [*non_empty_strings_in_findings(record.model_dump()), drift, *steps, "; ".join(given.declared)]
-        for text in (given.first_sample, given.agency_processing, *steps, own[-1], *given.trusted, *given.notes,
+        drift, steps = translate(given.drift_evidence, language), [translate(step, language) for step in given.steps]
+        own = [*non_empty_strings_in_findings(record.model_dump()), drift, *steps, "; ".join(given.declared_properties)]
+        for text in (given.first_sample_time, given.agency_processing, *steps, own[-1], *given.trusted_contradictions,
+        *given.notes,
                      drift):  # fmt: skip
             assert [line for line in shown if line.startswith(record.id) and line.endswith(text)], text
         for line in (one for one in shown if one.startswith(record.id)):
@@ -187,7 +188,7 @@ def test_criterion_is_called_best_only_if_its_lead_is_significant(language: str)
     assert highest not in paragraphs[0]
     names = [translate_whole_text_by_table(name, read_label_translations(language)) for name in ("West", "Ishiyama")]
     assert 0 < paragraphs[0].index(names[0]) < paragraphs[0].index(names[1])
-    data["criteria_scores"] |= {"best_criterion": "West", "not_shown_to_differ": []}
+    data["criteria_scores"] |= {"significantly_best_criterion": "West", "insignificant_skill_differences": []}
     assert highest in report_text(Findings.model_validate(data), language)
 
 
@@ -196,7 +197,7 @@ def test_reference_axis_is_called_closest_only_if_its_lead_is_significant(langua
     data = json.loads(handwritten_findings_of_study("reference").model_dump_json())
     closest = {"en": "closest to the axis", "ja": "の軸に最も近く"}[language]
     assert report_text_of_handwritten_findings("reference", language).count(closest) == 2
-    data["reference_alignments"][0]["closest_minus_second"] |= {"value": 0.083, "low": -0.06, "high": 0.22}
+    data["reference_alignments"][0]["best_minus_second_alignment"] |= {"value": 0.083, "low": -0.06, "high": 0.22}
     text = report_text(Findings.model_validate(data), language)
     assert text.count(closest) == 1
     assert {"en": "0.08 (−0.06 to 0.22)", "ja": "0.08 (−0.06～0.22)"}[language] in text
@@ -210,7 +211,12 @@ def test_report_says_if_a_reference_direction_is_known_for_one_earthquake(langua
         "ja": "断層直交方向(既知は 1 地震のみ)との一致度は 0.82",
     }
     data = handwritten_findings_of_study("reference").model_dump()
-    data["reference_alignments"][0]["fault_normal"] |= {"value": 0.82, "low": None, "high": None, "earthquakes": 1}
+    data["reference_alignments"][0]["alignment_with_fault_normal"] |= {
+        "value": 0.82,
+        "low": None,
+        "high": None,
+        "earthquakes": 1,
+    }
     text = report_text(Findings.model_validate(data), language)
     assert said[language] in re.sub(r"\s+", " ", text)
     assert said[language].split(" 1 ")[0] not in re.sub(
@@ -238,7 +244,7 @@ def test_headline_says_more_than_45_degrees_apart_for_opposite_falls_in_3d_only(
     )
     data = handwritten_findings_of_study(name).model_dump()
     data["study"]["model"] = model
-    data["contrasts"][0]["opposite_share"] = 0.27
+    data["contrasts"][0]["different_direction_share"] = 0.27
     headline = re.search(r"^# .*", render_template_as_markdown(Findings.model_validate(data), "en"), re.MULTILINE)
     assert headline is not None
     assert headline[0].endswith(f"of those that fall in both settings fall {said}")
@@ -247,12 +253,12 @@ def test_headline_says_more_than_45_degrees_apart_for_opposite_falls_in_3d_only(
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_a_survey_is_called_small_only_if_it_has_few_falls(language: str) -> None:
     data = json.loads(handwritten_findings_of_study("survey").model_dump_json())
-    data["surveys"][0] |= {"octant_falls": 23, "remarks": ["First line,", "second line."]}
+    data["surveys"][0] |= {"falls_in_known_direction": 23, "remarks": ["First line,", "second line."]}
     small = {"en": "has only 23 falls of known direction", "ja": "転倒方向の分かる墓石が 23 基しかなく"}[language]
     text = report_text(Findings.model_validate(data), language)
     assert small in text
     assert "First line, second line." in text
-    data["surveys"][0] |= {"few_falls": False, "remarks": []}
+    data["surveys"][0] |= {"has_few_falls_in_known_direction": False, "remarks": []}
     text = report_text(Findings.model_validate(data), language)
     assert small not in text
     assert {"en": "Its file says", "ja": "調査ファイルの注記"}[language] not in text
@@ -261,9 +267,9 @@ def test_a_survey_is_called_small_only_if_it_has_few_falls(language: str) -> Non
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_names_the_soil_below_cemeteries_and_its_effect(language: str) -> None:
     data = json.loads(handwritten_findings_of_study("survey").model_dump_json())
-    ground = {"thickness_m": 12.5, "velocity_m_s": 183.4, "equivalent_linear": True, "rock_pga_g": 0.31,
-              "beyond_curve": False}  # fmt: skip
-    upper = ground | {"site": "upper", "converged": False, "beyond_curve": True, "surface_pga_g": 0.47}
+    ground = {"thickness_m": 12.5, "mean_shear_wave_velocity_m_s": 183.4, "equivalent_linear": True, "rock_pga_g": 0.31,
+              "strain_exceeds_curve": False}  # fmt: skip
+    upper = ground | {"site": "upper", "converged": False, "strain_exceeds_curve": True, "surface_pga_g": 0.47}
     data["surveys"][0]["grounds"] = [ground | {"site": "", "converged": True, "surface_pga_g": 0.52}, upper]
     text = report_text(Findings.model_validate(data), language)
     assert text.count("12.5\u00a0m" if "12.5\u00a0m" in text else "12.5 m") == 2
@@ -283,7 +289,7 @@ def test_report_mentions_only_once_earthquakes_that_have_both_pulse_and_other_re
     data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     both = {"en": "6 have records with and without", "ja": "うち 6 地震は"}[language]
     assert report_text_of_handwritten_findings("direction", language).count(both) == 1
-    data["extent"]["earthquakes_in_several_groups"] = 0
+    data["study_counts"]["earthquakes_in_several_groups"] = 0
     assert both not in report_text(Findings.model_validate(data), language)
 
 
@@ -307,7 +313,7 @@ def test_report_mentions_stones_fixed_to_their_base_in_four_places(language: str
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_states_missing_outcomes_and_records_without_vertical_motion(language: str) -> None:
     data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
-    data["cases"] |= {"scaled": 720, "scaled_without_outcome": 10}
+    data["cases"] |= {"cases_at_other_amplitudes": 720, "other_amplitude_cases_without_outcome": 10}
     data["population"] |= {"largest_share_without_outcome_at_any_factor": 0.19, "records_without_vertical": 5}
     text = render_template_as_markdown(Findings.model_validate(data), language).replace("\u00a0", " ")
     for words in {
@@ -322,7 +328,7 @@ def test_report_states_missing_outcomes_and_records_without_vertical_motion(lang
 def test_a_record_without_an_earthquake_is_named_by_its_station_alone(language: str) -> None:
     data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     comma = {"en": ", ", "ja": "、"}[language]
-    media = ReportMedia(chapters={"vale": ("polar/vale",)})
+    media = ReportMedia(figure_names_by_record={"vale": ("polar/vale",)})
     with_event = render_template_as_markdown(Findings.model_validate(data), language, media)
     assert with_event.count(f"Vale{comma}Upper Vale") >= 2
     for one in (*data["maps"]["records"], *data["records"]):
@@ -354,8 +360,8 @@ def test_report_prints_the_p_value_of_the_common_axis_test(language: str) -> Non
     ("study", "path", "value", "shown"),
     [
         ("direction", ("direction", "groups", 0, "alignment", "value"), 0.8765, "0.88"),
-        ("direction", ("convergence", "comparisons", 0, "side", "value"), 0.432, "43.2"),
-        ("reference", ("reference_alignments", 0, "closest_alignment", "value"), 0.8765, "0.88"),
+        ("direction", ("convergence", "comparisons", 0, "fall_side_changes", "value"), 0.432, "43.2"),
+        ("reference", ("reference_alignments", 0, "alignment_with_best_reference_axis", "value"), 0.8765, "0.88"),
         ("scene", ("contrasts", 0, "share_overturned_study", "value"), 0.7654, "76.5"),
         ("survey", ("surveys", 0, "fell"), 8765, "8,765"),
         ("direction", ("records", 0, "pgv_cm_s"), 765.4, "765"),
@@ -472,7 +478,7 @@ def test_report_says_no_interval_for_an_alignment_of_few_earthquakes(language: s
     text = report_text(Findings.model_validate(data), language)
     assert {"en": "0.42 (no interval; 3 earthquakes)", "ja": "0.42 (信頼区間なし、3 地震)"}[language] in text
     data = json.loads(handwritten_findings_of_study("reference").model_dump_json())
-    data["reference_alignments"][0]["closest_alignment"] |= {"value": 0.417, "low": None, "high": None}
+    data["reference_alignments"][0]["alignment_with_best_reference_axis"] |= {"value": 0.417, "low": None, "high": None}
     text = report_text(Findings.model_validate(data), language)
     assert {"en": "0.42 (no interval", "ja": "0.42 (信頼区間なし"}[language] in text
 

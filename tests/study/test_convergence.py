@@ -361,10 +361,10 @@ def test_convergence_of_a_scene_is_checked_for_each_element(tmp_path: Path) -> N
     found = check_convergence(settings, done.records, done.sample_with_replaced_flags(wrong))
     assert [one.flags for one in found.finer.outcomes] == [fell, 0]
     rows = comparisons_with_second_computations(found)[:2]
-    assert [(one.element, one.falls_or_stands.count, one.falls_or_stands.compared) for one in rows] == [
+    assert [(one.element, one.fall_or_stand_changes.count, one.fall_or_stand_changes.compared) for one in rows] == [
         ("slender", fell, 4), ("squat", 0, 4),
     ]  # fmt: skip
-    assert rows[0].falls_or_stands.value == fell / 4
+    assert rows[0].fall_or_stand_changes.value == fell / 4
 
 
 def test_convergence_reruns_of_a_scene_use_finer_steps_and_stiffer_contacts() -> None:

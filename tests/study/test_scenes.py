@@ -171,7 +171,7 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
     # A study of the upper base is compared with the variant that has a shaft by the shaft, which is in both scenes.
     scene = study.scene.model_copy(update={"reference": "upper-base"})
     of_base = compare_study_with_variants(replace(results, study=study.model_copy(update={"scene": scene})))
-    compared = [[(one.element_here, one.element_there) for one in each] for each in (contrasts, of_base)]
+    compared = [[(one.element_of_study, one.element_of_variant) for one in each] for each in (contrasts, of_base)]
     assert compared == [[("shaft", "monolith"), ("shaft", "shaft")], [("upper-base", "monolith"), ("shaft", "shaft")]]
     assert of_base[1] == contrasts[1]
     for cube in cubes.values():

@@ -371,11 +371,13 @@ def test_falls_normal_to_the_known_faces_are_not_tested_for_fit(cube_of_falls_ar
     assert max(found.fit_octants.p_value, found.fit_exact.p_value) < 0.01  # evenly over 90° they are not
     assert found.log_likelihood_ratio > 0
     assert found.likelihood_ratio_p < 0.05
-    assert survey_prediction_findings(StoredSurveyComparison("", "", "", found)).faces_known, (
-        "so that the report has no test of fit"
-    )
+    assert survey_prediction_findings(
+        StoredSurveyComparison("", "", "", found)
+    ).has_falls_with_known_face_and_b_over_h, "so that the report has no test of fit"
     unknown = compare_survey_with_prediction([fallen_stone(a) for a in azimuths], cube_of_falls_around_azimuth_60)
-    assert not survey_prediction_findings(StoredSurveyComparison("", "", "", unknown)).faces_known
+    assert not survey_prediction_findings(
+        StoredSurveyComparison("", "", "", unknown)
+    ).has_falls_with_known_face_and_b_over_h
     assert min(unknown.fit_octants.p_value, unknown.fit_exact.p_value) < 0.05
 
 
@@ -433,7 +435,7 @@ def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(cu
     only = compare_survey_with_prediction([lost], cube_of_falls_around_azimuth_60)
     assert only.octant_observed.sum() == 0
     doubted = survey_prediction_findings(StoredSurveyComparison("x", "", "site", only, ("x: radians?",)))
-    assert (doubted.doubts, doubted.octant_falls) == (["x: radians?"], 0)
+    assert (doubted.doubts, doubted.falls_in_known_direction) == (["x: radians?"], 0)
 
 
 def fall_rule_by_friction_and_height(azimuth, height, slender, friction):

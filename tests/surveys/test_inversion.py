@@ -213,12 +213,12 @@ def test_falls_alone_give_the_peak_velocity_no_upper_bound(inversion_with_known_
     low, high = asked.posterior.credible_interval(asked.posterior.pgv_by_motion_and_level)
     assert low > 0.6
     assert high == math.inf
-    assert inferred_motion_findings(asked).beyond_library_above
+    assert inferred_motion_findings(asked).has_no_upper_strength_bound
     stood = inversion_with_known_outcomes.invert_survey(
         "ruin.csv", [stone_of_round_column(size, count=6) for size in ROUND_COLUMN_SIZES]
     )
     assert stood.posterior.credible_interval(stood.posterior.pgv_by_motion_and_level)[0] == 0.0
-    assert inferred_motion_findings(stood).beyond_library_below
+    assert inferred_motion_findings(stood).has_no_lower_strength_bound
 
 
 def test_survey_with_only_falls_has_an_uninformative_axis_arc(inversion_with_known_outcomes: SurveyInversion) -> None:
@@ -265,13 +265,13 @@ def test_a_survey_that_no_motion_explains_does_not_fit(inversion_with_known_outc
         [stone_of_round_column(ROUND_COLUMN_SIZES[2], 0, 12), stone_of_round_column(ROUND_COLUMN_SIZES[0], count=12)],
     )
     assert odd.fit < 0.01
-    assert not inferred_motion_findings(odd).fits
+    assert not inferred_motion_findings(odd).any_motion_fits
     even = inversion_with_known_outcomes.invert_survey(
         "even.csv",
         [stone_of_round_column(ROUND_COLUMN_SIZES[0], 0, 12), stone_of_round_column(ROUND_COLUMN_SIZES[2], count=12)],
     )
     assert even.fit > 0.1
-    assert inferred_motion_findings(even).fits
+    assert inferred_motion_findings(even).any_motion_fits
 
 
 def test_missing_sizes_are_reported_and_drawn_at_random(inversion_with_known_outcomes: SurveyInversion) -> None:

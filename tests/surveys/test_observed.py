@@ -33,19 +33,19 @@ def test_counts_and_shares_of_each_site_match_hand_counts_and_scipy(tmp_path: Pa
 
     def stone_counts(one: ObservedFallsFinding) -> tuple[int, ...]:
         unknown = one.fell_in_unknown_direction
-        return one.stones, one.fell, unknown, one.stands, one.moved, one.not_counted
+        return one.stones, one.fell, unknown, one.stands, one.standing_shifted_or_twisted, one.not_counted
 
     assert (first.site, stone_counts(first)) == ("A", (16, 9, 1, 5, 2, 2))
     assert (second.site, stone_counts(second)) == ("B", (5, 3, 0, 0, 0, 2))
-    assert stone_counts(found.together) == (21, 12, 1, 5, 2, 4)
-    assert found.together.reasons_not_counted == {"fixed": 2, "broken": 1, "unknown": 1}
+    assert stone_counts(found.all_sites) == (21, 12, 1, 5, 2, 4)
+    assert found.all_sites.reasons_not_counted == {"fixed": 2, "broken": 1, "unknown": 1}
     assert second.fell_share is None, "only fallen stones are listed"
     assert found.sites_without_standing == ["B"], "its fallen stones would raise the share of all sites together"
     for share, k, n in (
         (first.fell_share, 9, 14),
         (first.stands_share, 5, 14),
-        (found.together.fell_share, 9, 14),
-        (found.together.not_counted_share, 4, 21),
+        (found.all_sites.fell_share, 9, 14),
+        (found.all_sites.not_counted_share, 4, 21),
     ):
         exact = scipy.stats.binomtest(k, n).proportion_ci(method="exact")
         assert share is not None
@@ -58,10 +58,10 @@ def test_mean_directions_of_sites_match_hand_computation(tmp_path: Path) -> None
     assert first.direction.mean_deg == pytest.approx(20)
     assert first.direction.resultant == pytest.approx(math.cos(math.radians(10)))
     # Three falls to 200° are on the axis of the eight to 20°.
-    assert found.together.axis.mean_deg == pytest.approx(20)
-    assert found.together.axis.sample_size == 11
+    assert found.all_sites.axis.mean_deg == pytest.approx(20)
+    assert found.all_sites.axis.sample_size == 11
     north, east = 8 * math.cos(math.radians(10)) - 3, 0.0
-    assert found.together.direction.resultant == pytest.approx(math.hypot(north, east) / 11)
+    assert found.all_sites.direction.resultant == pytest.approx(math.hypot(north, east) / 11)
     assert (found.declination_low_deg, found.declination_high_deg) == (0, 0)
 
 
@@ -81,7 +81,7 @@ def test_p_value_of_two_equal_directions_allows_for_the_azimuth_recording_step(
     tmp_path: Path, text: str, direction_p: float, axis_p: float
 ) -> None:
     """By chance two stones have the same recorded step with probability step/360°, or step/180° for axes."""
-    found = observed_findings_of_table(tmp_path, text).together
+    found = observed_findings_of_table(tmp_path, text).all_sites
     assert found.direction.p_value == pytest.approx(direction_p, abs=0.02)
     assert found.axis.p_value == pytest.approx(axis_p, abs=0.02)
 
@@ -152,7 +152,7 @@ def test_field_tables_in_three_layouts_are_summarised_and_drawn(
     assert f"{fell} stones fell and {stand} stand" in printed.out
     table = read_survey_table(path, -7.5 if options else None)
     assert sum(stone.fell and not stone.fell_in_known_direction for stone in table.counted_stones) == unknown
-    found = observed_survey_findings(summarise_survey(table)).together
+    found = observed_survey_findings(summarise_survey(table)).all_sites
     assert found.direction.mean_deg is not None
     assert 110 < found.direction.mean_deg < 150
     assert figure.read_text(encoding="utf-8").startswith("<?xml")

@@ -52,7 +52,7 @@ def test_stored_comparison_has_table_comments_and_flags_few_falls(
         )
         made = survey_prediction_findings(make_stored_survey_comparison(source, "r0", found))
         assert made.remarks == ["A churchyard,", "in haste."]
-        assert made.few_falls is few
+        assert made.has_few_falls_in_known_direction is few
 
 
 def test_files_that_are_no_stored_comparison_are_refused(tmp_path: Path) -> None:

@@ -48,7 +48,7 @@ def simulated_stack_case() -> tuple[ParametersOfStackCases, Motion, CaseResults]
     setting = replace(
         random_stack_settings(1, 1)[0],
         sizes=np.array([[0.6, 0.6, 0.3], [0.2, 0.2, 0.6]]), density=np.array([2650.0, 2650.0]),
-        penetration_ratio=2e-6, damping_ratio=1.0, friction=np.array([0.7]), amplitude=np.array([1.0]),
+        penetration_ratio=2e-6, damping_ratio=1.0, friction=np.array([0.7]), amplitude_factors=np.array([1.0]),
         orientation_deg=np.array([0.0]),
     )  # fmt: skip
     motion = Motion(*acceleration_components_with_plateau(0.4, 0.0), sampling_interval=0.01, trust_data=True)
@@ -83,6 +83,6 @@ def test_the_stack_checks_detect_a_wrong_outcome(changes: dict[str, Any], reason
 def test_the_stack_checks_detect_falls_under_shaking_too_weak_to_open_a_joint() -> None:
     setting, motion, found = simulated_stack_case()
     for amplitude, reason in ((0.0, "moved without motion"), (0.15, "fell below the least acceleration")):
-        weak = replace(setting, amplitude=np.array([amplitude]))
+        weak = replace(setting, amplitude_factors=np.array([amplitude]))
         assert find_failed_stack_check(weak, motion, found, 0).startswith(reason)
     np.testing.assert_allclose(setting.joint_opening_acceleration, 9.80665 / 3.0, err_msg="the shaft opens at B/H")

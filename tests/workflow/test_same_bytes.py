@@ -78,7 +78,7 @@ def test_a_slurm_configuration_is_restored_unless_a_killed_test_left_it(
     killed: bool, stays: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "slurm" / "slurm.conf"
-    monkeypatch.setattr(one_node_slurm, "COMPLETE_STUDY_FILE_NAME", file)
+    monkeypatch.setattr(one_node_slurm, "CONFIGURATION", file)
     with one_node_slurm._temporary_slurm_configuration("ClusterName=one\n"):
         written = file.read_text(encoding="utf-8")
     assert "ClusterName=one\n" in written

@@ -90,10 +90,10 @@ def summarise_or_compare_survey(
         print()
         _compare_survey_with_cube(stones, table, (cubes, record), background, figure, output)
     elif figure is not None:
-        write_roses_of_observed_falls([observed.together, *observed.sites], figure)
+        write_roses_of_observed_falls([observed.all_sites, *observed.sites], figure)
         print(f"figure: {figure}")
     if rose is not None:
-        write_roses_of_observed_falls([observed.together], rose)
+        write_roses_of_observed_falls([observed.all_sites], rose)
         print(f"rose: {rose}")
 
 
@@ -231,7 +231,7 @@ def _compare_falls_shifts_and_twists(
         write_result_as_json(result, output)
     if figure is not None:
         observed = observed_survey_findings(summarise_survey(table))
-        write_roses_of_observed_falls([observed.together, *observed.sites], figure)
+        write_roses_of_observed_falls([observed.all_sites, *observed.sites], figure)
         print(f"figure: {figure}")
 
 

@@ -33,18 +33,18 @@ class IllustrativeCaseWithFigures:
     """
 
     title: str
-    rule: str
-    block: str
-    parameters: str
+    selection_rule: str
+    block_and_motion_description: str
+    block_parameters_text: str
     record: str
-    settings: tuple[str, ...]
-    headings: tuple[str, ...]
-    outcomes: tuple[str, ...]
+    panel_variants: tuple[str, ...]
+    panel_headings: tuple[str, ...]
+    panel_outcomes: tuple[str, ...]
     film: dict[str, Any]
-    strip: str
+    film_strip_file_name: str
     strip_alt: str
-    keys: str
-    figures: dict[str, dict[str, Any]]
+    keyboard_help: str
+    figure_texts_and_options_by_file: dict[str, dict[str, Any]]
 
 
 def write_illustrative_case_list(drawn_cases: list[IllustrativeCaseWithFigures], folder: Path) -> None:

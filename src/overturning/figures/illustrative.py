@@ -172,18 +172,18 @@ def _draw_illustrative_case(
     strip = f"{output_stem.name}-strip.svg"
     return IllustrativeCaseWithFigures(
         title=case.title,
-        rule=case.selection_rule_text,
-        block=film.title,
-        parameters=block_label(study, case.block_coordinates),
+        selection_rule=case.selection_rule_text,
+        block_and_motion_description=film.title,
+        block_parameters_text=block_label(study, case.block_coordinates),
         record=record,
-        settings=settings,
-        headings=tuple(panel.title for panel in film.panels),
-        outcomes=tuple(panel.outcome for panel in film.panels),
+        panel_variants=settings,
+        panel_headings=tuple(panel.title for panel in film.panels),
+        panel_outcomes=tuple(panel.outcome for panel in film.panels),
         film=film.player_data(),
-        strip=strip,
+        film_strip_file_name=strip,
         strip_alt=str(figures.pop(strip)["alt"]),
-        keys=film.panels[0].keyboard_help_specific_to_2d_or_3d,
-        figures=figures,
+        keyboard_help=film.panels[0].keyboard_help_specific_to_2d_or_3d,
+        figure_texts_and_options_by_file=figures,
     )
 
 

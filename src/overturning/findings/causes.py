@@ -41,10 +41,10 @@ class FallProbabilityAfterDoubling(FindingBaseClass):
 
     doubled: str
     """Quantity that doubles, the others fixed: "PGA and PGV", "PGV alone", or "size of the block"."""
-    even_chance_becomes: OptionalNumber
-    even_chance_low: OptionalNumber = None
+    fall_probability_from_half: OptionalNumber
+    fall_probability_from_half_low: OptionalNumber = None
     """Lower end of the interval of `even_chance_becomes`."""
-    even_chance_high: OptionalNumber = None
+    fall_probability_from_half_high: OptionalNumber = None
     """Upper end of the interval of `even_chance_becomes`."""
 
 
@@ -59,7 +59,7 @@ class LogisticFitFindings(FindingBaseClass):
     """Number of earthquakes."""
     level: float
     """Probability of the intervals."""
-    even_chance: list[FallProbabilityAfterDoubling]
+    fall_probabilities_after_doubling: list[FallProbabilityAfterDoubling]
     """Factors on the odds as probabilities, for the predictors whose interval excludes no effect."""
     note: str
     """Reason why there is no fit or no interval; otherwise empty."""
@@ -78,9 +78,9 @@ class CriterionScore(FindingBaseClass):
     """Share of the standing blocks for which the criterion predicts a fall."""
     skill: Estimate
     """Skill over all blocks together."""
-    skill_within_block_shape: Estimate
+    mean_skill_within_block_sizes: Estimate
     """Mean over heights and B/H of the skill among the blocks of one height and B/H."""
-    skill_within_pulse_range: OptionalNumber
+    skill_within_pulse_criterion_range: OptionalNumber
     """Value of `skill_within_block_shape` without planes and blocks beyond the range of the pulse criterion."""
 
 
@@ -100,17 +100,17 @@ class CriteriaFindings(FindingBaseClass):
 
     scores: list[CriterionScore]
     """Score of each criterion."""
-    best_criterion: str
+    significantly_best_criterion: str
     """Criterion with the largest `skill_within_block_shape`; empty unless all intervals of `skill_lead` exclude 0."""
     largest_skill_criterion: str
     """Criterion with the largest estimate of `skill_within_block_shape`; empty if no skill is defined."""
-    skill_lead: dict[str, Estimate]
+    skill_lead_over_other_criteria: dict[str, Estimate]
     """Value of `skill_within_block_shape` of `largest_skill_criterion` minus that of each other criterion."""
-    not_shown_to_differ: list[SkillDifference]
+    insignificant_skill_differences: list[SkillDifference]
     """Values of `skill_lead` whose interval does not exclude 0, as differences in the order of `scores`."""
-    share_beyond_pulse_range: OptionalNumber
+    share_beyond_pulse_criterion_range: OptionalNumber
     """Share of planes and blocks for which the pulse criterion is far too low."""
-    pulse_range: float = MAX_VALID_PULSE_FREQUENCY_RATIO
+    max_pulse_criterion_frequency_ratio: float = MAX_VALID_PULSE_FREQUENCY_RATIO
     """Largest frequency ratio ω/p for which the pulse criterion is valid."""
 
 
@@ -169,7 +169,7 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
         fitted_outcomes=fit.rows,
         earthquakes=fit.clusters,
         level=CONFIDENCE_LEVEL,
-        even_chance=[one for one in chances if one is not None],
+        fall_probabilities_after_doubling=[one for one in chances if one is not None],
         note=fit.note,
     )
 
@@ -187,7 +187,10 @@ def _fall_probability_if_quantity_doubles(
         return None
     value, low, high = (1.0 - 1.0 / (1.0 + one) for one in known)  # also for a factor too large for a number
     return FallProbabilityAfterDoubling(
-        doubled=doubled, even_chance_becomes=value, even_chance_low=low, even_chance_high=high
+        doubled=doubled,
+        fall_probability_from_half=value,
+        fall_probability_from_half_low=low,
+        fall_probability_from_half_high=high,
     )
 
 
@@ -207,10 +210,10 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
             hit_rate=one.overall_counts.hit_rate,
             false_alarm_rate=one.overall_counts.false_alarm_rate,
             skill=estimate_from_mean(one.skill, "skill over all blocks together"),
-            skill_within_block_shape=estimate_from_mean(
+            mean_skill_within_block_sizes=estimate_from_mean(
                 one.mean_skill_within_block_sizes, "mean skill over blocks of one height and B/H"
             ),
-            skill_within_pulse_range=one.mean_skill_in_valid_range,
+            skill_within_pulse_criterion_range=one.mean_skill_in_valid_range,
         )
         for one in found.rules
     ]
@@ -220,13 +223,15 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
     }
     return CriteriaFindings(
         scores=scores,
-        best_criterion=found.best_criterion.name if leads and all(one.excludes_zero for one in leads.values()) else "",
+        significantly_best_criterion=found.best_criterion.name
+        if leads and all(one.excludes_zero for one in leads.values())
+        else "",
         largest_skill_criterion=found.best_criterion.name if leads else "",
-        skill_lead=leads,
-        not_shown_to_differ=_insignificant_skill_differences(
+        skill_lead_over_other_criteria=leads,
+        insignificant_skill_differences=_insignificant_skill_differences(
             found.best_criterion.name, leads, [one.criterion for one in scores]
         ),
-        share_beyond_pulse_range=found.share_beyond_pulse_validity,
+        share_beyond_pulse_criterion_range=found.share_beyond_pulse_validity,
     )
 
 

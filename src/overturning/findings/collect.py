@@ -85,7 +85,7 @@ class Findings(FindingBaseClass):
 
     study: StudyFacts
     """Question and grid."""
-    extent: StudyCounts
+    study_counts: StudyCounts
     cases: CaseCounts
     """Number of cases and their outcomes."""
     direction: FallDirection
@@ -102,9 +102,9 @@ class Findings(FindingBaseClass):
     """Final slip and twist of each element of 3-D scenes."""
     site_fall_rates: list[SiteFallRates]
     """Falls of the population on each soil."""
-    not_converged: list[str]
+    unconverged_soil_responses: list[str]
     """Soil computations that did not converge."""
-    beyond_curves: list[str]
+    soil_responses_beyond_curves: list[str]
     """Soil computations whose effective strain exceeds the largest strain of the curve of a layer."""
     surveys: list[SurveyFindings]
     """Comparison of each survey of fallen stones with the prediction."""
@@ -135,7 +135,7 @@ class Findings(FindingBaseClass):
     """Records and the falls under each."""
     record_notes: RecordNotes
     """Notes and doubts about the data of the records."""
-    cells: list[CaseCountOfStatus]
+    status_case_counts: list[CaseCountOfStatus]
     sources: list[RecordSource]
     numerical_quality: NumericalQuality
     """Energy error, penetration and versions."""
@@ -146,7 +146,7 @@ def findings_from_results(results: StudyResults) -> Findings:
     records = record_facts(results)
     return Findings(
         study=study_facts(results),
-        extent=count_records_blocks_and_directions(results),
+        study_counts=count_records_blocks_and_directions(results),
         cases=case_counts_and_overturned_shares(results),
         direction=fall_direction_findings(results),
         contrasts=compare_study_with_variants(results),
@@ -155,8 +155,8 @@ def findings_from_results(results: StudyResults) -> Findings:
         element_outcomes=element_fall_findings(results),
         element_displacements=final_slip_and_rotation_of_elements(results),
         site_fall_rates=population_fall_rates_by_soil(results),
-        not_converged=unconverged_soil_analyses(results),
-        beyond_curves=soil_analyses_with_strain_beyond_curves(results),
+        unconverged_soil_responses=unconverged_soil_analyses(results),
+        soil_responses_beyond_curves=soil_analyses_with_strain_beyond_curves(results),
         surveys=all_survey_prediction_findings(results),
         survey_displacements=all_survey_displacement_findings(results),
         inferred_motions=all_inferred_motion_findings(results),
@@ -172,7 +172,7 @@ def findings_from_results(results: StudyResults) -> Findings:
         maps=choose_fall_maps_for_report(results),
         records=records,
         record_notes=summarise_record_notes_and_doubts({one.id: one.processing for one in records}),
-        cells=case_counts_by_status(results),
+        status_case_counts=case_counts_by_status(results),
         sources=source_and_licence_of_records(results),
         numerical_quality=numerical_quality(results),
     )

@@ -29,19 +29,19 @@ class ComparisonWithSecondComputation(FindingBaseClass):
 
     computation: str
     """"finer" (shorter steps), "stiffer" (stiffer contact), or "rigid" (exact rigid block without sliding)."""
-    factor: OptionalNumber
+    step_count_or_stiffness_factor: OptionalNumber
     """Factor on the number of steps or on the stiffness; None for the rigid block."""
     element: str
     """Element that is compared; empty for a single block."""
-    refused: str
+    refusal_reason: str
     """Reason why the computation was not possible; otherwise empty."""
-    falls_or_stands: ChangedCases
+    fall_or_stand_changes: ChangedCases
     """Cases that fall in one computation and stand in the other."""
-    falls_or_stands_undivided: ChangedCases
-    """Share of `falls_or_stands` among the cases whose ensemble agrees whether the block falls."""
-    side: ChangedCases
+    fall_or_stand_changes_if_ensemble_agrees: ChangedCases
+    """Share of `fall_or_stand_changes` among the cases whose ensemble agrees whether the block falls."""
+    fall_side_changes: ChangedCases
     """Cases that fall in both computations, but to different sides (in 3-D: 30° or more apart)."""
-    side_agreed: ChangedCases
+    fall_side_changes_if_ensemble_agrees: ChangedCases
     """Share of `side` among the cases whose ensemble falls to one side only."""
 
 
@@ -71,8 +71,10 @@ def comparisons_with_second_computations(convergence: ConvergenceCheckResult) ->
             none = share_of_changed_cases(0, 0, sampled)
             rows.append(
                 ComparisonWithSecondComputation(
-                    computation=name, factor=factor, element="", refused=part.refused, falls_or_stands=none,
-                    falls_or_stands_undivided=none, side=none, side_agreed=none,
+                    computation=name, step_count_or_stiffness_factor=factor, element="", refusal_reason=part.refused,
+                    fall_or_stand_changes=none,
+                    fall_or_stand_changes_if_ensemble_agrees=none, fall_side_changes=none,
+                    fall_side_changes_if_ensemble_agrees=none,
                 )
             )  # fmt: skip
     rigid = convergence.rigid
@@ -91,15 +93,15 @@ def _comparison_of_element_with_second_computation(
     """Return how many outcomes of one scene element change in a second computation, such as with shorter steps."""
     return ComparisonWithSecondComputation(
         computation=computation,
-        factor=factor,
+        step_count_or_stiffness_factor=factor,
         element=element_changes.element,
-        refused="",
-        falls_or_stands=share_of_changed_cases(element_changes.flags, element_changes.cases, is_random_sample),
-        falls_or_stands_undivided=share_of_changed_cases(
+        refusal_reason="",
+        fall_or_stand_changes=share_of_changed_cases(element_changes.flags, element_changes.cases, is_random_sample),
+        fall_or_stand_changes_if_ensemble_agrees=share_of_changed_cases(
             element_changes.flags_undivided, element_changes.undivided, is_random_sample
         ),
-        side=share_of_changed_cases(element_changes.sides, element_changes.fallen, is_random_sample),
-        side_agreed=share_of_changed_cases(
+        fall_side_changes=share_of_changed_cases(element_changes.sides, element_changes.fallen, is_random_sample),
+        fall_side_changes_if_ensemble_agrees=share_of_changed_cases(
             element_changes.sides_agreed, element_changes.fallen_agreed, is_random_sample
         ),
     )

@@ -31,14 +31,14 @@ class VariantContrast(FindingBaseClass):
 
     variant: str
     """Name of the variant."""
-    primary: bool
+    is_primary_comparison: bool
     """True for the variant against which the primary statistic is compared."""
-    scene_here: str
+    scene_of_study: str
     """Title of the scene of the study, and of that of the variant."""
-    scene_there: str
-    element_here: str
+    scene_of_variant: str
+    element_of_study: str
     """Name of the element that is compared in the study, and of that in the variant."""
-    element_there: str
+    element_of_variant: str
     differs_in: list[str]
     """Settings that differ: scene, contact, vertical, site."""
     soil_thickness_m: OptionalNumber
@@ -59,24 +59,24 @@ class VariantContrast(FindingBaseClass):
     """Share of the cases that overturn in the variant only."""
     both_overturn: Estimate
     """Share of the cases that overturn in both."""
-    same_direction: Estimate
+    same_direction_share: Estimate
     """Share of the falls in both that go within 45° of each other."""
-    opposite_share: OptionalNumber
+    different_direction_share: OptionalNumber
     """Share of the falls in both that go more than 45° apart; None without such falls."""
-    earlier_in_study: Estimate
+    earlier_fall_in_study_share: Estimate
     """Share of the falls in both that are earlier in the study."""
-    same_time_in_both: Estimate
+    simultaneous_fall_share: Estimate
     """Share of the falls in both that are at the same time."""
-    first_in_study: Estimate
+    first_or_lone_fall_in_study_share: Estimate
     """Share, of the cases with a fall in either, in which the stone of the study falls first or alone; a case with
     falls at the same time counts half."""
     by_b_over_h: list["OverturnedSharesAtBOverH"]
     """Shares of the cases that overturn, for each B/H."""
-    rate_here: Estimate | None
+    fall_rate_in_study: Estimate | None
     """Fall rate of the population in the study under the records as they are, over the stones with an outcome in both;
     None without a population."""
-    rate_there: Estimate | None
-    primary_difference: Estimate
+    fall_rate_in_variant: Estimate | None
+    primary_statistic_difference: Estimate
     """Difference of the primary statistic: of the fall rates if that is the fall rate, otherwise of the shares."""
 
 
@@ -110,9 +110,9 @@ class ElementFallOutcomes(FindingBaseClass):
     """Share of the cases in which the element falls."""
     falls_first: int
     """Number of falls in which no other element falls before."""
-    share_first: OptionalNumber
+    share_of_falls_first: OptionalNumber
     """Share of its falls in which no other element falls before; None without falls."""
-    share_alone: OptionalNumber
+    share_of_falls_alone: OptionalNumber
     """Share of its falls in which no other element falls at all; None without falls."""
     median_fall_time_s: OptionalNumber
     """Median time of the falls from the start of the record, s."""
@@ -142,10 +142,10 @@ class SiteFallRates(FindingBaseClass):
     """Median of the largest horizontal acceleration over records, m/s²."""
     mean_fall_rate: OptionalNumber
     """Mean over records of the share of the stones that fall."""
-    axis_turned_deg: OptionalNumber
+    median_fall_axis_rotation_deg: OptionalNumber
     """Median angle, over records, between the fall axes on this ground and on the ground as recorded; None if the
     planes of the study impose the axis."""
-    axes_compared: int
+    records_with_both_fall_axes: int
     """Number of records with an axis on both grounds."""
     median_fall_rate: OptionalNumber
     """Median over records of the share of the stones that fall."""
@@ -199,13 +199,14 @@ def _compare_study_with_variant(
     rate_difference = mean_over_earthquakes(rates[0] - rates[1], events) if rates and with_rate else None
     scenes = [variant_scene(results.study, name) for name in (NOMINAL_VARIANT, variant)]
     site = variant_settings(results.study, variant).site
+    same_direction = found.same_direction_share
     return VariantContrast(
         variant=variant,
-        primary=variant == results.study.primary.against,
-        scene_here=scenes[0].name,
-        scene_there=scenes[1].name,
-        element_here=elements[0],
-        element_there=elements[1],
+        is_primary_comparison=variant == results.study.primary.against,
+        scene_of_study=scenes[0].name,
+        scene_of_variant=scenes[1].name,
+        element_of_study=elements[0],
+        element_of_variant=elements[1],
         differs_in=names_of_differing_settings(results.study, NOMINAL_VARIANT, variant),
         soil_thickness_m=sum(layer.thickness_m for layer in site.layers) if site is not None else None,
         records=int(record_indices.size),
@@ -220,26 +221,26 @@ def _compare_study_with_variant(
             found.only_other_falls, "share of the cases that overturn in the variant only"
         ),
         both_overturn=estimate_from_mean(found.both_fall, "share of the cases that overturn in both"),
-        same_direction=estimate_from_mean(
-            found.same_direction_share, "share of the falls in both that go within 45° of each other"
+        same_direction_share=estimate_from_mean(
+            same_direction, "share of the falls in both that go within 45° of each other"
         ),
-        opposite_share=1.0 - found.same_direction_share.value if found.same_direction_share.n else float("nan"),
-        earlier_in_study=estimate_from_mean(
+        different_direction_share=1.0 - same_direction.value if same_direction.n else float("nan"),
+        earlier_fall_in_study_share=estimate_from_mean(
             found.earlier_if_both_fall, "share of the falls in both that are earlier in the study"
         ),
-        same_time_in_both=estimate_from_mean(
+        simultaneous_fall_share=estimate_from_mean(
             found.same_time_if_both_fall, "share of the falls in both that are at the same time"
         ),
-        first_in_study=estimate_from_mean(
+        first_or_lone_fall_in_study_share=estimate_from_mean(
             found.first_if_any_falls,
             "share of the cases with a fall in either in which the stone of the study falls first or alone",
         ),
         by_b_over_h=_overturned_shares_at_each_b_over_h(
             results.default_element_cube["b_over_h"].to_numpy(), paired, events
         ),
-        rate_here=mean_rates[0] if mean_rates else None,
-        rate_there=mean_rates[1] if mean_rates else None,
-        primary_difference=(
+        fall_rate_in_study=mean_rates[0] if mean_rates else None,
+        fall_rate_in_variant=mean_rates[1] if mean_rates else None,
+        primary_statistic_difference=(
             difference
             if rate_difference is None
             else estimate_from_mean(rate_difference, f"difference of the {FALL_RATE_DESCRIPTION}")
@@ -314,8 +315,8 @@ def _fall_outcomes_of_element(
         variant=variant, scene=scene.name,
         element=fall_counts.name if several_elements else scene.free_element_names[0], cases=fall_counts.cases,
         falls=fall_counts.falls, share_overturned=fall_counts.fall_share, falls_first=fall_counts.first_falls,
-        share_first=fall_counts.first_falls / fall_counts.falls if fall_counts.falls else None,
-        share_alone=fall_counts.lone_falls / fall_counts.falls if fall_counts.falls else None,
+        share_of_falls_first=fall_counts.first_falls / fall_counts.falls if fall_counts.falls else None,
+        share_of_falls_alone=fall_counts.lone_falls / fall_counts.falls if fall_counts.falls else None,
         median_fall_time_s=fall_counts.median_fall_time_s,
     )  # fmt: skip
 
@@ -349,8 +350,8 @@ def population_fall_rates_by_soil(results: StudyResults) -> list[SiteFallRates]:
                     amplitude=factor,
                     median_pga_m_s2=float(np.median([one["peaks"]["pga"][1] for one in accounts])) * factor,
                     mean_fall_rate=float(rate.mean()),
-                    axis_turned_deg=float(np.median(angles)) if angles.size else float("nan"),
-                    axes_compared=int(angles.size),
+                    median_fall_axis_rotation_deg=float(np.median(angles)) if angles.size else float("nan"),
+                    records_with_both_fall_axes=int(angles.size),
                     median_fall_rate=float(rate.median()),
                     records_with_half_fallen=int((rate >= 0.5).sum()),
                 )

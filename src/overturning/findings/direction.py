@@ -75,12 +75,12 @@ class GroupFallDirection(FindingBaseClass):
     """Falls of each earthquake relative to its fault normal."""
     by_rule: list[BlockSelectionAlignment]
     """Alignment under each rule that selects blocks."""
-    smallest_by_rule: OptionalNumber
+    smallest_alignment_by_rule: OptionalNumber
     """Smallest alignment under the rules of `by_rule`."""
-    largest_by_rule: OptionalNumber
+    largest_alignment_by_rule: OptionalNumber
     rules_with_interval: int
     """Number of these rules with an interval, and how many of the intervals exclude 0."""
-    rules_excluding_zero: int
+    rule_intervals_excluding_zero: int
 
 
 class FallDirection(FindingBaseClass):
@@ -88,14 +88,14 @@ class FallDirection(FindingBaseClass):
 
     has_comparable_axis: bool
     """False if the falls have no axis that can be compared with a fault."""
-    no_axis_because: str
+    reason_for_no_comparable_axis: str
     """Reason why not: "no outcome", "no falls", "one plane", "uneven planes", "falls in every plane", "unknown
     outcomes", "every direction or none" or "no fault normal"; empty if they have one."""
     groups: list[GroupFallDirection]
     """Direction of the falls of each group of records."""
-    alignment_difference: Estimate | None
+    first_minus_second_group_alignment: Estimate | None
     """Alignment of the first group minus that of the second; None if there is one group."""
-    outcome_changes_between_neighbours: dict[str, OptionalNumber]
+    outcome_change_share_between_neighbours: dict[str, OptionalNumber]
     """Share of neighbouring cells with different outcomes, by dimension."""
     share_overturned_by_plane: list["OverturnedShareOfPlane"] = Field(default_factory=list)
     """Share of the cases that overturn in each plane; empty unless the planes are spread unevenly over the circle."""
@@ -130,17 +130,17 @@ class GroupReferenceAlignment(FindingBaseClass):
     """Name of the group of records."""
     references: list[AlignmentWithReference]
     """Alignment with each reference."""
-    closest_references: list[str]
+    best_aligned_references: list[str]
     """The two references with the largest alignment of axes; shorter if fewer are known."""
-    closest_minus_second: Estimate | None
+    best_minus_second_alignment: Estimate | None
     """Difference of the alignments of these two; None if there is one reference."""
-    closest_alignment: Estimate | None
+    alignment_with_best_reference_axis: Estimate | None
     """Alignment with the axis of the closest reference, all B/H together."""
-    fault_normal: Estimate | None
+    alignment_with_fault_normal: Estimate | None
     """Alignment with the fault normal; None if no fault normal is known."""
-    directions_with_interval: int
+    b_over_h_ranges_with_interval: int
     """Number of ranges of B/H in which the alignment with the head of the closest reference has an interval."""
-    directions_excluding_zero: int
+    b_over_h_ranges_excluding_zero: int
     """Number of these intervals that exclude 0."""
 
 
@@ -160,7 +160,7 @@ class PlanarModelAgreement(FindingBaseClass):
     """Share of the cases that overturn in the 3-D model only."""
     only_2d_overturns: OptionalNumber
     """Share of the cases that overturn in the 2-D model only."""
-    same_edge: OptionalNumber
+    same_fall_edge_share: OptionalNumber
     """Share of the falls in both models that go over the edge that the 2-D model predicts."""
     angle_between_axes_deg: OptionalNumber
     """Mean angle between the fall axes of the two models, 0 to 90."""
@@ -257,10 +257,10 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
                     for event, mean, length, axis in rows
                 ],
                 by_rule=rules,
-                smallest_by_rule=min(known, default=math.nan),
-                largest_by_rule=max(known, default=math.nan),
+                smallest_alignment_by_rule=min(known, default=math.nan),
+                largest_alignment_by_rule=max(known, default=math.nan),
                 rules_with_interval=sum(one.alignment.low is not None for one in rules),
-                rules_excluding_zero=sum(one.alignment.excludes_zero for one in rules),
+                rule_intervals_excluding_zero=sum(one.alignment.excludes_zero for one in rules),
             )
         )
     changes = dict[str, OptionalNumber]()
@@ -270,12 +270,12 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
     difference, reason = results.first_minus_second_group_alignment, _reason_for_no_comparable_fall_axis(results)
     return FallDirection(
         has_comparable_axis=results.has_fall_axis_and_fault_normal,
-        no_axis_because=reason,
+        reason_for_no_comparable_axis=reason,
         groups=groups,
-        alignment_difference=estimate_from_mean(difference, f"difference of {ALIGNMENT_DESCRIPTION}")
+        first_minus_second_group_alignment=estimate_from_mean(difference, f"difference of {ALIGNMENT_DESCRIPTION}")
         if difference and difference.n
         else None,
-        outcome_changes_between_neighbours=changes,
+        outcome_change_share_between_neighbours=changes,
         share_overturned_by_plane=_overturned_share_by_plane(results) if reason == "uneven planes" else [],
     )
 
@@ -317,16 +317,16 @@ def fall_alignments_with_references(results: StudyResults) -> list[GroupReferenc
             GroupReferenceAlignment(
                 group=group,
                 references=means,
-                closest_references=list(references.best_aligned_references),
-                closest_minus_second=estimate_from_mean(closer[0], "difference of the means of cos 2Δ")
+                best_aligned_references=list(references.best_aligned_references),
+                best_minus_second_alignment=estimate_from_mean(closer[0], "difference of the means of cos 2Δ")
                 if closer
                 else None,
-                closest_alignment=axes[references.best_aligned_references[0]].all_b_over_h
+                alignment_with_best_reference_axis=axes[references.best_aligned_references[0]].all_b_over_h
                 if references.best_aligned_references
                 else None,
-                fault_normal=axes["fault normal"].all_b_over_h if "fault normal" in axes else None,
-                directions_with_interval=len(heads),
-                directions_excluding_zero=sum(one.excludes_zero for one in heads),
+                alignment_with_fault_normal=axes["fault normal"].all_b_over_h if "fault normal" in axes else None,
+                b_over_h_ranges_with_interval=len(heads),
+                b_over_h_ranges_excluding_zero=sum(one.excludes_zero for one in heads),
             )
         )
     return groups
@@ -349,6 +349,6 @@ def planar_model_agreement(results: StudyResults) -> PlanarModelAgreement | None
         same_outcome_near_boundary=whole["flag_beside"],
         only_3d_overturns=whole["only_space"],
         only_2d_overturns=whole["only_plane"],
-        same_edge=whole["face"],
+        same_fall_edge_share=whole["face"],
         angle_between_axes_deg=whole["axis"],
     )

@@ -27,7 +27,7 @@ class ElementDisplacementFindings(FindingBaseClass):
     """90th percentile of the absolute rotation about the vertical over the standing cases, degrees."""
     falls: int
     """Number of cases in which the element falls."""
-    share_slid_off: OptionalNumber
+    share_of_falls_by_sliding_off: OptionalNumber
     """Share of its falls in which it slides over the rim of what it stands on; None without falls, and for the lowest
     stone, since the ground has no rim."""
 
@@ -50,7 +50,7 @@ def final_slip_and_rotation_of_elements(results: StudyResults) -> list[ElementDi
             median_twist_deg=row.median_and_p90_twist_deg[0],
             percentile_90_twist_deg=row.median_and_p90_twist_deg[1],
             falls=row.fallen,
-            share_slid_off=row.slide_off_count / row.fallen
+            share_of_falls_by_sliding_off=row.slide_off_count / row.fallen
             if place and row.slide_off_count is not None and row.fallen
             else None,
         )

@@ -81,9 +81,9 @@ class ConvergenceFindings(FindingBaseClass):
     """Cases that change in each second computation."""
     share_at_rest: OptionalNumber
     """Share of the cases run again that lie below the thresholds of rocking and sliding and cannot change."""
-    undecidable: ChangedCases
+    changes_under_tiny_amplitude_increase: ChangedCases
     """Cases that change under a motion stronger by a factor of 1 + 10⁻⁹: no computation can decide them."""
-    moved_by_amplitude: ChangedCases | None
+    fall_azimuth_changes_with_amplitude: ChangedCases | None
     """Falls in space whose azimuth moves by 30° or more within ± 1 % of the amplitude; None for planar models."""
     records_with_most_changes: list[ChangesUnderRecord]
     """Records under which finer steps change clearly more outcomes than in the whole study, the largest share first.
@@ -117,8 +117,10 @@ def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
         is_sample=is_sample,
         comparisons=comparisons_with_second_computations(found),
         share_at_rest=found.at_rest / found.chosen if found.chosen else math.nan,
-        undecidable=share_of_changed_cases(found.settling.chaotic, found.chosen, is_sample),
-        moved_by_amplitude=None if shift is None else share_of_changed_cases(shift.moved, shift.falls, is_sample),
+        changes_under_tiny_amplitude_increase=share_of_changed_cases(found.settling.chaotic, found.chosen, is_sample),
+        fall_azimuth_changes_with_amplitude=None
+        if shift is None
+        else share_of_changed_cases(shift.moved, shift.falls, is_sample),
         records_with_most_changes=_records_with_unusually_many_outcome_changes(found.by_record),
     )
 

@@ -24,7 +24,7 @@ class StudyCounts(FindingBaseClass):
     earthquakes_in_several_groups: int
     """Number of earthquakes with records in more than one group, which count in each of them."""
     heights: int
-    slendernesses: int
+    b_over_h_values: int
     """Number of values of B/H."""
     frictions: int
     blocks: int
@@ -39,23 +39,23 @@ class StudyCounts(FindingBaseClass):
     """Ranges of azimuths, degrees, in which no plane was computed."""
     records_with_imposed_axis: list[str]
     """Records whose outcomes are known at azimuths spread so unevenly that they impose the axis of the falls."""
-    mirrored: bool
+    has_mirrored_falls: bool
     """True if a fall in one plane to one side is the mirror image of a fall to the other side."""
-    elements: int
+    free_elements: int
     """Number of free elements of the scene."""
-    element: str
+    reported_element: str
     """Name of the element whose falls are reported."""
-    square: bool
+    has_square_base: bool
     """True for a prism with a square base."""
-    records_with_vertical: int
+    records_with_applied_vertical_motion: int
     """Number of records whose vertical motion was applied."""
-    vertical_left_out: int
+    records_with_unused_vertical_motion: int
     """Number of records whose vertical motion the study leaves out."""
-    pulse_not_stated: list[str]
+    records_without_stated_pulse: list[str]
     """Records of no group, because it is not stated whether they have a velocity pulse."""
     notes_on_earthquakes: list[str]
     """Doubts about the assignment of records to earthquakes."""
-    other_amplitudes: int
+    other_amplitude_factors: int
     """Number of other factors under which each record was computed."""
 
 
@@ -112,7 +112,7 @@ def count_records_blocks_and_directions(results: StudyResults) -> StudyCounts:
         earthquakes=results.earthquake_count,
         earthquakes_in_several_groups=sum(number > 1 for number in Counter(in_group).values()),
         heights=sizes["height"],
-        slendernesses=sizes["b_over_h"],
+        b_over_h_values=sizes["b_over_h"],
         frictions=sizes["friction"],
         blocks=sizes["height"] * sizes["b_over_h"] * sizes["friction"] * int(cube.sizes.get("aspect", 1)),
         direction_step_deg=float(steps[0]) if steps.size == 1 else float("nan"),
@@ -120,15 +120,20 @@ def count_records_blocks_and_directions(results: StudyResults) -> StudyCounts:
         last_direction_deg=directions.max(),
         azimuth_gaps=unsimulated_azimuth_ranges(cube),
         records_with_imposed_axis=results.records_with_imposed_axis,
-        mirrored=mirrored,
-        elements=len(variant_scene(study).free_element_names),
-        element=element_name_to_show(cube),
-        square=plan is not None and plan.vertices is None and plan.plan == "rectangle" and set(plan.aspect) == {1.0},
-        records_with_vertical=results.count_of_records_with_applied_vertical,
-        vertical_left_out=results.count_of_records_with_unused_vertical,
-        pulse_not_stated=[name.id for name, alone in zip(results.record_names, neither, strict=True) if alone],
+        has_mirrored_falls=mirrored,
+        free_elements=len(variant_scene(study).free_element_names),
+        reported_element=element_name_to_show(cube),
+        has_square_base=plan is not None
+        and plan.vertices is None
+        and plan.plan == "rectangle"
+        and set(plan.aspect) == {1.0},
+        records_with_applied_vertical_motion=results.count_of_records_with_applied_vertical,
+        records_with_unused_vertical_motion=results.count_of_records_with_unused_vertical,
+        records_without_stated_pulse=[
+            name.id for name, alone in zip(results.record_names, neither, strict=True) if alone
+        ],
         notes_on_earthquakes=earthquake_assignment_notes(cube),
-        other_amplitudes=len(study.amplitude) - 1,
+        other_amplitude_factors=len(study.amplitude) - 1,
     )
 
 

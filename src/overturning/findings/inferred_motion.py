@@ -35,8 +35,8 @@ class LikelyMotion(FindingBaseClass):
     """Candidate motion, and its probability without the survey (prior) and with it (posterior)."""
 
     motion: str
-    probability: OptionalNumber
-    prior: OptionalNumber
+    posterior_probability: OptionalNumber
+    prior_probability: OptionalNumber
 
 
 class StoneSizeRange(FindingBaseClass):
@@ -59,22 +59,22 @@ class InferredMotionOfSite(FindingBaseClass):
     """Interval of each intensity measure."""
     velocity_axis_deg: OptionalNumber
     """Middle of the credible arc of the axis of the largest velocity, 0 to 180."""
-    velocity_axis_arc_deg: OptionalNumber
+    velocity_axis_arc_width_deg: OptionalNumber
     """Width of this arc."""
-    axis_half_arc_deg: OptionalNumber
+    velocity_axis_arc_half_width_deg: OptionalNumber
     """Half of the width of this arc."""
     everything_fell: bool
     """True if every stone fell: then the site shows no axis."""
     fit_p_value: OptionalNumber
     """p-value of the posterior predictive check; small if no motion fits the stones of the site."""
-    fits: bool
+    any_motion_fits: bool
     """False if the check rejects every motion."""
 
 
 class InferredMotion(FindingBaseClass):
     """Axis and strength of the ground motion that are inferred from the fallen stones of a survey."""
 
-    stones: str
+    survey_file_name: str
     """Name of the survey file."""
     fell: int
     """Number of stones that fell."""
@@ -84,30 +84,30 @@ class InferredMotion(FindingBaseClass):
     """Probability of the credible intervals and of the arc."""
     velocity_axis_deg: OptionalNumber
     """Middle of the credible arc of the axis of the largest velocity, 0 to 180."""
-    velocity_axis_arc_deg: OptionalNumber
+    velocity_axis_arc_width_deg: OptionalNumber
     """Width of the arc of the axis of the largest velocity."""
     strengths: list[IntensityCredibleIntervals]
     """Interval of each intensity measure."""
     everything_fell: bool
     """True if every stone fell: then the survey shows no axis."""
-    axis_half_arc_deg: OptionalNumber
+    velocity_axis_arc_half_width_deg: OptionalNumber
     """Half of the width of the arc of the axis."""
-    stronger_than_library: float
+    probability_of_strongest_level: float
     """Share of the probability on the strongest level of the motions."""
-    weaker_than_library: float
+    probability_of_weakest_level: float
     """Share of the probability on the weakest level of the motions."""
-    weakest_level_cm_s: float
-    strongest_level_cm_s: float
-    fixed: float
+    weakest_pgv_level_cm_s: float
+    strongest_pgv_level_cm_s: float
+    fixed_stone_share: float
     """Share of stones taken to be fixed to their base."""
     fit_p_value: OptionalNumber
     """p-value of the posterior predictive check; small if no motion fits the survey."""
-    fits: bool
+    any_motion_fits: bool
     """False if the check rejects every motion."""
-    beyond_library_above: bool
+    has_no_upper_strength_bound: bool
     """True if so much probability lies on the strongest level that no upper bound can be given."""
-    beyond_library_below: bool
-    power: float
+    has_no_lower_strength_bound: bool
+    direction_likelihood_exponent: float
     """Power of the likelihood of directions (see docs/surveys.md)."""
     likeliest_motions: list[LikelyMotion]
     """Motions with the largest probabilities, in descending order."""
@@ -144,26 +144,30 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
     shares, prior = one.motion_probabilities(), one.prior.sum(axis=(1, 2))
     order = (-shares).argsort(kind="stable")[:MAX_LISTED_MOTIONS]
     return InferredMotion(
-        stones=inversion_result.name,
+        survey_file_name=inversion_result.name,
         fell=inversion_result.fell,
         stood=inversion_result.stood,
         velocity_axis_deg=middle,
-        velocity_axis_arc_deg=width,
+        velocity_axis_arc_width_deg=width,
         strengths=_intensity_measure_credible_intervals(inversion_result),
         everything_fell=inversion_result.everything_fell,
-        axis_half_arc_deg=width / 2,
-        weaker_than_library=weakest,
-        stronger_than_library=strongest,
-        beyond_library_below=weakest > (1 - CREDIBLE_INTERVAL_PROBABILITY) / 2,
-        beyond_library_above=strongest > (1 - CREDIBLE_INTERVAL_PROBABILITY) / 2,
-        power=DIRECTION_LIKELIHOOD_EXPONENT,
-        weakest_level_cm_s=float(one.level[0]) / CM,
-        strongest_level_cm_s=float(one.level[-1]) / CM,
-        fixed=inversion_result.fixed,
+        velocity_axis_arc_half_width_deg=width / 2,
+        probability_of_weakest_level=weakest,
+        probability_of_strongest_level=strongest,
+        has_no_lower_strength_bound=weakest > (1 - CREDIBLE_INTERVAL_PROBABILITY) / 2,
+        has_no_upper_strength_bound=strongest > (1 - CREDIBLE_INTERVAL_PROBABILITY) / 2,
+        direction_likelihood_exponent=DIRECTION_LIKELIHOOD_EXPONENT,
+        weakest_pgv_level_cm_s=float(one.level[0]) / CM,
+        strongest_pgv_level_cm_s=float(one.level[-1]) / CM,
+        fixed_stone_share=inversion_result.fixed,
         fit_p_value=inversion_result.fit,
-        fits=not inversion_result.fit < MIN_FIT_P_VALUE,
+        any_motion_fits=not inversion_result.fit < MIN_FIT_P_VALUE,
         likeliest_motions=[
-            LikelyMotion(motion=one.motion_names[place], probability=float(shares[place]), prior=float(prior[place]))
+            LikelyMotion(
+                motion=one.motion_names[place],
+                posterior_probability=float(shares[place]),
+                prior_probability=float(prior[place]),
+            )
             for place in order
         ],
         stones_without_height=int(high),
@@ -202,9 +206,9 @@ def _inferred_motion_of_site(site_result: SurveyInversionResult) -> InferredMoti
         stood=site_result.stood,
         strengths=_intensity_measure_credible_intervals(site_result),
         velocity_axis_deg=middle,
-        velocity_axis_arc_deg=width,
-        axis_half_arc_deg=width / 2,
+        velocity_axis_arc_width_deg=width,
+        velocity_axis_arc_half_width_deg=width / 2,
         everything_fell=site_result.everything_fell,
         fit_p_value=site_result.fit,
-        fits=not site_result.fit < MIN_FIT_P_VALUE,
+        any_motion_fits=not site_result.fit < MIN_FIT_P_VALUE,
     )

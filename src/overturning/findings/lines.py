@@ -7,9 +7,10 @@ from pydantic import BaseModel
 
 from overturning.findings.values import Estimate
 
-_ENTRY_LABEL_FIELDS: Final = ("id", "group", "variant", "reference", "rule", "criterion", "predictor", "event",
-"degree",
-                 "inferred", "record", "element", "setting", "stones", "measure", "name", "b_over_h")  # fmt: skip
+_ENTRY_LABEL_FIELDS: Final = (
+    "id", "group", "variant", "reference", "rule", "criterion", "predictor", "event", "degree", "inferred", "record",
+    "element", "setting", "stone_class", "survey_file_name", "measure", "name", "b_over_h",
+)  # fmt: skip
 """Fields that can label an entry of a list; the first one that differs between all entries is used, otherwise all."""
 
 _JSON_ONLY_FIELDS: Final = frozenset(

@@ -52,7 +52,7 @@ class ObservedFallsFinding(FindingBaseClass):
     """Number of stones that fell."""
     stands: int
     """Number of stones that stand, also shifted and twisted ones."""
-    moved: int
+    standing_shifted_or_twisted: int
     """Number of standing stones that are shifted or twisted."""
     not_counted: int
     """Number of stones that count neither as fallen nor as standing."""
@@ -80,7 +80,7 @@ class ObservedFallsFinding(FindingBaseClass):
 class ObservedSurveyFindings(FindingBaseClass):
     """Summary of a survey, without comparison with a model: for all stones together, and by site."""
 
-    stones: str
+    survey_file_name: str
     """Name of the survey file."""
     doubts: list[str]
     """Doubts about the survey file, such as the unit of its azimuths."""
@@ -88,7 +88,7 @@ class ObservedSurveyFindings(FindingBaseClass):
     """Smallest magnetic declination that was added to a direction, east positive; None without directions."""
     declination_high_deg: OptionalNumber
     """Largest magnetic declination that was added to a direction."""
-    together: ObservedFallsFinding
+    all_sites: ObservedFallsFinding
     """All sites together."""
     sites: list[ObservedFallsFinding] = Field(default_factory=list)
     """Each site by itself; empty if the survey has only one."""
@@ -100,11 +100,11 @@ def observed_survey_findings(summary: SurveySummary) -> ObservedSurveyFindings:
     """Return the report's numbers on a survey by itself: outcomes and fall directions, together and by site."""
     declinations = summary.declinations_deg or (None,)
     return ObservedSurveyFindings(
-        stones=summary.name,
+        survey_file_name=summary.name,
         doubts=list(summary.warnings),
         declination_low_deg=declinations[0],
         declination_high_deg=declinations[-1],
-        together=_observed_falls_finding(summary.falls_at_all_sites),
+        all_sites=_observed_falls_finding(summary.falls_at_all_sites),
         sites=[_observed_falls_finding(site) for site in summary.falls_by_site],
         sites_without_standing=[
             one.site
@@ -129,7 +129,7 @@ def _observed_falls_finding(observed: ObservedFalls) -> ObservedFallsFinding:
         stones=counted + not_counted,
         fell=observed.fell,
         stands=observed.stands,
-        moved=observed.shifted_or_twisted,
+        standing_shifted_or_twisted=observed.shifted_or_twisted,
         not_counted=not_counted,
         reasons_not_counted=observed.not_counted,
         fell_in_unknown_direction=observed.fell_in_unknown_direction,

@@ -77,9 +77,9 @@ class JmaSurveyRuleCheck(FindingBaseClass):
     """Number of motions with such a share."""
     share_agreeing: ShareOfMotions
     """Share of these motions whose intensity is of the inferred degree."""
-    share_higher: ShareOfMotions | None
+    share_with_higher_intensity: ShareOfMotions | None
     """Share with a higher intensity; None for the highest degree."""
-    share_agreeing_with_vertical: ShareOfMotions | None
+    share_agreeing_with_vertical_increment: ShareOfMotions | None
     """Share that agrees if `vertical_intensity_increment` is added for a missing vertical component."""
 
 
@@ -89,7 +89,7 @@ class FragilityCurve(FindingBaseClass):
     Values above (below) the range of the data are `inf` (0).
     """
 
-    stones: str
+    stone_class: str
     """Name of the class of stones."""
     measure: str
     """Intensity measure."""
@@ -223,7 +223,7 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
         ],
         fragility_curves=[
             FragilityCurve(
-                stones=one.name,
+                stone_class=one.name,
                 measure=one.measure,
                 unit=one.unit,
                 median=one.median_and_spread_if_within_data[0],
@@ -294,10 +294,10 @@ def _check_jma_survey_rule(
         median_jma_intensity=float(truncate_to_published_intensity(np.median(jma_intensity[selected]))),
         count=_count_motions(selected, record_events),
         share_agreeing=share_of_agreeing_motions(agreeing, selected, record_events),
-        share_higher=share_of_agreeing_motions(above, selected, record_events)
+        share_with_higher_intensity=share_of_agreeing_motions(above, selected, record_events)
         if math.isfinite(most) and most < 99
         else None,
-        share_agreeing_with_vertical=share_of_agreeing_motions(agreeing_more, selected, record_events)
+        share_agreeing_with_vertical_increment=share_of_agreeing_motions(agreeing_more, selected, record_events)
         if lacking
         else None,
     )

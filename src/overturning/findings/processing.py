@@ -19,7 +19,7 @@ TRUSTED_CONTRADICTION_DOUBT_KIND: Final = "contradictions that were trusted"
 class RecordProcessing(FindingBaseClass):
     """Source of a record's data, the processing by agency and program, and all notes about the data."""
 
-    data: str
+    data_processing_state: str
     """"raw", "raw, response of a velocity sensor removed", "processed", "processed, as declared", or "as given"."""
     processed_by: str
     """Agency that processed the data; empty if it is not known."""
@@ -27,7 +27,7 @@ class RecordProcessing(FindingBaseClass):
     """Processing by the agency, as its file states it; may be empty."""
     steps: list[str]
     """Processing steps of the study, with their parameters."""
-    first_sample: str
+    first_sample_time: str
     """Time of the first sample, ISO 8601 in UTC; empty if it is not known."""
     duration_s: OptionalNumber
     """Duration of the processed record, s."""
@@ -43,13 +43,13 @@ class RecordProcessing(FindingBaseClass):
     """Larger peak displacement of north and east before the steps."""
     pgd_after_m: OptionalNumber
     """Larger peak displacement of north and east after the steps."""
-    declared: list[str]
+    declared_properties: list[str]
     """Properties of the record that the user declared because its files do not state them."""
-    trusted: list[str]
+    trusted_contradictions: list[str]
     """Contradictions of header and data in spite of which the user trusts the record."""
     notes: list[str]
     """Notes on how the record was read: omitted or resampled parts, clipped samples, other doubts."""
-    drift: str
+    drift_evidence: str
     """Evidence that velocity or displacement drifts, so that the peak displacement is not the ground's; or empty."""
     doubts: list[str]
     """Kinds of doubts about the data that may affect results, such as "clipped samples"."""
@@ -87,11 +87,11 @@ def processing_finding_of_record(provenance: Mapping[str, Any]) -> RecordProcess
     peaks = {name: dict(zip(("before", "after"), pair, strict=True)) for name, pair in provenance["peaks"].items()}
     notes, trusted, drift = list(provenance.get("notes", ())), list(provenance["trusted"]), provenance["drift"]
     return RecordProcessing(
-        data=data,
+        data_processing_state=data,
         processed_by=agency,
         agency_processing=provenance["agency"],
         steps=[processing_entry_text(step) for step in provenance["steps"]],
-        first_sample=provenance["start"],
+        first_sample_time=provenance["start"],
         duration_s=provenance["duration_s"],
         pga_before_m_s2=peaks["pga"]["before"],
         pga_after_m_s2=peaks["pga"]["after"],
@@ -99,10 +99,10 @@ def processing_finding_of_record(provenance: Mapping[str, Any]) -> RecordProcess
         pgv_after_m_s=peaks["pgv"]["after"],
         pgd_before_m=peaks["pgd"]["before"],
         pgd_after_m=peaks["pgd"]["after"],
-        declared=list(provenance["declared"]),
-        trusted=trusted,
+        declared_properties=list(provenance["declared"]),
+        trusted_contradictions=trusted,
         notes=notes,
-        drift=drift,
+        drift_evidence=drift,
         doubts=[
             *data_problem_kinds_in_notes(notes),
             *([DRIFT_DOUBT_KIND] if drift else []),
@@ -127,7 +127,10 @@ def summarise_record_notes_and_doubts(processing_by_id: Mapping[str, RecordProce
         for kind in (*PHRASE_BY_DATA_PROBLEM, DRIFT_DOUBT_KIND, TRUSTED_CONTRADICTION_DOUBT_KIND)
     }
     return RecordNotes(
-        records_with_notes=sum(bool(one.declared or one.trusted or one.notes or one.drift) for one in known.values()),
+        records_with_notes=sum(
+            bool(one.declared_properties or one.trusted_contradictions or one.notes or one.drift_evidence)
+            for one in known.values()
+        ),
         doubts=[
             DoubtfulRecords(doubt=kind, count=len(doubtful), records=doubtful)
             for kind, doubtful in named.items()

@@ -21,9 +21,9 @@ class PublishedPeakComparison(FindingBaseClass):
     unit: str
     published: float
     computed: float
-    difference: float
+    relative_difference: float
     """Share by which the computed peak is larger."""
-    expected_within: float
+    max_explained_difference: float
     """Largest difference that the processing of a record explains."""
     agrees: bool
 
@@ -56,8 +56,8 @@ def compare_peaks_with_published(results: StudyResults) -> list[PublishedPeakCom
                         unit=unit,
                         published=published,
                         computed=computed,
-                        difference=difference,
-                        expected_within=tolerance,
+                        relative_difference=difference,
+                        max_explained_difference=tolerance,
                         agrees=abs(difference) <= tolerance,
                     )
                 )

@@ -25,33 +25,33 @@ MAX_NEGLIGIBLE_SHARE_OF_FALLS: Final = 0.01
 class StoneClassSurvival(FindingBaseClass):
     """Probability that stones of a class survive a seismic hazard, computed with one intensity measure."""
 
-    stones: str
+    stone_class: str
     measure: str
     falls_per_year: OptionalNumber
-    stands: OptionalNumber
+    survival_probability: OptionalNumber
     """Probability that a stone stands for the exposure time, with its 95 % interval."""
-    stands_low: OptionalNumber
-    stands_high: OptionalNumber
-    share_of_class: OptionalNumber
+    survival_probability_low: OptionalNumber
+    survival_probability_high: OptionalNumber
+    surviving_class_share: OptionalNumber
     """Share of the class that stands if the deviation of each stone from its class is constant."""
-    beyond_records: OptionalNumber
+    share_of_falls_beyond_records: OptionalNumber
     """Share of the falls that come from shaking beyond the records."""
-    largest_hazard_factor: OptionalNumber
+    hazard_factor_upper_bound: OptionalNumber
     """Upper bound of a factor on the hazard from standing stones; None without a bound."""
-    fall_at_first_level: OptionalNumber
+    fall_share_at_first_hazard_level: OptionalNumber
     """Share of the stones that fall at the first level of the hazard; None if weaker shaking is negligible."""
-    first_level: float
+    first_hazard_level: float
     unit: str
-    weaker_falls_per_year: OptionalNumber
+    falls_per_year_below_first_level: OptionalNumber
     """Falls from shaking down to a tenth of the first level, if the fragility curve holds there."""
 
 
 class StoneClassWithoutFragilityCurve(FindingBaseClass):
     """Class of stones whose survival is unknown, because no median of its fragility curve could be fitted."""
 
-    stones: str
+    stone_class: str
     measure: str
-    beyond_records: bool
+    is_median_beyond_records: bool
     """True if the median lies beyond the records, False if no curve fits the falls."""
 
 
@@ -102,7 +102,7 @@ def survival_findings(survival: SurvivalByStoneClass, survey_stones: Sequence[St
         ],
         without_curve=[
             StoneClassWithoutFragilityCurve(
-                stones=row.stones, measure=row.measure, beyond_records=not math.isnan(row.median)
+                stone_class=row.stones, measure=row.measure, is_median_beyond_records=not math.isnan(row.median)
             )
             for row in survival.classes_without_fragility_curve
         ],
@@ -138,19 +138,19 @@ def _survival_of_class(survival: SurvivalByStoneClass, class_index: int, fall_ra
     weaker = annual_fall_rate_below_first_level(curve, hazard)
     counts = weaker > MAX_NEGLIGIBLE_SHARE_OF_FALLS * one.annual_fall_rate
     return StoneClassSurvival(
-        stones=one.stone_class,
+        stone_class=one.stone_class,
         measure=one.measure,
         falls_per_year=one.annual_fall_rate,
-        stands=one.standing_probability,
-        stands_low=one.standing_probability_low,
-        stands_high=one.standing_probability_high,
-        share_of_class=one.standing_share_with_constant_deviations,
-        beyond_records=one.fall_rate_share_outside_data,
-        largest_hazard_factor=upper_bound_of_factor_on_hazard_curve(curve, hazard, survival.years, fall_rate_bound),
-        fall_at_first_level=one.fall_probability_at_first_level if counts else math.nan,
-        first_level=float(hazard.intensity_levels[0]),
+        survival_probability=one.standing_probability,
+        survival_probability_low=one.standing_probability_low,
+        survival_probability_high=one.standing_probability_high,
+        surviving_class_share=one.standing_share_with_constant_deviations,
+        share_of_falls_beyond_records=one.fall_rate_share_outside_data,
+        hazard_factor_upper_bound=upper_bound_of_factor_on_hazard_curve(curve, hazard, survival.years, fall_rate_bound),
+        fall_share_at_first_hazard_level=one.fall_probability_at_first_level if counts else math.nan,
+        first_hazard_level=float(hazard.intensity_levels[0]),
         unit=hazard.unit,
-        weaker_falls_per_year=weaker if counts else math.nan,
+        falls_per_year_below_first_level=weaker if counts else math.nan,
     )
 
 

@@ -23,9 +23,9 @@ class ScannedStoneFacts(FindingBaseClass):
 
     volume_m3: float
     """Volume of the stone, m³."""
-    tilt_deg: float
+    scan_tilt_deg: float
     """Angle between the vertical of the scan and that of the stone's nearest stable pose, degrees."""
-    relief_mm: float
+    bearing_relief_mm: float
     """Height above the lowest point up to which points of the base bear, mm; of the run without changes."""
 
 
@@ -77,15 +77,15 @@ class CaseCounts(FindingBaseClass):
     """Number of cases that were computed; the others are copies by symmetry."""
     without_outcome: dict[str, int]
     """Number of cases without an outcome, by status."""
-    scaled: int = 0
+    cases_at_other_amplitudes: int = 0
     """Number of further cases, at other amplitude factors than 1; no other number here counts them."""
-    scaled_without_outcome: int = 0
+    other_amplitude_cases_without_outcome: int = 0
     """Number of these further cases without an outcome."""
     share_overturned: OptionalNumber
     """Share of the cases with an outcome that overturn."""
-    share_within_45_of_normal: OptionalNumber
+    overturned_share_within_45_deg_of_normal: OptionalNumber
     """Share of the cases that overturn, azimuths within 45° of the fault normal; None without a fault or in space."""
-    share_beyond_45_of_normal: OptionalNumber
+    overturned_share_beyond_45_deg_of_normal: OptionalNumber
     """Share of the cases that overturn, azimuths more than 45° from the fault normal."""
 
 
@@ -189,7 +189,7 @@ def scanned_stone_facts(study: Study) -> ScannedStoneFacts | None:
     if body is None or body.scan is None or body.relief is None:
         return None
     return ScannedStoneFacts(
-        volume_m3=body.scan.volume, tilt_deg=body.scan.tilt, relief_mm=round(1000.0 * body.relief, 6)
+        volume_m3=body.scan.volume, scan_tilt_deg=body.scan.tilt, bearing_relief_mm=round(1000.0 * body.relief, 6)
     )
 
 
@@ -203,11 +203,13 @@ def case_counts_and_overturned_shares(results: StudyResults) -> CaseCounts:
         without_outcome={
             name: count for name, (_, count) in results.case_and_missing_outcome_counts_by_status.items() if count
         },
-        scaled=0 if scaled is None else int(scaled.size),
-        scaled_without_outcome=0 if scaled is None else int((~mask_of_known_outcomes(scaled)).sum().compute()),
+        cases_at_other_amplitudes=0 if scaled is None else int(scaled.size),
+        other_amplitude_cases_without_outcome=0
+        if scaled is None
+        else int((~mask_of_known_outcomes(scaled)).sum().compute()),
         share_overturned=results.share_overturned,
-        share_within_45_of_normal=within,
-        share_beyond_45_of_normal=beyond,
+        overturned_share_within_45_deg_of_normal=within,
+        overturned_share_beyond_45_deg_of_normal=beyond,
     )
 
 
@@ -243,7 +245,7 @@ def record_facts(results: StudyResults) -> list[RecordFacts]:
                 fault_normal_deg=normals[index],
                 **peaks,
                 vertical_pga_m_s2=float(intensity["pga_vertical"].to_numpy()[index]),
-                displacement_drifts=name.id in processing and bool(processing[name.id].drift),
+                displacement_drifts=name.id in processing and bool(processing[name.id].drift_evidence),
                 share_overturned=float(shares[index]),
                 too_weak_to_move_blocks=bool(still[index]),
                 mean_direction_deg=mean["direction"],

@@ -58,7 +58,7 @@ class DisplacementMeasureFinding(FindingBaseClass):
 class FallDirectionFindingsIn3D(FindingBaseClass):
     """Observed fall directions of stones, and those in which similar stones of a 3-D study fall."""
 
-    octant_falls: int
+    falls_in_known_direction: int
     """Number of stones that fell in a known direction."""
     mean_direction_deg: OptionalNumber
     """Mean fall direction; None if the falls show no common direction (p > 0.05)."""
@@ -76,15 +76,15 @@ class FallDirectionFindingsIn3D(FindingBaseClass):
     """Sum over these stones of ln(predicted/uniform); above 0 if the prediction is better than a guess."""
     log_likelihood_ratio_p_value: OptionalNumber
     """Share of surveys of stones that fall in random directions with a ratio at least as large."""
-    never: int
+    falls_without_any_computed_fall: int
     """Falls of stones like which none falls in the study; their predicted direction is random."""
     falls_without_prediction: int
     """Falls without an outcome, or with a B/H or D/B far outside the study; their predicted direction is random."""
     falls_with_predicted_direction: int
     """Number of `octant_falls` whose predicted direction is not random."""
-    no_stone_is_predicted: bool
+    has_no_stone_with_prediction: bool
     """True if B/H or D/B of all stones of the survey lies far outside the study."""
-    share_in_random_direction: float
+    assumed_random_direction_share: float
     """Assumed share of the stones that fall in a random direction."""
 
 
@@ -97,11 +97,11 @@ class SiteDisplacementFindings(FindingBaseClass):
     """Number of stones that fell."""
     stood: int
     """Number of stones that stood."""
-    cells: int
+    matching_computed_cases: int
     """Number of different computed cases that resemble the stones."""
-    never_stand: int
+    standing_without_any_computed_standing: int
     """Standing stones like which none stands in the study; they are compared in no displacement."""
-    without_outcome: int
+    stones_without_computed_outcome: int
     """Stones like which no computed case has an outcome; they are compared in no computed value."""
     far_outside_grid: int
     """Stones whose B/H or D/B lies more than a quarter outside the study; they are compared in no computed value."""
@@ -113,7 +113,7 @@ class SiteDisplacementFindings(FindingBaseClass):
 class SurveyDisplacementFindings(FindingBaseClass):
     """Comparison of a survey with a 3-D study: falls and their directions, shifts and twists of the stones."""
 
-    stones: str
+    survey_file_name: str
     """Name of the survey file."""
     sha256: str
     """SHA-256 hash of the survey file."""
@@ -123,11 +123,11 @@ class SurveyDisplacementFindings(FindingBaseClass):
     """Doubts about the survey file, such as the unit of its azimuths."""
     remarks: list[str]
     """Comment lines at the start of the survey file that are not empty."""
-    shifted_from_cm: float = MIN_SHIFT_M / CM
+    min_shift_cm: float = MIN_SHIFT_M / CM
     """Shift from which a standing stone counts as shifted, cm."""
-    twisted_from_deg: float = MIN_TWIST_DEG
+    min_twist_deg: float = MIN_TWIST_DEG
     """Absolute twist from which a standing stone counts as twisted, degrees."""
-    together: SiteDisplacementFindings
+    all_sites: SiteDisplacementFindings
     """All sites together."""
     sites: list[SiteDisplacementFindings] = Field(default_factory=list)
     """Each site by itself; empty if the survey has only one."""
@@ -143,12 +143,12 @@ def all_survey_displacement_findings(results: StudyResults) -> list[SurveyDispla
 def survey_displacement_findings(stored: StoredDisplacementComparison) -> SurveyDisplacementFindings:
     """Return the report's numbers on falls, shifts and twists of the stones of a survey."""
     return SurveyDisplacementFindings(
-        stones=stored.stones,
+        survey_file_name=stored.stones,
         sha256=stored.sha256,
         record=stored.record,
         doubts=list(stored.doubts),
         remarks=list(stored.remarks),
-        together=_site_displacement_findings("", stored.together),
+        all_sites=_site_displacement_findings("", stored.together),
         sites=[_site_displacement_findings(site, one) for site, one in stored.sites],
         grounds=cemetery_ground_findings(stored.grounds),
     )
@@ -178,9 +178,9 @@ def _site_displacement_findings(site: str, comparison: DisplacementComparison) -
         site=site,
         fell=comparison.fell,
         stood=comparison.stood,
-        cells=comparison.cells,
-        never_stand=comparison.never_stand,
-        without_outcome=comparison.without_outcome,
+        matching_computed_cases=comparison.cells,
+        standing_without_any_computed_standing=comparison.never_stand,
+        stones_without_computed_outcome=comparison.without_outcome,
         far_outside_grid=comparison.beyond,
         measures=measures,
         directions=None
@@ -196,7 +196,7 @@ def _fall_direction_findings_in_3d(
     has_mean = directions.predicted_resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION
     observed, predicted = directions.octant_observed.round(2).tolist(), directions.octant_predicted.tolist()
     return FallDirectionFindingsIn3D(
-        octant_falls=directions.fallen,
+        falls_in_known_direction=directions.fallen,
         mean_direction_deg=directions.mean_direction_deg,
         resultant=directions.resultant,
         predicted_mean_direction_deg=directions.predicted_mean_direction_deg if has_mean else math.nan,
@@ -205,9 +205,9 @@ def _fall_direction_findings_in_3d(
         predicted_by_octant=dict(zip(OCTANTS, predicted, strict=True)),
         log_likelihood_ratio=directions.log_likelihood_ratio,
         log_likelihood_ratio_p_value=directions.likelihood_ratio_p,
-        never=directions.never,
+        falls_without_any_computed_fall=directions.never,
         falls_without_prediction=directions.without_outcome,
         falls_with_predicted_direction=directions.fallen - directions.never - directions.without_outcome,
-        no_stone_is_predicted=comparison.beyond == comparison.fell + comparison.stood,
-        share_in_random_direction=directions.background,
+        has_no_stone_with_prediction=comparison.beyond == comparison.fell + comparison.stood,
+        assumed_random_direction_share=directions.background,
     )

@@ -50,13 +50,13 @@ class CemeteryGroundFinding(FindingBaseClass):
     """Name of the site; empty for all sites of the survey that have no layers of their own."""
     thickness_m: OptionalNumber
     """Thickness of all layers, m."""
-    velocity_m_s: OptionalNumber
+    mean_shear_wave_velocity_m_s: OptionalNumber
     """Mean shear-wave velocity of the layers: thickness over travel time, m/s."""
     equivalent_linear: bool
     """True if a layer softens with strain."""
     converged: bool
     """False if the equivalent-linear computation did not converge."""
-    beyond_curve: bool
+    strain_exceeds_curve: bool
     """True if the effective strain of a layer exceeds the largest strain of its curve."""
     rock_pga_g: OptionalNumber
     """Peak acceleration of the larger horizontal component of the record, g."""
@@ -73,7 +73,7 @@ class SurveySiteFindings(FindingBaseClass):
     """Number of stones that fell."""
     stood: int
     """Number of stones that stood."""
-    octant_falls: int
+    falls_in_known_direction: int
     """Number of falls whose direction is known."""
     observed_fall_share: ObservedStoneShare | None
     """Share of the stones that fell; None if no stone that stood is listed."""
@@ -88,7 +88,7 @@ class SurveySiteFindings(FindingBaseClass):
 class SurveyFindings(FindingBaseClass):
     """Comparison of the observed falls of a survey with the falls predicted for its site."""
 
-    stones: str
+    survey_file_name: str
     """Name of the survey file."""
     sha256: str
     """SHA-256 hash of the survey file."""
@@ -104,9 +104,9 @@ class SurveyFindings(FindingBaseClass):
     """Number of stones that stood."""
     fell_in_unknown_direction: int
     """Number of stones that fell in an unknown direction."""
-    octant_falls: int
+    falls_in_known_direction: int
     """Number of falls whose direction is known."""
-    few_falls: bool
+    has_few_falls_in_known_direction: bool
     """True if some falls have a known direction, but fewer than 40, five to an octant."""
     mean_direction_deg: OptionalNumber
     """Mean fall direction; None if the falls show no common direction (p > 0.05)."""
@@ -138,7 +138,7 @@ class SurveyFindings(FindingBaseClass):
     """Sum over fallen stones of ln(predicted/uniform); above 0 if the prediction is better than a guess."""
     log_likelihood_ratio_p_value: OptionalNumber
     """Share of surveys of stones that fall in random directions with a ratio at least as large."""
-    fit_tests: list[StatisticalTestFinding]
+    goodness_of_fit_tests: list[StatisticalTestFinding]
     """Tests of the agreement of observed and predicted directions."""
     uniformity_test: StatisticalTestFinding
     """Test of a uniform distribution of the observed directions."""
@@ -146,38 +146,38 @@ class SurveyFindings(FindingBaseClass):
     """Number of `checked_predictions` in which the stone did what was most probable."""
     checked_predictions: int | None
     """Number of stones of known face and B/H with a computed outcome; None if there are none."""
-    sides: dict[str, list[int]]
+    predicted_side_counts_by_observed_side: dict[str, list[int]]
     """Stones of known face by the side to which they fell: their most probable sides, in the same order."""
-    faces_known: bool
+    has_falls_with_known_face_and_b_over_h: bool
     """True if the directions of some falls are predicted edge by edge only."""
-    turned_every_way: int
+    falls_predicted_for_all_orientations: int
     """Falls without face azimuth or B/H, for which all orientations are assumed."""
-    never: int
+    falls_without_any_computed_fall: int
     """Falls of stones like which none falls in the study; their predicted direction is random."""
-    without_outcome: int
+    stones_without_computed_outcome: int
     """Stones without a computed outcome, although no B/H of theirs lies more than a quarter outside the grid.
 
     They do not count in `computed_fall_share` and `checked_predictions`.
     """
-    falls_without_outcome: int
+    falls_without_computed_outcome: int
     """Number of `without_outcome` that fell in a known direction; their predicted direction is random."""
     falls_without_prediction: int
     """Number of stones of `without_outcome` and `stones_without_prediction` that fell in a known direction."""
     falls_with_predicted_direction: int
     """Number of `octant_falls` whose predicted direction is not random: neither `never` nor without a prediction."""
-    stones_without_face: int
+    stones_without_face_azimuth: int
     """Number of stones whose face azimuth is not known."""
     stones_without_b_over_h: int
     """Number of stones whose B/H is not known."""
-    stones_beyond_grid: int
+    stones_with_b_over_h_outside_grid: int
     """Number of stones with a B/H outside the grid, which take its nearest value."""
     stones_without_prediction: int
     """Number of stones without a prediction, because a B/H lies more than a quarter outside the grid."""
-    no_stone_is_predicted: bool
+    has_no_stone_with_prediction: bool
     """True if no stone of the survey has a prediction."""
-    stones_beyond_heights: int
+    stones_with_height_outside_grid: int
     """Number of stones with a height outside the grid; their `computed_fall_share` is that of its nearest height."""
-    share_in_random_direction: float
+    assumed_random_direction_share: float
     """Assumed share of the stones that fall in a random direction."""
     sites: list[SurveySiteFindings] = Field(default_factory=list)
     """Comparison for each site by itself, with the same record; empty if the survey has only one site."""
@@ -208,7 +208,7 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
         return StatisticalTestFinding(name=one.name, sample_size=one.n, statistic=one.statistic, p_value=one.p_value)
 
     return SurveyFindings(
-        stones=survey_result.stones,
+        survey_file_name=survey_result.stones,
         sha256=survey_result.sha256,
         record=survey_result.record,
         doubts=list(survey_result.doubts),
@@ -216,8 +216,8 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
         fell=found.fallen,
         stood=found.stood,
         fell_in_unknown_direction=found.without_direction,
-        octant_falls=found.fallen_count_in_known_direction,
-        few_falls=0 < found.fallen_count_in_known_direction < SMALL_SURVEY_FALL_THRESHOLD,
+        falls_in_known_direction=found.fallen_count_in_known_direction,
+        has_few_falls_in_known_direction=0 < found.fallen_count_in_known_direction < SMALL_SURVEY_FALL_THRESHOLD,
         mean_direction_deg=found.mean_direction_deg,
         resultant=found.resultant,
         predicted_mean_direction_deg=(
@@ -234,27 +234,31 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
         predicted_by_octant=counts_by_octant(found.octant_predicted.tolist()),
         log_likelihood_ratio=found.log_likelihood_ratio,
         log_likelihood_ratio_p_value=found.likelihood_ratio_p,
-        fit_tests=[statistical_test_finding(name) for name in ("fit_octants", "fit_octants_watson", "fit_exact")],
+        goodness_of_fit_tests=[
+            statistical_test_finding(name) for name in ("fit_octants", "fit_octants_watson", "fit_exact")
+        ],
         uniformity_test=statistical_test_finding("uniform_octants"),
         correct_predictions=None if confusion is None else int(confusion.trace()),
         checked_predictions=None if confusion is None else int(confusion.sum()),
-        sides={} if confusion is None else dict(zip(STANDING_OR_FALL_SIDES, confusion.tolist(), strict=True)),
-        faces_known=found.turned_every_way < found.fallen_count_in_known_direction,
-        turned_every_way=found.turned_every_way,
-        never=found.never,
-        without_outcome=found.without_outcome,
-        falls_without_outcome=found.falls_without_outcome,
+        predicted_side_counts_by_observed_side={}
+        if confusion is None
+        else dict(zip(STANDING_OR_FALL_SIDES, confusion.tolist(), strict=True)),
+        has_falls_with_known_face_and_b_over_h=found.turned_every_way < found.fallen_count_in_known_direction,
+        falls_predicted_for_all_orientations=found.turned_every_way,
+        falls_without_any_computed_fall=found.never,
+        stones_without_computed_outcome=found.without_outcome,
+        falls_without_computed_outcome=found.falls_without_outcome,
         falls_without_prediction=found.falls_without_prediction,
         falls_with_predicted_direction=found.fallen_count_in_known_direction
         - found.never
         - found.falls_without_prediction,
-        stones_without_face=found.without_face,
+        stones_without_face_azimuth=found.without_face,
         stones_without_b_over_h=found.without_b_over_h,
-        stones_beyond_grid=found.beyond - found.unpredicted,
+        stones_with_b_over_h_outside_grid=found.beyond - found.unpredicted,
         stones_without_prediction=found.unpredicted,
-        no_stone_is_predicted=found.unpredicted == found.fallen + found.stood,
-        stones_beyond_heights=found.beyond_heights,
-        share_in_random_direction=found.background,
+        has_no_stone_with_prediction=found.unpredicted == found.fallen + found.stood,
+        stones_with_height_outside_grid=found.beyond_heights,
+        assumed_random_direction_share=found.background,
         sites=[_site_prediction_findings(site, one) for site, one in survey_result.sites],
         sites_without_standing=[
             site for site, one in survey_result.sites if one.fallen and not one.stood and found.stood
@@ -269,10 +273,10 @@ def cemetery_ground_findings(grounds: Sequence[tuple[str, SoilBelowSurveySite]])
         CemeteryGroundFinding(
             site=site,
             thickness_m=ground.thickness_m,
-            velocity_m_s=ground.mean_shear_wave_velocity_m_s,
+            mean_shear_wave_velocity_m_s=ground.mean_shear_wave_velocity_m_s,
             equivalent_linear=ground.equivalent_linear,
             converged=ground.converged,
-            beyond_curve=ground.strain_exceeds_soil_curve,
+            strain_exceeds_curve=ground.strain_exceeds_soil_curve,
             rock_pga_g=ground.rock_pga / STANDARD_GRAVITY,
             surface_pga_g=ground.surface_pga / STANDARD_GRAVITY,
         )
@@ -286,7 +290,7 @@ def _site_prediction_findings(site: str, comparison: SurveyPredictionComparison)
         site=site,
         fell=comparison.fallen,
         stood=comparison.stood,
-        octant_falls=comparison.fallen_count_in_known_direction,
+        falls_in_known_direction=comparison.fallen_count_in_known_direction,
         observed_fall_share=observed_share(comparison.share_fell, comparison.share_stones)
         if comparison.share_stones
         else None,

@@ -87,7 +87,7 @@ REPORT_ONLY_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequenc
     "contrast": lambda _, findings: [
         partial(_draw_overturned_shares_of_study_and_variant, one, legend_names_of_study_and_variant(findings, one))
         for one in findings.contrasts
-        if one.primary
+        if one.is_primary_comparison
     ][-1:],
     "maps": lambda results, findings: (
         [partial(_draw_polar_fall_maps, results, findings)] if findings.maps.records and results.model.is_planar else []
@@ -198,7 +198,7 @@ def legend_names_of_study_and_variant(findings: Findings, contrast: VariantContr
         names = ("with vertical motion", "without vertical motion")
         return names if findings.study.vertical_motion else names[::-1]
     if contrast.differs_in == ["scene"]:
-        return contrast.scene_here, contrast.scene_there
+        return contrast.scene_of_study, contrast.scene_of_variant
     if contrast.differs_in == ["site"]:
         soil = (
             f"soil of {contrast.variant}"
@@ -240,16 +240,16 @@ def _draw_overturned_shares_of_study_and_variant(contrast: VariantContrast, lege
         *(convert_to_plotted_estimate(each.share_difference) for each in shapes),
     ]
     if (
-        contrast.rate_here is not None
-        and contrast.rate_there is not None
-        and contrast.primary_difference != contrast.share_difference
+        contrast.fall_rate_in_study is not None
+        and contrast.fall_rate_in_variant is not None
+        and contrast.primary_statistic_difference != contrast.share_difference
     ):
         rows = ["stones of a cemetery", "all blocks", *rows[1:]]
         here, there = (
-            [convert_to_plotted_estimate(contrast.rate_here), *here],
-            [convert_to_plotted_estimate(contrast.rate_there), *there],
+            [convert_to_plotted_estimate(contrast.fall_rate_in_study), *here],
+            [convert_to_plotted_estimate(contrast.fall_rate_in_variant), *there],
         )
-        differences = [convert_to_plotted_estimate(contrast.primary_difference), *differences]
+        differences = [convert_to_plotted_estimate(contrast.primary_statistic_difference), *differences]
     return overturned_share_difference_figure(rows, dict(zip(legend_names, (here, there), strict=True)), differences)
 
 
@@ -271,7 +271,7 @@ def _draw_observed_and_computed_falls(surveys: Sequence[SurveyFindings]) -> "Fig
     return survey_falls_figure(
         [
             SurveyFigureData(
-                name=f"{one.stones}, {one.record}",
+                name=f"{one.survey_file_name}, {one.record}",
                 observed_falls_by_octant=counts_in_octant_order(one.observed_by_octant),
                 computed_falls_by_octant=counts_in_octant_order(one.predicted_by_octant),
                 observed_mean_fall_direction_deg=mean_direction_unless_scattered(one.mean_direction_deg, one.resultant),

@@ -47,11 +47,11 @@ class ReportMedia:
     """
 
     films: Sequence[Any] = ()
-    chapters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    explorer: str = ""
-    stations: Sequence[str] = ()
-    rose: bool = False
-    posteriors: bool = False
+    figure_names_by_record: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    explorer_address: str = ""
+    station_map_names: Sequence[str] = ()
+    has_rose_of_all_falls: bool = False
+    has_posterior_figures: bool = False
 
 
 def render_template_as_markdown(

@@ -44,15 +44,17 @@ class ReportFilmTexts:
 
     name: str
     title: str
-    block: str
-    panels: tuple[tuple[str, str], ...]
-    rule: str
+    block_description: str
+    panel_headings_and_outcomes: tuple[tuple[str, str], ...]
+    selection_rule: str
 
 
 def _report_film_texts(name: str, case: IllustrativeCaseWithFigures) -> ReportFilmTexts:
     """Return the texts that the report shows about the film of an illustrative case, in the current language."""
-    panels = zip(map(translate, case.headings), map(translate, case.outcomes), strict=True)
-    return ReportFilmTexts(name, translate(case.title), translate(case.block), tuple(panels), case.rule)
+    panels = zip(map(translate, case.panel_headings), map(translate, case.panel_outcomes), strict=True)
+    return ReportFilmTexts(
+        name, translate(case.title), translate(case.block_and_motion_description), tuple(panels), case.selection_rule
+    )
 
 
 def write_report(
@@ -84,7 +86,7 @@ def write_report(
         figures |= draw_report_only_figures(opened, found, Path(drawings))
         folder = results / "figures" / "illustrative"
         cases = {f"film-{number}": case for number, case in enumerate(read_illustrative_case_list(folder), 1)}
-        figures |= {f"{name}-strip": folder / case.strip for name, case in cases.items()}
+        figures |= {f"{name}-strip": folder / case.film_strip_file_name for name, case in cases.items()}
         if missing := [file for file in figures.values() if not file.is_file()]:
             raise ResultError(f"{missing[0]}: no such figure; run the figures of the study first")
         figures = translate_figures(figures, Path(drawings) / language, language)
@@ -96,11 +98,11 @@ def write_report(
             facts = [_report_film_texts(name, case) for name, case in cases.items()]
         media = ReportMedia(
             films=facts,
-            chapters=names_of_shown_figures_by_record(figures, [one.id for one in found.records]),
-            explorer=EXPLORER_FILE_NAME,
-            stations=sorted(name for name in figures if name.startswith("maps/")),
-            posteriors=bool(opened.inferred_motions),
-            rose="rose" in figures and bool(found.cases.share_overturned),
+            figure_names_by_record=names_of_shown_figures_by_record(figures, [one.id for one in found.records]),
+            explorer_address=EXPLORER_FILE_NAME,
+            station_map_names=sorted(name for name in figures if name.startswith("maps/")),
+            has_posterior_figures=bool(opened.inferred_motions),
+            has_rose_of_all_falls="rose" in figures and bool(found.cases.share_overturned),
         )
         title = translate_whole_text_by_table(found.study.title, read_label_translations(language))
         tree = parse_markdown(render_template_as_markdown(found, language, media))

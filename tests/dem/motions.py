@@ -14,7 +14,7 @@ from overturning.model.results import CaseResults
 from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
 
-PLAN_FIELDS_PER_CASE = ("steps", "first", "stays_at_rest", "too_soft", "table", "cosines")
+PLAN_FIELDS_PER_CASE = ("steps", "first_simulated_sample", "stays_at_rest", "too_soft", "table", "cosines")
 
 
 def simulate_under_each_motion(model: Body | Stack, motions: list[Motion], cases: Cases, **options: Any) -> CaseResults:
@@ -31,7 +31,7 @@ def simulate_under_each_motion(model: Body | Stack, motions: list[Motion], cases
         plans[0],
         cases=Cases(*(np.tile(getattr(cases, item.name), len(plans)) for item in fields(cases))),
         ground=np.concatenate([one.ground for one in plans]),
-        row=np.concatenate([one.row + number * len(one.ground) for number, one in enumerate(plans)]),
+        motion_rows=np.concatenate([one.motion_rows + number * len(one.ground) for number, one in enumerate(plans)]),
         **{name: np.concatenate([getattr(one, name) for one in plans]) for name in columns},
     )
     assert isinstance(plan, SimulationPlan3D)

@@ -98,7 +98,7 @@ NO_CONTACT_CHANGES = StepContactChanges(False, False, False, False, False, False
 
 def step_control_of_case(pace: KernelStepControl, standing: float | None = None) -> CaseStepControl:
     """Return the step control of a case whose finest step is 64 ticks (time units of the kernel)."""
-    return CaseStepControl(64.0, standing or pace.ticks_per_whole_step, 8.0, pace.settled)
+    return CaseStepControl(64.0, standing or pace.ticks_per_whole_step, 8.0, pace.long_steps_before_doubling)
 
 
 @pytest.mark.parametrize("pace", [BLOCK_STEP_CONTROL, SCENE_STEP_CONTROL, BODY_STEP_CONTROL])
@@ -108,7 +108,7 @@ def test_no_time_step_crosses_the_end_of_a_sample(pace: KernelStepControl, steps
     sample = steps * whole
     case_step_control = step_control_of_case(pace, sample)
     attempt, tick, change, stands = (
-        NextStepToAttempt(case_step_control.finest, case_step_control.dwell, 0.0),
+        NextStepToAttempt(case_step_control.finest, case_step_control.steps_after_contact_change, 0.0),
         0.0,
         0.6 * whole,
         True,

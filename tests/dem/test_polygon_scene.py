@@ -64,7 +64,7 @@ def test_the_automatic_contact_of_a_block_equals_that_of_the_block_kernel() -> N
     )
     assert made.contact_law(*made.elements).springs_and_dashpots == Contact()
     assert prepared.laws.normal[0] / stone.mass == pytest.approx(float(normal), rel=1e-12)
-    assert prepared.laws.tangential[0] / stone.mass == pytest.approx(float(tangential), rel=1e-12)
+    assert prepared.laws.tangential_stiffness[0] / stone.mass == pytest.approx(float(tangential), rel=1e-12)
     assert prepared.laws.dashpot[0] / stone.mass == pytest.approx(float(dashpot), rel=1e-12)
 
 
@@ -179,7 +179,7 @@ def test_a_case_becomes_undecided_20_over_p_after_the_record(height: float) -> N
     motion = motion_at_rest(1.0)
     how = plan_single_case(scene_of_elements(block_element("block", 0.4 * height, height)), motion)
     p = np.sqrt(0.75 * 9.80665 / (0.5 * np.hypot(0.4 * height, height)))
-    assert (how.table["after"][0] - motion.sample_count) * 0.01 == pytest.approx(20 / p, abs=0.011)
+    assert (how.table["undecided_end_sample"][0] - motion.sample_count) * 0.01 == pytest.approx(20 / p, abs=0.011)
 
 
 @pytest.mark.parametrize(

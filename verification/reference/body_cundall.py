@@ -182,19 +182,19 @@ def apply_contact_law(
     )
     most = body.friction * n
     hx, hy = (
-        -(body.tangential * tx) - dashpot_rate * contact_point.last_step_displacement_x,
-        -(body.tangential * ty) - dashpot_rate * contact_point.last_step_displacement_y,
+        -(body.tangential_stiffness * tx) - dashpot_rate * contact_point.last_step_displacement_x,
+        -(body.tangential_stiffness * ty) - dashpot_rate * contact_point.last_step_displacement_y,
     )
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
         body, contact_point.arm, body_state.velocity, body_state.spin, (flat, base_tilting)
     )
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
-    fx, fy, kx, ky, _ = clamp_friction_and_stretch(hx, hy, tx, ty, most, body.compliance, (flat, drifts))
+    fx, fy, kx, ky, _ = clamp_friction_and_stretch(hx, hy, tx, ty, most, body.tangential_compliance, (flat, drifts))
     landing = (history.landing if was else begun) - body.tick_length * TICKS_PER_STEP
     landing = landing if inside else 0.0
     force = Vector3(fx, fy, n)
     spring = body.stiffness * (depth if inside else 0.0)
-    damping = Vector3(fx + body.tangential * kx, fy + body.tangential * ky, n - spring)
+    damping = Vector3(fx + body.tangential_stiffness * kx, fy + body.tangential_stiffness * ky, n - spring)
     opened = history.depth * history.depth if was & (not inside) else 0.0
     # One that has waited is met by a spring that is pressed in already.
     opened = -(depth * depth) if inside & (history.depth == 0.0) else opened
@@ -202,7 +202,9 @@ def apply_contact_law(
     lever = Vector3(contact_point.arm.x, contact_point.arm.y, tilting * contact_point.arm.z)
     # The springs are stretched at the point itself, at the full lever arm.
     moment = cross_product(lever, force)
-    of_springs = cross_product(contact_point.arm, Vector3(body.tangential * kx, body.tangential * ky, -spring))
+    of_springs = cross_product(
+        contact_point.arm, Vector3(body.tangential_stiffness * kx, body.tangential_stiffness * ky, -spring)
+    )
     wrench = ContactWrench(force, moment, damping, plus(moment, of_springs), opened, shortened)
     return wrench, BodyContactPointState(
         stretch_x=kx,
@@ -247,7 +249,7 @@ def advance_body_one_step(
     push = Vector3(
         base_acceleration_at_tick(shaking.inertial_acceleration_x, body_state.tick),
         base_acceleration_at_tick(shaking.inertial_acceleration_y, body_state.tick),
-        base_acceleration_at_tick(shaking.lift, body_state.tick),
+        base_acceleration_at_tick(shaking.upward_base_acceleration, body_state.tick),
     )
     a = acceleration_of_body_centre(t.force, push)
     # The accounts take the velocities at the whole step.
@@ -258,20 +260,20 @@ def advance_body_one_step(
     work = account.work + dt * ((push.x * c.x + push.y * c.y) - push.z * c.z)
     let_go = 0.5 * (
         body.stiffness * t.released_normal_energy_over_half_stiffness
-        + body.tangential * t.released_tangential_energy_over_half_stiffness
+        + body.tangential_stiffness * t.released_tangential_energy_over_half_stiffness
     )
     loss = account.lost + (let_go + dt * -(dot_product(t.non_spring_force, c) + dot_product(t.non_spring_moment, w)))
     spin = account.spin + dt * (t.moment.z + (body_state.place.x * a.y - body_state.place.y * a.x))
     # Update the peaks and the last time before the critical tilt.
     lean, bx, by = (
         lean_as_squared_sine(body_axes),
-        body_state.place.x - body.foot * body_axes.xz,
-        body_state.place.y - body.foot * body_axes.yz,
+        body_state.place.x - body.centre_height * body_axes.xz,
+        body_state.place.y - body.centre_height * body_axes.yz,
     )
     peaks = BodyPeakValues(
-        updated_maximum(peaks.lean, lean), updated_maximum(peaks.slip, bx * bx + by * by),
+        updated_maximum(peaks.peak_lean_squared_sine, lean), updated_maximum(peaks.slip, bx * bx + by * by),
         updated_maximum(peaks.depth, contact_totals.max_penetration),
-        body_state.tick if lean < body.critical else peaks.last_upright,
+        body_state.tick if lean < body.critical else peaks.last_upright_tick,
     )  # fmt: skip
     # Momenta half a step later, position one step later.
     v, momentum = (
@@ -280,12 +282,12 @@ def advance_body_one_step(
     )
     w = angular_velocity_from_momentum(body.inverse, body_axes, momentum)
     w = angular_velocity_from_momentum(
-        body.inverse, rotation_matrix(rotate_quaternion(body_state.turn, half, w)), momentum
+        body.inverse, rotation_matrix(rotate_quaternion(body_state.rotation, half, w)), momentum
     )
-    place, turn = extrapolate_vector(body_state.place, dt, v), rotate_quaternion(body_state.turn, dt, w)
+    place, turn = extrapolate_vector(body_state.place, dt, v), rotate_quaternion(body_state.rotation, dt, w)
     moved = BodyState(
         place=place,
-        turn=turn,
+        rotation=turn,
         velocity=v,
         angular_momentum=momentum,
         spin=w,
@@ -335,7 +337,7 @@ def compute_axes_and_reset_contact_forces(state: Any, contact_rows: Any, columns
     """Compute the axes of all bodies from their rotations, and set their contact forces to zero."""
     for j in range(columns):
         s = load_state(state, j)
-        store_frame(state, j, rotation_matrix(s.turn))
+        store_frame(state, j, rotation_matrix(s.rotation))
         store_acting(contact_rows, j, ContactTotals(zero_wrench(), -1.0))
 
 
@@ -367,7 +369,7 @@ def add_vertex_contact_forces(
                 vertex_contact_is_deferred(body, base_contact, p, at.arm.z, left),
                 body_base_lands_flat(base_contact),
                 landing_time_of_new_contact(body, base_contact),
-                base_contact.tilting,
+                base_contact.friction_moment_share,
             ),
         )
         b, right = apply_contact_law(
@@ -380,7 +382,7 @@ def add_vertex_contact_forces(
                 vertex_contact_is_deferred(body, base_contact, q, on.arm.z, right),
                 body_base_lands_flat(base_contact),
                 landing_time_of_new_contact(body, base_contact),
-                base_contact.tilting,
+                base_contact.friction_moment_share,
             ),
         )
         store_memory(first_vertex_rows, j, left)
@@ -409,7 +411,7 @@ def add_rim_contact_forces(
             body_base_lands_flat(base_contact),
             landing_time_of_new_contact(body, base_contact),
         )
-        tilting = base_contact.tilting
+        tilting = base_contact.friction_moment_share
         at, on = (
             rim_contact_point(body, s, f, along_lean, across_lean, dt),
             rim_contact_point(body, s, f, -along_lean, -across_lean, dt),
@@ -449,7 +451,7 @@ def advance_momenta_by_steps(state: Any, columns: int, step_count: float) -> Non
             j,
             BodyState(
                 place=s.place,
-                turn=s.turn,
+                rotation=s.rotation,
                 velocity=v,
                 angular_momentum=momentum,
                 spin=s.spin,
@@ -549,10 +551,10 @@ def enable_cundall() -> Iterator[None]:
             return plan_centred(model, motion, cases, numerics)
         planned = plan_centred(model, motion, cases, replace(numerics, scheme="centred", time_step="auto"))
         modes = np.array([largest_unit_spring_eigenvalue(solid) for solid in planned.solids])[planned.table["body"]]
-        square = np.maximum(planned.table["stiffness"], planned.table["tangential"]) * modes
+        square = np.maximum(planned.table["stiffness"], planned.table["tangential_stiffness"]) * modes
         rate, interval = planned.table["dashpot"] * modes, motion.sampling_interval
         steps = steps_per_sample(IntegrationScheme.CUNDALL, numerics.time_step, square, rate, interval)
-        planned.table["finest"] = planned.table["dwell"] = 1.0
+        planned.table["finest"] = planned.table["steps_after_contact_change"] = 1.0
         planned.table["standing"] = TICKS_PER_STEP
         return CundallSimulationPlan(**vars(planned) | {"steps": steps * numerics.refinement})
 

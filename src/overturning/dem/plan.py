@@ -77,10 +77,10 @@ class SimulationPlan(ABC):
     motion: Motion
     cases: Cases
     numerics: NumericalOptions
-    row: NDArray[np.int64]  # shape (n,): row of `ground` for each case
+    motion_rows: NDArray[np.int64]  # shape (n,): row of `ground` for each case
     ground: FloatArray  # shape (directions, …, samples + 3): acceleration of the base in each direction, m/s²
     steps: NDArray[np.int64]  # shape (n,): steps per sample
-    first: NDArray[np.int64]  # shape (n,): first sample that is computed
+    first_simulated_sample: NDArray[np.int64]  # shape (n,): first sample that is computed
     stays_at_rest: NDArray[np.bool_]  # shape (n,): below the thresholds of rocking and sliding for the whole record
     too_soft: NDArray[np.bool_]  # shape (n,): static penetration `exceeds_penetration_limit`; not computed
     table: NDArray[np.void]  # shape (n,): the kernel's table of cases
@@ -171,7 +171,7 @@ class SimulationPlan(ABC):
         if self.stays_at_rest[0] or self.too_soft[0]:
             path = path[:0]
         else:
-            before = int(self.first[0])
+            before = int(self.first_simulated_sample[0])
             outcomes, path = self.simulate_cases_of_group(only, np.zeros(1, np.int64), path)
             results.store_outcomes(only, outcomes)
             if aftermath > 0.0:
@@ -222,7 +222,7 @@ class SimulationPlan(ABC):
         """Return, by name, the input fields that the kernels of all models share (see `KernelInput`)."""
         cases, steps = self.table[case_numbers], int(self.steps[case_numbers[0]]) * step_divisor
         # The shortest step is given in ticks, and a tick is shorter by the same factor.
-        cases["dwell"] *= step_divisor
+        cases["steps_after_contact_change"] *= step_divisor
         settings = SettingsOfParallelCases(
             samples=self.motion.sample_count,
             interval=self.motion.sampling_interval,
@@ -235,9 +235,15 @@ class SimulationPlan(ABC):
         )
         ground, row = (
             GroundMotion(self.ground, self.vertical_base_acceleration, *self.largest_upcoming_accelerations),
-            self.row[case_numbers],
+            self.motion_rows[case_numbers],
         )
-        return {"settings": settings, "cases": cases, "row": row, "results": result_tables["results"], "ground": ground}
+        return {
+            "settings": settings,
+            "cases": cases,
+            "motion_rows": row,
+            "results": result_tables["results"],
+            "ground": ground,
+        }
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
         """Return the empty tables, by name, that the kernel fills for `case_count` cases, such as ``results``."""

@@ -57,8 +57,8 @@ def predict_corner_at_step_end(
         drop,
         drop - extrapolated_block.z,
         stretch,
-        extrapolated_block.vx - drop * extrapolated_block.vw,
-        extrapolated_block.vz - arm * extrapolated_block.vw,
+        extrapolated_block.vx - drop * extrapolated_block.angular_velocity,
+        extrapolated_block.vz - arm * extrapolated_block.angular_velocity,
     )
 
 
@@ -73,8 +73,8 @@ def predict_block_at_step_end(
     """Predict the state of a block and its lower corners at the end of a step, with constant acceleration."""
     dt, tick = block.tick_length * step_ticks, state.tick + step_ticks
     half = 0.5 * dt
-    kx, kz, kw = half * state.ax, half * state.az, half * state.aw
-    vx, vz, vw = state.vx + kx, state.vz + kz, state.vw + kw
+    kx, kz, kw = half * state.ax, half * state.az, half * state.angular_acceleration
+    vx, vz, vw = state.vx + kx, state.vz + kz, state.angular_velocity + kw
     ex, ez, ew = vx + kx, vz + kz, vw + kw
     turn = dt * vw
     c, sn = rotate_cosine_and_sine(state.cos, state.sin, turn)
@@ -87,8 +87,8 @@ def predict_block_at_step_end(
         predict_corner_at_step_end(1.0, block, state.right, at),
     )
     push, lift = (
-        base_acceleration_in_this_or_next_sample(inertial_accelerations.push, tick, past),
-        base_acceleration_in_this_or_next_sample(inertial_accelerations.lift, tick, past),
+        base_acceleration_in_this_or_next_sample(inertial_accelerations.inertial_acceleration_x, tick, past),
+        base_acceleration_in_this_or_next_sample(inertial_accelerations.upward_base_acceleration, tick, past),
     )
     return PredictedBlock(
         x=x,
@@ -98,12 +98,12 @@ def predict_block_at_step_end(
         sin=sn,
         vx=vx,
         vz=vz,
-        vw=vw,
+        angular_velocity=vw,
         ex=ex,
         end_vz=ez,
-        end_vw=ew,
-        push=push,
-        lift=lift,
+        end_angular_velocity=ew,
+        inertial_acceleration_x=push,
+        upward_base_acceleration=lift,
         half=half,
         left=left,
         right=right,
@@ -146,7 +146,7 @@ def predict_trial_friction_of_corner(
     together (`flat_landing_sliding_and_friction`).
     """
     slid, fine = assumed_contact.slid, assumed_contact.forces_decide_contact
-    f = block.tangential * predicted_corner.stretch + block.dashpot * predicted_corner.ux
+    f = block.tangential_stiffness * predicted_corner.stretch + block.dashpot * predicted_corner.ux
     excess = abs(f) - block.friction * normal_force if fine else abs(slid)
     slid = math.copysign(block.friction, f) if fine else slid
     slides, slid = (
@@ -155,7 +155,7 @@ def predict_trial_friction_of_corner(
         else (excess > 0.0, slid)
     )
     freedom = 1.0 + block.inertia * predicted_corner.arm * (
-        predicted_corner.arm - slid * (assumed_contact.tilting * predicted_corner.drop)
+        predicted_corner.arm - slid * (assumed_contact.friction_moment_share * predicted_corner.drop)
     )
     return TrialCornerFriction(f, slides, slid, freedom > MIN_RELATIVE_NORMAL_MOBILITY_TO_SLIDE)
 
@@ -207,7 +207,7 @@ def corner_equation_terms(
     normal_force, press = normal_force_constant_and_velocity_factor(
         block, predicted_corner, half_step_time, normal_force, is_in_contact
     )
-    tangential = block.dashpot + half_step_time * block.tangential
+    tangential = block.dashpot + half_step_time * block.tangential_stiffness
     sticks = is_in_contact & (not is_sliding)
     tangential_force = tangential_force - tangential * predicted_corner.ux if sticks else signed_friction * normal_force
     return CornerEquationTerms(
@@ -259,9 +259,11 @@ def solve_velocity_corrections(
     slid_r, slides_r = signed_friction_coefficient_and_sliding(guess_r, guess_l, on_l)
     p = corner_equation_terms(block, left, half, nl, on_l, guess_l.f, slides_l, slid_l)
     q = corner_equation_terms(block, right, half, nr, on_r, guess_r.f, slides_r, slid_r)
-    hx = predicted_block.vx + half * (predicted_block.push - (p.f + q.f))
-    hz = predicted_block.vz + half * ((p.n + q.n) - (GRAVITY + predicted_block.lift))
-    hw = predicted_block.vw + half * (inertia * ((lever_l * p.f - left.arm * p.n) + (lever_r * q.f - right.arm * q.n)))
+    hx = predicted_block.vx + half * (predicted_block.inertial_acceleration_x - (p.f + q.f))
+    hz = predicted_block.vz + half * ((p.n + q.n) - (GRAVITY + predicted_block.upward_base_acceleration))
+    hw = predicted_block.angular_velocity + half * (
+        inertia * ((lever_l * p.f - left.arm * p.n) + (lever_r * q.f - right.arm * q.n))
+    )
     wl, wr = p.normal_force_velocity_factor * left.arm, q.normal_force_velocity_factor * right.arm
     el, er = p.slide * lever_l - wl, q.slide * lever_r - wr
     gl, gr = p.sticking_force_velocity_factor * lever_l, q.sticking_force_velocity_factor * lever_r
@@ -282,7 +284,7 @@ def solve_velocity_corrections(
     ez = (hz - a23 * ew) * (inverse * a11)
     ex = ((hx - a12 * ez) - a13 * ew) * (inverse * a22)
     return BlockVelocityCorrection(
-        ex - predicted_block.ex, ez - predicted_block.end_vz, ew - predicted_block.end_vw, slid_l, slid_r
+        ex - predicted_block.ex, ez - predicted_block.end_vz, ew - predicted_block.end_angular_velocity, slid_l, slid_r
     )
 
 
@@ -301,9 +303,9 @@ def solve_velocity_corrections_without_friction(
     nr, on_r = predict_normal_force_and_contact(block, right, state.right, forces_decide_contact, held)
     nl, press_l = normal_force_constant_and_velocity_factor(block, left, half, nl, on_l)
     nr, press_r = normal_force_constant_and_velocity_factor(block, right, half, nr, on_r)
-    ex = predicted_block.vx + half * predicted_block.push
-    hz = predicted_block.vz + half * ((nl + nr) - (GRAVITY + predicted_block.lift))
-    hw = predicted_block.vw - half * (inertia * (left.arm * nl + right.arm * nr))
+    ex = predicted_block.vx + half * predicted_block.inertial_acceleration_x
+    hz = predicted_block.vz + half * ((nl + nr) - (GRAVITY + predicted_block.upward_base_acceleration))
+    hw = predicted_block.angular_velocity - half * (inertia * (left.arm * nl + right.arm * nr))
     wl, wr = press_l * left.arm, press_r * right.arm
     a22, a23 = 1.0 + (press_l + press_r), -(wl + wr)
     a32, a33 = inertia * a23, 1.0 + inertia * (wl * left.arm + wr * right.arm)
@@ -312,5 +314,5 @@ def solve_velocity_corrections_without_friction(
     ew = (hw * a22 - a32 * hz) * (inverse * a22)
     ez = (hz - a23 * ew) * (inverse * last)
     return BlockVelocityCorrection(
-        ex - predicted_block.ex, ez - predicted_block.end_vz, ew - predicted_block.end_vw, 0.0, 0.0
+        ex - predicted_block.ex, ez - predicted_block.end_vz, ew - predicted_block.end_angular_velocity, 0.0, 0.0
     )

@@ -45,8 +45,8 @@ def compute_corner_forces(
     in the air is marked as sliding, which has no effect.
     """
     du, dw = (
-        velocity_change.vx - predicted_corner.drop * velocity_change.vw,
-        velocity_change.vz - predicted_corner.arm * velocity_change.vw,
+        velocity_change.vx - predicted_corner.drop * velocity_change.angular_velocity,
+        velocity_change.vz - predicted_corner.arm * velocity_change.angular_velocity,
     )
     ux, uz = predicted_corner.ux + du, predicted_corner.uz + dw
     half = predicted_block.half
@@ -65,7 +65,7 @@ def compute_corner_forces(
     n = n if inside else 0.0
     # Friction; the spring of a slipping corner is shortened to the force that friction can hold.
     most = block.friction * n
-    f = block.tangential * stretch + block.dashpot * ux
+    f = block.tangential_stiffness * stretch + block.dashpot * ux
     sign, slips = math.copysign(block.friction, f), abs(f) > most
     # A corner that lands flat may stick or slide beyond the friction limit, but without contact it has no friction.
     lands = assumed_contact.held & inside
@@ -76,11 +76,15 @@ def compute_corner_forces(
     )
     found, assumed = sign if slips else 0.0, 0.0 if assumed_contact.forces_decide_contact else assumed_contact.slid
     f = sign * n if slips else f
-    remaining = clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
-    lever = assumed_contact.tilting * predicted_corner.drop
-    turning = (predicted_corner.drop - lever) * (predicted_block.end_vw + velocity_change.vw)
+    remaining = (
+        clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.tangential_compliance) if slips else stretch
+    )
+    lever = assumed_contact.friction_moment_share * predicted_corner.drop
+    turning = (predicted_corner.drop - lever) * (
+        predicted_block.end_angular_velocity + velocity_change.angular_velocity
+    )
     # Friction acts at the shortened lever arm; the spring is stretched at the corner itself.
-    damping, sliding = (spring - n) * uz, (f - block.tangential * remaining) * ux + f * turning
+    damping, sliding = (spring - n) * uz, (f - block.tangential_stiffness * remaining) * ux + f * turning
     sinking = depth - previous_corner.depth
     cut = depth * previous_corner.depth
     cut = math.copysign(cut if cut < 0.0 else 0.0, sinking)
@@ -207,7 +211,11 @@ def complete_block_step(
 ) -> BlockAfterStep:
     """Compute a block's state, peak values and energy account at the end of a step, valid if the step is accepted."""
     (s, peaks, account), (left, right) = previous_step, solved_corners
-    half, turn, tick = predicted_block.half, predicted_block.half * velocity_change.vw, s.tick + step_ticks
+    half, turn, tick = (
+        predicted_block.half,
+        predicted_block.half * velocity_change.angular_velocity,
+        s.tick + step_ticks,
+    )
     x, z, angle = (
         predicted_block.x + half * velocity_change.vx,
         predicted_block.z + half * velocity_change.vz,
@@ -216,20 +224,28 @@ def complete_block_step(
     c, sn = predicted_block.cos - predicted_block.sin * turn, predicted_block.sin + predicted_block.cos * turn
     nl, nr = left.corner.normal, right.corner.normal
     ax, az = (
-        predicted_block.push - (left.f + right.f) if with_friction else predicted_block.push,
-        (nl + nr) - (GRAVITY + predicted_block.lift),
+        predicted_block.inertial_acceleration_x - (left.f + right.f)
+        if with_friction
+        else predicted_block.inertial_acceleration_x,
+        (nl + nr) - (GRAVITY + predicted_block.upward_base_acceleration),
     )
     aw = block.inertia * (left.moment + right.moment)
-    vx, vz, vw = predicted_block.vx + half * ax, predicted_block.vz + half * az, predicted_block.vw + half * aw
+    vx, vz, vw = (
+        predicted_block.vx + half * ax,
+        predicted_block.vz + half * az,
+        predicted_block.angular_velocity + half * aw,
+    )
     pl, pr = time_in_contact_minus_half_step(half, left, right), time_in_contact_minus_half_step(half, right, left)
     vx = vx - (pl * left.f + pr * right.f) if with_friction else vx
     vz, vw = vz + (pl * nl + pr * nr), vw + block.inertia * (pl * left.moment + pr * right.moment)
     # Work of the base motion; loss in dashpots, friction, and contacts that open or close within the step.
     power, loss = (
-        predicted_block.push * vx - predicted_block.lift * vz if with_vertical else predicted_block.push * vx,
+        predicted_block.inertial_acceleration_x * vx - predicted_block.upward_base_acceleration * vz
+        if with_vertical
+        else predicted_block.inertial_acceleration_x * vx,
         left.loss + right.loss,
     )
-    springs = block.tangential * (
+    springs = block.tangential_stiffness * (
         left.released_tangential_stretch_squared + right.released_tangential_stretch_squared
     ) + block.stiffness * (left.cut + right.cut)
     lost = account.lost + ((half * (account.loss + loss) + (pl * left.loss + pr * right.loss)) + 0.5 * springs)
@@ -239,7 +255,7 @@ def complete_block_step(
         updated_maximum(
             peaks.depth, left.corner.depth if left.corner.depth > right.corner.depth else right.corner.depth
         ),
-        tick if abs(angle) < block.alpha else peaks.last_upright,
+        tick if abs(angle) < block.alpha else peaks.last_upright_tick,
     )
     account = BlockEnergyAccount(account.work + half * (account.power + power), lost, power, loss)
     landing = remaining_flat_landing_time(block, s, 2.0 * half)
@@ -251,10 +267,10 @@ def complete_block_step(
         sin=sn,
         vx=vx,
         vz=vz,
-        vw=vw,
+        angular_velocity=vw,
         ax=ax,
         az=az,
-        aw=aw,
+        angular_acceleration=aw,
         left=left.corner,
         right=right.corner,
         tick=tick,

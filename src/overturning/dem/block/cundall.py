@@ -79,18 +79,20 @@ def corner_contact_force(
     # A new contact starts with an unstretched spring; slip shortens the spring to the force that friction can hold.
     stretch = previous_corner.spring + slip if was else 0.0
     most = block.friction * n
-    whole = -(block.tangential * stretch) - dashpot_rate * slip
+    whole = -(block.tangential_stiffness * stretch) - dashpot_rate * slip
     # A corner that lands flat may stick beyond the friction limit, but without contact it has no friction.
     slips = drifts if held & inside else abs(whole) > most
     f = -drift * n if drifts else (clamp_magnitude(whole, most) if slips else whole)
-    remaining = clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
+    remaining = (
+        clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.tangential_compliance) if slips else stretch
+    )
     let_go = previous_corner.depth if was & (not inside) else 0.0
     return CornerContactForce(
         n=n, f=f, arm=arm, drop=tilting * drop,
         corner=CornerState(remaining, place, depth, 0.0), released_normal_stretch_squared=let_go * let_go,
         released_tangential_stretch_squared=(previous_corner.spring + remaining) * (stretch - remaining),
-        damping=n - block.stiffness * (depth if inside else 0.0), sliding=f + block.tangential * remaining,
-        spring_moment_excess=block.tangential * remaining * (drop - tilting * drop),
+        damping=n - block.stiffness * (depth if inside else 0.0), sliding=f + block.tangential_stiffness * remaining,
+        spring_moment_excess=block.tangential_stiffness * remaining * (drop - tilting * drop),
     )  # fmt: skip
 
 
@@ -113,8 +115,8 @@ def advance_block_one_step(
     """Advance one block by one step of Cundall's scheme; return its state, peaks and energy account."""
     dt = block.tick_length * TICKS_PER_STEP
     push, lift = (
-        base_acceleration_at_tick(inertial_accelerations.push, state.tick),
-        base_acceleration_at_tick(inertial_accelerations.lift, state.tick),
+        base_acceleration_at_tick(inertial_accelerations.inertial_acceleration_x, state.tick),
+        base_acceleration_at_tick(inertial_accelerations.upward_base_acceleration, state.tick),
     )
     rate = block.dashpot / dt
     (arm_left, drop_left), (arm_right, drop_right) = (
@@ -124,8 +126,8 @@ def advance_block_one_step(
     held = block_lands_flat(
         block,
         state,
-        (drop_left - state.z, state.vz - arm_left * state.vw),
-        (drop_right - state.z, state.vz - arm_right * state.vw),
+        (drop_left - state.z, state.vz - arm_left * state.angular_velocity),
+        (drop_right - state.z, state.vz - arm_right * state.angular_velocity),
     )
     flat = (held, *flat_landing_sliding_and_friction(block, held, state.vx, state.vz))
     left, right = (
@@ -137,11 +139,12 @@ def advance_block_one_step(
     aw = block.inertia * ((-left.drop * left.f - left.arm * left.n) + (-right.drop * right.f - right.arm * right.n))
     # The energy account uses the velocities at the whole step.
     half = 0.5 * dt
-    cx, cz, cw = state.vx + half * ax, state.vz + half * az, state.vw + half * aw
+    cx, cz, cw = state.vx + half * ax, state.vz + half * az, state.angular_velocity + half * aw
     power = push * cx - lift * cz if with_vertical else push * cx
     let_go = 0.5 * (
         block.stiffness * (left.released_normal_stretch_squared + right.released_normal_stretch_squared)
-        + block.tangential * (left.released_tangential_stretch_squared + right.released_tangential_stretch_squared)
+        + block.tangential_stiffness
+        * (left.released_tangential_stretch_squared + right.released_tangential_stretch_squared)
     )
     lost = energy_account.lost + (
         let_go
@@ -152,7 +155,7 @@ def advance_block_one_step(
         )
     )
     # Velocities half a step later, position one step later.
-    vx, vz, vw = state.vx + dt * ax, state.vz + dt * az, state.vw + dt * aw
+    vx, vz, vw = state.vx + dt * ax, state.vz + dt * az, state.angular_velocity + dt * aw
     turn, tick = dt * vw, state.tick + TICKS_PER_STEP
     c, sn = rotate_cosine_and_sine(state.cos, state.sin, turn)
     x, z, angle = state.x + dt * vx, state.z + dt * vz, state.angle + turn
@@ -162,7 +165,7 @@ def advance_block_one_step(
         updated_maximum(
             peaks.depth, left.corner.depth if left.corner.depth > right.corner.depth else right.corner.depth
         ),
-        select(abs(angle) < block.alpha, tick, peaks.last_upright),
+        select(abs(angle) < block.alpha, tick, peaks.last_upright_tick),
     )
     moved = BlockState(
         x=x,
@@ -172,10 +175,10 @@ def advance_block_one_step(
         sin=sn,
         vx=vx,
         vz=vz,
-        vw=vw,
+        angular_velocity=vw,
         ax=ax,
         az=az,
-        aw=aw,
+        angular_acceleration=aw,
         left=left.corner,
         right=right.corner,
         tick=tick,

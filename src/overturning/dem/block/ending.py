@@ -43,7 +43,11 @@ TILT_NEAR_CASE_END_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(Larg
 def velocities_without_lag(block: BlockConstants, state: BlockState, velocity_lag: float) -> tuple[float, float, float]:
     """Return a block's velocities at the time of its position; the stored ones lag by `velocity_lag` time steps."""
     time = velocity_lag * TICKS_PER_WHOLE_STEP * block.tick_length
-    return state.vx + time * state.ax, state.vz + time * state.az, state.vw + time * state.aw
+    return (
+        state.vx + time * state.ax,
+        state.vz + time * state.az,
+        state.angular_velocity + time * state.angular_acceleration,
+    )
 
 
 @njit(**INLINE)
@@ -52,7 +56,7 @@ def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag
     vx, vz, vw = velocities_without_lag(block, state, velocity_lag)
     motion = (vx * vx + vz * vz) + vw * vw / block.inertia
     ul, ur, tl, tr = max(state.left.depth, 0.0), max(state.right.depth, 0.0), state.left.spring, state.right.spring
-    springs = block.stiffness * (ul * ul + ur * ur) + block.tangential * (tl * tl + tr * tr)
+    springs = block.stiffness * (ul * ul + ur * ur) + block.tangential_stiffness * (tl * tl + tr * tr)
     return float(0.5 * (motion + springs) + GRAVITY * (state.z - block.half_height))
 
 
@@ -88,7 +92,7 @@ def remaining_slide_distance(block: BlockConstants, state: BlockState) -> float:
 
     It is v²/2μg, with the velocity v of the block.
     """
-    speed = state.vx - block.half_height * state.cos * state.vw
+    speed = state.vx - block.half_height * state.cos * state.angular_velocity
     return float(speed * abs(speed) / (2.0 * GRAVITY * block.friction) if block.friction > 0.0 else 0.0)
 
 
@@ -103,16 +107,16 @@ def case_status(
         load_peaks(state, lane),
         load_course(state, lane),
     )
-    if not np.isfinite(s.vx + s.vz + s.vw + s.x + s.z + s.cos + s.sin):
+    if not np.isfinite(s.vx + s.vz + s.angular_velocity + s.x + s.z + s.cos + s.sin):
         return CaseStatus.UNSTABLE
     if peaks.depth > max_penetration * min(block.half_width, block.half_height):
         return CaseStatus.UNSTABLE
     if s.cos <= 0.0:
         return CaseStatus.SIMULATED
     sample = course.sample + s.tick / ticks_per_sample
-    if sample >= course.calm and s.left.depth > 0.0 and s.right.depth > 0.0:
+    if sample >= course.last_onset_sample and s.left.depth > 0.0 and s.right.depth > 0.0:
         # A block that rests on both corners after the last time at which it could start to move stays there.
-        kinetic = 0.5 * (s.vx * s.vx + s.vz * s.vz + s.vw * s.vw / block.inertia)
+        kinetic = 0.5 * (s.vx * s.vx + s.vz * s.vz + s.angular_velocity * s.angular_velocity / block.inertia)
         if kinetic < MAX_KINETIC_ENERGY_RATIO_AT_REST * GRAVITY * block.half_width:
             return CaseStatus.SIMULATED
     if sample < last_sample:
@@ -124,7 +128,7 @@ def case_status(
         state[TILT_NEAR_CASE_END_ROW_OFFSET + lane], course, sample, last_sample, tilt, rise
     )
     state[TILT_NEAR_CASE_END_ROW_OFFSET + lane] = late_tilt
-    if sample < course.after:
+    if sample < course.undecided_end_sample:
         return CASE_NOT_ENDED
     stands = block_energy_per_mass(block, s, velocity_lag) < course.barrier and tilt < 1.0
     return CaseStatus.SIMULATED if stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY else CaseStatus.UNDECIDED
@@ -139,11 +143,15 @@ def write_case_results(
     account, course = load_account(state, lane), load_course(state, lane)
     fallen = status == CaseStatus.SIMULATED and s.cos <= 0.0
     result_row.overturned = (1.0 if s.angle > 0.0 else -1.0) if fallen else 0.0
-    result_row.overturning_time = course.upright_until if fallen else np.nan
+    result_row.overturning_time = course.last_upright_time if fallen else np.nan
     # The angle sums up rotations, the cosine multiplies them: in steps of 0.25 rad they differ by 0.1 %.
     result_row.peak_rotation = (0.5 * np.pi if fallen else min(peaks.angle, 0.5 * np.pi)) / block.alpha
     peak_slip, residual_slip = peaks.slip, displacement_of_block_base(block, s.x, s.sin)
-    if status == CaseStatus.SIMULATED and not fallen and course.sample + s.tick / ticks_per_sample >= course.after:
+    if (
+        status == CaseStatus.SIMULATED
+        and not fallen
+        and course.sample + s.tick / ticks_per_sample >= course.undecided_end_sample
+    ):
         residual_slip += remaining_slide_distance(block, s)
         peak_slip = max(peak_slip, abs(residual_slip))
     result_row.peak_slip, result_row.residual_slip = peak_slip, residual_slip
@@ -157,8 +165,14 @@ def write_block_trajectory_row(
     state: Any, lane: int, velocity_lag: float, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
     """Write the block's motion, from column `lane` of the state array, into a row of its trajectory."""
-    block, s, push = load_block(state, lane), load_state(state, lane), load_inertial_accelerations(state, lane).push
+    block, s, push = (
+        load_block(state, lane),
+        load_state(state, lane),
+        load_inertial_accelerations(state, lane).inertial_acceleration_x,
+    )
     trajectory_row.time = (load_course(state, lane).sample + s.tick / ticks_per_sample) * sampling_interval
     trajectory_row.x, trajectory_row.z, trajectory_row.angle = s.x, s.z, s.angle
-    trajectory_row.vx, trajectory_row.vz, trajectory_row.vw = velocities_without_lag(block, s, velocity_lag)
+    trajectory_row.vx, trajectory_row.vz, trajectory_row.angular_velocity = velocities_without_lag(
+        block, s, velocity_lag
+    )
     trajectory_row.ground = -(push.value + push.slope * s.tick)

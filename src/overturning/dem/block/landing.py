@@ -49,4 +49,4 @@ def flat_landing_sliding_and_friction(
     impulse passes through the base, so that normal forces balance the whole moment of friction.
     """
     slides = is_flat_landing & base_slides_in_flat_landing(block.friction, vx, vz)
-    return slides, math.copysign(block.friction, vx), (block.tilting if slides else 1.0)
+    return slides, math.copysign(block.friction, vx), (block.friction_moment_share if slides else 1.0)

@@ -59,7 +59,7 @@ class BlockCentredSchemeConstants(NamedTuple):
 def unused_block_state_fields(with_vertical: bool, with_friction: bool) -> list[str]:
     """Return the names of block state variables that are not needed without vertical motion or friction."""
     springs = [] if with_friction else ["spring", "place", "stretch", "ux", "slid_left", "slid_right"]
-    return springs if with_vertical else [*springs, "lift"]
+    return springs if with_vertical else [*springs, "upward_base_acceleration"]
 
 
 @cache

@@ -27,7 +27,9 @@ def planar_trajectory_of_block(
     time = trajectory_rows["time"]
     poses = np.zeros((len(trajectory_rows), 2, 6))
     poses[:, 0, :2] = ground.x, ground.z
-    poses[:, 1] = np.stack([trajectory_rows[name] for name in ("x", "z", "angle", "vx", "vz", "vw")], axis=1)
+    poses[:, 1] = np.stack(
+        [trajectory_rows[name] for name in ("x", "z", "angle", "vx", "vz", "angular_velocity")], axis=1
+    )
     along, lift = (
         _mean_acceleration_between_times(time, amplitude * values, motion.sampling_interval)
         for values in (motion.acceleration_along(azimuth), np.zeros(1) if motion.up is None else motion.up)

@@ -89,7 +89,7 @@ class BlockSimulationPlan(SimulationPlan):
             ),
         )
         cases, settings = queued["cases"], queued.pop("settings")
-        cases["settled"] *= step_divisor
+        cases["long_steps_before_doubling"] *= step_divisor
         cases["gentle"] /= step_divisor
         # Many steps between two tests of the lanes, but none beyond the next sample: the motion is loaded up to there.
         settings = settings._replace(
@@ -231,7 +231,7 @@ def plan_block_simulation(
         "width": width,
         "height": height,
         "stiffness": normal,
-        "tangential": tangential,
+        "tangential_stiffness": tangential,
         "dashpot": dashpot,
         "friction": np.minimum(friction, MAX_FRICTION),
         "alpha": evaluate_and_round_results(np.arctan, ratio),
@@ -239,10 +239,10 @@ def plan_block_simulation(
         "tilt": tilt,
         "tilt_cos": evaluate_and_round_results(np.cos, tilt),
         "tilt_sin": evaluate_and_round_results(np.sin, tilt),
-        "first": first,
-        "calm": calm,
-        "after": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * period / interval),
-        "rest_limit": rest_limit,
+        "first_simulated_sample": first,
+        "last_onset_sample": calm,
+        "undecided_end_sample": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * period / interval),
+        "rest_acceleration_limit_g": rest_limit,
         "gentle": MAX_UNREFINED_CORNER_TRAVEL_RATIO
         * lengths.finest
         * width
@@ -254,13 +254,16 @@ def plan_block_simulation(
             - np.clip(lengths.halvings_to_finest_step, 0, BLOCK_STEP_CONTROL.max_step_halvings),
         ),
         "standing": TICKS_PER_WHOLE_STEP * lengths.standing,
-        "dwell": np.round(BLOCK_STEP_CONTROL.steps_before_length_doubles(square, rate) / lengths.ratio),
-        "settled": np.round(BLOCK_STEP_CONTROL.settled / lengths.ratio),
+        "steps_after_contact_change": np.round(
+            BLOCK_STEP_CONTROL.steps_before_length_doubles(square, rate) / lengths.ratio
+        ),
+        "long_steps_before_doubling": np.round(BLOCK_STEP_CONTROL.long_steps_before_doubling / lengths.ratio),
     }
     for name, values in columns.items():
         table[name] = values
     return BlockSimulationPlan(
-        model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
-        steps=lengths.steps, first=first, stays_at_rest=stays_at_rest, table=table,
+        model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_rows=row,
+        ground=ground,
+        steps=lengths.steps, first_simulated_sample=first, stays_at_rest=stays_at_rest, table=table,
         too_soft=exceeds_penetration_limit(0.5 * STANDARD_GRAVITY / normal, np.minimum(width, height)),
     )  # fmt: skip

@@ -58,7 +58,7 @@ class RigidCaseTableColumns(NamedTuple):
     """Steps per sample."""
     rest: float
     """Angular velocity below which the block comes to rest, rad per sample."""
-    after: float
+    undecided_end_sample: float
     """Sample at which the case ends as undecided."""
     amplitude: float
     """Factor on the motion."""
@@ -284,7 +284,7 @@ def _simulate_rigid_block(
     )  # fmt: skip
     peak, tangent, samples = angle[0], case_parameters.sine / case_parameters.cosine, horizontal_acceleration.size - 3
     scale, i = case_parameters.amplitude / STANDARD_GRAVITY, 0
-    while i < case_parameters.after and not (i >= samples and side == 0.0):
+    while i < case_parameters.undecided_end_sample and not (i >= samples and side == 0.0):
         n, t = min(i, samples + 1), 0.0
         sample = _base_motion_of_sample(horizontal_acceleration, vertical_acceleration, scale, n)
         while t < 1.0:
@@ -385,7 +385,7 @@ def simulate_rigid_rocking(
         "restitution": np.maximum(1.0 - 1.5 * ratio * ratio / (1.0 + ratio * ratio), 0.0),
         "steps": np.ceil(per_sample / LONGEST_STEP_IN_ROCKING_TIME_CONSTANTS),
         "rest": REST_ANGULAR_VELOCITY_TO_P_RATIO * per_sample,
-        "after": motion.sample_count + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD / per_sample),
+        "undecided_end_sample": motion.sample_count + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD / per_sample),
         "amplitude": cases.amplitude,
         "tilt": tilt,
         "tilt_sine": evaluate_and_round_results(np.sin, alpha - np.abs(tilt)),

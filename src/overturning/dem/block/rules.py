@@ -65,7 +65,7 @@ class BlockKernelInput(NamedTuple):
     settings: SettingsOfParallelCases
     cases: NDArray[np.void]
     """Case parameters, of type `CASE_TABLE_DTYPE`, shape (n,)."""
-    row: NDArray[np.int64]
+    motion_rows: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     ground: GroundMotion
@@ -93,23 +93,23 @@ store_attempt, store_assumed_slip, store_step_control = (
 )
 load_assumed_signed_friction = STATE_ROW_LAYOUT.tuple_reader_and_writer(AssumedSignedFriction).load
 store_push, store_lift = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations, "push").store,
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations, "lift").store,
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations, "inertial_acceleration_x").store,
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations, "upward_base_acceleration").store,
 )
 STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.count
 COS, SIN, TICK, LAST_UPRIGHT = (
     STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "cos"), STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "sin"),
     STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "tick"), STATE_ROW_LAYOUT.row_offset_of_field(BlockPeakValues,
-    "last_upright"),
+    "last_upright_tick"),
 )  # fmt: skip
 LENGTH, REST_LIMIT, AT_REST = (
     STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length"),
-    STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "rest_limit"),
+    STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "rest_acceleration_limit_g"),
     STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "at_rest"),
 )
 SAMPLE, UPRIGHT_UNTIL = (
     STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "sample"),
-    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "upright_until"),
+    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_upright_time"),
 )
 
 
@@ -142,15 +142,16 @@ def write_initial_block_state(
         case_parameters.tilt_cos,
         case_parameters.tilt_sin,
     )
-    k, ks = case_parameters.stiffness, case_parameters.tangential
+    k, ks = case_parameters.stiffness, case_parameters.tangential_stiffness
     inertia = 3.0 / (b * b + h * h)
     block = BlockConstants(
-        half_width=b, half_height=h, inertia=inertia, stiffness=k, tangential=ks,
-        compliance=1.0 / ks if ks > 0.0 else 0.0, dashpot=case_parameters.dashpot, friction=case_parameters.friction,
+        half_width=b, half_height=h, inertia=inertia, stiffness=k, tangential_stiffness=ks,
+        tangential_compliance=1.0 / ks if ks > 0.0 else 0.0, dashpot=case_parameters.dashpot,
+        friction=case_parameters.friction,
         alpha=case_parameters.alpha, tick_length=sampling_interval / ticks_per_sample, gentle=case_parameters.gentle,
         landing=FLAT_LANDING_DURATION_IN_DECAY_TIMES * case_parameters.dashpot / k,
         together=max_time_between_touches_in_one_impact(k, case_parameters.dashpot),
-        tilting=0.0 if case_parameters.friction * h <= b else 1.0,
+        friction_moment_share=0.0 if case_parameters.friction * h <= b else 1.0,
     )  # fmt: skip
     tilted = s != 0.0
     z = (b * abs(s) + h * c) - (GRAVITY / k if tilted else 0.5 * GRAVITY / k)
@@ -163,37 +164,34 @@ def write_initial_block_state(
     ul, ur = max(left.depth, 0.0), max(right.depth, 0.0)
     az, aw = k * (ul + ur) - GRAVITY, inertia * k * (-arm_l * ul + -arm_r * ur)
     at_rest = BlockState(
-        x=x, z=z, angle=case_parameters.tilt, cos=c, sin=s, vx=0.0, vz=0.0, vw=0.0, ax=0.0, az=az, aw=aw, left=left,
+        x=x, z=z, angle=case_parameters.tilt, cos=c, sin=s, vx=0.0, vz=0.0, angular_velocity=0.0, ax=0.0, az=az,
+        angular_acceleration=aw, left=left,
         right=right, tick=0.0, landing=0.0,
     )  # fmt: skip
     store_block(state, lane, block)
     store_step_control(state, lane, CaseStepControl(
-        case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled,
+        case_parameters.finest, case_parameters.standing, case_parameters.steps_after_contact_change,
+        case_parameters.long_steps_before_doubling,
     ))  # fmt: skip
     store_state(state, lane, at_rest)
-    store_attempt(state, lane, NextStepToAttempt(case_parameters.finest, case_parameters.dwell, 0.0))
+    length, steps = case_parameters.finest, case_parameters.steps_after_contact_change
+    store_attempt(state, lane, NextStepToAttempt(length, steps, 0.0))
     store_assumed_slip(state, lane, AssumedSignedFriction(0.0, 0.0))
     store_peaks(state, lane, BlockPeakValues(abs(case_parameters.tilt), 0.0, 0.0, -1.0))
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_energy_per_mass(block, at_rest, 0.0)
-    state[REST_LIMIT + lane], course = (
-        case_parameters.rest_limit,
-        CaseProgress(
-            case_parameters.amplitude,
-            case_parameters.first,
-            case_parameters.calm,
-            case_parameters.after,
-            case_parameters.first * sampling_interval,
-            first,
-            barrier,
-        ),
-    )
-    store_course(state, lane, course)
+    state[REST_LIMIT + lane] = case_parameters.rest_acceleration_limit_g
+    store_course(state, lane, CaseProgress(
+        case_parameters.amplitude, case_parameters.first_simulated_sample, case_parameters.last_onset_sample,
+        case_parameters.undecided_end_sample, case_parameters.first_simulated_sample * sampling_interval,
+        first, barrier,
+    ))  # fmt: skip
 
 
 def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
     """Load the base motion of the next sample for each case, and rescale (cos θ, sin θ) of each block to length 1."""
     start_sample_and_load_base_motion(
-        workspace.state, lane_count, kernel_input.row, lane_cases, kernel_input.ground.along, kernel_input.ground.up,
+        workspace.state, lane_count, kernel_input.motion_rows, lane_cases, kernel_input.ground.along,
+        kernel_input.ground.up,
         kernel_input.settings,
     )  # fmt: skip
 
@@ -294,7 +292,7 @@ def mark_possibly_ended_block_cases(
         block, s, b = load_block(state, j), load_state(state, j), load_block(state, j).half_width
         most = max_penetration * (b if b < block.half_height else block.half_height)
         sound = (s.cos > 0.0) & (load_peaks(state, j).depth <= most)
-        total = (s.vx + s.vz + s.vw) + (s.x + s.z + s.cos)
+        total = (s.vx + s.vz + s.angular_velocity) + (s.x + s.z + s.cos)
         goes_on = case_cannot_have_ended(load_course(state, j), s.tick, ticks_per_sample, last_sample, total, sound)
         end_marks_out[j] = 0.0 if goes_on else 1.0
         count += 0 if goes_on else 1
@@ -306,7 +304,7 @@ def skip_quiet_samples_of_resting_cases(
 ) -> None:
     """Skip, for blocks at rest, the samples in which the base motion cannot move the block."""
     skip_samples_of_resting_blocks(
-        workspace.state, lane_cases, active_lane_count, kernel_input.row, kernel_input.ground,
+        workspace.state, lane_cases, active_lane_count, kernel_input.motion_rows, kernel_input.ground,
         kernel_input.settings.ticks_per_sample, skipped_sample_counts_out,
     )  # fmt: skip
 
@@ -336,8 +334,8 @@ def skip_samples_of_resting_blocks(
             course.sample + s.tick * (1.0 / ticks_per_sample),
         )
         still = body_is_still(
-            largest_motion_component(s.vx, s.vz, s.vw, block),
-            largest_motion_component(s.ax, s.az, s.aw, block),
+            largest_motion_component(s.vx, s.vz, s.angular_velocity, block),
+            largest_motion_component(s.ax, s.az, s.angular_acceleration, block),
             length * block.tick_length,
             rest_limit,
         )

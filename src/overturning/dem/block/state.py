@@ -48,9 +48,9 @@ class BlockConstants(NamedTuple):
     """Inverse inertia per mass, m/I, 1/m²."""
     stiffness: float
     """Normal stiffness of a corner, K/m, 1/s²."""
-    tangential: float
+    tangential_stiffness: float
     """Tangential stiffness of a corner, K_s/m, 1/s²."""
-    compliance: float
+    tangential_compliance: float
     """1 over the tangential stiffness, s²; 0 without tangential spring."""
     dashpot: float
     """Dashpot of a corner, h/m, 1/s."""
@@ -66,7 +66,7 @@ class BlockConstants(NamedTuple):
     """Duration of a flat landing after the first touch, s."""
     together: float
     """Time within which the touches of both corners count as one impact, s."""
-    tilting: float
+    friction_moment_share: float
     """Share of the moment of friction that rotates a block that slides in a flat landing: 0 for μ ≤ B/H, else 1."""
 
 
@@ -96,15 +96,15 @@ class AssumedCornerContact(NamedTuple):
     """True if the block slides while it lands flat."""
     flat_landing_signed_friction: float
     """±μ of the friction in a flat landing."""
-    tilting: float
+    friction_moment_share: float
     """Share of the moment of friction that rotates the block; 1 except in a flat landing."""
 
 
 class BlockState(NamedTuple):
     """State of a block in the frame of the base: position, rotation, velocities and both lower corners.
 
-    Centre (`x` along s, `z` up; m), rotation θ (`angle`, rad) with cosine and sine, velocities (`vx`, `vz`, `vw`) and
-    accelerations (`ax`, `az`, `aw`) of these (m, rad, s).
+    Centre (`x` along s, `z` up; m), rotation θ (`angle`, rad) with cosine and sine, velocities (`vx`, `vz`,
+    `angular_velocity`) and accelerations (`ax`, `az`, `angular_acceleration`) of these (m, rad, s).
     """
 
     x: float
@@ -114,10 +114,10 @@ class BlockState(NamedTuple):
     sin: float
     vx: float
     vz: float
-    vw: float
+    angular_velocity: float
     ax: float
     az: float
-    aw: float
+    angular_acceleration: float
     left: CornerState
     right: CornerState
     tick: float
@@ -142,7 +142,7 @@ class BlockPeakValues(NamedTuple):
     angle: float
     slip: float
     depth: float
-    last_upright: float
+    last_upright_tick: float
 
 
 class BlockEnergyAccount(NamedTuple):
@@ -160,9 +160,9 @@ class BlockEnergyAccount(NamedTuple):
 class BlockInertialAccelerations(NamedTuple):
     """Accelerations of a block, in the frame of the base, that the motion of the base causes, m/s²."""
 
-    push: LinearBaseAcceleration
+    inertial_acceleration_x: LinearBaseAcceleration
     """−a along s."""
-    lift: LinearBaseAcceleration
+    upward_base_acceleration: LinearBaseAcceleration
     """Upward acceleration of the base, added to gravity."""
 
 
@@ -175,7 +175,7 @@ class ExtrapolatedBlock(NamedTuple):
     sin: float
     vx: float
     vz: float
-    vw: float
+    angular_velocity: float
 
 
 class PredictedCorner(NamedTuple):
@@ -198,8 +198,8 @@ class PredictedCorner(NamedTuple):
 class PredictedBlock(NamedTuple):
     """Predicted state of a block at the end of a step of the centred scheme, before its equations are solved.
 
-    Pose (`x`, `z`, `angle`, `cos`, `sin`), velocities after half of the step (`vx`, `vz`, `vw`) and at its end (`ex`,
-    `end_vz`, `end_vw`), as in `BlockState`.
+    Pose (`x`, `z`, `angle`, `cos`, `sin`), velocities after half of the step (`vx`, `vz`, `angular_velocity`) and at
+    its end (`ex`, `end_vz`, `end_angular_velocity`), as in `BlockState`.
     """
 
     x: float
@@ -209,13 +209,13 @@ class PredictedBlock(NamedTuple):
     sin: float
     vx: float
     vz: float
-    vw: float
+    angular_velocity: float
     ex: float
     end_vz: float
-    end_vw: float
-    push: float
+    end_angular_velocity: float
+    inertial_acceleration_x: float
     """−a at the end of the step, along s, m/s²."""
-    lift: float
+    upward_base_acceleration: float
     """Upward acceleration of the base at the end of the step, m/s²."""
     half: float
     """Half the length of the step, s."""
@@ -228,7 +228,7 @@ class BlockVelocityCorrection(NamedTuple):
 
     vx: float
     vz: float
-    vw: float
+    angular_velocity: float
     slid_left: float
     slid_right: float
 

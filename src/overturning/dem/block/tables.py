@@ -15,7 +15,7 @@ class BlockCaseTableColumns(NamedTuple):
     """Height, m."""
     stiffness: float
     """Normal stiffness of a corner per mass, 1/s²."""
-    tangential: float
+    tangential_stiffness: float
     """Tangential stiffness of a corner per mass, 1/s²."""
     dashpot: float
     """Dashpot of a corner per mass, 1/s."""
@@ -31,15 +31,15 @@ class BlockCaseTableColumns(NamedTuple):
     """Cosine of the initial rotation."""
     tilt_sin: float
     """Sine of the initial rotation."""
-    first: float
+    first_simulated_sample: float
     """First sample that is computed."""
-    calm: float
+    last_onset_sample: float
     """First sample after which the motion cannot start any movement."""
-    after: float
+    undecided_end_sample: float
     """Sample at which the case ends as undecided."""
     gentle: float
     """Largest travel of a corner that opens or closes in a gentle step, m."""
-    rest_limit: float
+    rest_acceleration_limit_g: float
     """Horizontal acceleration over g up to which the block stays at rest."""
 
 
@@ -83,7 +83,7 @@ class BlockTrajectoryTableColumns(NamedTuple):
     """Horizontal velocity, m/s."""
     vz: float
     """Vertical velocity, m/s."""
-    vw: float
+    angular_velocity: float
     """Angular velocity, rad/s."""
     ground: float
     """Ground acceleration, m/s²."""

@@ -39,7 +39,7 @@ MAX_DASHPOT_TO_SPRING_FORCE_AT_REST: Final = 0.5
 @njit(**INLINE)
 def vertex_belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
     """True if a vertex of a body is as deep below the centre as the base, so that it is a vertex of the base."""
-    return vertex.position_in_body_axes.z <= -MIN_BASE_VERTEX_DEPTH_RATIO * body.foot
+    return vertex.position_in_body_axes.z <= -MIN_BASE_VERTEX_DEPTH_RATIO * body.centre_height
 
 
 @njit(**INLINE)
@@ -74,7 +74,7 @@ def update_base_contact_with_vertex(
     return BaseContactState(
         height if low else base_contact.low, height if high else base_contact.high,
         still if low else base_contact.low_rests, still if high else base_contact.high_rests,
-        base_contact.landing, base_contact.longest_landing, base_contact.tilting,
+        base_contact.landing, base_contact.longest_landing_time, base_contact.friction_moment_share,
     )  # fmt: skip
 
 
@@ -122,7 +122,11 @@ def landing_time_of_new_contact(body: BodyConstants, base_contact: BaseContactSt
 
     It is that of the points already in contact, or the full duration of a flat landing if there are none.
     """
-    return body.landing if base_contact.longest_landing == LANDING_TIME_OF_BASE_IN_AIR else base_contact.longest_landing
+    return (
+        body.landing
+        if base_contact.longest_landing_time == LANDING_TIME_OF_BASE_IN_AIR
+        else base_contact.longest_landing_time
+    )
 
 
 @njit(**INLINE)
@@ -148,9 +152,11 @@ LANDING_OF, DEPTH_OF = (
 )
 SHORTEST, LONGEST = (
     STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "landing"),
-    STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "longest_landing"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "longest_landing_time"),
 )
-FRICTION_MOMENT_SHARE_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "tilting")
+FRICTION_MOMENT_SHARE_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
+    BaseContactState, "friction_moment_share"
+)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -175,7 +181,9 @@ def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, 
         for j in range(round_to_vector_multiple(lane_count)):
             body, v, edge = load_body(state, j), load_state(state, j).velocity, load_vertex(one, j)
             own = matrix_times_vector(transpose(load_frame(state, j)), Vector3(v.x, v.y, 0.0))
-            ahead = body.friction * body.foot * (edge.base_edge_normal_x * own.x + edge.base_edge_normal_y * own.y)
+            ahead = (
+                body.friction * body.centre_height * (edge.base_edge_normal_x * own.x + edge.base_edge_normal_y * own.y)
+            )
             outside = edge.reach * math.sqrt(v.x * v.x + v.y * v.y) < ahead
             state[FRICTION_MOMENT_SHARE_ROW_OFFSET + j] = (
                 1.0 if outside else state[FRICTION_MOMENT_SHARE_ROW_OFFSET + j]
@@ -202,7 +210,7 @@ def update_base_contacts(
                 behind.landing,
                 behind.depth,
             )
-            tilting = 0.0 if body.friction * body.foot <= body.radius else 1.0
+            tilting = 0.0 if body.friction * body.centre_height <= body.radius else 1.0
             store_base_contact(state, j, BaseContactState(
                 0.0, 0.0, point_rests_on_spring(body, ahead), point_rests_on_spring(body, behind), landing, longest,
                 tilting,

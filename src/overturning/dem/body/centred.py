@@ -75,15 +75,15 @@ def predict_body_at_step_end(
         extrapolate_vector(state.velocity, half, state.acceleration),
         extrapolate_vector(state.angular_momentum, half, state.moment),
     )
-    turn, spin = rotate_body_over_step(body.inverse, state.turn, momentum, state.moment, dt)
+    turn, spin = rotate_body_over_step(body.inverse, state.rotation, momentum, state.moment, dt)
     at_end = Vector3(
         base_acceleration_in_this_or_next_sample(shaking.inertial_acceleration_x, tick, past),
         base_acceleration_in_this_or_next_sample(shaking.inertial_acceleration_y, tick, past),
-        base_acceleration_in_this_or_next_sample(shaking.lift, tick, past),
+        base_acceleration_in_this_or_next_sample(shaking.upward_base_acceleration, tick, past),
     )
     return BodyPredictedForStepEnd(
         place=extrapolate_vector(state.place, dt, v),
-        turn=turn,
+        rotation=turn,
         velocity=v,
         half_step_angular_momentum=momentum,
         end=extrapolate_vector(v, half, state.acceleration),
@@ -109,9 +109,9 @@ def rim_point_position_from_centre(
     tx, ty = (body_axes.xz * one if leans else 1.0), (body_axes.yz * one if leans else 0.0)
     a, b = body.radius * lean_component, body.radius * transverse_component
     return Vector3(
-        (a * body_axes.zz * tx - b * ty) - body.foot * body_axes.xz,
-        (a * body_axes.zz * ty + b * tx) - body.foot * body_axes.yz,
-        -(a * (square * one if leans else 0.0)) - body.foot * body_axes.zz,
+        (a * body_axes.zz * tx - b * ty) - body.centre_height * body_axes.xz,
+        (a * body_axes.zz * ty + b * tx) - body.centre_height * body_axes.yz,
+        -(a * (square * one if leans else 0.0)) - body.centre_height * body_axes.zz,
     )
 
 
@@ -180,7 +180,10 @@ def predict_contact_point(
     depth = 0.0 if deferred & (depth > 0.0) else depth
     n = body.stiffness * depth - body.dashpot * u.z
     in_contact = ((n > 0.0) | flat) & (depth > 0.0) if forces_decide_contact else point_history.normal != 0.0
-    hx, hy = -(body.tangential * tx) - body.dashpot * u.x, -(body.tangential * ty) - body.dashpot * u.y
+    hx, hy = (
+        -(body.tangential_stiffness * tx) - body.dashpot * u.x,
+        -(body.tangential_stiffness * ty) - body.dashpot * u.y,
+    )
     square = hx * hx + hy * hy
     some = square > 0.0
     one = 1.0 / math.sqrt(square if some else 1.0)
@@ -212,7 +215,7 @@ def predict_contact_point(
         friction_direction_y=dy,
         deferred=1.0 if deferred else 0.0,
         held=1.0 if flat else 0.0,
-        tilting=tilting,
+        friction_moment_share=tilting,
         flat_landing_tilting_share=base_tilting,
         landing_time_if_touching_now=new_landing,
     )
@@ -252,11 +255,14 @@ def contact_equation_terms(
         predicted_point.arm,
         predicted_point.velocity,
     )
-    press, stick = body.dashpot + half_step_time * body.stiffness, body.dashpot + half_step_time * body.tangential
+    press, stick = (
+        body.dashpot + half_step_time * body.stiffness,
+        body.dashpot + half_step_time * body.tangential_stiffness,
+    )
     n = body.stiffness * predicted_point.depth - body.dashpot * u.z
     hx, hy = (
-        -(body.tangential * predicted_point.stretch_x) - body.dashpot * u.x,
-        -(body.tangential * predicted_point.stretch_y) - body.dashpot * u.y,
+        -(body.tangential_stiffness * predicted_point.stretch_x) - body.dashpot * u.x,
+        -(body.tangential_stiffness * predicted_point.stretch_y) - body.dashpot * u.y,
     )
     part = ratio_of_friction_limit_to_sticking_force(
         body.friction * (n if forces_decide_contact else point_history.normal), hx * hx + hy * hy, slides
@@ -279,7 +285,7 @@ def contact_equation_terms(
     f = Vector3(fx, fy, n)
     # Rows of G(·× r), and the moments r × column of both; zero terms are left out. In a flat landing the moment of
     # friction has a shorter lever arm.
-    at = Vector3(r.x, r.y, predicted_point.tilting * r.z)
+    at = Vector3(r.x, r.y, predicted_point.friction_moment_share * r.z)
     bx, by = cross_product(r, Vector3(gxx, gxy, gxz)), cross_product(r, Vector3(gxy, gyy, gyz))
     bz = Vector3(r.y * gzz, -(r.x * gzz), 0.0)
     cz = cross_product(at, Vector3(gxz, gyz, gzz))
@@ -312,7 +318,7 @@ def solve_velocity_correction(
         ),
     )
     t = scale_vector(predicted_body.half, minus(contact_terms.moment, state.moment))
-    f = rotation_matrix(predicted_body.turn)
+    f = rotation_matrix(predicted_body.rotation)
     i = matrix_product(matrix_product(f, expand_symmetric_matrix(body.inertia)), transpose(f))
     a = inverse_matrix(Matrix3(1.0 + a.xx, a.xy, a.xz, a.yx, 1.0 + a.yy, a.yz, a.zx, a.zy, 1.0 + a.zz))
     c = matrix_product(c, a)

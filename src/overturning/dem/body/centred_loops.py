@@ -106,7 +106,7 @@ def predict_bodies_at_step_end(state: Any, lane_count: int, ticks_per_sample: fl
             ticks_per_sample,
         )
         store_predicted(state, j, w)
-        store_frame(state, j, rotation_matrix(w.turn))
+        store_frame(state, j, rotation_matrix(w.rotation))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -134,7 +134,7 @@ def predict_contact_of_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: 
                     vertex_contact_is_deferred(body, base_contact, p, a.z, left),
                     flat,
                     new_landing,
-                    base_contact.tilting,
+                    base_contact.friction_moment_share,
                 ),
             ),
         )
@@ -153,7 +153,7 @@ def predict_contact_of_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: 
                     vertex_contact_is_deferred(body, base_contact, q, b.z, right),
                     flat,
                     new_landing,
-                    base_contact.tilting,
+                    base_contact.friction_moment_share,
                 ),
             ),
         )
@@ -192,7 +192,7 @@ def predict_contact_of_rim_point_pair(
                 left,
                 fine,
                 True,
-                (between & (left.depth <= 0.0), flat, new_landing, base_contact.tilting),
+                (between & (left.depth <= 0.0), flat, new_landing, base_contact.friction_moment_share),
             ),
         )
         store_point(
@@ -206,7 +206,7 @@ def predict_contact_of_rim_point_pair(
                 right,
                 fine,
                 True,
-                (between & (right.depth <= 0.0), flat, new_landing, base_contact.tilting),
+                (between & (right.depth <= 0.0), flat, new_landing, base_contact.friction_moment_share),
             ),
         )
 
@@ -277,7 +277,7 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
             load_shaking(state, j),
             w.inertial_xy_and_upward_base_acceleration,
             ticks_per_sample,
-            load_termination_limits(state, j).steady,
+            load_termination_limits(state, j).sample_step_acceleration_g,
         )
         findings = contact_changes_in_body_step(most, t.force.z, fast, steady)
         again, sooner, following = accept_or_reject_and_choose_next_step(

@@ -57,7 +57,8 @@ def released_spring_energy(
     over = math.copysign(over if over < 0.0 else 0.0, sinking)
     stretched_x, stretched_y = stretch_before_slip[0] - kx, stretch_before_slip[1] - ky
     let_go = 0.5 * (
-        body.tangential * ((point_history.stretch_x + kx) * stretched_x + (point_history.stretch_y + ky) * stretched_y)
+        body.tangential_stiffness
+        * ((point_history.stretch_x + kx) * stretched_x + (point_history.stretch_y + ky) * stretched_y)
         + body.stiffness * over
     )
     let_go = let_go if inside | was else 0.0
@@ -136,7 +137,10 @@ def compute_point_forces(
     n = n if inside & ((predicted_point.held > 0.0) | (n > 0.0)) else 0.0
     tx, ty = (tx if inside else 0.0), (ty if inside else 0.0)
     most = body.friction * n
-    hx, hy = -(body.tangential * tx) - body.dashpot * u.x, -(body.tangential * ty) - body.dashpot * u.y
+    hx, hy = (
+        -(body.tangential_stiffness * tx) - body.dashpot * u.x,
+        -(body.tangential_stiffness * ty) - body.dashpot * u.y,
+    )
     spin = plus(predicted_body.spin, velocity_change.spin)
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
         body, r, plus(predicted_body.end, velocity_change.velocity), spin,
@@ -144,12 +148,12 @@ def compute_point_forces(
     )  # fmt: skip
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
     fx, fy, kx, ky, slips = clamp_friction_and_stretch(
-        hx, hy, tx, ty, most, body.compliance, ((predicted_point.held > 0.0) & inside, drifts)
+        hx, hy, tx, ty, most, body.tangential_compliance, ((predicted_point.held > 0.0) & inside, drifts)
     )
     lever = Vector3(r.x, r.y, tilting * r.z)
     off = r.z - lever.z
     # Friction acts at the shortened lever arm; the springs are stretched at the point itself.
-    sliding = (fx + body.tangential * kx) * u.x + (fy + body.tangential * ky) * u.y
+    sliding = (fx + body.tangential_stiffness * kx) * u.x + (fy + body.tangential_stiffness * ky) * u.y
     power = (spring - n) * u.z - (sliding + off * (fy * spin.x - fx * spin.y))
     let_go = released_spring_energy(
         body,
@@ -194,7 +198,7 @@ def rim_contact_point_moves_fast(
     state: BodyState, predicted_body: BodyPredictedForStepEnd, largest_contact_changes: BodyContactChangesInStep
 ) -> bool:
     """True if the lowest point of a tilted round base moves along its rim by too large an angle in the step."""
-    a, b = rotation_matrix(state.turn), rotation_matrix(predicted_body.turn)
+    a, b = rotation_matrix(state.rotation), rotation_matrix(predicted_body.rotation)
     across, ahead = a.xz * b.yz - a.yz * b.xz, a.xz * b.xz + a.yz * b.yz
     return (
         (largest_contact_changes.off > 0.0)
@@ -216,7 +220,7 @@ def base_motion_stays_below_limit(
     x, y, up = (
         base_acceleration_in_this_or_next_sample(shaking.inertial_acceleration_x, end, ticks_per_sample),
         base_acceleration_in_this_or_next_sample(shaking.inertial_acceleration_y, end, ticks_per_sample),
-        base_acceleration_in_this_or_next_sample(shaking.lift, end, ticks_per_sample),
+        base_acceleration_in_this_or_next_sample(shaking.upward_base_acceleration, end, ticks_per_sample),
     )
     first, second = horizontal_limit * (GRAVITY + end_acceleration.z), horizontal_limit * (GRAVITY + up)
     below = (end_acceleration.x * end_acceleration.x + end_acceleration.y * end_acceleration.y < first * first) & (
@@ -275,7 +279,7 @@ def complete_body_step(
     )
     place, turn = (
         extrapolate_vector(predicted_body.place, half, velocity_change.velocity),
-        rotate_quaternion(predicted_body.turn, half, velocity_change.spin),
+        rotate_quaternion(predicted_body.rotation, half, velocity_change.spin),
     )
     f = rotation_matrix(turn)
     power = (push.x * v.x + push.y * v.y) - push.z * v.z
@@ -292,17 +296,17 @@ def complete_body_step(
         contact_sum.loss,
         torque,
     )
-    lean, x, y = lean_as_squared_sine(f), place.x - body.foot * f.xz, place.y - body.foot * f.yz
+    lean, x, y = lean_as_squared_sine(f), place.x - body.centre_height * f.xz, place.y - body.centre_height * f.yz
     peaks = BodyPeakValues(
-        updated_maximum(peaks.lean, lean),
+        updated_maximum(peaks.peak_lean_squared_sine, lean),
         updated_maximum(peaks.slip, x * x + y * y),
         updated_maximum(peaks.depth, largest_penetration),
-        tick if lean < body.critical else peaks.last_upright,
+        tick if lean < body.critical else peaks.last_upright_tick,
     )
     return BodyAfterAcceptedStep(
         BodyState(
             place=place,
-            turn=turn,
+            rotation=turn,
             velocity=v,
             angular_momentum=momentum,
             spin=predicted_body.spin,

@@ -76,7 +76,7 @@ def twice_kinetic_energy_per_mass(body: BodyConstants, state: BodyState) -> floa
 @njit(**INLINE)
 def state_sum_for_finite_check(state: BodyState) -> float:
     """Return the sum of all position, rotation and velocity components of a body, which is finite if each one is."""
-    v, p, q = state.velocity, state.place, state.turn
+    v, p, q = state.velocity, state.place, state.rotation
     return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
 
 
@@ -91,10 +91,10 @@ def body_energy_per_mass(
             vertex_rows[i * ARRAY_LENGTH_PER_VERTEX : (i + 1) * ARRAY_LENGTH_PER_VERTEX], lane
         )
         depth = max(one.depth, 0.0)
-        springs += body.stiffness * depth * depth + body.tangential * (
+        springs += body.stiffness * depth * depth + body.tangential_stiffness * (
             one.stretch_x * one.stretch_x + one.stretch_y * one.stretch_y
         )
-    return 0.5 * (twice_kinetic_energy_per_mass(body, state) + springs) + GRAVITY * (state.place.z - body.foot)
+    return 0.5 * (twice_kinetic_energy_per_mass(body, state) + springs) + GRAVITY * (state.place.z - body.centre_height)
 
 
 @njit(**INLINE)
@@ -123,13 +123,15 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
 def energy_to_tilt_per_mass(body: BodyConstants, edge_distance: float, lean: float) -> float:
     """Return the energy per mass (m²/s²) to tilt a body over its nearest base edge; `lean` is sin² of the tilt."""
     square = min(lean, body.critical)
-    return float(GRAVITY * (edge_distance * np.sqrt(square) - body.foot * square / (1.0 + np.sqrt(1.0 - square))))
+    return float(
+        GRAVITY * (edge_distance * np.sqrt(square) - body.centre_height * square / (1.0 + np.sqrt(1.0 - square)))
+    )
 
 
 @njit(**INLINE)
 def body_is_below_critical_tilt(body: BodyConstants, state: BodyState) -> bool:
     """True if the tilt of a body's vertical axis is below the critical angle."""
-    return bool(lean_as_squared_sine(rotation_matrix(state.turn)) < body.critical)
+    return bool(lean_as_squared_sine(rotation_matrix(state.rotation)) < body.critical)
 
 
 @njit(**INLINE)
@@ -139,8 +141,11 @@ def squared_speed_of_body_base(body: BodyConstants, state: BodyState, edge_dista
     v is the horizontal velocity of the base, ω the spin about the vertical, and r the distance of a base edge
     (`edge_distance`).
     """
-    w, f = angular_velocity_of_state(body, state), rotation_matrix(state.turn)
-    v = plus(state.velocity, cross_product(w, Vector3(-body.foot * f.xz, -body.foot * f.yz, -body.foot * f.zz)))
+    w, f = angular_velocity_of_state(body, state), rotation_matrix(state.rotation)
+    v = plus(
+        state.velocity,
+        cross_product(w, Vector3(-body.centre_height * f.xz, -body.centre_height * f.yz, -body.centre_height * f.zz)),
+    )
     turn = w.z * edge_distance
     return float((v.x * v.x + v.y * v.y) + turn * turn)
 
@@ -196,12 +201,16 @@ def case_status(
     course, limits = load_course(state, lane), load_limits(state, lane)
     if not np.isfinite(state_sum_for_finite_check(s)) or peaks.depth > limits.deepest:
         return CaseStatus.UNSTABLE
-    if body_has_fallen(rotation_matrix(s.turn), limits, fall_sectors):
+    if body_has_fallen(rotation_matrix(s.rotation), limits, fall_sectors):
         return CaseStatus.SIMULATED
     sample = course.sample + s.tick / ticks_per_sample
     # A body that rests on its base after the last time at which it could start to move stays there.
     still = 0.5 * twice_kinetic_energy_per_mass(body, s) < MAX_KINETIC_ENERGY_RATIO_AT_REST * GRAVITY * limits.reach
-    if sample >= course.calm and still and count_penetrating_vertices(vertex_rows, count, lane) >= base_vertex_count:
+    if (
+        sample >= course.last_onset_sample
+        and still
+        and count_penetrating_vertices(vertex_rows, count, lane) >= base_vertex_count
+    ):
         return CaseStatus.SIMULATED
     if sample < last_sample:
         return CASE_NOT_ENDED
@@ -209,13 +218,18 @@ def case_status(
     stands = now < course.barrier and body_is_below_critical_tilt(body, s)
     # It can no longer fall, but its peak tilt is final only when its energy cannot reach it again. On one vertex the
     # weight compresses the spring: g²/2k less energy than in the rigid body.
-    past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= energy_to_tilt_per_mass(body, limits.reach, peaks.lean)
+    past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= energy_to_tilt_per_mass(
+        body, limits.reach, peaks.peak_lean_squared_sine
+    )
     if stands and past and not body_will_slide_noticeably(body, s, limits.reach):
         return CaseStatus.SIMULATED
-    tilt, rise = np.sqrt(lean_as_squared_sine(rotation_matrix(s.turn)) / body.critical), s.place.z - body.foot
+    tilt, rise = (
+        np.sqrt(lean_as_squared_sine(rotation_matrix(s.rotation)) / body.critical),
+        s.place.z - body.centre_height,
+    )
     late_tilt = largest_tilt_near_case_end(state[LATE_TILT + lane], course, sample, last_sample, tilt, rise)
     state[LATE_TILT + lane] = late_tilt
-    if sample < course.after:
+    if sample < course.undecided_end_sample:
         return CASE_NOT_ENDED
     if not (stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY):
         return CaseStatus.UNDECIDED
@@ -238,9 +252,11 @@ def body_is_at_rest(
     """True if a body rests upright on all vertices of its base, and none of these vertices slides."""
     body, s, held = load_body(state, lane), load_state(state, lane), 0
     w, turning = s.spin, matrix_times_vector(expand_symmetric_matrix(body.inverse), s.moment)
-    speed = vector_length(s.velocity) + body.foot * vector_length(w)
+    speed = vector_length(s.velocity) + body.centre_height * vector_length(w)
     step = body.tick_length * state[STEP_LENGTH_ROW_OFFSET + lane]
-    if not body_is_still(speed, vector_length(s.acceleration) + body.foot * vector_length(turning), step, rest_limit):
+    if not body_is_still(
+        speed, vector_length(s.acceleration) + body.centre_height * vector_length(turning), step, rest_limit
+    ):
         return False
     for i in range(vertex_count):
         one = load_point_state_at_step_start(
@@ -249,7 +265,7 @@ def body_is_at_rest(
         held += 1 if one.normal > 0.0 and one.slid == 0.0 else 0
     return bool(
         held >= base_vertex_count
-        and lean_as_squared_sine(rotation_matrix(s.turn))
+        and lean_as_squared_sine(rotation_matrix(s.rotation))
         < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * body.critical
     )
 
@@ -262,21 +278,21 @@ def write_case_results(
     count = vertex_rows.size // ARRAY_LENGTH_PER_VERTEX
     body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
     account, course, limits = load_account(state, lane), load_course(state, lane), load_limits(state, lane)
-    f = rotation_matrix(s.turn)
+    f = rotation_matrix(s.rotation)
     fallen = status == CaseStatus.SIMULATED and body_has_fallen(f, limits, fall_sectors)
     result_row.fallen = 1.0 if fallen else 0.0
-    result_row.overturning_time = course.upright_until if fallen else np.nan
-    result_row.lean = max(peaks.lean, lean_as_squared_sine(f))
+    result_row.overturning_time = course.last_upright_time if fallen else np.nan
+    result_row.peak_lean_squared_sine = max(peaks.peak_lean_squared_sine, lean_as_squared_sine(f))
     result_row.peak_slip = np.sqrt(peaks.slip)
-    result_row.slip_x, result_row.slip_y = s.place.x - body.foot * f.xz, s.place.y - body.foot * f.yz
+    result_row.slip_x, result_row.slip_y = s.place.x - body.centre_height * f.xz, s.place.y - body.centre_height * f.yz
     result_row.peak_penetration = peaks.depth
     balance = (body_energy_per_mass(body, s, vertex_rows, count, lane) - course.energy) - account.work + account.lost
     result_row.energy_error = abs(balance) / max(account.work, course.barrier, course.energy)
-    swing = np.sqrt(GRAVITY * (body.foot * body.foot + limits.reach * limits.reach) ** 1.5)
+    swing = np.sqrt(GRAVITY * (body.centre_height * body.centre_height + limits.reach * limits.reach) ** 1.5)
     result_row.angular_momentum_error = (
         abs(vertical_angular_momentum_about_origin(s) - limits.spin - account.spin) / swing
     )
-    result_row.qw, result_row.qx, result_row.qy, result_row.qz = s.turn
+    result_row.qw, result_row.qx, result_row.qy, result_row.qz = s.rotation
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -287,9 +303,9 @@ def write_body_trajectory_row(
     body, s, shaking = load_body(state, lane), load_state(state, lane), load_inertial_accelerations(state, lane)
     trajectory_row.time = (load_course(state, lane).sample + s.tick / ticks_per_sample) * sampling_interval
     trajectory_row.x, trajectory_row.y, trajectory_row.z = s.place
-    trajectory_row.qw, trajectory_row.qx, trajectory_row.qy, trajectory_row.qz = s.turn
+    trajectory_row.qw, trajectory_row.qx, trajectory_row.qy, trajectory_row.qz = s.rotation
     trajectory_row.vx, trajectory_row.vy, trajectory_row.vz = s.velocity
     trajectory_row.wx, trajectory_row.wy, trajectory_row.wz = angular_velocity_of_state(body, s)
     trajectory_row.ground_x = -base_acceleration_at_tick(shaking.inertial_acceleration_x, s.tick)
     trajectory_row.ground_y = -base_acceleration_at_tick(shaking.inertial_acceleration_y, s.tick)
-    trajectory_row.ground_z = base_acceleration_at_tick(shaking.lift, s.tick)
+    trajectory_row.ground_z = base_acceleration_at_tick(shaking.upward_base_acceleration, s.tick)

@@ -98,7 +98,7 @@ class SimulationPlan3D(SimulationPlan):
         # Test the lanes at the latest after the longest step: the next sample must be loaded by then.
         settings, standing = queued["settings"], float(queued["cases"]["standing"][0])
         queued["settings"] = settings._replace(steps_per_check=int(settings.ticks_per_sample / standing))
-        queued["cases"]["settled"] *= step_divisor
+        queued["cases"]["long_steps_before_doubling"] *= step_divisor
         return queued
 
 
@@ -203,21 +203,19 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     if leaves_out:
         rest_limit = _rest_acceleration_limits_of_bodies(made, which, laws, dashpot, friction, interval)
     table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
+    has_vertices_at_rest = start is None and made[0].rim_radius == 0.0
     columns = {
-        "body": which,
-        "stiffness": laws[which, 0],
-        "tangential": laws[which, 1],
-        "dashpot": dashpot,
-        "friction": friction,
+        "body": which, "stiffness": laws[which, 0], "tangential_stiffness": laws[which, 1],
+        "dashpot": dashpot, "friction": friction,
         "amplitude": amplitude,
-        "rest_limit": rest_limit,
-        "first": first,
-        "calm": calm,
-        "after": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * period[which] / interval),
+        "rest_acceleration_limit_g": rest_limit,
+        "first_simulated_sample": first,
+        "last_onset_sample": calm,
+        "undecided_end_sample": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * period[which] / interval),
         # The points of a rim store velocities, which would oscillate in steps of a sample.
-        "steady": MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold if start is None and made[0].rim_radius == 0.0 else 0.0,
+        "sample_step_acceleration_g": MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold if has_vertices_at_rest else 0.0,
         **pace,
-    }
+    }  # fmt: skip
     for name, values in columns.items():
         table[name] = values
     poses = [body_pose_at_rest_on_springs(body, float(law[0])) for body, law in zip(made, laws, strict=True)]
@@ -230,7 +228,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     return BodySimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, solids=made, bodies=bodies,
         vertices_and_base_edges=points,
-        cosines=cosines, row=row, ground=along, steps=steps, first=first, table=table,
+        cosines=cosines, motion_rows=row, ground=along, steps=steps, first_simulated_sample=first, table=table,
         stays_at_rest=stays_at_rest,
         too_soft=exceeds_penetration_limit(sunk, 2.0 * np.minimum(foot, reach))[which],
     )  # fmt: skip
@@ -330,8 +328,10 @@ def steps_per_sample_and_step_control(
     return steps, {
         "finest": finest,
         "standing": pace.ticks_per_whole_step * np.where(rigid, np.gcd(usual, steps), 1),
-        "dwell": np.round(pace.steps_before_length_doubles(squared_frequency, damping_rate) * steps / usual),
-        "settled": np.round(pace.settled * steps / usual),
+        "steps_after_contact_change": np.round(
+            pace.steps_before_length_doubles(squared_frequency, damping_rate) * steps / usual
+        ),
+        "long_steps_before_doubling": np.round(pace.long_steps_before_doubling * steps / usual),
     }
 
 
@@ -389,7 +389,8 @@ def _body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void],
         lies_on_springs = len(body.fall_limits_by_lean_sector) > 0 or body.fall_tilt > UPSIDE_DOWN_FALL_TILT_RAD
         fallen = body.fall_tilt * (FALL_TO_GEOMETRIC_TILT_RATIO if lies_on_springs else 1.0)
         values = {
-            "foot": foot, "radius": body.rim_radius, "reach": reach, "critical": reach**2 / (reach**2 + foot**2),
+            "centre_height": foot, "radius": body.rim_radius, "reach": reach,
+            "critical": reach**2 / (reach**2 + foot**2),
             "fallen": np.round(np.cos(fallen), 12), "deepest": MAX_PENETRATION_TO_HALF_SIDE_RATIO * min(reach, foot),
             "ends": body.relative_height_tolerance_of_lowest_vertices
         }  # fmt: skip

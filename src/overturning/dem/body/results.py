@@ -48,7 +48,7 @@ def outcome_variables_of_bodies(
                 else INT8_MISSING
                 for side, one, is_down in zip(face_normals, np.stack([w, x, y, z], axis=1), fell, strict=True)
             ],
-            "peak_tilt": tilt_deg_from_squared_sine(kernel_results["lean"]),
+            "peak_tilt": tilt_deg_from_squared_sine(kernel_results["peak_lean_squared_sine"]),
             "overturning_time": np.where(fell, kernel_results["overturning_time"], np.nan),
             "peak_slip": kernel_results["peak_slip"],
             "residual_slip_north": slip_x * orientation_cosines[:, 0] + slip_y * orientation_cosines[:, 1],

@@ -88,7 +88,7 @@ class BodyKernelInput(NamedTuple):
     settings: SettingsOfParallelCases
     cases: NDArray[np.void]
     """Case parameters, of type `CASE_TABLE_DTYPE`, shape (n,)."""
-    row: NDArray[np.int64]
+    motion_rows: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     ground: GroundMotion
@@ -116,7 +116,7 @@ class BodyWorkspace(NamedTuple):
 
 load_body, store_body, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants)
 load_state, store_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
-store_rotation_quaternion = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState, "turn").store
+store_rotation_quaternion = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState, "rotation").store
 load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues)
 load_course, store_course, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
 load_limits, store_limits, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyTerminationLimits)
@@ -132,19 +132,19 @@ STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.count
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
 TICK, LAST_UPRIGHT = (
     STATE_ROW_LAYOUT.row_offset_of_field(BodyState, "tick"),
-    STATE_ROW_LAYOUT.row_offset_of_field(BodyPeakValues, "last_upright"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BodyPeakValues, "last_upright_tick"),
 )
 LENGTH, LOADED = (
     STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length"),
     STATE_ROW_LAYOUT.row_offset_of_field(BaseMotionSampleNumber, "sample"),
 )
 REST_LIMIT, AT_REST = (
-    STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "rest_limit"),
+    STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "rest_acceleration_limit_g"),
     STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "at_rest"),
 )
 SAMPLE, UPRIGHT_UNTIL = (
     STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "sample"),
-    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "upright_until"),
+    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_upright_time"),
 )
 
 
@@ -176,7 +176,12 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
 def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
     """Load the base motion of the next sample for each case, and rescale each quaternion to length 1."""
     start_sample_and_load_base_motion(
-        workspace.state, lane_count, kernel_input.row, lane_cases, kernel_input.ground, kernel_input.settings
+        workspace.state,
+        lane_count,
+        kernel_input.motion_rows,
+        lane_cases,
+        kernel_input.ground,
+        kernel_input.settings,
     )
 
 
@@ -199,7 +204,7 @@ def start_sample_and_load_base_motion(
     )
     for j in range(round_to_vector_multiple(lane_count)):
         s = load_state(state, j)
-        store_rotation_quaternion(state, j, normalise_quaternion(s.turn))
+        store_rotation_quaternion(state, j, normalise_quaternion(s.rotation))
         begun = next_sample_tick_and_last_upright_time(
             load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval
         )
@@ -271,7 +276,7 @@ def mark_possibly_ended_body_cases(
     count = 0.0
     for j in range(active_lane_count):
         s, limits = load_state(state, j), load_limits(state, j)
-        sound = (rotation_matrix(s.turn).zz > limits.fallen) & (load_peaks(state, j).depth <= limits.deepest)
+        sound = (rotation_matrix(s.rotation).zz > limits.fallen) & (load_peaks(state, j).depth <= limits.deepest)
         end_marks_out[j] = (
             0.0
             if case_cannot_have_ended(
@@ -311,7 +316,7 @@ def skip_quiet_samples_of_resting_cases(
         kernel_input.settings,
         workspace.state,
         kernel_input.ground,
-        kernel_input.row,
+        kernel_input.motion_rows,
         kernel_input.base,
     )
     count = kernel_input.vertices_and_base_edges.shape[1]

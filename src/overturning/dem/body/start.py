@@ -49,7 +49,7 @@ store_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).store
 store_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").store
 STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.count
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
-REST_LIMIT_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "rest_limit")
+REST_LIMIT_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "rest_acceleration_limit_g")
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -64,40 +64,48 @@ def write_initial_body_state(
     begin = write_vertex_states_and_return_body_state(vertex_rows, lane, body, case_parameters.start, vertex_positions)
     store_body(state, lane, body)
     case_step_control = CaseStepControl(
-        case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled
+        case_parameters.finest,
+        case_parameters.standing,
+        case_parameters.steps_after_contact_change,
+        case_parameters.long_steps_before_doubling,
     )
     store_step_control(state, lane, case_step_control)
     store_state(state, lane, begin)
-    store_attempt(state, lane, NextStepToAttempt(case_parameters.finest, case_parameters.dwell, 0.0))
-    store_peaks(state, lane, BodyPeakValues(lean_as_squared_sine(rotation_matrix(begin.turn)), 0.0, 0.0, -1.0))
+    store_attempt(
+        state, lane, NextStepToAttempt(case_parameters.finest, case_parameters.steps_after_contact_change, 0.0)
+    )
+    store_peaks(state, lane, BodyPeakValues(lean_as_squared_sine(rotation_matrix(begin.rotation)), 0.0, 0.0, -1.0))
     barrier = GRAVITY * (
-        np.sqrt(body_constants.reach * body_constants.reach + body_constants.foot * body_constants.foot)
-        - body_constants.foot
+        np.sqrt(
+            body_constants.reach * body_constants.reach + body_constants.centre_height * body_constants.centre_height
+        )
+        - body_constants.centre_height
     )
     store_course(state, lane, CaseProgress(
-        case_parameters.amplitude, case_parameters.first, case_parameters.calm, case_parameters.after,
-        case_parameters.first * sampling_interval,
+        case_parameters.amplitude, case_parameters.first_simulated_sample, case_parameters.last_onset_sample,
+        case_parameters.undecided_end_sample,
+        case_parameters.first_simulated_sample * sampling_interval,
         body_energy_per_mass(body, begin, vertex_rows, vertex_positions.shape[0], lane), barrier,
     ))  # fmt: skip
-    state[REST_LIMIT_ROW_OFFSET + lane] = case_parameters.rest_limit
+    state[REST_LIMIT_ROW_OFFSET + lane] = case_parameters.rest_acceleration_limit_g
     store_limits(state, lane, BodyTerminationLimits(
         vertical_angular_momentum_about_origin(begin), body_constants.reach, body_constants.fallen,
-        body_constants.deepest, case_parameters.steady,
+        body_constants.deepest, case_parameters.sample_step_acceleration_g,
     ))  # fmt: skip
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def body_constants_of_case(case_parameters: Any, body_constants: Any, tick_length: float) -> BodyConstants:
     """Return a body's constants combined with the contact law of a case; `tick_length` (s) is the time unit."""
-    c, ks = body_constants, case_parameters.tangential
+    c, ks = body_constants, case_parameters.tangential_stiffness
     return BodyConstants(
         inverse=SymmetricMatrix(c.ixx, c.iyy, c.izz, c.ixy, c.ixz, c.iyz),
         inertia=SymmetricMatrix(c.axx, c.ayy, c.azz, c.axy, c.axz, c.ayz),
-        foot=c.foot,
+        centre_height=c.centre_height,
         radius=c.radius,
         stiffness=case_parameters.stiffness,
-        tangential=ks,
-        compliance=1.0 / ks if ks > 0.0 else 0.0,
+        tangential_stiffness=ks,
+        tangential_compliance=1.0 / ks if ks > 0.0 else 0.0,
         dashpot=case_parameters.dashpot,
         friction=case_parameters.friction,
         critical=c.critical,
@@ -138,7 +146,7 @@ def write_vertex_states_and_return_body_state(
         az, mx, my = az + n, mx + arm.y * n, my - arm.x * n
     return BodyState(
         place=place,
-        turn=turn,
+        rotation=turn,
         velocity=v,
         angular_momentum=angular_momentum_from_velocity(body.inverse, f, w),
         spin=w,

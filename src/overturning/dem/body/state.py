@@ -44,15 +44,15 @@ class BodyConstants(NamedTuple):
     """Inverse inertia in the body's own axes, m/I, 1/m²."""
     inertia: SymmetricMatrix
     """Inertia in the body's own axes, I/m, m²."""
-    foot: float
+    centre_height: float
     """Height of the centre above the base, m."""
     radius: float
     """Radius of a round base, m; 0 for a base with vertices."""
     stiffness: float
     """Normal stiffness of a vertex, K/m, 1/s²."""
-    tangential: float
+    tangential_stiffness: float
     """Tangential stiffness of a vertex, K_s/m, 1/s², in any direction."""
-    compliance: float
+    tangential_compliance: float
     """1 over the tangential stiffness, s²; 0 without tangential springs."""
     dashpot: float
     """Dashpot of a vertex, h/m, 1/s."""
@@ -73,7 +73,7 @@ class BodyState(NamedTuple):
 
     place: Vector3
     """Position of the centre, m."""
-    turn: Quaternion
+    rotation: Quaternion
     """Rotation from rest."""
     velocity: Vector3
     """Velocity of the centre, m/s."""
@@ -146,9 +146,9 @@ class BaseContactState(NamedTuple):
     """1 if the highest base vertex rests, else 0."""
     landing: float
     """Shortest remaining landing time of the base points, s; 0 or less if one of them does not land."""
-    longest_landing: float
+    longest_landing_time: float
     """Longest remaining landing time of base points in contact, s; without any, `LANDING_TIME_OF_BASE_IN_AIR`."""
-    tilting: float
+    friction_moment_share: float
     """Share of the moment of friction that tilts a body that slides in a flat landing, 0 or 1."""
 
 
@@ -160,10 +160,10 @@ class BodyPeakValues(NamedTuple):
     A tick is the unit of time of the steps.
     """
 
-    lean: float
+    peak_lean_squared_sine: float
     slip: float
     depth: float
-    last_upright: float
+    last_upright_tick: float
     """Last tick of this sample below the critical angle; −1 if there is none."""
 
 
@@ -188,7 +188,7 @@ class InertialAccelerations3D(NamedTuple):
     """−a along x."""
     inertial_acceleration_y: LinearBaseAcceleration
     """−a along y."""
-    lift: LinearBaseAcceleration
+    upward_base_acceleration: LinearBaseAcceleration
     """Upward acceleration of the base, added to gravity."""
 
 
@@ -209,7 +209,7 @@ class BodyTerminationLimits(NamedTuple):
     """Cosine of the smallest tilt at which the body has fallen."""
     deepest: float
     """Penetration beyond which the case has failed, m."""
-    steady: float
+    sample_step_acceleration_g: float
     """Horizontal acceleration below which a standing body takes sample-long steps, as a share of its weight."""
 
 
@@ -238,7 +238,7 @@ class PredictedContactPoint(NamedTuple):
     """1 if the point carries only after the ends of the base rest, else 0."""
     held: float
     """1 if the body lands flat, so that the dashpot may pull, else 0."""
-    tilting: float
+    friction_moment_share: float
     """Share of the moment of friction that tilts the body; 1 except in a flat landing."""
     flat_landing_tilting_share: float
     """That share if the point slides in a flat landing."""
@@ -257,7 +257,7 @@ class BodyPredictedForStepEnd(NamedTuple):
     """Predicted state of a body at the end of a step of the centred scheme, before the equations are solved."""
 
     place: Vector3
-    turn: Quaternion
+    rotation: Quaternion
     velocity: Vector3
     """Velocity after half of the step, m/s."""
     half_step_angular_momentum: Vector3
@@ -388,7 +388,7 @@ def rotate_body_over_step(
 @njit(**INLINE)
 def angular_velocity_of_state(body: BodyConstants, state: BodyState) -> Vector3:
     """Return the angular velocity (rad/s) of a body in the axes of the base, from the angular momentum in `state`."""
-    return angular_velocity_from_momentum(body.inverse, rotation_matrix(state.turn), state.angular_momentum)
+    return angular_velocity_from_momentum(body.inverse, rotation_matrix(state.rotation), state.angular_momentum)
 
 
 @njit(**INLINE)

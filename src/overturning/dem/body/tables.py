@@ -40,7 +40,7 @@ class BodyCaseTableColumns(NamedTuple):
 
     stiffness: float
     """Normal stiffness of a point per mass, 1/s²."""
-    tangential: float
+    tangential_stiffness: float
     """Tangential stiffness of a point per mass, 1/s²."""
     dashpot: float
     """Dashpot of a point per mass, 1/s."""
@@ -48,15 +48,15 @@ class BodyCaseTableColumns(NamedTuple):
     """Coefficient of friction."""
     amplitude: float
     """Factor on the motion."""
-    rest_limit: float
+    rest_acceleration_limit_g: float
     """Horizontal acceleration over g up to which the body stays at rest."""
-    steady: float
+    sample_step_acceleration_g: float
     """Horizontal acceleration, as a share of the weight, below which a standing body takes sample-long steps."""
-    first: float
+    first_simulated_sample: float
     """First sample that is computed."""
-    calm: float
+    last_onset_sample: float
     """First sample after which the motion cannot start any movement."""
-    after: float
+    undecided_end_sample: float
     """Sample at which the case ends as undecided."""
 
 
@@ -77,7 +77,7 @@ class BodyConstantTableColumns(NamedTuple):
     axy: float
     axz: float
     ayz: float
-    foot: float
+    centre_height: float
     """Height of the centre above the base, m."""
     radius: float
     """Radius of a round base, m; 0 for a base with vertices."""
@@ -102,7 +102,7 @@ class BodyResultTableColumns(NamedTuple):
     """1 if the body has fallen, else 0."""
     overturning_time: float
     """Time of the fall, s."""
-    lean: float
+    peak_lean_squared_sine: float
     """Largest lean: sin² of the tilt up to 90°, 2 − sin² beyond."""
     peak_slip: float
     """Largest slip of the base, m."""

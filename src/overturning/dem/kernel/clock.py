@@ -29,11 +29,11 @@ class KernelStepControl(NamedTuple):
     """Longest step, in finest steps, that uses predicted forces for contact and slip; longer ones the last state."""
     tries: float
     """Number of repetitions of a longer step with corrected sliding points before it is shortened."""
-    dwell: float
+    steps_after_contact_change: float
     """Steps of one length after a contact change before the length doubles; more for a lightly damped contact."""
     long_step_threshold: float
     """Length, in finest steps, above which steps no longer resolve the vibration after a contact change."""
-    settled: float
+    long_steps_before_doubling: float
     """Steps of each length above `long_step_threshold`, and of a length to which a step was shortened."""
 
     @property
@@ -47,7 +47,10 @@ class KernelStepControl(NamedTuple):
         `squared_frequency` is ω² (1/s²), `damping_rate` twice the damping rate (1/s) of the highest mode of each
         case, arrays of the same shape. The number grows if the damping ratio is below one half.
         """
-        return np.asarray(self.dwell * np.clip(np.sqrt(squared_frequency) / np.maximum(damping_rate, 1e-300), 1.0, 8.0))
+        return np.asarray(
+            self.steps_after_contact_change
+            * np.clip(np.sqrt(squared_frequency) / np.maximum(damping_rate, 1e-300), 1.0, 8.0)
+        )
 
 
 # Measured in docs/measurements.md (rigid limit, default step), by `python -m verification.scenes steps` (scenes) and
@@ -58,16 +61,16 @@ BLOCK_STEP_CONTROL: Final = KernelStepControl(
     ticks_per_whole_step=2.0**24,
     max_step_using_predicted_forces=4.0,
     tries=2.0,
-    dwell=8.0,
+    steps_after_contact_change=8.0,
     long_step_threshold=8.0,
-    settled=2.0,
+    long_steps_before_doubling=2.0,
 )
 SCENE_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
     longest_whole_step=0.0125, finest=0.16, ticks_per_whole_step=2.0**20
 )
 BODY_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
     longest_whole_step=0.004, finest=0.1, ticks_per_whole_step=2.0**9, max_step_using_predicted_forces=2.0, tries=3.0,
-    settled=4.0,
+    long_steps_before_doubling=4.0,
 )  # fmt: skip
 # A light stone below heavy ones vibrates far faster on their stiff contacts than a single body does.
 STACK_STEP_CONTROL: Final = BODY_STEP_CONTROL._replace(finest=0.2, ticks_per_whole_step=2.0**13)
@@ -92,9 +95,9 @@ class CaseStepControl(NamedTuple):
     """Finest step, ticks."""
     standing: float
     """Step while the body rests on all contacts (≥ whole step), ticks."""
-    dwell: float
+    steps_after_contact_change: float
     """Steps of one length after a contact change."""
-    settled: float
+    long_steps_before_doubling: float
     """Steps of one length above `KernelStepControl.long_step_threshold`."""
 
 
@@ -176,15 +179,15 @@ def accept_or_reject_and_choose_next_step(
     )
     left = (
         (
-            case_step_control.settled
+            case_step_control.long_steps_before_doubling
             if length >= kernel_step_control.long_step_threshold * case_step_control.finest
-            else case_step_control.dwell
+            else case_step_control.steps_after_contact_change
         )
         if longer
         else step_attempt.left - 1.0
     )
-    left = case_step_control.dwell if contact_changes.changed else left
-    left = case_step_control.settled if shorter else left
+    left = case_step_control.steps_after_contact_change if contact_changes.changed else left
+    left = case_step_control.long_steps_before_doubling if shorter else left
     left = step_attempt.left if retry else left
     then = above if longer & (not (contact_changes.changed | retry)) else length
     then = 0.5 * length if shorter else then

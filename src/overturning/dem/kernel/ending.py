@@ -35,11 +35,11 @@ class CaseProgress(NamedTuple):
     """Factor on the motion."""
     sample: float
     """Current sample of the record."""
-    calm: float
+    last_onset_sample: float
     """First sample after which the input motion cannot start any movement."""
-    after: float
+    undecided_end_sample: float
     """Sample at which the case ends as undecided."""
-    upright_until: float
+    last_upright_time: float
     """Last time at which the body leant less than its tipping angle, s."""
     energy: float
     """Energy at the start, per mass, m²/s²."""
@@ -65,7 +65,7 @@ class SlideEndSample(NamedTuple):
 class CaseRestState(NamedTuple):
     """Base acceleration up to which a case's body stays at rest, and 1 if the body was at rest as the sample began."""
 
-    rest_limit: float
+    rest_acceleration_limit_g: float
     """Horizontal acceleration over g up to which the body stays at rest; 0 if it is simulated anyway."""
     at_rest: float
     """1 if the body was at rest at the beginning of the sample, else 0."""
@@ -89,7 +89,7 @@ def next_sample_tick_and_last_upright_time(
     return (
         case_progress.sample + over,
         tick - over * ticks_per_sample,
-        then if last_upright_tick >= 0.0 else case_progress.upright_until,
+        then if last_upright_tick >= 0.0 else case_progress.last_upright_time,
     )
 
 
@@ -109,7 +109,7 @@ def case_cannot_have_ended(
     """
     sample, until = (
         case_progress.sample + tick * (1.0 / ticks_per_sample),
-        case_progress.calm if case_progress.calm < last_sample else last_sample,
+        case_progress.last_onset_sample if case_progress.last_onset_sample < last_sample else last_sample,
     )
     # inf − inf and NaN − NaN are NaN, which is not equal to 0.
     return (state_sum - state_sum == 0.0) & is_within_limits & (sample < until)
@@ -139,7 +139,7 @@ def largest_tilt_near_case_end(
     `late_tilt` is the value at the end of the sample before, `tilt_ratio` the tilt over the critical angle, `rise` (m)
     the height of the centre above its height at rest.
     """
-    if sample < 0.5 * (last_sample + case_progress.after):
+    if sample < 0.5 * (last_sample + case_progress.undecided_end_sample):
         return late_tilt
     # A body above the height at which it balances on its rim is in the air; it may fall when it lands.
     return max(late_tilt, 1.0 if GRAVITY * rise >= case_progress.barrier else tilt_ratio)

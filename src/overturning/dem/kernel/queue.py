@@ -51,7 +51,7 @@ class KernelInput(Protocol):
     """Settings shared by all cases."""
     cases: NDArray[np.void]
     """Table of cases, shape (n,)."""
-    row: NDArray[np.int64]
+    motion_rows: NDArray[np.int64]
     """Row of the ground motion for each case, shape (n,)."""
     results: NDArray[np.void]
     """Table to fill, shape (n,), with the columns `status`, `block_steps` (those of earlier runs included) and

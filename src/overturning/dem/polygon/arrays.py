@@ -26,17 +26,17 @@ class SceneCaseTableColumns(NamedTuple):
 
     amplitude: float
     """Factor on the motion."""
-    rest_limit: float
+    rest_acceleration_limit_g: float
     """Horizontal acceleration over g up to which the scene stays at rest."""
     friction: float
     """Coefficient of friction of contact laws without one."""
     damping: float
     """Factor on the dashpots."""
-    first: float
+    first_simulated_sample: float
     """First sample that is computed."""
-    calm: float
+    last_onset_sample: float
     """First sample after which the motion cannot start any movement."""
-    after: float
+    undecided_end_sample: float
     """Sample at which the case ends as undecided."""
     kept_until: float
     """Sample up to which a decided case is computed on, for the path of its fallen elements; 0: it ends at once."""
@@ -213,7 +213,7 @@ def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.Eleme
             work=0.0,
             peak_rotation_to_minus_x=max(-turn, 0.0),
             peak_rotation_to_plus_x=max(turn, 0.0),
-            last_upright=-1.0,
+            last_upright_tick=-1.0,
             power=0.0,
         ),
         travel=k.SummedElementMotion(0.0, 0.0),
@@ -227,7 +227,7 @@ def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.Eleme
 def _pair_state_at_rest(prepared_scene: PreparedScene, index: int, a: PlacedElement, b: PlacedElement) -> k.PairState:
     """Return the contact state at rest of two convex pieces, `a` and `b`, of elements of the prepared scene."""
     placed, laws, pair = prepared_scene.placed, prepared_scene.laws, prepared_scene.pairs[index]
-    tangential = laws.tangential[index]
+    tangential = laws.tangential_stiffness[index]
     ends = [k.PlanarContactPointHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
     for end in prepared_scene.loaded:
         if end.pair == index:

@@ -62,7 +62,7 @@ def case_status(
         calm and no_element_can_fall_later(state, lane, scene, element_rules, stable_from_sample, gap)
     ):
         return CaseStatus.SIMULATED
-    if case.sample < last_sample and case.sample < case.calm:
+    if case.sample < last_sample and case.sample < case.last_onset_sample:
         return CASE_NOT_ENDED
     # A scene at rest after the last time at which it could start to move stays at rest: there is no kinetic energy,
     # and every standing element has at least two loaded points.
@@ -75,7 +75,7 @@ def case_status(
         return CASE_NOT_ENDED
     if fallen == 0 and not slid and outcomes_are_final(state, lane, scene, element_rules, limits.least_barrier, gap):
         return CaseStatus.SIMULATED
-    if case.sample < case.after:
+    if case.sample < case.undecided_end_sample:
         return CASE_NOT_ENDED
     # Upright elements that slide are simulated until friction has stopped them.
     sliding_time = 0.0
@@ -212,7 +212,7 @@ def mark_fallen_elements(state: Any, lane: int, scene: Any, element_rules: Any, 
                 continue
             item, until = rows.load_element(e, lane), last_support_time(state, lane, scene, i, max_gap)
             if element_has_tipped_or_dropped(item, element_rules[i]):
-                until = item.record.upright_until
+                until = item.record.last_upright_time
             if until < np.inf:
                 e[rows.SIDE + lane], e[rows.UPRIGHT_UNTIL + lane], found = (
                     fall_side_by_rotation_or_displacement(item, element_rules[i]),
@@ -325,12 +325,12 @@ def store_slip_and_last_upright_time(
             rows.load_pose(support_rows, j),
             rows.load_case(case_rows, j).sample,
         )
-        old, home, passed = item.record, item.home, item.totals.last_upright
+        old, home, passed = item.record, item.home, item.totals.last_upright_tick
         x, z = element_point_in_scene_axes(item.pose, home.base_x, home.base_z)
         ox, oz = element_point_in_scene_axes(support, home.support_x, home.support_z)
         slip = support.cos * (x - ox) - support.sin * (z - oz)
         stood = (passed >= 0.0) & (old.side == 0.0) & (item.pose.z >= home.fall_limit_z)
-        upright = select(stood, (sample + passed * samples_per_tick) * sampling_interval, old.upright_until)
+        upright = select(stood, (sample + passed * samples_per_tick) * sampling_interval, old.last_upright_time)
         rows.store_record(
             element_rows,
             j,
@@ -380,7 +380,7 @@ def mark_fallen_and_write_case_results(
         totals, record = item.totals, item.record
         work += totals.work
         element_result_rows[e].overturned = record.side
-        element_result_rows[e].overturning_time = record.upright_until if record.side != 0.0 else np.nan
+        element_result_rows[e].overturning_time = record.last_upright_time if record.side != 0.0 else np.nan
         element_result_rows[e].peak_rotation = min(peak_rotation(item), 0.5 * np.pi)
         element_result_rows[e].peak_slip, element_result_rows[e].residual_slip = record.peak_slip, record.slip
     balance = (

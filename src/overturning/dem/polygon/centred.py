@@ -99,8 +99,10 @@ def predict_planar_contact_point(
     (fine, held), a, b = step_and_landing_flags, pair_motion.a, pair_motion.b
     opening, slipping = opening_and_slip_rates(contact_point, pair_motion.velocity)
     n, drag = contact_law.normal * contact_point.depth - contact_law.dashpot * opening, contact_law.dashpot * slipping
-    stretch = tangential_spring_stretch(point_history, contact_point, contact_segment, contact_law.compliance, drag)
-    t = -(contact_law.tangential * stretch) - drag
+    stretch = tangential_spring_stretch(
+        point_history, contact_point, contact_segment, contact_law.tangential_compliance, drag
+    )
+    t = -(contact_law.tangential_stiffness * stretch) - drag
     pressed = (held | (n > 0.0)) & (contact_point.closed > 0.0)
     on = (pressed | ((not fine) & (point_history.normal != 0.0))) & (contact_point.faces > 0.0)
     excess = abs(t) - contact_law.friction * n if fine else abs(signed_friction)
@@ -155,7 +157,7 @@ def planar_contact_equation_terms(
     slides = predicted_point.slides & free
     slid = predicted_point.slid if slides else 0.0
     press = contact_law.dashpot + half_step_time * contact_law.normal if predicted_point.on else 0.0
-    stick = contact_law.dashpot + half_step_time * contact_law.tangential if predicted_point.on else 0.0
+    stick = contact_law.dashpot + half_step_time * contact_law.tangential_stiffness if predicted_point.on else 0.0
     stick = 0.0 if slides else stick
     n = predicted_point.n if predicted_point.on else 0.0
     t = slid * n if slides else predicted_point.t
@@ -266,7 +268,7 @@ def solved_planar_contact_point(
     n = contact_law.normal * depth - contact_law.dashpot * opening
     n = (n if held | (n > 0.0) else 0.0) if inside else 0.0
     most = contact_law.friction * n
-    t = -(contact_law.tangential * stretch) - contact_law.dashpot * slipping
+    t = -(contact_law.tangential_stiffness * stretch) - contact_law.dashpot * slipping
     whole = PairRelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b)
     (drifts, drift), loaded = (
         flat_landing_slip_flag_and_signed_friction(contact_law, contact_point, whole, a, b, held),
@@ -274,7 +276,7 @@ def solved_planar_contact_point(
     )
     force, holds, slips = limit_friction_force(t, n, contact_law, (held & inside, drifts, drift))
     found = (drift if held else math.copysign(contact_law.friction, t)) if slips else 0.0
-    spring = clamp_magnitude(stretch, holds * contact_law.compliance) if slips else stretch
+    spring = clamp_magnitude(stretch, holds * contact_law.tangential_compliance) if slips else stretch
     spring = spring if inside else 0.0
     assumed = 0.0 if fine else assumed_slip.slid
     changed = (

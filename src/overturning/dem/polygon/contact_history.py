@@ -126,7 +126,7 @@ def set_pair_forces_at_rest(pair_rows: Any, lane: int) -> None:
         old = pair.history.one if end == 0 else pair.history.two
         if old.vertex_owner != OPEN:
             n = max(pair.law.normal * contact_vertex_position(old, end, pair.history.before).depth, 0.0)
-            t = -pair.law.tangential * old.spring
+            t = -pair.law.tangential_stiffness * old.spring
             rows.store_memory(
                 pair_rows,
                 lane + end * rows.SECOND_POINT_ROW_OFFSET,

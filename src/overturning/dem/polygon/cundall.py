@@ -69,12 +69,14 @@ def compute_planar_contact_force(
     n = contact_law.normal * contact_point.depth + fade * (contact_point.depth - contact_point.before)
     n = n if contact_point.closed & (flat_landing_state[0] | (n > 0.0)) else 0.0
     drag = fade * contact_point.slip
-    stretch = tangential_spring_stretch(point_history, contact_point, contact_segment, contact_law.compliance, drag)
-    t = -(contact_law.tangential * stretch) - drag
+    stretch = tangential_spring_stretch(
+        point_history, contact_point, contact_segment, contact_law.tangential_compliance, drag
+    )
+    t = -(contact_law.tangential_stiffness * stretch) - drag
     # The spring of a slipping point is shortened to the force that friction can hold.
     held, drifts, drift = flat_landing_state
     force, holds, slips = limit_friction_force(t, n, contact_law, (held & contact_point.closed, drifts, drift))
-    spring = clamp_magnitude(stretch, holds * contact_law.compliance) if slips else stretch
+    spring = clamp_magnitude(stretch, holds * contact_law.tangential_compliance) if slips else stretch
     return PlanarContactPointResult(
         PlanarContactPointForce(n, force, spring), contact_point.depth, contact_point.slip, contact_point.closed
     )
@@ -129,7 +131,7 @@ def advance_element(vertical_base_acceleration: Any, element_rows: Any, case_row
         pose = extrapolate_pose(item.pose, v, dt)
         on = pose.angle
         upright = (on < item.inertia.on) & (-on < item.inertia.recoverable_rotation_to_minus_x)
-        last = select(upright, shaking.tick + 1.0, old.last_upright)
+        last = select(upright, shaking.tick + 1.0, old.last_upright_tick)
         back, on = updated_maximum(old.peak_rotation_to_minus_x, -on), updated_maximum(old.peak_rotation_to_plus_x, on)
         far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.w)
         rows.store_pose(element_rows, j, pose)

@@ -40,7 +40,9 @@ def pair_spring_energy(pair: PairState) -> float:
         memory = history.one if end == 0 else history.two
         if memory.vertex_owner != OPEN:
             depth = contact_vertex_position(memory, end, history.before).depth
-            total += 0.5 * (pair.law.normal * depth * depth + pair.law.tangential * (memory.spring * memory.spring))
+            total += 0.5 * (
+                pair.law.normal * depth * depth + pair.law.tangential_stiffness * (memory.spring * memory.spring)
+            )
     return total
 
 

@@ -109,8 +109,8 @@ class PolygonSimulationPlan(SimulationPlan):
         """Return a trajectory array of zeros, shape (rows, columns); without rows if no trajectory `is_recorded`."""
         if not is_recorded:
             return np.zeros((0, 0))
-        last = int(max(self.table[0]["after"], self.table[0]["kept_until"]))
-        rows, columns = last - int(self.first[0]) + 3, count_trajectory_columns(self.variants[0])
+        last = int(max(self.table[0]["undecided_end_sample"], self.table[0]["kept_until"]))
+        rows, columns = last - int(self.first_simulated_sample[0]) + 3, count_trajectory_columns(self.variants[0])
         check_trajectory_size(rows * columns)
         return np.zeros((rows, columns))
 
@@ -177,14 +177,19 @@ def plan_scene_simulation(
     slowest = np.sqrt(np.array([item.half_diagonal_of_scene for item in variants]) / (0.75 * scene.gravity))[variant]
     table = np.zeros(cases.case_count, t.CASE_TABLE_DTYPE)
     table["amplitude"], table["friction"], table["damping"] = cases.amplitude, cases.friction, cases.damping_factor
-    table["calm"] = np.inf
-    table["after"] = motion.sample_count + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * slowest / motion.sampling_interval)
+    table["last_onset_sample"] = np.inf
+    table["undecided_end_sample"] = motion.sample_count + np.ceil(
+        MAX_ROCKING_TIMES_AFTER_RECORD * slowest / motion.sampling_interval
+    )
     table["finest"] = finest[variant]
     # A shorter time step divides every step; the same time after a contact change then takes more of them.
-    table["dwell"] = np.round(
+    table["steps_after_contact_change"] = np.round(
         SCENE_STEP_CONTROL.steps_before_length_doubles(square, rate) * divided * numerics.refinement
     )[variant]
-    table["standing"], table["settled"] = SCENE_STEP_CONTROL.ticks_per_whole_step, SCENE_STEP_CONTROL.settled
+    table["standing"], table["long_steps_before_doubling"] = (
+        SCENE_STEP_CONTROL.ticks_per_whole_step,
+        SCENE_STEP_CONTROL.long_steps_before_doubling,
+    )
     first, stays_at_rest = np.zeros(cases.case_count, np.int64), np.zeros(cases.case_count, np.bool_)
     stable_from_sample = np.full((cases.case_count, len(variants[0].parts)), np.inf)
     if numerics.leave_out:
@@ -205,8 +210,8 @@ def plan_scene_simulation(
         if scheme == IntegrationScheme.CENTRED:
             # Under lower gravity a vertical motion changes the weight by a larger share: do not skip samples then.
             rest_limit = _rest_acceleration_limits_of_scene(variants, variant, cases, onset, motion.sampling_interval)
-            table["rest_limit"] = rest_limit * (share if motion.up is None else float(share >= 1.0))
-        table["first"], table["calm"] = first, np.where(onset <= 0, np.inf, calm)
+            table["rest_acceleration_limit_g"] = rest_limit * (share if motion.up is None else float(share >= 1.0))
+        table["first_simulated_sample"], table["last_onset_sample"] = first, np.where(onset <= 0, np.inf, calm)
         # An element that starts to slide may slide off its support.
         grip = np.zeros(cases.case_count)
         for number, item in enumerate(variants):
@@ -218,8 +223,9 @@ def plan_scene_simulation(
                 np.minimum(UPLIFT_SAFETY_FACTOR * safe, grip) / STRONG_MOTION_THRESHOLD_RATIO
             )[1]
     return PolygonSimulationPlan(
-        model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
-        steps=per_sample[variant] * numerics.refinement, first=first, stays_at_rest=stays_at_rest,
+        model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_rows=row,
+        ground=ground,
+        steps=per_sample[variant] * numerics.refinement, first_simulated_sample=first, stays_at_rest=stays_at_rest,
         too_soft=np.array([item.no_case_has_outcome for item in variants])[variant], variants=variants, variant=variant,
         table=table, stable_from_sample=stable_from_sample, arrays=t.build_scene_arrays(variants),
     )  # fmt: skip
@@ -235,7 +241,9 @@ def _rest_acceleration_limits_of_scene(
     """Return the base acceleration |a|/g up to which a scene at rest stays at rest, for each case, shape (cases,)."""
     lifts, slowest = (np.array([getattr(item, name) for item in prepared_scenes]) for name in ("threshold", "slowest"))
     laws = [item.laws for item in prepared_scenes]
-    delay = np.array([np.min(one.dashpot / np.maximum(one.normal, one.tangential)) for one in laws])[variant_indices]
+    delay = np.array([np.min(one.dashpot / np.maximum(one.normal, one.tangential_stiffness)) for one in laws])[
+        variant_indices
+    ]
     rings = dynamic_overshoot_bound(
         slowest[variant_indices], delay * np.asarray(cases.damping_factor), sampling_interval
     )

@@ -158,16 +158,16 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
     pairs = convex_piece_pairs_with_movable_element(placed)
     joints = contact_points_at_rest(placed, pairs)
     laws = compute_pair_contact_laws(scene, placed, pairs, joints)
-    equilibrium = static_equilibrium(scene, placed, joints, laws.normal, laws.tangential)
+    equilibrium = static_equilibrium(scene, placed, joints, laws.normal, laws.tangential_stiffness)
     displacement, loaded = equilibrium or (np.zeros((len(placed), 3)), [])
     bearing = supporting_contact_points(scene, placed, pairs, joints, loaded)
     stands = _find_supports(placed, pairs, bearing)
     threshold, parts, safe = _rocking_onset_accelerations(placed, stands)
-    # A held element moves relative to the others.
     if equilibrium is None or any(item.element.kind == "held" for item in placed):
-        threshold, safe = 0.0, 0.0 * safe
+        threshold, safe = 0.0, 0.0 * safe  # a held element moves relative to the others
     if any(
-        laws.friction[k] >= 0 and laws.tangential[k] * abs(slip) > laws.friction[k] * laws.normal[k] * approach
+        laws.friction[k] >= 0
+        and laws.tangential_stiffness[k] * abs(slip) > laws.friction[k] * laws.normal[k] * approach
         for k, _, _, approach, slip in loaded
     ):
         threshold = 0.0  # an element slides by its own weight
@@ -192,7 +192,7 @@ def reason_scene_moves_by_itself(scene: Scene, height: float | None, b_over_h: f
     laws, across, along = prepared.laws, np.zeros(len(prepared.pairs)), np.zeros(len(prepared.pairs))
     for pair, _, _, approach, slip in prepared.loaded:
         across[pair] += laws.normal[pair] * approach
-        along[pair] += laws.tangential[pair] * slip
+        along[pair] += laws.tangential_stiffness[pair] * slip
     coefficient = np.where(laws.friction < 0.0, friction, laws.friction)
     if np.any(np.abs(along) > coefficient * across + 1e-9 * across.max(initial=0.0)):
         return "an element slides down its face without an earthquake: its friction is less than the slope"

@@ -178,7 +178,7 @@ def all_elements_at_rest(state: Any, lane: int, scene: Any) -> bool:
             return False
         v, a = item.velocity, item.acceleration
         speed, change = abs(v.x) + abs(v.z) + height * abs(v.w), abs(a.x) + abs(a.z) + height * abs(a.w)
-        if not body_is_still(speed, change, step, case.rest_limit):
+        if not body_is_still(speed, change, step, case.rest_acceleration_limit_g):
             return False
     for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, _, _ = rows.pair_and_element_rows(state, scene, p)

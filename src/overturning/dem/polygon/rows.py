@@ -86,12 +86,12 @@ TICK, SAMPLE, ENERGY, VARIANT, LAST_CHECK, SLIDE_END, LENGTH, CHANGED, AGAIN = (
     CASE_ROW_LAYOUT.row_offset_of_field(SceneState, p) for p in _CASE_FIELD_PATHS.split()
 )
 _ELEMENT_FIELD_PATHS = (
-    "inertia.has_inertial_forces totals.moved totals.turned record.upright_until record.carried_until record.side"
+    "inertia.has_inertial_forces totals.moved totals.turned record.last_upright_time record.carried_until record.side"
 )
 FRAME, MOVED, TURNED, UPRIGHT_UNTIL, CARRIED_UNTIL, SIDE = (
     ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, p) for p in _ELEMENT_FIELD_PATHS.split()
 )
-LAST_UPRIGHT_ROW: Final = ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, "totals.last_upright")
+LAST_UPRIGHT_ROW: Final = ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, "totals.last_upright_tick")
 _PAIR_FIELD_PATHS = (
     "nearest.motion_until_face_change nearest.reach nearest.motion_since_search nearest.max_motion_at_step_end "
     "signed_friction_1 signed_friction_2 history.absorbed"

@@ -80,7 +80,7 @@ class SceneKernelInput(NamedTuple):
     settings: SettingsOfParallelCases
     cases: NDArray[np.void]
     """Case parameters, of type `arrays.CASE`, shape (cases,)."""
-    row: NDArray[np.int64]
+    motion_rows: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `arrays.RESULT_TABLE_DTYPE`, shape (cases,)."""
     ground: GroundMotion
@@ -173,7 +173,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     write_initial_case_state(state, lane, given, float(v), interval, ticks, kernel_input.scheme.velocity_lag_steps)
     for i in range(scene.elements.shape[1]):
         e = rows.element_window(state, i)
-        e[rows.UPRIGHT_UNTIL + lane] = e[rows.CARRIED_UNTIL + lane] = given.first * interval
+        e[rows.UPRIGHT_UNTIL + lane] = e[rows.CARRIED_UNTIL + lane] = given.first_simulated_sample * interval
     write_initial_pair_states(state, lane, given, scene, scene.piece_face_tables[v])
     state[rows.ENERGY + lane] = scene_energy(state, lane, scene)
 
@@ -189,7 +189,7 @@ def update_sample_and_load_motion(
         normalise_element_rotation(rows.element_window(workspace.state, i))
     ground, samples_per_tick = kernel_input.ground, 1.0 / kernel_input.settings.ticks_per_sample
     load_base_motion_of_current_sample(
-        ground.up, workspace.state, ground.along, kernel_input.row, lane_cases, samples_per_tick
+        ground.up, workspace.state, ground.along, kernel_input.motion_rows, lane_cases, samples_per_tick
     )
 
 
@@ -336,7 +336,7 @@ def skip_quiet_samples_of_resting_cases(
     state, ground, row, scene, ticks = (
         workspace.state,
         kernel_input.ground,
-        kernel_input.row,
+        kernel_input.motion_rows,
         kernel_input.scene,
         kernel_input.scheme.ticks_per_whole_step,
     )
@@ -346,10 +346,12 @@ def skip_quiet_samples_of_resting_cases(
         long = case.attempt.length >= ticks and is_rest_check_sample(now)
         # Test the shaking first: testing the elements takes longer.
         quiet = long and upcoming_motion_is_below_rest_limit(
-            ground, row[lane_cases[j]], now, case.amplitude, case.rest_limit
+            ground, row[lane_cases[j]], now, case.amplitude, case.rest_acceleration_limit_g
         )
         if quiet and all_elements_at_rest(state, j, scene):
-            samples = count_skippable_samples(ground, row[lane_cases[j]], now, case.amplitude, case.rest_limit)
+            samples = count_skippable_samples(
+                ground, row[lane_cases[j]], now, case.amplitude, case.rest_acceleration_limit_g
+            )
             state[rows.SAMPLE + j] += samples
             skipped_sample_counts_out[j] += samples
 

@@ -33,11 +33,14 @@ def write_initial_case_state(
     step, none, last_check = (
         sampling_interval / ticks_per_sample,
         LinearBaseAcceleration(0.0, 0.0, 0.0),
-        case_parameters.first // max(int(CASE_END_TEST_INTERVAL_S / sampling_interval), 1),
+        case_parameters.first_simulated_sample // max(int(CASE_END_TEST_INTERVAL_S / sampling_interval), 1),
     )
-    first = NextStepToAttempt(case_parameters.finest, case_parameters.dwell, 0.0)
+    first = NextStepToAttempt(case_parameters.finest, case_parameters.steps_after_contact_change, 0.0)
     step_control = CaseStepControl(
-        case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled
+        case_parameters.finest,
+        case_parameters.standing,
+        case_parameters.steps_after_contact_change,
+        case_parameters.long_steps_before_doubling,
     )
     rows.store_case(
         state,
@@ -52,10 +55,10 @@ def write_initial_case_state(
             findings=rows.zero_contact_changes(),
             decision=StepAcceptance(0.0, 0.0, NextStepToAttempt(0.0, 0.0, 0.0)),
             amplitude=case_parameters.amplitude,
-            rest_limit=case_parameters.rest_limit,
-            sample=case_parameters.first,
-            calm=case_parameters.calm,
-            after=case_parameters.after,
+            rest_acceleration_limit_g=case_parameters.rest_acceleration_limit_g,
+            sample=case_parameters.first_simulated_sample,
+            last_onset_sample=case_parameters.last_onset_sample,
+            undecided_end_sample=case_parameters.undecided_end_sample,
             energy=0.0,
             variant=variant_index,
             last_end_test_interval=last_check,
@@ -79,7 +82,8 @@ def write_initial_pair_states(state: Any, lane: int, case_parameters: Any, scene
         friction = law.friction if law.friction >= 0.0 else case_parameters.friction
         dashpot = law.dashpot * case_parameters.damping
         rows.store_law(q, lane, ContactPointLaw(
-            law.normal, law.tangential, dashpot, friction, law.compliance, law.landing * dashpot / law.normal
+            law.normal, law.tangential_stiffness, dashpot, friction, law.tangential_compliance,
+            law.landing * dashpot / law.normal
         ))  # fmt: skip
         update_nearest_faces(
             q, a, b, lane, 2.0 * lag, piece_faces[m, : scene.sizes[m]], piece_faces[n, : scene.sizes[n]]

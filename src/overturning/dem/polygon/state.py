@@ -55,13 +55,13 @@ class SceneState(NamedTuple):
     decision: StepAcceptance
     amplitude: float
     """Factor on the motion."""
-    rest_limit: float
+    rest_acceleration_limit_g: float
     """Rest threshold: horizontal acceleration over g up to which a scene at rest stays at rest."""
     sample: float
     """Current sample of the record."""
-    calm: float
+    last_onset_sample: float
     """First sample after which the input motion cannot start any movement."""
-    after: float
+    undecided_end_sample: float
     """Sample at which the case ends as undecided."""
     energy: float
     """Energy at the start, J."""
@@ -126,7 +126,7 @@ class ElementStepMotionWorkAndPeaks(NamedTuple):
     """Largest rotation to −x, rad."""
     peak_rotation_to_plus_x: float
     """Largest rotation to +x, rad."""
-    last_upright: float
+    last_upright_tick: float
     """Last tick of this sample at which the element could come back, −1 if none."""
     power: float
     """Power at the last step, W (centred scheme)."""
@@ -144,7 +144,7 @@ class SummedElementMotion(NamedTuple):
 class ElementSlipAndFallState(NamedTuple):
     """Slip of an element, last times upright and on its support, and side of its fall; updated once per sample."""
 
-    upright_until: float
+    last_upright_time: float
     """Last time at which the element could come back from its rotation and was above its fall limit, s."""
     carried_until: float
     """Last time at which the element touched the element that carried it at rest, s."""
@@ -226,13 +226,13 @@ class ContactPointLaw(NamedTuple):
 
     normal: float
     """Normal stiffness K, N/m."""
-    tangential: float
+    tangential_stiffness: float
     """Tangential stiffness K_s, N/m."""
     dashpot: float
     """Dashpot h, N s/m."""
     friction: float
     """Coefficient of friction μ; negative if the case sets it."""
-    compliance: float
+    tangential_compliance: float
     """1/K_s, m/N; 0 without tangential stiffness."""
     landing: float
     """Duration of a flat landing after the first touch, s (in the initial rows: in h/K); 0 if there is no such rule."""

@@ -50,7 +50,7 @@ class PairContactLaws:
     """Contact constants for each pair of elements that can touch, arrays of shape (pairs,)."""
 
     normal: FloatArray  # K_n, N/m
-    tangential: FloatArray  # K_s, N/m
+    tangential_stiffness: FloatArray  # K_s, N/m
     dashpot: FloatArray  # h, N·s/m, in both directions
     friction: FloatArray  # µ; −1 if the pair takes the friction of the case
     carried: FloatArray  # weight at rest, N
@@ -269,7 +269,10 @@ def largest_spring_and_dashpot_eigenvalues(
     K (1/m + r²/I), summed over both elements; for a rectangle on a fixed element this is 4 K/m.
     """
     root, values = _inverse_root_masses_and_inertias(elements), []
-    for normal, tangential in ((pair_laws.normal, pair_laws.tangential), (pair_laws.dashpot, pair_laws.dashpot)):
+    for normal, tangential in (
+        (pair_laws.normal, pair_laws.tangential_stiffness),
+        (pair_laws.dashpot, pair_laws.dashpot),
+    ):
         matrix = _contact_stiffness_matrix(root.size, point_derivatives, normal, tangential)
         highest = highest_eigenvalue(root[:, None] * matrix * root)
         for index, pair in enumerate(pairs):
@@ -289,7 +292,7 @@ def smallest_spring_eigenvalue(
 ) -> float:
     """Return the lowest eigenvalue ω² of a scene on its contact springs, 1/s²; 0 if an element moves freely."""
     root = _inverse_root_masses_and_inertias(elements)
-    matrix = _contact_stiffness_matrix(root.size, point_derivatives, pair_laws.normal, pair_laws.tangential)
+    matrix = _contact_stiffness_matrix(root.size, point_derivatives, pair_laws.normal, pair_laws.tangential_stiffness)
     return lowest_eigenvalue(root[:, None] * matrix * root)
 
 

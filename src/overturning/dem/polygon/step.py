@@ -112,7 +112,9 @@ def correct_element_motion(
         pose = Pose(p.x + half * d.x, p.z + half * d.z, p.angle + turn, p.cos - p.sin * turn, p.sin + p.cos * turn)
         rate, on = power_against_inertial_and_holding_forces(item, ground, lift, v), pose.angle
         last = (
-            tick if (on < item.inertia.on) & (-on < item.inertia.recoverable_rotation_to_minus_x) else old.last_upright
+            tick
+            if (on < item.inertia.on) & (-on < item.inertia.recoverable_rotation_to_minus_x)
+            else old.last_upright_tick
         )
         work = old.work - half * (old.power + rate)
         far = abs(pose.x - item.pose.x) + abs(pose.z - item.pose.z)

@@ -78,7 +78,7 @@ load_peaks, store_peaks, store_peaks_unless = STONE_ROW_LAYOUT.tuple_reader_and_
 load_predicted, store_predicted, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(PredictedStone)
 load_stone, store_stone, store_stone_unless = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneState)
 load_sum, store_sum, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneContactForceSums)
-store_rotation = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneState, "turn").store
+store_rotation = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneState, "rotation").store
 
 load_arm, store_arm, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(SumOfForceTimesDistance)
 load_equations, store_equations, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointEquations)

@@ -201,7 +201,7 @@ def compute_joint_force_and_moment(
             load_joint(joint_rows, j), load_frame(joint_rows, j), load_friction(joint_rows, j),
             (load_point_sum(joint_rows, j), load_arm(joint_rows, j).moment), (change.force, change.moment),
             load_history(joint_rows, j),
-            (load_time(case_rows, j).half, fine, flat, load_constants(upper_rows, j).foot),
+            (load_time(case_rows, j).half, fine, flat, load_constants(upper_rows, j).centre_height),
         )  # fmt: skip
         store_next_history(joint_rows, j, new)
         store_findings(case_rows, j, larger_of(load_findings(case_rows, j), findings))
@@ -245,7 +245,10 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
         inertial = load_inertial(case_rows, j)
         at_end = Vector3(inertial.x, inertial.y, -(inertial.z + GRAVITY))
         steady = base_motion_stays_below_limit(
-            load_shaking(case_rows, j), at_end, ticks_per_sample, load_case(case_rows, j).steady
+            load_shaking(case_rows, j),
+            at_end,
+            ticks_per_sample,
+            load_case(case_rows, j).sample_step_acceleration_g,
         )
         findings = StepContactChanges(
             changed=most.changed > 0.0, fast=False, gentle=False,
@@ -289,19 +292,20 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
         )
         acceleration = Vector3(one * f.x + push.x, one * f.y + push.y, one * f.z + push.z)
         moment = scale_vector(one, m)
-        turn = rotate_quaternion(p.turn, half, change.spin)
+        turn = rotate_quaternion(p.rotation, half, change.spin)
         velocity = plus(extrapolate_vector(p.velocity, half, acceleration), scale_vector(one, i))
         axes = rotation_matrix(turn)
         lean = lean_as_squared_sine(axes)
         tick = load_time(case_rows, j).tick
         skip = again | (not present)
         store_stone_unless(rows, j, skip, StoneState(
-            place=extrapolate_vector(p.place, half, change.velocity), turn=turn, velocity=velocity,
+            place=extrapolate_vector(p.place, half, change.velocity), rotation=turn, velocity=velocity,
             angular_momentum=plus(extrapolate_vector(p.half_step_angular_momentum, half, moment), scale_vector(one, t)),
             acceleration=acceleration, moment=moment,
         ))  # fmt: skip
         store_peaks_unless(rows, j, skip, StonePeakTilt(
-            updated_maximum(peaks.lean, lean), tick if lean < constants.critical else peaks.last_upright
+            updated_maximum(peaks.peak_lean_squared_sine, lean),
+            tick if lean < constants.critical else peaks.last_upright_tick
         ))  # fmt: skip
         power = (push.x * velocity.x + push.y * velocity.y) + (push.z + GRAVITY) * velocity.z
         power = constants.mass * power if present else 0.0

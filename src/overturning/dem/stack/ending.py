@@ -89,14 +89,14 @@ Between the critical angle of its contact at rest and that of its base, a stone 
 @njit(**INLINE)
 def stone_state_sum_for_finite_check(state: StoneState) -> float:
     """Return the sum of a stone's position, rotation and velocity components: finite if each component is finite."""
-    v, p, q = state.velocity, state.place, state.turn
+    v, p, q = state.velocity, state.place, state.rotation
     return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def stone_kinetic_energy(constants: StoneConstants, state: StoneState) -> float:
     """Return the kinetic energy of a stone, J."""
-    spin = angular_velocity_from_momentum(constants.inverse, rotation_matrix(state.turn), state.angular_momentum)
+    spin = angular_velocity_from_momentum(constants.inverse, rotation_matrix(state.rotation), state.angular_momentum)
     return float(
         0.5 * constants.mass * (dot_product(state.velocity, state.velocity) + dot_product(state.angular_momentum, spin))
     )
@@ -117,7 +117,7 @@ def stack_energy(state: Any, lane: int, stone_count: int, corner_limit: int, hei
         total += stone_kinetic_energy(constants, stone) + constants.mass * GRAVITY * (stone.place.z - heights[s])
         at = first + s * size
         joint, old = load_joint(state[at : at + JOINT_SIZE], lane), load_history(state[at : at + JOINT_SIZE], lane)
-        total += 0.5 * joint.tangential * squared_length(old.stretch)
+        total += 0.5 * joint.tangential_stiffness * squared_length(old.stretch)
         for i in range((size - JOINT_SIZE) // P):
             begin = at + JOINT_SIZE + i * P
             point = load_point(state[begin : begin + P], lane)
@@ -133,7 +133,7 @@ def pose_relative_to_stone_below(
     """Return position (m) and axes of a stone in the frame that moves with the stone below it."""
     to_lower = transpose(lower_axes)
     return matrix_times_vector(to_lower, minus(upper.place, lower_place)), matrix_product(
-        to_lower, rotation_matrix(upper.turn)
+        to_lower, rotation_matrix(upper.rotation)
     )
 
 
@@ -146,15 +146,15 @@ def stone_hangs_over_rim(state: Any, lane: int, stone_index: int, stone_count: i
         stone_window(state, stone_index),
     )
     upper, stone, base = load_constants(rows, lane), load_stone(rows, lane), load_stone(below, lane)
-    axes = rotation_matrix(base.turn)
+    axes = rotation_matrix(base.rotation)
     apart, turn = pose_relative_to_stone_below(stone, base.place, axes)
     at = CASE_SIZE + stone_count * STONE_SIZE + stone_index * joint_state_size(corner_limit) + JOINT_SIZE
     lowest = 0.0
     for i in range(int(load_joint(state[at - JOINT_SIZE : at], lane).base_corners)):
         corner = load_outline(state[at + i * P : at + (i + 1) * P], lane)
-        height = (turn.zx * corner.x + turn.zy * corner.y) - upper.foot * turn.zz
+        height = (turn.zx * corner.x + turn.zy * corner.y) - upper.centre_height * turn.zz
         lowest = min(lowest, apart.z - lower.top + height)
-    return lowest < -MIN_HANGING_CORNER_DEPTH_RATIO * upper.foot
+    return lowest < -MIN_HANGING_CORNER_DEPTH_RATIO * upper.centre_height
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -163,11 +163,11 @@ def depth_below_rest_position(state: Any, lane: int, stone_index: int) -> float:
     rows = stone_window(state, stone_index)
     upper, stone = load_constants(rows, lane), load_stone(rows, lane)
     if stone_index == 0:
-        return upper.foot - stone.place.z
+        return upper.centre_height - stone.place.z
     below = stone_window(state, stone_index - 1)
     base = load_stone(below, lane)
-    apart, _ = pose_relative_to_stone_below(stone, base.place, rotation_matrix(base.turn))
-    return load_constants(below, lane).top + upper.foot - apart.z
+    apart, _ = pose_relative_to_stone_below(stone, base.place, rotation_matrix(base.rotation))
+    return load_constants(below, lane).top + upper.centre_height - apart.z
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -178,7 +178,7 @@ def lowest_newly_fallen_stone_index(state: Any, lane: int, stone_count: int, cor
         if not load_outcome(rows, lane).present > 0.0:
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
-        axes = rotation_matrix(stone.turn)
+        axes = rotation_matrix(stone.rotation)
         if axes.zz <= constants.fallen or depth_below_rest_position(state, lane, s) > constants.drop:
             return s
         leans = lean_as_squared_sine(axes) > constants.base_critical
@@ -205,9 +205,9 @@ def stop_simulating_fallen_and_upper_stones(
         outcome, constants = load_outcome(rows, lane), load_constants(rows, lane)
         if not outcome.present > 0.0:
             continue
-        last = load_peaks(rows, lane).last_upright
-        upright_until = (start_of_sample + last) * tick if last >= 0.0 else outcome.upright_until
-        slid_off = lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).turn)) < constants.critical
+        last = load_peaks(rows, lane).last_upright_tick
+        upright_until = (start_of_sample + last) * tick if last >= 0.0 else outcome.last_upright_time
+        slid_off = lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).rotation)) < constants.critical
         slid_off = slid_off or (s > 0 and stone_hangs_over_rim(state, lane, s, stone_count, corner_limit))
         store_outcome(rows, lane, StoneFallState(
             0.0, upright_until, 1.0 if slid_off and s == fallen else 0.0
@@ -257,16 +257,16 @@ def stop_fallen_stones_and_return_status(
         return CaseStatus.SIMULATED
     sample = course.sample + time.tick / ticks_per_sample
     if (
-        sample >= min(course.calm, last_sample)
+        sample >= min(course.last_onset_sample, last_sample)
         and kinetic < case.still
         and loaded
         and all_contact_points_carry_load(state, lane, stone_count, corner_limit)
     ):
         # The rest of the record is weak for the stack as it stood at first; it may have lost a stone since, or slid.
-        least = MIN_ONSET_ACCELERATION_RATIO_AT_CASE_END * case.steady
+        least = MIN_ONSET_ACCELERATION_RATIO_AT_CASE_END * case.sample_step_acceleration_g
         if sample >= last_sample or current_motion_onset_acceleration(state, lane, stone_count, corner_limit) >= least:
             return CaseStatus.SIMULATED
-    if sample < course.after or sample < last_sample:
+    if sample < course.undecided_end_sample or sample < last_sample:
         return CASE_NOT_ENDED
     # An upright stack that slides is simulated until friction has stopped it.
     sliding_time = time_until_upright_stack_stops_sliding(state, lane, stone_count, corner_limit)
@@ -292,11 +292,11 @@ def stack_cannot_fall(state: Any, lane: int, corner_limit: int, stones_at_rest: 
     for s in range(stones_at_rest.size):
         rows, start = stone_window(state, s), stones_at_rest[s].start
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
-        own = rotation_matrix(stone.turn)
+        own = rotation_matrix(stone.rotation)
         if not load_outcome(rows, lane).present > 0.0 or lean_as_squared_sine(own) >= constants.critical:
             return False
-        ahead = (stone.place.x - constants.foot * own.xz - x) - (start.x - start_x)
-        aside = (stone.place.y - constants.foot * own.yz - y) - (start.y - start_y)
+        ahead = (stone.place.x - constants.centre_height * own.xz - x) - (start.x - start_x)
+        aside = (stone.place.y - constants.centre_height * own.yz - y) - (start.y - start_y)
         # Not math.hypot: its last digit differs between processors.
         slip += np.sqrt(ahead * ahead + aside * aside) if s > 0 else 0.0
         x, y = stone.place.x + constants.top * own.xz, stone.place.y + constants.top * own.yz
@@ -330,16 +330,18 @@ def write_stack_results(
     for s in range(stone_count):
         rows = stone_window(state, s)
         constants, stone, outcome = load_constants(rows, lane), load_stone(rows, lane), load_outcome(rows, lane)
-        own = rotation_matrix(stone.turn)
+        own = rotation_matrix(stone.rotation)
         fallen = not outcome.present > 0.0 and status == CaseStatus.SIMULATED
         stone_results[s].fallen = 1.0 if fallen else 0.0
         stone_results[s].slid_off = outcome.slid_off
-        stone_results[s].overturning_time = outcome.upright_until if fallen else np.nan
-        stone_results[s].lean = max(load_peaks(rows, lane).lean, lean_as_squared_sine(own))
+        stone_results[s].overturning_time = outcome.last_upright_time if fallen else np.nan
+        stone_results[s].peak_lean_squared_sine = max(
+            load_peaks(rows, lane).peak_lean_squared_sine, lean_as_squared_sine(own)
+        )
         place, turn = pose_relative_to_stone_below(stone, below, axes)
         stone_results[s].slip_x, stone_results[s].slip_y = (
-            place.x - constants.foot * turn.xz,
-            place.y - constants.foot * turn.yz,
+            place.x - constants.centre_height * turn.xz,
+            place.y - constants.centre_height * turn.yz,
         )
         # The axes of what the stone stands on, seen along its normal; not by angles, whose last digits differ.
         cosine, sine = axes.xx + axes.yy, axes.yx - axes.xy
@@ -361,15 +363,15 @@ def record_motion_of_first_stack(
         -base_acceleration_at_tick(shaking.inertial_acceleration_x, time.tick),
         -base_acceleration_at_tick(shaking.inertial_acceleration_y, time.tick),
     )
-    trajectory_row[3] = base_acceleration_at_tick(shaking.lift, time.tick)
+    trajectory_row[3] = base_acceleration_at_tick(shaking.upward_base_acceleration, time.tick)
     for s in range(stone_count):
         constants, stone = load_constants(stone_window(state, s), 0), load_stone(stone_window(state, s), 0)
         spin, at = (
-            angular_velocity_from_momentum(constants.inverse, rotation_matrix(stone.turn), stone.angular_momentum),
+            angular_velocity_from_momentum(constants.inverse, rotation_matrix(stone.rotation), stone.angular_momentum),
             4 + 14 * s,
         )
         trajectory_row[at], trajectory_row[at + 1], trajectory_row[at + 2] = stone.place
-        trajectory_row[at + 3], trajectory_row[at + 4], trajectory_row[at + 5], trajectory_row[at + 6] = stone.turn
+        trajectory_row[at + 3], trajectory_row[at + 4], trajectory_row[at + 5], trajectory_row[at + 6] = stone.rotation
         trajectory_row[at + 7], trajectory_row[at + 8], trajectory_row[at + 9] = stone.velocity
         trajectory_row[at + 10], trajectory_row[at + 11], trajectory_row[at + 12] = spin
         trajectory_row[at + 13] = load_outcome(stone_window(state, s), 0).present

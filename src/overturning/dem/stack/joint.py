@@ -79,7 +79,7 @@ def tangential_contact_force(
     joint: JointConstants, stretch: TangentialVector, velocity: TangentialVector
 ) -> TangentialVector:
     """Return the tangential force between two stones (x, y, twist) from springs and dashpots at their contact, N."""
-    k, h = joint.tangential, joint.damping
+    k, h = joint.tangential_stiffness, joint.damping
     return TangentialVector(
         -(k * stretch.x) - h * velocity.x, -(k * stretch.y) - h * velocity.y, -(k * stretch.twist) - h * velocity.twist
     )
@@ -157,7 +157,7 @@ def predict_friction(
     dx = -slip.x if drifts else direction.x
     dy = -slip.y if drifts else direction.y
     dt = -slip.twist if drifts else direction.twist
-    cz = centre_height * (1.0 - joint.tilting) if drifts else 0.0
+    cz = centre_height * (1.0 - joint.friction_moment_share) if drifts else 0.0
     in_contact = 1.0 if loaded else 0.0
     sliding = 1.0 if loaded & slides else 0.0
     return JointFrictionInStepEquations(
@@ -188,7 +188,7 @@ def joint_equation_terms(
         (mt * sums.force if slides else held.twist),
     )
     fx, fy, ft = (fx if in_contact else 0.0), (fy if in_contact else 0.0), (ft if in_contact else 0.0)
-    stick = half_step * (joint.damping + half_step * joint.tangential)
+    stick = half_step * (joint.damping + half_step * joint.tangential_stiffness)
     across = stick * part if slides else stick
     across = across if in_contact else 0.0
     along = across if slides else 0.0
@@ -366,11 +366,11 @@ def solve_joint_contact(
     share = share if loaded else 0.0
     fx, fy, ft = share * hx, share * hy, share * ht
     # Springs are shortened to what friction can hold.
-    holds, long = most * joint.compliance, squared_length(stretch)
+    holds, long = most * joint.tangential_compliance, squared_length(stretch)
     cut = slips & (long > holds * holds)
     kept = scale_tangential_vector(holds / math.sqrt(long if cut else 1.0) if cut else 1.0, stretch)
-    cz = centre_height * (1.0 - joint.tilting) if drifts else 0.0
-    k = joint.tangential
+    cz = centre_height * (1.0 - joint.friction_moment_share) if drifts else 0.0
+    k = joint.tangential_stiffness
     power = -(
         ((fx + k * kept.x) * (velocity.x + spin.y * cz) + (fy + k * kept.y) * (velocity.y - spin.x * cz))
         + (ft + k * kept.twist) * velocity.twist

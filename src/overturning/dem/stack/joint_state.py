@@ -21,9 +21,9 @@ class JointConstants(NamedTuple):
     """Normal stiffness of the whole joint, N/m."""
     dashpot: float
     """Normal dashpot of the whole joint, N·s/m."""
-    tangential: float
+    tangential_stiffness: float
     """Tangential stiffness, N/m, in any direction."""
-    compliance: float
+    tangential_compliance: float
     """1 over the tangential stiffness, m/N; 0 without tangential springs."""
     damping: float
     """Tangential dashpot, N·s/m."""
@@ -31,7 +31,7 @@ class JointConstants(NamedTuple):
     """Coefficient of friction μ."""
     landing: float
     """Duration of a flat landing after the first touch, s."""
-    tilting: float
+    friction_moment_share: float
     """Share of the moment of friction that tilts a stone that slides in a flat landing, 0 or 1."""
     waits: float
     """Least distance of the base from the rim of the face below at which corners between the two ends of the base wait

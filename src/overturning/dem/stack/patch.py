@@ -87,7 +87,8 @@ def relative_motion_at_lower_face(
     velocity = minus(plus(stone.end, cross_product(stone.spin, at)), lower[0])
     return JointRelativeMotion(
         base_centre=Vector3(
-            apart.x - upper.foot * relative.xz, apart.y - upper.foot * relative.yz, apart.z - upper.foot * relative.zz
+            apart.x - upper.centre_height * relative.xz, apart.y - upper.centre_height * relative.yz,
+            apart.z - upper.centre_height * relative.zz
         ),
         along_x=Vector3(relative.xx, relative.yx, relative.zx), along_y=Vector3(relative.xy, relative.yy, relative.zy),
         velocity=matrix_times_vector(to_face, velocity), spin=matrix_times_vector(to_face, minus(stone.spin, lower[1])),

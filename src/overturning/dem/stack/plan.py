@@ -119,7 +119,7 @@ class StackSimulationPlan(SimulationPlan3D):
         It has no rows unless `is_recorded`.
         """
         columns = COLUMNS_BEFORE_STONES + COLUMNS_PER_STONE * self.stones.shape[1]
-        rows = int(self.table[0]["after"] - self.first[0]) + 3 if is_recorded else 0
+        rows = int(self.table[0]["undecided_end_sample"] - self.first_simulated_sample[0]) + 3 if is_recorded else 0
         check_trajectory_size(rows * columns)
         return np.zeros((rows, columns))
 
@@ -232,7 +232,7 @@ def plan_stack_simulation(
         for stones, table in zip(stacks, joints, strict=True)
     ])  # fmt: skip
     delay = np.array([float(np.max(table.rows["dashpot"] / table.rows["stiffness"])) for table in joints])
-    foot, reach = tables["foot"], tables["reach"]
+    foot, reach = tables["centre_height"], tables["reach"]
     # Not np.hypot: its last digit differs between processors.
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY)).min(axis=1)
     # The slowest rocking is that of all stones above a joint.
@@ -249,7 +249,9 @@ def plan_stack_simulation(
     )
     pace["finest"] = np.minimum(pace["finest"], MAX_SHORTEST_STEP_TICKS)
     # When the vibration of a light stone has decayed, that of the heavy stones around it goes on.
-    pace["settled"] = np.where(pace["finest"] < MAX_SHORTEST_STEP_TICKS, pace["dwell"], pace["settled"])
+    pace["long_steps_before_doubling"] = np.where(
+        pace["finest"] < MAX_SHORTEST_STEP_TICKS, pace["steps_after_contact_change"], pace["long_steps_before_doubling"]
+    )
     rest_share = np.zeros(cases.case_count)
     if numerics.leave_out:
         rest_share = _rest_limit_to_onset_acceleration_ratios(
@@ -276,11 +278,14 @@ def plan_stack_simulation(
     columns = {
         "stack": which, "amplitude": amplitude, "damping_factor": cases.damping_factor,
         "deepest": (MAX_PENETRATION_TO_HALF_SIDE_RATIO * np.minimum(reach, foot).min(axis=1))[which],
-        "steady": MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold, "still": (1e-9 * weight * reach.min(axis=1))[which],
+        "sample_step_acceleration_g": MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold,
+        "still": (1e-9 * weight * reach.min(axis=1))[which],
         "reach": np.array([table.nearest_side_distance.min() for table in joints])[which],
         "rest_share": rest_share, "rest_bound": rest_share * friction.min(axis=1),
-        "first": first, "calm": calm, "barrier": barrier[which], "spring_energy": springs[which],
-        "after": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * slowest_period[which] / interval), **pace,
+        "first_simulated_sample": first, "last_onset_sample": calm, "barrier": barrier[which],
+        "spring_energy": springs[which],
+        "undecided_end_sample": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * slowest_period[which] / interval),
+        **pace,
     }  # fmt: skip
     for name, values in columns.items():
         case_table[name] = values
@@ -294,6 +299,7 @@ def plan_stack_simulation(
         model=model, motion=motion, cases=cases, numerics=numerics, stones=tables,
         joints=np.stack([table.rows for table in joints]),
         outlines=outlines, corner_counts=np.array([len(stone.base_corners) for stone in stacks[0]]), friction=friction,
-        cosines=cosines, row=row, ground=along, steps=steps, first=first, table=case_table, stays_at_rest=at_rest,
+        cosines=cosines, motion_rows=row, ground=along, steps=steps, first_simulated_sample=first,
+        table=case_table, stays_at_rest=at_rest,
         too_soft=exceeds_penetration_limit(penetration, 2.0 * np.minimum(foot, reach).min(axis=1))[which],
     )  # fmt: skip

@@ -112,9 +112,9 @@ def predict_stone_at_step_end(inverse: SymmetricMatrix, state: StoneState, step_
         extrapolate_vector(state.velocity, half, state.acceleration),
         extrapolate_vector(state.angular_momentum, half, state.moment),
     )
-    turn, spin = rotate_body_over_step(inverse, state.turn, momentum, state.moment, step_length)
+    turn, spin = rotate_body_over_step(inverse, state.rotation, momentum, state.moment, step_length)
     return PredictedStone(
-        place=extrapolate_vector(state.place, step_length, v), turn=turn, velocity=v,
+        place=extrapolate_vector(state.place, step_length, v), rotation=turn, velocity=v,
         half_step_angular_momentum=momentum,
         end=extrapolate_vector(v, half, state.acceleration), spin=spin,
     )  # fmt: skip
@@ -130,7 +130,7 @@ def predict_inertial_acceleration(case_rows: Any, lane_count: int, ticks_per_sam
         past = past if past > 0.0 else 0.0
         store_inertial(case_rows, j, Vector3(
             push_at(shaking.inertial_acceleration_x, tick, past), push_at(shaking.inertial_acceleration_y, tick, past),
-            -(GRAVITY + push_at(shaking.lift, tick, past)),
+            -(GRAVITY + push_at(shaking.upward_base_acceleration, tick, past)),
         ))  # fmt: skip
         store_time(
             case_rows, j, StackClockWithinSample(time.tick, 0.5 * (load_case(case_rows, j).tick_length * length))
@@ -148,7 +148,7 @@ def predict_stone_motion_and_equations(case_rows: Any, rows: Any, lane_count: in
     for j in range(round_to_vector_multiple(lane_count)):
         constants, state, half = load_constants(rows, j), load_stone(rows, j), load_time(case_rows, j).half
         predicted = predict_stone_at_step_end(constants.inverse, state, 2.0 * half)
-        axes = rotation_matrix(predicted.turn)
+        axes = rotation_matrix(predicted.rotation)
         store_predicted(rows, j, predicted)
         store_axes(rows, j, axes)
         store_diagonal(rows, j, DiagonalBlockAndRightSide(
@@ -214,7 +214,7 @@ def predict_joint_friction(case_rows: Any, upper_rows: Any, joint_rows: Any, lan
             contact_points_land_together(load_landing(joint_rows, j)),
         )
         fine = load_attempt(case_rows, j).length <= MAX_VIBRATION_RESOLVING_STEP_RATIO * load_clock(case_rows, j).finest
-        foot = load_constants(upper_rows, j).foot
+        foot = load_constants(upper_rows, j).centre_height
         friction = predict_friction(joint, frame, sums, old, half, (fine, flat, foot))
         store_friction(joint_rows, j, friction)
         normal = sums.force if fine else old.normal

@@ -191,7 +191,7 @@ def current_motion_onset_acceleration(state: Any, lane: int, stone_count: int, c
         if s > 0:
             below = stone_window(state, s - 1)
             lower = load_stone(below, lane)
-            origin, axes, level = lower.place, rotation_matrix(lower.turn), load_constants(below, lane).top
+            origin, axes, level = lower.place, rotation_matrix(lower.rotation), load_constants(below, lane).top
         one = 1.0 / above.mass
         centre = matrix_times_vector(
             transpose(axes), minus(Vector3(one * above.x, one * above.y, one * above.z), origin)
@@ -219,7 +219,7 @@ def stones_stand_upright_and_still(state: Any, lane: int, stone_count: int, rest
         if not load_outcome(rows, lane).present > 0.0:
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
-        axes, arm = rotation_matrix(stone.turn), constants.foot + constants.top
+        axes, arm = rotation_matrix(stone.rotation), constants.centre_height + constants.top
         spin = angular_velocity_from_momentum(constants.inverse, axes, stone.angular_momentum)
         turning = angular_velocity_from_momentum(constants.inverse, axes, stone.moment)
         speed = vector_length(stone.velocity) + arm * vector_length(spin)
@@ -243,7 +243,7 @@ def time_until_upright_stack_stops_sliding(state: Any, lane: int, stone_count: i
         rows = stone_window(state, s)
         if not load_outcome(rows, lane).present > 0.0:
             continue
-        if lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).turn)) >= (
+        if lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).rotation)) >= (
             MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * load_constants(rows, lane).critical
         ):
             return 0.0

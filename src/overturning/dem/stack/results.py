@@ -42,7 +42,7 @@ def outcome_variables_of_stacks(
             "overturned": fell,
             "status": results["status"],
             "fall_azimuth": np.where(fell, azimuth, np.nan),
-            "peak_tilt": tilt_deg_from_squared_sine(stone_results["lean"]),
+            "peak_tilt": tilt_deg_from_squared_sine(stone_results["peak_lean_squared_sine"]),
             "overturning_time": np.where(fell, stone_results["overturning_time"], np.nan),
             "residual_slip_north": np.where(fell, np.nan, x * north + y * east),
             "residual_slip_east": np.where(fell, np.nan, x * east - y * north),

@@ -84,17 +84,15 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
     JOINT_ROW_LAYOUT.size,
     POINT_ROW_LAYOUT.size,
 )
-TICK, SAMPLE = (
+TICK, SAMPLE, ENERGY, LOADED = (
     CASE_ROW_LAYOUT.row_offset_of_field(StackClockWithinSample, "tick"),
     CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "sample"),
-)
-ENERGY, LOADED = (
     CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "energy"),
     CASE_ROW_LAYOUT.row_offset_of_field(BaseMotionSampleNumber, "sample"),
 )
 LAST_UPRIGHT, UPRIGHT_UNTIL = (
-    STONE_ROW_LAYOUT.row_offset_of_field(StonePeakTilt, "last_upright"),
-    STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "upright_until"),
+    STONE_ROW_LAYOUT.row_offset_of_field(StonePeakTilt, "last_upright_tick"),
+    STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "last_upright_time"),
 )
 
 
@@ -104,7 +102,7 @@ class StackKernelInput(NamedTuple):
     settings: SettingsOfParallelCases
     cases: NDArray[np.void]
     """Case parameters, of type `CASE_ROW_LAYOUT`, shape (n,)."""
-    row: NDArray[np.int64]
+    motion_rows: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     each: NDArray[np.void]
@@ -159,17 +157,19 @@ def write_initial_stack_state(
     for row in range(state.size // PARALLEL_CASE_COUNT):
         state[row * PARALLEL_CASE_COUNT + lane] = 0.0
     first, size = CASE_SIZE + stones.size * STONE_SIZE, joint_state_size(outlines.shape[2])
-    store_clock(state, lane, CaseStepControl(case.finest, case.standing, case.dwell, case.settled))
+    store_clock(state, lane, CaseStepControl(
+        case.finest, case.standing, case.steps_after_contact_change, case.long_steps_before_doubling
+    ))  # fmt: skip
     store_case(state, lane, StackTickLengthAndLimits(
-        sampling_interval / ticks_per_sample, case.deepest, case.steady, case.still, case.reach
+        sampling_interval / ticks_per_sample, case.deepest, case.sample_step_acceleration_g, case.still, case.reach
     ))  # fmt: skip
     store_rest(state, lane, StackRestFlagAndLimits(case.rest_share, case.rest_bound, 0.0))
-    store_attempt(state, lane, NextStepToAttempt(case.finest, case.dwell, 0.0))
+    store_attempt(state, lane, NextStepToAttempt(case.finest, case.steps_after_contact_change, 0.0))
     for s in range(stones.size):
-        write_initial_stone_state(stone_window(state, s), lane, stones[s])
-        at = first + s * size
+        at, stone = first + s * size, stones[s]
+        write_initial_stone_state(stone_window(state, s), lane, stone)
         write_initial_joint_state(
-            state[at : at + size], lane, joints[s], friction[s], case.damping_factor, stones[s].foot, stones[s].reach
+            state[at : at + size], lane, joints[s], friction[s], case.damping_factor, stone.centre_height, stone.reach
         )
         for i in range(corners[s]):
             begin = at + JOINT_SIZE + i * P
@@ -181,7 +181,8 @@ def write_initial_stack_state(
                 o = outlines[s - 1, 1, i]
                 store_outline(state[begin : begin + P], lane, FaceCorner(o[0], o[1], o[2], o[3], o[4], o[5]))
     store_course(state, lane, CaseProgress(
-        case.amplitude, case.first, case.calm, case.after, case.first * sampling_interval, case.spring_energy,
+        case.amplitude, case.first_simulated_sample, case.last_onset_sample, case.undecided_end_sample,
+        case.first_simulated_sample * sampling_interval, case.spring_energy,
         case.barrier,
     ))  # fmt: skip
 
@@ -196,7 +197,7 @@ def write_initial_stone_state(rows: Any, lane: int, constants: Any) -> None:
         inertia=SymmetricMatrix(
             constants.axx, constants.ayy, constants.azz, constants.axy, constants.axz, constants.ayz
         ),
-        mass=constants.mass, foot=constants.foot, top=constants.top, critical=constants.critical,
+        mass=constants.mass, centre_height=constants.centre_height, top=constants.top, critical=constants.critical,
         base_critical=constants.base_critical,
         fallen=constants.fallen, drop=constants.drop,
     ))  # fmt: skip
@@ -219,17 +220,16 @@ def write_initial_joint_state(
 ) -> None:
     """Write contact constants and load at rest of a stone's contact with its support into column `lane`."""
     store_joint(rows, lane, JointConstants(
-        stiffness=constants.stiffness, dashpot=constants.dashpot * damping_factor, tangential=constants.tangential,
-        compliance=constants.compliance, damping=constants.damping * damping_factor, friction=friction,
-        landing=constants.landing * damping_factor, tilting=0.0 if friction * centre_height <= edge_distance else 1.0,
+        stiffness=constants.stiffness, dashpot=constants.dashpot * damping_factor,
+        tangential_stiffness=constants.tangential_stiffness, tangential_compliance=constants.tangential_compliance,
+        damping=constants.damping * damping_factor, friction=friction, landing=constants.landing * damping_factor,
+        friction_moment_share=0.0 if friction * centre_height <= edge_distance else 1.0,
         waits=constants.waits, base_corners=constants.base_corners,
     ))  # fmt: skip
     still = TangentialVector(0.0, 0.0, 0.0)
-    store_history(
-        rows,
-        lane,
-        JointContactState(still, still, constants.cx, constants.cy, constants.arm, constants.normal, 0.0, 0.0),
-    )
+    store_history(rows, lane, JointContactState(
+        still, still, constants.cx, constants.cy, constants.arm, constants.normal, 0.0, 0.0
+    ))  # fmt: skip
 
 
 def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
@@ -238,7 +238,7 @@ def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases:
         workspace.state,
         kernel_input.corner_counts.size,
         lane_count,
-        kernel_input.row,
+        kernel_input.motion_rows,
         lane_cases,
         kernel_input.ground,
         kernel_input.settings,
@@ -266,7 +266,7 @@ def start_sample_and_load_base_motion(
     for s in range(stone_count):
         rows = stone_window(state, s)
         for j in range(round_to_vector_multiple(lane_count)):
-            store_rotation(rows, j, normalise_quaternion(load_stone(rows, j).turn))
+            store_rotation(rows, j, normalise_quaternion(load_stone(rows, j).rotation))
             then = (load_course(state, j).sample + rows[LAST_UPRIGHT + j] * scale) * interval
             present = load_outcome(rows, j).present > 0.0
             rows[UPRIGHT_UNTIL + j] = then if (rows[LAST_UPRIGHT + j] >= 0.0) & present else rows[UPRIGHT_UNTIL + j]
@@ -343,7 +343,7 @@ def mark_stacks_due_for_end_test(
         for s in range(stone_count):
             total += stone_state_sum_for_finite_check(load_stone(stone_window(state, s), j))
         sample = course.sample + state[TICK + j] / ticks_per_sample
-        due = total - total != 0.0 or sample >= min(course.calm, last_sample)
+        due = total - total != 0.0 or sample >= min(course.last_onset_sample, last_sample)
         due = due or lowest_newly_fallen_stone_index(state, j, stone_count, corner_limit) < stone_count
         end_marks_out[j] = 1.0 if due else 0.0
         count += 1 if due else 0
@@ -354,7 +354,8 @@ def skip_quiet_samples_of_resting_cases(
     kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
     """Skip, for each stack at rest, the samples whose base motion is too weak to move the stack."""
-    settings, state, ground, row = kernel_input.settings, workspace.state, kernel_input.ground, kernel_input.row
+    settings, state, ground = kernel_input.settings, workspace.state, kernel_input.ground
+    row = kernel_input.motion_rows
     stones, corners = kernel_input.corner_counts.size, kernel_input.outlines.shape[3]
     if mark_possibly_resting_stacks(state, stones, active_lane_count) == 0:
         return

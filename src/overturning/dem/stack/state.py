@@ -31,7 +31,7 @@ class StackTickLengthAndLimits(NamedTuple):
     """Length of a tick, s."""
     deepest: float
     """Penetration beyond which the case has failed, m."""
-    steady: float
+    sample_step_acceleration_g: float
     """Horizontal acceleration, as a share of the weight, below which a standing stack takes sample-long steps."""
     still: float
     """Largest kinetic energy of a stack at rest, J."""
@@ -105,7 +105,7 @@ class StoneConstants(NamedTuple):
     """Inertia in the stone's own axes, I/m, m²."""
     mass: float
     """Mass, kg."""
-    foot: float
+    centre_height: float
     """Height of the centre above the base, m."""
     top: float
     """Height of the upper face above the centre, m."""
@@ -124,7 +124,7 @@ class StoneState(NamedTuple):
 
     place: Vector3
     """Position of the centre, m."""
-    turn: Quaternion
+    rotation: Quaternion
     """Rotation from rest."""
     velocity: Vector3
     """Velocity of the centre, m/s."""
@@ -142,8 +142,8 @@ class StonePeakTilt(NamedTuple):
     The tick is −1 if there was none in this sample.
     """
 
-    lean: float
-    last_upright: float
+    peak_lean_squared_sine: float
+    last_upright_tick: float
 
 
 class StoneFallState(NamedTuple):
@@ -151,7 +151,7 @@ class StoneFallState(NamedTuple):
 
     present: float
     """1 while the stone is computed, 0 after it has fallen."""
-    upright_until: float
+    last_upright_time: float
     """Last time at which the stone leant less than its critical angle, s."""
     slid_off: float
     """1 if the stone lost its support while its tilt was below the critical angle."""
@@ -161,7 +161,7 @@ class PredictedStone(NamedTuple):
     """Predicted pose and velocities of a stone at the end of a step, before the step's equations are solved."""
 
     place: Vector3
-    turn: Quaternion
+    rotation: Quaternion
     velocity: Vector3
     """Velocity after half of the step, m/s."""
     half_step_angular_momentum: Vector3

@@ -63,8 +63,8 @@ def joint_constants_of_stack(stones: list[StackStone], contact: VertexContact) -
     stiffness = above * STANDARD_GRAVITY / penetration
     dashpot = 2.0 * damping * np.sqrt(stiffness * above)
     rows["stiffness"], rows["dashpot"], rows["damping"] = stiffness, dashpot, dashpot
-    rows["tangential"] = ratio * stiffness
-    rows["compliance"] = np.where(ratio > 0.0, 1.0 / np.maximum(rows["tangential"], 1e-300), 0.0)
+    rows["tangential_stiffness"] = ratio * stiffness
+    rows["tangential_compliance"] = np.where(ratio > 0.0, 1.0 / np.maximum(rows["tangential_stiffness"], 1e-300), 0.0)
     rows["landing"] = FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / stiffness
     rows["base_corners"] = [len(stone.base_corners) for stone in stones]
     rows["waits"] = np.where(
@@ -87,7 +87,7 @@ def initial_stone_table(stones: list[StackStone], joints: JointConstantsOfStack)
         for name, at in pairs.items():
             row[f"a{name}"], row[f"i{name}"] = stone.inertia_per_mass[at], inverse[at]
         reach = stone.nearest_base_side_distance
-        row["mass"], row["foot"], row["top"], row["reach"] = (
+        row["mass"], row["centre_height"], row["top"], row["reach"] = (
             stone.mass,
             stone.centre_height_above_base,
             stone.upper_face_height_above_centre,
@@ -135,7 +135,7 @@ def base_x_offsets_from_support_at_rest(stones: NDArray[np.void]) -> FloatArray:
     below = [np.concatenate([np.zeros_like(column[:, :1]), column[:, :-1]], axis=1)
              for column in (start["x"], start["z"], lean)]  # fmt: skip
     apart, above, tilt = (column - under for column, under in zip((start["x"], start["z"], lean), below, strict=True))
-    return np.cos(below[2]) * apart - np.sin(below[2]) * above - stones["foot"] * np.sin(tilt)
+    return np.cos(below[2]) * apart - np.sin(below[2]) * above - stones["centre_height"] * np.sin(tilt)
 
 
 def inverse_of_inertia(inertia: FloatArray) -> FloatArray:
@@ -190,7 +190,7 @@ def stiffness_matrix(
     matrix = np.zeros((scale.size, scale.size))
     for k, patch in enumerate(joints.patches):
         for number, (corner, weight) in enumerate(zip(patch.corners, patch.corner_stiffness_shares, strict=True)):
-            normal, tangential = weight * joints.rows["stiffness"][k], weight * joints.rows["tangential"][k]
+            normal, tangential = weight * joints.rows["stiffness"][k], weight * joints.rows["tangential_stiffness"][k]
             if loaded_corners is None or loaded_corners[k][number]:
                 each = _relative_displacement_matrix_at_corner(stones, k, corner) * scale
                 matrix += np.einsum("ij,i,ik->jk", each, np.array([tangential, tangential, normal]), each)

@@ -20,7 +20,7 @@ class StackCaseTableColumns(NamedTuple):
     """Factor on all dashpots."""
     deepest: float
     """Penetration beyond which the case has failed, m."""
-    steady: float
+    sample_step_acceleration_g: float
     """Horizontal acceleration, as a share of the weight, below which a standing stack takes sample-long steps."""
     still: float
     """Largest kinetic energy of a stack at rest, J."""
@@ -30,11 +30,11 @@ class StackCaseTableColumns(NamedTuple):
     """Share of the acceleration that slides or unloads a joint, up to which a stack at rest stays at rest."""
     rest_bound: float
     """Largest base acceleration over g up to which the stack can stay at rest; 0 if no sample is skipped."""
-    first: float
+    first_simulated_sample: float
     """First sample that is computed."""
-    calm: float
+    last_onset_sample: float
     """First sample after which the motion cannot start any movement."""
-    after: float
+    undecided_end_sample: float
     """Sample at which the case ends as undecided."""
     barrier: float
     """Smallest energy that overturns a part of the stack, J."""
@@ -64,7 +64,7 @@ class StoneResultTableColumns(NamedTuple):
     """1 if the stone lost its support before its tilt reached the critical angle."""
     overturning_time: float
     """Last time at which the stone leant less than its critical angle, s."""
-    lean: float
+    peak_lean_squared_sine: float
     """Largest lean: sin² of the tilt up to 90°, 2 − sin² beyond."""
     slip_x: float
     """Displacement at the end relative to what the stone stands on, in the axes of that stone, m."""

@@ -37,7 +37,7 @@ def server(tmp_path: Path) -> Iterator[ServerWithPlannedFailures]:
 
 def fetch_file(server: ServerWithPlannedFailures, folder: Path, **more):
     """Download the file of the test server into a folder, with short waits."""
-    options = {"timeout": 0.4, "wait": 0.01} | more
+    options = {"timeout": 0.4, "wait": 0.001} | more
     return fetch_url(f"{server.address}/a/x.bin", HASH, folder, **options)
 
 
@@ -109,7 +109,7 @@ def test_a_permanent_http_error_is_not_retried(server, tmp_path, status, kind):
 
 def test_a_download_from_a_dead_server_ends_with_an_error(tmp_path):
     with pytest.raises(RecordError, match=r"127\.0\.0\.1/x\.bin: failed in 2 tries"):
-        fetch_url("http://127.0.0.1:19/x.bin", HASH, tmp_path, tries=2, timeout=0.5, wait=0.01)
+        fetch_url("http://127.0.0.1:19/x.bin", HASH, tmp_path, tries=2, timeout=0.5, wait=0.001)
 
 
 def test_download_credentials_come_from_the_environment_and_are_never_shown(
@@ -121,7 +121,7 @@ def test_download_credentials_come_from_the_environment_and_are_never_shown(
         fetch_file(server, tmp_path / "got")
         server.mode["file"] = ["401"]
         with pytest.raises(MissingDataError) as problem:
-            fetch_url(f"{server.address}/y.bin?token=abc123", HASH, tmp_path / "got", wait=0.01)
+            fetch_url(f"{server.address}/y.bin?token=abc123", HASH, tmp_path / "got", wait=0.001)
     shown = str(problem.value) + caplog.text + "".join(capsys.readouterr())
     shown += "".join(p.read_text("latin-1") for p in (tmp_path / "got").iterdir())
     assert "s3cret-w0rd" not in shown
@@ -153,7 +153,7 @@ def waveform_request(server: ServerWithPlannedFailures, **more) -> FdsnWaveformR
 
 def fetch_waveforms(server: ServerWithPlannedFailures, folder: Path, **more):
     """Fetch waveforms and metadata of the test station into a folder, with short waits."""
-    return fetch_fdsn_record(waveform_request(server, **more), folder, tries=3, timeout=0.4, wait=0.01)
+    return fetch_fdsn_record(waveform_request(server, **more), folder, tries=3, timeout=0.4, wait=0.001)
 
 
 def test_fdsn_waveforms_and_metadata_become_a_record(server, tmp_path):

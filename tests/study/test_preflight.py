@@ -168,7 +168,7 @@ def test_the_import_of_the_package_for_soil_prints_no_warnings(
     (tmp_path / "pystrata.py").write_text("doubtful = 1 is 1\n", encoding="utf-8")
     monkeypatch.setitem(sys.modules, "pystrata", None)
     del sys.modules["pystrata"]
-    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     assert import_pystrata().doubtful
     assert recwarn.list == []
 

@@ -14,7 +14,14 @@ from overturning.model.results import CaseResults
 from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
 
-PLAN_FIELDS_PER_CASE = ("steps", "first_simulated_sample", "stays_at_rest", "too_soft", "table", "cosines")
+PLAN_FIELDS_PER_CASE = (
+    "steps",
+    "first_simulated_sample",
+    "stays_at_rest",
+    "has_too_soft_contacts",
+    "case_table",
+    "orientation_cosines",
+)
 
 
 def simulate_under_each_motion(model: Body | Stack, motions: list[Motion], cases: Cases, **options: Any) -> CaseResults:
@@ -30,13 +37,15 @@ def simulate_under_each_motion(model: Body | Stack, motions: list[Motion], cases
     plan = replace(
         plans[0],
         cases=Cases(*(np.tile(getattr(cases, item.name), len(plans)) for item in fields(cases))),
-        ground=np.concatenate([one.ground for one in plans]),
-        motion_rows=np.concatenate([one.motion_rows + number * len(one.ground) for number, one in enumerate(plans)]),
+        base_accelerations=np.concatenate([one.base_accelerations for one in plans]),
+        motion_rows=np.concatenate(
+            [one.motion_rows + number * len(one.base_accelerations) for number, one in enumerate(plans)]
+        ),
         **{name: np.concatenate([getattr(one, name) for one in plans]) for name in columns},
     )
     assert isinstance(plan, SimulationPlan3D)
     found = plan.results_before_simulation()
-    moving = np.flatnonzero(~plan.stays_at_rest & ~plan.too_soft)
+    moving = np.flatnonzero(~plan.stays_at_rest & ~plan.has_too_soft_contacts)
     order = moving[np.argsort(plan.parallel_group_by_case[moving], kind="stable")]
     for queue in split_into_case_groups(order, plan.parallel_group_by_case, split_long_groups=False):
         found.store_outcomes(queue, plan.simulate_cases_of_group(queue, np.zeros(1, np.int64))[0])

@@ -72,7 +72,7 @@ def run_planned_case(
     `more` is the number of samples after the record.
     """
     rows = motion.sample_count + more
-    path = np.zeros((rows, 2 + 6 * how.arrays.sizes.size))
+    path = np.zeros((rows, 2 + 6 * how.arrays.piece_vertex_counts.size))
     answers, path = how.simulate_cases_of_group(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
     path = path[:rows]  # a case may last longer
     return CaseResults(**answers), path[:, 0], path[:, 2:].reshape(len(path), -1, 6)

@@ -86,11 +86,13 @@ def test_the_finest_time_step_resolves_very_stiff_or_damped_contacts(damping_rat
         block_highest_eigenvalue_bound(one, other, 0.5 * width, 0.5 * cases.height)
         for one, other in ((normal, tangential), (dashpot, dashpot))
     )
-    ticks = made.table["finest"]
+    ticks = made.case_table["finest"]
     assert (ticks >= 1).all()
     finest = 0.01 / made.steps / TICKS_PER_WHOLE_STEP * ticks * refinement
-    assert (finest <= BLOCK_STEP_CONTROL.finest * shortest_contact_time_constant(square, rate)).all()
-    assert (finest > 0.49 * BLOCK_STEP_CONTROL.finest * shortest_contact_time_constant(square, rate)).all()
+    assert (finest <= BLOCK_STEP_CONTROL.contact_change_step_ratio * shortest_contact_time_constant(square, rate)).all()
+    assert (
+        finest > 0.49 * BLOCK_STEP_CONTROL.contact_change_step_ratio * shortest_contact_time_constant(square, rate)
+    ).all()
 
 
 NO_CONTACT_CHANGES = StepContactChanges(False, False, False, False, False, False, False, False)
@@ -210,7 +212,7 @@ def test_every_long_time_step_is_tried_equally_often_before_it_is_halved(pace: K
     """Each try assumes that other contact points slide; tries of earlier steps do not count."""
     case_step_control, length = step_control_of_case(pace), 0.5 * pace.ticks_per_whole_step
     attempt, tries, lengths = NextStepToAttempt(length, 8.0, 0.0), [], []
-    most = int(pace.tries)
+    most = int(pace.max_repeats_with_corrected_sliding)
     for wrong in (False, *[True] * (most + 2), False, True):
         again, _, attempt = accept_or_reject_and_choose_next_step.py_func(
             pace,
@@ -265,8 +267,8 @@ def test_one_step_per_sample_suffices_for_a_standing_block_on_a_rigid_contact(st
     usual = plan_simulation(
         PlanarModel(gravestone(contacts[1])), pulse_motion(), block_cases(), NumericalOptions()
     ).steps
-    assert (soft.table["standing"] == TICKS_PER_WHOLE_STEP).all()
-    standing = rigid.table["standing"] / TICKS_PER_WHOLE_STEP
+    assert (soft.case_table["standing"] == TICKS_PER_WHOLE_STEP).all()
+    standing = rigid.case_table["standing"] / TICKS_PER_WHOLE_STEP
     np.testing.assert_array_equal(rigid.steps % standing, 0.0)
     np.testing.assert_array_equal(standing, np.gcd(usual, rigid.steps))
 

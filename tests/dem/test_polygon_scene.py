@@ -38,8 +38,8 @@ LOW_BLOCK = {"name": "low", "width": 1.0, "height": 0.5, "stands_on": "ground"}
 @pytest.mark.parametrize("name", SHIPPED_SCENES)
 def test_shipped_scenes_are_at_rest_and_cannot_rock_below_a_quarter_g(name: str) -> None:
     prepared = prepare_scene(load_shipped_scene(name))
-    assert prepared.at_rest
-    assert prepared.threshold > 0.25
+    assert prepared.has_static_equilibrium
+    assert prepared.rocking_onset_acceleration_g > 0.25
 
 
 def test_only_symmetric_scenes_have_an_azimuth_period_of_180_degrees() -> None:
@@ -179,7 +179,7 @@ def test_a_case_becomes_undecided_20_over_p_after_the_record(height: float) -> N
     motion = motion_at_rest(1.0)
     how = plan_single_case(scene_of_elements(block_element("block", 0.4 * height, height)), motion)
     p = np.sqrt(0.75 * 9.80665 / (0.5 * np.hypot(0.4 * height, height)))
-    assert (how.table["undecided_end_sample"][0] - motion.sample_count) * 0.01 == pytest.approx(20 / p, abs=0.011)
+    assert (how.case_table["undecided_end_sample"][0] - motion.sample_count) * 0.01 == pytest.approx(20 / p, abs=0.011)
 
 
 @pytest.mark.parametrize(
@@ -232,7 +232,7 @@ def test_the_error_names_a_scene_file_that_cannot_be_read(tmp_path: Path) -> Non
 def test_the_boulder_has_its_closed_form_critical_angle() -> None:
     prepared = prepare_scene(load_shipped_scene("boulder"))
     assert np.isfinite(prepared.laws.normal).all()
-    assert prepared.critical[1] == pytest.approx(
+    assert prepared.critical_angles[1] == pytest.approx(
         np.arctan2(0.2 - (prepared.placed[1].x - 0.02), prepared.placed[1].z), rel=1e-9
     )
 

@@ -52,7 +52,7 @@ def test_a_stack_stands_up_to_the_harmonic_overhang(blocks: int, share: float) -
     _, _, poses = run_planned_case(plan_single_case(made, motion), motion)
     fell = np.abs(poses[-1, 1:, 2]).max() > 0.05
     assert fell == (share > 1)
-    assert prepare_scene(made).at_rest == (share < 1)
+    assert prepare_scene(made).has_static_equilibrium == (share < 1)
     if share < 1:
         # It settles by less than the static penetration, as statics assume small rotations, and then stays.
         assert np.abs(poses - poses[0]).max() < 2e-5
@@ -104,7 +104,9 @@ def test_a_block_slips_on_a_slope_at_its_friction_angle(friction: float) -> None
 def test_a_block_on_a_slope_stays_a_rectangle_whatever_its_b_over_h(height: float, b_over_h: float) -> None:
     """A block of critical angle α on a slope β tips downhill from tan(α − β) g, and rests on its whole base."""
     prepared = prepare_scene(_block_on_slope(0.2, 0.3, 0.6), height, b_over_h)
-    assert prepared.threshold == pytest.approx(np.tan(np.arctan(b_over_h) - np.arctan(0.2)), rel=1e-9)
+    assert prepared.rocking_onset_acceleration_g == pytest.approx(
+        np.tan(np.arctan(b_over_h) - np.arctan(0.2)), rel=1e-9
+    )
     sides = np.diff(prepared.placed[1].vertices_in_scene[:3], axis=0)
     assert np.hypot(*sides.T) == pytest.approx([b_over_h * height, height])
     assert sides[0] @ sides[1] == pytest.approx(0.0, abs=1e-9)
@@ -181,7 +183,7 @@ def test_stacks_of_two_blocks_lift_off_at_the_static_threshold(
     together = 0.5 * lower.shape.width / ((lower.mass * lower.z + upper.mass * upper.z) / mass)
     threshold = min(alone, together)
     assert (alone < together) == (moves == "upper")
-    assert prepared.threshold == pytest.approx(threshold, rel=1e-9)
+    assert prepared.rocking_onset_acceleration_g == pytest.approx(threshold, rel=1e-9)
     rate = 1.2 * threshold * GRAVITY / 3.0
     ramp = motion_towards_north(-rate * np.linspace(0, 3, 301))
     _, time, poses = run_planned_case(plan_single_case(made, ramp, 5.0), ramp)
@@ -215,7 +217,7 @@ def test_stacks_of_two_blocks_rock_in_the_four_patterns_of_the_literature() -> N
     seen = set()
     for elements in (STACK_WITH_TALL_TOP, SLIM_STACK):
         made = scene_of_elements(*elements)
-        level = prepare_scene(made).threshold * GRAVITY
+        level = prepare_scene(made).rocking_onset_acceleration_g * GRAVITY
         for period in (0.5, 1.0, 2.0):
             time = np.arange(0, 6, 0.01)
             pulse = motion_towards_north(np.where(time < period, -1.6 * level * np.sin(2 * np.pi * time / period), 0.0))
@@ -257,7 +259,7 @@ def test_the_highest_contact_frequency_is_that_between_two_free_blocks() -> None
     )
     masses = [item.mass for item in made.placed if not item.is_driven_or_held]
     stiffness = made.laws.normal[made.pairs.index((2, 1, 0, 0))]
-    assert made.square == pytest.approx(4.0 * stiffness * sum(1.0 / mass for mass in masses), rel=1e-9)
+    assert made.max_spring_eigenvalue == pytest.approx(4.0 * stiffness * sum(1.0 / mass for mass in masses), rel=1e-9)
 
 
 def test_a_case_ends_when_the_energy_is_too_low_to_overturn() -> None:

@@ -381,7 +381,7 @@ def test_convergence_reruns_of_a_scene_use_finer_steps_and_stiffer_contacts() ->
     )
     assert case_rerun_functions(settings)["finer"].keywords["numerics"].refinement == 8  # type: ignore[attr-defined]
     np.testing.assert_array_equal(finer.steps, 8 * nominal.steps)  # whole steps; ticks, and so finest ones, with them
-    np.testing.assert_array_equal(finer.table["finest"], nominal.table["finest"])
+    np.testing.assert_array_equal(finer.case_table["finest"], nominal.case_table["finest"])
     # Of the steps from the finest to the whole ones after a change of contact there are as many as before.
     assert 5.0 < steps["finer"] <= 8.0
     # Whole steps follow the motion; the contact halves only the finest ones.

@@ -530,7 +530,7 @@ cache_compiled_kernel(run_cundall_case_queue)
 class CundallSimulationPlan(body_plan.BodySimulationPlan):
     """Plan for cases of a 3-D body with Cundall's scheme."""
 
-    queue: ClassVar[Any] = staticmethod(run_cundall_case_queue)
+    queue_function: ClassVar[Any] = staticmethod(run_cundall_case_queue)
 
     @property
     def base_shape_loop_tag(self) -> Any:
@@ -550,12 +550,14 @@ def enable_cundall() -> Iterator[None]:
         if parse_scheme(numerics.scheme) != IntegrationScheme.CUNDALL:
             return plan_centred(model, motion, cases, numerics)
         planned = plan_centred(model, motion, cases, replace(numerics, scheme="centred", time_step="auto"))
-        modes = np.array([largest_unit_spring_eigenvalue(solid) for solid in planned.solids])[planned.table["body"]]
-        square = np.maximum(planned.table["stiffness"], planned.table["tangential_stiffness"]) * modes
-        rate, interval = planned.table["dashpot"] * modes, motion.sampling_interval
+        modes = np.array([largest_unit_spring_eigenvalue(solid) for solid in planned.solids])[
+            planned.case_table["body"]
+        ]
+        square = np.maximum(planned.case_table["stiffness"], planned.case_table["tangential_stiffness"]) * modes
+        rate, interval = planned.case_table["dashpot"] * modes, motion.sampling_interval
         steps = steps_per_sample(IntegrationScheme.CUNDALL, numerics.time_step, square, rate, interval)
-        planned.table["finest"] = planned.table["steps_after_contact_change"] = 1.0
-        planned.table["standing"] = TICKS_PER_STEP
+        planned.case_table["finest"] = planned.case_table["steps_after_contact_change"] = 1.0
+        planned.case_table["standing"] = TICKS_PER_STEP
         return CundallSimulationPlan(**vars(planned) | {"steps": steps * numerics.refinement})
 
     with mock.patch("overturning.dem.body.plan.plan_body_simulation", plan_with_cundall_if_chosen):

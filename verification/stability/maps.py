@@ -241,7 +241,10 @@ def _dimensionless_groups_of_scene(
         / min(item.smaller_extent for item in prepared.placed if not item.is_driven_or_held),
         float(damping.max()) if damping.size else np.nan,
         _ratio_of_time_step_to_stable_step(
-            setting.common_parameters, np.array([prepared.square]), np.array([prepared.rate]), motion.sampling_interval
+            setting.common_parameters,
+            np.array([prepared.max_spring_eigenvalue]),
+            np.array([prepared.max_dashpot_eigenvalue]),
+            motion.sampling_interval,
         ),
         setting.amplitude_factors * np.abs(motion.north).max() / (STANDARD_GRAVITY * bound),
         setting.friction / bound,

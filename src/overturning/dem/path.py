@@ -35,13 +35,15 @@ class PlanarTrajectory:
 
     scene: Scene
     placed_elements: list[PlacedElement]
-    critical: FloatArray  # shape (elements,): α of each free element, rad
+    critical_angles: FloatArray  # shape (elements,): α of each free element, rad
     time: FloatArray  # shape (rows,): time after the start of the record, s
-    ground: FloatArray  # shape (rows,): acceleration of the base towards the azimuth, m/s²
+    base_acceleration: FloatArray  # shape (rows,): acceleration of the base towards the azimuth, m/s²
     poses_and_rates: FloatArray  # shape (rows, elements, 6): x, z, rotation and their rates, in the frame of the base
-    force: FloatArray  # shape (rows, contacts, 2): mean force on the first element until the next row, N
-    place: FloatArray  # shape (rows, contacts, 2): point at which the force acts, m; NaN without contact or unknown
-    contacts: list[tuple[str, str]]  # names of the two elements of each contact
+    contact_forces: FloatArray  # shape (rows, contacts, 2): mean force on the first element until the next row, N
+    contact_force_points: (
+        FloatArray  # shape (rows, contacts, 2): point at which the force acts, m; NaN without contact or unknown
+    )
+    contact_element_names: list[tuple[str, str]]  # names of the two elements of each contact
 
     def variables_coordinates_and_attributes(
         self, results: CaseResults
@@ -68,14 +70,18 @@ class PlanarTrajectory:
                 "time element", slip, "m", "displacement of the middle of the lower side"
             ),
             "ground_acceleration": dataset_variable_tuple(
-                "time", self.ground, "m s-2", "acceleration of the base towards the azimuth"
+                "time", self.base_acceleration, "m s-2", "acceleration of the base towards the azimuth"
             ),
-            "contact_force": dataset_variable_tuple("time contact xz", self.force, "N", f"force on contact_on, {mean}"),
-            "contact_place": dataset_variable_tuple("time contact xz", self.place, "m", f"where it acts, {mean}"),
-            "contact_on": ("contact", [on for on, _ in self.contacts]),
-            "contact_by": ("contact", [by for _, by in self.contacts]),
+            "contact_force": dataset_variable_tuple(
+                "time contact xz", self.contact_forces, "N", f"force on contact_on, {mean}"
+            ),
+            "contact_place": dataset_variable_tuple(
+                "time contact xz", self.contact_force_points, "m", f"where it acts, {mean}"
+            ),
+            "contact_on": ("contact", [on for on, _ in self.contact_element_names]),
+            "contact_by": ("contact", [by for _, by in self.contact_element_names]),
             "kind": ("element", [item.element.kind for item in self.placed_elements]),
-            "critical_angle": dataset_variable_tuple("element", self.critical, "rad", "critical angle"),
+            "critical_angle": dataset_variable_tuple("element", self.critical_angles, "rad", "critical angle"),
             "fallen_angle": dataset_variable_tuple(
                 "element side",
                 [

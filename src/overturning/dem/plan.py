@@ -58,7 +58,7 @@ class SimulationPlan(ABC):
 
     split_long_queues: ClassVar[bool] = False
     """True if a long queue is split in two, so that two threads share its work."""
-    queue: ClassVar[Any] = staticmethod(run_case_queue)
+    queue_function: ClassVar[Any] = staticmethod(run_case_queue)
     """Function that runs a queue of cases."""
     result_dtype: ClassVar[Any]
     """Dtype of the kernel's result table; its columns include `status`, `energy_error` and `block_steps`."""
@@ -66,11 +66,11 @@ class SimulationPlan(ABC):
     """Dtype of a row of the path; if structured, it has a column `time`."""
     time_column: ClassVar[Any] = "time"
     """Index of the time in a row of the path."""
-    ground_columns: ClassVar[Any] = ("ground",)
+    base_acceleration_columns: ClassVar[Any] = ("ground",)
     """Indices of the base motion in a row of the path."""
     dataset_values_per_trajectory_row: ClassVar[int] = 1
     """Number of values per time in the dataset of a path; limits the number of rows."""
-    block_steps_per_step: ClassVar[int] = 1
+    block_step_cost_per_step: ClassVar[int] = 1
     """Block steps charged to the budget for one step."""
 
     model: Model
@@ -78,12 +78,14 @@ class SimulationPlan(ABC):
     cases: Cases
     numerics: NumericalOptions
     motion_rows: NDArray[np.int64]  # shape (n,): row of `ground` for each case
-    ground: FloatArray  # shape (directions, …, samples + 3): acceleration of the base in each direction, m/s²
+    base_accelerations: (
+        FloatArray  # shape (directions, …, samples + 3): acceleration of the base in each direction, m/s²
+    )
     steps: NDArray[np.int64]  # shape (n,): steps per sample
     first_simulated_sample: NDArray[np.int64]  # shape (n,): first sample that is computed
     stays_at_rest: NDArray[np.bool_]  # shape (n,): below the thresholds of rocking and sliding for the whole record
-    too_soft: NDArray[np.bool_]  # shape (n,): static penetration `exceeds_penetration_limit`; not computed
-    table: NDArray[np.void]  # shape (n,): the kernel's table of cases
+    has_too_soft_contacts: NDArray[np.bool_]  # shape (n,): static penetration `exceeds_penetration_limit`; not computed
+    case_table: NDArray[np.void]  # shape (n,): the kernel's table of cases
 
     @property
     def parallel_group_by_case(self) -> NDArray[np.int64]:
@@ -98,9 +100,13 @@ class SimulationPlan(ABC):
     @cached_property
     def largest_upcoming_accelerations(self) -> tuple[FloatArray, FloatArray]:
         """Largest horizontal and vertical base accelerations after each sample, m/s²; see `GroundMotion`."""
-        across = np.abs(self.ground) if self.ground.ndim == 2 else np.sqrt((self.ground**2).sum(axis=1))
+        across = (
+            np.abs(self.base_accelerations)
+            if self.base_accelerations.ndim == 2
+            else np.sqrt((self.base_accelerations**2).sum(axis=1))
+        )
         up = (
-            np.zeros(self.ground.shape[-1])
+            np.zeros(self.base_accelerations.shape[-1])
             if self.vertical_base_acceleration is None
             else np.abs(self.vertical_base_acceleration)
         )
@@ -112,7 +118,10 @@ class SimulationPlan(ABC):
         results = CaseResults.of_unmoved_cases(
             self.model.outcome_variables, self.cases.case_count, len(self.model.free_element_names)
         )
-        results.status[self.too_soft], results.overturned[self.too_soft] = CaseStatus.UNSTABLE, INT8_MISSING
+        results.status[self.has_too_soft_contacts], results.overturned[self.has_too_soft_contacts] = (
+            CaseStatus.UNSTABLE,
+            INT8_MISSING,
+        )
         return results
 
     def simulate_cases_of_group(
@@ -147,7 +156,7 @@ class SimulationPlan(ABC):
             """Simulate the cases in these rows of the result table, with each time step divided by `step_divisor`."""
             nonlocal recorded
             buffer[:] = 0.0
-            recorded, count = self.queue(
+            recorded, count = self.queue_function(
                 self.kernel_input(case_numbers, tables, step_divisor), rows, steps_done, buffer
             )
             if count < 0:  # the path has reached its limit
@@ -168,7 +177,7 @@ class SimulationPlan(ABC):
             np.zeros(1, np.int64),
         )
         before = self.motion.sample_count
-        if self.stays_at_rest[0] or self.too_soft[0]:
+        if self.stays_at_rest[0] or self.has_too_soft_contacts[0]:
             path = path[:0]
         else:
             before = int(self.first_simulated_sample[0])
@@ -206,7 +215,7 @@ class SimulationPlan(ABC):
         ahead = np.repeat(np.cumsum(missing + 1), missing + 1) - 1 - np.arange(after.size)
         filled, new = trajectory_rows[after], ahead > 0
         filled[self.time_column] = time[after] - ahead * interval
-        for column in self.ground_columns:
+        for column in self.base_acceleration_columns:
             ground = np.interp(filled[self.time_column], rows_at_rest[self.time_column], rows_at_rest[column])
             filled[column] = np.where(new, ground, filled[column])
         return filled
@@ -220,21 +229,23 @@ class SimulationPlan(ABC):
         lane_count: int,
     ) -> dict[str, Any]:
         """Return, by name, the input fields that the kernels of all models share (see `KernelInput`)."""
-        cases, steps = self.table[case_numbers], int(self.steps[case_numbers[0]]) * step_divisor
+        cases, steps = self.case_table[case_numbers], int(self.steps[case_numbers[0]]) * step_divisor
         # The shortest step is given in ticks, and a tick is shorter by the same factor.
         cases["steps_after_contact_change"] *= step_divisor
         settings = SettingsOfParallelCases(
-            samples=self.motion.sample_count,
-            interval=self.motion.sampling_interval,
+            sample_count=self.motion.sample_count,
+            sampling_interval=self.motion.sampling_interval,
             ticks_per_sample=ticks_per_step * steps,
             steps_per_check=steps,
-            block_steps_per_step=len(self.model.free_element_names),
-            budget=self.numerics.budget // self.block_steps_per_step,
-            max_rows=MAX_TRAJECTORY_DATASET_VALUES // self.dataset_values_per_trajectory_row,
-            lanes=lane_count,
+            block_step_cost_per_step=len(self.model.free_element_names),
+            max_block_steps_per_case=self.numerics.budget // self.block_step_cost_per_step,
+            max_trajectory_rows=MAX_TRAJECTORY_DATASET_VALUES // self.dataset_values_per_trajectory_row,
+            parallel_case_count=lane_count,
         )
         ground, row = (
-            GroundMotion(self.ground, self.vertical_base_acceleration, *self.largest_upcoming_accelerations),
+            GroundMotion(
+                self.base_accelerations, self.vertical_base_acceleration, *self.largest_upcoming_accelerations
+            ),
             self.motion_rows[case_numbers],
         )
         return {

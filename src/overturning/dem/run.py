@@ -93,7 +93,7 @@ def simulate_cases(
     plan = plan_simulation(model, motion, cases, numerics)
     results = plan.results_before_simulation()
     counter = np.zeros(1, np.int64)
-    moving = np.flatnonzero(~plan.stays_at_rest & ~plan.too_soft)
+    moving = np.flatnonzero(~plan.stays_at_rest & ~plan.has_too_soft_contacts)
     length = plan.steps[moving] * np.maximum(motion.sample_count - plan.first_simulated_sample[moving], 1)
     # The longest cases of a group first, so that all lanes finish at about the same time.
     order = moving[np.lexsort((-length, plan.parallel_group_by_case[moving]))]

@@ -74,9 +74,9 @@ def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type
             if n + sample > 0:
                 most = max(most, workspace.pairs.count[0])
         store_sample_results_and_start_next_sample(
-            state, scene, inputs.settings.ticks_per_sample, inputs.settings.interval
+            state, scene, inputs.settings.ticks_per_sample, inputs.settings.sampling_interval
         )
-    found = state[: rows.CASE_SIZE + scene.elements.shape[1] * rows.ELEMENT_SIZE].copy()
+    found = state[: rows.CASE_SIZE + scene.element_rules.shape[1] * rows.ELEMENT_SIZE].copy()
     # Use the owners once more, so that borrowed arrays are not freed earlier.
     held = workspace.state_memory[0] + workspace.matrix[0] + workspace.pattern.count[0]
     held += workspace.pairs.count[0] + workspace.moves[0]

@@ -44,13 +44,13 @@ def planar_trajectory_of_block(
     return PlanarTrajectory(
         scene=scene,
         placed_elements=placed,
-        critical=np.array([np.nan, critical_angle]),
+        critical_angles=np.array([np.nan, critical_angle]),
         time=time,
-        ground=trajectory_rows["ground"],
+        base_acceleration=trajectory_rows["ground"],
         poses_and_rates=poses,
-        force=force * block.mass,
-        place=point + origin,
-        contacts=[names, names],
+        contact_forces=force * block.mass,
+        contact_force_points=point + origin,
+        contact_element_names=[names, names],
     )
 
 

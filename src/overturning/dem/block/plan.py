@@ -73,7 +73,7 @@ class BlockSimulationPlan(SimulationPlan):
 
         They have equal step lengths, and all or none of them have friction.
         """
-        return group_numbers_of_equal_cases(self.steps, self.table["standing"], self.table["friction"] == 0)
+        return group_numbers_of_equal_cases(self.steps, self.case_table["standing"], self.case_table["friction"] == 0)
 
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
@@ -98,7 +98,11 @@ class BlockSimulationPlan(SimulationPlan):
         )
         with_friction = 0 if cases["friction"][0] > 0 else None
         return BlockKernelInput(
-            settings, **queued, scheme=scheme, friction_marker=with_friction, deepest=MAX_PENETRATION_TO_HALF_SIDE_RATIO
+            settings,
+            **queued,
+            scheme_constants=scheme,
+            friction_marker=with_friction,
+            max_penetration_ratio=MAX_PENETRATION_TO_HALF_SIDE_RATIO,
         )
 
     def case_outcome_variables(
@@ -111,15 +115,15 @@ class BlockSimulationPlan(SimulationPlan):
 
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
         """Return trajectory rows of a block at rest, one for each of the first `sample_count` samples."""
-        rows, case = super().trajectory_rows_at_rest(sample_count), self.table[0]
+        rows, case = super().trajectory_rows_at_rest(sample_count), self.case_table[0]
         rows["z"] = 0.5 * case["height"] - 0.5 * STANDARD_GRAVITY / case["stiffness"]
-        rows["ground"] = self.ground[0, :sample_count] * case["amplitude"]
+        rows["ground"] = self.base_accelerations[0, :sample_count] * case["amplitude"]
         return rows
 
     def convert_trajectory_rows(self, trajectory_rows: NDArray[np.void]) -> PlanarTrajectory:
         """Convert the kernel's output rows of the plan's only case to the trajectory of the block."""
         return planar_trajectory_of_block(
-            self.model.scene, self.motion, self.cases, trajectory_rows, float(self.table[0]["alpha"])
+            self.model.scene, self.motion, self.cases, trajectory_rows, float(self.case_table[0]["alpha"])
         )
 
 
@@ -128,13 +132,13 @@ class BlockStepLengths(NamedTuple):
 
     steps: NDArray[np.int64]
     """Whole steps per sample."""
-    standing: NDArray[np.int64]
+    standing_step_in_whole_steps: NDArray[np.int64]
     """Length of a step while a block stands on both corners, in whole steps."""
-    finest: FloatArray
+    finest_step_s: FloatArray
     """Longest step in which a contact may open or close, s."""
     halvings_to_finest_step: NDArray[np.int64]
     """Halvings of a whole step that give at most the finest step; negative if the whole step is shorter."""
-    ratio: FloatArray | float
+    requested_to_automatic_step_ratio: FloatArray | float
     """Ratio of the requested to the automatic step length, at most 1."""
 
 
@@ -163,7 +167,7 @@ def block_step_lengths(
         requested_to_automatic_step_ratio(scheme, numerics.time_step, longest_stable_step(scheme, square, rate, period))
         / numerics.refinement
     )
-    finest = BLOCK_STEP_CONTROL.finest * ratio * shortest_contact_time_constant(square, rate)
+    finest = BLOCK_STEP_CONTROL.contact_change_step_ratio * ratio * shortest_contact_time_constant(square, rate)
     halvings = np.frexp(interval / steps / finest)[1].astype(np.int64)
     if scheme == IntegrationScheme.CENTRED:
         # If this needs more halvings than allowed, shorten the whole step.
@@ -244,7 +248,7 @@ def plan_block_simulation(
         "undecided_end_sample": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * period / interval),
         "rest_acceleration_limit_g": rest_limit,
         "gentle": MAX_UNREFINED_CORNER_TRAVEL_RATIO
-        * lengths.finest
+        * lengths.finest_step_s
         * width
         * evaluate_and_round_results(np.arctan, ratio)
         / period,
@@ -253,17 +257,19 @@ def plan_block_simulation(
             BLOCK_STEP_CONTROL.max_step_halvings
             - np.clip(lengths.halvings_to_finest_step, 0, BLOCK_STEP_CONTROL.max_step_halvings),
         ),
-        "standing": TICKS_PER_WHOLE_STEP * lengths.standing,
+        "standing": TICKS_PER_WHOLE_STEP * lengths.standing_step_in_whole_steps,
         "steps_after_contact_change": np.round(
-            BLOCK_STEP_CONTROL.steps_before_length_doubles(square, rate) / lengths.ratio
+            BLOCK_STEP_CONTROL.steps_before_length_doubles(square, rate) / lengths.requested_to_automatic_step_ratio
         ),
-        "long_steps_before_doubling": np.round(BLOCK_STEP_CONTROL.long_steps_before_doubling / lengths.ratio),
+        "long_steps_before_doubling": np.round(
+            BLOCK_STEP_CONTROL.long_steps_before_doubling / lengths.requested_to_automatic_step_ratio
+        ),
     }
     for name, values in columns.items():
         table[name] = values
     return BlockSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_rows=row,
-        ground=ground,
-        steps=lengths.steps, first_simulated_sample=first, stays_at_rest=stays_at_rest, table=table,
-        too_soft=exceeds_penetration_limit(0.5 * STANDARD_GRAVITY / normal, np.minimum(width, height)),
+        base_accelerations=ground,
+        steps=lengths.steps, first_simulated_sample=first, stays_at_rest=stays_at_rest, case_table=table,
+        has_too_soft_contacts=exceeds_penetration_limit(0.5 * STANDARD_GRAVITY / normal, np.minimum(width, height)),
     )  # fmt: skip

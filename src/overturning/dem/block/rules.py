@@ -69,11 +69,11 @@ class BlockKernelInput(NamedTuple):
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     ground: GroundMotion
-    scheme: Any
+    scheme_constants: Any
     """Constants of the scheme, from `overturning.dem.block.loops.LOOP_CREATOR_BY_SCHEME`."""
     friction_marker: Any
     """None if all cases are frictionless: a kernel without tangential springs is compiled. Otherwise any value."""
-    deepest: float
+    max_penetration_ratio: float
     """Penetration beyond which a case has failed, as a share of the smaller half side."""
 
 
@@ -124,7 +124,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
         workspace.state,
         lane,
         kernel_input.cases[case],
-        kernel_input.settings.interval,
+        kernel_input.settings.sampling_interval,
         kernel_input.settings.ticks_per_sample,
     )
 
@@ -210,7 +210,7 @@ def start_sample_and_load_base_motion(
 
     `motion_rows` has the row of `horizontal_acceleration` for each case, `lane_cases` the case of each lane.
     """
-    ticks, interval, scale = settings.ticks_per_sample, settings.interval, 1.0 / settings.ticks_per_sample
+    ticks, interval, scale = settings.ticks_per_sample, settings.sampling_interval, 1.0 / settings.ticks_per_sample
     for j in range(round_to_vector_multiple(lane_count)):
         s = load_state(state, j)
         state[COS + j], state[SIN + j] = normalise_cosine_and_sine(s.cos, s.sin)
@@ -243,7 +243,7 @@ def attempt_steps_until_next_check(
     The motion is recorded at the start of the sample, and when it reaches the end of its own sample.
     """
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
-    settings, scheme, state = kernel_input.settings, kernel_input.scheme, workspace.state
+    settings, scheme, state = kernel_input.settings, kernel_input.scheme_constants, workspace.state
     up, with_friction = kernel_input.ground.up, kernel_input.friction_marker
     step, ticks, steps_per_check = (
         select_time_stepping_loop(scheme, up, with_friction),
@@ -252,13 +252,15 @@ def attempt_steps_until_next_check(
     )
     stride = steps_per_check if trajectory.shape[0] == 0 else 1
     if trajectory.shape[0] > 0:
-        trajectory = grow_trajectory_array(trajectory, recorded_row_count + steps_per_check, settings.max_rows)
+        trajectory = grow_trajectory_array(
+            trajectory, recorded_row_count + steps_per_check, settings.max_trajectory_rows
+        )
         if trajectory.shape[0] < recorded_row_count + steps_per_check:
             return trajectory, -1
     for done in range(0, steps_per_check, stride):
         if trajectory.shape[0] > 0 and (done == 0 or state[TICK] == ticks):
             write_block_trajectory_row(
-                state, 0, scheme.velocity_lag_steps, settings.interval, ticks, trajectory[recorded_row_count]
+                state, 0, scheme.velocity_lag_steps, settings.sampling_interval, ticks, trajectory[recorded_row_count]
             )
             recorded_row_count += 1
         step((up, with_friction), state, lane_count, stride, ticks)
@@ -272,8 +274,8 @@ def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_cou
         active_lane_count,
         end_marks_out,
         kernel_input.settings.ticks_per_sample,
-        float(kernel_input.settings.samples),
-        kernel_input.deepest,
+        float(kernel_input.settings.sample_count),
+        kernel_input.max_penetration_ratio,
     )
 
 
@@ -369,10 +371,10 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int)
     return case_status(
         workspace.state,
         lane,
-        kernel_input.scheme.velocity_lag_steps,
+        kernel_input.scheme_constants.velocity_lag_steps,
         kernel_input.settings.ticks_per_sample,
-        float(kernel_input.settings.samples),
-        kernel_input.deepest,
+        float(kernel_input.settings.sample_count),
+        kernel_input.max_penetration_ratio,
     )
 
 
@@ -382,7 +384,7 @@ def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, ca
         workspace.state,
         lane,
         status,
-        kernel_input.scheme.velocity_lag_steps,
+        kernel_input.scheme_constants.velocity_lag_steps,
         kernel_input.settings.ticks_per_sample,
         kernel_input.results[case],
     )

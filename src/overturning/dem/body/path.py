@@ -34,7 +34,7 @@ class BodyTrajectory:
     """Trajectory of a 3-D body in one case, in the frame that moves with the base."""
 
     rows: NDArray[np.void]  # samples, of type `overturning.dem.body.tables.TRAJECTORY_ROW_DTYPE`
-    cosines: tuple[float, float]  # direction cosines of its orientation, north and east
+    orientation_cosines: tuple[float, float]  # direction cosines of its orientation, north and east
     corners: FloatArray  # positions at rest relative to the centre, shape (corners, 3), m
     edges: NDArray[np.int64]  # indices of the corners of each edge, shape (edges, 2)
 
@@ -42,7 +42,7 @@ class BodyTrajectory:
         self, results: CaseResults
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return variables, coordinates and attributes of the trajectory's dataset, with the case's outcomes."""
-        to_east_north_up = partial(rotate_to_east_north_up, direction_cosines=self.cosines)
+        to_east_north_up = partial(rotate_to_east_north_up, direction_cosines=self.orientation_cosines)
 
         def vectors_from_columns(*column_names: str) -> FloatArray:
             """Return columns of the trajectory as the components of a vector, shape (samples, columns)."""

@@ -65,11 +65,11 @@ class SimulationPlan3D(SimulationPlan):
     """Plan of the simulation of n cases of a 3-D model, a body or a stack."""
 
     split_long_queues: ClassVar[bool] = True
-    block_steps_per_step: ClassVar[int] = BLOCK_STEP_COST_OF_BODY_STEP
+    block_step_cost_per_step: ClassVar[int] = BLOCK_STEP_COST_OF_BODY_STEP
 
     ticks_per_step: ClassVar[float] = TICKS_PER_WHOLE_STEP
 
-    cosines: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
+    orientation_cosines: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
 
     @property
     def parallel_group_by_case(self) -> NDArray[np.int64]:
@@ -77,7 +77,7 @@ class SimulationPlan3D(SimulationPlan):
 
         They have equal step lengths.
         """
-        return group_numbers_of_equal_cases(self.steps, self.table["standing"])
+        return group_numbers_of_equal_cases(self.steps, self.case_table["standing"])
 
     @property
     def vertical_base_acceleration(self) -> FloatArray:
@@ -108,7 +108,7 @@ class BodySimulationPlan(SimulationPlan3D):
 
     result_dtype: ClassVar[Any] = RESULT_TABLE_DTYPE
     trajectory_dtype: ClassVar[Any] = TRAJECTORY_ROW_DTYPE
-    ground_columns: ClassVar[Any] = ("ground_x", "ground_y", "ground_z")
+    base_acceleration_columns: ClassVar[Any] = ("ground_x", "ground_y", "ground_z")
     dataset_values_per_trajectory_row: ClassVar[int] = 19
 
     model: Body
@@ -128,31 +128,31 @@ class BodySimulationPlan(SimulationPlan3D):
         return BodyKernelInput(
             **self.kernel_input_fields_3d(case_numbers, result_tables, step_divisor, PARALLEL_CASE_COUNT),
             base_shape_loop_tag=self.base_shape_loop_tag, bodies=self.bodies,
-            vertices_and_base_edges=self.vertices_and_base_edges, base=self.solids[0].base_vertex_count,
-            fall_sectors=np.stack([body.fall_limits_by_lean_sector for body in self.solids]),
+            vertices_and_base_edges=self.vertices_and_base_edges, base_vertex_count=self.solids[0].base_vertex_count,
+            fall_limits_by_lean_sector=np.stack([body.fall_limits_by_lean_sector for body in self.solids]),
         )  # fmt: skip
 
     def case_outcome_variables(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
         """Return the outcome variables of the cases in `case_numbers` by name, each of shape (cases,)."""
-        faces = [self.solids[index].resting_face_normals for index in self.table["body"][case_numbers]]
-        orientation = np.asarray(self.cases.azimuth_deg)[case_numbers]
-        return outcome_variables_of_bodies(result_tables["results"], orientation, self.cosines[case_numbers], faces)
+        faces = [self.solids[index].resting_face_normals for index in self.case_table["body"][case_numbers]]
+        orientation, cosines = np.asarray(self.cases.azimuth_deg)[case_numbers], self.orientation_cosines[case_numbers]
+        return outcome_variables_of_bodies(result_tables["results"], orientation, cosines, faces)
 
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
         """Return trajectory rows of a body at rest, one for each of the first `sample_count` samples."""
-        rows, case = super().trajectory_rows_at_rest(sample_count), self.table[0]
+        rows, case = super().trajectory_rows_at_rest(sample_count), self.case_table[0]
         for name in INITIAL_STATE_DTYPE.names or ():
             rows[name] = case["start"][name]
-        rows["ground_x"], rows["ground_y"] = self.ground[0, :, :sample_count] * case["amplitude"]
+        rows["ground_x"], rows["ground_y"] = self.base_accelerations[0, :, :sample_count] * case["amplitude"]
         rows["ground_z"] = self.vertical_base_acceleration[:sample_count] * case["amplitude"]
         return rows
 
     def convert_trajectory_rows(self, trajectory_rows: NDArray[np.void]) -> BodyTrajectory:
         """Convert the kernel's trajectory rows of the plan's only case to a `BodyTrajectory`."""
         size = (float(getattr(self.cases, name)[0]) for name in ("height", "b_over_h", "aspect"))
-        cosine, sine = self.cosines[0].tolist()
+        cosine, sine = self.orientation_cosines[0].tolist()
         return BodyTrajectory(trajectory_rows, (cosine, sine), *self.model.shape.drawn_corners_and_edges(*size))
 
 
@@ -227,10 +227,9 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     bodies, points = _body_and_vertex_tables(made)
     return BodySimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, solids=made, bodies=bodies,
-        vertices_and_base_edges=points,
-        cosines=cosines, motion_rows=row, ground=along, steps=steps, first_simulated_sample=first, table=table,
-        stays_at_rest=stays_at_rest,
-        too_soft=exceeds_penetration_limit(sunk, 2.0 * np.minimum(foot, reach))[which],
+        vertices_and_base_edges=points, orientation_cosines=cosines, motion_rows=row, base_accelerations=along,
+        steps=steps, first_simulated_sample=first, case_table=table, stays_at_rest=stays_at_rest,
+        has_too_soft_contacts=exceeds_penetration_limit(sunk, 2.0 * np.minimum(foot, reach))[which],
     )  # fmt: skip
 
 
@@ -318,7 +317,8 @@ def steps_per_sample_and_step_control(
         shortest_contact_time_constant(squared_frequency, damping_rate),
     )
     share = np.minimum(sampling_interval / steps / whole, 1.0)
-    finest = np.exp2(np.frexp(np.clip(pace.finest * share * contact / tick, 1.0, pace.ticks_per_whole_step))[1] - 1.0)
+    most = pace.contact_change_step_ratio * share * contact / tick
+    finest = np.exp2(np.frexp(np.clip(most, 1.0, pace.ticks_per_whole_step))[1] - 1.0)
     # A refined case has shorter ticks, hence more of them.
     steps = steps * numerics.refinement
     # A contact that is not overdamped would keep oscillating in steps of a sample.

@@ -99,9 +99,9 @@ class BodyKernelInput(NamedTuple):
     vertices_and_base_edges: FloatArray
     """Vertices of each body, shape (bodies, vertices, 6): position from its centre, m, and the outward normal and the
     distance (m) of the edge of the base that starts there."""
-    base: int
+    base_vertex_count: int
     """Number of vertices of the base."""
-    fall_sectors: FloatArray
+    fall_limits_by_lean_sector: FloatArray
     """Sectors of each body, see `overturning.model.solid.RigidSolid`, shape (bodies, sectors, 5)."""
 
 
@@ -166,7 +166,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     body, points, interval = (
         kernel_input.bodies[given.body],
         kernel_input.vertices_and_base_edges[given.body],
-        kernel_input.settings.interval,
+        kernel_input.settings.sampling_interval,
     )
     write_initial_body_state(
         workspace.state, workspace.vertices, lane, given, body, points, interval, kernel_input.settings.ticks_per_sample
@@ -199,7 +199,7 @@ def start_sample_and_load_base_motion(
         ground_motion.along,
         ground_motion.up,
         queue_settings.ticks_per_sample,
-        queue_settings.interval,
+        queue_settings.sampling_interval,
         1.0 / queue_settings.ticks_per_sample,
     )
     for j in range(round_to_vector_multiple(lane_count)):
@@ -230,14 +230,14 @@ def attempt_steps_until_next_check(
         kernel_input.settings,
         kernel_input.base_shape_loop_tag,
         kernel_input.vertices_and_base_edges.shape[1],
-        kernel_input.base,
+        kernel_input.base_vertex_count,
     )
     if trajectory.shape[0] > 0:
-        trajectory = grow_trajectory_array(trajectory, recorded_row_count + 1, settings.max_rows)
+        trajectory = grow_trajectory_array(trajectory, recorded_row_count + 1, settings.max_trajectory_rows)
         if trajectory.shape[0] == recorded_row_count:
             return trajectory, -1
         write_body_trajectory_row(
-            workspace.state, 0, settings.interval, settings.ticks_per_sample, trajectory[recorded_row_count]
+            workspace.state, 0, settings.sampling_interval, settings.ticks_per_sample, trajectory[recorded_row_count]
         )
         recorded_row_count += (
             1
@@ -264,7 +264,7 @@ def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_cou
         active_lane_count,
         end_marks_out,
         kernel_input.settings.ticks_per_sample,
-        float(kernel_input.settings.samples),
+        float(kernel_input.settings.sample_count),
     )
 
 
@@ -317,7 +317,7 @@ def skip_quiet_samples_of_resting_cases(
         workspace.state,
         kernel_input.ground,
         kernel_input.motion_rows,
-        kernel_input.base,
+        kernel_input.base_vertex_count,
     )
     count = kernel_input.vertices_and_base_edges.shape[1]
     if mark_possibly_resting_bodies(state, active_lane_count) == 0:
@@ -339,11 +339,14 @@ def skip_quiet_samples_of_resting_cases(
 
 def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
     """Return the `CaseStatus` of case number `case`, stored in column `lane`; `CASE_NOT_ENDED` if it has not ended."""
-    end, sectors = float(kernel_input.settings.samples), kernel_input.fall_sectors[kernel_input.cases[case].body]
+    end, sectors = (
+        float(kernel_input.settings.sample_count),
+        kernel_input.fall_limits_by_lean_sector[kernel_input.cases[case].body],
+    )
     return case_status(
         workspace.state,
         workspace.vertices,
-        kernel_input.base,
+        kernel_input.base_vertex_count,
         lane,
         kernel_input.settings.ticks_per_sample,
         end,
@@ -353,7 +356,7 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int)
 
 def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
     """Write the results of case number `case`, stored in column `lane`, into `kernel_input.results`."""
-    sectors = kernel_input.fall_sectors[kernel_input.cases[case].body]
+    sectors = kernel_input.fall_limits_by_lean_sector[kernel_input.cases[case].body]
     write_case_results(workspace.state, workspace.vertices, lane, status, kernel_input.results[case], sectors)
 
 

@@ -21,13 +21,13 @@ class KernelStepControl(NamedTuple):
 
     longest_whole_step: float
     """Longest whole step, in 1/p; p = √(3g/4R) of the element that rocks fastest."""
-    finest: float
+    contact_change_step_ratio: float
     """Longest step in which a contact may open or close, in 1/ω of the highest mode of the contact."""
     ticks_per_whole_step: float
     """Ticks of a whole step: a power of two, whose exponent is the largest number of halvings."""
     max_step_using_predicted_forces: float
     """Longest step, in finest steps, that uses predicted forces for contact and slip; longer ones the last state."""
-    tries: float
+    max_repeats_with_corrected_sliding: float
     """Number of repetitions of a longer step with corrected sliding points before it is shortened."""
     steps_after_contact_change: float
     """Steps of one length after a contact change before the length doubles; more for a lightly damped contact."""
@@ -57,23 +57,24 @@ class KernelStepControl(NamedTuple):
 # `python -m verification.space` (3-D bodies). A 3-D body needs shorter steps: its lowest point moves along a rim.
 BLOCK_STEP_CONTROL: Final = KernelStepControl(
     longest_whole_step=MAX_STEP_OVER_ROCKING_TIME_CONSTANT,
-    finest=0.08,
+    contact_change_step_ratio=0.08,
     ticks_per_whole_step=2.0**24,
     max_step_using_predicted_forces=4.0,
-    tries=2.0,
+    max_repeats_with_corrected_sliding=2.0,
     steps_after_contact_change=8.0,
     long_step_threshold=8.0,
     long_steps_before_doubling=2.0,
 )
 SCENE_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
-    longest_whole_step=0.0125, finest=0.16, ticks_per_whole_step=2.0**20
+    longest_whole_step=0.0125, contact_change_step_ratio=0.16, ticks_per_whole_step=2.0**20
 )
 BODY_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
-    longest_whole_step=0.004, finest=0.1, ticks_per_whole_step=2.0**9, max_step_using_predicted_forces=2.0, tries=3.0,
+    longest_whole_step=0.004, contact_change_step_ratio=0.1, ticks_per_whole_step=2.0**9,
+    max_step_using_predicted_forces=2.0, max_repeats_with_corrected_sliding=3.0,
     long_steps_before_doubling=4.0,
 )  # fmt: skip
 # A light stone below heavy ones vibrates far faster on their stiff contacts than a single body does.
-STACK_STEP_CONTROL: Final = BODY_STEP_CONTROL._replace(finest=0.2, ticks_per_whole_step=2.0**13)
+STACK_STEP_CONTROL: Final = BODY_STEP_CONTROL._replace(contact_change_step_ratio=0.2, ticks_per_whole_step=2.0**13)
 
 MAX_SLIDING_STEP_IN_SAMPLES: Final = 0.25
 """Longest step of a body that slides on all its contacts, in samples; it could stop or start within a longer one."""
@@ -159,7 +160,7 @@ def accept_or_reject_and_choose_next_step(
     onset = contact_changes.slides & (length > MAX_SLIP_ONSET_STEP_IN_SAMPLES * ticks_per_sample)
     back = contact_changes.has_friction_reversal & (length > MAX_FRICTION_REVERSAL_STEP_IN_SAMPLES * ticks_per_sample)
     halved = ((contact_changes.has_slip_reversal | back) & (not shorter)) | (
-        wrong & (onset | (step_attempt.tries >= kernel_step_control.tries))
+        wrong & (onset | (step_attempt.tries >= kernel_step_control.max_repeats_with_corrected_sliding))
     )
     retry, sooner = wrong & (not halved), wrong & onset & (not contact_changes.has_slip_reversal)
     shorter = shorter | halved

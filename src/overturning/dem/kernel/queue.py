@@ -26,21 +26,21 @@ from overturning.model.status import CaseStatus
 class SettingsOfParallelCases(NamedTuple):
     """Settings common to all cases that the kernel computes in parallel; numbers only, as arrays are slow to pass."""
 
-    samples: int
+    sample_count: int
     """Number of samples of the record."""
-    interval: float
+    sampling_interval: float
     """Time between samples, s."""
     ticks_per_sample: float
     """Ticks per sample."""
     steps_per_check: int
     """Number of attempted steps between two tests of the lanes; none ends after the next sample."""
-    block_steps_per_step: int
+    block_step_cost_per_step: int
     """Block steps charged to the budget, and to progress, for one attempted step."""
-    budget: int
+    max_block_steps_per_case: int
     """Largest number of block steps of a case."""
-    max_rows: int
+    max_trajectory_rows: int
     """Largest number of rows of a trajectory."""
-    lanes: int
+    parallel_case_count: int
     """Number of cases computed side by side."""
 
 
@@ -229,8 +229,8 @@ def run_case_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, traje
     kernel_input = view_without_reference_counts(kernel_input)  # the caller keeps the arrays alive
     settings, workspace = kernel_input.settings, allocate_workspace(kernel_input)
     lanes, steps, results = (
-        settings.lanes,
-        settings.steps_per_check * settings.block_steps_per_step,
+        settings.parallel_case_count,
+        settings.steps_per_check * settings.block_step_cost_per_step,
         kernel_input.results,
     )
     case, done, due = np.zeros(lanes, np.int64), np.zeros(lanes, np.int64), cache_line_aligned_zeros(lanes)
@@ -258,10 +258,10 @@ def run_case_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, traje
         spent = none
         for lane in range(active):
             done[lane] += steps
-            spent += 1 if done[lane] >= settings.budget else 0
+            spent += 1 if done[lane] >= settings.max_block_steps_per_case else 0
         lane = none if mark_possibly_ended_cases(kernel_input, workspace, active, due) + spent > 0 else active
         while lane < active:
-            status, over = CASE_NOT_ENDED, done[lane] >= settings.budget
+            status, over = CASE_NOT_ENDED, done[lane] >= settings.max_block_steps_per_case
             if over or due[lane] > 0.0:
                 status = current_case_status(kernel_input, workspace, lane, case[lane])
                 # A case that is unstable when its budget runs out is reported as over budget.

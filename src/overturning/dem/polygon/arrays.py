@@ -129,15 +129,15 @@ class SceneArrays(NamedTuple):
     """Rows of a lane at rest, shape (variants, rows)."""
     pair_element_and_piece_indices: NDArray[np.int64]
     """Indices of the two elements of each pair, and of their convex pieces among all pieces, shape (pairs, 4)."""
-    parts: NDArray[np.int64]
+    group_element_ranges: NDArray[np.int64]
     """Lowest and last listed element of each group that can move as one, shape (parts, 2)."""
-    sizes: NDArray[np.int64]
+    piece_vertex_counts: NDArray[np.int64]
     """Number of vertices of each piece, shape (pieces,)."""
     piece_face_tables: FloatArray
     """Faces of each piece, see `Polygon.face_table`, shape (variants, pieces, vertices, 12)."""
-    elements: NDArray[np.void]
+    element_rules: NDArray[np.void]
     """Termination rules of elements, of type `ELEMENT_TABLE_DTYPE`, shape (variants, elements)."""
-    limits: NDArray[np.void]
+    termination_limits: NDArray[np.void]
     """Limits of failure and rest, of type `TERMINATION_LIMITS_DTYPE`, shape (variants,)."""
     gravity: float
     """Acceleration of gravity, m/s²."""
@@ -164,11 +164,11 @@ def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
     return SceneArrays(
         initial_state_columns=np.stack([state_column_at_rest(item) for item in prepared_scenes]),
         pair_element_and_piece_indices=np.array(layout, np.int64).reshape(-1, 4),
-        parts=one.parts,
-        sizes=sizes,
+        group_element_ranges=one.group_element_ranges,
+        piece_vertex_counts=sizes,
         piece_face_tables=shapes,
-        elements=np.stack([element_termination_rules(item) for item in prepared_scenes]),
-        limits=np.stack([penetration_and_energy_limits_of_case_end(item) for item in prepared_scenes]),
+        element_rules=np.stack([element_termination_rules(item) for item in prepared_scenes]),
+        termination_limits=np.stack([penetration_and_energy_limits_of_case_end(item) for item in prepared_scenes]),
         gravity=one.scene.gravity,
     )
 
@@ -189,11 +189,11 @@ def state_column_at_rest(prepared_scene: PreparedScene) -> FloatArray:
 def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.ElementState:
     """Return the `ElementState` at rest of the element with number `index` in the prepared scene."""
     placed, still = prepared_scene.placed, k.PlanarVector(0.0, 0.0, 0.0)
-    item, (dx, dz, turn) = placed[index], prepared_scene.displacement[index]
+    item, (dx, dz, turn) = placed[index], prepared_scene.rest_displacements[index]
     # For the minute rotations at rest, these series give cosine and sine with length 1 to the last digit.
     pose = k.Pose(item.x + dx, item.z + dz, turn, 1.0 - 0.5 * turn * turn, turn * (1.0 - turn * turn / 6.0))
     free = (0.0, 0.0, 0.0, 0.0) if item.is_driven_or_held else (1.0 / item.mass, 1.0 / item.inertia, item.mass, 1.0)
-    support, (x, z) = placed[prepared_scene.support[index]], prepared_scene.base[index]
+    support, (x, z) = placed[prepared_scene.support_indices[index]], prepared_scene.base_centres[index]
     return k.ElementState(
         pose=pose,
         velocity=still,
@@ -204,7 +204,7 @@ def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.Eleme
             *free,
             float(item.element.kind != "driven"),
             float(item.element.kind == "held"),
-            float(prepared_scene.critical[index]),
+            float(prepared_scene.critical_angles[index]),
             *prepared_scene.largest_recoverable_rotations[index].tolist(),
         ),
         totals=k.ElementStepMotionWorkAndPeaks(
@@ -229,10 +229,12 @@ def _pair_state_at_rest(prepared_scene: PreparedScene, index: int, a: PlacedElem
     placed, laws, pair = prepared_scene.placed, prepared_scene.laws, prepared_scene.pairs[index]
     tangential = laws.tangential_stiffness[index]
     ends = [k.PlanarContactPointHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
-    for end in prepared_scene.loaded:
-        if end.pair == index:
-            carrier = k.VERTEX_OF_A if _contact_vertex_belongs_to_first_element(a, b, end.side) else k.VERTEX_OF_B
-            ends[end.side] = k.PlanarContactPointHistory(end.slip, carrier, 0.0, 0.0, 0.0)
+    for end in prepared_scene.loaded_points:
+        if end.pair_index == index:
+            carrier = (
+                k.VERTEX_OF_A if _contact_vertex_belongs_to_first_element(a, b, end.point_number) else k.VERTEX_OF_B
+            )
+            ends[end.point_number] = k.PlanarContactPointHistory(end.tangential_spring_stretch, carrier, 0.0, 0.0, 0.0)
     seen, face = k.VertexPositionAtFace(0.0, 0.0), k.ElementFace(0.0, 0.0, 0.0, 0.0, 0.0)
     settled = np.inf if nearest_faces_never_change(placed) else 0.0
     return k.PairState(
@@ -334,9 +336,9 @@ def element_termination_rules(prepared_scene: PreparedScene) -> NDArray[np.void]
             (
                 not item.is_driven_or_held,
                 *fall_rotations_to_both_sides(item),
-                *prepared_scene.tips[k],
+                *prepared_scene.tipping_angles_by_side[k],
                 *prepared_scene.support_and_held_base_indices(k),
-                prepared_scene.barrier[k],
+                prepared_scene.overturning_energies[k],
             )
             for k, item in enumerate(prepared_scene.placed)
         ],
@@ -351,7 +353,7 @@ def penetration_and_energy_limits_of_case_end(prepared_scene: PreparedScene) -> 
     """
     free = [prepared_scene.placed[n] for n in prepared_scene.free_element_indices]
     whole = np.array([item.mass * prepared_scene.scene.gravity * item.smaller_extent for item in free])
-    barrier = prepared_scene.barrier[prepared_scene.free_element_indices]
+    barrier = prepared_scene.overturning_energies[prepared_scene.free_element_indices]
     needs, lightest = barrier > 1e-6 * whole, min(free, key=lambda item: item.mass)
     rest_energy = MAX_REST_ENERGY_RATIO * lightest.mass * prepared_scene.scene.gravity * 0.5 * lightest.smaller_extent
     least_barrier, least_scale = np.where(needs, barrier, -np.inf).min(), np.where(needs, barrier, whole).min()

@@ -51,7 +51,7 @@ def case_status(
     that can move as one cannot be moved any more, shape (groups,).
     """
     case = rows.load_case(state, lane)
-    element_rules, limits = scene.elements[int(case.variant)], scene.limits[int(case.variant)]
+    element_rules, limits = scene.element_rules[int(case.variant)], scene.termination_limits[int(case.variant)]
     check, moving, standing, fallen, safe, slid = update_fall_sides_and_count_elements(state, lane, element_rules)
     if not np.isfinite(check) or largest_penetration_so_far(state, lane, scene) > limits.deepest:
         return CaseStatus.UNSTABLE
@@ -103,7 +103,7 @@ def no_element_can_fall_later(
 ) -> bool:
     """True if the remaining record is too weak to move standing elements, and no airborne element may still land."""
     sample = rows.load_case(state, lane).sample
-    weak = remaining_motion_cannot_move_groups(state, lane, stable_from_sample, scene.parts, sample)
+    weak = remaining_motion_cannot_move_groups(state, lane, stable_from_sample, scene.group_element_ranges, sample)
     return bool(weak and not any_element_can_still_land(state, lane, scene, element_rules, max_gap))
 
 
@@ -369,7 +369,7 @@ def mark_fallen_and_write_case_results(
 ) -> None:
     """Mark the fallen elements of a case, and write the results of the case and of its elements into table rows."""
     v = int(state[rows.VARIANT + lane])
-    element_rules, limits = scene.elements[v], scene.limits[v]
+    element_rules, limits = scene.element_rules[v], scene.termination_limits[v]
     mark_fallen_elements(state, lane, scene, element_rules, MAX_SUPPORT_GAP_RATIO * limits.deepest)
     work, absorbed = 0.0, contact_work_of_last_half_step(state, lane, scene)
     for p in range(scene.pair_element_and_piece_indices.shape[0]):

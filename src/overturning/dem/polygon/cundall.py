@@ -165,7 +165,7 @@ def advance_scene_one_step(
             b,
             scene.pair_element_and_piece_indices[p, 2],
             scene.pair_element_and_piece_indices[p, 3],
-            scene.sizes,
+            scene.piece_vertex_counts,
             scene.piece_face_tables,
         )
         if near:

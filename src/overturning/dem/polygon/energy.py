@@ -24,7 +24,7 @@ def scene_energy(state: Any, lane: int, scene: Any) -> float:
 def kinetic_and_gravitational_energy(state: Any, lane: int, scene: Any) -> float:
     """Compute kinetic and gravitational energy of a scene at the last half step, J, for the case in column `lane`."""
     total, half = 0.0, rows.load_case(state, lane).velocity_lag
-    for e in range(scene.elements.shape[1]):
+    for e in range(scene.element_rules.shape[1]):
         item = rows.load_element(rows.element_window(state, e), lane)
         if item.inertia.inverse_mass != 0.0:
             height = item.pose.z - half * item.velocity.z

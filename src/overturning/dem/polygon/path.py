@@ -74,7 +74,7 @@ def add_contact_forces_to_trajectory(
                 contact_vertex_position_from_element_a(pair, a, b, end, mine),
                 normal_force_direction_on_element_a(a, b, pair.face_a, pair.face_b, mine),
             )
-            at = 2 + COLUMNS_PER_ELEMENT * scene.elements.shape[1] + COLUMNS_PER_CONTACT_POINT * (2 * p + end)
+            at = 2 + COLUMNS_PER_ELEMENT * scene.element_rules.shape[1] + COLUMNS_PER_CONTACT_POINT * (2 * p + end)
             trajectory_rows[row_index, at + FX] += n * nx + tangent * nz
             trajectory_rows[row_index, at + FZ] += n * nz - tangent * nx
             trajectory_rows[row_index, at + LOAD] += n
@@ -107,11 +107,11 @@ def planar_trajectory_of_scene(prepared_scene: PreparedScene, trajectory_rows: F
     return PlanarTrajectory(
         scene=prepared_scene.scene,
         placed_elements=placed,
-        critical=prepared_scene.tipping_angles,
+        critical_angles=prepared_scene.tipping_angles,
         time=trajectory_rows[:, TIME],
-        ground=trajectory_rows[:, GROUND],
+        base_acceleration=trajectory_rows[:, GROUND],
         poses_and_rates=trajectory_rows[:, 2:poses_end].reshape(len(trajectory_rows), len(placed), COLUMNS_PER_ELEMENT),
-        force=force,
-        place=forces[:, :, [LOAD_X, LOAD_Z]] / np.where(load > 0.0, load, np.nan),
-        contacts=contacts,
+        contact_forces=force,
+        contact_force_points=forces[:, :, [LOAD_X, LOAD_Z]] / np.where(load > 0.0, load, np.nan),
+        contact_element_names=contacts,
     )

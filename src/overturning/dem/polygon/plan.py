@@ -57,20 +57,20 @@ class PolygonSimulationPlan(SimulationPlan):
     """Plan of the simulation of n cases of a scene of polygons."""
 
     split_long_queues: ClassVar[bool] = True
-    block_steps_per_step: ClassVar[int] = BLOCK_STEP_COST_OF_ELEMENT_STEP
+    block_step_cost_per_step: ClassVar[int] = BLOCK_STEP_COST_OF_ELEMENT_STEP
     time_column: ClassVar[Any] = (..., TIME)
-    ground_columns: ClassVar[Any] = ((..., GROUND),)
+    base_acceleration_columns: ClassVar[Any] = ((..., GROUND),)
 
     model: PlanarModel
     scheme: IntegrationScheme
     variants: list[PreparedScene]  # the scene at each size
-    variant: NDArray[np.int64]  # shape (n,): index of each case's variant
+    variant_index_by_case: NDArray[np.int64]  # shape (n,): index of each case's variant
     stable_from_sample: FloatArray  # see `SceneKernelInput`
     arrays: t.SceneArrays
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
         """Return the tables that the kernel fills: ``results``, shape (cases,), and ``each``, (cases, elements)."""
-        each = (case_count, self.arrays.elements.shape[1])
+        each = (case_count, self.arrays.element_rules.shape[1])
         return {
             "results": np.zeros(case_count, t.RESULT_TABLE_DTYPE),
             "each": np.zeros(each, t.ELEMENT_RESULT_TABLE_DTYPE),
@@ -85,18 +85,18 @@ class PolygonSimulationPlan(SimulationPlan):
             **self.common_kernel_input_fields(
                 case_numbers, result_tables, step_divisor, scheme.ticks_per_whole_step, PARALLEL_CASE_COUNT
             ),
-            scheme=scheme,
+            scheme_constants=scheme,
             stable_from_sample=self.stable_from_sample[case_numbers],
-            variant=self.variant[case_numbers],
+            variant_index_by_case=self.variant_index_by_case[case_numbers],
             scene=self.arrays,
-            each=result_tables["each"],
+            element_results=result_tables["each"],
         )
 
     def case_outcome_variables(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
         """Return the outcome variables of cases by name; a case has failed if an element slid off the ground."""
-        out, every, variant = result_tables["results"], result_tables["each"], self.variant[case_numbers]
+        out, every, variant = result_tables["results"], result_tables["each"], self.variant_index_by_case[case_numbers]
         edge = np.array([item.slip_distance_to_ground_edge for item in self.variants])[variant]
         off_the_edge = (every["peak_slip"] >= edge).any(axis=1) & (out["status"] == CaseStatus.SIMULATED)
         out["status"][off_the_edge] = CaseStatus.UNSTABLE
@@ -109,7 +109,7 @@ class PolygonSimulationPlan(SimulationPlan):
         """Return a trajectory array of zeros, shape (rows, columns); without rows if no trajectory `is_recorded`."""
         if not is_recorded:
             return np.zeros((0, 0))
-        last = int(max(self.table[0]["undecided_end_sample"], self.table[0]["kept_until"]))
+        last = int(max(self.case_table[0]["undecided_end_sample"], self.case_table[0]["kept_until"]))
         rows, columns = last - int(self.first_simulated_sample[0]) + 3, count_trajectory_columns(self.variants[0])
         check_trajectory_size(rows * columns)
         return np.zeros((rows, columns))
@@ -124,9 +124,9 @@ class PolygonSimulationPlan(SimulationPlan):
 
         The trajectory is returned unchanged if the longer computation takes other steps.
         """
-        interval, table = self.motion.sampling_interval, self.table.copy()
+        interval, table = self.motion.sampling_interval, self.case_table.copy()
         table["kept_until"] = np.ceil((trajectory[-1, TIME] + aftermath) / interval)
-        plan = replace(self, table=table)
+        plan = replace(self, case_table=table)
         _, longer = plan.simulate_cases_of_group(
             np.zeros(1, np.int64), np.zeros(1, np.int64), plan.create_trajectory_buffer(is_recorded=True)
         )
@@ -143,9 +143,9 @@ class PolygonSimulationPlan(SimulationPlan):
         )
         rest[:, poses_end:] = np.nan
         rest[:, TIME] = np.arange(sample_count) * self.motion.sampling_interval
-        rest[:, GROUND] = self.ground[0, :sample_count] * self.table[0]["amplitude"]
+        rest[:, GROUND] = self.base_accelerations[0, :sample_count] * self.case_table[0]["amplitude"]
         for index, item in enumerate(prepared.placed):
-            pose = np.array([item.x, item.z, 0.0]) + prepared.displacement[index]
+            pose = np.array([item.x, item.z, 0.0]) + prepared.rest_displacements[index]
             rest[:, 2 + COLUMNS_PER_ELEMENT * index : 5 + COLUMNS_PER_ELEMENT * index] = pose
         return rest
 
@@ -167,8 +167,8 @@ def plan_scene_simulation(
     variants = [prepare_scene(scene, float(height), float(ratio)) for height, ratio, _ in distinct]
     _check_variant_stiffness_and_pairs(scene, variants)
     row, ground = base_accelerations_by_azimuth(motion, cases)
-    square = np.array([item.square for item in variants])
-    rate = np.array([item.rate for item in variants]) * distinct[:, 2]
+    square = np.array([item.max_spring_eigenvalue for item in variants])
+    rate = np.array([item.max_dashpot_eigenvalue for item in variants]) * distinct[:, 2]
     time = np.array([item.shortest_rocking_time_constant for item in variants])
     per_sample, finest, divided = step_settings_of_variants(
         scheme, numerics.time_step, square, rate, motion.sampling_interval, time
@@ -191,7 +191,7 @@ def plan_scene_simulation(
         SCENE_STEP_CONTROL.long_steps_before_doubling,
     )
     first, stays_at_rest = np.zeros(cases.case_count, np.int64), np.zeros(cases.case_count, np.bool_)
-    stable_from_sample = np.full((cases.case_count, len(variants[0].parts)), np.inf)
+    stable_from_sample = np.full((cases.case_count, len(variants[0].group_element_ranges)), np.inf)
     if numerics.leave_out:
         # Thresholds are shares of gravity: dividing amplitudes by this ratio gives the equivalent motion on Earth.
         share = scene.gravity / STANDARD_GRAVITY
@@ -216,18 +216,19 @@ def plan_scene_simulation(
         grip = np.zeros(cases.case_count)
         for number, item in enumerate(variants):
             grip[variant == number] = item.sliding_onset_acceleration(np.asarray(cases.friction)[variant == number])
-        alike = all(np.array_equal(item.parts, variants[0].parts) for item in variants)
-        for part in range(len(variants[0].parts)):
+        alike = all(np.array_equal(item.group_element_ranges, variants[0].group_element_ranges) for item in variants)
+        for part in range(len(variants[0].group_element_ranges)):
             safe = np.array([item.group_onset_accelerations[part] if alike else 0.0 for item in variants])[variant]
             stable_from_sample[:, part] = quiet(
                 np.minimum(UPLIFT_SAFETY_FACTOR * safe, grip) / STRONG_MOTION_THRESHOLD_RATIO
             )[1]
     return PolygonSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_rows=row,
-        ground=ground,
+        base_accelerations=ground,
         steps=per_sample[variant] * numerics.refinement, first_simulated_sample=first, stays_at_rest=stays_at_rest,
-        too_soft=np.array([item.no_case_has_outcome for item in variants])[variant], variants=variants, variant=variant,
-        table=table, stable_from_sample=stable_from_sample, arrays=t.build_scene_arrays(variants),
+        has_too_soft_contacts=np.array([item.no_case_has_outcome for item in variants])[variant], variants=variants,
+        variant_index_by_case=variant,
+        case_table=table, stable_from_sample=stable_from_sample, arrays=t.build_scene_arrays(variants),
     )  # fmt: skip
 
 
@@ -239,7 +240,10 @@ def _rest_acceleration_limits_of_scene(
     sampling_interval: float,
 ) -> FloatArray:
     """Return the base acceleration |a|/g up to which a scene at rest stays at rest, for each case, shape (cases,)."""
-    lifts, slowest = (np.array([getattr(item, name) for item in prepared_scenes]) for name in ("threshold", "slowest"))
+    lifts, slowest = (
+        np.array([getattr(item, name) for item in prepared_scenes])
+        for name in ("rocking_onset_acceleration_g", "min_spring_eigenvalue")
+    )
     laws = [item.laws for item in prepared_scenes]
     delay = np.array([np.min(one.dashpot / np.maximum(one.normal, one.tangential_stiffness)) for one in laws])[
         variant_indices
@@ -284,7 +288,7 @@ def step_settings_of_variants(
     )
     # The number of halvings does not depend on the time step: a shorter one makes all steps shorter.
     halvings = np.clip(
-        np.frexp(sampling_interval / fewest * frequency * heavy / SCENE_STEP_CONTROL.finest)[1],
+        np.frexp(sampling_interval / fewest * frequency * heavy / SCENE_STEP_CONTROL.contact_change_step_ratio)[1],
         0,
         SCENE_STEP_CONTROL.max_step_halvings,
     )
@@ -301,7 +305,8 @@ def _check_variant_stiffness_and_pairs(scene: Scene, prepared_scenes: list[Prepa
             scene.gravity / (2.0 * penetrations), np.full(penetrations.size, item.top_height_of_free_elements), 0.0
         )
     alike = {
-        (tuple(item.pairs), tuple(item.support.tolist()), tuple(item.piece_vertex_counts)) for item in prepared_scenes
+        (tuple(item.pairs), tuple(item.support_indices.tolist()), tuple(item.piece_vertex_counts))
+        for item in prepared_scenes
     }
     if len(alike) != 1:
         raise ArgumentError(

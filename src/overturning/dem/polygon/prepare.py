@@ -39,20 +39,20 @@ class PreparedScene:
     placed: list[PlacedElement]
     pairs: list[ConvexPiecePair]  # elements, or their convex pieces, that can meet
     laws: PairContactLaws
-    displacement: FloatArray  # shape (elements, 3): x, z (m) and rotation (rad) at rest, relative to `placed`
-    loaded: list[LoadedContactPoint]  # contact points that carry load at rest
-    at_rest: bool  # True if the scene has a static equilibrium
-    square: float  # largest eigenvalue of the springs, 1/s²
-    rate: float  # largest eigenvalue of the dashpots, 1/s
-    slowest: float  # smallest eigenvalue of the springs at rest, 1/s²
-    threshold: float  # |a|/g below which no element can start to rock; 0 if unknown
-    parts: NDArray[np.int64]  # shape (parts, 2): first and last element of each group that can rock as one
+    rest_displacements: FloatArray  # shape (elements, 3): x, z (m) and rotation (rad) at rest, relative to `placed`
+    loaded_points: list[LoadedContactPoint]  # contact points that carry load at rest
+    has_static_equilibrium: bool  # True if the scene has a static equilibrium
+    max_spring_eigenvalue: float  # largest eigenvalue of the springs, 1/s²
+    max_dashpot_eigenvalue: float  # largest eigenvalue of the dashpots, 1/s
+    min_spring_eigenvalue: float  # smallest eigenvalue of the springs at rest, 1/s²
+    rocking_onset_acceleration_g: float  # |a|/g below which no element can start to rock; 0 if unknown
+    group_element_ranges: NDArray[np.int64]  # (groups, 2): first and last element of those that rock as one
     group_onset_accelerations: FloatArray  # shape (parts,): |a|/g below which the group cannot start to rock
-    tips: FloatArray  # shape (elements, 2): tipping angles to −x and +x, rad; infinite if there is none
-    critical: FloatArray  # shape (elements,): α, the smaller of `tips`, rad; without one the angle of its fall
-    barrier: FloatArray  # shape (elements,): energy to overturn each free element, J
-    support: NDArray[np.int64]  # shape (elements,): first element that carries it; its own index if there is none
-    base: FloatArray  # shape (elements, 2): middle of the stretch on which it stands, m
+    tipping_angles_by_side: FloatArray  # (elements, 2): to −x and +x, rad; infinite: none
+    critical_angles: FloatArray  # (elements,): α, the smaller of both, rad; without one the angle of its fall
+    overturning_energies: FloatArray  # shape (elements,): energy to overturn each free element, J
+    support_indices: NDArray[np.int64]  # (elements,): first element that carries it, or its own index
+    base_centres: FloatArray  # shape (elements, 2): middle of the stretch on which it stands, m
     carriers: list[set[int]]  # elements that carry each element at rest
     has_valid_placement: bool  # False if an element overlaps another or hangs in the air at this B/H
 
@@ -69,7 +69,7 @@ class PreparedScene:
     @property
     def tipping_angles(self) -> FloatArray:
         """Tipping angle α of each element, rad, shape (elements,): the smaller of both sides; NaN if it cannot tip."""
-        return np.where(np.isfinite(self.tips).all(axis=1), self.critical, np.nan)
+        return np.where(np.isfinite(self.tipping_angles_by_side).all(axis=1), self.critical_angles, np.nan)
 
     @property
     def largest_recoverable_rotations(self) -> FloatArray:
@@ -77,12 +77,13 @@ class PreparedScene:
 
         These are the tipping angles or, without one, the angle at which the element has fallen.
         """
-        return np.where(np.isfinite(self.tips), self.tips, self.critical[:, None])
+        angles = self.tipping_angles_by_side
+        return np.where(np.isfinite(angles), angles, self.critical_angles[:, None])
 
     @property
     def tipping_angles_or_one_degree(self) -> FloatArray:
         """Unit of each element's peak rotation, rad, shape (elements,): its tipping angle α, or 1° if it has none."""
-        return np.where(np.isnan(self.tipping_angles), np.radians(1.0), self.critical)
+        return np.where(np.isnan(self.tipping_angles), np.radians(1.0), self.critical_angles)
 
     @property
     def static_penetrations(self) -> FloatArray:
@@ -123,20 +124,19 @@ class PreparedScene:
         """Slip (m) at which each element leaves the edge of the ground; infinite for elements that stand on others."""
         ground = wide_ground_name(self.scene)
         far = [0.5 * item.shape.width if item.element.name == ground else np.inf for item in self.placed]
-        return np.array(
-            [far[on] - abs(x - self.placed[on].x) for on, (x, _) in zip(self.support, self.base, strict=True)]
-        )
+        supports, centres = self.support_indices, self.base_centres
+        return np.array([far[on] - abs(x - self.placed[on].x) for on, (x, _) in zip(supports, centres, strict=True)])
 
     def support_and_held_base_indices(self, element_index: int) -> tuple[int, int]:
         """Return the indices of an element's support and of the held element at the bottom of its stack, else −1."""
         last = element_index
-        while not self.placed[last].is_driven_or_held and self.support[last] != last:
-            last = int(self.support[last])
-        return int(self.support[element_index]), last if self.placed[last].element.kind == "held" else -1
+        while not self.placed[last].is_driven_or_held and self.support_indices[last] != last:
+            last = int(self.support_indices[last])
+        return int(self.support_indices[element_index]), last if self.placed[last].element.kind == "held" else -1
 
     def motion_onset_acceleration(self, friction: FloatArray) -> FloatArray:
         """Return the base acceleration |a|/g below which no element moves, for each `friction` coefficient."""
-        return np.minimum(self.threshold, self.sliding_onset_acceleration(friction))
+        return np.minimum(self.rocking_onset_acceleration_g, self.sliding_onset_acceleration(friction))
 
     def sliding_onset_acceleration(self, friction: FloatArray) -> FloatArray:
         """Return the base acceleration |a|/g at which the first element starts to slide, for each `friction`.
@@ -145,8 +145,8 @@ class PreparedScene:
         t.
         """
         least = np.full(friction.shape, np.inf)
-        for end in self.loaded:
-            coefficient, (x, z) = self.laws.friction[end.pair], np.abs(end.end.normal)
+        for end in self.loaded_points:
+            coefficient, (x, z) = self.laws.friction[end.pair_index], np.abs(end.contact_point.normal)
             held = friction if coefficient < 0 else np.full(friction.shape, coefficient)
             least = np.minimum(least, np.maximum(held * z - x, 0.0) / np.maximum(z + held * x, 1e-300))
         return least
@@ -186,11 +186,11 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
 def reason_scene_moves_by_itself(scene: Scene, height: float | None, b_over_h: float, friction: float) -> str:
     """Return the reason why elements of a scene move without any motion of the ground; an empty text if they rest."""
     prepared = prepare_scene(scene, height, b_over_h)
-    if not prepared.at_rest:
+    if not prepared.has_static_equilibrium:
         return "the scene has no equilibrium at rest: an element falls or slides without an earthquake"
     # Forces of each face on its springs: the corners of a face share its friction.
     laws, across, along = prepared.laws, np.zeros(len(prepared.pairs)), np.zeros(len(prepared.pairs))
-    for pair, _, _, approach, slip in prepared.loaded:
+    for pair, _, _, approach, slip in prepared.loaded_points:
         across[pair] += laws.normal[pair] * approach
         along[pair] += laws.tangential_stiffness[pair] * slip
     coefficient = np.where(laws.friction < 0.0, friction, laws.friction)

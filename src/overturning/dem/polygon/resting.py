@@ -163,7 +163,7 @@ def all_elements_upright(state: Any, lane: int, element_rules: Any) -> bool:
 def all_elements_at_rest(state: Any, lane: int, scene: Any) -> bool:
     """True if each free element is in place, nearly still, and in contact with its supports without sliding."""
     case, height = rows.load_case(state, lane), 0.0
-    elements, step = scene.elements[int(case.variant)], case.tick_length * case.attempt.length
+    elements, step = scene.element_rules[int(case.variant)], case.tick_length * case.attempt.length
     if case.decision.again > 0.0:
         return False
     for i in range(elements.size):

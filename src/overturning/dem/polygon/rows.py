@@ -123,7 +123,7 @@ _pair_window = create_window_slicer(PAIR_SIZE, CASE_SIZE, 1)
 @njit(inline="always", **INTERNAL_COMPILE_OPTIONS)
 def pair_and_element_rows(state: Any, scene: Any, pair_index: int) -> tuple[Any, Any, Any]:
     """Return views of the state array: the rows of a contact and of its elements a and b, for all cases in parallel."""
-    q = _pair_window(state, scene.elements.shape[1] * ELEMENT_SIZE + pair_index * PAIR_SIZE)
+    q = _pair_window(state, scene.element_rules.shape[1] * ELEMENT_SIZE + pair_index * PAIR_SIZE)
     return (
         q,
         element_window(state, scene.pair_element_and_piece_indices[pair_index, 0]),

@@ -84,14 +84,14 @@ class SceneKernelInput(NamedTuple):
     results: NDArray[np.void]
     """Results to fill in, of type `arrays.RESULT_TABLE_DTYPE`, shape (cases,)."""
     ground: GroundMotion
-    scheme: Any
+    scheme_constants: Any
     """Constants of the scheme, from `SCHEME_CONSTANTS`."""
     stable_from_sample: FloatArray
     """Sample from which each group that can move as one stands for good, shape (cases, parts)."""
-    variant: NDArray[np.int64]
+    variant_index_by_case: NDArray[np.int64]
     """Index of the variant of each case, shape (cases,)."""
     scene: SceneArrays
-    each: NDArray[np.void]
+    element_results: NDArray[np.void]
     """Results of elements to fill in, of type `arrays.ELEMENT_RESULT_TABLE_DTYPE`, shape (cases, elements)."""
 
 
@@ -119,7 +119,7 @@ step_function_of_scheme = create_lookup_by_type(STEP_FUNCTIONS)
 def allocate_workspace(kernel_input: Any) -> Any:
     """Return empty arrays for the states and the equations of all cases that are computed in parallel."""
     elements, pairs, initial = (
-        kernel_input.scene.elements.shape[1],
+        kernel_input.scene.element_rules.shape[1],
         kernel_input.scene.pair_element_and_piece_indices.shape[0],
         kernel_input.scene.initial_state_columns,
     )
@@ -143,35 +143,42 @@ def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
     """Return views of a scene's arrays without reference counts, which compiled code would update at every step."""
     layout, parts, sizes = (
         view_without_reference_counts(scene_arrays.pair_element_and_piece_indices),
-        view_without_reference_counts(scene_arrays.parts),
-        view_without_reference_counts(scene_arrays.sizes),
+        view_without_reference_counts(scene_arrays.group_element_ranges),
+        view_without_reference_counts(scene_arrays.piece_vertex_counts),
     )
     shapes, elements, limits = (
         view_without_reference_counts(scene_arrays.piece_face_tables),
-        view_without_reference_counts(scene_arrays.elements),
-        view_without_reference_counts(scene_arrays.limits),
+        view_without_reference_counts(scene_arrays.element_rules),
+        view_without_reference_counts(scene_arrays.termination_limits),
     )
     return SceneArrays(
         initial_state_columns=view_without_reference_counts(scene_arrays.initial_state_columns),
         pair_element_and_piece_indices=layout,
-        parts=parts,
-        sizes=sizes,
+        group_element_ranges=parts,
+        piece_vertex_counts=sizes,
         piece_face_tables=shapes,
-        elements=elements,
-        limits=limits,
+        element_rules=elements,
+        termination_limits=limits,
         gravity=scene_arrays.gravity,
     )
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     """Load case number `case` into column `lane`: the scene at rest, with the case's friction and damping."""
-    state, scene, given, v = workspace.state, kernel_input.scene, kernel_input.cases[case], kernel_input.variant[case]
-    ticks, interval = kernel_input.settings.ticks_per_sample, kernel_input.settings.interval
+    state, scene, given, v = (
+        workspace.state,
+        kernel_input.scene,
+        kernel_input.cases[case],
+        kernel_input.variant_index_by_case[case],
+    )
+    ticks, interval = kernel_input.settings.ticks_per_sample, kernel_input.settings.sampling_interval
     resume_contact_tests_after_motion(state, scene, workspace.pairs, np.inf)
     for row in range(scene.initial_state_columns.shape[1]):
         state[row * rows.PARALLEL_CASE_COUNT + lane] = scene.initial_state_columns[v, row]
-    write_initial_case_state(state, lane, given, float(v), interval, ticks, kernel_input.scheme.velocity_lag_steps)
-    for i in range(scene.elements.shape[1]):
+    write_initial_case_state(
+        state, lane, given, float(v), interval, ticks, kernel_input.scheme_constants.velocity_lag_steps
+    )
+    for i in range(scene.element_rules.shape[1]):
         e = rows.element_window(state, i)
         e[rows.UPRIGHT_UNTIL + lane] = e[rows.CARRIED_UNTIL + lane] = given.first_simulated_sample * interval
     write_initial_pair_states(state, lane, given, scene, scene.piece_face_tables[v])
@@ -239,16 +246,16 @@ def attempt_steps_until_next_check(
 ) -> tuple[Any, int]:
     """Advance all cases in parallel by one sample; return the first case's trajectory and its number of rows."""
     advance_scene_one_step, settings, lag = (
-        step_function_of_scheme(kernel_input.scheme),
+        step_function_of_scheme(kernel_input.scheme_constants),
         kernel_input.settings,
-        kernel_input.scheme.velocity_lag_steps,
+        kernel_input.scheme_constants.velocity_lag_steps,
     )
     scene, up, state = (
         view_scene_arrays_without_reference_counts(kernel_input.scene),
         kernel_input.ground.up,
         workspace.state,
     )
-    elements, interval = workspace.moves.size, settings.interval
+    elements, interval = workspace.moves.size, settings.sampling_interval
     ticks, steps_per_check = settings.ticks_per_sample, settings.steps_per_check
     # Without reference counts, which every step would update.
     matrix, pattern, moves = (
@@ -260,7 +267,7 @@ def attempt_steps_until_next_check(
     with_forces = trajectory.shape[0] > 0 and trajectory.shape[1] > 2 + COLUMNS_PER_ELEMENT * elements
     early = np.zeros((1, trajectory.shape[1]))
     if trajectory.shape[0] > 0:
-        most_rows = settings.max_rows // trajectory.shape[1]
+        most_rows = settings.max_trajectory_rows // trajectory.shape[1]
         # At most two rows: the start and the end of the sample.
         trajectory = grow_trajectory_array(trajectory, recorded_row_count + 2, most_rows)
         if trajectory.shape[0] < recorded_row_count + 2:
@@ -294,7 +301,7 @@ def store_sample_results_and_start_next_sample(
     state: Any, scene: Any, ticks_per_sample: float, sampling_interval: float
 ) -> None:
     """Store slip and last times upright and on the support of each element after a sample; start the next sample."""
-    element_rules = scene.elements[0]
+    element_rules = scene.element_rules[0]
     for i in range(element_rules.size):
         if element_rules[i].held_base_index >= 0.0 and element_rules[i].is_free > 0.0:
             shift_rest_pose_with_held_support(
@@ -320,7 +327,7 @@ def store_sample_results_and_start_next_sample(
 
 def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any) -> int:
     """Set `end_marks_out` to 1 for each case due to be tested for its end, else 0; return their number."""
-    stride, count = max(int(CASE_END_TEST_INTERVAL_S / kernel_input.settings.interval), 1), 0
+    stride, count = max(int(CASE_END_TEST_INTERVAL_S / kernel_input.settings.sampling_interval), 1), 0
     for j in range(active_lane_count):
         part = workspace.state[rows.SAMPLE + j] // stride
         end_marks_out[j] = 1.0 if part != workspace.state[rows.LAST_CHECK + j] else 0.0
@@ -338,7 +345,7 @@ def skip_quiet_samples_of_resting_cases(
         kernel_input.ground,
         kernel_input.motion_rows,
         kernel_input.scene,
-        kernel_input.scheme.ticks_per_whole_step,
+        kernel_input.scheme_constants.ticks_per_whole_step,
     )
     for j in range(active_lane_count):
         case = rows.load_case(state, j)
@@ -363,8 +370,8 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int)
         lane,
         kernel_input.scene,
         kernel_input.stable_from_sample[case],
-        float(kernel_input.settings.samples),
-        kernel_input.settings.interval,
+        float(kernel_input.settings.sample_count),
+        kernel_input.settings.sampling_interval,
     )
     kept = status == CaseStatus.SIMULATED and workspace.state[rows.SAMPLE + lane] < kernel_input.cases[case].kept_until
     return CASE_NOT_ENDED if kept else status
@@ -379,7 +386,7 @@ def write_results_of_ended_case(
 ) -> None:
     """Mark fallen elements of case number `case`, stored in column `lane`, and write its results into the tables."""
     mark_fallen_and_write_case_results(
-        workspace.state, lane, kernel_input.scene, kernel_input.results[case], kernel_input.each[case]
+        workspace.state, lane, kernel_input.scene, kernel_input.results[case], kernel_input.element_results[case]
     )
 
 

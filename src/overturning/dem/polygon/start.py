@@ -86,7 +86,13 @@ def write_initial_pair_states(state: Any, lane: int, case_parameters: Any, scene
             law.landing * dashpot / law.normal
         ))  # fmt: skip
         update_nearest_faces(
-            q, a, b, lane, 2.0 * lag, piece_faces[m, : scene.sizes[m]], piece_faces[n, : scene.sizes[n]]
+            q,
+            a,
+            b,
+            lane,
+            2.0 * lag,
+            piece_faces[m, : scene.piece_vertex_counts[m]],
+            piece_faces[n, : scene.piece_vertex_counts[n]],
         )
         if settled:
             q[rows.LIMIT + lane], q[rows.REACH + lane] = np.inf, -1.0

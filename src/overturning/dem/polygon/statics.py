@@ -28,20 +28,20 @@ CONTACT_POINTS_PER_FLUSH_FACE: Final = 2
 class LoadedContactPoint(NamedTuple):
     """Contact point loaded at rest: index of the element pair, number (0 or 1), geometry, spring stretches (m)."""
 
-    pair: int
-    side: int
-    end: PossibleContactPoint
-    approach: float
-    slip: float
+    pair_index: int
+    point_number: int
+    contact_point: PossibleContactPoint
+    normal_spring_compression: float
+    tangential_spring_stretch: float
 
 
 class ContactPointDisplacementDerivatives(NamedTuple):
     """Contact point at rest, with the derivatives of its approach and slip by the displacements of all elements."""
 
-    touch: TouchingContactPoint
-    approach: FloatArray
+    contact_point: TouchingContactPoint
+    approach_derivatives: FloatArray
     """By x, z and rotation of each free element, shape (3 · free elements,)."""
-    slip: FloatArray
+    slip_derivatives: FloatArray
     """As `approach`."""
 
 
@@ -119,7 +119,7 @@ def supporting_contact_points(
     # A wall next to a leaning element does not carry its weight: if necessary, try again without friction on faces.
     for items, tangential in ((elements, ones), (elements, 0.0 * ones), (held, ones)):
         free = {k for k, item in enumerate(items) if not item.is_driven_or_held}
-        ends = [joint.touch for joint in flush if free.intersection(pairs[joint.touch.pair_index][:2])]
+        ends = [joint.contact_point for joint in flush if free.intersection(pairs[joint.contact_point.pair_index][:2])]
         found = (
             static_equilibrium(
                 scene, items, _contact_points_with_displacement_derivatives(items, pairs, ends), ones, tangential
@@ -193,8 +193,8 @@ def static_equilibrium(
             LoadedContactPoint(*touch, float((approach * solution).sum()), float((slip * solution).sum()))
             for touch, approach, slip in point_derivatives
         ]
-        least = min(ends, key=lambda end: end.approach)
-        if least.approach > 1e-9 * max(end.approach for end in ends):
+        least = min(ends, key=lambda end: end.normal_spring_compression)
+        if least.normal_spring_compression > 1e-9 * max(end.normal_spring_compression for end in ends):
             displacement = np.zeros((len(elements), 3))
             for k, at in number.items():
                 displacement[k] = solution[at]
@@ -223,8 +223,8 @@ def compute_pair_contact_laws(
     )  # pairs of pieces of the same two elements
     carried, width = np.zeros(len(pairs)), np.zeros(len(pairs))
     for end in equilibrium[1] if equilibrium is not None else ():
-        carried[together[end.pair]] += end.approach
-    for one, other in combinations((joint.touch for joint in point_derivatives), 2):
+        carried[together[end.pair_index]] += end.normal_spring_compression
+    for one, other in combinations((joint.contact_point for joint in point_derivatives), 2):
         if together[one.pair_index] == together[other.pair_index]:
             (x, z), (u, w) = one.contact_point.point, other.contact_point.point
             apart = np.sqrt((x - u) ** 2 + (z - w) ** 2)  # libm's hypot depends on the processor

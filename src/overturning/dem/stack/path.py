@@ -28,16 +28,16 @@ class StackTrajectory:
     """Trajectory of a 3-D stack in one case, in the frame that moves with the base."""
 
     rows: FloatArray  # shape (times, COLUMNS_BEFORE_STONES + COLUMNS_PER_STONE · stones)
-    cosines: tuple[float, float]  # direction cosines of the orientation, north and east
+    orientation_direction_cosines: tuple[float, float]  # direction cosines of the orientation, north and east
     stones_at_rest: list[StackStone]
-    reference: str  # name of the element that is shown by default
-    critical: FloatArray  # critical angle of each stone, rad, shape (stones,)
+    default_element_name: str  # name of the element that is shown by default
+    critical_angles: FloatArray  # critical angle of each stone, rad, shape (stones,)
 
     def variables_coordinates_and_attributes(
         self, results: CaseResults
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return variables, coordinates and attributes of the trajectory's dataset, with the case's outcomes."""
-        to_east_north_up = partial(rotate_to_east_north_up, direction_cosines=self.cosines)
+        to_east_north_up = partial(rotate_to_east_north_up, direction_cosines=self.orientation_direction_cosines)
 
         columns = self.rows[:, COLUMNS_BEFORE_STONES:].reshape(
             len(self.rows), len(self.stones_at_rest), COLUMNS_PER_STONE
@@ -72,7 +72,7 @@ class StackTrajectory:
             "tilt_east": dataset_variable_tuple(
                 "time element", axis[..., 0], "1", "eastward component of the stone's axis"
             ),
-            "critical_angle": dataset_variable_tuple("element", self.critical, "rad", "critical angle"),
+            "critical_angle": dataset_variable_tuple("element", self.critical_angles, "rad", "critical angle"),
             "simulated": dataset_variable_tuple(
                 "time element", present, "1", "1 until the stone has fallen; then it is drawn in free flight"
             ),
@@ -97,7 +97,7 @@ class StackTrajectory:
             "enu": ("enu", ["east", "north", "up"]),
         }
         weight = STANDARD_GRAVITY * sum(stone.mass for stone in self.stones_at_rest)
-        return variables, coordinates, {"reference": self.reference, "weight": weight}
+        return variables, coordinates, {"reference": self.default_element_name, "weight": weight}
 
 
 def extend_trajectory_by_its_last_row(

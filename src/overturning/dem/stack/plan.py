@@ -75,13 +75,13 @@ class StackSimulationPlan(SimulationPlan3D):
 
     result_dtype: ClassVar[Any] = RESULT_TABLE_DTYPE
     time_column: ClassVar[Any] = (..., 0)
-    ground_columns: ClassVar[Any] = ((..., 1), (..., 2), (..., 3))
+    base_acceleration_columns: ClassVar[Any] = ((..., 1), (..., 2), (..., 3))
     ticks_per_step: ClassVar[float] = TICKS_PER_WHOLE_STEP
 
     model: Stack
     stones: NDArray[np.void]  # shape (stacks, stones)
     joints: NDArray[np.void]  # shape (stacks, stones)
-    outlines: FloatArray  # shape (stacks, stones, 2, corners, 6): base and upper face of each stone
+    face_corners: FloatArray  # shape (stacks, stones, 2, corners, 6): base and upper face of each stone
     corner_counts: NDArray[np.int64]  # number of corners of the faces of each stone, shape (stones,)
     friction: FloatArray  # shape (n, stones)
 
@@ -99,8 +99,8 @@ class StackSimulationPlan(SimulationPlan3D):
         """
         queued = self.kernel_input_fields_3d(case_numbers, result_tables, step_divisor, PARALLEL_CASE_COUNT)
         return StackKernelInput(
-            **queued, each=result_tables["each"], friction=self.friction[case_numbers], stones=self.stones,
-            joints=self.joints, corner_counts=self.corner_counts, outlines=self.outlines,
+            **queued, stone_results=result_tables["each"], friction=self.friction[case_numbers], stones=self.stones,
+            joints=self.joints, corner_counts=self.corner_counts, face_corners=self.face_corners,
         )  # fmt: skip
 
     def case_outcome_variables(
@@ -109,9 +109,11 @@ class StackSimulationPlan(SimulationPlan3D):
         """Return the outcome variables of the cases in `case_numbers` by name, shape (cases,) or (cases, stones)."""
         orientation = np.asarray(self.cases.azimuth_deg)[case_numbers]
         # Slip is counted from the position at rest.
-        each, stack = result_tables["each"].copy(), self.table["stack"][case_numbers]
+        each, stack = result_tables["each"].copy(), self.case_table["stack"][case_numbers]
         each["slip_x"] -= base_x_offsets_from_support_at_rest(self.stones)[stack]
-        return outcome_variables_of_stacks(result_tables["results"], each, orientation, self.cosines[case_numbers])
+        return outcome_variables_of_stacks(
+            result_tables["results"], each, orientation, self.orientation_cosines[case_numbers]
+        )
 
     def create_trajectory_buffer(self, is_recorded: bool) -> FloatArray:
         """Return an array of zeros for the kernel's trajectory, shape (rows, columns).
@@ -119,16 +121,18 @@ class StackSimulationPlan(SimulationPlan3D):
         It has no rows unless `is_recorded`.
         """
         columns = COLUMNS_BEFORE_STONES + COLUMNS_PER_STONE * self.stones.shape[1]
-        rows = int(self.table[0]["undecided_end_sample"] - self.first_simulated_sample[0]) + 3 if is_recorded else 0
+        rows = (
+            int(self.case_table[0]["undecided_end_sample"] - self.first_simulated_sample[0]) + 3 if is_recorded else 0
+        )
         check_trajectory_size(rows * columns)
         return np.zeros((rows, columns))
 
     def trajectory_rows_at_rest(self, sample_count: int) -> FloatArray:
         """Return trajectory rows with the stack at rest, one for each of the first `sample_count` samples."""
-        count, amplitude = self.stones.shape[1], float(self.table[0]["amplitude"])
+        count, amplitude = self.stones.shape[1], float(self.case_table[0]["amplitude"])
         rows = np.zeros((sample_count, COLUMNS_BEFORE_STONES + COLUMNS_PER_STONE * count))
         rows[:, 0] = np.arange(sample_count) * self.motion.sampling_interval
-        rows[:, 1:3] = self.ground[0, :, :sample_count].T * amplitude
+        rows[:, 1:3] = self.base_accelerations[0, :, :sample_count].T * amplitude
         rows[:, 3] = self.vertical_base_acceleration[:sample_count] * amplitude
         for stone, columns in zip(
             self.stones[0], np.split(rows[:, COLUMNS_BEFORE_STONES:], count, axis=1), strict=True
@@ -153,7 +157,7 @@ class StackSimulationPlan(SimulationPlan3D):
 
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> StackTrajectory:
         """Convert the kernel's output rows of the plan's only case to a `StackTrajectory`."""
-        cosine, sine = self.cosines[0].tolist()
+        cosine, sine = self.orientation_cosines[0].tolist()
         critical = np.arcsin(np.sqrt(self.stones[0]["critical"]))
         reference = self.model.scene.name_of_element_shown_by_default
         return StackTrajectory(trajectory_rows, (cosine, sine), self._stones_of_first_case, reference, critical)
@@ -203,7 +207,7 @@ def _rest_limit_to_onset_acceleration_ratios(
         lowest_eigenvalue(stiffness_matrix(stones, table, scale_factors_for_unit_mass_matrix(stones)))
         for stones, table in zip(stacks, joints, strict=True)
     ])  # fmt: skip
-    delay = np.array([float(np.min(table.rows["dashpot"] / table.rows["stiffness"])) for table in joints])
+    delay = np.array([float(np.min(table.joint_table["dashpot"] / table.joint_table["stiffness"])) for table in joints])
     overshoot = dynamic_overshoot_bound(
         slowest[stack_indices], delay[stack_indices] * damping_factor, sampling_interval
     )
@@ -231,7 +235,7 @@ def plan_stack_simulation(
         * eigenvalue_bound_factor_for_inertia_products(stones)
         for stones, table in zip(stacks, joints, strict=True)
     ])  # fmt: skip
-    delay = np.array([float(np.max(table.rows["dashpot"] / table.rows["stiffness"])) for table in joints])
+    delay = np.array([float(np.max(table.joint_table["dashpot"] / table.joint_table["stiffness"])) for table in joints])
     foot, reach = tables["centre_height"], tables["reach"]
     # Not np.hypot: its last digit differs between processors.
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY)).min(axis=1)
@@ -269,7 +273,7 @@ def plan_stack_simulation(
         min(
             patch.mass_above * STANDARD_GRAVITY
             * (math.sqrt(r**2 + patch.centre_height_above_patch**2) - patch.centre_height_above_patch)
-            for r, patch in zip(table.nearest_side_distance, table.patches, strict=True)
+            for r, patch in zip(table.nearest_side_distance, table.contact_patches, strict=True)
         )
         for table in joints
     ])  # fmt: skip
@@ -289,7 +293,7 @@ def plan_stack_simulation(
     }  # fmt: skip
     for name, values in columns.items():
         case_table[name] = values
-    penetration = np.array([float(table.penetration.max()) for table in joints])
+    penetration = np.array([float(table.mean_penetration_at_rest.max()) for table in joints])
     outlines = np.zeros((len(stacks), len(stacks[0]), 2, max(len(stone.base_corners) for stone in stacks[0]), 6))
     for index, stones in enumerate(stacks):
         for number, stone in enumerate(stones):
@@ -297,9 +301,11 @@ def plan_stack_simulation(
                 outlines[index, number, side, : len(face)] = kernel_rows_of_face_corners(face)
     return StackSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, stones=tables,
-        joints=np.stack([table.rows for table in joints]),
-        outlines=outlines, corner_counts=np.array([len(stone.base_corners) for stone in stacks[0]]), friction=friction,
-        cosines=cosines, motion_rows=row, ground=along, steps=steps, first_simulated_sample=first,
-        table=case_table, stays_at_rest=at_rest,
-        too_soft=exceeds_penetration_limit(penetration, 2.0 * np.minimum(foot, reach).min(axis=1))[which],
+        joints=np.stack([table.joint_table for table in joints]),
+        face_corners=outlines, corner_counts=np.array([len(stone.base_corners) for stone in stacks[0]]),
+        friction=friction,
+        orientation_cosines=cosines, motion_rows=row, base_accelerations=along, steps=steps,
+        first_simulated_sample=first,
+        case_table=case_table, stays_at_rest=at_rest,
+        has_too_soft_contacts=exceeds_penetration_limit(penetration, 2.0 * np.minimum(foot, reach).min(axis=1))[which],
     )  # fmt: skip

@@ -105,7 +105,7 @@ class StackKernelInput(NamedTuple):
     motion_rows: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
-    each: NDArray[np.void]
+    stone_results: NDArray[np.void]
     """Results of each stone to fill in, of type `STONE_RESULT_TABLE_DTYPE`, shape (n, stones)."""
     ground: GroundMotion
     friction: FloatArray
@@ -116,7 +116,7 @@ class StackKernelInput(NamedTuple):
     """Contact constants of the joint below each stone, of type `JOINT_ROW_LAYOUT`, shape (stacks, stones)."""
     corner_counts: NDArray[np.int64]
     """Number of corners of each stone's faces, shape (stones,)."""
-    outlines: FloatArray
+    face_corners: FloatArray
     """Corners of each stone's base and upper face, shape (stacks, stones, 2, corners, 6): fields of `FaceCorner`."""
 
 
@@ -129,7 +129,7 @@ class StackWorkspace(NamedTuple):
 
 def allocate_workspace(kernel_input: Any) -> Any:
     """Allocate the state arrays of the stacks that are simulated in parallel, one column (lane) each."""
-    stones, corners = kernel_input.outlines.shape[1], kernel_input.outlines.shape[3]
+    stones, corners = kernel_input.face_corners.shape[1], kernel_input.face_corners.shape[3]
     size = CASE_SIZE + stones * (STONE_SIZE + joint_state_size(corners))
     return StackWorkspace(cache_line_aligned_zeros(size), np.zeros((stones, 1 + 6 * corners), np.int64))
 
@@ -139,8 +139,8 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     given, settings = kernel_input.cases[case], kernel_input.settings
     write_initial_stack_state(
         workspace.state, lane, given, (kernel_input.stones[given.stack], kernel_input.joints[given.stack]),
-        kernel_input.friction[case], kernel_input.outlines[given.stack], kernel_input.corner_counts,
-        (settings.interval, settings.ticks_per_sample),
+        kernel_input.friction[case], kernel_input.face_corners[given.stack], kernel_input.corner_counts,
+        (settings.sampling_interval, settings.ticks_per_sample),
     )  # fmt: skip
 
 
@@ -260,7 +260,7 @@ def start_sample_and_load_base_motion(
         ground.along,
         ground.up,
         settings.ticks_per_sample,
-        settings.interval,
+        settings.sampling_interval,
         1.0 / settings.ticks_per_sample,
     )
     for s in range(stone_count):
@@ -290,21 +290,21 @@ def attempt_steps_until_next_check(
     kernel_input: Any, workspace: Any, lane_count: int, trajectory: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
     """Attempt a sample's time steps for all stacks in parallel; record the first stack once per sample."""
-    settings, corners, limit, stones = (
-        kernel_input.settings,
+    settings, interval = kernel_input.settings, kernel_input.settings.sampling_interval
+    corners, limit, stones = (
         kernel_input.corner_counts,
-        kernel_input.outlines.shape[3],
+        kernel_input.face_corners.shape[3],
         kernel_input.corner_counts.size,
     )
     if trajectory.shape[0] > 0:
-        most_rows = settings.max_rows // trajectory.shape[1]
+        most_rows = settings.max_trajectory_rows // trajectory.shape[1]
         trajectory = grow_trajectory_array(trajectory, recorded_row_count + 1, most_rows)
         if trajectory.shape[0] == recorded_row_count:
             return trajectory, -1
         record_motion_of_first_stack(
-            workspace.state, stones, settings.interval, settings.ticks_per_sample, trajectory[recorded_row_count]
+            workspace.state, stones, interval, settings.ticks_per_sample, trajectory[recorded_row_count]
         )
-        due = trajectory[recorded_row_count - 1, 0] + 0.999 * settings.interval if recorded_row_count > 0 else 0.0
+        due = trajectory[recorded_row_count - 1, 0] + 0.999 * interval if recorded_row_count > 0 else 0.0
         recorded_row_count += 1 if trajectory[recorded_row_count, 0] >= due else 0
     advance_stacks(
         workspace.state, stones, limit, corners, workspace.used_contact_points, lane_count, settings.steps_per_check,
@@ -318,11 +318,11 @@ def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_cou
     return mark_stacks_due_for_end_test(
         workspace.state,
         kernel_input.corner_counts.size,
-        kernel_input.outlines.shape[3],
+        kernel_input.face_corners.shape[3],
         active_lane_count,
         end_marks_out,
         kernel_input.settings.ticks_per_sample,
-        float(kernel_input.settings.samples),
+        float(kernel_input.settings.sample_count),
     )
 
 
@@ -356,7 +356,7 @@ def skip_quiet_samples_of_resting_cases(
     """Skip, for each stack at rest, the samples whose base motion is too weak to move the stack."""
     settings, state, ground = kernel_input.settings, workspace.state, kernel_input.ground
     row = kernel_input.motion_rows
-    stones, corners = kernel_input.corner_counts.size, kernel_input.outlines.shape[3]
+    stones, corners = kernel_input.corner_counts.size, kernel_input.face_corners.shape[3]
     if mark_possibly_resting_stacks(state, stones, active_lane_count) == 0:
         return
     for j in range(active_lane_count):
@@ -377,20 +377,20 @@ def skip_quiet_samples_of_resting_cases(
 
 def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
     """Stop simulating fallen stones; return the `CaseStatus` of the case in column `lane`."""
-    stones, corners = kernel_input.corner_counts.size, kernel_input.outlines.shape[3]
+    stones, corners = kernel_input.corner_counts.size, kernel_input.face_corners.shape[3]
     return stop_fallen_stones_and_return_status(
         workspace.state, lane, stones, corners, kernel_input.settings.ticks_per_sample,
-        float(kernel_input.settings.samples),
+        float(kernel_input.settings.sample_count),
         kernel_input.stones[kernel_input.cases[case].stack],
     )  # fmt: skip
 
 
 def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
     """Write the results of case number `case`, stored in column `lane`, into the tables of results."""
-    stones, corners = kernel_input.corner_counts.size, kernel_input.outlines.shape[3]
+    stones, corners = kernel_input.corner_counts.size, kernel_input.face_corners.shape[3]
     write_stack_results(
         workspace.state, lane, stones, corners, status, kernel_input.stones[kernel_input.cases[case].stack].rest,
-        kernel_input.results[case], kernel_input.each[case],
+        kernel_input.results[case], kernel_input.stone_results[case],
     )  # fmt: skip
 
 

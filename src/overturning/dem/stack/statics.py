@@ -32,19 +32,19 @@ MIN_FALLEN_TILT: Final = np.pi / 3.0
 class JointConstantsOfStack:
     """Contact constants of each stone of a stack with its support, from the lowest stone up."""
 
-    rows: NDArray[np.void]  # constants, of type `JOINT_TABLE_DTYPE`, without friction; shape (joints,)
-    penetration: FloatArray  # mean penetration at rest, m, shape (joints,)
-    patches: list[ContactPatchAtRest]
+    joint_table: NDArray[np.void]  # constants, of type `JOINT_TABLE_DTYPE`, without friction; shape (joints,)
+    mean_penetration_at_rest: FloatArray  # mean penetration at rest, m, shape (joints,)
+    contact_patches: list[ContactPatchAtRest]
 
     @property
     def nearest_side_distance(self) -> FloatArray:
         """Distance, in each contact, from the point below the mass centre of stones above to the nearest side, m."""
-        return np.array([patch.side_distances_from_centre_above.min() for patch in self.patches])
+        return np.array([patch.side_distances_from_centre_above.min() for patch in self.contact_patches])
 
     @property
     def mass_centre_height(self) -> FloatArray:
         """Height, above each contact, of the common centre of mass of all stones above the contact, m."""
-        return np.array([patch.centre_height_above_patch for patch in self.patches])
+        return np.array([patch.centre_height_above_patch for patch in self.contact_patches])
 
 
 def joint_constants_of_stack(stones: list[StackStone], contact: VertexContact) -> JointConstantsOfStack:
@@ -82,7 +82,9 @@ def initial_stone_table(stones: list[StackStone], joints: JointConstantsOfStack)
     table, level = np.zeros(len(stones), STONE_TABLE_DTYPE), 0.0
     pose = static_displacements_and_rotations(stones, joints)
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
-    for stone, row, depth, shift, patch in zip(stones, table, joints.penetration, pose, joints.patches, strict=True):
+    for stone, row, depth, shift, patch in zip(
+        stones, table, joints.mean_penetration_at_rest, pose, joints.contact_patches, strict=True
+    ):
         inverse = inverse_of_inertia(stone.inertia_per_mass)
         for name, at in pairs.items():
             row[f"a{name}"], row[f"i{name}"] = stone.inertia_per_mass[at], inverse[at]
@@ -188,9 +190,12 @@ def stiffness_matrix(
     `loaded_corners`, one array per joint, is False for corners of the patches that carry no load.
     """
     matrix = np.zeros((scale.size, scale.size))
-    for k, patch in enumerate(joints.patches):
+    for k, patch in enumerate(joints.contact_patches):
         for number, (corner, weight) in enumerate(zip(patch.corners, patch.corner_stiffness_shares, strict=True)):
-            normal, tangential = weight * joints.rows["stiffness"][k], weight * joints.rows["tangential_stiffness"][k]
+            normal, tangential = (
+                weight * joints.joint_table["stiffness"][k],
+                weight * joints.joint_table["tangential_stiffness"][k],
+            )
             if loaded_corners is None or loaded_corners[k][number]:
                 each = _relative_displacement_matrix_at_corner(stones, k, corner) * scale
                 matrix += np.einsum("ij,i,ik->jk", each, np.array([tangential, tangential, normal]), each)
@@ -227,10 +232,10 @@ def static_displacements_and_rotations(stones: list[StackStone], joints: JointCo
     weight[2::6] = [-stone.mass * STANDARD_GRAVITY for stone in stones]
     scale, loaded = (
         scale_factors_for_unit_mass_matrix(stones),
-        [np.ones(len(patch.corners), np.bool_) for patch in joints.patches],
+        [np.ones(len(patch.corners), np.bool_) for patch in joints.contact_patches],
     )
     level = np.zeros((count, 6))
-    level[:, 2] = -np.cumsum(joints.penetration)
+    level[:, 2] = -np.cumsum(joints.mean_penetration_at_rest)
     for _ in range(4 * count):
         shift = solve_positive_definite_system(stiffness_matrix(stones, joints, scale, loaded), weight * scale)
         if shift is None:
@@ -252,14 +257,14 @@ def _penetrations_at_patch_corners(
     """
     return [
         np.array([-(_relative_displacement_matrix_at_corner(stones, k, corner) @ shift)[2] for corner in patch.corners])
-        for k, patch in enumerate(joints.patches)
+        for k, patch in enumerate(joints.contact_patches)
     ]
 
 
 def _fill_in_contact_loads_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> None:
     """Compute, for each contact of a stack at rest, normal force, centre of pressure and mean distance from it."""
     depths = _penetrations_at_patch_corners(stones, joints, static_displacements_and_rotations(stones, joints).ravel())
-    for k, (row, patch, depth) in enumerate(zip(joints.rows, joints.patches, depths, strict=True)):
+    for k, (row, patch, depth) in enumerate(zip(joints.joint_table, joints.contact_patches, depths, strict=True)):
         force = patch.corner_stiffness_shares * row["stiffness"] * np.maximum(depth, 0.0)
         share = force / force.sum()
         corners = patch.corners - np.array([stones[k - 1].x if k > 0 else 0.0, 0.0])
@@ -273,7 +278,7 @@ def spring_energy_at_rest(stones: list[StackStone], joints: JointConstantsOfStac
     depths = _penetrations_at_patch_corners(stones, joints, static_displacements_and_rotations(stones, joints).ravel())
     return sum(
         float(np.sum(0.5 * patch.corner_stiffness_shares * stiffness * np.maximum(depth, 0.0) ** 2))
-        for patch, stiffness, depth in zip(joints.patches, joints.rows["stiffness"], depths, strict=True)
+        for patch, stiffness, depth in zip(joints.contact_patches, joints.joint_table["stiffness"], depths, strict=True)
     )
 
 

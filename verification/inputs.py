@@ -157,6 +157,6 @@ def every_nth_case(groups: Sequence[CaseGroup], every: int) -> list[CaseGroup]:
 
 
 def values_of_every_nth_case(groups: Sequence[CaseGroup], case_values: NDArray[Any], every: int) -> NDArray[Any]:
-    """Return the values of the cases that `every_nth_case` selects; `case_values` are those of all groups in order."""
+    """Return the values of the cases that `every_nth_case` selects; `case_values` has those of all cases by group."""
     ends = np.cumsum([group.cases.case_count for group in groups])[:-1]
     return np.concatenate([part[::every] for part in np.split(case_values, ends)])

@@ -1,4 +1,4 @@
-"""Strip of four frames, titles in words."""
+"""Film strip of a case: four frames in columns, and a title that states size, friction and direction."""
 
 import math
 

@@ -85,9 +85,9 @@ def simulate_orientations(
     threads: int = 1,
     reliefs: tuple[float, ...] = BEARING_HEIGHT_LIMITS_M,
 ) -> NDArray[np.bool_]:
-    """Simulate the boulder in every test, with every relief and orientation, and return whether it falls.
+    """Simulate the scanned boulder in every test, and return whether it falls, for each relief and orientation.
 
-    The relief is the height limit of the bearing points of its base, m.
+    The relief is the height, m, up to which points of the boulder's base bear load.
 
     Each relief is stored when it is complete, and read again if stone, motions and contact are the same.
 

@@ -212,7 +212,10 @@ class SiteFallPrediction(FallSectors):
     def _compute_standing_and_side_probabilities_by_block(
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
-        """Compute probabilities of standing and of a fall to each side, by height and friction, (5, blocks, n)."""
+        """Compute the probabilities that a stone stands, and that it falls to each of its four sides.
+
+        Shape (5, blocks, n): blocks are all combinations of height and friction, n is the number of azimuths.
+        """
         planes = [
             self._interpolate_fall_probabilities_and_times(face_azimuth_deg + 90.0 * i, shape)
             for i, shape in enumerate(slenderness)

@@ -232,7 +232,7 @@ def test_comparison_of_two_stones_counts_falls_and_their_order() -> None:
 
 
 def test_a_variant_without_vertical_motion_equals_the_study_without_it(tmp_path: Path) -> None:
-    """A variant without vertical motion equals the study without it and keeps the contact settings.
+    """A variant without vertical motion has the outcomes of a study without it, and keeps the contact settings.
 
     With the contact settings of the study a block of B/H 0.35 falls that stands with the default ones.
     """

@@ -21,7 +21,7 @@ from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.record import Record, source_and_processing_of_record
 from overturning.study.load import study_settings_without_absolute_paths
 from overturning.study.netcdf import add_coordinate, add_grid_dimensions, add_variable, outcome_content_hash
-from overturning.study.parts import open_sweep_part, record_and_variant_of_outcome_file
+from overturning.study.parts import open_sweep_part, read_record_and_variant_of_outcome_file
 from overturning.study.scenes import (
     NOMINAL_VARIANT,
     StudyToSceneSizeConversion,
@@ -64,7 +64,7 @@ def merge_outcome_files_into_cube(
     grid, variables = variant_grid(study, variant), cube_variables_of_study(study)
     of_record: dict[str, list[Path]] = {record.record_id: [] for record in records}
     for part in sweep_part_paths:
-        name, of_variant = record_and_variant_of_outcome_file(part)
+        name, of_variant = read_record_and_variant_of_outcome_file(part)
         if name not in of_record or of_variant != variant:
             raise ResultError(f"{part}: holds record {name}, variant {of_variant}, which are not in this study")
         of_record[name].append(part)

@@ -110,7 +110,7 @@ class OpenedSweepPartFile(NamedTuple):
             ][:]
 
 
-def record_and_variant_of_outcome_file(path: Path) -> tuple[str, str]:
+def read_record_and_variant_of_outcome_file(path: Path) -> tuple[str, str]:
     """Return the record id and variant stated in a file with outcomes; a `ResultError` if it is unreadable."""
     with open_netcdf_unscaled(path, "read", _UNREADABLE_FILE_REMEDY, check_checksum=True) as file:
         return file.record_id, file.variant

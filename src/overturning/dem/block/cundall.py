@@ -45,9 +45,9 @@ class CornerContactForce(NamedTuple):
     """Energy released by the normal spring, over half its stiffness, m²."""
     released_tangential_stretch_squared: float
     """Energy released by the tangential spring, over half its stiffness, m²."""
-    damping: float
+    normal_force_without_spring: float
     """Normal force without the spring, m/s²."""
-    sliding: float
+    tangential_force_without_spring: float
     """Tangential force without the spring, m/s²."""
     spring_moment_excess: float
     """Moment by which the lever arm of the spring at the corner exceeds `drop`, per mass; 0 except in a flat landing,
@@ -91,7 +91,8 @@ def corner_contact_force(
         n=n, f=f, arm=arm, drop=tilting * drop,
         corner=CornerState(remaining, place, depth, 0.0), released_normal_stretch_squared=let_go * let_go,
         released_tangential_stretch_squared=(previous_corner.spring + remaining) * (stretch - remaining),
-        damping=n - block.stiffness * (depth if inside else 0.0), sliding=f + block.tangential_stiffness * remaining,
+        normal_force_without_spring=n - block.stiffness * (depth if inside else 0.0),
+        tangential_force_without_spring=f + block.tangential_stiffness * remaining,
         spring_moment_excess=block.tangential_stiffness * remaining * (drop - tilting * drop),
     )  # fmt: skip
 
@@ -99,7 +100,8 @@ def corner_contact_force(
 @njit(**INLINE)
 def power_of_corner_dashpots_and_friction(corner_force: CornerContactForce, vx: float, vz: float, vw: float) -> float:
     """Return the power of a corner's dashpots and friction on the block, per block mass, m²/s³; negative: loss."""
-    power = corner_force.damping * (vz - corner_force.arm * vw) + corner_force.sliding * (vx - corner_force.drop * vw)
+    normal, tangential = corner_force.normal_force_without_spring, corner_force.tangential_force_without_spring
+    power = normal * (vz - corner_force.arm * vw) + tangential * (vx - corner_force.drop * vw)
     return power - corner_force.spring_moment_excess * vw
 
 

@@ -170,20 +170,7 @@ def advance_block_one_step(
         select(abs(angle) < block.alpha, tick, peaks.last_upright_tick),
     )
     moved = BlockState(
-        x=x,
-        z=z,
-        angle=angle,
-        cos=c,
-        sin=sn,
-        vx=vx,
-        vz=vz,
-        angular_velocity=vw,
-        ax=ax,
-        az=az,
-        angular_acceleration=aw,
-        left=left.corner,
-        right=right.corner,
-        tick=tick,
-        landing=remaining_flat_landing_time(block, state, dt),
-    )
+        x=x, z=z, angle=angle, cos=c, sin=sn, vx=vx, vz=vz, angular_velocity=vw, ax=ax, az=az, angular_acceleration=aw,
+        left=left.corner, right=right.corner, tick=tick, landing=remaining_flat_landing_time(block, state, dt),
+    )  # fmt: skip
     return moved, peaks, BlockEnergyAccount(energy_account.work + dt * power, lost, 0.0, 0.0)

@@ -222,54 +222,33 @@ def plan_block_simulation(
         calm = quiet.astype(np.float64)
         if scheme == IntegrationScheme.CENTRED:
             slowest = block_lowest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
-            delay = dashpot / np.maximum(normal, tangential)
+            overshoot = dynamic_overshoot_bound(slowest, dashpot / np.maximum(normal, tangential), interval)
             rest_limit = largest_acceleration_without_motion(
-                ratio,
-                friction,
-                ratio,
-                dynamic_overshoot_bound(slowest, delay, interval),
-                MAX_REST_TO_ONSET_THRESHOLD_RATIO,
+                ratio, friction, ratio, overshoot, MAX_REST_TO_ONSET_THRESHOLD_RATIO
             )
     table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
+    alpha = evaluate_and_round_results(np.arctan, ratio)
+    control, step_ratio = BLOCK_STEP_CONTROL, lengths.requested_to_automatic_step_ratio
+    halvings = np.clip(lengths.halvings_to_finest_step, 0, control.max_step_halvings)
     columns = {
-        "width": width,
-        "height": height,
-        "stiffness": normal,
-        "tangential_stiffness": tangential,
-        "dashpot": dashpot,
-        "friction": np.minimum(friction, MAX_FRICTION),
-        "alpha": evaluate_and_round_results(np.arctan, ratio),
-        "amplitude": amplitude,
-        "tilt": tilt,
-        "tilt_cos": evaluate_and_round_results(np.cos, tilt),
+        "width": width, "height": height, "stiffness": normal, "tangential_stiffness": tangential, "dashpot": dashpot,
+        "friction": np.minimum(friction, MAX_FRICTION), "alpha": alpha, "amplitude": amplitude,
+        "tilt": tilt, "tilt_cos": evaluate_and_round_results(np.cos, tilt),
         "tilt_sin": evaluate_and_round_results(np.sin, tilt),
-        "first_simulated_sample": first,
-        "last_onset_sample": calm,
+        "first_simulated_sample": first, "last_onset_sample": calm,
         "undecided_end_sample": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * period / interval),
         "rest_acceleration_limit_g": rest_limit,
-        "gentle": MAX_UNREFINED_CORNER_TRAVEL_RATIO
-        * lengths.finest_step_s
-        * width
-        * evaluate_and_round_results(np.arctan, ratio)
-        / period,
-        "finest": np.ldexp(
-            1.0,
-            BLOCK_STEP_CONTROL.max_step_halvings
-            - np.clip(lengths.halvings_to_finest_step, 0, BLOCK_STEP_CONTROL.max_step_halvings),
-        ),
+        "gentle": MAX_UNREFINED_CORNER_TRAVEL_RATIO * lengths.finest_step_s * width * alpha / period,
+        "finest": np.ldexp(1.0, control.max_step_halvings - halvings),
         "standing": TICKS_PER_WHOLE_STEP * lengths.standing_step_in_whole_steps,
-        "steps_after_contact_change": np.round(
-            BLOCK_STEP_CONTROL.steps_before_length_doubles(square, rate) / lengths.requested_to_automatic_step_ratio
-        ),
-        "long_steps_before_doubling": np.round(
-            BLOCK_STEP_CONTROL.long_steps_before_doubling / lengths.requested_to_automatic_step_ratio
-        ),
-    }
+        "steps_after_contact_change": np.round(control.steps_before_length_doubles(square, rate) / step_ratio),
+        "long_steps_before_doubling": np.round(control.long_steps_before_doubling / step_ratio),
+    }  # fmt: skip
     for name, values in columns.items():
         table[name] = values
     return BlockSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_rows=row,
-        base_accelerations=ground,
-        steps=lengths.steps, first_simulated_sample=first, stays_at_rest=stays_at_rest, case_table=table,
+        base_accelerations=ground, steps=lengths.steps, first_simulated_sample=first, stays_at_rest=stays_at_rest,
+        case_table=table,
         has_too_soft_contacts=exceeds_penetration_limit(0.5 * STANDARD_GRAVITY / normal, np.minimum(width, height)),
     )  # fmt: skip

@@ -137,10 +137,8 @@ def compute_point_forces(
     n = n if inside & ((predicted_point.held > 0.0) | (n > 0.0)) else 0.0
     tx, ty = (tx if inside else 0.0), (ty if inside else 0.0)
     most = body.friction * n
-    hx, hy = (
-        -(body.tangential_stiffness * tx) - body.dashpot * u.x,
-        -(body.tangential_stiffness * ty) - body.dashpot * u.y,
-    )
+    stiffness = body.tangential_stiffness
+    hx, hy = -(stiffness * tx) - body.dashpot * u.x, -(stiffness * ty) - body.dashpot * u.y
     spin = plus(predicted_body.spin, velocity_change.spin)
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
         body, r, plus(predicted_body.end, velocity_change.velocity), spin,

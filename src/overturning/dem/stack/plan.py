@@ -216,6 +216,16 @@ def _rest_limit_to_onset_acceleration_ratios(
     )
 
 
+def _face_corner_table(stacks: list[list[StackStone]]) -> FloatArray:
+    """Return the corners of each stone's base and upper face, shape (stacks, stones, 2, corners, 6)."""
+    outlines = np.zeros((len(stacks), len(stacks[0]), 2, max(len(stone.base_corners) for stone in stacks[0]), 6))
+    for index, stones in enumerate(stacks):
+        for number, stone in enumerate(stones):
+            for side, face in enumerate((stone.base_corners, stone.upper_face_corners)):
+                outlines[index, number, side, : len(face)] = kernel_rows_of_face_corners(face)
+    return outlines
+
+
 def plan_stack_simulation(
     model: Stack, motion: Motion, cases: Cases, numerics: NumericalOptions
 ) -> StackSimulationPlan:
@@ -226,9 +236,8 @@ def plan_stack_simulation(
     _check_that_stacks_can_stand(sizes, stacks)
     joints = [joint_constants_of_stack(stones, model.contact) for stones in stacks]
     tables = np.stack([initial_stone_table(stones, table) for stones, table in zip(stacks, joints, strict=True)])
-    given = np.array(
-        [np.nan if stone.base_joint_friction is None else stone.base_joint_friction for stone in stacks[0]]
-    )
+    stated = [stone.base_joint_friction for stone in stacks[0]]
+    given = np.array([np.nan if friction is None else friction for friction in stated])
     friction = np.where(np.isnan(given), np.asarray(cases.friction)[:, None], given)
     square = np.array([
         highest_eigenvalue(stiffness_matrix(stones, table, scale_factors_for_unit_mass_matrix(stones)))
@@ -294,18 +303,11 @@ def plan_stack_simulation(
     for name, values in columns.items():
         case_table[name] = values
     penetration = np.array([float(table.mean_penetration_at_rest.max()) for table in joints])
-    outlines = np.zeros((len(stacks), len(stacks[0]), 2, max(len(stone.base_corners) for stone in stacks[0]), 6))
-    for index, stones in enumerate(stacks):
-        for number, stone in enumerate(stones):
-            for side, face in enumerate((stone.base_corners, stone.upper_face_corners)):
-                outlines[index, number, side, : len(face)] = kernel_rows_of_face_corners(face)
     return StackSimulationPlan(
-        model=model, motion=motion, cases=cases, numerics=numerics, stones=tables,
-        joints=np.stack([table.joint_table for table in joints]),
-        face_corners=outlines, corner_counts=np.array([len(stone.base_corners) for stone in stacks[0]]),
-        friction=friction,
-        orientation_cosines=cosines, motion_rows=row, base_accelerations=along, steps=steps,
-        first_simulated_sample=first,
+        model=model, motion=motion, cases=cases, numerics=numerics, stones=tables, friction=friction,
+        joints=np.stack([table.joint_table for table in joints]), face_corners=_face_corner_table(stacks),
+        corner_counts=np.array([len(stone.base_corners) for stone in stacks[0]]), orientation_cosines=cosines,
+        motion_rows=row, base_accelerations=along, steps=steps, first_simulated_sample=first,
         case_table=case_table, stays_at_rest=at_rest,
         has_too_soft_contacts=exceeds_penetration_limit(penetration, 2.0 * np.minimum(foot, reach).min(axis=1))[which],
     )  # fmt: skip

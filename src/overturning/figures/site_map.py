@@ -171,7 +171,7 @@ def earthquake_maps_in_one_figure(earthquakes: Sequence[EarthquakeOnMap]) -> Fig
     # A letter of a title is about 4.5 pt wide.
     titles = [wrap_name_into_lines(site.name, int(width_pt / 4.5)) for site in earthquakes]
     above = 0.13 * max(map(len, titles), default=1)
-    marks = _earthquake_map_legend_marks(earthquakes)
+    marks = _legend_entries_of_map_symbols(earthquakes)
     legend_columns = 1 if is_drawing_for_phone() else min(3, columns + 1)
     below = 0.6 + 0.19 * max(0, -(-len(marks) // legend_columns) - 2)  # two lines of the legend need 0.6 in
     figure = create_figure(columns * side, rows * (side + 0.14 + above) + below)
@@ -196,7 +196,7 @@ def _check_stations_and_coordinates(earthquake: EarthquakeOnMap) -> None:
             )
 
 
-def _earthquake_map_legend_marks(earthquakes: Sequence[EarthquakeOnMap]) -> list[Any]:
+def _legend_entries_of_map_symbols(earthquakes: Sequence[EarthquakeOnMap]) -> list[Any]:
     """Return legend entries for the symbols and lines that occur on at least one map."""
     from matplotlib.lines import Line2D
 

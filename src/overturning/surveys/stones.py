@@ -39,9 +39,8 @@ _COLUMNS_ALLOWING_UNKNOWN = set(SURVEY_COLUMNS) - {"site", "stone", "kind", "out
 _UNIT_CELLS = ("m", "cm", "mm", "deg", "degrees", "°", "-", "–", "yes/no")
 """Texts of cells in a line of units below the header."""
 
-_TOTALS_ROW_LABELS = (
-    "total", "totals", "grand total", "subtotal", "sum", "mean", "average", "σ", "計", "合計", "総計", "小計", "平均",
-)  # fmt: skip
+_TOTALS_ROW_LABELS = ("total", "totals", "grand total", "subtotal", "sum", "mean", "average", "σ",
+                      "計", "合計", "総計", "小計", "平均")  # fmt: skip
 """Names of a line of totals or means, in lower case."""
 
 _OUTCOME_COLUMNS = {"azimuth_deg", "octant", "fell", "outcome"}

@@ -216,6 +216,16 @@ def _rest_limit_to_onset_acceleration_ratios(
     )
 
 
+def _least_overturning_energy(joints: JointConstantsOfStack) -> float:
+    """Return the smallest energy (J) that overturns all stones above a joint of a stack over its nearest side."""
+    return min(
+        patch.mass_above
+        * STANDARD_GRAVITY
+        * (math.sqrt(distance**2 + patch.centre_height_above_patch**2) - patch.centre_height_above_patch)
+        for distance, patch in zip(joints.nearest_side_distance, joints.contact_patches, strict=True)
+    )
+
+
 def _face_corner_table(stacks: list[list[StackStone]]) -> FloatArray:
     """Return the corners of each stone's base and upper face, shape (stacks, stones, 2, corners, 6)."""
     outlines = np.zeros((len(stacks), len(stacks[0]), 2, max(len(stone.base_corners) for stone in stacks[0]), 6))
@@ -278,14 +288,7 @@ def plan_stack_simulation(
         threshold[of_stack] = motion_onset_acceleration_g(table, friction[of_stack])
     first, calm, at_rest = strong_motion_ranges_and_cases_at_rest(motion, amplitude, threshold, numerics.leave_out)
     weight = tables["mass"].sum(axis=1) * STANDARD_GRAVITY
-    barrier = np.array([
-        min(
-            patch.mass_above * STANDARD_GRAVITY
-            * (math.sqrt(r**2 + patch.centre_height_above_patch**2) - patch.centre_height_above_patch)
-            for r, patch in zip(table.nearest_side_distance, table.contact_patches, strict=True)
-        )
-        for table in joints
-    ])  # fmt: skip
+    barrier = np.array([_least_overturning_energy(table) for table in joints])
     springs = np.array([spring_energy_at_rest(stones, table) for stones, table in zip(stacks, joints, strict=True)])
     case_table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     columns = {

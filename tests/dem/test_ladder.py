@@ -86,7 +86,7 @@ def test_the_finest_time_step_resolves_very_stiff_or_damped_contacts(damping_rat
         block_highest_eigenvalue_bound(one, other, 0.5 * width, 0.5 * cases.height)
         for one, other in ((normal, tangential), (dashpot, dashpot))
     )
-    ticks = made.case_table["finest"]
+    ticks = made.case_table["shortest_step"]
     assert (ticks >= 1).all()
     finest = 0.01 / made.steps / TICKS_PER_WHOLE_STEP * ticks * refinement
     assert (finest <= BLOCK_STEP_CONTROL.contact_change_step_ratio * shortest_contact_time_constant(square, rate)).all()
@@ -110,31 +110,31 @@ def test_no_time_step_crosses_the_end_of_a_sample(pace: KernelStepControl, steps
     sample = steps * whole
     case_step_control = step_control_of_case(pace, sample)
     attempt, tick, change, stands = (
-        NextStepToAttempt(case_step_control.finest, case_step_control.steps_after_contact_change, 0.0),
+        NextStepToAttempt(case_step_control.shortest_step, case_step_control.steps_after_contact_change, 0.0),
         0.0,
         0.6 * whole,
         True,
     )
     lengths, changes = {True: set[float](), False: set[float]()}, 0
     while tick < 400 * sample:
-        length, end = attempt.length, tick + attempt.length
+        length, end = attempt.length_in_ticks, tick + attempt.length_in_ticks
         assert tick // sample == (end - 1.0) // sample, "a step crosses the end of a sample"
         changed = tick < change <= end
         again, _, attempt = accept_or_reject_and_choose_next_step.py_func(
             pace,
             case_step_control,
             attempt,
-            NO_CONTACT_CHANGES._replace(changed=changed, all_contacts_are_closed=stands),
+            NO_CONTACT_CHANGES._replace(contact_changed=changed, all_contacts_are_closed=stands),
             end,
             sample,
         )
-        assert again == (changed and length > case_step_control.finest)
+        assert again == (changed and length > case_step_control.shortest_step)
         if not again:
             tick = end
-            lengths[stands].add(attempt.length)
+            lengths[stands].add(attempt.length_in_ticks)
             if changed:
                 changes += 1
-                assert attempt.length == case_step_control.finest
+                assert attempt.length_in_ticks == case_step_control.shortest_step
                 change, stands = tick + random.exponential(3 * sample), not stands
     assert changes > 50
     ladder = {2.0**power for power in range(6, pace.max_step_halvings + 1)}
@@ -143,10 +143,17 @@ def test_no_time_step_crosses_the_end_of_a_sample(pace: KernelStepControl, steps
 
 def sticking_corner_with_changed_penetration(before: float, after: float) -> SolvedCornerContact:
     """Return a sticking corner whose penetration changes from `before` to `after` (m) in a step."""
-    there = PredictedCorner(arm=1.0, drop=1.0, depth=after, stretch=0.0, ux=0.0, uz=0.0)
+    there = PredictedCorner(
+        x_from_centre=1.0,
+        depth_below_centre=1.0,
+        penetration=after,
+        tangential_stretch=0.0,
+        velocity_x=0.0,
+        velocity_z=0.0,
+    )
     block = BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0))
     nothing = BlockVelocityCorrection(0.0, 0.0, 0.0, 0.0, 0.0)
-    step = PredictedBlock(**dict.fromkeys(PredictedBlock._fields[:-3], 0.0), half=0.5, left=there, right=there)
+    step = PredictedBlock(**dict.fromkeys(PredictedBlock._fields[:-3], 0.0), half_step=0.5, left=there, right=there)
     return compute_corner_forces.py_func(
         block,
         step,
@@ -162,9 +169,9 @@ def step_is_rejected(steps: float, left: SolvedCornerContact, right: SolvedCorne
     """True if a step of `steps` finest steps is rejected; `gentle` is the largest travel of a gentle step, m."""
     case_step_control, block = (
         step_control_of_case(BLOCK_STEP_CONTROL),
-        BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0) | {"gentle": gentle}),
+        BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0) | {"max_travel_in_gentle_step": gentle}),
     )
-    length = steps * case_step_control.finest
+    length = steps * case_step_control.shortest_step
     found = contact_changes_in_block_step.py_func(
         block, case_step_control, length, False, SolvedCornerContactPair(left, right), False
     )
@@ -222,8 +229,8 @@ def test_every_long_time_step_is_tried_equally_often_before_it_is_halved(pace: K
             length,
             TICKS_PER_WHOLE_STEP,
         )
-        tries.append(attempt.tries)
-        lengths.append(attempt.length)
+        tries.append(attempt.repetition_count)
+        lengths.append(attempt.length_in_ticks)
         assert again == wrong
     assert tries == [*range(most + 1), 0, 1, 0, 1]
     assert lengths == [length] * (most + 1) + [0.5 * length] * 4
@@ -234,19 +241,19 @@ def test_a_step_in_which_sliding_begins_is_halved_with_unchanged_assumptions(pac
     """The step is halved with the same assumptions until it is short enough, and only then repeated with sliding."""
     case_step_control, begins = (
         step_control_of_case(pace),
-        NO_CONTACT_CHANGES._replace(has_wrong_slip_assumption=True, slides=True),
+        NO_CONTACT_CHANGES._replace(has_wrong_slip_assumption=True, slides_on_all_points=True),
     )
     attempt, lengths = NextStepToAttempt(pace.ticks_per_whole_step, 8.0, 0.0), []
-    while attempt.tries == 0.0:
+    while attempt.repetition_count == 0.0:
         again, as_before, attempt = accept_or_reject_and_choose_next_step.py_func(
             pace, case_step_control, attempt, begins, pace.ticks_per_whole_step, pace.ticks_per_whole_step
         )
         assert again
-        assert as_before == (attempt.tries == 0.0)
-        lengths.append(attempt.length)
+        assert as_before == (attempt.repetition_count == 0.0)
+        lengths.append(attempt.length_in_ticks)
     assert lengths[-1] == lengths[-2] == MAX_SLIP_ONSET_STEP_IN_SAMPLES * pace.ticks_per_whole_step
     # Sliding that was assumed is accepted in steps of any length.
-    slides = NO_CONTACT_CHANGES._replace(slides=True)
+    slides = NO_CONTACT_CHANGES._replace(slides_on_all_points=True)
     assert not accept_or_reject_and_choose_next_step.py_func(
         pace,
         case_step_control,
@@ -267,8 +274,8 @@ def test_one_step_per_sample_suffices_for_a_standing_block_on_a_rigid_contact(st
     usual = plan_simulation(
         PlanarModel(gravestone(contacts[1])), pulse_motion(), block_cases(), NumericalOptions()
     ).steps
-    assert (soft.case_table["standing"] == TICKS_PER_WHOLE_STEP).all()
-    standing = rigid.case_table["standing"] / TICKS_PER_WHOLE_STEP
+    assert (soft.case_table["longest_step_at_rest"] == TICKS_PER_WHOLE_STEP).all()
+    standing = rigid.case_table["longest_step_at_rest"] / TICKS_PER_WHOLE_STEP
     np.testing.assert_array_equal(rigid.steps % standing, 0.0)
     np.testing.assert_array_equal(standing, np.gcd(usual, rigid.steps))
 

@@ -19,7 +19,7 @@ from tests.dem.compiled.polygon_steps import (
 )
 from tests.dem.polygon_scenes import block_element, motion_towards_north, scene_of_elements
 
-VELOCITY_CHANGE_ROW = rows.ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, "trial.change.x")
+VELOCITY_CHANGE_ROW = rows.ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, "predicted.velocity_correction.x")
 
 
 def solve_random_equations_by_kernel_and_numpy(

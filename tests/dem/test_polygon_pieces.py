@@ -118,7 +118,7 @@ def test_an_l_shape_tips_at_arm_over_height_to_either_side() -> None:
     assert prepared.rocking_onset_acceleration_g == pytest.approx(0.275 / 0.425, rel=1e-12)
     assert prepared.critical_angles[1] == pytest.approx(np.arctan(0.275 / 0.425), rel=1e-9)
     # Fallen to +x it rests on the vertices (0.8, 0.3) and (0.3, 1.1).
-    assert np.degrees(prepared.placed[1].fall_threshold_rotations_rad) == pytest.approx(
+    assert np.degrees(prepared.elements[1].fall_threshold_rotations_rad) == pytest.approx(
         [90, 90 + np.degrees(np.arctan2(0.5, 0.8))]
     )
     time = np.arange(0, 4, 0.01)
@@ -135,8 +135,8 @@ def test_an_arch_rests_on_four_corners_with_the_static_loads() -> None:
     arch = [[-0.5, 0], [-0.3, 0], [-0.3, 0.5], [0.3, 0.5], [0.3, 0], [0.5, 0], [0.5, 0.8], [-0.5, 0.8]]
     prepared = prepare_scene(scene_of_elements(stone_element(vertices=arch)))
     assert len(prepared.loaded_points) == 4
-    assert prepared.laws.carried == pytest.approx(prepared.placed[1].mass * 9.80665, rel=1e-9)
-    assert prepared.rocking_onset_acceleration_g == pytest.approx(0.5 / prepared.placed[1].z, rel=1e-9)
+    assert prepared.laws.carried_weight == pytest.approx(prepared.elements[1].mass * 9.80665, rel=1e-9)
+    assert prepared.rocking_onset_acceleration_g == pytest.approx(0.5 / prepared.elements[1].z, rel=1e-9)
 
 
 def test_a_rectangle_of_two_halves_behaves_like_the_undivided_one() -> None:

@@ -107,7 +107,7 @@ def test_a_block_on_a_slope_stays_a_rectangle_whatever_its_b_over_h(height: floa
     assert prepared.rocking_onset_acceleration_g == pytest.approx(
         np.tan(np.arctan(b_over_h) - np.arctan(0.2)), rel=1e-9
     )
-    sides = np.diff(prepared.placed[1].vertices_in_scene[:3], axis=0)
+    sides = np.diff(prepared.elements[1].vertices_in_scene[:3], axis=0)
     assert np.hypot(*sides.T) == pytest.approx([b_over_h * height, height])
     assert sides[0] @ sides[1] == pytest.approx(0.0, abs=1e-9)
 
@@ -177,7 +177,7 @@ def test_stacks_of_two_blocks_lift_off_at_the_static_threshold(
     """Either the upper block lifts off at g b₂/h₂, or both together when their resultant leaves the base."""
     made = scene_of_elements(*elements)
     prepared = prepare_scene(made)
-    lower, upper = prepared.placed[1:]
+    lower, upper = prepared.elements[1:]
     alone = upper.shape.width / upper.shape.height
     mass = lower.mass + upper.mass
     together = 0.5 * lower.shape.width / ((lower.mass * lower.z + upper.mass * upper.z) / mass)
@@ -200,7 +200,7 @@ def test_stacks_of_two_blocks_lift_off_at_the_static_threshold(
 
 def _largest_gap_of_lower_corners_to_block_below(prepared: PreparedScene, pose: np.ndarray, index: int) -> float:
     """Return the gap (m) between the higher of a block's lower corners and the upper face of the block below."""
-    item, below = prepared.placed[index], prepared.placed[index - 1]
+    item, below = prepared.elements[index], prepared.elements[index - 1]
     gaps = []
     for side in (-0.5, 0.5):
         p, q = side * item.shape.width, -0.5 * item.shape.height
@@ -257,8 +257,8 @@ def test_the_highest_contact_frequency_is_that_between_two_free_blocks() -> None
     made = prepare_scene(
         scene_of_elements(block_element("one", 0.3, 0.3, x=-0.2), block_element("other", 0.3, 0.3, x=0.25))
     )
-    masses = [item.mass for item in made.placed if not item.is_driven_or_held]
-    stiffness = made.laws.normal[made.pairs.index((2, 1, 0, 0))]
+    masses = [item.mass for item in made.elements if not item.is_driven_or_held]
+    stiffness = made.laws.normal_stiffness[made.pairs.index((2, 1, 0, 0))]
     assert made.max_spring_eigenvalue == pytest.approx(4.0 * stiffness * sum(1.0 / mass for mass in masses), rel=1e-9)
 
 
@@ -313,7 +313,7 @@ def test_a_shaft_leaning_by_0_2_degrees_has_no_critical_angle_but_its_base_has()
 
 def test_a_shaft_a_tenth_of_a_degree_from_a_wall_has_a_critical_angle() -> None:
     lean = np.radians(0.05)
-    edge = prepare_scene(leaning_shaft(lean)).placed[2].vertices_in_scene[:, 0].max()
+    edge = prepare_scene(leaning_shaft(lean)).elements[2].vertices_in_scene[:, 0].max()
     wall = {"name": "wall", "kind": "driven", "width": 0.2, "height": 1.0, "at": [edge + 0.1, 0.6]}
     assert prepare_scene(leaning_shaft(lean, wall)).tipping_angles[2] == pytest.approx(
         np.arctan(1.0 / 3.0) - lean, rel=1e-6

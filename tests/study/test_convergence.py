@@ -381,7 +381,7 @@ def test_convergence_reruns_of_a_scene_use_finer_steps_and_stiffer_contacts() ->
     )
     assert case_rerun_functions(settings)["finer"].keywords["numerics"].refinement == 8  # type: ignore[attr-defined]
     np.testing.assert_array_equal(finer.steps, 8 * nominal.steps)  # whole steps; ticks, and so finest ones, with them
-    np.testing.assert_array_equal(finer.case_table["finest"], nominal.case_table["finest"])
+    np.testing.assert_array_equal(finer.case_table["shortest_step"], nominal.case_table["shortest_step"])
     # Of the steps from the finest to the whole ones after a change of contact there are as many as before.
     assert 5.0 < steps["finer"] <= 8.0
     # Whole steps follow the motion; the contact halves only the finest ones.
@@ -390,7 +390,7 @@ def test_convergence_reruns_of_a_scene_use_finer_steps_and_stiffer_contacts() ->
         prepare_scene(settings.scene).laws,
         prepare_scene(PlanarModel(settings.scene).with_stiffness_factor(4.0).scene).laws,
     )
-    np.testing.assert_allclose(stiff.normal, 4 * soft.normal)
+    np.testing.assert_allclose(stiff.normal_stiffness, 4 * soft.normal_stiffness)
     np.testing.assert_allclose(stiff.dashpot, 2 * soft.dashpot, err_msg="the damping ratio stays")
 
 

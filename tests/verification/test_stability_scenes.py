@@ -70,9 +70,9 @@ def test_no_wrong_outcome_of_an_extreme_scene_is_reported_as_valid() -> None:
 @pytest.mark.parametrize("name", SCENES)
 def test_rocking_thresholds_computed_from_shapes_equal_those_of_the_kernel(name: str) -> None:
     made = prepare_scene(load_shipped_scene(name))
-    assert least_rocking_acceleration_ratio(made.placed) == pytest.approx(made.rocking_onset_acceleration_g, rel=1e-9)
+    assert least_rocking_acceleration_ratio(made.elements) == pytest.approx(made.rocking_onset_acceleration_g, rel=1e-9)
     if name in ("gravestone", "against-a-wall"):
-        assert least_rocking_acceleration_ratio(made.placed) == pytest.approx(0.24 / 0.6)
+        assert least_rocking_acceleration_ratio(made.elements) == pytest.approx(0.24 / 0.6)
 
 
 def test_the_scene_checks_detect_a_wrong_outcome_of_one_element() -> None:

@@ -138,8 +138,8 @@ def vertex_contact_point(
 ) -> ContactPoint:
     """Return the contact point at a vertex; its displacement is the difference from its last position."""
     arm = matrix_times_vector(body_axes, vertex.position_in_body_axes)
-    place = plus(body_state.place, arm)
-    return ContactPoint(arm, -place.z, place.x - history.x, place.y - history.y, -place.z - history.depth)
+    place = plus(body_state.position, arm)
+    return ContactPoint(arm, -place.z, place.x - history.x, place.y - history.y, -place.z - history.penetration)
 
 
 @njit(**INLINE)
@@ -148,8 +148,8 @@ def rim_contact_point(
 ) -> ContactPoint:
     """Return the contact point at a point of a cylinder's rim; its displacement is that of the body at this point."""
     arm = rim_point_position_from_centre(body, body_axes, along_lean, across_lean)
-    v = plus(body_state.velocity, cross_product(body_state.spin, arm))
-    return ContactPoint(arm, -(body_state.place.z + arm.z), time_step * v.x, time_step * v.y, -(time_step * v.z))
+    v = plus(body_state.velocity, cross_product(body_state.angular_velocity, arm))
+    return ContactPoint(arm, -(body_state.position.z + arm.z), time_step * v.x, time_step * v.y, -(time_step * v.z))
 
 
 @njit(**INLINE)
@@ -169,11 +169,11 @@ def apply_contact_law(
     """
     waiting, flat, begun, base_tilting = contact_flags
     depth = 0.0 if waiting & (contact_point.depth > 0.0) else contact_point.depth
-    inside, was = depth > 0.0, history.depth > 0.0
+    inside, was = depth > 0.0, history.penetration > 0.0
     # Spring and dashpot while the point is in, never tension but in a flat landing.
     # A vertex that has waited does not remember how deep it was.
-    sinking = 0.0 if history.depth == 0.0 else contact_point.penetration_increase
-    n = body.stiffness * depth + dashpot_rate * sinking
+    sinking = 0.0 if history.penetration == 0.0 else contact_point.penetration_increase
+    n = body.normal_stiffness * depth + dashpot_rate * sinking
     n = n if inside & (flat | (n > 0.0)) else 0.0
     # A new contact starts with unstretched springs; those of a slipping one are shortened to the friction limit.
     tx, ty = (
@@ -186,18 +186,18 @@ def apply_contact_law(
         -(body.tangential_stiffness * ty) - dashpot_rate * contact_point.last_step_displacement_y,
     )
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
-        body, contact_point.arm, body_state.velocity, body_state.spin, (flat, base_tilting)
+        body, contact_point.arm, body_state.velocity, body_state.angular_velocity, (flat, base_tilting)
     )
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
     fx, fy, kx, ky, _ = clamp_friction_and_stretch(hx, hy, tx, ty, most, body.tangential_compliance, (flat, drifts))
-    landing = (history.landing if was else begun) - body.tick_length * TICKS_PER_STEP
+    landing = (history.remaining_landing_time if was else begun) - body.tick_length * TICKS_PER_STEP
     landing = landing if inside else 0.0
     force = Vector3(fx, fy, n)
-    spring = body.stiffness * (depth if inside else 0.0)
+    spring = body.normal_stiffness * (depth if inside else 0.0)
     damping = Vector3(fx + body.tangential_stiffness * kx, fy + body.tangential_stiffness * ky, n - spring)
-    opened = history.depth * history.depth if was & (not inside) else 0.0
+    opened = history.penetration * history.penetration if was & (not inside) else 0.0
     # One that has waited is met by a spring that is pressed in already.
-    opened = -(depth * depth) if inside & (history.depth == 0.0) else opened
+    opened = -(depth * depth) if inside & (history.penetration == 0.0) else opened
     shortened = (history.stretch_x + kx) * (tx - kx) + (history.stretch_y + ky) * (ty - ky)
     lever = Vector3(contact_point.arm.x, contact_point.arm.y, tilting * contact_point.arm.z)
     # The springs are stretched at the point itself, at the full lever arm.
@@ -209,12 +209,12 @@ def apply_contact_law(
     return wrench, BodyContactPointState(
         stretch_x=kx,
         stretch_y=ky,
-        x=body_state.place.x + contact_point.arm.x,
-        y=body_state.place.y + contact_point.arm.y,
-        depth=depth,
-        normal=n,
-        slid=0.0,
-        landing=landing,
+        x=body_state.position.x + contact_point.arm.x,
+        y=body_state.position.y + contact_point.arm.y,
+        penetration=depth,
+        normal_force=n,
+        has_slid=0.0,
+        remaining_landing_time=landing,
     )
 
 
@@ -247,53 +247,57 @@ def advance_body_one_step(
     t, dt = contact_totals.wrench, body.tick_length * TICKS_PER_STEP
     half = 0.5 * dt
     push = Vector3(
-        base_acceleration_at_tick(shaking.inertial_acceleration_x, body_state.tick),
-        base_acceleration_at_tick(shaking.inertial_acceleration_y, body_state.tick),
-        base_acceleration_at_tick(shaking.upward_base_acceleration, body_state.tick),
+        base_acceleration_at_tick(shaking.inertial_acceleration_x, body_state.ticks_in_sample),
+        base_acceleration_at_tick(shaking.inertial_acceleration_y, body_state.ticks_in_sample),
+        base_acceleration_at_tick(shaking.upward_base_acceleration, body_state.ticks_in_sample),
     )
     a = acceleration_of_body_centre(t.force, push)
     # The accounts take the velocities at the whole step.
     c = extrapolate_vector(body_state.velocity, half, a)
     w = angular_velocity_from_momentum(
-        body.inverse, body_axes, extrapolate_vector(body_state.angular_momentum, half, t.moment)
+        body.inverse_inertia, body_axes, extrapolate_vector(body_state.angular_momentum, half, t.moment)
     )
-    work = account.work + dt * ((push.x * c.x + push.y * c.y) - push.z * c.z)
+    work = account.base_motion_work + dt * ((push.x * c.x + push.y * c.y) - push.z * c.z)
     let_go = 0.5 * (
-        body.stiffness * t.released_normal_energy_over_half_stiffness
+        body.normal_stiffness * t.released_normal_energy_over_half_stiffness
         + body.tangential_stiffness * t.released_tangential_energy_over_half_stiffness
     )
-    loss = account.lost + (let_go + dt * -(dot_product(t.non_spring_force, c) + dot_product(t.non_spring_moment, w)))
-    spin = account.spin + dt * (t.moment.z + (body_state.place.x * a.y - body_state.place.y * a.x))
+    loss = account.lost_energy + (
+        let_go + dt * -(dot_product(t.non_spring_force, c) + dot_product(t.non_spring_moment, w))
+    )
+    spin = account.supplied_angular_momentum + dt * (
+        t.moment.z + (body_state.position.x * a.y - body_state.position.y * a.x)
+    )
     # Update the peaks and the last time before the critical tilt.
     lean, bx, by = (
         lean_as_squared_sine(body_axes),
-        body_state.place.x - body.centre_height * body_axes.xz,
-        body_state.place.y - body.centre_height * body_axes.yz,
+        body_state.position.x - body.centre_height * body_axes.xz,
+        body_state.position.y - body.centre_height * body_axes.yz,
     )
     peaks = BodyPeakValues(
-        updated_maximum(peaks.peak_lean_squared_sine, lean), updated_maximum(peaks.slip, bx * bx + by * by),
-        updated_maximum(peaks.depth, contact_totals.max_penetration),
-        body_state.tick if lean < body.critical else peaks.last_upright_tick,
+        updated_maximum(peaks.peak_lean_squared_sine, lean), updated_maximum(peaks.slip_squared, bx * bx + by * by),
+        updated_maximum(peaks.penetration, contact_totals.max_penetration),
+        body_state.ticks_in_sample if lean < body.critical_lean else peaks.last_upright_tick,
     )  # fmt: skip
     # Momenta half a step later, position one step later.
     v, momentum = (
         extrapolate_vector(body_state.velocity, dt, a),
         extrapolate_vector(body_state.angular_momentum, dt, t.moment),
     )
-    w = angular_velocity_from_momentum(body.inverse, body_axes, momentum)
+    w = angular_velocity_from_momentum(body.inverse_inertia, body_axes, momentum)
     w = angular_velocity_from_momentum(
-        body.inverse, rotation_matrix(rotate_quaternion(body_state.rotation, half, w)), momentum
+        body.inverse_inertia, rotation_matrix(rotate_quaternion(body_state.rotation, half, w)), momentum
     )
-    place, turn = extrapolate_vector(body_state.place, dt, v), rotate_quaternion(body_state.rotation, dt, w)
+    place, turn = extrapolate_vector(body_state.position, dt, v), rotate_quaternion(body_state.rotation, dt, w)
     moved = BodyState(
-        place=place,
+        position=place,
         rotation=turn,
         velocity=v,
         angular_momentum=momentum,
-        spin=w,
+        angular_velocity=w,
         acceleration=a,
         moment=t.moment,
-        tick=body_state.tick + TICKS_PER_STEP,
+        ticks_in_sample=body_state.ticks_in_sample + TICKS_PER_STEP,
     )
     return moved, peaks, BodyEnergyAndMomentumAccount(work, loss, spin, 0.0, 0.0, 0.0)
 
@@ -349,7 +353,7 @@ def add_vertex_contact_forces(
     for j in range(columns):
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
         rate, left, right = (
-            body.dashpot / (body.tick_length * TICKS_PER_STEP),
+            body.dashpot_constant / (body.tick_length * TICKS_PER_STEP),
             load_memory(first_vertex_rows, j),
             load_memory(opposite_vertex_rows, j),
         )
@@ -387,7 +391,9 @@ def add_vertex_contact_forces(
         )
         store_memory(first_vertex_rows, j, left)
         store_memory(opposite_vertex_rows, j, right)
-        store_acting(contact_rows, j, add_contact_pair(load_acting(contact_rows, j), a, b, left.depth, right.depth))
+        store_acting(
+            contact_rows, j, add_contact_pair(load_acting(contact_rows, j), a, b, left.penetration, right.penetration)
+        )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -404,7 +410,11 @@ def add_rim_contact_forces(
     for j in range(columns):
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
         dt = body.tick_length * TICKS_PER_STEP
-        rate, left, right = body.dashpot / dt, load_memory(first_point_rows, j), load_memory(opposite_point_rows, j)
+        rate, left, right = (
+            body.dashpot_constant / dt,
+            load_memory(first_point_rows, j),
+            load_memory(opposite_point_rows, j),
+        )
         base_contact = load_base_contact(state, j)
         between, flat, begun = (
             (across_lean != 0.0) & (not both_extreme_base_points_rest(base_contact)),
@@ -420,7 +430,9 @@ def add_rim_contact_forces(
         b, right = apply_contact_law(body, s, on, right, rate, (between & (right.depth <= 0.0), flat, begun, tilting))
         store_memory(first_point_rows, j, left)
         store_memory(opposite_point_rows, j, right)
-        store_acting(contact_rows, j, add_contact_pair(load_acting(contact_rows, j), a, b, left.depth, right.depth))
+        store_acting(
+            contact_rows, j, add_contact_pair(load_acting(contact_rows, j), a, b, left.penetration, right.penetration)
+        )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -450,21 +462,28 @@ def advance_momenta_by_steps(state: Any, columns: int, step_count: float) -> Non
             state,
             j,
             BodyState(
-                place=s.place,
+                position=s.position,
                 rotation=s.rotation,
                 velocity=v,
                 angular_momentum=momentum,
-                spin=s.spin,
+                angular_velocity=s.angular_velocity,
                 acceleration=s.acceleration,
                 moment=s.moment,
-                tick=s.tick,
+                ticks_in_sample=s.ticks_in_sample,
             ),
         )
-        torque = s.moment.z + (s.place.x * s.acceleration.y - s.place.y * s.acceleration.x)
+        torque = s.moment.z + (s.position.x * s.acceleration.y - s.position.y * s.acceleration.x)
         store_account(
             state,
             j,
-            BodyEnergyAndMomentumAccount(account.work, account.lost, account.spin + time * torque, 0.0, 0.0, 0.0),
+            BodyEnergyAndMomentumAccount(
+                account.base_motion_work,
+                account.lost_energy,
+                account.supplied_angular_momentum + time * torque,
+                0.0,
+                0.0,
+                0.0,
+            ),
         )
 
 
@@ -553,11 +572,11 @@ def enable_cundall() -> Iterator[None]:
         modes = np.array([largest_unit_spring_eigenvalue(solid) for solid in planned.solids])[
             planned.case_table["body"]
         ]
-        square = np.maximum(planned.case_table["stiffness"], planned.case_table["tangential_stiffness"]) * modes
-        rate, interval = planned.case_table["dashpot"] * modes, motion.sampling_interval
+        square = np.maximum(planned.case_table["normal_stiffness"], planned.case_table["tangential_stiffness"]) * modes
+        rate, interval = planned.case_table["dashpot_constant"] * modes, motion.sampling_interval
         steps = steps_per_sample(IntegrationScheme.CUNDALL, numerics.time_step, square, rate, interval)
-        planned.case_table["finest"] = planned.case_table["steps_after_contact_change"] = 1.0
-        planned.case_table["standing"] = TICKS_PER_STEP
+        planned.case_table["shortest_step"] = planned.case_table["steps_after_contact_change"] = 1.0
+        planned.case_table["longest_step_at_rest"] = TICKS_PER_STEP
         return CundallSimulationPlan(**vars(planned) | {"steps": steps * numerics.refinement})
 
     with mock.patch("overturning.dem.body.plan.plan_body_simulation", plan_with_cundall_if_chosen):

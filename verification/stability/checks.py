@@ -153,8 +153,8 @@ def find_failed_scene_check(
     prepared: PreparedScene, friction: float, motion: Motion, results: CaseResults, row: int = 0
 ) -> str:
     """Return the first failed check of a scene with one μ for all contacts; see `find_failed_check`."""
-    size = min(item.smaller_extent for item in prepared.placed if not item.is_driven_or_held)
-    bound = min(least_rocking_acceleration_ratio(prepared.placed), friction)
+    size = min(item.smaller_extent for item in prepared.elements if not item.is_driven_or_held)
+    bound = min(least_rocking_acceleration_ratio(prepared.elements), friction)
     bounds = BoundsOnCaseResults(
         max_static_penetration(prepared),
         size,
@@ -174,7 +174,7 @@ def max_static_penetration(prepared: PreparedScene) -> float:
 
     The two ends of a contact share its weight.
     """
-    return float(np.max(prepared.laws.carried / (2.0 * prepared.laws.normal), initial=0.0))
+    return float(np.max(prepared.laws.carried_weight / (2.0 * prepared.laws.normal_stiffness), initial=0.0))
 
 
 def least_rocking_acceleration_ratio(placed: Sequence[PlacedElement]) -> float:
@@ -220,7 +220,7 @@ def least_rotations_marked_as_fallen(prepared: PreparedScene) -> FloatArray:
     """
     angle = _rotations_counted_as_fallen(prepared)
     for place, index in enumerate(prepared.free_element_indices):
-        item = prepared.placed[index]
+        item = prepared.elements[index]
         # The longest face that this rotation turns down.
         length = max(
             (length for turn, length in _face_down_rotations_and_lengths(item) if abs(abs(turn) - angle[place]) < 1e-9),
@@ -228,7 +228,7 @@ def least_rotations_marked_as_fallen(prepared: PreparedScene) -> FloatArray:
         )
         if length > 0.0:
             mine = [k for k, pair in enumerate(prepared.pairs) if index in pair[:2]]
-            pressed = item.mass * STANDARD_GRAVITY / (2.0 * prepared.laws.normal[mine].min())
+            pressed = item.mass * STANDARD_GRAVITY / (2.0 * prepared.laws.normal_stiffness[mine].min())
             angle[place] -= np.arcsin(min(pressed / length, 1.0))
     return np.where(angle > RIGHT_ANGLE_RAD, np.inf, angle)
 
@@ -237,8 +237,8 @@ def standing_rotation_limits(prepared: PreparedScene) -> FloatArray:
     """Return the rotation, rad, below which each free element stands (tipping angle; 0 if it may lose its support)."""
     found = []
     for index, asked in zip(prepared.free_element_indices, _rotations_counted_as_fallen(prepared), strict=True):
-        item = prepared.placed[index]
-        on_ground = all(prepared.placed[k].is_driven_or_held for k in prepared.carriers[index])
+        item = prepared.elements[index]
+        on_ground = all(prepared.elements[k].is_driven_or_held for k in prepared.carriers[index])
         x, z = item.shape.vertices.T
         base = x[z < z.min() + 1e-9 * item.smaller_extent]
         tips = float(np.arctan2(min(base.max(), -base.min()), -z.min()))
@@ -248,7 +248,7 @@ def standing_rotation_limits(prepared: PreparedScene) -> FloatArray:
 
 def _rotations_counted_as_fallen(prepared: PreparedScene) -> FloatArray:
     """Return the rotation, rad, from which each free element counts as fallen: the scene's, or to another face."""
-    items = [prepared.placed[index] for index in prepared.free_element_indices]
+    items = [prepared.elements[index] for index in prepared.free_element_indices]
     asked = [item.element.fallen_rotation_deg for item in items]
     return np.array([
         max(_rotations_to_rest_on_next_face(item)) if angle is None else np.radians(angle)

@@ -220,7 +220,7 @@ def simulate_and_check_scene_cases(
     if scene.is_single_block_on_wide_ground:
         block = simulate_cases(scene, motion, cases, replace(numerics, general=False))
         # The ground of the scene is finite, that of the single block is not.
-        there = found.peak_slip < 0.5 * prepared.placed[0].shape.width
+        there = found.peak_slip < 0.5 * prepared.elements[0].shape.width
         both = (found.overturned != INT8_MISSING) & (block.overturned != INT8_MISSING) & there
         rows["as_block"][both] = (found.overturned == block.overturned)[both]
     return rows | _dimensionless_groups_of_scene(setting, prepared, motion)
@@ -232,13 +232,13 @@ def _dimensionless_groups_of_scene(
     """Return the dimensionless groups of the cases of a scene by name; NaN if the scene was refused."""
     if prepared is None:
         return dict.fromkeys(DIMENSIONLESS_GROUPS, np.full(CASES_PER_SETTING, np.nan))
-    laws, bound = prepared.laws, max(least_rocking_acceleration_ratio(prepared.placed), 1e-9)
-    loaded = laws.carried > 0
-    heave = 2.0 * np.sqrt(0.5 * laws.normal * laws.carried / STANDARD_GRAVITY)
+    laws, bound = prepared.laws, max(least_rocking_acceleration_ratio(prepared.elements), 1e-9)
+    loaded = laws.carried_weight > 0
+    heave = 2.0 * np.sqrt(0.5 * laws.normal_stiffness * laws.carried_weight / STANDARD_GRAVITY)
     damping = laws.dashpot[loaded] / heave[loaded]
     groups = (
         max_static_penetration(prepared)
-        / min(item.smaller_extent for item in prepared.placed if not item.is_driven_or_held),
+        / min(item.smaller_extent for item in prepared.elements if not item.is_driven_or_held),
         float(damping.max()) if damping.size else np.nan,
         _ratio_of_time_step_to_stable_step(
             setting.common_parameters,

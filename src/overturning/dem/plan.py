@@ -77,7 +77,7 @@ class SimulationPlan(ABC):
     motion: Motion
     cases: Cases
     numerics: NumericalOptions
-    motion_rows: NDArray[np.int64]  # shape (n,): row of `ground` for each case
+    motion_rows: NDArray[np.int64]  # shape (n,): row of `base_accelerations` for each case
     base_accelerations: (
         FloatArray  # shape (directions, …, samples + 3): acceleration of the base in each direction, m/s²
     )
@@ -253,7 +253,7 @@ class SimulationPlan(ABC):
             "cases": cases,
             "motion_rows": row,
             "results": result_tables["results"],
-            "ground": ground,
+            "ground_motion": ground,
         }
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:

@@ -21,14 +21,14 @@ def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: 
     """Solve the equations of elements linked by contacts; return first the number of 3 × 3 submatrices used."""
     pattern, matrix = equations.create_empty_nonzero_pattern(size), np.zeros(size * size * equations.SUBMATRIX_SIZE)
     for k in range(size):
-        pattern.used[k, k] = True
+        pattern.is_nonzero[k, k] = True
     for i, k in links:
-        if not pattern.used[i, k]:
+        if not pattern.is_nonzero[i, k]:
             equations.mark_submatrix_nonzero(pattern, i, k)
             equations.mark_submatrix_nonzero(pattern, k, i)
     for i in range(size):
         for k in range(size):
-            if pattern.used[i, k]:
+            if pattern.is_nonzero[i, k]:
                 for number in range(9):
                     for j in range(rows.PARALLEL_CASE_COUNT):
                         place = (i * size + k) * equations.SUBMATRIX_SIZE + number * rows.PARALLEL_CASE_COUNT + j
@@ -36,10 +36,10 @@ def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: 
     equations.solve_velocity_changes(
         view_without_reference_counts(state), view_without_reference_counts(matrix), pattern, size
     )
-    used = pattern.used.sum()
+    used = pattern.is_nonzero.sum()
     equations.clear_nonzero_pattern(pattern)
     # Use the owners once more, so that borrowed arrays are not freed earlier.
-    return used, pattern.used.any() or pattern.count.any(), matrix[0], state[0]
+    return used, pattern.is_nonzero.any() or pattern.later_coupled_counts.any(), matrix[0], state[0]
 
 
 @cache_compiled_kernel
@@ -64,20 +64,21 @@ def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type
         update_sample_and_load_motion(inputs, workspace, cases, rows.PARALLEL_CASE_COUNT)
         for n in range(inputs.settings.steps_per_check):
             if not sleep:
-                resume_contact_tests_after_motion(state, scene, workspace.pairs, np.inf)
+                resume_contact_tests_after_motion(state, scene, workspace.active_pairs, np.inf)
             advance_scene_one_step(
-                inputs.ground.up, state, view_without_reference_counts(workspace.matrix),
-                view_without_reference_counts(workspace.pattern),
-                view_without_reference_counts(workspace.pairs), view_without_reference_counts(workspace.moves), scene,
+                inputs.ground_motion.up, state, view_without_reference_counts(workspace.matrix),
+                view_without_reference_counts(workspace.nonzero_pattern),
+                view_without_reference_counts(workspace.active_pairs),
+                view_without_reference_counts(workspace.is_movable), scene,
                 inputs.settings.ticks_per_sample,
             )  # fmt: skip
             if n + sample > 0:
-                most = max(most, workspace.pairs.count[0])
+                most = max(most, workspace.active_pairs.active_pair_count[0])
         store_sample_results_and_start_next_sample(
             state, scene, inputs.settings.ticks_per_sample, inputs.settings.sampling_interval
         )
     found = state[: rows.CASE_SIZE + scene.element_rules.shape[1] * rows.ELEMENT_SIZE].copy()
     # Use the owners once more, so that borrowed arrays are not freed earlier.
-    held = workspace.state_memory[0] + workspace.matrix[0] + workspace.pattern.count[0]
-    held += workspace.pairs.count[0] + workspace.moves[0]
+    held = workspace.state_memory[0] + workspace.matrix[0] + workspace.nonzero_pattern.later_coupled_counts[0]
+    held += workspace.active_pairs.active_pair_count[0] + workspace.is_movable[0]
     return most, found, held + inputs.scene.initial_state_columns[0, 0]

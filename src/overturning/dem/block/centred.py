@@ -50,8 +50,8 @@ def predict_corner_at_step_end(
     The spring of a corner that was not in contact starts unstretched.
     """
     arm, drop = corner_position_from_centre(side, block, extrapolated_block.cos, extrapolated_block.sin)
-    stretch = previous_corner.spring + ((extrapolated_block.x + arm) - previous_corner.place)
-    stretch = stretch if previous_corner.depth > 0.0 else 0.0
+    stretch = previous_corner.tangential_stretch + ((extrapolated_block.x + arm) - previous_corner.x_position)
+    stretch = stretch if previous_corner.penetration > 0.0 else 0.0
     return PredictedCorner(
         arm,
         drop,
@@ -71,7 +71,7 @@ def predict_block_at_step_end(
     ticks_per_sample: float,
 ) -> PredictedBlock:
     """Predict the state of a block and its lower corners at the end of a step, with constant acceleration."""
-    dt, tick = block.tick_length * step_ticks, state.tick + step_ticks
+    dt, tick = block.tick_length * step_ticks, state.ticks_in_sample + step_ticks
     half = 0.5 * dt
     kx, kz, kw = half * state.ax, half * state.az, half * state.angular_acceleration
     vx, vz, vw = state.vx + kx, state.vz + kz, state.angular_velocity + kw
@@ -99,12 +99,12 @@ def predict_block_at_step_end(
         vx=vx,
         vz=vz,
         angular_velocity=vw,
-        ex=ex,
+        end_vx=ex,
         end_vz=ez,
         end_angular_velocity=ew,
         inertial_acceleration_x=push,
         upward_base_acceleration=lift,
-        half=half,
+        half_step=half,
         left=left,
         right=right,
     )
@@ -126,9 +126,9 @@ def predict_normal_force_and_contact(
     In a step that resolves the contact vibration (`forces_decide_contact`), the predicted force decides about contact.
     In a longer step this force would be too large; a corner that was in contact after the last step stays in contact.
     """
-    n = block.stiffness * predicted_corner.depth - block.dashpot * predicted_corner.uz
-    return n, ((is_flat_landing | (n > 0.0)) & (predicted_corner.depth > 0.0)) | (
-        (not forces_decide_contact) & (previous_corner.normal != 0.0)
+    n = block.normal_stiffness * predicted_corner.penetration - block.dashpot_constant * predicted_corner.velocity_z
+    return n, ((is_flat_landing | (n > 0.0)) & (predicted_corner.penetration > 0.0)) | (
+        (not forces_decide_contact) & (previous_corner.normal_force != 0.0)
     )
 
 
@@ -145,17 +145,19 @@ def predict_trial_friction_of_corner(
     (Painlevé's paradox, possible from μ = 4/3), the corner sticks. In a flat landing both corners slide or stick
     together (`flat_landing_sliding_and_friction`).
     """
-    slid, fine = assumed_contact.slid, assumed_contact.forces_decide_contact
-    f = block.tangential_stiffness * predicted_corner.stretch + block.dashpot * predicted_corner.ux
+    slid, fine = assumed_contact.signed_friction, assumed_contact.forces_decide_contact
+    spring = block.tangential_stiffness * predicted_corner.tangential_stretch
+    f = spring + block.dashpot_constant * predicted_corner.velocity_x
     excess = abs(f) - block.friction * normal_force if fine else abs(slid)
     slid = math.copysign(block.friction, f) if fine else slid
     slides, slid = (
         (assumed_contact.slides_in_flat_landing, assumed_contact.flat_landing_signed_friction)
-        if assumed_contact.held
+        if assumed_contact.lands_flat
         else (excess > 0.0, slid)
     )
-    freedom = 1.0 + block.inertia * predicted_corner.arm * (
-        predicted_corner.arm - slid * (assumed_contact.friction_moment_share * predicted_corner.drop)
+    freedom = 1.0 + block.inverse_inertia * predicted_corner.x_from_centre * (
+        predicted_corner.x_from_centre
+        - slid * (assumed_contact.friction_moment_share * predicted_corner.depth_below_centre)
     )
     return TrialCornerFriction(f, slides, slid, freedom > MIN_RELATIVE_NORMAL_MOBILITY_TO_SLIDE)
 
@@ -169,8 +171,8 @@ def signed_friction_coefficient_and_sliding(
     A corner sticks if sliding friction would turn it into the base (Painlevé's paradox), unless the other corner
     sticks: then the block can only rotate about the other corner, which lifts this one.
     """
-    free = corner_friction.free | (other_in_contact & (not other_corner_friction.slides))
-    return (corner_friction.slid if free else 0.0), corner_friction.slides & free
+    free = corner_friction.is_pushed_out_while_sliding | (other_in_contact & (not other_corner_friction.slides))
+    return (corner_friction.signed_friction if free else 0.0), corner_friction.slides & free
 
 
 @njit(**INLINE)
@@ -186,8 +188,8 @@ def normal_force_constant_and_velocity_factor(
     The force at the end of the step is per mass, m/s²; the decrease is that per m/s of upward velocity of the corner,
     times half the step.
     """
-    normal = block.dashpot + half_step_time * block.stiffness
-    return (normal_force + normal * predicted_corner.uz if is_in_contact else 0.0), (
+    normal = block.dashpot_constant + half_step_time * block.normal_stiffness
+    return (normal_force + normal * predicted_corner.velocity_z if is_in_contact else 0.0), (
         half_step_time * normal if is_in_contact else 0.0
     )
 
@@ -207,9 +209,11 @@ def corner_equation_terms(
     normal_force, press = normal_force_constant_and_velocity_factor(
         block, predicted_corner, half_step_time, normal_force, is_in_contact
     )
-    tangential = block.dashpot + half_step_time * block.tangential_stiffness
+    tangential = block.dashpot_constant + half_step_time * block.tangential_stiffness
     sticks = is_in_contact & (not is_sliding)
-    tangential_force = tangential_force - tangential * predicted_corner.ux if sticks else signed_friction * normal_force
+    tangential_force = (
+        tangential_force - tangential * predicted_corner.velocity_x if sticks else signed_friction * normal_force
+    )
     return CornerEquationTerms(
         normal_force,
         tangential_force,
@@ -232,19 +236,24 @@ def solve_velocity_corrections(
     The three equations are solved by elimination without pivoting: the matrix is the identity plus a positive part.
     Sliding corners, whose friction could reduce it too much, are made to stick instead.
     """
-    half, inertia, left, right = predicted_block.half, block.inertia, predicted_block.left, predicted_block.right
-    held = block_lands_flat(block, state, (left.depth, left.uz), (right.depth, right.uz))
+    half, inertia = predicted_block.half_step, block.inverse_inertia
+    left, right = predicted_block.left, predicted_block.right
+    arm_l, arm_r = left.x_from_centre, right.x_from_centre
+    held = block_lands_flat(block, state, (left.penetration, left.velocity_z), (right.penetration, right.velocity_z))
     nl, on_l = predict_normal_force_and_contact(block, left, state.left, forces_decide_contact, held)
     nr, on_r = predict_normal_force_and_contact(block, right, state.right, forces_decide_contact, held)
     # A corner in the air has no force, so the last step does not tell whether it slid.
-    drifts, drift, tilting = flat_landing_sliding_and_friction(block, held, predicted_block.ex, predicted_block.end_vz)
-    lever_l, lever_r = tilting * left.drop, tilting * right.drop
+    drifts, drift, tilting = flat_landing_sliding_and_friction(
+        block, held, predicted_block.end_vx, predicted_block.end_vz
+    )
+    drop_l, drop_r = left.depth_below_centre, right.depth_below_centre
+    lever_l, lever_r = tilting * drop_l, tilting * drop_r
     guess_l = predict_trial_friction_of_corner(
         block,
         left,
         nl,
         AssumedCornerContact(
-            assumed_slip.left, forces_decide_contact | (state.left.normal == 0.0), held, drifts, drift, tilting
+            assumed_slip.left, forces_decide_contact | (state.left.normal_force == 0.0), held, drifts, drift, tilting
         ),
     )
     guess_r = predict_trial_friction_of_corner(
@@ -252,30 +261,32 @@ def solve_velocity_corrections(
         right,
         nr,
         AssumedCornerContact(
-            assumed_slip.right, forces_decide_contact | (state.right.normal == 0.0), held, drifts, drift, tilting
+            assumed_slip.right, forces_decide_contact | (state.right.normal_force == 0.0), held, drifts, drift, tilting
         ),
     )
     slid_l, slides_l = signed_friction_coefficient_and_sliding(guess_l, guess_r, on_r)
     slid_r, slides_r = signed_friction_coefficient_and_sliding(guess_r, guess_l, on_l)
-    p = corner_equation_terms(block, left, half, nl, on_l, guess_l.f, slides_l, slid_l)
-    q = corner_equation_terms(block, right, half, nr, on_r, guess_r.f, slides_r, slid_r)
-    hx = predicted_block.vx + half * (predicted_block.inertial_acceleration_x - (p.f + q.f))
-    hz = predicted_block.vz + half * ((p.n + q.n) - (GRAVITY + predicted_block.upward_base_acceleration))
+    p = corner_equation_terms(block, left, half, nl, on_l, guess_l.tangential_force, slides_l, slid_l)
+    q = corner_equation_terms(block, right, half, nr, on_r, guess_r.tangential_force, slides_r, slid_r)
+    fl, fr, nl, nr = p.tangential_force, q.tangential_force, p.normal_force, q.normal_force
+    hx = predicted_block.vx + half * (predicted_block.inertial_acceleration_x - (fl + fr))
+    hz = predicted_block.vz + half * ((nl + nr) - (GRAVITY + predicted_block.upward_base_acceleration))
     hw = predicted_block.angular_velocity + half * (
-        inertia * ((lever_l * p.f - left.arm * p.n) + (lever_r * q.f - right.arm * q.n))
+        inertia * ((lever_l * fl - arm_l * nl) + (lever_r * fr - arm_r * nr))
     )
-    wl, wr = p.normal_force_velocity_factor * left.arm, q.normal_force_velocity_factor * right.arm
-    el, er = p.slide * lever_l - wl, q.slide * lever_r - wr
+    wl, wr = p.normal_force_velocity_factor * arm_l, q.normal_force_velocity_factor * arm_r
+    slide_l, slide_r = p.sliding_force_per_velocity, q.sliding_force_per_velocity
+    el, er = slide_l * lever_l - wl, slide_r * lever_r - wr
     gl, gr = p.sticking_force_velocity_factor * lever_l, q.sticking_force_velocity_factor * lever_r
-    sway = p.sticking_force_velocity_factor * left.drop + q.sticking_force_velocity_factor * right.drop
+    sway = p.sticking_force_velocity_factor * drop_l + q.sticking_force_velocity_factor * drop_r
     a11, a12, a13 = (
         1.0 + (p.sticking_force_velocity_factor + q.sticking_force_velocity_factor),
-        -(p.slide + q.slide),
-        (q.slide * right.arm + p.slide * left.arm) - sway,
+        -(slide_l + slide_r),
+        (slide_r * arm_r + slide_l * arm_l) - sway,
     )
     a22, a23 = 1.0 + (p.normal_force_velocity_factor + q.normal_force_velocity_factor), -(wl + wr)
     a31, a32 = inertia * (gl + gr), inertia * (el + er)
-    a33 = 1.0 + inertia * ((gl * left.drop - el * left.arm) + (gr * right.drop - er * right.arm))
+    a33 = 1.0 + inertia * ((gl * drop_l - el * arm_l) + (gr * drop_r - er * arm_r))
     both, first, second = a11 * a22, a31 * a22, a32 * a11 + a31 * a12
     last = (a33 * both + first * a13) - second * a23
     inverse = 1.0 / (both * last)
@@ -284,8 +295,9 @@ def solve_velocity_corrections(
     ez = (hz - a23 * ew) * (inverse * a11)
     ex = ((hx - a12 * ez) - a13 * ew) * (inverse * a22)
     return BlockVelocityCorrection(
-        ex - predicted_block.ex, ez - predicted_block.end_vz, ew - predicted_block.end_angular_velocity, slid_l, slid_r
-    )
+        ex - predicted_block.end_vx, ez - predicted_block.end_vz, ew - predicted_block.end_angular_velocity, slid_l,
+        slid_r,
+    )  # fmt: skip
 
 
 @njit(**INLINE)
@@ -297,22 +309,24 @@ def solve_velocity_corrections_without_friction(
     predicted_block: PredictedBlock,
 ) -> BlockVelocityCorrection:
     """Solve the linear equations of a frictionless step for the corrections of a block's predicted velocities."""
-    half, inertia, left, right = predicted_block.half, block.inertia, predicted_block.left, predicted_block.right
-    held = block_lands_flat(block, state, (left.depth, left.uz), (right.depth, right.uz))
+    half, inertia = predicted_block.half_step, block.inverse_inertia
+    left, right = predicted_block.left, predicted_block.right
+    arm_l, arm_r = left.x_from_centre, right.x_from_centre
+    held = block_lands_flat(block, state, (left.penetration, left.velocity_z), (right.penetration, right.velocity_z))
     nl, on_l = predict_normal_force_and_contact(block, left, state.left, forces_decide_contact, held)
     nr, on_r = predict_normal_force_and_contact(block, right, state.right, forces_decide_contact, held)
     nl, press_l = normal_force_constant_and_velocity_factor(block, left, half, nl, on_l)
     nr, press_r = normal_force_constant_and_velocity_factor(block, right, half, nr, on_r)
     ex = predicted_block.vx + half * predicted_block.inertial_acceleration_x
     hz = predicted_block.vz + half * ((nl + nr) - (GRAVITY + predicted_block.upward_base_acceleration))
-    hw = predicted_block.angular_velocity - half * (inertia * (left.arm * nl + right.arm * nr))
-    wl, wr = press_l * left.arm, press_r * right.arm
+    hw = predicted_block.angular_velocity - half * (inertia * (arm_l * nl + arm_r * nr))
+    wl, wr = press_l * arm_l, press_r * arm_r
     a22, a23 = 1.0 + (press_l + press_r), -(wl + wr)
-    a32, a33 = inertia * a23, 1.0 + inertia * (wl * left.arm + wr * right.arm)
+    a32, a33 = inertia * a23, 1.0 + inertia * (wl * arm_l + wr * arm_r)
     last = a33 * a22 - a32 * a23
     inverse = 1.0 / (a22 * last)
     ew = (hw * a22 - a32 * hz) * (inverse * a22)
     ez = (hz - a23 * ew) * (inverse * last)
     return BlockVelocityCorrection(
-        ex - predicted_block.ex, ez - predicted_block.end_vz, ew - predicted_block.end_angular_velocity, 0.0, 0.0
+        ex - predicted_block.end_vx, ez - predicted_block.end_vz, ew - predicted_block.end_angular_velocity, 0.0, 0.0
     )

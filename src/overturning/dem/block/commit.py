@@ -45,69 +45,72 @@ def compute_corner_forces(
     in the air is marked as sliding, which has no effect.
     """
     du, dw = (
-        velocity_change.vx - predicted_corner.drop * velocity_change.angular_velocity,
-        velocity_change.vz - predicted_corner.arm * velocity_change.angular_velocity,
+        velocity_change.vx - predicted_corner.depth_below_centre * velocity_change.angular_velocity,
+        velocity_change.vz - predicted_corner.x_from_centre * velocity_change.angular_velocity,
     )
-    ux, uz = predicted_corner.ux + du, predicted_corner.uz + dw
-    half = predicted_block.half
+    ux, uz = predicted_corner.velocity_x + du, predicted_corner.velocity_z + dw
+    half = predicted_block.half_step
     depth, stretch, place = (
-        predicted_corner.depth - half * dw,
-        predicted_corner.stretch + half * du,
-        (predicted_block.x + predicted_corner.arm) + half * du,
+        predicted_corner.penetration - half * dw,
+        predicted_corner.tangential_stretch + half * du,
+        (predicted_block.x + predicted_corner.x_from_centre) + half * du,
     )
-    inside, was = depth > 0.0, previous_corner.depth > 0.0
-    changed = predicted_corner.depth if predicted_corner.depth > depth else depth
+    inside, was = depth > 0.0, previous_corner.penetration > 0.0
+    changed = predicted_corner.penetration if predicted_corner.penetration > depth else depth
     changed = -depth if was else changed
     # No tension except in a flat landing.
-    spring = block.stiffness * depth if inside else 0.0
-    n = spring - block.dashpot * uz
-    n = n if assumed_contact.held | (n > 0.0) else 0.0
+    spring = block.normal_stiffness * depth if inside else 0.0
+    n = spring - block.dashpot_constant * uz
+    n = n if assumed_contact.lands_flat | (n > 0.0) else 0.0
     n = n if inside else 0.0
     # Friction; the spring of a slipping corner is shortened to the force that friction can hold.
     most = block.friction * n
-    f = block.tangential_stiffness * stretch + block.dashpot * ux
+    f = block.tangential_stiffness * stretch + block.dashpot_constant * ux
     sign, slips = math.copysign(block.friction, f), abs(f) > most
     # A corner that lands flat may stick or slide beyond the friction limit, but without contact it has no friction.
-    lands = assumed_contact.held & inside
+    lands = assumed_contact.lands_flat & inside
     sign, slips = (
         (assumed_contact.flat_landing_signed_friction, assumed_contact.slides_in_flat_landing)
         if lands
         else (sign, slips)
     )
-    found, assumed = sign if slips else 0.0, 0.0 if assumed_contact.forces_decide_contact else assumed_contact.slid
+    found, assumed = (
+        sign if slips else 0.0,
+        0.0 if assumed_contact.forces_decide_contact else assumed_contact.signed_friction,
+    )
     f = sign * n if slips else f
     remaining = (
         clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.tangential_compliance) if slips else stretch
     )
-    lever = assumed_contact.friction_moment_share * predicted_corner.drop
-    turning = (predicted_corner.drop - lever) * (
+    lever = assumed_contact.friction_moment_share * predicted_corner.depth_below_centre
+    turning = (predicted_corner.depth_below_centre - lever) * (
         predicted_block.end_angular_velocity + velocity_change.angular_velocity
     )
     # Friction acts at the shortened lever arm; the spring is stretched at the corner itself.
     damping, sliding = (spring - n) * uz, (f - block.tangential_stiffness * remaining) * ux + f * turning
-    sinking = depth - previous_corner.depth
-    cut = depth * previous_corner.depth
+    sinking = depth - previous_corner.penetration
+    cut = depth * previous_corner.penetration
     cut = math.copysign(cut if cut < 0.0 else 0.0, sinking)
     fresh, loaded = inside & (not was), most > 0.0
     moment, let_go = (
-        lever * f - predicted_corner.arm * n,
-        (previous_corner.spring + remaining) * (stretch - remaining),
+        lever * f - predicted_corner.x_from_centre * n,
+        (previous_corner.tangential_stretch + remaining) * (stretch - remaining),
     )
     return SolvedCornerContact(
-        corner=CornerState(remaining, place, depth, n),
-        f=f,
-        moment=moment if with_friction else -(predicted_corner.arm * n),
-        loss=damping + sliding if with_friction else damping,
+        new_corner=CornerState(remaining, place, depth, n),
+        tangential_force=f,
+        moment=moment if with_friction else -(predicted_corner.x_from_centre * n),
+        dissipated_power=damping + sliding if with_friction else damping,
         released_tangential_stretch_squared=let_go if with_friction else 0.0,
-        cut=cut,
-        fresh=fresh,
+        released_stretch_squared=cut,
+        has_closed_in_step=fresh,
         penetration_change_if_closed=sinking if fresh else 1.0,
-        changed=changed,
+        contact_changed=changed,
         vertical_travel_if_changed=abs(sinking) if changed > 0.0 else 0.0,
-        found=found,
+        signed_friction=found,
         has_wrong_slip_assumption=(found != assumed) & loaded,
         has_slip_reversal=(assumed * ux < 0.0) & loaded,
-        has_friction_reversal=(found * previous_corner.spring < 0.0) & loaded,
+        has_friction_reversal=(found * previous_corner.tangential_stretch < 0.0) & loaded,
     )
 
 
@@ -122,38 +125,41 @@ def contact_changes_in_block_step(
 ) -> StepContactChanges:
     """Return which corner contacts opened, closed or slid in an attempted step; these decide if it is accepted."""
     left, right = solved_corners.left, solved_corners.right
-    changed = (left.changed if left.changed > right.changed else right.changed) > 0.0
+    changed = (left.contact_changed if left.contact_changed > right.contact_changed else right.contact_changed) > 0.0
     far = (
         left.vertical_travel_if_changed
         if left.vertical_travel_if_changed > right.vertical_travel_if_changed
         else right.vertical_travel_if_changed
     )
-    gentle = (far <= block.gentle) & (step_ticks <= MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO * case_step_control.finest)
-    stands = (left.corner.normal > 0.0) & (right.corner.normal > 0.0)
+    gentle = (far <= block.max_travel_in_gentle_step) & (
+        step_ticks <= MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO * case_step_control.shortest_step
+    )
+    stands = (left.new_corner.normal_force > 0.0) & (right.new_corner.normal_force > 0.0)
     if not with_friction:
         return StepContactChanges(
-            changed=changed,
-            fast=False,
-            gentle=gentle,
+            contact_changed=changed,
+            requires_shorter_step=False,
+            may_keep_step=gentle,
             has_wrong_slip_assumption=False,
             has_slip_reversal=False,
             has_friction_reversal=False,
-            slides=False,
+            slides_on_all_points=False,
             all_contacts_are_closed=stands,
         )
     wrong, back = (
         (left.has_wrong_slip_assumption | right.has_wrong_slip_assumption) & (not forces_decide_contact),
         (left.has_friction_reversal | right.has_friction_reversal) & (not forces_decide_contact),
     )
-    slides = (left.found != 0.0) & (right.found != 0.0) & (left.corner.normal + right.corner.normal > 0.0)
+    loaded = left.new_corner.normal_force + right.new_corner.normal_force > 0.0
+    slides = (left.signed_friction != 0.0) & (right.signed_friction != 0.0) & loaded
     return StepContactChanges(
-        changed=changed,
-        fast=False,
-        gentle=gentle,
+        contact_changed=changed,
+        requires_shorter_step=False,
+        may_keep_step=gentle,
         has_wrong_slip_assumption=wrong,
         has_slip_reversal=left.has_slip_reversal | right.has_slip_reversal,
         has_friction_reversal=back,
-        slides=slides,
+        slides_on_all_points=slides,
         all_contacts_are_closed=stands,
     )
 
@@ -179,7 +185,9 @@ def assumed_signed_friction_for_next_attempt(
         keeps_assumed_slip | (is_retry & (not left.has_wrong_slip_assumption)),
         keeps_assumed_slip | (is_retry & (not right.has_wrong_slip_assumption)),
     )
-    return AssumedSignedFriction(of_left if keeps_left else left.found, of_right if keeps_right else right.found)
+    return AssumedSignedFriction(
+        of_left if keeps_left else left.signed_friction, of_right if keeps_right else right.signed_friction
+    )
 
 
 @njit(**INLINE)
@@ -194,8 +202,8 @@ def time_in_contact_minus_half_step(
     division serves both corners.
     """
     inverse = 2.0 * half_step_time / (corner.penetration_change_if_closed * other_corner.penetration_change_if_closed)
-    time = corner.corner.depth * (inverse * other_corner.penetration_change_if_closed) - half_step_time
-    return time if corner.fresh else 0.0
+    time = corner.new_corner.penetration * (inverse * other_corner.penetration_change_if_closed) - half_step_time
+    return time if corner.has_closed_in_step else 0.0
 
 
 @njit(**INLINE)
@@ -212,9 +220,9 @@ def complete_block_step(
     """Compute a block's state, peak values and energy account at the end of a step, valid if the step is accepted."""
     (s, peaks, account), (left, right) = previous_step, solved_corners
     half, turn, tick = (
-        predicted_block.half,
-        predicted_block.half * velocity_change.angular_velocity,
-        s.tick + step_ticks,
+        predicted_block.half_step,
+        predicted_block.half_step * velocity_change.angular_velocity,
+        s.ticks_in_sample + step_ticks,
     )
     x, z, angle = (
         predicted_block.x + half * velocity_change.vx,
@@ -222,42 +230,43 @@ def complete_block_step(
         predicted_block.angle + turn,
     )
     c, sn = predicted_block.cos - predicted_block.sin * turn, predicted_block.sin + predicted_block.cos * turn
-    nl, nr = left.corner.normal, right.corner.normal
+    nl, nr = left.new_corner.normal_force, right.new_corner.normal_force
     ax, az = (
-        predicted_block.inertial_acceleration_x - (left.f + right.f)
+        predicted_block.inertial_acceleration_x - (left.tangential_force + right.tangential_force)
         if with_friction
         else predicted_block.inertial_acceleration_x,
         (nl + nr) - (GRAVITY + predicted_block.upward_base_acceleration),
     )
-    aw = block.inertia * (left.moment + right.moment)
+    aw = block.inverse_inertia * (left.moment + right.moment)
     vx, vz, vw = (
         predicted_block.vx + half * ax,
         predicted_block.vz + half * az,
         predicted_block.angular_velocity + half * aw,
     )
     pl, pr = time_in_contact_minus_half_step(half, left, right), time_in_contact_minus_half_step(half, right, left)
-    vx = vx - (pl * left.f + pr * right.f) if with_friction else vx
-    vz, vw = vz + (pl * nl + pr * nr), vw + block.inertia * (pl * left.moment + pr * right.moment)
+    vx = vx - (pl * left.tangential_force + pr * right.tangential_force) if with_friction else vx
+    vz, vw = vz + (pl * nl + pr * nr), vw + block.inverse_inertia * (pl * left.moment + pr * right.moment)
     # Work of the base motion; loss in dashpots, friction, and contacts that open or close within the step.
     power, loss = (
         predicted_block.inertial_acceleration_x * vx - predicted_block.upward_base_acceleration * vz
         if with_vertical
         else predicted_block.inertial_acceleration_x * vx,
-        left.loss + right.loss,
+        left.dissipated_power + right.dissipated_power,
     )
     springs = block.tangential_stiffness * (
         left.released_tangential_stretch_squared + right.released_tangential_stretch_squared
-    ) + block.stiffness * (left.cut + right.cut)
-    lost = account.lost + ((half * (account.loss + loss) + (pl * left.loss + pr * right.loss)) + 0.5 * springs)
+    ) + block.normal_stiffness * (left.released_stretch_squared + right.released_stretch_squared)
+    early_loss = pl * left.dissipated_power + pr * right.dissipated_power
+    lost = account.lost_energy + ((half * (account.dissipated_power + loss) + early_loss) + 0.5 * springs)
+    deep_l, deep_r = left.new_corner.penetration, right.new_corner.penetration
     peaks = BlockPeakValues(
         updated_maximum(peaks.angle, abs(angle)),
         updated_maximum(peaks.slip, abs(displacement_of_block_base(block, x, sn))),
-        updated_maximum(
-            peaks.depth, left.corner.depth if left.corner.depth > right.corner.depth else right.corner.depth
-        ),
+        updated_maximum(peaks.penetration, deep_l if deep_l > deep_r else deep_r),
         tick if abs(angle) < block.alpha else peaks.last_upright_tick,
     )
-    account = BlockEnergyAccount(account.work + half * (account.power + power), lost, power, loss)
+    work = account.base_motion_work + half * (account.base_motion_power + power)
+    account = BlockEnergyAccount(work, lost, power, loss)
     landing = remaining_flat_landing_time(block, s, 2.0 * half)
     state = BlockState(
         x=x,
@@ -271,9 +280,9 @@ def complete_block_step(
         ax=ax,
         az=az,
         angular_acceleration=aw,
-        left=left.corner,
-        right=right.corner,
-        tick=tick,
-        landing=landing,
+        left=left.new_corner,
+        right=right.new_corner,
+        ticks_in_sample=tick,
+        remaining_landing_time=landing,
     )
     return BlockAfterStep(state, peaks, account)

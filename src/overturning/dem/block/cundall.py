@@ -31,15 +31,15 @@ TICKS_PER_STEP: Final = TICKS_PER_WHOLE_STEP
 class CornerContactForce(NamedTuple):
     """Contact force of the base on a corner of a block, per block mass, and the new state of the corner."""
 
-    n: float
+    normal_force: float
     """Normal force, m/s²."""
-    f: float
+    tangential_force: float
     """Tangential force along s, m/s²."""
-    arm: float
+    x_from_centre: float
     """Position of the corner from the centre, along s, m."""
-    drop: float
+    friction_lever_arm: float
     """Lever of the tangential force: depth of the corner below the centre, less in a flat landing, m."""
-    corner: CornerState
+    new_corner: CornerState
     """State of the corner for the next step."""
     released_normal_stretch_squared: float
     """Energy released by the normal spring, over half its stiffness, m²."""
@@ -50,8 +50,8 @@ class CornerContactForce(NamedTuple):
     tangential_force_without_spring: float
     """Tangential force without the spring, m/s²."""
     spring_moment_excess: float
-    """Moment by which the lever arm of the spring at the corner exceeds `drop`, per mass; 0 except in a flat landing,
-    m²/s²."""
+    """Moment by which the lever arm of the spring at the corner exceeds `friction_lever_arm`, per mass, m²/s²; 0 except
+    in a flat landing."""
 
 
 @njit(**INLINE)
@@ -71,13 +71,13 @@ def corner_contact_force(
     held, drifts, drift, tilting = flat_landing
     arm, drop = corner_position_from_centre(side, block, state.cos, state.sin)
     place, depth = state.x + arm, drop - state.z
-    slip, sinking = place - previous_corner.place, depth - previous_corner.depth
-    inside, was = depth > 0.0, previous_corner.depth > 0.0
+    slip, sinking = place - previous_corner.x_position, depth - previous_corner.penetration
+    inside, was = depth > 0.0, previous_corner.penetration > 0.0
     # Spring and dashpot while the corner is in contact; no tension except in a flat landing.
-    n = block.stiffness * depth + dashpot_rate * sinking
+    n = block.normal_stiffness * depth + dashpot_rate * sinking
     n = n if inside & (held | (n > 0.0)) else 0.0
     # A new contact starts with an unstretched spring; slip shortens the spring to the force that friction can hold.
-    stretch = previous_corner.spring + slip if was else 0.0
+    stretch = previous_corner.tangential_stretch + slip if was else 0.0
     most = block.friction * n
     whole = -(block.tangential_stiffness * stretch) - dashpot_rate * slip
     # A corner that lands flat may stick beyond the friction limit, but without contact it has no friction.
@@ -86,12 +86,12 @@ def corner_contact_force(
     remaining = (
         clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.tangential_compliance) if slips else stretch
     )
-    let_go = previous_corner.depth if was & (not inside) else 0.0
+    let_go = previous_corner.penetration if was & (not inside) else 0.0
     return CornerContactForce(
-        n=n, f=f, arm=arm, drop=tilting * drop,
-        corner=CornerState(remaining, place, depth, 0.0), released_normal_stretch_squared=let_go * let_go,
-        released_tangential_stretch_squared=(previous_corner.spring + remaining) * (stretch - remaining),
-        normal_force_without_spring=n - block.stiffness * (depth if inside else 0.0),
+        normal_force=n, tangential_force=f, x_from_centre=arm, friction_lever_arm=tilting * drop,
+        new_corner=CornerState(remaining, place, depth, 0.0), released_normal_stretch_squared=let_go * let_go,
+        released_tangential_stretch_squared=(previous_corner.tangential_stretch + remaining) * (stretch - remaining),
+        normal_force_without_spring=n - block.normal_stiffness * (depth if inside else 0.0),
         tangential_force_without_spring=f + block.tangential_stiffness * remaining,
         spring_moment_excess=block.tangential_stiffness * remaining * (drop - tilting * drop),
     )  # fmt: skip
@@ -101,7 +101,7 @@ def corner_contact_force(
 def power_of_corner_dashpots_and_friction(corner_force: CornerContactForce, vx: float, vz: float, vw: float) -> float:
     """Return the power of a corner's dashpots and friction on the block, per block mass, m²/s³; negative: loss."""
     normal, tangential = corner_force.normal_force_without_spring, corner_force.tangential_force_without_spring
-    power = normal * (vz - corner_force.arm * vw) + tangential * (vx - corner_force.drop * vw)
+    power = normal * (vz - corner_force.x_from_centre * vw) + tangential * (vx - corner_force.friction_lever_arm * vw)
     return power - corner_force.spring_moment_excess * vw
 
 
@@ -117,10 +117,10 @@ def advance_block_one_step(
     """Advance one block by one step of Cundall's scheme; return its state, peaks and energy account."""
     dt = block.tick_length * TICKS_PER_STEP
     push, lift = (
-        base_acceleration_at_tick(inertial_accelerations.inertial_acceleration_x, state.tick),
-        base_acceleration_at_tick(inertial_accelerations.upward_base_acceleration, state.tick),
+        base_acceleration_at_tick(inertial_accelerations.inertial_acceleration_x, state.ticks_in_sample),
+        base_acceleration_at_tick(inertial_accelerations.upward_base_acceleration, state.ticks_in_sample),
     )
-    rate = block.dashpot / dt
+    rate = block.dashpot_constant / dt
     (arm_left, drop_left), (arm_right, drop_right) = (
         corner_position_from_centre(-1.0, block, state.cos, state.sin),
         corner_position_from_centre(1.0, block, state.cos, state.sin),
@@ -137,18 +137,24 @@ def advance_block_one_step(
         corner_contact_force(1.0, block, state, state.right, rate, flat),
     )
     # Accelerations in the frame of the base; left and right corner as one pair.
-    ax, az = (left.f + right.f) + push, (left.n + right.n) - (GRAVITY + lift if with_vertical else GRAVITY)
-    aw = block.inertia * ((-left.drop * left.f - left.arm * left.n) + (-right.drop * right.f - right.arm * right.n))
+    ax, az = (
+        (left.tangential_force + right.tangential_force) + push,
+        (left.normal_force + right.normal_force) - (GRAVITY + lift if with_vertical else GRAVITY),
+    )
+    aw = block.inverse_inertia * (
+        (-left.friction_lever_arm * left.tangential_force - left.x_from_centre * left.normal_force)
+        + (-right.friction_lever_arm * right.tangential_force - right.x_from_centre * right.normal_force)
+    )
     # The energy account uses the velocities at the whole step.
     half = 0.5 * dt
     cx, cz, cw = state.vx + half * ax, state.vz + half * az, state.angular_velocity + half * aw
     power = push * cx - lift * cz if with_vertical else push * cx
     let_go = 0.5 * (
-        block.stiffness * (left.released_normal_stretch_squared + right.released_normal_stretch_squared)
+        block.normal_stiffness * (left.released_normal_stretch_squared + right.released_normal_stretch_squared)
         + block.tangential_stiffness
         * (left.released_tangential_stretch_squared + right.released_tangential_stretch_squared)
     )
-    lost = energy_account.lost + (
+    lost = energy_account.lost_energy + (
         let_go
         - dt
         * (
@@ -158,19 +164,23 @@ def advance_block_one_step(
     )
     # Velocities half a step later, position one step later.
     vx, vz, vw = state.vx + dt * ax, state.vz + dt * az, state.angular_velocity + dt * aw
-    turn, tick = dt * vw, state.tick + TICKS_PER_STEP
+    turn, tick = dt * vw, state.ticks_in_sample + TICKS_PER_STEP
     c, sn = rotate_cosine_and_sine(state.cos, state.sin, turn)
     x, z, angle = state.x + dt * vx, state.z + dt * vz, state.angle + turn
     peaks = BlockPeakValues(
         updated_maximum(peaks.angle, abs(angle)),
         updated_maximum(peaks.slip, abs(displacement_of_block_base(block, x, sn))),
         updated_maximum(
-            peaks.depth, left.corner.depth if left.corner.depth > right.corner.depth else right.corner.depth
+            peaks.penetration,
+            left.new_corner.penetration
+            if left.new_corner.penetration > right.new_corner.penetration
+            else right.new_corner.penetration,
         ),
         select(abs(angle) < block.alpha, tick, peaks.last_upright_tick),
     )
     moved = BlockState(
         x=x, z=z, angle=angle, cos=c, sin=sn, vx=vx, vz=vz, angular_velocity=vw, ax=ax, az=az, angular_acceleration=aw,
-        left=left.corner, right=right.corner, tick=tick, landing=remaining_flat_landing_time(block, state, dt),
+        left=left.new_corner, right=right.new_corner, ticks_in_sample=tick,
+        remaining_landing_time=remaining_flat_landing_time(block, state, dt),
     )  # fmt: skip
-    return moved, peaks, BlockEnergyAccount(energy_account.work + dt * power, lost, 0.0, 0.0)
+    return moved, peaks, BlockEnergyAccount(energy_account.base_motion_work + dt * power, lost, 0.0, 0.0)

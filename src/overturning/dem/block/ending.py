@@ -36,7 +36,9 @@ load_account, load_course = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress).load,
 )
 load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations).load
-TILT_NEAR_CASE_END_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(LargestTiltNearCaseEnd, "ratio")
+TILT_NEAR_CASE_END_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
+    LargestTiltNearCaseEnd, "tilt_over_critical_angle"
+)
 
 
 @njit(**INLINE)
@@ -54,9 +56,14 @@ def velocities_without_lag(block: BlockConstants, state: BlockState, velocity_la
 def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag: float) -> float:
     """Return the sum of kinetic, gravitational and spring energy of a block per mass, m²/s²."""
     vx, vz, vw = velocities_without_lag(block, state, velocity_lag)
-    motion = (vx * vx + vz * vz) + vw * vw / block.inertia
-    ul, ur, tl, tr = max(state.left.depth, 0.0), max(state.right.depth, 0.0), state.left.spring, state.right.spring
-    springs = block.stiffness * (ul * ul + ur * ur) + block.tangential_stiffness * (tl * tl + tr * tr)
+    motion = (vx * vx + vz * vz) + vw * vw / block.inverse_inertia
+    ul, ur, tl, tr = (
+        max(state.left.penetration, 0.0),
+        max(state.right.penetration, 0.0),
+        state.left.tangential_stretch,
+        state.right.tangential_stretch,
+    )
+    springs = block.normal_stiffness * (ul * ul + ur * ur) + block.tangential_stiffness * (tl * tl + tr * tr)
     return float(0.5 * (motion + springs) + GRAVITY * (state.z - block.half_height))
 
 
@@ -80,7 +87,7 @@ def standing_outcome_is_final(
         return False
     # It can no longer fall, but its peak rotation is final only if its energy cannot reach it again. On one corner the
     # weight compresses the spring: g²/2k less energy than in the rigid block.
-    if now + 0.5 * GRAVITY * GRAVITY / block.stiffness > energy_to_tilt_per_mass(block, peak_rotation):
+    if now + 0.5 * GRAVITY * GRAVITY / block.normal_stiffness > energy_to_tilt_per_mass(block, peak_rotation):
         return False
     # Let it slide to its end; without friction it never stops.
     return abs(remaining_slide_distance(block, state)) < NEGLIGIBLE_REMAINING_SLIP_M or block.friction == 0.0
@@ -109,19 +116,19 @@ def case_status(
     )
     if not np.isfinite(s.vx + s.vz + s.angular_velocity + s.x + s.z + s.cos + s.sin):
         return CaseStatus.UNSTABLE
-    if peaks.depth > max_penetration * min(block.half_width, block.half_height):
+    if peaks.penetration > max_penetration * min(block.half_width, block.half_height):
         return CaseStatus.UNSTABLE
     if s.cos <= 0.0:
         return CaseStatus.SIMULATED
-    sample = course.sample + s.tick / ticks_per_sample
-    if sample >= course.last_onset_sample and s.left.depth > 0.0 and s.right.depth > 0.0:
+    sample = course.current_sample + s.ticks_in_sample / ticks_per_sample
+    if sample >= course.last_onset_sample and s.left.penetration > 0.0 and s.right.penetration > 0.0:
         # A block that rests on both corners after the last time at which it could start to move stays there.
-        kinetic = 0.5 * (s.vx * s.vx + s.vz * s.vz + s.angular_velocity * s.angular_velocity / block.inertia)
+        kinetic = 0.5 * (s.vx * s.vx + s.vz * s.vz + s.angular_velocity * s.angular_velocity / block.inverse_inertia)
         if kinetic < MAX_KINETIC_ENERGY_RATIO_AT_REST * GRAVITY * block.half_width:
             return CaseStatus.SIMULATED
     if sample < last_sample:
         return CASE_NOT_ENDED
-    if standing_outcome_is_final(block, s, peaks.angle, course.barrier, velocity_lag):
+    if standing_outcome_is_final(block, s, peaks.angle, course.overturning_energy, velocity_lag):
         return CaseStatus.SIMULATED
     tilt, rise = abs(s.angle) / block.alpha, s.z - block.half_height
     late_tilt = largest_tilt_near_case_end(
@@ -130,7 +137,7 @@ def case_status(
     state[TILT_NEAR_CASE_END_ROW_OFFSET + lane] = late_tilt
     if sample < course.undecided_end_sample:
         return CASE_NOT_ENDED
-    stands = block_energy_per_mass(block, s, velocity_lag) < course.barrier and tilt < 1.0
+    stands = block_energy_per_mass(block, s, velocity_lag) < course.overturning_energy and tilt < 1.0
     return CaseStatus.SIMULATED if stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY else CaseStatus.UNDECIDED
 
 
@@ -150,14 +157,18 @@ def write_case_results(
     if (
         status == CaseStatus.SIMULATED
         and not fallen
-        and course.sample + s.tick / ticks_per_sample >= course.undecided_end_sample
+        and course.current_sample + s.ticks_in_sample / ticks_per_sample >= course.undecided_end_sample
     ):
         residual_slip += remaining_slide_distance(block, s)
         peak_slip = max(peak_slip, abs(residual_slip))
     result_row.peak_slip, result_row.residual_slip = peak_slip, residual_slip
-    result_row.peak_penetration = peaks.depth
-    balance = (block_energy_per_mass(block, s, velocity_lag) - course.energy) - account.work + account.lost
-    result_row.energy_error = abs(balance) / max(account.work, course.barrier)
+    result_row.peak_penetration = peaks.penetration
+    balance = (
+        (block_energy_per_mass(block, s, velocity_lag) - course.initial_energy)
+        - account.base_motion_work
+        + account.lost_energy
+    )
+    result_row.energy_error = abs(balance) / max(account.base_motion_work, course.overturning_energy)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -170,9 +181,11 @@ def write_block_trajectory_row(
         load_state(state, lane),
         load_inertial_accelerations(state, lane).inertial_acceleration_x,
     )
-    trajectory_row.time = (load_course(state, lane).sample + s.tick / ticks_per_sample) * sampling_interval
+    trajectory_row.time = (
+        load_course(state, lane).current_sample + s.ticks_in_sample / ticks_per_sample
+    ) * sampling_interval
     trajectory_row.x, trajectory_row.z, trajectory_row.angle = s.x, s.z, s.angle
     trajectory_row.vx, trajectory_row.vz, trajectory_row.angular_velocity = velocities_without_lag(
         block, s, velocity_lag
     )
-    trajectory_row.ground = -(push.value + push.slope * s.tick)
+    trajectory_row.ground = -(push.value_at_sample_start + push.slope * s.ticks_in_sample)

@@ -12,13 +12,13 @@ from overturning.dem.kernel.mechanics import base_end_touches_within_time, base_
 @njit(**INLINE)
 def block_is_airborne(state: BlockState) -> bool:
     """True if no corner of a block touched the base at the end of the last step."""
-    return (state.left.depth <= 0.0) & (state.right.depth <= 0.0)
+    return (state.left.penetration <= 0.0) & (state.right.penetration <= 0.0)
 
 
 @njit(**INLINE)
 def remaining_flat_landing_time(block: BlockConstants, state: BlockState, time_step: float) -> float:
     """Return the remaining time (s) of a block's landing on both corners; the full duration for an airborne block."""
-    return block.landing if block_is_airborne(state) else state.landing - time_step
+    return block.landing_duration if block_is_airborne(state) else state.remaining_landing_time - time_step
 
 
 @njit(**INLINE)
@@ -33,10 +33,10 @@ def block_lands_flat(
     constant times the penetration, which is positive as long as the corner is in the ground, so the dashpot may pull
     for a while.
     """
-    both = base_end_touches_within_time(block.together, left_corner[0], left_corner[1]) & base_end_touches_within_time(
-        block.together, right_corner[0], right_corner[1]
-    )
-    return ((state.landing > 0.0) | block_is_airborne(state)) & both
+    both = base_end_touches_within_time(
+        block.max_interval_of_one_impact, left_corner[0], left_corner[1]
+    ) & base_end_touches_within_time(block.max_interval_of_one_impact, right_corner[0], right_corner[1])
+    return ((state.remaining_landing_time > 0.0) | block_is_airborne(state)) & both
 
 
 @njit(**INLINE)

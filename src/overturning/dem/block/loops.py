@@ -58,7 +58,9 @@ class BlockCentredSchemeConstants(NamedTuple):
 
 def unused_block_state_fields(with_vertical: bool, with_friction: bool) -> list[str]:
     """Return the names of block state variables that are not needed without vertical motion or friction."""
-    springs = [] if with_friction else ["spring", "place", "stretch", "ux", "slid_left", "slid_right"]
+    springs = [] if with_friction else [
+        "tangential_stretch", "x_position", "velocity_x", "left_signed_friction", "right_signed_friction"
+    ]  # fmt: skip
     return springs if with_vertical else [*springs, "upward_base_acceleration"]
 
 
@@ -79,7 +81,7 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
     )
     load_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=unused).load
     load_attempt = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        NextStepToAttempt, unused_fields=[] if with_friction else ["tries"]
+        NextStepToAttempt, unused_fields=[] if with_friction else ["repetition_count"]
     ).load
     load_assumed_slip = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         AssumedSignedFriction, unused_fields=[] if with_friction else ["left", "right"]
@@ -97,7 +99,7 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
     ) -> None:
         """Predict the states of all blocks in parallel at the end of their steps."""
         for j in range(round_to_vector_multiple(lane_count)):
-            block, s, length = load_block(state, j), load_state(state, j), load_attempt(state, j).length
+            block, s, length = load_block(state, j), load_state(state, j), load_attempt(state, j).length_in_ticks
             store_predicted(
                 state,
                 j,
@@ -111,8 +113,8 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
         """Solve the equations of the step for the velocity corrections of all blocks in parallel."""
         for j in range(round_to_vector_multiple(lane_count)):
             fine = (
-                load_attempt(state, j).length
-                <= centred.MAX_STEP_RATIO_USING_PREDICTED_FORCES * load_step_control(state, j).finest
+                load_attempt(state, j).length_in_ticks
+                <= centred.MAX_STEP_RATIO_USING_PREDICTED_FORCES * load_step_control(state, j).shortest_step
             )
             block, s, assumed = load_block(state, j), load_state(state, j), load_assumed_slip(state, j)
             store_change(state, j, solution(block, s, assumed, fine, load_predicted(state, j)))
@@ -139,7 +141,7 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
     )
     load_state, _, store_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=unused)
     load_attempt, store_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        NextStepToAttempt, unused_fields=[] if with_friction else ["tries"]
+        NextStepToAttempt, unused_fields=[] if with_friction else ["repetition_count"]
     )
     store_assumed_slip = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         AssumedSignedFriction, unused_fields=[] if with_friction else ["left", "right"]
@@ -164,22 +166,28 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
                 load_attempt(state, j),
                 load_step_control(state, j),
             )
-            w, d, length = load_predicted(state, j), load_change(state, j), attempt.length
-            fine = length <= centred.MAX_STEP_RATIO_USING_PREDICTED_FORCES * case_step_control.finest
-            held = block_lands_flat(block, s, (w.left.depth, w.left.uz), (w.right.depth, w.right.uz))
-            drifts, drift, tilting = flat_landing_sliding_and_friction(block, held, w.ex + d.vx, w.end_vz + d.vz)
-            assumed_left = AssumedCornerContact(d.slid_left, fine, held, drifts, drift, tilting)
-            assumed_right = AssumedCornerContact(d.slid_right, fine, held, drifts, drift, tilting)
+            w, d, length = load_predicted(state, j), load_change(state, j), attempt.length_in_ticks
+            fine = length <= centred.MAX_STEP_RATIO_USING_PREDICTED_FORCES * case_step_control.shortest_step
+            held = block_lands_flat(
+                block, s, (w.left.penetration, w.left.velocity_z), (w.right.penetration, w.right.velocity_z)
+            )
+            drifts, drift, tilting = flat_landing_sliding_and_friction(block, held, w.end_vx + d.vx, w.end_vz + d.vz)
+            assumed_left = AssumedCornerContact(d.left_signed_friction, fine, held, drifts, drift, tilting)
+            assumed_right = AssumedCornerContact(d.right_signed_friction, fine, held, drifts, drift, tilting)
             both = SolvedCornerContactPair(
                 commit.compute_corner_forces(block, w, w.left, s.left, assumed_left, d, with_friction),
                 commit.compute_corner_forces(block, w, w.right, s.right, assumed_right, d, with_friction),
             )
             findings = commit.contact_changes_in_block_step(block, case_step_control, length, fine, both, with_friction)
             again, sooner, attempt = accept_or_reject_and_choose_next_step(
-                BLOCK_STEP_CONTROL, case_step_control, attempt, findings, s.tick + length, ticks_per_sample
+                BLOCK_STEP_CONTROL, case_step_control, attempt, findings, s.ticks_in_sample + length, ticks_per_sample
             )
             assumed = commit.assumed_signed_friction_for_next_attempt(
-                AssumedSignedFriction(d.slid_left, d.slid_right), fine, both, attempt.tries > 0.0, sooner
+                AssumedSignedFriction(d.left_signed_friction, d.right_signed_friction),
+                fine,
+                both,
+                attempt.repetition_count > 0.0,
+                sooner,
             )
             accepted = BlockAfterStep(s, load_peaks(state, j), load_account(state, j))
             accepted = commit.complete_block_step(block, accepted, w, d, both, length, with_vertical, with_friction)
@@ -187,7 +195,7 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
             store_assumed_slip(state, j, assumed)
             store_state(state, j, again, accepted.state)
             store_peaks(state, j, again, accepted.peaks)
-            store_account(state, j, again, accepted.account)
+            store_account(state, j, again, accepted.energy_account)
 
     return accept_or_reject_block_steps
 
@@ -202,10 +210,10 @@ def create_cundall_time_stepping_loop(with_vertical: bool, with_friction: bool) 
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations).load,
     )
-    load_state, store_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=["normal"])
+    load_state, store_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=["normal_force"])
     load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeakValues)
     load_account, store_account, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        BlockEnergyAccount, unused_fields=["power", "loss"]
+        BlockEnergyAccount, unused_fields=["base_motion_power", "dissipated_power"]
     )
 
     @njit(**INTERNAL_COMPILE_OPTIONS)

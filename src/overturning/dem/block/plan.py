@@ -73,7 +73,9 @@ class BlockSimulationPlan(SimulationPlan):
 
         They have equal step lengths, and all or none of them have friction.
         """
-        return group_numbers_of_equal_cases(self.steps, self.case_table["standing"], self.case_table["friction"] == 0)
+        return group_numbers_of_equal_cases(
+            self.steps, self.case_table["longest_step_at_rest"], self.case_table["friction"] == 0
+        )
 
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
@@ -90,10 +92,10 @@ class BlockSimulationPlan(SimulationPlan):
         )
         cases, settings = queued["cases"], queued.pop("settings")
         cases["long_steps_before_doubling"] *= step_divisor
-        cases["gentle"] /= step_divisor
+        cases["max_travel_in_gentle_step"] /= step_divisor
         # Many steps between two tests of the lanes, but none beyond the next sample: the motion is loaded up to there.
         settings = settings._replace(
-            steps_per_check=int(settings.ticks_per_sample / float(cases["standing"][0]))
+            steps_per_check=int(settings.ticks_per_sample / float(cases["longest_step_at_rest"][0]))
             + scheme.steps_beyond_sample_end
         )
         with_friction = 0 if cases["friction"][0] > 0 else None
@@ -116,8 +118,8 @@ class BlockSimulationPlan(SimulationPlan):
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
         """Return trajectory rows of a block at rest, one for each of the first `sample_count` samples."""
         rows, case = super().trajectory_rows_at_rest(sample_count), self.case_table[0]
-        rows["z"] = 0.5 * case["height"] - 0.5 * STANDARD_GRAVITY / case["stiffness"]
-        rows["ground"] = self.base_accelerations[0, :sample_count] * case["amplitude"]
+        rows["z"] = 0.5 * case["height"] - 0.5 * STANDARD_GRAVITY / case["normal_stiffness"]
+        rows["ground"] = self.base_accelerations[0, :sample_count] * case["amplitude_factor"]
         return rows
 
     def convert_trajectory_rows(self, trajectory_rows: NDArray[np.void]) -> PlanarTrajectory:
@@ -130,7 +132,7 @@ class BlockSimulationPlan(SimulationPlan):
 class BlockStepLengths(NamedTuple):
     """Lengths of the time steps of n blocks, arrays of shape (n,)."""
 
-    steps: NDArray[np.int64]
+    whole_steps_per_sample: NDArray[np.int64]
     """Whole steps per sample."""
     standing_step_in_whole_steps: NDArray[np.int64]
     """Length of a step while a block stands on both corners, in whole steps."""
@@ -231,16 +233,17 @@ def plan_block_simulation(
     control, step_ratio = BLOCK_STEP_CONTROL, lengths.requested_to_automatic_step_ratio
     halvings = np.clip(lengths.halvings_to_finest_step, 0, control.max_step_halvings)
     columns = {
-        "width": width, "height": height, "stiffness": normal, "tangential_stiffness": tangential, "dashpot": dashpot,
-        "friction": np.minimum(friction, MAX_FRICTION), "alpha": alpha, "amplitude": amplitude,
-        "tilt": tilt, "tilt_cos": evaluate_and_round_results(np.cos, tilt),
-        "tilt_sin": evaluate_and_round_results(np.sin, tilt),
+        "width": width, "height": height, "normal_stiffness": normal, "tangential_stiffness": tangential,
+        "dashpot_constant": dashpot,
+        "friction": np.minimum(friction, MAX_FRICTION), "alpha": alpha, "amplitude_factor": amplitude,
+        "initial_tilt": tilt, "initial_tilt_cosine": evaluate_and_round_results(np.cos, tilt),
+        "initial_tilt_sine": evaluate_and_round_results(np.sin, tilt),
         "first_simulated_sample": first, "last_onset_sample": calm,
         "undecided_end_sample": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * period / interval),
         "rest_acceleration_limit_g": rest_limit,
-        "gentle": MAX_UNREFINED_CORNER_TRAVEL_RATIO * lengths.finest_step_s * width * alpha / period,
-        "finest": np.ldexp(1.0, control.max_step_halvings - halvings),
-        "standing": TICKS_PER_WHOLE_STEP * lengths.standing_step_in_whole_steps,
+        "max_travel_in_gentle_step": MAX_UNREFINED_CORNER_TRAVEL_RATIO * lengths.finest_step_s * width * alpha / period,
+        "shortest_step": np.ldexp(1.0, control.max_step_halvings - halvings),
+        "longest_step_at_rest": TICKS_PER_WHOLE_STEP * lengths.standing_step_in_whole_steps,
         "steps_after_contact_change": np.round(control.steps_before_length_doubles(square, rate) / step_ratio),
         "long_steps_before_doubling": np.round(control.long_steps_before_doubling / step_ratio),
     }  # fmt: skip
@@ -248,7 +251,8 @@ def plan_block_simulation(
         table[name] = values
     return BlockSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_rows=row,
-        base_accelerations=ground, steps=lengths.steps, first_simulated_sample=first, stays_at_rest=stays_at_rest,
+        base_accelerations=ground, steps=lengths.whole_steps_per_sample, first_simulated_sample=first,
+        stays_at_rest=stays_at_rest,
         case_table=table,
         has_too_soft_contacts=exceeds_penetration_limit(0.5 * STANDARD_GRAVITY / normal, np.minimum(width, height)),
     )  # fmt: skip

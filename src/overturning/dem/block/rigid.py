@@ -46,27 +46,27 @@ ROOT_TIME_TOLERANCE_IN_SAMPLES: Final = 1e-15
 class RigidCaseTableColumns(NamedTuple):
     """Parameters of a case of the rigid rocking block: columns of the kernel's input table."""
 
-    sine: float
+    sin_alpha: float
     """Sine of α."""
-    cosine: float
+    cos_alpha: float
     """Cosine of α."""
-    square: float
+    squared_rocking_frequency: float
     """Square of p times the sampling interval."""
     restitution: float
     """Coefficient of restitution."""
-    steps: float
+    steps_per_sample: float
     """Steps per sample."""
-    rest: float
+    max_angular_velocity_at_rest: float
     """Angular velocity below which the block comes to rest, rad per sample."""
     undecided_end_sample: float
     """Sample at which the case ends as undecided."""
-    amplitude: float
+    amplitude_factor: float
     """Factor on the motion."""
-    tilt: float
+    initial_tilt: float
     """Initial rotation θ₀, rad."""
-    tilt_sine: float
+    remaining_tilt_sine: float
     """Sine of α − |θ₀|."""
-    tilt_cosine: float
+    remaining_tilt_cosine: float
     """Cosine of α − |θ₀|."""
 
 
@@ -76,9 +76,9 @@ CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(RigidCaseTableColumns)
 class BaseAccelerationRampInG(NamedTuple):
     """Base acceleration, g, that changes linearly until the next sample; slopes are per sampling interval."""
 
-    ground: float
-    ground_slope: float
-    weight: float
+    horizontal: float
+    horizontal_slope: float
+    apparent_gravity: float
     """Apparent gravity over g, 1 + a_up/g."""
     apparent_gravity_slope: float
 
@@ -98,11 +98,9 @@ def _base_motion_with_later_origin(base_motion: BaseAccelerationRampInG, delay: 
 
     Times are in sampling intervals.
     """
-    ground, weight = (
-        base_motion.ground + base_motion.ground_slope * delay,
-        base_motion.weight + base_motion.apparent_gravity_slope * delay,
-    )
-    return BaseAccelerationRampInG(ground, base_motion.ground_slope, weight, base_motion.apparent_gravity_slope)
+    ground = base_motion.horizontal + base_motion.horizontal_slope * delay
+    weight = base_motion.apparent_gravity + base_motion.apparent_gravity_slope * delay
+    return BaseAccelerationRampInG(ground, base_motion.horizontal_slope, weight, base_motion.apparent_gravity_slope)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -114,13 +112,13 @@ def _rocking_side_and_start_time(
     The side is 0, and the time `remaining_time`, if it does not start. Times are in samples.
     """
     end = _base_motion_with_later_origin(base_motion, remaining_time)
-    side = -1.0 if base_motion.ground > 0.0 else 1.0
-    if -side * base_motion.ground > base_motion.weight * b_over_h:
+    side = -1.0 if base_motion.horizontal > 0.0 else 1.0
+    if -side * base_motion.horizontal > base_motion.apparent_gravity * b_over_h:
         return side, 0.0
-    side = -1.0 if end.ground > 0.0 else 1.0
+    side = -1.0 if end.horizontal > 0.0 else 1.0
     before, after = (
-        -side * base_motion.ground - base_motion.weight * b_over_h,
-        -side * end.ground - end.weight * b_over_h,
+        -side * base_motion.horizontal - base_motion.apparent_gravity * b_over_h,
+        -side * end.horizontal - end.apparent_gravity * b_over_h,
     )
     return (side, remaining_time * (before / (before - after))) if after > 0.0 else (0.0, remaining_time)
 
@@ -137,10 +135,11 @@ def _fill_taylor_series(
     angle, velocity, sine, cosine, acceleration, jerk = (
         taylor_series[0], taylor_series[1], taylor_series[2], taylor_series[3], taylor_series[4], taylor_series[5]
     )  # fmt: skip
+    slope = base_motion.horizontal_slope
     for k in range(angle.size - 1):
-        drive = -side * base_motion.ground * cosine[k] - base_motion.weight * sine[k]
+        drive = -side * base_motion.horizontal * cosine[k] - base_motion.apparent_gravity * sine[k]
         if k > 0:
-            drive -= side * base_motion.ground_slope * cosine[k - 1] + base_motion.apparent_gravity_slope * sine[k - 1]
+            drive -= side * slope * cosine[k - 1] + base_motion.apparent_gravity_slope * sine[k - 1]
         of_sine, of_cosine = 0.0, 0.0
         for j in range(k + 1):
             of_sine -= velocity[j] * cosine[k - j]
@@ -278,12 +277,13 @@ def _simulate_rigid_block(
     The side is 0 if the block stands, NaN if it is undecided.
     """
     angle, velocity, sine, cosine = taylor_series[0], taylor_series[1], taylor_series[2], taylor_series[3]
-    side = 1.0 if case_parameters.tilt > 0.0 else -1.0 if case_parameters.tilt < 0.0 else 0.0
-    angle[0], velocity[0], sine[0], cosine[0] = (
-        abs(case_parameters.tilt), 0.0, case_parameters.tilt_sine, case_parameters.tilt_cosine,
-    )  # fmt: skip
-    peak, tangent, samples = angle[0], case_parameters.sine / case_parameters.cosine, horizontal_acceleration.size - 3
-    scale, i = case_parameters.amplitude / STANDARD_GRAVITY, 0
+    side = 1.0 if case_parameters.initial_tilt > 0.0 else -1.0 if case_parameters.initial_tilt < 0.0 else 0.0
+    angle[0], velocity[0] = abs(case_parameters.initial_tilt), 0.0
+    sine[0], cosine[0] = case_parameters.remaining_tilt_sine, case_parameters.remaining_tilt_cosine
+    sin_alpha, cos_alpha = case_parameters.sin_alpha, case_parameters.cos_alpha
+    peak, tangent, samples = angle[0], sin_alpha / cos_alpha, horizontal_acceleration.size - 3
+    scale, i = case_parameters.amplitude_factor / STANDARD_GRAVITY, 0
+    step_count, squared_frequency = case_parameters.steps_per_sample, case_parameters.squared_rocking_frequency
     while i < case_parameters.undecided_end_sample and not (i >= samples and side == 0.0):
         n, t = min(i, samples + 1), 0.0
         sample = _base_motion_of_sample(horizontal_acceleration, vertical_acceleration, scale, n)
@@ -294,9 +294,9 @@ def _simulate_rigid_block(
                 if side == 0.0:
                     break
                 t += wait
-                angle[0], velocity[0], sine[0], cosine[0] = 0.0, 0.0, case_parameters.sine, case_parameters.cosine
-            end = min((np.floor(t * case_parameters.steps + 1e-9) + 1.0) / case_parameters.steps, 1.0)
-            _fill_taylor_series(taylor_series, side, _base_motion_with_later_origin(sample, t), case_parameters.square)
+                angle[0], velocity[0], sine[0], cosine[0] = 0.0, 0.0, sin_alpha, cos_alpha
+            end = min((np.floor(t * step_count + 1e-9) + 1.0) / step_count, 1.0)
+            _fill_taylor_series(taylor_series, side, _base_motion_with_later_origin(sample, t), squared_frequency)
             length = _limit_step_to_two_turning_points(taylor_series, end - t)
             end = end if length == end - t else t + length
             first, second = _first_two_turning_point_times(taylor_series, length, starts)
@@ -312,8 +312,8 @@ def _simulate_rigid_block(
                 return (side, 0.5 * np.pi) if peak >= 0.5 * np.pi else (0.0, peak)
             if hit <= length:
                 angle[0], velocity[0] = 0.0, -case_parameters.restitution * _series_value_and_slope(angle, hit)[1]
-                sine[0], cosine[0] = case_parameters.sine, case_parameters.cosine
-                t, side = t + hit, -side if velocity[0] >= case_parameters.rest else 0.0
+                sine[0], cosine[0] = sin_alpha, cos_alpha
+                t, side = t + hit, -side if velocity[0] >= case_parameters.max_angular_velocity_at_rest else 0.0
                 continue
             cosine[0], sine[0] = normalise_cosine_and_sine(
                 _series_value_and_slope(cosine, length)[0], _series_value_and_slope(sine, length)[0]
@@ -379,17 +379,17 @@ def simulate_rigid_rocking(
     diagonal, alpha = np.sqrt(1.0 + ratio * ratio), evaluate_and_round_results(np.arctan, ratio)
     table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     columns = {
-        "sine": ratio / diagonal,
-        "cosine": 1.0 / diagonal,
-        "square": per_sample**2,
+        "sin_alpha": ratio / diagonal,
+        "cos_alpha": 1.0 / diagonal,
+        "squared_rocking_frequency": per_sample**2,
         "restitution": np.maximum(1.0 - 1.5 * ratio * ratio / (1.0 + ratio * ratio), 0.0),
-        "steps": np.ceil(per_sample / LONGEST_STEP_IN_ROCKING_TIME_CONSTANTS),
-        "rest": REST_ANGULAR_VELOCITY_TO_P_RATIO * per_sample,
+        "steps_per_sample": np.ceil(per_sample / LONGEST_STEP_IN_ROCKING_TIME_CONSTANTS),
+        "max_angular_velocity_at_rest": REST_ANGULAR_VELOCITY_TO_P_RATIO * per_sample,
         "undecided_end_sample": motion.sample_count + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD / per_sample),
-        "amplitude": cases.amplitude,
-        "tilt": tilt,
-        "tilt_sine": evaluate_and_round_results(np.sin, alpha - np.abs(tilt)),
-        "tilt_cosine": evaluate_and_round_results(np.cos, alpha - np.abs(tilt)),
+        "amplitude_factor": cases.amplitude,
+        "initial_tilt": tilt,
+        "remaining_tilt_sine": evaluate_and_round_results(np.sin, alpha - np.abs(tilt)),
+        "remaining_tilt_cosine": evaluate_and_round_results(np.cos, alpha - np.abs(tilt)),
     }
     for name, values in columns.items():
         table[name] = values

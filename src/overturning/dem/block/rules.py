@@ -68,7 +68,7 @@ class BlockKernelInput(NamedTuple):
     motion_rows: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
-    ground: GroundMotion
+    ground_motion: GroundMotion
     scheme_constants: Any
     """Constants of the scheme, from `overturning.dem.block.loops.LOOP_CREATOR_BY_SCHEME`."""
     friction_marker: Any
@@ -99,16 +99,17 @@ store_push, store_lift = (
 STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.count
 COS, SIN, TICK, LAST_UPRIGHT = (
     STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "cos"), STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "sin"),
-    STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "tick"), STATE_ROW_LAYOUT.row_offset_of_field(BlockPeakValues,
+    STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "ticks_in_sample"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BlockPeakValues,
     "last_upright_tick"),
 )  # fmt: skip
 LENGTH, REST_LIMIT, AT_REST = (
-    STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length"),
+    STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks"),
     STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "rest_acceleration_limit_g"),
     STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "at_rest"),
 )
 SAMPLE, UPRIGHT_UNTIL = (
-    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "sample"),
+    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample"),
     STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_upright_time"),
 )
 
@@ -139,18 +140,19 @@ def write_initial_block_state(
     b, h, c, s = (
         0.5 * case_parameters.width,
         0.5 * case_parameters.height,
-        case_parameters.tilt_cos,
-        case_parameters.tilt_sin,
+        case_parameters.initial_tilt_cosine,
+        case_parameters.initial_tilt_sine,
     )
-    k, ks = case_parameters.stiffness, case_parameters.tangential_stiffness
+    k, ks = case_parameters.normal_stiffness, case_parameters.tangential_stiffness
     inertia = 3.0 / (b * b + h * h)
     block = BlockConstants(
-        half_width=b, half_height=h, inertia=inertia, stiffness=k, tangential_stiffness=ks,
-        tangential_compliance=1.0 / ks if ks > 0.0 else 0.0, dashpot=case_parameters.dashpot,
+        half_width=b, half_height=h, inverse_inertia=inertia, normal_stiffness=k, tangential_stiffness=ks,
+        tangential_compliance=1.0 / ks if ks > 0.0 else 0.0, dashpot_constant=case_parameters.dashpot_constant,
         friction=case_parameters.friction,
-        alpha=case_parameters.alpha, tick_length=sampling_interval / ticks_per_sample, gentle=case_parameters.gentle,
-        landing=FLAT_LANDING_DURATION_IN_DECAY_TIMES * case_parameters.dashpot / k,
-        together=max_time_between_touches_in_one_impact(k, case_parameters.dashpot),
+        alpha=case_parameters.alpha, tick_length=sampling_interval / ticks_per_sample,
+        max_travel_in_gentle_step=case_parameters.max_travel_in_gentle_step,
+        landing_duration=FLAT_LANDING_DURATION_IN_DECAY_TIMES * case_parameters.dashpot_constant / k,
+        max_interval_of_one_impact=max_time_between_touches_in_one_impact(k, case_parameters.dashpot_constant),
         friction_moment_share=0.0 if case_parameters.friction * h <= b else 1.0,
     )  # fmt: skip
     tilted = s != 0.0
@@ -161,27 +163,27 @@ def write_initial_block_state(
         corner_position_from_centre(1.0, block, c, s),
     )
     left, right = CornerState(0.0, x + arm_l, drop_l - z, 0.0), CornerState(0.0, x + arm_r, drop_r - z, 0.0)
-    ul, ur = max(left.depth, 0.0), max(right.depth, 0.0)
+    ul, ur = max(left.penetration, 0.0), max(right.penetration, 0.0)
     az, aw = k * (ul + ur) - GRAVITY, inertia * k * (-arm_l * ul + -arm_r * ur)
     at_rest = BlockState(
-        x=x, z=z, angle=case_parameters.tilt, cos=c, sin=s, vx=0.0, vz=0.0, angular_velocity=0.0, ax=0.0, az=az,
+        x=x, z=z, angle=case_parameters.initial_tilt, cos=c, sin=s, vx=0.0, vz=0.0, angular_velocity=0.0, ax=0.0, az=az,
         angular_acceleration=aw, left=left,
-        right=right, tick=0.0, landing=0.0,
+        right=right, ticks_in_sample=0.0, remaining_landing_time=0.0,
     )  # fmt: skip
     store_block(state, lane, block)
     store_step_control(state, lane, CaseStepControl(
-        case_parameters.finest, case_parameters.standing, case_parameters.steps_after_contact_change,
+        case_parameters.shortest_step, case_parameters.longest_step_at_rest, case_parameters.steps_after_contact_change,
         case_parameters.long_steps_before_doubling,
     ))  # fmt: skip
     store_state(state, lane, at_rest)
-    length, steps = case_parameters.finest, case_parameters.steps_after_contact_change
+    length, steps = case_parameters.shortest_step, case_parameters.steps_after_contact_change
     store_attempt(state, lane, NextStepToAttempt(length, steps, 0.0))
     store_assumed_slip(state, lane, AssumedSignedFriction(0.0, 0.0))
-    store_peaks(state, lane, BlockPeakValues(abs(case_parameters.tilt), 0.0, 0.0, -1.0))
+    store_peaks(state, lane, BlockPeakValues(abs(case_parameters.initial_tilt), 0.0, 0.0, -1.0))
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_energy_per_mass(block, at_rest, 0.0)
     state[REST_LIMIT + lane] = case_parameters.rest_acceleration_limit_g
     store_course(state, lane, CaseProgress(
-        case_parameters.amplitude, case_parameters.first_simulated_sample, case_parameters.last_onset_sample,
+        case_parameters.amplitude_factor, case_parameters.first_simulated_sample, case_parameters.last_onset_sample,
         case_parameters.undecided_end_sample, case_parameters.first_simulated_sample * sampling_interval,
         first, barrier,
     ))  # fmt: skip
@@ -190,8 +192,8 @@ def write_initial_block_state(
 def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
     """Load the base motion of the next sample for each case, and rescale (cos θ, sin θ) of each block to length 1."""
     start_sample_and_load_base_motion(
-        workspace.state, lane_count, kernel_input.motion_rows, lane_cases, kernel_input.ground.along,
-        kernel_input.ground.up,
+        workspace.state, lane_count, kernel_input.motion_rows, lane_cases, kernel_input.ground_motion.along,
+        kernel_input.ground_motion.up,
         kernel_input.settings,
     )  # fmt: skip
 
@@ -215,24 +217,26 @@ def start_sample_and_load_base_motion(
         s = load_state(state, j)
         state[COS + j], state[SIN + j] = normalise_cosine_and_sine(s.cos, s.sin)
         begun = next_sample_tick_and_last_upright_time(
-            load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval
+            load_course(state, j), s.ticks_in_sample, state[LAST_UPRIGHT + j], ticks, interval
         )
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
     last = horizontal_acceleration.shape[1] - 3
     for j in range(round_to_vector_multiple(lane_count)):
         course = load_course(state, j)
-        i = min(int(course.sample), last)
+        i = min(int(course.current_sample), last)
         # A base that accelerates towards +s pushes the block towards −s.
         store_push(
             state,
             j,
             linear_base_acceleration_of_sample(
-                horizontal_acceleration[motion_rows[lane_cases[j]]], i, -course.amplitude, scale
+                horizontal_acceleration[motion_rows[lane_cases[j]]], i, -course.amplitude_factor, scale
             ),
         )
         if vertical_acceleration is not None:
-            store_lift(state, j, linear_base_acceleration_of_sample(vertical_acceleration, i, course.amplitude, scale))
+            store_lift(
+                state, j, linear_base_acceleration_of_sample(vertical_acceleration, i, course.amplitude_factor, scale)
+            )
 
 
 def attempt_steps_until_next_check(
@@ -244,7 +248,7 @@ def attempt_steps_until_next_check(
     """
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
     settings, scheme, state = kernel_input.settings, kernel_input.scheme_constants, workspace.state
-    up, with_friction = kernel_input.ground.up, kernel_input.friction_marker
+    up, with_friction = kernel_input.ground_motion.up, kernel_input.friction_marker
     step, ticks, steps_per_check = (
         select_time_stepping_loop(scheme, up, with_friction),
         settings.ticks_per_sample,
@@ -270,13 +274,9 @@ def attempt_steps_until_next_check(
 def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any) -> int:
     """Mark, by a quick test, the cases that may have ended; return the number of marked cases."""
     return mark_possibly_ended_block_cases(
-        workspace.state,
-        active_lane_count,
-        end_marks_out,
-        kernel_input.settings.ticks_per_sample,
-        float(kernel_input.settings.sample_count),
-        kernel_input.max_penetration_ratio,
-    )
+        workspace.state, active_lane_count, end_marks_out, kernel_input.settings.ticks_per_sample,
+        float(kernel_input.settings.sample_count), kernel_input.max_penetration_ratio,
+    )  # fmt: skip
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -293,9 +293,11 @@ def mark_possibly_ended_block_cases(
     for j in range(active_lane_count):
         block, s, b = load_block(state, j), load_state(state, j), load_block(state, j).half_width
         most = max_penetration * (b if b < block.half_height else block.half_height)
-        sound = (s.cos > 0.0) & (load_peaks(state, j).depth <= most)
+        sound = (s.cos > 0.0) & (load_peaks(state, j).penetration <= most)
         total = (s.vx + s.vz + s.angular_velocity) + (s.x + s.z + s.cos)
-        goes_on = case_cannot_have_ended(load_course(state, j), s.tick, ticks_per_sample, last_sample, total, sound)
+        goes_on = case_cannot_have_ended(
+            load_course(state, j), s.ticks_in_sample, ticks_per_sample, last_sample, total, sound
+        )
         end_marks_out[j] = 0.0 if goes_on else 1.0
         count += 0 if goes_on else 1
     return count
@@ -306,7 +308,7 @@ def skip_quiet_samples_of_resting_cases(
 ) -> None:
     """Skip, for blocks at rest, the samples in which the base motion cannot move the block."""
     skip_samples_of_resting_blocks(
-        workspace.state, lane_cases, active_lane_count, kernel_input.motion_rows, kernel_input.ground,
+        workspace.state, lane_cases, active_lane_count, kernel_input.motion_rows, kernel_input.ground_motion,
         kernel_input.settings.ticks_per_sample, skipped_sample_counts_out,
     )  # fmt: skip
 
@@ -333,7 +335,7 @@ def skip_samples_of_resting_blocks(
         assumed, block, now = (
             load_assumed_signed_friction(state, j),
             load_block(state, j),
-            course.sample + s.tick * (1.0 / ticks_per_sample),
+            course.current_sample + s.ticks_in_sample * (1.0 / ticks_per_sample),
         )
         still = body_is_still(
             largest_motion_component(s.vx, s.vz, s.angular_velocity, block),
@@ -341,16 +343,18 @@ def skip_samples_of_resting_blocks(
             length * block.tick_length,
             rest_limit,
         )
-        held = (s.left.normal > 0.0) & (s.right.normal > 0.0) & (assumed.left == 0.0) & (assumed.right == 0.0)
+        held = (
+            (s.left.normal_force > 0.0) & (s.right.normal_force > 0.0) & (assumed.left == 0.0) & (assumed.right == 0.0)
+        )
         resting = (length >= TICKS_PER_WHOLE_STEP) & is_rest_check_sample(now) & held & still
         state[AT_REST + j] = 1.0 if resting else 0.0
         count += 1 if resting else 0
     for j in range(active_lane_count if count > 0 else 0):
         if state[AT_REST + j] > 0.0:
             course = load_course(state, j)
-            now = course.sample + state[TICK + j] * (1.0 / ticks_per_sample)
+            now = course.current_sample + state[TICK + j] * (1.0 / ticks_per_sample)
             samples = count_skippable_samples(
-                ground, motion_rows[lane_cases[j]], now, course.amplitude, state[REST_LIMIT + j]
+                ground, motion_rows[lane_cases[j]], now, course.amplitude_factor, state[REST_LIMIT + j]
             )
             state[SAMPLE + j] += samples
             skipped_sample_counts_out[j] += samples

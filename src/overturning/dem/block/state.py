@@ -44,15 +44,15 @@ class BlockConstants(NamedTuple):
 
     half_width: float
     half_height: float
-    inertia: float
+    inverse_inertia: float
     """Inverse inertia per mass, m/I, 1/m²."""
-    stiffness: float
+    normal_stiffness: float
     """Normal stiffness of a corner, K/m, 1/s²."""
     tangential_stiffness: float
     """Tangential stiffness of a corner, K_s/m, 1/s²."""
     tangential_compliance: float
     """1 over the tangential stiffness, s²; 0 without tangential spring."""
-    dashpot: float
+    dashpot_constant: float
     """Dashpot of a corner, h/m, 1/s."""
     friction: float
     """Coefficient of friction μ."""
@@ -60,11 +60,11 @@ class BlockConstants(NamedTuple):
     """Critical angle α = arctan(B/H), rad."""
     tick_length: float
     """Length of a tick, s."""
-    gentle: float
+    max_travel_in_gentle_step: float
     """Largest travel of a corner that opens or closes in a gentle step, m."""
-    landing: float
+    landing_duration: float
     """Duration of a flat landing after the first touch, s."""
-    together: float
+    max_interval_of_one_impact: float
     """Time within which the touches of both corners count as one impact, s."""
     friction_moment_share: float
     """Share of the moment of friction that rotates a block that slides in a flat landing: 0 for μ ≤ B/H, else 1."""
@@ -73,24 +73,24 @@ class BlockConstants(NamedTuple):
 class CornerState(NamedTuple):
     """Spring stretch, position, penetration and normal force of a block's lower corner after the last step."""
 
-    spring: float
+    tangential_stretch: float
     """Stretch of the tangential spring, m."""
-    place: float
+    x_position: float
     """Position along s, m."""
-    depth: float
+    penetration: float
     """Penetration, m; negative in the air."""
-    normal: float
+    normal_force: float
     """Normal force per mass, m/s² (centred scheme)."""
 
 
 class AssumedCornerContact(NamedTuple):
     """Contact of a corner as assumed in a step of the centred scheme: sticking or sliding, flat landing."""
 
-    slid: float
+    signed_friction: float
     """±μ if the corner slides, else 0."""
     forces_decide_contact: bool
     """True if the step is fine, so that predicted forces decide instead."""
-    held: bool
+    lands_flat: bool
     """True if the block lands flat, so that the dashpot may pull; see `dem.block.landing`."""
     slides_in_flat_landing: bool
     """True if the block slides while it lands flat."""
@@ -120,9 +120,9 @@ class BlockState(NamedTuple):
     angular_acceleration: float
     left: CornerState
     right: CornerState
-    tick: float
+    ticks_in_sample: float
     """Ticks since the start of the sample."""
-    landing: float
+    remaining_landing_time: float
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
@@ -141,20 +141,20 @@ class BlockPeakValues(NamedTuple):
 
     angle: float
     slip: float
-    depth: float
+    penetration: float
     last_upright_tick: float
 
 
 class BlockEnergyAccount(NamedTuple):
     """Work done by the base on a block and energy lost so far, per mass, and their present rates.
 
-    `work` and `lost` are in m²/s², their rates `power` and `loss` in m²/s³.
+    `base_motion_work` and `lost_energy` are in m²/s², their rates `base_motion_power` and `dissipated_power` in m²/s³.
     """
 
-    work: float
-    lost: float
-    power: float
-    loss: float
+    base_motion_work: float
+    lost_energy: float
+    base_motion_power: float
+    dissipated_power: float
 
 
 class BlockInertialAccelerations(NamedTuple):
@@ -181,17 +181,17 @@ class ExtrapolatedBlock(NamedTuple):
 class PredictedCorner(NamedTuple):
     """Predicted position, velocity and spring stretch of a corner of a block at the end of a step."""
 
-    arm: float
+    x_from_centre: float
     """Position from the centre along s, m."""
-    drop: float
+    depth_below_centre: float
     """Depth below the centre, m."""
-    depth: float
+    penetration: float
     """Penetration, m."""
-    stretch: float
+    tangential_stretch: float
     """Stretch of the tangential spring, m."""
-    ux: float
+    velocity_x: float
     """Velocity along s, m/s."""
-    uz: float
+    velocity_z: float
     """Upward velocity, m/s."""
 
 
@@ -199,7 +199,7 @@ class PredictedBlock(NamedTuple):
     """Predicted state of a block at the end of a step of the centred scheme, before its equations are solved.
 
     Pose (`x`, `z`, `angle`, `cos`, `sin`), velocities after half of the step (`vx`, `vz`, `angular_velocity`) and at
-    its end (`ex`, `end_vz`, `end_angular_velocity`), as in `BlockState`.
+    its end (`end_vx`, `end_vz`, `end_angular_velocity`), as in `BlockState`.
     """
 
     x: float
@@ -210,14 +210,14 @@ class PredictedBlock(NamedTuple):
     vx: float
     vz: float
     angular_velocity: float
-    ex: float
+    end_vx: float
     end_vz: float
     end_angular_velocity: float
     inertial_acceleration_x: float
     """−a at the end of the step, along s, m/s²."""
     upward_base_acceleration: float
     """Upward acceleration of the base at the end of the step, m/s²."""
-    half: float
+    half_step: float
     """Half the length of the step, s."""
     left: PredictedCorner
     right: PredictedCorner
@@ -229,20 +229,20 @@ class BlockVelocityCorrection(NamedTuple):
     vx: float
     vz: float
     angular_velocity: float
-    slid_left: float
-    slid_right: float
+    left_signed_friction: float
+    right_signed_friction: float
 
 
 class TrialCornerFriction(NamedTuple):
     """Predicted tangential force at a block's corner, and whether a step's equations assume that the corner slides."""
 
-    f: float
+    tangential_force: float
     """Predicted tangential force per mass, m/s²."""
     slides: bool
     """True if the corner slides."""
-    slid: float
+    signed_friction: float
     """±μ if the corner slides."""
-    free: bool
+    is_pushed_out_while_sliding: bool
     """True if a normal force pushes the corner out while it slides."""
 
 
@@ -250,46 +250,46 @@ class CornerEquationTerms(NamedTuple):
     """Contribution of a corner to the three equations for the velocities of a block, per mass.
 
     The forces are those for zero velocity at the end of the step. `normal_force_velocity_factor`,
-    `sticking_force_velocity_factor` and `slide` are the factors of the velocities: of the normal force, and of the
-    tangential force of a sticking and of a sliding corner.
+    `sticking_force_velocity_factor` and `sliding_force_per_velocity` are the factors of the velocities: of the normal
+    force, and of the tangential force of a sticking and of a sliding corner.
     """
 
-    n: float
+    normal_force: float
     """Normal force, m/s²."""
-    f: float
+    tangential_force: float
     """Tangential force, m/s²."""
     normal_force_velocity_factor: float
     """Normal force per normal velocity, times half the step; dimensionless."""
     sticking_force_velocity_factor: float
     """Tangential force of a sticking corner per tangential velocity, times half the step."""
-    slide: float
+    sliding_force_per_velocity: float
     """Tangential force of a sliding corner per normal velocity, times half the step."""
 
 
 class SolvedCornerContact(NamedTuple):
     """Force, new state and contact changes of a block's corner, from the solution of the equations of a step."""
 
-    corner: CornerState
+    new_corner: CornerState
     """State for the next step."""
-    f: float
+    tangential_force: float
     """Tangential force per mass, m/s²."""
     moment: float
     """Moment of both forces per mass, m²/s²."""
-    loss: float
+    dissipated_power: float
     """Power dissipated by dashpots and friction, per mass, m²/s³."""
     released_tangential_stretch_squared: float
     """Energy released by the tangential spring, over half its stiffness, m²."""
-    cut: float
+    released_stretch_squared: float
     """Energy released by the normal spring, over half its stiffness, m²."""
-    fresh: bool
+    has_closed_in_step: bool
     """True if the contact has closed in this step."""
     penetration_change_if_closed: float
     """Change of penetration in the step if the contact has closed, else 1, m."""
-    changed: float
+    contact_changed: float
     """Above 0 if the contact has opened or closed."""
     vertical_travel_if_changed: float
     """Vertical travel of the corner in the step if the contact has opened or closed, else 0, m."""
-    found: float
+    signed_friction: float
     """±μ if the corner slips, else 0."""
     has_wrong_slip_assumption: bool
     """True if the corner sticks or slips contrary to the assumption."""
@@ -311,7 +311,7 @@ class BlockAfterStep(NamedTuple):
 
     state: BlockState
     peaks: BlockPeakValues
-    account: BlockEnergyAccount
+    energy_account: BlockEnergyAccount
 
 
 STATE_ROW_LAYOUT: Final = TupleRowLayout(

@@ -13,23 +13,23 @@ class BlockCaseTableColumns(NamedTuple):
     """Width, m."""
     height: float
     """Height, m."""
-    stiffness: float
+    normal_stiffness: float
     """Normal stiffness of a corner per mass, 1/s²."""
     tangential_stiffness: float
     """Tangential stiffness of a corner per mass, 1/s²."""
-    dashpot: float
+    dashpot_constant: float
     """Dashpot of a corner per mass, 1/s."""
     friction: float
     """Coefficient of friction."""
     alpha: float
     """Angle from the vertical of the line from a corner to the centre of mass, rad."""
-    amplitude: float
+    amplitude_factor: float
     """Factor on the motion."""
-    tilt: float
+    initial_tilt: float
     """Initial rotation, rad, positive towards the azimuth."""
-    tilt_cos: float
+    initial_tilt_cosine: float
     """Cosine of the initial rotation."""
-    tilt_sin: float
+    initial_tilt_sine: float
     """Sine of the initial rotation."""
     first_simulated_sample: float
     """First sample that is computed."""
@@ -37,7 +37,7 @@ class BlockCaseTableColumns(NamedTuple):
     """First sample after which the motion cannot start any movement."""
     undecided_end_sample: float
     """Sample at which the case ends as undecided."""
-    gentle: float
+    max_travel_in_gentle_step: float
     """Largest travel of a corner that opens or closes in a gentle step, m."""
     rest_acceleration_limit_g: float
     """Horizontal acceleration over g up to which the block stays at rest."""

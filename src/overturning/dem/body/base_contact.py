@@ -45,11 +45,11 @@ def vertex_belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
 @njit(**INLINE)
 def point_rests_on_spring(body: BodyConstants, point_history: BodyContactPointState) -> float:
     """Return 1 if a contact point's normal force is nearly its spring force, so that the point rests; else 0."""
-    spring = body.stiffness * point_history.depth
+    spring = body.normal_stiffness * point_history.penetration
     return (
         1.0
-        if (point_history.depth > 0.0)
-        & (abs(point_history.normal - spring) < MAX_DASHPOT_TO_SPRING_FORCE_AT_REST * spring)
+        if (point_history.penetration > 0.0)
+        & (abs(point_history.normal_force - spring) < MAX_DASHPOT_TO_SPRING_FORCE_AT_REST * spring)
         else 0.0
     )
 
@@ -69,12 +69,18 @@ def update_base_contact_with_vertex(
         point_rests_on_spring(body, point_history),
     )
     # Among equally low or high vertices choose one that rests, so that mirror images are exact.
-    low = below & ((height < base_contact.low) | ((height == base_contact.low) & (still > base_contact.low_rests)))
-    high = below & ((height > base_contact.high) | ((height == base_contact.high) & (still > base_contact.high_rests)))
+    low = below & (
+        (height < base_contact.lowest_vertex_height)
+        | ((height == base_contact.lowest_vertex_height) & (still > base_contact.lowest_vertex_rests))
+    )
+    high = below & (
+        (height > base_contact.highest_vertex_height)
+        | ((height == base_contact.highest_vertex_height) & (still > base_contact.highest_vertex_rests))
+    )
     return BaseContactState(
-        height if low else base_contact.low, height if high else base_contact.high,
-        still if low else base_contact.low_rests, still if high else base_contact.high_rests,
-        base_contact.landing, base_contact.longest_landing_time, base_contact.friction_moment_share,
+        height if low else base_contact.lowest_vertex_height, height if high else base_contact.highest_vertex_height,
+        still if low else base_contact.lowest_vertex_rests, still if high else base_contact.highest_vertex_rests,
+        base_contact.remaining_landing_time, base_contact.longest_landing_time, base_contact.friction_moment_share,
     )  # fmt: skip
 
 
@@ -92,13 +98,13 @@ def vertex_contact_is_deferred(
     ends; springs in between would share this impulse. `vertex_height` is the height of the vertex relative to the
     centre, m.
     """
-    slack = body.ends * (base_contact.high - base_contact.low)
+    slack = body.end_vertex_height_tolerance * (base_contact.highest_vertex_height - base_contact.lowest_vertex_height)
     between = (
-        (vertex_height > base_contact.low + slack)
-        & (vertex_height < base_contact.high - slack)
+        (vertex_height > base_contact.lowest_vertex_height + slack)
+        & (vertex_height < base_contact.highest_vertex_height - slack)
         & vertex_belongs_to_base(body, vertex)
     )
-    return between & (point_history.depth <= 0.0) & (not both_extreme_base_points_rest(base_contact))
+    return between & (point_history.penetration <= 0.0) & (not both_extreme_base_points_rest(base_contact))
 
 
 @njit(**INLINE)
@@ -107,7 +113,7 @@ def body_base_lands_flat(base_contact: BaseContactState) -> bool:
 
     See `dem.block.landing`.
     """
-    return base_contact.landing > 0.0
+    return base_contact.remaining_landing_time > 0.0
 
 
 @njit(**INLINE)
@@ -123,7 +129,7 @@ def landing_time_of_new_contact(body: BodyConstants, base_contact: BaseContactSt
     It is that of the points already in contact, or the full duration of a flat landing if there are none.
     """
     return (
-        body.landing
+        body.landing_duration
         if base_contact.longest_landing_time == LANDING_TIME_OF_BASE_IN_AIR
         else base_contact.longest_landing_time
     )
@@ -132,7 +138,7 @@ def landing_time_of_new_contact(body: BodyConstants, base_contact: BaseContactSt
 @njit(**INLINE)
 def both_extreme_base_points_rest(base_contact: BaseContactState) -> bool:
     """True if the lowest and the highest vertex of a body's base both rest on the ground."""
-    return (base_contact.low_rests > 0.0) & (base_contact.high_rests > 0.0)
+    return (base_contact.lowest_vertex_rests > 0.0) & (base_contact.highest_vertex_rests > 0.0)
 
 
 load_body, load_frame = (
@@ -147,11 +153,11 @@ load_vertex, load_memory = (
 )
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
 LANDING_OF, DEPTH_OF = (
-    VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.landing"),
-    VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.depth"),
+    VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.remaining_landing_time"),
+    VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.penetration"),
 )
 SHORTEST, LONGEST = (
-    STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "landing"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "remaining_landing_time"),
     STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "longest_landing_time"),
 )
 FRICTION_MOMENT_SHARE_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
@@ -184,7 +190,7 @@ def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, 
             ahead = (
                 body.friction * body.centre_height * (edge.base_edge_normal_x * own.x + edge.base_edge_normal_y * own.y)
             )
-            outside = edge.reach * math.sqrt(v.x * v.x + v.y * v.y) < ahead
+            outside = edge.edge_distance * math.sqrt(v.x * v.x + v.y * v.y) < ahead
             state[FRICTION_MOMENT_SHARE_ROW_OFFSET + j] = (
                 1.0 if outside else state[FRICTION_MOMENT_SHARE_ROW_OFFSET + j]
             )
@@ -204,13 +210,19 @@ def update_base_contacts(
         for j in range(round_to_vector_multiple(lane_count)):
             body, ahead = load_body(state, j), load_memory(vertex_rows[:ARRAY_LENGTH_PER_VERTEX], j)
             behind = load_memory(vertex_rows[opposite_start_index : opposite_start_index + ARRAY_LENGTH_PER_VERTEX], j)
-            landing = ahead.landing if ahead.landing < behind.landing else behind.landing
-            longest = updated_longest_landing_time(
-                updated_longest_landing_time(LANDING_TIME_OF_BASE_IN_AIR, ahead.landing, ahead.depth),
-                behind.landing,
-                behind.depth,
+            landing = (
+                ahead.remaining_landing_time
+                if ahead.remaining_landing_time < behind.remaining_landing_time
+                else behind.remaining_landing_time
             )
-            tilting = 0.0 if body.friction * body.centre_height <= body.radius else 1.0
+            longest = updated_longest_landing_time(
+                updated_longest_landing_time(
+                    LANDING_TIME_OF_BASE_IN_AIR, ahead.remaining_landing_time, ahead.penetration
+                ),
+                behind.remaining_landing_time,
+                behind.penetration,
+            )
+            tilting = 0.0 if body.friction * body.centre_height <= body.base_radius else 1.0
             store_base_contact(state, j, BaseContactState(
                 0.0, 0.0, point_rests_on_spring(body, ahead), point_rests_on_spring(body, behind), landing, longest,
                 tilting,

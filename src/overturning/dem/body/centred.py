@@ -68,28 +68,28 @@ def predict_body_at_step_end(
     body: BodyConstants, state: BodyState, step_ticks: float, shaking: InertialAccelerations3D, ticks_per_sample: float
 ) -> BodyPredictedForStepEnd:
     """Predict the state of a body at the end of a step (`step_ticks`), from the acceleration at the step's start."""
-    dt, tick = body.tick_length * step_ticks, state.tick + step_ticks
+    dt, tick = body.tick_length * step_ticks, state.ticks_in_sample + step_ticks
     half, past = 0.5 * dt, tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
     v, momentum = (
         extrapolate_vector(state.velocity, half, state.acceleration),
         extrapolate_vector(state.angular_momentum, half, state.moment),
     )
-    turn, spin = rotate_body_over_step(body.inverse, state.rotation, momentum, state.moment, dt)
+    turn, spin = rotate_body_over_step(body.inverse_inertia, state.rotation, momentum, state.moment, dt)
     at_end = Vector3(
         base_acceleration_in_this_or_next_sample(shaking.inertial_acceleration_x, tick, past),
         base_acceleration_in_this_or_next_sample(shaking.inertial_acceleration_y, tick, past),
         base_acceleration_in_this_or_next_sample(shaking.upward_base_acceleration, tick, past),
     )
     return BodyPredictedForStepEnd(
-        place=extrapolate_vector(state.place, dt, v),
+        position=extrapolate_vector(state.position, dt, v),
         rotation=turn,
-        velocity=v,
+        half_step_velocity=v,
         half_step_angular_momentum=momentum,
-        end=extrapolate_vector(v, half, state.acceleration),
-        spin=spin,
+        end_velocity=extrapolate_vector(v, half, state.acceleration),
+        end_angular_velocity=spin,
         inertial_xy_and_upward_base_acceleration=at_end,
-        half=half,
+        half_step=half,
     )
 
 
@@ -107,7 +107,7 @@ def rim_point_position_from_centre(
     leans = square > 1e-30
     one = 1.0 / math.sqrt(square if leans else 1.0)
     tx, ty = (body_axes.xz * one if leans else 1.0), (body_axes.yz * one if leans else 0.0)
-    a, b = body.radius * lean_component, body.radius * transverse_component
+    a, b = body.base_radius * lean_component, body.base_radius * transverse_component
     return Vector3(
         (a * body_axes.zz * tx - b * ty) - body.centre_height * body_axes.xz,
         (a * body_axes.zz * ty + b * tx) - body.centre_height * body_axes.yz,
@@ -121,7 +121,7 @@ def predicted_forces_decide_contact(case_step_control: CaseStepControl, step_att
 
     Longer steps use the contact state after the last step.
     """
-    return step_attempt.length <= MAX_STEP_RATIO_USING_PREDICTED_FORCES * case_step_control.finest
+    return step_attempt.length_in_ticks <= MAX_STEP_RATIO_USING_PREDICTED_FORCES * case_step_control.shortest_step
 
 
 @njit(**INLINE)
@@ -162,59 +162,59 @@ def predict_contact_point(
     (`BaseContactState.tilting`).
     """
     deferred, flat, new_landing, base_tilting = contact_rule
-    u = plus(predicted_body.end, cross_product(predicted_body.spin, lever_arm))
+    u = plus(predicted_body.end_velocity, cross_product(predicted_body.end_angular_velocity, lever_arm))
     # Points of a rim move along it: their velocity is stored instead of their position.
     slip_x = (
-        predicted_body.half * (point_history.x + u.x)
+        predicted_body.half_step * (point_history.x + u.x)
         if has_rim
-        else (predicted_body.place.x + lever_arm.x) - point_history.x
+        else (predicted_body.position.x + lever_arm.x) - point_history.x
     )
     slip_y = (
-        predicted_body.half * (point_history.y + u.y)
+        predicted_body.half_step * (point_history.y + u.y)
         if has_rim
-        else (predicted_body.place.y + lever_arm.y) - point_history.y
+        else (predicted_body.position.y + lever_arm.y) - point_history.y
     )
-    was = point_history.depth > 0.0
+    was = point_history.penetration > 0.0
     tx, ty = (point_history.stretch_x + slip_x if was else 0.0), (point_history.stretch_y + slip_y if was else 0.0)
-    depth = -(predicted_body.place.z + lever_arm.z)
+    depth = -(predicted_body.position.z + lever_arm.z)
     depth = 0.0 if deferred & (depth > 0.0) else depth
-    n = body.stiffness * depth - body.dashpot * u.z
-    in_contact = ((n > 0.0) | flat) & (depth > 0.0) if forces_decide_contact else point_history.normal != 0.0
+    n = body.normal_stiffness * depth - body.dashpot_constant * u.z
+    in_contact = ((n > 0.0) | flat) & (depth > 0.0) if forces_decide_contact else point_history.normal_force != 0.0
     hx, hy = (
-        -(body.tangential_stiffness * tx) - body.dashpot * u.x,
-        -(body.tangential_stiffness * ty) - body.dashpot * u.y,
+        -(body.tangential_stiffness * tx) - body.dashpot_constant * u.x,
+        -(body.tangential_stiffness * ty) - body.dashpot_constant * u.y,
     )
     square = hx * hx + hy * hy
     some = square > 0.0
     one = 1.0 / math.sqrt(square if some else 1.0)
     dx, dy = hx * one, hy * one
-    most = body.friction * (n if forces_decide_contact else point_history.normal)
+    most = body.friction * (n if forces_decide_contact else point_history.normal_force)
     smooth = body.friction == 0.0
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
-        body, lever_arm, predicted_body.end, predicted_body.spin, (flat, base_tilting)
+        body, lever_arm, predicted_body.end_velocity, predicted_body.end_angular_velocity, (flat, base_tilting)
     )
     dx, dy = (-drift_x if drifts else dx), (-drift_y if drifts else dy)
-    slides = square > most * most if forces_decide_contact else point_history.slid > 0.0
+    slides = square > most * most if forces_decide_contact else point_history.has_slid > 0.0
     slides = drifts if flat else slides | smooth
     # A normal force on a sliding point must push it out; where friction would rotate the body in instead, it sticks.
-    turn = angular_velocity_from_momentum(body.inverse, body_axes, Vector3(
+    turn = angular_velocity_from_momentum(body.inverse_inertia, body_axes, Vector3(
         lever_arm.y - lever_arm.z * body.friction * dy, lever_arm.z * body.friction * dx - lever_arm.x,
         body.friction * (lever_arm.x * dy - lever_arm.y * dx),
     ))  # fmt: skip
     free = 1.0 + (turn.x * lever_arm.y - turn.y * lever_arm.x) > MIN_RELATIVE_NORMAL_MOBILITY_TO_SLIDE
     slides = in_contact & slides & (some | smooth | drifts) & free
     return PredictedContactPoint(
-        arm=lever_arm,
-        depth=depth,
+        position_from_centre=lever_arm,
+        penetration=depth,
         stretch_x=tx,
         stretch_y=ty,
         velocity=u,
-        on=1.0 if in_contact else 0.0,
+        is_in_contact=1.0 if in_contact else 0.0,
         slides=1.0 if slides else 0.0,
         friction_direction_x=dx,
         friction_direction_y=dy,
-        deferred=1.0 if deferred else 0.0,
-        held=1.0 if flat else 0.0,
+        is_deferred=1.0 if deferred else 0.0,
+        lands_flat=1.0 if flat else 0.0,
         friction_moment_share=tilting,
         flat_landing_tilting_share=base_tilting,
         landing_time_if_touching_now=new_landing,
@@ -250,22 +250,22 @@ def contact_equation_terms(
     times the ratio of friction to the force that would hold it.
     """
     on, slides, r, u = (
-        predicted_point.on > 0.0,
+        predicted_point.is_in_contact > 0.0,
         predicted_point.slides > 0.0,
-        predicted_point.arm,
+        predicted_point.position_from_centre,
         predicted_point.velocity,
     )
     press, stick = (
-        body.dashpot + half_step_time * body.stiffness,
-        body.dashpot + half_step_time * body.tangential_stiffness,
+        body.dashpot_constant + half_step_time * body.normal_stiffness,
+        body.dashpot_constant + half_step_time * body.tangential_stiffness,
     )
-    n = body.stiffness * predicted_point.depth - body.dashpot * u.z
+    n = body.normal_stiffness * predicted_point.penetration - body.dashpot_constant * u.z
     hx, hy = (
-        -(body.tangential_stiffness * predicted_point.stretch_x) - body.dashpot * u.x,
-        -(body.tangential_stiffness * predicted_point.stretch_y) - body.dashpot * u.y,
+        -(body.tangential_stiffness * predicted_point.stretch_x) - body.dashpot_constant * u.x,
+        -(body.tangential_stiffness * predicted_point.stretch_y) - body.dashpot_constant * u.y,
     )
     part = ratio_of_friction_limit_to_sticking_force(
-        body.friction * (n if forces_decide_contact else point_history.normal), hx * hx + hy * hy, slides
+        body.friction * (n if forces_decide_contact else point_history.normal_force), hx * hx + hy * hy, slides
     )
     mx, my = body.friction * predicted_point.friction_direction_x, body.friction * predicted_point.friction_direction_y
     fx, fy = (mx * n if slides else hx), (my * n if slides else hy)
@@ -309,15 +309,20 @@ def solve_velocity_correction(
     body: BodyConstants, state: BodyState, predicted_body: BodyPredictedForStepEnd, contact_terms: ContactEquationTerms
 ) -> BodyVelocityCorrection:
     """Solve the linear equations of a step for the corrections of a body's predicted velocity and angular velocity."""
-    a, b, c, d = contact_terms.a, contact_terms.b, contact_terms.c, contact_terms.d
+    a, b, c, d = (
+        contact_terms.force_per_velocity,
+        contact_terms.force_per_angular_velocity,
+        contact_terms.moment_per_velocity,
+        contact_terms.moment_per_angular_velocity,
+    )
     u = scale_vector(
-        predicted_body.half,
+        predicted_body.half_step,
         minus(
             acceleration_of_body_centre(contact_terms.force, predicted_body.inertial_xy_and_upward_base_acceleration),
             state.acceleration,
         ),
     )
-    t = scale_vector(predicted_body.half, minus(contact_terms.moment, state.moment))
+    t = scale_vector(predicted_body.half_step, minus(contact_terms.moment, state.moment))
     f = rotation_matrix(predicted_body.rotation)
     i = matrix_product(matrix_product(f, expand_symmetric_matrix(body.inertia)), transpose(f))
     a = inverse_matrix(Matrix3(1.0 + a.xx, a.xy, a.xz, a.yx, 1.0 + a.yy, a.yz, a.zx, a.zy, 1.0 + a.zz))

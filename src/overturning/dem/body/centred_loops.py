@@ -91,7 +91,7 @@ load_memory, _, store_memory = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(Contact
 load_point, store_point, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(PredictedContactPoint)
 load_next, store_next, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "new")
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
-SLIDING_FLAG_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.slid")
+SLIDING_FLAG_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.has_slid")
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -101,7 +101,7 @@ def predict_bodies_at_step_end(state: Any, lane_count: int, ticks_per_sample: fl
         w = predict_body_at_step_end(
             load_body(state, j),
             load_state(state, j),
-            load_attempt(state, j).length,
+            load_attempt(state, j).length_in_ticks,
             load_shaking(state, j),
             ticks_per_sample,
         )
@@ -192,7 +192,7 @@ def predict_contact_of_rim_point_pair(
                 left,
                 fine,
                 True,
-                (between & (left.depth <= 0.0), flat, new_landing, base_contact.friction_moment_share),
+                (between & (left.penetration <= 0.0), flat, new_landing, base_contact.friction_moment_share),
             ),
         )
         store_point(
@@ -206,7 +206,7 @@ def predict_contact_of_rim_point_pair(
                 right,
                 fine,
                 True,
-                (between & (right.depth <= 0.0), flat, new_landing, base_contact.friction_moment_share),
+                (between & (right.penetration <= 0.0), flat, new_landing, base_contact.friction_moment_share),
             ),
         )
 
@@ -220,7 +220,7 @@ def add_point_pair_to_equations(
     `adds_to_other_pairs` is None for the first two points of a body: their terms replace those of the last step.
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        body, half = load_body(state, j), load_predicted(state, j).half
+        body, half = load_body(state, j), load_predicted(state, j).half_step
         fine = predicted_forces_decide_contact(load_step_control(state, j), load_attempt(state, j))
         a = contact_equation_terms(body, half, load_point(point_rows, j), load_memory(point_rows, j), fine)
         b = contact_equation_terms(body, half, load_point(opposite_rows, j), load_memory(opposite_rows, j), fine)
@@ -281,15 +281,20 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
         )
         findings = contact_changes_in_body_step(most, t.force.z, fast, steady)
         again, sooner, following = accept_or_reject_and_choose_next_step(
-            BODY_STEP_CONTROL, load_step_control(state, j), attempt, findings, s.tick + attempt.length, ticks_per_sample
+            BODY_STEP_CONTROL,
+            load_step_control(state, j),
+            attempt,
+            findings,
+            s.ticks_in_sample + attempt.length_in_ticks,
+            ticks_per_sample,
         )
         accepted = BodyAfterAcceptedStep(s, load_peaks(state, j), load_account(state, j))
-        accepted = complete_body_step(body, accepted, w, d, t, most.depth, attempt.length)
+        accepted = complete_body_step(body, accepted, w, d, t, most.penetration, attempt.length_in_ticks)
         store_attempt(state, j, following)
         store_rejection(state, j, StepRejectionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0))
         store_state(state, j, again, accepted.state)
         store_peaks(state, j, again, accepted.peaks)
-        store_account(state, j, again, accepted.account)
+        store_account(state, j, again, accepted.energy_account)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -297,9 +302,9 @@ def store_contact_point_states_after_accepted_steps(state: Any, point_rows: Any,
     """Store a contact point's new state if the step is accepted; after a rejected step only whether the point slid."""
     for j in range(round_to_vector_multiple(lane_count)):
         new, rejected = load_next(point_rows, j), load_rejection(state, j)
-        store_memory(point_rows, j, rejected.again > 0.0, new)
+        store_memory(point_rows, j, rejected.is_step_rejected > 0.0, new)
         point_rows[SLIDING_FLAG_ROW_OFFSET + j] = select(
-            rejected.keeps_assumed_slip > 0.0, point_rows[SLIDING_FLAG_ROW_OFFSET + j], new.slid
+            rejected.keeps_assumed_slip > 0.0, point_rows[SLIDING_FLAG_ROW_OFFSET + j], new.has_slid
         )
 
 

@@ -52,19 +52,21 @@ def released_spring_energy(
     `stretch_before_slip` is the tangential stretch before slip and `stretch_after_slip` that after slip, m.
     """
     kx, ky = stretch_after_slip
-    inside, was = penetration > 0.0, point_history.depth > 0.0
-    sinking, over = penetration - point_history.depth, penetration * point_history.depth
+    inside, was = penetration > 0.0, point_history.penetration > 0.0
+    sinking, over = penetration - point_history.penetration, penetration * point_history.penetration
     over = math.copysign(over if over < 0.0 else 0.0, sinking)
     stretched_x, stretched_y = stretch_before_slip[0] - kx, stretch_before_slip[1] - ky
     let_go = 0.5 * (
         body.tangential_stiffness
         * ((point_history.stretch_x + kx) * stretched_x + (point_history.stretch_y + ky) * stretched_y)
-        + body.stiffness * over
+        + body.normal_stiffness * over
     )
     let_go = let_go if inside | was else 0.0
     # A deferred point starts with a compressed spring.
     return (
-        let_go - 0.5 * body.stiffness * (penetration * penetration) if inside & (point_history.depth == 0.0) else let_go
+        let_go - 0.5 * body.normal_stiffness * (penetration * penetration)
+        if inside & (point_history.penetration == 0.0)
+        else let_go
     )
 
 
@@ -85,7 +87,7 @@ def contact_changes_of_point(
     not count as a change.
     """
     carries, assumed, long = friction_limit > 0.0, predicted_point.slides > 0.0, not forces_decide_contact
-    deeper = predicted_point.depth if predicted_point.depth > penetration else penetration
+    deeper = predicted_point.penetration if predicted_point.penetration > penetration else penetration
     wrong = carries & (slips != assumed)
     backwards = (
         carries
@@ -101,7 +103,7 @@ def contact_changes_of_point(
             | (force.x * velocity.x + force.y * velocity.y > 0.0)
         )
     )
-    changed = -penetration if point_history.depth > 0.0 else deeper
+    changed = -penetration if point_history.penetration > 0.0 else deeper
     return BodyContactChangesInStep(
         changed, 1.0 if wrong & long else 0.0, 1.0 if backwards & long else 0.0, 1.0 if carries & (not slips) else 0.0,
         1.0 if back & long else 0.0, 0.0 if force.z > 0.0 else 1.0, penetration,
@@ -119,34 +121,31 @@ def compute_point_forces(
     has_rim: bool,
 ) -> tuple[ContactForceSum, BodyContactChangesInStep, BodyContactPointState]:
     """Return forces, contact changes and new state of a contact point of a body at the end of a step."""
-    half, r, e = (
-        predicted_body.half,
-        predicted_point.arm,
-        plus(velocity_change.velocity, cross_product(velocity_change.spin, predicted_point.arm)),
-    )
+    half, r = predicted_body.half_step, predicted_point.position_from_centre
+    e = plus(velocity_change.velocity, cross_product(velocity_change.angular_velocity, r))
     u = plus(predicted_point.velocity, e)
     depth, tx, ty = (
-        predicted_point.depth - half * e.z,
+        predicted_point.penetration - half * e.z,
         predicted_point.stretch_x + half * e.x,
         predicted_point.stretch_y + half * e.y,
     )
-    depth = 0.0 if (predicted_point.deferred > 0.0) & (depth > 0.0) else depth
-    inside, was = depth > 0.0, point_history.depth > 0.0
-    spring = body.stiffness * depth if inside else 0.0
-    n = spring - body.dashpot * u.z
-    n = n if inside & ((predicted_point.held > 0.0) | (n > 0.0)) else 0.0
+    depth = 0.0 if (predicted_point.is_deferred > 0.0) & (depth > 0.0) else depth
+    inside, was = depth > 0.0, point_history.penetration > 0.0
+    spring = body.normal_stiffness * depth if inside else 0.0
+    n = spring - body.dashpot_constant * u.z
+    n = n if inside & ((predicted_point.lands_flat > 0.0) | (n > 0.0)) else 0.0
     tx, ty = (tx if inside else 0.0), (ty if inside else 0.0)
     most = body.friction * n
     stiffness = body.tangential_stiffness
-    hx, hy = -(stiffness * tx) - body.dashpot * u.x, -(stiffness * ty) - body.dashpot * u.y
-    spin = plus(predicted_body.spin, velocity_change.spin)
+    hx, hy = -(stiffness * tx) - body.dashpot_constant * u.x, -(stiffness * ty) - body.dashpot_constant * u.y
+    spin = plus(predicted_body.end_angular_velocity, velocity_change.angular_velocity)
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
-        body, r, plus(predicted_body.end, velocity_change.velocity), spin,
-        (predicted_point.held > 0.0, predicted_point.flat_landing_tilting_share),
+        body, r, plus(predicted_body.end_velocity, velocity_change.velocity), spin,
+        (predicted_point.lands_flat > 0.0, predicted_point.flat_landing_tilting_share),
     )  # fmt: skip
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
     fx, fy, kx, ky, slips = clamp_friction_and_stretch(
-        hx, hy, tx, ty, most, body.tangential_compliance, ((predicted_point.held > 0.0) & inside, drifts)
+        hx, hy, tx, ty, most, body.tangential_compliance, ((predicted_point.lands_flat > 0.0) & inside, drifts)
     )
     lever = Vector3(r.x, r.y, tilting * r.z)
     off = r.z - lever.z
@@ -162,16 +161,18 @@ def compute_point_forces(
     )
     # A contact that closed within the step acts from the first touch, not for half of the step.
     fresh = inside & (not was)
-    more = depth * (2.0 * half / (depth - point_history.depth if fresh else 1.0)) - half if fresh else 0.0
-    landing = (predicted_point.landing_time_if_touching_now if fresh else point_history.landing) - 2.0 * half
+    more = depth * (2.0 * half / (depth - point_history.penetration if fresh else 1.0)) - half if fresh else 0.0
+    landing = (
+        predicted_point.landing_time_if_touching_now if fresh else point_history.remaining_landing_time
+    ) - 2.0 * half
     force = Vector3(fx, fy, n)
     moment = cross_product(lever, force)
     findings = contact_changes_of_point(
         predicted_point, point_history, depth, force, u, most, slips, forces_decide_contact
     )
     x, y = (
-        (u.x if has_rim else (predicted_body.place.x + r.x) + half * e.x),
-        (u.y if has_rim else (predicted_body.place.y + r.y) + half * e.y),
+        (u.x if has_rim else (predicted_body.position.x + r.x) + half * e.x),
+        (u.y if has_rim else (predicted_body.position.y + r.y) + half * e.y),
     )
     return (
         ContactForceSum(
@@ -183,10 +184,10 @@ def compute_point_forces(
             stretch_y=ky,
             x=x,
             y=y,
-            depth=depth,
-            normal=n,
-            slid=1.0 if slips & (most != 0.0) else 0.0,
-            landing=landing if inside else 0.0,
+            penetration=depth,
+            normal_force=n,
+            has_slid=1.0 if slips & (most != 0.0) else 0.0,
+            remaining_landing_time=landing if inside else 0.0,
         ),
     )
 
@@ -199,8 +200,8 @@ def rim_contact_point_moves_fast(
     a, b = rotation_matrix(state.rotation), rotation_matrix(predicted_body.rotation)
     across, ahead = a.xz * b.yz - a.yz * b.xz, a.xz * b.xz + a.yz * b.yz
     return (
-        (largest_contact_changes.off > 0.0)
-        & (largest_contact_changes.depth > 0.0)
+        (largest_contact_changes.has_unloaded_point > 0.0)
+        & (largest_contact_changes.penetration > 0.0)
         & ((abs(across) > MAX_RIM_POINT_TURN_TANGENT * ahead) | (ahead < 0.0))
     )
 
@@ -233,15 +234,15 @@ def contact_changes_in_body_step(
 ) -> StepContactChanges:
     """Return the contact changes of a body in an attempted step, by which the step is accepted or rejected."""
     slides = (largest_contact_changes.some_loaded_point_sticks == 0.0) & (normal_force > 0.0)
-    stands = shaking_is_weak & (largest_contact_changes.off == 0.0)
+    stands = shaking_is_weak & (largest_contact_changes.has_unloaded_point == 0.0)
     return StepContactChanges(
-        changed=largest_contact_changes.changed > 0.0,
-        fast=rim_turns_fast,
-        gentle=False,
+        contact_changed=largest_contact_changes.contact_changed > 0.0,
+        requires_shorter_step=rim_turns_fast,
+        may_keep_step=False,
         has_wrong_slip_assumption=largest_contact_changes.has_wrong_slip_assumption > 0.0,
         has_slip_reversal=largest_contact_changes.has_slip_reversal > 0.0,
         has_friction_reversal=largest_contact_changes.has_friction_reversal > 0.0,
-        slides=slides,
+        slides_on_all_points=slides,
         all_contacts_are_closed=stands,
     )
 
@@ -251,7 +252,7 @@ class BodyAfterAcceptedStep(NamedTuple):
 
     state: BodyState
     peaks: BodyPeakValues
-    account: BodyEnergyAndMomentumAccount
+    energy_account: BodyEnergyAndMomentumAccount
 
 
 @njit(**INLINE)
@@ -265,52 +266,57 @@ def complete_body_step(
     step_ticks: float,
 ) -> BodyAfterAcceptedStep:
     """Return a body's state, peak values and energy account after a step; `largest_penetration` in m."""
-    (s, peaks, account), half = previous_step, predicted_body.half
+    (s, peaks, account), half = previous_step, predicted_body.half_step
     a, push, tick = (
         acceleration_of_body_centre(contact_sum.force, predicted_body.inertial_xy_and_upward_base_acceleration),
         predicted_body.inertial_xy_and_upward_base_acceleration,
-        s.tick + step_ticks,
+        s.ticks_in_sample + step_ticks,
     )
-    v = plus(extrapolate_vector(predicted_body.velocity, half, a), contact_sum.impulse)
+    v = plus(extrapolate_vector(predicted_body.half_step_velocity, half, a), contact_sum.early_contact_impulse)
     momentum = plus(
-        extrapolate_vector(predicted_body.half_step_angular_momentum, half, contact_sum.moment), contact_sum.twist
+        extrapolate_vector(predicted_body.half_step_angular_momentum, half, contact_sum.moment),
+        contact_sum.early_contact_angular_impulse,
     )
     place, turn = (
-        extrapolate_vector(predicted_body.place, half, velocity_change.velocity),
-        rotate_quaternion(predicted_body.rotation, half, velocity_change.spin),
+        extrapolate_vector(predicted_body.position, half, velocity_change.velocity),
+        rotate_quaternion(predicted_body.rotation, half, velocity_change.angular_velocity),
     )
     f = rotation_matrix(turn)
     power = (push.x * v.x + push.y * v.y) - push.z * v.z
     torque = contact_sum.moment.z + (place.x * a.y - place.y * a.x)
     account = BodyEnergyAndMomentumAccount(
-        account.work + half * (account.power + power),
-        account.lost + (half * (account.loss + contact_sum.loss) + contact_sum.released_spring_energy),
-        account.spin
+        account.base_motion_work + half * (account.base_motion_power + power),
+        account.lost_energy
+        + (half * (account.dissipated_power + contact_sum.dissipated_power) + contact_sum.released_spring_energy),
+        account.supplied_angular_momentum
         + (
-            half * (account.torque + torque)
-            + (contact_sum.twist.z + (place.x * contact_sum.impulse.y - place.y * contact_sum.impulse.x))
+            half * (account.base_motion_torque + torque)
+            + (
+                contact_sum.early_contact_angular_impulse.z
+                + (place.x * contact_sum.early_contact_impulse.y - place.y * contact_sum.early_contact_impulse.x)
+            )
         ),
         power,
-        contact_sum.loss,
+        contact_sum.dissipated_power,
         torque,
     )
     lean, x, y = lean_as_squared_sine(f), place.x - body.centre_height * f.xz, place.y - body.centre_height * f.yz
     peaks = BodyPeakValues(
         updated_maximum(peaks.peak_lean_squared_sine, lean),
-        updated_maximum(peaks.slip, x * x + y * y),
-        updated_maximum(peaks.depth, largest_penetration),
-        tick if lean < body.critical else peaks.last_upright_tick,
+        updated_maximum(peaks.slip_squared, x * x + y * y),
+        updated_maximum(peaks.penetration, largest_penetration),
+        tick if lean < body.critical_lean else peaks.last_upright_tick,
     )
     return BodyAfterAcceptedStep(
         BodyState(
-            place=place,
+            position=place,
             rotation=turn,
             velocity=v,
             angular_momentum=momentum,
-            spin=predicted_body.spin,
+            angular_velocity=predicted_body.end_angular_velocity,
             acceleration=a,
             moment=contact_sum.moment,
-            tick=tick,
+            ticks_in_sample=tick,
         ),
         peaks,
         account,

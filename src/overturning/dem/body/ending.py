@@ -58,9 +58,9 @@ load_account, load_course, load_limits = (
 load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D).load
 load_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").load
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
-STEP_LENGTH_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length")
+STEP_LENGTH_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks")
 LATE_TILT, SLIDE_END = (
-    STATE_ROW_LAYOUT.row_offset_of_field(LargestTiltNearCaseEnd, "ratio"),
+    STATE_ROW_LAYOUT.row_offset_of_field(LargestTiltNearCaseEnd, "tilt_over_critical_angle"),
     STATE_ROW_LAYOUT.row_offset_of_field(SlideEndSample, "sample"),
 )
 
@@ -76,7 +76,7 @@ def twice_kinetic_energy_per_mass(body: BodyConstants, state: BodyState) -> floa
 @njit(**INLINE)
 def state_sum_for_finite_check(state: BodyState) -> float:
     """Return the sum of all position, rotation and velocity components of a body, which is finite if each one is."""
-    v, p, q = state.velocity, state.place, state.rotation
+    v, p, q = state.velocity, state.position, state.rotation
     return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
 
 
@@ -90,17 +90,19 @@ def body_energy_per_mass(
         one = load_point_state_at_step_start(
             vertex_rows[i * ARRAY_LENGTH_PER_VERTEX : (i + 1) * ARRAY_LENGTH_PER_VERTEX], lane
         )
-        depth = max(one.depth, 0.0)
-        springs += body.stiffness * depth * depth + body.tangential_stiffness * (
+        depth = max(one.penetration, 0.0)
+        springs += body.normal_stiffness * depth * depth + body.tangential_stiffness * (
             one.stretch_x * one.stretch_x + one.stretch_y * one.stretch_y
         )
-    return 0.5 * (twice_kinetic_energy_per_mass(body, state) + springs) + GRAVITY * (state.place.z - body.centre_height)
+    return 0.5 * (twice_kinetic_energy_per_mass(body, state) + springs) + GRAVITY * (
+        state.position.z - body.centre_height
+    )
 
 
 @njit(**INLINE)
 def vertical_angular_momentum_about_origin(state: BodyState) -> float:
     """Return the vertical component of a body's angular momentum about the origin, per mass, m²/s."""
-    return float(state.angular_momentum.z + (state.place.x * state.velocity.y - state.place.y * state.velocity.x))
+    return float(state.angular_momentum.z + (state.position.x * state.velocity.y - state.position.y * state.velocity.x))
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -112,7 +114,7 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
             1
             if load_point_state_at_step_start(
                 vertex_rows[i * ARRAY_LENGTH_PER_VERTEX : (i + 1) * ARRAY_LENGTH_PER_VERTEX], lane
-            ).depth
+            ).penetration
             > 0.0
             else 0
         )
@@ -122,7 +124,7 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
 @njit(**INLINE)
 def energy_to_tilt_per_mass(body: BodyConstants, edge_distance: float, lean: float) -> float:
     """Return the energy per mass (m²/s²) to tilt a body over its nearest base edge; `lean` is sin² of the tilt."""
-    square = min(lean, body.critical)
+    square = min(lean, body.critical_lean)
     return float(
         GRAVITY * (edge_distance * np.sqrt(square) - body.centre_height * square / (1.0 + np.sqrt(1.0 - square)))
     )
@@ -131,7 +133,7 @@ def energy_to_tilt_per_mass(body: BodyConstants, edge_distance: float, lean: flo
 @njit(**INLINE)
 def body_is_below_critical_tilt(body: BodyConstants, state: BodyState) -> bool:
     """True if the tilt of a body's vertical axis is below the critical angle."""
-    return bool(lean_as_squared_sine(rotation_matrix(state.rotation)) < body.critical)
+    return bool(lean_as_squared_sine(rotation_matrix(state.rotation)) < body.critical_lean)
 
 
 @njit(**INLINE)
@@ -172,7 +174,7 @@ def body_has_fallen(body_axes: Matrix3, termination_limits: BodyTerminationLimit
 
     For `fall_sectors` see `overturning.model.solid.RigidSolid`.
     """
-    if not body_axes.zz <= termination_limits.fallen:
+    if not body_axes.zz <= termination_limits.fall_tilt_cosine:
         return False
     if fall_sectors.shape[0] == 0 or body_axes.zx * body_axes.zx + body_axes.zy * body_axes.zy == 0.0:
         return True
@@ -199,13 +201,16 @@ def case_status(
     count = vertex_rows.size // ARRAY_LENGTH_PER_VERTEX
     body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
     course, limits = load_course(state, lane), load_limits(state, lane)
-    if not np.isfinite(state_sum_for_finite_check(s)) or peaks.depth > limits.deepest:
+    if not np.isfinite(state_sum_for_finite_check(s)) or peaks.penetration > limits.max_penetration:
         return CaseStatus.UNSTABLE
     if body_has_fallen(rotation_matrix(s.rotation), limits, fall_sectors):
         return CaseStatus.SIMULATED
-    sample = course.sample + s.tick / ticks_per_sample
+    sample = course.current_sample + s.ticks_in_sample / ticks_per_sample
     # A body that rests on its base after the last time at which it could start to move stays there.
-    still = 0.5 * twice_kinetic_energy_per_mass(body, s) < MAX_KINETIC_ENERGY_RATIO_AT_REST * GRAVITY * limits.reach
+    still = (
+        0.5 * twice_kinetic_energy_per_mass(body, s)
+        < MAX_KINETIC_ENERGY_RATIO_AT_REST * GRAVITY * limits.min_edge_distance
+    )
     if (
         sample >= course.last_onset_sample
         and still
@@ -215,17 +220,17 @@ def case_status(
     if sample < last_sample:
         return CASE_NOT_ENDED
     now = body_energy_per_mass(body, s, vertex_rows, count, lane)
-    stands = now < course.barrier and body_is_below_critical_tilt(body, s)
+    stands = now < course.overturning_energy and body_is_below_critical_tilt(body, s)
     # It can no longer fall, but its peak tilt is final only when its energy cannot reach it again. On one vertex the
     # weight compresses the spring: g²/2k less energy than in the rigid body.
-    past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= energy_to_tilt_per_mass(
-        body, limits.reach, peaks.peak_lean_squared_sine
+    past = now + 0.5 * GRAVITY * GRAVITY / body.normal_stiffness <= energy_to_tilt_per_mass(
+        body, limits.min_edge_distance, peaks.peak_lean_squared_sine
     )
-    if stands and past and not body_will_slide_noticeably(body, s, limits.reach):
+    if stands and past and not body_will_slide_noticeably(body, s, limits.min_edge_distance):
         return CaseStatus.SIMULATED
     tilt, rise = (
-        np.sqrt(lean_as_squared_sine(rotation_matrix(s.rotation)) / body.critical),
-        s.place.z - body.centre_height,
+        np.sqrt(lean_as_squared_sine(rotation_matrix(s.rotation)) / body.critical_lean),
+        s.position.z - body.centre_height,
     )
     late_tilt = largest_tilt_near_case_end(state[LATE_TILT + lane], course, sample, last_sample, tilt, rise)
     state[LATE_TILT + lane] = late_tilt
@@ -234,9 +239,9 @@ def case_status(
     if not (stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY):
         return CaseStatus.UNDECIDED
     # A body that slides upright is simulated until friction has stopped it.
-    if late_tilt < MAX_TILT_RATIO_AT_REST and body_will_slide_noticeably(body, s, limits.reach):
+    if late_tilt < MAX_TILT_RATIO_AT_REST and body_will_slide_noticeably(body, s, limits.min_edge_distance):
         # A spin lasts as long as a slide with the speed of a point at the radius of gyration, or less.
-        gyration = max(limits.reach, 1.0 / np.sqrt(body.inverse.zz))
+        gyration = max(limits.min_edge_distance, 1.0 / np.sqrt(body.inverse_inertia.zz))
         time = np.sqrt(squared_speed_of_body_base(body, s, gyration)) / (GRAVITY * body.friction)
         if update_slide_end_and_check_case_continues(
             state, SLIDE_END + lane, sample, time, body.tick_length * ticks_per_sample
@@ -251,7 +256,7 @@ def body_is_at_rest(
 ) -> bool:
     """True if a body rests upright on all vertices of its base, and none of these vertices slides."""
     body, s, held = load_body(state, lane), load_state(state, lane), 0
-    w, turning = s.spin, matrix_times_vector(expand_symmetric_matrix(body.inverse), s.moment)
+    w, turning = s.angular_velocity, matrix_times_vector(expand_symmetric_matrix(body.inverse_inertia), s.moment)
     speed = vector_length(s.velocity) + body.centre_height * vector_length(w)
     step = body.tick_length * state[STEP_LENGTH_ROW_OFFSET + lane]
     if not body_is_still(
@@ -262,11 +267,11 @@ def body_is_at_rest(
         one = load_point_state_at_step_start(
             vertex_rows[i * ARRAY_LENGTH_PER_VERTEX : (i + 1) * ARRAY_LENGTH_PER_VERTEX], lane
         )
-        held += 1 if one.normal > 0.0 and one.slid == 0.0 else 0
+        held += 1 if one.normal_force > 0.0 and one.has_slid == 0.0 else 0
     return bool(
         held >= base_vertex_count
         and lean_as_squared_sine(rotation_matrix(s.rotation))
-        < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * body.critical
+        < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * body.critical_lean
     )
 
 
@@ -283,14 +288,30 @@ def write_case_results(
     result_row.fallen = 1.0 if fallen else 0.0
     result_row.overturning_time = course.last_upright_time if fallen else np.nan
     result_row.peak_lean_squared_sine = max(peaks.peak_lean_squared_sine, lean_as_squared_sine(f))
-    result_row.peak_slip = np.sqrt(peaks.slip)
-    result_row.slip_x, result_row.slip_y = s.place.x - body.centre_height * f.xz, s.place.y - body.centre_height * f.yz
-    result_row.peak_penetration = peaks.depth
-    balance = (body_energy_per_mass(body, s, vertex_rows, count, lane) - course.energy) - account.work + account.lost
-    result_row.energy_error = abs(balance) / max(account.work, course.barrier, course.energy)
-    swing = np.sqrt(GRAVITY * (body.centre_height * body.centre_height + limits.reach * limits.reach) ** 1.5)
+    result_row.peak_slip = np.sqrt(peaks.slip_squared)
+    result_row.slip_x, result_row.slip_y = (
+        s.position.x - body.centre_height * f.xz,
+        s.position.y - body.centre_height * f.yz,
+    )
+    result_row.peak_penetration = peaks.penetration
+    balance = (
+        (body_energy_per_mass(body, s, vertex_rows, count, lane) - course.initial_energy)
+        - account.base_motion_work
+        + account.lost_energy
+    )
+    result_row.energy_error = abs(balance) / max(
+        account.base_motion_work, course.overturning_energy, course.initial_energy
+    )
+    swing = np.sqrt(
+        GRAVITY * (body.centre_height * body.centre_height + limits.min_edge_distance * limits.min_edge_distance) ** 1.5
+    )
     result_row.angular_momentum_error = (
-        abs(vertical_angular_momentum_about_origin(s) - limits.spin - account.spin) / swing
+        abs(
+            vertical_angular_momentum_about_origin(s)
+            - limits.initial_angular_momentum
+            - account.supplied_angular_momentum
+        )
+        / swing
     )
     result_row.qw, result_row.qx, result_row.qy, result_row.qz = s.rotation
 
@@ -301,11 +322,13 @@ def write_body_trajectory_row(
 ) -> None:
     """Write time, pose, velocities and base acceleration of the body in column `lane` into `trajectory_row`."""
     body, s, shaking = load_body(state, lane), load_state(state, lane), load_inertial_accelerations(state, lane)
-    trajectory_row.time = (load_course(state, lane).sample + s.tick / ticks_per_sample) * sampling_interval
-    trajectory_row.x, trajectory_row.y, trajectory_row.z = s.place
+    trajectory_row.time = (
+        load_course(state, lane).current_sample + s.ticks_in_sample / ticks_per_sample
+    ) * sampling_interval
+    trajectory_row.x, trajectory_row.y, trajectory_row.z = s.position
     trajectory_row.qw, trajectory_row.qx, trajectory_row.qy, trajectory_row.qz = s.rotation
     trajectory_row.vx, trajectory_row.vy, trajectory_row.vz = s.velocity
     trajectory_row.wx, trajectory_row.wy, trajectory_row.wz = angular_velocity_of_state(body, s)
-    trajectory_row.ground_x = -base_acceleration_at_tick(shaking.inertial_acceleration_x, s.tick)
-    trajectory_row.ground_y = -base_acceleration_at_tick(shaking.inertial_acceleration_y, s.tick)
-    trajectory_row.ground_z = base_acceleration_at_tick(shaking.upward_base_acceleration, s.tick)
+    trajectory_row.ground_x = -base_acceleration_at_tick(shaking.inertial_acceleration_x, s.ticks_in_sample)
+    trajectory_row.ground_y = -base_acceleration_at_tick(shaking.inertial_acceleration_y, s.ticks_in_sample)
+    trajectory_row.ground_z = base_acceleration_at_tick(shaking.upward_base_acceleration, s.ticks_in_sample)

@@ -77,7 +77,7 @@ class SimulationPlan3D(SimulationPlan):
 
         They have equal step lengths.
         """
-        return group_numbers_of_equal_cases(self.steps, self.case_table["standing"])
+        return group_numbers_of_equal_cases(self.steps, self.case_table["longest_step_at_rest"])
 
     @property
     def vertical_base_acceleration(self) -> FloatArray:
@@ -96,7 +96,7 @@ class SimulationPlan3D(SimulationPlan):
         ticks = self.ticks_per_step
         queued = self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, ticks, column_count)
         # Test the lanes at the latest after the longest step: the next sample must be loaded by then.
-        settings, standing = queued["settings"], float(queued["cases"]["standing"][0])
+        settings, standing = queued["settings"], float(queued["cases"]["longest_step_at_rest"][0])
         queued["settings"] = settings._replace(steps_per_check=int(settings.ticks_per_sample / standing))
         queued["cases"]["long_steps_before_doubling"] *= step_divisor
         return queued
@@ -113,7 +113,7 @@ class BodySimulationPlan(SimulationPlan3D):
 
     model: Body
     solids: list[RigidSolid]  # one for each size
-    bodies: NDArray[np.void]  # kernel constants of the solids, of type `overturning.dem.body.tables.BODY_TABLE_DTYPE`
+    body_constants: NDArray[np.void]  # of the solids, of type `overturning.dem.body.tables.BODY_TABLE_DTYPE`
     vertices_and_base_edges: FloatArray  # shape (bodies, vertices, 6): see `BodyKernelInput.vertices_and_base_edges`
 
     @property
@@ -127,7 +127,7 @@ class BodySimulationPlan(SimulationPlan3D):
         """Return the body kernel's input for cases with equal step lengths, each step divided by `step_divisor`."""
         return BodyKernelInput(
             **self.kernel_input_fields_3d(case_numbers, result_tables, step_divisor, PARALLEL_CASE_COUNT),
-            base_shape_loop_tag=self.base_shape_loop_tag, bodies=self.bodies,
+            base_shape_loop_tag=self.base_shape_loop_tag, body_constants=self.body_constants,
             vertices_and_base_edges=self.vertices_and_base_edges, base_vertex_count=self.solids[0].base_vertex_count,
             fall_limits_by_lean_sector=np.stack([body.fall_limits_by_lean_sector for body in self.solids]),
         )  # fmt: skip
@@ -145,8 +145,8 @@ class BodySimulationPlan(SimulationPlan3D):
         rows, case = super().trajectory_rows_at_rest(sample_count), self.case_table[0]
         for name in INITIAL_STATE_DTYPE.names or ():
             rows[name] = case["start"][name]
-        rows["ground_x"], rows["ground_y"] = self.base_accelerations[0, :, :sample_count] * case["amplitude"]
-        rows["ground_z"] = self.vertical_base_acceleration[:sample_count] * case["amplitude"]
+        rows["ground_x"], rows["ground_y"] = self.base_accelerations[0, :, :sample_count] * case["amplitude_factor"]
+        rows["ground_z"] = self.vertical_base_acceleration[:sample_count] * case["amplitude_factor"]
         return rows
 
     def convert_trajectory_rows(self, trajectory_rows: NDArray[np.void]) -> BodyTrajectory:
@@ -205,9 +205,9 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     has_vertices_at_rest = start is None and made[0].rim_radius == 0.0
     columns = {
-        "body": which, "stiffness": laws[which, 0], "tangential_stiffness": laws[which, 1],
-        "dashpot": dashpot, "friction": friction,
-        "amplitude": amplitude,
+        "body": which, "normal_stiffness": laws[which, 0], "tangential_stiffness": laws[which, 1],
+        "dashpot_constant": dashpot, "friction": friction,
+        "amplitude_factor": amplitude,
         "rest_acceleration_limit_g": rest_limit,
         "first_simulated_sample": first,
         "last_onset_sample": calm,
@@ -226,7 +226,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         table["start"] = (*start.centre_position, *start.quaternion, *start.velocity, *start.angular_velocity)
     bodies, points = _body_and_vertex_tables(made)
     return BodySimulationPlan(
-        model=model, motion=motion, cases=cases, numerics=numerics, solids=made, bodies=bodies,
+        model=model, motion=motion, cases=cases, numerics=numerics, solids=made, body_constants=bodies,
         vertices_and_base_edges=points, orientation_cosines=cosines, motion_rows=row, base_accelerations=along,
         steps=steps, first_simulated_sample=first, case_table=table, stays_at_rest=stays_at_rest,
         has_too_soft_contacts=exceeds_penetration_limit(sunk, 2.0 * np.minimum(foot, reach))[which],
@@ -304,7 +304,7 @@ def steps_per_sample_and_step_control(
         If the time step is longer than the longest allowed one.
     """
     # The scheme is stable with any step; accuracy limits it, expressed as the stable step of an undamped oscillator.
-    whole = pace.longest_whole_step * rocking_time_constant
+    whole = pace.longest_whole_step_in_rocking_times * rocking_time_constant
     per_sample = partial(
         steps_per_sample, IntegrationScheme.CUNDALL, squared_frequency=(2.0 / whole) ** 2,
         damping_rate=np.zeros(whole.size), sampling_interval=sampling_interval,
@@ -326,8 +326,8 @@ def steps_per_sample_and_step_control(
         damping_rate >= np.sqrt(squared_frequency)
     )
     return steps, {
-        "finest": finest,
-        "standing": pace.ticks_per_whole_step * np.where(rigid, np.gcd(usual, steps), 1),
+        "shortest_step": finest,
+        "longest_step_at_rest": pace.ticks_per_whole_step * np.where(rigid, np.gcd(usual, steps), 1),
         "steps_after_contact_change": np.round(
             pace.steps_before_length_doubles(squared_frequency, damping_rate) * steps / usual
         ),
@@ -380,7 +380,7 @@ def _body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void],
                 body.base_edge_normals, body.base_edge_distances_from_centre,
             )  # fmt: skip
         for name, at in pairs.items():
-            table[index][f"i{name}"], table[index][f"a{name}"] = (
+            table[index][f"inverse_inertia_{name}"], table[index][f"inertia_{name}"] = (
                 body.inverse_inertia_per_mass[at], body.inertia_per_mass[at],
             )  # fmt: skip
         foot, reach = body.centre_height, body.min_base_edge_distance_from_centre
@@ -389,10 +389,11 @@ def _body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void],
         lies_on_springs = len(body.fall_limits_by_lean_sector) > 0 or body.fall_tilt > UPSIDE_DOWN_FALL_TILT_RAD
         fallen = body.fall_tilt * (FALL_TO_GEOMETRIC_TILT_RATIO if lies_on_springs else 1.0)
         values = {
-            "centre_height": foot, "radius": body.rim_radius, "reach": reach,
-            "critical": reach**2 / (reach**2 + foot**2),
-            "fallen": np.round(np.cos(fallen), 12), "deepest": MAX_PENETRATION_TO_HALF_SIDE_RATIO * min(reach, foot),
-            "ends": body.relative_height_tolerance_of_lowest_vertices
+            "centre_height": foot, "base_radius": body.rim_radius, "min_edge_distance": reach,
+            "critical_lean": reach**2 / (reach**2 + foot**2),
+            "fall_tilt_cosine": np.round(np.cos(fallen), 12),
+            "max_penetration": MAX_PENETRATION_TO_HALF_SIDE_RATIO * min(reach, foot),
+            "end_vertex_height_tolerance": body.relative_height_tolerance_of_lowest_vertices
         }  # fmt: skip
         for name, value in values.items():
             table[index][name] = value

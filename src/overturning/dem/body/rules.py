@@ -91,10 +91,10 @@ class BodyKernelInput(NamedTuple):
     motion_rows: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
-    ground: GroundMotion
+    ground_motion: GroundMotion
     base_shape_loop_tag: Any
     """Marker of the bodies, of a type in `LOOP_BY_BASE_SHAPE_TAG`."""
-    bodies: NDArray[np.void]
+    body_constants: NDArray[np.void]
     """Constants of the bodies, of type `BODY_TABLE_DTYPE`, shape (bodies,)."""
     vertices_and_base_edges: FloatArray
     """Vertices of each body, shape (bodies, vertices, 6): position from its centre, m, and the outward normal and the
@@ -110,7 +110,7 @@ class BodyWorkspace(NamedTuple):
 
     state: Any
     """Rows of the bodies, followed by those of the vertices."""
-    vertices: Any
+    vertex_rows: Any
     """Rows of the vertices: a view of `state`."""
 
 
@@ -131,11 +131,11 @@ store_vertex, store_memory = (
 STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.count
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
 TICK, LAST_UPRIGHT = (
-    STATE_ROW_LAYOUT.row_offset_of_field(BodyState, "tick"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BodyState, "ticks_in_sample"),
     STATE_ROW_LAYOUT.row_offset_of_field(BodyPeakValues, "last_upright_tick"),
 )
 LENGTH, LOADED = (
-    STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length"),
+    STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks"),
     STATE_ROW_LAYOUT.row_offset_of_field(BaseMotionSampleNumber, "sample"),
 )
 REST_LIMIT, AT_REST = (
@@ -143,7 +143,7 @@ REST_LIMIT, AT_REST = (
     STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "at_rest"),
 )
 SAMPLE, UPRIGHT_UNTIL = (
-    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "sample"),
+    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample"),
     STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_upright_time"),
 )
 
@@ -164,12 +164,19 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     """Load the initial state of the 3-D body of case number `case` into column `lane` of the state arrays."""
     given = kernel_input.cases[case]
     body, points, interval = (
-        kernel_input.bodies[given.body],
+        kernel_input.body_constants[given.body],
         kernel_input.vertices_and_base_edges[given.body],
         kernel_input.settings.sampling_interval,
     )
     write_initial_body_state(
-        workspace.state, workspace.vertices, lane, given, body, points, interval, kernel_input.settings.ticks_per_sample
+        workspace.state,
+        workspace.vertex_rows,
+        lane,
+        given,
+        body,
+        points,
+        interval,
+        kernel_input.settings.ticks_per_sample,
     )
 
 
@@ -180,7 +187,7 @@ def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases:
         lane_count,
         kernel_input.motion_rows,
         lane_cases,
-        kernel_input.ground,
+        kernel_input.ground_motion,
         kernel_input.settings,
     )
 
@@ -206,19 +213,21 @@ def start_sample_and_load_base_motion(
         s = load_state(state, j)
         store_rotation_quaternion(state, j, normalise_quaternion(s.rotation))
         begun = next_sample_tick_and_last_upright_time(
-            load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval
+            load_course(state, j), s.ticks_in_sample, state[LAST_UPRIGHT + j], ticks, interval
         )
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
     last = up.shape[0] - 3
     for j in range(round_to_vector_multiple(lane_count)):
         course = load_course(state, j)
-        if state[LOADED + j] == course.sample + 1.0:
+        if state[LOADED + j] == course.current_sample + 1.0:
             continue
-        state[LOADED + j] = course.sample + 1.0
-        i = min(int(course.sample), last)
+        state[LOADED + j] = course.current_sample + 1.0
+        i = min(int(course.current_sample), last)
         horizontal = along[motion_rows[lane_cases[j]]]
-        store_shaking(state, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude, scale))
+        store_shaking(
+            state, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude_factor, scale)
+        )
 
 
 def attempt_steps_until_next_check(
@@ -247,7 +256,7 @@ def attempt_steps_until_next_check(
     time_stepping_loop_by_tag(marker)(
         marker,
         workspace.state,
-        workspace.vertices,
+        workspace.vertex_rows,
         count,
         base,
         lane_count,
@@ -276,11 +285,18 @@ def mark_possibly_ended_body_cases(
     count = 0.0
     for j in range(active_lane_count):
         s, limits = load_state(state, j), load_limits(state, j)
-        sound = (rotation_matrix(s.rotation).zz > limits.fallen) & (load_peaks(state, j).depth <= limits.deepest)
+        sound = (rotation_matrix(s.rotation).zz > limits.fall_tilt_cosine) & (
+            load_peaks(state, j).penetration <= limits.max_penetration
+        )
         end_marks_out[j] = (
             0.0
             if case_cannot_have_ended(
-                load_course(state, j), s.tick, ticks_per_sample, last_sample, state_sum_for_finite_check(s), sound
+                load_course(state, j),
+                s.ticks_in_sample,
+                ticks_per_sample,
+                last_sample,
+                state_sum_for_finite_check(s),
+                sound,
             )
             else 1.0
         )
@@ -315,7 +331,7 @@ def skip_quiet_samples_of_resting_cases(
     settings, state, ground, row, base = (
         kernel_input.settings,
         workspace.state,
-        kernel_input.ground,
+        kernel_input.ground_motion,
         kernel_input.motion_rows,
         kernel_input.base_vertex_count,
     )
@@ -325,14 +341,14 @@ def skip_quiet_samples_of_resting_cases(
     for j in range(active_lane_count):
         course, over = load_course(state, j), state[TICK + j] * (1.0 / settings.ticks_per_sample)
         rest_limit = state[REST_LIMIT + j]
-        now = course.sample + over
+        now = course.current_sample + over
         # Test the motion first: testing the body takes longer.
         quiet = state[AT_REST + j] > 0.0 and is_rest_check_sample(now)
         quiet = quiet and upcoming_motion_is_below_rest_limit(
-            ground, row[lane_cases[j]], now, course.amplitude, rest_limit
+            ground, row[lane_cases[j]], now, course.amplitude_factor, rest_limit
         )
-        if quiet and body_is_at_rest(state, workspace.vertices, count, base, j, rest_limit):
-            samples = count_skippable_samples(ground, row[lane_cases[j]], now, course.amplitude, rest_limit)
+        if quiet and body_is_at_rest(state, workspace.vertex_rows, count, base, j, rest_limit):
+            samples = count_skippable_samples(ground, row[lane_cases[j]], now, course.amplitude_factor, rest_limit)
             state[SAMPLE + j] += samples
             skipped_sample_counts_out[j] += samples
 
@@ -345,7 +361,7 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int)
     )
     return case_status(
         workspace.state,
-        workspace.vertices,
+        workspace.vertex_rows,
         kernel_input.base_vertex_count,
         lane,
         kernel_input.settings.ticks_per_sample,
@@ -357,7 +373,7 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int)
 def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
     """Write the results of case number `case`, stored in column `lane`, into `kernel_input.results`."""
     sectors = kernel_input.fall_limits_by_lean_sector[kernel_input.cases[case].body]
-    write_case_results(workspace.state, workspace.vertices, lane, status, kernel_input.results[case], sectors)
+    write_case_results(workspace.state, workspace.vertex_rows, lane, status, kernel_input.results[case], sectors)
 
 
 register_model_functions(

@@ -64,33 +64,35 @@ def write_initial_body_state(
     begin = write_vertex_states_and_return_body_state(vertex_rows, lane, body, case_parameters.start, vertex_positions)
     store_body(state, lane, body)
     case_step_control = CaseStepControl(
-        case_parameters.finest,
-        case_parameters.standing,
+        case_parameters.shortest_step,
+        case_parameters.longest_step_at_rest,
         case_parameters.steps_after_contact_change,
         case_parameters.long_steps_before_doubling,
     )
     store_step_control(state, lane, case_step_control)
     store_state(state, lane, begin)
     store_attempt(
-        state, lane, NextStepToAttempt(case_parameters.finest, case_parameters.steps_after_contact_change, 0.0)
+        state, lane, NextStepToAttempt(case_parameters.shortest_step, case_parameters.steps_after_contact_change, 0.0)
     )
     store_peaks(state, lane, BodyPeakValues(lean_as_squared_sine(rotation_matrix(begin.rotation)), 0.0, 0.0, -1.0))
     barrier = GRAVITY * (
         np.sqrt(
-            body_constants.reach * body_constants.reach + body_constants.centre_height * body_constants.centre_height
+            body_constants.min_edge_distance * body_constants.min_edge_distance
+            + body_constants.centre_height * body_constants.centre_height
         )
         - body_constants.centre_height
     )
     store_course(state, lane, CaseProgress(
-        case_parameters.amplitude, case_parameters.first_simulated_sample, case_parameters.last_onset_sample,
+        case_parameters.amplitude_factor, case_parameters.first_simulated_sample, case_parameters.last_onset_sample,
         case_parameters.undecided_end_sample,
         case_parameters.first_simulated_sample * sampling_interval,
         body_energy_per_mass(body, begin, vertex_rows, vertex_positions.shape[0], lane), barrier,
     ))  # fmt: skip
     state[REST_LIMIT_ROW_OFFSET + lane] = case_parameters.rest_acceleration_limit_g
     store_limits(state, lane, BodyTerminationLimits(
-        vertical_angular_momentum_about_origin(begin), body_constants.reach, body_constants.fallen,
-        body_constants.deepest, case_parameters.sample_step_acceleration_g,
+        vertical_angular_momentum_about_origin(begin), body_constants.min_edge_distance,
+        body_constants.fall_tilt_cosine,
+        body_constants.max_penetration, case_parameters.sample_step_acceleration_g,
     ))  # fmt: skip
 
 
@@ -99,19 +101,28 @@ def body_constants_of_case(case_parameters: Any, body_constants: Any, tick_lengt
     """Return a body's constants combined with the contact law of a case; `tick_length` (s) is the time unit."""
     c, ks = body_constants, case_parameters.tangential_stiffness
     return BodyConstants(
-        inverse=SymmetricMatrix(c.ixx, c.iyy, c.izz, c.ixy, c.ixz, c.iyz),
-        inertia=SymmetricMatrix(c.axx, c.ayy, c.azz, c.axy, c.axz, c.ayz),
+        inverse_inertia=SymmetricMatrix(
+            c.inverse_inertia_xx,
+            c.inverse_inertia_yy,
+            c.inverse_inertia_zz,
+            c.inverse_inertia_xy,
+            c.inverse_inertia_xz,
+            c.inverse_inertia_yz,
+        ),
+        inertia=SymmetricMatrix(c.inertia_xx, c.inertia_yy, c.inertia_zz, c.inertia_xy, c.inertia_xz, c.inertia_yz),
         centre_height=c.centre_height,
-        radius=c.radius,
-        stiffness=case_parameters.stiffness,
+        base_radius=c.base_radius,
+        normal_stiffness=case_parameters.normal_stiffness,
         tangential_stiffness=ks,
         tangential_compliance=1.0 / ks if ks > 0.0 else 0.0,
-        dashpot=case_parameters.dashpot,
+        dashpot_constant=case_parameters.dashpot_constant,
         friction=case_parameters.friction,
-        critical=c.critical,
-        ends=c.ends,
+        critical_lean=c.critical_lean,
+        end_vertex_height_tolerance=c.end_vertex_height_tolerance,
         tick_length=tick_length,
-        landing=FLAT_LANDING_DURATION_IN_DECAY_TIMES * case_parameters.dashpot / case_parameters.stiffness,
+        landing_duration=FLAT_LANDING_DURATION_IN_DECAY_TIMES
+        * case_parameters.dashpot_constant
+        / case_parameters.normal_stiffness,
     )
 
 
@@ -133,26 +144,33 @@ def write_vertex_states_and_return_body_state(
         arm = matrix_times_vector(f, own)
         store_vertex(one, lane, BodyVertex(own, vertex_positions[i, 3], vertex_positions[i, 4], vertex_positions[i, 5]))
         # Velocity is stored for points of a rim, position for vertices.
-        known = plus(v, cross_product(w, arm)) if body.radius > 0.0 else plus(place, arm)
+        known = plus(v, cross_product(w, arm)) if body.base_radius > 0.0 else plus(place, arm)
         depth = -(place.z + arm.z)
-        n = body.stiffness * max(depth, 0.0)
+        n = body.normal_stiffness * max(depth, 0.0)
         store_point_state_at_step_start(
             one,
             lane,
             BodyContactPointState(
-                stretch_x=0.0, stretch_y=0.0, x=known.x, y=known.y, depth=depth, normal=n, slid=0.0, landing=0.0
+                stretch_x=0.0,
+                stretch_y=0.0,
+                x=known.x,
+                y=known.y,
+                penetration=depth,
+                normal_force=n,
+                has_slid=0.0,
+                remaining_landing_time=0.0,
             ),
         )
         az, mx, my = az + n, mx + arm.y * n, my - arm.x * n
     return BodyState(
-        place=place,
+        position=place,
         rotation=turn,
         velocity=v,
-        angular_momentum=angular_momentum_from_velocity(body.inverse, f, w),
-        spin=w,
+        angular_momentum=angular_momentum_from_velocity(body.inverse_inertia, f, w),
+        angular_velocity=w,
         acceleration=Vector3(0.0, 0.0, az),
         moment=Vector3(mx, my, 0.0),
-        tick=0.0,
+        ticks_in_sample=0.0,
     )
 
 

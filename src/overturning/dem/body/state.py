@@ -40,38 +40,38 @@ TICKS_PER_WHOLE_STEP: Final = BODY_STEP_CONTROL.ticks_per_whole_step
 class BodyConstants(NamedTuple):
     """Inertia, contact constants and limits of a body, which do not change during a case."""
 
-    inverse: SymmetricMatrix
+    inverse_inertia: SymmetricMatrix
     """Inverse inertia in the body's own axes, m/I, 1/m²."""
     inertia: SymmetricMatrix
     """Inertia in the body's own axes, I/m, m²."""
     centre_height: float
     """Height of the centre above the base, m."""
-    radius: float
+    base_radius: float
     """Radius of a round base, m; 0 for a base with vertices."""
-    stiffness: float
+    normal_stiffness: float
     """Normal stiffness of a vertex, K/m, 1/s²."""
     tangential_stiffness: float
     """Tangential stiffness of a vertex, K_s/m, 1/s², in any direction."""
     tangential_compliance: float
     """1 over the tangential stiffness, s²; 0 without tangential springs."""
-    dashpot: float
+    dashpot_constant: float
     """Dashpot of a vertex, h/m, 1/s."""
     friction: float
     """Coefficient of friction μ."""
-    critical: float
+    critical_lean: float
     """`lean_as_squared_sine` at the critical angle."""
-    ends: float
+    end_vertex_height_tolerance: float
     """Share of the rise from the lowest to the highest base vertex within which vertices belong to the ends."""
     tick_length: float
     """Length of a tick, s."""
-    landing: float
+    landing_duration: float
     """Duration of a flat landing after the first touch, s."""
 
 
 class BodyState(NamedTuple):
     """Position, rotation, velocities and accelerations of a body in the frame of the base."""
 
-    place: Vector3
+    position: Vector3
     """Position of the centre, m."""
     rotation: Quaternion
     """Rotation from rest."""
@@ -79,13 +79,13 @@ class BodyState(NamedTuple):
     """Velocity of the centre, m/s."""
     angular_momentum: Vector3
     """Angular momentum in space, m²/s."""
-    spin: Vector3
+    angular_velocity: Vector3
     """Angular velocity in space, rad/s."""
     acceleration: Vector3
     """Acceleration of the centre, m/s²."""
     moment: Vector3
     """Moment of the contact forces about the centre, m²/s²."""
-    tick: float
+    ticks_in_sample: float
     """Ticks since the start of the sample."""
 
 
@@ -97,7 +97,7 @@ class BodyVertex(NamedTuple):
     base_edge_normal_x: float
     """Outward normal of the edge of the base that starts at the vertex; 0 for a vertex that is not of the base."""
     base_edge_normal_y: float
-    reach: float
+    edge_distance: float
     """Distance of that edge from the point below the centre, m; very large for a vertex that is not of the base."""
 
 
@@ -112,13 +112,13 @@ class BodyContactPointState(NamedTuple):
     """Position of a vertex along x, m; for a point of a rim, its velocity, m/s."""
     y: float
     """Position of a vertex along y, m; for a point of a rim, its velocity, m/s."""
-    depth: float
+    penetration: float
     """Penetration, m; negative in the air."""
-    normal: float
+    normal_force: float
     """Normal force per mass, m/s²."""
-    slid: float
+    has_slid: float
     """1 if the point slid, else 0."""
-    landing: float
+    remaining_landing_time: float
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
@@ -136,15 +136,15 @@ LANDING_TIME_OF_BASE_IN_AIR: Final = -1e300
 class BaseContactState(NamedTuple):
     """Contact state of a body's base: lowest and highest vertex, landing times left, share of friction that tilts."""
 
-    low: float
+    lowest_vertex_height: float
     """Height of the lowest base vertex relative to the centre, m; negative."""
-    high: float
+    highest_vertex_height: float
     """Height of the highest base vertex relative to the centre, m."""
-    low_rests: float
+    lowest_vertex_rests: float
     """1 if the lowest base vertex rests, else 0."""
-    high_rests: float
+    highest_vertex_rests: float
     """1 if the highest base vertex rests, else 0."""
-    landing: float
+    remaining_landing_time: float
     """Shortest remaining landing time of the base points, s; 0 or less if one of them does not land."""
     longest_landing_time: float
     """Longest remaining landing time of base points in contact, s; without any, `LANDING_TIME_OF_BASE_IN_AIR`."""
@@ -161,8 +161,8 @@ class BodyPeakValues(NamedTuple):
     """
 
     peak_lean_squared_sine: float
-    slip: float
-    depth: float
+    slip_squared: float
+    penetration: float
     last_upright_tick: float
     """Last tick of this sample below the critical angle; −1 if there is none."""
 
@@ -170,15 +170,16 @@ class BodyPeakValues(NamedTuple):
 class BodyEnergyAndMomentumAccount(NamedTuple):
     """Work done by the base, energy lost (m²/s²) and vertical angular momentum supplied (m²/s) to a body, per mass.
 
-    `power`, `loss` and `torque` are the rates of these at the last step. The angular momentum is about the origin.
+    `base_motion_power`, `dissipated_power` and `base_motion_torque` are the rates of these at the last step. The
+    angular momentum is about the origin.
     """
 
-    work: float
-    lost: float
-    spin: float
-    power: float
-    loss: float
-    torque: float
+    base_motion_work: float
+    lost_energy: float
+    supplied_angular_momentum: float
+    base_motion_power: float
+    dissipated_power: float
+    base_motion_torque: float
 
 
 class InertialAccelerations3D(NamedTuple):
@@ -201,13 +202,13 @@ class BaseMotionSampleNumber(NamedTuple):
 class BodyTerminationLimits(NamedTuple):
     """Limits at which the case of a body ends or has failed; those common to all models are in `CaseProgress`."""
 
-    spin: float
+    initial_angular_momentum: float
     """Vertical angular momentum about the origin at the start, per mass, m²/s."""
-    reach: float
+    min_edge_distance: float
     """Smallest horizontal distance from the centre to an edge of the base, m."""
-    fallen: float
+    fall_tilt_cosine: float
     """Cosine of the smallest tilt at which the body has fallen."""
-    deepest: float
+    max_penetration: float
     """Penetration beyond which the case has failed, m."""
     sample_step_acceleration_g: float
     """Horizontal acceleration below which a standing body takes sample-long steps, as a share of its weight."""
@@ -216,9 +217,9 @@ class BodyTerminationLimits(NamedTuple):
 class PredictedContactPoint(NamedTuple):
     """Predicted penetration, velocity, contact and sliding of a contact point of a body at the end of a step."""
 
-    arm: Vector3
+    position_from_centre: Vector3
     """Position from the centre, m."""
-    depth: float
+    penetration: float
     """Penetration, m."""
     stretch_x: float
     """Stretch of the tangential springs along x, m."""
@@ -226,7 +227,7 @@ class PredictedContactPoint(NamedTuple):
     """Stretch of the tangential springs along y, m."""
     velocity: Vector3
     """Velocity, m/s."""
-    on: float
+    is_in_contact: float
     """1 if the point is assumed to be in contact, else 0."""
     slides: float
     """1 if the point is assumed to slide, else 0."""
@@ -234,9 +235,9 @@ class PredictedContactPoint(NamedTuple):
     """Direction of friction, x component of a unit vector."""
     friction_direction_y: float
     """Direction of friction, y component."""
-    deferred: float
+    is_deferred: float
     """1 if the point carries only after the ends of the base rest, else 0."""
-    held: float
+    lands_flat: float
     """1 if the body lands flat, so that the dashpot may pull, else 0."""
     friction_moment_share: float
     """Share of the moment of friction that tilts the body; 1 except in a flat landing."""
@@ -249,26 +250,26 @@ class PredictedContactPoint(NamedTuple):
 class StepRejectionFlags(NamedTuple):
     """Flags (1 or 0) of an attempted step: the step is rejected; the next attempt assumes the same contact state."""
 
-    again: float
+    is_step_rejected: float
     keeps_assumed_slip: float
 
 
 class BodyPredictedForStepEnd(NamedTuple):
     """Predicted state of a body at the end of a step of the centred scheme, before the equations are solved."""
 
-    place: Vector3
+    position: Vector3
     rotation: Quaternion
-    velocity: Vector3
+    half_step_velocity: Vector3
     """Velocity after half of the step, m/s."""
     half_step_angular_momentum: Vector3
     """Angular momentum after half of the step, m²/s."""
-    end: Vector3
+    end_velocity: Vector3
     """Velocity at the end of the step, m/s."""
-    spin: Vector3
+    end_angular_velocity: Vector3
     """Angular velocity at the end of the step, rad/s."""
     inertial_xy_and_upward_base_acceleration: Vector3
     """−a along x and y, and the upward acceleration of the base, m/s²."""
-    half: float
+    half_step: float
     """Half the length of the step, s."""
 
 
@@ -280,13 +281,13 @@ class ContactEquationTerms(NamedTuple):
 
     force: Vector3
     moment: Vector3
-    a: Matrix3
+    force_per_velocity: Matrix3
     """Force by velocity."""
-    b: Matrix3
+    force_per_angular_velocity: Matrix3
     """Force by angular velocity."""
-    c: Matrix3
+    moment_per_velocity: Matrix3
     """Moment by velocity."""
-    d: Matrix3
+    moment_per_angular_velocity: Matrix3
     """Moment by angular velocity."""
 
 
@@ -294,7 +295,7 @@ class BodyVelocityCorrection(NamedTuple):
     """Correction of a body's predicted velocity (m/s) and angular velocity (rad/s) at the end of a step."""
 
     velocity: Vector3
-    spin: Vector3
+    angular_velocity: Vector3
 
 
 class ContactForceSum(NamedTuple):
@@ -302,11 +303,11 @@ class ContactForceSum(NamedTuple):
 
     force: Vector3
     moment: Vector3
-    impulse: Vector3
+    early_contact_impulse: Vector3
     """Additional momentum of contacts that closed early in the step, m/s."""
-    twist: Vector3
+    early_contact_angular_impulse: Vector3
     """Additional angular momentum of contacts that closed early in the step, m²/s."""
-    loss: float
+    dissipated_power: float
     """Power dissipated by dashpots and friction, m²/s³."""
     released_spring_energy: float
     """Energy released by springs, m²/s²."""
@@ -315,7 +316,7 @@ class ContactForceSum(NamedTuple):
 class BodyContactChangesInStep(NamedTuple):
     """Contact changes in an attempted step: for each kind of change, the largest value over a body's contact points."""
 
-    changed: float
+    contact_changed: float
     """Above 0 if a contact opened or closed."""
     has_wrong_slip_assumption: float
     """1 if a point stuck or slid contrary to the assumption."""
@@ -325,9 +326,9 @@ class BodyContactChangesInStep(NamedTuple):
     """1 if a loaded point sticks."""
     has_friction_reversal: float
     """1 if a point slides whose friction had the opposite sign before."""
-    off: float
+    has_unloaded_point: float
     """1 if a point carries no load."""
-    depth: float
+    penetration: float
     """Largest penetration, m."""
 
 
@@ -388,7 +389,7 @@ def rotate_body_over_step(
 @njit(**INLINE)
 def angular_velocity_of_state(body: BodyConstants, state: BodyState) -> Vector3:
     """Return the angular velocity (rad/s) of a body in the axes of the base, from the angular momentum in `state`."""
-    return angular_velocity_from_momentum(body.inverse, rotation_matrix(state.rotation), state.angular_momentum)
+    return angular_velocity_from_momentum(body.inverse_inertia, rotation_matrix(state.rotation), state.angular_momentum)
 
 
 @njit(**INLINE)

@@ -38,15 +38,15 @@ class BodyInitialStateTableColumns(NamedTuple):
 class BodyCaseTableColumns(NamedTuple):
     """Parameters of a case of a 3-D body: columns of the kernel's table of cases, among others."""
 
-    stiffness: float
+    normal_stiffness: float
     """Normal stiffness of a point per mass, 1/s²."""
     tangential_stiffness: float
     """Tangential stiffness of a point per mass, 1/s²."""
-    dashpot: float
+    dashpot_constant: float
     """Dashpot of a point per mass, 1/s."""
     friction: float
     """Coefficient of friction."""
-    amplitude: float
+    amplitude_factor: float
     """Factor on the motion."""
     rest_acceleration_limit_g: float
     """Horizontal acceleration over g up to which the body stays at rest."""
@@ -63,33 +63,33 @@ class BodyCaseTableColumns(NamedTuple):
 class BodyConstantTableColumns(NamedTuple):
     """Constants of a solid body of one size: columns of the kernel's table of bodies."""
 
-    ixx: float
+    inverse_inertia_xx: float
     """Inverse inertia tensor about the centre, m/I, 1/m²."""
-    iyy: float
-    izz: float
-    ixy: float
-    ixz: float
-    iyz: float
-    axx: float
+    inverse_inertia_yy: float
+    inverse_inertia_zz: float
+    inverse_inertia_xy: float
+    inverse_inertia_xz: float
+    inverse_inertia_yz: float
+    inertia_xx: float
     """Inertia tensor about the centre per mass, m²."""
-    ayy: float
-    azz: float
-    axy: float
-    axz: float
-    ayz: float
+    inertia_yy: float
+    inertia_zz: float
+    inertia_xy: float
+    inertia_xz: float
+    inertia_yz: float
     centre_height: float
     """Height of the centre above the base, m."""
-    radius: float
+    base_radius: float
     """Radius of a round base, m; 0 for a base with vertices."""
-    reach: float
+    min_edge_distance: float
     """Smallest horizontal distance from the centre to an edge of the base, m."""
-    critical: float
+    critical_lean: float
     """Lean (sin² of the tilt) beyond which the body falls over its nearest edge."""
-    fallen: float
+    fall_tilt_cosine: float
     """Cosine of the tilt from which the body has fallen."""
-    deepest: float
+    max_penetration: float
     """Penetration beyond which a case has failed, m."""
-    ends: float
+    end_vertex_height_tolerance: float
     """Share of the rise from the lowest to the highest base vertex within which vertices belong to the ends."""
 
 

@@ -19,7 +19,7 @@ from overturning.dem.time_step import MAX_STEP_OVER_ROCKING_TIME_CONSTANT
 class KernelStepControl(NamedTuple):
     """Constants of the step control that all cases of a kernel share: limits of step lengths and of repetitions."""
 
-    longest_whole_step: float
+    longest_whole_step_in_rocking_times: float
     """Longest whole step, in 1/p; p = √(3g/4R) of the element that rocks fastest."""
     contact_change_step_ratio: float
     """Longest step in which a contact may open or close, in 1/ω of the highest mode of the contact."""
@@ -56,7 +56,7 @@ class KernelStepControl(NamedTuple):
 # Measured in docs/measurements.md (rigid limit, default step), by `python -m verification.scenes steps` (scenes) and
 # `python -m verification.space` (3-D bodies). A 3-D body needs shorter steps: its lowest point moves along a rim.
 BLOCK_STEP_CONTROL: Final = KernelStepControl(
-    longest_whole_step=MAX_STEP_OVER_ROCKING_TIME_CONSTANT,
+    longest_whole_step_in_rocking_times=MAX_STEP_OVER_ROCKING_TIME_CONSTANT,
     contact_change_step_ratio=0.08,
     ticks_per_whole_step=2.0**24,
     max_step_using_predicted_forces=4.0,
@@ -66,10 +66,10 @@ BLOCK_STEP_CONTROL: Final = KernelStepControl(
     long_steps_before_doubling=2.0,
 )
 SCENE_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
-    longest_whole_step=0.0125, contact_change_step_ratio=0.16, ticks_per_whole_step=2.0**20
+    longest_whole_step_in_rocking_times=0.0125, contact_change_step_ratio=0.16, ticks_per_whole_step=2.0**20
 )
 BODY_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
-    longest_whole_step=0.004, contact_change_step_ratio=0.1, ticks_per_whole_step=2.0**9,
+    longest_whole_step_in_rocking_times=0.004, contact_change_step_ratio=0.1, ticks_per_whole_step=2.0**9,
     max_step_using_predicted_forces=2.0, max_repeats_with_corrected_sliding=3.0,
     long_steps_before_doubling=4.0,
 )  # fmt: skip
@@ -92,9 +92,9 @@ FLOAT_TO_INTEGER_ROUNDING_OFFSET: Final = 2.0**52
 class CaseStepControl(NamedTuple):
     """Step lengths of one case, in ticks, and the number of equal steps after which the length may double."""
 
-    finest: float
+    shortest_step: float
     """Finest step, ticks."""
-    standing: float
+    longest_step_at_rest: float
     """Step while the body rests on all contacts (≥ whole step), ticks."""
     steps_after_contact_change: float
     """Steps of one length after a contact change."""
@@ -105,22 +105,22 @@ class CaseStepControl(NamedTuple):
 class NextStepToAttempt(NamedTuple):
     """Next time step to attempt: its length, number of steps before a longer one is tried, and repetitions so far."""
 
-    length: float
+    length_in_ticks: float
     """Length, ticks."""
-    left: float
+    steps_before_lengthening: float
     """Steps of this length before longer ones may be tried."""
-    tries: float
+    repetition_count: float
     """Number of repetitions of this step with other sliding points."""
 
 
 class StepContactChanges(NamedTuple):
     """Changes of contact and sliding in an attempted time step, which decide whether the step is accepted."""
 
-    changed: bool
+    contact_changed: bool
     """True if a contact opens or closes."""
-    fast: bool
+    requires_shorter_step: bool
     """True if the motion requires a shorter step."""
-    gentle: bool
+    may_keep_step: bool
     """True if the step may be accepted anyway."""
     has_wrong_slip_assumption: bool
     """True if the sticking or sliding of a point differs from the assumption."""
@@ -128,7 +128,7 @@ class StepContactChanges(NamedTuple):
     """True if a point slides against its velocity (slip reversal)."""
     has_friction_reversal: bool
     """True if the friction of a sliding point had the opposite sign before, so that it changes sign in the step."""
-    slides: bool
+    slides_on_all_points: bool
     """True if all contact points of a body slide."""
     all_contacts_are_closed: bool
     """True if all contacts are closed at the end of the step."""
@@ -150,47 +150,49 @@ def accept_or_reject_and_choose_next_step(
     its sign in one of up to `MAX_FRICTION_REVERSAL_STEP_IN_SAMPLES`. If a step in which a body begins to slide is
     halved, the points that stuck are assumed to stick again.
     """
-    length = step_attempt.length
+    length = step_attempt.length_in_ticks
     shorter = (
-        (contact_changes.changed | contact_changes.fast)
-        & (length > case_step_control.finest)
-        & (not contact_changes.gentle)
+        (contact_changes.contact_changed | contact_changes.requires_shorter_step)
+        & (length > case_step_control.shortest_step)
+        & (not contact_changes.may_keep_step)
     )
     wrong = contact_changes.has_wrong_slip_assumption & (not shorter)
-    onset = contact_changes.slides & (length > MAX_SLIP_ONSET_STEP_IN_SAMPLES * ticks_per_sample)
+    onset = contact_changes.slides_on_all_points & (length > MAX_SLIP_ONSET_STEP_IN_SAMPLES * ticks_per_sample)
     back = contact_changes.has_friction_reversal & (length > MAX_FRICTION_REVERSAL_STEP_IN_SAMPLES * ticks_per_sample)
     halved = ((contact_changes.has_slip_reversal | back) & (not shorter)) | (
-        wrong & (onset | (step_attempt.tries >= kernel_step_control.max_repeats_with_corrected_sliding))
+        wrong & (onset | (step_attempt.repetition_count >= kernel_step_control.max_repeats_with_corrected_sliding))
     )
     retry, sooner = wrong & (not halved), wrong & onset & (not contact_changes.has_slip_reversal)
     shorter = shorter | halved
     longest = (
-        case_step_control.standing
+        case_step_control.longest_step_at_rest
         if contact_changes.all_contacts_are_closed
         else kernel_step_control.ticks_per_whole_step
     )
-    above = 2.0 * length if length < kernel_step_control.ticks_per_whole_step else case_step_control.standing
+    above = (
+        2.0 * length if length < kernel_step_control.ticks_per_whole_step else case_step_control.longest_step_at_rest
+    )
     times = end_tick / above
     fits = (times + FLOAT_TO_INTEGER_ROUNDING_OFFSET) - FLOAT_TO_INTEGER_ROUNDING_OFFSET == times
     longer = (
-        (step_attempt.left <= 1.0)
+        (step_attempt.steps_before_lengthening <= 1.0)
         & (length < longest)
         & fits
-        & (not (contact_changes.slides & (above > MAX_SLIDING_STEP_IN_SAMPLES * ticks_per_sample)))
+        & (not (contact_changes.slides_on_all_points & (above > MAX_SLIDING_STEP_IN_SAMPLES * ticks_per_sample)))
     )
     left = (
         (
             case_step_control.long_steps_before_doubling
-            if length >= kernel_step_control.long_step_threshold * case_step_control.finest
+            if length >= kernel_step_control.long_step_threshold * case_step_control.shortest_step
             else case_step_control.steps_after_contact_change
         )
         if longer
-        else step_attempt.left - 1.0
+        else step_attempt.steps_before_lengthening - 1.0
     )
-    left = case_step_control.steps_after_contact_change if contact_changes.changed else left
+    left = case_step_control.steps_after_contact_change if contact_changes.contact_changed else left
     left = case_step_control.long_steps_before_doubling if shorter else left
-    left = step_attempt.left if retry else left
-    then = above if longer & (not (contact_changes.changed | retry)) else length
+    left = step_attempt.steps_before_lengthening if retry else left
+    then = above if longer & (not (contact_changes.contact_changed | retry)) else length
     then = 0.5 * length if shorter else then
     then = (
         kernel_step_control.ticks_per_whole_step
@@ -198,4 +200,4 @@ def accept_or_reject_and_choose_next_step(
         & (shorter | (not contact_changes.all_contacts_are_closed))
         else then
     )
-    return shorter | retry, sooner, NextStepToAttempt(then, left, step_attempt.tries + 1.0 if retry else 0.0)
+    return shorter | retry, sooner, NextStepToAttempt(then, left, step_attempt.repetition_count + 1.0 if retry else 0.0)

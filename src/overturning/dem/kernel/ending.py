@@ -31,9 +31,9 @@ NEGLIGIBLE_REMAINING_SLIP_M: Final = 1e-6
 class CaseProgress(NamedTuple):
     """Progress of a case of a single body, and the sample numbers and energies that decide when the case ends."""
 
-    amplitude: float
+    amplitude_factor: float
     """Factor on the motion."""
-    sample: float
+    current_sample: float
     """Current sample of the record."""
     last_onset_sample: float
     """First sample after which the input motion cannot start any movement."""
@@ -41,9 +41,9 @@ class CaseProgress(NamedTuple):
     """Sample at which the case ends as undecided."""
     last_upright_time: float
     """Last time at which the body leant less than its tipping angle, s."""
-    energy: float
+    initial_energy: float
     """Energy at the start, per mass, m²/s²."""
-    barrier: float
+    overturning_energy: float
     """Energy needed to overturn, per mass, m²/s²."""
 
 
@@ -53,7 +53,7 @@ class LargestTiltNearCaseEnd(NamedTuple):
     It is 1 if the body was in the air, above the height at which it balances on its rim.
     """
 
-    ratio: float
+    tilt_over_critical_angle: float
 
 
 class SlideEndSample(NamedTuple):
@@ -84,10 +84,10 @@ def next_sample_tick_and_last_upright_time(
     `tick` counts from the start of the sample that ended, the returned tick from the start of the returned sample.
     `last_upright_tick` is the last tick in the sample that ended at which the body was upright; negative if none.
     """
-    then = (case_progress.sample + last_upright_tick * (1.0 / ticks_per_sample)) * sampling_interval
+    then = (case_progress.current_sample + last_upright_tick * (1.0 / ticks_per_sample)) * sampling_interval
     over = (1.0 if tick >= ticks_per_sample else 0.0) + (1.0 if tick >= 2.0 * ticks_per_sample else 0.0)
     return (
-        case_progress.sample + over,
+        case_progress.current_sample + over,
         tick - over * ticks_per_sample,
         then if last_upright_tick >= 0.0 else case_progress.last_upright_time,
     )
@@ -108,7 +108,7 @@ def case_cannot_have_ended(
     ended or not.
     """
     sample, until = (
-        case_progress.sample + tick * (1.0 / ticks_per_sample),
+        case_progress.current_sample + tick * (1.0 / ticks_per_sample),
         case_progress.last_onset_sample if case_progress.last_onset_sample < last_sample else last_sample,
     )
     # inf − inf and NaN − NaN are NaN, which is not equal to 0.
@@ -142,7 +142,7 @@ def largest_tilt_near_case_end(
     if sample < 0.5 * (last_sample + case_progress.undecided_end_sample):
         return late_tilt
     # A body above the height at which it balances on its rim is in the air; it may fall when it lands.
-    return max(late_tilt, 1.0 if GRAVITY * rise >= case_progress.barrier else tilt_ratio)
+    return max(late_tilt, 1.0 if GRAVITY * rise >= case_progress.overturning_energy else tilt_ratio)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)

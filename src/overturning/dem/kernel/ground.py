@@ -44,11 +44,11 @@ class GroundMotion(NamedTuple):
 class LinearBaseAcceleration(NamedTuple):
     """One component of the base acceleration (m/s²), linear in time (ticks, a time unit) up to the next sample."""
 
-    value: float
+    value_at_sample_start: float
     """Value at the start of the sample."""
     slope: float
     """Slope per tick."""
-    bend: float
+    slope_change: float
     """Change of the slope at the end of the sample, per tick."""
 
 
@@ -71,7 +71,7 @@ def linear_base_acceleration_of_sample(
 @njit(**INLINE)
 def base_acceleration_at_tick(base_acceleration: LinearBaseAcceleration, tick: float) -> float:
     """Return a component of the base acceleration, m/s², at a tick (smallest unit of time) within its sample."""
-    return base_acceleration.value + base_acceleration.slope * tick
+    return base_acceleration.value_at_sample_start + base_acceleration.slope * tick
 
 
 @njit(**INLINE)
@@ -82,7 +82,9 @@ def base_acceleration_in_this_or_next_sample(
 
     `ticks_beyond_sample` is the number of ticks from the end of the sample to `tick`; 0 within the sample.
     """
-    return (base_acceleration.value + base_acceleration.slope * tick) + base_acceleration.bend * ticks_beyond_sample
+    return (
+        base_acceleration.value_at_sample_start + base_acceleration.slope * tick
+    ) + base_acceleration.slope_change * ticks_beyond_sample
 
 
 def largest_upcoming_acceleration(acceleration_magnitude: FloatArray, sampling_interval: float) -> FloatArray:

@@ -56,7 +56,7 @@ class KernelInput(Protocol):
     results: NDArray[np.void]
     """Table to fill, shape (n,), with the columns `status`, `block_steps` (those of earlier runs included) and
     `samples_left_out` (number of samples that were skipped while the case was at rest)."""
-    ground: GroundMotion
+    ground_motion: GroundMotion
     """Motion of the base."""
 
 

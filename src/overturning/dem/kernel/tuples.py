@@ -18,7 +18,7 @@ from numba.extending import intrinsic
 
 
 def field_paths_of_numbers(tuple_type: type, path_prefix: str = "") -> Iterator[str]:
-    """Yield the path of field names to each number of a named tuple type, such as ``left.spring``, depth first."""
+    """Yield the path of field names to each number of a named tuple type, such as ``left.penetration``, depth first."""
     for name, kind in get_type_hints(tuple_type).items():
         if hasattr(kind, "_fields"):
             yield from field_paths_of_numbers(kind, f"{path_prefix}{name}.")

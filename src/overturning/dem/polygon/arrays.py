@@ -24,13 +24,13 @@ from overturning.model.geometry import (
 class SceneCaseTableColumns(NamedTuple):
     """Parameters of a case of a 2-D scene: columns of the kernel's input table, before those of `CaseStepControl`."""
 
-    amplitude: float
+    amplitude_factor: float
     """Factor on the motion."""
     rest_acceleration_limit_g: float
     """Horizontal acceleration over g up to which the scene stays at rest."""
     friction: float
     """Coefficient of friction of contact laws without one."""
-    damping: float
+    damping_factor: float
     """Factor on the dashpots."""
     first_simulated_sample: float
     """First sample that is computed."""
@@ -38,7 +38,7 @@ class SceneCaseTableColumns(NamedTuple):
     """First sample after which the motion cannot start any movement."""
     undecided_end_sample: float
     """Sample at which the case ends as undecided."""
-    kept_until: float
+    earliest_end_sample: float
     """Sample up to which a decided case is computed on, for the path of its fallen elements; 0: it ends at once."""
 
 
@@ -55,22 +55,22 @@ class ElementTerminationTableColumns(NamedTuple):
     """Rotation to −x from which the element cannot come back, rad."""
     tipping_rotation_to_plus_x: float
     """Rotation to +x from which the element cannot come back, rad."""
-    support: float
+    support_index: float
     """Index of the supporting element."""
     held_base_index: float
     """Index of the fixed element below, −1 if there is none."""
-    barrier: float
+    overturning_energy: float
     """Energy needed to overturn the element, J."""
 
 
 class SceneTerminationLimitColumns(NamedTuple):
     """Limits for a scene of one size: penetration at which a case fails, and energies below which it can end."""
 
-    deepest: float
+    max_penetration: float
     """Penetration beyond which a case has failed, m."""
-    rest_energy: float
+    max_kinetic_energy_at_rest: float
     """Largest kinetic energy at rest, J."""
-    least_barrier: float
+    min_overturning_energy: float
     """Smallest energy needed to overturn an element, J."""
     min_energy_error_reference: float
     """Smallest energy to which an energy error refers, J."""
@@ -146,7 +146,7 @@ class SceneArrays(NamedTuple):
 def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
     """Return the kernel's input arrays for variants of a scene that differ only in size and damping."""
     one = prepared_scenes[0]
-    first = np.cumsum([0, *(len(item.shape.convex_parts) for item in one.placed)]).tolist()
+    first = np.cumsum([0, *(len(item.shape.convex_parts) for item in one.elements)]).tolist()
     layout = [
         (
             pair.first_element_index,
@@ -159,7 +159,7 @@ def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
     sizes = np.array(one.piece_vertex_counts, np.int64)
     shapes = np.zeros((len(prepared_scenes), sizes.size, int(sizes.max()), 12))
     for v, prepared in enumerate(prepared_scenes):
-        for index, part in enumerate(part for item in prepared.placed for part in item.shape.convex_parts):
+        for index, part in enumerate(part for item in prepared.elements for part in item.shape.convex_parts):
             shapes[v, index, : sizes[index]] = part.face_table
     return SceneArrays(
         initial_state_columns=np.stack([state_column_at_rest(item) for item in prepared_scenes]),
@@ -175,8 +175,8 @@ def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
 
 def state_column_at_rest(prepared_scene: PreparedScene) -> FloatArray:
     """Return the state array's values for one case, with the scene at rest: one column of the array, shape (rows,)."""
-    elements = [_element_state_at_rest(prepared_scene, index) for index in range(len(prepared_scene.placed))]
-    pieces = convex_pieces_of_each_pair(prepared_scene.placed, prepared_scene.pairs)
+    elements = [_element_state_at_rest(prepared_scene, index) for index in range(len(prepared_scene.elements))]
+    pieces = convex_pieces_of_each_pair(prepared_scene.elements, prepared_scene.pairs)
     pairs = [_pair_state_at_rest(prepared_scene, index, *of_pair) for index, of_pair in enumerate(pieces)]
     step = [0.0] * (rows.PAIR_ROW_LAYOUT.count - len(rows.flatten_nested_tuples(pairs[0])) if pairs else 0)
     return np.array(
@@ -188,7 +188,7 @@ def state_column_at_rest(prepared_scene: PreparedScene) -> FloatArray:
 
 def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.ElementState:
     """Return the `ElementState` at rest of the element with number `index` in the prepared scene."""
-    placed, still = prepared_scene.placed, k.PlanarVector(0.0, 0.0, 0.0)
+    placed, still = prepared_scene.elements, k.PlanarVector(0.0, 0.0, 0.0)
     item, (dx, dz, turn) = placed[index], prepared_scene.rest_displacements[index]
     # For the minute rotations at rest, these series give cosine and sine with length 1 to the last digit.
     pose = k.Pose(item.x + dx, item.z + dz, turn, 1.0 - 0.5 * turn * turn, turn * (1.0 - turn * turn / 6.0))
@@ -197,28 +197,28 @@ def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.Eleme
     return k.ElementState(
         pose=pose,
         velocity=still,
-        trial=k.PredictedElement(pose, still, still, 0.0, 0.0, still),
+        predicted=k.PredictedElement(pose, still, still, 0.0, 0.0, still),
         acceleration=still,
         force=still,
-        inertia=k.ElementConstants(
+        constants=k.ElementConstants(
             *free,
             float(item.element.kind != "driven"),
             float(item.element.kind == "held"),
             float(prepared_scene.critical_angles[index]),
             *prepared_scene.largest_recoverable_rotations[index].tolist(),
         ),
-        totals=k.ElementStepMotionWorkAndPeaks(
-            moved=0.0,
-            turned=0.0,
+        step_motion_and_peaks=k.ElementStepMotionWorkAndPeaks(
+            step_displacement=0.0,
+            step_rotation=0.0,
             work=0.0,
             peak_rotation_to_minus_x=max(-turn, 0.0),
             peak_rotation_to_plus_x=max(turn, 0.0),
             last_upright_tick=-1.0,
             power=0.0,
         ),
-        travel=k.SummedElementMotion(0.0, 0.0),
-        record=k.ElementSlipAndFallState(0.0, 0.0, 0.0, 0.0, 0.0),
-        home=k.ElementRestPose(
+        summed_motion=k.SummedElementMotion(0.0, 0.0),
+        slip_and_fall=k.ElementSlipAndFallState(0.0, 0.0, 0.0, 0.0, 0.0),
+        rest_position=k.ElementRestPose(
             x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.fall_threshold_drop
         ),
     )
@@ -226,7 +226,7 @@ def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.Eleme
 
 def _pair_state_at_rest(prepared_scene: PreparedScene, index: int, a: PlacedElement, b: PlacedElement) -> k.PairState:
     """Return the contact state at rest of two convex pieces, `a` and `b`, of elements of the prepared scene."""
-    placed, laws, pair = prepared_scene.placed, prepared_scene.laws, prepared_scene.pairs[index]
+    placed, laws, pair = prepared_scene.elements, prepared_scene.laws, prepared_scene.pairs[index]
     tangential = laws.tangential_stiffness[index]
     ends = [k.PlanarContactPointHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
     for end in prepared_scene.loaded_points:
@@ -240,9 +240,9 @@ def _pair_state_at_rest(prepared_scene: PreparedScene, index: int, a: PlacedElem
     return k.PairState(
         face_a=face,
         face_b=face,
-        bounds=k.ContactVertexRanges(0.0, 0.0, 0.0, 0.0),
+        contact_vertex_ranges=k.ContactVertexRanges(0.0, 0.0, 0.0, 0.0),
         law=k.ContactPointLaw(
-            laws.normal[index],
+            laws.normal_stiffness[index],
             tangential,
             laws.dashpot[index],
             laws.friction[index],
@@ -251,17 +251,17 @@ def _pair_state_at_rest(prepared_scene: PreparedScene, index: int, a: PlacedElem
             if pair_uses_flat_landing_rule(placed, pair.first_element_index, pair.second_element_index)
             else 0.0,
         ),
-        nearest=k.NearestFaces(
+        nearest_faces=k.NearestFaces(
             face_a=-1.0,
             face_b=-1.0,
-            lever=0.0,
+            lever_arm=0.0,
             motion_until_face_change=settled,
-            reach=-1.0,
+            motion_before_contact=-1.0,
             motion_since_search=0.0,
             max_motion_at_step_end=0.0,
         ),
         history=k.PairHistory(
-            k.FaceVertexPositions(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, absorbed=0.0
+            k.FaceVertexPositions(seen, seen, seen, seen), ends[0], ends[1], peak_penetration=0.0, absorbed_energy=0.0
         ),
         signed_friction_1=0.0,
         signed_friction_2=0.0,
@@ -340,7 +340,7 @@ def element_termination_rules(prepared_scene: PreparedScene) -> NDArray[np.void]
                 *prepared_scene.support_and_held_base_indices(k),
                 prepared_scene.overturning_energies[k],
             )
-            for k, item in enumerate(prepared_scene.placed)
+            for k, item in enumerate(prepared_scene.elements)
         ],
         ELEMENT_TABLE_DTYPE,
     )
@@ -351,7 +351,7 @@ def penetration_and_energy_limits_of_case_end(prepared_scene: PreparedScene) -> 
 
     An element that falls without motion has no energy barrier; its energy error refers to its weight times its size.
     """
-    free = [prepared_scene.placed[n] for n in prepared_scene.free_element_indices]
+    free = [prepared_scene.elements[n] for n in prepared_scene.free_element_indices]
     whole = np.array([item.mass * prepared_scene.scene.gravity * item.smaller_extent for item in free])
     barrier = prepared_scene.overturning_energies[prepared_scene.free_element_indices]
     needs, lightest = barrier > 1e-6 * whole, min(free, key=lambda item: item.mass)
@@ -359,7 +359,7 @@ def penetration_and_energy_limits_of_case_end(prepared_scene: PreparedScene) -> 
     least_barrier, least_scale = np.where(needs, barrier, -np.inf).min(), np.where(needs, barrier, whole).min()
     return np.array(
         (
-            MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * smallest_free_element_side(prepared_scene.placed),
+            MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * smallest_free_element_side(prepared_scene.elements),
             rest_energy,
             least_barrier,
             least_scale,

@@ -51,31 +51,37 @@ def case_status(
     that can move as one cannot be moved any more, shape (groups,).
     """
     case = rows.load_case(state, lane)
-    element_rules, limits = scene.element_rules[int(case.variant)], scene.termination_limits[int(case.variant)]
+    element_rules, limits = (
+        scene.element_rules[int(case.variant_index)], scene.termination_limits[int(case.variant_index)],
+    )  # fmt: skip
     check, moving, standing, fallen, safe, slid = update_fall_sides_and_count_elements(state, lane, element_rules)
-    if not np.isfinite(check) or largest_penetration_so_far(state, lane, scene) > limits.deepest:
+    if not np.isfinite(check) or largest_penetration_so_far(state, lane, scene) > limits.max_penetration:
         return CaseStatus.UNSTABLE
-    gap = MAX_SUPPORT_GAP_RATIO * limits.deepest
+    gap = MAX_SUPPORT_GAP_RATIO * limits.max_penetration
     # A fallen element may still hit, or slide into, one that stands.
-    calm = fallen > 0 and safe == standing and moving < MAX_SAFE_ENERGY_RATIO * limits.least_barrier
+    calm = fallen > 0 and safe == standing and moving < MAX_SAFE_ENERGY_RATIO * limits.min_overturning_energy
     if standing == 0 or (
         calm and no_element_can_fall_later(state, lane, scene, element_rules, stable_from_sample, gap)
     ):
         return CaseStatus.SIMULATED
-    if case.sample < last_sample and case.sample < case.last_onset_sample:
+    if case.current_sample < last_sample and case.current_sample < case.last_onset_sample:
         return CASE_NOT_ENDED
     # A scene at rest after the last time at which it could start to move stays at rest: there is no kinetic energy,
     # and every standing element has at least two loaded points.
     if (
-        moving < limits.rest_energy
+        moving < limits.max_kinetic_energy_at_rest
         and count_contact_points_of_standing_elements(state, lane, scene, element_rules) >= 2 * standing
     ):
         return CaseStatus.SIMULATED
-    if case.sample < last_sample:
+    if case.current_sample < last_sample:
         return CASE_NOT_ENDED
-    if fallen == 0 and not slid and outcomes_are_final(state, lane, scene, element_rules, limits.least_barrier, gap):
+    if (
+        fallen == 0
+        and not slid
+        and outcomes_are_final(state, lane, scene, element_rules, limits.min_overturning_energy, gap)
+    ):
         return CaseStatus.SIMULATED
-    if case.sample < case.undecided_end_sample:
+    if case.current_sample < case.undecided_end_sample:
         return CASE_NOT_ENDED
     # Upright elements that slide are simulated until friction has stopped them.
     sliding_time = 0.0
@@ -84,7 +90,7 @@ def case_status(
     ):
         sliding_time = longest_time_until_sliding_stops(state, lane, scene)
     if update_slide_end_and_check_case_continues(
-        state, rows.SLIDE_END + lane, case.sample, sliding_time, sampling_interval
+        state, rows.SLIDE_END + lane, case.current_sample, sliding_time, sampling_interval
     ):
         return CASE_NOT_ENDED
     still = moving < 1e-4 * limits.min_energy_error_reference or not any_element_can_fall_without_base_motion(
@@ -102,7 +108,7 @@ def no_element_can_fall_later(
     state: Any, lane: int, scene: Any, element_rules: Any, stable_from_sample: Any, max_gap: float
 ) -> bool:
     """True if the remaining record is too weak to move standing elements, and no airborne element may still land."""
-    sample = rows.load_case(state, lane).sample
+    sample = rows.load_case(state, lane).current_sample
     weak = remaining_motion_cannot_move_groups(state, lane, stable_from_sample, scene.group_element_ranges, sample)
     return bool(weak and not any_element_can_still_land(state, lane, scene, element_rules, max_gap))
 
@@ -114,7 +120,7 @@ def outcomes_are_final(
     """True if all elements stand, with too little energy to fall, to exceed their peak rotation or to slide further."""
     if not no_element_tipped_dropped_or_unsupported(state, lane, scene, element_rules, max_gap):
         return False
-    spare = scene_energy(state, lane, scene) - rows.load_case(state, lane).energy
+    spare = scene_energy(state, lane, scene) - rows.load_case(state, lane).initial_energy
     # No element can fall with less energy than this; the peak rotations are final if it cannot reach them again.
     over = spare < 0.5 * smallest_barrier and not any_peak_rotation_can_grow(state, lane, element_rules, spare)
     return bool(over and not longest_time_until_sliding_stops(state, lane, scene) > 0.0)
@@ -143,19 +149,21 @@ def update_fall_sides_and_count_elements(
         if element_rules[i].is_free == 0.0:
             continue
         moving += element_kinetic_energy(item)
-        slid = slid or abs(item.record.slip) > 0.1 * abs(item.home.base_z)
-        if item.record.side == 0.0:
+        slid = slid or abs(item.slip_and_fall.slip) > 0.1 * abs(item.rest_position.base_z)
+        if item.slip_and_fall.fall_side == 0.0:
             e[rows.SIDE + lane] = fall_side_by_rotation(item, element_rules[i])
         stands = e[rows.SIDE + lane] == 0.0
         standing, fallen = standing + int(stands), fallen + int(not stands)
-        safe += int(stands and element_stands_safely(item, element_rules[i].barrier))
+        safe += int(stands and element_stands_safely(item, element_rules[i].overturning_energy))
     return check, moving, standing, fallen, safe, slid
 
 
 @njit(**INLINE)
 def peak_rotation(element: ElementState) -> float:
     """Return the largest rotation of an element to either side, rad."""
-    return updated_maximum(element.totals.peak_rotation_to_minus_x, element.totals.peak_rotation_to_plus_x)
+    return updated_maximum(
+        element.step_motion_and_peaks.peak_rotation_to_minus_x, element.step_motion_and_peaks.peak_rotation_to_plus_x
+    )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -165,8 +173,8 @@ def fall_side_by_rotation(element: ElementState, element_rules: Any) -> float:
     The limit depends on the side. If both limits are reached, the current rotation decides.
     """
     back, on = (
-        element.totals.peak_rotation_to_minus_x >= element_rules.fall_rotation_to_minus_x,
-        element.totals.peak_rotation_to_plus_x >= element_rules.fall_rotation_to_plus_x,
+        element.step_motion_and_peaks.peak_rotation_to_minus_x >= element_rules.fall_rotation_to_minus_x,
+        element.step_motion_and_peaks.peak_rotation_to_plus_x >= element_rules.fall_rotation_to_plus_x,
     )
     if back and on:
         return 1.0 if element.pose.angle > 0.0 else -1.0
@@ -184,13 +192,17 @@ def any_element_can_fall_without_base_motion(state: Any, lane: int, element_rule
         item = rows.load_element(rows.element_window(state, i), lane)
         if (
             element_rules[i].is_free == 0.0
-            or item.record.side != 0.0
+            or item.slip_and_fall.fall_side != 0.0
             or element_has_tipped_or_dropped(item, element_rules[i])
         ):
             continue
-        own, weight = element_rules[i].tipping_rotation_to_plus_x < np.inf, item.inertia.mass * gravity
-        lift = weight * max(item.pose.z - item.home.z, 0.0) if own else 0.0
-        needed = element_rules[i].barrier if own else 0.01 * weight * (item.home.z - item.home.fall_limit_z)
+        own, weight = element_rules[i].tipping_rotation_to_plus_x < np.inf, item.constants.mass * gravity
+        lift = weight * max(item.pose.z - item.rest_position.z, 0.0) if own else 0.0
+        needed = (
+            element_rules[i].overturning_energy
+            if own
+            else 0.01 * weight * (item.rest_position.z - item.rest_position.fall_limit_z)
+        )
         if element_kinetic_energy(item) + lift > needed:
             return True
     return False
@@ -212,13 +224,11 @@ def mark_fallen_elements(state: Any, lane: int, scene: Any, element_rules: Any, 
                 continue
             item, until = rows.load_element(e, lane), last_support_time(state, lane, scene, i, max_gap)
             if element_has_tipped_or_dropped(item, element_rules[i]):
-                until = item.record.last_upright_time
+                until = item.slip_and_fall.last_upright_time
             if until < np.inf:
                 e[rows.SIDE + lane], e[rows.UPRIGHT_UNTIL + lane], found = (
-                    fall_side_by_rotation_or_displacement(item, element_rules[i]),
-                    until,
-                    True,
-                )
+                    fall_side_by_rotation_or_displacement(item, element_rules[i]), until, True,
+                )  # fmt: skip
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -227,7 +237,7 @@ def largest_penetration_so_far(state: Any, lane: int, scene: Any) -> float:
     deepest = 0.0
     for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, _, _ = rows.pair_and_element_rows(state, scene, p)
-        deepest = updated_maximum(deepest, rows.load_pair(q, lane).history.deepest)
+        deepest = updated_maximum(deepest, rows.load_pair(q, lane).history.peak_penetration)
     return deepest
 
 
@@ -249,7 +259,7 @@ def fall_side_by_rotation_or_displacement(element: ElementState, element_rules: 
 
     An element that tips lies on that side of its own base, as a single block does, however far it slid meanwhile.
     """
-    way = element.pose.angle if element_has_tipped(element, element_rules) else element.pose.x - element.home.x
+    way = element.pose.angle if element_has_tipped(element, element_rules) else element.pose.x - element.rest_position.x
     return 1.0 if way > 0.0 or (way == 0.0 and element.pose.angle > 0.0) else -1.0
 
 
@@ -272,8 +282,8 @@ def remaining_motion_cannot_move_groups(
 def element_stands_safely(element: ElementState, energy_barrier: float) -> bool:
     """True if an element is nearly upright, in place and at rest, so that weak shaking cannot move it."""
     return bool(
-        abs(element.pose.angle) < MAX_SAFE_TILT_RATIO * element.inertia.critical
-        and abs(element.record.slip) < MAX_SAFE_SLIP_RATIO * abs(element.home.base_z)
+        abs(element.pose.angle) < MAX_SAFE_TILT_RATIO * element.constants.critical_angle
+        and abs(element.slip_and_fall.slip) < MAX_SAFE_SLIP_RATIO * abs(element.rest_position.base_z)
         and element_kinetic_energy(element) < MAX_SAFE_ENERGY_RATIO * energy_barrier
     )
 
@@ -283,10 +293,10 @@ def any_peak_rotation_can_grow(state: Any, lane: int, element_rules: Any, spare_
     """True if the energy `spare_energy` (J) would suffice to rotate an element beyond its largest rotation so far."""
     for e in range(element_rules.size):
         item = rows.load_element(rows.element_window(state, e), lane)
-        reached = peak_rotation(item) / item.inertia.critical
+        reached = peak_rotation(item) / item.constants.critical_angle
         if element_rules[e].is_free == 0.0 or reached < 1e-3:
             continue
-        share = min(max(spare_energy / element_rules[e].barrier, 0.0), 1.0)
+        share = min(max(spare_energy / element_rules[e].overturning_energy, 0.0), 1.0)
         if 1.0 - np.sqrt(1.0 - share) > reached:
             return True
     return False
@@ -304,10 +314,8 @@ def shift_rest_pose_with_held_support(element_rows: Any, support_rows: Any) -> N
     """Shift an element's rest position as its support moved relative to the base while it was held fixed in space."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         pose, at, home = (
-            rows.load_pose(support_rows, j),
-            rows.load_home(support_rows, j),
-            rows.load_home(element_rows, j),
-        )
+            rows.load_pose(support_rows, j), rows.load_home(support_rows, j), rows.load_home(element_rows, j),
+        )  # fmt: skip
         x, z = pose.x - at.x, pose.z - at.z
         rows.store_home(element_rows, j, ElementRestPose(
             home.base_x, home.base_z, home.support_x, home.support_z, home.x + x, home.z + z, home.fall_limit_z + z
@@ -323,19 +331,19 @@ def store_slip_and_last_upright_time(
         item, support, sample = (
             rows.load_element(element_rows, j),
             rows.load_pose(support_rows, j),
-            rows.load_case(case_rows, j).sample,
+            rows.load_case(case_rows, j).current_sample,
         )
-        old, home, passed = item.record, item.home, item.totals.last_upright_tick
+        old, home, passed = item.slip_and_fall, item.rest_position, item.step_motion_and_peaks.last_upright_tick
         x, z = element_point_in_scene_axes(item.pose, home.base_x, home.base_z)
         ox, oz = element_point_in_scene_axes(support, home.support_x, home.support_z)
         slip = support.cos * (x - ox) - support.sin * (z - oz)
-        stood = (passed >= 0.0) & (old.side == 0.0) & (item.pose.z >= home.fall_limit_z)
+        stood = (passed >= 0.0) & (old.fall_side == 0.0) & (item.pose.z >= home.fall_limit_z)
         upright = select(stood, (sample + passed * samples_per_tick) * sampling_interval, old.last_upright_time)
         rows.store_record(
             element_rows,
             j,
             ElementSlipAndFallState(
-                upright, old.carried_until, old.side, updated_maximum(old.peak_slip, abs(slip)), slip
+                upright, old.last_support_time, old.fall_side, updated_maximum(old.peak_slip, abs(slip)), slip
             ),
         )
         element_rows[rows.LAST_UPRIGHT_ROW + j] = -1.0
@@ -354,7 +362,7 @@ def store_last_support_time(
     for j in range(rows.PARALLEL_CASE_COUNT):
         pair, case = rows.load_pair(pair_rows, j), rows.load_case(case_rows, j)
         touches = count_closed_contact_points(pair) > 0
-        now = (case.sample + case.shaking.tick * samples_per_tick) * sampling_interval
+        now = (case.current_sample + case.base_acceleration.ticks_in_sample * samples_per_tick) * sampling_interval
         element_a_rows[rows.CARRIED_UNTIL + j] = select(
             touches & (pair.carried_element_sign > 0.0), now, element_a_rows[rows.CARRIED_UNTIL + j]
         )
@@ -370,21 +378,23 @@ def mark_fallen_and_write_case_results(
     """Mark the fallen elements of a case, and write the results of the case and of its elements into table rows."""
     v = int(state[rows.VARIANT + lane])
     element_rules, limits = scene.element_rules[v], scene.termination_limits[v]
-    mark_fallen_elements(state, lane, scene, element_rules, MAX_SUPPORT_GAP_RATIO * limits.deepest)
+    mark_fallen_elements(state, lane, scene, element_rules, MAX_SUPPORT_GAP_RATIO * limits.max_penetration)
     work, absorbed = 0.0, contact_work_of_last_half_step(state, lane, scene)
     for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, _, _ = rows.pair_and_element_rows(state, scene, p)
         absorbed += q[rows.ABSORBED + lane]
     for e in range(element_rules.size):
         item = rows.load_element(rows.element_window(state, e), lane)
-        totals, record = item.totals, item.record
+        totals, record = item.step_motion_and_peaks, item.slip_and_fall
         work += totals.work
-        element_result_rows[e].overturned = record.side
-        element_result_rows[e].overturning_time = record.last_upright_time if record.side != 0.0 else np.nan
+        element_result_rows[e].overturned = record.fall_side
+        element_result_rows[e].overturning_time = record.last_upright_time if record.fall_side != 0.0 else np.nan
         element_result_rows[e].peak_rotation = min(peak_rotation(item), 0.5 * np.pi)
         element_result_rows[e].peak_slip, element_result_rows[e].residual_slip = record.peak_slip, record.slip
     balance = (
-        (kinetic_and_gravitational_energy(state, lane, scene) - rows.load_case(state, lane).energy) - work + absorbed
+        (kinetic_and_gravitational_energy(state, lane, scene) - rows.load_case(state, lane).initial_energy)
+        - work
+        + absorbed
     )
     result_row.peak_penetration = largest_penetration_so_far(state, lane, scene)
     result_row.energy_error = abs(balance) / max(work, limits.min_energy_error_reference, absorbed)

@@ -62,17 +62,17 @@ class PredictedPlanarContactPoint(NamedTuple):
 
     n: float
     """Predicted normal force, N."""
-    t: float
+    tangential_force: float
     """Predicted tangential force, N."""
-    stretch: float
+    tangential_stretch: float
     """Predicted stretch of the tangential spring, m."""
-    on: bool
+    is_in_contact: bool
     """True if the point is in contact."""
     slides: bool
     """True if the point slides."""
-    slid: float
+    signed_friction: float
     """±μ if the point slides."""
-    free: bool
+    is_pushed_out_while_sliding: bool
     """True if a normal force pushes the point out while it slides."""
 
 
@@ -98,13 +98,14 @@ def predict_planar_contact_point(
     """
     (fine, held), a, b = step_and_landing_flags, pair_motion.a, pair_motion.b
     opening, slipping = opening_and_slip_rates(contact_point, pair_motion.velocity)
-    n, drag = contact_law.normal * contact_point.depth - contact_law.dashpot * opening, contact_law.dashpot * slipping
+    drag, n = contact_law.dashpot * slipping, contact_law.normal_stiffness * contact_point.depth
+    n -= contact_law.dashpot * opening
     stretch = tangential_spring_stretch(
         point_history, contact_point, contact_segment, contact_law.tangential_compliance, drag
     )
     t = -(contact_law.tangential_stiffness * stretch) - drag
     pressed = (held | (n > 0.0)) & (contact_point.closed > 0.0)
-    on = (pressed | ((not fine) & (point_history.normal != 0.0))) & (contact_point.faces > 0.0)
+    on = (pressed | ((not fine) & (point_history.normal_force != 0.0))) & (contact_point.vertex_is_opposite_face > 0.0)
     excess = abs(t) - contact_law.friction * n if fine else abs(signed_friction)
     signed_friction = math.copysign(contact_law.friction, t) if fine else signed_friction
     drifts, drift = flat_landing_slip_flag_and_signed_friction(
@@ -112,10 +113,9 @@ def predict_planar_contact_point(
     )
     signed_friction = drift if held else signed_friction
     particles = a.inverse_mass + b.inverse_mass
-    along = a.inverse_inertia * (contact_point.a.n * (contact_point.a.n + signed_friction * contact_point.a.t))
-    freedom = particles + (
-        along + b.inverse_inertia * (contact_point.b.n * (contact_point.b.n + signed_friction * contact_point.b.t))
-    )
+    lever_a, lever_b = contact_point.lever_a, contact_point.lever_b
+    along = a.inverse_inertia * (lever_a.n * (lever_a.n + signed_friction * lever_a.t))
+    freedom = particles + (along + b.inverse_inertia * (lever_b.n * (lever_b.n + signed_friction * lever_b.t)))
     slides = drifts if held else (excess > 0.0) | (contact_law.friction == 0.0)
     return PredictedPlanarContactPoint(
         n, t, stretch, on, slides, signed_friction, freedom > MIN_NORMAL_MOBILITY_RATIO_TO_SLIDE * particles
@@ -129,14 +129,13 @@ def matrix_of_force_per_velocity(
     """Return the matrix of a force along `force_direction`: `coefficient` × velocity along `velocity_direction`."""
     f = force_direction
     x, z, a, b = (
-        coefficient * velocity_direction.x,
-        coefficient * velocity_direction.z,
-        coefficient * velocity_direction.a,
-        coefficient * velocity_direction.b,
-    )
+        coefficient * velocity_direction.x, coefficient * velocity_direction.z,
+        coefficient * velocity_direction.rotation_a, coefficient * velocity_direction.rotation_b,
+    )  # fmt: skip
     return PairVelocityToForceMatrix(
-        f.x * x, f.x * z, f.z * x, f.z * z, f.x * a, f.z * a, f.x * b, f.z * b, f.a * x, f.a * z, f.b * x, f.b * z,
-        f.a * a, f.a * b, f.b * a, f.b * b,
+        f.x * x, f.x * z, f.z * x, f.z * z, f.x * a, f.z * a, f.x * b, f.z * b,
+        f.rotation_a * x, f.rotation_a * z, f.rotation_b * x, f.rotation_b * z,
+        f.rotation_a * a, f.rotation_a * b, f.rotation_b * a, f.rotation_b * b,
     )  # fmt: skip
 
 
@@ -153,28 +152,34 @@ def planar_contact_equation_terms(
     A point sticks where sliding would turn an element into the other (Painlevé's paradox), unless the other contact
     point of the pair already sticks.
     """
-    free = predicted_point.free | (other_predicted_point.on & (not other_predicted_point.slides))
+    free = predicted_point.is_pushed_out_while_sliding | (
+        other_predicted_point.is_in_contact & (not other_predicted_point.slides)
+    )
     slides = predicted_point.slides & free
-    slid = predicted_point.slid if slides else 0.0
-    press = contact_law.dashpot + half_step_time * contact_law.normal if predicted_point.on else 0.0
-    stick = contact_law.dashpot + half_step_time * contact_law.tangential_stiffness if predicted_point.on else 0.0
+    slid = predicted_point.signed_friction if slides else 0.0
+    touches = predicted_point.is_in_contact
+    press = contact_law.dashpot + half_step_time * contact_law.normal_stiffness if touches else 0.0
+    stick = contact_law.dashpot + half_step_time * contact_law.tangential_stiffness if touches else 0.0
     stick = 0.0 if slides else stick
-    n = predicted_point.n if predicted_point.on else 0.0
-    t = slid * n if slides else predicted_point.t
-    t = t if predicted_point.on else 0.0
+    n = predicted_point.n if touches else 0.0
+    t = slid * n if slides else predicted_point.tangential_force
+    t = t if touches else 0.0
     along, across = (
-        PairRelativeVector(contact_point.nx, contact_point.nz, contact_point.a.n, contact_point.b.n),
-        PairRelativeVector(contact_point.nz, -contact_point.nx, contact_point.a.t, contact_point.b.t),
+        PairRelativeVector(contact_point.nx, contact_point.nz, contact_point.lever_a.n, contact_point.lever_b.n),
+        PairRelativeVector(contact_point.nz, -contact_point.nx, contact_point.lever_a.t, contact_point.lever_b.t),
     )
     # The force of a sliding point is inclined by the friction angle.
     inclined = PairRelativeVector(
-        along.x + slid * across.x, along.z + slid * across.z, along.a + slid * across.a, along.b + slid * across.b
+        along.x + slid * across.x,
+        along.z + slid * across.z,
+        along.rotation_a + slid * across.rotation_a,
+        along.rotation_b + slid * across.rotation_b,
     )
     normal, tangent = (
         matrix_of_force_per_velocity(press, inclined, along),
         matrix_of_force_per_velocity(stick, across, across),
     )
-    return plus(normal, tangent), PlanarContactPointForce(n, t, predicted_point.stretch), slid
+    return plus(normal, tangent), PlanarContactPointForce(n, t, predicted_point.tangential_stretch), slid
 
 
 @njit(**INLINE)
@@ -183,7 +188,7 @@ def predicted_forces_decide_contact(case: SceneState) -> bool:
 
     Longer steps use the contact state after the last step.
     """
-    return case.attempt.length <= MAX_VIBRATION_RESOLVING_STEP_RATIO * case.step_control.finest
+    return case.attempt.length_in_ticks <= MAX_VIBRATION_RESOLVING_STEP_RATIO * case.step_control.shortest_step
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -196,28 +201,31 @@ def add_pair_to_equations(
     """
     for j in range(rows.PARALLEL_CASE_COUNT):
         pair, first, second = (
-            rows.load_pair(pair_rows, j),
-            rows.load_element(element_a_rows, j),
-            rows.load_element(element_b_rows, j),
-        )
+            rows.load_pair(pair_rows, j), rows.load_element(element_a_rows, j), rows.load_element(element_b_rows, j),
+        )  # fmt: skip
         case, law, old = rows.load_case(case_rows, j), pair.law, pair.history
-        fine, half = predicted_forces_decide_contact(case), 0.5 * (case.tick_length * case.attempt.length)
-        segment = find_contact_segment(pair, first.trial.pose, second.trial.pose)
+        fine, half = predicted_forces_decide_contact(case), 0.5 * (case.tick_length * case.attempt.length_in_ticks)
+        segment = find_contact_segment(pair, first.predicted.pose, second.predicted.pose)
         rows.store_segment(pair_rows, j, segment)
         both = PairMotionAndInertia(
-            velocity_of_a_relative_to_b(first.trial.end, second.trial.end), first.inertia, second.inertia
-        )
+            velocity_of_a_relative_to_b(first.predicted.end_velocity, second.predicted.end_velocity), first.constants,
+            second.constants,
+        )  # fmt: skip
         kind = (fine, pair_lands_flat(law, old, segment, both))
         point_1, point_2 = contact_points_with_landing_lever_arms(law, segment, both, kind[1])
-        g1 = predict_planar_contact_point(law, old.one, pair.signed_friction_1, segment.one, segment, both, kind)
-        g2 = predict_planar_contact_point(law, old.two, pair.signed_friction_2, segment.two, segment, both, kind)
+        slid_1, slid_2, one, two = pair.signed_friction_1, pair.signed_friction_2, segment.point_1, segment.point_2
+        g1 = predict_planar_contact_point(law, old.point_1, slid_1, one, segment, both, kind)
+        g2 = predict_planar_contact_point(law, old.point_2, slid_2, two, segment, both, kind)
         p1, f1, slid_1 = planar_contact_equation_terms(law, half, point_1, g1, g2)
         p2, f2, slid_2 = planar_contact_equation_terms(law, half, point_2, g2, g1)
-        rows.store_predicted_one(pair_rows, j, AssumedPlanarContactSlip(g1.stretch, slid_1))
-        rows.store_predicted_two(pair_rows, j, AssumedPlanarContactSlip(g2.stretch, slid_2))
-        add_pair_matrix_to_submatrices(submatrices, empty_flags, j, plus(p1, p2), half, first.inertia, second.inertia)
-        action, on, by = sum_contact_point_forces(point_1, point_2, f1, f2), first.trial.change, second.trial.change
-        on, by = add_pair_force_to_right_sides(on, by, action, half, first.inertia, second.inertia)
+        rows.store_predicted_one(pair_rows, j, AssumedPlanarContactSlip(g1.tangential_stretch, slid_1))
+        rows.store_predicted_two(pair_rows, j, AssumedPlanarContactSlip(g2.tangential_stretch, slid_2))
+        add_pair_matrix_to_submatrices(
+            submatrices, empty_flags, j, plus(p1, p2), half, first.constants, second.constants
+        )
+        action = sum_contact_point_forces(point_1, point_2, f1, f2)
+        on, by = first.predicted.velocity_correction, second.predicted.velocity_correction
+        on, by = add_pair_force_to_right_sides(on, by, action, half, first.constants, second.constants)
         rows.store_change(element_a_rows, j, on)
         rows.store_change(element_b_rows, j, by)
 
@@ -225,12 +233,12 @@ def add_pair_to_equations(
 class SolvedPlanarContactPoint(NamedTuple):
     """Contact state at a contact point of two elements after the equations of a step are solved."""
 
-    now: PlanarContactPointResult
+    end_of_step: PlanarContactPointResult
     added_slip: float
     """Slip added by the solution, m."""
-    found: float
+    signed_friction: float
     """±μ if the point slips, else 0."""
-    changed: bool
+    contact_changed: bool
     """True if the point has opened or closed."""
     has_wrong_slip_assumption: bool
     """True if the point sticks or slides contrary to the assumption."""
@@ -262,23 +270,25 @@ def solved_planar_contact_point(
     opening, slipping = opening_and_slip_rates(contact_point, u)
     more_open, more_slip = opening_and_slip_rates(contact_point, d)
     opening, slipping = opening + more_open, slipping + more_slip
-    depth, stretch = contact_point.depth - half_step_time * more_open, assumed_slip.stretch + half_step_time * more_slip
-    touches, was = contact_point.faces > 0.0, point_history.vertex_owner != OPEN
+    depth, stretch = (
+        contact_point.depth - half_step_time * more_open,
+        assumed_slip.tangential_stretch + half_step_time * more_slip,
+    )
+    touches, was = contact_point.vertex_is_opposite_face > 0.0, point_history.vertex_owner != OPEN
     inside = (depth > 0.0) & touches
-    n = contact_law.normal * depth - contact_law.dashpot * opening
+    n = contact_law.normal_stiffness * depth - contact_law.dashpot * opening
     n = (n if held | (n > 0.0) else 0.0) if inside else 0.0
     most = contact_law.friction * n
     t = -(contact_law.tangential_stiffness * stretch) - contact_law.dashpot * slipping
-    whole = PairRelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b)
+    whole = PairRelativeVector(u.x + d.x, u.z + d.z, u.rotation_a + d.rotation_a, u.rotation_b + d.rotation_b)
     (drifts, drift), loaded = (
-        flat_landing_slip_flag_and_signed_friction(contact_law, contact_point, whole, a, b, held),
-        most > 0.0,
-    )
+        flat_landing_slip_flag_and_signed_friction(contact_law, contact_point, whole, a, b, held), most > 0.0,
+    )  # fmt: skip
     force, holds, slips = limit_friction_force(t, n, contact_law, (held & inside, drifts, drift))
     found = (drift if held else math.copysign(contact_law.friction, t)) if slips else 0.0
     spring = clamp_magnitude(stretch, holds * contact_law.tangential_compliance) if slips else stretch
     spring = spring if inside else 0.0
-    assumed = 0.0 if fine else assumed_slip.slid
+    assumed = 0.0 if fine else assumed_slip.signed_friction
     changed = (
         (inside != was)
         | ((not was) & (touches & (contact_point.depth > 0.0)))
@@ -301,13 +311,15 @@ def vertex_positions_from_contact_solution(
     point_solution: SolvedPlanarContactPoint,
 ) -> tuple[VertexPositionAtFace, VertexPositionAtFace]:
     """Return the positions of both vertices near a contact point, after the equations are solved."""
-    mine, depth = contact_point.vertex_is_of_a > 0.0, point_solution.now.depth
+    mine, depth = contact_point.vertex_is_of_a > 0.0, point_solution.end_of_step.depth
     return (
         VertexPositionAtFace(
-            depth if mine else vertex_a.depth, vertex_a.place - point_solution.added_slip if mine else vertex_a.place
+            depth if mine else vertex_a.depth,
+            vertex_a.position_along_face - point_solution.added_slip if mine else vertex_a.position_along_face,
         ),
         VertexPositionAtFace(
-            vertex_b.depth if mine else depth, vertex_b.place if mine else vertex_b.place + point_solution.added_slip
+            vertex_b.depth if mine else depth,
+            vertex_b.position_along_face if mine else vertex_b.position_along_face + point_solution.added_slip,
         ),
     )
 
@@ -319,46 +331,52 @@ def compute_pair_forces_after_solution(
     """Add the solved contact forces between two elements to both; store the contact's new state for acceptance."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         pair, step, first, second = (
-            rows.load_pair(pair_rows, j),
-            rows.load_step(pair_rows, j),
-            rows.load_element(element_a_rows, j),
+            rows.load_pair(pair_rows, j), rows.load_step(pair_rows, j), rows.load_element(element_a_rows, j),
             rows.load_element(element_b_rows, j),
-        )
-        case, on, by, law, segment = rows.load_case(case_rows, j), first.trial, second.trial, pair.law, step.segment
+        )  # fmt: skip
+        case, on, by, law, segment = (
+            rows.load_case(case_rows, j), first.predicted, second.predicted, pair.law, step.segment,
+        )  # fmt: skip
         fine, half, old = (
-            predicted_forces_decide_contact(case),
-            0.5 * (case.tick_length * case.attempt.length),
-            case.findings,
-        )
+            predicted_forces_decide_contact(case), 0.5 * (case.tick_length * case.attempt.length_in_ticks),
+            case.contact_changes,
+        )  # fmt: skip
         moves = (
-            PairMotionAndInertia(velocity_of_a_relative_to_b(on.end, by.end), first.inertia, second.inertia),
-            velocity_of_a_relative_to_b(on.change, by.change),
+            PairMotionAndInertia(
+                velocity_of_a_relative_to_b(on.end_velocity, by.end_velocity), first.constants, second.constants
+            ),
+            velocity_of_a_relative_to_b(on.velocity_correction, by.velocity_correction),
         )
         kind = (fine, pair_lands_flat(law, pair.history, segment, moves[0]))
-        (u, d), inertia_a, inertia_b = (moves[0].velocity, moves[1]), first.inertia, second.inertia
+        (u, d), inertia_a, inertia_b = (moves[0].velocity, moves[1]), first.constants, second.constants
         solved = PairMotionAndInertia(
-            PairRelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b), inertia_a, inertia_b
-        )
+            PairRelativeVector(u.x + d.x, u.z + d.z, u.rotation_a + d.rotation_a, u.rotation_b + d.rotation_b),
+            inertia_a, inertia_b,
+        )  # fmt: skip
         point_1, point_2 = contact_points_with_landing_lever_arms(law, segment, solved, kind[1])
-        s1 = solved_planar_contact_point(law, pair.history.one, segment.one, step.one, moves, half, kind)
-        s2 = solved_planar_contact_point(law, pair.history.two, segment.two, step.two, moves, half, kind)
+        history, one, two = pair.history, segment.point_1, segment.point_2
+        s1 = solved_planar_contact_point(law, history.point_1, one, step.assumed_slip_1, moves, half, kind)
+        s2 = solved_planar_contact_point(law, history.point_2, two, step.assumed_slip_2, moves, half, kind)
+        end_1, end_2 = s1.end_of_step, s2.end_of_step
         on_a, on_b = add_pair_force_to_elements(
-            first.force, second.force, sum_contact_point_forces(point_1, point_2, s1.now.force, s2.now.force)
+            first.force, second.force, sum_contact_point_forces(point_1, point_2, end_1.force, end_2.force)
         )
         rows.store_force(element_a_rows, j, on_a)
         rows.store_force(element_b_rows, j, on_b)
-        a1, b2 = vertex_positions_from_contact_solution(segment.now.a1, segment.now.b2, segment.one, s1)
-        a2, b1 = vertex_positions_from_contact_solution(segment.now.a2, segment.now.b1, segment.two, s2)
+        vertices = segment.vertex_positions
+        a1, b2 = vertex_positions_from_contact_solution(vertices.a1, vertices.b2, one, s1)
+        a2, b1 = vertex_positions_from_contact_solution(vertices.a2, vertices.b1, two, s2)
         rows.store_corrected(pair_rows, j, pair_history_after_step(
-            pair.history, segment, FaceVertexPositions(a1, a2, b1, b2),
-            correct_slip_for_friction_work(segment, (point_1, point_2), (s1.now, s2.now)), law, 2.0 * half
+            history, segment, FaceVertexPositions(a1, a2, b1, b2),
+            correct_slip_for_friction_work(segment, (point_1, point_2), (end_1, end_2)), law, 2.0 * half
         ))  # fmt: skip
-        pair_rows[rows.SLID_ONE + j], pair_rows[rows.SLID_TWO + j] = s1.found, s2.found
-        slide = (s1.found != 0.0) & (s2.found != 0.0) & (s1.now.force.n + s2.now.force.n > 0.0)
+        pair_rows[rows.SLID_ONE + j], pair_rows[rows.SLID_TWO + j] = s1.signed_friction, s2.signed_friction
+        slide = (s1.signed_friction != 0.0) & (s2.signed_friction != 0.0) & (end_1.force.n + end_2.force.n > 0.0)
         rows.store_findings(case_rows, j, StepContactChangesAsFloats(
-            1.0 if s1.changed | s2.changed else old.changed,
+            1.0 if s1.contact_changed | s2.contact_changed else old.contact_changed,
             1.0 if s1.has_wrong_slip_assumption | s2.has_wrong_slip_assumption else old.has_wrong_slip_assumption,
-            1.0 if s1.has_slip_reversal | s2.has_slip_reversal else old.has_slip_reversal, 1.0 if slide else old.slides,
+            1.0 if s1.has_slip_reversal | s2.has_slip_reversal else old.has_slip_reversal,
+            1.0 if slide else old.slides_on_all_points,
             1.0 if s1.has_friction_reversal | s2.has_friction_reversal else old.has_friction_reversal,
         ))  # fmt: skip
 
@@ -368,10 +386,10 @@ def store_accepted_pair_history(pair_rows: Any, case_rows: Any) -> None:
     """Replace the contact state of two elements by the new one, in each case whose step is accepted."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         step, decision = rows.load_step(pair_rows, j), rows.load_case(case_rows, j).decision
-        rows.keep_history(pair_rows, j, decision.again > 0.0, step.corrected)
+        rows.keep_history(pair_rows, j, decision.is_rejected > 0.0, step.history_after_step)
         pair_rows[rows.SLID_ONE + j] = select(
-            decision.keeps_assumed_slip > 0.0, step.one.slid, pair_rows[rows.SLID_ONE + j]
+            decision.keeps_assumed_slip > 0.0, step.assumed_slip_1.signed_friction, pair_rows[rows.SLID_ONE + j]
         )
         pair_rows[rows.SLID_TWO + j] = select(
-            decision.keeps_assumed_slip > 0.0, step.two.slid, pair_rows[rows.SLID_TWO + j]
+            decision.keeps_assumed_slip > 0.0, step.assumed_slip_2.signed_friction, pair_rows[rows.SLID_TWO + j]
         )

@@ -37,10 +37,14 @@ def transfer_contact_history(
     accordingly.
     """
     pair = rows.load_pair(pair_rows, lane)
-    face_a, face_b, vertices = int(pair.nearest.face_a), int(pair.nearest.face_b), pair.history.before
+    face_a, face_b, vertices = (
+        int(pair.nearest_faces.face_a),
+        int(pair.nearest_faces.face_b),
+        pair.history.previous_vertex_positions,
+    )
     reset_contact_history(pair_rows, lane)
     for end in range(2):
-        old = pair.history.one if end == 0 else pair.history.two
+        old = pair.history.point_1 if end == 0 else pair.history.point_2
         if old.vertex_owner == OPEN:
             continue
         mine = old.vertex_owner != VERTEX_OF_B
@@ -51,16 +55,23 @@ def transfer_contact_history(
         old_x, old_z = normal_force_direction_on_element_a(
             pose_a, pose_b, polygon_face(faces_a, old_face_a), polygon_face(faces_b, old_face_b), mine
         )
-        x, z = old.normal * old_x + old.tangential_force * old_z, old.normal * old_z - old.tangential_force * old_x
-        inner = vertices.a1.place <= pair.face_b.high if target == 0 else vertices.a2.place >= pair.face_b.low
+        x, z = (
+            old.normal_force * old_x + old.tangential_force * old_z,
+            old.normal_force * old_z - old.tangential_force * old_x,
+        )
+        inner = (
+            vertices.a1.position_along_face <= pair.face_b.end_along_tangent
+            if target == 0
+            else vertices.a2.position_along_face >= pair.face_b.start_along_tangent
+        )
         new_x, new_z = normal_force_direction_on_element_a(pose_a, pose_b, pair.face_a, pair.face_b, inner)
         n, t = x * new_x + z * new_z, x * new_z - z * new_x
         there = rows.load_memory(pair_rows, lane + target * rows.SECOND_POINT_ROW_OFFSET)
-        if there.vertex_owner == OPEN or there.normal < n:
+        if there.vertex_owner == OPEN or there.normal_force < n:
             rows.store_memory(
                 pair_rows,
                 lane + target * rows.SECOND_POINT_ROW_OFFSET,
-                PlanarContactPointHistory(old.spring, TRANSFERRED, n, t, 0.0),
+                PlanarContactPointHistory(old.tangential_stretch, TRANSFERRED, n, t, 0.0),
             )
 
 
@@ -110,8 +121,8 @@ def contact_vertex_position_from_element_a(
 ) -> tuple[float, float]:
     """Return the vector (m) from element a's centre to the vertex at contact point `point_number` (0 or 1)."""
     own = pair.face_a if vertex_is_of_a else pair.face_b
-    along = own.low if vertex_is_of_a == (point_number == 0) else own.high
-    x, z = own.off * own.nx - along * own.nz, own.off * own.nz + along * own.nx
+    along = own.start_along_tangent if vertex_is_of_a == (point_number == 0) else own.end_along_tangent
+    x, z = own.centre_distance * own.nx - along * own.nz, own.centre_distance * own.nz + along * own.nx
     if vertex_is_of_a:
         return rotate_to_scene_axes(pose_a, x, z)
     x, z = rotate_to_scene_axes(pose_b, x, z)
@@ -123,12 +134,16 @@ def set_pair_forces_at_rest(pair_rows: Any, lane: int) -> None:
     """Set the contact forces of two elements at rest from the stretches of their loaded springs."""
     pair = rows.load_pair(pair_rows, lane)
     for end in range(2):
-        old = pair.history.one if end == 0 else pair.history.two
+        old = pair.history.point_1 if end == 0 else pair.history.point_2
         if old.vertex_owner != OPEN:
-            n = max(pair.law.normal * contact_vertex_position(old, end, pair.history.before).depth, 0.0)
-            t = -pair.law.tangential_stiffness * old.spring
+            n = max(
+                pair.law.normal_stiffness
+                * contact_vertex_position(old, end, pair.history.previous_vertex_positions).depth,
+                0.0,
+            )
+            t = -pair.law.tangential_stiffness * old.tangential_stretch
             rows.store_memory(
                 pair_rows,
                 lane + end * rows.SECOND_POINT_ROW_OFFSET,
-                PlanarContactPointHistory(old.spring, old.vertex_owner, n, t, 0.0),
+                PlanarContactPointHistory(old.tangential_stretch, old.vertex_owner, n, t, 0.0),
             )

@@ -66,7 +66,9 @@ def compute_planar_contact_force(
     See `overturning.dem.polygon.mechanics.limit_friction_force` for `flat_landing_state`.
     """
     fade = contact_law.dashpot * steps_per_second
-    n = contact_law.normal * contact_point.depth + fade * (contact_point.depth - contact_point.before)
+    n = contact_law.normal_stiffness * contact_point.depth + fade * (
+        contact_point.depth - contact_point.previous_penetration
+    )
     n = n if contact_point.closed & (flat_landing_state[0] | (n > 0.0)) else 0.0
     drag = fade * contact_point.slip
     stretch = tangential_spring_stretch(
@@ -93,15 +95,23 @@ def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any
         )
         case, old = rows.load_case(case_rows, j), pair.history
         segment = find_contact_segment(pair, first.pose, second.pose)
-        u, own_a, own_b = velocity_of_a_relative_to_b(first.velocity, second.velocity), first.inertia, second.inertia
+        u, own_a, own_b = (
+            velocity_of_a_relative_to_b(first.velocity, second.velocity),
+            first.constants,
+            second.constants,
+        )
         held = pair_lands_flat(pair.law, old, segment, PairMotionAndInertia(u, own_a, own_b))
         point_1, point_2 = contact_points_with_landing_lever_arms(
             pair.law, segment, PairMotionAndInertia(u, own_a, own_b), held
         )
-        flat_one = (held, *flat_landing_slip_flag_and_signed_friction(pair.law, segment.one, u, own_a, own_b, held))
-        flat_two = (held, *flat_landing_slip_flag_and_signed_friction(pair.law, segment.two, u, own_a, own_b, held))
-        one = compute_planar_contact_force(pair.law, old.one, segment.one, segment, case.rate, flat_one)
-        two = compute_planar_contact_force(pair.law, old.two, segment.two, segment, case.rate, flat_two)
+        flat_one = (held, *flat_landing_slip_flag_and_signed_friction(pair.law, segment.point_1, u, own_a, own_b, held))
+        flat_two = (held, *flat_landing_slip_flag_and_signed_friction(pair.law, segment.point_2, u, own_a, own_b, held))
+        one = compute_planar_contact_force(
+            pair.law, old.point_1, segment.point_1, segment, case.ticks_per_second, flat_one
+        )
+        two = compute_planar_contact_force(
+            pair.law, old.point_2, segment.point_2, segment, case.ticks_per_second, flat_two
+        )
         on_a, on_b = add_pair_force_to_elements(
             first.force, second.force, sum_contact_point_forces(point_1, point_2, one.force, two.force)
         )
@@ -109,7 +119,9 @@ def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any
         rows.store_force(element_b_rows, j, on_b)
         results = correct_slip_for_friction_work(segment, (point_1, point_2), (one, two))
         rows.store_history(
-            pair_rows, j, pair_history_after_step(old, segment, segment.now, results, pair.law, case.tick_length)
+            pair_rows,
+            j,
+            pair_history_after_step(old, segment, segment.vertex_positions, results, pair.law, case.tick_length),
         )
 
 
@@ -118,11 +130,21 @@ def advance_element(vertical_base_acceleration: Any, element_rows: Any, case_row
     """Advance the motion of an element by a step of Cundall's scheme, for all cases in parallel."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
-        dt, shaking, half, old = case.tick_length, case.shaking, 0.5 * case.tick_length, item.totals
-        ground = base_acceleration_at_tick(shaking.base, shaking.tick) * item.inertia.has_inertial_forces
+        dt, shaking, half, old = (
+            case.tick_length,
+            case.base_acceleration,
+            0.5 * case.tick_length,
+            item.step_motion_and_peaks,
+        )
+        ground = (
+            base_acceleration_at_tick(shaking.horizontal, shaking.ticks_in_sample) * item.constants.has_inertial_forces
+        )
         lift = 0.0
         if vertical_base_acceleration is not None:
-            lift = base_acceleration_at_tick(shaking.up, shaking.tick) * item.inertia.has_inertial_forces
+            lift = (
+                base_acceleration_at_tick(shaking.vertical, shaking.ticks_in_sample)
+                * item.constants.has_inertial_forces
+            )
         a = element_acceleration(item, ground, lift, gravity)
         v = extrapolate_velocity(item.velocity, a, dt)
         work = old.work - dt * power_against_inertial_and_holding_forces(
@@ -130,8 +152,10 @@ def advance_element(vertical_base_acceleration: Any, element_rows: Any, case_row
         )
         pose = extrapolate_pose(item.pose, v, dt)
         on = pose.angle
-        upright = (on < item.inertia.on) & (-on < item.inertia.recoverable_rotation_to_minus_x)
-        last = select(upright, shaking.tick + 1.0, old.last_upright_tick)
+        upright = (on < item.constants.max_recoverable_rotation) & (
+            -on < item.constants.recoverable_rotation_to_minus_x
+        )
+        last = select(upright, shaking.ticks_in_sample + 1.0, old.last_upright_tick)
         back, on = updated_maximum(old.peak_rotation_to_minus_x, -on), updated_maximum(old.peak_rotation_to_plus_x, on)
         far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.w)
         rows.store_pose(element_rows, j, pose)
@@ -155,8 +179,8 @@ def advance_scene_one_step(
     """Advance a scene by a step of Cundall's scheme, for all cases in parallel; vertical base motion may be None."""
     resume_contact_tests_for_step(state, scene, active_pairs, movable_flags.size)
     kept = 0
-    for n in range(active_pairs.count[0]):
-        p = active_pairs.active[n]
+    for n in range(active_pairs.active_pair_count[0]):
+        p = active_pairs.active_pair_indices[n]
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         near = update_nearest_faces_and_check_possible_contact(
             state,
@@ -171,9 +195,9 @@ def advance_scene_one_step(
         if near:
             compute_pair_forces(q, a, b, state)
         if near or keep_contact_tests_unless_distant(q, a, b, p, active_pairs):
-            active_pairs.active[kept] = p
+            active_pairs.active_pair_indices[kept] = p
             kept += 1
-    active_pairs.count[0] = kept
+    active_pairs.active_pair_count[0] = kept
     for i in range(movable_flags.size):
         # Free and held elements move; a driven one rests in the frame of the base.
         if movable_flags[i]:

@@ -26,9 +26,9 @@ def kinetic_and_gravitational_energy(state: Any, lane: int, scene: Any) -> float
     total, half = 0.0, rows.load_case(state, lane).velocity_lag
     for e in range(scene.element_rules.shape[1]):
         item = rows.load_element(rows.element_window(state, e), lane)
-        if item.inertia.inverse_mass != 0.0:
+        if item.constants.inverse_mass != 0.0:
             height = item.pose.z - half * item.velocity.z
-            total += element_kinetic_energy(item) + item.inertia.mass * scene.gravity * height
+            total += element_kinetic_energy(item) + item.constants.mass * scene.gravity * height
     return total
 
 
@@ -37,11 +37,12 @@ def pair_spring_energy(pair: PairState) -> float:
     """Compute the energy stored in the contact springs between two elements, J."""
     total, history = 0.0, pair.history
     for end in range(2):
-        memory = history.one if end == 0 else history.two
+        memory = history.point_1 if end == 0 else history.point_2
         if memory.vertex_owner != OPEN:
-            depth = contact_vertex_position(memory, end, history.before).depth
+            depth = contact_vertex_position(memory, end, history.previous_vertex_positions).depth
             total += 0.5 * (
-                pair.law.normal * depth * depth + pair.law.tangential_stiffness * (memory.spring * memory.spring)
+                pair.law.normal_stiffness * depth * depth
+                + pair.law.tangential_stiffness * (memory.tangential_stretch * memory.tangential_stretch)
             )
     return total
 
@@ -49,7 +50,7 @@ def pair_spring_energy(pair: PairState) -> float:
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def element_kinetic_energy(element: ElementState) -> float:
     """Compute the kinetic energy of an element, J, from its velocities half a step ago."""
-    v, own = element.velocity, element.inertia
+    v, own = element.velocity, element.constants
     return float(0.5 * (own.mass * (v.x * v.x + v.z * v.z) + v.w * v.w / own.inverse_inertia))
 
 
@@ -66,13 +67,16 @@ def contact_work_of_last_half_step(state: Any, lane: int, scene: Any) -> float:
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         pair = rows.load_pair(q, lane)
         history = pair.history
-        if history.one.vertex_owner == OPEN and history.two.vertex_owner == OPEN:
+        if history.point_1.vertex_owner == OPEN and history.point_2.vertex_owner == OPEN:
             continue
         later = earlier_vertex_positions(pair, rows.load_element(a, lane), rows.load_element(b, lane), 0.0)
         for end in range(2):
-            memory = history.one if end == 0 else history.two
-            old, new = contact_vertex_position(memory, end, history.before), contact_vertex_position(memory, end, later)
-            slip = old.place - new.place
+            memory = history.point_1 if end == 0 else history.point_2
+            old, new = (
+                contact_vertex_position(memory, end, history.previous_vertex_positions),
+                contact_vertex_position(memory, end, later),
+            )
+            slip = old.position_along_face - new.position_along_face
             slip = -slip if memory.vertex_owner == VERTEX_OF_B else slip
-            work += 0.5 * (memory.normal * (new.depth - old.depth) - memory.tangential_force * slip)
+            work += 0.5 * (memory.normal_force * (new.depth - old.depth) - memory.tangential_force * slip)
     return work

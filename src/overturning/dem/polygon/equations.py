@@ -62,11 +62,11 @@ SPARE_SUBMATRIX_COUNT: Final = len(PairSubmatrices._fields)
 class NonzeroPattern(NamedTuple):
     """Pattern of nonzero submatrices in the equations: of touching elements, and those filled by the elimination."""
 
-    used: Any
+    is_nonzero: Any
     """True where a submatrix is nonzero, shape (elements, elements)."""
     later_coupled_elements: Any
     """Later elements that share a submatrix with each element, ascending, shape (elements, elements)."""
-    count: Any
+    later_coupled_counts: Any
     """Number of entries in each row of `later_coupled_elements`, shape (elements,)."""
 
 
@@ -83,26 +83,26 @@ def create_empty_nonzero_pattern(element_count: int) -> Any:
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def clear_nonzero_pattern(nonzero_pattern: NonzeroPattern) -> None:
     """Mark all submatrices of the equations as zero, in a time proportional to the number of nonzero ones."""
-    for k in range(nonzero_pattern.count.size):
-        nonzero_pattern.used[k, k] = False
-        for n in range(nonzero_pattern.count[k]):
+    for k in range(nonzero_pattern.later_coupled_counts.size):
+        nonzero_pattern.is_nonzero[k, k] = False
+        for n in range(nonzero_pattern.later_coupled_counts[k]):
             m = nonzero_pattern.later_coupled_elements[k, n]
-            nonzero_pattern.used[k, m] = nonzero_pattern.used[m, k] = False
-        nonzero_pattern.count[k] = 0
+            nonzero_pattern.is_nonzero[k, m] = nonzero_pattern.is_nonzero[m, k] = False
+        nonzero_pattern.later_coupled_counts[k] = 0
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def mark_submatrix_nonzero(nonzero_pattern: NonzeroPattern, row: int, column: int) -> None:
     """Mark equation submatrix (row, column) as nonzero; the caller must also mark submatrix (column, row)."""
-    nonzero_pattern.used[row, column] = True
+    nonzero_pattern.is_nonzero[row, column] = True
     if row >= column:
         return
-    n = nonzero_pattern.count[row]
+    n = nonzero_pattern.later_coupled_counts[row]
     while n > 0 and nonzero_pattern.later_coupled_elements[row, n - 1] > column:
         nonzero_pattern.later_coupled_elements[row, n] = nonzero_pattern.later_coupled_elements[row, n - 1]
         n -= 1
     nonzero_pattern.later_coupled_elements[row, n] = column
-    nonzero_pattern.count[row] += 1
+    nonzero_pattern.later_coupled_counts[row] += 1
 
 
 submatrix_window: Final = create_window_slicer(SUBMATRIX_SIZE)
@@ -307,7 +307,11 @@ def solve_velocity_changes(state: Any, matrix: Any, nonzero_pattern: NonzeroPatt
     Submatrices outside the pattern are 0. In a stack each element shares a submatrix only with the next one, so that
     the work is proportional to the number of elements.
     """
-    used, later, count = nonzero_pattern.used, nonzero_pattern.later_coupled_elements, nonzero_pattern.count
+    used, later, count = (
+        nonzero_pattern.is_nonzero,
+        nonzero_pattern.later_coupled_elements,
+        nonzero_pattern.later_coupled_counts,
+    )
     for k in range(element_count):
         if not used[k, k]:
             continue
@@ -360,7 +364,7 @@ def mark_and_return_pair_submatrices(
     matrix: Any, nonzero_pattern: NonzeroPattern, equation_flags: Any, element_a: int, element_b: int
 ) -> tuple[PairSubmatrices, Any]:
     """Return the four equation submatrices of elements a and b, marked as nonzero, and flags of those unset before."""
-    used = nonzero_pattern.used
+    used = nonzero_pattern.is_nonzero
     fresh = not used[element_a, element_a], not used[element_a, element_b], not used[element_b, element_b]
     used[element_a, element_a], used[element_b, element_b] = equation_flags[element_a], equation_flags[element_b]
     if equation_flags[element_a] and equation_flags[element_b] and not used[element_a, element_b]:

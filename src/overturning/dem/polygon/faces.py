@@ -33,7 +33,7 @@ class PlanarContactPoint(NamedTuple):
 
     vertex_is_of_a: bool
     """True if the contact vertex belongs to a, False if to b."""
-    faces: bool
+    vertex_is_opposite_face: bool
     """True if the vertex lies opposite the other face."""
     closed: bool
     """True if the vertex also penetrates that face: a contact."""
@@ -43,51 +43,52 @@ class PlanarContactPoint(NamedTuple):
     """Direction of the normal force on a, z component."""
     depth: float
     """Penetration of the vertex, m; negative while there is a gap."""
-    before: float
+    previous_penetration: float
     """Penetration a step ago, m."""
     slip: float
     """Slip of a over b since then, along (n_z, −n_x), m."""
-    a: ForceLeverArms
+    lever_a: ForceLeverArms
     """Lever arms about the centre of a."""
-    b: ForceLeverArms
+    lever_b: ForceLeverArms
     """Lever arms about the centre of b."""
 
 
 class ContactSegment(NamedTuple):
     """Segment along which the nearest faces of two elements overlap, with a contact point at each end.
 
-    `turn_q` and `turn_r` are the cosine and sine of the rotation between both faces, as in `RelativeFacePosition`.
+    `face_angle_cosine` and `face_angle_sine` are those of the rotation between both faces, as in
+    `RelativeFacePosition`.
     """
 
-    turn_q: float
-    turn_r: float
-    one: PlanarContactPoint
-    two: PlanarContactPoint
-    now: FaceVertexPositions
+    face_angle_cosine: float
+    face_angle_sine: float
+    point_1: PlanarContactPoint
+    point_2: PlanarContactPoint
+    vertex_positions: FaceVertexPositions
 
 
 class RelativeFacePosition(NamedTuple):
     """Relative position of a face of element a and a face of b: normals, angle between them, centre distances."""
 
-    anx: float
+    normal_a_x: float
     """Outward normal of a's face in the axes of the scene, x component."""
-    anz: float
+    normal_a_z: float
     """Outward normal of a's face, z component."""
-    bnx: float
+    normal_b_x: float
     """Outward normal of b's face, x component."""
-    bnz: float
+    normal_b_z: float
     """Outward normal of b's face, z component."""
-    turn_q: float
+    face_angle_cosine: float
     """Cosine of the rotation from one normal to the other."""
-    turn_r: float
+    face_angle_sine: float
     """Sine of that rotation, b_nz a_nx − b_nx a_nz."""
-    an: float
+    centre_distance_along_normal_a: float
     """Distance from the centre of b to that of a along a's normal, m."""
-    at: float
+    centre_distance_along_tangent_a: float
     """Distance from the centre of b to that of a along a's tangent, m."""
-    bn: float
+    centre_distance_along_normal_b: float
     """Distance from the centre of b to that of a along b's normal, m."""
-    bt: float
+    centre_distance_along_tangent_b: float
     """Distance from the centre of b to that of a along b's tangent, m."""
 
 
@@ -96,13 +97,13 @@ class VertexPositionAndLeverArms(NamedTuple):
 
     position_at_face: VertexPositionAtFace
     """Depth behind the other face and place along it, m; b's vertices are measured in the opposite direction."""
-    before: float
+    previous_penetration: float
     """Depth a step ago, m."""
     slip: float
     """Slip of a over b since then, along (n_z, −n_x), m."""
-    a: ForceLeverArms
+    lever_a: ForceLeverArms
     """Lever arms about the centre of a."""
-    b: ForceLeverArms
+    lever_b: ForceLeverArms
     """Lever arms about the centre of b."""
 
 
@@ -134,16 +135,16 @@ def relative_face_position(
     turn_q, turn_r = bnx * anx + bnz * anz, bnz * anx - bnx * anz
     an, at = anx * dx + anz * dz, anx * dz - anz * dx
     return RelativeFacePosition(
-        anx=anx,
-        anz=anz,
-        bnx=bnx,
-        bnz=bnz,
-        turn_q=turn_q,
-        turn_r=turn_r,
-        an=an,
-        at=at,
-        bn=bnx * dx + bnz * dz,
-        bt=bnx * dz - bnz * dx,
+        normal_a_x=anx,
+        normal_a_z=anz,
+        normal_b_x=bnx,
+        normal_b_z=bnz,
+        face_angle_cosine=turn_q,
+        face_angle_sine=turn_r,
+        centre_distance_along_normal_a=an,
+        centre_distance_along_tangent_a=at,
+        centre_distance_along_normal_b=bnx * dx + bnz * dz,
+        centre_distance_along_tangent_b=bnx * dz - bnz * dx,
     )
 
 
@@ -168,14 +169,17 @@ def locate_vertex_of_element_a(
 ) -> VertexPositionAndLeverArms:
     """Return where a vertex of element a lies at a face of b: depth behind it, place along it, slip, lever arms."""
     own_n, own_t = convert_components_to_other_face_axes(
-        normal_offset, tangent_offset, relative_position.turn_q, relative_position.turn_r
+        normal_offset, tangent_offset, relative_position.face_angle_cosine, relative_position.face_angle_sine
     )
-    height, place = own_n + relative_position.bn, own_t + relative_position.bt
+    height, place = (
+        own_n + relative_position.centre_distance_along_normal_b,
+        own_t + relative_position.centre_distance_along_tangent_b,
+    )
     seen = VertexPositionAtFace(face_distance - height, place)
     return VertexPositionAndLeverArms(
         seen,
         previous_position.depth,
-        previous_position.place - place,
+        previous_position.position_along_face - place,
         ForceLeverArms(own_t, own_n),
         ForceLeverArms(place, height),
     )
@@ -194,14 +198,17 @@ def locate_vertex_of_element_b(
     The place increases with the slip of a.
     """
     own_n, own_t = convert_components_to_other_face_axes(
-        normal_offset, tangent_offset, -relative_position.turn_q, relative_position.turn_r
+        normal_offset, tangent_offset, -relative_position.face_angle_cosine, relative_position.face_angle_sine
     )
-    height, place = own_n + relative_position.an, own_t + relative_position.at
+    height, place = (
+        own_n + relative_position.centre_distance_along_normal_a,
+        own_t + relative_position.centre_distance_along_tangent_a,
+    )
     seen = VertexPositionAtFace(face_distance + height, place)
     return VertexPositionAndLeverArms(
         seen,
         previous_position.depth,
-        place - previous_position.place,
+        place - previous_position.position_along_face,
         ForceLeverArms(place, height),
         ForceLeverArms(own_t, own_n),
     )
@@ -218,10 +225,34 @@ def locate_face_vertices(
 ]:
     """Return positions of the four vertices of two opposite faces, first of a's face, then of b's face."""
     return (
-        locate_vertex_of_element_a(face_a.off, face_a.low, face_b.off, relative_position, previous_positions.a1),
-        locate_vertex_of_element_a(face_a.off, face_a.high, face_b.off, relative_position, previous_positions.a2),
-        locate_vertex_of_element_b(face_b.off, face_b.low, face_a.off, relative_position, previous_positions.b1),
-        locate_vertex_of_element_b(face_b.off, face_b.high, face_a.off, relative_position, previous_positions.b2),
+        locate_vertex_of_element_a(
+            face_a.centre_distance,
+            face_a.start_along_tangent,
+            face_b.centre_distance,
+            relative_position,
+            previous_positions.a1,
+        ),
+        locate_vertex_of_element_a(
+            face_a.centre_distance,
+            face_a.end_along_tangent,
+            face_b.centre_distance,
+            relative_position,
+            previous_positions.a2,
+        ),
+        locate_vertex_of_element_b(
+            face_b.centre_distance,
+            face_b.start_along_tangent,
+            face_a.centre_distance,
+            relative_position,
+            previous_positions.b1,
+        ),
+        locate_vertex_of_element_b(
+            face_b.centre_distance,
+            face_b.end_along_tangent,
+            face_a.centre_distance,
+            relative_position,
+            previous_positions.b2,
+        ),
     )
 
 
@@ -237,18 +268,20 @@ def build_planar_contact_point(
     depth = vertex_a.position_at_face.depth if vertex_is_of_a else vertex_b.position_at_face.depth
     return PlanarContactPoint(
         vertex_is_of_a=vertex_is_of_a,
-        faces=vertex_is_opposite,
+        vertex_is_opposite_face=vertex_is_opposite,
         closed=vertex_is_opposite & (depth > 0.0),
-        nx=relative_position.bnx if vertex_is_of_a else -relative_position.anx,
-        nz=relative_position.bnz if vertex_is_of_a else -relative_position.anz,
+        nx=relative_position.normal_b_x if vertex_is_of_a else -relative_position.normal_a_x,
+        nz=relative_position.normal_b_z if vertex_is_of_a else -relative_position.normal_a_z,
         depth=depth,
-        before=vertex_a.before if vertex_is_of_a else vertex_b.before,
+        previous_penetration=vertex_a.previous_penetration if vertex_is_of_a else vertex_b.previous_penetration,
         slip=vertex_a.slip if vertex_is_of_a else vertex_b.slip,
-        a=ForceLeverArms(
-            vertex_a.a.n if vertex_is_of_a else vertex_b.a.n, vertex_a.a.t if vertex_is_of_a else vertex_b.a.t
+        lever_a=ForceLeverArms(
+            vertex_a.lever_a.n if vertex_is_of_a else vertex_b.lever_a.n,
+            vertex_a.lever_a.t if vertex_is_of_a else vertex_b.lever_a.t,
         ),
-        b=ForceLeverArms(
-            vertex_a.b.n if vertex_is_of_a else vertex_b.b.n, vertex_a.b.t if vertex_is_of_a else vertex_b.b.t
+        lever_b=ForceLeverArms(
+            vertex_a.lever_b.n if vertex_is_of_a else vertex_b.lever_b.n,
+            vertex_a.lever_b.t if vertex_is_of_a else vertex_b.lever_b.t,
         ),
     )
 
@@ -257,7 +290,7 @@ def build_planar_contact_point(
 def find_contact_segment(pair: PairState, pose_a: Pose, pose_b: Pose) -> ContactSegment:
     """Return the overlap of two elements' nearest faces, with open contact points if they are too far apart."""
     return find_contact_segment_with_touch_flag(
-        pair, pose_a, pose_b, pair.nearest.max_motion_at_step_end >= pair.nearest.reach
+        pair, pose_a, pose_b, pair.nearest_faces.max_motion_at_step_end >= pair.nearest_faces.motion_before_contact
     )
 
 
@@ -271,23 +304,27 @@ def find_contact_segment_with_touch_flag(
     two vertices.
     """
     f = relative_face_position(pair.face_a, pair.face_b, pose_a, pose_b)
-    a1, a2, b1, b2 = locate_face_vertices(pair.face_a, pair.face_b, f, pair.history.before)
-    low, high, to = pair.face_b.low, pair.face_b.high, pair.bounds
-    mine_1, mine_2 = a1.position_at_face.place <= high, a2.position_at_face.place >= low
-    top, bottom = -pair.face_a.low, -pair.face_a.high
-    in_1 = (mine_1 & (a1.position_at_face.place >= to.point_1_min_place_a)) | (
-        (not mine_1) & (b2.position_at_face.place >= to.point_1_min_place_b) & (b2.position_at_face.place <= top)
+    a1, a2, b1, b2 = locate_face_vertices(pair.face_a, pair.face_b, f, pair.history.previous_vertex_positions)
+    low, high, to = pair.face_b.start_along_tangent, pair.face_b.end_along_tangent, pair.contact_vertex_ranges
+    mine_1, mine_2 = a1.position_at_face.position_along_face <= high, a2.position_at_face.position_along_face >= low
+    top, bottom = -pair.face_a.start_along_tangent, -pair.face_a.end_along_tangent
+    in_1 = (mine_1 & (a1.position_at_face.position_along_face >= to.point_1_min_place_a)) | (
+        (not mine_1)
+        & (b2.position_at_face.position_along_face >= to.point_1_min_place_b)
+        & (b2.position_at_face.position_along_face <= top)
     )
-    in_2 = (mine_2 & (a2.position_at_face.place <= to.point_2_max_place_a)) | (
-        (not mine_2) & (b1.position_at_face.place >= bottom) & (b1.position_at_face.place <= to.point_2_max_place_b)
+    in_2 = (mine_2 & (a2.position_at_face.position_along_face <= to.point_2_max_place_a)) | (
+        (not mine_2)
+        & (b1.position_at_face.position_along_face >= bottom)
+        & (b1.position_at_face.position_along_face <= to.point_2_max_place_b)
     )
     one, two = (
         build_planar_contact_point(mine_1, in_1 & may_touch, f, a1, b2),
         build_planar_contact_point(mine_2, in_2 & may_touch, f, a2, b1),
     )
     return ContactSegment(
-        f.turn_q,
-        f.turn_r,
+        f.face_angle_cosine,
+        f.face_angle_sine,
         one,
         two,
         FaceVertexPositions(a1.position_at_face, a2.position_at_face, b1.position_at_face, b2.position_at_face),
@@ -305,7 +342,7 @@ def earlier_vertex_positions(
         pose_extrapolated_back_in_time(element_a, elapsed_time),
         pose_extrapolated_back_in_time(element_b, elapsed_time),
     )
-    a1, a2, b1, b2 = locate_face_vertices(pair.face_a, pair.face_b, f, pair.history.before)
+    a1, a2, b1, b2 = locate_face_vertices(pair.face_a, pair.face_b, f, pair.history.previous_vertex_positions)
     return FaceVertexPositions(a1.position_at_face, a2.position_at_face, b1.position_at_face, b2.position_at_face)
 
 

@@ -42,9 +42,11 @@ def contact_point_lands_in_this_impact(
     sinking = opening if opening < 0.0 else 0.0
     rate = contact_law.dashpot * (pair_motion.a.inverse_mass + pair_motion.b.inverse_mass)
     soon = (rate * contact_point.depth > sinking) & (
-        contact_law.normal * contact_point.depth > contact_law.dashpot * sinking
+        contact_law.normal_stiffness * contact_point.depth > contact_law.dashpot * sinking
     )
-    return (point_history.landing > 0.0) | ((point_history.vertex_owner == OPEN) & (contact_point.faces > 0.0) & soon)
+    return (point_history.remaining_landing_time > 0.0) | (
+        (point_history.vertex_owner == OPEN) & (contact_point.vertex_is_opposite_face > 0.0) & soon
+    )
 
 
 @njit(**INLINE)
@@ -55,11 +57,11 @@ def pair_lands_flat(
     pair_motion: PairMotionAndInertia,
 ) -> bool:
     """True if both contact points of two elements land in one impact; a dashpot may then pull."""
-    one = contact_point_lands_in_this_impact(contact_law, pair_history.one, contact_segment.one, pair_motion)
+    one = contact_point_lands_in_this_impact(contact_law, pair_history.point_1, contact_segment.point_1, pair_motion)
     return (
-        (contact_law.landing > 0.0)
+        (contact_law.landing_duration > 0.0)
         & one
-        & contact_point_lands_in_this_impact(contact_law, pair_history.two, contact_segment.two, pair_motion)
+        & contact_point_lands_in_this_impact(contact_law, pair_history.point_2, contact_segment.point_2, pair_motion)
     )
 
 
@@ -77,7 +79,7 @@ def flat_landing_slip_flag_and_signed_friction(
     The velocities are those without the rotation of one element relative to the other, as if both were one body.
     """
     total = inertia_a.inverse_inertia + inertia_b.inverse_inertia
-    w = (velocity.a * inertia_b.inverse_inertia + velocity.b * inertia_a.inverse_inertia) / (
+    w = (velocity.rotation_a * inertia_b.inverse_inertia + velocity.rotation_b * inertia_a.inverse_inertia) / (
         total if total > 0.0 else 1.0
     )
     opening, slipping = opening_and_slip_rates(contact_point, PairRelativeVector(velocity.x, velocity.z, w, w))
@@ -100,8 +102,10 @@ def reduce_tangential_lever_arms(contact_point: PlanarContactPoint, lever_reduct
     """Return a contact point, with `lever_reduction` (m) subtracted from the lever arms of its tangential force."""
     end = contact_point
     return PlanarContactPoint(
-        end.vertex_is_of_a, end.faces, end.closed, end.nx, end.nz, end.depth, end.before, end.slip,
-        ForceLeverArms(end.a.n, end.a.t - lever_reduction), ForceLeverArms(end.b.n, end.b.t - lever_reduction),
+        end.vertex_is_of_a, end.vertex_is_opposite_face, end.closed, end.nx, end.nz, end.depth,
+        end.previous_penetration, end.slip,
+        ForceLeverArms(end.lever_a.n, end.lever_a.t - lever_reduction), ForceLeverArms(end.lever_b.n,
+        end.lever_b.t - lever_reduction),
     )  # fmt: skip
 
 
@@ -115,17 +119,17 @@ def contact_points_with_landing_lever_arms(
     balance the moment of friction, and neither element rotates relative to the other. The tangential force then acts
     where it causes no such rotation.
     """
-    one, two, (u, a, b) = contact_segment.one, contact_segment.two, pair_motion
+    one, two, (u, a, b) = contact_segment.point_1, contact_segment.point_2, pair_motion
     slides_one, drift = flat_landing_slip_flag_and_signed_friction(contact_law, one, u, a, b, lands_flat)
     slides_two, other = flat_landing_slip_flag_and_signed_friction(contact_law, two, u, a, b, lands_flat)
     ia, ib = a.inverse_inertia, b.inverse_inertia
     t1, t2 = (
-        relative_rotation_lever_arm(one.a.t, one.b.t, ia, ib),
-        relative_rotation_lever_arm(two.a.t, two.b.t, ia, ib),
+        relative_rotation_lever_arm(one.lever_a.t, one.lever_b.t, ia, ib),
+        relative_rotation_lever_arm(two.lever_a.t, two.lever_b.t, ia, ib),
     )
     n1, n2 = (
-        relative_rotation_lever_arm(one.a.n, one.b.n, ia, ib),
-        relative_rotation_lever_arm(two.a.n, two.b.n, ia, ib),
+        relative_rotation_lever_arm(one.lever_a.n, one.lever_b.n, ia, ib),
+        relative_rotation_lever_arm(two.lever_a.n, two.lever_b.n, ia, ib),
     )
     # Place of the resultant normal impulse that causes no rotation, as a lever arm; it must lie between the points.
     place = -0.5 * (drift * (t1 + t2))
@@ -149,12 +153,17 @@ def correct_slip_for_friction_work(
     (point_1, point_2), (r1, r2), apart = (
         landing_points,
         point_results,
-        contact_segment.one.a.n - contact_segment.two.a.n,
+        contact_segment.point_1.lever_a.n - contact_segment.point_2.lever_a.n,
     )
-    sunk = (r1.depth - contact_segment.one.before) - (r2.depth - contact_segment.two.before)
+    sunk = (r1.depth - contact_segment.point_1.previous_penetration) - (
+        r2.depth - contact_segment.point_2.previous_penetration
+    )
     turn = -sunk / (apart if apart != 0.0 else 1.0)
-    slip_1, slip_2 = (contact_segment.one.a.t - point_1.a.t) * turn, (contact_segment.two.a.t - point_2.a.t) * turn
+    slip_1, slip_2 = (
+        (contact_segment.point_1.lever_a.t - point_1.lever_a.t) * turn,
+        (contact_segment.point_2.lever_a.t - point_2.lever_a.t) * turn,
+    )
     return (
-        PlanarContactPointResult(r1.force, r1.depth, r1.slip - slip_1, r1.inside),
-        PlanarContactPointResult(r2.force, r2.depth, r2.slip - slip_2, r2.inside),
+        PlanarContactPointResult(r1.force, r1.depth, r1.slip - slip_1, r1.is_in_contact),
+        PlanarContactPointResult(r2.force, r2.depth, r2.slip - slip_2, r2.is_in_contact),
     )

@@ -31,9 +31,9 @@ class PlanarContactPointForce(NamedTuple):
 
     n: float
     """Normal force, N."""
-    t: float
+    tangential_force: float
     """Tangential force, N."""
-    spring: float
+    tangential_stretch: float
     """Stretch of the tangential spring after slip, m."""
 
 
@@ -45,7 +45,7 @@ class PlanarContactPointResult(NamedTuple):
     """Penetration, m."""
     slip: float
     """Slip in the step, m."""
-    inside: bool
+    is_in_contact: bool
     """True if the point is in contact."""
 
 
@@ -65,9 +65,9 @@ class PairForce(NamedTuple):
 class AssumedPlanarContactSlip(NamedTuple):
     """Spring stretch and sliding direction assumed at a contact point of two elements in the equations of a step."""
 
-    stretch: float
+    tangential_stretch: float
     """Predicted stretch of the tangential spring, m."""
-    slid: float
+    signed_friction: float
     """±μ if the point is assumed to slide, else 0."""
 
 
@@ -78,9 +78,9 @@ class PairRelativeVector(NamedTuple):
     """Relative velocity, m/s, or component of the direction."""
     z: float
     """Upward component."""
-    a: float
+    rotation_a: float
     """Angular velocity of a, rad/s, or lever arm about its centre, m."""
-    b: float
+    rotation_b: float
     """Angular velocity of b, rad/s, or lever arm about its centre, m."""
 
 
@@ -114,7 +114,7 @@ def element_acceleration(
     element: ElementState, horizontal_base_acceleration: float, vertical_base_acceleration: float, gravity: float
 ) -> PlanarVector:
     """Return the acceleration of an element relative to the base, m/s² and rad/s², from forces and base motion."""
-    force, own = element.force, element.inertia
+    force, own = element.force, element.constants
     fall = gravity * own.weight + vertical_base_acceleration
     return PlanarVector(
         force.x * own.inverse_mass - horizontal_base_acceleration,
@@ -150,10 +150,10 @@ def power_against_inertial_and_holding_forces(
     velocity: PlanarVector,
 ) -> float:
     """Return the power (W) of an element against inertial forces, or, if it is held, against the holding forces."""
-    own, force = element.inertia, element.force
+    own, force = element.constants, element.force
     return own.mass * (
         horizontal_base_acceleration * velocity.x + vertical_base_acceleration * velocity.z
-    ) + own.held * (force.x * velocity.x + force.z * velocity.z)
+    ) + own.is_fixed_in_space * (force.x * velocity.x + force.z * velocity.z)
 
 
 @njit(**INLINE)
@@ -177,12 +177,14 @@ def tangential_spring_stretch(
     """
     carrier = contact_vertex_owner(contact_point)
     share = (
-        -((carrier * contact_segment.turn_r) * point_history.normal)
-        - point_history.tangential_force * contact_segment.turn_q
+        -((carrier * contact_segment.face_angle_sine) * point_history.normal_force)
+        - point_history.tangential_force * contact_segment.face_angle_cosine
     )
     share = point_history.tangential_force if point_history.vertex_owner == TRANSFERRED else share
     equivalent = -(share + damping_force) * compliance
-    stretch = point_history.spring + contact_point.slip if point_history.vertex_owner == carrier else equivalent
+    stretch = (
+        point_history.tangential_stretch + contact_point.slip if point_history.vertex_owner == carrier else equivalent
+    )
     return stretch if point_history.vertex_owner != OPEN else 0.0
 
 
@@ -195,10 +197,14 @@ def sum_contact_point_forces(
 ) -> PairForce:
     """Return the sum of the contact forces at both contact points of two elements, with moments about both elements."""
     return PairForce(
-        (force_1.n * point_1.nx + force_1.t * point_1.nz) + (force_2.n * point_2.nx + force_2.t * point_2.nz),
-        (force_1.n * point_1.nz - force_1.t * point_1.nx) + (force_2.n * point_2.nz - force_2.t * point_2.nx),
-        (point_1.a.n * force_1.n + point_1.a.t * force_1.t) + (point_2.a.n * force_2.n + point_2.a.t * force_2.t),
-        (point_1.b.n * force_1.n + point_1.b.t * force_1.t) + (point_2.b.n * force_2.n + point_2.b.t * force_2.t),
+        (force_1.n * point_1.nx + force_1.tangential_force * point_1.nz)
+        + (force_2.n * point_2.nx + force_2.tangential_force * point_2.nz),
+        (force_1.n * point_1.nz - force_1.tangential_force * point_1.nx)
+        + (force_2.n * point_2.nz - force_2.tangential_force * point_2.nx),
+        (point_1.lever_a.n * force_1.n + point_1.lever_a.t * force_1.tangential_force)
+        + (point_2.lever_a.n * force_2.n + point_2.lever_a.t * force_2.tangential_force),
+        (point_1.lever_b.n * force_1.n + point_1.lever_b.t * force_1.tangential_force)
+        + (point_2.lever_b.n * force_2.n + point_2.lever_b.t * force_2.tangential_force),
     )
 
 
@@ -223,10 +229,10 @@ def velocity_of_a_relative_to_b(velocity_a: PlanarVector, velocity_b: PlanarVect
 def opening_and_slip_rates(contact_point: PlanarContactPoint, velocity: PairRelativeVector) -> tuple[float, float]:
     """Return opening and slip rates (m/s) at a contact point of two elements, from `velocity` of a relative to b."""
     opening = (contact_point.nx * velocity.x + contact_point.nz * velocity.z) + (
-        velocity.a * contact_point.a.n - velocity.b * contact_point.b.n
+        velocity.rotation_a * contact_point.lever_a.n - velocity.rotation_b * contact_point.lever_b.n
     )
     return opening, (contact_point.nz * velocity.x - contact_point.nx * velocity.z) + (
-        velocity.a * contact_point.a.t - velocity.b * contact_point.b.t
+        velocity.rotation_a * contact_point.lever_a.t - velocity.rotation_b * contact_point.lever_b.t
     )
 
 
@@ -261,16 +267,18 @@ def contact_point_history_after_step(
     contact.
     """
     begun = (
-        contact_law.landing if other_point_history.vertex_owner == OPEN else other_point_history.landing - elapsed_time
+        contact_law.landing_duration
+        if other_point_history.vertex_owner == OPEN
+        else other_point_history.remaining_landing_time - elapsed_time
     )
-    left = point_history.landing - elapsed_time if point_history.vertex_owner != OPEN else begun
-    carrier = contact_vertex_owner(contact_point) if point_result.inside else OPEN
+    left = point_history.remaining_landing_time - elapsed_time if point_history.vertex_owner != OPEN else begun
+    carrier = contact_vertex_owner(contact_point) if point_result.is_in_contact else OPEN
     return PlanarContactPointHistory(
-        point_result.force.spring,
+        point_result.force.tangential_stretch,
         carrier,
         point_result.force.n,
-        point_result.force.t,
-        left if point_result.inside else 0.0,
+        point_result.force.tangential_force,
+        left if point_result.is_in_contact else 0.0,
     )
 
 
@@ -279,10 +287,10 @@ def twice_energy_absorbed_at_contact_point(
     point_history: PlanarContactPointHistory, contact_point: PlanarContactPoint, point_result: PlanarContactPointResult
 ) -> float:
     """Return twice the energy (J) that the contact at a contact point of two elements absorbed in a step."""
-    value = (point_history.normal + point_result.force.n) * (point_result.depth - contact_point.before) - (
-        point_history.tangential_force + point_result.force.t
-    ) * point_result.slip
-    return value if (point_history.vertex_owner != OPEN) | point_result.inside else 0.0
+    value = (point_history.normal_force + point_result.force.n) * (
+        point_result.depth - contact_point.previous_penetration
+    ) - (point_history.tangential_force + point_result.force.tangential_force) * point_result.slip
+    return value if (point_history.vertex_owner != OPEN) | point_result.is_in_contact else 0.0
 
 
 @njit(**INLINE)
@@ -296,20 +304,20 @@ def pair_history_after_step(
 ) -> PairHistory:
     """Return the contact state of two elements after a step that ends with the given vertex positions."""
     s1, s2 = point_results
-    deepest = updated_maximum(pair_history.deepest, s1.depth if s1.inside else 0.0)
-    deepest = updated_maximum(deepest, s2.depth if s2.inside else 0.0)
+    deepest = updated_maximum(pair_history.peak_penetration, s1.depth if s1.is_in_contact else 0.0)
+    deepest = updated_maximum(deepest, s2.depth if s2.is_in_contact else 0.0)
     absorbed = 0.5 * (
-        twice_energy_absorbed_at_contact_point(pair_history.one, contact_segment.one, s1)
-        + twice_energy_absorbed_at_contact_point(pair_history.two, contact_segment.two, s2)
+        twice_energy_absorbed_at_contact_point(pair_history.point_1, contact_segment.point_1, s1)
+        + twice_energy_absorbed_at_contact_point(pair_history.point_2, contact_segment.point_2, s2)
     )
     return PairHistory(
         vertex_positions,
         contact_point_history_after_step(
-            pair_history.one, pair_history.two, contact_segment.one, s1, contact_law, elapsed_time
+            pair_history.point_1, pair_history.point_2, contact_segment.point_1, s1, contact_law, elapsed_time
         ),
         contact_point_history_after_step(
-            pair_history.two, pair_history.one, contact_segment.two, s2, contact_law, elapsed_time
+            pair_history.point_2, pair_history.point_1, contact_segment.point_2, s2, contact_law, elapsed_time
         ),
         deepest,
-        pair_history.absorbed + absorbed,
+        pair_history.absorbed_energy + absorbed,
     )

@@ -35,8 +35,12 @@ def record_element_motion_of_first_case(
 ) -> None:
     """Write time, base acceleration and each element's pose and velocity in the first simulated case into a row."""
     case = rows.load_case(state, 0)
-    trajectory_row[TIME] = (case.sample + case.shaking.tick / ticks_per_sample) * sampling_interval
-    trajectory_row[GROUND] = base_acceleration_at_tick(case.shaking.base, case.shaking.tick)
+    trajectory_row[TIME] = (
+        case.current_sample + case.base_acceleration.ticks_in_sample / ticks_per_sample
+    ) * sampling_interval
+    trajectory_row[GROUND] = base_acceleration_at_tick(
+        case.base_acceleration.horizontal, case.base_acceleration.ticks_in_sample
+    )
     half = case.velocity_lag
     for e in range(element_count):
         item = rows.load_element(rows.element_window(state, e), 0)
@@ -62,11 +66,11 @@ def add_contact_forces_to_trajectory(
         q, first, second = rows.pair_and_element_rows(state, scene, p)
         pair, a, b = rows.load_pair(q, 0), rows.load_pose(first, 0), rows.load_pose(second, 0)
         for end in range(2):
-            memory = pair.history.one if end == 0 else pair.history.two
+            memory = pair.history.point_1 if end == 0 else pair.history.point_2
             if memory.vertex_owner == OPEN:
                 continue
             n, tangent, mine = (
-                sample_share * memory.normal,
+                sample_share * memory.normal_force,
                 sample_share * memory.tangential_force,
                 memory.vertex_owner == VERTEX_OF_A,
             )
@@ -85,13 +89,15 @@ def add_contact_forces_to_trajectory(
 def count_trajectory_columns(prepared_scene: PreparedScene) -> int:
     """Return the number of columns of the trajectory of a scene."""
     return (
-        2 + COLUMNS_PER_ELEMENT * len(prepared_scene.placed) + 2 * COLUMNS_PER_CONTACT_POINT * len(prepared_scene.pairs)
+        2
+        + COLUMNS_PER_ELEMENT * len(prepared_scene.elements)
+        + 2 * COLUMNS_PER_CONTACT_POINT * len(prepared_scene.pairs)
     )
 
 
 def planar_trajectory_of_scene(prepared_scene: PreparedScene, trajectory_rows: FloatArray) -> PlanarTrajectory:
     """Convert the kernel's trajectory rows of a scene to a `PlanarTrajectory`."""
-    placed, ends = prepared_scene.placed, 2 * len(prepared_scene.pairs)
+    placed, ends = prepared_scene.elements, 2 * len(prepared_scene.pairs)
     poses_end = 2 + COLUMNS_PER_ELEMENT * len(placed)
     forces = trajectory_rows[:, poses_end:].reshape(len(trajectory_rows), ends, COLUMNS_PER_CONTACT_POINT)
     force, load = forces[:, :, [FX, FZ]], forces[:, :, [LOAD]]

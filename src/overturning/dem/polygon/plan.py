@@ -109,7 +109,7 @@ class PolygonSimulationPlan(SimulationPlan):
         """Return a trajectory array of zeros, shape (rows, columns); without rows if no trajectory `is_recorded`."""
         if not is_recorded:
             return np.zeros((0, 0))
-        last = int(max(self.case_table[0]["undecided_end_sample"], self.case_table[0]["kept_until"]))
+        last = int(max(self.case_table[0]["undecided_end_sample"], self.case_table[0]["earliest_end_sample"]))
         rows, columns = last - int(self.first_simulated_sample[0]) + 3, count_trajectory_columns(self.variants[0])
         check_trajectory_size(rows * columns)
         return np.zeros((rows, columns))
@@ -125,12 +125,12 @@ class PolygonSimulationPlan(SimulationPlan):
         The trajectory is returned unchanged if the longer computation takes other steps.
         """
         interval, table = self.motion.sampling_interval, self.case_table.copy()
-        table["kept_until"] = np.ceil((trajectory[-1, TIME] + aftermath) / interval)
+        table["earliest_end_sample"] = np.ceil((trajectory[-1, TIME] + aftermath) / interval)
         plan = replace(self, case_table=table)
         _, longer = plan.simulate_cases_of_group(
             np.zeros(1, np.int64), np.zeros(1, np.int64), plan.create_trajectory_buffer(is_recorded=True)
         )
-        poses = slice(0, 2 + COLUMNS_PER_ELEMENT * len(self.variants[0].placed))
+        poses = slice(0, 2 + COLUMNS_PER_ELEMENT * len(self.variants[0].elements))
         same = len(longer) > len(trajectory) and np.array_equal(longer[: len(trajectory), poses], trajectory[:, poses])
         return longer if same else trajectory
 
@@ -139,12 +139,12 @@ class PolygonSimulationPlan(SimulationPlan):
         prepared = self.variants[0]
         rest, poses_end = (
             np.zeros((sample_count, count_trajectory_columns(prepared))),
-            2 + COLUMNS_PER_ELEMENT * len(prepared.placed),
+            2 + COLUMNS_PER_ELEMENT * len(prepared.elements),
         )
         rest[:, poses_end:] = np.nan
         rest[:, TIME] = np.arange(sample_count) * self.motion.sampling_interval
-        rest[:, GROUND] = self.base_accelerations[0, :sample_count] * self.case_table[0]["amplitude"]
-        for index, item in enumerate(prepared.placed):
+        rest[:, GROUND] = self.base_accelerations[0, :sample_count] * self.case_table[0]["amplitude_factor"]
+        for index, item in enumerate(prepared.elements):
             pose = np.array([item.x, item.z, 0.0]) + prepared.rest_displacements[index]
             rest[:, 2 + COLUMNS_PER_ELEMENT * index : 5 + COLUMNS_PER_ELEMENT * index] = pose
         return rest
@@ -176,17 +176,21 @@ def plan_scene_simulation(
     # 20/p with p = √(3g/4R).
     slowest = np.sqrt(np.array([item.half_diagonal_of_scene for item in variants]) / (0.75 * scene.gravity))[variant]
     table = np.zeros(cases.case_count, t.CASE_TABLE_DTYPE)
-    table["amplitude"], table["friction"], table["damping"] = cases.amplitude, cases.friction, cases.damping_factor
+    table["amplitude_factor"], table["friction"], table["damping_factor"] = (
+        cases.amplitude,
+        cases.friction,
+        cases.damping_factor,
+    )
     table["last_onset_sample"] = np.inf
     table["undecided_end_sample"] = motion.sample_count + np.ceil(
         MAX_ROCKING_TIMES_AFTER_RECORD * slowest / motion.sampling_interval
     )
-    table["finest"] = finest[variant]
+    table["shortest_step"] = finest[variant]
     # A shorter time step divides every step; the same time after a contact change then takes more of them.
     table["steps_after_contact_change"] = np.round(
         SCENE_STEP_CONTROL.steps_before_length_doubles(square, rate) * divided * numerics.refinement
     )[variant]
-    table["standing"], table["long_steps_before_doubling"] = (
+    table["longest_step_at_rest"], table["long_steps_before_doubling"] = (
         SCENE_STEP_CONTROL.ticks_per_whole_step,
         SCENE_STEP_CONTROL.long_steps_before_doubling,
     )
@@ -245,9 +249,9 @@ def _rest_acceleration_limits_of_scene(
         for name in ("rocking_onset_acceleration_g", "min_spring_eigenvalue")
     )
     laws = [item.laws for item in prepared_scenes]
-    delay = np.array([np.min(one.dashpot / np.maximum(one.normal, one.tangential_stiffness)) for one in laws])[
-        variant_indices
-    ]
+    delay = np.array(
+        [np.min(one.dashpot / np.maximum(one.normal_stiffness, one.tangential_stiffness)) for one in laws]
+    )[variant_indices]
     rings = dynamic_overshoot_bound(
         slowest[variant_indices], delay * np.asarray(cases.damping_factor), sampling_interval
     )
@@ -281,7 +285,9 @@ def step_settings_of_variants(
             np.ones(squared_frequency.size),
         )
     frequency = np.sqrt(squared_frequency)
-    whole = np.minimum(SCENE_STEP_CONTROL.longest_whole_step * rocking_time_constant, sampling_interval)
+    whole = np.minimum(
+        SCENE_STEP_CONTROL.longest_whole_step_in_rocking_times * rocking_time_constant, sampling_interval
+    )
     heavy = np.maximum(0.5 * damping_rate / frequency / HEAVY_DAMPING_RATIO, 1.0)
     fewest, steps = (
         steps_per_sample_from_stable_step(whole, whole, wanted, sampling_interval) for wanted in ("auto", time_step)
@@ -299,8 +305,8 @@ def _check_variant_stiffness_and_pairs(scene: Scene, prepared_scenes: list[Prepa
     """Raise an `ArgumentError` if contacts are too stiff for float64, or the size changes which elements touch."""
     for item in prepared_scenes:
         # Check as for a block as high as the scene. A contact that carries a trace of the weight is made for more.
-        loaded = item.laws.carried > 0.0
-        penetrations = item.laws.weight[loaded] / (2.0 * item.laws.normal[loaded])
+        loaded = item.laws.carried_weight > 0.0
+        penetrations = item.laws.design_weight[loaded] / (2.0 * item.laws.normal_stiffness[loaded])
         check_stiffness_precision(
             scene.gravity / (2.0 * penetrations), np.full(penetrations.size, item.top_height_of_free_elements), 0.0
         )

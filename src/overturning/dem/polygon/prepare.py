@@ -36,10 +36,10 @@ class PreparedScene:
     """Scene of one size, with its static equilibrium, contact constants and thresholds of motion."""
 
     scene: Scene
-    placed: list[PlacedElement]
+    elements: list[PlacedElement]
     pairs: list[ConvexPiecePair]  # elements, or their convex pieces, that can meet
     laws: PairContactLaws
-    rest_displacements: FloatArray  # shape (elements, 3): x, z (m) and rotation (rad) at rest, relative to `placed`
+    rest_displacements: FloatArray  # shape (elements, 3): x, z (m) and rotation (rad) at rest, relative to `elements`
     loaded_points: list[LoadedContactPoint]  # contact points that carry load at rest
     has_static_equilibrium: bool  # True if the scene has a static equilibrium
     max_spring_eigenvalue: float  # largest eigenvalue of the springs, 1/s²
@@ -59,12 +59,12 @@ class PreparedScene:
     @property
     def free_element_indices(self) -> NDArray[np.int64]:
         """Indices of the elements that forces can move (neither driven nor held), in the list of all elements."""
-        return np.array([k for k, item in enumerate(self.placed) if not item.is_driven_or_held], dtype=np.int64)
+        return np.array([k for k, item in enumerate(self.elements) if not item.is_driven_or_held], dtype=np.int64)
 
     @property
     def piece_vertex_counts(self) -> list[int]:
         """Number of vertices of each convex piece, in the order of the elements."""
-        return [len(part.vertices) for item in self.placed for part in item.shape.convex_parts]
+        return [len(part.vertices) for item in self.elements for part in item.shape.convex_parts]
 
     @property
     def tipping_angles(self) -> FloatArray:
@@ -88,13 +88,14 @@ class PreparedScene:
     @property
     def static_penetrations(self) -> FloatArray:
         """Mean static penetration of each pair of elements in contact at rest, m, shape (loaded contacts,)."""
-        loaded = self.laws.carried > 0.0
-        return self.laws.carried[loaded] / (2.0 * self.laws.normal[loaded])
+        loaded = self.laws.carried_weight > 0.0
+        return self.laws.carried_weight[loaded] / (2.0 * self.laws.normal_stiffness[loaded])
 
     @property
     def exceeds_penetration_limit(self) -> bool:
         """True if the weight alone makes the penetration between two elements exceed the limit of the contact law."""
-        return bool(exceeds_penetration_limit(self.static_penetrations, smallest_free_element_side(self.placed)).any())
+        smallest_side = smallest_free_element_side(self.elements)
+        return bool(exceeds_penetration_limit(self.static_penetrations, smallest_side).any())
 
     @property
     def no_case_has_outcome(self) -> bool:
@@ -104,35 +105,35 @@ class PreparedScene:
     @property
     def shortest_rocking_time_constant(self) -> float:
         """Time constant 1/p of the element that rocks fastest, s: p = √(3g/4R), R its largest vertex distance."""
-        square = min(float((self.placed[k].shape.vertices ** 2).sum(axis=1).max()) for k in self.free_element_indices)
+        square = min(float((self.elements[k].shape.vertices ** 2).sum(axis=1).max()) for k in self.free_element_indices)
         return float(np.sqrt(np.sqrt(square) / (0.75 * self.scene.gravity)))
 
     @property
     def top_height_of_free_elements(self) -> float:
         """Height of the highest point of the free elements, m."""
-        return max(float(self.placed[k].vertices_in_scene[:, 1].max()) for k in self.free_element_indices)
+        return max(float(self.elements[k].vertices_in_scene[:, 1].max()) for k in self.free_element_indices)
 
     @property
     def half_diagonal_of_scene(self) -> float:
         """Half the diagonal of a box as high as the scene and as wide as its widest free element, m."""
-        low = min(float(self.placed[k].vertices_in_scene[:, 1].min()) for k in self.free_element_indices)
-        wide = max(self.placed[k].shape.width for k in self.free_element_indices)
+        low = min(float(self.elements[k].vertices_in_scene[:, 1].min()) for k in self.free_element_indices)
+        wide = max(self.elements[k].shape.width for k in self.free_element_indices)
         return 0.5 * float(np.sqrt((self.top_height_of_free_elements - low) ** 2 + wide**2))
 
     @cached_property
     def slip_distance_to_ground_edge(self) -> FloatArray:
         """Slip (m) at which each element leaves the edge of the ground; infinite for elements that stand on others."""
         ground = wide_ground_name(self.scene)
-        far = [0.5 * item.shape.width if item.element.name == ground else np.inf for item in self.placed]
+        far = [0.5 * item.shape.width if item.element.name == ground else np.inf for item in self.elements]
         supports, centres = self.support_indices, self.base_centres
-        return np.array([far[on] - abs(x - self.placed[on].x) for on, (x, _) in zip(supports, centres, strict=True)])
+        return np.array([far[on] - abs(x - self.elements[on].x) for on, (x, _) in zip(supports, centres, strict=True)])
 
     def support_and_held_base_indices(self, element_index: int) -> tuple[int, int]:
         """Return the indices of an element's support and of the held element at the bottom of its stack, else −1."""
         last = element_index
-        while not self.placed[last].is_driven_or_held and self.support_indices[last] != last:
+        while not self.elements[last].is_driven_or_held and self.support_indices[last] != last:
             last = int(self.support_indices[last])
-        return int(self.support_indices[element_index]), last if self.placed[last].element.kind == "held" else -1
+        return int(self.support_indices[element_index]), last if self.elements[last].element.kind == "held" else -1
 
     def motion_onset_acceleration(self, friction: FloatArray) -> FloatArray:
         """Return the base acceleration |a|/g below which no element moves, for each `friction` coefficient."""
@@ -158,7 +159,7 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
     pairs = convex_piece_pairs_with_movable_element(placed)
     joints = contact_points_at_rest(placed, pairs)
     laws = compute_pair_contact_laws(scene, placed, pairs, joints)
-    equilibrium = static_equilibrium(scene, placed, joints, laws.normal, laws.tangential_stiffness)
+    equilibrium = static_equilibrium(scene, placed, joints, laws.normal_stiffness, laws.tangential_stiffness)
     displacement, loaded = equilibrium or (np.zeros((len(placed), 3)), [])
     bearing = supporting_contact_points(scene, placed, pairs, joints, loaded)
     stands = _find_supports(placed, pairs, bearing)
@@ -167,7 +168,7 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
         threshold, safe = 0.0, 0.0 * safe  # a held element moves relative to the others
     if any(
         laws.friction[k] >= 0
-        and laws.tangential_stiffness[k] * abs(slip) > laws.friction[k] * laws.normal[k] * approach
+        and laws.tangential_stiffness[k] * abs(slip) > laws.friction[k] * laws.normal_stiffness[k] * approach
         for k, _, _, approach, slip in loaded
     ):
         threshold = 0.0  # an element slides by its own weight
@@ -191,7 +192,7 @@ def reason_scene_moves_by_itself(scene: Scene, height: float | None, b_over_h: f
     # Forces of each face on its springs: the corners of a face share its friction.
     laws, across, along = prepared.laws, np.zeros(len(prepared.pairs)), np.zeros(len(prepared.pairs))
     for pair, _, _, approach, slip in prepared.loaded_points:
-        across[pair] += laws.normal[pair] * approach
+        across[pair] += laws.normal_stiffness[pair] * approach
         along[pair] += laws.tangential_stiffness[pair] * slip
     coefficient = np.where(laws.friction < 0.0, friction, laws.friction)
     if np.any(np.abs(along) > coefficient * across + 1e-9 * across.max(initial=0.0)):
@@ -212,7 +213,6 @@ CRITICAL_ANGLE_ATTRIBUTES: Final = {
     "its peak_rotation is in degrees",
 }
 """CF attributes of the critical angles of a scene."""
-
 
 Elements = list[PlacedElement]
 

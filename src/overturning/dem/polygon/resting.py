@@ -34,13 +34,15 @@ def element_has_tipped(element: ElementState, element_rules: Any) -> bool:
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def element_has_tipped_or_dropped(element: ElementState, element_rules: Any) -> bool:
     """True if an element has rotated beyond the angle from which it can return, or dropped below its fall limit."""
-    return bool(element_has_tipped(element, element_rules) or element.pose.z < element.home.fall_limit_z)
+    return bool(element_has_tipped(element, element_rules) or element.pose.z < element.rest_position.fall_limit_z)
 
 
 @njit(**INLINE)
 def count_closed_contact_points(pair: PairState) -> int:
     """Count the contact points of two elements at which these touch, 0 to 2."""
-    return (1 if pair.history.one.vertex_owner != OPEN else 0) + (1 if pair.history.two.vertex_owner != OPEN else 0)
+    return (1 if pair.history.point_1.vertex_owner != OPEN else 0) + (
+        1 if pair.history.point_2.vertex_owner != OPEN else 0
+    )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -65,7 +67,9 @@ def last_support_time(state: Any, lane: int, scene: Any, element_index: int, max
             continue
         had = True
         segment = find_contact_segment_with_touch_flag(pair, rows.load_pose(a, lane), rows.load_pose(b, lane), True)
-        if (segment.one.faces and segment.one.depth > -max_gap) or (segment.two.faces and segment.two.depth > -max_gap):
+        if (segment.point_1.vertex_is_opposite_face and segment.point_1.depth > -max_gap) or (
+            segment.point_2.vertex_is_opposite_face and segment.point_2.depth > -max_gap
+        ):
             on = b if pair.carried_element_sign > 0.0 else a
             if on[rows.SIDE + lane] == 0.0:
                 return np.inf
@@ -113,7 +117,8 @@ def contact_point_is_sliding(pair: PairState, point_history: PlanarContactPointH
     """True if a contact point of two elements slides: its friction force has reached the limit."""
     return bool(
         point_history.vertex_owner != OPEN
-        and abs(point_history.tangential_force) >= MIN_SLIDING_FORCE_RATIO * pair.law.friction * point_history.normal
+        and abs(point_history.tangential_force)
+        >= MIN_SLIDING_FORCE_RATIO * pair.law.friction * point_history.normal_force
     )
 
 
@@ -135,13 +140,13 @@ def longest_time_until_sliding_stops(state: Any, lane: int, scene: Any) -> float
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         pair = rows.load_pair(q, lane)
         if pair.carried_element_sign == 0.0 or not (
-            contact_point_is_sliding(pair, pair.history.one) or contact_point_is_sliding(pair, pair.history.two)
+            contact_point_is_sliding(pair, pair.history.point_1) or contact_point_is_sliding(pair, pair.history.point_2)
         ):
             continue
         upper, lower = (a, b) if pair.carried_element_sign > 0.0 else (b, a)
         one, on = rows.load_element(upper, lane), rows.load_element(lower, lane)
-        speed = horizontal_velocity_above_centre(one, one.home.base_z) - horizontal_velocity_above_centre(
-            on, one.home.support_z
+        speed = horizontal_velocity_above_centre(one, one.rest_position.base_z) - horizontal_velocity_above_centre(
+            on, one.rest_position.support_z
         )
         deceleration = scene.gravity * pair.law.friction
         if speed * speed >= 2.0 * NEGLIGIBLE_REMAINING_SLIP_M * deceleration > 0.0:
@@ -154,7 +159,10 @@ def all_elements_upright(state: Any, lane: int, element_rules: Any) -> bool:
     """True if no free element has rotated by more than the share `MAX_TILT_RATIO_AT_REST` of its critical angle."""
     for i in range(element_rules.size):
         item = rows.load_element(rows.element_window(state, i), lane)
-        if element_rules[i].is_free > 0.0 and abs(item.pose.angle) >= MAX_TILT_RATIO_AT_REST * item.inertia.critical:
+        if (
+            element_rules[i].is_free > 0.0
+            and abs(item.pose.angle) >= MAX_TILT_RATIO_AT_REST * item.constants.critical_angle
+        ):
             return False
     return True
 
@@ -163,18 +171,18 @@ def all_elements_upright(state: Any, lane: int, element_rules: Any) -> bool:
 def all_elements_at_rest(state: Any, lane: int, scene: Any) -> bool:
     """True if each free element is in place, nearly still, and in contact with its supports without sliding."""
     case, height = rows.load_case(state, lane), 0.0
-    elements, step = scene.element_rules[int(case.variant)], case.tick_length * case.attempt.length
-    if case.decision.again > 0.0:
+    elements, step = scene.element_rules[int(case.variant_index)], case.tick_length * case.attempt.length_in_ticks
+    if case.decision.is_rejected > 0.0:
         return False
     for i in range(elements.size):
         item = rows.load_element(rows.element_window(state, i), lane)
         if elements[i].is_free == 0.0:
             continue
-        height = abs(item.home.base_z)
-        tilt, slip = abs(item.pose.angle), abs(item.record.slip)
-        if item.record.side != 0.0 or tilt > MAX_TILT_RATIO_AT_REST * item.inertia.critical:
+        height = abs(item.rest_position.base_z)
+        tilt, slip = abs(item.pose.angle), abs(item.slip_and_fall.slip)
+        if item.slip_and_fall.fall_side != 0.0 or tilt > MAX_TILT_RATIO_AT_REST * item.constants.critical_angle:
             return False
-        if slip > MAX_REST_SLIP_RATIO * item.inertia.critical * height:
+        if slip > MAX_REST_SLIP_RATIO * item.constants.critical_angle * height:
             return False
         v, a = item.velocity, item.acceleration
         speed, change = abs(v.x) + abs(v.z) + height * abs(v.w), abs(a.x) + abs(a.z) + height * abs(a.w)

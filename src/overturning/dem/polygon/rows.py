@@ -30,9 +30,9 @@ class PairIntermediateStepResults(NamedTuple):
     """Intermediate contact results for two elements in a centred-scheme step, from prediction to solution."""
 
     segment: ContactSegment
-    one: AssumedPlanarContactSlip
-    two: AssumedPlanarContactSlip
-    corrected: PairHistory
+    assumed_slip_1: AssumedPlanarContactSlip
+    assumed_slip_2: AssumedPlanarContactSlip
+    history_after_step: PairHistory
     """History at the end of the step, used only if the step is accepted."""
 
 
@@ -42,67 +42,70 @@ PAIR_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, PairState, PairInte
 CASE_SIZE, ELEMENT_SIZE, PAIR_SIZE = CASE_ROW_LAYOUT.size, ELEMENT_ROW_LAYOUT.size, PAIR_ROW_LAYOUT.size
 
 load_case, store_case, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState)
-_, store_base, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "shaking.base")
-_, store_up, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "shaking.up")
+_, store_base, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "base_acceleration.horizontal")
+_, store_up, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "base_acceleration.vertical")
 _, store_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "attempt")
 _, store_decision, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "decision")
-_, store_findings, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "findings")
+_, store_findings, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "contact_changes")
 zero_contact_changes = create_elementwise_tuple_functions(StepContactChangesAsFloats).zero
 load_element, _, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState)
 load_pose, store_pose, keep_pose = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "pose")
 _, store_velocity, keep_velocity = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "velocity")
-_, store_trial, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "trial")
-load_change, store_change, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "trial.change")
+_, store_trial, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "predicted")
+load_change, store_change, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "predicted.velocity_correction")
 _, store_acceleration, keep_acceleration = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "acceleration")
 load_force, store_force, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "force")
-load_inertia, _, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "inertia")
-_, store_totals, keep_totals = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "totals")
-_, store_travel, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "travel")
-_, store_record, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "record")
-load_home, store_home, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "home")
+load_inertia, _, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "constants")
+_, store_totals, keep_totals = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "step_motion_and_peaks")
+_, store_travel, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "summed_motion")
+_, store_record, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "slip_and_fall")
+load_home, store_home, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "rest_position")
 load_pair, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState)
 _, store_face_a, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "face_a")
 _, store_face_b, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "face_b")
-_, store_bounds, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "bounds")
+_, store_bounds, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "contact_vertex_ranges")
 _, store_law, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "law")
-load_nearest, store_nearest, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest")
+load_nearest, store_nearest, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_faces")
 _, store_history, keep_history = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "history")
-_, store_vertices, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "history.before")
-load_memory, store_memory, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "history.one")
+_, store_vertices, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "history.previous_vertex_positions")
+load_memory, store_memory, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "history.point_1")
 load_step, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults)
 _, store_segment, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
-    PairIntermediateStepResults, "segment", ("turn_q", "turn_r", "closed")
+    PairIntermediateStepResults, "segment", ("face_angle_cosine", "face_angle_sine", "closed")
 )
-_, store_predicted_one, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults, "one")
-_, store_predicted_two, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults, "two")
-_, store_corrected, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults, "corrected")
+_, store_predicted_one, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults, "assumed_slip_1")
+_, store_predicted_two, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults, "assumed_slip_2")
+_, store_corrected, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults, "history_after_step")
 
 # Rows that are accessed singly. SECOND is the offset from a row of the history of contact point 1 to that of point 2.
 _CASE_FIELD_PATHS = (
-    "shaking.tick sample energy variant last_end_test_interval slide_end.sample attempt.length findings.changed "
-    "decision.again"
+    "base_acceleration.ticks_in_sample current_sample initial_energy variant_index last_end_test_interval "
+    "slide_end.sample attempt.length_in_ticks contact_changes.contact_changed decision.is_rejected"
 )
 TICK, SAMPLE, ENERGY, VARIANT, LAST_CHECK, SLIDE_END, LENGTH, CHANGED, AGAIN = (
     CASE_ROW_LAYOUT.row_offset_of_field(SceneState, p) for p in _CASE_FIELD_PATHS.split()
 )
 _ELEMENT_FIELD_PATHS = (
-    "inertia.has_inertial_forces totals.moved totals.turned record.last_upright_time record.carried_until record.side"
+    "constants.has_inertial_forces step_motion_and_peaks.step_displacement step_motion_and_peaks.step_rotation "
+    "slip_and_fall.last_upright_time slip_and_fall.last_support_time slip_and_fall.fall_side"
 )
 FRAME, MOVED, TURNED, UPRIGHT_UNTIL, CARRIED_UNTIL, SIDE = (
     ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, p) for p in _ELEMENT_FIELD_PATHS.split()
 )
-LAST_UPRIGHT_ROW: Final = ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, "totals.last_upright_tick")
+LAST_UPRIGHT_ROW: Final = ELEMENT_ROW_LAYOUT.row_offset_of_field(
+    ElementState, "step_motion_and_peaks.last_upright_tick"
+)
 _PAIR_FIELD_PATHS = (
-    "nearest.motion_until_face_change nearest.reach nearest.motion_since_search nearest.max_motion_at_step_end "
-    "signed_friction_1 signed_friction_2 history.absorbed"
+    "nearest_faces.motion_until_face_change nearest_faces.motion_before_contact nearest_faces.motion_since_search "
+    "nearest_faces.max_motion_at_step_end signed_friction_1 signed_friction_2 history.absorbed_energy"
 )
 LIMIT, REACH, USED, AHEAD, SLID_ONE, SLID_TWO, ABSORBED = (
     PAIR_ROW_LAYOUT.row_offset_of_field(PairState, p) for p in _PAIR_FIELD_PATHS.split()
 )
-PAIR_LEVER_ARM_ROW: Final = PAIR_ROW_LAYOUT.row_offset_of_field(PairState, "nearest.lever")
+PAIR_LEVER_ARM_ROW: Final = PAIR_ROW_LAYOUT.row_offset_of_field(PairState, "nearest_faces.lever_arm")
 SECOND_POINT_ROW_OFFSET: Final = PAIR_ROW_LAYOUT.row_offset_of_field(
-    PairState, "history.two.spring"
-) - PAIR_ROW_LAYOUT.row_offset_of_field(PairState, "history.one.spring")
+    PairState, "history.point_2.tangential_stretch"
+) - PAIR_ROW_LAYOUT.row_offset_of_field(PairState, "history.point_1.tangential_stretch")
 
 
 def flatten_nested_tuples(nested_tuples: Iterable[Any]) -> list[float]:

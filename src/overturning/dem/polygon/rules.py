@@ -83,7 +83,7 @@ class SceneKernelInput(NamedTuple):
     motion_rows: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `arrays.RESULT_TABLE_DTYPE`, shape (cases,)."""
-    ground: GroundMotion
+    ground_motion: GroundMotion
     scheme_constants: Any
     """Constants of the scheme, from `SCHEME_CONSTANTS`."""
     stable_from_sample: FloatArray
@@ -104,11 +104,11 @@ class SceneWorkspace(NamedTuple):
     """Array that owns the memory of `state`."""
     matrix: Any
     """Submatrices of the equations."""
-    pattern: Any
+    nonzero_pattern: Any
     """Nonzero pattern of the matrix."""
-    pairs: Any
+    active_pairs: Any
     """Pairs that are active, not suspended."""
-    moves: Any
+    is_movable: Any
     """True for each element that forces move, shape (elements,)."""
 
 
@@ -153,14 +153,9 @@ def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
     )
     return SceneArrays(
         initial_state_columns=view_without_reference_counts(scene_arrays.initial_state_columns),
-        pair_element_and_piece_indices=layout,
-        group_element_ranges=parts,
-        piece_vertex_counts=sizes,
-        piece_face_tables=shapes,
-        element_rules=elements,
-        termination_limits=limits,
-        gravity=scene_arrays.gravity,
-    )
+        pair_element_and_piece_indices=layout, group_element_ranges=parts, piece_vertex_counts=sizes,
+        piece_face_tables=shapes, element_rules=elements, termination_limits=limits, gravity=scene_arrays.gravity,
+    )  # fmt: skip
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
@@ -172,7 +167,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
         kernel_input.variant_index_by_case[case],
     )
     ticks, interval = kernel_input.settings.ticks_per_sample, kernel_input.settings.sampling_interval
-    resume_contact_tests_after_motion(state, scene, workspace.pairs, np.inf)
+    resume_contact_tests_after_motion(state, scene, workspace.active_pairs, np.inf)
     for row in range(scene.initial_state_columns.shape[1]):
         state[row * rows.PARALLEL_CASE_COUNT + lane] = scene.initial_state_columns[v, row]
     write_initial_case_state(
@@ -192,9 +187,9 @@ def update_sample_and_load_motion(
     lane_count: int,  # noqa: ARG001, all lanes are computed
 ) -> None:
     """Load each case's base motion of the sample, and rescale (cos θ, sin θ) of each element to length 1."""
-    for i in range(workspace.moves.size):
+    for i in range(workspace.is_movable.size):
         normalise_element_rotation(rows.element_window(workspace.state, i))
-    ground, samples_per_tick = kernel_input.ground, 1.0 / kernel_input.settings.ticks_per_sample
+    ground, samples_per_tick = kernel_input.ground_motion, 1.0 / kernel_input.settings.ticks_per_sample
     load_base_motion_of_current_sample(
         ground.up, workspace.state, ground.along, kernel_input.motion_rows, lane_cases, samples_per_tick
     )
@@ -223,7 +218,7 @@ def load_base_motion_of_current_sample(
     last = horizontal_base_acceleration.shape[1] - 3
     for j in range(rows.PARALLEL_CASE_COUNT):
         case = rows.load_case(state, j)
-        i, factor = min(int(case.sample), last), case.amplitude
+        i, factor = min(int(case.current_sample), last), case.amplitude_factor
         rows.store_base(
             state,
             j,
@@ -252,18 +247,18 @@ def attempt_steps_until_next_check(
     )
     scene, up, state = (
         view_scene_arrays_without_reference_counts(kernel_input.scene),
-        kernel_input.ground.up,
+        kernel_input.ground_motion.up,
         workspace.state,
     )
-    elements, interval = workspace.moves.size, settings.sampling_interval
+    elements, interval = workspace.is_movable.size, settings.sampling_interval
     ticks, steps_per_check = settings.ticks_per_sample, settings.steps_per_check
     # Without reference counts, which every step would update.
     matrix, pattern, moves = (
         view_without_reference_counts(workspace.matrix),
-        view_without_reference_counts(workspace.pattern),
-        view_without_reference_counts(workspace.moves),
+        view_without_reference_counts(workspace.nonzero_pattern),
+        view_without_reference_counts(workspace.is_movable),
     )
-    pairs = view_without_reference_counts(workspace.pairs)
+    pairs = view_without_reference_counts(workspace.active_pairs)
     with_forces = trajectory.shape[0] > 0 and trajectory.shape[1] > 2 + COLUMNS_PER_ELEMENT * elements
     early = np.zeros((1, trajectory.shape[1]))
     if trajectory.shape[0] > 0:
@@ -312,7 +307,7 @@ def store_sample_results_and_start_next_sample(
             shift_rest_pose_with_held_support(rows.element_window(state, i), rows.element_window(state, i))
     for i in range(element_rules.size):
         if element_rules[i].is_free > 0.0:
-            on = rows.element_window(state, int(element_rules[i].support))
+            on = rows.element_window(state, int(element_rules[i].support_index))
             store_slip_and_last_upright_time(
                 rows.element_window(state, i), on, state, 1.0 / ticks_per_sample, sampling_interval
             )
@@ -342,22 +337,24 @@ def skip_quiet_samples_of_resting_cases(
     """Skip, for each case at rest, the samples whose base motion is too weak to move any element."""
     state, ground, row, scene, ticks = (
         workspace.state,
-        kernel_input.ground,
+        kernel_input.ground_motion,
         kernel_input.motion_rows,
         kernel_input.scene,
         kernel_input.scheme_constants.ticks_per_whole_step,
     )
     for j in range(active_lane_count):
         case = rows.load_case(state, j)
-        now = case.sample + case.shaking.tick * (1.0 / kernel_input.settings.ticks_per_sample)
-        long = case.attempt.length >= ticks and is_rest_check_sample(now)
+        now = case.current_sample + case.base_acceleration.ticks_in_sample * (
+            1.0 / kernel_input.settings.ticks_per_sample
+        )
+        long = case.attempt.length_in_ticks >= ticks and is_rest_check_sample(now)
         # Test the shaking first: testing the elements takes longer.
         quiet = long and upcoming_motion_is_below_rest_limit(
-            ground, row[lane_cases[j]], now, case.amplitude, case.rest_acceleration_limit_g
+            ground, row[lane_cases[j]], now, case.amplitude_factor, case.rest_acceleration_limit_g
         )
         if quiet and all_elements_at_rest(state, j, scene):
             samples = count_skippable_samples(
-                ground, row[lane_cases[j]], now, case.amplitude, case.rest_acceleration_limit_g
+                ground, row[lane_cases[j]], now, case.amplitude_factor, case.rest_acceleration_limit_g
             )
             state[rows.SAMPLE + j] += samples
             skipped_sample_counts_out[j] += samples
@@ -373,7 +370,10 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int)
         float(kernel_input.settings.sample_count),
         kernel_input.settings.sampling_interval,
     )
-    kept = status == CaseStatus.SIMULATED and workspace.state[rows.SAMPLE + lane] < kernel_input.cases[case].kept_until
+    kept = (
+        status == CaseStatus.SIMULATED
+        and workspace.state[rows.SAMPLE + lane] < kernel_input.cases[case].earliest_end_sample
+    )
     return CASE_NOT_ENDED if kept else status
 
 

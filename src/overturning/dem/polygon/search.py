@@ -22,9 +22,9 @@ class OppositeFacePair(NamedTuple):
 
     gap: float
     """Distance between the elements along the normal of the face, m."""
-    a: int
+    face_of_a: int
     """Index of the face of a."""
-    b: int
+    face_of_b: int
     """Index of the face of b."""
     normal_product: float
     """Scalar product of both normals; −1 if they are opposite."""
@@ -123,7 +123,7 @@ def largest_motion_keeping_nearest_faces(
     for k in range(faces_a.shape[0] + faces_b.shape[0]):
         other = opposite_face_pair(pose_a, pose_b, faces_a, faces_b, k)
         room = 0.4 * (nearest_face_pair.gap - other.gap)
-        agrees = other.a == nearest_face_pair.a and other.b == nearest_face_pair.b
+        agrees = other.face_of_a == nearest_face_pair.face_of_a and other.face_of_b == nearest_face_pair.face_of_b
         limit = min(limit, max(room, 0.4 * lever_arm * other.product_margin) if agrees else room)
     return limit
 
@@ -154,19 +154,27 @@ def update_nearest_faces(
     lever = np.sqrt(dx * dx + dz * dz) + np.sqrt(max(squared_polygon_radius(faces_a), squared_polygon_radius(faces_b)))
     limit = largest_motion_keeping_nearest_faces(on, by, faces_a, faces_b, best, lever)
     # Leave a margin of two steps like the last one, so that the first step within reach is still without contact.
-    moved, turned = first.totals.moved + second.totals.moved, first.totals.turned + second.totals.turned
+    moved, turned = (
+        first.step_motion_and_peaks.step_displacement + second.step_motion_and_peaks.step_displacement,
+        first.step_motion_and_peaks.step_rotation + second.step_motion_and_peaks.step_rotation,
+    )
     clear = 0.9 * best.gap - 2.0 * (moved + lever * turned)
     reach = clear if clear > 0.0 else -1.0
-    ahead = 2.0 * ((first.trial.moved + second.trial.moved) + lever * (first.trial.turned + second.trial.turned))
-    rows.store_nearest(pair_rows, lane, NearestFaces(best.a, best.b, lever, max(limit, reach), reach, 0.0, ahead))
+    ahead = 2.0 * (
+        (first.predicted.step_displacement + second.predicted.step_displacement)
+        + lever * (first.predicted.step_rotation + second.predicted.step_rotation)
+    )
+    rows.store_nearest(
+        pair_rows, lane, NearestFaces(best.face_of_a, best.face_of_b, lever, max(limit, reach), reach, 0.0, ahead)
+    )
     if clear > 0.0:
         reset_contact_history(pair_rows, lane)
-    changed = old.face_a != best.a or old.face_b != best.b
+    changed = old.face_a != best.face_of_a or old.face_b != best.face_of_b
     if changed:
-        rows.store_face_a(pair_rows, lane, polygon_face(faces_a, best.a))
-        rows.store_face_b(pair_rows, lane, polygon_face(faces_b, best.b))
-        rows.store_bounds(pair_rows, lane, contact_vertex_ranges(faces_a, best.a, faces_b, best.b))
-    if changed or old.reach > 0.0 or clear > 0.0:
+        rows.store_face_a(pair_rows, lane, polygon_face(faces_a, best.face_of_a))
+        rows.store_face_b(pair_rows, lane, polygon_face(faces_b, best.face_of_b))
+        rows.store_bounds(pair_rows, lane, contact_vertex_ranges(faces_a, best.face_of_a, faces_b, best.face_of_b))
+    if changed or old.motion_before_contact > 0.0 or clear > 0.0:
         rows.store_vertices(
             pair_rows, lane, earlier_vertex_positions(rows.load_pair(pair_rows, lane), first, second, step_duration)
         )
@@ -181,14 +189,17 @@ def nearest_faces_will_change(
     """True if the predicted motion in a step changes which faces of two elements are nearest to each other."""
     pair, on, by = (
         rows.load_pair(pair_rows, lane),
-        rows.load_element(element_a_rows, lane).trial.pose,
-        rows.load_element(element_b_rows, lane).trial.pose,
+        rows.load_element(element_a_rows, lane).predicted.pose,
+        rows.load_element(element_b_rows, lane).predicted.pose,
     )
-    old = pair.nearest
-    if old.max_motion_at_step_end < old.motion_until_face_change or old.max_motion_at_step_end < old.reach:
+    old = pair.nearest_faces
+    if (
+        old.max_motion_at_step_end < old.motion_until_face_change
+        or old.max_motion_at_step_end < old.motion_before_contact
+    ):
         return False
     best = find_nearest_faces(on, by, faces_a, faces_b, old)
-    return bool(best.a != old.face_a or best.b != old.face_b)
+    return bool(best.face_of_a != old.face_a or best.face_of_b != old.face_b)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -197,10 +208,10 @@ def contact_vertex_ranges(faces_a: Any, index_a: int, faces_b: Any, index_b: int
     on_a, on_b = polygon_face(faces_a, index_a), polygon_face(faces_b, index_b)
     a_to_b, b_to_a = faces_b[index_b, 11] > 0.0, faces_a[index_a, 11] > 0.0
     return ContactVertexRanges(
-        on_b.low if a_to_b and faces_a[index_a, 9] > 0.0 else np.inf,
-        -on_a.high if b_to_a and faces_b[index_b, 10] > 0.0 else np.inf,
-        on_b.high if a_to_b and faces_a[index_a, 10] > 0.0 else -np.inf,
-        -on_a.low if b_to_a and faces_b[index_b, 9] > 0.0 else -np.inf,
+        on_b.start_along_tangent if a_to_b and faces_a[index_a, 9] > 0.0 else np.inf,
+        -on_a.end_along_tangent if b_to_a and faces_b[index_b, 10] > 0.0 else np.inf,
+        on_b.end_along_tangent if a_to_b and faces_a[index_a, 10] > 0.0 else -np.inf,
+        -on_a.start_along_tangent if b_to_a and faces_b[index_b, 9] > 0.0 else -np.inf,
     )
 
 
@@ -219,12 +230,16 @@ def add_step_motion_and_count_near_cases(pair_rows: Any, element_a_rows: Any, el
             rows.load_element(element_a_rows, j),
             rows.load_element(element_b_rows, j),
         )
-        first, second, one, two = on.totals, by.totals, on.trial, by.trial
-        used = (old.motion_since_search + (first.moved + second.moved)) + old.lever * (first.turned + second.turned)
-        ahead = used + 2.0 * ((one.moved + two.moved) + old.lever * (one.turned + two.turned))
+        first, second, one, two = on.step_motion_and_peaks, by.step_motion_and_peaks, on.predicted, by.predicted
+        used = (old.motion_since_search + (first.step_displacement + second.step_displacement)) + old.lever_arm * (
+            first.step_rotation + second.step_rotation
+        )
+        ahead = used + 2.0 * (
+            (one.step_displacement + two.step_displacement) + old.lever_arm * (one.step_rotation + two.step_rotation)
+        )
         pair_rows[rows.USED + j] = used
         pair_rows[rows.AHEAD + j] = ahead
-        near += 1 if ahead >= old.reach else 0
+        near += 1 if ahead >= old.motion_before_contact else 0
         due += 1 if ahead >= old.motion_until_face_change else 0
     return near, due
 

@@ -35,10 +35,10 @@ def write_initial_case_state(
         LinearBaseAcceleration(0.0, 0.0, 0.0),
         case_parameters.first_simulated_sample // max(int(CASE_END_TEST_INTERVAL_S / sampling_interval), 1),
     )
-    first = NextStepToAttempt(case_parameters.finest, case_parameters.steps_after_contact_change, 0.0)
+    first = NextStepToAttempt(case_parameters.shortest_step, case_parameters.steps_after_contact_change, 0.0)
     step_control = CaseStepControl(
-        case_parameters.finest,
-        case_parameters.standing,
+        case_parameters.shortest_step,
+        case_parameters.longest_step_at_rest,
         case_parameters.steps_after_contact_change,
         case_parameters.long_steps_before_doubling,
     )
@@ -46,21 +46,21 @@ def write_initial_case_state(
         state,
         lane,
         SceneState(
-            shaking=SceneBaseAcceleration(none, none, 0.0),
+            base_acceleration=SceneBaseAcceleration(none, none, 0.0),
             tick_length=step,
-            rate=ticks_per_sample / sampling_interval,
+            ticks_per_second=ticks_per_sample / sampling_interval,
             velocity_lag=velocity_lag * step,
             step_control=step_control,
             attempt=first,
-            findings=rows.zero_contact_changes(),
+            contact_changes=rows.zero_contact_changes(),
             decision=StepAcceptance(0.0, 0.0, NextStepToAttempt(0.0, 0.0, 0.0)),
-            amplitude=case_parameters.amplitude,
+            amplitude_factor=case_parameters.amplitude_factor,
             rest_acceleration_limit_g=case_parameters.rest_acceleration_limit_g,
-            sample=case_parameters.first_simulated_sample,
+            current_sample=case_parameters.first_simulated_sample,
             last_onset_sample=case_parameters.last_onset_sample,
             undecided_end_sample=case_parameters.undecided_end_sample,
-            energy=0.0,
-            variant=variant_index,
+            initial_energy=0.0,
+            variant_index=variant_index,
             last_end_test_interval=last_check,
             slide_end=SlideEndSample(0.0),
         ),
@@ -78,12 +78,12 @@ def write_initial_pair_states(state: Any, lane: int, case_parameters: Any, scene
             scene.pair_element_and_piece_indices[p, 3],
             rows.load_pair(q, lane),
         )
-        law, settled = pair.law, pair.nearest.motion_until_face_change == np.inf
+        law, settled = pair.law, pair.nearest_faces.motion_until_face_change == np.inf
         friction = law.friction if law.friction >= 0.0 else case_parameters.friction
-        dashpot = law.dashpot * case_parameters.damping
+        dashpot = law.dashpot * case_parameters.damping_factor
         rows.store_law(q, lane, ContactPointLaw(
-            law.normal, law.tangential_stiffness, dashpot, friction, law.tangential_compliance,
-            law.landing * dashpot / law.normal
+            law.normal_stiffness, law.tangential_stiffness, dashpot, friction, law.tangential_compliance,
+            law.landing_duration * dashpot / law.normal_stiffness
         ))  # fmt: skip
         update_nearest_faces(
             q,

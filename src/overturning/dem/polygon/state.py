@@ -10,62 +10,62 @@ from overturning.dem.kernel.ground import LinearBaseAcceleration
 class SceneBaseAcceleration(NamedTuple):
     """Acceleration of the base, linear between two samples, and the time within the present sample."""
 
-    base: LinearBaseAcceleration
+    horizontal: LinearBaseAcceleration
     """Acceleration towards the azimuth."""
-    up: LinearBaseAcceleration
+    vertical: LinearBaseAcceleration
     """Upward acceleration."""
-    tick: float
+    ticks_in_sample: float
     """Ticks since the start of the sample."""
 
 
 class StepContactChangesAsFloats(NamedTuple):
     """Contact changes of an attempted step (`StepContactChanges`), stored as floats: above 0 for True."""
 
-    changed: float
+    contact_changed: float
     has_wrong_slip_assumption: float
     has_slip_reversal: float
-    slides: float
+    slides_on_all_points: float
     has_friction_reversal: float
 
 
 class StepAcceptance(NamedTuple):
     """Decision on an attempted step: accepted or rejected, and the contact assumptions of the next attempt."""
 
-    again: float
+    is_rejected: float
     """Above 0 if the step is rejected."""
     keeps_assumed_slip: float
     """Above 0 if the next attempt assumes the same sticking and sliding as this one."""
-    then: NextStepToAttempt
+    next_attempt: NextStepToAttempt
     """Next attempt."""
 
 
 class SceneState(NamedTuple):
     """State and constants of a whole scene in one case; `ElementState` and `PairState` are those of its parts."""
 
-    shaking: SceneBaseAcceleration
+    base_acceleration: SceneBaseAcceleration
     tick_length: float
     """Length of a tick, s."""
-    rate: float
+    ticks_per_second: float
     """Ticks per second, 1/s."""
     velocity_lag: float
     """Time by which velocities lag behind poses, s."""
     step_control: CaseStepControl
     attempt: NextStepToAttempt
-    findings: StepContactChangesAsFloats
+    contact_changes: StepContactChangesAsFloats
     decision: StepAcceptance
-    amplitude: float
+    amplitude_factor: float
     """Factor on the motion."""
     rest_acceleration_limit_g: float
     """Rest threshold: horizontal acceleration over g up to which a scene at rest stays at rest."""
-    sample: float
+    current_sample: float
     """Current sample of the record."""
     last_onset_sample: float
     """First sample after which the input motion cannot start any movement."""
     undecided_end_sample: float
     """Sample at which the case ends as undecided."""
-    energy: float
+    initial_energy: float
     """Energy at the start, J."""
-    variant: float
+    variant_index: float
     """Index of the variant of the scene."""
     last_end_test_interval: float
     """Index of the `CASE_END_TEST_INTERVAL_S` of the record in which the case was last tested for its end."""
@@ -103,22 +103,22 @@ class ElementConstants(NamedTuple):
     """1 if gravity acts on the element, else 0."""
     has_inertial_forces: float
     """0 if the element moves with the base, else 1: it then has inertial forces in the frame of the base."""
-    held: float
+    is_fixed_in_space: float
     """1 if the element is fixed in space, else 0."""
-    critical: float
+    critical_angle: float
     """Critical angle α, rad."""
     recoverable_rotation_to_minus_x: float
     """Rotation to −x up to which the element can come back, rad."""
-    on: float
+    max_recoverable_rotation: float
     """Rotation to +x up to which the element can come back, rad."""
 
 
 class ElementStepMotionWorkAndPeaks(NamedTuple):
     """Motion of an element in the last step, work done on it so far, and its peak rotations so far."""
 
-    moved: float
+    step_displacement: float
     """Displacement in the last step, |Δx| + |Δz|, m."""
-    turned: float
+    step_rotation: float
     """Absolute rotation in the last step, rad."""
     work: float
     """Work of the moving base and of the forces that hold a fixed element, J."""
@@ -135,9 +135,9 @@ class ElementStepMotionWorkAndPeaks(NamedTuple):
 class SummedElementMotion(NamedTuple):
     """Path length and summed rotation of an element since the first pair of elements was left out of contact tests."""
 
-    moved: float
+    path_length: float
     """Length of its path, m."""
-    turned: float
+    summed_rotation: float
     """Sum of its absolute rotations, rad."""
 
 
@@ -146,9 +146,9 @@ class ElementSlipAndFallState(NamedTuple):
 
     last_upright_time: float
     """Last time at which the element could come back from its rotation and was above its fall limit, s."""
-    carried_until: float
+    last_support_time: float
     """Last time at which the element touched the element that carried it at rest, s."""
-    side: float
+    fall_side: float
     """Side to which the element has fallen, ±1; 0 if it stands."""
     peak_slip: float
     """Largest absolute slip, m."""
@@ -179,15 +179,15 @@ class PredictedElement(NamedTuple):
     """Predicted state of an element at the end of a step of the centred scheme, and its velocity correction."""
 
     pose: Pose
-    half: PlanarVector
+    half_step_velocity: PlanarVector
     """Velocity after half of the step."""
-    end: PlanarVector
+    end_velocity: PlanarVector
     """Velocity at the end of the step."""
-    moved: float
+    step_displacement: float
     """Displacement in the step, |Δx| + |Δz|, m."""
-    turned: float
+    step_rotation: float
     """Absolute rotation in the step, rad."""
-    change: PlanarVector
+    velocity_correction: PlanarVector
     """Correction of the velocity at the end of the step, from the solution of the equations."""
 
 
@@ -196,14 +196,14 @@ class ElementState(NamedTuple):
 
     pose: Pose
     velocity: PlanarVector
-    trial: PredictedElement
+    predicted: PredictedElement
     acceleration: PlanarVector
     force: PlanarVector
-    inertia: ElementConstants
-    totals: ElementStepMotionWorkAndPeaks
-    travel: SummedElementMotion
-    record: ElementSlipAndFallState
-    home: ElementRestPose
+    constants: ElementConstants
+    step_motion_and_peaks: ElementStepMotionWorkAndPeaks
+    summed_motion: SummedElementMotion
+    slip_and_fall: ElementSlipAndFallState
+    rest_position: ElementRestPose
 
 
 class ElementFace(NamedTuple):
@@ -213,18 +213,18 @@ class ElementFace(NamedTuple):
     """Outward normal, x component."""
     nz: float
     """Outward normal, z component."""
-    off: float
+    centre_distance: float
     """Distance from the centre, m."""
-    low: float
+    start_along_tangent: float
     """Place of the first end along the tangent (−n_z, n_x), m."""
-    high: float
+    end_along_tangent: float
     """Place of the second end along the tangent, m."""
 
 
 class ContactPointLaw(NamedTuple):
     """Contact law at a contact point of two elements: springs, dashpot and friction."""
 
-    normal: float
+    normal_stiffness: float
     """Normal stiffness K, N/m."""
     tangential_stiffness: float
     """Tangential stiffness K_s, N/m."""
@@ -234,7 +234,7 @@ class ContactPointLaw(NamedTuple):
     """Coefficient of friction μ; negative if the case sets it."""
     tangential_compliance: float
     """1/K_s, m/N; 0 without tangential stiffness."""
-    landing: float
+    landing_duration: float
     """Duration of a flat landing after the first touch, s (in the initial rows: in h/K); 0 if there is no such rule."""
 
 
@@ -261,11 +261,11 @@ class NearestFaces(NamedTuple):
     """Index of a's nearest face; −1 before the first search."""
     face_b: float
     """Index of b's nearest face; −1 before the first search."""
-    lever: float
+    lever_arm: float
     """Lever arm that converts a rotation to motion, m."""
     motion_until_face_change: float
     """Motion before the nearest faces can change, m."""
-    reach: float
+    motion_before_contact: float
     """Motion before a contact can begin, m; −1 if there may be one now."""
     motion_since_search: float
     """Motion since the search, m."""
@@ -278,7 +278,7 @@ class VertexPositionAtFace(NamedTuple):
 
     depth: float
     """Depth behind the other face, m; negative in front of it."""
-    place: float
+    position_along_face: float
     """Place along the other face, m; b's vertices are measured in the opposite direction."""
 
 
@@ -294,15 +294,15 @@ class FaceVertexPositions(NamedTuple):
 class PlanarContactPointHistory(NamedTuple):
     """State of a contact point of two elements after the last step: spring stretch, vertex, forces, landing time."""
 
-    spring: float
+    tangential_stretch: float
     """Stretch of the tangential spring, m."""
     vertex_owner: float
     """Vertex at the contact point: `OPEN`, `VERTEX_OF_A`, `VERTEX_OF_B` or `TRANSFERRED`."""
-    normal: float
+    normal_force: float
     """Normal force, N."""
     tangential_force: float
     """Tangential force, N."""
-    landing: float
+    remaining_landing_time: float
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
@@ -313,15 +313,15 @@ OPEN, VERTEX_OF_A, VERTEX_OF_B, TRANSFERRED = 0.0, 1.0, -1.0, 2.0
 class PairHistory(NamedTuple):
     """Contact state of two elements after the last step: vertex positions, both contact points, absorbed energy."""
 
-    before: FaceVertexPositions
+    previous_vertex_positions: FaceVertexPositions
     """Positions of the vertices at the last step."""
-    one: PlanarContactPointHistory
+    point_1: PlanarContactPointHistory
     """History of contact point 1."""
-    two: PlanarContactPointHistory
+    point_2: PlanarContactPointHistory
     """History of contact point 2."""
-    deepest: float
+    peak_penetration: float
     """Largest penetration so far, m."""
-    absorbed: float
+    absorbed_energy: float
     """Energy that the contact has absorbed from the elements, J."""
 
 
@@ -330,9 +330,9 @@ class PairState(NamedTuple):
 
     face_a: ElementFace
     face_b: ElementFace
-    bounds: ContactVertexRanges
+    contact_vertex_ranges: ContactVertexRanges
     law: ContactPointLaw
-    nearest: NearestFaces
+    nearest_faces: NearestFaces
     history: PairHistory
     signed_friction_1: float
     """±μ if contact point 1 was sliding at the last solution, else 0 (centred scheme)."""

@@ -49,12 +49,12 @@ class ContactPointDisplacementDerivatives(NamedTuple):
 class PairContactLaws:
     """Contact constants for each pair of elements that can touch, arrays of shape (pairs,)."""
 
-    normal: FloatArray  # K_n, N/m
+    normal_stiffness: FloatArray  # K_n, N/m
     tangential_stiffness: FloatArray  # K_s, N/m
     dashpot: FloatArray  # h, N·s/m, in both directions
     friction: FloatArray  # µ; −1 if the pair takes the friction of the case
-    carried: FloatArray  # weight at rest, N
-    weight: FloatArray  # weight for which the contact is made, N: that at rest, or of the lighter element
+    carried_weight: FloatArray  # weight at rest, N
+    design_weight: FloatArray  # weight for which the contact is made, N: that at rest, or of the lighter element
 
 
 def _displacement_slices_of_free_elements(elements: list[PlacedElement]) -> dict[int, slice]:
@@ -270,7 +270,7 @@ def largest_spring_and_dashpot_eigenvalues(
     """
     root, values = _inverse_root_masses_and_inertias(elements), []
     for normal, tangential in (
-        (pair_laws.normal, pair_laws.tangential_stiffness),
+        (pair_laws.normal_stiffness, pair_laws.tangential_stiffness),
         (pair_laws.dashpot, pair_laws.dashpot),
     ):
         matrix = _contact_stiffness_matrix(root.size, point_derivatives, normal, tangential)
@@ -292,7 +292,9 @@ def smallest_spring_eigenvalue(
 ) -> float:
     """Return the lowest eigenvalue ω² of a scene on its contact springs, 1/s²; 0 if an element moves freely."""
     root = _inverse_root_masses_and_inertias(elements)
-    matrix = _contact_stiffness_matrix(root.size, point_derivatives, pair_laws.normal, pair_laws.tangential_stiffness)
+    matrix = _contact_stiffness_matrix(
+        root.size, point_derivatives, pair_laws.normal_stiffness, pair_laws.tangential_stiffness
+    )
     return lowest_eigenvalue(root[:, None] * matrix * root)
 
 

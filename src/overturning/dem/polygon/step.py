@@ -57,13 +57,18 @@ def base_acceleration_at_step_end(
     Both are 0 for an element that moves with the base. `vertical_base_acceleration` is None if the base moves only
     horizontally.
     """
-    tick = case.shaking.tick + case.attempt.length
+    tick = case.base_acceleration.ticks_in_sample + case.attempt.length_in_ticks
     past = tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
     lift = 0.0
     if vertical_base_acceleration is not None:
-        lift = base_acceleration_in_this_or_next_sample(case.shaking.up, tick, past) * inertia.has_inertial_forces
-    return base_acceleration_in_this_or_next_sample(case.shaking.base, tick, past) * inertia.has_inertial_forces, lift
+        lift = (
+            base_acceleration_in_this_or_next_sample(case.base_acceleration.vertical, tick, past)
+            * inertia.has_inertial_forces
+        )
+    return base_acceleration_in_this_or_next_sample(
+        case.base_acceleration.horizontal, tick, past
+    ) * inertia.has_inertial_forces, lift
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -73,12 +78,12 @@ def predict_element_motion(
     """Predict the motion of an element in a step with constant acceleration, for all cases in parallel."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
-        dt, a = case.tick_length * case.attempt.length, item.acceleration
+        dt, a = case.tick_length * case.attempt.length_in_ticks, item.acceleration
         half = 0.5 * dt
-        ground, lift = base_acceleration_at_step_end(vertical_base_acceleration, case, item.inertia, ticks_per_sample)
+        ground, lift = base_acceleration_at_step_end(vertical_base_acceleration, case, item.constants, ticks_per_sample)
         v = extrapolate_velocity(item.velocity, a, half)
         # Right-hand side of the equations, still without the contacts.
-        fall = gravity * item.inertia.weight + lift
+        fall = gravity * item.constants.weight + lift
         change = PlanarVector(half * (-ground - a.x), half * (-fall - a.z), half * -a.w)
         far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.w)
         rows.store_trial(
@@ -99,21 +104,26 @@ def correct_element_motion(
     for j in range(rows.PARALLEL_CASE_COUNT):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
         dt, trial, old, again = (
-            case.tick_length * case.attempt.length,
-            item.trial,
-            item.totals,
-            case.decision.again > 0.0,
+            case.tick_length * case.attempt.length_in_ticks,
+            item.predicted,
+            item.step_motion_and_peaks,
+            case.decision.is_rejected > 0.0,
         )
-        half, tick, d, p = 0.5 * dt, case.shaking.tick + case.attempt.length, trial.change, trial.pose
-        ground, lift = base_acceleration_at_step_end(vertical_base_acceleration, case, item.inertia, ticks_per_sample)
+        half, tick, d, p = (
+            0.5 * dt,
+            case.base_acceleration.ticks_in_sample + case.attempt.length_in_ticks,
+            trial.velocity_correction,
+            trial.pose,
+        )
+        ground, lift = base_acceleration_at_step_end(vertical_base_acceleration, case, item.constants, ticks_per_sample)
         a = element_acceleration(item, ground, lift, gravity)
-        v = extrapolate_velocity(trial.half, a, half)
+        v = extrapolate_velocity(trial.half_step_velocity, a, half)
         turn = half * d.w
         pose = Pose(p.x + half * d.x, p.z + half * d.z, p.angle + turn, p.cos - p.sin * turn, p.sin + p.cos * turn)
         rate, on = power_against_inertial_and_holding_forces(item, ground, lift, v), pose.angle
         last = (
             tick
-            if (on < item.inertia.on) & (-on < item.inertia.recoverable_rotation_to_minus_x)
+            if (on < item.constants.max_recoverable_rotation) & (-on < item.constants.recoverable_rotation_to_minus_x)
             else old.last_upright_tick
         )
         work = old.work - half * (old.power + rate)
@@ -125,7 +135,7 @@ def correct_element_motion(
         rows.keep_acceleration(element_rows, j, again, a)
         rows.keep_totals(element_rows, j, again, totals)
         element_rows[rows.MOVED + j] = select(again, 0.0, far)
-        element_rows[rows.TURNED + j] = select(again, 0.0, totals.turned)
+        element_rows[rows.TURNED + j] = select(again, 0.0, totals.step_rotation)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -138,20 +148,20 @@ def reset_step_contact_changes(case_rows: Any) -> None:
 @njit(**INLINE)
 def contact_changes_in_scene_step(case: SceneState) -> StepContactChanges:
     """Return the contact changes of a case in an attempted step, by which the step is accepted or rejected."""
-    findings, long = case.findings, not predicted_forces_decide_contact(case)
+    findings, long = case.contact_changes, not predicted_forces_decide_contact(case)
     wrong, reverse, back = (
         (findings.has_wrong_slip_assumption > 0.0) & long,
         (findings.has_slip_reversal > 0.0) & long,
         (findings.has_friction_reversal > 0.0) & long,
     )
     return StepContactChanges(
-        changed=findings.changed > 0.0,
-        fast=False,
-        gentle=False,
+        contact_changed=findings.contact_changed > 0.0,
+        requires_shorter_step=False,
+        may_keep_step=False,
         has_wrong_slip_assumption=wrong,
         has_slip_reversal=reverse,
         has_friction_reversal=back,
-        slides=findings.slides > 0.0,
+        slides_on_all_points=findings.slides_on_all_points > 0.0,
         all_contacts_are_closed=False,
     )
 
@@ -161,7 +171,7 @@ def accept_or_reject_steps(case_rows: Any, ticks_per_sample: float) -> None:
     """Accept or reject the attempted step of each case, and choose the length of the next attempt."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         case = rows.load_case(case_rows, j)
-        tick = case.shaking.tick + case.attempt.length
+        tick = case.base_acceleration.ticks_in_sample + case.attempt.length_in_ticks
         again, sooner, then = accept_or_reject_and_choose_next_step(
             SCENE_STEP_CONTROL,
             case.step_control,
@@ -178,9 +188,9 @@ def advance_time_after_accepted_steps(case_rows: Any) -> None:
     """Advance the time of each case whose step is accepted; set the next attempted step of all cases."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         case = rows.load_case(case_rows, j)
-        tick = case.shaking.tick
-        case_rows[rows.TICK + j] = tick if case.decision.again > 0.0 else tick + case.attempt.length
-        rows.store_attempt(case_rows, j, case.decision.then)
+        tick = case.base_acceleration.ticks_in_sample
+        case_rows[rows.TICK + j] = tick if case.decision.is_rejected > 0.0 else tick + case.attempt.length_in_ticks
+        rows.store_attempt(case_rows, j, case.decision.next_attempt)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -196,7 +206,7 @@ def advance_scene_one_step(
 ) -> None:
     """Advance a scene by a step of the centred scheme, for all cases in parallel; vertical base motion may be None."""
     reset_step_contact_changes(state)
-    size, near = movable_flags.size, active_pairs.near
+    size, near = movable_flags.size, active_pairs.may_touch
     clear_nonzero_pattern(nonzero_pattern)
     for i in range(size):
         predict_element_motion(
@@ -204,8 +214,8 @@ def advance_scene_one_step(
         )
     resume_contact_tests_for_step(state, scene, active_pairs, size)
     kept = 0
-    for n in range(active_pairs.count[0]):
-        p = active_pairs.active[n]
+    for n in range(active_pairs.active_pair_count[0]):
+        p = active_pairs.active_pair_indices[n]
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         near[p] = update_nearest_faces_and_check_possible_contact(
             state,
@@ -227,12 +237,12 @@ def advance_scene_one_step(
             )
             add_pair_to_equations(q, a, b, state, into, fresh)
         if near[p] or keep_contact_tests_unless_distant(q, a, b, p, active_pairs):
-            active_pairs.active[kept] = p
+            active_pairs.active_pair_indices[kept] = p
             kept += 1
-    active_pairs.count[0] = kept
+    active_pairs.active_pair_count[0] = kept
     solve_velocity_changes(state, matrix, nonzero_pattern, size)
     for n in range(kept):
-        p = active_pairs.active[n]
+        p = active_pairs.active_pair_indices[n]
         if near[p]:
             q, a, b = rows.pair_and_element_rows(state, scene, p)
             compute_pair_forces_after_solution(q, a, b, state)
@@ -243,7 +253,7 @@ def advance_scene_one_step(
                 vertical_base_acceleration, rows.element_window(state, i), state, ticks_per_sample, scene.gravity
             )
     for n in range(kept):
-        p = active_pairs.active[n]
+        p = active_pairs.active_pair_indices[n]
         if near[p]:
             q, _, _ = rows.pair_and_element_rows(state, scene, p)
             store_accepted_pair_history(q, state)

@@ -22,24 +22,24 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon.state import SummedElementMotion
 
 ACTIVE_PAIR_MARK: Final = -1.0
-"""Value of `ActivePairs.resumes_at` for an active pair."""
+"""Value of `ActivePairs.resume_motion_sums` for an active pair."""
 
 
 class ActivePairs(NamedTuple):
     """Element pairs tested for contact at each step, and the motions at which distant pairs are tested again."""
 
-    active: Any
-    """Indices of the active pairs, ascending, shape (pairs,); the first `count` are valid."""
-    near: Any
+    active_pair_indices: Any
+    """Indices of the active pairs, ascending, shape (pairs,); the first `active_pair_count` are valid."""
+    may_touch: Any
     """True for a pair that could touch in this step, shape (pairs,)."""
-    resumes_at: Any
+    resume_motion_sums: Any
     """Sum of motions at which each pair is resumed (m), or `ACTIVE_PAIR_MARK`, shape (pairs,)."""
-    count: Any
+    active_pair_count: Any
     """Number of active pairs, shape (1,)."""
     travel: Any
     """Largest sum of motions of two elements so far (m), sum at which the next pair is resumed (m), and longest lever
     arm of a suspended pair (m), shape (3,)."""
-    largest: Any
+    largest_element_motions: Any
     """Largest motion (m) and rotation (rad) of any element in the last step, then the same as predicted for this step;
     four rows with a column per case, shape (4 columns,)."""
 
@@ -69,15 +69,15 @@ def update_largest_motions_with_element(element_rows: Any, largest_motions: Any)
     """Raise `largest_motions`, for each case, to the motion of an element if that is larger."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         item = rows.load_element(element_rows, j)
-        largest_motions[j] = updated_maximum(largest_motions[j], item.totals.moved)
+        largest_motions[j] = updated_maximum(largest_motions[j], item.step_motion_and_peaks.step_displacement)
         largest_motions[rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
-            largest_motions[rows.PARALLEL_CASE_COUNT + j], item.totals.turned
+            largest_motions[rows.PARALLEL_CASE_COUNT + j], item.step_motion_and_peaks.step_rotation
         )
         largest_motions[2 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
-            largest_motions[2 * rows.PARALLEL_CASE_COUNT + j], item.trial.moved
+            largest_motions[2 * rows.PARALLEL_CASE_COUNT + j], item.predicted.step_displacement
         )
         largest_motions[3 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
-            largest_motions[3 * rows.PARALLEL_CASE_COUNT + j], item.trial.turned
+            largest_motions[3 * rows.PARALLEL_CASE_COUNT + j], item.predicted.step_rotation
         )
 
 
@@ -89,16 +89,19 @@ def add_last_step_to_summed_motion(element_rows: Any) -> None:
         rows.store_travel(
             element_rows,
             j,
-            SummedElementMotion(item.travel.moved + item.totals.moved, item.travel.turned + item.totals.turned),
+            SummedElementMotion(
+                item.summed_motion.path_length + item.step_motion_and_peaks.step_displacement,
+                item.summed_motion.summed_rotation + item.step_motion_and_peaks.step_rotation,
+            ),
         )
 
 
 @njit(**INLINE)
 def summed_motion_of_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any, lane: int) -> float:
     """Return the sum (m) of path lengths and lever arm × rotations of two elements, for the case in column `lane`."""
-    lever = rows.load_nearest(pair_rows, lane).lever
-    a, b = rows.load_element(element_a_rows, lane).travel, rows.load_element(element_b_rows, lane).travel
-    return (a.moved + b.moved) + lever * (a.turned + b.turned)
+    lever = rows.load_nearest(pair_rows, lane).lever_arm
+    a, b = rows.load_element(element_a_rows, lane).summed_motion, rows.load_element(element_b_rows, lane).summed_motion
+    return (a.path_length + b.path_length) + lever * (a.summed_rotation + b.summed_rotation)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -140,28 +143,28 @@ def resume_contact_tests_after_motion(state: Any, scene: Any, active_pairs: Acti
     It is the largest sum of the motions of any two elements; infinity resumes all tests.
     """
     count, following = 0, np.inf
-    for p in range(active_pairs.resumes_at.size):
-        at = active_pairs.resumes_at[p]
+    for p in range(active_pairs.resume_motion_sums.size):
+        at = active_pairs.resume_motion_sums[p]
         if at != ACTIVE_PAIR_MARK and not summed_motion < at:
             q, a, b = rows.pair_and_element_rows(state, scene, p)
             add_summed_motion_to_pair(q, a, b)
-            active_pairs.resumes_at[p] = at = ACTIVE_PAIR_MARK
+            active_pairs.resume_motion_sums[p] = at = ACTIVE_PAIR_MARK
         if at == ACTIVE_PAIR_MARK:
-            active_pairs.active[count] = p
+            active_pairs.active_pair_indices[count] = p
             count += 1
         else:
             following = min(following, at)
-    active_pairs.count[0], active_pairs.travel[NEXT] = count, following
-    if count == active_pairs.resumes_at.size:
+    active_pairs.active_pair_count[0], active_pairs.travel[NEXT] = count, following
+    if count == active_pairs.resume_motion_sums.size:
         active_pairs.travel[TRAVEL] = active_pairs.travel[LEVER] = 0.0
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def resume_contact_tests_for_step(state: Any, scene: Any, active_pairs: ActivePairs, element_count: int) -> None:
     """Add the last step's motion to the sums of motions; test distant pairs again that could touch in this step."""
-    if active_pairs.count[0] == active_pairs.resumes_at.size:
+    if active_pairs.active_pair_count[0] == active_pairs.resume_motion_sums.size:
         return
-    largest, lever = active_pairs.largest, active_pairs.travel[LEVER]
+    largest, lever = active_pairs.largest_element_motions, active_pairs.travel[LEVER]
     for k in range(largest.size):
         largest[k] = 0.0
     for i in range(element_count):
@@ -190,7 +193,7 @@ def keep_contact_tests_unless_distant(
     if slack <= 0.0:
         return True
     subtract_summed_motion_from_pair(pair_rows, element_a_rows, element_b_rows)
-    active_pairs.resumes_at[pair_index] = active_pairs.travel[TRAVEL] + (1.0 - 1e-9) * slack
-    active_pairs.travel[NEXT] = min(active_pairs.travel[NEXT], active_pairs.resumes_at[pair_index])
+    active_pairs.resume_motion_sums[pair_index] = active_pairs.travel[TRAVEL] + (1.0 - 1e-9) * slack
+    active_pairs.travel[NEXT] = min(active_pairs.travel[NEXT], active_pairs.resume_motion_sums[pair_index])
     active_pairs.travel[LEVER] = max(active_pairs.travel[LEVER], lever)
     return False

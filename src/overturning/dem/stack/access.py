@@ -112,9 +112,11 @@ larger_of, no_findings = (
     create_elementwise_tuple_functions(StackContactChangesInStep).zero,
 )
 
-IS_SIMULATED_ROW: Final = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "present")
-STIFFNESS_SHARE_ROW: Final = POINT_ROW_LAYOUT.row_offset_of_field(ContactPointPosition, "weight")
-OLD_STIFFNESS_SHARE_ROW: Final = POINT_ROW_LAYOUT.row_offset_of_field(JointPointAtStepStartAndEnd, "old.weight")
+IS_SIMULATED_ROW: Final = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "is_simulated")
+STIFFNESS_SHARE_ROW: Final = POINT_ROW_LAYOUT.row_offset_of_field(ContactPointPosition, "stiffness_share")
+OLD_STIFFNESS_SHARE_ROW: Final = POINT_ROW_LAYOUT.row_offset_of_field(
+    JointPointAtStepStartAndEnd, "old.stiffness_share"
+)
 OLD_NON_CORNER_LOAD_ROW, NEW_NON_CORNER_LOAD_ROW = (
     JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, f"{end}.has_loaded_non_corner_point")
     for end in ("old", "new")

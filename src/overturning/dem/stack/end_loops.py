@@ -122,8 +122,8 @@ add_end, no_end = (
 )
 MAX_VIBRATION_RESOLVING_STEP_RATIO: Final = STACK_STEP_CONTROL.max_step_using_predicted_forces
 SLID, NEW_SLID = (
-    JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "old.slid"),
-    JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "new.slid"),
+    JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "old.has_slid"),
+    JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "new.has_slid"),
 )
 
 
@@ -134,10 +134,12 @@ def relative_velocity_change_of_joint(
     """Return the change of the upper stone's velocity and angular velocity relative to the lower one."""
     to_face = transpose(axes)
     velocity = minus(
-        plus(upper.velocity, cross_product(upper.spin, arms[0])),
-        plus(lower.velocity, cross_product(lower.spin, arms[1])),
+        plus(upper.velocity, cross_product(upper.angular_velocity, arms[0])),
+        plus(lower.velocity, cross_product(lower.angular_velocity, arms[1])),
     )
-    return matrix_times_vector(to_face, velocity), matrix_times_vector(to_face, minus(upper.spin, lower.spin))
+    return matrix_times_vector(to_face, velocity), matrix_times_vector(
+        to_face, minus(upper.angular_velocity, lower.angular_velocity)
+    )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -149,10 +151,13 @@ def store_relative_velocity_changes(
         stone, one = load_predicted(upper_rows, j), load_change(upper_rows, j)
         if on_ground is None:
             below, (axes, origin) = load_predicted(lower_rows, j), load_joint_pose(joint_rows, j)
-            arms = (minus(origin, stone.place), minus(origin, below.place))
+            arms = (minus(origin, stone.position), minus(origin, below.position))
             velocity, spin = relative_velocity_change_of_joint(one, load_change(lower_rows, j), arms, axes)
         else:
-            velocity, spin = plus(one.velocity, cross_product(one.spin, scale_vector(-1.0, stone.place))), one.spin
+            velocity, spin = (
+                plus(one.velocity, cross_product(one.angular_velocity, scale_vector(-1.0, stone.position))),
+                one.angular_velocity,
+            )
         store_joint_change(joint_rows, j, Wrench(velocity, spin))
         store_arm(joint_rows, j, SumOfForceTimesDistance(0.0))
         store_point_sum(joint_rows, j, no_end())
@@ -167,9 +172,9 @@ def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
         old = load_point(point, j)
         end, findings, losses, new = solve_point_contact(
             joint, frame, place, old, (change.force, change.moment),
-            (load_time(case_rows, j).half, contact_points_land_together(landing),
+            (load_time(case_rows, j).half_step, contact_points_land_together(landing),
              remaining_landing_time_of_new_contact(joint, landing),
-             point_contact_is_deferred(joint, landing, place, old, frame.inside),
+             point_contact_is_deferred(joint, landing, place, old, frame.min_rim_distance),
              landing.shortest < LANDING_TIME_WITHOUT_POINTS),
         )  # fmt: skip
         store_next_point(point, j, new)
@@ -185,7 +190,9 @@ def add_point_force_times_distance(joint_rows: Any, point: Any, lane_count: int)
         total, place, new = load_point_sum(joint_rows, j), load_place(point, j), load_next_point(point, j)
         one = 1.0 / (total.force if total.force > 0.0 else 1.0)
         x, y = place.x - total.x * one, place.y - total.y * one
-        arm = load_arm(joint_rows, j).moment + place.weight * new.force_per_stiffness_share * math.sqrt(x * x + y * y)
+        arm = load_arm(joint_rows, j).moment + place.stiffness_share * new.force_per_stiffness_share * math.sqrt(
+            x * x + y * y
+        )
         store_arm(joint_rows, j, SumOfForceTimesDistance(arm))
 
 
@@ -196,12 +203,15 @@ def compute_joint_force_and_moment(
     """Compute force and moment between a stone and its support at the end of the step; add them to both."""
     for j in range(round_to_vector_multiple(lane_count)):
         change, flat = load_joint_change(joint_rows, j), contact_points_land_together(load_landing(joint_rows, j))
-        fine = load_attempt(case_rows, j).length <= MAX_VIBRATION_RESOLVING_STEP_RATIO * load_clock(case_rows, j).finest
+        fine = (
+            load_attempt(case_rows, j).length_in_ticks
+            <= MAX_VIBRATION_RESOLVING_STEP_RATIO * load_clock(case_rows, j).shortest_step
+        )
         at_end, early, findings, losses, new = solve_joint_contact(
             load_joint(joint_rows, j), load_frame(joint_rows, j), load_friction(joint_rows, j),
             (load_point_sum(joint_rows, j), load_arm(joint_rows, j).moment), (change.force, change.moment),
             load_history(joint_rows, j),
-            (load_time(case_rows, j).half, fine, flat, load_constants(upper_rows, j).centre_height),
+            (load_time(case_rows, j).half_step, fine, flat, load_constants(upper_rows, j).centre_height),
         )  # fmt: skip
         store_next_history(joint_rows, j, new)
         store_findings(case_rows, j, larger_of(load_findings(case_rows, j), findings))
@@ -211,14 +221,14 @@ def compute_joint_force_and_moment(
             below, (axes, origin) = load_predicted(lower_rows, j), load_joint_pose(joint_rows, j)
             at_end = Wrench(matrix_times_vector(axes, at_end.force), matrix_times_vector(axes, at_end.moment))
             early = Wrench(matrix_times_vector(axes, early.force), matrix_times_vector(axes, early.moment))
-            arm, other = minus(origin, below.place), load_sum(lower_rows, j)
+            arm, other = minus(origin, below.position), load_sum(lower_rows, j)
             store_sum(lower_rows, j, StoneContactForceSums(
                 wrench_minus(other.at_end, shift_wrench_to_stone_centre(at_end, arm)),
                 wrench_minus(other.early_contact_impulses, shift_wrench_to_stone_centre(early, arm)),
             ))  # fmt: skip
         else:
             origin = Vector3(0.0, 0.0, 0.0)
-        arm = minus(origin, stone.place)
+        arm = minus(origin, stone.position)
         store_sum(upper_rows, j, StoneContactForceSums(
             wrench_plus(total.at_end, shift_wrench_to_stone_centre(at_end, arm)),
             wrench_plus(total.early_contact_impulses, shift_wrench_to_stone_centre(early, arm)),
@@ -251,24 +261,28 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
             load_case(case_rows, j).sample_step_acceleration_g,
         )
         findings = StepContactChanges(
-            changed=most.changed > 0.0, fast=False, gentle=False,
+            contact_changed=most.contact_changed > 0.0, requires_shorter_step=False, may_keep_step=False,
             has_wrong_slip_assumption=most.has_wrong_slip_assumption > 0.0,
             has_slip_reversal=most.has_slip_reversal > 0.0,
             has_friction_reversal=most.has_friction_reversal > 0.0,
-            slides=(most.has_sticking_joint == 0.0) & (most.has_loaded_joint > 0.0),
-            all_contacts_are_closed=steady & (most.off == 0.0) & (most.has_loaded_joint > 0.0),
+            slides_on_all_points=(most.has_sticking_joint == 0.0) & (most.has_loaded_joint > 0.0),
+            all_contacts_are_closed=steady & (most.has_unloaded_point == 0.0) & (most.has_loaded_joint > 0.0),
         )  # fmt: skip
         again, sooner, following = accept_or_reject_and_choose_next_step(
             STACK_STEP_CONTROL,
             load_clock(case_rows, j),
             attempt,
             findings,
-            time.tick + attempt.length,
+            time.ticks_in_sample + attempt.length_in_ticks,
             ticks_per_sample,
         )
         store_attempt(case_rows, j, following)
         store_rejection(case_rows, j, StepRejectionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0))
-        store_time(case_rows, j, StackClockWithinSample(time.tick + (0.0 if again else attempt.length), time.half))
+        store_time(
+            case_rows,
+            j,
+            StackClockWithinSample(time.ticks_in_sample + (0.0 if again else attempt.length_in_ticks), time.half_step),
+        )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -276,8 +290,8 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
     """Store a stone's new state in stacks whose step is accepted, and add the work that the ground does on it."""
     for j in range(round_to_vector_multiple(lane_count)):
         half, again, push = (
-            load_time(case_rows, j).half,
-            load_rejection(case_rows, j).again > 0.0,
+            load_time(case_rows, j).half_step,
+            load_rejection(case_rows, j).is_step_rejected > 0.0,
             load_inertial(case_rows, j),
         )
         constants, p = load_constants(rows, j), load_predicted(rows, j)
@@ -292,32 +306,34 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
         )
         acceleration = Vector3(one * f.x + push.x, one * f.y + push.y, one * f.z + push.z)
         moment = scale_vector(one, m)
-        turn = rotate_quaternion(p.rotation, half, change.spin)
-        velocity = plus(extrapolate_vector(p.velocity, half, acceleration), scale_vector(one, i))
+        turn = rotate_quaternion(p.rotation, half, change.angular_velocity)
+        velocity = plus(extrapolate_vector(p.half_step_velocity, half, acceleration), scale_vector(one, i))
         axes = rotation_matrix(turn)
         lean = lean_as_squared_sine(axes)
-        tick = load_time(case_rows, j).tick
+        tick = load_time(case_rows, j).ticks_in_sample
         skip = again | (not present)
         store_stone_unless(rows, j, skip, StoneState(
-            place=extrapolate_vector(p.place, half, change.velocity), rotation=turn, velocity=velocity,
+            position=extrapolate_vector(p.position, half, change.velocity), rotation=turn, velocity=velocity,
             angular_momentum=plus(extrapolate_vector(p.half_step_angular_momentum, half, moment), scale_vector(one, t)),
             acceleration=acceleration, moment=moment,
         ))  # fmt: skip
         store_peaks_unless(rows, j, skip, StonePeakTilt(
             updated_maximum(peaks.peak_lean_squared_sine, lean),
-            tick if lean < constants.critical else peaks.last_upright_tick
+            tick if lean < constants.critical_lean else peaks.last_upright_tick
         ))  # fmt: skip
         power = (push.x * velocity.x + push.y * velocity.y) + (push.z + GRAVITY) * velocity.z
         power = constants.mass * power if present else 0.0
         account, losses = load_account(case_rows, j), load_losses(case_rows, j)
         if is_first is not None:
             account = StackEnergyAccount(
-                account.work + half * account.power,
-                account.lost_energy + (half * (account.loss + losses.power) + losses.released_spring_energy),
-                0.0, losses.power, updated_maximum(account.depth, load_findings(case_rows, j).depth),
+                account.base_motion_work + half * account.base_motion_power,
+                account.lost_energy
+                + (half * (account.dissipated_power + losses.power) + losses.released_spring_energy),
+                0.0, losses.power, updated_maximum(account.penetration, load_findings(case_rows, j).penetration),
             )  # fmt: skip
         store_account_unless(case_rows, j, again, StackEnergyAccount(
-            account.work + half * power, account.lost_energy, account.power + power, account.loss, account.depth
+            account.base_motion_work + half * power, account.lost_energy, account.base_motion_power + power,
+            account.dissipated_power, account.penetration
         ))  # fmt: skip
 
 
@@ -326,7 +342,7 @@ def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lan
     """Store the new contact state of two stones in stacks whose step is accepted; in others only whether they slid."""
     for j in range(round_to_vector_multiple(lane_count)):
         rejected, slid = load_rejection(case_rows, j), joint_rows[NEW_SLID + j]
-        store_history_unless(joint_rows, j, rejected.again > 0.0, load_next_history(joint_rows, j))
+        store_history_unless(joint_rows, j, rejected.is_step_rejected > 0.0, load_next_history(joint_rows, j))
         joint_rows[SLID + j] = select(rejected.keeps_assumed_slip > 0.0, joint_rows[SLID + j], slid)
 
 
@@ -334,4 +350,4 @@ def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lan
 def store_contact_point_states_after_accepted_steps(case_rows: Any, point: Any, lane_count: int) -> None:
     """Store a contact point's new state in the stacks whose step is accepted."""
     for j in range(round_to_vector_multiple(lane_count)):
-        store_point_unless(point, j, load_rejection(case_rows, j).again > 0.0, load_next_point(point, j))
+        store_point_unless(point, j, load_rejection(case_rows, j).is_step_rejected > 0.0, load_next_point(point, j))

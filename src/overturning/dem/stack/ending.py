@@ -69,8 +69,8 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
     POINT_ROW_LAYOUT.size,
 )
 ENERGY, SAMPLE, SLIDE_END = (
-    CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "energy"),
-    CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "sample"),
+    CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "initial_energy"),
+    CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample"),
     CASE_ROW_LAYOUT.row_offset_of_field(SlideEndSample, "sample"),
 )
 
@@ -89,14 +89,16 @@ Between the critical angle of its contact at rest and that of its base, a stone 
 @njit(**INLINE)
 def stone_state_sum_for_finite_check(state: StoneState) -> float:
     """Return the sum of a stone's position, rotation and velocity components: finite if each component is finite."""
-    v, p, q = state.velocity, state.place, state.rotation
+    v, p, q = state.velocity, state.position, state.rotation
     return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def stone_kinetic_energy(constants: StoneConstants, state: StoneState) -> float:
     """Return the kinetic energy of a stone, J."""
-    spin = angular_velocity_from_momentum(constants.inverse, rotation_matrix(state.rotation), state.angular_momentum)
+    spin = angular_velocity_from_momentum(
+        constants.inverse_inertia, rotation_matrix(state.rotation), state.angular_momentum
+    )
     return float(
         0.5 * constants.mass * (dot_product(state.velocity, state.velocity) + dot_product(state.angular_momentum, spin))
     )
@@ -111,18 +113,18 @@ def stack_energy(state: Any, lane: int, stone_count: int, corner_limit: int, hei
     total, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
     for s in range(stone_count):
         rows = stone_window(state, s)
-        if not load_outcome(rows, lane).present > 0.0:
+        if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
-        total += stone_kinetic_energy(constants, stone) + constants.mass * GRAVITY * (stone.place.z - heights[s])
+        total += stone_kinetic_energy(constants, stone) + constants.mass * GRAVITY * (stone.position.z - heights[s])
         at = first + s * size
         joint, old = load_joint(state[at : at + JOINT_SIZE], lane), load_history(state[at : at + JOINT_SIZE], lane)
         total += 0.5 * joint.tangential_stiffness * squared_length(old.stretch)
         for i in range((size - JOINT_SIZE) // P):
             begin = at + JOINT_SIZE + i * P
             point = load_point(state[begin : begin + P], lane)
-            depth = max(point.depth, 0.0)
-            total += 0.5 * joint.stiffness * point.weight * depth * depth
+            depth = max(point.penetration, 0.0)
+            total += 0.5 * joint.normal_stiffness * point.stiffness_share * depth * depth
     return total
 
 
@@ -132,7 +134,7 @@ def pose_relative_to_stone_below(
 ) -> tuple[Vector3, Matrix3]:
     """Return position (m) and axes of a stone in the frame that moves with the stone below it."""
     to_lower = transpose(lower_axes)
-    return matrix_times_vector(to_lower, minus(upper.place, lower_place)), matrix_product(
+    return matrix_times_vector(to_lower, minus(upper.position, lower_place)), matrix_product(
         to_lower, rotation_matrix(upper.rotation)
     )
 
@@ -147,13 +149,13 @@ def stone_hangs_over_rim(state: Any, lane: int, stone_index: int, stone_count: i
     )
     upper, stone, base = load_constants(rows, lane), load_stone(rows, lane), load_stone(below, lane)
     axes = rotation_matrix(base.rotation)
-    apart, turn = pose_relative_to_stone_below(stone, base.place, axes)
+    apart, turn = pose_relative_to_stone_below(stone, base.position, axes)
     at = CASE_SIZE + stone_count * STONE_SIZE + stone_index * joint_state_size(corner_limit) + JOINT_SIZE
     lowest = 0.0
-    for i in range(int(load_joint(state[at - JOINT_SIZE : at], lane).base_corners)):
+    for i in range(int(load_joint(state[at - JOINT_SIZE : at], lane).base_corner_count)):
         corner = load_outline(state[at + i * P : at + (i + 1) * P], lane)
         height = (turn.zx * corner.x + turn.zy * corner.y) - upper.centre_height * turn.zz
-        lowest = min(lowest, apart.z - lower.top + height)
+        lowest = min(lowest, apart.z - lower.top_height + height)
     return lowest < -MIN_HANGING_CORNER_DEPTH_RATIO * upper.centre_height
 
 
@@ -163,11 +165,11 @@ def depth_below_rest_position(state: Any, lane: int, stone_index: int) -> float:
     rows = stone_window(state, stone_index)
     upper, stone = load_constants(rows, lane), load_stone(rows, lane)
     if stone_index == 0:
-        return upper.centre_height - stone.place.z
+        return upper.centre_height - stone.position.z
     below = stone_window(state, stone_index - 1)
     base = load_stone(below, lane)
-    apart, _ = pose_relative_to_stone_below(stone, base.place, rotation_matrix(base.rotation))
-    return load_constants(below, lane).top + upper.centre_height - apart.z
+    apart, _ = pose_relative_to_stone_below(stone, base.position, rotation_matrix(base.rotation))
+    return load_constants(below, lane).top_height + upper.centre_height - apart.z
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -175,13 +177,16 @@ def lowest_newly_fallen_stone_index(state: Any, lane: int, stone_count: int, cor
     """Return the index of the lowest fallen stone that is still simulated; the number of stones if there is none."""
     for s in range(stone_count):
         rows = stone_window(state, s)
-        if not load_outcome(rows, lane).present > 0.0:
+        if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
         axes = rotation_matrix(stone.rotation)
-        if axes.zz <= constants.fallen or depth_below_rest_position(state, lane, s) > constants.drop:
+        if (
+            axes.zz <= constants.fall_tilt_cosine
+            or depth_below_rest_position(state, lane, s) > constants.max_fall_of_centre
+        ):
             return s
-        leans = lean_as_squared_sine(axes) > constants.base_critical
+        leans = lean_as_squared_sine(axes) > constants.base_critical_lean
         if s > 0 and leans and stone_hangs_over_rim(state, lane, s, stone_count, corner_limit):
             return s
     return stone_count
@@ -199,15 +204,18 @@ def stop_simulating_fallen_and_upper_stones(
     if fallen == stone_count:
         return False
     before = stack_energy(state, lane, stone_count, corner_limit, heights)
-    start_of_sample, tick = load_course(state, lane).sample * ticks_per_sample, load_case(state, lane).tick_length
+    start_of_sample, tick = (
+        load_course(state, lane).current_sample * ticks_per_sample,
+        load_case(state, lane).tick_length,
+    )
     for s in range(fallen, stone_count):
         rows = stone_window(state, s)
         outcome, constants = load_outcome(rows, lane), load_constants(rows, lane)
-        if not outcome.present > 0.0:
+        if not outcome.is_simulated > 0.0:
             continue
         last = load_peaks(rows, lane).last_upright_tick
         upright_until = (start_of_sample + last) * tick if last >= 0.0 else outcome.last_upright_time
-        slid_off = lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).rotation)) < constants.critical
+        slid_off = lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).rotation)) < constants.critical_lean
         slid_off = slid_off or (s > 0 and stone_hangs_over_rim(state, lane, s, stone_count, corner_limit))
         store_outcome(rows, lane, StoneFallState(
             0.0, upright_until, 1.0 if slid_off and s == fallen else 0.0
@@ -217,7 +225,13 @@ def stop_simulating_fallen_and_upper_stones(
     store_account(
         state,
         lane,
-        StackEnergyAccount(account.work, account.lost_energy + gone, account.power, account.loss, account.depth),
+        StackEnergyAccount(
+            account.base_motion_work,
+            account.lost_energy + gone,
+            account.base_motion_power,
+            account.dissipated_power,
+            account.penetration,
+        ),
     )
     return fallen == 0
 
@@ -241,24 +255,24 @@ def stop_fallen_stones_and_return_status(
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
     for s in range(stone_count):
         rows = stone_window(state, s)
-        if not load_outcome(rows, lane).present > 0.0:
+        if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
         stone = load_stone(rows, lane)
         if not np.isfinite(stone_state_sum_for_finite_check(stone)):
             return CaseStatus.UNSTABLE
         kinetic += stone_kinetic_energy(load_constants(rows, lane), stone)
         at = first + s * size
-        loaded = loaded and load_history(state[at : at + JOINT_SIZE], lane).normal > 0.0
-    if load_account(state, lane).depth > case.deepest:
+        loaded = loaded and load_history(state[at : at + JOINT_SIZE], lane).normal_force > 0.0
+    if load_account(state, lane).penetration > case.max_penetration:
         return CaseStatus.UNSTABLE
     if stop_simulating_fallen_and_upper_stones(
         state, lane, stone_count, corner_limit, ticks_per_sample, stones_at_rest.rest
     ):
         return CaseStatus.SIMULATED
-    sample = course.sample + time.tick / ticks_per_sample
+    sample = course.current_sample + time.ticks_in_sample / ticks_per_sample
     if (
         sample >= min(course.last_onset_sample, last_sample)
-        and kinetic < case.still
+        and kinetic < case.max_kinetic_energy_at_rest
         and loaded
         and all_contact_points_carry_load(state, lane, stone_count, corner_limit)
     ):
@@ -282,9 +296,9 @@ def stop_fallen_stones_and_return_status(
 def stack_cannot_fall(state: Any, lane: int, corner_limit: int, stones_at_rest: Any) -> bool:
     """True if no stone has fallen, and the energy of the stack does not suffice to overturn the stones above any joint.
 
-    Overturning needs the energy `CaseProgress.barrier`. A slip on another stone shortens the supported base: if a share
-    s of the base is still supported, at least s² of this energy is needed. A slip on the ground, which has no rim,
-    changes nothing. A joint is the contact of a stone with its support.
+    Overturning needs the energy `CaseProgress.overturning_energy`. A slip on another stone shortens the supported base:
+    if a share s of the base is still supported, at least s² of this energy is needed. A slip on the ground, which has
+    no rim, changes nothing. A joint is the contact of a stone with its support.
     """
     case, course = load_case(state, lane), load_course(state, lane)
     # Horizontal position of the upper face below, and of the centre of its stone at rest.
@@ -293,17 +307,17 @@ def stack_cannot_fall(state: Any, lane: int, corner_limit: int, stones_at_rest: 
         rows, start = stone_window(state, s), stones_at_rest[s].start
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
         own = rotation_matrix(stone.rotation)
-        if not load_outcome(rows, lane).present > 0.0 or lean_as_squared_sine(own) >= constants.critical:
+        if not load_outcome(rows, lane).is_simulated > 0.0 or lean_as_squared_sine(own) >= constants.critical_lean:
             return False
-        ahead = (stone.place.x - constants.centre_height * own.xz - x) - (start.x - start_x)
-        aside = (stone.place.y - constants.centre_height * own.yz - y) - (start.y - start_y)
+        ahead = (stone.position.x - constants.centre_height * own.xz - x) - (start.x - start_x)
+        aside = (stone.position.y - constants.centre_height * own.yz - y) - (start.y - start_y)
         # Not math.hypot: its last digit differs between processors.
         slip += np.sqrt(ahead * ahead + aside * aside) if s > 0 else 0.0
-        x, y = stone.place.x + constants.top * own.xz, stone.place.y + constants.top * own.yz
+        x, y = stone.position.x + constants.top_height * own.xz, stone.position.y + constants.top_height * own.yz
         start_x, start_y = start.x, start.y
-    left = max(1.0 - slip / case.reach, 0.0)
-    energy = stack_energy(state, lane, stones_at_rest.size, corner_limit, stones_at_rest.rest) - course.energy
-    return bool(energy < course.barrier * left * left)
+    left = max(1.0 - slip / case.min_side_distance, 0.0)
+    energy = stack_energy(state, lane, stones_at_rest.size, corner_limit, stones_at_rest.rest) - course.initial_energy
+    return bool(energy < course.overturning_energy * left * left)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -320,18 +334,18 @@ def write_stack_results(
     """Write the results of the case in column `lane` into `result_row`, and one row of `stone_results` per stone."""
     account, course = load_account(state, lane), load_course(state, lane)
     balance = (
-        (stack_energy(state, lane, stone_count, corner_limit, heights) - course.energy)
-        - account.work
+        (stack_energy(state, lane, stone_count, corner_limit, heights) - course.initial_energy)
+        - account.base_motion_work
         + account.lost_energy
     )
-    result_row.energy_error = abs(balance) / max(account.work, course.barrier)
-    result_row.peak_penetration = account.depth
+    result_row.energy_error = abs(balance) / max(account.base_motion_work, course.overturning_energy)
+    result_row.peak_penetration = account.penetration
     below, axes = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for s in range(stone_count):
         rows = stone_window(state, s)
         constants, stone, outcome = load_constants(rows, lane), load_stone(rows, lane), load_outcome(rows, lane)
         own = rotation_matrix(stone.rotation)
-        fallen = not outcome.present > 0.0 and status == CaseStatus.SIMULATED
+        fallen = not outcome.is_simulated > 0.0 and status == CaseStatus.SIMULATED
         stone_results[s].fallen = 1.0 if fallen else 0.0
         stone_results[s].slid_off = outcome.slid_off
         stone_results[s].overturning_time = outcome.last_upright_time if fallen else np.nan
@@ -349,7 +363,7 @@ def write_stack_results(
         stone_results[s].support_cosine, stone_results[s].support_sine = one * cosine, one * sine
         stone_results[s].twist = math.atan2(turn.yx - turn.xy, turn.xx + turn.yy)
         stone_results[s].top_x, stone_results[s].top_y = own.xz, own.yz
-        below, axes = stone.place, own
+        below, axes = stone.position, own
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -358,20 +372,24 @@ def record_motion_of_first_stack(
 ) -> None:
     """Write time, base acceleration and motion of all stones of the first simulated stack into a trajectory row."""
     time, shaking = load_time(state, 0), load_shaking(state, 0)
-    trajectory_row[0] = (load_course(state, 0).sample + time.tick / ticks_per_sample) * sampling_interval
+    trajectory_row[0] = (
+        load_course(state, 0).current_sample + time.ticks_in_sample / ticks_per_sample
+    ) * sampling_interval
     trajectory_row[1], trajectory_row[2] = (
-        -base_acceleration_at_tick(shaking.inertial_acceleration_x, time.tick),
-        -base_acceleration_at_tick(shaking.inertial_acceleration_y, time.tick),
+        -base_acceleration_at_tick(shaking.inertial_acceleration_x, time.ticks_in_sample),
+        -base_acceleration_at_tick(shaking.inertial_acceleration_y, time.ticks_in_sample),
     )
-    trajectory_row[3] = base_acceleration_at_tick(shaking.upward_base_acceleration, time.tick)
+    trajectory_row[3] = base_acceleration_at_tick(shaking.upward_base_acceleration, time.ticks_in_sample)
     for s in range(stone_count):
         constants, stone = load_constants(stone_window(state, s), 0), load_stone(stone_window(state, s), 0)
         spin, at = (
-            angular_velocity_from_momentum(constants.inverse, rotation_matrix(stone.rotation), stone.angular_momentum),
+            angular_velocity_from_momentum(
+                constants.inverse_inertia, rotation_matrix(stone.rotation), stone.angular_momentum
+            ),
             4 + 14 * s,
         )
-        trajectory_row[at], trajectory_row[at + 1], trajectory_row[at + 2] = stone.place
+        trajectory_row[at], trajectory_row[at + 1], trajectory_row[at + 2] = stone.position
         trajectory_row[at + 3], trajectory_row[at + 4], trajectory_row[at + 5], trajectory_row[at + 6] = stone.rotation
         trajectory_row[at + 7], trajectory_row[at + 8], trajectory_row[at + 9] = stone.velocity
         trajectory_row[at + 10], trajectory_row[at + 11], trajectory_row[at + 12] = spin
-        trajectory_row[at + 13] = load_outcome(stone_window(state, s), 0).present
+        trajectory_row[at + 13] = load_outcome(stone_window(state, s), 0).is_simulated

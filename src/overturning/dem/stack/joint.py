@@ -11,7 +11,7 @@ from typing import Final
 from numba import njit
 
 from overturning.dem.body.centred import ratio_of_friction_limit_to_sticking_force
-from overturning.dem.body.vectors import Matrix3, Vector3
+from overturning.dem.body.vectors import Matrix3, Vector3, plus
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import base_slides_in_flat_landing
 from overturning.dem.stack.joint_state import (
@@ -38,7 +38,7 @@ MIN_STIFFNESS_SHARE_FOR_STEP_SHORTENING: Final = 1e-3
 @njit(**INLINE)
 def point_opening_rate(frame: JointRelativeMotion, position: ContactPointPosition) -> float:
     """Return the velocity (m/s) at which a contact point of two stones opens at the predicted end of a step."""
-    return frame.velocity.z + (frame.spin.x * position.y - frame.spin.y * position.x)
+    return frame.velocity.z + (frame.angular_velocity.x * position.y - frame.angular_velocity.y * position.x)
 
 
 @njit(**INLINE)
@@ -52,13 +52,12 @@ def predicted_point_force_and_contact(
     state after the last step. A point that did not belong to the contact patch before has no such state.
     """
     forces_decide_contact, lands_flat, waits = state
-    depth = -position.z - previous.offset
-    pressure = joint.stiffness * depth - joint.dashpot * point_opening_rate(frame, position)
+    depth = -position.z - previous.unloaded_penetration
+    pressure = joint.normal_stiffness * depth - joint.normal_dashpot * point_opening_rate(frame, position)
     now = ((pressure > 0.0) | lands_flat) & (depth > 0.0)
-    decides = forces_decide_contact | (previous.weight == 0.0)
-    return pressure, (now if decides else previous.force_per_stiffness_share != 0.0) & (position.weight > 0.0) & (
-        not waits
-    )
+    decides = forces_decide_contact | (previous.stiffness_share == 0.0)
+    touches = now if decides else previous.force_per_stiffness_share != 0.0
+    return pressure, touches & (position.stiffness_share > 0.0) & (not waits)
 
 
 @njit(**INLINE)
@@ -66,8 +65,9 @@ def normal_force_sum_terms_of_point(
     joint: JointConstants, half_step: float, position: ContactPointPosition, pressure: float, in_contact: bool
 ) -> JointNormalForceSums:
     """Return one contact point's terms in the sums of force and moment between two stones in a step's equations."""
-    n = position.weight * pressure if in_contact else 0.0
-    g = half_step * (position.weight * (joint.dashpot + half_step * joint.stiffness)) if in_contact else 0.0
+    n = position.stiffness_share * pressure if in_contact else 0.0
+    rate = joint.normal_dashpot + half_step * joint.normal_stiffness
+    g = half_step * (position.stiffness_share * rate) if in_contact else 0.0
     gx, gy = g * position.x, g * position.y
     return JointNormalForceSums(
         n, n * position.x, n * position.y, g, gx, gy, gx * position.x, gx * position.y, gy * position.y
@@ -79,7 +79,7 @@ def tangential_contact_force(
     joint: JointConstants, stretch: TangentialVector, velocity: TangentialVector
 ) -> TangentialVector:
     """Return the tangential force between two stones (x, y, twist) from springs and dashpots at their contact, N."""
-    k, h = joint.tangential_stiffness, joint.damping
+    k, h = joint.tangential_stiffness, joint.tangential_dashpot
     return TangentialVector(
         -(k * stretch.x) - h * velocity.x, -(k * stretch.y) - h * velocity.y, -(k * stretch.twist) - h * velocity.twist
     )
@@ -97,10 +97,9 @@ def flat_landing_slip_direction(
     """
     cx, cy, arm = position
     slip = TangentialVector(
-        (velocity.x + spin.y * centre_height) - spin.z * cy,
-        (velocity.y - spin.x * centre_height) + spin.z * cx,
+        (velocity.x + spin.y * centre_height) - spin.z * cy, (velocity.y - spin.x * centre_height) + spin.z * cx,
         arm * spin.z,
-    )
+    )  # fmt: skip
     square = squared_length(slip)
     up = velocity.z + (spin.x * cy - spin.y * cx)
     return unit_tangential_vector(slip), base_slides_in_flat_landing(joint.friction, math.sqrt(square), up) & (
@@ -136,21 +135,22 @@ def predict_friction(
     centre of the upper stone above its base.
     """
     forces_decide_contact, lands_flat, centre_height = state
-    was, loaded = previous.normal > 0.0, sums.force > 0.0
+    was, loaded = previous.normal_force > 0.0, sums.force > 0.0
     one = 1.0 / (sums.force if loaded else 1.0)
-    cx = previous.cx if was else (sums.x * one if loaded else 0.0)
-    cy = previous.cy if was else (sums.y * one if loaded else 0.0)
-    velocity = slip_velocity_at_contact(frame.velocity, frame.spin, cx, cy, previous.arm)
+    cx = previous.pressure_centre_x if was else (sums.x * one if loaded else 0.0)
+    cy = previous.pressure_centre_y if was else (sums.y * one if loaded else 0.0)
+    spin, arm = frame.angular_velocity, previous.mean_pressure_radius
+    velocity = slip_velocity_at_contact(frame.velocity, spin, cx, cy, arm)
     stretch = scale_tangential_vector(
         1.0 if was else 0.0, spring_stretch_after_step(previous.stretch, half_step, previous.velocity, velocity)
     )
     force = tangential_contact_force(joint, stretch, velocity)
-    most = joint.friction * (sums.force if forces_decide_contact | (not was) else previous.normal)
-    slip, drifts = flat_landing_slip_direction(joint, frame.velocity, frame.spin, centre_height, (cx, cy, previous.arm))
+    most = joint.friction * (sums.force if forces_decide_contact | (not was) else previous.normal_force)
+    slip, drifts = flat_landing_slip_direction(joint, frame.velocity, spin, centre_height, (cx, cy, arm))
     drifts = drifts & lands_flat
     square, smooth = squared_length(force), joint.friction == 0.0
     decides = forces_decide_contact | (not was)
-    slides = square > most * most if decides else previous.slid > 0.0
+    slides = square > most * most if decides else previous.has_slid > 0.0
     slides = drifts if lands_flat else slides | smooth
     slides = slides & ((square > 0.0) | smooth | drifts)
     direction = unit_tangential_vector(force)
@@ -158,10 +158,9 @@ def predict_friction(
     dy = -slip.y if drifts else direction.y
     dt = -slip.twist if drifts else direction.twist
     cz = centre_height * (1.0 - joint.friction_moment_share) if drifts else 0.0
-    in_contact = 1.0 if loaded else 0.0
-    sliding = 1.0 if loaded & slides else 0.0
+    in_contact, sliding = (1.0 if loaded else 0.0), (1.0 if loaded & slides else 0.0)
     return JointFrictionInStepEquations(
-        cx, cy, cz, previous.arm, stretch, velocity, in_contact, sliding, TangentialVector(dx, dy, dt)
+        cx, cy, cz, arm, stretch, velocity, in_contact, sliding, TangentialVector(dx, dy, dt)
     )
 
 
@@ -177,33 +176,33 @@ def joint_equation_terms(
 
     `normal` is the normal force that limits friction across the direction of sliding, N.
     """
-    in_contact, slides, d = friction.on > 0.0, friction.slides > 0.0, friction.direction
+    in_contact, slides, d = friction.is_loaded > 0.0, friction.slides > 0.0, friction.direction
     held = tangential_contact_force(joint, friction.stretch, friction.velocity)
     part = ratio_of_friction_limit_to_sticking_force(joint.friction * normal, squared_length(held), slides)
     mu = joint.friction if slides & in_contact else 0.0
     mx, my, mt = mu * d.x, mu * d.y, mu * d.twist
     fx, fy, ft = (
-        (mx * sums.force if slides else held.x),
-        (my * sums.force if slides else held.y),
+        (mx * sums.force if slides else held.x), (my * sums.force if slides else held.y),
         (mt * sums.force if slides else held.twist),
-    )
+    )  # fmt: skip
     fx, fy, ft = (fx if in_contact else 0.0), (fy if in_contact else 0.0), (ft if in_contact else 0.0)
-    stick = half_step * (joint.damping + half_step * joint.tangential_stiffness)
+    stick = half_step * (joint.tangential_dashpot + half_step * joint.tangential_stiffness)
     across = stick * part if slides else stick
     across = across if in_contact else 0.0
     along = across if slides else 0.0
     a, b, c = across - along * (d.x * d.x), -(along * (d.x * d.y)), across - along * (d.y * d.y)
     ta, tb, tt = -(along * (d.x * d.twist)), -(along * (d.y * d.twist)), across - along * (d.twist * d.twist)
-    cx, cy, cz, arm = friction.cx, friction.cy, friction.cz, friction.arm
+    cx, cy, cz = friction.pressure_centre_x, friction.pressure_centre_y, friction.pressure_centre_z
+    arm, g, gx, gy = friction.mean_pressure_radius, sums.force_rate, sums.force_rate_x, sums.force_rate_y
     # Rows of the tangential forces by velocity and angular velocity; the slip is (ex - wz cy, ey + wz cx, arm wz).
-    xv, xw = Vector3(a, b, mx * sums.g), Vector3(mx * sums.gy, -(mx * sums.gx), (b * cx - a * cy) + ta * arm)
-    yv, yw = Vector3(b, c, my * sums.g), Vector3(my * sums.gy, -(my * sums.gx), (c * cx - b * cy) + tb * arm)
-    tv, tw = Vector3(ta, tb, mt * sums.g), Vector3(mt * sums.gy, -(mt * sums.gx), (tb * cx - ta * cy) + tt * arm)
-    zv, zw = Vector3(0.0, 0.0, sums.g), Vector3(sums.gy, -sums.gx, 0.0)
-    pv = Vector3(-(cz * yv.x), -(cz * yv.y), sums.gy - cz * yv.z)
-    pw = Vector3(sums.gyy - cz * yw.x, -sums.gxy - cz * yw.y, -(cz * yw.z))
-    qv = Vector3(cz * xv.x, cz * xv.y, -sums.gx + cz * xv.z)
-    qw = Vector3(-sums.gxy + cz * xw.x, sums.gxx + cz * xw.y, cz * xw.z)
+    xv, xw = Vector3(a, b, mx * g), Vector3(mx * gy, -(mx * gx), (b * cx - a * cy) + ta * arm)
+    yv, yw = Vector3(b, c, my * g), Vector3(my * gy, -(my * gx), (c * cx - b * cy) + tb * arm)
+    tv, tw = Vector3(ta, tb, mt * g), Vector3(mt * gy, -(mt * gx), (tb * cx - ta * cy) + tt * arm)
+    zv, zw = Vector3(0.0, 0.0, g), Vector3(gy, -gx, 0.0)
+    pv = Vector3(-(cz * yv.x), -(cz * yv.y), gy - cz * yv.z)
+    pw = Vector3(sums.force_rate_yy - cz * yw.x, -sums.force_rate_xy - cz * yw.y, -(cz * yw.z))
+    qv = Vector3(cz * xv.x, cz * xv.y, -gx + cz * xv.z)
+    qw = Vector3(-sums.force_rate_xy + cz * xw.x, sums.force_rate_xx + cz * xw.y, cz * xw.z)
     rv = Vector3(
         (cx * yv.x - cy * xv.x) + arm * tv.x, (cx * yv.y - cy * xv.y) + arm * tv.y,
         (cx * yv.z - cy * xv.z) + arm * tv.z,
@@ -239,44 +238,46 @@ def solve_point_contact(
     when a case begins.
     """
     half_step, lands_flat, new_landing, waits, joint_has_points = step
-    w = position.weight
-    counts, had = w > 0.0, previous.weight > 0.0
+    w = position.stiffness_share
+    counts, had = w > 0.0, previous.stiffness_share > 0.0
     joins = joint_has_points & (not had)
     rise = change[0].z + (change[1].x * position.y - change[1].y * position.x)
     # A point that waits takes up its penetration without force; the offset ends when the point opens.
     deep = -position.z - half_step * rise
     between, waits = waits, waits & (deep > 0.0)
-    offset = (deep if deep > previous.offset else previous.offset) if waits else previous.offset
+    unloaded = previous.unloaded_penetration
+    offset = (deep if deep > unloaded else unloaded) if waits else unloaded
     offset = offset if deep > 0.0 else 0.0
     predicted_rate, before = point_opening_rate(frame, position), -position.z - offset
     rate = predicted_rate + rise
     depth = before - half_step * rise
-    inside, was = (depth > 0.0) & (not waits), previous.depth > 0.0
+    inside, was = (depth > 0.0) & (not waits), previous.penetration > 0.0
     changed = before if before > depth else depth
-    changed = (deep if previous.offset == 0.0 else 0.0) if waits else -depth if was else changed
+    changed = (deep if unloaded == 0.0 else 0.0) if waits else -depth if was else changed
     heavy = w > MIN_STIFFNESS_SHARE_FOR_STEP_SHORTENING
-    spring = joint.stiffness * depth if inside else 0.0
-    pressure = spring - joint.dashpot * rate
+    spring = joint.normal_stiffness * depth if inside else 0.0
+    pressure = spring - joint.normal_dashpot * rate
     pressure = pressure if counts & inside & (lands_flat | (pressure > 0.0)) else 0.0
     # A point that joins the patch has no last state: compare with the one that was assumed.
-    assumed = (before > 0.0) & (lands_flat | (joint.stiffness * before > joint.dashpot * predicted_rate)) & (not waits)
+    pressed = lands_flat | (joint.normal_stiffness * before > joint.normal_dashpot * predicted_rate)
+    assumed = (before > 0.0) & pressed & (not waits)
     changed = changed if had else 1.0 if joins & (assumed != (pressure != 0.0)) else 0.0
     fresh = inside & had & (not was) & counts
-    more = depth * (2.0 * half_step / (depth - previous.depth if fresh else 1.0)) - half_step if fresh else 0.0
-    landing = (new_landing if fresh | (not had) else previous.landing) - 2.0 * half_step
-    landing = joint.landing if waits & (previous.offset == 0.0) else landing
+    more = depth * (2.0 * half_step / (depth - previous.penetration if fresh else 1.0)) - half_step if fresh else 0.0
+    landing = (new_landing if fresh | (not had) else previous.remaining_landing_time) - 2.0 * half_step
+    landing = joint.landing_duration if waits & (unloaded == 0.0) else landing
     n = w * pressure
     power = w * (spring - pressure) * rate
-    over = depth * previous.depth
-    over = math.copysign(over if over < 0.0 else 0.0, depth - previous.depth)
-    both = (depth if inside else 0.0) * (previous.depth if was else depth if joins else 0.0)
-    let_go = 0.5 * joint.stiffness * ((w * over if inside | was else 0.0) + both * (previous.weight - w))
-    let_go = let_go if counts | had else 0.0
+    over = depth * previous.penetration
+    over = math.copysign(over if over < 0.0 else 0.0, depth - previous.penetration)
+    both = (depth if inside else 0.0) * (previous.penetration if was else depth if joins else 0.0)
+    let_go = (w * over if inside | was else 0.0) + both * (previous.stiffness_share - w)
+    let_go = 0.5 * joint.normal_stiffness * let_go if counts | had else 0.0
     findings = StackContactChangesInStep(
-        changed=changed if heavy else 0.0, has_wrong_slip_assumption=0.0, has_slip_reversal=0.0, has_sticking_joint=0.0,
-        has_friction_reversal=0.0,
-        off=1.0 if heavy & (not (pressure > 0.0)) & (offset == 0.0) & (not between) else 0.0,
-        depth=depth if counts else 0.0, has_loaded_joint=0.0,
+        contact_changed=changed if heavy else 0.0, has_wrong_slip_assumption=0.0, has_slip_reversal=0.0,
+        has_sticking_joint=0.0, has_friction_reversal=0.0,
+        has_unloaded_point=1.0 if heavy & (not (pressure > 0.0)) & (offset == 0.0) & (not between) else 0.0,
+        penetration=depth if counts else 0.0, has_loaded_joint=0.0,
     )  # fmt: skip
     return (
         JointPointForceAndImpulse(
@@ -285,11 +286,11 @@ def solve_point_contact(
         findings,
         JointEnergyLosses(power, let_go + more * power),
         ContactPointState(
-            depth=depth if counts & (not waits) else 0.0,
+            penetration=depth if counts & (not waits) else 0.0,
             force_per_stiffness_share=pressure,
-            landing=landing if (inside | waits) & counts else 0.0,
-            weight=w,
-            offset=offset if counts else 0.0,
+            remaining_landing_time=landing if (inside | waits) & counts else 0.0,
+            stiffness_share=w,
+            unloaded_penetration=offset if counts else 0.0,
         ),
     )
 
@@ -319,10 +320,10 @@ def compare_friction_with_assumption(
         )
     )
     return StackContactChangesInStep(
-        changed=0.0, has_wrong_slip_assumption=1.0 if wrong & coarse else 0.0,
+        contact_changed=0.0, has_wrong_slip_assumption=1.0 if wrong & coarse else 0.0,
         has_slip_reversal=1.0 if backwards & coarse else 0.0,
         has_sticking_joint=1.0 if carries & (not slips) else 0.0, has_friction_reversal=1.0 if back & coarse else 0.0,
-        off=0.0, depth=0.0,
+        has_unloaded_point=0.0, penetration=0.0,
         has_loaded_joint=1.0 if loaded else 0.0,
     )  # fmt: skip
 
@@ -341,7 +342,7 @@ def solve_joint_contact(
     """
     half_step, forces_decide_contact, lands_flat, centre_height = step
     ends, arm_sum = points
-    cx, cy, arm = friction.cx, friction.cy, friction.arm
+    cx, cy, arm = friction.pressure_centre_x, friction.pressure_centre_y, friction.mean_pressure_radius
     more = slip_velocity_at_contact(change[0], change[1], cx, cy, arm)
     first = friction.velocity
     velocity = TangentialVector(first.x + more.x, first.y + more.y, first.twist + more.twist)
@@ -352,8 +353,7 @@ def solve_joint_contact(
     )
     most = joint.friction * ends.force
     force = tangential_contact_force(joint, stretch, velocity)
-    at_origin = Vector3(frame.velocity.x + change[0].x, frame.velocity.y + change[0].y, frame.velocity.z + change[0].z)
-    spin = Vector3(frame.spin.x + change[1].x, frame.spin.y + change[1].y, frame.spin.z + change[1].z)
+    at_origin, spin = plus(frame.velocity, change[0]), plus(frame.angular_velocity, change[1])
     slip, drifts = flat_landing_slip_direction(joint, at_origin, spin, centre_height, (cx, cy, arm))
     drifts = drifts & lands_flat
     hx = -slip.x if drifts else force.x
@@ -379,7 +379,7 @@ def solve_joint_contact(
     released = ((s.x + kept.x) * (stretch.x - kept.x) + (s.y + kept.y) * (stretch.y - kept.y)) + (
         s.twist + kept.twist
     ) * (stretch.twist - kept.twist)
-    let_go = 0.5 * k * (released if loaded else (squared_length(s) if previous.normal > 0.0 else 0.0))
+    let_go = 0.5 * k * (released if loaded else (squared_length(s) if previous.normal_force > 0.0 else 0.0))
     findings = compare_friction_with_assumption(
         friction.direction, TangentialVector(fx, fy, ft), velocity, s,
         (most > 0.0, loaded, not forces_decide_contact), (friction.slides > 0.0, slips),

@@ -17,27 +17,27 @@ from overturning.dem.stack.state import PARALLEL_CASE_COUNT, VelocityToForceBloc
 class JointConstants(NamedTuple):
     """Springs, dashpots and friction of the contact (joint) of a stone with the stone or ground below it."""
 
-    stiffness: float
+    normal_stiffness: float
     """Normal stiffness of the whole joint, N/m."""
-    dashpot: float
+    normal_dashpot: float
     """Normal dashpot of the whole joint, N·s/m."""
     tangential_stiffness: float
     """Tangential stiffness, N/m, in any direction."""
     tangential_compliance: float
     """1 over the tangential stiffness, m/N; 0 without tangential springs."""
-    damping: float
+    tangential_dashpot: float
     """Tangential dashpot, N·s/m."""
     friction: float
     """Coefficient of friction μ."""
-    landing: float
+    landing_duration: float
     """Duration of a flat landing after the first touch, s."""
     friction_moment_share: float
     """Share of the moment of friction that tilts a stone that slides in a flat landing, 0 or 1."""
-    waits: float
+    min_rim_distance_of_waiting_corners: float
     """Least distance of the base from the rim of the face below at which corners between the two ends of the base wait
     in a flat landing, m; `overturning.dem.stack.landing.RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT` for bases of four
     corners."""
-    base_corners: float
+    base_corner_count: float
     """Number of corners of the upper base."""
 
 
@@ -78,15 +78,15 @@ class JointContactState(NamedTuple):
     """Stretch of the tangential springs, m."""
     velocity: TangentialVector
     """Velocity of the upper stone relative to the lower at the centre of pressure, m/s."""
-    cx: float
+    pressure_centre_x: float
     """Centre of pressure along x, m."""
-    cy: float
+    pressure_centre_y: float
     """Centre of pressure along y, m."""
-    arm: float
+    mean_pressure_radius: float
     """Mean distance of the normal forces from the centre of pressure, m."""
-    normal: float
+    normal_force: float
     """Normal force, N."""
-    slid: float
+    has_slid: float
     """1 if the joint slid, else 0."""
     has_loaded_non_corner_point: float
     """1 if a point other than a corner of the upper stone carried weight."""
@@ -120,17 +120,17 @@ class JointRelativeMotion(NamedTuple):
 
     base_centre: Vector3
     """Position of the centre of the upper stone's base, m."""
-    along_x: Vector3
+    upper_x_axis: Vector3
     """Direction of the upper stone's x axis."""
-    along_y: Vector3
+    upper_y_axis: Vector3
     """Direction of the upper stone's y axis."""
     velocity: Vector3
     """Relative velocity at the origin, m/s."""
-    spin: Vector3
+    angular_velocity: Vector3
     """Relative angular velocity, rad/s."""
-    inside: float
+    min_rim_distance: float
     """Smallest distance of a corner of the upper base from the rim of the lower face, m; negative outside."""
-    rim: float
+    patch_perimeter: float
     """Length of the rim of the patch, m."""
 
 
@@ -170,13 +170,13 @@ class JointNormalForceSums(NamedTuple):
     x: float
     """First moments of the force, N·m."""
     y: float
-    g: float
+    force_rate: float
     """Half of the step times the derivative of the force by the opening velocity, kg, and its moments."""
-    gx: float
-    gy: float
-    gxx: float
-    gxy: float
-    gyy: float
+    force_rate_x: float
+    force_rate_y: float
+    force_rate_xx: float
+    force_rate_xy: float
+    force_rate_yy: float
 
 
 class SumOfForceTimesDistance(NamedTuple):
@@ -188,17 +188,17 @@ class SumOfForceTimesDistance(NamedTuple):
 class JointFrictionInStepEquations(NamedTuple):
     """Friction between two stones assumed in a step's equations: point of action, spring stretch, direction."""
 
-    cx: float
+    pressure_centre_x: float
     """Point at which friction acts, m."""
-    cy: float
-    cz: float
-    arm: float
+    pressure_centre_y: float
+    pressure_centre_z: float
+    mean_pressure_radius: float
     """Mean distance of the normal forces from the centre of pressure, m."""
     stretch: TangentialVector
     """Stretch of the tangential springs at the predicted end, m."""
     velocity: TangentialVector
     """Relative velocity at that point, m/s."""
-    on: float
+    is_loaded: float
     """1 if the joint is assumed to carry load."""
     slides: float
     """1 if the joint is assumed to slide."""
@@ -219,12 +219,12 @@ class FaceCorner(NamedTuple):
     x: float
     """Position in the axes of its stone from the centre of its face, m."""
     y: float
-    nx: float
+    side_normal_x: float
     """Outward normal of the side that starts at the corner."""
-    ny: float
-    reach: float
+    side_normal_y: float
+    side_distance: float
     """Distance of that side from the centre of the face, m."""
-    share: float
+    stiffness_share: float
     """Weight of the corner while the whole base rests."""
 
 
@@ -235,7 +235,7 @@ class ContactPointPosition(NamedTuple):
     y: float
     z: float
     """Height of the upper base above the lower face, m."""
-    weight: float
+    stiffness_share: float
     """Share of the stiffness of the joint."""
 
 
@@ -264,15 +264,15 @@ class BaseOverhangAtSide(NamedTuple):
 class ContactPointState(NamedTuple):
     """State of a contact point of two stones after the last step: penetration, pressure, landing time, weight."""
 
-    depth: float
+    penetration: float
     """Penetration, m; negative in the air."""
     force_per_stiffness_share: float
     """Normal force over weight, N."""
-    landing: float
+    remaining_landing_time: float
     """Remaining time of a flat landing, s; 0 or less if there is none."""
-    weight: float
+    stiffness_share: float
     """Weight."""
-    offset: float
+    unloaded_penetration: float
     """Penetration that the point took up without force while it waited in a flat landing, m."""
 
 

@@ -51,14 +51,16 @@ def point_contact_is_deferred(
     and would be deferred again and again.
     """
     spread = landing.highest_point_height - landing.lowest_point_height
-    is_open = (previous.depth <= 0.0) & (previous.weight > 0.0) & (previous.offset == 0.0)
+    is_open = (previous.penetration <= 0.0) & (previous.stiffness_share > 0.0) & (previous.unloaded_penetration == 0.0)
     inner = (position.z > landing.lowest_point_height + MAX_HEIGHT_SHARE_OF_PATCH_END_POINT * spread) & (
         position.z < landing.highest_point_height - MAX_HEIGHT_SHARE_OF_PATCH_END_POINT * spread
     )
     inner = inner & (spread < MAX_FLAT_HEIGHT_SPREAD_RATIO * -landing.lowest_point_height)
-    whole = distance_from_rim >= joint.waits
+    whole = distance_from_rim >= joint.min_rim_distance_of_waiting_corners
     # A point that has taken up its spring does not wait again.
-    still_waits = (previous.offset > 0.0) & (previous.landing > 0.0) & (previous.depth <= 0.0)
+    still_waits = (
+        (previous.unloaded_penetration > 0.0) & (previous.remaining_landing_time > 0.0) & (previous.penetration <= 0.0)
+    )
     return whole & (still_waits | (is_open & inner))
 
 
@@ -69,17 +71,19 @@ def include_point_in_landing_times(
     """Return the landing times and the range of heights of two stones' contact points with one more point included."""
     lowest = (
         position.z
-        if (position.weight > 0.0) & (position.z < landing.lowest_point_height)
+        if (position.stiffness_share > 0.0) & (position.z < landing.lowest_point_height)
         else landing.lowest_point_height
     )
     highest = (
         position.z
-        if (position.weight > 0.0) & (position.z > landing.highest_point_height)
+        if (position.stiffness_share > 0.0) & (position.z > landing.highest_point_height)
         else landing.highest_point_height
     )
-    counts = point.weight > 0.0
-    left = point.landing if counts & (point.landing < landing.shortest) else landing.shortest
-    longest = updated_longest_landing_time(landing.longest, point.landing, point.depth)
+    counts = point.stiffness_share > 0.0
+    left = (
+        point.remaining_landing_time if counts & (point.remaining_landing_time < landing.shortest) else landing.shortest
+    )
+    longest = updated_longest_landing_time(landing.longest, point.remaining_landing_time, point.penetration)
     return RemainingFlatLandingTimes(left, longest if counts else landing.longest, lowest, highest)
 
 
@@ -89,4 +93,4 @@ def remaining_landing_time_of_new_contact(joint: JointConstants, landing: Remain
 
     It is that of the points already in contact, or the full duration if there are none.
     """
-    return joint.landing if landing.longest == LANDING_TIME_OF_BASE_IN_AIR else landing.longest
+    return joint.landing_duration if landing.longest == LANDING_TIME_OF_BASE_IN_AIR else landing.longest

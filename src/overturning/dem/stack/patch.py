@@ -62,14 +62,14 @@ from overturning.dem.stack.state import PredictedStone, StoneConstants
 
 point_window: Final = create_window_slicer(POINT_ROW_LAYOUT.size)
 """Return the rows of a point of a joint."""
-RIM_DISTANCE_ROW: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRelativeMotion, "inside")
-PATCH_PERIMETER_ROW: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRelativeMotion, "rim")
+RIM_DISTANCE_ROW: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRelativeMotion, "min_rim_distance")
+PATCH_PERIMETER_ROW: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRelativeMotion, "patch_perimeter")
 
 
 @njit(**INLINE)
 def upper_face_centre(constants: StoneConstants, stone: PredictedStone, axes: Matrix3) -> Vector3:
     """Return the position (m) of the centre of a stone's upper face at the predicted end of a step."""
-    return plus(stone.place, scale_vector(constants.top, Vector3(axes.xz, axes.yz, axes.zz)))
+    return plus(stone.position, scale_vector(constants.top_height, Vector3(axes.xz, axes.yz, axes.zz)))
 
 
 @njit(**INLINE)
@@ -82,17 +82,15 @@ def relative_motion_at_lower_face(
     """
     to_face = transpose(lower_axes)
     relative = matrix_product(to_face, axes)
-    apart = matrix_times_vector(to_face, minus(stone.place, origin))
-    at = minus(origin, stone.place)
-    velocity = minus(plus(stone.end, cross_product(stone.spin, at)), lower[0])
+    apart = matrix_times_vector(to_face, minus(stone.position, origin))
+    at = minus(origin, stone.position)
+    velocity = minus(plus(stone.end_velocity, cross_product(stone.end_angular_velocity, at)), lower[0])
+    x_axis, y_axis = Vector3(relative.xx, relative.yx, relative.zx), Vector3(relative.xy, relative.yy, relative.zy)
     return JointRelativeMotion(
-        base_centre=Vector3(
-            apart.x - upper.centre_height * relative.xz, apart.y - upper.centre_height * relative.yz,
-            apart.z - upper.centre_height * relative.zz
-        ),
-        along_x=Vector3(relative.xx, relative.yx, relative.zx), along_y=Vector3(relative.xy, relative.yy, relative.zy),
-        velocity=matrix_times_vector(to_face, velocity), spin=matrix_times_vector(to_face, minus(stone.spin, lower[1])),
-        inside=1e300, rim=0.0,
+        base_centre=minus(apart, scale_vector(upper.centre_height, Vector3(relative.xz, relative.yz, relative.zz))),
+        upper_x_axis=x_axis, upper_y_axis=y_axis, velocity=matrix_times_vector(to_face, velocity),
+        angular_velocity=matrix_times_vector(to_face, minus(stone.end_angular_velocity, lower[1])),
+        min_rim_distance=1e300, patch_perimeter=0.0,
     )  # fmt: skip
 
 
@@ -102,10 +100,10 @@ def relative_motion_in_contact_frame(
 ) -> JointRelativeMotion:
     """Return a stone's predicted motion relative to a frame (axes and origin) that is fixed to the stone below."""
     below = load_predicted(lower_rows, j)
-    velocity = plus(below.end, cross_product(below.spin, minus(origin, below.place)))
+    velocity = plus(below.end_velocity, cross_product(below.end_angular_velocity, minus(origin, below.position)))
     return relative_motion_at_lower_face(
         load_constants(upper_rows, j), load_predicted(upper_rows, j), load_axes(upper_rows, j), axes, origin,
-        (velocity, below.spin),
+        (velocity, below.end_angular_velocity),
     )  # fmt: skip
 
 
@@ -135,9 +133,10 @@ def predict_motion_relative_to_stone_below(upper_rows: Any, lower_rows: Any, joi
 def base_corner_contact_point(frame: JointRelativeMotion, corner: FaceCorner, present: float) -> ContactPointPosition:
     """Return the position of a base corner on the lower face, and its share of the stiffness if all corners rest."""
     return ContactPointPosition(
-        frame.base_centre.x + (corner.x * frame.along_x.x + corner.y * frame.along_y.x),
-        frame.base_centre.y + (corner.x * frame.along_x.y + corner.y * frame.along_y.y),
-        frame.base_centre.z + (corner.x * frame.along_x.z + corner.y * frame.along_y.z), corner.share * present,
+        frame.base_centre.x + (corner.x * frame.upper_x_axis.x + corner.y * frame.upper_y_axis.x),
+        frame.base_centre.y + (corner.x * frame.upper_x_axis.y + corner.y * frame.upper_y_axis.y),
+        frame.base_centre.z + (corner.x * frame.upper_x_axis.z + corner.y * frame.upper_y_axis.z),
+        corner.stiffness_share * present,
     )  # fmt: skip
 
 
@@ -167,8 +166,8 @@ def include_corner_in_min_rim_distance(joint_rows: Any, point: Any, side: Any, l
     """
     for j in range(round_to_vector_multiple(lane_count)):
         place, limit = load_place(point, j), load_outline(side, j)
-        free = limit.reach - (limit.nx * place.x + limit.ny * place.y)
-        free = free if place.weight > 0.0 else 1e300
+        free = limit.side_distance - (limit.side_normal_x * place.x + limit.side_normal_y * place.y)
+        free = free if place.stiffness_share > 0.0 else 1e300
         least = joint_rows[RIM_DISTANCE_ROW + j]
         joint_rows[RIM_DISTANCE_ROW + j] = select(free < least, free, least)
 
@@ -226,8 +225,8 @@ def clip_base_side(point: Any, next_corner: Any, side: Any, lane_count: int) -> 
     for j in range(round_to_vector_multiple(lane_count)):
         a, b, limit = load_place(point, j), load_place(next_corner, j), load_outline(side, j)
         store_clip(point, j, clip_side_by_half_plane(
-            load_clip(point, j), limit.reach - (limit.nx * a.x + limit.ny * a.y),
-            limit.reach - (limit.nx * b.x + limit.ny * b.y),
+            load_clip(point, j), limit.side_distance - (limit.side_normal_x * a.x + limit.side_normal_y * a.y),
+            limit.side_distance - (limit.side_normal_x * b.x + limit.side_normal_y * b.y),
         ))  # fmt: skip
 
 
@@ -265,7 +264,7 @@ def normal_slope_at_crossing_of_sides(lower: FaceCorner, a: ContactPointPosition
 
     The normal is perpendicular to both sides; the slope is that across the side of the lower face.
     """
-    across = lower.nx * (b.x - a.x) + lower.ny * (b.y - a.y)
+    across = lower.side_normal_x * (b.x - a.x) + lower.side_normal_y * (b.y - a.y)
     slope = (a.z - b.z) / (across if across != 0.0 else 1.0)
     return slope if (across != 0.0) & (slope > 0.0) else 0.0
 
@@ -285,7 +284,8 @@ def clip_side_of_lower_face(side: Any, next_corner: Any, begin: Any, end: Any, l
         c, d = load_outline(side, j), load_outline(next_corner, j)
         old, rim = load_clip(side, j), load_rim_side(side, j)
         new = clip_side_by_half_plane(old, double_signed_area(a, b, c.x, c.y), double_signed_area(a, b, d.x, d.y))
-        slope, beyond = normal_slope_at_crossing_of_sides(c, a, b), (c.nx * a.x + c.ny * a.y) - c.reach
+        slope = normal_slope_at_crossing_of_sides(c, a, b)
+        beyond = (c.side_normal_x * a.x + c.side_normal_y * a.y) - c.side_distance
         store_clip(side, j, new)
         store_rim_side(side, j, BaseOverhangAtSide(
             overhang=beyond if beyond > rim.overhang else rim.overhang,
@@ -330,7 +330,7 @@ def contact_point_on_side(
 @njit(**INLINE)
 def base_point_above_lower_face(frame: JointRelativeMotion, x: float, y: float, weight: float) -> ContactPointPosition:
     """Return the point of a stone's base above point (x, y) of the lower face, with a stiffness weight."""
-    normal = cross_product(frame.along_x, frame.along_y)
+    normal = cross_product(frame.upper_x_axis, frame.upper_y_axis)
     # A base that stands on edge has no height above the face; its stone has fallen.
     up = normal.z if normal.z > 0.1 else 0.1
     z = frame.base_centre.z - (normal.x * (x - frame.base_centre.x) + normal.y * (y - frame.base_centre.y)) / up
@@ -348,9 +348,9 @@ def place_contact_points_of_lower_side(
     for j in range(round_to_vector_multiple(lane_count)):
         frame, c, d = load_frame(joint_rows, j), load_outline(side, j), load_outline(next_corner, j)
         own, previous = load_clip(side, j), load_clip(previous_side, j)
-        unit = 0.5 / (frame.rim if frame.rim > 0.0 else 1.0)
-        part = unit * own.length if frame.inside < 0.0 else 0.0
-        other = unit * previous.length if frame.inside < 0.0 else 0.0
+        unit = 0.5 / (frame.patch_perimeter if frame.patch_perimeter > 0.0 else 1.0)
+        part = unit * own.length if frame.min_rim_distance < 0.0 else 0.0
+        other = unit * previous.length if frame.min_rim_distance < 0.0 else 0.0
         corner = (part if own.begin == 0.0 else 0.0) + (other if previous.end == 1.0 else 0.0)
         at, to = own.begin, own.end
         store_place(side, j, base_point_above_lower_face(frame, c.x, c.y, corner))
@@ -370,12 +370,13 @@ def place_contact_points_of_base_side(
     for j in range(round_to_vector_multiple(lane_count)):
         frame, a, b = load_frame(joint_rows, j), load_place(point, j), load_place(next_corner, j)
         own, previous = load_clip(point, j), load_clip(previous_side, j)
-        unit, within = 0.5 / (frame.rim if frame.rim > 0.0 else 1.0), frame.inside >= 0.0
+        unit = 0.5 / (frame.patch_perimeter if frame.patch_perimeter > 0.0 else 1.0)
+        within = frame.min_rim_distance >= 0.0
         part, other = (0.0 if within else unit * own.length), (0.0 if within else unit * previous.length)
         corner = (part if own.begin == 0.0 else 0.0) + (other if previous.end == 1.0 else 0.0)
         store_place(start, j, contact_point_on_side(a, b, own.begin, part if own.begin > 0.0 else 0.0))
         store_place(end, j, contact_point_on_side(a, b, own.end, part if own.end < 1.0 else 0.0))
-        point[STIFFNESS_SHARE_ROW + j] = select(within, a.weight, corner)
+        point[STIFFNESS_SHARE_ROW + j] = select(within, a.stiffness_share, corner)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)

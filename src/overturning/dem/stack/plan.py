@@ -129,7 +129,7 @@ class StackSimulationPlan(SimulationPlan3D):
 
     def trajectory_rows_at_rest(self, sample_count: int) -> FloatArray:
         """Return trajectory rows with the stack at rest, one for each of the first `sample_count` samples."""
-        count, amplitude = self.stones.shape[1], float(self.case_table[0]["amplitude"])
+        count, amplitude = self.stones.shape[1], float(self.case_table[0]["amplitude_factor"])
         rows = np.zeros((sample_count, COLUMNS_BEFORE_STONES + COLUMNS_PER_STONE * count))
         rows[:, 0] = np.arange(sample_count) * self.motion.sampling_interval
         rows[:, 1:3] = self.base_accelerations[0, :, :sample_count].T * amplitude
@@ -158,7 +158,7 @@ class StackSimulationPlan(SimulationPlan3D):
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> StackTrajectory:
         """Convert the kernel's output rows of the plan's only case to a `StackTrajectory`."""
         cosine, sine = self.orientation_cosines[0].tolist()
-        critical = np.arcsin(np.sqrt(self.stones[0]["critical"]))
+        critical = np.arcsin(np.sqrt(self.stones[0]["critical_lean"]))
         reference = self.model.scene.name_of_element_shown_by_default
         return StackTrajectory(trajectory_rows, (cosine, sine), self._stones_of_first_case, reference, critical)
 
@@ -207,7 +207,7 @@ def _rest_limit_to_onset_acceleration_ratios(
         lowest_eigenvalue(stiffness_matrix(stones, table, scale_factors_for_unit_mass_matrix(stones)))
         for stones, table in zip(stacks, joints, strict=True)
     ])  # fmt: skip
-    delay = np.array([float(np.min(table.joint_table["dashpot"] / table.joint_table["stiffness"])) for table in joints])
+    delay = np.array([float(table.dashpot_to_stiffness_ratios.min()) for table in joints])
     overshoot = dynamic_overshoot_bound(
         slowest[stack_indices], delay[stack_indices] * damping_factor, sampling_interval
     )
@@ -254,8 +254,8 @@ def plan_stack_simulation(
         * eigenvalue_bound_factor_for_inertia_products(stones)
         for stones, table in zip(stacks, joints, strict=True)
     ])  # fmt: skip
-    delay = np.array([float(np.max(table.joint_table["dashpot"] / table.joint_table["stiffness"])) for table in joints])
-    foot, reach = tables["centre_height"], tables["reach"]
+    delay = np.array([float(table.dashpot_to_stiffness_ratios.max()) for table in joints])
+    foot, reach = tables["centre_height"], tables["side_distance"]
     # Not np.hypot: its last digit differs between processors.
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY)).min(axis=1)
     # The slowest rocking is that of all stones above a joint.
@@ -270,10 +270,12 @@ def plan_stack_simulation(
     steps, pace = steps_per_sample_and_step_control(
         numerics, square[which], rate, interval, WHOLE_STEP_RATIO_TO_SINGLE_BODY * period[which], STACK_STEP_CONTROL
     )
-    pace["finest"] = np.minimum(pace["finest"], MAX_SHORTEST_STEP_TICKS)
+    pace["shortest_step"] = np.minimum(pace["shortest_step"], MAX_SHORTEST_STEP_TICKS)
     # When the vibration of a light stone has decayed, that of the heavy stones around it goes on.
     pace["long_steps_before_doubling"] = np.where(
-        pace["finest"] < MAX_SHORTEST_STEP_TICKS, pace["steps_after_contact_change"], pace["long_steps_before_doubling"]
+        pace["shortest_step"] < MAX_SHORTEST_STEP_TICKS,
+        pace["steps_after_contact_change"],
+        pace["long_steps_before_doubling"],
     )
     rest_share = np.zeros(cases.case_count)
     if numerics.leave_out:
@@ -292,14 +294,15 @@ def plan_stack_simulation(
     springs = np.array([spring_energy_at_rest(stones, table) for stones, table in zip(stacks, joints, strict=True)])
     case_table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     columns = {
-        "stack": which, "amplitude": amplitude, "damping_factor": cases.damping_factor,
-        "deepest": (MAX_PENETRATION_TO_HALF_SIDE_RATIO * np.minimum(reach, foot).min(axis=1))[which],
+        "stack": which, "amplitude_factor": amplitude, "damping_factor": cases.damping_factor,
+        "max_penetration": (MAX_PENETRATION_TO_HALF_SIDE_RATIO * np.minimum(reach, foot).min(axis=1))[which],
         "sample_step_acceleration_g": MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold,
-        "still": (1e-9 * weight * reach.min(axis=1))[which],
-        "reach": np.array([table.nearest_side_distance.min() for table in joints])[which],
-        "rest_share": rest_share, "rest_bound": rest_share * friction.min(axis=1),
-        "first_simulated_sample": first, "last_onset_sample": calm, "barrier": barrier[which],
-        "spring_energy": springs[which],
+        "max_kinetic_energy_at_rest": (1e-9 * weight * reach.min(axis=1))[which],
+        "min_side_distance": np.array([table.nearest_side_distance.min() for table in joints])[which],
+        "max_share_of_onset_acceleration_at_rest": rest_share,
+        "max_base_acceleration_at_rest_g": rest_share * friction.min(axis=1),
+        "first_simulated_sample": first, "last_onset_sample": calm, "min_overturning_energy": barrier[which],
+        "spring_energy_at_rest": springs[which],
         "undecided_end_sample": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * slowest_period[which] / interval),
         **pace,
     }  # fmt: skip

@@ -114,9 +114,9 @@ def predict_stone_at_step_end(inverse: SymmetricMatrix, state: StoneState, step_
     )
     turn, spin = rotate_body_over_step(inverse, state.rotation, momentum, state.moment, step_length)
     return PredictedStone(
-        place=extrapolate_vector(state.place, step_length, v), rotation=turn, velocity=v,
+        position=extrapolate_vector(state.position, step_length, v), rotation=turn, half_step_velocity=v,
         half_step_angular_momentum=momentum,
-        end=extrapolate_vector(v, half, state.acceleration), spin=spin,
+        end_velocity=extrapolate_vector(v, half, state.acceleration), end_angular_velocity=spin,
     )  # fmt: skip
 
 
@@ -124,8 +124,12 @@ def predict_stone_at_step_end(inverse: SymmetricMatrix, state: StoneState, step_
 def predict_inertial_acceleration(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
     """Compute the inertial acceleration from base motion and gravity at the end of each stack's attempted step."""
     for j in range(round_to_vector_multiple(lane_count)):
-        length, time, shaking = load_attempt(case_rows, j).length, load_time(case_rows, j), load_shaking(case_rows, j)
-        tick = time.tick + length
+        length, time, shaking = (
+            load_attempt(case_rows, j).length_in_ticks,
+            load_time(case_rows, j),
+            load_shaking(case_rows, j),
+        )
+        tick = time.ticks_in_sample + length
         past = tick - ticks_per_sample
         past = past if past > 0.0 else 0.0
         store_inertial(case_rows, j, Vector3(
@@ -133,7 +137,9 @@ def predict_inertial_acceleration(case_rows: Any, lane_count: int, ticks_per_sam
             -(GRAVITY + push_at(shaking.upward_base_acceleration, tick, past)),
         ))  # fmt: skip
         store_time(
-            case_rows, j, StackClockWithinSample(time.tick, 0.5 * (load_case(case_rows, j).tick_length * length))
+            case_rows,
+            j,
+            StackClockWithinSample(time.ticks_in_sample, 0.5 * (load_case(case_rows, j).tick_length * length)),
         )
         store_findings(case_rows, j, no_findings())
         store_losses(case_rows, j, no_losses())
@@ -146,13 +152,13 @@ def predict_stone_motion_and_equations(case_rows: Any, rows: Any, lane_count: in
     The prediction is of its pose and velocities.
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        constants, state, half = load_constants(rows, j), load_stone(rows, j), load_time(case_rows, j).half
-        predicted = predict_stone_at_step_end(constants.inverse, state, 2.0 * half)
+        constants, state, half = load_constants(rows, j), load_stone(rows, j), load_time(case_rows, j).half_step
+        predicted = predict_stone_at_step_end(constants.inverse_inertia, state, 2.0 * half)
         axes = rotation_matrix(predicted.rotation)
         store_predicted(rows, j, predicted)
         store_axes(rows, j, axes)
         store_diagonal(rows, j, DiagonalBlockAndRightSide(
-            mass_matrix_of_stone(constants.mass, constants.inertia, axes),
+            mass_matrix_of_stone(constants.mass, constants.inertia_per_mass, axes),
             right_side_of_stone_equations(
                 half, constants.mass, no_wrench(), load_inertial(case_rows, j),
                 Wrench(state.acceleration, state.moment),
@@ -166,7 +172,7 @@ def clear_joint_sums(joint_rows: Any, lane_count: int) -> None:
     """Reset the sums over the contact points of a stone with its support, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
         # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
-        longest = 0.0 if load_history(joint_rows, j).normal > 0.0 else LANDING_TIME_OF_BASE_IN_AIR
+        longest = 0.0 if load_history(joint_rows, j).normal_force > 0.0 else LANDING_TIME_OF_BASE_IN_AIR
         store_landing(
             joint_rows,
             j,
@@ -193,9 +199,12 @@ def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
     """Predict the normal force at one contact point of two stones and add it to their sums, for all stacks."""
     for j in range(round_to_vector_multiple(lane_count)):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
-        landing, old, half = load_landing(joint_rows, j), load_point(point, j), load_time(case_rows, j).half
-        waits = point_contact_is_deferred(joint, landing, place, old, frame.inside)
-        fine = load_attempt(case_rows, j).length <= MAX_VIBRATION_RESOLVING_STEP_RATIO * load_clock(case_rows, j).finest
+        landing, old, half = load_landing(joint_rows, j), load_point(point, j), load_time(case_rows, j).half_step
+        waits = point_contact_is_deferred(joint, landing, place, old, frame.min_rim_distance)
+        fine = (
+            load_attempt(case_rows, j).length_in_ticks
+            <= MAX_VIBRATION_RESOLVING_STEP_RATIO * load_clock(case_rows, j).shortest_step
+        )
         pressure, on = predicted_point_force_and_contact(
             joint, frame, place, old, (fine, contact_points_land_together(landing), waits)
         )
@@ -210,14 +219,17 @@ def predict_joint_friction(case_rows: Any, upper_rows: Any, joint_rows: Any, lan
         joint, frame, sums = load_joint(joint_rows, j), load_frame(joint_rows, j), load_normal(joint_rows, j)
         old, half, flat = (
             load_history(joint_rows, j),
-            load_time(case_rows, j).half,
+            load_time(case_rows, j).half_step,
             contact_points_land_together(load_landing(joint_rows, j)),
         )
-        fine = load_attempt(case_rows, j).length <= MAX_VIBRATION_RESOLVING_STEP_RATIO * load_clock(case_rows, j).finest
+        fine = (
+            load_attempt(case_rows, j).length_in_ticks
+            <= MAX_VIBRATION_RESOLVING_STEP_RATIO * load_clock(case_rows, j).shortest_step
+        )
         foot = load_constants(upper_rows, j).centre_height
         friction = predict_friction(joint, frame, sums, old, half, (fine, flat, foot))
         store_friction(joint_rows, j, friction)
-        normal = sums.force if fine else old.normal
+        normal = sums.force if fine else old.normal_force
         store_equations(joint_rows, j, joint_equation_terms(joint, sums, friction, half, normal))
 
 
@@ -241,8 +253,8 @@ def eliminate_upper_stone_of_each_stack(
         below, origin = load_predicted(lower_rows, j), load_joint_pose(joint_rows, j).origin
         solution, rest = eliminate_stone_from_equations(
             load_diagonal(upper_rows, j), load_diagonal(lower_rows, j), load_equations(joint_rows, j),
-            load_time(case_rows, j).half, minus(origin, load_predicted(upper_rows, j).place),
-            minus(origin, below.place),
+            load_time(case_rows, j).half_step, minus(origin, load_predicted(upper_rows, j).position),
+            minus(origin, below.position),
         )  # fmt: skip
         store_elimination(upper_rows, j, solution)
         store_diagonal(lower_rows, j, rest)
@@ -252,9 +264,9 @@ def eliminate_upper_stone_of_each_stack(
 def solve_velocity_corrections_of_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Solve the equations of the lowest stone of each stack for its velocity correction."""
     for j in range(round_to_vector_multiple(lane_count)):
-        arm = scale_vector(-1.0, load_predicted(rows, j).place)
+        arm = scale_vector(-1.0, load_predicted(rows, j).position)
         e = solve_velocity_correction_of_lowest_stone(
-            load_diagonal(rows, j), load_equations(joint_rows, j), load_time(case_rows, j).half, arm
+            load_diagonal(rows, j), load_equations(joint_rows, j), load_time(case_rows, j).half_step, arm
         )
         store_change(rows, j, StoneVelocityCorrection(e.force, e.moment))
 
@@ -265,6 +277,7 @@ def compute_upper_stone_velocity_corrections(upper_rows: Any, lower_rows: Any, l
     for j in range(round_to_vector_multiple(lane_count)):
         solution, below = load_elimination(upper_rows, j), load_change(lower_rows, j)
         e = wrench_plus(
-            solution.fixed_part, matrix_6x6_times_wrench(solution.factor_below, Wrench(below.velocity, below.spin))
+            solution.fixed_part,
+            matrix_6x6_times_wrench(solution.factor_below, Wrench(below.velocity, below.angular_velocity)),
         )
         store_change(upper_rows, j, StoneVelocityCorrection(e.force, e.moment))

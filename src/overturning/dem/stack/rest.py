@@ -48,7 +48,7 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
     JOINT_ROW_LAYOUT.size,
     POINT_ROW_LAYOUT.size,
 )
-MAY_BE_AT_REST_ROW: Final = CASE_ROW_LAYOUT.row_offset_of_field(StackRestFlagAndLimits, "at_rest")
+MAY_BE_AT_REST_ROW: Final = CASE_ROW_LAYOUT.row_offset_of_field(StackRestFlagAndLimits, "may_be_at_rest")
 
 MIN_PATCH_WIDTH_RATIO: Final = 1e-3
 """Least width of a contact patch, as a share of its length, whose points give a plane of pressure."""
@@ -66,7 +66,7 @@ class MassAndMassMomentAboveJoint(NamedTuple):
 class StiffnessShareMoments(NamedTuple):
     """Sums over the contact points of two stones: weight (share of stiffness), its first and second moments."""
 
-    weight: float
+    stiffness_share: float
     x: float
     y: float
     xx: float
@@ -76,16 +76,16 @@ class StiffnessShareMoments(NamedTuple):
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def mark_possibly_resting_stacks(state: Any, stone_count: int, active_lane_count: int) -> int:
-    """Mark and count, by a quick test, the stacks that may be at rest (`StackRestState.at_rest` = 1)."""
+    """Mark and count, by a quick test, the stacks that may be at rest (`StackRestFlagAndLimits.may_be_at_rest` = 1)."""
     number = 0
     for j in range(active_lane_count):
-        length = load_attempt(state, j).length
-        most = 1.001 * MAX_RESIDUAL_ACCELERATION_RATIO_AT_REST * load_rest(state, j).bound * GRAVITY
+        length = load_attempt(state, j).length_in_ticks
+        most = 1.001 * MAX_RESIDUAL_ACCELERATION_RATIO_AT_REST * load_rest(state, j).max_base_acceleration_g * GRAVITY
         slow = most * (load_case(state, j).tick_length * length)
         may = (length >= TICKS_PER_WHOLE_STEP) & (most > 0.0)
         for s in range(stone_count):
             rows = stone_window(state, s)
-            stone, gone = load_stone(rows, j), not load_outcome(rows, j).present > 0.0
+            stone, gone = load_stone(rows, j), not load_outcome(rows, j).is_simulated > 0.0
             a, v = stone.acceleration, stone.velocity
             still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most) & (2.0 * abs(v.z) < slow)
             may = may & (still | gone)
@@ -102,7 +102,7 @@ def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, corne
     """
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
     for s in range(stone_count):
-        if not load_outcome(stone_window(state, s), lane).present > 0.0:
+        if not load_outcome(stone_window(state, s), lane).is_simulated > 0.0:
             continue
         at = first + s * size
         landing = load_landing(state[at : at + JOINT_SIZE], lane)
@@ -110,12 +110,16 @@ def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, corne
             landing.highest_point_height - landing.lowest_point_height
             < MAX_FLAT_HEIGHT_SPREAD_RATIO * -landing.lowest_point_height
         )
-        if load_joint(state[at : at + JOINT_SIZE], lane).waits < RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT and lies_flat:
+        if (
+            load_joint(state[at : at + JOINT_SIZE], lane).min_rim_distance_of_waiting_corners
+            < RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT
+            and lies_flat
+        ):
             continue
         for i in range((size - JOINT_SIZE) // P):
             begin = at + JOINT_SIZE + i * P
             point = load_point(state[begin : begin + P], lane)
-            if point.weight > 1e-3 and not point.force_per_stiffness_share > 0.0:
+            if point.stiffness_share > 1e-3 and not point.force_per_stiffness_share > 0.0:
                 return False
     return True
 
@@ -126,9 +130,9 @@ def moments_of_stiffness_shares(points: Any, lane: int) -> StiffnessShareMoments
     total = StiffnessShareMoments(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(points.size // P):
         rows = points[i * P : (i + 1) * P]
-        w, at = load_point(rows, lane).weight, load_place(rows, lane)
+        w, at = load_point(rows, lane).stiffness_share, load_place(rows, lane)
         total = StiffnessShareMoments(
-            total.weight + w, total.x + w * at.x, total.y + w * at.y,
+            total.stiffness_share + w, total.x + w * at.x, total.y + w * at.y,
             total.xx + w * at.x * at.x, total.xy + w * at.x * at.y, total.yy + w * at.y * at.y,
         )  # fmt: skip
     return total
@@ -142,9 +146,9 @@ def contact_point_unloading_acceleration(points: Any, lane: int, centre: Vector3
     function of the position in the contact. The result is 0 for a contact without width, or if a point carries no load.
     """
     total = moments_of_stiffness_shares(points, lane)
-    if not total.weight > 0.0:
+    if not total.stiffness_share > 0.0:
         return 0.0
-    x, y = total.x / total.weight, total.y / total.weight
+    x, y = total.x / total.stiffness_share, total.y / total.stiffness_share
     xx, xy, yy = total.xx - total.x * x, total.xy - total.x * y, total.yy - total.y * y
     area, width = xx * yy - xy * xy, MIN_PATCH_WIDTH_RATIO * (xx + yy)
     if not area > width * width:
@@ -152,13 +156,13 @@ def contact_point_unloading_acceleration(points: Any, lane: int, centre: Vector3
     least, off_x, off_y = np.inf, centre.x - x, centre.y - y
     for i in range(points.size // P):
         rows = points[i * P : (i + 1) * P]
-        if not load_point(rows, lane).weight > 0.0:
+        if not load_point(rows, lane).stiffness_share > 0.0:
             continue
         at = load_place(rows, lane)
         dx, dy = at.x - x, at.y - y
         gx, gy = (yy * dx - xy * dy) / area, (xx * dy - xy * dx) / area
         # Both per weight of the stones above: pressure at rest, and its change by a base acceleration of 1 g.
-        pressure = 1.0 / total.weight + (gx * off_x + gy * off_y)
+        pressure = 1.0 / total.stiffness_share + (gx * off_x + gy * off_y)
         change = abs(centre.z) * np.sqrt(gx * gx + gy * gy)
         least = min(least, pressure / change if change > 0.0 else np.inf)
     return max(float(least), 0.0)
@@ -176,22 +180,26 @@ def current_motion_onset_acceleration(state: Any, lane: int, stone_count: int, c
     for k in range(stone_count):
         s = stone_count - 1 - k
         rows = stone_window(state, s)
-        if not load_outcome(rows, lane).present > 0.0:
+        if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
-        mass, place = load_constants(rows, lane).mass, load_stone(rows, lane).place
+        mass, place = load_constants(rows, lane).mass, load_stone(rows, lane).position
         above = MassAndMassMomentAboveJoint(
             above.mass + mass, above.x + mass * place.x, above.y + mass * place.y, above.z + mass * place.z
         )
         joint = state[first + s * size : first + (s + 1) * size]
         old, friction = load_history(joint[:JOINT_SIZE], lane), load_joint(joint[:JOINT_SIZE], lane).friction
-        if not old.normal > 0.0 or old.slid > 0.0:
+        if not old.normal_force > 0.0 or old.has_slid > 0.0:
             return 0.0
         origin, axes = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
         level = 0.0
         if s > 0:
             below = stone_window(state, s - 1)
             lower = load_stone(below, lane)
-            origin, axes, level = lower.place, rotation_matrix(lower.rotation), load_constants(below, lane).top
+            origin, axes, level = (
+                lower.position,
+                rotation_matrix(lower.rotation),
+                load_constants(below, lane).top_height,
+            )
         one = 1.0 / above.mass
         centre = matrix_times_vector(
             transpose(axes), minus(Vector3(one * above.x, one * above.y, one * above.z), origin)
@@ -206,27 +214,29 @@ def base_acceleration_limit_of_stack_at_rest(state: Any, lane: int, stone_count:
     """Return the base acceleration over g up to which a stack at rest stays at rest; 0 if the stack is not at rest."""
     if not all_contact_points_carry_load(state, lane, stone_count, corner_limit):
         return 0.0
-    limit = load_rest(state, lane).share * current_motion_onset_acceleration(state, lane, stone_count, corner_limit)
+    limit = load_rest(state, lane).max_share_of_onset_acceleration * current_motion_onset_acceleration(
+        state, lane, stone_count, corner_limit
+    )
     return limit if limit > 0.0 and stones_stand_upright_and_still(state, lane, stone_count, limit) else 0.0
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def stones_stand_upright_and_still(state: Any, lane: int, stone_count: int, rest_limit: float) -> bool:
     """True if all stones that have not fallen stand upright, with speeds and accelerations of a stack at rest."""
-    step = load_case(state, lane).tick_length * load_attempt(state, lane).length
+    step = load_case(state, lane).tick_length * load_attempt(state, lane).length_in_ticks
     for s in range(stone_count):
         rows = stone_window(state, s)
-        if not load_outcome(rows, lane).present > 0.0:
+        if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
-        axes, arm = rotation_matrix(stone.rotation), constants.centre_height + constants.top
-        spin = angular_velocity_from_momentum(constants.inverse, axes, stone.angular_momentum)
-        turning = angular_velocity_from_momentum(constants.inverse, axes, stone.moment)
+        axes, arm = rotation_matrix(stone.rotation), constants.centre_height + constants.top_height
+        spin = angular_velocity_from_momentum(constants.inverse_inertia, axes, stone.angular_momentum)
+        turning = angular_velocity_from_momentum(constants.inverse_inertia, axes, stone.moment)
         speed = vector_length(stone.velocity) + arm * vector_length(spin)
         acceleration = vector_length(stone.acceleration) + arm * vector_length(turning)
         if not body_is_still(speed, acceleration, step, rest_limit):
             return False
-        if not lean_as_squared_sine(axes) < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * constants.critical:
+        if not lean_as_squared_sine(axes) < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * constants.critical_lean:
             return False
     return True
 
@@ -241,16 +251,16 @@ def time_until_upright_stack_stops_sliding(state: Any, lane: int, stone_count: i
     longest, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
     for s in range(stone_count):
         rows = stone_window(state, s)
-        if not load_outcome(rows, lane).present > 0.0:
+        if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
         if lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).rotation)) >= (
-            MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * load_constants(rows, lane).critical
+            MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * load_constants(rows, lane).critical_lean
         ):
             return 0.0
         joint = state[first + s * size : first + s * size + JOINT_SIZE]
         old, deceleration = load_history(joint, lane), GRAVITY * load_joint(joint, lane).friction
         v = old.velocity
         square = v.x * v.x + v.y * v.y + v.twist * v.twist
-        if old.slid > 0.0 and deceleration > 0.0 and square >= 2.0 * NEGLIGIBLE_REMAINING_SLIP_M * deceleration:
+        if old.has_slid > 0.0 and deceleration > 0.0 and square >= 2.0 * NEGLIGIBLE_REMAINING_SLIP_M * deceleration:
             longest = max(longest, np.sqrt(square) / deceleration)
     return longest

@@ -60,7 +60,7 @@ Below it the normal turns in proportion, so that forces are continuous when a co
 @njit(**INLINE)
 def slopes_of_upper_base_normal(frame: JointRelativeMotion) -> tuple[float, float]:
     """Return the horizontal components of the normal of the upper stone's base, divided by the vertical one."""
-    normal = cross_product(frame.along_x, frame.along_y)
+    normal = cross_product(frame.upper_x_axis, frame.upper_y_axis)
     up = normal.z if normal.z > 0.1 else 0.1
     return normal.x / up, normal.y / up
 
@@ -82,7 +82,7 @@ def add_point_to_contact_normal_sums(
     rim: ContactNormalSums, place: ContactPointPosition, slope: tuple[float, float]
 ) -> ContactNormalSums:
     """Return the sums for the normal of contact with one more contact point, whose normal has the slope `slope`."""
-    load = place.weight * (-place.z if place.z < 0.0 else 0.0)
+    load = place.stiffness_share * (-place.z if place.z < 0.0 else 0.0)
     return ContactNormalSums(
         rim.weighted_penetration + load, rim.x + load * place.x, rim.y + load * place.y, rim.slope_x + load * slope[0],
         rim.slope_y + load * slope[1],
@@ -115,8 +115,8 @@ def add_rim_points_to_normal_sums(
         slope_x, slope_y = slopes_of_upper_base_normal(load_frame(joint_rows, j))
         rim, other = load_rim_side(side, j), load_rim_side(previous_side, j)
         full, corner = (
-            contact_normal_weight_of_rim_side(rim.overhang, own.reach),
-            contact_normal_weight_of_rim_side(other.overhang, previous.reach),
+            contact_normal_weight_of_rim_side(rim.overhang, own.side_distance),
+            contact_normal_weight_of_rim_side(other.overhang, previous.side_distance),
         )
         corner = full if full < corner else corner
         # Sides that cross at a small angle would have a horizontal normal.
@@ -126,9 +126,15 @@ def add_rim_points_to_normal_sums(
         loads = add_point_to_contact_normal_sums(
             load_rim(joint_rows, j), load_place(side, j), (corner * slope_x, corner * slope_y)
         )
-        loads = add_point_to_contact_normal_sums(loads, load_place(start, j), (begin * own.nx, begin * own.ny))
+        loads = add_point_to_contact_normal_sums(
+            loads, load_place(start, j), (begin * own.side_normal_x, begin * own.side_normal_y)
+        )
         store_rim(
-            joint_rows, j, add_point_to_contact_normal_sums(loads, load_place(end, j), (last * own.nx, last * own.ny))
+            joint_rows,
+            j,
+            add_point_to_contact_normal_sums(
+                loads, load_place(end, j), (last * own.side_normal_x, last * own.side_normal_y)
+            ),
         )
 
 
@@ -163,7 +169,7 @@ def express_point_in_mean_normal_frame(joint_rows: Any, point: Any, lane_count: 
     for j in range(round_to_vector_multiple(lane_count)):
         pose, place = contact_frame_with_mean_normal(load_rim(joint_rows, j)), load_place(point, j)
         turned = matrix_times_vector(transpose(pose.axes), minus(Vector3(place.x, place.y, 0.0), pose.origin))
-        store_place(point, j, ContactPointPosition(turned.x, turned.y, pose.axes.zz * place.z, place.weight))
+        store_place(point, j, ContactPointPosition(turned.x, turned.y, pose.axes.zz * place.z, place.stiffness_share))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -177,7 +183,8 @@ def rotate_contact_frame_to_mean_normal(upper_rows: Any, lower_rows: Any, joint_
         new = relative_motion_in_contact_frame(upper_rows, lower_rows, j, axes, origin)
         store_joint_pose(joint_rows, j, JointFrameAxesAndOrigin(axes, origin))
         store_frame(joint_rows, j, JointRelativeMotion(
-            new.base_centre, new.along_x, new.along_y, new.velocity, new.spin, old.inside, old.rim
+            new.base_centre, new.upper_x_axis, new.upper_y_axis, new.velocity, new.angular_velocity,
+            old.min_rim_distance, old.patch_perimeter
         ))  # fmt: skip
 
 
@@ -191,7 +198,7 @@ def keep_lower_face_normal_beyond_critical_lean(upper_rows: Any, joint_rows: Any
     """
     for j in range(round_to_vector_multiple(lane_count)):
         rim, axes = load_rim(joint_rows, j), load_axes(upper_rows, j)
-        upright = lean_as_squared_sine(axes) < load_constants(upper_rows, j).base_critical
+        upright = lean_as_squared_sine(axes) < load_constants(upper_rows, j).base_critical_lean
         store_rim(joint_rows, j, ContactNormalSums(
             rim.weighted_penetration, rim.x, rim.y, rim.slope_x if upright else 0.0, rim.slope_y if upright else 0.0
         ))  # fmt: skip

@@ -79,15 +79,12 @@ from overturning.dem.stack.state import (
 from overturning.dem.stack.step import advance_stacks, joint_state_size
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
-    CASE_ROW_LAYOUT.size,
-    STONE_ROW_LAYOUT.size,
-    JOINT_ROW_LAYOUT.size,
-    POINT_ROW_LAYOUT.size,
-)
+    CASE_ROW_LAYOUT.size, STONE_ROW_LAYOUT.size, JOINT_ROW_LAYOUT.size, POINT_ROW_LAYOUT.size,
+)  # fmt: skip
 TICK, SAMPLE, ENERGY, LOADED = (
-    CASE_ROW_LAYOUT.row_offset_of_field(StackClockWithinSample, "tick"),
-    CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "sample"),
-    CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "energy"),
+    CASE_ROW_LAYOUT.row_offset_of_field(StackClockWithinSample, "ticks_in_sample"),
+    CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample"),
+    CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "initial_energy"),
     CASE_ROW_LAYOUT.row_offset_of_field(BaseMotionSampleNumber, "sample"),
 )
 LAST_UPRIGHT, UPRIGHT_UNTIL = (
@@ -107,7 +104,7 @@ class StackKernelInput(NamedTuple):
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     stone_results: NDArray[np.void]
     """Results of each stone to fill in, of type `STONE_RESULT_TABLE_DTYPE`, shape (n, stones)."""
-    ground: GroundMotion
+    ground_motion: GroundMotion
     friction: FloatArray
     """Coefficient of friction of each joint, shape (n, stones)."""
     stones: NDArray[np.void]
@@ -158,19 +155,25 @@ def write_initial_stack_state(
         state[row * PARALLEL_CASE_COUNT + lane] = 0.0
     first, size = CASE_SIZE + stones.size * STONE_SIZE, joint_state_size(outlines.shape[2])
     store_clock(state, lane, CaseStepControl(
-        case.finest, case.standing, case.steps_after_contact_change, case.long_steps_before_doubling
+        case.shortest_step, case.longest_step_at_rest, case.steps_after_contact_change, case.long_steps_before_doubling
     ))  # fmt: skip
     store_case(state, lane, StackTickLengthAndLimits(
-        sampling_interval / ticks_per_sample, case.deepest, case.sample_step_acceleration_g, case.still, case.reach
+        sampling_interval / ticks_per_sample, case.max_penetration, case.sample_step_acceleration_g,
+        case.max_kinetic_energy_at_rest, case.min_side_distance
     ))  # fmt: skip
-    store_rest(state, lane, StackRestFlagAndLimits(case.rest_share, case.rest_bound, 0.0))
-    store_attempt(state, lane, NextStepToAttempt(case.finest, case.steps_after_contact_change, 0.0))
+    store_rest(
+        state,
+        lane,
+        StackRestFlagAndLimits(case.max_share_of_onset_acceleration_at_rest, case.max_base_acceleration_at_rest_g, 0.0),
+    )
+    store_attempt(state, lane, NextStepToAttempt(case.shortest_step, case.steps_after_contact_change, 0.0))
     for s in range(stones.size):
         at, stone = first + s * size, stones[s]
         write_initial_stone_state(stone_window(state, s), lane, stone)
         write_initial_joint_state(
-            state[at : at + size], lane, joints[s], friction[s], case.damping_factor, stone.centre_height, stone.reach
-        )
+            state[at : at + size], lane, joints[s], friction[s], case.damping_factor, stone.centre_height,
+            stone.side_distance,
+        )  # fmt: skip
         for i in range(corners[s]):
             begin = at + JOINT_SIZE + i * P
             o = outlines[s, 0, i]
@@ -181,9 +184,9 @@ def write_initial_stack_state(
                 o = outlines[s - 1, 1, i]
                 store_outline(state[begin : begin + P], lane, FaceCorner(o[0], o[1], o[2], o[3], o[4], o[5]))
     store_course(state, lane, CaseProgress(
-        case.amplitude, case.first_simulated_sample, case.last_onset_sample, case.undecided_end_sample,
-        case.first_simulated_sample * sampling_interval, case.spring_energy,
-        case.barrier,
+        case.amplitude_factor, case.first_simulated_sample, case.last_onset_sample, case.undecided_end_sample,
+        case.first_simulated_sample * sampling_interval, case.spring_energy_at_rest,
+        case.min_overturning_energy,
     ))  # fmt: skip
 
 
@@ -191,15 +194,18 @@ def write_initial_stack_state(
 def write_initial_stone_state(rows: Any, lane: int, constants: Any) -> None:
     """Write the constants and the initial state of a stone into column `lane` of its rows of the state array."""
     store_constants(rows, lane, StoneConstants(
-        inverse=SymmetricMatrix(
-            constants.ixx, constants.iyy, constants.izz, constants.ixy, constants.ixz, constants.iyz
+        inverse_inertia=SymmetricMatrix(
+            constants.inverse_inertia_xx, constants.inverse_inertia_yy, constants.inverse_inertia_zz,
+            constants.inverse_inertia_xy, constants.inverse_inertia_xz, constants.inverse_inertia_yz
         ),
-        inertia=SymmetricMatrix(
-            constants.axx, constants.ayy, constants.azz, constants.axy, constants.axz, constants.ayz
+        inertia_per_mass=SymmetricMatrix(
+            constants.inertia_xx, constants.inertia_yy, constants.inertia_zz, constants.inertia_xy,
+            constants.inertia_xz, constants.inertia_yz
         ),
-        mass=constants.mass, centre_height=constants.centre_height, top=constants.top, critical=constants.critical,
-        base_critical=constants.base_critical,
-        fallen=constants.fallen, drop=constants.drop,
+        mass=constants.mass, centre_height=constants.centre_height, top_height=constants.top_height,
+        critical_lean=constants.critical_lean,
+        base_critical_lean=constants.base_critical_lean,
+        fall_tilt_cosine=constants.fall_tilt_cosine, max_fall_of_centre=constants.max_fall_of_centre,
     ))  # fmt: skip
     at, still = constants.start, Vector3(0.0, 0.0, 0.0)
     turn = Quaternion(at.qw, at.qx, at.qy, at.qz)
@@ -220,29 +226,27 @@ def write_initial_joint_state(
 ) -> None:
     """Write contact constants and load at rest of a stone's contact with its support into column `lane`."""
     store_joint(rows, lane, JointConstants(
-        stiffness=constants.stiffness, dashpot=constants.dashpot * damping_factor,
+        normal_stiffness=constants.normal_stiffness, normal_dashpot=constants.normal_dashpot * damping_factor,
         tangential_stiffness=constants.tangential_stiffness, tangential_compliance=constants.tangential_compliance,
-        damping=constants.damping * damping_factor, friction=friction, landing=constants.landing * damping_factor,
+        tangential_dashpot=constants.tangential_dashpot * damping_factor, friction=friction,
+        landing_duration=constants.landing_duration * damping_factor,
         friction_moment_share=0.0 if friction * centre_height <= edge_distance else 1.0,
-        waits=constants.waits, base_corners=constants.base_corners,
+        min_rim_distance_of_waiting_corners=constants.min_rim_distance_of_waiting_corners,
+        base_corner_count=constants.base_corner_count,
     ))  # fmt: skip
     still = TangentialVector(0.0, 0.0, 0.0)
     store_history(rows, lane, JointContactState(
-        still, still, constants.cx, constants.cy, constants.arm, constants.normal, 0.0, 0.0
+        still, still, constants.pressure_centre_x, constants.pressure_centre_y, constants.mean_pressure_radius,
+        constants.normal_force, 0.0, 0.0
     ))  # fmt: skip
 
 
 def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
     """Load the base motion of the next sample for each stack, and rescale all quaternions to length 1."""
     start_sample_and_load_base_motion(
-        workspace.state,
-        kernel_input.corner_counts.size,
-        lane_count,
-        kernel_input.motion_rows,
-        lane_cases,
-        kernel_input.ground,
-        kernel_input.settings,
-    )
+        workspace.state, kernel_input.corner_counts.size, lane_count, kernel_input.motion_rows, lane_cases,
+        kernel_input.ground_motion, kernel_input.settings,
+    )  # fmt: skip
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -257,18 +261,15 @@ def start_sample_and_load_base_motion(
 ) -> None:
     """Load the base motion of the current sample for each stack, and rescale all quaternions to length 1."""
     along, up, ticks, interval, scale = (
-        ground.along,
-        ground.up,
-        settings.ticks_per_sample,
-        settings.sampling_interval,
+        ground.along, ground.up, settings.ticks_per_sample, settings.sampling_interval,
         1.0 / settings.ticks_per_sample,
-    )
+    )  # fmt: skip
     for s in range(stone_count):
         rows = stone_window(state, s)
         for j in range(round_to_vector_multiple(lane_count)):
             store_rotation(rows, j, normalise_quaternion(load_stone(rows, j).rotation))
-            then = (load_course(state, j).sample + rows[LAST_UPRIGHT + j] * scale) * interval
-            present = load_outcome(rows, j).present > 0.0
+            then = (load_course(state, j).current_sample + rows[LAST_UPRIGHT + j] * scale) * interval
+            present = load_outcome(rows, j).is_simulated > 0.0
             rows[UPRIGHT_UNTIL + j] = then if (rows[LAST_UPRIGHT + j] >= 0.0) & present else rows[UPRIGHT_UNTIL + j]
             rows[LAST_UPRIGHT + j] = -1.0
     for j in range(round_to_vector_multiple(lane_count)):
@@ -278,12 +279,14 @@ def start_sample_and_load_base_motion(
     last = up.shape[0] - 3
     for j in range(round_to_vector_multiple(lane_count)):
         course = load_course(state, j)
-        if state[LOADED + j] == course.sample + 1.0:
+        if state[LOADED + j] == course.current_sample + 1.0:
             continue
-        state[LOADED + j] = course.sample + 1.0
-        i = min(int(course.sample), last)
+        state[LOADED + j] = course.current_sample + 1.0
+        i = min(int(course.current_sample), last)
         horizontal = along[motion_rows[lane_cases[j]]]
-        store_shaking(state, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude, scale))
+        store_shaking(
+            state, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude_factor, scale)
+        )
 
 
 def attempt_steps_until_next_check(
@@ -316,14 +319,9 @@ def attempt_steps_until_next_check(
 def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any) -> int:
     """Mark and count the stacks whose case may have ended or in which a stone may have fallen."""
     return mark_stacks_due_for_end_test(
-        workspace.state,
-        kernel_input.corner_counts.size,
-        kernel_input.face_corners.shape[3],
-        active_lane_count,
-        end_marks_out,
-        kernel_input.settings.ticks_per_sample,
-        float(kernel_input.settings.sample_count),
-    )
+        workspace.state, kernel_input.corner_counts.size, kernel_input.face_corners.shape[3], active_lane_count,
+        end_marks_out, kernel_input.settings.ticks_per_sample, float(kernel_input.settings.sample_count),
+    )  # fmt: skip
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -342,7 +340,7 @@ def mark_stacks_due_for_end_test(
         course, total = load_course(state, j), 0.0
         for s in range(stone_count):
             total += stone_state_sum_for_finite_check(load_stone(stone_window(state, s), j))
-        sample = course.sample + state[TICK + j] / ticks_per_sample
+        sample = course.current_sample + state[TICK + j] / ticks_per_sample
         due = total - total != 0.0 or sample >= min(course.last_onset_sample, last_sample)
         due = due or lowest_newly_fallen_stone_index(state, j, stone_count, corner_limit) < stone_count
         end_marks_out[j] = 1.0 if due else 0.0
@@ -354,23 +352,23 @@ def skip_quiet_samples_of_resting_cases(
     kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
     """Skip, for each stack at rest, the samples whose base motion is too weak to move the stack."""
-    settings, state, ground = kernel_input.settings, workspace.state, kernel_input.ground
+    settings, state, ground = kernel_input.settings, workspace.state, kernel_input.ground_motion
     row = kernel_input.motion_rows
     stones, corners = kernel_input.corner_counts.size, kernel_input.face_corners.shape[3]
     if mark_possibly_resting_stacks(state, stones, active_lane_count) == 0:
         return
     for j in range(active_lane_count):
-        course, bound = load_course(state, j), load_rest(state, j).bound
-        now = course.sample + state[TICK + j] * (1.0 / settings.ticks_per_sample)
+        course, bound = load_course(state, j), load_rest(state, j).max_base_acceleration_g
+        now = course.current_sample + state[TICK + j] * (1.0 / settings.ticks_per_sample)
         # Test the motion first: testing the stack takes longer.
         if not (state[MAY_BE_AT_REST_ROW + j] > 0.0 and is_rest_check_sample(now)):
             continue
         direction = row[lane_cases[j]]
-        if not upcoming_motion_is_below_rest_limit(ground, direction, now, course.amplitude, bound):
+        if not upcoming_motion_is_below_rest_limit(ground, direction, now, course.amplitude_factor, bound):
             continue
         rest_limit = base_acceleration_limit_of_stack_at_rest(state, j, stones, corners)
         if rest_limit > 0.0:
-            samples = count_skippable_samples(ground, direction, now, course.amplitude, rest_limit)
+            samples = count_skippable_samples(ground, direction, now, course.amplitude_factor, rest_limit)
             state[SAMPLE + j] += samples
             skipped_sample_counts_out[j] += samples
 

@@ -196,7 +196,7 @@ def eliminate_stone_from_equations(
     inverse = inverse_of_6x6_matrix(own)
     factor_below = product_of_6x6_matrices(inverse, coupling)
     fixed_part = matrix_6x6_times_wrench(
-        inverse, wrench_plus(diagonal.right, shift_wrench_to_stone_centre(wrench, upper_arm))
+        inverse, wrench_plus(diagonal.right_hand_side, shift_wrench_to_stone_centre(wrench, upper_arm))
     )
     # e = fixed part + factor · e_below: the coupling has a minus sign.
     return EliminatedStoneSolution(factor_below, fixed_part), DiagonalBlockAndRightSide(
@@ -205,7 +205,7 @@ def eliminate_stone_from_equations(
             product_of_6x6_matrices(back, factor_below),
         ),
         wrench_plus(
-            wrench_minus(lower.right, shift_wrench_to_stone_centre(wrench, lower_arm)),
+            wrench_minus(lower.right_hand_side, shift_wrench_to_stone_centre(wrench, lower_arm)),
             matrix_6x6_times_wrench(back, fixed_part),
         ),
     )
@@ -217,5 +217,7 @@ def solve_velocity_correction_of_lowest_stone(
 ) -> Wrench:
     """Return the velocity correction of the lowest stone, after the stones above it have been eliminated."""
     own = sum_of_6x6_matrices(diagonal.blocks, shift_matrix_to_centres(joint.blocks, arm, arm))
-    right = wrench_plus(diagonal.right, shift_wrench_to_stone_centre(scale_wrench(half_step, joint.wrench), arm))
+    right = wrench_plus(
+        diagonal.right_hand_side, shift_wrench_to_stone_centre(scale_wrench(half_step, joint.wrench), arm)
+    )
     return matrix_6x6_times_wrench(inverse_of_6x6_matrix(own), right)

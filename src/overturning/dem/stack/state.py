@@ -29,49 +29,49 @@ class StackTickLengthAndLimits(NamedTuple):
 
     tick_length: float
     """Length of a tick, s."""
-    deepest: float
+    max_penetration: float
     """Penetration beyond which the case has failed, m."""
     sample_step_acceleration_g: float
     """Horizontal acceleration, as a share of the weight, below which a standing stack takes sample-long steps."""
-    still: float
+    max_kinetic_energy_at_rest: float
     """Largest kinetic energy of a stack at rest, J."""
-    reach: float
+    min_side_distance: float
     """Least distance, over all joints, of the centre of mass above from the nearest side of the joint, m."""
 
 
 class StackRestFlagAndLimits(NamedTuple):
     """Limits of base acceleration up to which a stack stays at rest, and 1 or 0 for whether it may be at rest."""
 
-    share: float
+    max_share_of_onset_acceleration: float
     """Share of the acceleration that slides or unloads a joint, up to which nothing moves; 0: no sample is skipped."""
-    bound: float
+    max_base_acceleration_g: float
     """Largest base acceleration over g up to which the stack can stay at rest."""
-    at_rest: float
+    may_be_at_rest: float
     """1 if the stack may be at rest at the beginning of the sample, else 0."""
 
 
 class StackClockWithinSample(NamedTuple):
     """Clock of one stack: time within the sample (ticks), and half the length of the attempted step (s)."""
 
-    tick: float
-    half: float
+    ticks_in_sample: float
+    half_step: float
 
 
 class StackEnergyAccount(NamedTuple):
     """Energy account of a stack: work of the ground and losses (J), their rates (W), and largest penetration (m)."""
 
-    work: float
+    base_motion_work: float
     lost_energy: float
-    power: float
-    loss: float
-    depth: float
+    base_motion_power: float
+    dissipated_power: float
+    penetration: float
     """Largest penetration so far, m."""
 
 
 class StackContactChangesInStep(NamedTuple):
     """Contact changes of a stack in an attempted step: the largest value of each kind over all contacts."""
 
-    changed: float
+    contact_changed: float
     """Above 0 if a contact opened or closed."""
     has_wrong_slip_assumption: float
     """1 if a joint stuck or slid contrary to the assumption."""
@@ -81,9 +81,9 @@ class StackContactChangesInStep(NamedTuple):
     """1 if a loaded joint sticks."""
     has_friction_reversal: float
     """1 if a joint slides whose friction had the opposite sign before."""
-    off: float
+    has_unloaded_point: float
     """1 if a point within a joint carries no load."""
-    depth: float
+    penetration: float
     """Largest penetration, m."""
     has_loaded_joint: float
     """1 if a joint carries load."""
@@ -99,30 +99,30 @@ class JointEnergyLosses(NamedTuple):
 class StoneConstants(NamedTuple):
     """Mass, inertia, dimensions and fall limits of a stone, which do not change during a case."""
 
-    inverse: SymmetricMatrix
+    inverse_inertia: SymmetricMatrix
     """Inverse inertia in the stone's own axes, m/I, 1/m²."""
-    inertia: SymmetricMatrix
+    inertia_per_mass: SymmetricMatrix
     """Inertia in the stone's own axes, I/m, m²."""
     mass: float
     """Mass, kg."""
     centre_height: float
     """Height of the centre above the base, m."""
-    top: float
+    top_height: float
     """Height of the upper face above the centre, m."""
-    critical: float
+    critical_lean: float
     """`lean_as_squared_sine` at which the stone balances on the nearest side of its contact at rest."""
-    base_critical: float
+    base_critical_lean: float
     """`lean_as_squared_sine` at which the stone, on a plane, would balance on the nearest side of its base."""
-    fallen: float
+    fall_tilt_cosine: float
     """Cosine of the smallest tilt at which the stone has fallen."""
-    drop: float
+    max_fall_of_centre: float
     """Depth of the centre below its place on the face that carries the stone, beyond which the stone has fallen, m."""
 
 
 class StoneState(NamedTuple):
     """Position, rotation, velocities and accelerations of a stone."""
 
-    place: Vector3
+    position: Vector3
     """Position of the centre, m."""
     rotation: Quaternion
     """Rotation from rest."""
@@ -149,7 +149,7 @@ class StonePeakTilt(NamedTuple):
 class StoneFallState(NamedTuple):
     """Fall of a stone: simulated or already fallen, last time upright, and whether it slid off its support."""
 
-    present: float
+    is_simulated: float
     """1 while the stone is computed, 0 after it has fallen."""
     last_upright_time: float
     """Last time at which the stone leant less than its critical angle, s."""
@@ -160,15 +160,15 @@ class StoneFallState(NamedTuple):
 class PredictedStone(NamedTuple):
     """Predicted pose and velocities of a stone at the end of a step, before the step's equations are solved."""
 
-    place: Vector3
+    position: Vector3
     rotation: Quaternion
-    velocity: Vector3
+    half_step_velocity: Vector3
     """Velocity after half of the step, m/s."""
     half_step_angular_momentum: Vector3
     """Angular momentum per mass after half of the step, m²/s."""
-    end: Vector3
+    end_velocity: Vector3
     """Velocity at the end of the step, m/s."""
-    spin: Vector3
+    end_angular_velocity: Vector3
     """Angular velocity at the end of the step, rad/s."""
 
 
@@ -192,7 +192,7 @@ class DiagonalBlockAndRightSide(NamedTuple):
     """Diagonal 6 × 6 block and right-hand side of one stone in the equations of a step."""
 
     blocks: VelocityToForceBlocks
-    right: Wrench
+    right_hand_side: Wrench
 
 
 class EliminatedStoneSolution(NamedTuple):
@@ -209,7 +209,7 @@ class StoneVelocityCorrection(NamedTuple):
     """Correction of a stone's predicted velocity (m/s) and angular velocity (rad/s) from a step's equations."""
 
     velocity: Vector3
-    spin: Vector3
+    angular_velocity: Vector3
 
 
 class StoneContactForceSums(NamedTuple):

@@ -37,6 +37,11 @@ class JointConstantsOfStack:
     contact_patches: list[ContactPatchAtRest]
 
     @property
+    def dashpot_to_stiffness_ratios(self) -> FloatArray:
+        """Ratio of the normal dashpot to the normal stiffness of each contact, s."""
+        return np.asarray(self.joint_table["normal_dashpot"] / self.joint_table["normal_stiffness"])
+
+    @property
     def nearest_side_distance(self) -> FloatArray:
         """Distance, in each contact, from the point below the mass centre of stones above to the nearest side, m."""
         return np.array([patch.side_distances_from_centre_above.min() for patch in self.contact_patches])
@@ -62,12 +67,12 @@ def joint_constants_of_stack(stones: list[StackStone], contact: VertexContact) -
     )
     stiffness = above * STANDARD_GRAVITY / penetration
     dashpot = 2.0 * damping * np.sqrt(stiffness * above)
-    rows["stiffness"], rows["dashpot"], rows["damping"] = stiffness, dashpot, dashpot
+    rows["normal_stiffness"], rows["normal_dashpot"], rows["tangential_dashpot"] = stiffness, dashpot, dashpot
     rows["tangential_stiffness"] = ratio * stiffness
     rows["tangential_compliance"] = np.where(ratio > 0.0, 1.0 / np.maximum(rows["tangential_stiffness"], 1e-300), 0.0)
-    rows["landing"] = FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / stiffness
-    rows["base_corners"] = [len(stone.base_corners) for stone in stones]
-    rows["waits"] = np.where(
+    rows["landing_duration"] = FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / stiffness
+    rows["base_corner_count"] = [len(stone.base_corners) for stone in stones]
+    rows["min_rim_distance_of_waiting_corners"] = np.where(
         [len(stone.base_corners) > 4 for stone in stones],
         MIN_RIM_DISTANCE_RATIO_FOR_DEFERRED_CONTACT * width,
         RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT,
@@ -87,25 +92,25 @@ def initial_stone_table(stones: list[StackStone], joints: JointConstantsOfStack)
     ):
         inverse = inverse_of_inertia(stone.inertia_per_mass)
         for name, at in pairs.items():
-            row[f"a{name}"], row[f"i{name}"] = stone.inertia_per_mass[at], inverse[at]
+            row[f"inertia_{name}"], row[f"inverse_inertia_{name}"] = stone.inertia_per_mass[at], inverse[at]
         reach = stone.nearest_base_side_distance
-        row["mass"], row["centre_height"], row["top"], row["reach"] = (
+        row["mass"], row["centre_height"], row["top_height"], row["side_distance"] = (
             stone.mass,
             stone.centre_height_above_base,
             stone.upper_face_height_above_centre,
             reach,
         )
         ahead, height = tipping_side_distance_and_mass_centre_height(stone, patch)
-        row["critical"] = ahead**2 / (ahead**2 + height**2)
-        row["base_critical"] = reach**2 / (reach**2 + stone.centre_height_above_base**2)
+        row["critical_lean"] = ahead**2 / (ahead**2 + height**2)
+        row["base_critical_lean"] = reach**2 / (reach**2 + stone.centre_height_above_base**2)
         tilt = max(MIN_FALLEN_TILT, 0.5 * (np.arctan2(reach, stone.centre_height_above_base) + 0.5 * np.pi))
-        row["fallen"] = np.round(np.cos(tilt), 12)
+        row["fall_tilt_cosine"] = np.round(np.cos(tilt), 12)
         centre = level + stone.centre_height_above_base
         half = 0.5 * shift[3:]
         start = row["start"]
         start["x"], start["y"], start["z"] = stone.x + shift[0], shift[1], centre + shift[2]
         start["qw"], start["qx"], start["qy"], start["qz"] = np.array([1.0, *half]) / np.sqrt(1.0 + np.sum(half**2))
-        row["rest"], row["drop"] = start["z"], max(stone.fall_threshold_drop, 2.0 * depth)
+        row["rest"], row["max_fall_of_centre"] = start["z"], max(stone.fall_threshold_drop, 2.0 * depth)
         level += stone.centre_height_above_base + stone.upper_face_height_above_centre
     return table
 
@@ -193,7 +198,7 @@ def stiffness_matrix(
     for k, patch in enumerate(joints.contact_patches):
         for number, (corner, weight) in enumerate(zip(patch.corners, patch.corner_stiffness_shares, strict=True)):
             normal, tangential = (
-                weight * joints.joint_table["stiffness"][k],
+                weight * joints.joint_table["normal_stiffness"][k],
                 weight * joints.joint_table["tangential_stiffness"][k],
             )
             if loaded_corners is None or loaded_corners[k][number]:
@@ -265,12 +270,12 @@ def _fill_in_contact_loads_at_rest(stones: list[StackStone], joints: JointConsta
     """Compute, for each contact of a stack at rest, normal force, centre of pressure and mean distance from it."""
     depths = _penetrations_at_patch_corners(stones, joints, static_displacements_and_rotations(stones, joints).ravel())
     for k, (row, patch, depth) in enumerate(zip(joints.joint_table, joints.contact_patches, depths, strict=True)):
-        force = patch.corner_stiffness_shares * row["stiffness"] * np.maximum(depth, 0.0)
+        force = patch.corner_stiffness_shares * row["normal_stiffness"] * np.maximum(depth, 0.0)
         share = force / force.sum()
         corners = patch.corners - np.array([stones[k - 1].x if k > 0 else 0.0, 0.0])
         centre = share @ corners
-        row["normal"], (row["cx"], row["cy"]) = force.sum(), centre
-        row["arm"] = share @ np.sqrt(((corners - centre) ** 2).sum(axis=1))
+        row["normal_force"], (row["pressure_centre_x"], row["pressure_centre_y"]) = force.sum(), centre
+        row["mean_pressure_radius"] = share @ np.sqrt(((corners - centre) ** 2).sum(axis=1))
 
 
 def spring_energy_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> float:
@@ -278,7 +283,9 @@ def spring_energy_at_rest(stones: list[StackStone], joints: JointConstantsOfStac
     depths = _penetrations_at_patch_corners(stones, joints, static_displacements_and_rotations(stones, joints).ravel())
     return sum(
         float(np.sum(0.5 * patch.corner_stiffness_shares * stiffness * np.maximum(depth, 0.0) ** 2))
-        for patch, stiffness, depth in zip(joints.contact_patches, joints.joint_table["stiffness"], depths, strict=True)
+        for patch, stiffness, depth in zip(
+            joints.contact_patches, joints.joint_table["normal_stiffness"], depths, strict=True
+        )
     )
 
 

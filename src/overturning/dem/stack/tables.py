@@ -14,21 +14,21 @@ from overturning.dem.stack.state import StoneConstants
 class StackCaseTableColumns(NamedTuple):
     """Parameters of a case of a 3-D stack: columns of the kernel's table, before those of `CaseStepControl`."""
 
-    amplitude: float
+    amplitude_factor: float
     """Factor on the motion."""
     damping_factor: float
     """Factor on all dashpots."""
-    deepest: float
+    max_penetration: float
     """Penetration beyond which the case has failed, m."""
     sample_step_acceleration_g: float
     """Horizontal acceleration, as a share of the weight, below which a standing stack takes sample-long steps."""
-    still: float
+    max_kinetic_energy_at_rest: float
     """Largest kinetic energy of a stack at rest, J."""
-    reach: float
+    min_side_distance: float
     """Least distance, over all joints, of the centre of mass above from the nearest side of the joint, m."""
-    rest_share: float
+    max_share_of_onset_acceleration_at_rest: float
     """Share of the acceleration that slides or unloads a joint, up to which a stack at rest stays at rest."""
-    rest_bound: float
+    max_base_acceleration_at_rest_g: float
     """Largest base acceleration over g up to which the stack can stay at rest; 0 if no sample is skipped."""
     first_simulated_sample: float
     """First sample that is computed."""
@@ -36,22 +36,22 @@ class StackCaseTableColumns(NamedTuple):
     """First sample after which the motion cannot start any movement."""
     undecided_end_sample: float
     """Sample at which the case ends as undecided."""
-    barrier: float
+    min_overturning_energy: float
     """Smallest energy that overturns a part of the stack, J."""
-    spring_energy: float
+    spring_energy_at_rest: float
     """Energy of the springs at rest, J."""
 
 
 class JointLoadAtRest(NamedTuple):
     """Normal force and centre of pressure between two stones at rest, with which a case begins."""
 
-    normal: float
+    normal_force: float
     """Normal force, N."""
-    cx: float
+    pressure_centre_x: float
     """Centre of pressure along x, m."""
-    cy: float
+    pressure_centre_y: float
     """Centre of pressure along y, m."""
-    arm: float
+    mean_pressure_radius: float
     """Mean distance of the normal forces from the centre of pressure, m."""
 
 
@@ -100,8 +100,9 @@ CASE_TABLE_DTYPE: Final = np.dtype(
     [("stack", "i8"), *table_dtype_of_named_tuples(StackCaseTableColumns, CaseStepControl).descr]
 )
 STONE_TABLE_DTYPE: Final = np.dtype([(name, "f8") for name in (
-    "ixx", "iyy", "izz", "ixy", "ixz", "iyz", "axx", "ayy", "azz", "axy", "axz", "ayz",
-    *(name for name in StoneConstants._fields if name not in {"inverse", "inertia"}), "reach", "rest",
+    *(f"{tensor}_{axes}" for tensor in ("inverse_inertia", "inertia") for axes in ("xx", "yy", "zz", "xy", "xz", "yz")),
+    *(name for name in StoneConstants._fields if name not in {"inverse_inertia", "inertia_per_mass"}),
+    "side_distance", "rest",
 )] + [("start", INITIAL_STATE_DTYPE)])  # fmt: skip
 JOINT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(JointConstants, JointLoadAtRest)
 RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(StackResultTableColumns)

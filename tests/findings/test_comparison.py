@@ -17,8 +17,10 @@ from overturning.study.convergence import (
 )
 
 COUNTS_OF_CHANGED_CASES = {
-    "cases": 100, "flags": 4, "fallen": 50, "sides": 5, "unanswered": 2, "undivided": 80, "flags_undivided": 1,
-    "sides_undivided": 3, "fallen_undivided": 40, "fallen_agreed": 30, "sides_agreed": 3,
+    "cases": 100, "flags": 4, "fallen": 50, "sides": 5, "unanswered": 2, "undivided_ensemble_cases": 80,
+    "undivided_falls_in_one_only": 1,
+    "undivided_falls_to_different_sides": 3, "undivided_falls_in_both": 40, "one_sided_ensemble_falls_in_both": 30,
+    "one_sided_ensemble_falls_to_different_sides": 3,
 }  # fmt: skip
 
 
@@ -35,13 +37,15 @@ def test_interval_of_a_share_is_that_of_wilson() -> None:
 
 def test_finer_stiffer_and_rigid_computations_give_shares_of_changed_cases() -> None:
     one = OutcomeChangesOfElement(element="", **COUNTS_OF_CHANGED_CASES)
-    rigid = RigidComparison(element="", cells=102, **COUNTS_OF_CHANGED_CASES)
+    rigid = RigidComparison(element="", non_sliding_block_cells=102, **COUNTS_OF_CHANGED_CASES)
     found = ConvergenceCheckResult(
-        seed=1, wanted=100, chosen=102, at_rest=0, cells=1000, computed=500, study_block_steps=1, cost=1.0, finer_by=8,
-        stiffer_by=4.0, finer=RerunResult(block_steps=1, outcomes=[one]),
-        stiffer=RerunResult(block_steps=0, outcomes=[], refused="too stiff"),
-        settling=ChangesWithFinerSteps(changed=0, looked_at=0, settled=0, chaotic=0, block_steps=0), amplitude=None,
-        rigid=rigid,
+        seed=1, wanted_case_count=100, rerun_case_count=102, rerun_cases_at_rest=0, study_cell_count=1000,
+        simulated_study_cell_count=500, study_block_steps=1, max_cost_relative_to_study=1.0, time_step_refinement=8,
+        contact_stiffness_factor=4.0, finer_step_rerun=RerunResult(block_steps=1, changes_by_element=[one]),
+        stiffer_contact_rerun=RerunResult(block_steps=0, changes_by_element=[], refusal_reason="too stiff"),
+        tests_of_finer_step_changes=ChangesWithFinerSteps(changed_cases=0, retested_cases=0, confirmed_cases=0,
+        chaotic_cases=0, block_steps=0), amplitude_change_rerun=None,
+        rigid_block_comparison=rigid,
     )  # fmt: skip
     finer, stiffer, exact = comparisons_with_second_computations(found)
     shares = [

@@ -178,11 +178,15 @@ DIRECTION_STUDY_FINDINGS: dict[str, Any] = {
 
 CONVERGENCE_CHECK_FINDINGS: dict[str, Any] = {
     "result": {
-        "seed": 1, "wanted": 400, "chosen": 400, "at_rest": 99, "cells": 133056, "computed": 66528,
-        "study_block_steps": 4000, "cost": 1.0, "finer_by": 8, "stiffer_by": 4.0,
-        "finer": {"block_steps": 6000, "outcomes": []}, "stiffer": {"block_steps": 1000, "outcomes": []},
-        "settling": {"changed": 4, "looked_at": 4, "settled": 2, "chaotic": 2, "block_steps": 900},
-        "amplitude": None, "rigid": None,
+        "seed": 1, "wanted_case_count": 400, "rerun_case_count": 400, "rerun_cases_at_rest": 99,
+        "study_cell_count": 133056, "simulated_study_cell_count": 66528,
+        "study_block_steps": 4000, "max_cost_relative_to_study": 1.0, "time_step_refinement": 8,
+        "contact_stiffness_factor": 4.0,
+        "finer_step_rerun": {"block_steps": 6000, "changes_by_element": []},
+        "stiffer_contact_rerun": {"block_steps": 1000, "changes_by_element": []},
+        "tests_of_finer_step_changes": {"changed_cases": 4, "retested_cases": 4, "confirmed_cases": 2,
+        "chaotic_cases": 2, "block_steps": 900},
+        "amplitude_change_rerun": None, "rigid_block_comparison": None,
     },
     "is_sample": True, "share_at_rest": 0.245, "fall_azimuth_changes_with_amplitude": None,
     "records_with_most_changes": [

@@ -93,7 +93,7 @@ def test_survey_command_compares_each_site_and_stores_the_result(
         ["A", "4", "1", "80 % (28 to 99)"], ["B", "2", "0", "–"], ["C", "3", "0", "–"],
     ]  # fmt: skip
     stored = read_survey_comparison(output)
-    alone = dict(stored.sites)
+    alone = dict(stored.comparisons_by_site)
     assert list(alone) == ["A", "B", "C"]
     # Sites are independent: their log likelihood ratios add up to that of the survey.
     ratios = [one.log_likelihood_ratio for one in alone.values() if one.fallen_count_in_known_direction]

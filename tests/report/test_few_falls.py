@@ -373,7 +373,7 @@ KEY_PATH_OF_FRAGILITY_CURVE = ("population", "fragility_curves", 0)
         ),
         (
             "direction",
-            {("convergence", "result"): {"chosen": 1, "wanted": 1}},
+            {("convergence", "result"): {"rerun_case_count": 1, "wanted_case_count": 1}},
             {"en": "(1 cases", "ja": "(1 cases"},
             {"en": "(1 case, drawn", "ja": "(1 ケース"},
         ),

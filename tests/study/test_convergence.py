@@ -45,16 +45,20 @@ from tests.dem.near_field import strong_part_of_near_field_record
 from tests.study.small_study import simulate_study_cube, small_study
 
 OUTCOME_CHANGE_COUNT_FIELDS = {
-    "element": "", "cases": 200, "flags": 2, "undivided": 160, "flags_undivided": 1, "sides_undivided": 0, "fallen": 50,
-    "sides": 0, "fallen_undivided": 45, "fallen_agreed": 40, "sides_agreed": 0, "unanswered": 0,
+    "element": "", "cases": 200, "flags": 2, "undivided_ensemble_cases": 160, "undivided_falls_in_one_only": 1,
+    "undivided_falls_to_different_sides": 0, "fallen": 50,
+    "sides": 0, "undivided_falls_in_both": 45, "one_sided_ensemble_falls_in_both": 40,
+    "one_sided_ensemble_falls_to_different_sides": 0, "unanswered": 0,
 }  # fmt: skip
 CONVERGENCE_RESULT_FIELDS = {
-    "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "computed": 4500, "study_block_steps": 1000,
-    "cost": 1.0, "finer_by": 8, "stiffer_by": 4.0,
-    "finer": {"block_steps": 500, "outcomes": [OUTCOME_CHANGE_COUNT_FIELDS]},
-    "stiffer": {"block_steps": 0, "outcomes": [], "refused": "too stiff"},
-    "settling": {"changed": 0, "looked_at": 0, "settled": 0, "chaotic": 0, "block_steps": 0},
-    "amplitude": None, "rigid": None,
+    "seed": 1, "wanted_case_count": 200, "rerun_case_count": 200, "rerun_cases_at_rest": 0, "study_cell_count": 9000,
+    "simulated_study_cell_count": 4500, "study_block_steps": 1000,
+    "max_cost_relative_to_study": 1.0, "time_step_refinement": 8, "contact_stiffness_factor": 4.0,
+    "finer_step_rerun": {"block_steps": 500, "changes_by_element": [OUTCOME_CHANGE_COUNT_FIELDS]},
+    "stiffer_contact_rerun": {"block_steps": 0, "changes_by_element": [], "refusal_reason": "too stiff"},
+    "tests_of_finer_step_changes": {"changed_cases": 0, "retested_cases": 0, "confirmed_cases": 0, "chaotic_cases": 0,
+    "block_steps": 0},
+    "amplitude_change_rerun": None, "rigid_block_comparison": None,
 }  # fmt: skip
 
 
@@ -138,8 +142,8 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
         settings, [near_field_strong_part(7, "a"), near_field_strong_part(8, "b")], tmp_path
     )
     found = check_convergence(settings, done.records, done.sample)
-    assert found.chosen == found.wanted == 10
-    (finer,), (stiffer,) = found.finer.outcomes, found.stiffer.outcomes
+    assert found.rerun_case_count == found.wanted_case_count == 10
+    (finer,), (stiffer,) = found.finer_step_rerun.changes_by_element, found.stiffer_contact_rerun.changes_by_element
     assert finer.cases + finer.unanswered == 10
 
     def total_block_steps(**changed: Any) -> int:
@@ -163,28 +167,44 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
     np.testing.assert_array_equal(planned_steps(refinement=8), 8 * planned_steps())
     # Whole steps follow the motion, whatever the contact.
     np.testing.assert_array_equal(planned_steps(**stiff), planned_steps())
-    assert found.finer.block_steps == total_block_steps(refinement=8)
-    assert found.stiffer.block_steps == total_block_steps(**stiff)
+    assert found.finer_step_rerun.block_steps == total_block_steps(refinement=8)
+    assert found.stiffer_contact_rerun.block_steps == total_block_steps(**stiff)
     opposite = np.where(done.sample.outcomes["overturned"] == 0, 1, 0).astype(np.int8)
     wrong = check_convergence(settings, done.records, done.sample_with_replaced_flags(opposite))
-    assert wrong.finer.outcomes[0].flags == 10 - finer.flags
-    assert wrong.stiffer.outcomes[0].flags == 10 - stiffer.flags
+    assert wrong.finer_step_rerun.changes_by_element[0].flags == 10 - finer.flags
+    assert wrong.stiffer_contact_rerun.changes_by_element[0].flags == 10 - stiffer.flags
     # Where the ensemble is divided anyway a changed flag is counted, but not among those that matter.
-    assert wrong.finer.outcomes[0].flags_undivided == wrong.finer.outcomes[0].flags
-    assert wrong.finer.outcomes[0].undivided == wrong.finer.outcomes[0].cases
+    assert (
+        wrong.finer_step_rerun.changes_by_element[0].undivided_falls_in_one_only
+        == wrong.finer_step_rerun.changes_by_element[0].flags
+    )
+    assert (
+        wrong.finer_step_rerun.changes_by_element[0].undivided_ensemble_cases
+        == wrong.finer_step_rerun.changes_by_element[0].cases
+    )
     unsure = done.sample_with_replaced_flags(opposite, divided=np.ones(opposite.shape, np.bool_))
-    (all_divided,) = check_convergence(settings, done.records, unsure).finer.outcomes
-    zeros = ("undivided", "flags_undivided", "fallen_undivided", "fallen_agreed", "sides_agreed")
+    (all_divided,) = check_convergence(settings, done.records, unsure).finer_step_rerun.changes_by_element
+    zeros = (
+        "undivided_ensemble_cases",
+        "undivided_falls_in_one_only",
+        "undivided_falls_in_both",
+        "one_sided_ensemble_falls_in_both",
+        "one_sided_ensemble_falls_to_different_sides",
+    )
     none = dict.fromkeys(zeros, 0)
-    assert all_divided == wrong.finer.outcomes[0].model_copy(update=none)
+    assert all_divided == wrong.finer_step_rerun.changes_by_element[0].model_copy(update=none)
     # Falls to the other side are counted where the members fall one way, and not where they fall to both.
     turned = done.sample_with_replaced_flags(-done.sample.outcomes["overturned"])
-    (sides,) = check_convergence(settings, done.records, turned).finer.outcomes
-    assert sides.sides_agreed == sides.sides == finer.fallen - finer.sides > 0
+    (sides,) = check_convergence(settings, done.records, turned).finer_step_rerun.changes_by_element
+    assert sides.one_sided_ensemble_falls_to_different_sides == sides.sides == finer.fallen - finer.sides > 0
     (both,) = check_convergence(
         settings, done.records, replace(turned, has_divided_ensemble_or_fall_directions=~turned.has_divided_ensemble)
-    ).finer.outcomes
-    assert (both.sides, both.sides_undivided, both.fallen_agreed) == (sides.sides, sides.sides, 0)
+    ).finer_step_rerun.changes_by_element
+    assert (both.sides, both.undivided_falls_to_different_sides, both.one_sided_ensemble_falls_in_both) == (
+        sides.sides,
+        sides.sides,
+        0,
+    )
     again = check_convergence(settings, done.records, done.sample, threads=2)
     assert again == found
 
@@ -220,24 +240,32 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
     fakes = {kind: fake_rerun_function_of_kind(kind) for kind in ("finer", "finest", "stiffer")}
     monkeypatch.setattr("overturning.study.convergence_check.case_rerun_functions", lambda _: fakes)
     found = check_convergence(settings, done.records, replace(done.sample, study_block_time_steps=1000))
-    assert found.settling.model_dump() == {
-        "changed": 4,
-        "looked_at": 4,
-        "settled": 2,
-        "chaotic": 1,
+    assert found.tests_of_finer_step_changes.model_dump() == {
+        "changed_cases": 4,
+        "retested_cases": 4,
+        "confirmed_cases": 2,
+        "chaotic_cases": 1,
         "block_steps": 7200,
     }
-    assert [one.record for one in found.by_record] == [record.record_id for record in done.records]
-    assert sum(one.cases for one in found.by_record) == len(done.sample.record_indices)
-    assert sum(one.changed for one in found.by_record) == 4
+    assert [one.record for one in found.finer_step_changes_by_record] == [record.record_id for record in done.records]
+    assert sum(one.cases for one in found.finer_step_changes_by_record) == len(done.sample.record_indices)
+    assert sum(one.changed for one in found.finer_step_changes_by_record) == 4
     first_four = done.sample.record_indices[:4].tolist()
-    assert [one.changed for one in found.by_record] == [first_four.count(number) for number in range(len(done.records))]
+    assert [one.changed for one in found.finer_step_changes_by_record] == [
+        first_four.count(number) for number in range(len(done.records))
+    ]
     # What is left of the allowance pays for three times a finer case each, as far as it goes.
     looked_at = set()
     for steps in range(300, 500, 10):
         found = check_convergence(settings, done.records, replace(done.sample, study_block_time_steps=steps))
-        assert sum(part.block_steps for part in (found.finer, found.stiffer, found.settling)) <= 30 * steps
-        looked_at.add(found.settling.looked_at)
+        assert (
+            sum(
+                part.block_steps
+                for part in (found.finer_step_rerun, found.stiffer_contact_rerun, found.tests_of_finer_step_changes)
+            )
+            <= 30 * steps
+        )
+        looked_at.add(found.tests_of_finer_step_changes.retested_cases)
     assert len(looked_at) > 2
 
 
@@ -256,11 +284,13 @@ def test_the_convergence_check_of_a_small_study_costs_no_more_than_the_study(
         settings, [near_field_strong_part(7, "a"), near_field_strong_part(8, "b")], tmp_path
     )
     found = check_convergence(settings, done.records, done.sample)
-    assert found.wanted == min(200, done.sample.simulated_case_count_of_study)
-    spent = found.finer.block_steps + found.stiffer.block_steps
+    assert found.wanted_case_count == min(200, done.sample.simulated_case_count_of_study)
+    spent = found.finer_step_rerun.block_steps + found.stiffer_contact_rerun.block_steps
     assert spent <= done.sample.study_block_time_steps
-    assert least <= found.chosen < found.wanted
-    assert found.chosen < 4 or spent > 0.5 * done.sample.study_block_time_steps, "the allowance is made use of"
+    assert least <= found.rerun_case_count < found.wanted_case_count
+    assert found.rerun_case_count < 4 or spent > 0.5 * done.sample.study_block_time_steps, (
+        "the allowance is made use of"
+    )
 
 
 def test_convergence_is_checked_with_finer_steps_if_stiffer_springs_are_refused() -> None:
@@ -272,8 +302,8 @@ def test_convergence_is_checked_with_finer_steps_if_stiffer_springs_are_refused(
     )
     quiet = Record("a", np.zeros(50), np.zeros(50), None, 0.01)
     found = check_convergence(settings, [quiet], sample)
-    assert "stiffness" in found.stiffer.refused
-    assert found.finer.outcomes[0].cases == found.chosen == 2
+    assert "stiffness" in found.stiffer_contact_rerun.refusal_reason
+    assert found.finer_step_rerun.changes_by_element[0].cases == found.rerun_case_count == 2
 
 
 def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Path) -> None:
@@ -288,9 +318,9 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     assert rigid is not None
     # Three azimuths of two records: µ = 1 holds two of the three, 1.2 all.
     assert rigid.simulated_case_count_of_study == len(rigid.record_indices) == 2 * 3 * (2 + 3)
-    found = check_convergence(settings, records, sample, rigid_sample=rigid).rigid
+    found = check_convergence(settings, records, sample, rigid_sample=rigid).rigid_block_comparison
     assert found is not None
-    assert found.cells == found.cases == 30
+    assert found.non_sliding_block_cells == found.cases == 30
     assert found.fallen > 3
     assert found.flags == found.sides == 0
     overturned = rigid.outcomes["overturned"].copy()
@@ -298,16 +328,29 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     overturned[first], overturned[second] = 0, -overturned[second]
     wrong = replace(rigid, outcomes=rigid.outcomes.copy())
     wrong.outcomes["overturned"] = overturned
-    again = check_convergence(settings, records, sample, threads=2, rigid_sample=wrong).rigid
-    one_fall_less = dict.fromkeys(("fallen", "fallen_undivided", "fallen_agreed"), found.fallen - 1)
-    one_of_each = dict.fromkeys(("flags", "sides", "flags_undivided", "sides_undivided", "sides_agreed"), 1)
+    again = check_convergence(settings, records, sample, threads=2, rigid_sample=wrong).rigid_block_comparison
+    one_fall_less = dict.fromkeys(
+        ("fallen", "undivided_falls_in_both", "one_sided_ensemble_falls_in_both"), found.fallen - 1
+    )
+    one_of_each = dict.fromkeys(
+        (
+            "flags",
+            "sides",
+            "undivided_falls_in_one_only",
+            "undivided_falls_to_different_sides",
+            "one_sided_ensemble_falls_to_different_sides",
+        ),
+        1,
+    )
     assert again == found.model_copy(update=one_fall_less | one_of_each)
     workflow.run_convergence_check(settings.model_dump_json(), tmp_path / "motion", cube, tmp_path / "found.json")
-    assert read_convergence_result(tmp_path / "found.json").rigid == found
+    assert read_convergence_result(tmp_path / "found.json").rigid_block_comparison == found
     # From under one record's blocks the ground drops by more than g: the rigid block, which stays on it, knows nothing.
     drop = np.zeros(records[1].sample_count)
     drop[50] = -10.0
-    hopping = check_convergence(settings, [records[0], replace(records[1], up=drop)], sample, rigid_sample=rigid).rigid
+    hopping = check_convergence(
+        settings, [records[0], replace(records[1], up=drop)], sample, rigid_sample=rigid
+    ).rigid_block_comparison
     assert hopping is not None
     assert (hopping.cases, hopping.unanswered) == (15, 15)
 
@@ -350,16 +393,16 @@ def test_convergence_of_a_scene_is_checked_for_each_element(tmp_path: Path) -> N
     settings = study_of_two_stones_side_by_side(azimuth={"step": 60}, verification={"at_least": 4, "cost": 20})
     done = simulate_study_and_draw_case_sample(settings, [near_field_strong_part(7)], tmp_path)
     found = check_convergence(settings, done.records, done.sample)
-    assert [one.element for one in found.finer.outcomes] == ["slender", "squat"]
-    for outcome in (*found.finer.outcomes, *found.stiffer.outcomes):
-        assert outcome.cases + outcome.unanswered == found.chosen == 4
+    assert [one.element for one in found.finer_step_rerun.changes_by_element] == ["slender", "squat"]
+    for outcome in (*found.finer_step_rerun.changes_by_element, *found.stiffer_contact_rerun.changes_by_element):
+        assert outcome.cases + outcome.unanswered == found.rerun_case_count == 4
     # The slender one alone is said to have stood where it fell.
     wrong = done.sample.outcomes["overturned"].copy()
     fell = int((wrong[:, 0] != 0).sum())
     assert fell > 0
     wrong[:, 0] = 0
     found = check_convergence(settings, done.records, done.sample_with_replaced_flags(wrong))
-    assert [one.flags for one in found.finer.outcomes] == [fell, 0]
+    assert [one.flags for one in found.finer_step_rerun.changes_by_element] == [fell, 0]
     rows = comparisons_with_second_computations(found)[:2]
     assert [(one.element, one.fall_or_stand_changes.count, one.fall_or_stand_changes.compared) for one in rows] == [
         ("slender", fell, 4), ("squat", 0, 4),
@@ -410,13 +453,16 @@ def test_the_check_convergence_command_checks_a_scene_within_its_cost_limit(tmp_
     output = tmp_path / "convergence.json"
     workflow.run_convergence_check(settings.model_dump_json(), tmp_path / "motion", cube, output)
     found = read_convergence_result(output)
-    assert 6 <= found.chosen < found.wanted == 24, "none of the scene's azimuths is mirrored"
-    spent = sum(part.block_steps for part in (found.finer, found.stiffer, found.settling))
+    assert 6 <= found.rerun_case_count < found.wanted_case_count == 24, "none of the scene's azimuths is mirrored"
+    spent = sum(
+        part.block_steps
+        for part in (found.finer_step_rerun, found.stiffer_contact_rerun, found.tests_of_finer_step_changes)
+    )
     with open_cube(cube, element=None) as opened:
         assert 0 < spent <= 4 * found.study_block_steps == 4 * opened.attrs["block_steps"]
     # Few change with the step, so the answers read from the cube are those of the same cells.
-    assert sum(outcome.fallen for outcome in found.finer.outcomes) > 0
-    assert all(outcome.flags <= 1 for outcome in found.finer.outcomes)
+    assert sum(outcome.fallen for outcome in found.finer_step_rerun.changes_by_element) > 0
+    assert all(outcome.flags <= 1 for outcome in found.finer_step_rerun.changes_by_element)
 
 
 def test_ensemble_members_disagree_if_some_fall_and_some_stand(tmp_path: Path) -> None:
@@ -506,12 +552,18 @@ def test_3d_falls_that_change_azimuth_under_slightly_scaled_motion_are_counted(
     kinds = case_rerun_functions(settings) | {"nominal": fake_nominal_run}
     monkeypatch.setattr("overturning.study.convergence_check.case_rerun_functions", lambda _: kinds)
     weight = np.linspace(0.2, 1.0, len(sample.record_indices))
-    found = check_convergence(settings, done.records, replace(sample, fall_direction_weight=weight)).amplitude
+    found = check_convergence(
+        settings, done.records, replace(sample, fall_direction_weight=weight)
+    ).amplitude_change_rerun
     assert found is not None
     assert factors == {0.99, 0.995, 1.005, 1.01}
-    assert (found.falls, found.moved, found.stood) == (fell.size, len(fell[::3]), 1)
-    assert found.weight == pytest.approx(weight[fell].sum())
-    assert found.weight_moved == pytest.approx(weight[fell[::3]].sum())
+    assert (found.rerun_falls, found.falls_with_shifted_azimuth, found.falls_standing_in_a_rerun) == (
+        fell.size,
+        len(fell[::3]),
+        1,
+    )
+    assert found.weight_of_rerun_falls == pytest.approx(weight[fell].sum())
+    assert found.weight_of_shifted_falls == pytest.approx(weight[fell[::3]].sum())
     assert found.block_steps == 4 * 10 * fell.size
 
 
@@ -523,14 +575,15 @@ def test_3d_falls_that_change_azimuth_under_slightly_scaled_motion_are_counted(
             "seed: this key is needed",
         ),
         (
-            CONVERGENCE_RESULT_FIELDS | {"finer": {"outcomes": [OUTCOME_CHANGE_COUNT_FIELDS]}},
-            "finer.block_steps: this key is needed",
+            CONVERGENCE_RESULT_FIELDS | {"finer_step_rerun": {"changes_by_element": [OUTCOME_CHANGE_COUNT_FIELDS]}},
+            "finer_step_rerun.block_steps: this key is needed",
         ),
         (
-            CONVERGENCE_RESULT_FIELDS | {"finer": {"block_steps": 1, "outcomes": [{"element": ""}]}},
-            "finer.outcomes.0.cases: this key is needed",
+            CONVERGENCE_RESULT_FIELDS
+            | {"finer_step_rerun": {"block_steps": 1, "changes_by_element": [{"element": ""}]}},
+            "finer_step_rerun.changes_by_element.0.cases: this key is needed",
         ),
-        (CONVERGENCE_RESULT_FIELDS | {"chosen": "many"}, "chosen: a whole number is needed"),
+        (CONVERGENCE_RESULT_FIELDS | {"rerun_case_count": "many"}, "rerun_case_count: a whole number is needed"),
         (["old"], "keys with values are needed"),
     ],
 )

@@ -205,9 +205,9 @@ def test_convergence_of_a_3d_study_is_checked_with_finer_and_stiffer_reruns(
     found = check_convergence(
         study_settings, [read_record_from_motion_file(cube_file.parent / "motion" / "a.nc")], done
     )
-    for part in (found.finer, found.stiffer):
+    for part in (found.finer_step_rerun, found.stiffer_contact_rerun):
         assert part.block_steps > 0
-        assert part.outcomes[0].cases == found.chosen == 6
+        assert part.changes_by_element[0].cases == found.rerun_case_count == 6
 
 
 def test_fall_azimuths_more_than_fifteen_degrees_apart_count_as_different() -> None:

@@ -141,8 +141,8 @@ def test_the_convergence_check_of_a_stack_compares_each_stone(cube_file: Path, s
     sample = read_random_case_sample(cube_file, study_settings.verification)
     done = read_record_from_motion_file(cube_file.parent / "motion" / "a.nc")
     found = check_convergence(study_settings, [done], sample)
-    for part in (found.finer, found.stiffer):
-        assert [one.element for one in part.outcomes] == STONES
+    for part in (found.finer_step_rerun, found.stiffer_contact_rerun):
+        assert [one.element for one in part.changes_by_element] == STONES
 
 
 def test_a_stack_study_with_all_defaults_is_read_back_equal(study_settings: Study) -> None:
@@ -211,7 +211,7 @@ def test_surveyed_twist_and_slip_are_compared_relative_to_the_stone_below(
     stones = tmp_path / "stones.csv"
     stones.write_text('outcome,face_azimuth_deg,count\n"shifted 6 cm, twisted 12",30,7\nstands,0,3\n', encoding="utf-8")
     shaft = select_element_and_amplitude(known, cube_file)
-    found = {one.name: one for one in compare_displacements(read_survey_table(stones), shaft).measures}
+    found = {one.name: one for one in compare_displacements(read_survey_table(stones), shaft).compared_statistics}
     assert (found["twist_deg"].observed, found["twist_deg"].computed) == pytest.approx((12.0, 12.0), rel=1e-6)
     assert (found["shift_m"].observed, found["shift_m"].computed) == pytest.approx((0.06, 0.005 * 12.0), rel=1e-6)
     assert (found["twisted"].observed, found["twisted"].computed, found["clockwise"].computed) == (0.7, 1.0, 1.0)

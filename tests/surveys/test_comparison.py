@@ -57,14 +57,20 @@ def test_survey_drawn_from_the_prediction_fits_and_random_falls_do_not(cube_of_f
         compare_survey_with_prediction(random_fallen_stones(40, *of), cube_of_falls_around_azimuth_60)
         for of in ((60, 30, 1), (0, 180, 2))
     )
-    assert (drawn.fallen, drawn.turned_every_way) == (40, 40)
+    assert (drawn.fallen, drawn.falls_with_all_orientations_assumed) == (40, 40)
     assert drawn.mean_direction_deg == pytest.approx(60, abs=8)
     assert drawn.log_likelihood_ratio > 40
     assert blind.log_likelihood_ratio < 0
-    assert max(drawn.likelihood_ratio_p, drawn.uniform_octants.p_value) < 0.001
-    assert min(blind.likelihood_ratio_p, blind.uniform_octants.p_value) > 0.05
-    assert drawn.fit_exact.p_value > 0.05
-    assert max(one.p_value for one in (blind.fit_exact, blind.fit_octants, blind.fit_octants_watson)) < 0.001
+    assert max(drawn.likelihood_ratio_p, drawn.octant_uniformity_test.p_value) < 0.001
+    assert min(blind.likelihood_ratio_p, blind.octant_uniformity_test.p_value) > 0.05
+    assert drawn.exact_azimuth_watson_u2_test.p_value > 0.05
+    assert (
+        max(
+            one.p_value
+            for one in (blind.exact_azimuth_watson_u2_test, blind.octant_chi_square_test, blind.octant_watson_u2_test)
+        )
+        < 0.001
+    )
 
 
 @pytest.mark.long
@@ -87,15 +93,15 @@ def test_one_impossible_fall_excludes_a_prediction_without_background(cube_of_fa
     """
     inside, outside = random_fallen_stones(20, 60, 25, seed=4), fallen_stone(200)
     found = compare_survey_with_prediction(inside, cube_of_falls_around_azimuth_60, background=0.0)
-    share = found.octant_predicted / 20
+    share = found.predicted_count_by_octant / 20
     there = share > 0
-    assert found.fit_octants.statistic == pytest.approx(
-        chisquare(found.octant_observed[there], 20 * share[there]).statistic
+    assert found.octant_chi_square_test.statistic == pytest.approx(
+        chisquare(found.observed_count_by_octant[there], 20 * share[there]).statistic
     )
-    assert found.fit_octants.p_value > 0.05
+    assert found.octant_chi_square_test.p_value > 0.05
     ruled_out = compare_survey_with_prediction([*inside, outside], cube_of_falls_around_azimuth_60, background=0.0)
-    assert ruled_out.fit_octants.statistic == math.inf
-    assert ruled_out.fit_octants.p_value < 1e-3
+    assert ruled_out.octant_chi_square_test.statistic == math.inf
+    assert ruled_out.octant_chi_square_test.p_value < 1e-3
     assert (ruled_out.log_likelihood_ratio, ruled_out.likelihood_ratio_p) == (-math.inf, 1.0)
 
 
@@ -107,9 +113,9 @@ def test_falls_noted_as_octants_carry_less_evidence_than_azimuths(cube_of_falls_
     ]
     fine = compare_survey_with_prediction(exact, cube_of_falls_around_azimuth_60)
     grouped = compare_survey_with_prediction(coarse, cube_of_falls_around_azimuth_60)
-    assert np.array_equal(fine.octant_observed, grouped.octant_observed)
+    assert np.array_equal(fine.observed_count_by_octant, grouped.observed_count_by_octant)
     assert 0 < grouped.log_likelihood_ratio < fine.log_likelihood_ratio
-    assert grouped.fit_exact.n == 0
+    assert grouped.exact_azimuth_watson_u2_test.n == 0
 
 
 def test_count_of_a_stone_equals_repeated_stones(cube_of_falls_around_azimuth_60) -> None:
@@ -118,7 +124,7 @@ def test_count_of_a_stone_equals_repeated_stones(cube_of_falls_around_azimuth_60
     )
     two = compare_survey_with_prediction([fallen_stone(60, count=2), fallen_stone(80)], cube_of_falls_around_azimuth_60)
     assert one.log_likelihood_ratio == two.log_likelihood_ratio
-    assert one.octant_observed.tolist() == two.octant_observed.tolist()
+    assert one.observed_count_by_octant.tolist() == two.observed_count_by_octant.tolist()
 
 
 def test_stones_outside_the_grid_of_b_over_h_are_counted(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
@@ -126,9 +132,9 @@ def test_stones_outside_the_grid_of_b_over_h_are_counted(make_cube_from_fall_rul
     inside = [fallen_stone(60), fallen_stone(60, b_over_h=0.4), fallen_stone(60, b_over_h=0.2, b_over_h_side=0.3)]
     outside = [fallen_stone(60, b_over_h=0.5, count=2), fallen_stone(60, b_over_h=0.2, b_over_h_side=0.1)]
     found = compare_survey_with_prediction([*inside, *outside], cube)
-    assert found.beyond == 3
-    assert compare_survey_with_prediction(outside[1:], cube).beyond == 1
-    assert compare_survey_with_prediction(inside, cube).beyond == 0
+    assert found.stones_outside_b_over_h_grid == 3
+    assert compare_survey_with_prediction(outside[1:], cube).stones_outside_b_over_h_grid == 1
+    assert compare_survey_with_prediction(inside, cube).stones_outside_b_over_h_grid == 0
 
 
 @pytest.mark.parametrize(
@@ -146,9 +152,9 @@ def test_stones_far_outside_the_grid_of_b_over_h_are_not_predicted(make_cube_fro
     )
     stone = fallen_stone(0, face_azimuth_deg=0.0, b_over_h=shape[0], b_over_h_side=shape[1], count=2)
     found = compare_survey_with_prediction([stone], cube)
-    assert found.unpredicted == (0 if predicted else 2)
+    assert found.stones_far_outside_b_over_h_grid == (0 if predicted else 2)
     assert np.isfinite(found.computed_fall_share) == predicted
-    assert (found.confusion is not None) == predicted
+    assert (found.confusion_matrix is not None) == predicted
     if not predicted:
         assert found.log_likelihood_ratio == pytest.approx(0.0, abs=1e-12)
 
@@ -176,7 +182,7 @@ def test_a_stone_stouter_than_blocks_that_stand_also_stands(make_cube_from_fall_
     )
     stone = Stone(False, math.nan, has_octant_direction=False, face_azimuth_deg=0.0, b_over_h=0.3, b_over_h_side=0.9)
     found = compare_survey_with_prediction([stone], cube)
-    assert (found.unpredicted, found.computed_fall_share) == (0, 0.0)
+    assert (found.stones_far_outside_b_over_h_grid, found.computed_fall_share) == (0, 0.0)
 
 
 @pytest.mark.parametrize(("front", "side"), [(0.2, 0.2), (0.2, 0.35), (0.5, 0.5)])
@@ -248,7 +254,9 @@ def test_predicted_azimuths_are_uniform_within_45_degrees_of_the_face_normal(
     """
     site = make_cube_from_fall_rules(make_sector_fall_rule(face, step), azimuth=range(0, 360, step))
     stone = fallen_stone(face, b_over_h=0.3, face_azimuth_deg=face)
-    expected = compare_survey_with_prediction([stone], site, background=0, random_survey_count=1).octant_predicted
+    expected = compare_survey_with_prediction(
+        [stone], site, background=0, random_survey_count=1
+    ).predicted_count_by_octant
     assert expected == pytest.approx([north / 90, 0.5, (45 - north) / 90, 0, 0, 0, 0, 0], abs=1e-3)
 
 
@@ -368,7 +376,9 @@ def test_falls_normal_to_the_known_faces_are_not_tested_for_fit(cube_of_falls_ar
     azimuths = 45 + 90 * edges + generator.normal(0, 8, size=40)
     known = [fallen_stone(a, b_over_h=0.3, b_over_h_side=0.3, face_azimuth_deg=45) for a in azimuths]
     found = compare_survey_with_prediction(known, cube_of_falls_around_azimuth_60)
-    assert max(found.fit_octants.p_value, found.fit_exact.p_value) < 0.01  # evenly over 90° they are not
+    assert (
+        max(found.octant_chi_square_test.p_value, found.exact_azimuth_watson_u2_test.p_value) < 0.01
+    )  # evenly over 90° they are not
     assert found.log_likelihood_ratio > 0
     assert found.likelihood_ratio_p < 0.05
     assert survey_prediction_findings(
@@ -378,7 +388,7 @@ def test_falls_normal_to_the_known_faces_are_not_tested_for_fit(cube_of_falls_ar
     assert not survey_prediction_findings(
         StoredSurveyComparison("", "", "", unknown)
     ).has_falls_with_known_face_and_b_over_h
-    assert min(unknown.fit_octants.p_value, unknown.fit_exact.p_value) < 0.05
+    assert min(unknown.octant_chi_square_test.p_value, unknown.exact_azimuth_watson_u2_test.p_value) < 0.05
 
 
 def test_confusion_matrix_of_observed_and_predicted_sides_is_counted_right(
@@ -392,12 +402,12 @@ def test_confusion_matrix_of_observed_and_predicted_sides_is_counted_right(
         fallen_stone(60),
     ]
     comparison = compare_survey_with_prediction(stones, site)
-    assert comparison.confusion is not None
-    assert comparison.confusion[1, 1] == 3
-    assert comparison.confusion[0, 0] == 2
-    assert comparison.confusion[3, 1] == 1
-    assert comparison.confusion.sum() == 6
-    assert comparison.turned_every_way == 1
+    assert comparison.confusion_matrix is not None
+    assert comparison.confusion_matrix[1, 1] == 3
+    assert comparison.confusion_matrix[0, 0] == 2
+    assert comparison.confusion_matrix[3, 1] == 1
+    assert comparison.confusion_matrix.sum() == 6
+    assert comparison.falls_with_all_orientations_assumed == 1
     assert (comparison.fallen, comparison.stood) == (5, 2)
 
 
@@ -418,8 +428,8 @@ def test_missing_face_and_slenderness_are_counted_only_where_missing(
     stone = fallen_stone(60, **given)
     for stones in ([stone], [stone, fallen_stone(62, b_over_h=0.2, face_azimuth_deg=60.0)]):
         found = compare_survey_with_prediction(stones, cube_of_falls_around_azimuth_60)
-        assert (found.without_face, found.without_b_over_h) == without
-        assert found.turned_every_way == int(any(without))
+        assert (found.falls_without_face_azimuth, found.falls_without_b_over_h) == without
+        assert found.falls_with_all_orientations_assumed == int(any(without))
 
 
 def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(cube_of_falls_around_azimuth_60) -> None:
@@ -428,12 +438,23 @@ def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(cu
     lost = Stone(True, math.nan, False, count=5, b_over_h=0.2, face_azimuth_deg=60.0)
     without = compare_survey_with_prediction(stones, cube_of_falls_around_azimuth_60)
     found = compare_survey_with_prediction([*stones, lost], cube_of_falls_around_azimuth_60)
-    assert (found.fallen, found.stood, found.fallen_count_in_known_direction, found.without_direction) == (25, 4, 20, 5)
-    np.testing.assert_array_equal(found.octant_observed, without.octant_observed)
-    for name in ("log_likelihood_ratio", "likelihood_ratio_p", "mean_direction_deg", "fit_exact", "confusion"):
+    assert (found.fallen, found.stood, found.fallen_count_in_known_direction, found.falls_without_direction) == (
+        25,
+        4,
+        20,
+        5,
+    )
+    np.testing.assert_array_equal(found.observed_count_by_octant, without.observed_count_by_octant)
+    for name in (
+        "log_likelihood_ratio",
+        "likelihood_ratio_p",
+        "mean_direction_deg",
+        "exact_azimuth_watson_u2_test",
+        "confusion_matrix",
+    ):
         assert getattr(found, name) == getattr(without, name)
     only = compare_survey_with_prediction([lost], cube_of_falls_around_azimuth_60)
-    assert only.octant_observed.sum() == 0
+    assert only.observed_count_by_octant.sum() == 0
     doubted = survey_prediction_findings(StoredSurveyComparison("x", "", "site", only, ("x: radians?",)))
     assert (doubted.doubts, doubted.falls_in_known_direction) == (["x: radians?"], 0)
 
@@ -470,9 +491,9 @@ def test_computed_share_of_falls_has_the_range_over_height_and_friction(
     found = compare_survey_with_prediction(
         stones, make_cube_from_fall_rules(fall_rule_by_friction_and_height), random_survey_count=1
     )
-    share = (found.computed_fall_share, found.computed_fall_share_low, found.computed_fall_share_high)
+    share = (found.computed_fall_share, found.lowest_computed_fall_share, found.highest_computed_fall_share)
     assert share == pytest.approx((mean, low, high), nan_ok=True)
-    assert found.beyond_heights == sum(one.height in (0.2, 3.0) for one in stones)
+    assert found.stones_outside_height_grid == sum(one.height in (0.2, 3.0) for one in stones)
 
 
 def test_computed_fall_share_uses_the_known_face_or_all_orientations(
@@ -506,8 +527,8 @@ def test_computed_fall_share_uses_the_known_face_or_all_orientations(
         (list(half), heights),
     ):  # one height and friction, or height stated
         single = compare_survey_with_prediction(stones, of, random_survey_count=1)
-        assert math.isnan(single.computed_fall_share_low)
-        assert math.isnan(single.computed_fall_share_high)
+        assert math.isnan(single.lowest_computed_fall_share)
+        assert math.isnan(single.highest_computed_fall_share)
 
 
 def test_observed_share_and_predicted_mean_direction_match_known_values(cube_of_falls_around_azimuth_60) -> None:
@@ -573,13 +594,13 @@ def test_stones_without_a_computed_outcome_are_counted_and_not_predicted_to_stan
     stout = Stone(False, math.nan, False, count=3, b_over_h=0.4, face_azimuth_deg=60.0)
     fell = fallen_stone(60, count=5, b_over_h=0.5, face_azimuth_deg=60.0)
     found = compare_survey_with_prediction([slender, stout, fell, fallen_stone(10, b_over_h=0.4)], site)
-    assert (found.without_outcome, found.falls_without_outcome) == (9, 6)
+    assert (found.stones_without_computed_outcome, found.falls_without_computed_outcome) == (9, 6)
     assert found.computed_fall_share == 1.0
-    assert found.confusion[0, 1:].sum() == found.confusion.sum() == 2
-    np.testing.assert_allclose(found.octant_predicted, 6 / 8, atol=1e-9)
+    assert found.confusion_matrix[0, 1:].sum() == found.confusion_matrix.sum() == 2
+    np.testing.assert_allclose(found.predicted_count_by_octant, 6 / 8, atol=1e-9)
     of_study = survey_prediction_findings(StoredSurveyComparison("stones.csv", "0" * 64, "vale", found))
     assert (of_study.checked_predictions, of_study.falls_with_predicted_direction) == (2, 0)
-    assert compare_survey_with_prediction([stout], site).confusion is None
+    assert compare_survey_with_prediction([stout], site).confusion_matrix is None
 
 
 @pytest.mark.parametrize("background", [0.0, 0.05])
@@ -595,9 +616,9 @@ def test_fallen_stones_that_never_fall_in_the_simulations_are_counted(
         compare_survey_with_prediction(list(stones), site, background=background)
         for stones in ((slender, stout), (stout, faced))
     ]
-    assert [one.never for one in found] == [1, 2]
-    np.testing.assert_allclose(found[1].octant_predicted, 2 / 8, atol=1e-9)
-    assert compare_survey_with_prediction([slender], site, background=background).never == 0
+    assert [one.falls_without_any_computed_fall for one in found] == [1, 2]
+    np.testing.assert_allclose(found[1].predicted_count_by_octant, 2 / 8, atol=1e-9)
+    assert compare_survey_with_prediction([slender], site, background=background).falls_without_any_computed_fall == 0
 
 
 def test_comparison_refuses_empty_surveys_several_records_and_3d_cubes(
@@ -644,8 +665,8 @@ def test_fractions_of_stones_in_two_octants_add_up_to_whole_stones(
     """
     stones = [Stone(True, wind + declination, False, has_16_point_direction=True) for wind in (22.5, 45.0)]
     found = compare_survey_with_prediction(stones, cube_of_falls_around_azimuth_60)
-    assert {found.uniform_octants.n, found.fit_octants.n, found.fit_octants_watson.n} == {2}
-    assert found.uniform_octants.p_value > 0.1
+    assert {found.octant_uniformity_test.n, found.octant_chi_square_test.n, found.octant_watson_u2_test.n} == {2}
+    assert found.octant_uniformity_test.p_value > 0.1
 
 
 def test_stones_of_each_site_are_compared_with_the_motion_there(
@@ -660,7 +681,7 @@ def test_stones_of_each_site_are_compared_with_the_motion_there(
     both = compare_survey_with_prediction([*at_a, *at_b], east, site_cubes={"B": west})
     alone = compare_survey_with_prediction(at_a, east), compare_survey_with_prediction(at_b, west)
     assert both.log_likelihood_ratio == pytest.approx(sum(one.log_likelihood_ratio for one in alone))
-    assert both.octant_predicted == pytest.approx(sum(one.octant_predicted for one in alone))
+    assert both.predicted_count_by_octant == pytest.approx(sum(one.predicted_count_by_octant for one in alone))
     assert both.log_likelihood_ratio > 40 > 0 > compare_survey_with_prediction(at_b, east).log_likelihood_ratio
     # Shares by hand: where each plane falls and where none does.
     stands = make_cube_from_fall_rules(lambda azimuth, *_: 0 * azimuth, azimuth=range(0, 360, 2))
@@ -674,7 +695,7 @@ def test_stones_of_each_site_are_compared_with_the_motion_there(
     # B lists its fallen stones alone: they count neither in the observed nor in the computed share.
     only_fallen = [stones[0], Stone(True, 90.0, False, site="B", count=5), Stone(True, 90.0, False, site="A")]
     found = compare_survey_with_prediction(only_fallen, stands, site_cubes={"B": falls})
-    assert (found.fallen, found.share_fell, found.share_stones) == (6, 1, 4)
+    assert (found.fallen, found.fallen_count_for_share, found.stone_count_for_share) == (6, 1, 4)
     assert found.computed_fall_share == 0.0
 
 

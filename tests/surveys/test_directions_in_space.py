@@ -26,7 +26,7 @@ def compare_directions_of_survey(
     """Write a survey of these rows, compare its fall directions with a 3-D cube, and return the comparison."""
     path = folder / "stones.csv"
     path.write_text(f"site,outcome,face_azimuth_deg,height_m,b_over_h,count\n{rows}", encoding="utf-8")
-    found = compare_displacements(read_survey_table(path), cube, sites, background=background).directions
+    found = compare_displacements(read_survey_table(path), cube, sites, background=background).fall_direction_comparison
     assert found is not None
     return found
 
@@ -51,13 +51,13 @@ def test_log_likelihood_ratio_and_octants_match_hand_computation(tmp_path: Path)
     found = compare_directions_of_survey(
         tmp_path, rows, cube_of_standing_stones_with_given_values(overturned=1.0, fall_azimuth=0.0), background=0.2
     )
-    assert (found.fallen, found.never, found.without_outcome) == (4, 0, 0)
+    assert (found.fallen, found.falls_without_any_computed_fall, found.falls_without_computed_outcome) == (4, 0, 0)
     assert found.log_likelihood_ratio == pytest.approx(3 * np.log(8 * 0.8 + 0.2) + np.log(0.2))
     # As large by chance: three or four of four stones in one octant of eight.
     chance = (4 * 7 + 1) / 8**4
     assert found.likelihood_ratio_p == pytest.approx(chance, abs=5 * (chance / 2000) ** 0.5)
-    assert found.octant_observed.tolist() == [3.0, 0, 0, 0, 1.0, 0, 0, 0]
-    assert found.octant_predicted == pytest.approx([4 * (0.8 + 0.2 / 8), *[4 * 0.2 / 8] * 7])
+    assert found.observed_count_by_octant.tolist() == [3.0, 0, 0, 0, 1.0, 0, 0, 0]
+    assert found.predicted_count_by_octant == pytest.approx([4 * (0.8 + 0.2 / 8), *[4 * 0.2 / 8] * 7])
     assert (found.resultant, found.predicted_mean_direction_deg) == pytest.approx((0.5, 0.0), abs=1e-9)
 
 
@@ -72,8 +72,11 @@ def test_a_fall_that_is_impossible_without_background_is_stored_and_reported(
     found = compare_displacements(read_survey_table(path), cube, background=0.0)
     write_result_as_json(StoredDisplacementComparison("s", "x", "a", found), tmp_path / "comparison.json")
     stored = read_json_result(StoredDisplacementComparison, tmp_path / "comparison.json", "survey")
-    assert stored.together.directions is not None
-    assert (stored.together.directions.log_likelihood_ratio, stored.together.directions.likelihood_ratio_p) == (
+    assert stored.all_sites_comparison.fall_direction_comparison is not None
+    assert (
+        stored.all_sites_comparison.fall_direction_comparison.log_likelihood_ratio,
+        stored.all_sites_comparison.fall_direction_comparison.likelihood_ratio_p,
+    ) == (
         -np.inf,
         1.0,
     )
@@ -107,7 +110,7 @@ def test_stones_without_a_computed_fall_are_predicted_to_fall_at_random(tmp_path
     found = compare_directions_of_survey(
         tmp_path, rows, cube_of_standing_stones_with_given_values(overturned=flags, fall_azimuth=180.0)
     )
-    assert (found.fallen, found.never, found.without_outcome) == (6, 2, 3)
+    assert (found.fallen, found.falls_without_any_computed_fall, found.falls_without_computed_outcome) == (6, 2, 3)
     assert found.log_likelihood_ratio == pytest.approx(np.log(8 * 0.95 + 0.05)), "of the last stone alone"
 
 
@@ -117,7 +120,7 @@ def test_a_survey_of_stones_that_stand_has_no_directions(tmp_path: Path) -> None
     assert (
         compare_displacements(
             read_survey_table(path), cube_of_standing_stones_with_given_values(overturned=1.0)
-        ).directions
+        ).fall_direction_comparison
         is None
     )
 

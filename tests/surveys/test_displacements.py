@@ -53,7 +53,7 @@ def survey_table_of_rows(folder: Path, rows: str) -> SurveyTable:
 
 def measures_by_name(found: DisplacementComparison) -> dict[str, Any]:
     """Return the measures of a comparison (share that fell, twist, ...) by their names."""
-    return {one.name: one for one in found.measures}
+    return {one.name: one for one in found.compared_statistics}
 
 
 def test_shares_and_medians_of_a_survey_match_hand_counts(tmp_path: Path) -> None:
@@ -70,8 +70,8 @@ def test_shares_and_medians_of_a_survey_match_hand_counts(tmp_path: Path) -> Non
     found = compare_displacements(
         stones, cube_of_standing_stones_with_given_values(residual_slip_east=-slips, residual_twist=[0.0, -8.0])
     )
-    assert (found.fell, found.stood, found.never_stand) == (2, 9, 0)
-    assert found.cells == 2, "one orientation, height and B/H, two frictions"
+    assert (found.fell, found.stood, found.standing_stones_without_standing_case) == (2, 9, 0)
+    assert found.similar_computed_case_count == 2, "one orientation, height and B/H, two frictions"
     measures = measures_by_name(found)
     # The stone that is shifted by an unknown amount counts in no share of shifts.
     for name, matching, n in (("fell", 2, 11), ("shifted", 1, 8), ("twisted", 3, 9), ("clockwise", 1, 3)):
@@ -93,7 +93,7 @@ def test_a_stone_is_compared_with_cases_of_its_own_face_size_and_shape(tmp_path:
 
     def computed_twist_and_cell_count(row: str) -> tuple[float, int]:
         found = compare_displacements(survey_table_of_rows(tmp_path, row), cube)
-        return measures_by_name(found)["twist_deg"].computed, found.cells
+        return measures_by_name(found)["twist_deg"].computed, found.similar_computed_case_count
 
     # A square looks alike every 90°: 107° is 17°, nearest to 15°.
     assert computed_twist_and_cell_count("A,stands,107,0.52,0.41,1\n") == (100.0 + 0.0 + 1.0 + 5.0, 2)
@@ -121,7 +121,7 @@ def test_intervals_of_a_survey_drawn_from_a_cube_contain_the_values_of_the_cube(
     stones = survey_table_of_rows(tmp_path, "".join(rows))
     found = compare_displacements(stones, cube)
     measures = measures_by_name(found)
-    assert found.cells == cube["overturned"].size
+    assert found.similar_computed_case_count == cube["overturned"].size
     for name, one in measures.items():
         assert one.observed_low <= one.computed <= one.observed_high, name
     # A truth whose twists are all reversed is rejected.
@@ -136,7 +136,7 @@ def test_stones_that_stand_where_the_study_has_only_falls_are_counted(tmp_path: 
     found = compare_displacements(
         stones, cube_of_standing_stones_with_given_values(overturned=falls, residual_slip_north=0.02)
     )
-    assert (found.never_stand, found.stood) == (2, 3)
+    assert (found.standing_stones_without_standing_case, found.stood) == (2, 3)
     assert measures_by_name(found)["shifted"].computed == 1.0, "of the stone that can stand"
     nowhere = compare_displacements(
         survey_table_of_rows(tmp_path, "A,stands,0,0.5,0.3,2\n"),
@@ -151,7 +151,11 @@ def test_stones_without_a_computed_outcome_are_counted_as_such(tmp_path: Path) -
         tmp_path, "A,stands,0,0.5,0.3,2\nA,fell,0,0.5,0.3,3\nA,stands,0,0.5,0.4,1\nA,stands,0,0.5,0.5,4\n"
     )
     found = compare_displacements(stones, cube_of_standing_stones_with_given_values(overturned=unknown))
-    assert (found.without_outcome, found.never_stand, found.cells) == (5, 4, 4)
+    assert (
+        found.stones_without_computed_outcome,
+        found.standing_stones_without_standing_case,
+        found.similar_computed_case_count,
+    ) == (5, 4, 4)
     assert measures_by_name(found)["fell"].computed == pytest.approx(4 / 5), "of the stones with an outcome"
 
 
@@ -165,7 +169,11 @@ def test_stones_far_outside_the_grid_are_counted_and_not_compared(tmp_path: Path
     )
     cube = cube_of_standing_stones_with_given_values(overturned=[[1.0], [0.0], [0.0]]).expand_dims(aspect=[1.0])
     found = compare_displacements(read_survey_table(path), cube)
-    assert (found.beyond, found.without_outcome, found.never_stand) == (2 + 8 + 32, 0, 1 + 16)
+    assert (
+        found.stones_far_outside_shape_grid,
+        found.stones_without_computed_outcome,
+        found.standing_stones_without_standing_case,
+    ) == (2 + 8 + 32, 0, 1 + 16)
     assert measures_by_name(found)["fell"].computed == pytest.approx((1 + 16) / (1 + 4 + 16))
     assert measures_by_name(found)["fell"].observed == pytest.approx(34 / 63), "all stones"
     findings = survey_displacement_findings(StoredDisplacementComparison("s", "h", "a", found)).all_sites
@@ -190,10 +198,10 @@ def test_a_stone_described_from_its_narrow_face_gives_the_same_comparison(tmp_pa
     header = "outcome,face_azimuth_deg,height_m,b_over_h,b_over_h_side,azimuth_deg"
     path.write_text(f"{header}\n{row}\n", encoding="utf-8")
     found = compare_displacements(read_survey_table(path), cube)
-    assert (found.beyond, found.cells) == (0, 1)
+    assert (found.stones_far_outside_shape_grid, found.similar_computed_case_count) == (0, 1)
     assert measures_by_name(found)["fell"].computed == 1.0
-    assert found.directions is not None
-    assert found.directions.log_likelihood_ratio > 1.5
+    assert found.fall_direction_comparison is not None
+    assert found.fall_direction_comparison.log_likelihood_ratio > 1.5
 
 
 def test_displacements_of_each_site_are_compared_with_its_cube(tmp_path: Path) -> None:

@@ -56,7 +56,9 @@ def test_rotating_survey_and_cube_together_changes_no_test_result(
         compare_survey_with_prediction(turned, cube.roll(azimuth=turn // 15, roll_coords=False)),
     )
     assert (first.predicted_resultant < 1e-6) == (cube_of is cube_with_two_fall_axes)
-    assert second.fit_exact.statistic == pytest.approx(first.fit_exact.statistic, rel=1e-6)
+    assert second.exact_azimuth_watson_u2_test.statistic == pytest.approx(
+        first.exact_azimuth_watson_u2_test.statistic, rel=1e-6
+    )
     assert second.log_likelihood_ratio == pytest.approx(first.log_likelihood_ratio, rel=1e-6)
 
 
@@ -69,7 +71,11 @@ def test_p_values_of_exact_azimuths_are_uniform_for_falls_to_both_sides(make_cub
         centre = np.where(b < 0.3, 60.0, 150.0) + 180.0 * generator.integers(0, 2, 20)
         azimuth = centre + generator.uniform(-22.5, 22.5, 20)
         stones = [fallen_stone(float(one), b_over_h=float(of)) for one, of in zip(azimuth, b, strict=True)]
-        p.append(compare_survey_with_prediction(stones, cube, background=0.0, random_survey_count=20).fit_exact.p_value)
+        p.append(
+            compare_survey_with_prediction(
+                stones, cube, background=0.0, random_survey_count=20
+            ).exact_azimuth_watson_u2_test.p_value
+        )
     assert np.mean(np.array(p) <= 0.05) < 0.1
     assert np.mean(np.array(p) <= 0.5) == pytest.approx(0.5, abs=0.12)
 
@@ -100,7 +106,13 @@ def test_a_true_prediction_fits_azimuths_recorded_in_steps(
         azimuth = np.round((predicted.borders[place] + generator.random(count) * width[place]) / step) * step
         stones = [fallen_stone(float(one), azimuth_recording_step_deg=float(step)) for one in azimuth]
         found = compare_survey_with_prediction(stones, site, random_survey_count=200)
-        p.append([found.fit_exact.p_value, found.fit_octants.p_value, found.fit_octants_watson.p_value])
+        p.append(
+            [
+                found.exact_azimuth_watson_u2_test.p_value,
+                found.octant_chi_square_test.p_value,
+                found.octant_watson_u2_test.p_value,
+            ]
+        )
     rejected = np.mean(np.array(p) <= 0.05, axis=0)
     assert rejected.max() <= (0.15 if surveys < 100 else 0.1)
     assert np.mean(np.array(p)[:, 0] <= 0.5) == pytest.approx(0.5, abs=0.2 if surveys < 100 else 0.1)
@@ -116,7 +128,14 @@ def test_a_wrong_prediction_does_not_fit_azimuths_recorded_in_steps(
         for _ in range(3)
     ]
     found = compare_survey_with_prediction(stones, site)
-    assert max(found.fit_exact.p_value, found.fit_octants.p_value, found.fit_octants_watson.p_value) < 0.01
+    assert (
+        max(
+            found.exact_azimuth_watson_u2_test.p_value,
+            found.octant_chi_square_test.p_value,
+            found.octant_watson_u2_test.p_value,
+        )
+        < 0.01
+    )
 
 
 def test_expected_octant_counts_follow_the_steps_of_observed_azimuths(
@@ -125,8 +144,8 @@ def test_expected_octant_counts_follow_the_steps_of_observed_azimuths(
     """All fall within 52.5° to 67.5°, noted as 60° in steps of 30°: a quarter of the step lies in E."""
     site = make_cube_from_fall_rules(make_sector_fall_rule(60, 1), azimuth=range(0, 360, 15))
     found = compare_survey_with_prediction([fallen_stone(60, azimuth_recording_step_deg=30.0)], site, background=0.0)
-    np.testing.assert_allclose(found.octant_observed, [0, 0.75, 0.25, 0, 0, 0, 0, 0])
-    np.testing.assert_allclose(found.octant_predicted, found.octant_observed, atol=1e-12)
+    np.testing.assert_allclose(found.observed_count_by_octant, [0, 0.75, 0.25, 0, 0, 0, 0, 0])
+    np.testing.assert_allclose(found.predicted_count_by_octant, found.observed_count_by_octant, atol=1e-12)
 
 
 def fallen_stone_of_compass_point(number: int, **more) -> Stone:

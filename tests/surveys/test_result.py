@@ -33,11 +33,11 @@ def test_stored_comparison_is_read_back_byte_for_byte(
     back = read_survey_comparison(path)
     write_result_as_json(back, path)
     assert path.read_bytes() == first
-    assert (back.stones, back.record) == ("stones.csv", "r0")
+    assert (back.survey_file_name, back.record) == ("stones.csv", "r0")
     assert len(back.sha256) == 64
-    assert (back.comparison.confusion is not None) == faces
-    np.testing.assert_array_equal(back.comparison.octant_predicted, found.octant_predicted)
-    assert math.isnan(back.comparison.fit_exact.p_value)
+    assert (back.comparison.confusion_matrix is not None) == faces
+    np.testing.assert_array_equal(back.comparison.predicted_count_by_octant, found.predicted_count_by_octant)
+    assert math.isnan(back.comparison.exact_azimuth_watson_u2_test.p_value)
 
 
 def test_stored_comparison_has_table_comments_and_flags_few_falls(
@@ -59,5 +59,5 @@ def test_files_that_are_no_stored_comparison_are_refused(tmp_path: Path) -> None
     with pytest.raises(ResultError, match="no result of the comparison with a survey"):
         read_survey_comparison(tmp_path / "1.json")
     (tmp_path / "1.json").write_text("{}", encoding="utf-8")
-    with pytest.raises(ResultError, match="stones: this key is needed; written by another version"):
+    with pytest.raises(ResultError, match="survey_file_name: this key is needed; written by another version"):
         read_survey_comparison(tmp_path / "1.json")

@@ -66,14 +66,16 @@ def test_soil_given_for_a_cemetery_or_for_the_study_gives_the_same_results(tmp_p
         assert here.attrs["content_sha256"] != bare.attrs["content_sha256"]
         assert json.loads(here.attrs["study"])["surveys"] == []
     first, second = (read_survey_comparison(mixed / "survey" / f"{number}.json") for number in (1, 2))
-    on_soil, on_rock = (dict(read_survey_comparison(one / "survey" / "1.json").sites) for one in (soft, rock))
-    sites = dict(first.sites)
+    on_soil, on_rock = (
+        dict(read_survey_comparison(one / "survey" / "1.json").comparisons_by_site) for one in (soft, rock)
+    )
+    sites = dict(first.comparisons_by_site)
     assert sites["River bank"].log_likelihood_ratio == on_soil["River bank"].log_likelihood_ratio
     assert sites["River bank"].computed_fall_share == on_soil["River bank"].computed_fall_share
     assert sites["Rock"].log_likelihood_ratio == on_rock["Rock"].log_likelihood_ratio
-    assert dict(second.sites)["Rock"].log_likelihood_ratio == on_soil["Rock"].log_likelihood_ratio
+    assert dict(second.comparisons_by_site)["Rock"].log_likelihood_ratio == on_soil["Rock"].log_likelihood_ratio
     # What is reported of the ground, by hand from the motions.
-    ((site, ground),) = first.grounds
+    ((site, ground),) = first.soil_by_site
     assert (site, ground.thickness_m, ground.mean_shear_wave_velocity_m_s) == ("River bank", 15, pytest.approx(120))
     peaks = [
         max(abs(one).max() for one in read_record_from_motion_file(path).components[:2])
@@ -81,4 +83,4 @@ def test_soil_given_for_a_cemetery_or_for_the_study_gives_the_same_results(tmp_p
     ]
     assert [ground.rock_pga, ground.surface_pga] == pytest.approx(peaks, rel=1e-6)
     assert abs(peaks[1] - peaks[0]) > 0.05 * STANDARD_GRAVITY, "the soil changes the motion"
-    assert [one[0] for one in second.grounds] == [""]
+    assert [one[0] for one in second.soil_by_site] == [""]

@@ -211,18 +211,18 @@ def _compare_falls_shifts_and_twists(
     parts = {one: table.select_site(one) for one in table.site_names if len(table.site_names) > 1}
     sha256, remarks = survey_file_hash_and_remarks(path)
     result = StoredDisplacementComparison(
-        stones=path.name,
+        survey_file_name=path.name,
         sha256=sha256,
         record=record,
-        together=compare_displacements(table, default, by_site, background=background),
-        doubts=table.warnings,
+        all_sites_comparison=compare_displacements(table, default, by_site, background=background),
+        survey_warnings=table.warnings,
         remarks=remarks,
-        sites=tuple(
+        comparisons_by_site=tuple(
             (site, compare_displacements(part, by_site.get(site, default), background=background))
             for site, part in parts.items()
             if part.counted_stones
         ),
-        grounds=tuple(grounds.items()),
+        soil_by_site=tuple(grounds.items()),
     )
     found = survey_displacement_findings(result)
     shown = found.model_copy(update={"doubts": []})

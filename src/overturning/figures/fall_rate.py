@@ -109,7 +109,7 @@ def _draw_fragility_curve(
         label="a record and factor",
     )
     if math.isfinite(fragility_curve.median):
-        x = np.geomspace(fragility_curve.least, fragility_curve.most, 100)
+        x = np.geomspace(fragility_curve.min_fitted_intensity, fragility_curve.max_fitted_intensity, 100)
         low, high = fragility_curve.median_interval
         if math.isfinite(low) and math.isfinite(high):
             ends = [

@@ -63,25 +63,30 @@ def comparisons_with_second_computations(convergence: ConvergenceCheckResult) ->
     """
     rows = []
     for name, factor, part in (
-        ("finer", convergence.finer_by, convergence.finer), ("stiffer", convergence.stiffer_by, convergence.stiffer)
+        ("finer", convergence.time_step_refinement, convergence.finer_step_rerun), ("stiffer",
+        convergence.contact_stiffness_factor, convergence.stiffer_contact_rerun)
     ):  # fmt: skip
-        sampled = convergence.chosen < convergence.computed
-        rows += [_comparison_of_element_with_second_computation(name, factor, one, sampled) for one in part.outcomes]
-        if not part.outcomes:
+        sampled = convergence.rerun_case_count < convergence.simulated_study_cell_count
+        rows += [
+            _comparison_of_element_with_second_computation(name, factor, one, sampled)
+            for one in part.changes_by_element
+        ]
+        if not part.changes_by_element:
             none = share_of_changed_cases(0, 0, sampled)
             rows.append(
                 ComparisonWithSecondComputation(
-                    computation=name, step_count_or_stiffness_factor=factor, element="", refusal_reason=part.refused,
+                    computation=name, step_count_or_stiffness_factor=factor, element="",
+                    refusal_reason=part.refusal_reason,
                     fall_or_stand_changes=none,
                     fall_or_stand_changes_if_ensemble_agrees=none, fall_side_changes=none,
                     fall_side_changes_if_ensemble_agrees=none,
                 )
             )  # fmt: skip
-    rigid = convergence.rigid
+    rigid = convergence.rigid_block_comparison
     if rigid is not None and rigid.cases:
         rows.append(
             _comparison_of_element_with_second_computation(
-                "rigid", math.nan, rigid, rigid.cases + rigid.unanswered < rigid.cells
+                "rigid", math.nan, rigid, rigid.cases + rigid.unanswered < rigid.non_sliding_block_cells
             )
         )
     return rows
@@ -98,10 +103,12 @@ def _comparison_of_element_with_second_computation(
         refusal_reason="",
         fall_or_stand_changes=share_of_changed_cases(element_changes.flags, element_changes.cases, is_random_sample),
         fall_or_stand_changes_if_ensemble_agrees=share_of_changed_cases(
-            element_changes.flags_undivided, element_changes.undivided, is_random_sample
+            element_changes.undivided_falls_in_one_only, element_changes.undivided_ensemble_cases, is_random_sample
         ),
         fall_side_changes=share_of_changed_cases(element_changes.sides, element_changes.fallen, is_random_sample),
         fall_side_changes_if_ensemble_agrees=share_of_changed_cases(
-            element_changes.sides_agreed, element_changes.fallen_agreed, is_random_sample
+            element_changes.one_sided_ensemble_falls_to_different_sides,
+            element_changes.one_sided_ensemble_falls_in_both,
+            is_random_sample,
         ),
     )

@@ -111,17 +111,19 @@ def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
     found = results.convergence
     if found is None:
         return None
-    is_sample, shift = found.chosen < found.computed, found.amplitude
+    is_sample, shift = found.rerun_case_count < found.simulated_study_cell_count, found.amplitude_change_rerun
     return ConvergenceFindings(
         result=found,
         is_sample=is_sample,
         comparisons=comparisons_with_second_computations(found),
-        share_at_rest=found.at_rest / found.chosen if found.chosen else math.nan,
-        changes_under_tiny_amplitude_increase=share_of_changed_cases(found.settling.chaotic, found.chosen, is_sample),
+        share_at_rest=found.rerun_cases_at_rest / found.rerun_case_count if found.rerun_case_count else math.nan,
+        changes_under_tiny_amplitude_increase=share_of_changed_cases(
+            found.tests_of_finer_step_changes.chaotic_cases, found.rerun_case_count, is_sample
+        ),
         fall_azimuth_changes_with_amplitude=None
         if shift is None
-        else share_of_changed_cases(shift.moved, shift.falls, is_sample),
-        records_with_most_changes=_records_with_unusually_many_outcome_changes(found.by_record),
+        else share_of_changed_cases(shift.falls_with_shifted_azimuth, shift.rerun_falls, is_sample),
+        records_with_most_changes=_records_with_unusually_many_outcome_changes(found.finer_step_changes_by_record),
     )
 
 

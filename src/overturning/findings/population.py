@@ -223,7 +223,7 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
         ],
         fragility_curves=[
             FragilityCurve(
-                stone_class=one.name,
+                stone_class=one.stone_class,
                 measure=one.measure,
                 unit=one.unit,
                 median=one.median_and_spread_if_within_data[0],
@@ -232,8 +232,8 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
                 log_std=one.median_and_spread_if_within_data[2],
                 log_std_between_records=one.spread_between_records_and_between_stones[0],
                 log_std_within_record=one.spread_between_records_and_between_stones[1],
-                data_minimum=one.least,
-                data_maximum=one.most,
+                data_minimum=one.min_fitted_intensity,
+                data_maximum=one.max_fitted_intensity,
             )
             for one in results.fragility_curves
             if math.isfinite(one.median)

@@ -143,21 +143,21 @@ def all_survey_displacement_findings(results: StudyResults) -> list[SurveyDispla
 def survey_displacement_findings(stored: StoredDisplacementComparison) -> SurveyDisplacementFindings:
     """Return the report's numbers on falls, shifts and twists of the stones of a survey."""
     return SurveyDisplacementFindings(
-        survey_file_name=stored.stones,
+        survey_file_name=stored.survey_file_name,
         sha256=stored.sha256,
         record=stored.record,
-        doubts=list(stored.doubts),
+        doubts=list(stored.survey_warnings),
         remarks=list(stored.remarks),
-        all_sites=_site_displacement_findings("", stored.together),
-        sites=[_site_displacement_findings(site, one) for site, one in stored.sites],
-        grounds=cemetery_ground_findings(stored.grounds),
+        all_sites=_site_displacement_findings("", stored.all_sites_comparison),
+        sites=[_site_displacement_findings(site, one) for site, one in stored.comparisons_by_site],
+        grounds=cemetery_ground_findings(stored.soil_by_site),
     )
 
 
 def _site_displacement_findings(site: str, comparison: DisplacementComparison) -> SiteDisplacementFindings:
     """Return the report's numbers on falls, shifts and twists of the stones at one site."""
     measures = []
-    for one in comparison.measures:
+    for one in comparison.compared_statistics:
         scale = 1 / CM if one.name == "shift_m" else 1.0
         observed, computed = (
             {
@@ -178,14 +178,14 @@ def _site_displacement_findings(site: str, comparison: DisplacementComparison) -
         site=site,
         fell=comparison.fell,
         stood=comparison.stood,
-        matching_computed_cases=comparison.cells,
-        standing_without_any_computed_standing=comparison.never_stand,
-        stones_without_computed_outcome=comparison.without_outcome,
-        far_outside_grid=comparison.beyond,
+        matching_computed_cases=comparison.similar_computed_case_count,
+        standing_without_any_computed_standing=comparison.standing_stones_without_standing_case,
+        stones_without_computed_outcome=comparison.stones_without_computed_outcome,
+        far_outside_grid=comparison.stones_far_outside_shape_grid,
         measures=measures,
         directions=None
-        if comparison.directions is None
-        else _fall_direction_findings_in_3d(comparison, comparison.directions),
+        if comparison.fall_direction_comparison is None
+        else _fall_direction_findings_in_3d(comparison, comparison.fall_direction_comparison),
     )
 
 
@@ -194,7 +194,10 @@ def _fall_direction_findings_in_3d(
 ) -> FallDirectionFindingsIn3D:
     """Return the report's numbers on observed fall directions of stones and those computed in a 3-D study."""
     has_mean = directions.predicted_resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION
-    observed, predicted = directions.octant_observed.round(2).tolist(), directions.octant_predicted.tolist()
+    observed, predicted = (
+        directions.observed_count_by_octant.round(2).tolist(),
+        directions.predicted_count_by_octant.tolist(),
+    )
     return FallDirectionFindingsIn3D(
         falls_in_known_direction=directions.fallen,
         mean_direction_deg=directions.mean_direction_deg,
@@ -205,9 +208,11 @@ def _fall_direction_findings_in_3d(
         predicted_by_octant=dict(zip(OCTANTS, predicted, strict=True)),
         log_likelihood_ratio=directions.log_likelihood_ratio,
         log_likelihood_ratio_p_value=directions.likelihood_ratio_p,
-        falls_without_any_computed_fall=directions.never,
-        falls_without_prediction=directions.without_outcome,
-        falls_with_predicted_direction=directions.fallen - directions.never - directions.without_outcome,
-        has_no_stone_with_prediction=comparison.beyond == comparison.fell + comparison.stood,
-        assumed_random_direction_share=directions.background,
+        falls_without_any_computed_fall=directions.falls_without_any_computed_fall,
+        falls_without_prediction=directions.falls_without_computed_outcome,
+        falls_with_predicted_direction=directions.fallen
+        - directions.falls_without_any_computed_fall
+        - directions.falls_without_computed_outcome,
+        has_no_stone_with_prediction=comparison.stones_far_outside_shape_grid == comparison.fell + comparison.stood,
+        assumed_random_direction_share=directions.random_fall_direction_share,
     )

@@ -160,11 +160,11 @@ class SurveyFindings(FindingBaseClass):
     They do not count in `computed_fall_share` and `checked_predictions`.
     """
     falls_without_computed_outcome: int
-    """Number of `without_outcome` that fell in a known direction; their predicted direction is random."""
+    """Those of `stones_without_computed_outcome` that fell in a known direction; the predicted one is random."""
     falls_without_prediction: int
-    """Number of stones of `without_outcome` and `stones_without_prediction` that fell in a known direction."""
+    """Stones without a computed outcome, or without a prediction, that fell in a known direction."""
     falls_with_predicted_direction: int
-    """Number of `octant_falls` whose predicted direction is not random: neither `never` nor without a prediction."""
+    """Number of `octant_falls` whose predicted direction is not random: such a stone falls in the study."""
     stones_without_face_azimuth: int
     """Number of stones whose face azimuth is not known."""
     stones_without_b_over_h: int
@@ -196,7 +196,7 @@ def all_survey_prediction_findings(results: StudyResults) -> list[SurveyFindings
 
 def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
     """Return the report's numbers on one survey: its comparison with the falls predicted for its site."""
-    found, confusion = survey_result.comparison, survey_result.comparison.confusion
+    found, confusion = survey_result.comparison, survey_result.comparison.confusion_matrix
 
     def counts_by_octant(octant_counts: list[float]) -> dict[str, OptionalNumber]:
         """Return numbers of stones by name of the compass octant, given in the order of `OCTANTS`."""
@@ -208,14 +208,14 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
         return StatisticalTestFinding(name=one.name, sample_size=one.n, statistic=one.statistic, p_value=one.p_value)
 
     return SurveyFindings(
-        survey_file_name=survey_result.stones,
+        survey_file_name=survey_result.survey_file_name,
         sha256=survey_result.sha256,
         record=survey_result.record,
-        doubts=list(survey_result.doubts),
+        doubts=list(survey_result.survey_warnings),
         remarks=list(survey_result.remarks),
         fell=found.fallen,
         stood=found.stood,
-        fell_in_unknown_direction=found.without_direction,
+        fell_in_unknown_direction=found.falls_without_direction,
         falls_in_known_direction=found.fallen_count_in_known_direction,
         has_few_falls_in_known_direction=0 < found.fallen_count_in_known_direction < SMALL_SURVEY_FALL_THRESHOLD,
         mean_direction_deg=found.mean_direction_deg,
@@ -226,44 +226,50 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
             else math.nan
         ),
         predicted_resultant=found.predicted_resultant,
-        observed_fall_share=observed_share(found.share_fell, found.share_stones) if found.share_stones else None,
+        observed_fall_share=observed_share(found.fallen_count_for_share, found.stone_count_for_share)
+        if found.stone_count_for_share
+        else None,
         computed_fall_share=ComputedFallShare(
-            value=found.computed_fall_share, low=found.computed_fall_share_low, high=found.computed_fall_share_high
+            value=found.computed_fall_share,
+            low=found.lowest_computed_fall_share,
+            high=found.highest_computed_fall_share,
         ),
-        observed_by_octant=counts_by_octant(found.octant_observed.round(2).tolist()),
-        predicted_by_octant=counts_by_octant(found.octant_predicted.tolist()),
+        observed_by_octant=counts_by_octant(found.observed_count_by_octant.round(2).tolist()),
+        predicted_by_octant=counts_by_octant(found.predicted_count_by_octant.tolist()),
         log_likelihood_ratio=found.log_likelihood_ratio,
         log_likelihood_ratio_p_value=found.likelihood_ratio_p,
         goodness_of_fit_tests=[
-            statistical_test_finding(name) for name in ("fit_octants", "fit_octants_watson", "fit_exact")
+            statistical_test_finding(name)
+            for name in ("octant_chi_square_test", "octant_watson_u2_test", "exact_azimuth_watson_u2_test")
         ],
-        uniformity_test=statistical_test_finding("uniform_octants"),
+        uniformity_test=statistical_test_finding("octant_uniformity_test"),
         correct_predictions=None if confusion is None else int(confusion.trace()),
         checked_predictions=None if confusion is None else int(confusion.sum()),
         predicted_side_counts_by_observed_side={}
         if confusion is None
         else dict(zip(STANDING_OR_FALL_SIDES, confusion.tolist(), strict=True)),
-        has_falls_with_known_face_and_b_over_h=found.turned_every_way < found.fallen_count_in_known_direction,
-        falls_predicted_for_all_orientations=found.turned_every_way,
-        falls_without_any_computed_fall=found.never,
-        stones_without_computed_outcome=found.without_outcome,
-        falls_without_computed_outcome=found.falls_without_outcome,
+        has_falls_with_known_face_and_b_over_h=found.falls_with_all_orientations_assumed
+        < found.fallen_count_in_known_direction,
+        falls_predicted_for_all_orientations=found.falls_with_all_orientations_assumed,
+        falls_without_any_computed_fall=found.falls_without_any_computed_fall,
+        stones_without_computed_outcome=found.stones_without_computed_outcome,
+        falls_without_computed_outcome=found.falls_without_computed_outcome,
         falls_without_prediction=found.falls_without_prediction,
         falls_with_predicted_direction=found.fallen_count_in_known_direction
-        - found.never
+        - found.falls_without_any_computed_fall
         - found.falls_without_prediction,
-        stones_without_face_azimuth=found.without_face,
-        stones_without_b_over_h=found.without_b_over_h,
-        stones_with_b_over_h_outside_grid=found.beyond - found.unpredicted,
-        stones_without_prediction=found.unpredicted,
-        has_no_stone_with_prediction=found.unpredicted == found.fallen + found.stood,
-        stones_with_height_outside_grid=found.beyond_heights,
-        assumed_random_direction_share=found.background,
-        sites=[_site_prediction_findings(site, one) for site, one in survey_result.sites],
+        stones_without_face_azimuth=found.falls_without_face_azimuth,
+        stones_without_b_over_h=found.falls_without_b_over_h,
+        stones_with_b_over_h_outside_grid=found.stones_outside_b_over_h_grid - found.stones_far_outside_b_over_h_grid,
+        stones_without_prediction=found.stones_far_outside_b_over_h_grid,
+        has_no_stone_with_prediction=found.stones_far_outside_b_over_h_grid == found.fallen + found.stood,
+        stones_with_height_outside_grid=found.stones_outside_height_grid,
+        assumed_random_direction_share=found.random_fall_direction_share,
+        sites=[_site_prediction_findings(site, one) for site, one in survey_result.comparisons_by_site],
         sites_without_standing=[
-            site for site, one in survey_result.sites if one.fallen and not one.stood and found.stood
+            site for site, one in survey_result.comparisons_by_site if one.fallen and not one.stood and found.stood
         ],
-        grounds=cemetery_ground_findings(survey_result.grounds),
+        grounds=cemetery_ground_findings(survey_result.soil_by_site),
     )
 
 
@@ -291,13 +297,13 @@ def _site_prediction_findings(site: str, comparison: SurveyPredictionComparison)
         fell=comparison.fallen,
         stood=comparison.stood,
         falls_in_known_direction=comparison.fallen_count_in_known_direction,
-        observed_fall_share=observed_share(comparison.share_fell, comparison.share_stones)
-        if comparison.share_stones
+        observed_fall_share=observed_share(comparison.fallen_count_for_share, comparison.stone_count_for_share)
+        if comparison.stone_count_for_share
         else None,
         computed_fall_share=ComputedFallShare(
             value=comparison.computed_fall_share,
-            low=comparison.computed_fall_share_low,
-            high=comparison.computed_fall_share_high,
+            low=comparison.lowest_computed_fall_share,
+            high=comparison.highest_computed_fall_share,
         ),
         log_likelihood_ratio=comparison.log_likelihood_ratio,
         log_likelihood_ratio_p_value=comparison.likelihood_ratio_p,

@@ -327,7 +327,7 @@ def _draw_population_fall_rates(results: StudyResults) -> "Figure":
     curve = next(
         one
         for one in results.fragility_curves
-        if one.name == "all stones" and one.measure == FALL_RATE_INTENSITY_MEASURE
+        if one.stone_class == "all stones" and one.measure == FALL_RATE_INTENSITY_MEASURE
     )
     rates, jma = (
         fall_rates["free_fall_rate"].to_numpy(),
@@ -341,7 +341,7 @@ def _draw_population_fall_rates(results: StudyResults) -> "Figure":
 def _draw_fragility_curves(results: StudyResults) -> "Figure":
     """Draw the fragility curves of a study's stone population by PGA, PGV and SA(T), with the fall rates."""
     fall_rates = results.population_rates_by_variant[NOMINAL_VARIANT]
-    curves = [one for one in results.fragility_curves if one.name == "all stones" and one.measure != "PGV/PGA"]
+    curves = [one for one in results.fragility_curves if one.stone_class == "all stones" and one.measure != "PGV/PGA"]
     levels = intensities_by_measure(fall_rates, results.intensity)
     return fragility_curves_figure(fall_rates["free_fall_rate"].to_numpy(), levels, curves)
 

@@ -32,7 +32,7 @@ class FittedFragilityCurve:
 
     Attributes
     ----------
-    name : str
+    stone_class : str
         Name of the class of stones.
     measure, unit : str
         Intensity measure and its unit.
@@ -40,43 +40,47 @@ class FittedFragilityCurve:
         Median in this unit, and standard deviation of the logarithm; NaN if no curve fits.
     median_interval : ConfidenceInterval
         95 % interval of the median, by bootstrap over earthquakes.
-    least, most : float
+    min_fitted_intensity, max_fitted_intensity : float
         Range of the fitted intensities; the curve is not valid outside.
-    of_records : float
+    record_variance_share : float
         Share of the variance spread² that is between records (see `variance_share_between_records`); NaN if unknown.
     median_and_spread_if_within_data : float, ConfidenceInterval, float
-        Median, its interval and the spread within the range of the data: values above `most` are infinite, values
-        below `least` are 0; the spread is NaN if the median lies outside.
+        Median, its interval and the spread within the range of the data: values above `max_fitted_intensity` are
+        infinite, values below `min_fitted_intensity` are 0; the spread is NaN if the median lies outside.
     """
 
-    name: str
+    stone_class: str
     measure: str
     unit: str
     median: float
     spread: float
     median_interval: ConfidenceInterval
-    least: float
-    most: float
-    of_records: float = math.nan
+    min_fitted_intensity: float
+    max_fitted_intensity: float
+    record_variance_share: float = math.nan
 
     @property
     def spread_between_records_and_between_stones(self) -> tuple[float, float]:
         """Standard deviations of ln(intensity) between records, and between stones under one record; NaN if unknown."""
         spread = self.median_and_spread_if_within_data[2]
-        return spread * math.sqrt(self.of_records), spread * math.sqrt(1 - self.of_records)
+        return spread * math.sqrt(self.record_variance_share), spread * math.sqrt(1 - self.record_variance_share)
 
     @property
     def openquake_identifier(self) -> str:
         """Name of the stone class as an identifier for OpenQuake: only letters, digits, _ and -."""
-        return re.sub(r"[^A-Za-z0-9_-]+", "_", self.name.replace("/", "").replace(".", "p"))
+        return re.sub(r"[^A-Za-z0-9_-]+", "_", self.stone_class.replace("/", "").replace(".", "p"))
 
     @property
     def median_and_spread_if_within_data(self) -> tuple[float, ConfidenceInterval, float]:  # noqa: D102
         median, low, high = (
-            math.inf if one > self.most else 0.0 if one < self.least else one
+            math.inf if one > self.max_fitted_intensity else 0.0 if one < self.min_fitted_intensity else one
             for one in (self.median, *self.median_interval)
         )
-        return median, ConfidenceInterval(low, high), self.spread if self.least <= median <= self.most else math.nan
+        return (
+            median,
+            ConfidenceInterval(low, high),
+            self.spread if self.min_fitted_intensity <= median <= self.max_fitted_intensity else math.nan,
+        )
 
     def fall_probability(self, intensity: ArrayLike) -> FloatArray:
         """Return the probability that a stone falls at each value of `intensity`, in `unit`."""

@@ -28,9 +28,16 @@ def write_fragility_csv(curves: Sequence[FittedFragilityCurve], path: Path) -> N
     lines = ["stones,measure,unit,median,median_low,median_high,log_spread,least,most,record_spread,other_spread,id"]
     for one in curves:
         median, ends, spread = one.median_and_spread_if_within_data
-        values = (median, *ends, spread, one.least, one.most, *one.spread_between_records_and_between_stones)
+        values = (
+            median,
+            *ends,
+            spread,
+            one.min_fitted_intensity,
+            one.max_fitted_intensity,
+            *one.spread_between_records_and_between_stones,
+        )
         numbers = ",".join(f"{value:.6g}" for value in values)
-        lines.append(f'"{one.name}",{one.measure},{one.unit},{numbers},{one.openquake_identifier}')
+        lines.append(f'"{one.stone_class}",{one.measure},{one.unit},{numbers},{one.openquake_identifier}')
     with atomic_write(path) as part:
         part.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
@@ -72,12 +79,12 @@ def write_openquake_fragility_model(curves: Sequence[FittedFragilityCurve], path
     for one in curves:
         if not math.isfinite(one.median):
             continue
-        levels = np.geomspace(one.least, one.most, OPENQUAKE_LEVEL_COUNT)
+        levels = np.geomspace(one.min_fitted_intensity, one.max_fitted_intensity, OPENQUAKE_LEVEL_COUNT)
         intensities = " ".join(f"{value:.6g}" for value in levels)
         probabilities = " ".join(f"{value:.6f}" for value in one.fall_probability(levels))
         lines += [
             f'<fragilityFunction id={quoteattr(one.openquake_identifier)} format="discrete">',
-            f'<imls imt="{one.measure}" noDamageLimit="{one.least:.6g}">{intensities}</imls>',
+            f'<imls imt="{one.measure}" noDamageLimit="{one.min_fitted_intensity:.6g}">{intensities}</imls>',
             f'<poes ls="fallen">{probabilities}</poes>',
             "</fragilityFunction>",
         ]

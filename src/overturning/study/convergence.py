@@ -25,35 +25,35 @@ class OutcomeChangesOfElement(OutcomeDifferenceCounts):
     """Numbers of cases in which a second, more exact computation changes whether or how one scene element falls."""
 
     element: str  # name of the element; "" for a single block
-    undivided: int  # cases with an outcome in both whose ensemble is not divided
-    flags_undivided: int  # of these, fall in one computation and stand in the other
-    sides_undivided: int  # of these, that fall to the other side
-    fallen_undivided: int  # undivided cases that fall in both
-    fallen_agreed: int  # fall in both, and all ensemble members fall to one side (or none was run)
-    sides_agreed: int  # of these, that fall to the other side
+    undivided_ensemble_cases: int  # cases with an outcome in both whose ensemble is not divided
+    undivided_falls_in_one_only: int  # of these, fall in one computation and stand in the other
+    undivided_falls_to_different_sides: int  # of these, that fall to the other side
+    undivided_falls_in_both: int  # undivided cases that fall in both
+    one_sided_ensemble_falls_in_both: int  # fall in both, and all ensemble members fall to one side (or none was run)
+    one_sided_ensemble_falls_to_different_sides: int  # of these, that fall to the other side
 
 
 class RigidComparison(OutcomeChangesOfElement):
     """Numbers of cases in which the outcome of the study differs from the solution for an exactly rigid block."""
 
-    cells: int  # number of cells of the study with blocks that cannot slide
+    non_sliding_block_cells: int  # number of cells of the study with blocks that cannot slide
 
 
 class RerunResult(BaseModel):
     """Result of computing cases again, with finer steps or stiffer springs: changed outcomes, or why it failed."""
 
     block_steps: int
-    outcomes: list[OutcomeChangesOfElement]
-    refused: str = ""
+    changes_by_element: list[OutcomeChangesOfElement]
+    refusal_reason: str = ""
 
 
 class ChangesWithFinerSteps(BaseModel):
     """Numbers of cases whose outcome changes with finer time steps, and of those confirmed or found chaotic."""
 
-    changed: int
-    looked_at: int
-    settled: int
-    chaotic: int
+    changed_cases: int
+    retested_cases: int
+    confirmed_cases: int
+    chaotic_cases: int
     block_steps: int
 
 
@@ -68,11 +68,13 @@ class FinerStepChangesOfRecord(BaseModel):
 class FallChangesWithAmplitude(BaseModel):
     """Numbers of 3-D falls that change if the motion is slightly weaker or stronger."""
 
-    falls: int  # falls of the study that were run again
-    moved: int  # of these, azimuth moves by `MIN_FALL_AZIMUTH_SHIFT_DEG` or more under one of the motions
-    stood: int  # of these, that stand under one of the motions
-    weight: float  # sum of the weights of these falls (`model.body.case_weight_in_direction_statistics`)
-    weight_moved: float  # part of it due to falls that move
+    rerun_falls: int  # falls of the study that were run again
+    falls_with_shifted_azimuth: (
+        int  # of these, azimuth moves by `MIN_FALL_AZIMUTH_SHIFT_DEG` or more under one of the motions
+    )
+    falls_standing_in_a_rerun: int  # of these, that stand under one of the motions
+    weight_of_rerun_falls: float  # sum of the weights of these falls (`model.body.case_weight_in_direction_statistics`)
+    weight_of_shifted_falls: float  # part of it due to falls that move
     block_steps: int
 
 
@@ -80,21 +82,21 @@ class ConvergenceCheckResult(BaseModel):
     """Result of a convergence check (cases computed again more exactly), stored in ``convergence.json``."""
 
     seed: int
-    wanted: int
-    chosen: int
-    at_rest: int
-    cells: int
-    computed: int  # of these, not copied by symmetry; if all were chosen there is no sampling error
+    wanted_case_count: int
+    rerun_case_count: int
+    rerun_cases_at_rest: int
+    study_cell_count: int
+    simulated_study_cell_count: int  # of these, not copied by symmetry; if all were chosen there is no sampling error
     study_block_steps: int
-    cost: float
-    finer_by: int
-    stiffer_by: float
-    finer: RerunResult
-    stiffer: RerunResult
-    settling: ChangesWithFinerSteps
-    amplitude: FallChangesWithAmplitude | None  # None for planar models
-    rigid: RigidComparison | None  # None if no cell has a block that cannot slide
-    by_record: list[FinerStepChangesOfRecord] = []  # changes with finer steps
+    max_cost_relative_to_study: float
+    time_step_refinement: int
+    contact_stiffness_factor: float
+    finer_step_rerun: RerunResult
+    stiffer_contact_rerun: RerunResult
+    tests_of_finer_step_changes: ChangesWithFinerSteps
+    amplitude_change_rerun: FallChangesWithAmplitude | None  # None for planar models
+    rigid_block_comparison: RigidComparison | None  # None if no cell has a block that cannot slide
+    finer_step_changes_by_record: list[FinerStepChangesOfRecord] = []  # changes with finer steps
 
 
 def read_convergence_result(path: Path) -> ConvergenceCheckResult:

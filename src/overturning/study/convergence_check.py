@@ -87,23 +87,25 @@ def check_convergence(
     done = sum(int(one["block_steps"].sum()) for one in runs.answers.values())
     return ConvergenceCheckResult(
         seed=settings.seed,
-        wanted=len(case_sample.record_indices),
-        chosen=count,
-        at_rest=int(case_sample.at_rest[:count].sum()),
-        cells=len(records) * runs.grid.case_count,
-        computed=case_sample.simulated_case_count_of_study,
+        wanted_case_count=len(case_sample.record_indices),
+        rerun_case_count=count,
+        rerun_cases_at_rest=int(case_sample.at_rest[:count].sum()),
+        study_cell_count=len(records) * runs.grid.case_count,
+        simulated_study_cell_count=case_sample.simulated_case_count_of_study,
         study_block_steps=case_sample.study_block_time_steps,
-        cost=settings.cost,
-        finer_by=TIME_STEP_REFINEMENT,
-        stiffer_by=CONTACT_STIFFNESS_FACTOR,
-        finer=runs.count_changed_outcomes("finer", count),
-        stiffer=runs.count_changed_outcomes("stiffer", count),
-        settling=(settling := runs.classify_outcomes_changed_by_finer_steps(count, allowed - done)),
-        amplitude=runs.count_falls_changed_by_amplitude(count, allowed - done - settling.block_steps),
-        rigid=None
+        max_cost_relative_to_study=settings.cost,
+        time_step_refinement=TIME_STEP_REFINEMENT,
+        contact_stiffness_factor=CONTACT_STIFFNESS_FACTOR,
+        finer_step_rerun=runs.count_changed_outcomes("finer", count),
+        stiffer_contact_rerun=runs.count_changed_outcomes("stiffer", count),
+        tests_of_finer_step_changes=(settling := runs.classify_outcomes_changed_by_finer_steps(count, allowed - done)),
+        amplitude_change_rerun=runs.count_falls_changed_by_amplitude(count, allowed - done - settling.block_steps),
+        rigid_block_comparison=None
         if rigid_sample is None
         else _CaseReruns(study, records, rigid_sample, threads, None).compare_with_rigid_block(),
-        by_record=runs.count_finer_step_changes_by_record(count, [record.record_id for record in records]),
+        finer_step_changes_by_record=runs.count_finer_step_changes_by_record(
+            count, [record.record_id for record in records]
+        ),
     )
 
 
@@ -176,9 +178,9 @@ class _CaseReruns:
     def count_changed_outcomes(self, rerun_kind: str, case_count: int) -> RerunResult:
         """Count the outcomes that one kind of rerun (such as finer steps) changes in the first `case_count` cases."""
         if rerun_kind in self.refused:
-            return RerunResult(block_steps=0, outcomes=[], refused=self.refused[rerun_kind])
+            return RerunResult(block_steps=0, changes_by_element=[], refusal_reason=self.refused[rerun_kind])
         outcomes = self._count_changes_by_element(self.answers[rerun_kind][:case_count])
-        return RerunResult(block_steps=int(self.answers[rerun_kind]["block_steps"].sum()), outcomes=outcomes)
+        return RerunResult(block_steps=int(self.answers[rerun_kind]["block_steps"].sum()), changes_by_element=outcomes)
 
     def _count_changes_by_element(self, rerun_outcomes: CaseOutcomes) -> list[OutcomeChangesOfElement]:
         """Count, for each scene element, the cases whose outcome differs between the study and a second computation."""
@@ -194,9 +196,11 @@ class _CaseReruns:
                 for chosen in (np.ones_like(sure), sure, one_way)
             )
             undivided = {
-                "undivided": those.cases, "flags_undivided": those.flags, "sides_undivided": those.sides,
-                "fallen_undivided": those.fallen,
-                "fallen_agreed": agreed.fallen, "sides_agreed": agreed.sides,
+                "undivided_ensemble_cases": those.cases, "undivided_falls_in_one_only": those.flags,
+                "undivided_falls_to_different_sides": those.sides,
+                "undivided_falls_in_both": those.fallen,
+                "one_sided_ensemble_falls_in_both": agreed.fallen,
+                "one_sided_ensemble_falls_to_different_sides": agreed.sides,
             }  # fmt: skip
             outcomes.append(OutcomeChangesOfElement(element=name, **undivided, **counts.model_dump()))
         return outcomes
@@ -205,7 +209,7 @@ class _CaseReruns:
         """Compare the outcomes of all cases in the sample with those of the exact rigid block."""
         every = np.arange(len(self.sample.record_indices))
         (found,) = self._count_changes_by_element(self._rerun_cases("rigid", every))
-        return RigidComparison(cells=self.sample.simulated_case_count_of_study, **found.model_dump())
+        return RigidComparison(non_sliding_block_cells=self.sample.simulated_case_count_of_study, **found.model_dump())
 
     def count_finer_step_changes_by_record(
         self, case_count: int, record_ids: Sequence[str]
@@ -238,10 +242,10 @@ class _CaseReruns:
         )
         kept = ~outcomes_differ(nudged, finer[rows])
         return ChangesWithFinerSteps(
-            changed=changed.size,
-            looked_at=rows.size,
-            settled=int((~outcomes_differ(finest, finer[rows]) & kept).sum()),
-            chaotic=int((~kept).sum()),
+            changed_cases=changed.size,
+            retested_cases=rows.size,
+            confirmed_cases=int((~outcomes_differ(finest, finer[rows]) & kept).sum()),
+            chaotic_cases=int((~kept).sum()),
             block_steps=int(finest["block_steps"].sum() + nudged["block_steps"].sum()),
         )
 
@@ -262,11 +266,11 @@ class _CaseReruns:
             steps += int(again["block_steps"].sum())
         weight = self.sample.fall_direction_weight[rows]
         return FallChangesWithAmplitude(
-            falls=rows.size,
-            moved=int(moved.sum()),
-            stood=int(stood.sum()),
-            weight=float(weight.sum()),
-            weight_moved=float(weight[moved].sum()),
+            rerun_falls=rows.size,
+            falls_with_shifted_azimuth=int(moved.sum()),
+            falls_standing_in_a_rerun=int(stood.sum()),
+            weight_of_rerun_falls=float(weight.sum()),
+            weight_of_shifted_falls=float(weight[moved].sum()),
             block_steps=steps,
         )
 

@@ -56,7 +56,7 @@ class SurveyPredictionComparison:
     ----------
     fallen, stood : int
         Number of stones.
-    share_fell, share_stones : int
+    fallen_count_for_share, stone_count_for_share : int
         Stones that fell, and stones that fell or stand, at the sites that list a standing stone. 0 if there is none:
         then the share that fell is not known.
     mean_direction_deg, resultant : float
@@ -64,92 +64,93 @@ class SurveyPredictionComparison:
         length.
     predicted_mean_direction_deg, predicted_resultant : float
         Mean of the predicted directions of the fallen stones, degrees, and its length; NaN without falls.
-    computed_fall_share, computed_fall_share_low, computed_fall_share_high : float
+    computed_fall_share, lowest_computed_fall_share, highest_computed_fall_share : float
         Share of the stones of `share_stones` (if 0, of all) that fall in the study: mean, smallest and largest over the
         heights and frictions of its grid; smallest and largest are NaN if it is the same for all, for instance with one
         friction for stones of stated height. See `SiteFallPrediction.fall_probability_by_height_and_friction` for
         stones without size or face.
-    octant_observed, octant_predicted : ndarray, shape (8,)
+    observed_count_by_octant, predicted_count_by_octant : ndarray, shape (8,)
         Observed and expected number of stones in each compass octant; see
         `fall_directions.octant_weights_of_fallen_stone`.
     log_likelihood_ratio : float
         Sum over fallen stones of ln(predicted/uniform); above 0 the prediction is better than uniform directions.
     likelihood_ratio_p : float
         Share of surveys with uniform random directions that have a ratio at least as large.
-    fit_octants, fit_octants_watson : StatisticalTestResult
+    octant_chi_square_test, octant_watson_u2_test : StatisticalTestResult
         Chi-square and grouped Watson U² of the octants against the prediction; NaN without falls.
-    fit_exact : StatisticalTestResult
+    exact_azimuth_watson_u2_test : StatisticalTestResult
         Watson U² of azimuths in degrees against the prediction; n = 0 without such azimuths. The probabilities of all
         stones are counted from the mean of the predicted directions (of the observed ones, if the predicted ones have
         no mean), so that no choice of north matters.
-    uniform_octants : StatisticalTestResult
+    octant_uniformity_test : StatisticalTestResult
         Grouped Watson U² of the octants against uniformity.
-    confusion : ndarray, shape (5, 5), or None
+    confusion_matrix : ndarray, shape (5, 5), or None
         Stones with known face and B/H and a computed outcome: observed (rows) and most probable (columns) sides, in the
         order of `STANDING_OR_FALL_SIDES`.
-    turned_every_way : int
+    falls_with_all_orientations_assumed : int
         Stones that fell in a known direction without face or B/H; all orientations are assumed for them.
-    without_face, without_b_over_h : int
+    falls_without_face_azimuth, falls_without_b_over_h : int
         Stones that fell in a known direction without face azimuth, or without B/H.
-    without_direction : int
+    falls_without_direction : int
         Fallen stones with unknown direction; they count in `fallen`, but in no statistic of directions.
-    beyond : int
+    stones_outside_b_over_h_grid : int
         Stones with a B/H outside the grid of the study; the nearest value is used, or they are not predicted.
-    unpredicted : int
-        Stones of `beyond` that are not predicted, because their B/H lies far outside the grid.
-    beyond_heights : int
+    stones_far_outside_b_over_h_grid : int
+        Stones of `stones_outside_b_over_h_grid` that are not predicted, because their B/H lies far outside the grid.
+    stones_outside_height_grid : int
         Stones with a height outside the grid of the study; their `computed_fall_share` is that of the nearest height.
-    background : float
+    random_fall_direction_share : float
         Assumed share of stones that fall in a random direction.
-    never : int
+    falls_without_any_computed_fall : int
         Stones that fell in a known direction although no such stone falls in the study; their predicted direction is
         uniform.
-    without_outcome : int
+    stones_without_computed_outcome : int
         Stones without a computed outcome, although their B/H is not far outside the grid: no block of this B/H has one.
-        Like those of `unpredicted`, they do not count in `computed_fall_share` and `confusion`.
-    falls_without_outcome : int
-        Those of `without_outcome` that fell in a known direction; their predicted direction is uniform.
+        Like those of `stones_far_outside_b_over_h_grid`, they do not count in `computed_fall_share` and `confusion`.
+    falls_without_computed_outcome : int
+        Those of `stones_without_computed_outcome` that fell in a known direction; their predicted direction is uniform.
     falls_without_prediction : int
-        Stones of `without_outcome` and `unpredicted` that fell in a known direction.
+        Stones of `stones_without_computed_outcome` and `stones_far_outside_b_over_h_grid` that fell in a known
+        direction.
     """
 
     fallen: int
     stood: int
-    share_fell: int
-    share_stones: int
+    fallen_count_for_share: int
+    stone_count_for_share: int
     mean_direction_deg: StoredFloat
     resultant: StoredFloat
     predicted_mean_direction_deg: StoredFloat
     predicted_resultant: StoredFloat
     computed_fall_share: StoredFloat
-    computed_fall_share_low: StoredFloat
-    computed_fall_share_high: StoredFloat
-    octant_observed: StoredFloats
-    octant_predicted: StoredFloats
+    lowest_computed_fall_share: StoredFloat
+    highest_computed_fall_share: StoredFloat
+    observed_count_by_octant: StoredFloats
+    predicted_count_by_octant: StoredFloats
     log_likelihood_ratio: StoredFloatOrInfinity
     likelihood_ratio_p: StoredFloat
-    fit_octants: StatisticalTestResult
-    fit_octants_watson: StatisticalTestResult
-    fit_exact: StatisticalTestResult
-    uniform_octants: StatisticalTestResult
-    confusion: StoredCounts | None
-    turned_every_way: int
-    without_face: int
-    without_b_over_h: int
-    without_direction: int
-    beyond: int
-    beyond_heights: int
-    background: float
-    never: int = 0
-    unpredicted: int = 0
-    without_outcome: int = 0
-    falls_without_outcome: int = 0
+    octant_chi_square_test: StatisticalTestResult
+    octant_watson_u2_test: StatisticalTestResult
+    exact_azimuth_watson_u2_test: StatisticalTestResult
+    octant_uniformity_test: StatisticalTestResult
+    confusion_matrix: StoredCounts | None
+    falls_with_all_orientations_assumed: int
+    falls_without_face_azimuth: int
+    falls_without_b_over_h: int
+    falls_without_direction: int
+    stones_outside_b_over_h_grid: int
+    stones_outside_height_grid: int
+    random_fall_direction_share: float
+    falls_without_any_computed_fall: int = 0
+    stones_far_outside_b_over_h_grid: int = 0
+    stones_without_computed_outcome: int = 0
+    falls_without_computed_outcome: int = 0
     falls_without_prediction: int = 0
 
     @property
     def fallen_count_in_known_direction(self) -> int:
         """Number of stones that fell in a known direction."""
-        return self.fallen - self.without_direction
+        return self.fallen - self.falls_without_direction
 
 
 def _fall_sector_probabilities(site_prediction: SiteFallPrediction, stone: Stone) -> FloatArray:
@@ -184,9 +185,9 @@ def compare_survey_with_prediction(
     cube, site_cubes, background
         As in `SurveyFallPrediction`.
     random_survey_count, seed : int
-        Number and seed of random surveys for the p-values of the likelihood ratio, and of `fit_exact` for azimuths
-        recorded in steps (parametric bootstrap: Davison & Hinkley 1997, Bootstrap Methods and their Application,
-        section 4.2).
+        Number and seed of random surveys for the p-values of the likelihood ratio, and of
+        `exact_azimuth_watson_u2_test` for azimuths recorded in steps (parametric bootstrap: Davison & Hinkley 1997,
+        Bootstrap Methods and their Application, section 4.2).
 
     Raises
     ------
@@ -200,7 +201,7 @@ def compare_survey_with_prediction(
     fallen = _fallen_stones_with_predictions(predictions, stones)
     uniform_octant = site.octant_probabilities_from_sectors(site.share)
     directions = compare_observed_and_predicted_directions(site, fallen, random_survey_count, seed)
-    observed, predicted = directions["octant_observed"], directions["octant_predicted"]
+    observed, predicted = directions["observed_count_by_octant"], directions["predicted_count_by_octant"]
     share = predicted / predicted.sum() if fallen else uniform_octant
     # Both means turn with the survey and the cube.
     origin = directions["predicted_mean_direction_deg"]
@@ -212,18 +213,20 @@ def compare_survey_with_prediction(
     share_mean, share_low, share_high = _predicted_fall_share_and_range(predictions, of_share or stones)
     return SurveyPredictionComparison(
         **_stone_counts_of_comparison(predictions, stones),
-        share_fell=share_fell,
-        share_stones=share_stones,
+        fallen_count_for_share=share_fell,
+        stone_count_for_share=share_stones,
         computed_fall_share=share_mean,
-        computed_fall_share_low=share_low,
-        computed_fall_share_high=share_high,
+        lowest_computed_fall_share=share_low,
+        highest_computed_fall_share=share_high,
         **directions,
-        fit_octants=chi_square_test_of_sectors(observed, share),
-        fit_octants_watson=watson_u2_test_of_sectors(observed, share),
-        fit_exact=azimuth_goodness_of_fit(site, fallen, float(np.nan_to_num(origin)), random_survey_count, seed),
-        uniform_octants=watson_u2_test_of_sectors(observed, uniform_octant),
-        confusion=_confusion_matrix_of_sides(predictions, stones),
-        background=background,
+        octant_chi_square_test=chi_square_test_of_sectors(observed, share),
+        octant_watson_u2_test=watson_u2_test_of_sectors(observed, share),
+        exact_azimuth_watson_u2_test=azimuth_goodness_of_fit(
+            site, fallen, float(np.nan_to_num(origin)), random_survey_count, seed
+        ),
+        octant_uniformity_test=watson_u2_test_of_sectors(observed, uniform_octant),
+        confusion_matrix=_confusion_matrix_of_sides(predictions, stones),
+        random_fall_direction_share=background,
     )
 
 
@@ -280,28 +283,28 @@ def _stone_counts_of_comparison(predictions: SurveyFallPrediction, stones: Seque
     return {
         "fallen": count_stones_with(lambda stone: stone.fell),
         "stood": count_stones_with(lambda stone: not stone.fell),
-        "turned_every_way": count_stones_with(
+        "falls_with_all_orientations_assumed": count_stones_with(
             lambda stone: stone.fell_in_known_direction and not has_known_face_and_b_over_h(stone)
         ),
-        "without_face": count_stones_with(
+        "falls_without_face_azimuth": count_stones_with(
             lambda stone: stone.fell_in_known_direction and math.isnan(stone.face_azimuth_deg)
         ),
-        "without_b_over_h": count_stones_with(
+        "falls_without_b_over_h": count_stones_with(
             lambda stone: stone.fell_in_known_direction and math.isnan(stone.b_over_h_in_both_planes[0])
         ),
-        "without_direction": count_stones_with(lambda stone: stone.fell and not stone.fell_in_known_direction),
-        "beyond": count_stones_with(predictions.default.has_b_over_h_outside_grid),
-        "unpredicted": count_stones_with(
+        "falls_without_direction": count_stones_with(lambda stone: stone.fell and not stone.fell_in_known_direction),
+        "stones_outside_b_over_h_grid": count_stones_with(predictions.default.has_b_over_h_outside_grid),
+        "stones_far_outside_b_over_h_grid": count_stones_with(
             lambda stone: predictions.site_prediction_for_stone(stone).has_b_over_h_far_outside_grid(stone)
         ),
-        "beyond_heights": count_stones_with(predictions.default.has_height_outside_grid),
-        "never": count_stones_with(
+        "stones_outside_height_grid": count_stones_with(predictions.default.has_height_outside_grid),
+        "falls_without_any_computed_fall": count_stones_with(
             lambda stone: (
                 stone.fell_in_known_direction and predictions.site_prediction_for_stone(stone).stone_never_falls(stone)
             )
         ),
-        "without_outcome": count_stones_with(lacks_computed_outcome),
-        "falls_without_outcome": count_stones_with(
+        "stones_without_computed_outcome": count_stones_with(lacks_computed_outcome),
+        "falls_without_computed_outcome": count_stones_with(
             lambda stone: stone.fell_in_known_direction and lacks_computed_outcome(stone)
         ),
         "falls_without_prediction": count_stones_with(
@@ -337,22 +340,22 @@ def _confusion_matrix_of_sides(predictions: SurveyFallPrediction, stones: Sequen
 class StoredSurveyComparison:
     """Content of a result file: comparison of a survey with the prediction for its site, and names of their sources.
 
-    ``stones`` and ``sha256`` are name and hash of the survey file; ``record`` is the record of the site.
+    ``survey_file_name`` and ``sha256`` are name and hash of the survey file; ``record`` is the record of the site.
 
-    ``doubts`` are the warnings of `overturning.surveys.stones.SurveyTable`, ``remarks`` the comment lines at the start
-    of the survey file that are not empty, without those of the template; ``sites`` are pairs of a site's name and its
-    comparison by itself, none if the survey has one site. ``grounds`` are pairs of a site's name and the ground of its
-    stones, with "" for all other sites; none if the record is used as it is at all sites.
+    ``survey_warnings`` are the warnings of `overturning.surveys.stones.SurveyTable`, ``remarks`` the comment lines at
+    the start of the survey file that are not empty, without those of the template; ``comparisons_by_site`` are pairs of
+    a site's name and its comparison by itself, none if the survey has one site. ``soil_by_site`` are pairs of a site's
+    name and the ground of its stones, with "" for all other sites; none if the record is used as it is at all sites.
     """
 
-    stones: str
+    survey_file_name: str
     sha256: str
     record: str
     comparison: SurveyPredictionComparison
-    doubts: tuple[str, ...] = ()
+    survey_warnings: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
-    sites: tuple[tuple[str, SurveyPredictionComparison], ...] = ()
-    grounds: tuple[tuple[str, SoilBelowSurveySite], ...] = ()
+    comparisons_by_site: tuple[tuple[str, SurveyPredictionComparison], ...] = ()
+    soil_by_site: tuple[tuple[str, SoilBelowSurveySite], ...] = ()
 
 
 def make_stored_survey_comparison(

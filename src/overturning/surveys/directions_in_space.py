@@ -35,7 +35,7 @@ class FallDirectionComparisonIn3D:
     ----------
     fallen : int
         Number of stones that fell in a known direction.
-    never, without_outcome : int
+    falls_without_any_computed_fall, falls_without_computed_outcome : int
         Number of these stones for which no similar computed stone falls, and for which no similar computed stone has
         an outcome; the prediction assumes a random direction.
     mean_direction_deg, resultant : float
@@ -43,28 +43,28 @@ class FallDirectionComparisonIn3D:
         mean unit vector.
     predicted_mean_direction_deg, predicted_resultant : float
         Mean of the predicted directions of these stones, degrees, and its length.
-    octant_observed, octant_predicted : ndarray, shape (8,)
+    observed_count_by_octant, predicted_count_by_octant : ndarray, shape (8,)
         Observed and expected number of stones in each compass octant; see
         `overturning.surveys.fall_directions.octant_weights_of_fallen_stone`.
     log_likelihood_ratio, likelihood_ratio_p : float
         Sum over the stones of ln(predicted/uniform), above 0 if the prediction is better than random directions; and
         share of surveys with random directions that have a sum at least as large.
-    background : float
+    random_fall_direction_share : float
         Assumed share of stones that fall in a random direction.
     """
 
     fallen: int
-    never: int
-    without_outcome: int
+    falls_without_any_computed_fall: int
+    falls_without_computed_outcome: int
     mean_direction_deg: StoredFloat
     resultant: StoredFloat
     predicted_mean_direction_deg: StoredFloat
     predicted_resultant: StoredFloat
-    octant_observed: StoredFloats
-    octant_predicted: StoredFloats
+    observed_count_by_octant: StoredFloats
+    predicted_count_by_octant: StoredFloats
     log_likelihood_ratio: StoredFloatOrInfinity
     likelihood_ratio_p: StoredFloat
-    background: float
+    random_fall_direction_share: float
 
 
 def fall_shares_by_sector_after_spreading(fall_azimuth_deg: FloatArray) -> FloatArray:
@@ -122,8 +122,8 @@ def compare_fall_directions(
         return None
     return FallDirectionComparisonIn3D(
         fallen=len(fallen),
-        never=never,
-        without_outcome=without_outcome,
-        background=background,
+        falls_without_any_computed_fall=never,
+        falls_without_computed_outcome=without_outcome,
+        random_fall_direction_share=background,
         **compare_observed_and_predicted_directions(SECTORS, fallen, RANDOM_SURVEY_COUNT, seed),
     )

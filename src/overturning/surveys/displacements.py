@@ -79,47 +79,47 @@ class DisplacementComparison:
     ----------
     fell, stood : int
         Number of stones.
-    cells : int
+    similar_computed_case_count : int
         Number of different computed cases that resemble the stones.
-    never_stand : int
+    standing_stones_without_standing_case : int
         Standing stones for which no similar computed stone stands; their displacements are not compared.
-    without_outcome : int
+    stones_without_computed_outcome : int
         Stones for which no similar computed case has an outcome; they are not compared with computed values.
-    beyond : int
+    stones_far_outside_shape_grid : int
         Stones whose B/H or D/B lies far outside the grid of the study (`has_shape_far_outside_grid`); like those of
         `without_outcome`, they are not compared with computed values; they do not count in `without_outcome`.
-    measures : tuple of DisplacementMeasure
+    compared_statistics : tuple of DisplacementMeasure
         Measures in a fixed order.
-    directions : FallDirectionComparisonIn3D or None
+    fall_direction_comparison : FallDirectionComparisonIn3D or None
         Observed and computed fall directions; None if no stone fell in a known direction.
     """
 
     fell: int
     stood: int
-    cells: int
-    never_stand: int
-    measures: tuple[ObservedAndComputedStatistic, ...]
-    without_outcome: int = 0
-    beyond: int = 0
-    directions: FallDirectionComparisonIn3D | None = None
+    similar_computed_case_count: int
+    standing_stones_without_standing_case: int
+    compared_statistics: tuple[ObservedAndComputedStatistic, ...]
+    stones_without_computed_outcome: int = 0
+    stones_far_outside_shape_grid: int = 0
+    fall_direction_comparison: FallDirectionComparisonIn3D | None = None
 
 
 @dataclass(frozen=True)
 class StoredDisplacementComparison:
     """Content of a result file: displacements of the stones of a survey compared with those of a 3-D study.
 
-    The comparison is made for all sites together (``together``) and for each site (``sites``). The other fields are
-    those of `overturning.surveys.comparison.StoredSurveyComparison`.
+    The comparison is made for all sites together (``all_sites_comparison``) and for each site
+    (``comparisons_by_site``). The other fields are those of `overturning.surveys.comparison.StoredSurveyComparison`.
     """
 
-    stones: str
+    survey_file_name: str
     sha256: str
     record: str
-    together: DisplacementComparison
-    doubts: tuple[str, ...] = ()
+    all_sites_comparison: DisplacementComparison
+    survey_warnings: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
-    sites: tuple[tuple[str, DisplacementComparison], ...] = ()
-    grounds: tuple[tuple[str, SoilBelowSurveySite], ...] = ()
+    comparisons_by_site: tuple[tuple[str, DisplacementComparison], ...] = ()
+    soil_by_site: tuple[tuple[str, SoilBelowSurveySite], ...] = ()
 
 
 class _ObservedStone(NamedTuple):
@@ -232,15 +232,17 @@ def compare_displacements(
     return DisplacementComparison(
         fell=sum(one.stone.count for one in observed if one.stone.fell),
         stood=sum(one.stone.count for one in observed if not one.stone.fell),
-        cells=sum(int(mask.sum()) for mask in used.values()),
-        never_stand=never_stand,
-        measures=(
+        similar_computed_case_count=sum(int(mask.sum()) for mask in used.values()),
+        standing_stones_without_standing_case=never_stand,
+        compared_statistics=(
             _compare_fallen_shares(observed, fall_shares),
             *_compare_shifts_and_twists_of_standing_stones(observed, computed),
         ),
-        without_outcome=without_outcome,
-        beyond=beyond,
-        directions=compare_fall_directions([one.stone for one in observed], fall_azimuths, background=background),
+        stones_without_computed_outcome=without_outcome,
+        stones_far_outside_shape_grid=beyond,
+        fall_direction_comparison=compare_fall_directions(
+            [one.stone for one in observed], fall_azimuths, background=background
+        ),
     )
 
 

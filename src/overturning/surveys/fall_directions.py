@@ -196,8 +196,10 @@ def compare_observed_and_predicted_directions(
         "resultant": length,
         "predicted_mean_direction_deg": predicted_mean,
         "predicted_resultant": predicted_length,
-        "octant_observed": sum((octant_weights_of_fallen_stone(stone) for stone, *_ in fallen_stones), np.zeros(8)),
-        "octant_predicted": sum(
+        "observed_count_by_octant": sum(
+            (octant_weights_of_fallen_stone(stone) for stone, *_ in fallen_stones), np.zeros(8)
+        ),
+        "predicted_count_by_octant": sum(
             (_expected_octant_weights_of_fallen_stone(sectors, one) for one in fallen_stones), np.zeros(8)
         ),
         "log_likelihood_ratio": ratio,

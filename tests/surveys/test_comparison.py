@@ -695,7 +695,9 @@ def test_stones_of_each_site_are_compared_with_the_motion_there(
     # B lists its fallen stones alone: they count neither in the observed nor in the computed share.
     only_fallen = [stones[0], Stone(True, 90.0, False, site="B", count=5), Stone(True, 90.0, False, site="A")]
     found = compare_survey_with_prediction(only_fallen, stands, site_cubes={"B": falls})
-    assert (found.fallen, found.fallen_count_for_share, found.stone_count_for_share) == (6, 1, 4)
+    assert found.fallen == 6
+    assert found.fallen_count_at_sites_with_standing_stones == 1
+    assert found.stone_count_at_sites_with_standing_stones == 4
     assert found.computed_fall_share == 0.0
 
 

@@ -165,7 +165,7 @@ def apply_contact_law(
 
     `dashpot_rate` is the dashpot over the step, so that it multiplies displacements. `contact_flags` are
     True if the point carries only later, True if the body lands flat, its landing time, s, if it touches now, and the
-    tilting share of the base (`BaseContactState.tilting`).
+    tilting share of the base (`BaseContactState.friction_moment_share`).
     """
     waiting, flat, begun, base_tilting = contact_flags
     depth = 0.0 if waiting & (contact_point.depth > 0.0) else contact_point.depth

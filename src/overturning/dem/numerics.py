@@ -45,7 +45,7 @@ class NumericalOptions:
         Number of parts into which each step is divided; for verification.
     budget : int
         Largest number of block steps of one case, including rejected steps and reruns; beyond it the case is marked
-        `over_budget`. One step of a 3-D body counts as `BLOCK_STEP_COST_OF_BODY_STEP`, of a scene element as
+        `CaseStatus.OVER_BUDGET`. One step of a 3-D body counts as `BLOCK_STEP_COST_OF_BODY_STEP`, of a scene element as
         `BLOCK_STEP_COST_OF_ELEMENT_STEP` block steps.
     threads : int
         Number of threads; results are bit-equal for any number.

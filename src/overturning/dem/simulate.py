@@ -153,7 +153,7 @@ def simulate(
     -------
     xarray.Dataset
         The model's variables. Dimensions of a 2-D model: `azimuth`, `height`, `b_over_h` and `friction`, and
-        `element_names` for variables per element of a scene with several free elements. Dimensions of a 3-D body:
+        `element` for variables per element of a scene with several free elements. Dimensions of a 3-D body:
         `orientation`, `height`, `b_over_h`, `aspect` and `friction`. Flags are floats, and missing values are NaN, as
         in `overturning.open_cube`: `abs(outcome.overturned).mean()` is the fraction overturned of the cases that have
         an outcome, but `outcome.overturned != 0` is also true for missing values.

@@ -16,19 +16,19 @@ class IllustrativeCaseWithFigures:
 
     Attributes
     ----------
-    title, rule : str
+    title, selection_rule : str
         Title of the case, and the rule that chose it.
-    block, parameters, record : str
+    block_and_motion_description, block_parameters_text, record : str
         The block and its motion in words, the block as B/H, H and µ, and the id of the record.
-    settings, headings, outcomes : tuple of str
+    panel_variants, panel_headings, panel_outcomes : tuple of str
         Variant, heading and outcome of each panel of the film.
     film : dict
         Data for the player; see `overturning.figures.film.Film.player_data`.
-    strip, strip_alt : str
+    film_strip_file_name, strip_alt : str
         File of the strip of four frames that stands for the film on paper, and its alternative text.
-    keys : str
-        Keys of the player that only this kind of film has.
-    figures : dict
+    keyboard_help : str
+        Help on keys of the player that only this kind of film has.
+    figure_texts_and_options_by_file : dict
         Alternative text and options of each figure, by file name.
     """
 

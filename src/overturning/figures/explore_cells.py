@@ -134,7 +134,7 @@ class InitialExplorerCase(NamedTuple):
     ----------
     direction_and_b_over_h_indices : list of int
         Indices of the cell along direction and B/H.
-    clarity : tuple
+    fall_clarity_sort_key : tuple
         True if it falls in every run; probability of a fall; mean probability of it and its neighbours; index of B/H.
         Of two cases the clearer one has the larger tuple.
     """

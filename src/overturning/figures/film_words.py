@@ -61,7 +61,7 @@ class FilmTitleFacts:
 
     Attributes
     ----------
-    kind : str
+    stone_kind : str
         Key of the sentence about the stone: stone (in a vertical plane), square, oblong, round, prism or solid (3-D),
         or scene (several elements; the size is that of the reference element).
     width, height, depth : float
@@ -70,7 +70,7 @@ class FilmTitleFacts:
         Friction coefficient; None if the scene sets it.
     station_and_event : str
         Station or id of the record, with the earthquake.
-    direction : float or None
+    direction_deg : float or None
         Azimuth of the motion (2-D) or orientation of the body (3-D), degrees; None if the panels differ.
     amplitude : float
         Factor on the recorded motion.

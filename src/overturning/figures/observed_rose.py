@@ -59,7 +59,7 @@ class ObservedFallRose:
         Number of falls towards each sector, clockwise; the first is centred on north.
     mean_direction_deg, mean_axis_deg : float or None
         Mean direction and mean axis, degrees clockwise from north; None if there is none.
-    direction_half_width_deg, axis_half_width_deg : float or None
+    mean_direction_interval_half_width_deg, mean_axis_interval_half_width_deg : float or None
         Half the widths of their 95 % intervals; None if there are none.
     """
 

@@ -68,7 +68,7 @@ class PolarMapPanel:
     ----------
     record_friction_and_height_labels : tuple of str
         Record, friction and height.
-    cells : Dataset
+    fall_probability_cells : Dataset
         Over the full circle, (b_over_h, azimuth): ``towards`` and ``away``, the probabilities of falling towards the
         azimuth and the opposite one, and ``stands``, True if neither the case nor any of its runs falls.
     is_azimuth_simulated : ndarray of bool

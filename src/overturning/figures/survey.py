@@ -60,7 +60,7 @@ class SurveyFigureData:
         Name of the survey.
     observed_falls_by_octant, computed_falls_by_octant : ndarray, shape (8,)
         Number of stones that fell towards each octant, from N clockwise, and as many as are computed.
-    observed_mean_deg, computed_mean_deg : float or None
+    observed_mean_fall_direction_deg, computed_mean_fall_direction_deg : float or None
         Mean fall directions, degrees; None if there is none.
     observed_fallen_share, computed_fallen_share : PlottedEstimate
         Share of the stones that fell, 0 to 1, with its interval or range.

@@ -43,9 +43,9 @@ class FallProbabilityAfterDoubling(FindingBaseClass):
     """Quantity that doubles, the others fixed: "PGA and PGV", "PGV alone", or "size of the block"."""
     fall_probability_from_half: OptionalNumber
     fall_probability_from_half_low: OptionalNumber = None
-    """Lower end of the interval of `even_chance_becomes`."""
+    """Lower end of the interval of `fall_probability_from_half`."""
     fall_probability_from_half_high: OptionalNumber = None
-    """Upper end of the interval of `even_chance_becomes`."""
+    """Upper end of the interval of `fall_probability_from_half`."""
 
 
 class LogisticFitFindings(FindingBaseClass):
@@ -81,7 +81,7 @@ class CriterionScore(FindingBaseClass):
     mean_skill_within_block_sizes: Estimate
     """Mean over heights and B/H of the skill among the blocks of one height and B/H."""
     skill_within_pulse_criterion_range: OptionalNumber
-    """Value of `skill_within_block_shape` without planes and blocks beyond the range of the pulse criterion."""
+    """Value of `mean_skill_within_block_sizes` without planes and blocks beyond the range of the pulse criterion."""
 
 
 class SkillDifference(FindingBaseClass):
@@ -92,7 +92,7 @@ class SkillDifference(FindingBaseClass):
     second: str
     """Name of the criterion that is listed second."""
     first_minus_second: Estimate
-    """Value of `skill_within_block_shape` of the first criterion minus that of the second."""
+    """Value of `mean_skill_within_block_sizes` of the first criterion minus that of the second."""
 
 
 class CriteriaFindings(FindingBaseClass):
@@ -101,13 +101,13 @@ class CriteriaFindings(FindingBaseClass):
     scores: list[CriterionScore]
     """Score of each criterion."""
     significantly_best_criterion: str
-    """Criterion with the largest `skill_within_block_shape`; empty unless all intervals of `skill_lead` exclude 0."""
+    """Criterion with the largest `mean_skill_within_block_sizes`; empty unless it leads all others significantly."""
     largest_skill_criterion: str
-    """Criterion with the largest estimate of `skill_within_block_shape`; empty if no skill is defined."""
+    """Criterion with the largest estimate of `mean_skill_within_block_sizes`; empty if no skill is defined."""
     skill_lead_over_other_criteria: dict[str, Estimate]
-    """Value of `skill_within_block_shape` of `largest_skill_criterion` minus that of each other criterion."""
+    """Value of `mean_skill_within_block_sizes` of `largest_skill_criterion` minus that of each other criterion."""
     insignificant_skill_differences: list[SkillDifference]
-    """Values of `skill_lead` whose interval does not exclude 0, as differences in the order of `scores`."""
+    """Values of `skill_lead_over_other_criteria` with intervals that include 0, in the order of `scores`."""
     share_beyond_pulse_criterion_range: OptionalNumber
     """Share of planes and blocks for which the pulse criterion is far too low."""
     max_pulse_criterion_frequency_ratio: float = MAX_VALID_PULSE_FREQUENCY_RATIO

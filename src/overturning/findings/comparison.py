@@ -42,7 +42,7 @@ class ComparisonWithSecondComputation(FindingBaseClass):
     fall_side_changes: ChangedCases
     """Cases that fall in both computations, but to different sides (in 3-D: 30° or more apart)."""
     fall_side_changes_if_ensemble_agrees: ChangedCases
-    """Share of `side` among the cases whose ensemble falls to one side only."""
+    """Share of `fall_side_changes` among the cases whose ensemble falls to one side only."""
 
 
 def share_of_changed_cases(changed_count: int, compared_count: int, is_random_sample: bool) -> ChangedCases:

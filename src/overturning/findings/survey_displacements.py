@@ -81,7 +81,7 @@ class FallDirectionFindingsIn3D(FindingBaseClass):
     falls_without_prediction: int
     """Falls without an outcome, or with a B/H or D/B far outside the study; their predicted direction is random."""
     falls_with_predicted_direction: int
-    """Number of `octant_falls` whose predicted direction is not random."""
+    """Number of `falls_in_known_direction` whose predicted direction is not random."""
     has_no_stone_with_prediction: bool
     """True if B/H or D/B of all stones of the survey lies far outside the study."""
     assumed_random_direction_share: float

@@ -128,7 +128,7 @@ class SurveyFindings(FindingBaseClass):
 
     A stone counts with its face, B/H and height, as far as the survey gives them (outside the grid: the nearest grid
     values). A stone without B/H has the mean over all B/H of the grid, one without height the mean over all heights,
-    and one without face the mean over all azimuths. `share_in_random_direction` is not included.
+    and one without face the mean over all azimuths. `assumed_random_direction_share` is not included.
     """
     observed_by_octant: dict[str, OptionalNumber]
     """Number of fallen stones in each octant of fall direction; a direction between two (NNE) counts in both."""
@@ -164,7 +164,7 @@ class SurveyFindings(FindingBaseClass):
     falls_without_prediction: int
     """Stones without a computed outcome, or without a prediction, that fell in a known direction."""
     falls_with_predicted_direction: int
-    """Number of `octant_falls` whose predicted direction is not random: such a stone falls in the study."""
+    """Number of `falls_in_known_direction` whose predicted direction is not random: such a stone falls in the study."""
     stones_without_face_azimuth: int
     """Number of stones whose face azimuth is not known."""
     stones_without_b_over_h: int
@@ -226,8 +226,10 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
             else math.nan
         ),
         predicted_resultant=found.predicted_resultant,
-        observed_fall_share=observed_share(found.fallen_count_for_share, found.stone_count_for_share)
-        if found.stone_count_for_share
+        observed_fall_share=observed_share(
+            found.fallen_count_at_sites_with_standing_stones, found.stone_count_at_sites_with_standing_stones
+        )
+        if found.stone_count_at_sites_with_standing_stones
         else None,
         computed_fall_share=ComputedFallShare(
             value=found.computed_fall_share,
@@ -297,8 +299,10 @@ def _site_prediction_findings(site: str, comparison: SurveyPredictionComparison)
         fell=comparison.fallen,
         stood=comparison.stood,
         falls_in_known_direction=comparison.fallen_count_in_known_direction,
-        observed_fall_share=observed_share(comparison.fallen_count_for_share, comparison.stone_count_for_share)
-        if comparison.stone_count_for_share
+        observed_fall_share=observed_share(
+            comparison.fallen_count_at_sites_with_standing_stones, comparison.stone_count_at_sites_with_standing_stones
+        )
+        if comparison.stone_count_at_sites_with_standing_stones
         else None,
         computed_fall_share=ComputedFallShare(
             value=comparison.computed_fall_share,

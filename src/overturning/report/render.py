@@ -36,13 +36,13 @@ class ReportMedia:
     ----------
     films : sequence
         Facts about each film, with the attributes ``name``, ``title``, ``block`` and ``panels``.
-    chapters : mapping of str to tuple of str
+    figure_names_by_record : mapping of str to tuple of str
         Names of the figures in the chapter of each record, by record.
-    explorer : str
+    explorer_address : str
         Address of the explorer; empty if there is none.
-    stations : sequence of str
+    station_map_names : sequence of str
         Names of the maps of the stations.
-    rose, posteriors : bool
+    has_rose_of_all_falls, has_posterior_figures : bool
         True if there is a rose of all falls, or figures of the inferred motions.
     """
 

@@ -165,7 +165,7 @@ class FallAxisSummary:
         Half-width of its bootstrap interval, symmetric about the mean axis: the quantile of the distance of the
         bootstrap axes from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2) at the level of
         `tail_share_corrected_for_few_earthquakes`; NaN below `MIN_EARTHQUAKES_FOR_INTERVAL` and without an axis.
-    earthquakes_with_axis, earthquakes_closer_to_normal : int
+    earthquakes_with_axis, earthquakes_with_axis_within_45_deg_of_normal : int
         Number of earthquakes that have an axis (resultant at least `MIN_RESULTANT_WITH_MEAN_DIRECTION`), and of these
         with an axis within 45° of the fault normal.
     largest_possible_alignment : float
@@ -302,7 +302,7 @@ class FallAlignmentWithReferences:
 
     Attributes
     ----------
-    means : dict
+    mean_cosines_by_reference : dict
         `MeanOverEarthquakes` of ``cosine`` of `mean_cosine_and_sine_to_reference`, for each range of B/H. Keys: name of
         the reference, and True for its axis or False for its direction (peaks and radial direction only).
     best_aligned_references : tuple of str
@@ -364,7 +364,7 @@ def _mean_alignment_with_references_in_group(
     """Average cosines to reference directions over a group's earthquakes, for each reference and range of B/H.
 
     The lists of `reference_cosines` have one array of shape (records,) for each range of B/H; their keys are those of
-    `FallAlignmentWithReferences.means`.
+    `FallAlignmentWithReferences.mean_cosines_by_reference`.
     """
 
     def mean_cosine_over_earthquakes(

@@ -177,7 +177,7 @@ class BlockSelectionRule:
     ----------
     name : str
         Description of the selected blocks; ``{}`` is replaced by the direction of the model, such as "plane".
-    max_share_of_directions : float
+    max_overturning_direction_share : float
         Largest share of directions in which a selected block overturns; above 1 for no limit.
     uses_all_blocks_if_none_selected : bool
         True: count all blocks of a record for which the rule selects none. False: such a record does not count.

@@ -48,7 +48,7 @@ class LogisticFit:
 
     Attributes
     ----------
-    names : tuple of str
+    coefficient_names : tuple of str
         ``intercept`` and names of the predictors.
     coefficient, standard_error, low, high : ndarray, shape (k,)
         Estimates, standard errors and intervals from the jackknife over clusters, see `fit_logistic_model`. Without

@@ -56,7 +56,7 @@ class SurveyPredictionComparison:
     ----------
     fallen, stood : int
         Number of stones.
-    fallen_count_for_share, stone_count_for_share : int
+    fallen_count_at_sites_with_standing_stones, stone_count_at_sites_with_standing_stones : int
         Stones that fell, and stones that fell or stand, at the sites that list a standing stone. 0 if there is none:
         then the share that fell is not known.
     mean_direction_deg, resultant : float
@@ -116,8 +116,8 @@ class SurveyPredictionComparison:
 
     fallen: int
     stood: int
-    fallen_count_for_share: int
-    stone_count_for_share: int
+    fallen_count_at_sites_with_standing_stones: int
+    stone_count_at_sites_with_standing_stones: int
     mean_direction_deg: StoredFloat
     resultant: StoredFloat
     predicted_mean_direction_deg: StoredFloat
@@ -213,8 +213,8 @@ def compare_survey_with_prediction(
     share_mean, share_low, share_high = _predicted_fall_share_and_range(predictions, of_share or stones)
     return SurveyPredictionComparison(
         **_stone_counts_of_comparison(predictions, stones),
-        fallen_count_for_share=share_fell,
-        stone_count_for_share=share_stones,
+        fallen_count_at_sites_with_standing_stones=share_fell,
+        stone_count_at_sites_with_standing_stones=share_stones,
         computed_fall_share=share_mean,
         lowest_computed_fall_share=share_low,
         highest_computed_fall_share=share_high,

@@ -18,13 +18,13 @@ class SoilBelowSurveySite:
     ----------
     thickness_m : float
         Thickness of all layers, m.
-    velocity_m_s : float
+    mean_shear_wave_velocity_m_s : float
         Mean shear-wave velocity of the layers at small strain: their thickness over the travel time, m/s.
     equivalent_linear : bool
         True if a layer softens with strain.
     converged : bool
         False if the equivalent-linear computation did not converge.
-    beyond_curve : bool
+    strain_exceeds_soil_curve : bool
         True if the effective strain of a layer exceeds the largest strain of its curve.
     rock_pga, surface_pga : float
         Peak acceleration of the larger horizontal component in the rock and at the surface, m/s².

@@ -41,7 +41,7 @@ class CandidateMotion:
 
     Attributes
     ----------
-    name, event : str
+    name, earthquake_name : str
         Name of the record and of its earthquake ("" for a pulse).
     motion : Motion
         Motion of the ground.

@@ -34,10 +34,10 @@ class ObservedFalls:
         Stones that count neither as fallen nor as standing, by reason.
     fell_in_unknown_direction : int
         Fallen stones with unknown direction.
-    fallen_count_for_share, stone_count_for_share : int
+    fallen_count_at_sites_with_standing_stones, stone_count_at_sites_with_standing_stones : int
         Stones that fell, and stones that fell or stand, at the sites that list a standing stone; the share that fell is
         their ratio, and not known elsewhere.
-    direction, axis : MeanDirectionWithInterval
+    direction, mean_fall_axis : MeanDirectionWithInterval
         Mean direction and mean axis of the falls of known direction.
     falls_by_sector : ndarray, shape (8,) or (16,)
         Number of falls towards each sector of equal width; the first is centred on north.

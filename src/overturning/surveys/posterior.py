@@ -46,7 +46,7 @@ class MotionPosterior:
 
     Attributes
     ----------
-    sources : tuple of str
+    motion_names : tuple of str
         Names of the motions.
     level : ndarray, shape (l,)
         Peak velocities to which motions are scaled, m/s (maximum over all azimuths).
@@ -167,7 +167,7 @@ class SurveyInversionResult:
         p-value of the check of fit, see `SurveyInversion.posterior_predictive_p_value`.
     posterior : MotionPosterior
         Posterior of the motion, of the peak velocity to which it is scaled, and of its rotation about the vertical.
-    sites : tuple of SurveyInversionResult
+    site_results : tuple of SurveyInversionResult
         Results for the stones of each site by itself, whose names are those of the sites; empty for one site.
     """
 

@@ -55,7 +55,7 @@ class StoneDimensions:
     ----------
     height, b_over_h : float or None
         Height, m, and the smaller B/H of its two planes; None if unknown.
-    aspect : float
+    d_over_b : float
         D/B, broader over narrower side, of a rectangular stone; 0 for a round stone.
     """
 
@@ -152,7 +152,7 @@ class StoneOutcomeProbabilities:
 
     Parameters
     ----------
-    motions, kinds : sequence of CandidateMotion, sequence of StoneDimensions
+    motions, stone_kinds : sequence of CandidateMotion, sequence of StoneDimensions
         Motions and kinds of stones; raise an `ArgumentError` if there is none of either.
     population : StonePopulation, optional
         Distribution of unknown heights and B/H.

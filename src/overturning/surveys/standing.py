@@ -72,7 +72,7 @@ class HazardCurve:
     ----------
     measure, unit : str
         Intensity measure and its unit.
-    level, rate : ndarray, shape (n,)
+    intensity_levels, annual_rates : ndarray, shape (n,)
         Ascending levels and their annual rates of exceedance, 1/year.
     """
 
@@ -138,19 +138,20 @@ class StandingProbability:
 
     Attributes
     ----------
-    stones, measure : str
+    stone_class, measure : str
         Class and intensity measure.
-    rate : float
+    annual_fall_rate : float
         Annual rate of falls λ, 1/year; stronger shaking than the last level counts with the probability there.
-    stands, low, high : float
+    standing_probability, standing_probability_low, standing_probability_high : float
         Probability exp(−λT) that a stone stands after T years, and its values at the ends of the interval of the
-        median (NaN without interval). `low` also assumes that every stone falls above the last level of the hazard.
-    share : float
+        median (NaN without interval). The lower end also assumes that every stone falls above the last level of the
+        hazard.
+    standing_share_with_constant_deviations : float
         Share of the class that stands if the deviation of each stone from its class is constant over T years; at least
-        `stands`. NaN if the components of the spread are unknown.
-    beyond : float
+        `standing_probability`. NaN if the components of the spread are unknown.
+    fall_rate_share_outside_data : float
         Share of λ from levels outside the range of the fragility data.
-    first : float
+    fall_probability_at_first_level : float
         Probability of falling at the first level of the hazard; weaker shaking is not counted.
     """
 
@@ -222,13 +223,13 @@ class SurvivalByStoneClass:
     ----------
     years : float
         Exposure time, years.
-    hazard : str
+    hazard_table_name : str
         Name of the hazard table, for messages.
-    hazards : dict
+    hazard_curves_by_measure : dict
         Hazard curves by measure.
-    estimates : tuple
+    curves_with_standing_probabilities : tuple
         Curve, hazard and estimate of each class with a fragility curve for a measure of the hazard.
-    without_curve : tuple of FragilityCurveRow
+    classes_without_fragility_curve : tuple of FragilityCurveRow
         Classes whose median or spread is unknown.
     """
 

@@ -139,10 +139,10 @@ class SurveyTable:
         Name of the file.
     rows : tuple of (int, SurveyRow)
         Line of the file, and validated row, in order.
-    notes, warnings, remarks : tuple of str
+    notes, warnings, leading_comments : tuple of str
         Notes on columns and stones that are not used; warnings about units and repeated stones; comment lines at the
         start of the file.
-    winds_are_octants : bool
+    compass_points_are_octants : bool
         True if the compass points in ``azimuth_deg`` are only N, NE, E, …, so that they are known to ±22.5°.
     azimuth_recording_step_deg : float
         Step in which fall directions in degrees are recorded, see `common_azimuth_step_deg`.

@@ -176,7 +176,7 @@ def any_body_base_lands_flat(state: Any, lane_count: int) -> bool:
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, lane_count: int) -> None:
-    """Set `BaseContactState.tilting` to 1 for bodies that friction tilts while their base lands flat and slides.
+    """Set `BaseContactState.friction_moment_share` to 1 for bodies that friction tilts while their base lands flat.
 
     The value is read only for bodies whose base lands flat. The resultant of normal forces and friction passes through
     the centre if they act at the distance μ h ahead of it, in the direction of sliding; h is the height of the centre.

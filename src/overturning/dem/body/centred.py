@@ -131,7 +131,7 @@ def flat_landing_slip_direction_and_tilt_share(
     """Return a point's slip direction (x, y) in a flat landing, whether it slides, and its tilting moment share.
 
     The last value is the part of the moment of the point's friction that tilts the body. `landing` holds whether the
-    body lands flat, and that part for a point that slides meanwhile (`BaseContactState.tilting`). See
+    body lands flat, and that part for a point that slides meanwhile (`BaseContactState.friction_moment_share`). See
     `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`; only the rotation about the vertical is included.
     """
     lands_flat, tilting = landing
@@ -159,7 +159,7 @@ def predict_contact_point(
     slip. In a longer step these forces would be too large; the state of the point after the last step is used.
     `contact_rule` holds whether the point carries load only later in a flat landing, whether the body lands flat, the
     landing time of the point if it touches now (s), and the share of friction that tilts the base
-    (`BaseContactState.tilting`).
+    (`BaseContactState.friction_moment_share`).
     """
     deferred, flat, new_landing, base_tilting = contact_rule
     u = plus(predicted_body.end_velocity, cross_product(predicted_body.end_angular_velocity, lever_arm))

@@ -1,7 +1,7 @@
 """Functions that the queue calls for 3-D bodies: start a case, compute a sample, skip samples, end a case.
 
-Vertices i and i + count/2 are opposite each other. The rows of the vertices follow those of the body, `VERTEX.size`
-numbers per vertex.
+Vertices i and i + count/2 are opposite each other. The rows of the vertices follow those of the body,
+`VERTEX_ROW_LAYOUT.size` numbers per vertex.
 """
 
 from typing import Any, Final, NamedTuple

@@ -130,7 +130,7 @@ class ContactPointAtStepStartAndEnd(NamedTuple):
 
 
 LANDING_TIME_OF_BASE_IN_AIR: Final = -1e300
-"""Value of `BaseContactState.longest_landing` for a base in the air, s: less than that of any point in contact."""
+"""Value of `BaseContactState.longest_landing_time` for a base in the air, s: less than that of any point in contact."""
 
 
 class BaseContactState(NamedTuple):

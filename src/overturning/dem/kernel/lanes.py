@@ -11,7 +11,7 @@ loads the tuples, calls the functions and stores the results. LLVM vectorises su
 
 Three other forms are not vectorised, or are slow: a named tuple *of arrays* (each array has its own base address and
 may overlap the others); a choice between two whole tuples before they are stored, or between numbers within a tuple's
-own arguments; and a conditional (masked) store. `StateTupleAccess.store_unless` selects number by number instead.
+own arguments; and a conditional (masked) store. `TupleReaderAndWriter.store_unless` selects number by number instead.
 """
 
 import hashlib
@@ -241,9 +241,9 @@ class TupleRowLayout:
 
     Parameters
     ----------
-    lanes : int
+    lane_count : int
         Number of values in a row: one for each lane.
-    *tuples : type
+    *tuple_types : type
         Named tuples of numbers or of further such tuples; rows are assigned in the order of the fields.
 
     Notes

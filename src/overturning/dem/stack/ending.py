@@ -76,8 +76,9 @@ ENERGY, SAMPLE, SLIDE_END = (
 
 
 MIN_ONSET_ACCELERATION_RATIO_AT_CASE_END: Final = STRONG_MOTION_THRESHOLD_RATIO / MAX_REST_TO_ONSET_THRESHOLD_RATIO**2
-"""Least acceleration that may move a stack when its case ends, as a share of `StackConstants.steady`: then the rest of
-the record stays below the part `MAX_REST_TO_ONSET_THRESHOLD_RATIO` of this acceleration."""
+"""Least acceleration that may move a stack when its case ends, over `StackCaseTableColumns.sample_step_acceleration_g`.
+
+The rest of the record then stays below the part `MAX_REST_TO_ONSET_THRESHOLD_RATIO` of this acceleration."""
 
 MIN_HANGING_CORNER_DEPTH_RATIO: Final = 0.001
 """Depth of a corner of a leaning stone below the face that carries it, as a share of the height of its centre.

@@ -426,8 +426,9 @@ def add_rim_contact_forces(
             rim_contact_point(body, s, f, along_lean, across_lean, dt),
             rim_contact_point(body, s, f, -along_lean, -across_lean, dt),
         )
-        a, left = apply_contact_law(body, s, at, left, rate, (between & (left.depth <= 0.0), flat, begun, tilting))
-        b, right = apply_contact_law(body, s, on, right, rate, (between & (right.depth <= 0.0), flat, begun, tilting))
+        waits = between & (left.penetration <= 0.0), between & (right.penetration <= 0.0)
+        a, left = apply_contact_law(body, s, at, left, rate, (waits[0], flat, begun, tilting))
+        b, right = apply_contact_law(body, s, on, right, rate, (waits[1], flat, begun, tilting))
         store_memory(first_point_rows, j, left)
         store_memory(opposite_point_rows, j, right)
         store_acting(

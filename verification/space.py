@@ -185,7 +185,7 @@ def measure_shipped_3d_study() -> Iterator[MeasuredNumber]:
     simulate_case_grid_under_motions(motions[:1], grid={name: values[:1] for name, values in axes.items()})
 
     def rerun_cases_and_count_reruns(run: Callable[[Any, int], None], *more: Any) -> None:
-        """Rerun cases like the package, and count them."""
+        """Run cases and rerun those whose energy does not balance, like the package; count the rerun cases."""
 
         def count_reruns_and_run_cases(rows: Any, finer: int) -> None:
             """Note how many cases are rerun, and run them."""

@@ -312,7 +312,7 @@ def outcomes_of_spinning_plate_by_friction(speed: float, spin: float, aspect: fl
 def test_a_body_that_slides_and_spins_for_long_is_simulated_to_its_stop(
     friction: float, speed: float, spin: float, aspect: float
 ) -> None:
-    """The body slides and spins for 5 s to 40 s; the loads on its corners are equal to 2 %."""
+    """The body slides and spins for 5 s to 40 s, and stops where a plate with equal loads on its corners would stop."""
     found = outcomes_of_spinning_plate_by_friction(speed, spin, aspect).sel(friction=friction)
     corners = 0.25 * np.array([[1.0, aspect], [1.0, -aspect], [-1.0, -aspect], [-1.0, aspect]])
     gyration = 0.5 * np.sqrt((1.0 + aspect**2) / 12.0)

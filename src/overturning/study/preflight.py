@@ -209,9 +209,9 @@ def find_record_rows_and_files(
 
 
 def read_and_check_records(study: Study, record_rows: dict[str, RecordTableRow]) -> tuple[str, ...]:
-    """Read and process a study's records and prepare their cases as a run would; a `ConfigError` lists failures.
+    """Read and prepare a study's records as a run would; return notes on them, or raise a `ConfigError` with failures.
 
-    Returns notes on the assignment of records to earthquakes, on skipped or resampled data, and on records too weak to
+    The notes are on the assignment of records to earthquakes, on skipped or resampled data, and on records too weak to
     move any stone.
     """
     from overturning.records.duplicates import duplicate_record_messages, find_duplicate_records, motion_fingerprint

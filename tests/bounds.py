@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 PROCESS_MEMORY_FILE = Path("/proc/self/statm")
-HAS_RESOURCE_LIMITS = hasattr(signal, "setitimer") and PROCESS_MEMORY_FILE.exists()
+CAN_LIMIT_TIME_AND_MEMORY = hasattr(signal, "setitimer") and PROCESS_MEMORY_FILE.exists()
 
 
 def raise_time_limit_error(_signal: int, _frame: object) -> None:
@@ -18,7 +18,7 @@ def raise_time_limit_error(_signal: int, _frame: object) -> None:
 @contextmanager
 def limited_time_and_memory(seconds: float = 10.0) -> Iterator[None]:
     """Limit a `with` block to `seconds` of processor time and 1 GB of further memory, where the system can."""
-    if not HAS_RESOURCE_LIMITS:
+    if not CAN_LIMIT_TIME_AND_MEMORY:
         yield
         return
     now = int(PROCESS_MEMORY_FILE.read_text().split()[0]) * resource.getpagesize()

@@ -169,15 +169,15 @@ def load_docs_script(name):
 
 
 @pytest.fixture(scope="module")
-def site_hooks():
+def docs_hooks_module():
     """The script docs/hooks.py, which fills in the pages when the site is built."""
     return load_docs_script("hooks")
 
 
-def test_the_notebook_is_stored_with_its_current_output(site_hooks):
-    kept = json.loads(site_hooks.NOTEBOOK.read_text(encoding="utf-8"))
+def test_the_notebook_is_stored_with_its_current_output(docs_hooks_module):
+    kept = json.loads(docs_hooks_module.NOTEBOOK.read_text(encoding="utf-8"))
     pictures = []
-    for cell, now in zip(kept["cells"], site_hooks.executed(site_hooks.NOTEBOOK)["cells"], strict=True):
+    for cell, now in zip(kept["cells"], docs_hooks_module.executed(docs_hooks_module.NOTEBOOK)["cells"], strict=True):
         for output, made in zip(cell.get("outputs", []), now.get("outputs", []), strict=True):
             data, new = output.get("data", {}), made.get("data", {})
             # The pixels are those of the fonts of a machine: the size of the picture is compared.
@@ -186,13 +186,13 @@ def test_the_notebook_is_stored_with_its_current_output(site_hooks):
             assert output == made, "run python docs/hooks.py"
             pictures += [len(shown[0])] if shown[0] else []
     assert pictures == [24, 24]
-    assert site_hooks.NOTEBOOK.stat().st_size < 200_000
+    assert docs_hooks_module.NOTEBOOK.stat().st_size < 200_000
 
 
-def test_the_site_hooks_fill_in_the_reference_pages(site_hooks):
+def test_the_site_hooks_fill_in_the_reference_pages(docs_hooks_module):
     filled = {}
     for page in (DOCS / "reference").glob("*.md"):
-        made = filled[page.stem] = site_hooks.on_page_markdown(page.read_text(encoding="utf-8"))
+        made = filled[page.stem] = docs_hooks_module.on_page_markdown(page.read_text(encoding="utf-8"))
         assert "<!-- made" not in made
         assert "](../config" not in made
     commands = filled["command-line"]
@@ -202,18 +202,18 @@ def test_the_site_hooks_fill_in_the_reference_pages(site_hooks):
     assert "`figures.dpi`" in filled["config"]
 
 
-def test_the_first_page_has_a_film_and_the_site_an_explorer_page(site_hooks):
-    first = site_hooks.on_page_markdown((DOCS / "index.md").read_text(encoding="utf-8"))
+def test_the_first_page_has_a_film_and_the_site_an_explorer_page(docs_hooks_module):
+    first = docs_hooks_module.on_page_markdown((DOCS / "index.md").read_text(encoding="utf-8"))
     assert first.index('src="film.html"') < first.index("rotates strong-motion records") < first.index('"explore.html"')
-    assert f"`{site_hooks.FILM} --animate film.html`" in first
+    assert f"`{docs_hooks_module.FILM} --animate film.html`" in first
     assert "](first-look.md)" in first  # the notebook is a page of the site
-    film, explorer = site_hooks.film_page(), site_hooks.explorer_page()
+    film, explorer = docs_hooks_module.film_page(), docs_hooks_module.explorer_page()
     assert 'class="film"' in film
-    assert site_hooks.STUDY["question"] in explorer
+    assert docs_hooks_module.STUDY["question"] in explorer
     (data,) = re.findall(r'<script type="application/json">(.*?)</script>', explorer, flags=re.DOTALL)
     cells = json.loads(data)
-    assert [record["id"] for record in cells["records"]] == [site_hooks.RECORD]
-    assert cells["height"] == site_hooks.STUDY["height"]
+    assert [record["id"] for record in cells["records"]] == [docs_hooks_module.RECORD]
+    assert cells["height"] == docs_hooks_module.STUDY["height"]
 
 
 @pytest.mark.parametrize("command", ["records check", "one --record wtmc --azimuth 332"])

@@ -9,7 +9,7 @@ import pytest
 
 from tests.sources import import_statements
 
-LAYERS = [
+IMPORT_LAYERS = [
     "units",
     "errors",
     "arrays",
@@ -88,8 +88,8 @@ def layer_of_module(module: str) -> str:
 def test_each_module_imports_only_from_allowed_layers() -> None:
     faults = []
     for name in (name for name in paths_by_module() if name.startswith("overturning.")):
-        assert layer_of_module(name) in LAYERS, f"{layer_of_module(name)} is not a layer"
-        allowed = ["", *LAYERS[: LAYERS.index(layer_of_module(name)) + 1]]
+        assert layer_of_module(name) in IMPORT_LAYERS, f"{layer_of_module(name)} is not a layer"
+        allowed = ["", *IMPORT_LAYERS[: IMPORT_LAYERS.index(layer_of_module(name)) + 1]]
         faults += [
             f"{name} imports {other}"
             for other in imported_project_modules(name)

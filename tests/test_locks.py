@@ -15,7 +15,7 @@ from tests.sources import import_statements
 
 ROOT = Path(__file__).parents[1]
 RUN_LOCK, DEVELOPMENT_LOCK = ROOT / "requirements.lock", ROOT / "requirements-dev.lock"
-GROUP_BY_OPTIONAL_PACKAGE = {"pyarrow": "parquet", "pystrata": "soil", "trimesh": "mesh"}
+DEPENDENCY_GROUP_BY_PACKAGE = {"pyarrow": "parquet", "pystrata": "soil", "trimesh": "mesh"}
 """Imported packages that only some runs need, and their groups."""
 
 
@@ -102,7 +102,7 @@ def test_the_package_imports_only_packages_in_the_run_lock_file() -> None:
     files = [*(ROOT / "src").rglob("*.py"), *(ROOT / "workflow").rglob("*.py")]
     own = {path.name for path in (ROOT / "src").iterdir()}
     names = (
-        set().union(*map(imported_packages, files)) - own - sys.stdlib_module_names - GROUP_BY_OPTIONAL_PACKAGE.keys()
+        set().union(*map(imported_packages, files)) - own - sys.stdlib_module_names - DEPENDENCY_GROUP_BY_PACKAGE.keys()
     )
     assert {"numpy", "netCDF4", "snakemake", "distributed"} <= names
     distributions = packages_distributions()
@@ -111,7 +111,7 @@ def test_the_package_imports_only_packages_in_the_run_lock_file() -> None:
         name for name in names if not {canonicalize_name(one) for one in distributions.get(name, [name])} & run.keys()
     }
     assert missing == set()
-    for name, group in GROUP_BY_OPTIONAL_PACKAGE.items():
+    for name, group in DEPENDENCY_GROUP_BY_PACKAGE.items():
         assert name in {one.name for one in pyproject_requirements_by_group()[group]}
 
 

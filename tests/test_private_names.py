@@ -104,7 +104,7 @@ USED_PRIVATE_NAMES_BY_FILE: dict[str, dict[tuple[str, ...], tuple[str, str]]] = 
 """By file: names, the reason for their use, and the test that fails if they no longer have the same meaning."""
 
 
-def private_library_names_used_in(source: str, own: frozenset[str]) -> set[str]:
+def private_library_names_used_in(source: str, own_private_names: frozenset[str]) -> set[str]:
     """Return the undocumented names of Numba, llvmlite, Matplotlib and xarray that a module uses.
 
     `own` are private names of this package.
@@ -122,14 +122,16 @@ def private_library_names_used_in(source: str, own: frozenset[str]) -> set[str]:
         if isinstance(node, ast.Import | ast.ImportFrom):
             found |= _private_names_in_import(node)
         elif isinstance(node, ast.Attribute) and not _is_self_or_cls(node.value):
-            found |= {node.attr} if _is_private(node.attr) and node.attr not in own else set()
+            found |= {node.attr} if _is_private(node.attr) and node.attr not in own_private_names else set()
         elif isinstance(node, ast.ClassDef) and node.bases:
             members = (name for one in node.body if isinstance(one, ast.Assign) for name in one.targets)
             found |= {one.id for one in members if isinstance(one, ast.Name) and _is_private(one.id)}
         elif isinstance(node, ast.Assign):
             found |= _attributes_replaced_by_functions(node, functions, of_package)
         elif isinstance(node, ast.Call | ast.Dict):
-            found |= {name for name in _names_in_getattr_keywords_and_dict_keys(node) if _is_private(name)} - own
+            found |= {
+                name for name in _names_in_getattr_keywords_and_dict_keys(node) if _is_private(name)
+            } - own_private_names
     return found
 
 

@@ -18,7 +18,7 @@ from overturning.report.filters import (
     format_share_with_interval,
 )
 from overturning.study.load import load_study
-from verification.tables import ROOT, markdown_table, publish_markdown
+from verification.tables import ROOT, insert_markdown_between_markers_in_docs, markdown_table
 
 IMAGES: Final = ROOT / "docs" / "images"
 """Folder of the images of README.md and README.ja.md."""
@@ -34,7 +34,9 @@ def _finding_row(quantity: str, one: Estimate, *, percent: bool = False) -> Find
     """Return a table row of an estimate with its interval, which is left out if there are too few earthquakes."""
     digits = 1 if one.value is not None and one.value < 0.1 else 0
     shown = (
-        format_share_with_interval(one, digits, to=" to ") if percent else format_estimate_with_interval(one, to=" to ")
+        format_share_with_interval(one, digits, word_between_ends=" to ")
+        if percent
+        else format_estimate_with_interval(one, word_between_ends=" to ")
     )
     return quantity, shown, one.earthquakes
 
@@ -117,7 +119,7 @@ def main() -> None:
         shutil.copyfile(drawn, IMAGES / picture)
         write_japanese_copy_of_figure(IMAGES / picture)
     table = markdown_table(("question", "quantity", "result (95 % interval)", "earthquakes"), lines)
-    publish_markdown({"found": table, "stack-3d": stack})
+    insert_markdown_between_markers_in_docs({"found": table, "stack-3d": stack})
 
 
 if __name__ == "__main__":

@@ -33,7 +33,15 @@ from overturning.surveys.posterior import MotionPosterior
 from overturning.surveys.responses import StoneDimensions, StoneOutcomeProbabilities
 from overturning.surveys.stone_outcomes import SIMULATED_PGV_M_S
 from overturning.surveys.stones import Stone, read_counted_stones
-from verification.tables import RESULTS, ROOT, markdown_table, publish_markdown, select_parts, wrap_text, write_csv
+from verification.tables import (
+    RESULT_TABLE_FOLDER,
+    ROOT,
+    insert_markdown_between_markers_in_docs,
+    markdown_table,
+    named_parts_or_all_if_none,
+    wrap_text,
+    write_csv,
+)
 
 SELECTABLE_PARTS: Final = ("ruin", "coverage")
 RUIN_SURVEY_FILE: Final = ROOT / "surveys" / "example-ruin.csv"
@@ -41,7 +49,7 @@ DEFAULT_SURVEY_COUNT: Final = 392
 SEED: Final = 26
 LIKELIHOOD_EXPONENTS: Final = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0)
 TARGET_COVERAGE: Final = 0.9
-SURVEYS_PER_FIT_CHECK: Final = 16
+FIT_CHECK_EVERY_NTH_SURVEY: Final = 16
 """Every sixteenth survey is also checked for fit."""
 
 INTERVAL_COVERAGE_COLUMNS: Final = ["pgv_holds", "pga_holds", "axis_holds"]
@@ -101,7 +109,7 @@ def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> 
     )
     stones = [
         Stone(bool(fell[i]), float(azimuth[i] % 360) if fell[i] else np.nan, False, b_over_h=float(shape[i]),
-              face_azimuth_deg=float(face[i]), height=float(height[i]), round=columns)
+              face_azimuth_deg=float(face[i]), height=float(height[i]), has_round_plan=columns)
         for i in range(count) if lapse[i] or result.overturned[i] in (0, 1)
     ]  # fmt: skip
     return SimulatedSurveyWithTrueMotion(motion, level, (motion.peak_velocity_azimuth_deg + turn) % 180, stones)
@@ -148,13 +156,13 @@ def measure_interval_coverage(survey_count: int, threads: int) -> pd.DataFrame:
         logs = inversion.log_likelihoods_of_survey_by_motion(truth.stones)
         for power in LIKELIHOOD_EXPONENTS:
             one = inversion.compute_posterior(logs, prior=prior, power=power)
-            checked = power == DIRECTION_LIKELIHOOD_EXPONENT and number % SURVEYS_PER_FIT_CHECK == 0
+            checked = power == DIRECTION_LIKELIHOOD_EXPONENT and number % FIT_CHECK_EVERY_NTH_SURVEY == 0
             about = {
                 "half": events.index(truth.motion.earthquake_name) % 2, "power": power,
                 "event": truth.motion.earthquake_name,
                 "record": truth.motion.name,
                 "stones": len(truth.stones), "fell": np.mean([stone.fell for stone in truth.stones]),
-                "round": truth.stones[0].round,
+                "round": truth.stones[0].has_round_plan,
                 "fit": inversion.posterior_predictive_p_value(truth.stones, one) if checked else np.nan,
             }  # fmt: skip
             rows.append(about | interval_coverage_and_widths(one, truth))
@@ -217,7 +225,7 @@ def coverage_table_row(group_name: str, rows: pd.DataFrame) -> tuple[str, ...]:
     return (group_name, f"{len(rows)}", f"{rows['event'].nunique()}", powers, *held, *shares, *widths)
 
 
-def markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
+def coverage_markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
     """Return the tables and the text on coverage as Markdown, by marker."""
     shown, shipped = surveys_with_cross_validated_exponent(rows), rows[rows["power"] == DIRECTION_LIKELIHOOD_EXPONENT]
     few = shown["stones"] < 36
@@ -283,14 +291,14 @@ def main(
     threads: Annotated[int, typer.Option(min=1, help="number of threads")] = 2,
 ) -> None:
     """Simulate surveys, estimate their motions, and publish the tables."""
-    named = select_parts(parts, SELECTABLE_PARTS)
+    named = named_parts_or_all_if_none(parts, SELECTABLE_PARTS)
     if "ruin" in named:
-        publish_markdown({"example-ruin": estimate_ruin_motion_as_markdown(threads)})
+        insert_markdown_between_markers_in_docs({"example-ruin": estimate_ruin_motion_as_markdown(threads)})
     if "coverage" not in named:
         return
     rows = measure_interval_coverage(surveys, threads)
-    write_csv(surveys_with_cross_validated_exponent(rows), RESULTS / "backwards-coverage.csv")
-    publish_markdown(markdown_by_marker(rows))
+    write_csv(surveys_with_cross_validated_exponent(rows), RESULT_TABLE_FOLDER / "backwards-coverage.csv")
+    insert_markdown_between_markers_in_docs(coverage_markdown_by_marker(rows))
     print(
         f"powers chosen on the other half: {choose_likelihood_exponent(rows[rows['half'] == 1])}, "
         f"{choose_likelihood_exponent(rows[rows['half'] == 0])}; "

@@ -18,7 +18,7 @@ import numpy as np
 import typer
 from numba import njit
 
-from overturning.dem.block.loops import LOOP_CREATOR_BY_SCHEME
+from overturning.dem.block.loops import CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME
 from overturning.dem.block.rigid import simulate_rigid_rocking
 from overturning.dem.block.state import STATE_ROW_LAYOUT, TICKS_PER_WHOLE_STEP
 from overturning.dem.run import run_cases
@@ -33,16 +33,22 @@ from verification import scalar
 from verification.inputs import (
     FRICTION_PREVENTING_SLIDING,
     case_grid,
-    default_study_groups,
+    default_study_case_groups,
     read_motions_of_default_study,
 )
-from verification.measures import compare_results, join_results, percentage, run_case_groups, wrong_outcome_percentages
+from verification.measures import (
+    compare_results,
+    join_results,
+    percentage,
+    run_case_groups,
+    wrong_flag_and_outcome_percentages,
+)
 from verification.tables import (
-    RESULTS,
+    RESULT_TABLE_FOLDER,
     MeasuredNumber,
+    insert_markdown_between_markers_in_docs,
     measured_numbers_table,
-    publish_markdown,
-    select_parts,
+    named_parts_or_all_if_none,
     write_measured_numbers,
 )
 from verification.timing import minimum_processor_time, run_python_program_and_time_it
@@ -127,7 +133,7 @@ def measure_throughput() -> list[MeasuredNumber]:
     many = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 512))
     how: dict[str, Any] = {"model": gravestone(SOFT_CONTACT), "leave_out": False}
     for scheme in ("centred", "cundall"):
-        constants, loops = LOOP_CREATOR_BY_SCHEME[IntegrationScheme[scheme.upper()]]
+        constants, loops = CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME[IntegrationScheme[scheme.upper()]]
         advance = wrap_loop_for_calls_from_python(loops(with_vertical=False, with_friction=True))
         advance(constants, np.zeros(STATE_ROW_LAYOUT.size), 8, 1, float(TICKS_PER_WHOLE_STEP))
         wide = run_cases(motion, many, scheme=scheme, **how).block_steps.sum()
@@ -201,8 +207,8 @@ def measure_time_and_errors_of_default_study(azimuths: int = 36) -> list[Measure
 
     The study has 133,056 cases.
     """
-    groups = default_study_groups(azimuths)
-    run_cases(*default_study_groups(2, 28)[0])
+    groups = default_study_case_groups(azimuths)
+    run_cases(*default_study_case_groups(2, 28)[0])
     start, busy = time.perf_counter(), time.process_time()
     found = join_results([run_cases(*group, threads=2) for group in groups])
     seconds, busy = time.perf_counter() - start, time.process_time() - busy
@@ -217,7 +223,7 @@ def measure_time_and_errors_of_default_study(azimuths: int = 36) -> list[Measure
         ("where the neighbours agree", far.counts_where_neighbours_agree),
         ("of all cells, against an eighth of the step", far.counts_of_all_cases),
     ):
-        flags, sides = wrong_outcome_percentages(counts)
+        flags, sides = wrong_flag_and_outcome_percentages(counts)
         rows.append(MeasuredNumber(f"default study: wrong flags {where}", flags, "%"))
         rows.append(MeasuredNumber(f"default study: wrong sides {where}", sides, "%"))
     return rows
@@ -225,7 +231,7 @@ def measure_time_and_errors_of_default_study(azimuths: int = 36) -> list[Measure
 
 def measure_effect_of_skipping_samples_at_rest(azimuths: int = 18) -> list[MeasuredNumber]:
     """Measure the work saved in the default study by skipping samples at rest, and the outcomes that this changes."""
-    groups = default_study_groups(azimuths)
+    groups = default_study_case_groups(azimuths)
     short = run_case_groups(groups, threads=2).results
     full = run_case_groups(groups, threads=2, leave_out=False).results
     nudged = [group._replace(motion=group.motion.scaled_by(1 + 1e-9)) for group in groups]
@@ -290,13 +296,13 @@ def main(
     """Measure the speed of the kernels; parts that are not named keep their figures."""
     machine = re.sub(r"[^a-z0-9]+", "-", f"{platform.machine()} {os.cpu_count()} cores".lower()).strip("-")
     rows: list[MeasuredNumber] = []
-    for name in (names := select_parts(parts, MEASUREMENT_BY_PART)):
+    for name in (names := named_parts_or_all_if_none(parts, MEASUREMENT_BY_PART)):
         measure = MEASUREMENT_BY_PART[name]
         found = measure()
         print(body := measured_numbers_table(found), flush=True)
         rows += found
         known = write_measured_numbers(
-            rows, RESULTS / f"{machine}.csv", keep_other_figures=bool(parts) or name != names[-1]
+            rows, RESULT_TABLE_FOLDER / f"{machine}.csv", keep_other_figures=bool(parts) or name != names[-1]
         )
         bodies = {
             "bench": measured_numbers_table(
@@ -310,7 +316,7 @@ def main(
             if name == "whole-run"
             else {}
         )
-        publish_markdown(bodies | own)
+        insert_markdown_between_markers_in_docs(bodies | own)
 
 
 if __name__ == "__main__":

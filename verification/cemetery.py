@@ -39,12 +39,12 @@ from overturning.study.scenes import NOMINAL_VARIANT, ground_motion_for_variant
 from overturning.study.sweep import scale_motion
 from overturning.surveys.population import sample_stones
 from verification.tables import (
-    RESULTS,
+    RESULT_TABLE_FOLDER,
     ROOT,
     MeasuredNumber,
+    insert_markdown_between_markers_in_docs,
     iterate_rows,
     markdown_table,
-    publish_markdown,
     wrap_text,
     write_measured_numbers,
 )
@@ -246,18 +246,18 @@ def planar_model_accuracy() -> list[MeasuredNumber]:
 
 def main() -> None:
     """Compare the rates, draw the figure and publish the tables."""
-    write_measured_numbers(planar_model_accuracy(), RESULTS / "in-space.csv")
+    write_measured_numbers(planar_model_accuracy(), RESULT_TABLE_FOLDER / "in-space.csv")
     study = load_study(ROOT / "config" / "near-fault.yaml")
     with open_study_results(STUDY_RESULTS_FOLDER, study) as results:
         found = results.population_rates_by_variant[NOMINAL_VARIANT]
         comparison = population_fall_rate_markdown(results)
-        publish_markdown(
+        insert_markdown_between_markers_in_docs(
             {"population": f"{comparison}\n{wrap_text(compare_grid_and_per_stone_fall_rates(results), '- ')}"}
         )
-        publish_markdown(published_criteria_skill_tables(results))
+        insert_markdown_between_markers_in_docs(published_criteria_skill_tables(results))
         rows, rates = read_published_fall_rates(), fall_rates_of_unscaled_records(found)
         draw_published_and_computed_fall_rates(rows, rates, ROOT / "docs" / "images" / "published-surveys.svg")
-        publish_markdown(
+        insert_markdown_between_markers_in_docs(
             {
                 "published-surveys": published_fall_rate_table(rows, rates),
                 "published-surveys-computed": computed_fall_rate_sentence(rates, found),

@@ -55,15 +55,15 @@ def convert_elements_to_planar_bodies(free_elements: Iterable[PlacedElement]) ->
 
 
 def resample_acceleration(
-    acceleration: np.ndarray, sampling_interval: float, time_step: float, rest_time: float
+    acceleration: np.ndarray, sampling_interval: float, time_step: float, time_after_record: float
 ) -> np.ndarray:
     """Interpolate the acceleration of a record at the time steps of an engine; zero after the record."""
-    times = (np.arange(int((acceleration.size * sampling_interval + rest_time) / time_step)) + 0.5) * time_step
+    times = (np.arange(int((acceleration.size * sampling_interval + time_after_record) / time_step)) + 0.5) * time_step
     return np.interp(times, np.arange(acceleration.size) * sampling_interval, acceleration, right=0.0)
 
 
 def _simulate_fall_sides(
-    bodies: list[Any], ground_acceleration: np.ndarray, advance_engine: Callable[[float], None], early: bool
+    bodies: list[Any], ground_acceleration: np.ndarray, advance_engine: Callable[[float], None], stop_after_fall: bool
 ) -> list[int]:
     """Run a physics engine and return the side to which each body falls (±1; 0: none).
 
@@ -75,13 +75,17 @@ def _simulate_fall_sides(
         for index, body in enumerate(bodies):
             if sides[index] == 0 and abs(body.angle) > FALLEN_ROTATION_RAD:
                 sides[index] = -1 if body.angle > 0 else 1
-        if all(sides) or (early and sides[-1]):
+        if all(sides) or (stop_after_fall and sides[-1]):
             break
     return sides
 
 
 def fall_sides_in_box2d(
-    free: Sequence[PlanarBody], ground_acceleration: np.ndarray, friction: float, time_step: float, early: bool = False
+    free: Sequence[PlanarBody],
+    ground_acceleration: np.ndarray,
+    friction: float,
+    time_step: float,
+    stop_after_fall: bool = False,
 ) -> list[int]:
     """Return the side to which each stone falls in Box2D under ground accelerations at its time steps."""
     from Box2D import b2EdgeShape, b2PolygonShape, b2World
@@ -103,11 +107,15 @@ def fall_sides_in_box2d(
         world.gravity = (-acceleration * BOX2D_LENGTH_SCALE, -STANDARD_GRAVITY * BOX2D_LENGTH_SCALE)
         world.Step(time_step, 30, 10)
 
-    return _simulate_fall_sides(bodies, ground_acceleration, advance_world, early)
+    return _simulate_fall_sides(bodies, ground_acceleration, advance_world, stop_after_fall)
 
 
 def fall_sides_in_pymunk(
-    free: Sequence[PlanarBody], ground_acceleration: np.ndarray, friction: float, time_step: float, early: bool = False
+    free: Sequence[PlanarBody],
+    ground_acceleration: np.ndarray,
+    friction: float,
+    time_step: float,
+    stop_after_fall: bool = False,
 ) -> list[int]:
     """Return the side to which each stone falls in pymunk under ground accelerations at its time steps."""
     import pymunk as engine
@@ -133,7 +141,7 @@ def fall_sides_in_pymunk(
         space.gravity = (-acceleration, -STANDARD_GRAVITY)
         space.step(time_step)
 
-    return _simulate_fall_sides(bodies, ground_acceleration, advance_world, early)
+    return _simulate_fall_sides(bodies, ground_acceleration, advance_world, stop_after_fall)
 
 
 def fall_side_in_mujoco(
@@ -278,7 +286,7 @@ def fall_side_of_block(
 def fall_sides_of_scene(
     engine: FallSidesFunction, placed: Iterable[PlacedElement], acceleration: np.ndarray, interval: float,
     friction: float,
-    step: float = DEFAULT_TIME_STEP, early: bool = False,
+    step: float = DEFAULT_TIME_STEP, stop_after_fall: bool = False,
 ) -> list[int]:  # fmt: skip
     """Return the sides to which the free elements of a scene fall in a physics engine (±1; 0: none)."""
     return engine(
@@ -286,7 +294,7 @@ def fall_sides_of_scene(
         resample_acceleration(acceleration, interval, step, SCENE_SIMULATION_TIME_AFTER_RECORD_S),
         friction,
         step,
-        early=early,
+        early=stop_after_fall,
     )
 
 

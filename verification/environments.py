@@ -16,11 +16,11 @@ from typing import Annotated, Final, NamedTuple
 import typer
 
 from verification.tables import (
-    RESULTS,
+    RESULT_TABLE_FOLDER,
     ROOT,
     MeasuredNumber,
+    insert_markdown_between_markers_in_docs,
     measured_numbers_table,
-    publish_markdown,
     write_measured_numbers,
 )
 
@@ -107,8 +107,8 @@ def main(
     ]
     if before:
         figures += environment_cost_numbers(f"`make setup` at {before}, one lock for all", min(earlier))
-    written = write_measured_numbers(figures, RESULTS / "environments.csv", keep_other_figures=True)
-    publish_markdown({"environments": measured_numbers_table(written)})
+    written = write_measured_numbers(figures, RESULT_TABLE_FOLDER / "environments.csv", keep_other_figures=True)
+    insert_markdown_between_markers_in_docs({"environments": measured_numbers_table(written)})
 
 
 if __name__ == "__main__":

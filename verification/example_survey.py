@@ -74,16 +74,18 @@ def true_motion_of_example_survey() -> CandidateMotion:
     return CandidateMotion.from_motion("Te Mara Farm", record.event, Motion.of(record))
 
 
-def fall_azimuths_of_stones(motion: Motion, face_deg: FloatArray, height: FloatArray, shapes: FloatArray) -> FloatArray:
+def fall_azimuths_of_stones(
+    motion: Motion, face_deg: FloatArray, height: FloatArray, front_and_side_b_over_h: FloatArray
+) -> FloatArray:
     """Return the azimuths of the face normals along which stones fall first, degrees; NaN where they stand.
 
-    ``shapes``, shape (stones, 2), are B/H in the plane of the face normal, and across.
+    ``front_and_side_b_over_h``, shape (stones, 2), are B/H in the plane of the face normal, and across.
     """
     azimuth = np.column_stack([face_deg, face_deg + 90.0])
-    cases = overturning.Cases(azimuth.ravel(), np.repeat(height, 2), shapes.ravel(), FRICTION)
+    cases = overturning.Cases(azimuth.ravel(), np.repeat(height, 2), front_and_side_b_over_h.ravel(), FRICTION)
     found = overturning.run_cases(motion, cases)
-    side = found.overturned.reshape(shapes.shape)
-    time = np.where(side != 0, found.overturning_time.reshape(shapes.shape), np.inf)
+    side = found.overturned.reshape(front_and_side_b_over_h.shape)
+    time = np.where(side != 0, found.overturning_time.reshape(front_and_side_b_over_h.shape), np.inf)
     first, row = time.argmin(axis=1), np.arange(len(side))
     fall = (azimuth + np.where(side > 0, 0.0, 180.0)) % 360.0
     return np.where(np.isfinite(time[row, first]), fall[row, first], np.nan)

@@ -32,7 +32,7 @@ from verification.inputs import (
     FRICTION_PREVENTING_SLIDING,
     CaseGroup,
     case_grid,
-    default_study_groups,
+    default_study_case_groups,
     half_circle_azimuths,
     read_motions_of_default_study,
 )
@@ -42,9 +42,17 @@ from verification.measures import (
     compare_results,
     percentage,
     run_case_groups,
-    wrong_outcome_percentages,
+    wrong_flag_and_outcome_percentages,
 )
-from verification.tables import RESULTS, ROOT, markdown_table, publish_markdown, select_parts, wrap_text, write_csv
+from verification.tables import (
+    RESULT_TABLE_FOLDER,
+    ROOT,
+    insert_markdown_between_markers_in_docs,
+    markdown_table,
+    named_parts_or_all_if_none,
+    wrap_text,
+    write_csv,
+)
 from verification.timing import TimedResults, run_case_groups_in_subprocess
 
 MarkdownByMarker = dict[str, str]
@@ -57,12 +65,12 @@ class PartOfDefaultStudy(NamedTuple):
     every_nth_record: int
     checkout: Path | None = None
     """Checkout with another state of the sources, for comparison."""
-    table_folder: Path = RESULTS
+    table_folder: Path = RESULT_TABLE_FOLDER
     """Folder in which the tables are stored."""
 
-    def groups(self) -> list[CaseGroup]:
+    def case_groups(self) -> list[CaseGroup]:
         """Return the cases of this part of the default study, a group for each record."""
-        return default_study_groups(self.azimuth_count, self.every_nth_record)
+        return default_study_case_groups(self.azimuth_count, self.every_nth_record)
 
 
 def markdown_table_of_named_rows(first: str, rows: dict[str, dict[str, float]], heads: list[str]) -> str:
@@ -81,7 +89,7 @@ ERROR_COLUMNS: Final = ["median error of peak rotation", BOUNDARY_SHIFT_COLUMN, 
 
 def measure_error_by_scheme_and_step(thin: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure error and cost by scheme and time step, on which the choice of the defaults is based."""
-    groups = thin.groups()
+    groups = thin.case_groups()
     ratios = np.unique(groups[0].cases.b_over_h)
     shape = (len(groups), thin.azimuth_count, -1, ratios.size, np.unique(groups[0].cases.friction).size)
 
@@ -139,7 +147,7 @@ def cost_ratio_table_at_equal_error(error_curves: pd.DataFrame) -> str:
 
 def measure_wrong_flags_by_step_and_contact(thin: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure shares of unstable cases and wrong overturning flags by time step, contact stiffness and damping."""
-    groups, lines = thin.groups(), []
+    groups, lines = thin.case_groups(), []
     steps = {"automatic": "auto"} | {f"{share:g}": f"{share} stable" for share in (0.25, 0.5, 0.75, 1.0)}
     for penetration in (2e-3, 2e-4, 2e-5, 2e-6, 1e-7):
         for ratio in (0.02, 0.1, 0.25, 1.0, 4.0):
@@ -152,7 +160,7 @@ def measure_wrong_flags_by_step_and_contact(thin: PartOfDefaultStudy) -> Markdow
                 far = compare_results(run_case_groups(groups, threads=2, time_step=step, **given).results, exact)
                 cells.append(
                     f"{percentage(far.unstable_count, computed):.2f} / "
-                    f"{wrong_outcome_percentages(far.counts_of_simulated_cases)[0]:.2f}"
+                    f"{wrong_flag_and_outcome_percentages(far.counts_of_simulated_cases)[0]:.2f}"
                 )
             lines.append((f"{penetration:g}", f"{ratio:g}", *cells))
             print(*lines[-1], flush=True)
@@ -187,11 +195,13 @@ STEP_CONTROL_CHANGE_BY_NAME: Final = {
 
 def measure_effects_of_step_control_rules(thin: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure the effect of each rule of the step control; each is compiled in a separate process."""
-    groups, rows = thin.groups(), {}
+    groups, rows = thin.case_groups(), {}
     exact = run_case_groups(groups, threads=2, time_step="0.125 stable").results
     with tempfile.TemporaryDirectory() as folder:
         for number, (name, before) in enumerate(STEP_CONTROL_CHANGE_BY_NAME.items()):
-            (found,) = run_case_groups_in_subprocess(groups, [{}], before=before, NUMBA_CACHE_DIR=f"{folder}/{number}")
+            (found,) = run_case_groups_in_subprocess(
+                groups, [{}], statements_before_import=before, NUMBA_CACHE_DIR=f"{folder}/{number}"
+            )
             rows[name] = compare_results(found.results, exact).cost_and_error_columns(found.processor_time_s)
             print(name, rows[name], flush=True)
     return {"fine-steps": markdown_table_of_named_rows("", rows, list(next(iter(rows.values()))))}
@@ -202,19 +212,23 @@ def measure_error_by_stiffness_and_step(thin: PartOfDefaultStudy) -> MarkdownByM
 
     The outcome of a chaotic case changes with a tiny change of amplitude, stiffness or step.
     """
-    groups = thin.groups()
+    groups = thin.case_groups()
     # A change in the ninth digit, below the accuracy of any record.
     moved = [CaseGroup(motion.scaled_by(1 + 1e-9), cases) for motion, cases in groups]
 
-    def run_with_penetration(contact: float, among: list[CaseGroup] = groups, **how: Any) -> TimedResults:
+    def run_with_penetration(
+        static_penetration: float, case_groups: list[CaseGroup] = groups, **how: Any
+    ) -> TimedResults:
         """Run groups of cases on contacts with a given static penetration, as a share of the width."""
-        return run_case_groups(among, model=gravestone(Contact(static_penetration=contact)), **how)
+        return run_case_groups(case_groups, model=gravestone(Contact(static_penetration=static_penetration)), **how)
 
-    def wrong_flag_and_side_percentages(one: TimedResults, other: TimedResults) -> tuple[str, ...]:
+    def wrong_flag_and_outcome_texts(one: TimedResults, other: TimedResults) -> tuple[str, ...]:
         """Return the shares of wrong flags and of wrong flags or sides, percent, as text."""
         return tuple(
             f"{share:.2f}"
-            for share in wrong_outcome_percentages(compare_results(one.results, other.results).counts_of_all_cases)
+            for share in wrong_flag_and_outcome_percentages(
+                compare_results(one.results, other.results).counts_of_all_cases
+            )
         )
 
     steps = {"0.125": "0.125 stable", "0.25": "0.25 stable", "0.5": "0.5 stable", "auto": "auto"}
@@ -231,7 +245,7 @@ def measure_error_by_stiffness_and_step(thin: PartOfDefaultStudy) -> MarkdownByM
             for name, step in steps.items()
         }
         cells = (
-            "–" if one is exact else " / ".join(wrong_flag_and_side_percentages(one, exact)) for one in found.values()
+            "–" if one is exact else " / ".join(wrong_flag_and_outcome_texts(one, exact)) for one in found.values()
         )
         lines.append((f"{penetration:g}", *cells))
         costs[f"{penetration:g}"] = compare_results(found["auto"].results, exact.results).cost_and_error_columns(
@@ -269,7 +283,7 @@ def measure_error_by_stiffness_and_step(thin: PartOfDefaultStudy) -> MarkdownByM
         "rigid-limit-map": markdown_table(("δ/B", *steps), lines),
         "chaos": markdown_table(
             ("between", "flags that differ, %", "sides that differ, %"),
-            [(name, *wrong_flag_and_side_percentages(*pair)) for name, pair in pairs.items()],
+            [(name, *wrong_flag_and_outcome_texts(*pair)) for name, pair in pairs.items()],
         ),
     }
 
@@ -282,9 +296,11 @@ class KernelOutcomes(NamedTuple):
     step_counts: NDArray[Any]
 
 
-def run_planar_blocks(group: CaseGroup, damping: float, general: bool) -> KernelOutcomes:
+def run_planar_blocks(group: CaseGroup, damping: float, use_scene_kernel: bool) -> KernelOutcomes:
     """Run blocks with the 2-D kernel for single blocks or, if `general`, with that for scenes."""
-    found = simulate_cases(gravestone(Contact(damping_ratio=damping)), *group, NumericalOptions(general=general))
+    found = simulate_cases(
+        gravestone(Contact(damping_ratio=damping)), *group, NumericalOptions(general=use_scene_kernel)
+    )
     return KernelOutcomes(
         found.overturned.ravel(), np.asarray(found.peak_rotation.ravel(), np.float64), found.block_steps
     )
@@ -318,8 +334,8 @@ def measure_error_by_damping_ratio(thin: PartOfDefaultStudy) -> MarkdownByMarker
         CaseGroup(motion, cases) for motion in list(read_motions_of_default_study().values())[:: thin.every_nth_record]
     ]
     kernels: dict[str, Callable[[CaseGroup, float], KernelOutcomes]] = {
-        "kernel for single blocks": partial(run_planar_blocks, general=False),
-        "general kernel": partial(run_planar_blocks, general=True),
+        "kernel for single blocks": partial(run_planar_blocks, use_scene_kernel=False),
+        "general kernel": partial(run_planar_blocks, use_scene_kernel=True),
         "3-D kernel": run_square_prisms,
     }
     weaker, exact, stronger = (
@@ -371,7 +387,7 @@ def measure_effect_of_high_friction(thin: PartOfDefaultStudy) -> MarkdownByMarke
                     f"{friction:g}",
                     f"{steps:.2f}",
                     f"{unbalanced:.1f}",
-                    *(f"{one:.2f}" for one in wrong_outcome_percentages(far)),
+                    *(f"{one:.2f}" for one in wrong_flag_and_outcome_percentages(far)),
                 )
             )
             print(*lines[-1], flush=True)
@@ -402,13 +418,13 @@ def main(
     ] = False,
 ) -> None:
     """Run experiments and write the tables into the docs."""
-    for name in select_parts(names, EXPERIMENTS):
+    for name in named_parts_or_all_if_none(names, EXPERIMENTS):
         measure, thin = EXPERIMENTS[name]
         if trial:
             thin = PartOfDefaultStudy(1, 14, table_folder=ROOT / "results" / "trial")
             print(*measure(thin._replace(checkout=checkout)).values(), sep="\n\n")
             continue
-        publish_markdown(measure(thin._replace(checkout=checkout)))
+        insert_markdown_between_markers_in_docs(measure(thin._replace(checkout=checkout)))
 
 
 if __name__ == "__main__":

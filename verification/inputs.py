@@ -92,48 +92,48 @@ def read_motions_of_default_study() -> dict[str, Motion]:
     return {name: Motion.of(read_record(catalogue[name], ROOT)) for name in study.records.use}
 
 
-def half_circle_azimuths(azimuths: int, begin: float = 0.0) -> NDArray[np.float64]:
+def half_circle_azimuths(azimuth_count: int, begin: float = 0.0) -> NDArray[np.float64]:
     """Return equally spaced azimuths over half a circle, degrees; the others are mirror images."""
-    return np.arange(azimuths) * 180.0 / azimuths + begin
+    return np.arange(azimuth_count) * 180.0 / azimuth_count + begin
 
 
-def default_study_cases_in_half_circle(azimuths: int = 36) -> Cases:
+def default_study_cases_in_half_circle(azimuth_count: int = 36) -> Cases:
     """Return the cases of the default study for one record, without the mirrored half."""
     study = load_study(ROOT / "config" / "near-fault.yaml")
-    return case_grid(half_circle_azimuths(azimuths), study.height, study.b_over_h, study.friction)
+    return case_grid(half_circle_azimuths(azimuth_count), study.height, study.b_over_h, study.friction)
 
 
-def default_study_groups(azimuths: int, every_record: int = 1) -> list[CaseGroup]:
+def default_study_case_groups(azimuth_count: int, every_nth_record: int = 1) -> list[CaseGroup]:
     """Return the cases of the default study for every n-th record, without the mirrored half."""
-    cases = default_study_cases_in_half_circle(azimuths)
-    return [CaseGroup(motion, cases) for motion in list(read_motions_of_default_study().values())[::every_record]]
+    cases = default_study_cases_in_half_circle(azimuth_count)
+    return [CaseGroup(motion, cases) for motion in list(read_motions_of_default_study().values())[::every_nth_record]]
 
 
-def _groups_under_six_records(cases: Cases) -> list[CaseGroup]:
+def _case_groups_under_six_records(cases: Cases) -> list[CaseGroup]:
     """Return a group of the cases under each of six real records."""
     return [CaseGroup(read_fema_motion(source), cases) for source in RECORDS.values()]
 
 
-def block_groups_under_records(friction_kind: str) -> list[CaseGroup]:
+def block_case_groups_under_records(friction_kind: str) -> list[CaseGroup]:
     """Return blocks of the default study under six records, with the `FRICTIONS` of "sliding" or "rocking"."""
-    return _groups_under_six_records(
+    return _case_groups_under_six_records(
         case_grid(half_circle_azimuths(6, 10.0), 0.6, [0.15, 0.2, 0.25, 0.3, 0.35], FRICTIONS[friction_kind])
     )
 
 
-def non_sliding_block_groups_under_records() -> list[CaseGroup]:
+def non_sliding_case_groups_under_records() -> list[CaseGroup]:
     """Return blocks of both heights of the default study that cannot slide, under six records."""
-    return _groups_under_six_records(
+    return _case_groups_under_six_records(
         case_grid(half_circle_azimuths(6, 10.0), [0.6, 1.2], [0.15, 0.2, 0.25, 0.3, 0.35], FRICTION_PREVENTING_SLIDING)
     )
 
 
-def sliding_block_groups() -> list[CaseGroup]:
+def sliding_block_case_groups() -> list[CaseGroup]:
     """Return squat blocks that slide and cannot rock, under six records."""
-    return _groups_under_six_records(case_grid(20.0, 0.2, 4.0, [0.05, 0.1, 0.2]))
+    return _case_groups_under_six_records(case_grid(20.0, 0.2, 4.0, [0.05, 0.1, 0.2]))
 
 
-def rocking_block_groups_under_sine_pulses(periods: int = 12, blocks: int = 48, seed: int = 3) -> list[CaseGroup]:
+def rocking_case_groups_under_sine_pulses(periods: int = 12, blocks: int = 48, seed: int = 3) -> list[CaseGroup]:
     """Return blocks that do not slide (B/H 0.1 to 0.5, H 0.5 to 2.5 m) under one-cycle sine pulses.
 
     The pulses last 0.3 to 2 s and reach six times g·B/H.

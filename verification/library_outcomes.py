@@ -31,7 +31,9 @@ SHIPPED_DEPTH_OVER_WIDTH: Final = (0.0, *SIMULATED_D_OVER_B)
 """D/B of stones whose outcomes are shipped; 0 stands for round stones."""
 
 
-def simulate_library_outcomes(aspect: float, folder: Path, threads: int) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
+def simulate_outcomes_for_shipped_library(
+    aspect: float, folder: Path, threads: int
+) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
     """Simulate stones with one ratio of depth to width under all motions of the package.
 
     Returns the indices of height and B/H, shape (sizes, 2), and the outcomes.
@@ -57,7 +59,7 @@ def main(
         "motions": np.stack([motion_signature(one) for one in candidate_motions()]),
     }
     for aspect in SHIPPED_DEPTH_OVER_WIDTH:
-        sizes, outcomes = simulate_library_outcomes(aspect, folder, threads)
+        sizes, outcomes = simulate_outcomes_for_shipped_library(aspect, folder, threads)
         members |= {f"sizes {aspect:g}": sizes.astype(np.int8), f"outcomes {aspect:g}": outcomes}
     np.savez_compressed(SHIPPED_OUTCOMES_FILE, allow_pickle=False, **members)
 

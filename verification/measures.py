@@ -12,7 +12,7 @@ from overturning.model.results import CaseResults
 from overturning.model.status import CaseStatus
 from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_differences
 from verification.inputs import CaseGroup
-from verification.timing import TimedResults, run_and_measure_processor_time
+from verification.timing import TimedResults, run_and_measure_min_processor_time
 
 PeakRotations = NDArray[np.floating[Any]]
 Flags = NDArray[np.int8]
@@ -30,7 +30,7 @@ def join_results(group_results: Sequence[CaseResults]) -> CaseResults:
 
 def run_case_groups(case_groups: Sequence[CaseGroup], repeats: int = 1, **settings: Any) -> TimedResults:
     """Run groups of cases `repeats` times, after a warm-up run of the first; `settings` are those of `run_cases`."""
-    found, seconds = run_and_measure_processor_time(
+    found, seconds = run_and_measure_min_processor_time(
         lambda: [run_cases(group.motion, group.cases, **settings) for group in case_groups],
         repeats,
         lambda: run_cases(*case_groups[0], **settings),
@@ -93,7 +93,7 @@ class ResultDifference(NamedTuple):
 
     def cost_and_error_columns(self, seconds: float) -> dict[str, float]:
         """Return cost and errors by the column titles of the tables in the docs."""
-        flags, sides = wrong_outcome_percentages(self.counts_of_all_cases)
+        flags, sides = wrong_flag_and_outcome_percentages(self.counts_of_all_cases)
         return {
             "million block steps": round(self.block_step_count_of_results / 1e6, 1),
             "processor time, s": round(seconds, 2),
@@ -134,6 +134,6 @@ def percentage(part: float, total: float) -> float:
     return 100.0 * part / total if total else float("nan")
 
 
-def wrong_outcome_percentages(counts: OutcomeDifferenceCounts) -> tuple[float, float]:
+def wrong_flag_and_outcome_percentages(counts: OutcomeDifferenceCounts) -> tuple[float, float]:
     """Return the shares of cases with a wrong flag and of cases with a wrong flag or side, both in percent."""
     return percentage(counts.flags, counts.cases), percentage(counts.flags + counts.sides, counts.cases)

@@ -12,11 +12,11 @@ from overturning.files import atomic_write
 from verification.stability import figures as map_figures
 from verification.stability import page as map_page
 from verification.tables import (
-    RESULTS,
+    RESULT_TABLE_FOLDER,
     ROOT,
     MeasuredNumber,
+    insert_markdown_between_markers_in_docs,
     measured_numbers_table,
-    publish_markdown,
     read_table,
     write_csv,
     write_measured_numbers,
@@ -32,7 +32,7 @@ def main(
     root: Annotated[Path, typer.Option(help="folder of README.md and docs/")] = ROOT,
 ) -> None:
     """Publish the tables of error against run time and of the map of stability."""
-    kept = root / RESULTS.relative_to(ROOT)
+    kept = root / RESULT_TABLE_FOLDER.relative_to(ROOT)
     rows = pd.concat([read_table(results / f"{part}.nc") for part in MEASUREMENTS_BY_PART], ignore_index=True)
     write_csv(rows, kept / "work-precision.csv")
     orders = publish_error_against_run_time(rows, root)
@@ -49,7 +49,9 @@ def publish_error_against_run_time(error_rows: pd.DataFrame, root: Path) -> dict
     error_figures.draw_errors_against_finer_steps(error_rows, images / "work-precision-steps.svg")
     error_figures.draw_errors_against_rigid_solutions(error_rows, images / "work-precision-rigid.svg")
     _publish_numbers_and_tables(
-        error_page.numbers_for_summary(error_rows, orders), error_page.markdown_by_marker(error_rows, orders), root
+        error_page.work_precision_numbers_for_summary(error_rows, orders),
+        error_page.markdown_by_marker(error_rows, orders),
+        root,
     )
     return orders
 
@@ -59,20 +61,20 @@ def publish_stability_maps(
 ) -> None:
     """Draw and publish the maps of stability of single blocks, of scenes and of 3-D stacks."""
     images = root / "docs" / "images"
-    map_figures.draw_block_cases(block_rows, images / "stability-map.svg")
+    map_figures.draw_block_outcomes_as_points(block_rows, images / "stability-map.svg")
     map_figures.draw_outcome_shares(block_rows, images / "stability-shares.svg")
-    map_figures.draw_scene_cases(scene_rows, images / "stability-scenes.svg")
+    map_figures.draw_scene_outcomes_as_points(scene_rows, images / "stability-scenes.svg")
     _publish_numbers_and_tables(
-        map_page.numbers_for_summary(block_rows, scene_rows, stack_rows),
+        map_page.stability_numbers_for_summary_table(block_rows, scene_rows, stack_rows),
         map_page.markdown_by_marker(block_rows, scene_rows, stack_rows), root,
     )  # fmt: skip
 
 
 def _publish_numbers_and_tables(figures: list[MeasuredNumber], bodies: dict[str, str], root: Path) -> None:
     """Add measured numbers to the summary file, and write all tables into the docs."""
-    kept = root / RESULTS.relative_to(ROOT)
+    kept = root / RESULT_TABLE_FOLDER.relative_to(ROOT)
     known = write_measured_numbers(figures, kept / "exactness.csv", keep_other_figures=True)
-    publish_markdown(bodies | {"exactness": measured_numbers_table(known)}, root)
+    insert_markdown_between_markers_in_docs(bodies | {"exactness": measured_numbers_table(known)}, root)
 
 
 if __name__ == "__main__":

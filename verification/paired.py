@@ -12,8 +12,8 @@ from typing import Annotated
 
 import typer
 
-from verification.inputs import default_study_groups
-from verification.tables import ROOT, publish_markdown
+from verification.inputs import default_study_case_groups
+from verification.tables import ROOT, insert_markdown_between_markers_in_docs
 from verification.timing import run_case_groups_in_subprocess
 from verification.whole_run import compare_whole_runs
 
@@ -34,9 +34,9 @@ def main(
             study = (ROOT / "config" / f"{name}.yaml").read_text(encoding="utf-8")
             print(body := compare_whole_runs(folder.resolve(), pairs, study), flush=True)
             tables[block] = body
-        publish_markdown(tables)
+        insert_markdown_between_markers_in_docs(tables)
         return
-    groups, settings = default_study_groups(12, 9)[:3], [{"scheme": scheme} for scheme in SCHEMES]
+    groups, settings = default_study_case_groups(12, 9)[:3], [{"scheme": scheme} for scheme in SCHEMES]
     runs = [
         [run_case_groups_in_subprocess(groups, settings, checkout=checkout) for checkout in (ROOT, folder)]
         for _ in range(pairs)

@@ -17,9 +17,9 @@ from overturning.model.scene import load_scene
 from verification.engines import PLANAR_ENGINES, installed_engines
 from verification.inputs import CaseGroup, read_strong_part_of_pulse_record
 from verification.scenes import fall_sides_of_shaft
-from verification.tables import RESULTS, ROOT, write_csv
+from verification.tables import RESULT_TABLE_FOLDER, ROOT, write_csv
 
-ENGINE_OUTCOMES_FILE: Final = RESULTS / "three-tier-peers.csv"
+ENGINE_OUTCOMES_FILE: Final = RESULT_TABLE_FOLDER / "three-tier-peers.csv"
 RECORD_NUMBERS: Final = (6, 7, 8, 9, 10)
 CASES_PER_RECORD: Final = 24
 TIME_STEP_S: Final = 1.0 / 960.0

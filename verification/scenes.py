@@ -27,16 +27,20 @@ from verification.engines import PLANAR_ENGINES, fall_sides_of_scene, installed_
 from verification.inputs import CaseGroup, case_grid, read_motions_of_default_study, read_strong_part_of_pulse_record
 from verification.measures import join_results
 from verification.tables import (
-    RESULTS,
+    RESULT_TABLE_FOLDER,
     ROOT,
     MeasuredNumber,
+    insert_markdown_between_markers_in_docs,
     markdown_table,
     measured_numbers_table,
-    publish_markdown,
-    select_parts,
+    named_parts_or_all_if_none,
     write_measured_numbers,
 )
-from verification.timing import minimum_processor_time, run_and_measure_processor_time, run_case_groups_in_subprocess
+from verification.timing import (
+    minimum_processor_time,
+    run_and_measure_min_processor_time,
+    run_case_groups_in_subprocess,
+)
 
 SHAFT_INDEX: Final = 2
 """Index of the compared element, the topmost of three."""
@@ -90,7 +94,7 @@ def measure_element_steps_per_second() -> Iterator[MeasuredNumber]:
     for name in ("three-tier", "against-a-wall", "boulder"):
         scene = load_scene(name, ROOT)
         cases = Cases(0.0, *reference_element_height_and_b_over_h(scene), np.linspace(0.5, 1.0, 192))
-        found, seconds = run_and_measure_processor_time(
+        found, seconds = run_and_measure_min_processor_time(
             partial(simulate_cases, scene, motion, cases, NumericalOptions(leave_out=False)), 2
         )
         yield MeasuredNumber(
@@ -119,10 +123,10 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredNumber]:
     some = CaseGroup(motion, cases).subset(chosen)
     times, ended, found = {}, {}, {}
     for name, engine in installed_engines(PLANAR_ENGINES, "Box2D", "pymunk").items():
-        _, ended[name] = run_and_measure_processor_time(
-            partial(fall_sides_of_shaft, engine, scene, some, early=True), 1, int
+        _, ended[name] = run_and_measure_min_processor_time(
+            partial(fall_sides_of_shaft, engine, scene, some, stop_after_fall=True), 1, int
         )
-        found[name], times[name] = run_and_measure_processor_time(
+        found[name], times[name] = run_and_measure_min_processor_time(
             partial(fall_sides_of_shaft, engine, scene, some), 1, int
         )
         yield MeasuredNumber(f"{name}: time per case", times[name] / chosen.size * 1e3, "ms")
@@ -139,7 +143,7 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredNumber]:
     for label, penetration, damping, scheme, step in COMPARED_SETTINGS:
         stones = scene_with_other_contact_law(scene, penetration, damping)
         options: dict[str, Any] = {"scheme": scheme, "time_step": step}
-        coarse, whole = run_and_measure_processor_time(
+        coarse, whole = run_and_measure_min_processor_time(
             partial(simulate_cases, stones, motion, cases, NumericalOptions(leave_out=False, **options)), 2
         )
         used = partial(simulate_as_arrays, motion, stones, friction=np.unique(cases.friction), **axes, **options)
@@ -170,15 +174,17 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredNumber]:
 
 
 def fall_sides_of_shaft(
-    engine: Any, scene: Scene, group: CaseGroup, step: float = 1 / 240, early: bool = False
+    engine: Any, scene: Scene, group: CaseGroup, step: float = 1 / 240, stop_after_fall: bool = False
 ) -> np.ndarray:
-    """Return the sides to which the shaft falls in an engine; with `early`, a case ends when it has fallen."""
+    """Return the sides to which the shaft falls in an engine; with `stop_after_fall`, a case ends at its fall."""
     sides = []
     for index in range(group.cases.case_count):
         case = group.parameters_of_case(index)
         placed = place_elements(scene, case["height"], case["b_over_h"])[1:]
         wave, interval = group.acceleration_of_case(index), group.motion.sampling_interval
-        sides.append(fall_sides_of_scene(engine, placed, wave, interval, case["friction"], step, early)[SHAFT_INDEX])
+        sides.append(
+            fall_sides_of_scene(engine, placed, wave, interval, case["friction"], step, stop_after_fall)[SHAFT_INDEX]
+        )
     return np.array(sides)
 
 
@@ -260,7 +266,7 @@ def compare_block_and_general_kernels(records: Sequence[int] = (6, 7, 8, 9, 10))
         )
 
     (own, seconds), (other, general_seconds) = (
-        run_and_measure_processor_time(partial(simulate_gravestones, general), 1) for general in (False, True)
+        run_and_measure_min_processor_time(partial(simulate_gravestones, general), 1) for general in (False, True)
     )
     chaos = np.zeros(own.status.size, bool)
     for general, nominal in ((False, own), (True, other)):
@@ -302,15 +308,15 @@ def main(
         "kernels": ("both-kernels.csv", compare_block_and_general_kernels),
     }
     others = tuple(f"{label}:" for label, *_ in COMPARED_SETTINGS[1:])
-    for name in select_parts(parts, (*made, "steps")):
+    for name in named_parts_or_all_if_none(parts, (*made, "steps")):
         if name == "steps":
-            publish_markdown({"scene-steps": table_of_errors_by_time_step()})
+            insert_markdown_between_markers_in_docs({"scene-steps": table_of_errors_by_time_step()})
             continue
         file, measure = made[name]
-        figures = write_measured_numbers(list(measure()), RESULTS / file, keep_other_figures=True)
+        figures = write_measured_numbers(list(measure()), RESULT_TABLE_FOLDER / file, keep_other_figures=True)
         shown = [figure for figure in figures if not figure.quantity.startswith(others)]
         print(body := measured_numbers_table(shown), flush=True)
-        publish_markdown({"both-kernels" if name == "kernels" else "scene-speed": body})
+        insert_markdown_between_markers_in_docs({"both-kernels" if name == "kernels" else "scene-speed": body})
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Measured figures within the sentences of README.md and docs/.
 
-A page contains ``<!--=name-->5<!--/-->``. `verification.tables.publish_markdown` calls
+A page contains ``<!--=name-->5<!--/-->``. `verification.tables.insert_markdown_between_markers_in_docs` calls
 `fill_measured_numbers_into_page`, which replaces the text between the markers by the figure `FIGURES[name]`, computed
 from the tables in verification/results. To state a new figure, add it to `NUMBER_FUNCTION_BY_MARKER`, write its marker
 into the page, and run `python -m verification.tables`.

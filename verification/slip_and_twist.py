@@ -22,25 +22,25 @@ from overturning.model.scene import load_scene
 from overturning.model.stack import Stack
 from overturning.surveys.library import shipped_candidate_motions
 from overturning.units import CM
-from verification.tables import markdown_table, publish_markdown
+from verification.tables import insert_markdown_between_markers_in_docs, markdown_table
 
 TIME_STEP_REFINEMENTS: Final = (1, 2, 4, 16)
 """Numbers of parts into which the automatic step is divided; the last is the reference."""
 
-RECORDS: Final = 28
+NEAR_FIELD_RECORD_COUNT: Final = 28
 """Number of near-field records of FEMA P-695, the first of the library."""
 
 AMPLITUDE_FACTORS: Final = (0.6, 1.0)
 ORIENTATIONS_DEG: Final = 22.5 * np.arange(8)
 FRICTIONS: Final = (0.5, 0.7)
 
-MIN_REFERENCE_VALUES: Final = {"slip": 0.001, "twist": 0.2}
+MIN_SLIP_M_AND_TWIST_DEG_FOR_RELATIVE_ERROR: Final = {"slip": 0.001, "twist": 0.2}
 """Least slip (m) and twist (degrees) in the reference of the stones whose relative error is measured."""
 
-UNITS: Final = {"slip": (1.0 / CM, " cm"), "twist": (1.0, "°")}
+PRINT_FACTOR_AND_UNIT_BY_QUANTITY: Final = {"slip": (1.0 / CM, " cm"), "twist": (1.0, "°")}
 """Factor and unit with which a value is printed."""
 
-EXCEEDANCE_SHARE: Final = 0.1
+EXCEEDING_SHARE_OF_STANDING_STONES: Final = 0.1
 """Share of the standing stones that exceed the slip or twist in the last columns of the table."""
 
 
@@ -51,7 +51,7 @@ def simulate_gravestone_shaft(
     axes = np.meshgrid(ORIENTATIONS_DEG, FRICTIONS, AMPLITUDE_FACTORS, indexing="ij")
     orientation, friction, amplitude = (values.ravel() for values in axes)
     cases, rows = Cases(orientation, height, b_over_h, friction, amplitude), []
-    for record, candidate in enumerate(shipped_candidate_motions()[:RECORDS]):
+    for record, candidate in enumerate(shipped_candidate_motions()[:NEAR_FIELD_RECORD_COUNT]):
         for refinement in TIME_STEP_REFINEMENTS:
             found = simulate_cases(
                 model, candidate.motion, cases, NumericalOptions(refinement=refinement, threads=threads)
@@ -70,9 +70,9 @@ def simulate_gravestone_shaft(
     return pd.concat(rows, ignore_index=True)
 
 
-def relative_errors(values: FloatArray, reference: FloatArray, least: float) -> FloatArray:
-    """Return the relative errors of the values whose reference is at least ``least``."""
-    counted = reference >= least
+def relative_errors(values: FloatArray, reference: FloatArray, min_reference: float) -> FloatArray:
+    """Return the relative errors of the values whose reference is at least ``min_reference``."""
+    counted = reference >= min_reference
     return np.asarray(np.abs(values[counted] / reference[counted] - 1.0))
 
 
@@ -83,17 +83,20 @@ def slip_and_twist_error_table(rows: pd.DataFrame) -> str:
         by_step = {step: one.set_index("case") for step, one in mine.groupby("refinement")}
         standing = pd.concat([one["overturned"] == 0 for one in by_step.values()], axis=1).all(axis=1)
         reference = by_step[TIME_STEP_REFINEMENTS[-1]][standing]
-        for quantity, (factor, unit) in UNITS.items():
-            exceeded_by_reference = factor * reference[quantity].quantile(1 - EXCEEDANCE_SHARE)
+        for quantity, (factor, unit) in PRINT_FACTOR_AND_UNIT_BY_QUANTITY.items():
+            exceeded_by_reference = factor * reference[quantity].quantile(1 - EXCEEDING_SHARE_OF_STANDING_STONES)
             for refinement in TIME_STEP_REFINEMENTS[:-1]:
                 values = by_step[refinement][standing][quantity]
                 error = relative_errors(
-                    values.to_numpy(), reference[quantity].to_numpy(), MIN_REFERENCE_VALUES[quantity]
+                    values.to_numpy(),
+                    reference[quantity].to_numpy(),
+                    MIN_SLIP_M_AND_TWIST_DEG_FOR_RELATIVE_ERROR[quantity],
                 )
                 lines.append((
                     name, quantity, f"{1 / refinement:g}", error.size,
                     f"{100 * np.median(error):.2g} %", f"{100 * np.quantile(error, 0.9):.2g} %",
-                    f"{factor * values.quantile(1 - EXCEEDANCE_SHARE):.3g}{unit}", f"{exceeded_by_reference:.3g}{unit}",
+                    f"{factor * values.quantile(1 - EXCEEDING_SHARE_OF_STANDING_STONES):.3g}{unit}",
+                    f"{exceeded_by_reference:.3g}{unit}",
                 ))  # fmt: skip
     header = (
         "shaft", "quantity", "share of the automatic step", "stones", "median error", "error exceeded by a tenth",
@@ -108,7 +111,7 @@ def main(threads: Annotated[int, typer.Option(min=1, help="number of threads")] 
     height, b_over_h = reference_element_height_and_b_over_h(scene)
     models: Sequence[tuple[str, Stack | Body]] = [("on two bases", Stack(scene)), ("on the ground", Body())]
     rows = pd.concat([simulate_gravestone_shaft(*one, height, b_over_h, threads) for one in models], ignore_index=True)
-    publish_markdown({"slip-and-twist": slip_and_twist_error_table(rows)})
+    insert_markdown_between_markers_in_docs({"slip-and-twist": slip_and_twist_error_table(rows)})
 
 
 if __name__ == "__main__":

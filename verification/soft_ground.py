@@ -12,7 +12,14 @@ from overturning.findings.results import StudyResults, open_study_results
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL_VARIANT, variant_settings
 from overturning.units import STANDARD_GRAVITY
-from verification.tables import RESULTS, ROOT, markdown_table, publish_markdown, wrap_text, write_csv
+from verification.tables import (
+    RESULT_TABLE_FOLDER,
+    ROOT,
+    insert_markdown_between_markers_in_docs,
+    markdown_table,
+    wrap_text,
+    write_csv,
+)
 
 STUDY_RESULT_FOLDER: Final = ROOT / "results" / "soft-ground"
 
@@ -91,8 +98,8 @@ def main() -> None:
     """Write verification/results/soft-ground.csv, and the tables and sentences on soft ground into the docs."""
     study = load_study(ROOT / "config" / "soft-ground.yaml")
     with open_study_results(STUDY_RESULT_FOLDER, study) as results:
-        write_csv(fall_rates_by_ground(results), RESULTS / "soft-ground.csv")
-        publish_markdown(markdown_by_marker(results))
+        write_csv(fall_rates_by_ground(results), RESULT_TABLE_FOLDER / "soft-ground.csv")
+        insert_markdown_between_markers_in_docs(markdown_by_marker(results))
 
 
 if __name__ == "__main__":

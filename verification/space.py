@@ -37,15 +37,15 @@ from verification.inputs import read_motions_of_default_study, strong_part_of_mo
 from verification.measures import convergence_order
 from verification.reference import body_cundall
 from verification.tables import (
-    RESULTS,
+    RESULT_TABLE_FOLDER,
     ROOT,
     MeasuredNumber,
+    insert_markdown_between_markers_in_docs,
     measured_numbers_table,
-    publish_markdown,
-    select_parts,
+    named_parts_or_all_if_none,
     write_measured_numbers,
 )
-from verification.timing import run_and_measure_processor_time, run_python_program_and_time_it
+from verification.timing import run_and_measure_min_processor_time, run_python_program_and_time_it
 
 OutcomeArrays = dict[str, np.ndarray]
 
@@ -54,11 +54,11 @@ SINGLE_STONE_STACK_LABEL: Final = "a stack of one stone"
 DEFAULT_CASE_GRID: Final[dict[str, Any]] = {
     "orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [0.58],
 }  # fmt: skip
-TIME_STEP_OF_OTHER_ENGINES: Final = 2e-4
+TIME_STEP_OF_PHYSICS_ENGINES_S: Final = 2e-4
 """Time step of the other engines, s; a smaller one changes no more flags than the engines differ in."""
-STEP_REFINEMENTS: Final = (1, 2, 4, 8)
+TIME_STEP_DIVISORS_OF_CONVERGENCE_TEST: Final = (1, 2, 4, 8)
 """Refinement factors of the default step at which the order of convergence is measured."""
-REFERENCE_STEP_REFINEMENT: Final = 64
+TIME_STEP_DIVISOR_OF_REFERENCE: Final = 64
 AZIMUTH_ROUNDING_RAD: Final = float(np.radians(np.spacing(np.float32(360.0))))
 """Rounding of an azimuth in single precision, rad: the resolution of a cube."""
 
@@ -95,7 +95,7 @@ def measure_throughput() -> Iterator[MeasuredNumber]:
         ("centred", "circle", "centred, rim"),
     ):
         options: dict[str, Any] = {"friction": [0.6], "leave_out": False, "scheme": scheme}
-        found, seconds = run_and_measure_processor_time(
+        found, seconds = run_and_measure_min_processor_time(
             partial(simulate_as_arrays, rocking_motion_without_overturning(), body, **grid, **options), 2
         )
         rate = found["block_steps"].sum() / seconds / 1e6
@@ -136,8 +136,8 @@ def prism_outcomes(motion: Motion, cases: Cases, numerics: NumericalOptions) -> 
     return found
 
 
-def convergence_orders_and_median_errors(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
-    """Return the order of convergence by quantity, and the median errors by `STEP_REFINEMENTS`, rad.
+def convergence_order_and_errors_by_quantity(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
+    """Return the order of convergence by quantity, and the median errors by divisor, rad.
 
     The quantities are the peak tilt of stones that rock and stand, and the fall azimuth of stones that fall. The stones
     do not slide; the azimuth of sliding ones converges with an order of 0.5 to 0.8 only.
@@ -150,7 +150,7 @@ def convergence_orders_and_median_errors(scheme: str) -> dict[str, tuple[float, 
     cases = inputs.case_grid(np.arange(5.0, 90.0, 10.0), 0.6, [0.14, 0.2, 0.31, 0.32, 0.33, 0.34], 0.8)
     found = [
         prism_outcomes(pulse, cases, NumericalOptions(scheme=scheme, refinement=step))
-        for step in (*STEP_REFINEMENTS, REFERENCE_STEP_REFINEMENT)
+        for step in (*TIME_STEP_DIVISORS_OF_CONVERGENCE_TEST, TIME_STEP_DIVISOR_OF_REFERENCE)
     ]
     fell = np.all([one["overturned"] == 1 for one in found], axis=0)
     stood = np.all([(one["overturned"] == 0) & (one["peak_tilt"] > 0.5) for one in found], axis=0)
@@ -160,14 +160,17 @@ def convergence_orders_and_median_errors(scheme: str) -> dict[str, tuple[float, 
         errors = np.median(away, axis=1)
         # Errors below the rounding do not show the order: the first of them ends the fit.
         count = 1 + int(np.argmax(np.append(errors, 0.0) <= AZIMUTH_ROUNDING_RAD))
-        slopes[name] = convergence_order(1 / np.array(STEP_REFINEMENTS)[:count], errors[:count]), errors
+        slopes[name] = (
+            convergence_order(1 / np.array(TIME_STEP_DIVISORS_OF_CONVERGENCE_TEST)[:count], errors[:count]),
+            errors,
+        )
     return slopes
 
 
 def measure_convergence_order() -> Iterator[MeasuredNumber]:
     """Measure the slope of the error over the step, for stones that stand and that fall."""
     for scheme in ("centred", "cundall"):
-        for name, (slope, errors) in convergence_orders_and_median_errors(scheme).items():
+        for name, (slope, errors) in convergence_order_and_errors_by_quantity(scheme).items():
             yield MeasuredNumber(f"space, {scheme}: order of convergence, {name}", slope)
             yield MeasuredNumber(
                 f"space, {scheme}: median error at its step, {name}", float(np.degrees(errors[0])), "°"
@@ -184,18 +187,18 @@ def measure_shipped_3d_study() -> Iterator[MeasuredNumber]:
     motions = list(read_motions_of_default_study().values())
     simulate_case_grid_under_motions(motions[:1], grid={name: values[:1] for name, values in axes.items()})
 
-    def rerun_cases_and_count_reruns(run: Callable[[Any, int], None], *more: Any) -> None:
+    def run_cases_and_count_reruns(run: Callable[[Any, int], None], *more: Any) -> None:
         """Run cases and rerun those whose energy does not balance, like the package; count the rerun cases."""
 
-        def count_reruns_and_run_cases(rows: Any, finer: int) -> None:
+        def count_if_rerun_and_run_cases(rows: Any, step_divisor: int) -> None:
             """Note how many cases are rerun, and run them."""
-            again.append(rows.size if finer == RERUN_REFINEMENT else 0)
-            run(rows, finer)
+            again.append(rows.size if step_divisor == RERUN_REFINEMENT else 0)
+            run(rows, step_divisor)
 
-        run_cases_until_energy_balances(count_reruns_and_run_cases, *more)
+        run_cases_until_energy_balances(count_if_rerun_and_run_cases, *more)
 
-    with mock.patch("overturning.dem.plan.run_cases_until_energy_balances", rerun_cases_and_count_reruns):
-        found, seconds = run_and_measure_processor_time(
+    with mock.patch("overturning.dem.plan.run_cases_until_energy_balances", run_cases_and_count_reruns):
+        found, seconds = run_and_measure_min_processor_time(
             partial(simulate_case_grid_under_motions, motions, grid=axes), 1, int
         )
     status, about = found["status"], "space, config/in-space.yaml"
@@ -209,13 +212,13 @@ def measure_shipped_3d_study() -> Iterator[MeasuredNumber]:
         yield MeasuredNumber(f"{about}: largest {name.replace('_', ' ')} of an answer", worst)
 
 
-def measure_energy_errors_and_sensitivity(chosen: list[Motion]) -> Iterator[MeasuredNumber]:
+def measure_energy_errors_and_sensitivity(motions: list[Motion]) -> Iterator[MeasuredNumber]:
     """Measure energy errors, and how outcomes change with amplitude, finer time steps and other contacts.
 
     The amplitude changes by 1 %.
     """
-    nominal, seconds = run_and_measure_processor_time(
-        partial(simulate_case_grid_under_motions, chosen), 1, partial(simulate_case_grid_under_motions, chosen[:1])
+    nominal, seconds = run_and_measure_min_processor_time(
+        partial(simulate_case_grid_under_motions, motions), 1, partial(simulate_case_grid_under_motions, motions[:1])
     )
     fell = nominal["overturned"] == 1
     yield MeasuredNumber("space: cases", fell.size)
@@ -224,7 +227,7 @@ def measure_energy_errors_and_sensitivity(chosen: list[Motion]) -> Iterator[Meas
     yield MeasuredNumber("space: largest angular-momentum error", float(nominal["angular_momentum_error"].max()))
     keep, firm = np.ones(fell.shape, bool), np.ones(fell.shape, bool)
     for factor in (0.99, 1.01):
-        other = simulate_case_grid_under_motions(chosen, factor)
+        other = simulate_case_grid_under_motions(motions, factor)
         same = other["overturned"] == nominal["overturned"]
         keep &= same
         firm &= same & (~fell | (angle_between_azimuths(other["fall_azimuth"], nominal["fall_azimuth"]) < 15.0))
@@ -241,7 +244,7 @@ def measure_energy_errors_and_sensitivity(chosen: list[Motion]) -> Iterator[Meas
         (SINGLE_STONE_STACK_LABEL, {"model": Stack()}),
     ):
         run = partial(simulate_case_grid_under_motions, **options)
-        other, seconds = run_and_measure_processor_time(partial(run, chosen), 1, partial(run, chosen[:1]))
+        other, seconds = run_and_measure_min_processor_time(partial(run, motions), 1, partial(run, motions[:1]))
         other = {name: values.reshape(fell.shape) for name, values in other.items()}
         same = other["overturned"] == nominal["overturned"]
         moved = angle_between_azimuths(other["fall_azimuth"], nominal["fall_azimuth"])[firm & fell & same]
@@ -275,7 +278,7 @@ def measure_run_time_of_three_tier_grave() -> Iterator[MeasuredNumber]:
         for name, options in stones.items():
             run = partial(simulate_as_arrays, friction=[0.6], **options)
             one = partial(run, motion.scaled_by(factor), orientation_deg=orientations)
-            spent[name] += run_and_measure_processor_time(one, 1, partial(run, motion, orientation_deg=[0.0]))[1]
+            spent[name] += run_and_measure_min_processor_time(one, 1, partial(run, motion, orientation_deg=[0.0]))[1]
     for name, seconds in spent.items():
         count = 2 * len(chosen) * orientations.size
         yield MeasuredNumber(
@@ -287,16 +290,16 @@ def measure_run_time_of_three_tier_grave() -> Iterator[MeasuredNumber]:
     )
 
 
-def compare_with_other_engines(chosen: list[Motion], count: int) -> Iterator[MeasuredNumber]:
+def compare_with_other_engines(motions: list[Motion], case_count: int) -> Iterator[MeasuredNumber]:
     """Compare overturning flags and fall azimuths of some of the cases with those of physics engines."""
-    ours, seconds = run_and_measure_processor_time(
-        partial(simulate_case_grid_under_motions, chosen), 1, partial(simulate_case_grid_under_motions, chosen[:1])
+    ours, seconds = run_and_measure_min_processor_time(
+        partial(simulate_case_grid_under_motions, motions), 1, partial(simulate_case_grid_under_motions, motions[:1])
     )
     fine = simulate_case_grid_under_motions(
-        chosen, time_step="0.25 stable", model=Body(RectangularPrism(), VertexContact(static_penetration=2e-7))
+        motions, time_step="0.25 stable", model=Body(RectangularPrism(), VertexContact(static_penetration=2e-7))
     )
     shape = ours["overturned"].shape
-    cells = np.unravel_index(np.random.default_rng(1).permutation(ours["overturned"].size)[:count], shape)
+    cells = np.unravel_index(np.random.default_rng(1).permutation(ours["overturned"].size)[:case_count], shape)
     flags, azimuths = {}, {}
     for name, engine in installed_engines(ENGINES_3D).items():
         begin, found = time.process_time(), []
@@ -305,7 +308,7 @@ def compare_with_other_engines(chosen: list[Motion], count: int) -> Iterator[Mea
             prism = Prism(half, half, 0.3, DEFAULT_CASE_GRID["friction"][0])
             found.append(
                 fall_azimuth_of_prism(
-                    engine, chosen[m], DEFAULT_CASE_GRID["orientation_deg"][o], prism, TIME_STEP_OF_OTHER_ENGINES
+                    engine, motions[m], DEFAULT_CASE_GRID["orientation_deg"][o], prism, TIME_STEP_OF_PHYSICS_ENGINES_S
                 )
             )
         azimuths[name], flags[name] = np.array(found), np.isfinite(found)
@@ -315,7 +318,7 @@ def compare_with_other_engines(chosen: list[Motion], count: int) -> Iterator[Mea
             f"{name} in space: its time per case over that of this program", theirs * ours["status"].size / seconds
         )
     yield MeasuredNumber("space: cases that all engines run", cells[0].size)
-    stack = simulate_case_grid_under_motions(chosen, model=Stack())
+    stack = simulate_case_grid_under_motions(motions, model=Stack())
     for name, one in (("this program", ours), (f"this program, {SINGLE_STONE_STACK_LABEL}", stack)):
         flags[name] = one["overturned"].reshape(shape)[cells] == 1
         azimuths[name] = one["fall_azimuth"].reshape(shape)[cells]
@@ -344,14 +347,14 @@ def main(
         "peers": partial(compare_with_other_engines, chosen, peer_cases),
     }  # fmt: skip
     with body_cundall.enable_cundall():
-        for name in (names := select_parts(parts, made)):
+        for name in (names := named_parts_or_all_if_none(parts, made)):
             for figure in made[name]():
                 figures.append(figure)
                 print(*figure, sep=" | ", flush=True)
             known = write_measured_numbers(
-                figures, RESULTS / "space.csv", keep_other_figures=bool(parts) or name != names[-1]
+                figures, RESULT_TABLE_FOLDER / "space.csv", keep_other_figures=bool(parts) or name != names[-1]
             )
-            publish_markdown({"space": measured_numbers_table(known)})
+            insert_markdown_between_markers_in_docs({"space": measured_numbers_table(known)})
 
 
 if __name__ == "__main__":

@@ -16,23 +16,25 @@ from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from overturning.motion.direction import angle_between_azimuths
 from overturning.study.ensemble import wilson_interval
-from verification.stack_cases import StackCase, case_parameters_as_table_row, choose_random_stack_cases, scene_of_stack
+from verification.stack_cases import StackCase, case_parameters_as_table_row, draw_random_stack_cases, scene_of_stack
 from verification.stack_engines import STACK_ENGINES, critical_angle
-from verification.tables import RESULTS, markdown_table, publish_markdown, write_csv
+from verification.tables import RESULT_TABLE_FOLDER, insert_markdown_between_markers_in_docs, markdown_table, write_csv
 
 MAX_AZIMUTH_DIFFERENCE_DEG: Final = 20.0
 """Difference of two fall azimuths, degrees, up to which they agree."""
 AMPLITUDE_PERTURBATION: Final = 0.01
 """Change of amplitude under which a robust case keeps its outcome."""
-SEARCHED_AMPLITUDE_CHANGES: Final = (0.002, 0.005, 0.01, 0.02, 0.03, 0.05)
+RELATIVE_AMPLITUDE_CHANGES_TO_TRY: Final = (0.002, 0.005, 0.01, 0.02, 0.03, 0.05)
 """Changes of amplitude that are searched for the outcome of another solver."""
 LARGE_SLIP_TO_WIDTH_RATIO: Final = 0.1
 """Slip of a standing stone, as a share of the width of its patch, that counts as a cause."""
 LARGE_CORNER_PENETRATION_TO_WIDTH_RATIO: Final = 0.01
 """Sinking of a corner into the stone below, as a share of the shaft's width, that counts as a fault of a solver."""
-OUTCOME_FILE_BY_SOLVER: Final = {name: RESULTS / f"stack-peers-{name.lower()}.csv" for name in STACK_ENGINES}
+OUTCOME_FILE_BY_SOLVER: Final = {
+    name: RESULT_TABLE_FOLDER / f"stack-peers-{name.lower()}.csv" for name in STACK_ENGINES
+}
 """Stored outcomes of each solver."""
-AGREEMENT_TABLE: Final = RESULTS / "stack-peers.csv"
+AGREEMENT_TABLE: Final = RESULT_TABLE_FOLDER / "stack-peers.csv"
 PROGRAM_LABEL: Final = "this program"
 NO_OUTCOME: Final = "none"
 """Text for a case that a solver did not run, or for which this program has no outcome."""
@@ -46,15 +48,17 @@ def outcomes_agree(first_azimuth_deg: float, second_azimuth_deg: float) -> bool:
     return angle_between_azimuths(first_azimuth_deg, second_azimuth_deg) <= MAX_AZIMUTH_DIFFERENCE_DEG
 
 
-def topmost_stone_outcomes_in_this_program(case: StackCase, factors: Sequence[float]) -> list[dict[str, Any]]:
+def topmost_stone_outcomes_in_this_program(case: StackCase, amplitude_factors: Sequence[float]) -> list[dict[str, Any]]:
     """Return outcomes of the topmost stone in this program under a motion multiplied by factors.
 
     An outcome has the fall azimuth (degrees; NaN if it stands), the status, and whether any stone slides off.
     """
-    model, cases = Stack(scene_of_stack(case.stack)), len(factors)
+    model, cases = Stack(scene_of_stack(case.stack)), len(amplitude_factors)
     height, b_over_h = reference_element_height_and_b_over_h(model.scene)
-    grid = Cases(case.orientation_deg, height, b_over_h, np.full(cases, case.stack.friction), np.array(factors))
-    found = simulate_cases(model, case.motion, grid, NumericalOptions())
+    grid = Cases(
+        case.orientation_deg, height, b_over_h, np.full(cases, case.stack.friction), np.array(amplitude_factors)
+    )
+    found = simulate_cases(model, case.strong_part_of_scaled_record, grid, NumericalOptions())
     fell = found.overturned[:, -1] == 1
     azimuths = np.where(fell, found.fall_azimuth[:, -1], np.nan).tolist()
     rows = zip(azimuths, found.status.tolist(), (found.slid_off == 1).any(axis=1).tolist(), strict=True)
@@ -82,12 +86,12 @@ def outcome_and_robustness_in_this_program(case: StackCase) -> dict[str, Any]:
     return nominal | {"robust": int(not changed), "changed_by": " ".join(changed[:1])}
 
 
-def amplitude_change_to_reach_outcome_percent(case: StackCase, azimuth_deg: float) -> float:
+def amplitude_change_percent_to_reach_azimuth(case: StackCase, azimuth_deg: float) -> float:
     """Return the least amplitude change, %, that makes the topmost stone fall to an azimuth; NaN if none does.
 
     An azimuth of NaN means that the stone stands; the falls are those in this program.
     """
-    changes = [sign * change for change in SEARCHED_AMPLITUDE_CHANGES for sign in (-1.0, 1.0)]
+    changes = [sign * change for change in RELATIVE_AMPLITUDE_CHANGES_TO_TRY for sign in (-1.0, 1.0)]
     for change, found in zip(
         changes, topmost_stone_outcomes_in_this_program(case, [1.0 + change for change in changes]), strict=True
     ):
@@ -99,7 +103,7 @@ def amplitude_change_to_reach_outcome_percent(case: StackCase, azimuth_deg: floa
 def read_outcomes_of_other_solvers() -> pd.DataFrame:
     """Read the stored outcomes of all solvers; the columns of each begin with its name; NaN if not run."""
     found = pd.DataFrame(
-        [case_parameters_as_table_row(number, case) for number, case in enumerate(choose_random_stack_cases())]
+        [case_parameters_as_table_row(number, case) for number, case in enumerate(draw_random_stack_cases())]
     )
     for name, path in OUTCOME_FILE_BY_SOLVER.items():
         outcomes = pd.read_csv(path).set_index("case").drop(columns=CASE_COLUMNS[1:])
@@ -111,7 +115,7 @@ def collect_outcomes_of_all_solvers(processes: int = 2) -> pd.DataFrame:
     """Return the outcomes of all cases in the solvers and in this program, one row per case."""
     with ProcessPoolExecutor(processes) as pool:
         own = pd.DataFrame(
-            list(pool.map(outcome_and_robustness_in_this_program, choose_random_stack_cases(), chunksize=10))
+            list(pool.map(outcome_and_robustness_in_this_program, draw_random_stack_cases(), chunksize=10))
         )
     return pd.concat([read_outcomes_of_other_solvers(), own.add_prefix(f"{PROGRAM_LABEL} ")], axis=1)
 
@@ -136,16 +140,16 @@ def same_outcome_in_both(row: pd.Series, first: str, second: str) -> bool:
     )
 
 
-def agreement_counts(table: pd.DataFrame, first: str, second: str) -> dict[str, int]:
+def agreement_counts(table: pd.DataFrame, first_solver: str, second: str) -> dict[str, int]:
     """Count cases, falls in the second solver, equal flags, falls in both, and azimuths within 20° where both fall."""
     counts = dict.fromkeys(("cases", "falls", "flags", "both", "near"), 0)
     for _, row in table.iterrows():
-        fell = [np.isfinite(row[f"{name} fall_azimuth_deg"]) for name in (first, second)]
-        missing = NO_OUTCOME in (outcome_text(row, first), outcome_text(row, second))
+        fell = [np.isfinite(row[f"{name} fall_azimuth_deg"]) for name in (first_solver, second)]
+        missing = NO_OUTCOME in (outcome_text(row, first_solver), outcome_text(row, second))
         both, equal = all(fell) and not missing, fell[0] == fell[1] and not missing
         for name, value in {"cases": True, "falls": fell[1], "flags": equal, "both": both}.items():
             counts[name] += int(value)
-        counts["near"] += int(both and same_outcome_in_both(row, first, second))
+        counts["near"] += int(both and same_outcome_in_both(row, first_solver, second))
     return counts
 
 
@@ -192,7 +196,7 @@ def _agreement_table_row(chosen: pd.DataFrame, first: str, second: str, label: s
     )  # fmt: skip
 
 
-def random_case_summary_rows_by_solver(table: pd.DataFrame) -> Iterator[Sequence[str]]:
+def summary_rows_of_random_cases(table: pd.DataFrame) -> Iterator[Sequence[str]]:
     """Yield the rows of the table of randomly drawn cases, one per solver; shares are of the cases with an outcome."""
     for name in (*OUTCOME_FILE_BY_SOLVER, PROGRAM_LABEL):
         ran = table.apply(lambda row, name=name: outcome_text(row, name) != NO_OUTCOME, axis=1)
@@ -204,30 +208,32 @@ def random_case_summary_rows_by_solver(table: pd.DataFrame) -> Iterator[Sequence
         )  # fmt: skip
 
 
-def disagreement_cause(row: pd.Series, case: StackCase, peer: str) -> str:
+def disagreement_cause(row: pd.Series, case: StackCase, other_solver: str) -> str:
     """Return the cause for which this program and a solver differ on a case that is robust in the solver."""
-    other = next(name for name in OUTCOME_FILE_BY_SOLVER if name != peer)
+    other = next(name for name in OUTCOME_FILE_BY_SOLVER if name != other_solver)
     causes = []
     if outcome_text(row, PROGRAM_LABEL) == NO_OUTCOME:
         causes.append(f"no outcome ({CaseStatus(int(row[f'{PROGRAM_LABEL} status'])).name.lower()})")
     elif row[f"{PROGRAM_LABEL} robust"] != 1:
         causes.append(f"marginal here ({row[f'{PROGRAM_LABEL} changed_by']})")
-    elif np.isfinite(change := amplitude_change_to_reach_outcome_percent(case, row[f"{peer} fall_azimuth_deg"])):
+    elif np.isfinite(
+        change := amplitude_change_percent_to_reach_azimuth(case, row[f"{other_solver} fall_azimuth_deg"])
+    ):
         causes.append(f"same outcome here with {change:+.1f} % of amplitude")
-    if row[f"{peer} sinking"] > LARGE_CORNER_PENETRATION_TO_WIDTH_RATIO * min(case.stack.sizes[-1][:2]):
-        causes.append(f"a corner sinks by {1e3 * row[f'{peer} sinking']:.0f} mm in {peer}")
-    if is_sliding_case(row, case, peer):
+    if row[f"{other_solver} sinking"] > LARGE_CORNER_PENETRATION_TO_WIDTH_RATIO * min(case.stack.sizes[-1][:2]):
+        causes.append(f"a corner sinks by {1e3 * row[f'{other_solver} sinking']:.0f} mm in {other_solver}")
+    if slides_off_or_far_in_either_solver(row, case, other_solver):
         causes.append("slides")
     if outcome_text(row, other) == NO_OUTCOME:
         return "; ".join(causes) or "unexplained"
     if same_outcome_in_both(row, other, PROGRAM_LABEL):
         causes.append(f"{other} agrees with this program")
-    elif not same_outcome_in_both(row, other, peer):
+    elif not same_outcome_in_both(row, other, other_solver):
         causes.append(f"{other} differs from both")
-    return "; ".join(causes) or f"unexplained: {other} agrees with {peer}"
+    return "; ".join(causes) or f"unexplained: {other} agrees with {other_solver}"
 
 
-def is_sliding_case(row: pd.Series, case: StackCase, peer: str) -> bool:
+def slides_off_or_far_in_either_solver(row: pd.Series, case: StackCase, peer: str) -> bool:
     """True if a stone slides off in this program or in the solver `peer`, or if it slides far in the solver."""
     fallen = int(row[f"{peer} fallen_stone"])
     upright = fallen >= 0 and row[f"{peer} tilt_deg"] < math.degrees(critical_angle(case.stack, fallen))
@@ -237,7 +243,7 @@ def is_sliding_case(row: pd.Series, case: StackCase, peer: str) -> bool:
 
 def disagreement_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
     """Yield the rows of the table of disagreements on the cases that are robust in a solver."""
-    cases = choose_random_stack_cases()
+    cases = draw_random_stack_cases()
     for peer in OUTCOME_FILE_BY_SOLVER:
         for _, row in table[table[f"{peer} robust"] == 1].iterrows():
             if not same_outcome_in_both(row, PROGRAM_LABEL, peer):
@@ -258,9 +264,9 @@ def publish_agreement_with_solvers() -> None:
     compared = ("compared", "cases", "number", "falls", "same flag (95 %)", "azimuth within 20° (95 %)")
     listed = ("solver", "case", "stones", "µ", PROGRAM_LABEL, *OUTCOME_FILE_BY_SOLVER, "cause")
     tables = (
-        markdown_table(drawn, random_case_summary_rows_by_solver(table)),
+        markdown_table(drawn, summary_rows_of_random_cases(table)),
         markdown_table(compared, agreement_table_rows(table)),
     )
-    publish_markdown({
+    insert_markdown_between_markers_in_docs({
         "stack-peers": "\n\n".join(tables), "stack-disagreements": markdown_table(listed, differ),
     })  # fmt: skip

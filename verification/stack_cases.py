@@ -14,9 +14,9 @@ from verification.inputs import read_motions_of_default_study, strong_part_of_mo
 from verification.stack_engines import BoxStack
 
 SEED: Final = 20261126
-CASES: Final = 280
+RANDOM_STACK_CASE_COUNT: Final = 280
 """Number of cases; even ones have two stones, odd ones three."""
-USED_TIME_BEFORE_PEAK_S: Final = 5.0
+USED_RECORD_DURATION_BEFORE_PEAK_S: Final = 5.0
 USED_RECORD_DURATION_S: Final = 13.0
 """Part of a record that is used: time before its horizontal peak, and length, s."""
 
@@ -24,19 +24,19 @@ USED_RECORD_DURATION_S: Final = 13.0
 class StackCase(NamedTuple):
     """Stack under a record: id of the record, orientation (degrees), factor on the record, and the stones."""
 
-    record: str
+    record_id: str
     orientation_deg: float
     amplitude_factor: float
     stack: BoxStack
 
     @property
-    def motion(self) -> Motion:
+    def strong_part_of_scaled_record(self) -> Motion:
         """Record multiplied by the factor, cut to the time in which it can move a stone, with half a second before.
 
         The limit is half of the least acceleration that opens a joint or lets it slide.
         """
-        motion = _strong_parts_of_records()[self.record].scaled_by(self.amplitude_factor)
-        limit = 0.5 * least_acceleration_to_move_joint(self.stack)
+        motion = _strong_parts_of_records()[self.record_id].scaled_by(self.amplitude_factor)
+        limit = 0.5 * min_acceleration_to_open_or_slide_a_joint(self.stack)
         strong = np.flatnonzero(np.hypot(motion.north, motion.east) > limit)
         if strong.size == 0:
             return motion
@@ -49,12 +49,12 @@ class StackCase(NamedTuple):
 def _strong_parts_of_records() -> dict[str, Motion]:
     """Return the strong part of each record of the default study."""
     return {
-        name: strong_part_of_motion(motion, USED_TIME_BEFORE_PEAK_S, USED_RECORD_DURATION_S)
+        name: strong_part_of_motion(motion, USED_RECORD_DURATION_BEFORE_PEAK_S, USED_RECORD_DURATION_S)
         for name, motion in read_motions_of_default_study().items()
     }
 
 
-def choose_random_stack_cases(count: int = CASES, seed: int = SEED) -> list[StackCase]:
+def draw_random_stack_cases(count: int = RANDOM_STACK_CASE_COUNT, seed: int = SEED) -> list[StackCase]:
     """Draw stacks of two and three stones at random, with records, orientations and amplitudes.
 
     A case in which no joint can open or slide under the peak of its record is drawn again.
@@ -63,7 +63,9 @@ def choose_random_stack_cases(count: int = CASES, seed: int = SEED) -> list[Stac
     records, found = sorted(read_motions_of_default_study()), list[StackCase]()
     while len(found) < count:
         case = _draw_stack_case(generator, records, 2 + len(found) % 2)
-        if np.hypot(*case.motion.horizontal_components).max() > least_acceleration_to_move_joint(case.stack):
+        if np.hypot(
+            *case.strong_part_of_scaled_record.horizontal_components
+        ).max() > min_acceleration_to_open_or_slide_a_joint(case.stack):
             found.append(case)
     return found
 
@@ -71,21 +73,23 @@ def choose_random_stack_cases(count: int = CASES, seed: int = SEED) -> list[Stac
 def _draw_stack_case(generator: np.random.Generator, records: list[str], stone_count: int) -> StackCase:
     """Draw a stack with record, orientation and factor on the record at random."""
 
-    def draw_rounded(low: float, high: float) -> float:
+    def draw_rounded_uniform(low: float, high: float) -> float:
         """Draw a uniform random number, rounded to three decimals."""
         return round(float(generator.uniform(low, high)), 3)
 
-    width = draw_rounded(0.2, 0.3)
-    sizes = [(width, round(width * draw_rounded(0.8, 1.25), 3), round(width / draw_rounded(0.22, 0.42), 3))]
+    width = draw_rounded_uniform(0.2, 0.3)
+    sizes = [
+        (width, round(width * draw_rounded_uniform(0.8, 1.25), 3), round(width / draw_rounded_uniform(0.22, 0.42), 3))
+    ]
     for _ in range(stone_count - 1):
-        step = draw_rounded(1.3, 1.7)
-        sizes.insert(0, (round(sizes[0][0] * step, 3), round(sizes[0][1] * step, 3), draw_rounded(0.2, 0.4)))
-    stack = BoxStack(tuple(sizes), round(draw_rounded(0.4, 1.0), 2))
+        step = draw_rounded_uniform(1.3, 1.7)
+        sizes.insert(0, (round(sizes[0][0] * step, 3), round(sizes[0][1] * step, 3), draw_rounded_uniform(0.2, 0.4)))
+    stack = BoxStack(tuple(sizes), round(draw_rounded_uniform(0.4, 1.0), 2))
     record = records[int(generator.integers(len(records)))]
-    return StackCase(record, float(generator.integers(360)), round(draw_rounded(0.6, 1.6), 2), stack)
+    return StackCase(record, float(generator.integers(360)), round(draw_rounded_uniform(0.6, 1.6), 2), stack)
 
 
-def least_acceleration_to_move_joint(stack: BoxStack) -> float:
+def min_acceleration_to_open_or_slide_a_joint(stack: BoxStack) -> float:
     """Return the smallest constant acceleration that opens a joint (contact of two stones) or lets it slide, m/s²."""
     volumes = np.array([math.prod(size) for size in stack.sizes])
     feet = np.array(stack.centre_heights) - 0.5 * np.array([size[2] for size in stack.sizes])
@@ -109,7 +113,7 @@ def case_parameters_as_table_row(number: int, case: StackCase) -> dict[str, Any]
     """Return the parameters of a case as columns of a table."""
     sizes = " ".join("x".join(f"{side:g}" for side in size) for size in case.stack.sizes)
     return {
-        "case": number, "record": case.record, "orientation_deg": case.orientation_deg,
+        "case": number, "record": case.record_id, "orientation_deg": case.orientation_deg,
         "amplitude": case.amplitude_factor,
         "friction": case.stack.friction, "sizes": sizes,
     }  # fmt: skip

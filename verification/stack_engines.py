@@ -23,9 +23,9 @@ DENSITY: Final = 2650.0
 """Density of all stones, kg/m³."""
 MAX_SIMULATED_TIME_AFTER_RECORD_S: Final = 4.0
 """Simulated time after the record, s."""
-MIN_TILT_OF_FALLEN_STONE_RAD: Final = math.pi / 3.0
+MIN_TILT_COUNTED_AS_FALLEN_RAD: Final = math.pi / 3.0
 """Tilt from which a stone counts as fallen, rad."""
-MIN_DROP_TO_HEIGHT_OF_FALLEN_STONE: Final = 0.1
+MIN_DROP_TO_HEIGHT_RATIO_OF_FALLEN_STONE: Final = 0.1
 """Drop of the centre from which a stone counts as fallen, as a share of its height."""
 FALL_CHECK_INTERVAL_S: Final = 0.01
 """Time between two tests for a fall, s."""
@@ -73,7 +73,7 @@ StonePoses: TypeAlias = list[tuple[FloatArray, FloatArray]]
 StackEngine = Callable[[BoxStack, Motion, float, float], Iterator[StonePoses]]
 
 
-def accelerations_along_axes(motion: Motion, orientation_deg: float) -> list[FloatArray]:
+def ground_accelerations_along_stack_axes(motion: Motion, orientation_deg: float) -> list[FloatArray]:
     """Return the accelerations of the ground along x, y and z, m/s²."""
     up = np.zeros(motion.sample_count) if motion.up is None else motion.up
     return [motion.acceleration_along(orientation_deg), motion.acceleration_along(orientation_deg - 90.0), up]
@@ -95,7 +95,7 @@ def mujoco_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_s
         <worldbody><geom type="plane" size="100 100 1"/>{bodies}</worldbody></mujoco>"""
     )
     data = engine.MjData(model)
-    waves = accelerations_along_axes(motion, orientation_deg)
+    waves = ground_accelerations_along_stack_axes(motion, orientation_deg)
     x, y, z = (
         resample_acceleration(wave, motion.sampling_interval, time_step, MAX_SIMULATED_TIME_AFTER_RECORD_S)
         for wave in waves
@@ -135,7 +135,7 @@ _UNIT_CUBE_BOTTOM_CORNERS: Final = np.array(_UNIT_CUBE_VERTICES[:4])
 
 def lmgc90_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_step: float) -> Iterator[StonePoses]:
     """Yield the poses of the stones in LMGC90, one per `FALL_CHECK_INTERVAL_S`, relative to the moving base."""
-    waves = accelerations_along_axes(motion, orientation_deg)
+    waves = ground_accelerations_along_stack_axes(motion, orientation_deg)
     solver = _load_lmgc90().LMGC90Solver()
     solver.initialize(time_step, 0.5, False)
     solver.set_materials([DENSITY])
@@ -171,18 +171,22 @@ def lmgc90_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_s
 
 
 def _times_and_ground_velocities(
-    acceleration: FloatArray, interval: float, parts: int = 4
+    acceleration: FloatArray, interval: float, parts_per_sample: int = 4
 ) -> tuple[FloatArray, FloatArray]:
     """Return times and exact velocities for an acceleration that is linear between samples, and then zero."""
-    fine = np.interp(np.arange(parts * acceleration.size) / parts, np.arange(acceleration.size + 1), [*acceleration, 0])
-    velocity = np.concatenate([[0.0], np.cumsum(0.5 * (fine[1:] + fine[:-1])) * interval / parts])
-    times = np.arange(velocity.size) * interval / parts
+    fine = np.interp(
+        np.arange(parts_per_sample * acceleration.size) / parts_per_sample,
+        np.arange(acceleration.size + 1),
+        [*acceleration, 0],
+    )
+    velocity = np.concatenate([[0.0], np.cumsum(0.5 * (fine[1:] + fine[:-1])) * interval / parts_per_sample])
+    times = np.arange(velocity.size) * interval / parts_per_sample
     return np.append(times, 1e3), np.append(velocity, velocity[-1])
 
 
-def least_tilt_of_fallen_stone(stack: BoxStack, stone: int) -> float:
+def min_tilt_to_count_as_fallen(stack: BoxStack, stone: int) -> float:
     """Return the least tilt of a fallen stone, rad: 60° or, if larger, midway from critical angle to 90°."""
-    return max(MIN_TILT_OF_FALLEN_STONE_RAD, 0.5 * (critical_angle(stack, stone) + 0.5 * math.pi))
+    return max(MIN_TILT_COUNTED_AS_FALLEN_RAD, 0.5 * (critical_angle(stack, stone) + 0.5 * math.pi))
 
 
 def critical_angle(stack: BoxStack, stone: int) -> float:
@@ -196,14 +200,15 @@ def topmost_stone_outcome_in_engine(
 ) -> TopmostStoneOutcome:
     """Return the outcome of the topmost stone of a stack in an engine.
 
-    A stone has fallen when its tilt exceeds `least_tilt_of_fallen_stone`, or its centre is lower than at rest by a
+    A stone has fallen when its tilt exceeds `min_tilt_to_count_as_fallen`, or its centre is lower than at rest by a
     tenth of its height. The run ends with the first fall, or after the record, once all stones stand upright.
     """
     heights = [size[2] for size in stack.sizes]
     lowest = [
-        z - MIN_DROP_TO_HEIGHT_OF_FALLEN_STONE * height for z, height in zip(stack.centre_heights, heights, strict=True)
+        z - MIN_DROP_TO_HEIGHT_RATIO_OF_FALLEN_STONE * height
+        for z, height in zip(stack.centre_heights, heights, strict=True)
     ]
-    largest = [least_tilt_of_fallen_stone(stack, stone) for stone in range(len(heights))]
+    largest = [min_tilt_to_count_as_fallen(stack, stone) for stone in range(len(heights))]
     peak, slip, sinking = 0.0, 0.0, 0.0
     end = motion.sample_count * motion.sampling_interval
     for number, poses in enumerate(engine(stack, motion, orientation_deg, time_step), start=1):
@@ -214,14 +219,14 @@ def topmost_stone_outcome_in_engine(
                 azimuth = float((orientation_deg - math.degrees(math.atan2(y, x))) % 360.0)
                 time = number * FALL_CHECK_INTERVAL_S
                 return TopmostStoneOutcome(azimuth, time, stone, math.degrees(tilts[stone]), slip, sinking)
-        peak, slip = max(peak, tilts[-1]), max(slip, _largest_slip(stack, poses, tilts))
-        sinking = max(sinking, _largest_sinking(stack, poses))
+        peak, slip = max(peak, tilts[-1]), max(slip, _largest_slip_of_upright_stones_m(stack, poses, tilts))
+        sinking = max(sinking, _largest_corner_penetration_m(stack, poses))
         if number * FALL_CHECK_INTERVAL_S > end + MIN_SIMULATED_TIME_AFTER_RECORD_S and max(tilts) < MAX_UPRIGHT_TILT:
             break
     return TopmostStoneOutcome(math.nan, math.nan, -1, math.degrees(peak), slip, sinking)
 
 
-def _largest_slip(stack: BoxStack, poses: StonePoses, tilts: list[float]) -> float:
+def _largest_slip_of_upright_stones_m(stack: BoxStack, poses: StonePoses, tilts: list[float]) -> float:
     """Return the largest distance of the base of an upright stone from the centre of the face below, m."""
     below, largest = np.zeros(2), 0.0
     for (place, turn), (_, _, height), tilt in zip(poses, stack.sizes, tilts, strict=True):
@@ -232,7 +237,7 @@ def _largest_slip(stack: BoxStack, poses: StonePoses, tilts: list[float]) -> flo
     return largest
 
 
-def _largest_sinking(stack: BoxStack, poses: StonePoses) -> float:
+def _largest_corner_penetration_m(stack: BoxStack, poses: StonePoses) -> float:
     """Return the largest penetration of a corner of a stone's base into the face below, m."""
     largest = 0.0
     for (place, turn), size, (low_place, low_turn), low_size in zip(

@@ -26,13 +26,13 @@ from verification.stack_agreement import (
     outcomes_agree,
     publish_agreement_with_solvers,
 )
-from verification.stack_cases import StackCase, case_parameters_as_table_row, choose_random_stack_cases
+from verification.stack_cases import StackCase, case_parameters_as_table_row, draw_random_stack_cases
 from verification.stack_engines import MODULE_NAME_BY_STACK_ENGINE, STACK_ENGINES, topmost_stone_outcome_in_engine
-from verification.tables import ROOT, select_parts, write_csv
+from verification.tables import ROOT, named_parts_or_all_if_none, write_csv
 
 TIME_STEP_BY_SOLVER_S: Final = {"MuJoCo": 5e-4, "LMGC90": 5e-4}
 """Time steps of the solvers, s."""
-PARTIAL_RESULTS: Final = ROOT / "results" / "verification"
+PARTIAL_RESULT_FOLDER: Final = ROOT / "results" / "verification"
 SOURCE_FILES_OF_OUTCOMES: Final = ("engines.py", "stack_cases.py", "stack_engines.py", "stack_peers.py")
 """Files of this folder on which the outcomes of a solver depend."""
 
@@ -43,21 +43,21 @@ def partial_results_path(engine_name: str) -> Path:
     for name in SOURCE_FILES_OF_OUTCOMES:
         digest.update((ROOT / "verification" / name).read_bytes())
     time_step = TIME_STEP_BY_SOLVER_S[engine_name]
-    return PARTIAL_RESULTS / f"stack-peers-{engine_name.lower()}-{time_step:g}-{digest.hexdigest()[:8]}.jsonl"
+    return PARTIAL_RESULT_FOLDER / f"stack-peers-{engine_name.lower()}-{time_step:g}-{digest.hexdigest()[:8]}.jsonl"
 
 
-def nominal_and_perturbed_runs(case: StackCase, time_step: float) -> Iterator[tuple[str, Motion, float]]:
+def nominal_and_perturbed_run_arguments(case: StackCase, time_step: float) -> Iterator[tuple[str, Motion, float]]:
     """Yield label, motion and time step of the runs that must agree in a robust case; the first is the nominal one."""
-    yield "", case.motion, time_step
-    yield "half the step", case.motion, 0.5 * time_step
+    yield "", case.strong_part_of_scaled_record, time_step
+    yield "half the step", case.strong_part_of_scaled_record, 0.5 * time_step
     for factor in (1.0 - AMPLITUDE_PERTURBATION, 1.0 + AMPLITUDE_PERTURBATION):
-        yield f"amplitude × {factor:g}", case.motion.scaled_by(factor), time_step
+        yield f"amplitude × {factor:g}", case.strong_part_of_scaled_record.scaled_by(factor), time_step
 
 
 def outcome_and_robustness_in_solver(engine_name: str, case: StackCase) -> dict[str, Any]:
     """Return the outcome of a case in a solver, whether it is robust there, and the time of the nominal run."""
     engine, nominal, changed, seconds = STACK_ENGINES[engine_name], None, "", 0.0
-    for label, motion, time_step in nominal_and_perturbed_runs(case, TIME_STEP_BY_SOLVER_S[engine_name]):
+    for label, motion, time_step in nominal_and_perturbed_run_arguments(case, TIME_STEP_BY_SOLVER_S[engine_name]):
         begin = time.process_time()
         found = topmost_stone_outcome_in_engine(engine, case.stack, motion, case.orientation_deg, time_step)
         if nominal is None:
@@ -71,7 +71,7 @@ def outcome_and_robustness_in_solver(engine_name: str, case: StackCase) -> dict[
 
 def run_all_cases_in_solver(engine_name: str, processes: int) -> pd.DataFrame:
     """Run all cases in a solver and return a table, one row per case; finished cases are not run again."""
-    cases = choose_random_stack_cases()
+    cases = draw_random_stack_cases()
     partial_path = partial_results_path(engine_name)
     partial_path.parent.mkdir(parents=True, exist_ok=True)
     finished = {}
@@ -98,7 +98,7 @@ def main(
     processes: Annotated[int, typer.Option(min=1, help="number of processes")] = 2,
 ) -> None:
     """Run the cases in the other solvers, and compare this program with them."""
-    for part in select_parts(parts, [*STACK_ENGINES, "table"]):
+    for part in named_parts_or_all_if_none(parts, [*STACK_ENGINES, "table"]):
         if part == "table":
             publish_agreement_with_solvers()
         elif find_spec(MODULE_NAME_BY_STACK_ENGINE[part]) is None:

@@ -23,11 +23,17 @@ from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from verification.stack_agreement import PROGRAM_LABEL, outcomes_agree, share_text
-from verification.stack_cases import StackCase, choose_random_stack_cases, scene_of_stack
+from verification.stack_cases import StackCase, draw_random_stack_cases, scene_of_stack
 from verification.stack_engines import MODULE_NAME_BY_STACK_ENGINE, STACK_ENGINES, topmost_stone_outcome_in_engine
-from verification.tables import RESULTS, markdown_table, publish_markdown, select_parts, write_csv
+from verification.tables import (
+    RESULT_TABLE_FOLDER,
+    insert_markdown_between_markers_in_docs,
+    markdown_table,
+    named_parts_or_all_if_none,
+    write_csv,
+)
 
-CASES: Final = 60
+CASE_COUNT: Final = 60
 """Number of cases."""
 TIME_STEPS_BY_SOLVER: Final = {
     PROGRAM_LABEL: (1.0, 0.5, 0.25, 0.125, 0.03125),
@@ -36,10 +42,10 @@ TIME_STEPS_BY_SOLVER: Final = {
 }
 """Time steps, longest first: shares of the automatic step in this program, s in the others; the last is the
 reference."""
-TABLE: Final = RESULTS / "stack-precision.csv"
+RESULT_TABLE_PATH: Final = RESULT_TABLE_FOLDER / "stack-precision.csv"
 
 
-def fall_azimuth_and_run_time_in_program(case: StackCase, share: float) -> tuple[float, float]:
+def fall_azimuth_and_run_time_in_program(case: StackCase, step_to_automatic_step_ratio: float) -> tuple[float, float]:
     """Return the fall azimuth, degrees (NaN if the topmost stone stands), and the processor time of a case, s.
 
     The case is computed together with seven other orientations, which share its time.
@@ -48,10 +54,15 @@ def fall_azimuth_and_run_time_in_program(case: StackCase, share: float) -> tuple
     height, b_over_h = reference_element_height_and_b_over_h(model.scene)
     orientations = (case.orientation_deg + 45.0 * np.arange(together)) % 360.0
     cases = Cases(orientations, height, b_over_h, case.stack.friction)
-    steps = plan_simulation(model, case.motion, cases, NumericalOptions()).steps[0]
+    steps = plan_simulation(model, case.strong_part_of_scaled_record, cases, NumericalOptions()).steps[0]
     begin = time.process_time()
     found = simulate_cases(
-        model, case.motion, cases, NumericalOptions(time_step=share * case.motion.sampling_interval / float(steps))
+        model,
+        case.strong_part_of_scaled_record,
+        cases,
+        NumericalOptions(
+            time_step=step_to_automatic_step_ratio * case.strong_part_of_scaled_record.sampling_interval / float(steps)
+        ),
     )
     seconds = (time.process_time() - begin) / together
     fell = CaseStatus(found.status[0]).has_outcome and found.overturned[0, -1] == 1
@@ -63,13 +74,15 @@ def fall_azimuth_and_run_time_in_solver(solver: str, step: float, case: StackCas
     if solver == PROGRAM_LABEL:
         return fall_azimuth_and_run_time_in_program(case, step)
     begin = time.process_time()
-    found = topmost_stone_outcome_in_engine(STACK_ENGINES[solver], case.stack, case.motion, case.orientation_deg, step)
+    found = topmost_stone_outcome_in_engine(
+        STACK_ENGINES[solver], case.stack, case.strong_part_of_scaled_record, case.orientation_deg, step
+    )
     return found.fall_azimuth_deg, time.process_time() - begin
 
 
 def run_solver_with_all_steps(solver: str, processes: int) -> pd.DataFrame:
     """Run all cases in a solver with all its steps; return one row per case and step."""
-    cases = choose_random_stack_cases()[:CASES]
+    cases = draw_random_stack_cases()[:CASE_COUNT]
     fall_azimuth_and_run_time_in_program(cases[0], 1.0)  # compiles the kernel
     with ProcessPoolExecutor(processes) as pool:
         made = [
@@ -110,14 +123,14 @@ def main(
     processes: Annotated[int, typer.Option(min=1, help="number of processes")] = 1,
 ) -> None:
     """Measure error against run time of stacks, and write the table of docs/validation.md."""
-    kept = pd.read_csv(TABLE) if TABLE.is_file() else pd.DataFrame()
-    for solver in select_parts(solvers, TIME_STEPS_BY_SOLVER):
+    kept = pd.read_csv(RESULT_TABLE_PATH) if RESULT_TABLE_PATH.is_file() else pd.DataFrame()
+    for solver in named_parts_or_all_if_none(solvers, TIME_STEPS_BY_SOLVER):
         if solver != PROGRAM_LABEL and find_spec(MODULE_NAME_BY_STACK_ENGINE[solver]) is None:
             raise ArgumentError(f"{solver} is not installed: make peers")
         others = kept[kept["solver"] != solver] if len(kept) else kept
         kept = pd.concat([others, run_solver_with_all_steps(solver, processes)], ignore_index=True)
-        write_csv(kept, TABLE)
-    publish_markdown({"stack-precision": error_against_run_time_table(kept)})
+        write_csv(kept, RESULT_TABLE_PATH)
+    insert_markdown_between_markers_in_docs({"stack-precision": error_against_run_time_table(kept)})
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ from overturning.files import atomic_write
 from verification.sentences import fill_measured_numbers_into_page
 
 ROOT: Final = Path(__file__).parents[1]
-RESULTS: Final = ROOT / "verification" / "results"
+RESULT_TABLE_FOLDER: Final = ROOT / "verification" / "results"
 """Folder of the tables in the repository; the docs link to them."""
 
 
@@ -46,10 +46,10 @@ def measured_numbers_table(figures: Iterable[MeasuredNumber]) -> str:
     """Return measured numbers as a Markdown table; rows measured at an earlier commit name it."""
     rows, now = list(figures), current_commit()
     if all(one.commit in ("", now) for one in rows):
-        return markdown_table(("", "measured"), [(one.quantity, measured_number_with_unit_text(one)) for one in rows])
+        return markdown_table(("", "measured"), [(one.quantity, text_of_value_and_unit(one)) for one in rows])
     return markdown_table(
         ("", "measured", "commit"),
-        [(one.quantity, measured_number_with_unit_text(one), one.commit or now) for one in rows],
+        [(one.quantity, text_of_value_and_unit(one), one.commit or now) for one in rows],
     )
 
 
@@ -83,7 +83,7 @@ def machine_label() -> str:
     )
 
 
-def provenance_line() -> str:
+def commit_and_machine_line() -> str:
     """Return the line below a table: the commit and the machine that it was measured with."""
     return f"*Commit {current_commit()}; {machine_label()}.*"
 
@@ -95,7 +95,7 @@ def wrap_text(text: str, first_prefix: str = "") -> str:
     )
 
 
-def measured_number_with_unit_text(figure: MeasuredNumber) -> str:
+def text_of_value_and_unit(figure: MeasuredNumber) -> str:
     """Return value and unit of a measured number as text, with four digits."""
     number = f"{figure.value:.4g}" if abs(figure.value) < 1e4 else f"{figure.value:,.0f}"
     return f"{number} {figure.unit}".strip()
@@ -144,18 +144,18 @@ def lock_folder_for_changes(folder: Path) -> Iterator[None]:
         os.close(handle)
 
 
-def select_parts(named_parts: Sequence[str] | None, known_parts: Collection[str]) -> list[str]:
+def named_parts_or_all_if_none(named_parts: Sequence[str] | None, known_parts: Collection[str]) -> list[str]:
     """Return the parts named on the command line, in the order of `known_parts`; all if none is named."""
     if unknown := set(named_parts or ()) - set(known_parts):
         raise typer.BadParameter(f"{', '.join(sorted(unknown))}; known: {', '.join(known_parts)}")
     return [name for name in known_parts if not named_parts or name in named_parts]
 
 
-def publish_markdown(markdown_by_marker: Mapping[str, str], root: Path = ROOT) -> None:
+def insert_markdown_between_markers_in_docs(markdown_by_marker: Mapping[str, str], root: Path = ROOT) -> None:
     """Write each Markdown text between its markers ``<!-- mark:begin -->`` and ``<!-- mark:end -->`` in the docs.
 
-    A line below each body names the commit and the machine (see `provenance_line`). Figures within sentences are
-    updated, too (see `verification.sentences`).
+    A line below each body names the commit and the machine (see `commit_and_machine_line`). Figures within sentences
+    are updated, too (see `verification.sentences`).
 
     Parameters
     ----------
@@ -178,11 +178,11 @@ def publish_markdown(markdown_by_marker: Mapping[str, str], root: Path = ROOT) -
                     begin, end = f"<!-- {mark}:begin -->", f"<!-- {mark}:end -->"
                     if begin in text and end in text:
                         missing.discard(mark)
-                        new = f"{begin}\n\n{body}\n\n{provenance_line()}\n\n{end}".replace(
+                        new = f"{begin}\n\n{body}\n\n{commit_and_machine_line()}\n\n{end}".replace(
                             "\\", r"\\"
                         )  # keep backslashes literal in the replacement
                         text = re.sub(f"{begin}.*?{end}", new, text, flags=re.DOTALL)
-                text = fill_measured_numbers_into_page(text, root / RESULTS.relative_to(ROOT))
+                text = fill_measured_numbers_into_page(text, root / RESULT_TABLE_FOLDER.relative_to(ROOT))
                 if text != old:
                     with atomic_write(page) as part:
                         part.write_text(text, encoding="utf-8")
@@ -259,4 +259,4 @@ def read_table(path: Path) -> pd.DataFrame:
 
 
 if __name__ == "__main__":
-    publish_markdown({})
+    insert_markdown_between_markers_in_docs({})

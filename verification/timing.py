@@ -20,7 +20,7 @@ from verification.tables import ROOT
 
 Result = TypeVar("Result")
 
-MAX_PROCESSOR_TIME_OF_REPEATS_S: Final = 4.0
+TOTAL_PROCESSOR_TIME_TO_STOP_REPEATS_S: Final = 4.0
 """Total processor time, s, after which a computation is not repeated; disturbances matter little in long runs."""
 
 
@@ -31,7 +31,7 @@ class TimedResults(NamedTuple):
     processor_time_s: float
 
 
-def run_and_measure_processor_time(
+def run_and_measure_min_processor_time(
     computation: Callable[[], Result], repeats: int = 3, warm_up: Callable[[], object] | None = None
 ) -> tuple[Result, float]:
     """Run a computation several times; return its result and minimum processor time, s.
@@ -40,7 +40,7 @@ def run_and_measure_processor_time(
     """
     (warm_up or computation)()
     times: list[float] = []
-    while len(times) < repeats and sum(times) < MAX_PROCESSOR_TIME_OF_REPEATS_S:
+    while len(times) < repeats and sum(times) < TOTAL_PROCESSOR_TIME_TO_STOP_REPEATS_S:
         begin = time.process_time()
         result = computation()
         times.append(time.process_time() - begin)
@@ -49,7 +49,7 @@ def run_and_measure_processor_time(
 
 def minimum_processor_time(computation: Callable[[], object], repeats: int = 3) -> float:
     """Return the minimum processor time of several runs after a warm-up, s."""
-    return run_and_measure_processor_time(computation, repeats)[1]
+    return run_and_measure_min_processor_time(computation, repeats)[1]
 
 
 def run_python_program_and_time_it(program: str, *arguments: object, **environment: str) -> tuple[str, float]:
@@ -63,7 +63,10 @@ def run_python_program_and_time_it(program: str, *arguments: object, **environme
     return done.stdout, (end.ru_utime + end.ru_stime) - (begin.ru_utime + begin.ru_stime)
 
 
-_RESULT_NAMES: Final = (*(item.name for item in PLANAR_OUTCOME_VARIABLES if item.name != "mirrored"), "block_steps")
+_RESULT_NAMES_READ_FROM_CHILD: Final = (
+    *(item.name for item in PLANAR_OUTCOME_VARIABLES if item.name != "mirrored"),
+    "block_steps",
+)
 
 _CHILD_PROGRAM: Final = """
 import json, sys, time
@@ -103,7 +106,7 @@ def run_case_groups_in_subprocess(
     settings: Sequence[dict[str, Any]],
     *,
     checkout: Path = ROOT,
-    before: str = "",
+    statements_before_import: str = "",
     scene: str = "",
     repeats: int = 1,
     **environment: str,
@@ -118,7 +121,7 @@ def run_case_groups_in_subprocess(
         Arguments of `run_cases`, or of `NumericalOptions` for a scene.
     checkout : Path
         Folder whose ``src`` is used.
-    before : str
+    statements_before_import : str
         Statements to execute before the kernel is imported.
     scene : str
         Name of a shipped scene; empty: a single block.
@@ -134,7 +137,13 @@ def run_case_groups_in_subprocess(
             f"motion{i}": np.stack([motion.north, motion.east]),
             f"interval{i}": np.array(motion.sampling_interval),
         }
-    asked = {"before": before, "scene": scene, "root": str(ROOT), "groups": len(groups), "repeats": repeats}
+    asked = {
+        "before": statements_before_import,
+        "scene": scene,
+        "root": str(ROOT),
+        "groups": len(groups),
+        "repeats": repeats,
+    }
     with tempfile.TemporaryDirectory() as scratch:
         given, made = f"{scratch}/inputs.npz", f"{scratch}/found.npz"
         np.savez(given, allow_pickle=False, **inputs)
@@ -150,7 +159,7 @@ def run_case_groups_in_subprocess(
         with np.load(made) as arrays:
             return [
                 TimedResults(
-                    CaseResults(**{name: arrays[f"{name}{i}"] for name in _RESULT_NAMES}),
+                    CaseResults(**{name: arrays[f"{name}{i}"] for name in _RESULT_NAMES_READ_FROM_CHILD}),
                     float(arrays[f"seconds{i}"]),
                 )
                 for i in range(len(settings))

@@ -19,7 +19,14 @@ from overturning.files import write_text
 from overturning.motion.direction import angle_between_azimuths
 from overturning.study.load import load_study
 from verification.measures import percentage
-from verification.tables import RESULTS, ROOT, MeasuredNumber, publish_markdown, wrap_text, write_measured_numbers
+from verification.tables import (
+    RESULT_TABLE_FOLDER,
+    ROOT,
+    MeasuredNumber,
+    insert_markdown_between_markers_in_docs,
+    wrap_text,
+    write_measured_numbers,
+)
 
 TUTORIAL_STUDY_SETTINGS: Final[dict[str, Any]] = {
     "azimuth": {"step": 10}, "b_over_h": {"start": 0.1, "stop": 0.6, "step": 0.1}, "height": [0.6],
@@ -54,11 +61,12 @@ def output_of_tutorial_survey_command() -> str:
     return "\n".join(one if one.startswith("  ") else wrap_text(one) for one in printed.getvalue().splitlines()) + "\n"
 
 
-def cubes_with_and_without_vertical_motion(**keys: Any) -> tuple[xr.Dataset, xr.Dataset]:
+def cubes_with_and_without_vertical_motion(**study_settings: Any) -> tuple[xr.Dataset, xr.Dataset]:
     """Return the cubes of a study of the record wtmc with and without its vertical component, without ensembles."""
-    keys |= {"ensemble": {"members": 0}, "verification": "none", "threads": 2}
+    study_settings |= {"ensemble": {"members": 0}, "verification": "none", "threads": 2}
     with_up, without = (
-        overturning.run_study(["wtmc"], **keys, simulation={"vertical": vertical}) for vertical in (True, False)
+        overturning.run_study(["wtmc"], **study_settings, simulation={"vertical": vertical})
+        for vertical in (True, False)
     )
     return with_up, without
 
@@ -111,10 +119,10 @@ def main() -> None:
     """Write the measured numbers and the printed output of the tutorial, and fill them into its page."""
     write_measured_numbers(
         [*measure_effect_of_vertical_motion_in_2d(), *measure_effect_of_vertical_motion_in_3d()],
-        RESULTS / "tutorial.csv",
+        RESULT_TABLE_FOLDER / "tutorial.csv",
     )
-    write_text(RESULTS / "tutorial-survey.txt", output_of_tutorial_survey_command())
-    publish_markdown({})
+    write_text(RESULT_TABLE_FOLDER / "tutorial-survey.txt", output_of_tutorial_survey_command())
+    insert_markdown_between_markers_in_docs({})
 
 
 if __name__ == "__main__":

@@ -20,11 +20,11 @@ import netCDF4
 from overturning.commands.fork_client import SERVER_SOCKET_ENVIRONMENT_VARIABLE
 from overturning.errors import ResultError
 from verification.project import WorkflowFolder
-from verification.tables import ROOT, MeasuredNumber, current_commit, markdown_table, measured_number_with_unit_text
+from verification.tables import ROOT, MeasuredNumber, current_commit, markdown_table, text_of_value_and_unit
 
-CORES: Final = 2
+CORE_COUNT_OF_WHOLE_RUN: Final = 2
 
-MIN_LISTED_PROCESSOR_TIME: Final = 2.0
+MIN_PROCESSOR_TIME_OF_LISTED_COMMAND_S: Final = 2.0
 """Commands whose steps take at least this processor time together, s, are listed."""
 
 QUANTITY_PREFIX_WITH_FORK_SERVER: Final = "default study, whole run"
@@ -52,7 +52,7 @@ class CostOfCommandSteps(NamedTuple):
     """Cost of the steps of one command in a complete run: their number, processor time together, and largest memory."""
 
     step_count: int
-    processor_s: float
+    total_processor_time_s: float
     max_memory_mb: float
 
 
@@ -69,7 +69,9 @@ class WholeRunCost(NamedTuple):
 def run_whole_study(with_fork_server: bool, checkout: Path = ROOT, study: str = "") -> WholeRunCost:
     """Run a study (text of its file; default: the default study) of a checkout in a new folder; return its cost."""
     with tempfile.TemporaryDirectory() as scratch:
-        project = WorkflowFolder(Path(scratch) / "project", study, "--cores", str(CORES), checkout=checkout)
+        project = WorkflowFolder(
+            Path(scratch) / "project", study, "--cores", str(CORE_COUNT_OF_WHOLE_RUN), checkout=checkout
+        )
         how, table = project.subprocess_arguments(file=""), project.results / "benchmarks" / STEP_TABLE_FILE_NAME
         if not with_fork_server:
             table = Path(scratch) / STEP_TABLE_FILE_NAME
@@ -96,7 +98,7 @@ def read_step_costs(table: Path) -> dict[str, CostOfCommandSteps]:
             if row[0] != "command":
                 steps, seconds, memory = costs.get(row[0], (0, 0.0, 0.0))
                 costs[row[0]] = CostOfCommandSteps(steps + 1, seconds + float(row[2]), max(memory, float(row[3])))
-    return dict(sorted(costs.items(), key=lambda one: -one[1].processor_s))
+    return dict(sorted(costs.items(), key=lambda one: -one[1].total_processor_time_s))
 
 
 def measure_whole_run() -> list[MeasuredNumber]:
@@ -112,18 +114,20 @@ def measure_whole_run() -> list[MeasuredNumber]:
             MeasuredNumber(f"{what}: first polar map after", 100.0 * run.time_to_first_map_s / run.wall_s, "%"),
         ]
     for command in (
-        name for name, cost in own.step_cost_by_command.items() if cost.processor_s >= MIN_LISTED_PROCESSOR_TIME
+        name
+        for name, cost in own.step_cost_by_command.items()
+        if cost.total_processor_time_s >= MIN_PROCESSOR_TIME_OF_LISTED_COMMAND_S
     ):
         for run, what in ((served, QUANTITY_PREFIX_WITH_FORK_SERVER), (own, QUANTITY_PREFIX_WITHOUT_FORK_SERVER)):
             cost = run.step_cost_by_command[command]
             quantity = f"{what}: processor time of `{command}` × {cost.step_count}"
-            rows.append(MeasuredNumber(quantity, cost.processor_s, "s"))
+            rows.append(MeasuredNumber(quantity, cost.total_processor_time_s, "s"))
     return rows
 
 
 def fork_server_comparison_table(figures: Sequence[MeasuredNumber]) -> str:
     """Return a Markdown table of a whole run: a row per quantity, a column without and one with the fork server."""
-    values = {one.quantity: measured_number_with_unit_text(one) for one in figures}
+    values = {one.quantity: text_of_value_and_unit(one) for one in figures}
     names = [
         quantity.removeprefix(f"{QUANTITY_PREFIX_WITHOUT_FORK_SERVER}: ")
         for quantity in values
@@ -140,7 +144,7 @@ def fork_server_comparison_table(figures: Sequence[MeasuredNumber]) -> str:
     return markdown_table(("", "a process for each step", "fork server"), rows)
 
 
-def compare_whole_runs(checkout: Path, pairs: int, study: str = "") -> str:
+def compare_whole_runs(checkout: Path, pair_count: int, study: str = "") -> str:
     """Run a study (default: the default study) of another checkout and of this one in turn; return a table of costs.
 
     A row gives the medians over the pairs, and the median of the ratios within a pair. The first run of each state,
@@ -149,8 +153,8 @@ def compare_whole_runs(checkout: Path, pairs: int, study: str = "") -> str:
     """
     has_server = (checkout / "src" / "overturning" / "commands" / "fork_server.py").exists()
     both = [(has_server, checkout), (True, ROOT)]
-    runs = [[run_whole_study(*state, study) for state in both] for _ in range(pairs + 1)][1:]
-    columns = [[_times_by_row(one) for one in states] for states in zip(*runs, strict=True)]
+    runs = [[run_whole_study(*state, study) for state in both] for _ in range(pair_count + 1)][1:]
+    columns = [[_times_by_table_row_name(one) for one in states] for states in zip(*runs, strict=True)]
     rows = []
     for name in dict.fromkeys(name for column in columns for name in column[0]):
         before, after = ([one[name] for one in column if name in one] for column in columns)
@@ -162,9 +166,11 @@ def compare_whole_runs(checkout: Path, pairs: int, study: str = "") -> str:
     return markdown_table(("", f"commit {earlier}", f"commit {current_commit()}", "ratio"), rows)
 
 
-def _times_by_row(run: WholeRunCost) -> dict[str, float]:
+def _times_by_table_row_name(run: WholeRunCost) -> dict[str, float]:
     """Return the times of a complete run, s, by the name of their table row."""
-    steps = {f"processor time of `{name}`, s": cost.processor_s for name, cost in run.step_cost_by_command.items()}
+    steps = {
+        f"processor time of `{name}`, s": cost.total_processor_time_s for name, cost in run.step_cost_by_command.items()
+    }
     rest = run.processor_s - sum(steps.values())
     return {
         "time on two cores, s": run.wall_s,

@@ -46,7 +46,7 @@ def convert_argument_to_float_array(name: str, values: Any, *, copy: bool = Fals
     raise ArgumentError(f"{name}: {str(values)[:60]!r}; it must be a number or a row of numbers") from None
 
 
-def check_not_masked(name: str, values: FloatArray) -> None:
+def check_has_no_masked_values(name: str, values: FloatArray) -> None:
     """Raise an ArgumentError for the argument `name` if it is an array with masked values."""
     if np.ma.is_masked(values):
         count = int(np.ma.getmaskarray(values).sum())

@@ -17,7 +17,7 @@ MAX_MESSAGE_LINES: Final = 20
 REASON_SEPARATOR: Final = "\n       "
 """Separator of reasons in one message: each starts on a new line, aligned with the text after ``error:``."""
 
-MAX_LINE_LENGTH: Final = 600
+MAX_MESSAGE_LINE_LENGTH: Final = 600
 """Largest number of characters in a line of a message."""
 
 _CONTROL_CHARACTER_PATTERN: Final = re.compile(
@@ -37,9 +37,9 @@ class OverturningError(Exception):
             lambda sign: repr(sign[0])[1:-1], str(self.args[0]) if self.args else ""
         ).split("\n")
         more = [f"       … and {len(lines) - MAX_MESSAGE_LINES} more lines"] if len(lines) > MAX_MESSAGE_LINES else []
-        half = MAX_LINE_LENGTH // 2
+        half = MAX_MESSAGE_LINE_LENGTH // 2
         short = [
-            line if len(line) <= MAX_LINE_LENGTH else f"{line[:half]} … {line[-half:]}"
+            line if len(line) <= MAX_MESSAGE_LINE_LENGTH else f"{line[:half]} … {line[-half:]}"
             for line in lines[:MAX_MESSAGE_LINES]
         ]
         return "\n".join(short + more)

@@ -80,7 +80,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
         # for the temporary file, although it was writable before.
         netcdf = str(error).startswith("NetCDF: ") if isinstance(error, RuntimeError) else error.errno == errno.EACCES
         full = isinstance(error, OSError) and error.errno == errno.ENOSPC
-        if full or (netcdf and shutil.disk_usage(path.parent).free < _FULL_DISK_FREE_BYTES):
+        if full or (netcdf and shutil.disk_usage(path.parent).free < _MAX_FREE_BYTES_OF_FULL_DISK):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path)) from None
         raise
     finally:
@@ -167,7 +167,7 @@ def possible_project_file_folders() -> list[Path]:
 MAX_YAML_FILE_BYTES = 500_000
 """Largest size of a YAML file, bytes; reading a larger one takes too long."""
 
-_FULL_DISK_FREE_BYTES = 1_000_000  # bytes; a disk with less free space counts as full
+_MAX_FREE_BYTES_OF_FULL_DISK = 1_000_000  # bytes; a disk with less free space counts as full
 _READ_CHUNK_BYTES = 1 << 20  # bytes read at a time
 
 

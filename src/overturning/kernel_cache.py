@@ -34,7 +34,7 @@ def sources_digest(source_folder: Path) -> str:
 _CHECKSUM_SIZE_BYTES = 32  # bytes
 
 _DEFAULT_KERNEL_FOLDER = _PACKAGE / "dem"
-_DIGEST_AT_IMPORT_BY_FOLDER = {_DEFAULT_KERNEL_FOLDER: sources_digest(_DEFAULT_KERNEL_FOLDER)}
+_SOURCES_DIGEST_AT_IMPORT_BY_FOLDER = {_DEFAULT_KERNEL_FOLDER: sources_digest(_DEFAULT_KERNEL_FOLDER)}
 """Digest of the kernels' sources at import time; this module is imported before all that is compiled."""
 
 
@@ -107,7 +107,7 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
     cache = dispatcher._cache
     file = cache._cache_file
     layer = subpackage_folder_of_module(Path(dispatcher.py_func.__code__.co_filename))
-    folder, imported = cache_directory(layer), _DIGEST_AT_IMPORT_BY_FOLDER.get(layer) or sources_digest(layer)
+    folder, imported = cache_directory(layer), _SOURCES_DIGEST_AT_IMPORT_BY_FOLDER.get(layer) or sources_digest(layer)
     cache._cache_path = file._cache_path = str(folder)
     name = Path(file._index_path).stem
     file._source_stamp = folder.name  # contents, not the time at which the file was checked out

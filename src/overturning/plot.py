@@ -190,12 +190,12 @@ def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
     """Draw the alignment of falls with the fault, the epicentre and the motion's peak and pulse axes, by B/H."""
     from overturning.figures.alignment import fall_alignment_by_b_over_h_figure
     from overturning.figures.content import check_has_fall_alignment
-    from overturning.statistics.earthquakes import fall_alignment_with_reference_directions
+    from overturning.statistics.earthquakes import alignments_with_references_by_record_group
 
     _check_cube_has_coordinate_for_figure(cube, "orientation", "follow")
 
     def draw_fall_alignment_by_b_over_h(sorted_cube: "xr.Dataset") -> "Figure":
-        found = fall_alignment_with_reference_directions(sorted_cube, _read_intensity_measures(sorted_cube))
+        found = alignments_with_references_by_record_group(sorted_cube, _read_intensity_measures(sorted_cube))
         check_has_fall_alignment(sorted_cube, found)
         return fall_alignment_by_b_over_h_figure(found, sorted_cube["b_over_h"].to_numpy())
 

@@ -19,10 +19,14 @@ StoredFloatOrInfinity = Annotated[
 ]
 """A number that may be NaN or infinite; JSON stores an infinite one as the text "inf" or "-inf"."""
 
-_AS_LIST: Final = PlainSerializer(lambda values: values.tolist())
-StoredFloats = Annotated[NDArray[np.float64], PlainValidator(lambda values: np.array(values, np.float64)), _AS_LIST]
+_SERIALIZE_ARRAY_AS_LIST: Final = PlainSerializer(lambda values: values.tolist())
+StoredFloats = Annotated[
+    NDArray[np.float64], PlainValidator(lambda values: np.array(values, np.float64)), _SERIALIZE_ARRAY_AS_LIST
+]
 """An array of numbers, stored as lists."""
-StoredCounts = Annotated[NDArray[np.int64], PlainValidator(lambda values: np.array(values, np.int64)), _AS_LIST]
+StoredCounts = Annotated[
+    NDArray[np.int64], PlainValidator(lambda values: np.array(values, np.int64)), _SERIALIZE_ARRAY_AS_LIST
+]
 """An array of whole numbers, stored as lists."""
 
 Result = TypeVar("Result")

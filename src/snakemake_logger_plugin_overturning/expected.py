@@ -13,7 +13,7 @@ DEFAULT_JOB_SECONDS: Final = 2.0
 _MIN_SHARE_FOR_MEASURED_PACE: Final = 0.05
 """Share of the work up to which the remaining time comes from the expected pace, not from the measured one."""
 
-_MAX_SHARE_OF_RUNNING_JOB: Final = 0.95
+_MAX_COMPLETED_SHARE_OF_RUNNING_JOB: Final = 0.95
 """Largest share of a running job that counts as completed."""
 
 _LOG_TAIL_BYTES: Final = 400
@@ -44,7 +44,7 @@ class RunningJob:
             with suppress(OSError), log.open("rb") as file:
                 file.seek(max(log.stat().st_size - _LOG_TAIL_BYTES, 0))
                 if shares := re.findall(rb"(\d+)%", file.read()):
-                    return min(int(shares[-1]) / 100, _MAX_SHARE_OF_RUNNING_JOB)
+                    return min(int(shares[-1]) / 100, _MAX_COMPLETED_SHARE_OF_RUNNING_JOB)
         return 0.0
 
 
@@ -77,16 +77,18 @@ class RunProgressEstimate:
         )
         self._start_time_s = time.time() if now is None else now
 
-    def store_job_start(self, job: int, rule: str, name: str, logs: list[Path], size: float = 1.0) -> None:
-        """Store a job that begins; `size` is that of its input relative to the mean of the jobs of its rule."""
+    def store_job_start(
+        self, job: int, rule: str, name: str, logs: list[Path], relative_input_size: float = 1.0
+    ) -> None:
+        """Store a job that begins; `relative_input_size` is relative to the mean of the jobs of its rule."""
         self._running_jobs[job] = RunningJob(
-            name, size * self.expected_seconds_by_rule.get(rule, DEFAULT_JOB_SECONDS), logs
+            name, relative_input_size * self.expected_seconds_by_rule.get(rule, DEFAULT_JOB_SECONDS), logs
         )
 
-    def store_job_end(self, job: int, well: bool) -> None:
+    def store_job_end(self, job: int, succeeded: bool) -> None:
         """Store the end of a job; its work counts as completed if the job was successful."""
         ended = self._running_jobs.pop(job, None)
-        if ended is not None and well:
+        if ended is not None and succeeded:
             self.finished_step_count += 1
             self._expected_seconds_of_finished_jobs += ended.expected_seconds
 

@@ -19,7 +19,7 @@ from overturning.commands import fork_client
 from overturning.commands.fork_client import (
     SERVER_SOCKET_ENVIRONMENT_VARIABLE,
     THREAD_COUNT_ENVIRONMENT_VARIABLE,
-    run_workflow_step_in_fork_server,
+    run_workflow_step_in_fork_server_if_any,
 )
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the server runs on Linux only")
@@ -111,7 +111,9 @@ def ignores_interrupt(process: int) -> bool:
 
 
 @contextmanager
-def endless_step(server: psutil.Process, folder: Path) -> Iterator[tuple[subprocess.Popen[str], psutil.Process]]:
+def client_and_process_of_endless_step(
+    server: psutil.Process, folder: Path
+) -> Iterator[tuple[subprocess.Popen[str], psutil.Process]]:
     """Start a step that waits forever for its study; yield its client and its process in the server."""
     study, writers = folder / "study.yaml", list[int]()
     os.mkfifo(study)
@@ -179,7 +181,7 @@ def test_a_fork_server_step_has_the_folder_and_environment_of_its_client(
 
 
 def test_the_fork_server_runs_steps_concurrently(fork_server_process: psutil.Process, tmp_path: Path) -> None:
-    with endless_step(fork_server_process, tmp_path) as (client, process):
+    with client_and_process_of_endless_step(fork_server_process, tmp_path) as (client, process):
         assert run_step(*READ_STEP_ARGUMENTS, "--output", str(tmp_path / "other.nc")).returncode == 0
         assert client.poll() is None
         process.kill()
@@ -189,7 +191,7 @@ def test_the_fork_server_runs_steps_concurrently(fork_server_process: psutil.Pro
 
 
 def test_a_fork_server_step_ends_when_its_client_is_killed(fork_server_process: psutil.Process, tmp_path: Path) -> None:
-    with endless_step(fork_server_process, tmp_path) as (client, process):
+    with client_and_process_of_endless_step(fork_server_process, tmp_path) as (client, process):
         client.kill()
         client.communicate(timeout=60.0)
         process.wait(60.0)
@@ -263,7 +265,7 @@ def test_a_step_without_a_suitable_fork_server_is_left_to_its_caller(
     """A step runs in its caller if there is no server, or if the server was started for another number of threads."""
     before = rows_of_steps_run_in_server(step_table_path)
     monkeypatch.setenv(variable, value)
-    assert run_workflow_step_in_fork_server(["--version"]) is None
+    assert run_workflow_step_in_fork_server_if_any(["--version"]) is None
     assert rows_of_steps_run_in_server(step_table_path) == before
 
 
@@ -272,7 +274,7 @@ def test_no_fork_server_is_used_if_its_variable_is_off(tmp_path: Path, monkeypat
     monkeypatch.setenv(THREAD_COUNT_ENVIRONMENT_VARIABLE, "1")
     fork_client.start_fork_server(tmp_path / "steps.tsv")
     assert os.environ[SERVER_SOCKET_ENVIRONMENT_VARIABLE] == "off"
-    assert run_workflow_step_in_fork_server(["--version"]) is None
+    assert run_workflow_step_in_fork_server_if_any(["--version"]) is None
 
 
 @pytest.mark.parametrize("folder", ["gone", "long" * 30])
@@ -294,7 +296,7 @@ def test_a_fork_server_of_another_installation_is_not_used(
 ) -> None:
     before = rows_of_steps_run_in_server(step_table_path)
     monkeypatch.setattr(fork_client, "python_executable_and_package_folder", lambda: [sys.executable, "/elsewhere"])
-    assert run_workflow_step_in_fork_server(["--version"]) is None
+    assert run_workflow_step_in_fork_server_if_any(["--version"]) is None
     assert rows_of_steps_run_in_server(step_table_path) == before
 
 
@@ -324,7 +326,7 @@ def test_the_fork_server_loads_kernels_once_per_study_variant(tmp_path: Path, mo
 def test_steps_end_when_their_fork_server_is_killed(fork_server_process: psutil.Process, tmp_path: Path) -> None:
     """A running step is stopped if its fork server is killed."""
     # The last test of the file: a test after it would start a new server.
-    with endless_step(fork_server_process, tmp_path) as (client, process):
+    with client_and_process_of_endless_step(fork_server_process, tmp_path) as (client, process):
         fork_server_process.kill()
         assert "error: the fork server of the run has ended; run again" in client.communicate(timeout=60.0)[1]
         assert client.returncode == 1

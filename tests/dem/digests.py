@@ -64,15 +64,20 @@ def random_cases_of_varied_blocks(
     )
 
 
-MAX_BLOCK_STEPS = 8_000_000
+MAX_BLOCK_STEPS_PER_CASE = 8_000_000
 """Largest number of block steps of a case: three times the largest number that any case takes."""
 
 
-def outcomes_for_digest_motion(model: Model | Scene, cases: Cases, up: bool = False, **options: Any) -> dict[str, Any]:
+def outcomes_under_digest_motion(
+    model: Model | Scene, cases: Cases, up: bool = False, **options: Any
+) -> dict[str, Any]:
     """Return the outcomes of cases under `motion_for_outcome_digests`, by name."""
     return vars(
         simulate_cases(
-            model, motion_for_outcome_digests(up), cases, NumericalOptions(**{"budget": MAX_BLOCK_STEPS} | options)
+            model,
+            motion_for_outcome_digests(up),
+            cases,
+            NumericalOptions(**{"budget": MAX_BLOCK_STEPS_PER_CASE} | options),
         )
     )
 
@@ -134,59 +139,59 @@ SCENES = {
 }
 
 OUTCOME_FUNCTIONS: dict[str, Callable[[], Mapping[str, Any]]] = {
-    "block": partial(outcomes_for_digest_motion, PlanarModel(), random_cases_of_varied_blocks(200, 1)),
+    "block": partial(outcomes_under_digest_motion, PlanarModel(), random_cases_of_varied_blocks(200, 1)),
     "block, ground up and down": partial(
-        outcomes_for_digest_motion, PlanarModel(), random_cases_of_varied_blocks(200, 2, tilted=True), True
+        outcomes_under_digest_motion, PlanarModel(), random_cases_of_varied_blocks(200, 2, tilted=True), True
     ),
     "block, nothing left out": partial(
-        outcomes_for_digest_motion, PlanarModel(), random_cases_of_varied_blocks(100, 3), True, leave_out=False
+        outcomes_under_digest_motion, PlanarModel(), random_cases_of_varied_blocks(100, 3), True, leave_out=False
     ),
     "block, finer": partial(
-        outcomes_for_digest_motion, PlanarModel(), random_cases_of_varied_blocks(16, 5), True, refinement=2
+        outcomes_under_digest_motion, PlanarModel(), random_cases_of_varied_blocks(16, 5), True, refinement=2
     ),
     "block, quarter of the stable step": partial(
-        outcomes_for_digest_motion, PlanarModel(), random_cases_of_varied_blocks(8, 6), time_step="0.25 stable"
+        outcomes_under_digest_motion, PlanarModel(), random_cases_of_varied_blocks(8, 6), time_step="0.25 stable"
     ),
     "block, short budget": partial(
-        outcomes_for_digest_motion, PlanarModel(), random_cases_of_varied_blocks(30, 5), budget=4000
+        outcomes_under_digest_motion, PlanarModel(), random_cases_of_varied_blocks(30, 5), budget=4000
     ),
-    "soft block": partial(outcomes_for_digest_motion, SOFT_BLOCK, random_cases_of_varied_blocks(120, 7), True),
+    "soft block": partial(outcomes_under_digest_motion, SOFT_BLOCK, random_cases_of_varied_blocks(120, 7), True),
     "bouncing block": partial(
-        outcomes_for_digest_motion, BOUNCING_BLOCK, random_cases_of_varied_blocks(120, 8, tilted=True)
+        outcomes_under_digest_motion, BOUNCING_BLOCK, random_cases_of_varied_blocks(120, 8, tilted=True)
     ),
     "block, Cundall": partial(
-        outcomes_for_digest_motion, BOUNCING_BLOCK, random_cases_of_varied_blocks(40, 9), True, scheme="cundall"
+        outcomes_under_digest_motion, BOUNCING_BLOCK, random_cases_of_varied_blocks(40, 9), True, scheme="cundall"
     ),
     "soft block, Cundall": partial(
-        outcomes_for_digest_motion, SOFT_BLOCK, random_cases_of_varied_blocks(40, 10, tilted=True), scheme="cundall"
+        outcomes_under_digest_motion, SOFT_BLOCK, random_cases_of_varied_blocks(40, 10, tilted=True), scheme="cundall"
     ),
     "rigid block": partial(outcomes_of_random_rigid_rocking_blocks, False, 12),
     "rigid block, ground up and down": partial(outcomes_of_random_rigid_rocking_blocks, True, 8),
     "rectangle": partial(
-        outcomes_for_digest_motion, Body(RectangularPrism()), random_cases_of_varied_blocks(80, 11, oblong=True), True
+        outcomes_under_digest_motion, Body(RectangularPrism()), random_cases_of_varied_blocks(80, 11, oblong=True), True
     ),
     "rectangle, level ground": partial(
-        outcomes_for_digest_motion,
+        outcomes_under_digest_motion,
         Body(RectangularPrism(), VertexContact(1e-4, 0.5, 0.3)),
         random_cases_of_varied_blocks(50, 12, oblong=True),
     ),
     "cylinder": partial(
-        outcomes_for_digest_motion,
+        outcomes_under_digest_motion,
         Body(shape_from_name_or_sides("circle")),
         random_cases_of_varied_blocks(40, 13),
         True,
     ),
     "octagon": partial(
-        outcomes_for_digest_motion,
+        outcomes_under_digest_motion,
         Body(shape_from_name_or_sides(8)),
         random_cases_of_varied_blocks(30, 14),
         leave_out=False,
     ),
-    "wedge": partial(outcomes_for_digest_motion, Body(WEDGE), random_cases_of_varied_blocks(30, 15), True),
+    "wedge": partial(outcomes_under_digest_motion, Body(WEDGE), random_cases_of_varied_blocks(30, 15), True),
     "rectangle with the planes of its faces": outcomes_of_3d_blocks_and_their_2d_models,
     **{
         f"scene: {name}": partial(
-            outcomes_for_digest_motion,
+            outcomes_under_digest_motion,
             PlanarModel(one),
             random_cases_of_varied_blocks(20, 20 + number, reference_element_height_and_b_over_h(one)),
             number % 2 == 1,
@@ -194,18 +199,18 @@ OUTCOME_FUNCTIONS: dict[str, Callable[[], Mapping[str, Any]]] = {
         for number, (name, one) in enumerate(SCENES.items())
     },
     "scene of a block": partial(
-        outcomes_for_digest_motion, PlanarModel(), random_cases_of_varied_blocks(30, 30), True, general=True
+        outcomes_under_digest_motion, PlanarModel(), random_cases_of_varied_blocks(30, 30), True, general=True
     ),
     "scene of a block, Cundall": partial(
-        outcomes_for_digest_motion, SOFT_BLOCK, random_cases_of_varied_blocks(10, 31), general=True, scheme="cundall"
+        outcomes_under_digest_motion, SOFT_BLOCK, random_cases_of_varied_blocks(10, 31), general=True, scheme="cundall"
     ),
     "stack in 3-D": partial(
-        outcomes_for_digest_motion,
+        outcomes_under_digest_motion,
         Stack(load_shipped_scene("three-tier")),
         random_cases_of_varied_blocks(16, 33, reference_element_height_and_b_over_h(load_shipped_scene("three-tier"))),
     ),
     "stack, Cundall": partial(
-        outcomes_for_digest_motion,
+        outcomes_under_digest_motion,
         PlanarModel(TWO_BLOCKS_IN_A_ROW),
         random_cases_of_varied_blocks(6, 32, reference_element_height_and_b_over_h(TWO_BLOCKS_IN_A_ROW)),
         True,

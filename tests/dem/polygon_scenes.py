@@ -65,20 +65,20 @@ def plan_single_case(made: Scene, motion: Motion, friction: float = 1.0, **optio
 
 
 def run_planned_case(
-    how: PolygonSimulationPlan, motion: Motion, more: int = 0
+    plan: PolygonSimulationPlan, motion: Motion, samples_after_record: int = 0
 ) -> tuple[CaseResults, np.ndarray, np.ndarray]:
     """Run a planned case; return results, times (s), and poses with velocities, shape (samples, elements, 6).
 
-    `more` is the number of samples after the record.
+    `samples_after_record` is the number of samples after the record.
     """
-    rows = motion.sample_count + more
-    path = np.zeros((rows, 2 + 6 * how.arrays.piece_vertex_counts.size))
-    answers, path = how.simulate_cases_of_group(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
+    rows = motion.sample_count + samples_after_record
+    path = np.zeros((rows, 2 + 6 * plan.arrays.piece_vertex_counts.size))
+    answers, path = plan.simulate_cases_of_group(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
     path = path[:rows]  # a case may last longer
     return CaseResults(**answers), path[:, 0], path[:, 2:].reshape(len(path), -1, 6)
 
 
-def overwrite_initial_state_of_element(how: PolygonSimulationPlan, element: int, **values: float) -> None:
+def overwrite_initial_state_of_element(plan: PolygonSimulationPlan, element: int, **values: float) -> None:
     """Set x, z, angle, vx, vz or vw of an element at the start; it must not touch another element there."""
 
     def set_initial_state_field(path: str, number: float) -> None:
@@ -88,7 +88,7 @@ def overwrite_initial_state_of_element(how: PolygonSimulationPlan, element: int,
             + element * k.ELEMENT_ROW_LAYOUT.count
             + k.ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, path) // k.PARALLEL_CASE_COUNT
         )
-        how.arrays.initial_state_columns[0, row] = number
+        plan.arrays.initial_state_columns[0, row] = number
 
     paths = {"x": "pose.x", "z": "pose.z", "vx": "velocity.x", "vz": "velocity.z", "vw": "velocity.w"}
     for name, value in values.items():

@@ -38,9 +38,11 @@ def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
     )
     assert found["overturned"].item() == (azimuth is not None)
     # The same case with a fall tilt of 80°, which is simulated for longer.
-    real = polyhedron._least_tilt_and_resting_face_normals
+    real = polyhedron._least_resting_tilt_and_resting_face_normals
     monkeypatch.setattr(
-        polyhedron, "_least_tilt_and_resting_face_normals", lambda *arguments: (np.radians(80.0), real(*arguments)[1])
+        polyhedron,
+        "_least_resting_tilt_and_resting_face_normals",
+        lambda *arguments: (np.radians(80.0), real(*arguments)[1]),
     )
     path = trajectory(motion, Body(Polyhedron(FACETED_BLOCK, "longer")), **same)
     top = np.degrees(np.arctan2(path["tilt_east"][-1], path["tilt_north"][-1])) % 360.0
@@ -53,23 +55,27 @@ def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
             assert abs((way - azimuth + 180.0) % 360.0 - 180.0) < 1.0
 
 
-def is_leaning_body_fallen_in_kernel(stone: RigidSolid, turn: float, tilt: float) -> bool:
+def is_leaning_body_fallen_in_kernel(stone: RigidSolid, lean_direction: float, tilt: float) -> bool:
     """True if the kernel counts a body that leans by `tilt` in the direction `turn` (rad) as fallen."""
-    half, least = 0.5 * tilt, np.cos(0.999 * stone.fall_tilt)
+    half, least = 0.5 * tilt, np.cos(0.999 * stone.least_tilt_to_other_resting_face_rad)
     return is_body_fallen_in_kernel(
-        np.cos(half), -np.sin(turn) * np.sin(half), np.cos(turn) * np.sin(half), least, stone.fall_limits_by_lean_sector
+        np.cos(half),
+        -np.sin(lean_direction) * np.sin(half),
+        np.cos(lean_direction) * np.sin(half),
+        least,
+        stone.fall_limits_by_lean_sector,
     )
 
 
-def centre_heights_of_leaning_body(points: np.ndarray, turn: float, tilts: np.ndarray) -> np.ndarray:
+def centre_heights_of_leaning_body(points: np.ndarray, lean_direction: float, tilts: np.ndarray) -> np.ndarray:
     """Return the heights of the centre above the ground of a body that leans by `tilts` in a direction `turn` (rad)."""
-    down = np.array([np.cos(turn) * np.sin(tilts), np.sin(turn) * np.sin(tilts), -np.cos(tilts)])
+    down = np.array([np.cos(lean_direction) * np.sin(tilts), np.sin(lean_direction) * np.sin(tilts), -np.cos(tilts)])
     return (points @ down).max(axis=0)
 
 
-def released_leaning_body_rolls_back(points: np.ndarray, turn: float, tilt: float) -> bool:
+def released_leaning_body_rolls_back(points: np.ndarray, lean_direction: float, tilt: float) -> bool:
     """True if a body released at this lean rolls back onto its base; found by steps that lower the centre."""
-    down = np.array([np.cos(turn) * np.sin(tilt), np.sin(turn) * np.sin(tilt), -np.cos(tilt)])
+    down = np.array([np.cos(lean_direction) * np.sin(tilt), np.sin(lean_direction) * np.sin(tilt), -np.cos(tilt)])
     rng, step = np.random.default_rng(0), 0.02
     while step > 1e-5:
         tries = down + step * rng.normal(size=(60, 3))
@@ -93,7 +99,9 @@ def test_the_fall_tilt_is_the_next_tilt_at_which_the_leaning_body_can_rest(seed:
     whole = whole[ConvexHull(whole).vertices]
     stone, hull = Polyhedron(whole).unscaled_solid, polyhedron._hull_of_checked_convex_vertices(whole)
     size = float(np.ptp(whole, axis=0).max())
-    fall = fall_tilt_by_lean_direction(hull, size, *polyhedron._least_tilt_and_resting_face_normals(hull, size, 0.0))
+    fall = fall_tilt_by_lean_direction(
+        hull, size, *polyhedron._least_resting_tilt_and_resting_face_normals(hull, size, 0.0)
+    )
     assert len(stone.fall_limits_by_lean_sector) > 3
     for number in rng.integers(0, LEAN_DIRECTION_COUNT, 25):
         turn = 2.0 * np.pi * (number + 0.5) / LEAN_DIRECTION_COUNT
@@ -101,7 +109,7 @@ def test_the_fall_tilt_is_the_next_tilt_at_which_the_leaning_body_can_rest(seed:
         heights = centre_heights_of_leaning_body(hull.points, turn, tilts)
         valleys = 1 + np.flatnonzero((heights[1:-1] < heights[:-2]) & (heights[1:-1] < heights[2:]))
         stays = (tilts[k] for k in valleys if not released_leaning_body_rolls_back(hull.points, turn, tilts[k]))
-        limit = max(next(stays, np.pi), stone.fall_tilt)
+        limit = max(next(stays, np.pi), stone.least_tilt_to_other_resting_face_rad)
         assert fall.fall_tilts[number] == pytest.approx(limit, abs=np.radians(0.1)), np.degrees(turn)
         some = rng.uniform(0.0, min(limit, 3.0), 5)
         np.testing.assert_allclose(

@@ -153,7 +153,7 @@ def test_no_contact_frequency_on_an_edge_or_vertex_exceeds_that_on_the_base() ->
         part_of = replace(
             body,
             contact_points=body.contact_points[[0, 1, 2, 3]],
-            point_indices_by_further_contact_face=(np.array(kept),),
+            point_indices_by_non_base_contact_face=(np.array(kept),),
         )
         assert largest_unit_spring_eigenvalue(part_of) == whole
     # On a single vertex: mass and inertia reduced to it.

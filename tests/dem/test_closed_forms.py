@@ -21,7 +21,7 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.near_field import near_field_motion_and_component_azimuths
 from tests.dem.paths import lower_corner_penetrations, trajectory_of_element_named_stone
-from tests.dem.reference.particles import slip_with_flights_and_landings
+from tests.dem.reference.particles import final_slip_with_flights_and_landings
 from verification.reference.closed_forms import (
     rocking_amplitude_after_impact,
     rocking_threshold_acceleration,
@@ -302,7 +302,9 @@ def test_a_block_stays_flat_in_noise_that_throws_it_up(seed: int, general: bool,
     found = run_cases(motion, Cases([0.0], 0.6, 0.4, 0.2), general=general, scheme=scheme)
     assert found.overturned.tolist() == [0]
     assert found.peak_rotation.max() < 0.01
-    np.testing.assert_allclose(found.residual_slip, slip_with_flights_and_landings(along, up, 0.026, 0.2), rtol=0.03)
+    np.testing.assert_allclose(
+        found.residual_slip, final_slip_with_flights_and_landings(along, up, 0.026, 0.2), rtol=0.03
+    )
 
 
 AMPLITUDES_NEAR_ONE = tuple(np.round(np.linspace(0.95, 1.05, 21), 4).tolist())
@@ -331,7 +333,7 @@ def base_accelerations_throwing_block_up(lift: float, push: float) -> tuple[np.n
 
 @cache
 def outcomes_of_thrown_up_blocks_by_case(
-    b_over_h: float, lift: float, push: float, general: bool, scheme: str
+    b_over_h: float, lift: float, push: float, use_scene_kernel: bool, scheme: str
 ) -> dict[Any, tuple[int, Any, Any]]:
     """Return overturning flag, peak rotation and residual slip of all blocks of one B/H that a motion throws up.
 
@@ -351,7 +353,7 @@ def outcomes_of_thrown_up_blocks_by_case(
     keys = sorted(cells)
     friction, azimuth, amplitude = np.array(keys).T
     cases = Cases(azimuth, 0.6, b_over_h, friction, amplitude=amplitude)
-    found = run_cases(motion, cases, general=general, scheme=scheme)
+    found = run_cases(motion, cases, general=use_scene_kernel, scheme=scheme)
     return dict(zip(keys, zip(found.overturned, found.peak_rotation, found.residual_slip, strict=True), strict=True))
 
 
@@ -363,7 +365,7 @@ def test_a_block_that_lands_flat_while_it_slides_stays_flat(
 ) -> None:
     """The block is thrown up and lands with µ < B/H: the impulse acts within its base, so that no end lifts."""
     found = outcomes_of_thrown_up_blocks_by_case(b_over_h, lift, push, general, scheme)
-    slip = slip_with_flights_and_landings(*base_accelerations_throwing_block_up(lift, push), 0.01, friction)
+    slip = final_slip_with_flights_and_landings(*base_accelerations_throwing_block_up(lift, push), 0.01, friction)
     for turn, expected in ((0, slip), (180, -slip)):
         overturned, rotation, residual = found[friction, turn, 1.0]
         assert overturned == 0
@@ -391,7 +393,7 @@ def test_a_block_that_sticks_when_it_lands_flat_slips_in_flight_only(
     assert found.status.tolist() == [CaseStatus.SIMULATED] * 2
     assert found.overturned.tolist() == [0, 0]
     assert found.peak_rotation.max() < 0.15
-    slip = slip_with_flights_and_landings(along, up, 0.01, 1.0)
+    slip = final_slip_with_flights_and_landings(along, up, 0.01, 1.0)
     np.testing.assert_allclose(found.residual_slip, [slip, -slip], rtol=0.01)
 
 
@@ -399,7 +401,9 @@ def test_a_block_that_sticks_when_it_lands_flat_slips_in_flight_only(
 def reference_slips_at_nearby_amplitudes(friction: float, lift: float, push: float) -> list[float]:
     """Return the slip (m) of a block that does not rotate, at each of the amplitudes `AMPLITUDES_NEAR_ONE`."""
     return [
-        slip_with_flights_and_landings(*base_accelerations_throwing_block_up(lift, push), 0.01, friction, amplitude)
+        final_slip_with_flights_and_landings(
+            *base_accelerations_throwing_block_up(lift, push), 0.01, friction, amplitude
+        )
         for amplitude in AMPLITUDES_NEAR_ONE
     ]
 

@@ -10,7 +10,7 @@ from overturning.dem.block.commit import (
     contact_changes_in_block_step,
 )
 from overturning.dem.block.state import (
-    MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO,
+    MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS,
     AssumedCornerContact,
     BlockConstants,
     BlockVelocityCorrection,
@@ -98,9 +98,16 @@ def test_the_finest_time_step_resolves_very_stiff_or_damped_contacts(damping_rat
 NO_CONTACT_CHANGES = StepContactChanges(False, False, False, False, False, False, False, False)
 
 
-def step_control_of_case(pace: KernelStepControl, standing: float | None = None) -> CaseStepControl:
+def step_control_of_case(
+    kernel_step_control: KernelStepControl, longest_step_at_rest: float | None = None
+) -> CaseStepControl:
     """Return the step control of a case whose finest step is 64 ticks (time units of the kernel)."""
-    return CaseStepControl(64.0, standing or pace.ticks_per_whole_step, 8.0, pace.long_steps_before_doubling)
+    return CaseStepControl(
+        64.0,
+        longest_step_at_rest or kernel_step_control.ticks_per_whole_step,
+        8.0,
+        kernel_step_control.long_steps_before_doubling,
+    )
 
 
 @pytest.mark.parametrize("pace", [BLOCK_STEP_CONTROL, SCENE_STEP_CONTROL, BODY_STEP_CONTROL])
@@ -165,13 +172,20 @@ def sticking_corner_with_changed_penetration(before: float, after: float) -> Sol
     )
 
 
-def step_is_rejected(steps: float, left: SolvedCornerContact, right: SolvedCornerContact, gentle: float = 1e-6) -> bool:
-    """True if a step of `steps` finest steps is rejected; `gentle` is the largest travel of a gentle step, m."""
+def step_is_rejected(
+    length_in_finest_steps: float,
+    left: SolvedCornerContact,
+    right: SolvedCornerContact,
+    max_travel_in_gentle_step_m: float = 1e-6,
+) -> bool:
+    """True if a step of `length_in_finest_steps` finest steps is rejected."""
     case_step_control, block = (
         step_control_of_case(BLOCK_STEP_CONTROL),
-        BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0) | {"max_travel_in_gentle_step": gentle}),
+        BlockConstants(
+            **dict.fromkeys(BlockConstants._fields, 1.0) | {"max_travel_in_gentle_step": max_travel_in_gentle_step_m}
+        ),
     )
-    length = steps * case_step_control.shortest_step
+    length = length_in_finest_steps * case_step_control.shortest_step
     found = contact_changes_in_block_step.py_func(
         block, case_step_control, length, False, SolvedCornerContactPair(left, right), False
     )
@@ -192,9 +206,9 @@ def test_a_gentle_touch_of_corners_is_accepted_in_steps_above_the_finest() -> No
         sticking_corner_with_changed_penetration(-0.5e-6, 0.4e-6),
         sticking_corner_with_changed_penetration(-0.5e-6, 0.6e-6),
     )
-    assert not step_is_rejected(MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO, near, near)
-    assert step_is_rejected(MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO, far, far)
-    assert step_is_rejected(2 * MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO, near, near)
+    assert not step_is_rejected(MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS, near, near)
+    assert step_is_rejected(MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS, far, far)
+    assert step_is_rejected(2 * MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS, near, near)
     assert not step_is_rejected(
         1.0, sticking_corner_with_changed_penetration(-1.0, 1.0), sticking_corner_with_changed_penetration(-1.0, 1.0)
     )
@@ -208,9 +222,9 @@ def test_only_the_travel_of_a_corner_that_touches_or_lifts_off_rejects_a_step() 
         sticking_corner_with_changed_penetration(5e-7, 6e-7),
         sticking_corner_with_changed_penetration(-6e-7, -5e-7),
     ):
-        assert not step_is_rejected(MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO, touches, other)
+        assert not step_is_rejected(MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS, touches, other)
     assert step_is_rejected(
-        MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO, touches, sticking_corner_with_changed_penetration(1e-6, -1e-6)
+        MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS, touches, sticking_corner_with_changed_penetration(1e-6, -1e-6)
     )
 
 

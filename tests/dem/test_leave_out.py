@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from overturning.dem.block import plan as block_plan
 from overturning.dem.body import plan as body_plan
 from overturning.dem.kernel.ground import (
-    LEAD_TIME_BEFORE_STRONG_MOTION,
+    LEAD_TIME_BEFORE_STRONG_MOTION_S,
     REST_CHECKS_PER_SAMPLE_BLOCK,
     SAMPLES_PER_REST_CHECK_BLOCK,
     largest_upcoming_acceleration,
@@ -314,6 +314,6 @@ def test_the_largest_acceleration_ahead_is_the_maximum_of_its_window(samples: in
     for (row, leap, look), largest in np.ndenumerate(found):
         at = SAMPLES_PER_REST_CHECK_BLOCK * leap + look
         window = size[
-            row, at : at + SAMPLES_PER_REST_CHECK_BLOCK + int(np.ceil(LEAD_TIME_BEFORE_STRONG_MOTION / interval)) + 1
+            row, at : at + SAMPLES_PER_REST_CHECK_BLOCK + int(np.ceil(LEAD_TIME_BEFORE_STRONG_MOTION_S / interval)) + 1
         ]
         assert largest == (window.max() if at + SAMPLES_PER_REST_CHECK_BLOCK <= samples else np.inf)

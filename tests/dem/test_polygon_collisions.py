@@ -87,7 +87,7 @@ def test_energy_balances_for_a_stack_shaken_to_pieces() -> None:
     time = np.arange(0, 6, 0.005)
     motion = motion_towards_north(7.0 * np.sin(2 * np.pi * time / 0.8), 0.005)
     for friction in (0.3, 0.7, 2.0):
-        answers, _, _ = run_planned_case(plan_single_case(made, motion, friction), motion, more=4000)
+        answers, _, _ = run_planned_case(plan_single_case(made, motion, friction), motion, samples_after_record=4000)
         assert answers.energy_error[0] < 1e-2
         assert answers.status[0] == 0
     assert (answers.overturned != 0).any()

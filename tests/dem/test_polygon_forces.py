@@ -102,13 +102,13 @@ def test_the_film_shows_forces_over_weight_at_their_points_of_action(scene_traje
     film = film_of_trajectories([scene_trajectory], sine_pulse_motion(6.0), "film")
     panel = film.panels[0]
     assert panel.contact_forces_over_weight is not None
-    assert panel.contact_points is not None
-    assert panel.contact_forces_over_weight.shape == panel.contact_points.shape
+    assert panel.contact_positions_by_frame is not None
+    assert panel.contact_forces_over_weight.shape == panel.contact_positions_by_frame.shape
     assert panel.contact_forces_over_weight.shape[0] == film.frame_count
     assert np.isfinite(panel.contact_forces_over_weight).all()
-    assert np.isfinite(panel.contact_points).all()
+    assert np.isfinite(panel.contact_positions_by_frame).all()
     standing = panel.contact_forces_over_weight[0][
-        panel.contact_points[0, :, 1] < panel.contact_points[0, :, 1].min() + 1e-3
+        panel.contact_positions_by_frame[0, :, 1] < panel.contact_positions_by_frame[0, :, 1].min() + 1e-3
     ]
     assert standing[:, 1].sum() == pytest.approx(1.0, abs=1e-3)
     unknown = film.frame_times > float(scene_trajectory["time"][-1])

@@ -59,11 +59,11 @@ def test_a_stack_stands_up_to_the_harmonic_overhang(blocks: int, share: float) -
         assert np.abs(poses[-1] - poses[300]).max() <= 1e-8
 
 
-def _elements_of_overhanging_block_stack(blocks: int, share: float) -> list[dict[str, object]]:
+def _elements_of_overhanging_block_stack(blocks: int, share_of_limit_overhang: float) -> list[dict[str, object]]:
     """Return blocks that overhang each other by `share` of the limit B/2k, k counted from the top."""
     made = []
     for n in range(blocks):  # from the bottom; the edge of the table is at x = 0, its centre at −1
-        overhang = share * 1.0 / (2 * (blocks - n))
+        overhang = share_of_limit_overhang * 1.0 / (2 * (blocks - n))
         x = 1.0 - 0.5 + overhang if n == 0 else overhang
         made.append(block_element(f"b{n}", 1.0, 0.2, "table" if n == 0 else f"b{n - 1}", x=x))
     return made
@@ -237,7 +237,7 @@ def test_a_block_stopped_by_a_wall_leans_at_the_geometric_angle() -> None:
     made = scene_of_elements(ground, wall, block_element("stone", 0.24, 0.6))
     time = np.arange(0, 10, 0.01)
     pulse = motion_towards_north(np.where(time < 0.6, -6.0 * np.sin(np.pi * time / 0.6), 0.0))
-    answers, _, poses = run_planned_case(plan_single_case(made, pulse, 3.0), pulse, more=3000)
+    answers, _, poses = run_planned_case(plan_single_case(made, pulse, 3.0), pulse, samples_after_record=3000)
     x, _, angle = poses[-1, 2, :3]
     pivot = x + np.cos(angle) * 0.12 - np.sin(angle) * 0.3
     assert answers.status[0] == 0

@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from overturning.dem.quiet import SIMULATED_LEAD_TIME_S, STRONG_MOTION_THRESHOLD_RATIO, find_strong_motion_ranges
+from overturning.dem.quiet import (
+    SIMULATED_LEAD_TIME_S,
+    SIMULATION_START_TO_ONSET_THRESHOLD_RATIO,
+    find_strong_motion_ranges,
+)
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
@@ -17,8 +21,12 @@ def test_a_case_is_computed_from_before_the_first_to_after_the_last_strong_sampl
     """Samples above a share of the rocking threshold |a| = (g + a_up) B/H count, samples just below do not."""
     slenderness, amplitude = 0.3, 2.0
     level = np.zeros(1000)
-    level[STRONG_SAMPLES] = share * STRONG_MOTION_THRESHOLD_RATIO * slenderness * STANDARD_GRAVITY / amplitude
-    level[650] = 1.01 / STRONG_MOTION_THRESHOLD_RATIO * level[650] / share  # one sample above the threshold itself
+    level[STRONG_SAMPLES] = (
+        share * SIMULATION_START_TO_ONSET_THRESHOLD_RATIO * slenderness * STANDARD_GRAVITY / amplitude
+    )
+    level[650] = (
+        1.01 / SIMULATION_START_TO_ONSET_THRESHOLD_RATIO * level[650] / share
+    )  # one sample above the threshold itself
     # Upward acceleration makes the block heavier: the same ratio needs a stronger motion.
     up = np.full(1000, 0.5 * STANDARD_GRAVITY / amplitude) if vertical else None
     north = level * (1.5 if vertical else 1.0)

@@ -18,17 +18,17 @@ from verification.reference.closed_forms import rocking_frequency_parameter, vel
 G = STANDARD_GRAVITY
 
 
-def peak_rotation_under_half_sine(strength: float, ratio: float) -> float:
+def peak_rotation_under_half_sine(strength: float, frequency_ratio: float) -> float:
     """Return the largest θ/α of a slender block under a half sine with ω = ratio · p; inf if it overturns.
 
     The amplitude is `strength` times the rocking threshold. Closed form of θ̈ = p² (θ − α + a/g) from lift-off,
     free motion after the pulse (Housner 1963, section 4); NaN if the block turns back during the pulse.
     """
     lift_off = math.asin(1.0 / strength)
-    share, end = 1.0 / (1.0 + ratio**2), (math.pi - lift_off) / ratio  # time in 1/p
-    a, b = strength * ratio * math.cos(lift_off) * share, -(ratio**2) * share
+    share, end = 1.0 / (1.0 + frequency_ratio**2), (math.pi - lift_off) / frequency_ratio  # time in 1/p
+    a, b = strength * frequency_ratio * math.cos(lift_off) * share, -(frequency_ratio**2) * share
     away = a * math.sinh(end) + b * math.cosh(end)
-    rate = a * math.cosh(end) + b * math.sinh(end) + strength * ratio * share
+    rate = a * math.cosh(end) + b * math.sinh(end) + strength * frequency_ratio * share
     if rate < 0.0:
         return math.nan
     return math.inf if away + rate > 0.0 else 1.0 - math.sqrt(away**2 - rate**2)
@@ -160,16 +160,18 @@ def test_a_block_that_changes_motion_twice_within_a_sample_agrees_with_small_ste
 
 
 @cache
-def fall_sides_and_peaks_under_resampled_noise(parts: int) -> list[np.ndarray]:
+def fall_sides_and_peaks_under_resampled_noise(refinement_factor: int) -> list[np.ndarray]:
     """Return sides and peaks, shape (2, 3 amplitudes, 40 blocks), for 9 noise records sampled `parts` times finer."""
     generator, answers = np.random.default_rng(5), []
     for interval in (0.005, 0.01, 0.02):
         for strength in (3.0, 6.0, 12.0):
             along = generator.normal(size=round(1.5 / interval)) * strength
             along[-1] = 0.0
-            fine = np.interp(np.arange((along.size - 1) * parts + 1) / parts, np.arange(along.size), along)
+            fine = np.interp(
+                np.arange((along.size - 1) * refinement_factor + 1) / refinement_factor, np.arange(along.size), along
+            )
             height, ratio = np.exp(generator.uniform(-1.2, 1.1, 40)), generator.uniform(0.05, 0.4, 40)
-            motion = Motion(fine, 0 * fine, sampling_interval=interval / parts, trust_data=True)
+            motion = Motion(fine, 0 * fine, sampling_interval=interval / refinement_factor, trust_data=True)
             amplitude = np.repeat([0.999, 1.0, 1.001], 40)
             found = simulate_rigid_rocking(
                 motion, Cases(0.0, np.tile(height, 3), np.tile(ratio, 3), 1.0, amplitude=amplitude)

@@ -26,15 +26,15 @@ def sine_cycle(period: float) -> np.ndarray:
 
 
 def outcomes_housner_sides_and_robustness_mask(
-    shape: np.ndarray, axes: tuple[object, ...], friction: float, spread: float
+    waveform: np.ndarray, axes: tuple[object, ...], friction: float, relative_amplitude_change: float
 ) -> tuple[CaseResults, np.ndarray, np.ndarray]:
     """Return results by height, B/H and amplitude over g·B/H, Housner's fall sides, and a mask of robust cases.
 
-    A case is robust if Housner's side does not change when the amplitude changes by ± `spread`.
+    A case is robust if Housner's side does not change when the amplitude changes by ± `relative_amplitude_change`.
     """
     height, ratio, share = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
-    motion, amplitude = Motion(shape, 0 * shape, sampling_interval=INTERVAL), share * ratio * STANDARD_GRAVITY
-    spreads = ((1 - spread) * amplitude, amplitude, (1 + spread) * amplitude)
+    motion, amplitude = Motion(waveform, 0 * waveform, sampling_interval=INTERVAL), share * ratio * STANDARD_GRAVITY
+    spreads = ((1 - relative_amplitude_change) * amplitude, amplitude, (1 + relative_amplitude_change) * amplitude)
     expected = np.array(
         [simulate_rigid_rocking(motion, Cases(0.0, height, ratio, friction, one)).overturned for one in spreads]
     )

@@ -19,7 +19,7 @@ from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.motions import simulate_under_each_motion
 from tests.dem.polygon_scenes import REPOSITORY
-from tests.dem.reference.particles import slip_with_flights_and_landings
+from tests.dem.reference.particles import final_slip_with_flights_and_landings
 from tests.dem.test_stack import (
     INTERVAL,
     THREE_BOXES,
@@ -61,7 +61,7 @@ def test_a_slender_stone_that_slid_and_still_rocks_counts_as_standing(push: floa
     )
     assert found.status.to_numpy().ravel().tolist() == [CaseStatus.SIMULATED] * 2
     assert found.overturned.to_numpy().ravel().tolist() == [0, 0]
-    slip = slip_with_flights_and_landings(along, up, 0.01, 0.5)
+    slip = final_slip_with_flights_and_landings(along, up, 0.01, 0.5)
     np.testing.assert_allclose(found.residual_slip_north.to_numpy().ravel(), slip, rtol=0.01)
 
 

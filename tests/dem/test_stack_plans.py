@@ -268,8 +268,8 @@ def test_a_prism_whose_centre_lies_outside_the_face_below_is_refused() -> None:
         Stack(scene_of_offset_prism(0.28))
     narrow = Stack(scene_of_offset_prism(0.24)).stones(0.6, 0.1)
     far = [narrow[0], replace(narrow[1], x=0.3)]
-    assert contact_patches_at_rest(narrow)[1].side_distances_from_centre_above.min() > 0.0
-    assert contact_patches_at_rest(far)[1].side_distances_from_centre_above.min() < 0.0
+    assert contact_patches_at_rest(narrow)[1].side_distances_from_mass_centre_above.min() > 0.0
+    assert contact_patches_at_rest(far)[1].side_distances_from_mass_centre_above.min() < 0.0
 
 
 @pytest.mark.parametrize(

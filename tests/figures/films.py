@@ -25,7 +25,7 @@ def rocking_film_block(rotation: np.ndarray, width: float = 0.24, height: float 
 
 
 FILM_BASE = FilmBody(
-    "base", np.array([[-5, -0.3], [5, -0.3], [5, 0], [-5, 0.0]]), np.zeros((1, 2)), np.zeros(1), free=False
+    "base", np.array([[-5, -0.3], [5, -0.3], [5, 0], [-5, 0.0]]), np.zeros((1, 2)), np.zeros(1), is_free=False
 )
 
 

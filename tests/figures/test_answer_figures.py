@@ -14,7 +14,7 @@ from overturning.figures.answer import (
     overturned_share_difference_figure,
     sorted_fall_alignment_figure,
 )
-from overturning.figures.style import PAGE_WIDTH, use_package_matplotlib_settings
+from overturning.figures.style import PAGE_WIDTH_INCHES, use_package_matplotlib_settings
 
 NAN = float("nan")
 
@@ -132,7 +132,7 @@ def test_letters_of_answer_figures_have_at_least_7_points_at_printed_width(draw:
         figure = draw()  # type: ignore[operator]
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
     plt.close("all")
-    assert figure.get_figwidth() <= PAGE_WIDTH
+    assert figure.get_figwidth() <= PAGE_WIDTH_INCHES
     assert min(sizes) >= 7.0
 
 

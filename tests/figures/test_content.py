@@ -28,45 +28,45 @@ def write_cube_and_intensities_of_records(folder: Path, *records: Record) -> Pat
 
 
 @pytest.fixture(scope="module")
-def cube_without_falls(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def path_of_cube_without_falls(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Write a cube of a record of 100 Gal: the widest block (B/H 0.2) rocks from 196 Gal on, so all cases stand."""
     record = replace(sine_cycle_record("a", 1.0), fault_strike_deg=30.0)
     return write_cube_and_intensities_of_records(tmp_path_factory.mktemp("weak"), record)
 
 
 @pytest.fixture(scope="module")
-def cube_with_falls(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def path_of_cube_with_falls(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Write a cube with falls under a record without a fault strike."""
     return write_cube_and_intensities_of_records(tmp_path_factory.mktemp("strong"), sine_cycle_record("a", 6.0))
 
 
 @pytest.mark.parametrize("kind", NAMES_OF_FALL_FIGURES)
-def test_figure_of_falls_is_refused_without_falls(cube_without_falls: Path, tmp_path: Path, kind: str) -> None:
+def test_figure_of_falls_is_refused_without_falls(path_of_cube_without_falls: Path, tmp_path: Path, kind: str) -> None:
     out = tmp_path / "empty.svg"
-    text = command_output("figure", kind, cube_without_falls, "-o", out, status=1)
+    text = command_output("figure", kind, path_of_cube_without_falls, "-o", out, status=1)
     assert text.startswith(f"error: {kind}: nothing to draw: none of the 18 cases with an outcome overturns; choose ")
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("kind", ["polar", "blocks", "plane"])
-def test_maps_are_drawn_if_all_blocks_stand(cube_without_falls: Path, tmp_path: Path, kind: str) -> None:
-    command_output("figure", kind, cube_without_falls, "-o", tmp_path / "stands.svg")
+def test_maps_are_drawn_if_all_blocks_stand(path_of_cube_without_falls: Path, tmp_path: Path, kind: str) -> None:
+    command_output("figure", kind, path_of_cube_without_falls, "-o", tmp_path / "stands.svg")
     assert (tmp_path / "stands.svg").stat().st_size > 1000
 
 
 @pytest.mark.parametrize("kind", NAMES_OF_OUTCOME_FIGURES)
-def test_figures_of_a_cube_without_outcomes_are_refused(cube_with_falls: Path, kind: str) -> None:
-    with open_cube(cube_with_falls) as cube:
+def test_figures_of_a_cube_without_outcomes_are_refused(path_of_cube_with_falls: Path, kind: str) -> None:
+    with open_cube(path_of_cube_with_falls) as cube:
         missing = {name: xr.full_like(cube[name], np.nan) for name in ("overturned", "fall_azimuth") if name in cube}
         status = xr.full_like(cube["status"], CaseStatus.OVER_BUDGET) if "status" in cube else None
         beside = cube.assign(missing | ({} if status is None else {"status": status}))
-        beside.encoding["source"] = str(cube_with_falls)
+        beside.encoding["source"] = str(path_of_cube_with_falls)
         with expect_error(ArgumentError, f"{kind}: nothing to draw: none of the 18 cases has an outcome", brief=True):
             plot.CUBE_FIGURE_FUNCTIONS[kind](beside)
 
 
-def test_fall_axes_figure_needs_a_fault_strike_and_roses_do_not(cube_with_falls: Path) -> None:
-    with open_cube(cube_with_falls) as cube:
+def test_fall_axes_figure_needs_a_fault_strike_and_roses_do_not(path_of_cube_with_falls: Path) -> None:
+    with open_cube(path_of_cube_with_falls) as cube:
         assert plot.fall_rose(cube).axes
         with expect_error(ArgumentError, "axes: nothing to draw: the fault strike of no record", "fault_strike_deg"):
             plot.fall_alignment_by_earthquake(cube)

@@ -25,7 +25,7 @@ def save_film_strips_and_touch_other_files(figure: Figure, path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def differing_cases_with_figures(
+def folder_and_differing_cases_with_figures(
     tmp_path_factory: pytest.TempPathFactory,
 ) -> tuple[Path, list[IllustrativeCaseWithFigures]]:
     """Draw the cases in which a study and its variant without vertical motion differ, and return folder and cases."""
@@ -48,9 +48,9 @@ def differing_cases_with_figures(
 
 
 def test_first_differing_case_falls_in_one_setting_and_stands_in_the_other(
-    differing_cases_with_figures: tuple[Path, list[IllustrativeCaseWithFigures]],
+    folder_and_differing_cases_with_figures: tuple[Path, list[IllustrativeCaseWithFigures]],
 ) -> None:
-    folder, cases = differing_cases_with_figures
+    folder, cases = folder_and_differing_cases_with_figures
     first = cases[0]
     assert first.panel_variants == ("nominal", "level")
     ratio = float(first.block_parameters_text.split("B/H = ")[1].split(",")[0])
@@ -65,9 +65,9 @@ def test_first_differing_case_falls_in_one_setting_and_stands_in_the_other(
 
 
 def test_films_of_both_settings_have_the_same_horizontal_motion(
-    differing_cases_with_figures: tuple[Path, list[IllustrativeCaseWithFigures]],
+    folder_and_differing_cases_with_figures: tuple[Path, list[IllustrativeCaseWithFigures]],
 ) -> None:
-    _, cases = differing_cases_with_figures
+    _, cases = folder_and_differing_cases_with_figures
     along, up = (
         [unpack_film_numbers(panel["traces"][row]["rows"][0]) for panel in cases[0].film["panels"]] for row in (0, 1)
     )
@@ -77,9 +77,9 @@ def test_films_of_both_settings_have_the_same_horizontal_motion(
 
 
 def test_film_strip_of_each_differing_case_is_written(
-    differing_cases_with_figures: tuple[Path, list[IllustrativeCaseWithFigures]],
+    folder_and_differing_cases_with_figures: tuple[Path, list[IllustrativeCaseWithFigures]],
 ) -> None:
-    folder, cases = differing_cases_with_figures
+    folder, cases = folder_and_differing_cases_with_figures
     for case in cases:
         assert (folder / "cases" / case.film_strip_file_name).stat().st_size > 1000
 

@@ -111,7 +111,7 @@ def test_frames_show_the_trajectory_and_the_ground_at_their_times(sine_motion_af
     exact = 9.0 / (2 * np.pi) * (since - np.sin(2 * np.pi * since) / (2 * np.pi))
     assert along == pytest.approx(exact, abs=2e-3)
     assert not level.any()
-    left, right, _, _ = extent_of_free_2d_bodies(film, moving=True)
+    left, right, _, _ = extent_of_free_2d_bodies(film, adds_ground_displacement=True)
     seen = (polygon_vertices_by_frame(panel.bodies[1]) + panel.ground_displacement_by_frame[:, None])[..., 0]
     assert left < seen.min() < seen.max() < right
 
@@ -129,7 +129,7 @@ def test_ground_of_a_film_reaches_beyond_the_picture(height: float) -> None:
     shift = film.panels[0].ground_displacement_by_frame
     assert np.ptp(shift[:, 1]) > 1.0
     for moving in (False, True):
-        left, right, bottom, _ = extent_of_free_2d_bodies(film, moving=moving)
+        left, right, bottom, _ = extent_of_free_2d_bodies(film, adds_ground_displacement=moving)
         places = ground + (shift[:, None] if moving else 0.0)
         assert (places[..., 1].min(axis=1) < bottom).all()
         assert (places[..., 0].min(axis=1) < left).all()

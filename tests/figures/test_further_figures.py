@@ -36,7 +36,7 @@ from overturning.figures.response import rotation_slip_and_uplift_figure
 from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses_by_group_figure
 from overturning.figures.scene import scenes_figure
 from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_maps_in_one_figure
-from overturning.figures.style import FALL_COLOUR, PAGE_WIDTH, use_package_matplotlib_settings
+from overturning.figures.style import FALL_COLOUR, PAGE_WIDTH_INCHES, use_package_matplotlib_settings
 from overturning.figures.survey import OCTANT_WIDTH_RAD, SurveyFigureData, survey_falls_figure
 from overturning.figures.ticks import limit_ticks_to_axis_range
 from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
@@ -372,7 +372,7 @@ def test_survey_figure_has_no_mark_of_an_unknown_direction_or_share() -> None:
 def test_figure_text_is_legible_at_page_width(name: str) -> None:
     factor = 0.85  # that of another test: the size of a letter does not depend on that of its figure
     figure = cached_scaled_figure(name, factor)
-    shrunk = min(1.0, PAGE_WIDTH / (figure.get_figwidth() / factor))
+    shrunk = min(1.0, PAGE_WIDTH_INCHES / (figure.get_figwidth() / factor))
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
     assert min(sizes) * shrunk >= 7.8
 

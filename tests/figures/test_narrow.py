@@ -7,7 +7,11 @@ import pytest
 from overturning.figures.answer import PlottedEstimate, overturned_share_difference_figure
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_maps_in_one_figure
-from overturning.figures.style import PHONE_FIGURE_WIDTH, arrange_panels_for_phone, use_package_matplotlib_settings
+from overturning.figures.style import (
+    PHONE_FIGURE_WIDTH_INCHES,
+    arrange_panels_for_phone,
+    use_package_matplotlib_settings,
+)
 from tests.figures.test_explore import random_planar_cube
 
 
@@ -27,7 +31,7 @@ def test_share_and_difference_panels_are_stacked_only_in_figures_for_a_phone(nar
     assert bool(right.x0 > left.x1) is not narrow
     # 366 CSS pixels of a phone of 390; the smallest letter has 7.5 pt.
     assert bool(7.5 * 366 / (72 * figure.get_figwidth()) >= 11) is narrow
-    assert bool(figure.get_figwidth() == PHONE_FIGURE_WIDTH) is narrow
+    assert bool(figure.get_figwidth() == PHONE_FIGURE_WIDTH_INCHES) is narrow
 
 
 def test_figures_for_a_phone_have_two_station_maps_in_a_row() -> None:
@@ -43,7 +47,7 @@ def test_figures_for_a_phone_have_two_station_maps_in_a_row() -> None:
         for figure in (page, phone):
             figure.draw_without_rendering()
     assert columns == [4, 2]
-    assert phone.get_figwidth() == PHONE_FIGURE_WIDTH
+    assert phone.get_figwidth() == PHONE_FIGURE_WIDTH_INCHES
     widths = [figure.axes[0].get_position().width * figure.get_figwidth() for figure in (page, phone)]
     assert widths[1] == pytest.approx(widths[0], rel=0.1)
     assert [one.get_title() for one in phone.axes if one.get_visible()] == [one.name for one in earthquakes]

@@ -21,7 +21,7 @@ from overturning.figures.polar_map import (
     half_probability_cell_outline,
     round_up_velocity_at_map_rim,
 )
-from overturning.figures.style import MISSING_COLOUR, PAGE_WIDTH, use_package_matplotlib_settings
+from overturning.figures.style import MISSING_COLOUR, PAGE_WIDTH_INCHES, use_package_matplotlib_settings
 from overturning.statistics.boundary import overturning_boundaries_by_azimuth
 from tests.figures.test_explore import random_planar_cube
 from tests.figures.test_further_figures import cube_of_falls_around_azimuth_40
@@ -325,7 +325,7 @@ def test_letters_of_a_map_have_at_least_7_points_at_the_printed_width(blocks: tu
     one = cube_of_falls_around_azimuth_40().isel(record=0, height=slice(blocks[0]), friction=slice(blocks[1]))
     figure = make_figure_and_lay_it_out(lambda: fall_map_by_azimuth_figure(one, "Station, earthquake"))
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
-    shrunk = min(1.0, PAGE_WIDTH / figure.get_figwidth())
+    shrunk = min(1.0, PAGE_WIDTH_INCHES / figure.get_figwidth())
     plt.close(figure)
     assert min(sizes) * shrunk >= 7.0
 
@@ -380,7 +380,7 @@ def test_cells_of_a_polar_map_are_arcs_and_fill_the_panel(step: int) -> None:
     assert np.degrees(np.diff(corners)).max() <= 2.0 + 1e-9
     assert 80.0 <= 25.4 * panel.width / figure.dpi <= 120.0, "mm across on paper"
     assert bar.width <= panel.width + 1
-    assert width <= PAGE_WIDTH
+    assert width <= PAGE_WIDTH_INCHES
 
 
 def test_map_ends_at_the_first_b_over_h_without_falls_and_labels_avoid_falls() -> None:

@@ -12,7 +12,7 @@ from matplotlib.transforms import Bbox
 from overturning.figures.rose import FALL_COLOUR, axis_interval_arcs_deg, draw_fall_rose, fall_roses_by_group_figure
 from overturning.figures.style import INK, create_panel_grid, use_package_matplotlib_settings
 from overturning.statistics.bootstrap import MeanOverEarthquakes
-from overturning.statistics.circular import SECTORS
+from overturning.statistics.circular import ROSE_SECTOR_COUNT
 from overturning.statistics.earthquakes import FallAxisSummary
 from overturning.statistics.roses import FallRose, fall_rose, fall_rose_of_all_records
 from tests.figures.test_explore import random_3d_cube
@@ -61,7 +61,7 @@ def test_a_rose_of_2d_falls_counts_opposite_directions_as_one_axis() -> None:
     found = rose_sector_areas(draw_rose_of_falls_with_mean_axis(one))
     directions = fall_rose(one, from_normal=True)
     for middle in range(0, 90, 15):
-        both = directions.shares[middle // 15] + directions.shares[middle // 15 + SECTORS // 2]
+        both = directions.shares[middle // 15] + directions.shares[middle // 15 + ROSE_SECTOR_COUNT // 2]
         assert found[middle] == pytest.approx(both)
     assert found[90.0] == found[-90.0], "the sector across the top has a half at either end"
     assert sum(area for middle, area in found.items() if -90 < middle <= 90) == pytest.approx(1.0)
@@ -73,10 +73,10 @@ def test_rose_angles_are_measured_from_the_fault_normal_where_it_is_known() -> N
         cube_of_falls_around_azimuth_40().assign_coords(fault_normal=("record", [angle] * 5)) for angle in (40.0, NAN)
     )
     found, north = fall_rose_of_all_records(with_normal), fall_rose_of_all_records(without)
-    assert (found.is_from_fault_normal, north.is_from_fault_normal) == (True, False)
+    assert (found.is_measured_from_fault_normal, north.is_measured_from_fault_normal) == (True, False)
     assert np.flatnonzero(north.shares).tolist() == [0, 1, 2, 3, 4, 5]
     assert np.flatnonzero(found.shares).tolist() == [0, 1, 2, 9, 10, 11]
-    assert found.shares.size == north.shares.size == SECTORS // 2
+    assert found.shares.size == north.shares.size == ROSE_SECTOR_COUNT // 2
     figure = draw_rose_of_falls_with_mean_axis(without)
     names = [label.get_text() for label in figure.axes[0].get_xticklabels()]
     assert names == ["W", "NW", "N", "NE", "E"]
@@ -85,7 +85,7 @@ def test_rose_angles_are_measured_from_the_fault_normal_where_it_is_known() -> N
 
 def test_rose_of_3d_falls_shows_axes_only_if_a_fault_normal_is_known() -> None:
     one = random_3d_cube().assign_coords(pulse=("record", [1, 1]), fault_normal=("record", [NAN, NAN]))
-    assert fall_rose_of_all_records(one).shares.size == SECTORS
+    assert fall_rose_of_all_records(one).shares.size == ROSE_SECTOR_COUNT
     assert fall_rose_of_all_records(one.assign_coords(fault_normal=("record", [30.0, NAN]))).is_axial
 
 
@@ -126,16 +126,16 @@ def test_a_rose_without_a_mean_axis_has_no_mark_of_it() -> None:
     assert any("each sector by itself" in text for text in legend)
 
 
-LARGEST_SHARES = (0.08, 0.17, 0.25, 0.36, 0.5, 0.7, 0.9)
+LARGEST_SECTOR_SHARES = (0.08, 0.17, 0.25, 0.36, 0.5, 0.7, 0.9)
 """Shares of the largest sector."""
 
 
 @cache
 def radius_label_boxes_by_largest_rose_share(axial: bool) -> dict[float, list[Bbox]]:
-    """Return the boxes of the radius labels of roses, by the largest share of a sector, from `LARGEST_SHARES`."""
-    count = SECTORS // 2 if axial else SECTORS
+    """Return the boxes of the radius labels of roses by their largest share (`LARGEST_SECTOR_SHARES`)."""
+    count = ROSE_SECTOR_COUNT // 2 if axial else ROSE_SECTOR_COUNT
     unknown, boxes = np.full(count, NAN), dict[float, list[Bbox]]()
-    for pair in (LARGEST_SHARES[place : place + 2] for place in range(0, len(LARGEST_SHARES), 2)):
+    for pair in (LARGEST_SECTOR_SHARES[place : place + 2] for place in range(0, len(LARGEST_SECTOR_SHARES), 2)):
         with use_package_matplotlib_settings():
             figure, panels = create_panel_grid(1, 2, 6.6, 2.75 if axial else 4.3, polar=True)
             for axes, largest in zip(panels[0], pair, strict=False):
@@ -149,7 +149,7 @@ def radius_label_boxes_by_largest_rose_share(axial: bool) -> dict[float, list[Bb
 
 
 @pytest.mark.parametrize("axial", [True, False])
-@pytest.mark.parametrize("largest", LARGEST_SHARES)
+@pytest.mark.parametrize("largest", LARGEST_SECTOR_SHARES)
 def test_radius_labels_of_roses_do_not_touch(largest: float, axial: bool) -> None:
     """Regression: in a half circle the labels 10 and 20 per cent touched."""
     boxes = radius_label_boxes_by_largest_rose_share(axial)[largest]

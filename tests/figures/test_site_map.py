@@ -170,7 +170,7 @@ def cube_of_four_stations(tmp_path_factory: pytest.TempPathFactory) -> xr.Datase
     """Return a cube of three stations of earthquake A, with falls along 30°, and one station of earthquake B."""
     # Two records of the same samples would be one.
     records = [
-        sine_cycle_record(name, across=math.tan(math.radians(30.0)), cycles=1 + number)
+        sine_cycle_record(name, east_over_north=math.tan(math.radians(30.0)), cycles=1 + number)
         for number, name in enumerate(("one", "two", "three", "alone"))
     ]
     use = {"use": [record.record_id for record in records]}

@@ -23,7 +23,7 @@ from overturning.figures.maps import AZIMUTH_COLOURMAP, fall_map_by_orientation_
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.figures.style import (
-    azimuths_one_step_inside_gap_ends,
+    azimuths_one_step_into_unsimulated_gaps,
     compass_bearing_text,
     use_package_matplotlib_settings,
 )
@@ -154,9 +154,13 @@ def test_map_is_blank_only_in_azimuth_gaps_wider_than_the_step() -> None:
     """Around planes of 60°, 70° and their mirror images (240°, 250°), blank gaps begin one step (10°) away."""
     unknown = {(60, 70, 240, 250): [50, 80, 230, 260], (60, 150, 240, 330): [], (0, 30, 90, 180, 210, 270): []}
     for azimuth, ends in unknown.items():
-        np.testing.assert_allclose(np.sort(azimuths_one_step_inside_gap_ends(np.array(azimuth))), ends)
+        np.testing.assert_allclose(np.sort(azimuths_one_step_into_unsimulated_gaps(np.array(azimuth))), ends)
     full = np.sort([*range(0, 360, 5), 152.0])
-    assert azimuths_one_step_inside_gap_ends(full).size == azimuths_one_step_inside_gap_ends(full.repeat(2)).size == 0
+    assert (
+        azimuths_one_step_into_unsimulated_gaps(full).size
+        == azimuths_one_step_into_unsimulated_gaps(full.repeat(2)).size
+        == 0
+    )
 
 
 @pytest.mark.parametrize("azimuth", [[40], [220], [40, 220]])

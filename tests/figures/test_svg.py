@@ -21,7 +21,7 @@ from overturning.figures.svg import compact_svg
 from overturning.figures.write import save_figure_files
 
 
-def draw_two_panels_as_svg(path: Path, small: bool) -> str:
+def draw_two_panels_as_svg(path: Path, reduce_file_size: bool) -> str:
     """Draw two panels with logarithmic ticks, markers, raster image and formulas; return the SVG as text."""
     import matplotlib.pyplot as plt
 
@@ -33,7 +33,7 @@ def draw_two_panels_as_svg(path: Path, small: bool) -> str:
         rasterized=True)  # fmt: skip
         axes[1].set_title("µ · H/B")
         axes[0].legend()
-        if small:
+        if reduce_file_size:
             save_figure_files(figure, path)
         else:
             figure.savefig(path, dpi=DPI)
@@ -55,8 +55,8 @@ def svg_raster_pixels(svg: str) -> np.ndarray:
 
 def test_compact_svg_looks_the_same(tmp_path: Path) -> None:
     large, small = (
-        draw_two_panels_as_svg(tmp_path / "large.svg", small=False),
-        draw_two_panels_as_svg(tmp_path / "small.svg", small=True),
+        draw_two_panels_as_svg(tmp_path / "large.svg", reduce_file_size=False),
+        draw_two_panels_as_svg(tmp_path / "small.svg", reduce_file_size=True),
     )
     assert len(small) < 0.9 * len(large)
     assert svg_text(small) == svg_text(large)
@@ -64,7 +64,7 @@ def test_compact_svg_looks_the_same(tmp_path: Path) -> None:
     np.testing.assert_array_equal(svg_raster_pixels(small), svg_raster_pixels(large))
     named = set(re.findall(r'id="([^"]+)"', small))
     assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', small)) <= named, "what is referred to is there"
-    assert small == draw_two_panels_as_svg(tmp_path / "again.svg", small=True)
+    assert small == draw_two_panels_as_svg(tmp_path / "again.svg", reduce_file_size=True)
 
 
 def test_compact_svg_rounds_coordinates_but_not_scale_factors() -> None:

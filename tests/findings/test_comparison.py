@@ -17,10 +17,11 @@ from overturning.study.convergence import (
 )
 
 COUNTS_OF_CHANGED_CASES = {
-    "cases": 100, "flags": 4, "fallen": 50, "sides": 5, "unanswered": 2, "undivided_ensemble_cases": 80,
-    "undivided_falls_in_one_only": 1,
-    "undivided_falls_to_different_sides": 3, "undivided_falls_in_both": 40, "one_sided_ensemble_falls_in_both": 30,
-    "one_sided_ensemble_falls_to_different_sides": 3,
+    "cases": 100, "flags": 4, "fallen": 50, "sides": 5, "unanswered": 2, "cases_with_agreeing_members": 80,
+    "falls_in_one_only_if_members_agree": 1,
+    "different_fall_sides_if_members_agree": 3, "falls_in_both_if_members_agree": 40,
+    "falls_in_both_if_members_fall_to_one_side": 30,
+    "different_sides_if_members_fall_to_one_side": 3,
 }  # fmt: skip
 
 
@@ -74,13 +75,13 @@ def test_fall_axes_on_rock_and_soil_are_compared_where_both_are_clear() -> None:
 
 def test_records_with_clearly_more_changed_outcomes_than_average_are_listed() -> None:
     """By Wilson's interval, 6 changed outcomes of 90 are above the 1.9 % of all 1,080 cases; 4 of 90 may not be."""
-    rows = [FinerStepChangesOfRecord(record=f"calm-{number}", cases=90, changed=1) for number in range(10)]
+    rows = [FinerStepChangesOfRecord(record=f"calm-{number}", cases=90, changed_cases=1) for number in range(10)]
     loud, doubtful = (
-        FinerStepChangesOfRecord(record=name, cases=90, changed=changed)
+        FinerStepChangesOfRecord(record=name, cases=90, changed_cases=changed)
         for name, changed in (("loud", 6), ("doubtful", 4))
     )
     found = _records_with_unusually_many_outcome_changes(
-        [*rows, loud, doubtful, FinerStepChangesOfRecord(record="few", cases=8, changed=3)]
+        [*rows, loud, doubtful, FinerStepChangesOfRecord(record="few", cases=8, changed_cases=3)]
     )
     assert [(one.record, one.changes.count, one.changes.compared) for one in found] == [("loud", 6, 90)]
     assert found[0].changes.low == pytest.approx(0.0309, abs=2e-4)

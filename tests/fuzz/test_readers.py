@@ -81,13 +81,13 @@ def test_a_corrupted_binary_record_is_read_or_refused_plainly(isolated_folder: P
     run_on_random_examples(strategy_for_corrupted_bytes(whole), read_corrupted_binary_record)
 
 
-def read_table_and_check_ids_stay_in_folder(path: Path) -> None:
+def read_record_table_and_check_ids_as_file_names(path: Path) -> None:
     """Read a record table and check that no record id, used as a file name, leads out of the results folder."""
     for name in read_record_table(path):
         assert Path("results", name).resolve().parent == Path("results").resolve(), "a name that leads out"
 
 
-def read_study_and_check_names_stay_in_folder(path: Path) -> None:
+def read_study_and_check_names_as_file_names(path: Path) -> None:
     """Read and check a study, and check that no name in it, used as a file name, leads out of the results folder."""
     study = load_study(path)
     for name in (study.name, *(f"cube.{variant}.nc" for variant in study.variants)):
@@ -103,10 +103,10 @@ SCENE_FILE_TEMPLATES_WITH_YAML_BOMBS = ("elements: {DEEP}", "{BOMB}name: *j\nele
 @pytest.mark.parametrize(
     ("name", "read", "bombs"),
     [
-        ("config/records.tsv", read_table_and_check_ids_stay_in_folder, ()),
+        ("config/records.tsv", read_record_table_and_check_ids_as_file_names, ()),
         ("surveys/example-ruin.csv", read_counted_stones, ()),
-        ("config/near-fault.yaml", read_study_and_check_names_stay_in_folder, STUDY_FILE_TEMPLATES_WITH_YAML_BOMBS),
-        ("config/in-space.yaml", read_study_and_check_names_stay_in_folder, STUDY_FILE_TEMPLATES_WITH_YAML_BOMBS),
+        ("config/near-fault.yaml", read_study_and_check_names_as_file_names, STUDY_FILE_TEMPLATES_WITH_YAML_BOMBS),
+        ("config/in-space.yaml", read_study_and_check_names_as_file_names, STUDY_FILE_TEMPLATES_WITH_YAML_BOMBS),
         ("config/scenes/three-tier.yaml", load_scene, SCENE_FILE_TEMPLATES_WITH_YAML_BOMBS),
     ],
 )

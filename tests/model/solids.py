@@ -6,7 +6,7 @@ import numpy as np
 
 from overturning.model.surface import TriangleSurface
 
-BOXES_AND_SIGNS_OF_SOLIDS = {
+BOX_CORNERS_AND_SIGNS_BY_SOLID = {
     "l-shape": [((0, 0, 0), (0.6, 0.3, 0.2), 1), ((0, 0, 0.2), (0.2, 0.3, 0.8), 1)],
     "ring": [((-0.4, -0.3, 0), (0.4, 0.3, 0.25), 1), ((-0.25, -0.15, 0), (0.25, 0.15, 0.25), -1)],
     "statue": [((-0.1, -0.1, 0), (0.1, 0.1, 0.6), 1), ((-0.25, -0.1, 0.6), (0.3, 0.1, 0.8), 1)],
@@ -17,7 +17,7 @@ BOXES_AND_SIGNS_OF_SOLIDS = {
 def mass_properties_of_solid_from_its_boxes(name: str) -> tuple[float, np.ndarray, np.ndarray]:
     """Return volume, centre and inertia per mass of a solid, as sums over its boxes (parallel axes)."""
     volume, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
-    for low, high, sign in BOXES_AND_SIGNS_OF_SOLIDS[name]:
+    for low, high, sign in BOX_CORNERS_AND_SIGNS_BY_SOLID[name]:
         side, middle = np.subtract(high, low), np.add(high, low) / 2
         own = sign * np.prod(side)
         volume += own

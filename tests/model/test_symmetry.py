@@ -31,16 +31,19 @@ def test_the_nearest_simulated_plane_is_selected_and_mirrored_if_needed(
     found = nearest_simulated_planes(azimuth, asked)
     assert found.direction_index.tolist() == cell
     assert found.mirrored.tolist() == mirrored
-    assert found.turn_deg.tolist() == [180.0 * one for one in mirrored]
+    assert found.rotation_from_simulated_deg.tolist() == [180.0 * one for one in mirrored]
 
 
 def test_the_nearest_simulated_orientation_is_selected_by_rotational_symmetry() -> None:
     """Quarter turns of a square give all azimuths from three orientations; a body without symmetry has none."""
     found = nearest_simulated_directions([0, 30, 60], [1, 121, 260, -29], 90.0)
-    assert (found.direction_index.tolist(), found.turn_deg.tolist()) == ([0, 1, 0, 2], [0, 90, 270, 270])
+    assert (found.direction_index.tolist(), found.rotation_from_simulated_deg.tolist()) == (
+        [0, 1, 0, 2],
+        [0, 90, 270, 270],
+    )
     assert nearest_simulated_directions([0, 30, 60], [200, 220, 359], 360.0).direction_index.tolist() == [2, 0, 0]
     column = nearest_simulated_directions([5], [200, 5], 0.0)
-    assert (column.direction_index.tolist(), column.turn_deg.tolist()) == ([0, 0], [195, 0])
+    assert (column.direction_index.tolist(), column.rotation_from_simulated_deg.tolist()) == ([0, 0], [195, 0])
     assert not found.mirrored.any()
 
 
@@ -51,7 +54,7 @@ def test_grid_directions_equal_by_symmetry_share_the_cell_of_the_first_one() -> 
     assert first_equivalent_of_each_direction([5], 0.0).direction_index.tolist() == [[0]]
     bodies = first_equivalent_of_each_direction(np.arange(0, 180, 30), [90.0, 180.0, 0.0])
     assert bodies.direction_index.T.tolist() == [[0, 1, 2, 0, 1, 2], [0, 1, 2, 3, 4, 5], [0] * 6]
-    assert bodies.turn_deg[:, 0].tolist() == [0, 0, 0, 90, 90, 90]
+    assert bodies.rotation_from_simulated_deg[:, 0].tolist() == [0, 0, 0, 90, 90, 90]
 
 
 def test_rotational_symmetry_of_360_over_7_degrees_is_recognised() -> None:

@@ -21,11 +21,17 @@ DT = 0.01
 TIME = np.arange(0, 60, DT)
 
 
-def noise_with_decaying_signal_from_onset(ahead: float, noise: float, seed: int = 3, drift: float = 0.0) -> np.ndarray:
+def noise_with_decaying_signal_from_onset(
+    onset_s: float, noise_standard_deviation: float, seed: int = 3, drift: float = 0.0
+) -> np.ndarray:
     """White noise of a standard deviation, with a decaying signal a hundred times as strong from ``ahead`` s on."""
     random = np.random.default_rng(seed)
-    envelope = np.where(ahead <= TIME, np.exp(-(TIME - ahead) / 10), 0.0)
-    return noise * random.normal(size=TIME.size) + envelope * random.normal(size=TIME.size) + drift * TIME
+    envelope = np.where(onset_s <= TIME, np.exp(-(TIME - onset_s) / 10), 0.0)
+    return (
+        noise_standard_deviation * random.normal(size=TIME.size)
+        + envelope * random.normal(size=TIME.size)
+        + drift * TIME
+    )
 
 
 @pytest.mark.parametrize("ahead", [5.0, 20.0])
@@ -46,7 +52,7 @@ def test_signal_to_noise_ratio_of_white_signals_matches_their_amplitudes():
     assert found.frequency[0] == pytest.approx(3 / found.onset_s)  # three cycles of the slowest
     # exp(−t/10) to 95 % of its energy, 15 s: root mean square 0.56 of the first amplitude.
     middle = (found.frequency > 1) & (found.frequency < 30)
-    assert np.median(found.ratio[:, middle]) == pytest.approx(56, rel=0.15)
+    assert np.median(found.signal_to_noise_and_offset_ratio[:, middle]) == pytest.approx(56, rel=0.15)
 
 
 @pytest.mark.parametrize("lasting", [12, 3000])
@@ -106,7 +112,7 @@ def test_signal_to_noise_ratio_at_long_sampling_intervals_is_finite_or_missing(i
     if found is not None:
         assert found.onset_s >= 15.0 * interval
         assert found.frequency[-1] >= 2.0 * found.frequency[0] * (1 - 1e-9)
-        assert np.isfinite(found.ratio).all()
+        assert np.isfinite(found.signal_to_noise_and_offset_ratio).all()
     assert found is not None or motion_onset_index(np.append(noise, 10.0 * signal)) * interval < max(2.0, 15 * interval)
 
 

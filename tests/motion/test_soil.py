@@ -147,9 +147,9 @@ def test_a_soil_strain_beyond_the_curve_is_noted(noise_samples: np.ndarray) -> N
     within, beyond = (
         propagate_through_soil(scale * noise_samples, SAMPLING_INTERVAL_S, [soft], ROCK) for scale in (10.0, 30.0)
     )
-    assert (within.converged, within.strain_and_exceeded_curve_end) == (True, None)
+    assert (within.converged, within.strain_and_exceeded_curve_max_strain) == (True, None)
     assert within.largest_strain < 0.01
-    assert beyond.strain_and_exceeded_curve_end == pytest.approx((0.65 * beyond.largest_strain, 0.01))
+    assert beyond.strain_and_exceeded_curve_max_strain == pytest.approx((0.65 * beyond.largest_strain, 0.01))
     assert beyond.largest_strain > 0.02
     site = SoilSite.model_validate(SOIL_SITE_SETTINGS | {"layers": [soft.model_dump()]})
     _, text = site.propagate_record_to_surface(replace(PULSE, north=100.0 * PULSE.north))

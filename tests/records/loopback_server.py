@@ -64,9 +64,9 @@ class ServerWithPlannedFailures(ThreadingHTTPServer):
     def address(self) -> str:
         return f"http://127.0.0.1:{self.server_address[1]}"
 
-    def take_next_behaviour_of_service(self, what: str) -> str:
+    def take_next_behaviour_of_service(self, service: str) -> str:
         """Remove and return the next behaviour planned for a service, such as "503"; "good" if none is."""
-        modes = self.mode.get(what, [])
+        modes = self.mode.get(service, [])
         return modes.pop(0) if modes else "good"
 
 

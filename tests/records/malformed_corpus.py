@@ -9,9 +9,9 @@ from tests.records.written import TEXT_FORMATS_WITH_WRITERS
 
 random = np.random.default_rng(5)
 SAMPLES_IN_COUNTS = [random.integers(-400_000, 400_000, 200) for _ in range(2)]
-SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT = [np.round(random.normal(0, 500, 203)) for _ in range(2)]
+SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION = [np.round(random.normal(0, 500, 203)) for _ in range(2)]
 VALID_FILES_AND_HEADER_LINE_COUNTS = {
-    form: (written.file_texts_by_name(*SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT), written.header_line_count)
+    form: (written.file_texts_by_name(*SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION), written.header_line_count)
     for form, written in TEXT_FORMATS_WITH_WRITERS.items()
 }
 """Files of one record (name, content) and the number of header lines of the first, which is mutated."""
@@ -41,7 +41,7 @@ def line_change_replacing_first_number(index: int, word: str) -> Callable[[list[
     return replace_first_number
 
 
-def named_mutations_of_any_text_format(header: int) -> Iterator[tuple[str, Callable[[str], bytes]]]:
+def named_mutations_of_any_text_format(header_line_count: int) -> Iterator[tuple[str, Callable[[str], bytes]]]:
     """Yield names and mutations that apply to every text format with a given number of header lines."""
     for percent in (1, 5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95, 99):
         yield f"cut at {percent} %", lambda t, p=percent: t[: len(t) * p // 100].encode()
@@ -50,12 +50,15 @@ def named_mutations_of_any_text_format(header: int) -> Iterator[tuple[str, Calla
     yield "last line missing", text_mutation_from_change_of_lines(lambda ls: ls[:-1])
     yield (
         "a line of samples missing",
-        text_mutation_from_change_of_lines(lambda ls: ls[: header + 3] + ls[header + 4 :]),
+        text_mutation_from_change_of_lines(lambda ls: ls[: header_line_count + 3] + ls[header_line_count + 4 :]),
     )
-    yield "a line of samples twice", text_mutation_from_change_of_lines(lambda ls: ls[: header + 3] + ls[header + 2 :])
-    yield "no samples", text_mutation_from_change_of_lines(lambda ls: ls[:header])
+    yield (
+        "a line of samples twice",
+        text_mutation_from_change_of_lines(lambda ls: ls[: header_line_count + 3] + ls[header_line_count + 2 :]),
+    )
+    yield "no samples", text_mutation_from_change_of_lines(lambda ls: ls[:header_line_count])
     yield "only the first line", text_mutation_from_change_of_lines(lambda ls: ls[:1])
-    yield "header missing", text_mutation_from_change_of_lines(lambda ls: ls[header:])
+    yield "header missing", text_mutation_from_change_of_lines(lambda ls: ls[header_line_count:])
     yield "two records in one", lambda t: (t + t).encode()
     yield "empty", lambda _t: b""
     yield "blanks only", lambda _t: b"  \n \n"
@@ -73,15 +76,15 @@ def named_mutations_of_any_text_format(header: int) -> Iterator[tuple[str, Calla
     yield "binary", lambda t: bytes(range(256)) * (len(t) // 256)
     yield "text behind", lambda t: (t + "end of file, have a nice day\n").encode()
     joined = text_mutation_from_change_of_lines(
-        lambda ls: [*ls[:header], re.sub(r"(\d) +(-\d)", r"\1\2", "".join(ls[header:]), count=1)]
+        lambda ls: [*ls[:header_line_count], re.sub(r"(\d) +(-\d)", r"\1\2", "".join(ls[header_line_count:]), count=1)]
     )
     yield "columns that touch", joined
     for word in ("NaN", "inf", "******", "1.2.3", "--5", "0x1F", "1_0", "", "1,5", "abc", "1E", "٣"):
         yield (
             f"sample is {word!r}",
-            text_mutation_from_change_of_lines(line_change_replacing_first_number(header + 5, word)),
+            text_mutation_from_change_of_lines(line_change_replacing_first_number(header_line_count + 5, word)),
         )
-    for line in range(header):
+    for line in range(header_line_count):
         for digit in "* ":
             starred = text_mutation_from_change_of_lines(
                 lambda ls, i=line, d=digit: [*ls[:i], re.sub(r"\d", d, ls[i]), *ls[i + 1 :]]

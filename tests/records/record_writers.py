@@ -45,7 +45,9 @@ def knet_text(
     return text
 
 
-def write_knet_set(folder: Path, stem: str, north, east, up=None, *, kik: int | None = None, **header) -> list[Path]:
+def write_knet_component_files(
+    folder: Path, stem: str, north, east, up=None, *, kik: int | None = None, **header
+) -> list[Path]:
     """Write a K-NET file for each component; ``kik`` is 1 for a KiK-net borehole sensor, 2 for a surface sensor."""
     paths = []
     for code, axis, counts in zip(

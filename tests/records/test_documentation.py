@@ -7,7 +7,7 @@ from typing import get_args
 from overturning.records.catalogue import RecordTableRow
 from overturning.records.formats.table import FORMATS
 from overturning.records.processing import Step
-from overturning.records.pulses import SHAPES, Pulse
+from overturning.records.pulses import PULSE_SHAPES, Pulse
 from overturning.units import ACCELERATION_UNITS
 
 FORMATS_PAGE = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
@@ -23,7 +23,7 @@ NAMES_TO_DOCUMENT = {
     "fema-p695",
     "synthetic",
     *RecordTableRow.model_fields,
-    *SHAPES,
+    *PULSE_SHAPES,
     *(model.model_fields["step"].default for model in member_types_of_union(Step)),
     *(
         name

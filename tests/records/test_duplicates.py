@@ -18,7 +18,7 @@ from overturning.records.duplicates import (
 from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.record import Record
 from overturning.study.load import study_from_content
-from overturning.study.preflight import find_record_rows_and_files, read_and_check_records
+from overturning.study.preflight import check_records_and_collect_notes, find_record_rows_and_files
 from tests.expect import expect_error
 from tests.records.record_writers import peer_text
 
@@ -45,7 +45,7 @@ def record_of_components(name, north, east, interval=1 / SAMPLING_RATE_HZ):
 
 
 AXES_ROTATION_RAD = np.radians(33.0)
-COPIES = {
+COPIES_OF_ONE_MOTION = {
     "itself": (NORTH, EAST, 0.01),
     "rounded to 1 Gal": (np.round(NORTH, 2), np.round(EAST, 2), 0.01),
     "with zeros before it": (np.pad(NORTH, (700, 90)), np.pad(EAST, (700, 90)), 0.01),
@@ -69,9 +69,9 @@ DIFFERENT_MOTIONS = {
 }
 
 
-@pytest.mark.parametrize("name", COPIES)
+@pytest.mark.parametrize("name", COPIES_OF_ONE_MOTION)
 def test_a_copied_record_is_reported_with_both_record_names(name):
-    pair = [record_of_components("a", NORTH, EAST), record_of_components("b", *COPIES[name])]
+    pair = [record_of_components("a", NORTH, EAST), record_of_components("b", *COPIES_OF_ONE_MOTION[name])]
     assert find_duplicate_records(
         map(motion_fingerprint, [record_of_components("c", *OTHER_NORTH_AND_EAST), *pair])
     ) == [("a", "b")]
@@ -135,5 +135,5 @@ def test_one_motion_in_two_formats_is_reported_by_a_study(tmp_path):
     study = study_from_content({"name": "mine", "records": records}, "mine.yaml")
     entries, _ = find_record_rows_and_files(study, "mine.yaml")
     with expect_error(ConfigError, "records own and peer have the same samples"):
-        read_and_check_records(study, entries)
-    read_and_check_records(study, {"peer": entries["peer"]})
+        check_records_and_collect_notes(study, entries)
+    check_records_and_collect_notes(study, {"peer": entries["peer"]})

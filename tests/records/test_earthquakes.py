@@ -18,7 +18,7 @@ from overturning.records.earthquakes import (
 from overturning.records.formats import fema_p695
 from overturning.records.read import read_record
 from overturning.records.record import Record
-from tests.records.record_writers import write_knet_set
+from tests.records.record_writers import write_knet_component_files
 
 DEFAULT_RECORD_TABLE_PATH = Path(__file__).parents[2] / "config" / "records.tsv"
 
@@ -46,9 +46,16 @@ def test_one_origin_under_two_names_becomes_one_earthquake_with_a_note() -> None
             epicentre_longitude_deg=-121.88,
         ),
     )
-    assert found.earthquake_label_by_record == ("Loma Prieta 10/18/1989", "Northridge 1994", "Loma Prieta 10/18/1989")
-    assert len(found.several_names_notes) == 1
-    assert "'Loma Prieta 10/18/1989' and 'Santa Cruz mountains' are one earthquake" in found.several_names_notes[0]
+    assert found.earthquake_labels_in_record_order == (
+        "Loma Prieta 10/18/1989",
+        "Northridge 1994",
+        "Loma Prieta 10/18/1989",
+    )
+    assert len(found.notes_on_earthquakes_with_several_names) == 1
+    assert (
+        "'Loma Prieta 10/18/1989' and 'Santa Cruz mountains' are one earthquake"
+        in found.notes_on_earthquakes_with_several_names[0]
+    )
     assert found.doubtful_assignment_notes == ()
 
 
@@ -57,7 +64,7 @@ def test_an_origin_time_is_read_in_any_time_zone() -> None:
         table_row("a", "x", origin_time="2000-10-06T13:30:18+09:00"),
         table_row("b", "y", origin_time="2000-10-06T04:30:00Z"),
     )
-    assert found.earthquake_label_by_record == ("x", "x")
+    assert found.earthquake_labels_in_record_order == ("x", "x")
 
 
 @pytest.mark.parametrize("text", ["1989", "1989-10-18", "10/18/1989 00:04", "1989-02-30T00:04:15"])
@@ -75,9 +82,11 @@ def test_one_name_with_two_origins_becomes_two_earthquakes() -> None:
         table_row("main", "Kumamoto 2016", origin_time="2016-04-15T16:25:06Z"),
         table_row("open", "Kumamoto 2016"),
     )
-    assert found.earthquake_label_by_record[0] != found.earthquake_label_by_record[1]
+    assert found.earthquake_labels_in_record_order[0] != found.earthquake_labels_in_record_order[1]
     assert (
-        found.earthquake_label_by_record[2] == found.earthquake_label_by_record[0] == "Kumamoto 2016 (2016-04-14 12:26)"
+        found.earthquake_labels_in_record_order[2]
+        == found.earthquake_labels_in_record_order[0]
+        == "Kumamoto 2016 (2016-04-14 12:26)"
     )
     assert len(found.doubtful_assignment_notes) == 2
     assert "record open may be of" in found.doubtful_assignment_notes[0]
@@ -94,20 +103,20 @@ def test_simultaneous_distant_epicentres_become_two_earthquakes() -> None:
     found = earthquake_assignment_of_table_rows(
         table_row("a", "x", origin_time=moment, **first), table_row("b", "y", origin_time=moment, **second)
     )
-    assert found.earthquake_label_by_record == ("x", "y")
+    assert found.earthquake_labels_in_record_order == ("x", "y")
 
 
 def test_event_ids_override_earthquake_names_and_origins() -> None:
     same = earthquake_assignment_of_table_rows(
         table_row("a", "Chi-Chi", event_id="e1"), table_row("b", "Taiwan 1999", event_id="e1")
     )
-    assert same.earthquake_label_by_record == ("Chi-Chi", "Chi-Chi")
+    assert same.earthquake_labels_in_record_order == ("Chi-Chi", "Chi-Chi")
     moment = "1999-09-20T17:47:16Z"
     apart = earthquake_assignment_of_table_rows(
         table_row("a", "Chi-Chi", event_id="e1", origin_time=moment),
         table_row("b", "Chi-Chi", event_id="e2", origin_time=moment),
     )
-    assert apart.earthquake_label_by_record == ("Chi-Chi (e1)", "Chi-Chi (e2)")
+    assert apart.earthquake_labels_in_record_order == ("Chi-Chi (e1)", "Chi-Chi (e2)")
     assert apart.notes == ()
 
 
@@ -126,7 +135,7 @@ def test_similar_earthquake_names_are_noted_with_both_names(first: str, second: 
     found = earthquake_assignment_of_table_rows(
         table_row("a", first), table_row("b", "Gazli 1976"), table_row("c", second)
     )
-    assert len(set(found.earthquake_label_by_record)) == 3
+    assert len(set(found.earthquake_labels_in_record_order)) == 3
     assert len(found.doubtful_assignment_notes) == 1
     assert first in found.doubtful_assignment_notes[0]
     assert second in found.doubtful_assignment_notes[0]
@@ -150,14 +159,14 @@ def test_earthquake_names_ignore_capitals_and_blanks() -> None:
     assert (
         earthquake_assignment_of_table_rows(
             table_row("a", "LOMA PRIETA  1989"), table_row("b", "Loma Prieta 1989")
-        ).earthquake_label_by_record[1]
+        ).earthquake_labels_in_record_order[1]
         == "LOMA PRIETA 1989"
     )
 
 
 def test_records_without_an_earthquake_count_as_one_and_are_noted() -> None:
     found = earthquake_assignment_of_table_rows(table_row("a"), table_row("b", "Gazli 1976"), table_row("c"))
-    assert found.earthquake_label_by_record == ("", "Gazli 1976", "")
+    assert found.earthquake_labels_in_record_order == ("", "Gazli 1976", "")
     assert "2 records (a, c) name no earthquake and count as one" in found.doubtful_assignment_notes[0]
 
 
@@ -197,7 +206,7 @@ def test_each_shipped_earthquake_name_is_one_earthquake() -> None:
     """Each name in the record table is one earthquake, and no name resembles another."""
     entries = read_record_table(DEFAULT_RECORD_TABLE_PATH)
     found = assign_records_to_earthquakes(entries.values())
-    assert found.earthquake_label_by_record == tuple(one.event for one in entries.values())
+    assert found.earthquake_labels_in_record_order == tuple(one.event for one in entries.values())
     assert found.notes == ()
 
 
@@ -221,7 +230,7 @@ def _write_text_file(folder: Path, name: str, text: str) -> Path:
 
 
 def test_the_record_table_overrides_the_origin_time_in_the_file_header(tmp_path: Path) -> None:
-    write_knet_set(tmp_path, "TST0010102031305", WAVE, -WAVE)
+    write_knet_component_files(tmp_path, "TST0010102031305", WAVE, -WAVE)
     line = table_row("t", "Tottori", event_id="e1", origin_time="2000-10-06T04:30:18Z").model_copy(
         update={"source": "TST0010102031305"}
     )
@@ -231,7 +240,7 @@ def test_the_record_table_overrides_the_origin_time_in_the_file_header(tmp_path:
 
 def test_records_check_and_add_print_notes_on_shared_earthquakes(tmp_path: Path) -> None:
     for number in (1, 2):
-        write_knet_set(tmp_path, f"TST00{number}0102031305", WAVE, -WAVE, station=f"TST00{number}")
+        write_knet_component_files(tmp_path, f"TST00{number}0102031305", WAVE, -WAVE, station=f"TST00{number}")
     files = [str(tmp_path / f"TST0020102031305.{end}") for end in ("NS", "EW")]
     table = tmp_path / "records.tsv"
     table.write_text("id\tsource\tevent\torigin_time\nold\told\tTottori 2001\t2001-02-03T04:05:10\n")

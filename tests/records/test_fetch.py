@@ -115,8 +115,8 @@ def test_a_download_from_a_dead_server_ends_with_an_error(tmp_path):
 def test_download_credentials_come_from_the_environment_and_are_never_shown(
     server, tmp_path, monkeypatch, caplog, capsys
 ):
-    monkeypatch.setenv(download.USER_VARIABLE, "somebody")
-    monkeypatch.setenv(download.PASSWORD_VARIABLE, "s3cret-w0rd")
+    monkeypatch.setenv(download.USER_ENVIRONMENT_VARIABLE, "somebody")
+    monkeypatch.setenv(download.PASSWORD_ENVIRONMENT_VARIABLE, "s3cret-w0rd")
     with caplog.at_level("DEBUG"):
         fetch_file(server, tmp_path / "got")
         server.mode["file"] = ["401"]

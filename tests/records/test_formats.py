@@ -43,8 +43,8 @@ from tests.records.world_writers import (
 from tests.records.written import COSMOS_RECORD_FIELDS, ROTATED_AXIS_NAMES_AND_CODES, TEXT_FORMATS_WITH_WRITERS, G
 
 MILLI_G = G / 1000
-SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT = np.random.default_rng(7).integers(-999, 999, (3, 210))
-A, B, C = SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT / 10
+SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION = np.random.default_rng(7).integers(-999, 999, (3, 210))
+A, B, C = SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION / 10
 
 
 def write_files_and_read_record(folder, files: dict[str, str] | str, **declared) -> Record:
@@ -74,7 +74,7 @@ def project_to_north_and_east(first, first_deg, second, second_deg):
 @pytest.mark.parametrize("form", TEXT_FORMATS_WITH_WRITERS)
 def test_every_text_format_gives_its_samples_and_header_fields(tmp_path, form):
     written = TEXT_FORMATS_WITH_WRITERS[form]
-    for name, text in written.file_texts_by_name(*SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT).items():
+    for name, text in written.file_texts_by_name(*SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION).items():
         (tmp_path / name).write_text(text)
     if written.declared:
         undeclared = read_record_without_processing(next(tmp_path.iterdir()))
@@ -85,9 +85,11 @@ def test_every_text_format_gives_its_samples_and_header_fields(tmp_path, form):
     up = (
         None
         if "up" in written.expected_record_fields
-        else SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT[2] * written.smallest_sample_step * written.unit_m_s2
+        else SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION[2] * written.smallest_sample_step * written.unit_m_s2
     )
-    assert_components(record, *written.expected_north_east(*SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT[:2]), up, rtol=1e-8)
+    assert_components(
+        record, *written.expected_north_east(*SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION[:2]), up, rtol=1e-8
+    )
     assert record.sampling_interval == pytest.approx(written.sampling_interval_s, rel=1e-9)
     for name, value in written.expected_record_fields.items():
         found = getattr(record, name) if hasattr(record, name) else record.extra[name]
@@ -111,7 +113,7 @@ def test_any_samples_written_in_a_text_format_are_read_back(form, samples):
 @pytest.mark.parametrize("form", ["knet", "peer", "csmnc", "esm"])
 def test_a_file_with_a_sample_split_in_two_is_refused(tmp_path, form):
     """Regression: with a blank inside a number, all later samples were shifted; only a note told of one too many."""
-    files = TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT)
+    files = TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION)
     name, text = next(iter(files.items()))
     lines = text.splitlines(keepends=True)
     at = TEXT_FORMATS_WITH_WRITERS[form].header_line_count + 4
@@ -127,7 +129,7 @@ def test_samples_beyond_the_count_in_the_header_are_left_out_with_a_note(tmp_pat
     written = TEXT_FORMATS_WITH_WRITERS[form]
     files, longer = (
         written.file_texts_by_name(*samples)
-        for samples in (SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT[:, :200], SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT)
+        for samples in (SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION[:, :200], SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION)
     )
     first = next(iter(files))
     lines, more = files[first].splitlines(), longer[first].splitlines()
@@ -136,7 +138,7 @@ def test_samples_beyond_the_count_in_the_header_are_left_out_with_a_note(tmp_pat
     files[first] = "\n".join([*lines[:end], *surplus_notes, *lines[end:]]) + "\n"
     record = write_files_and_read_record(tmp_path, files, vertical_sense="none")
     assert_components(
-        record, *written.expected_north_east(*SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT[:2, :200]), record.up, rtol=1e-8
+        record, *written.expected_north_east(*SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION[:2, :200]), record.up, rtol=1e-8
     )
     (note,) = [note for note in record.notes if "is doubtful: 200 samples then last" not in note]  # 1 s is short
     assert f"{first} goes on after the 200 samples that its header promises: " in note
@@ -159,7 +161,7 @@ def test_samples_beyond_the_count_in_the_header_are_left_out_with_a_note(tmp_pat
 @pytest.mark.parametrize("sense", [1, -1])
 def test_samples_with_the_opposite_sign_of_the_header_peak_are_refused(tmp_path, form, stated, sense):
     """Regression: samples of reversed sign agreed with the header, whose peak was compared without its sign."""
-    steps = SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT.copy()
+    steps = SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION.copy()
     steps[0, 50] = sense * 1500
     files = TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*steps)
     name, text = next(iter(files.items()))
@@ -221,8 +223,8 @@ def test_smc_samples_with_the_opposite_sign_of_the_header_extremes_are_refused(t
 def test_every_header_peak_is_compared_with_the_samples(tmp_path, form):
     """A file with twice the samples of its header is refused, and read only if trusted."""
     written = TEXT_FORMATS_WITH_WRITERS[form]
-    files = written.file_texts_by_name(*SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT)
-    for name, text in written.file_texts_by_name(*(2 * SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT)).items():
+    files = written.file_texts_by_name(*SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION)
+    for name, text in written.file_texts_by_name(*(2 * SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION)).items():
         head, data = files[name].splitlines(), text.splitlines()
         last = len(head) if len(files) > 1 or written.header_line_count < 25 else written.header_line_count + 20
         lines = head[: written.header_line_count] + data[written.header_line_count : last] + head[last:]
@@ -331,7 +333,7 @@ def test_csmip_volume_2_files_of_the_1980s_are_read(tmp_path):
 )
 @pytest.mark.parametrize("form", ["cosmos", "csmip2"])
 def test_the_location_of_a_channel_identifies_a_borehole(tmp_path, form, place):
-    (text,) = TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT).values()
+    (text,) = TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION).values()
     text = text.replace("Location: free field", f"Location: {place or 'Ground floor'}")
     text = re.sub(r"(?m)^(Chan .*?(?:Deg|Up))[ ]*$", rf"\1   Location: {place or 'Ground floor'}", text)
     deep = place not in ("", "1.5 m deep vault")
@@ -344,7 +346,7 @@ def test_the_location_of_a_channel_identifies_a_borehole(tmp_path, form, place):
 @pytest.mark.parametrize("form", ["cosmos", "csmip2"])
 def test_channels_of_several_places_in_a_structure_are_refused_as_one_record(tmp_path, form):
     """Regression: north of the roof and east of the third floor made a record without a note."""
-    (written,) = TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT).values()
+    (written,) = TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION).values()
 
     def file_text_with_places(*places: str) -> str:
         channels = zip(re.split(r"(?m)(?<=----------\n)", written), places, strict=False)
@@ -390,7 +392,7 @@ def test_files_of_two_places_at_one_station_are_separate_records(tmp_path):
         assert [f.files[0] for f in found if f.record is None] == ["CHAN004.V2"][: len(paths[0].suffix) == 0]
     both = [check_records_in_files([tmp_path / "CHAN001.V2", tmp_path / "CHAN005.V2"])]
     for finding in both[0]:
-        assert "components of 'Freefield' and 'Bent 2: deck' are not of one record" in finding.reason
+        assert "components of 'Freefield' and 'Bent 2: deck' are not of one record" in finding.refusal_or_skip_reason
     with expect_error(RecordError, "'Freefield' and 'Bent 2: deck'"):
         read_record_without_processing([tmp_path / "CHAN001.V2", tmp_path / "CHAN005.V2"])
 
@@ -474,7 +476,7 @@ def test_jma_csv_is_read_in_shift_jis_with_columns_in_any_order(tmp_path):
 
 
 def test_csmnc_files_without_recorder_time_are_read(tmp_path):
-    files = TEXT_FORMATS_WITH_WRITERS["csmnc"].file_texts_by_name(*SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT)
+    files = TEXT_FORMATS_WITH_WRITERS["csmnc"].file_texts_by_name(*SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION)
     files = {n: re.sub(r" *RECORDER TIME.*", "", t).replace("UNCORRECTED", "CORRECTED") for n, t in files.items()}
     record = write_files_and_read_record(tmp_path, files)
     assert_components(record, A / 100, B / 100, C / 100)
@@ -523,7 +525,7 @@ def test_cismid_peaks_follow_the_column_order_and_its_earthquake_date_is_read(tm
 @pytest.mark.parametrize("stated", ["17/08/1999 00:01:39.07 (GMT)", "1999/08/17 00:01:39 (GMT)", "17/08/1999 00:01:39"])
 def test_nsmn_dates_may_begin_with_the_day_or_the_year(tmp_path, stated):
     """Regression: an origin with the year first was not read."""
-    (text,) = TEXT_FORMATS_WITH_WRITERS["nsmn"].file_texts_by_name(*SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT).values()
+    (text,) = TEXT_FORMATS_WITH_WRITERS["nsmn"].file_texts_by_name(*SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION).values()
     assert "17/08/1999 00:01:39.07 (GMT)" in text
     record = write_files_and_read_record(tmp_path, text.replace("17/08/1999 00:01:39.07 (GMT)", stated))
     assert record.extra["origin_time"] == "1999-08-17T00:01:39Z"
@@ -707,10 +709,10 @@ def test_station_coordinates_with_sign_and_letter_or_out_of_range_are_checked(tm
     files = {
         name: text.replace(old, new)
         for name, text in TEXT_FORMATS_WITH_WRITERS[form]
-        .file_texts_by_name(*SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT)
+        .file_texts_by_name(*SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION)
         .items()
     }
-    assert files != TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT)
+    assert files != TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION)
     record = write_files_and_read_record(tmp_path, files)
     if place == ():  # is not stated
         assert record.latitude is None
@@ -720,7 +722,9 @@ def test_station_coordinates_with_sign_and_letter_or_out_of_range_are_checked(tm
 
 
 def test_epicentres_with_sign_and_letter_or_out_of_range_are_checked(tmp_path):
-    (text,) = TEXT_FORMATS_WITH_WRITERS["csmip2"].file_texts_by_name(*SAMPLES_IN_RESOLUTION_STEPS_OF_FORMAT).values()
+    (text,) = (
+        TEXT_FORMATS_WITH_WRITERS["csmip2"].file_texts_by_name(*SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION).values()
+    )
     for stated, longitude in (("-117.60W", -117.6), ("417.60W", None)):
         spoilt = text.replace("35.77N,117.60W", f"35.77N,{stated}")
         assert spoilt != text

@@ -18,19 +18,19 @@ from overturning.records.read import read_record, read_record_without_processing
 from overturning.records.record import source_and_processing_of_record
 from overturning.records.source import SourceFile, read_source_file
 from tests.expect import expect_error, skip_test_unless_skipping_is_forbidden
-from tests.records.record_writers import knet_text, write_knet_set
+from tests.records.record_writers import knet_text, write_knet_component_files
 from tests.records.test_archives import tar_archive, zip_archive
 
-GAIN = 2000 / 8388608 * 0.01
+ACCELERATION_PER_COUNT_M_S2 = 2000 / 8388608 * 0.01
 random = np.random.default_rng(20001006)
 NORTH, EAST, UP = (random.integers(-400_000, 400_000, 1000) + 12_345 for _ in range(3))
 
 
 def test_kik_net_surface_and_borehole_sensors_have_their_own_gains(tmp_path):
-    deep = write_knet_set(
+    deep = write_knet_component_files(
         tmp_path, "TTRH02X", NORTH, EAST, UP, kik=1, station="TTRH02", scale=(3920, 6182761), rate="200Hz"
     )
-    top = write_knet_set(
+    top = write_knet_component_files(
         tmp_path, "TTRH02X", UP, NORTH, EAST, kik=2, station="TTRH02", scale=(7845, 8223790), rate="200Hz"
     )
     surface = read_record_without_processing([*deep, *top])
@@ -50,7 +50,7 @@ def test_kik_net_surface_and_borehole_sensors_have_their_own_gains(tmp_path):
 
 
 def test_a_kik_net_borehole_alone_is_refused_unless_declared(tmp_path):
-    files = write_knet_set(tmp_path, "ISKH010705060000", NORTH, EAST, UP, kik=1, station="ISKH01")
+    files = write_knet_component_files(tmp_path, "ISKH010705060000", NORTH, EAST, UP, kik=1, station="ISKH01")
     refused = r"axis (NS|EW)1 is of the borehole sensor of ISKH01; declare it .*--sensor borehole"
     with pytest.raises(RecordError, match=refused):
         read_record_without_processing(files[0])
@@ -67,7 +67,7 @@ def test_a_kik_net_borehole_alone_is_refused_unless_declared(tmp_path):
 
 
 def test_commands_refuse_a_borehole_record_unless_declared_and_name_it(tmp_path):
-    files = write_knet_set(tmp_path, "ISKH010705060000", NORTH, EAST, UP, kik=1, station="ISKH01")
+    files = write_knet_component_files(tmp_path, "ISKH010705060000", NORTH, EAST, UP, kik=1, station="ISKH01")
     table, folder = tmp_path / "records.tsv", tmp_path / "files"
     add = ["records", "add", *map(str, files), "--table", str(table), "--folder", str(folder)]
     result = CliRunner().invoke(app, add)
@@ -89,8 +89,8 @@ def test_commands_refuse_a_borehole_record_unless_declared_and_name_it(tmp_path)
 
 @pytest.mark.parametrize("kind", ["tar.gz", "zip", "nested"])
 def test_k_net_files_are_read_from_an_archive_of_many_stations(tmp_path, kind):
-    files = write_knet_set(tmp_path, "TTRH020010061330", NORTH, EAST, UP, kik=2, station="TTRH02")
-    files += write_knet_set(tmp_path, "SMNH010010061330", UP, UP, UP, kik=2, station="SMNH01")
+    files = write_knet_component_files(tmp_path, "TTRH020010061330", NORTH, EAST, UP, kik=2, station="TTRH02")
+    files += write_knet_component_files(tmp_path, "SMNH010010061330", UP, UP, UP, kik=2, station="SMNH01")
     members = {f"20001006/{file.name}": file.read_bytes() for file in files}
     out = tmp_path / "data"
     out.mkdir()
@@ -102,7 +102,7 @@ def test_k_net_files_are_read_from_an_archive_of_many_stations(tmp_path, kind):
     (out / f"20001006.{kind.replace('nested', 'tar')}").write_bytes(data[kind])
     entry = RecordTableRow(id="ttrh02", format="kik-net", source="TTRH020010061330", event="Western Tottori 2000")
     record = read_record(entry, out)
-    np.testing.assert_allclose(record.north, NORTH * GAIN, rtol=1e-12)
+    np.testing.assert_allclose(record.north, NORTH * ACCELERATION_PER_COUNT_M_S2, rtol=1e-12)
     assert record.station == "TTRH02"
 
 
@@ -110,7 +110,7 @@ def test_k_net_and_kik_net_records_name_their_network(tmp_path):
     for kik, name in ((None, "k-net"), (2, "kik-net")):
         folder = tmp_path / name
         folder.mkdir()
-        first = write_knet_set(folder, "TST0010102031305", NORTH, EAST, kik=kik)[0]
+        first = write_knet_component_files(folder, "TST0010102031305", NORTH, EAST, kik=kik)[0]
         assert f"\n  {name}, raw: TST001" in CliRunner().invoke(app, ["records", "check", str(folder)]).output
         for declared in (name, "kik-net", "auto"):  # older tables have one name for both
             record = read_record(RecordTableRow(id="x", format=declared, source="TST0010102031305"), folder)
@@ -129,7 +129,7 @@ def test_missing_k_net_files_are_named_with_source_and_folder(tmp_path):
 
 
 def test_a_single_k_net_component_is_refused(tmp_path):
-    north, east = write_knet_set(tmp_path, "T", NORTH, EAST)
+    north, east = write_knet_component_files(tmp_path, "T", NORTH, EAST)
     assert read_record_without_processing(north).north.size == NORTH.size  # the other component is in the same folder
     east.unlink()
     with pytest.raises(RecordError, match="two horizontal"):
@@ -152,7 +152,7 @@ def test_a_k_net_file_with_blank_magnitude_and_japanese_memo_is_read():
     text = knet_text(NORTH, magnitude="", memo="補正なし")
     assert "magnitude" not in read_knet_text(text).extra
     component = knet.read_components(SourceFile("T.NS", text.encode("shift_jis")))[0]
-    np.testing.assert_allclose(component.samples, NORTH * GAIN, rtol=1e-12)
+    np.testing.assert_allclose(component.samples, NORTH * ACCELERATION_PER_COUNT_M_S2, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -186,7 +186,7 @@ def test_an_archive_of_many_stations_needs_the_station_to_be_named(tmp_path):
     files = [
         file
         for station in ("TST001", "TST002")
-        for file in write_knet_set(tmp_path, f"{station}0102031305", NORTH, EAST, UP, station=station)
+        for file in write_knet_component_files(tmp_path, f"{station}0102031305", NORTH, EAST, UP, station=station)
     ]
     path = tmp_path / "data" / "event.zip"
     path.parent.mkdir()
@@ -201,44 +201,44 @@ def test_an_archive_of_many_stations_needs_the_station_to_be_named(tmp_path):
 
 def test_orientation_corrections_in_the_record_table_rotate_the_components(tmp_path):
     """A sensor whose north is N7W of magnetic north, which is 5° east of true north: azimuths −2 and 88."""
-    write_knet_set(tmp_path, "T", NORTH, EAST)
+    write_knet_component_files(tmp_path, "T", NORTH, EAST)
     entry = RecordTableRow(
         id="t", format="kik-net", source="T", orientation_correction_deg=-7, magnetic_declination_deg=5
     )
     record = read_record(entry, tmp_path)
     assert set(record.component_azimuths_deg) == {358.0, 88.0}
     c, s = np.cos(np.radians(-2)), np.sin(np.radians(-2))
-    np.testing.assert_allclose(record.north, (NORTH * c - EAST * s) * GAIN, atol=1e-9)
-    np.testing.assert_allclose(record.east, (NORTH * s + EAST * c) * GAIN, atol=1e-9)
+    np.testing.assert_allclose(record.north, (NORTH * c - EAST * s) * ACCELERATION_PER_COUNT_M_S2, atol=1e-9)
+    np.testing.assert_allclose(record.east, (NORTH * s + EAST * c) * ACCELERATION_PER_COUNT_M_S2, atol=1e-9)
 
 
 def test_declared_azimuths_replace_azimuths_in_the_files_with_a_note(tmp_path):
     """Files are sorted by name, EW before NS, so declared azimuths 0 and 90 would exchange the components."""
-    write_knet_set(tmp_path, "T", NORTH, EAST)
+    write_knet_component_files(tmp_path, "T", NORTH, EAST)
     record = read_record(RecordTableRow(id="t", format="kik-net", source="T", azimuths_deg=(0, 90)), tmp_path)
     assert record.notes == [
         f"axis '{axis}' is taken at {declared}°, as declared; its file says {stated}°"
         for axis, declared, stated in (("EW", 0, 90), ("NS", 90, 0))
     ]
-    np.testing.assert_allclose(record.north, EAST * GAIN, atol=1e-9)
+    np.testing.assert_allclose(record.north, EAST * ACCELERATION_PER_COUNT_M_S2, atol=1e-9)
     same = read_record(RecordTableRow(id="t", format="kik-net", source="T", azimuths_deg=(90, 360)), tmp_path)
     assert same.notes == []
 
 
 def test_pictures_with_the_same_stem_as_a_record_are_skipped(tmp_path):
     """Regression: a picture next to the files made a record of the table unreadable."""
-    write_knet_set(tmp_path, "T", NORTH, EAST)
+    write_knet_component_files(tmp_path, "T", NORTH, EAST)
     for name in ("T.pdf", "T.PNG", "T.ps.gz", "T.json"):
         (tmp_path / name).write_bytes(b"%PDF")
     record = read_record(RecordTableRow(id="t", format="kik-net", source="T"), tmp_path)
-    np.testing.assert_allclose(record.north, NORTH * GAIN, atol=1e-9)
+    np.testing.assert_allclose(record.north, NORTH * ACCELERATION_PER_COUNT_M_S2, atol=1e-9)
     (tmp_path / "P.pdf").write_bytes(b"%PDF")
     with expect_error(MissingDataError, "record p: P is not in"):
         read_record(RecordTableRow(id="p", source="P"), tmp_path)
 
 
 def test_the_hash_of_several_files_is_compared_with_the_record_table(tmp_path):
-    paths = write_knet_set(tmp_path, "T", NORTH, EAST, UP)
+    paths = write_knet_component_files(tmp_path, "T", NORTH, EAST, UP)
     own = [hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(paths)]
     joint = hashlib.sha256("".join(own).encode("ascii")).hexdigest()
     line = {"id": "t", "format": "kik-net", "source": "T"}
@@ -255,7 +255,7 @@ def test_a_complete_last_line_of_a_k_net_file_is_not_called_truncated(count, end
     if end and count > 8:
         text = text[: text.rindex("\n") + 1] + " ".join(text[text.rindex("\n") :].split())
     component = knet.read_components(SourceFile("T.NS", (text + end).encode("ascii")))[0]
-    np.testing.assert_allclose(component.samples, NORTH[:count] * GAIN, rtol=1e-12)
+    np.testing.assert_allclose(component.samples, NORTH[:count] * ACCELERATION_PER_COUNT_M_S2, rtol=1e-12)
 
 
 def test_a_real_k_net_file_agrees_with_its_own_header():

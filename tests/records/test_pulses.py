@@ -50,7 +50,7 @@ def test_a_pulse_has_the_descriptive_data_of_its_record_table_row(tmp_path):
     assert said.items() <= record.extra.items()
     assert (record.latitude, record.longitude) == (35.0, 133.0)
     other = replace(record, record_id="q", extra=record.extra | {"event_id": "two"})
-    assert len(set(assign_records_to_earthquakes([record, other]).earthquake_label_by_record)) == 2
+    assert len(set(assign_records_to_earthquakes([record, other]).earthquake_labels_in_record_order)) == 2
     with expect_error(RecordError, "SHA-256"):
         read_record(RecordTableRow(id="p", format="synthetic", source=line, sha256="0" * 64), tmp_path)
     for column in ({"orientation_correction_deg": 10.0}, {"unit": "g"}, {"sensor": "borehole"}):

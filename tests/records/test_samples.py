@@ -70,7 +70,7 @@ def test_records_check_gives_a_record_or_a_reason_for_every_example_file():
     named = {name for finding in findings for name in finding.files}
     assert named == {p.name for p in files}
     for finding in findings:
-        assert (finding.record is None) == bool(finding.reason)
+        assert (finding.record is None) == bool(finding.refusal_or_skip_reason)
         assert finding.files[0] in format_record_check(finding)
     read = {name for f in findings if f.record for name in f.files}
     assert {"0111a.smc", "0111b.smc", "0111c.smc", "20161113_110259_WTMC_20.V2A"} <= read

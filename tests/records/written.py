@@ -76,10 +76,10 @@ def writer_of_one_file_with_axis_codes(
 ) -> Callable[..., dict[str, str]]:
     """Return a function that writes all components into one file, whose axes have a name and a code each."""
 
-    def write_file_with_axis_codes(*samples: np.ndarray) -> dict[str, str]:
+    def file_text_with_axis_codes(*samples: np.ndarray) -> dict[str, str]:
         return {name: text({a: (code, x) for (a, code), x in zip(axes, samples, strict=False)}, **more)}
 
-    return write_file_with_axis_codes
+    return file_text_with_axis_codes
 
 
 def writer_of_one_file_per_component(text: Callable[..., str], **axes: Any) -> Callable[..., dict[str, str]]:

@@ -89,7 +89,7 @@ RECORD_FINDING: dict[str, Any] = {
     "processing": RECORD_PROCESSING,
 }  # fmt: skip
 
-POPULATION_RATES: dict[str, Any] = {
+POPULATION_FALL_RATE_FINDING: dict[str, Any] = {
     "stones": 256, "share_outside_grid": 0.043, "mean_share_without_outcome": 0.0,
     "largest_share_without_outcome": 0.0, "median_share_shifted": None, "median_share_rotated": None,
     "median_fall_rate": 0.17, "lower_quartile_fall_rate": 0.07, "upper_quartile_fall_rate": 0.62,
@@ -137,7 +137,7 @@ DIRECTION_STUDY_FINDINGS: dict[str, Any] = {
     "site_fall_rates": [], "unconverged_soil_responses": [], "soil_responses_beyond_curves": [], "surveys": [],
     "inferred_motions": [],
     "published_peaks": [], "published_agreement": [], "published_comparisons": [],
-    "population": POPULATION_RATES,
+    "population": POPULATION_FALL_RATE_FINDING,
     "logistic_fit": {"coefficients": [], "fitted_outcomes": 22176, "earthquakes": 14, "level": 0.95, "note": "",
                      "fall_probabilities_after_doubling": [{"doubled": "PGA and PGV",
                      "fall_probability_from_half": 0.94,
@@ -204,7 +204,7 @@ CONVERGENCE_CHECK_FINDINGS: dict[str, Any] = {
     ],
 }  # fmt: skip
 
-REFERENCE_ALIGNMENT: dict[str, Any] = {
+REFERENCE_ALIGNMENT_FINDING: dict[str, Any] = {
     "group": "with a velocity pulse",
     "references": [], "best_aligned_references": ["peak velocity", "fault normal"],
     "best_minus_second_alignment": estimate_entry(0.29, 0.11, 0.47),
@@ -300,7 +300,7 @@ def _observed_site_findings(site: str, **changes: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-OBSERVED_SURVEY: dict[str, Any] = {
+OBSERVED_SURVEY_FINDINGS: dict[str, Any] = {
     "survey_file_name": "ruin", "doubts": [], "declination_low_deg": -7.5, "declination_high_deg": -7.25,
     "all_sites": _observed_site_findings(""),
     "sites": [
@@ -353,9 +353,9 @@ def findings_without_fall_axis(reason: str, **parts: Any) -> dict[str, Any]:
     return findings_with_changed_entries(DIRECTION_STUDY_FINDINGS, direction=direction, **parts)
 
 
-def study_section_of_findings(name: str, **study: Any) -> dict[str, Any]:
+def study_section_of_findings(question_kind: str, **study: Any) -> dict[str, Any]:
     """Return the section `study` of findings for a kind of question, such as "scene", with further entries."""
-    return {"question_kind": name, "primary_compared_with": "other", "primary_statistic": "share", **study}
+    return {"question_kind": question_kind, "primary_compared_with": "other", "primary_statistic": "share", **study}
 
 
 ELEMENT_OUTCOME = {
@@ -366,7 +366,7 @@ ELEMENT_DISPLACEMENT = {
     "variant": "nominal", "scene": "stack", "element": "shaft", "standing": 7216, "median_slip_cm": 0.3,
     "percentile_90_slip_cm": 2.7, "median_twist_deg": 0.4, "percentile_90_twist_deg": 6.2, "falls": 4880,
     "share_of_falls_by_sliding_off": 0.126}  # fmt: skip
-SITE_EFFECT = {
+SITE_EFFECT_FINDING = {
     "variant": "other", "equivalent_linear": True, "layers": [{"thickness_m": 20.0, "velocity_m_s": 180.0}],
     "amplitude": 1.5, "median_pga_m_s2": 4.12, "mean_fall_rate": 0.31, "median_fall_rate": 0.28,
     "records_with_half_fallen": 9, "median_fall_axis_rotation_deg": 14.0,
@@ -374,7 +374,7 @@ SITE_EFFECT = {
 FALL_RATE_COMPARISON_FINDINGS = {
     "fall_rate_in_study": estimate_entry(0.31, 0.22, 0.43), "fall_rate_in_variant": estimate_entry(0.47, 0.33, 0.59),
     "primary_statistic_difference": estimate_entry(-0.164, -0.278, -0.049)}  # fmt: skip
-PLANAR_AGREEMENT = {
+PLANAR_MODEL_AGREEMENT_FINDING = {
     "cases": 66528, "same_outcome": 0.967, "same_outcome_near_boundary": 0.854, "only_3d_overturns": 0.021,
     "only_2d_overturns": 0.012, "same_fall_edge_share": 0.743, "angle_between_axes_deg": 23.0}  # fmt: skip
 TWIST_OF_STANDING_STONES = {"stones": 31000, "median_deg": 0.4, "percentile_90_deg": 6.2, "largest_deg": 88.0}
@@ -384,8 +384,9 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
     "reference": findings_with_changed_entries(
         DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("reference", primary_statistic="alignment",
         model="space"),
-        reference_alignments=[REFERENCE_ALIGNMENT, REFERENCE_ALIGNMENT | {"group": "without (control)"}],
-        planar_model_agreement=PLANAR_AGREEMENT, final_twist=TWIST_OF_STANDING_STONES, logistic_fit=None,
+        reference_alignments=[REFERENCE_ALIGNMENT_FINDING,
+        REFERENCE_ALIGNMENT_FINDING | {"group": "without (control)"}],
+        planar_model_agreement=PLANAR_MODEL_AGREEMENT_FINDING, final_twist=TWIST_OF_STANDING_STONES, logistic_fit=None,
         criteria_scores=None, population=None),
     "vertical": findings_without_fall_axis(
         "no fault normal", study=study_section_of_findings("vertical", vertical_motion=True), population=None,
@@ -409,7 +410,7 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
         logistic_fit=None, criteria_scores=None),
     "site": findings_with_changed_entries(
         DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("site", primary_statistic="fall_rate"),
-        site_fall_rates=[SITE_EFFECT],
+        site_fall_rates=[SITE_EFFECT_FINDING],
         contrasts=[variant_comparison_findings(differs_in=["site"], soil_thickness_m=20.0,
         **FALL_RATE_COMPARISON_FINDINGS)],
         unconverged_soil_responses=["other, vale: north not converged"],

@@ -49,7 +49,7 @@ const pixels = (azimuth, share) => {
     Math.round(clientX * density) - 4, Math.round(clientY * density) - 4, 9, 9).data;
   return Array.from({length: 81}, (_, k) => [...data.slice(4 * k, 4 * k + 4)]); };
 """
-SENTENCES_SCRIPT = """
+ANSWER_SENTENCES_SCRIPT = """
 choose("record", 1);
 const seen = [];
 for (const share of [0.1, 0.35, 0.6]) { point("pointermove", 90, share / 0.725); seen.push(answer()); }
@@ -60,7 +60,7 @@ for (const colour of ["outcome", "rotation", "time"]) choose("colour", colour);
 const {wide} = await onPhone(() => null);
 return {seen, cells, wide, title: document.title, hurt: window.hurt};
 """
-PINNING_SCRIPT = """
+CELL_PINNING_SCRIPT = """
 const seen = {opening: [answer(), location.hash]};
 point("pointermove", 90, 0.1); seen.hovered = [answer(), location.hash];
 point("click", 90, 0.1); seen.pinned = [answer(), location.hash];
@@ -83,7 +83,7 @@ await until(() => answer().includes("S60°W"));
 seen.changed = [...document.querySelectorAll("select")].map((one) => one.value);
 return {...seen, copied, again, doubtful, href: location.href.split("#")[0]};
 """
-KEYS_SCRIPT = """
+KEYBOARD_CONTROL_SCRIPT = """
 canvas.focus();
 const seen = [];
 slide("a", 11); slide("b", 0);
@@ -167,7 +167,7 @@ press(canvas, "ArrowLeft");
 const columns = [...document.querySelectorAll(".more th[scope=col]")].map((one) => one.textContent);
 return {unknown, last: answer(), columns};
 """
-COMMAND_SCRIPT = """
+FILM_COMMAND_SCRIPT = """
 const found = [];
 for (const key of ["ArrowRight", "ArrowUp", "ArrowRight"]) {
   press(canvas, key); found.push([location.hash, text(".film code")]); }
@@ -256,9 +256,9 @@ def explorer_script_results(
         command = explorer_page_html(explorer_page_data(opened))
     plain = explorer_page_html(explorer_page_data(random_planar_cube()), "report.html")
     pages = {
-        "sentences": (plain, SENTENCES_SCRIPT),
-        "pinning": (plain, PINNING_SCRIPT),
-        "keys": (plain, KEYS_SCRIPT),
+        "sentences": (plain, ANSWER_SENTENCES_SCRIPT),
+        "pinning": (plain, CELL_PINNING_SCRIPT),
+        "keys": (plain, KEYBOARD_CONTROL_SCRIPT),
         "phone": (plain, ANSWER_POSITION_ON_PHONE_SCRIPT),
         "contrast": (plain, COLOUR_CONTRAST_SCRIPT),
         "painted": (explorer_page_html(explorer_page_data(cube_with_known_outcome_by_b_over_h())), CELL_COLOURS_SCRIPT),
@@ -272,7 +272,7 @@ def explorer_script_results(
             explorer_page_html(explorer_page_data(cube_of_full_circle_with_unstable_cells())),
             FULL_CIRCLE_SCRIPT,
         ),
-        "command": (command, COMMAND_SCRIPT),
+        "command": (command, FILM_COMMAND_SCRIPT),
     }
     if request.param == "chromium":  # one start of the browser for all
         with use_translation_language("ja"):

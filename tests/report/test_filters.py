@@ -14,12 +14,15 @@ from overturning.report import filters
      (1e-12, 0, "0 %"), (None, 0, "–"), (math.nan, 0, "–")],
 )  # fmt: skip
 def test_shares_between_none_and_all_are_not_printed_as_0_or_100(share: float | None, digits: int, shown: str) -> None:
-    assert filters.format_percent(share, digits) == shown.replace(" ", filters.NO_BREAK)
+    assert filters.format_percent(share, digits) == shown.replace(" ", filters.NO_BREAK_SPACE)
 
 
 def test_interval_of_a_share_is_printed_with_the_digits_of_the_share() -> None:
     one = SimpleNamespace(value=0.99973, low=0.9985, high=0.99999)
-    assert filters.format_share_with_interval(one, to=" to ") == f"99.97{filters.NO_BREAK}% (99.85 to 100.00)"
+    assert (
+        filters.format_share_with_interval(one, word_between_ends=" to ")
+        == f"99.97{filters.NO_BREAK_SPACE}% (99.85 to 100.00)"
+    )
 
 
 @pytest.mark.parametrize(
@@ -57,6 +60,9 @@ def test_a_median_is_printed_with_the_digits_of_its_interval(
     median: float, low: float | None, high: float | None, shown: tuple[str, str]
 ) -> None:
     one = SimpleNamespace(median=median, low=low, high=high, data_minimum=0.1, data_maximum=1.4)
-    found = filters.format_fragility_median(one, to=" to "), filters.format_fragility_median_interval(one, to=" to ")
-    assert found == tuple(text.replace("> ", f">{filters.NO_BREAK}").replace("< ", f"<{filters.NO_BREAK}")
+    found = (
+        filters.format_fragility_median(one, word_between_ends=" to "),
+        filters.format_fragility_median_interval(one, word_between_ends=" to "),
+    )
+    assert found == tuple(text.replace("> ", f">{filters.NO_BREAK_SPACE}").replace("< ", f"<{filters.NO_BREAK_SPACE}")
                           for text in shown)  # fmt: skip

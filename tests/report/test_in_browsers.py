@@ -19,7 +19,7 @@ from tests.report.test_rendering import SCRIPT_AS_NAME
 
 HOSTILE_TITLE = "A </script><script>window.hurt = 1</script> & <b>name</b>"
 
-FILM_SCRIPT = """
+FILM_CONTROLS_SCRIPT = """
 const film = document.querySelector(".film"), data = film.dataset, seen = [];
 const look = () => seen.push([data.state, Number(data.time), data.forces, data.earth, data.rate]);
 await until(() => data.ready === "true");
@@ -44,7 +44,7 @@ half.click();
 rates.push(data.rate);
 return {seen, outcomes, paused, rates, title: document.querySelector(".film-title").textContent, hurt: window.hurt};
 """
-FALL_SCRIPT = """
+FALLEN_BLOCK_PIXELS_SCRIPT = """
 const film = document.querySelector(".film");
 await until(() => film.dataset.ready === "true");
 const count = () => {
@@ -58,11 +58,11 @@ press(film, "End");
 return {before, after: count(), boxes: document.querySelectorAll(".film-controls input[type=checkbox]").length,
         outcome: document.querySelector(".film-outcome").textContent};
 """
-THREE_PANELS_SCRIPT = """
+PANEL_POSITIONS_ON_PHONE_SCRIPT = """
 return await onPhone((page) => [...page.querySelectorAll(".film-panel")].map((one) =>
   Math.round(one.getBoundingClientRect().top)));
 """
-BODY_IN_3D_SCRIPT = """
+FILM_IN_3D_SCRIPT = """
 const film = document.querySelector(".film"), canvas = document.querySelector("canvas");
 await until(() => film.dataset.ready === "true");
 canvas.setPointerCapture = () => {};
@@ -151,14 +151,20 @@ def film_and_report_script_results(
         "slender": trajectory(rest, "rectangle", height=0.01, b_over_h=0.1, orientation_deg=0.0),
     }
     pages = {
-        "film": (film_page_html(film_of_falling_and_rocking_block(duration=0.2, title=HOSTILE_TITLE)), FILM_SCRIPT),
-        "three": (film_page_html(Film("three", 0.0, 0.02, (*film.panels, film.panels[0]))), THREE_PANELS_SCRIPT),
+        "film": (
+            film_page_html(film_of_falling_and_rocking_block(duration=0.2, title=HOSTILE_TITLE)),
+            FILM_CONTROLS_SCRIPT,
+        ),
+        "three": (
+            film_page_html(Film("three", 0.0, 0.02, (*film.panels, film.panels[0]))),
+            PANEL_POSITIONS_ON_PHONE_SCRIPT,
+        ),
     }
     with pytest.MonkeyPatch.context() as patch:  # frames for print, which these scripts do not look at
         patch.setattr("overturning.figures.film_strip.film_strip_figure", lambda *_, **__: Figure((1.0, 1.0)))
         pages |= {
-            "fall": (film_page_html(film_of_falling_and_rocking_block(forces=False)), FALL_SCRIPT),
-            "space": (film_page_html(film_of_trajectories([path], motion, "title")), BODY_IN_3D_SCRIPT),
+            "fall": (film_page_html(film_of_falling_and_rocking_block(forces=False)), FALLEN_BLOCK_PIXELS_SCRIPT),
+            "space": (film_page_html(film_of_trajectories([path], motion, "title")), FILM_IN_3D_SCRIPT),
             **{
                 name: (
                     film_page_html(film_of_trajectories([path], {"thrown": jump, "slender": rest}[name], name)),

@@ -95,7 +95,7 @@ def findings_with_given_names_and_titles(*names: str) -> Findings:
 
 
 @pytest.fixture(scope="module")
-def page_tags_with_harmless_names() -> list[str]:
+def tags_of_page_with_harmless_names() -> list[str]:
     """Return the tags of the page of findings with harmless names."""
     return [
         tag
@@ -109,12 +109,12 @@ def page_tags_with_harmless_names() -> list[str]:
 
 @pytest.mark.parametrize("name", HOSTILE_NAMES)
 def test_hostile_name_changes_no_page_element_and_is_shown_unchanged(
-    name: str, page_tags_with_harmless_names: list[str]
+    name: str, tags_of_page_with_harmless_names: list[str]
 ) -> None:
     tree = parse_markdown(render_template_as_markdown(findings_with_given_names_and_titles(name, name, name)))
     assert [
         tag for tag, _ in elements_of_well_formed_page(render_report_html_page(tree, "title", "en", None, {}))
-    ] == page_tags_with_harmless_names
+    ] == tags_of_page_with_harmless_names
     assert "".join(name.split()) in "".join("".join(terminal_lines_of_markdown(tree)).split())
 
 

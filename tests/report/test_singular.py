@@ -17,7 +17,7 @@ from overturning.report.render import LANGUAGES
 from overturning.statistics.criteria import SLENDERNESS_ONLY_RULE_NAME
 from tests.report.by_hand import (
     INFERRED_MOTION,
-    OBSERVED_SURVEY,
+    OBSERVED_SURVEY_FINDINGS,
     STUDY_FINDINGS,
     SURVEY_COMPARISON,
     SURVEY_DISPLACEMENTS,
@@ -48,13 +48,14 @@ def copy_with_whole_numbers_set_to_1(part: Any, key: str = "") -> Any:
     return 1 if isinstance(part, int) and not isinstance(part, bool) and key not in KEYS_OF_COUNTS_ABOVE_ONE else part
 
 
-SURVIVAL_OF_ONE_STONE = {
+SURVIVAL_FINDINGS_OF_ONE_STONE = {
     "years": 800.0, "without_curve": [], "classes": [], "doubts": [],
     "survey": {"stood": 1, "fell": 0, "total": 1, "rate_bound_per_year": 0.0037, "bound_probability": 0.95,
                "share": 1.0, "low": 0.05, "high": 1.0},
 }  # fmt: skip
-SURVIVAL_OF_ONE_OF_TWO = SURVIVAL_OF_ONE_STONE | {
-    "survey": SURVIVAL_OF_ONE_STONE["survey"] | {"fell": 1, "total": 2, "rate_bound_per_year": None, "share": 0.5}  # type: ignore[operator]
+SURVIVAL_FINDINGS_OF_ONE_OF_TWO_STONES = SURVIVAL_FINDINGS_OF_ONE_STONE | {
+    "survey": SURVIVAL_FINDINGS_OF_ONE_STONE["survey"]
+    | {"fell": 1, "total": 2, "rate_bound_per_year": None, "share": 0.5}  # type: ignore[operator]
 }
 
 
@@ -72,7 +73,7 @@ def findings_with_counts_of_one() -> list[tuple[str, str, BaseModel]]:
     ]
     commands = {
         "survey": {"surveys": [SURVEY_COMPARISON]},
-        "survey_summary": {"observed": [OBSERVED_SURVEY]},
+        "survey_summary": {"observed": [OBSERVED_SURVEY_FINDINGS]},
         "displacements": {"survey_displacements": [SURVEY_DISPLACEMENTS]},
         "motions": {"inferred_motions": [INFERRED_MOTION]},
     }
@@ -84,7 +85,7 @@ def findings_with_counts_of_one() -> list[tuple[str, str, BaseModel]]:
         ),
         *(
             ("stood", "stood", SurvivalFindings.model_validate(one))
-            for one in (SURVIVAL_OF_ONE_STONE, SURVIVAL_OF_ONE_OF_TWO)
+            for one in (SURVIVAL_FINDINGS_OF_ONE_STONE, SURVIVAL_FINDINGS_OF_ONE_OF_TWO_STONES)
         ),
     ]
 

@@ -11,7 +11,7 @@ from jinja2 import meta
 
 from overturning.report.render import LANGUAGES, create_template_environment
 
-ALLOWED_NODES = (
+ALLOWED_TEMPLATE_NODES = (
     *("Template", "Output", "TemplateData", "Name", "Getattr", "Getitem", "Const", "List", "Slice", "If", "For"),
     *("Include", "Filter", "Test", "Compare", "Operand", "And", "Or", "Not", "CondExpr", "Neg", "Keyword", "Tuple"),
 )
@@ -34,7 +34,7 @@ def parse_template(language: str, path: Path) -> jinja2.nodes.Template:
 )
 def test_templates_have_no_arithmetic_and_no_logic_beyond_if_and_for(language: str, path: Path) -> None:
     tree = parse_template(language, path)
-    assert {type(node).__name__ for node in tree.find_all(jinja2.nodes.Node)} <= set(ALLOWED_NODES)
+    assert {type(node).__name__ for node in tree.find_all(jinja2.nodes.Node)} <= set(ALLOWED_TEMPLATE_NODES)
     assert meta.find_undeclared_variables(tree) <= {"f", "media", "one", "strength", "survey"}
 
 

@@ -30,7 +30,7 @@ from overturning.statistics.falls import BLOCK_RULES
 from overturning.translation.texts import translate
 from tests.report.by_hand import (
     INFERRED_MOTION,
-    OBSERVED_SURVEY,
+    OBSERVED_SURVEY_FINDINGS,
     REMARK,
     STUDY_FINDINGS,
     SURVEY_COMPARISON,
@@ -420,12 +420,12 @@ def names_passed_to_the_label_filter() -> set[str]:
     return names
 
 
-UNLABELLED_NAMES = {"other", "By hand", "Which way?", "vale"}
+UNTRANSLATED_USER_NAMES = {"other", "By hand", "Which way?", "vale"}
 """Names of the user of a study, which no language translates."""
 
 
 def test_every_name_in_the_findings_has_a_japanese_label() -> None:
-    names = names_passed_to_the_label_filter() - UNLABELLED_NAMES
+    names = names_passed_to_the_label_filter() - UNTRANSLATED_USER_NAMES
     assert len(names) >= 15
     labels = read_label_translations("ja")
     assert [
@@ -497,7 +497,7 @@ def test_english_report_on_handwritten_findings_equals_its_snapshot(study: str, 
     ("template", "parts"),
     [
         ("survey", {"surveys": [SURVEY_COMPARISON]}),
-        ("survey_summary", {"observed": [OBSERVED_SURVEY]}),
+        ("survey_summary", {"observed": [OBSERVED_SURVEY_FINDINGS]}),
         ("displacements", {"survey_displacements": [SURVEY_DISPLACEMENTS]}),
         ("motions", {"inferred_motions": [INFERRED_MOTION]}),
     ],

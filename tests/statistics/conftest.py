@@ -47,15 +47,15 @@ def cube_from_fall_rules(
     )
 
 
-def sector_fall_rule(axis: float, half_width: float, largest: float = 1.0, side: int = 1) -> FallRule:
-    """Return a rule: blocks of B/H ≤ ``largest`` fall within ``half_width`` of ``axis`` (side −1: opposite)."""
+def sector_fall_rule(axis: float, half_width: float, largest_b_over_h: float = 1.0, side: int = 1) -> FallRule:
+    """Return a rule: blocks up to ``largest_b_over_h`` fall within ``half_width`` of ``axis`` (side −1: opposite)."""
 
     def signed_falls_in_sector(
         azimuth: np.ndarray, height: np.ndarray, slender: np.ndarray, friction: np.ndarray
     ) -> np.ndarray:
         offset = (azimuth - axis + 180) % 360 - 180
         sign = np.where(np.abs(offset) <= half_width, 1, np.where(np.abs(offset) >= 180 - half_width, -1, 0))
-        return np.where(slender <= largest + 1e-9, side * sign, 0)
+        return np.where(slender <= largest_b_over_h + 1e-9, side * sign, 0)
 
     return signed_falls_in_sector
 
@@ -65,10 +65,10 @@ def fit_curve_to_lognormal_fall_rates(
     spread: float,
     name: str = "all stones",
     measure: tuple[str, str] = ("PGA", "g"),
-    most: float = 2.0,
+    largest_intensity: float = 2.0,
 ) -> FittedFragilityCurve:
-    """Fit a fragility curve to lognormal fall rates of eight earthquakes, for intensities from 0.1 to ``most``."""
-    x = np.tile(np.geomspace(0.1, most, 20), 4)
+    """Fit a fragility curve to lognormal fall rates of eight earthquakes, at intensities from 0.1 to a largest one."""
+    x = np.tile(np.geomspace(0.1, largest_intensity, 20), 4)
     return fit_fragility_curve(name, measure, x, norm.cdf(np.log(x / median) / spread), np.repeat(list("abcdefgh"), 10))
 
 

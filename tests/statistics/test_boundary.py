@@ -35,7 +35,7 @@ def test_boundary_is_the_last_b_over_h_where_probability_crosses_one_half(
 def test_overturning_boundary_is_half_a_step_of_b_over_h_above_the_last_fall(
     make_cube_from_fall_rules, make_sector_fall_rule
 ) -> None:
-    cube = make_cube_from_fall_rules(make_sector_fall_rule(60, 20, largest=0.3))
+    cube = make_cube_from_fall_rules(make_sector_fall_rule(60, 20, largest_b_over_h=0.3))
     bounds = overturning_boundaries_by_azimuth(cube)
     inside = bounds["boundary"].sel(azimuth=[60, 75, 240])
     assert inside.values == pytest.approx(0.35)
@@ -73,11 +73,13 @@ def test_boundary_is_only_known_to_exceed_the_last_b_over_h_with_an_outcome(
 
 
 def test_boundary_ratio_of_easiest_to_hardest_plane_matches_the_fall_rule(make_cube_from_fall_rules) -> None:
-    def signed_falls_below_limit(azimuth, height, slender, friction):
+    def signed_falls_below_limiting_b_over_h(azimuth, height, slender, friction):
         limit = 0.25 + 0.2 * np.cos(np.radians(azimuth - 30)) ** 2
         return np.where(slender <= limit, np.where(np.cos(np.radians(azimuth - 30)) >= 0, 1, -1), 0)
 
-    cube = make_cube_from_fall_rules(signed_falls_below_limit, b_over_h=np.round(np.arange(0.1, 0.6, 0.01), 2))
+    cube = make_cube_from_fall_rules(
+        signed_falls_below_limiting_b_over_h, b_over_h=np.round(np.arange(0.1, 0.6, 0.01), 2)
+    )
     easiest = easiest_overturning_axis(overturning_boundaries_by_azimuth(cube), cube["b_over_h"])
     assert easiest["easiest_axis"].values == pytest.approx(30, abs=0.1)
     assert easiest["ratio"].values == pytest.approx(0.455 / 0.255, abs=0.02)
@@ -87,7 +89,7 @@ def test_boundary_ratio_of_easiest_to_hardest_plane_matches_the_fall_rule(make_c
 def test_boundary_interval_spans_the_boundaries_of_both_sobol_scrambles(
     make_cube_from_fall_rules, make_sector_fall_rule
 ) -> None:
-    cube = make_cube_from_fall_rules(make_sector_fall_rule(60, 20, largest=0.3))
+    cube = make_cube_from_fall_rules(make_sector_fall_rule(60, 20, largest_b_over_h=0.3))
     towards = xr.full_like(cube["overturned"], np.nan)
     towards[{"b_over_h": 2}] = 0.75
     towards[{"b_over_h": 3}] = 0.25
@@ -140,7 +142,7 @@ def test_boundary_interval_from_the_ensemble_includes_the_boundary(
 
 
 def test_boundary_of_a_lazy_cube_is_that_of_a_loaded_one(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
-    cube = make_cube_from_fall_rules(make_sector_fall_rule(60, 20, largest=0.3))
+    cube = make_cube_from_fall_rules(make_sector_fall_rule(60, 20, largest_b_over_h=0.3))
     lazy = overturning_boundaries_by_azimuth(cube.chunk({"azimuth": 10, "b_over_h": 2}))
     assert lazy["boundary"].chunks is not None
     xr.testing.assert_allclose(lazy.compute(), overturning_boundaries_by_azimuth(cube))

@@ -38,8 +38,8 @@ class FallAxisSummariesOfRandomDataSet(NamedTuple):
     The difference is that of the mean alignments of both groups.
     """
 
-    groups: dict[str, FallAxisSummary]
-    difference: MeanOverEarthquakes | None
+    summary_by_record_group: dict[str, FallAxisSummary]
+    alignment_difference_of_groups: MeanOverEarthquakes | None
 
 
 def fall_rule_about_axis_of_each_b_over_h(axes_deg: np.ndarray, half_width: int) -> FallRule:
@@ -52,7 +52,7 @@ def fall_rule_about_axis_of_each_b_over_h(axes_deg: np.ndarray, half_width: int)
     return falls_near_block_axis
 
 
-def expected_alignment(kappa: float) -> float:
+def expected_fault_normal_alignment(kappa: float) -> float:
     """Expected cos 2Δ (Δ: fall axis to fault normal) of von Mises directions with normal scatter within sectors."""
     wide = 2 * np.radians(FALL_SECTOR_HALF_WIDTHS_DEG)
     return float(
@@ -109,8 +109,10 @@ def test_intervals_of_the_alignment_cover_the_true_value(kappa: float, pulse: in
 
     The plain percentile interval, which is not used, covered it in 88 to 92 % and showed a false preference in 9 %.
     """
-    found = [one.groups[GROUP_NAMES_BY_PULSE[pulse]].alignment for one in summarise_random_data_sets(kappa)]
-    truth = expected_alignment(kappa)
+    found = [
+        one.summary_by_record_group[GROUP_NAMES_BY_PULSE[pulse]].alignment for one in summarise_random_data_sets(kappa)
+    ]
+    truth = expected_fault_normal_alignment(kappa)
     assert {one.n for one in found} == {len(RECORD_COUNTS_PER_EARTHQUAKE_BY_PULSE[pulse])}
     assert np.mean([one.value for one in found]) == pytest.approx(truth, abs=0.02)
     assert 0.92 <= np.mean([one.low <= truth <= one.high for one in found]) <= 0.975
@@ -121,7 +123,11 @@ def test_intervals_of_the_alignment_cover_the_true_value(kappa: float, pulse: in
 @pytest.mark.long
 @pytest.mark.parametrize("kappa", [0.0, 1.0, 3.0])
 def test_intervals_of_alignment_differences_of_equal_groups_cover_zero(kappa: float) -> None:
-    found = [one.difference for one in summarise_random_data_sets(kappa) if one.difference is not None]
+    found = [
+        one.alignment_difference_of_groups
+        for one in summarise_random_data_sets(kappa)
+        if one.alignment_difference_of_groups is not None
+    ]
     assert np.mean([one.low <= 0 <= one.high for one in found]) >= 0.92
 
 
@@ -134,7 +140,10 @@ def test_mean_axis_is_reported_for_aligned_and_rarely_for_isotropic_falls(group:
     """
     given = {
         kappa: np.mean(
-            [np.isfinite(one.groups[group].axis_from_fault_normal_deg) for one in summarise_random_data_sets(kappa)]
+            [
+                np.isfinite(one.summary_by_record_group[group].axis_from_fault_normal_deg)
+                for one in summarise_random_data_sets(kappa)
+            ]
         )
         for kappa in (0, 3)
     }
@@ -142,8 +151,8 @@ def test_mean_axis_is_reported_for_aligned_and_rarely_for_isotropic_falls(group:
     assert given[3] >= 0.25
     # If an axis is given, its interval covers the true one.
     axes = [
-        one.groups[group]
+        one.summary_by_record_group[group]
         for one in summarise_random_data_sets(3)
-        if np.isfinite(one.groups[group].axis_from_fault_normal_deg)
+        if np.isfinite(one.summary_by_record_group[group].axis_from_fault_normal_deg)
     ]
-    assert np.mean([abs(one.axis_from_fault_normal_deg) <= one.half_width_deg for one in axes]) >= 0.9
+    assert np.mean([abs(one.axis_from_fault_normal_deg) <= one.axis_interval_half_width_deg for one in axes]) >= 0.9

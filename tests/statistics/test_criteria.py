@@ -64,22 +64,24 @@ def test_two_branches_of_the_kaneko_hayashi_limit_meet(height: float, slender: f
 
 
 def fall_sides_of_rocking_block_under_sine_cycle(
-    factors: Any, ratio: float, height: float, slender: float
+    amplitudes_over_west: Any, frequency_ratio: float, height: float, slender: float
 ) -> np.ndarray:
     """Return the fall sides (−1, 0 or 1) of a rocking block under one sine cycle of ω = ratio · p.
 
     The amplitudes are given multiples of West's acceleration.
     """
-    period = 2 * math.pi / (ratio * float(block_frequency_parameter(height, slender)))
+    period = 2 * math.pi / (frequency_ratio * float(block_frequency_parameter(height, slender)))
     motion = Motion(np.sin(2 * math.pi * np.arange(801) / 800), np.zeros(801), sampling_interval=period / 800)
     return simulate_rigid_rocking(
-        motion, Cases(0.0, height, slender, 1.0, amplitude=np.multiply(factors, 9.80665 * slender))
+        motion, Cases(0.0, height, slender, 1.0, amplitude=np.multiply(amplitudes_over_west, 9.80665 * slender))
     ).overturned
 
 
-def overturning_threshold_per_wests_acceleration(criterion: Any, ratio: float, height: float, slender: float) -> float:
+def overturning_threshold_per_wests_acceleration(
+    criterion: Any, frequency_ratio: float, height: float, slender: float
+) -> float:
     """Return the multiple of West's acceleration from which a criterion predicts a fall for a sine with ω = ratio p."""
-    pgv_over_pga = 2 / (ratio * float(block_frequency_parameter(height, slender)))
+    pgv_over_pga = 2 / (frequency_ratio * float(block_frequency_parameter(height, slender)))
     return float(criterion(height, slender, pgv_over_pga)) / (9.80665 * slender)
 
 
@@ -131,7 +133,7 @@ def test_wests_criterion_has_full_skill_for_falls_by_its_own_formula(make_cube_f
     }
     found = score_overturning_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
-    west, *others, blind = found.rules
+    west, *others, blind = found.rule_scores
     assert (west.name, blind.name) == ("West", SLENDERNESS_ONLY_RULE_NAME)
     for one in (
         west.skill,
@@ -163,7 +165,7 @@ def test_criteria_are_ranked_by_skill_within_blocks_of_equal_slenderness(make_cu
     peaks = {name: (("record", "azimuth"), np.tile(one, (8, 1))) for name, one in (("pga", pga), ("pgv", pga * ratio))}
     found = score_overturning_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
-    blind = found.rules[-1]
+    blind = found.rule_scores[-1]
     assert (found.best_criterion.name, found.best_criterion.mean_skill_within_block_sizes.value) == (
         "pulse, one impact",
         pytest.approx(1.0),
@@ -180,8 +182,10 @@ def test_criteria_are_ranked_by_skill_within_blocks_of_equal_slenderness(make_cu
             [said[each][falls[each]].mean() - said[each][~falls[each]].mean() for each in mixed],
             weights=[falls[each].mean() * (1 - falls[each].mean()) for each in mixed],
         )
-    assert {one.name: one.mean_skill_within_block_sizes.value for one in found.rules[:-1]} == pytest.approx(skills)
-    assert [one.name for one in found.rules[:-1]] == [one.name for one in CRITERIA]
+    assert {one.name: one.mean_skill_within_block_sizes.value for one in found.rule_scores[:-1]} == pytest.approx(
+        skills
+    )
+    assert [one.name for one in found.rule_scores[:-1]] == [one.name for one in CRITERIA]
     best = max(skills.values())
     assert {name: lead.value for name, lead in found.skill_leads_of_best_criterion.items()} == pytest.approx(
         {name: best - skill for name, skill in skills.items() if skill < best}
@@ -216,8 +220,10 @@ fall, the pulse without impact never."""
 FIRST_CRITERION, SECOND_CRITERION = "Kaneko–Hayashi", "pulse, one impact"
 
 
-def criteria_scores_of_beta_distributed_success(
-    make_cube_from_fall_rules: Callable[..., xr.Dataset], generator: np.random.Generator, odds: tuple[float, float]
+def criteria_scores_from_random_success_rates(
+    make_cube_from_fall_rules: Callable[..., xr.Dataset],
+    generator: np.random.Generator,
+    beta_parameters: tuple[float, float],
 ) -> OverturningCriteriaScores:
     """Return scores from 14 synthetic earthquakes in which the first of two criteria is right by given odds.
 
@@ -225,7 +231,7 @@ def criteria_scores_of_beta_distributed_success(
     """
     azimuth = np.arange(0, 180, 15)
     kind = generator.integers(4, size=(14, azimuth.size))
-    right = generator.random(kind.shape) < generator.beta(*odds, size=(14, 1))
+    right = generator.random(kind.shape) < generator.beta(*beta_parameters, size=(14, 1))
     falls = np.choose(kind, [np.full(kind.shape, True), np.full(kind.shape, False), right, ~right]).astype(float)
     rules = [lambda at, *_, own=own: own[(at // 15).astype(int)] for own in falls]
     cube = make_cube_from_fall_rules(
@@ -246,7 +252,7 @@ def test_best_criterion_is_named_only_if_criteria_differ(make_cube_from_fall_rul
     """Regression: the criterion with the higher skill was called the best even if two were equal."""
     generator = np.random.default_rng(42)
     alike = [
-        criteria_scores_of_beta_distributed_success(make_cube_from_fall_rules, generator, (2, 2)) for _ in range(400)
+        criteria_scores_from_random_success_rates(make_cube_from_fall_rules, generator, (2, 2)) for _ in range(400)
     ]
     assert {one.best_criterion.name for one in alike} == {FIRST_CRITERION, SECOND_CRITERION}
     assert np.mean([all(lead.low > 0 for lead in one.skill_leads_of_best_criterion.values()) for one in alike]) <= 0.07
@@ -256,7 +262,7 @@ def test_best_criterion_is_named_only_if_criteria_differ(make_cube_from_fall_rul
         >= 0.95
     )
     better = [
-        criteria_scores_of_beta_distributed_success(make_cube_from_fall_rules, generator, (6, 2)) for _ in range(60)
+        criteria_scores_from_random_success_rates(make_cube_from_fall_rules, generator, (6, 2)) for _ in range(60)
     ]
     ranked = [
         one.best_criterion.name
@@ -290,6 +296,6 @@ def test_blocks_that_nearly_always_stand_have_little_weight_in_scores(
     found = score_overturning_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     weights = np.array([0.5 * 0.5, 0.02 * 0.98])
-    assert found.rules[0].mean_skill_within_block_sizes.value == pytest.approx(
+    assert found.rule_scores[0].mean_skill_within_block_sizes.value == pytest.approx(
         weights @ [1.0, -25 / 49] / weights.sum()
     )

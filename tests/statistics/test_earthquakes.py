@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.statistics.alignment_by_rule import fault_normal_alignment_by_block_selection
-from overturning.statistics.circular import SECTORS
+from overturning.statistics.alignment_by_rule import fault_normal_alignments_by_record_group
+from overturning.statistics.circular import ROSE_SECTOR_COUNT
 from overturning.statistics.earthquakes import (
     difference_of_fall_alignments,
     fall_axes_from_fault_normal_by_earthquake,
@@ -65,7 +65,7 @@ def test_sample_size_excludes_records_without_falls_or_fault_normal(
     cube["overturned"][{"record": 1}] = 0
     summary = summarise_fall_axes(fall_axes_from_fault_normal_by_earthquake(cube))
     assert (summary.earthquakes, summary.alignment.n) == (4, 2)
-    assert math.isnan(summary.half_width_deg)
+    assert math.isnan(summary.axis_interval_half_width_deg)
     nothing = summarise_fall_axes(
         fall_axes_from_fault_normal_by_earthquake(cube.assign(overturned=0 * cube["overturned"]))
     )
@@ -130,7 +130,7 @@ def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube_from_fal
     + 1) sin s).
     """
 
-    def resultant_of_planes(half_width: int) -> float:
+    def resultant_of_planes_within_half_width(half_width: int) -> float:
         return np.sin(np.radians(2 * half_width + 1)) / ((2 * half_width + 1) * np.sin(np.radians(1)))
 
     widths, normals = (10, 40, 20, 30), np.array([20.0, 20.0, 75.0, 110.0])
@@ -142,7 +142,11 @@ def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube_from_fal
         for offsets in ([0, 0, 0, 0], [0, 90, 30, 60])
     ]  # fmt: skip
     largest = np.mean(
-        [(resultant_of_planes(10) + resultant_of_planes(40)) / 2, resultant_of_planes(20), resultant_of_planes(30)]
+        [
+            (resultant_of_planes_within_half_width(10) + resultant_of_planes_within_half_width(40)) / 2,
+            resultant_of_planes_within_half_width(20),
+            resultant_of_planes_within_half_width(30),
+        ]
     )
     along, aside = (summarise_fall_axes(fall_axes_from_fault_normal_by_earthquake(one)) for one in cube)
     assert along.largest_possible_alignment == pytest.approx(largest)
@@ -150,9 +154,9 @@ def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube_from_fal
     # Two records of one earthquake that fall across each other allow no less: the axes need not have been.
     assert aside.largest_possible_alignment == pytest.approx(largest)
     cosines = [
-        (resultant_of_planes(10) - resultant_of_planes(40)) / 2,
-        0.5 * resultant_of_planes(20),
-        -0.5 * resultant_of_planes(30),
+        (resultant_of_planes_within_half_width(10) - resultant_of_planes_within_half_width(40)) / 2,
+        0.5 * resultant_of_planes_within_half_width(20),
+        -0.5 * resultant_of_planes_within_half_width(30),
     ]
     assert aside.alignment.value == pytest.approx(np.mean(cosines))
 
@@ -194,24 +198,24 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube_from_
 
     every, some, half = [0.1, 0.2, 0.3, 0.4], [0.2, 0.3, 0.4], [0.3, 0.4]
     chosen = [(half, every[:2]), (half, None), ([0.4], None), (some, [0.2]), (every, every[:2])]
-    ((group, found),) = fault_normal_alignment_by_block_selection(cube).items()
+    ((group, found),) = fault_normal_alignments_by_record_group(cube).items()
     assert (group, [one.rule for one in found]) == ("all records", list(BLOCK_RULES))
     for one, shapes in zip(found, chosen, strict=True):
         means = [mean_vector_of_doubled_axes(record, own) for record, own in enumerate(shapes) if own]
-        assert (one.records, one.alignment.n) == (len(means), len(means))
+        assert (one.records_with_falls_and_fault_normal, one.alignment.n) == (len(means), len(means))
         assert one.alignment.value == pytest.approx(np.mean(np.real(means)), abs=1e-6)
         assert one.largest_possible_alignment == pytest.approx(np.mean(np.abs(means)), abs=1e-6)
         assert math.isnan(one.alignment.low), "two earthquakes are too few for an interval"
     # The rule of the report is that of the alignment elsewhere, with its interval.
     many = xr.concat([cube.isel(record=[0])] * 9, "record").assign_coords(event=("record", list("ABCDEFGHI")))
     many["fault_normal"] = ("record", 10.0 + 7.0 * np.arange(9))
-    own = fault_normal_alignment_by_block_selection(many, [MARGINAL_BLOCKS_RULE])["all records"][0]
+    own = fault_normal_alignments_by_record_group(many, [MARGINAL_BLOCKS_RULE])["all records"][0]
     summary = summarise_fall_axes(fall_axes_from_fault_normal_by_earthquake(many))
     assert own.alignment == summary.alignment
     assert own.largest_possible_alignment == pytest.approx(summary.largest_possible_alignment)
     assert own.alignment.low < own.alignment.value < own.alignment.high
     assert (
-        fault_normal_alignment_by_block_selection(many, [EVERY_BLOCK])["all records"][0].largest_possible_alignment
+        fault_normal_alignments_by_record_group(many, [EVERY_BLOCK])["all records"][0].largest_possible_alignment
         < own.largest_possible_alignment
     )
 
@@ -266,7 +270,9 @@ def test_rose_of_falls_in_all_directions_is_round_for_any_azimuth_step(
         return np.where(friction < 0.5, 1, -1) * np.where(azimuth < 180, 1, -1)
 
     cube = make_cube_from_fall_rules(falls_in_all_directions, azimuth=range(0, 360, step), fault_normal=60.0)
-    assert fall_rose(cube, from_normal=from_normal).shares == pytest.approx(np.full(SECTORS, 1 / SECTORS))
+    assert fall_rose(cube, from_normal=from_normal).shares == pytest.approx(
+        np.full(ROSE_SECTOR_COUNT, 1 / ROSE_SECTOR_COUNT)
+    )
 
 
 def test_aligned_fall_axes_have_a_mean_axis_and_scattered_ones_none(
@@ -275,7 +281,7 @@ def test_aligned_fall_axes_have_a_mean_axis_and_scattered_ones_none(
     offsets = [-12, -7, -3, 2, 6, 9, 14, 4]
     aligned = summarise_fall_axes(compute_fall_axes_from_fault_normal_offsets(offsets))
     assert abs(aligned.axis_from_fault_normal_deg) < 3
-    assert aligned.half_width_deg < 10
+    assert aligned.axis_interval_half_width_deg < 10
     assert aligned.alignment.low > 0.8
     assert aligned.earthquakes_with_axis_within_45_deg_of_normal == aligned.earthquakes_with_axis == 8
     # Planes within 10° of its axis, of each degree, fall under each.
@@ -301,7 +307,7 @@ def test_bootstrap_interval_covers_the_mean_axis_at_its_level() -> None:
             {name: ("event", values) for name, values in parts.items()}, {"event": [str(i) for i in range(12)]}
         )
         summary = summarise_fall_axes(axes, level=0.9, draws=400)
-        held += abs((summary.axis_from_fault_normal_deg - 20 + 90) % 180 - 90) <= summary.half_width_deg
+        held += abs((summary.axis_from_fault_normal_deg - 20 + 90) % 180 - 90) <= summary.axis_interval_half_width_deg
     assert 0.80 <= held / 200 <= 0.97
 
 
@@ -355,5 +361,5 @@ def test_axis_is_omitted_if_unknown_outcomes_on_one_side_could_impose_it(
     assert means["mean_axis"].values[1] == pytest.approx(120.0)
     axes = fall_axes_from_fault_normal_by_earthquake(cube)
     assert np.isnan(axes["cosine"].values).tolist() == [imposed, False]
-    rules = fault_normal_alignment_by_block_selection(cube, [EVERY_BLOCK])["all records"]
-    assert rules[0].records == 2 - imposed
+    rules = fault_normal_alignments_by_record_group(cube, [EVERY_BLOCK])["all records"]
+    assert rules[0].records_with_falls_and_fault_normal == 2 - imposed

@@ -23,7 +23,7 @@ from overturning.statistics.elements import count_falls_by_element, summarise_el
 from overturning.statistics.falls import (
     BLOCK_RULES,
     add_opposite_azimuths,
-    count_outcome_changes,
+    count_changed_and_all_neighbour_pairs,
     fall_counts_towards_azimuths,
     mask_of_blocks_for_direction_statistics,
     mean_fall_directions,
@@ -121,16 +121,20 @@ def test_integer_and_float_fall_flags_give_equal_statistics() -> None:
         lambda one: mean_fall_directions(one, informative_only=True),
     ):
         assert found(whole).equals(found(read))
-    assert count_outcome_changes(whole, "azimuth") == count_outcome_changes(read, "azimuth") == (2, 2)
+    assert (
+        count_changed_and_all_neighbour_pairs(whole, "azimuth")
+        == count_changed_and_all_neighbour_pairs(read, "azimuth")
+        == (2, 2)
+    )
     assert float(mean_fall_probability_over_directions(whole)) == pytest.approx(2 / 4)
 
 
 def test_outcome_changes_are_counted_only_between_adjacent_cells_with_outcomes() -> None:
     flags = dataset_of_fall_flags_by_azimuth([0, 90, 180, 270], [1, 1, np.nan, 0])
-    assert count_outcome_changes(flags, "azimuth") == (1, 2)  # round the compass: from 270 to 0
-    assert count_outcome_changes(flags.isel(azimuth=slice(0, 2)), "azimuth") == (0, 1)
+    assert count_changed_and_all_neighbour_pairs(flags, "azimuth") == (1, 2)  # round the compass: from 270 to 0
+    assert count_changed_and_all_neighbour_pairs(flags.isel(azimuth=slice(0, 2)), "azimuth") == (0, 1)
     ratios = xr.concat([flags, flags * 0, flags * 0 - 1], xr.DataArray([0.2, 0.3, 0.4], dims="b_over_h"))
-    assert count_outcome_changes(ratios, "b_over_h") == (5, 6)
+    assert count_changed_and_all_neighbour_pairs(ratios, "b_over_h") == (5, 6)
 
 
 def test_blocks_are_informative_if_they_fall_in_some_planes_but_at_most_half() -> None:
@@ -203,7 +207,7 @@ def test_missing_outcomes_do_not_count_as_standing_in_shares(make_cube_from_fall
 
 def test_fall_shares_are_averaged_over_all_block_parameters(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
     shares = mean_fall_probability_over_directions(
-        make_cube_from_fall_rules(make_sector_fall_rule(60, 20, largest=0.3)),
+        make_cube_from_fall_rules(make_sector_fall_rule(60, 20, largest_b_over_h=0.3)),
         summed_dims=PlanarModel.case_dims_without_direction,
     )
     assert float(shares[0]) == pytest.approx(9 / 36 * 3 / 5)
@@ -370,9 +374,9 @@ def test_displacements_of_each_stone_of_a_stack_match_hand_computation() -> None
         {"element": ["base", "shaft"]},
     )
     base, shaft = summarise_element_displacements(made)
-    assert (base.standing, base.fallen, base.slide_off_count) == (8, 0, 0)
+    assert (base.standing_case_count, base.fallen_case_count, base.slide_off_count) == (8, 0, 0)
     assert base.median_and_p90_slip_m == pytest.approx((0.05, 0.05))
-    assert (shaft.standing, shaft.fallen, shaft.slide_off_count) == (5, 3, 1)
+    assert (shaft.standing_case_count, shaft.fallen_case_count, shaft.slide_off_count) == (5, 3, 1)
     assert shaft.median_and_p90_slip_m == (0.0, 0.0)
     assert shaft.median_and_p90_twist_deg == pytest.approx((2.0, 3.6)), "of 0, 1, 2, 3, 4 degrees"
     assert summarise_element_displacements(made.drop_vars("slid_off"))[1].slide_off_count is None

@@ -10,10 +10,10 @@ from scipy.stats import bootstrap, circmean, norm, t
 
 from overturning.model.body import Body
 from overturning.model.falls import default_model_for_results_cube
-from overturning.statistics.circular import SECTORS
+from overturning.statistics.circular import ROSE_SECTOR_COUNT
 from overturning.statistics.earthquakes import (
+    alignments_with_references_by_record_group,
     azimuth_away_from_epicentre,
-    fall_alignment_with_reference_directions,
     fall_axes_from_fault_normal_by_earthquake,
     fall_vector_sums_by_record,
     summarise_fall_axes,
@@ -28,8 +28,8 @@ from overturning.statistics.roses import fall_rose
 from overturning.statistics.space import (
     count_agreements_of_2d_and_3d_outcomes,
     shares_of_agreeing_2d_and_3d_outcomes,
-    standing_stone_twists_deg,
     summarise_twists,
+    twists_by_b_over_h_and_friction_deg,
 )
 
 EARTHQUAKE_NAMES_BY_RECORD = ("A", "A", "B", "C", "D")
@@ -188,7 +188,7 @@ def test_rose_without_falls_has_empty_sectors() -> None:
     cube = random_3d_cube()
     cube["fall_azimuth"] = cube["fall_azimuth"] * np.nan
     rose = fall_rose(cube)
-    assert (rose.falls, rose.shares.tolist()) == (0, [0.0] * SECTORS)
+    assert (rose.falls, rose.shares.tolist()) == (0, [0.0] * ROSE_SECTOR_COUNT)
 
 
 def test_alignment_is_the_mean_cosine_of_angles_from_falls_to_reference() -> None:
@@ -213,13 +213,13 @@ def test_falls_along_a_reference_direction_have_alignment_1_with_it() -> None:
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
     other = ("record", pgv + 90.0)
     intensity = xr.Dataset({"pgv_azimuth": ("record", pgv), "pga_azimuth": other, "pulse_axis": other})
-    (found,) = fall_alignment_with_reference_directions(cube, intensity, [slice(0, 3), slice(1, 2)]).values()
+    (found,) = alignments_with_references_by_record_group(cube, intensity, [slice(0, 3), slice(1, 2)]).values()
     assert [one.value for one in found.mean_cosines_by_reference["peak velocity", True]] == pytest.approx([1.0, 1.0])
     assert [one.value for one in found.mean_cosines_by_reference["peak velocity", False]] == pytest.approx([-1.0, -1.0])
     assert found.mean_cosines_by_reference["pulse", True][0].value == pytest.approx(-1.0)
     assert ("pulse", False) not in found.mean_cosines_by_reference
     cube["fall_azimuth"] = cube["fall_azimuth"] + xr.DataArray([0.0, 45.0, 90.0], dims="b_over_h")
-    (each,) = fall_alignment_with_reference_directions(cube, intensity).values()
+    (each,) = alignments_with_references_by_record_group(cube, intensity).values()
     assert [one.value for one in each.mean_cosines_by_reference["peak velocity", True]] == pytest.approx(
         [1.0, 0.0, -1.0], abs=1e-6
     )
@@ -263,13 +263,13 @@ def test_falls_towards_the_epicentre_align_with_the_radial_axis() -> None:
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
     other = ("record", radial + 90.0)
     intensity = xr.Dataset({"pgv_azimuth": other, "pga_azimuth": other, "pulse_axis": other})
-    (found,) = fall_alignment_with_reference_directions(cube, intensity, [slice(0, 3)]).values()
+    (found,) = alignments_with_references_by_record_group(cube, intensity, [slice(0, 3)]).values()
     assert [
         found.mean_cosines_by_reference["radial direction", axial][0].value for axial in (True, False)
     ] == pytest.approx([1.0, -1.0])
     assert found.best_aligned_references[0] == "radial direction"
     nowhere = cube.assign_coords(epicentre_latitude=("record", np.full(5, np.nan)))
-    (found,) = fall_alignment_with_reference_directions(nowhere, intensity, [slice(0, 3)]).values()
+    (found,) = alignments_with_references_by_record_group(nowhere, intensity, [slice(0, 3)]).values()
     assert ("radial direction", True) not in found.mean_cosines_by_reference
 
 
@@ -280,7 +280,7 @@ def test_a_direction_known_for_one_record_is_not_called_the_closest() -> None:
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
     pgv, other = np.array([40.0, 70.0, 70.0, 70.0, 70.0]), ("record", np.full(5, 130.0))
     intensity = xr.Dataset({"pgv_azimuth": ("record", pgv), "pga_azimuth": other, "pulse_axis": other})
-    (found,) = fall_alignment_with_reference_directions(cube, intensity, [slice(0, 3)]).values()
+    (found,) = alignments_with_references_by_record_group(cube, intensity, [slice(0, 3)]).values()
     normal, peak = (found.mean_cosines_by_reference[name, True][0] for name in ("fault normal", "peak velocity"))
     assert (normal.n, normal.value > peak.value) == (1, True)
     assert found.best_aligned_references[0] == "peak velocity", "which under that one record is as close"
@@ -292,7 +292,7 @@ def test_two_reference_directions_are_compared_earthquake_by_earthquake() -> Non
     away = np.array([40.0, 35, 45, 50, 30, 55, 25, 60, 40])
     references = {"pgv_azimuth": normals + 20.0, "pga_azimuth": normals + 110.0, "pulse_axis": normals + 20.0 + away}
     intensity = xr.Dataset({name: ("record", values) for name, values in references.items()})
-    (found,) = fall_alignment_with_reference_directions(cube, intensity, [slice(0, 3)]).values()
+    (found,) = alignments_with_references_by_record_group(cube, intensity, [slice(0, 3)]).values()
     assert found.best_aligned_references == ("peak velocity", "fault normal")
 
     def mean_cosine_of_doubled_angle(record: int, reference: float) -> float:
@@ -347,11 +347,11 @@ def test_twist_statistics_cover_stones_that_moved_and_stand() -> None:
         "status": ("record", [0, 0, 0, 0, 1]),
         "residual_twist": ("record", [-3.0, 1.0, 10.0, np.nan, 0.0]),
     }).expand_dims(b_over_h=[0.2], friction=[0.6])  # fmt: skip
-    ((shape, turned),) = standing_stone_twists_deg(cube).items()
+    ((shape, turned),) = twists_by_b_over_h_and_friction_deg(cube).items()
     assert shape == (0.2, 0.6)
     found = summarise_twists(turned, quantile=0.5)
     assert (found.stones, found.median, found.upper_quantile, found.largest) == (3, 3.0, 3.0, 10.0)
-    assert summarise_twists(standing_stone_twists_deg(cube.isel(record=[3, 4]))[shape]).stones == 0
+    assert summarise_twists(twists_by_b_over_h_and_friction_deg(cube.isel(record=[3, 4]))[shape]).stones == 0
 
 
 @pytest.mark.parametrize("size", [1, 2, 3, 10, 997])

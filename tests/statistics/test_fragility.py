@@ -53,8 +53,8 @@ def test_fragility_fit_converges_if_strong_records_overturn_nothing() -> None:
     fell = [0, 0, 0, 5, 0, 7, 22, 1, 60, 36, 0, 5, 0, 9, 14, 17, 0, 0, 0, 1, 1, 9, 28, 4, 0, 8, 64, 0]
     x, share = np.log(pga), np.array(fell) / 64
 
-    def negative_log_likelihood(line: NDArray[np.float64]) -> float:
-        z = line[0] + line[1] * x
+    def negative_log_likelihood(coefficients: NDArray[np.float64]) -> float:
+        z = coefficients[0] + coefficients[1] * x
         return -float(np.sum(share * norm.logcdf(z) + (1 - share) * norm.logsf(z)))
 
     constant, slope = minimize(negative_log_likelihood, [0.0, 1.0]).x
@@ -107,7 +107,7 @@ def intensity_levels_and_fall_probabilities(function: ElementTree.Element) -> li
 
 
 def test_median_above_all_intensities_is_written_as_infinite(tmp_path: Path) -> None:
-    curve = fit_curve_to_lognormal_fall_rates(2, 0.5, "stout", most=1)
+    curve = fit_curve_to_lognormal_fall_rates(2, 0.5, "stout", largest_intensity=1)
     assert curve.median == pytest.approx(2, rel=1e-3)
     write_fragility_csv([curve], tmp_path / "f.csv")
     row = (tmp_path / "f.csv").read_text(encoding="utf-8").splitlines()[1]

@@ -31,7 +31,7 @@ from overturning.surveys.stones import Stone
 AZIMUTHS_DEG = np.arange(0, 360, 5)
 FIRST_HALF, SECOND_HALF = np.flatnonzero(AZIMUTHS_DEG < 180), np.flatnonzero(AZIMUTHS_DEG >= 180)
 DIMENSIONS = ("record", "azimuth", "height", "b_over_h", "friction")
-BLOCK_DIMS = ["height", "b_over_h", "friction"]
+BLOCK_PARAMETER_DIMENSIONS = ["height", "b_over_h", "friction"]
 
 
 def copy_of_full_circle_cube() -> xr.Dataset:
@@ -97,8 +97,8 @@ STATISTICS_EXACTLY_EQUAL_FOR_HALF_CIRCLE = {
     "report of the ensemble": ensemble_findings_of_cube,
 }
 STATISTICS_NEARLY_EQUAL_FOR_HALF_CIRCLE = {
-    "shares": lambda cube: mean_fall_probability_over_directions(cube, summed_dims=BLOCK_DIMS),
-    "means": lambda cube: mean_fall_directions(cube, summed_dims=BLOCK_DIMS),
+    "shares": lambda cube: mean_fall_probability_over_directions(cube, summed_dims=BLOCK_PARAMETER_DIMENSIONS),
+    "means": lambda cube: mean_fall_directions(cube, summed_dims=BLOCK_PARAMETER_DIMENSIONS),
     "axes": fall_axes_from_fault_normal_by_earthquake,
     "prediction": predicted_azimuth_and_side_probabilities,
     "roses": rose_bar_heights,
@@ -241,4 +241,4 @@ def test_comparison_of_two_stones_weights_azimuths_like_fall_shares(
     assert 0.1 < here < 0.9
     assert found.only_this_falls.value + found.both_fall.value == pytest.approx(here, abs=1e-7)
     assert found.only_other_falls.value + found.both_fall.value == pytest.approx(there, abs=1e-7)
-    assert found.earlier_if_both_fall.value == 1.0
+    assert found.this_earlier_if_both_fall.value == 1.0

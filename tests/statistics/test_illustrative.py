@@ -25,12 +25,12 @@ def find_b_over_h_of_illustrative_cases(make_cube_from_fall_rules) -> Callable[[
     Two blocks fall along the fault normal, 0°, and stand along the fault.
     """
 
-    def b_over_h_of_cases(rocks: list[float]) -> dict[str, float]:
+    def b_over_h_of_cases(peak_rotations: list[float]) -> dict[str, float]:
         cube = make_cube_from_fall_rules(
             lambda azimuth, *_: np.cos(np.radians(azimuth)).round(), azimuth=[0, 90, 180, 270], height=[0.6],
             b_over_h=[0.2, 0.4], friction=[1.0], fault_normal=0.0,
         )  # fmt: skip
-        rotation = xr.where(cube["overturned"] == 0, xr.DataArray(rocks, dims="b_over_h"), 1.0)
+        rotation = xr.where(cube["overturned"] == 0, xr.DataArray(peak_rotations, dims="b_over_h"), 1.0)
         cube["peak_rotation"] = rotation.transpose(*cube["overturned"].dims)
         return {case.title: case.block_coordinates["b_over_h"] for case in find_illustrative_cases(cube)}
 

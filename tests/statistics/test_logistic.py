@@ -62,8 +62,8 @@ def test_fit_matches_published_estimates_for_challenger_launches() -> None:
 def maximum_likelihood_coefficients_by_bfgs(design: np.ndarray, outcome: np.ndarray) -> np.ndarray:
     """Return the coefficients of maximum likelihood by another optimiser (SciPy's BFGS)."""
 
-    def negative_log_likelihood_and_gradient(line: np.ndarray) -> tuple[float, np.ndarray]:
-        z = design @ line
+    def negative_log_likelihood_and_gradient(coefficients: np.ndarray) -> tuple[float, np.ndarray]:
+        z = design @ coefficients
         return float(np.logaddexp(0.0, z).sum() - outcome @ z), design.T @ (expit(z) - outcome)
 
     found = minimize(

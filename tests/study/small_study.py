@@ -24,15 +24,15 @@ def small_study(**more: object) -> Study:
 
 
 def sine_cycle_record(
-    name: str = "a", peak: float = 6.0, across: float = 0.3, begin: float = 1.0, cycles: int = 1
+    name: str = "a", peak: float = 6.0, east_over_north: float = 0.3, begin: float = 1.0, cycles: int = 1
 ) -> Record:
-    """Return a record of sine cycles of 0.8 s northwards, the same times `across` eastwards, then 2.2 s of rest."""
+    """Return a record: sine cycles of 0.8 s northwards, `east_over_north` times that eastwards, then 2.2 s of rest."""
     end = begin + 0.8 * cycles
     time = np.arange(0, end + 2.2, 0.01)
     sine = peak * np.sin(2 * np.pi * (time - begin) / 0.8)
     cycle = np.round(np.where((time > begin) & (time < end), sine, 0.0), 9)
     about = {"station": "S", "event": "E", "source": "made", "licence": "none", "sha256": "0" * 64}
-    return Record(name, cycle, np.round(across * cycle, 9), None, 0.01, **about)
+    return Record(name, cycle, np.round(east_over_north * cycle, 9), None, 0.01, **about)
 
 
 def simulate_study_cube(

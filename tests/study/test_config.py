@@ -82,7 +82,7 @@ def test_each_shipped_study_states_its_question_and_primary_statistic(path: Path
 
 
 SOIL = {"site": {"layers": [{"thickness_m": 20, "velocity_m_s": 150}], "rock": {"velocity_m_s": 760}}}
-BOULDER = [[x, y, 0.0] for x in (-0.2, 0.2) for y in (-0.15, 0.15)] + [[0.05, 0.0, 0.7]]
+BOULDER_VERTICES = [[x, y, 0.0] for x in (-0.2, 0.2) for y in (-0.15, 0.15)] + [[0.05, 0.0, 0.7]]
 
 WRONG_2D_SETTINGS = [
     ({"frictoin": [1.0]}, "mine.yaml: frictoin: unknown key; did you mean friction?"),
@@ -214,14 +214,22 @@ WRONG_3D_SETTINGS = [
     ),
     ({"body": {"aspekt": [2]}}, "body.aspekt: unknown key; did you mean aspect?"),
     ({"body": {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]]}}, "body"),
-    ({"body": {"vertices": [[1000 * x for x in vertex] for vertex in BOULDER]}, "b_over_h": None}, "millimetres"),
-    ({"body": {"vertices": BOULDER}}, "b_over_h: the body of these vertices has its own"),
     (
-        {"body": {"vertices": BOULDER}, "b_over_h": None, "orientation": {"step": 90}, "ensemble": {"b_over_h": 0.2}},
+        {"body": {"vertices": [[1000 * x for x in vertex] for vertex in BOULDER_VERTICES]}, "b_over_h": None},
+        "millimetres",
+    ),
+    ({"body": {"vertices": BOULDER_VERTICES}}, "b_over_h: the body of these vertices has its own"),
+    (
+        {
+            "body": {"vertices": BOULDER_VERTICES},
+            "b_over_h": None,
+            "orientation": {"step": 90},
+            "ensemble": {"b_over_h": 0.2},
+        },
         "ensemble.b_over_h: the body of these vertices keeps its own",
     ),
-    ({"body": {"vertices": BOULDER, "plan": "circle"}, "b_over_h": None}, "the body has vertices of its own"),
-    ({"body": {"vertices": BOULDER, "mesh": "a.obj"}}, "body: vertices and mesh are both given; keep one"),
+    ({"body": {"vertices": BOULDER_VERTICES, "plan": "circle"}, "b_over_h": None}, "the body has vertices of its own"),
+    ({"body": {"vertices": BOULDER_VERTICES, "mesh": "a.obj"}}, "body: vertices and mesh are both given; keep one"),
     ({"height": [60]}, "60 m; a stone is 0.01 to 50 m high; is that in centimetres"),
     ({"azimuth": {"step": 30}}, "azimuth: a 3-D body or stack moves in all directions at once; give orientation"),
     ({"scene": {"name": "x"}}, "scene"),

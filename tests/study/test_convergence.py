@@ -45,10 +45,11 @@ from tests.dem.near_field import strong_part_of_near_field_record
 from tests.study.small_study import simulate_study_cube, small_study
 
 OUTCOME_CHANGE_COUNT_FIELDS = {
-    "element": "", "cases": 200, "flags": 2, "undivided_ensemble_cases": 160, "undivided_falls_in_one_only": 1,
-    "undivided_falls_to_different_sides": 0, "fallen": 50,
-    "sides": 0, "undivided_falls_in_both": 45, "one_sided_ensemble_falls_in_both": 40,
-    "one_sided_ensemble_falls_to_different_sides": 0, "unanswered": 0,
+    "element": "", "cases": 200, "flags": 2, "cases_with_agreeing_members": 160,
+    "falls_in_one_only_if_members_agree": 1,
+    "different_fall_sides_if_members_agree": 0, "fallen": 50,
+    "sides": 0, "falls_in_both_if_members_agree": 45, "falls_in_both_if_members_fall_to_one_side": 40,
+    "different_sides_if_members_fall_to_one_side": 0, "unanswered": 0,
 }  # fmt: skip
 CONVERGENCE_RESULT_FIELDS = {
     "seed": 1, "wanted_case_count": 200, "rerun_case_count": 200, "rerun_cases_at_rest": 0, "study_cell_count": 9000,
@@ -116,12 +117,12 @@ class RecordsAndRandomCaseSample:
         """Return the cells to be checked as if the study had found these overturning flags in them."""
         answers = self.sample.outcomes.copy()
         answers["overturned"] = overturned
-        divided = self.sample.has_divided_ensemble if divided is None else divided
+        divided = self.sample.members_disagree_on_fall if divided is None else divided
         return replace(
             self.sample,
             outcomes=answers,
-            has_divided_ensemble=divided,
-            has_divided_ensemble_or_fall_directions=self.sample.has_divided_ensemble_or_fall_directions | divided,
+            members_disagree_on_fall=divided,
+            members_disagree_on_fall_or_direction=self.sample.members_disagree_on_fall_or_direction | divided,
         )
 
 
@@ -154,7 +155,7 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
         each = zip(map(Motion.of, done.records), chosen, strict=True)
         return sum(int(run_cases(motion, one, **changed).block_steps.sum()) for motion, one in each)
 
-    def planned_steps(model: PlanarModel | None = None, **changed: Any) -> np.ndarray:
+    def planned_step_counts(model: PlanarModel | None = None, **changed: Any) -> np.ndarray:
         numerics = NumericalOptions(time_step="0.01 stable", **changed)
         return plan_simulation(
             model or PlanarModel(),
@@ -164,9 +165,9 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
         ).steps
 
     stiff = {"model": PlanarModel(gravestone(Contact(static_penetration=DEFAULT_STATIC_PENETRATION_RATIO / 4)))}
-    np.testing.assert_array_equal(planned_steps(refinement=8), 8 * planned_steps())
+    np.testing.assert_array_equal(planned_step_counts(refinement=8), 8 * planned_step_counts())
     # Whole steps follow the motion, whatever the contact.
-    np.testing.assert_array_equal(planned_steps(**stiff), planned_steps())
+    np.testing.assert_array_equal(planned_step_counts(**stiff), planned_step_counts())
     assert found.finer_step_rerun.block_steps == total_block_steps(refinement=8)
     assert found.stiffer_contact_rerun.block_steps == total_block_steps(**stiff)
     opposite = np.where(done.sample.outcomes["overturned"] == 0, 1, 0).astype(np.int8)
@@ -175,32 +176,34 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
     assert wrong.stiffer_contact_rerun.changes_by_element[0].flags == 10 - stiffer.flags
     # Where the ensemble is divided anyway a changed flag is counted, but not among those that matter.
     assert (
-        wrong.finer_step_rerun.changes_by_element[0].undivided_falls_in_one_only
+        wrong.finer_step_rerun.changes_by_element[0].falls_in_one_only_if_members_agree
         == wrong.finer_step_rerun.changes_by_element[0].flags
     )
     assert (
-        wrong.finer_step_rerun.changes_by_element[0].undivided_ensemble_cases
+        wrong.finer_step_rerun.changes_by_element[0].cases_with_agreeing_members
         == wrong.finer_step_rerun.changes_by_element[0].cases
     )
     unsure = done.sample_with_replaced_flags(opposite, divided=np.ones(opposite.shape, np.bool_))
     (all_divided,) = check_convergence(settings, done.records, unsure).finer_step_rerun.changes_by_element
     zeros = (
-        "undivided_ensemble_cases",
-        "undivided_falls_in_one_only",
-        "undivided_falls_in_both",
-        "one_sided_ensemble_falls_in_both",
-        "one_sided_ensemble_falls_to_different_sides",
+        "cases_with_agreeing_members",
+        "falls_in_one_only_if_members_agree",
+        "falls_in_both_if_members_agree",
+        "falls_in_both_if_members_fall_to_one_side",
+        "different_sides_if_members_fall_to_one_side",
     )
     none = dict.fromkeys(zeros, 0)
     assert all_divided == wrong.finer_step_rerun.changes_by_element[0].model_copy(update=none)
     # Falls to the other side are counted where the members fall one way, and not where they fall to both.
     turned = done.sample_with_replaced_flags(-done.sample.outcomes["overturned"])
     (sides,) = check_convergence(settings, done.records, turned).finer_step_rerun.changes_by_element
-    assert sides.one_sided_ensemble_falls_to_different_sides == sides.sides == finer.fallen - finer.sides > 0
+    assert sides.different_sides_if_members_fall_to_one_side == sides.sides == finer.fallen - finer.sides > 0
     (both,) = check_convergence(
-        settings, done.records, replace(turned, has_divided_ensemble_or_fall_directions=~turned.has_divided_ensemble)
+        settings,
+        done.records,
+        replace(turned, members_disagree_on_fall_or_direction=~turned.members_disagree_on_fall),
     ).finer_step_rerun.changes_by_element
-    assert (both.sides, both.undivided_falls_to_different_sides, both.one_sided_ensemble_falls_in_both) == (
+    assert (both.sides, both.different_fall_sides_if_members_agree, both.falls_in_both_if_members_fall_to_one_side) == (
         sides.sides,
         sides.sides,
         0,
@@ -221,7 +224,7 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
     axes = tuple(grid.values_by_dimension.values())
 
     def fake_rerun_function_of_kind(kind: str) -> Any:
-        def fake_run(_: Motion, cases: Cases) -> Any:
+        def fake_rerun_results(_: Motion, cases: Cases) -> Any:
             amplitude = np.asarray(cases.amplitude)
             nudged = bool((amplitude != 1.0).all())
             assert not nudged or np.allclose(amplitude - 1.0, 1e-9, rtol=1e-6)
@@ -235,11 +238,11 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
                 block_steps=np.full(row.size, 100 if kind == "stiffer" else 900),
             )
 
-        return fake_run
+        return fake_rerun_results
 
     fakes = {kind: fake_rerun_function_of_kind(kind) for kind in ("finer", "finest", "stiffer")}
     monkeypatch.setattr("overturning.study.convergence_check.case_rerun_functions", lambda _: fakes)
-    found = check_convergence(settings, done.records, replace(done.sample, study_block_time_steps=1000))
+    found = check_convergence(settings, done.records, replace(done.sample, study_block_time_step_count=1000))
     assert found.tests_of_finer_step_changes.model_dump() == {
         "changed_cases": 4,
         "retested_cases": 4,
@@ -249,15 +252,15 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
     }
     assert [one.record for one in found.finer_step_changes_by_record] == [record.record_id for record in done.records]
     assert sum(one.cases for one in found.finer_step_changes_by_record) == len(done.sample.record_indices)
-    assert sum(one.changed for one in found.finer_step_changes_by_record) == 4
+    assert sum(one.changed_cases for one in found.finer_step_changes_by_record) == 4
     first_four = done.sample.record_indices[:4].tolist()
-    assert [one.changed for one in found.finer_step_changes_by_record] == [
+    assert [one.changed_cases for one in found.finer_step_changes_by_record] == [
         first_four.count(number) for number in range(len(done.records))
     ]
     # What is left of the allowance pays for three times a finer case each, as far as it goes.
     looked_at = set()
     for steps in range(300, 500, 10):
-        found = check_convergence(settings, done.records, replace(done.sample, study_block_time_steps=steps))
+        found = check_convergence(settings, done.records, replace(done.sample, study_block_time_step_count=steps))
         assert (
             sum(
                 part.block_steps
@@ -286,9 +289,9 @@ def test_the_convergence_check_of_a_small_study_costs_no_more_than_the_study(
     found = check_convergence(settings, done.records, done.sample)
     assert found.wanted_case_count == min(200, done.sample.simulated_case_count_of_study)
     spent = found.finer_step_rerun.block_steps + found.stiffer_contact_rerun.block_steps
-    assert spent <= done.sample.study_block_time_steps
+    assert spent <= done.sample.study_block_time_step_count
     assert least <= found.rerun_case_count < found.wanted_case_count
-    assert found.rerun_case_count < 4 or spent > 0.5 * done.sample.study_block_time_steps, (
+    assert found.rerun_case_count < 4 or spent > 0.5 * done.sample.study_block_time_step_count, (
         "the allowance is made use of"
     )
 
@@ -330,20 +333,22 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     wrong.outcomes["overturned"] = overturned
     again = check_convergence(settings, records, sample, threads=2, rigid_sample=wrong).rigid_block_comparison
     one_fall_less = dict.fromkeys(
-        ("fallen", "undivided_falls_in_both", "one_sided_ensemble_falls_in_both"), found.fallen - 1
+        ("fallen", "falls_in_both_if_members_agree", "falls_in_both_if_members_fall_to_one_side"), found.fallen - 1
     )
     one_of_each = dict.fromkeys(
         (
             "flags",
             "sides",
-            "undivided_falls_in_one_only",
-            "undivided_falls_to_different_sides",
-            "one_sided_ensemble_falls_to_different_sides",
+            "falls_in_one_only_if_members_agree",
+            "different_fall_sides_if_members_agree",
+            "different_sides_if_members_fall_to_one_side",
         ),
         1,
     )
     assert again == found.model_copy(update=one_fall_less | one_of_each)
-    workflow.run_convergence_check(settings.model_dump_json(), tmp_path / "motion", cube, tmp_path / "found.json")
+    workflow.recompute_sample_with_finer_steps(
+        settings.model_dump_json(), tmp_path / "motion", cube, tmp_path / "found.json"
+    )
     assert read_convergence_result(tmp_path / "found.json").rigid_block_comparison == found
     # From under one record's blocks the ground drops by more than g: the rigid block, which stays on it, knows nothing.
     drop = np.zeros(records[1].sample_count)
@@ -451,7 +456,7 @@ def test_the_check_convergence_command_checks_a_scene_within_its_cost_limit(tmp_
     settings = study_of_two_stones_side_by_side(azimuth={"step": 30}, friction=[0.4, 0.7], verification={"cost": 4})
     cube = simulate_study_cube(settings, [near_field_strong_part(7)], tmp_path)
     output = tmp_path / "convergence.json"
-    workflow.run_convergence_check(settings.model_dump_json(), tmp_path / "motion", cube, output)
+    workflow.recompute_sample_with_finer_steps(settings.model_dump_json(), tmp_path / "motion", cube, output)
     found = read_convergence_result(output)
     assert 6 <= found.rerun_case_count < found.wanted_case_count == 24, "none of the scene's azimuths is mirrored"
     spent = sum(
@@ -476,12 +481,12 @@ def test_ensemble_members_disagree_if_some_fall_and_some_stand(tmp_path: Path) -
     table = xr.Dataset({name: (dims, values) for name, values in given.items()}, attrs={"block_steps": 1})
     table.to_netcdf(tmp_path / "cube.nc")
     sample = read_random_case_sample(tmp_path / "cube.nc", ConvergenceCheckSettings(at_least=5))
-    divided = dict(zip(sample.grid_indices[:, 0].tolist(), sample.has_divided_ensemble[:, 0].tolist(), strict=True))
+    divided = dict(zip(sample.grid_indices[:, 0].tolist(), sample.members_disagree_on_fall[:, 0].tolist(), strict=True))
     assert divided == {0: False, 1: True, 2: False, 3: False, 4: False}
     apart = dict(
         zip(
             sample.grid_indices[:, 0].tolist(),
-            sample.has_divided_ensemble_or_fall_directions[:, 0].tolist(),
+            sample.members_disagree_on_fall_or_direction[:, 0].tolist(),
             strict=True,
         )
     )
@@ -505,8 +510,8 @@ def test_3d_ensemble_members_disagree_if_their_fall_directions_spread(tmp_path: 
     table.to_netcdf(tmp_path / "cube.nc")
     sample = read_random_case_sample(tmp_path / "cube.nc", ConvergenceCheckSettings(at_least=5))
     place = np.argsort(sample.grid_indices[:, 0])
-    assert sample.has_divided_ensemble[place, 0].tolist() == [False, False, False, True, False]
-    assert sample.has_divided_ensemble_or_fall_directions[place, 0].tolist() == [False, False, True, True, False]
+    assert sample.members_disagree_on_fall[place, 0].tolist() == [False, False, False, True, False]
+    assert sample.members_disagree_on_fall_or_direction[place, 0].tolist() == [False, False, True, True, False]
     # k R² is 8, 7.76 and 4.69 where all eight fall, 4 where four do, all the same way.
     assert sample.fall_direction_weight[place] == pytest.approx(
         [1.0, *np.sqrt((8 * np.cos(half[1:]) ** 2 - 1) / 7), 1.0, 1.0]
@@ -532,7 +537,7 @@ def test_3d_falls_that_change_azimuth_under_slightly_scaled_motion_are_counted(
     names, axes = zip(*variant_grid(settings).values_by_dimension.items(), strict=True)
     factors = set[float]()
 
-    def fake_nominal_run(_: Motion, cases: Cases) -> Any:
+    def fake_results_at_scaled_amplitude(_: Motion, cases: Cases) -> Any:
         (factor,) = np.unique(cases.amplitude)
         factors.add(round(float(factor), 6))
         values = [getattr(cases, {"orientation": "azimuth_deg"}.get(name, name)) for name in names]
@@ -549,7 +554,7 @@ def test_3d_falls_that_change_azimuth_under_slightly_scaled_motion_are_counted(
             block_steps=np.full(row.size, 10),
         )
 
-    kinds = case_rerun_functions(settings) | {"nominal": fake_nominal_run}
+    kinds = case_rerun_functions(settings) | {"nominal": fake_results_at_scaled_amplitude}
     monkeypatch.setattr("overturning.study.convergence_check.case_rerun_functions", lambda _: kinds)
     weight = np.linspace(0.2, 1.0, len(sample.record_indices))
     found = check_convergence(

@@ -26,7 +26,7 @@ def study_without_ensemble(**keys: Any) -> Study:
 
 def write_and_read_crate(settings: Study, folder: Path) -> dict[str, dict[str, Any]]:
     """Write a research crate of a cube, its motions and a figure; return the entities of the crate by id."""
-    cube = simulate_study_cube(settings, [sine_cycle_record("a"), sine_cycle_record("b", across=-0.8)], folder)
+    cube = simulate_study_cube(settings, [sine_cycle_record("a"), sine_cycle_record("b", east_over_north=-0.8)], folder)
     figures = folder / "figures" / "polar"
     figures.mkdir(parents=True)
     (figures / "a.svg").write_text("<svg/>", encoding="utf-8")

@@ -23,9 +23,9 @@ POPULATION_OF_ONE_SIZE = {"width": {"low": 0.25, "high": 0.25}, "height": {"low"
 """Sizes of a population of equal stones with B/H = 1/3."""
 
 
-def soil_site_settings(velocity: float, rock: float = 760.0, **more: float) -> dict[str, Any]:
+def soil_site_settings(velocity: float, rock_velocity: float = 760.0, **more: float) -> dict[str, Any]:
     """Return the settings of a soil layer of 20 m over rock, with velocities in m/s."""
-    return {"layers": [{"thickness_m": 20, "velocity_m_s": velocity, **more}], "rock": {"velocity_m_s": rock}}
+    return {"layers": [{"thickness_m": 20, "velocity_m_s": velocity, **more}], "rock": {"velocity_m_s": rock_velocity}}
 
 
 def warnings_on_study_settings(**keys: Any) -> list[str]:
@@ -187,14 +187,20 @@ def test_implausible_materials_and_contacts_of_a_scene_give_a_warning() -> None:
     assert friction.endswith("Give its tangent: 0.839")
 
 
-def scene_of_overhanging_slab(share: float) -> dict[str, Any]:
-    """Return a scene: a slab overhangs a block by a `share` of half the slab's width; with 1 it is about to tip."""
+def scene_of_overhanging_slab(overhang_over_half_width: float) -> dict[str, Any]:
+    """Return a scene: a slab overhangs a block by `overhang_over_half_width` half-widths; with 1 it is about to tip."""
     return {
         "name": "mine",
         "elements": [
             {"name": "ground", "kind": "driven", "vertices": [[-5, -1], [5, -1], [5, 0], [-5, 0]]},
             {"name": "block", "width": 0.5, "height": 1.0, "stands_on": "ground"},
-            {"name": "slab", "width": 0.5, "height": 0.1, "stands_on": "block", "at": [share * 0.25, 0.0]},
+            {
+                "name": "slab",
+                "width": 0.5,
+                "height": 0.1,
+                "stands_on": "block",
+                "at": [overhang_over_half_width * 0.25, 0.0],
+            },
         ],
     }
 

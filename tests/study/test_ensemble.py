@@ -356,14 +356,14 @@ def test_a_recheck_finds_only_the_changed_values_if_ensembles_stopped_early(tmp_
 
 
 @cache
-def _stopping_rule_ends_ensemble(falls: int, size: int, widest: float) -> bool:
+def _stopping_rule_ends_ensemble(falls: int, size: int, max_interval_width: float) -> bool:
     """True if the stopping rule ends an ensemble with this number of falls."""
     flags = np.array([[1] * falls + [0] * (size - falls)], np.int8)
-    return bool(fall_probabilities_converged(flags, widest)[0])
+    return bool(fall_probabilities_converged(flags, max_interval_width)[0])
 
 
 def _stopping_probability_by_falls_and_members(
-    probability: float, widest: float, batches: list[int]
+    probability: float, max_interval_width: float, batches: list[int]
 ) -> dict[tuple[int, int], float]:
     """Return the exact probability, by (k, n), that the stopping rule ends an ensemble with k falls of n members."""
     going, ended, size = {0: 1.0}, {}, 0
@@ -375,7 +375,7 @@ def _stopping_probability_by_falls_and_members(
             reached[falls : falls + batch + 1] += chance * more
         going = {}
         for falls, chance in enumerate(reached):
-            if _stopping_rule_ends_ensemble(falls, size, widest) or size == sum(batches):
+            if _stopping_rule_ends_ensemble(falls, size, max_interval_width) or size == sum(batches):
                 ended[falls, size] = chance
             else:
                 going[falls] = chance

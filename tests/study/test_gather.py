@@ -25,8 +25,15 @@ from overturning.study.scenes import variant_grid, variant_model
 from overturning.study.schema import Study
 
 RECORD_NAMES = ("first", "second")
-GRID_KEYS = {"azimuth": {"step": 45}, "b_over_h": [0.2, 0.4, 0.6], "friction": [0.5, 1.0], "ensemble": {"members": 0}}
-STUDY = study_from_content({"name": "small", "records": {"use": list(RECORD_NAMES)}, **GRID_KEYS}, "test")
+GRID_AND_ENSEMBLE_SETTINGS = {
+    "azimuth": {"step": 45},
+    "b_over_h": [0.2, 0.4, 0.6],
+    "friction": [0.5, 1.0],
+    "ensemble": {"members": 0},
+}
+STUDY = study_from_content(
+    {"name": "small", "records": {"use": list(RECORD_NAMES)}, **GRID_AND_ENSEMBLE_SETTINGS}, "test"
+)
 ZERO_SAMPLES = np.zeros(10)
 SITE_FIELDS = {"latitude": 35.2, "longitude": 133.4, "fault_strike_deg": 30.0}
 EXTRA_FIELDS = {"pulse": True, "event_latitude": 35.3, "event_longitude": 133.3}
@@ -44,7 +51,7 @@ def random_outcomes(shape: tuple[int, ...], seed: int) -> dict[str, np.ndarray]:
     return values | {"mirrored": np.zeros(shape, np.int8)}
 
 
-def write_random_sweep_parts(folder: Path, pieces: int = 1) -> list[Path]:
+def write_random_outcome_files(folder: Path, pieces: int = 1) -> list[Path]:
     """Write files of random outcomes as a sweep would, in `pieces` files per record, and return their paths."""
     grid, paths = variant_grid(STUDY), []
     for seed, name in enumerate(RECORD_NAMES):
@@ -58,9 +65,11 @@ def write_random_sweep_parts(folder: Path, pieces: int = 1) -> list[Path]:
     return paths
 
 
-def cube_merged_from_random_parts(folder: Path, of: list[Record] = RECORDS, settings: Study = STUDY) -> xr.Dataset:
+def cube_merged_from_random_outcome_files(
+    folder: Path, records: list[Record] = RECORDS, settings: Study = STUDY
+) -> xr.Dataset:
     """Merge parts of random outcomes into a cube of the study, with other records or settings if given."""
-    merge_outcome_files_into_cube(settings, of, write_random_sweep_parts(folder), folder / "cube.nc")
+    merge_outcome_files_into_cube(settings, records, write_random_outcome_files(folder), folder / "cube.nc")
     with open_cube(folder / "cube.nc") as opened:
         return opened.load()
 
@@ -68,7 +77,7 @@ def cube_merged_from_random_parts(folder: Path, of: list[Record] = RECORDS, sett
 @pytest.fixture(scope="module")
 def study_cube(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     """The cube of the study, which tests must not change."""
-    return cube_merged_from_random_parts(tmp_path_factory.mktemp("gathered"))
+    return cube_merged_from_random_outcome_files(tmp_path_factory.mktemp("gathered"))
 
 
 def test_merging_puts_every_cell_at_its_place_in_the_cube(study_cube: xr.Dataset) -> None:
@@ -96,7 +105,7 @@ def test_sources_of_site_coordinates_are_stored_only_as_attributes(study_cube: x
     Coordinates and variables of the cube stay identical.
     """
     places = {"coordinates_source": "survey", "fault_trace": "35 133, 36 133", "fault_trace_source": "map"}
-    with_places = cube_merged_from_random_parts(
+    with_places = cube_merged_from_random_outcome_files(
         tmp_path, [replace(RECORDS[0], extra=EXTRA_FIELDS | places), RECORDS[1]]
     )
     first, second = record_sources(with_places)
@@ -125,7 +134,7 @@ def test_record_metadata_are_copied_to_the_cube(tmp_path: Path) -> None:
     numbers = {"magnitude": 7.8, "rupture_distance": 1.5, "vs30": 410.0, "pulse_period": 2.2}
     known = numbers | {"site_class": "C", "wall": "foot", "agency_processing": "gefiltert in Zürich"}
     described = [replace(RECORDS[0], extra=RECORDS[0].extra | known), RECORDS[1]]
-    found = cube_merged_from_random_parts(tmp_path, described)
+    found = cube_merged_from_random_outcome_files(tmp_path, described)
     processing = known.pop("agency_processing")
     for name, value in known.items():
         assert found[name].values[0] == value
@@ -145,7 +154,7 @@ def test_two_names_of_one_earthquake_are_merged_in_the_cube_with_a_note(tmp_path
         replace(record, event=name, extra={"origin_time": f"1989-10-18T00:04:{second}Z"})
         for record, name, second in zip(RECORDS, names, (15, 14), strict=True)
     ]
-    found = cube_merged_from_random_parts(tmp_path, named)
+    found = cube_merged_from_random_outcome_files(tmp_path, named)
     assert found["event"].to_numpy().tolist() == [names[0]] * 2
     assert earthquake_assignment_notes(found) == [
         f"'{names[0]}' and '{names[1]}' are one earthquake (one origin, 1989-10-18 00:04)"
@@ -153,23 +162,25 @@ def test_two_names_of_one_earthquake_are_merged_in_the_cube_with_a_note(tmp_path
 
 
 def test_sweep_parts_in_any_order_give_a_cube_with_the_same_bytes(tmp_path: Path) -> None:
-    merge_outcome_files_into_cube(STUDY, RECORDS, write_random_sweep_parts(tmp_path), tmp_path / "whole.nc")
-    merge_outcome_files_into_cube(STUDY, RECORDS, write_random_sweep_parts(tmp_path, 3)[::-1], tmp_path / "pieces.nc")
+    merge_outcome_files_into_cube(STUDY, RECORDS, write_random_outcome_files(tmp_path), tmp_path / "whole.nc")
+    merge_outcome_files_into_cube(STUDY, RECORDS, write_random_outcome_files(tmp_path, 3)[::-1], tmp_path / "pieces.nc")
     assert (tmp_path / "whole.nc").read_bytes() == (tmp_path / "pieces.nc").read_bytes()
 
 
 def test_missing_cells_are_refused_and_no_cube_is_written(tmp_path: Path) -> None:
     with pytest.raises(ResultError, match="no part holds all cells of second"):
-        merge_outcome_files_into_cube(STUDY, RECORDS, write_random_sweep_parts(tmp_path, 2)[:-1], tmp_path / "cube.nc")
+        merge_outcome_files_into_cube(
+            STUDY, RECORDS, write_random_outcome_files(tmp_path, 2)[:-1], tmp_path / "cube.nc"
+        )
     assert not [path for path in tmp_path.iterdir() if "cube" in path.name]
 
 
 def test_a_sweep_part_of_another_study_is_refused(tmp_path: Path) -> None:
     other = STUDY.model_copy(update={"friction": (0.5, 0.9)})
     with pytest.raises(ResultError, match="its friction values are not those of the study"):
-        merge_outcome_files_into_cube(other, RECORDS, write_random_sweep_parts(tmp_path), tmp_path / "cube.nc")
+        merge_outcome_files_into_cube(other, RECORDS, write_random_outcome_files(tmp_path), tmp_path / "cube.nc")
     with pytest.raises(ResultError, match="which are not in this study"):
-        merge_outcome_files_into_cube(STUDY, RECORDS[:1], write_random_sweep_parts(tmp_path), tmp_path / "cube.nc")
+        merge_outcome_files_into_cube(STUDY, RECORDS[:1], write_random_outcome_files(tmp_path), tmp_path / "cube.nc")
     broken = tmp_path / "broken.nc"
     broken.write_bytes(b"CDF nothing")
     with pytest.raises(ResultError, match=r"broken\.nc: damaged"):
@@ -177,7 +188,7 @@ def test_a_sweep_part_of_another_study_is_refused(tmp_path: Path) -> None:
 
 
 def test_missing_outcomes_in_a_cube_are_nan_and_never_a_flag(tmp_path: Path) -> None:
-    paths = write_random_sweep_parts(tmp_path)
+    paths = write_random_outcome_files(tmp_path)
     grid = variant_grid(STUDY)
     cells = random_outcomes(grid.shape, 0)
     cells["overturned"][2, 0, 1, 1] = INT8_MISSING
@@ -231,7 +242,7 @@ def test_opening_a_file_that_is_not_a_cube_is_refused(tmp_path: Path) -> None:
 
 def test_a_cube_contains_no_paths_of_this_machine(tmp_path: Path) -> None:
     folder = STUDY.records.model_copy(update={"folder": str(tmp_path / "mine")})
-    found = cube_merged_from_random_parts(tmp_path, settings=STUDY.model_copy(update={"records": folder}))
+    found = cube_merged_from_random_outcome_files(tmp_path, settings=STUDY.model_copy(update={"records": folder}))
     assert str(tmp_path) not in repr(dict(found.attrs))
 
 

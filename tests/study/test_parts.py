@@ -11,13 +11,13 @@ from overturning.study.parts import SweepChunk, grid_of_chunk
 from overturning.study.scenes import variant_grid
 from tests.study.small_study import simulate_study_cube, sine_cycle_record, small_study
 
-ENSEMBLE_EVERYWHERE = {"ensemble": {"members": 16, "where": "everywhere"}}
-PLANAR_STUDY = ENSEMBLE_EVERYWHERE | {
+ENSEMBLE_IN_ALL_CELLS = {"ensemble": {"members": 16, "where": "everywhere"}}
+PLANAR_STUDY = ENSEMBLE_IN_ALL_CELLS | {
     "azimuth": {"step": 45, "also": [32]},
     "b_over_h": [0.2, 0.3],
     "friction": [0.33, 1.0],
 }
-STUDY_IN_3D = ENSEMBLE_EVERYWHERE | {
+STUDY_IN_3D = ENSEMBLE_IN_ALL_CELLS | {
     "body": {"plan": "rectangle", "aspect": [1.0, 1.5]},
     "orientation": {"step": 30},
     "b_over_h": [0.2, 0.3],

@@ -19,11 +19,11 @@ from overturning.statistics.by_record import record_masks_by_group
 from overturning.study.load import load_study, study_from_content
 from overturning.study.preflight import (
     can_compute_fault_alignment,
+    check_records_and_collect_notes,
     check_soil_curve_package,
     check_study_size,
     estimate_study_size,
     find_record_rows_and_files,
-    read_and_check_records,
 )
 from tests.expect import command_output
 from tests.records.world_writers import unam_text
@@ -47,7 +47,7 @@ def study_of_record(record: str, **more: Any) -> Any:
 
 def preflight_notes_on_records(study: Any) -> tuple[str, ...]:
     """Return the notes on the records of a study."""
-    return read_and_check_records(study, find_record_rows_and_files(study, "mine.yaml")[0])
+    return check_records_and_collect_notes(study, find_record_rows_and_files(study, "mine.yaml")[0])
 
 
 def test_the_preflight_check_names_all_missing_record_files(tmp_path: Path) -> None:
@@ -74,7 +74,7 @@ def test_the_preflight_check_names_unreadable_record_files(tmp_path: Path) -> No
     entries, files = find_record_rows_and_files(study, "mine.yaml")
     assert files["one"] == [tmp_path / "one.csv"]
     with pytest.raises(OverturningError) as found:
-        read_and_check_records(study, entries)
+        check_records_and_collect_notes(study, entries)
     columns, processed, second = str(found.value).splitlines()
     assert "one.csv: columns are not declared" in columns
     assert "one.csv: columns do not say whether" in processed
@@ -247,9 +247,9 @@ def test_cases_that_cannot_be_simulated_are_refused_before_the_run(keys: dict[st
 def test_the_estimated_run_time_is_within_a_factor_of_two_of_the_measured_one() -> None:
     measured = pd.read_csv(ROOT / "verification/results/x86-64-2-cores.csv").set_index("quantity")["value"]
     processor_s = float(measured["default study, whole run: processor time"])
-    assert 0.5 < estimate_study_size(load_study(ROOT / "config/near-fault.yaml")).processor_s / processor_s < 2
+    assert 0.5 < estimate_study_size(load_study(ROOT / "config/near-fault.yaml")).processor_time_s / processor_s < 2
     small = estimate_study_size(study_of_record("wtmc"))
-    assert 10 < small.processor_s < 100, "most of it is no case"
+    assert 10 < small.processor_time_s < 100, "most of it is no case"
     assert 1e6 < small.disk_bytes < 5e6, "the report alone is half a megabyte"
 
 

@@ -200,23 +200,23 @@ def test_comparison_of_two_stones_counts_falls_and_their_order() -> None:
     assert [found[name].to_numpy().tolist() for name in names] == [[3, 2], [2, 1], [0, 1], [0, 0], [1, 1], [1, 0]]
     both = mean_shares_of_two_stone_falls(found, np.array(["one", "other"]))
     assert (both.both_fall.value, both.only_this_falls.value) == (pytest.approx((2 / 3 + 1 / 2) / 2), 1 / 4)
-    assert (both.same_direction_share.value, both.earlier_if_both_fall.value, both.earlier_if_both_fall.n) == (
-        pytest.approx(3 / 4),
-        1 / 4,
-        2,
-    )
+    assert (
+        both.same_direction_share.value,
+        both.this_earlier_if_both_fall.value,
+        both.this_earlier_if_both_fall.n,
+    ) == (pytest.approx(3 / 4), 1 / 4, 2)
     # Of three and two cases with a fall in either, the first stone falls first or alone in 1 of 2 and 1 of 2.
-    assert both.first_if_any_falls.value == pytest.approx((1 / 2 + 1 / 2) / 2)
+    assert both.this_first_if_any_falls.value == pytest.approx((1 / 2 + 1 / 2) / 2)
     # Falls at the same time are first in neither: half of them counts here, half there.
     ties = count_falls_of_two_stones(this, this), count_falls_of_two_stones(other, other)
     assert [
-        mean_shares_of_two_stone_falls(one, np.array(["one", "other"])).first_if_any_falls.value for one in ties
+        mean_shares_of_two_stone_falls(one, np.array(["one", "other"])).this_first_if_any_falls.value for one in ties
     ] == [0.5, 0.5]
     late = cube_of_fall_times([2.0, 4.0, 1.0, 1.0, nan, 3.0], overturned=[1, 1, 1, 0, 1, 1])
     firsts = [
         mean_shares_of_two_stone_falls(
             count_falls_of_two_stones(*pair), np.array(["one", "other"])
-        ).first_if_any_falls.value
+        ).this_first_if_any_falls.value
         for pair in ((this, late), (late, this))
     ]  # here: together, first, not at all; alone, unknown, later
     assert firsts == [pytest.approx(((0.5 + 1 + 0) / 3 + (1 + 0) / 2) / 2), pytest.approx(1 - firsts[0])]

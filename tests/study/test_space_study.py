@@ -201,7 +201,7 @@ def test_convergence_of_a_3d_study_is_checked_with_finer_and_stiffer_reruns(
     assert isinstance(study_settings.verification, ConvergenceCheckSettings)
     sample = read_random_case_sample(cube_file, study_settings.verification)
     assert sample.grid_indices.shape == (6, 5)
-    done = replace(sample, study_block_time_steps=10_000_000)
+    done = replace(sample, study_block_time_step_count=10_000_000)
     found = check_convergence(
         study_settings, [read_record_from_motion_file(cube_file.parent / "motion" / "a.nc")], done
     )
@@ -246,11 +246,11 @@ def test_a_3d_study_with_all_defaults_is_read_back_equal_from_json(study_setting
     assert load_study_from_file_or_json(shipped.model_dump_json()) == shipped
 
 
-BOULDER = [[x, y, 0.0] for x in (-0.2, 0.2) for y in (-0.15, 0.15)] + [[0.05, 0.0, 0.7]]
+BOULDER_VERTICES = [[x, y, 0.0] for x in (-0.2, 0.2) for y in (-0.15, 0.15)] + [[0.05, 0.0, 0.7]]
 
 
 def test_a_study_of_a_polyhedron_takes_its_height_from_the_vertices() -> None:
-    study = study_from_content({"name": "b", "records": {"use": ["a"]}, "body": {"vertices": BOULDER}}, "b")
+    study = study_from_content({"name": "b", "records": {"use": ["a"]}, "body": {"vertices": BOULDER_VERTICES}}, "b")
     assert study.height == (0.7,)
     assert len(study.azimuths_or_orientations_deg) == 72
     assert load_study_from_file_or_json(study.model_dump_json()) == study
@@ -259,15 +259,15 @@ def test_a_study_of_a_polyhedron_takes_its_height_from_the_vertices() -> None:
 def test_a_study_of_a_mesh_stores_its_geometry(tmp_path: Path) -> None:
     pytest.importorskip("trimesh")
     faces = [(1, 2, 3), (2, 4, 3), (1, 5, 2), (2, 5, 4), (4, 5, 3), (3, 5, 1)]
-    lines = [*(f"v {x} {y} {z}" for x, y, z in BOULDER), *(f"f {a} {b} {c}" for a, b, c in faces)]
+    lines = [*(f"v {x} {y} {z}" for x, y, z in BOULDER_VERTICES), *(f"f {a} {b} {c}" for a, b, c in faces)]
     (tmp_path / "stone.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
     study = study_from_content(
         {"name": "b", "records": {"use": ["a"]}, "body": {"mesh": str(tmp_path / "stone.obj")}}, "b"
     )
     assert study.body is not None
-    assert sorted(study.body.vertices or ()) == sorted(tuple(map(float, vertex)) for vertex in BOULDER)
+    assert sorted(study.body.vertices or ()) == sorted(tuple(map(float, vertex)) for vertex in BOULDER_VERTICES)
     assert load_study_from_file_or_json(study.model_dump_json()) == study, "and the file is no longer needed"
-    given = study_from_content({"name": "b", "records": {"use": ["a"]}, "body": {"vertices": BOULDER}}, "b")
+    given = study_from_content({"name": "b", "records": {"use": ["a"]}, "body": {"vertices": BOULDER_VERTICES}}, "b")
     assert given.body is not None
     assert study.body.model_dump().keys() == given.body.model_dump().keys() == {"plan", "aspect", "vertices", "mesh"}
     with pytest.raises(ConfigError, match=r"gone\.obj"):
@@ -315,5 +315,5 @@ def test_a_study_of_a_scan_stores_its_geometry_and_mass_properties(tmp_path: Pat
     assert "overturning one --mesh FILE" in film["missing"], "the explorer names the command for a scan"
     with pytest.raises(ConfigError, match="only a mesh"):
         study_from_content(
-            {"name": "b", "records": {"use": ["a"]}, "body": {"vertices": BOULDER, "relief": 0.001}}, "b"
+            {"name": "b", "records": {"use": ["a"]}, "body": {"vertices": BOULDER_VERTICES, "relief": 0.001}}, "b"
         )

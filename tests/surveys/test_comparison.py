@@ -34,9 +34,12 @@ def fallen_stone(azimuth: float, **more) -> Stone:
     return Stone(fell=True, azimuth_deg=azimuth % 360, has_octant_direction=False, **more)
 
 
-def random_fallen_stones(n: int, centre: float, half: float, seed: int) -> list[Stone]:
+def random_fallen_stones(n: int, centre: float, half_width_deg: float, seed: int) -> list[Stone]:
     """Return stones whose fall azimuths are drawn at random within ``half`` degrees of ``centre``."""
-    return [fallen_stone(a) for a in np.random.default_rng(seed).uniform(centre - half, centre + half, n)]
+    return [
+        fallen_stone(a)
+        for a in np.random.default_rng(seed).uniform(centre - half_width_deg, centre + half_width_deg, n)
+    ]
 
 
 def test_prediction_for_stones_of_unknown_face_averages_all_azimuths(cube_of_falls_around_azimuth_60) -> None:
@@ -57,8 +60,8 @@ def test_survey_drawn_from_the_prediction_fits_and_random_falls_do_not(cube_of_f
         compare_survey_with_prediction(random_fallen_stones(40, *of), cube_of_falls_around_azimuth_60)
         for of in ((60, 30, 1), (0, 180, 2))
     )
-    assert (drawn.fallen, drawn.falls_with_all_orientations_assumed) == (40, 40)
-    assert drawn.mean_direction_deg == pytest.approx(60, abs=8)
+    assert (drawn.fallen, drawn.falls_without_face_or_b_over_h) == (40, 40)
+    assert drawn.observed_mean_direction_deg == pytest.approx(60, abs=8)
     assert drawn.log_likelihood_ratio > 40
     assert blind.log_likelihood_ratio < 0
     assert max(drawn.likelihood_ratio_p, drawn.octant_uniformity_test.p_value) < 0.001
@@ -221,9 +224,9 @@ def test_prediction_of_unknown_orientation_is_the_mean_over_faces(
         ) == pytest.approx(octants / octants.sum(), abs=0.02)
 
 
-def standing_stone_of_known_face(face: float = 60, front: float = 0.3, side: float = 0.3) -> Stone:
+def standing_stone_of_known_face(face: float = 60, front_b_over_h: float = 0.3, side_b_over_h: float = 0.3) -> Stone:
     """Return a stone that stands, with the azimuth of its face and B/H of front and side."""
-    return Stone(False, math.nan, False, b_over_h=front, b_over_h_side=side, face_azimuth_deg=face)
+    return Stone(False, math.nan, False, b_over_h=front_b_over_h, b_over_h_side=side_b_over_h, face_azimuth_deg=face)
 
 
 @pytest.mark.parametrize(
@@ -238,7 +241,7 @@ def test_a_rectangular_stone_falls_over_its_slender_side(
     make_cube_from_fall_rules, make_sector_fall_rule, stone: Stone, most: str
 ) -> None:
     """Falls within 30° of 60°, up to B/H = 0.3 only: a stone that is broad towards 60° stands."""
-    site = make_cube_from_fall_rules(make_sector_fall_rule(60, 30, largest=0.3), azimuth=range(0, 360, 2))
+    site = make_cube_from_fall_rules(make_sector_fall_rule(60, 30, largest_b_over_h=0.3), azimuth=range(0, 360, 2))
     sides = SiteFallPrediction(site, background=0).standing_and_side_probabilities(stone)
     assert STANDING_OR_FALL_SIDES[int(np.argmax(sides))] == most
     assert sides.sum() == pytest.approx(1)
@@ -260,7 +263,9 @@ def test_predicted_azimuths_are_uniform_within_45_degrees_of_the_face_normal(
     assert expected == pytest.approx([north / 90, 0.5, (45 - north) / 90, 0, 0, 0, 0, 0], abs=1e-3)
 
 
-def cube_with_fall_times_along_60_and_150(make_cube_from_fall_rules, front, across, **more):
+def cube_with_fall_times_along_60_and_150(
+    make_cube_from_fall_rules, fall_time_along_60_s, fall_time_along_150_s, **more
+):
     """Return a cube: blocks fall towards 60° and 150° (to the right) at the given times, s, in the two planes."""
 
     def fall_sides_along_60_and_150_deg(azimuth, *_rest):
@@ -268,7 +273,7 @@ def cube_with_fall_times_along_60_and_150(make_cube_from_fall_rules, front, acro
         return np.where(np.isin(azimuth, (60, 150)), 1, np.where(away, -1, 0))
 
     cube = make_cube_from_fall_rules(fall_sides_along_60_and_150_deg, azimuth=range(0, 360, 30), **more)
-    times = np.where(np.isin(cube["azimuth"] % 180, 60), front, across)
+    times = np.where(np.isin(cube["azimuth"] % 180, 60), fall_time_along_60_s, fall_time_along_150_s)
     shape = cube["overturned"].shape
     return cube.assign(
         overturning_time=(cube["overturned"].dims, np.broadcast_to(times[None, :, None, None, None], shape))
@@ -324,14 +329,14 @@ def test_both_planes_of_a_stone_share_its_height_and_friction(make_cube_from_fal
 def test_predictions_are_interpolated_between_azimuths_and_b_over_h(
     make_cube_from_fall_rules, make_sector_fall_rule
 ) -> None:
-    site = make_cube_from_fall_rules(make_sector_fall_rule(60, 1, largest=0.3), azimuth=range(0, 360, 30))
+    site = make_cube_from_fall_rules(make_sector_fall_rule(60, 1, largest_b_over_h=0.3), azimuth=range(0, 360, 30))
     prediction = SiteFallPrediction(site, background=0)
-    assert prediction.standing_and_side_probabilities(standing_stone_of_known_face(75.0, side=0.5))[1] == pytest.approx(
-        0.5
-    )
-    assert prediction.standing_and_side_probabilities(standing_stone_of_known_face(front=0.35, side=0.5))[
+    assert prediction.standing_and_side_probabilities(standing_stone_of_known_face(75.0, side_b_over_h=0.5))[
         1
     ] == pytest.approx(0.5)
+    assert prediction.standing_and_side_probabilities(
+        standing_stone_of_known_face(front_b_over_h=0.35, side_b_over_h=0.5)
+    )[1] == pytest.approx(0.5)
 
 
 def test_cells_without_an_outcome_do_not_count_as_standing(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
@@ -394,7 +399,7 @@ def test_falls_normal_to_the_known_faces_are_not_tested_for_fit(cube_of_falls_ar
 def test_confusion_matrix_of_observed_and_predicted_sides_is_counted_right(
     make_cube_from_fall_rules, make_sector_fall_rule
 ) -> None:
-    site = make_cube_from_fall_rules(make_sector_fall_rule(60, 30, largest=0.3), azimuth=range(0, 360, 2))
+    site = make_cube_from_fall_rules(make_sector_fall_rule(60, 30, largest_b_over_h=0.3), azimuth=range(0, 360, 2))
     stones = [
         Stone(True, 65.0, False, count=3, b_over_h=0.2, b_over_h_side=0.5, face_azimuth_deg=60),
         Stone(False, math.nan, False, count=2, b_over_h=0.5, face_azimuth_deg=60),
@@ -407,7 +412,7 @@ def test_confusion_matrix_of_observed_and_predicted_sides_is_counted_right(
     assert comparison.confusion_matrix[0, 0] == 2
     assert comparison.confusion_matrix[3, 1] == 1
     assert comparison.confusion_matrix.sum() == 6
-    assert comparison.falls_with_all_orientations_assumed == 1
+    assert comparison.falls_without_face_or_b_over_h == 1
     assert (comparison.fallen, comparison.stood) == (5, 2)
 
 
@@ -429,7 +434,7 @@ def test_missing_face_and_slenderness_are_counted_only_where_missing(
     for stones in ([stone], [stone, fallen_stone(62, b_over_h=0.2, face_azimuth_deg=60.0)]):
         found = compare_survey_with_prediction(stones, cube_of_falls_around_azimuth_60)
         assert (found.falls_without_face_azimuth, found.falls_without_b_over_h) == without
-        assert found.falls_with_all_orientations_assumed == int(any(without))
+        assert found.falls_without_face_or_b_over_h == int(any(without))
 
 
 def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(cube_of_falls_around_azimuth_60) -> None:
@@ -448,7 +453,7 @@ def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(cu
     for name in (
         "log_likelihood_ratio",
         "likelihood_ratio_p",
-        "mean_direction_deg",
+        "observed_mean_direction_deg",
         "exact_azimuth_watson_u2_test",
         "confusion_matrix",
     ):

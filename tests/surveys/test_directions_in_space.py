@@ -11,7 +11,7 @@ from overturning.findings.survey_displacements import survey_displacement_findin
 from overturning.report.render import render_template_as_markdown
 from overturning.stored import read_json_result, write_result_as_json
 from overturning.surveys.directions_in_space import (
-    SECTORS,
+    FALL_DIRECTION_SECTORS,
     FallDirectionComparisonIn3D,
     fall_shares_by_sector_after_spreading,
 )
@@ -36,7 +36,9 @@ def compare_directions_of_survey(
     [(0.0, {"N": 1.0}), (382.5, {"N": 0.5, "NE": 0.5}), (280.0, {"W": 1 - 10 / 45, "NW": 10 / 45})],
 )
 def test_a_computed_fall_is_spread_over_45_degrees_about_its_azimuth(azimuth: float, octants: dict[str, float]) -> None:
-    shares = SECTORS.octant_probabilities_from_sectors(fall_shares_by_sector_after_spreading(np.array([azimuth])))
+    shares = FALL_DIRECTION_SECTORS.octant_probabilities_from_sectors(
+        fall_shares_by_sector_after_spreading(np.array([azimuth]))
+    )
     assert shares.sum() == pytest.approx(1.0)
     assert dict(zip(OCTANTS, shares, strict=True)) == pytest.approx(dict.fromkeys(OCTANTS, 0.0) | octants, abs=2e-3)
 
@@ -51,14 +53,18 @@ def test_log_likelihood_ratio_and_octants_match_hand_computation(tmp_path: Path)
     found = compare_directions_of_survey(
         tmp_path, rows, cube_of_standing_stones_with_given_values(overturned=1.0, fall_azimuth=0.0), background=0.2
     )
-    assert (found.fallen, found.falls_without_any_computed_fall, found.falls_without_computed_outcome) == (4, 0, 0)
+    assert (
+        found.fallen_in_known_direction,
+        found.falls_without_any_computed_fall,
+        found.falls_without_computed_outcome,
+    ) == (4, 0, 0)
     assert found.log_likelihood_ratio == pytest.approx(3 * np.log(8 * 0.8 + 0.2) + np.log(0.2))
     # As large by chance: three or four of four stones in one octant of eight.
     chance = (4 * 7 + 1) / 8**4
     assert found.likelihood_ratio_p == pytest.approx(chance, abs=5 * (chance / 2000) ** 0.5)
     assert found.observed_count_by_octant.tolist() == [3.0, 0, 0, 0, 1.0, 0, 0, 0]
     assert found.predicted_count_by_octant == pytest.approx([4 * (0.8 + 0.2 / 8), *[4 * 0.2 / 8] * 7])
-    assert (found.resultant, found.predicted_mean_direction_deg) == pytest.approx((0.5, 0.0), abs=1e-9)
+    assert (found.observed_resultant_length, found.predicted_mean_direction_deg) == pytest.approx((0.5, 0.0), abs=1e-9)
 
 
 @pytest.mark.parametrize(("language", "sentence"), [("en", "worse than random directions"), ("ja", "観測に合わない")])
@@ -110,7 +116,11 @@ def test_stones_without_a_computed_fall_are_predicted_to_fall_at_random(tmp_path
     found = compare_directions_of_survey(
         tmp_path, rows, cube_of_standing_stones_with_given_values(overturned=flags, fall_azimuth=180.0)
     )
-    assert (found.fallen, found.falls_without_any_computed_fall, found.falls_without_computed_outcome) == (6, 2, 3)
+    assert (
+        found.fallen_in_known_direction,
+        found.falls_without_any_computed_fall,
+        found.falls_without_computed_outcome,
+    ) == (6, 2, 3)
     assert found.log_likelihood_ratio == pytest.approx(np.log(8 * 0.95 + 0.05)), "of the last stone alone"
 
 
@@ -133,21 +143,21 @@ def test_directions_drawn_from_the_study_fit_and_opposite_ones_do_not(tmp_path: 
     cube = cube_of_standing_stones_with_given_values(overturned=1.0, fall_azimuth=azimuth)
     falls = [azimuth[tuple(int(generator.integers(size)) for size in shape)] for _ in range(25)]
 
-    def comparison_of_rotated_survey(turn: float, together: float = 0.0) -> FallDirectionComparisonIn3D:
-        rows = "".join(f"A,fell {(one + turn + together) % 360:.1f},,,,1\n" for one in falls)
+    def comparison_of_rotated_survey(turn: float, common_turn_deg: float = 0.0) -> FallDirectionComparisonIn3D:
+        rows = "".join(f"A,fell {(one + turn + common_turn_deg) % 360:.1f},,,,1\n" for one in falls)
         return compare_directions_of_survey(
-            tmp_path, rows, cube.assign(fall_azimuth=(cube["fall_azimuth"] + together) % 360.0)
+            tmp_path, rows, cube.assign(fall_azimuth=(cube["fall_azimuth"] + common_turn_deg) % 360.0)
         )
 
     right = comparison_of_rotated_survey(0.0)
     wrong = comparison_of_rotated_survey(180.0)
-    turned = comparison_of_rotated_survey(0.0, together=45.0)
+    turned = comparison_of_rotated_survey(0.0, common_turn_deg=45.0)
     assert right.log_likelihood_ratio > 10
     assert right.likelihood_ratio_p < 0.001
     assert wrong.log_likelihood_ratio < -10
     assert wrong.likelihood_ratio_p > 0.9
     assert turned.log_likelihood_ratio == pytest.approx(right.log_likelihood_ratio, abs=1e-9)
-    assert right.mean_direction_deg == pytest.approx(60.0, abs=15.0)
+    assert right.observed_mean_direction_deg == pytest.approx(60.0, abs=15.0)
     assert right.predicted_mean_direction_deg == pytest.approx(60.0, abs=5.0)
 
 

@@ -51,7 +51,7 @@ def survey_table_of_rows(folder: Path, rows: str) -> SurveyTable:
     return read_survey_table(path)
 
 
-def measures_by_name(found: DisplacementComparison) -> dict[str, Any]:
+def compared_statistics_by_name(found: DisplacementComparison) -> dict[str, Any]:
     """Return the measures of a comparison (share that fell, twist, ...) by their names."""
     return {one.name: one for one in found.compared_statistics}
 
@@ -70,14 +70,14 @@ def test_shares_and_medians_of_a_survey_match_hand_counts(tmp_path: Path) -> Non
     found = compare_displacements(
         stones, cube_of_standing_stones_with_given_values(residual_slip_east=-slips, residual_twist=[0.0, -8.0])
     )
-    assert (found.fell, found.stood, found.standing_stones_without_standing_case) == (2, 9, 0)
+    assert (found.fell, found.stood, found.standing_stones_without_standing_simulation) == (2, 9, 0)
     assert found.similar_computed_case_count == 2, "one orientation, height and B/H, two frictions"
-    measures = measures_by_name(found)
+    measures = compared_statistics_by_name(found)
     # The stone that is shifted by an unknown amount counts in no share of shifts.
     for name, matching, n in (("fell", 2, 11), ("shifted", 1, 8), ("twisted", 3, 9), ("clockwise", 1, 3)):
         exact = scipy.stats.binomtest(matching, n).proportion_ci(method="exact")
         one = measures[name]
-        assert one.stones == n, name
+        assert one.observed_stone_count == n, name
         assert (one.observed, one.observed_low, one.observed_high) == pytest.approx((matching / n, *exact)), name
     assert (measures["fell"].computed, measures["shifted"].computed, measures["clockwise"].computed) == (0, 0.5, 0)
     assert (measures["shifted"].computed_low, measures["shifted"].computed_high) == (0.0, 1.0), "range over frictions"
@@ -91,17 +91,17 @@ def test_a_stone_is_compared_with_cases_of_its_own_face_size_and_shape(tmp_path:
     names = 100.0 * np.arange(6)[:, None, None, None] + 10.0 * np.arange(2)[:, None, None] + np.arange(3)[:, None]
     cube = cube_of_standing_stones_with_given_values(residual_twist=names + 5.0)
 
-    def computed_twist_and_cell_count(row: str) -> tuple[float, int]:
+    def computed_twist_and_case_count(row: str) -> tuple[float, int]:
         found = compare_displacements(survey_table_of_rows(tmp_path, row), cube)
-        return measures_by_name(found)["twist_deg"].computed, found.similar_computed_case_count
+        return compared_statistics_by_name(found)["twist_deg"].computed, found.similar_computed_case_count
 
     # A square looks alike every 90°: 107° is 17°, nearest to 15°.
-    assert computed_twist_and_cell_count("A,stands,107,0.52,0.41,1\n") == (100.0 + 0.0 + 1.0 + 5.0, 2)
-    assert computed_twist_and_cell_count("A,stands,359,2.0,0.3,1\n") == (0.0 + 10.0 + 0.0 + 5.0, 2)
-    assert computed_twist_and_cell_count("A,stands,,0.8,0.5,1\n")[1] == 2 * 6, (
+    assert computed_twist_and_case_count("A,stands,107,0.52,0.41,1\n") == (100.0 + 0.0 + 1.0 + 5.0, 2)
+    assert computed_twist_and_case_count("A,stands,359,2.0,0.3,1\n") == (0.0 + 10.0 + 0.0 + 5.0, 2)
+    assert computed_twist_and_case_count("A,stands,,0.8,0.5,1\n")[1] == 2 * 6, (
         "every orientation of a stone whose face is not known"
     )
-    assert computed_twist_and_cell_count("A,stands,0,,,1\n")[1] == 2 * 2 * 3, "every size"
+    assert computed_twist_and_case_count("A,stands,0,,,1\n")[1] == 2 * 2 * 3, "every size"
 
 
 def test_intervals_of_a_survey_drawn_from_a_cube_contain_the_values_of_the_cube(tmp_path: Path) -> None:
@@ -120,12 +120,14 @@ def test_intervals_of_a_survey_drawn_from_a_cube_contain_the_values_of_the_cube(
         rows.append(f"A,{'fell' if falls[at] else outcome},{size}\n")
     stones = survey_table_of_rows(tmp_path, "".join(rows))
     found = compare_displacements(stones, cube)
-    measures = measures_by_name(found)
+    measures = compared_statistics_by_name(found)
     assert found.similar_computed_case_count == cube["overturned"].size
     for name, one in measures.items():
         assert one.observed_low <= one.computed <= one.observed_high, name
     # A truth whose twists are all reversed is rejected.
-    other = measures_by_name(compare_displacements(stones, cube.assign(residual_twist=-cube["residual_twist"])))
+    other = compared_statistics_by_name(
+        compare_displacements(stones, cube.assign(residual_twist=-cube["residual_twist"]))
+    )
     assert other["clockwise"].computed < other["clockwise"].observed_low
     assert other["twisted"].computed == measures["twisted"].computed
 
@@ -136,13 +138,13 @@ def test_stones_that_stand_where_the_study_has_only_falls_are_counted(tmp_path: 
     found = compare_displacements(
         stones, cube_of_standing_stones_with_given_values(overturned=falls, residual_slip_north=0.02)
     )
-    assert (found.standing_stones_without_standing_case, found.stood) == (2, 3)
-    assert measures_by_name(found)["shifted"].computed == 1.0, "of the stone that can stand"
+    assert (found.standing_stones_without_standing_simulation, found.stood) == (2, 3)
+    assert compared_statistics_by_name(found)["shifted"].computed == 1.0, "of the stone that can stand"
     nowhere = compare_displacements(
         survey_table_of_rows(tmp_path, "A,stands,0,0.5,0.3,2\n"),
         cube_of_standing_stones_with_given_values(overturned=1.0),
     )
-    assert np.isnan(measures_by_name(nowhere)["shifted"].computed)
+    assert np.isnan(compared_statistics_by_name(nowhere)["shifted"].computed)
 
 
 def test_stones_without_a_computed_outcome_are_counted_as_such(tmp_path: Path) -> None:
@@ -153,10 +155,10 @@ def test_stones_without_a_computed_outcome_are_counted_as_such(tmp_path: Path) -
     found = compare_displacements(stones, cube_of_standing_stones_with_given_values(overturned=unknown))
     assert (
         found.stones_without_computed_outcome,
-        found.standing_stones_without_standing_case,
+        found.standing_stones_without_standing_simulation,
         found.similar_computed_case_count,
     ) == (5, 4, 4)
-    assert measures_by_name(found)["fell"].computed == pytest.approx(4 / 5), "of the stones with an outcome"
+    assert compared_statistics_by_name(found)["fell"].computed == pytest.approx(4 / 5), "of the stones with an outcome"
 
 
 def test_stones_far_outside_the_grid_are_counted_and_not_compared(tmp_path: Path) -> None:
@@ -172,10 +174,10 @@ def test_stones_far_outside_the_grid_are_counted_and_not_compared(tmp_path: Path
     assert (
         found.stones_far_outside_shape_grid,
         found.stones_without_computed_outcome,
-        found.standing_stones_without_standing_case,
+        found.standing_stones_without_standing_simulation,
     ) == (2 + 8 + 32, 0, 1 + 16)
-    assert measures_by_name(found)["fell"].computed == pytest.approx((1 + 16) / (1 + 4 + 16))
-    assert measures_by_name(found)["fell"].observed == pytest.approx(34 / 63), "all stones"
+    assert compared_statistics_by_name(found)["fell"].computed == pytest.approx((1 + 16) / (1 + 4 + 16))
+    assert compared_statistics_by_name(found)["fell"].observed == pytest.approx(34 / 63), "all stones"
     findings = survey_displacement_findings(StoredDisplacementComparison("s", "h", "a", found)).all_sites
     assert findings.far_outside_grid == 42
 
@@ -199,7 +201,7 @@ def test_a_stone_described_from_its_narrow_face_gives_the_same_comparison(tmp_pa
     path.write_text(f"{header}\n{row}\n", encoding="utf-8")
     found = compare_displacements(read_survey_table(path), cube)
     assert (found.stones_far_outside_shape_grid, found.similar_computed_case_count) == (0, 1)
-    assert measures_by_name(found)["fell"].computed == 1.0
+    assert compared_statistics_by_name(found)["fell"].computed == 1.0
     assert found.fall_direction_comparison is not None
     assert found.fall_direction_comparison.log_likelihood_ratio > 1.5
 
@@ -211,28 +213,30 @@ def test_displacements_of_each_site_are_compared_with_its_cube(tmp_path: Path) -
         cube_of_standing_stones_with_given_values(residual_slip_north=0.05),
     )
     found = compare_displacements(stones, still, {"B": moved})
-    assert measures_by_name(found)["shifted"].computed == 0.5
-    assert measures_by_name(compare_displacements(stones.select_site("B"), moved))["shifted"].computed == 1.0
+    assert compared_statistics_by_name(found)["shifted"].computed == 0.5
+    assert compared_statistics_by_name(compare_displacements(stones.select_site("B"), moved))["shifted"].computed == 1.0
 
 
 def test_a_survey_of_fallen_stones_only_has_no_share_that_fell(tmp_path: Path) -> None:
-    fell = measures_by_name(
+    fell = compared_statistics_by_name(
         compare_displacements(
             survey_table_of_rows(tmp_path, "A,fell,0,0.5,0.3,4\n"),
             cube_of_standing_stones_with_given_values(overturned=1.0),
         )
     )["fell"]
-    assert (fell.stones, fell.computed) == (0, 1.0)
+    assert (fell.observed_stone_count, fell.computed) == (0, 1.0)
     assert np.isnan(fell.observed)
     both = survey_table_of_rows(tmp_path, "A,fell,0,0.5,0.3,1\nA,stands,0,0.5,0.3,3\nB,fell,0,0.5,0.3,5\n")
-    fell = measures_by_name(
+    fell = compared_statistics_by_name(
         compare_displacements(
             both,
             cube_of_standing_stones_with_given_values(),
             {"B": cube_of_standing_stones_with_given_values(overturned=1.0)},
         )
     )["fell"]
-    assert (fell.stones, fell.observed, fell.computed) == (4, 0.25, 0.0), "without B, which lists fallen stones only"
+    assert (fell.observed_stone_count, fell.observed, fell.computed) == (4, 0.25, 0.0), (
+        "without B, which lists fallen stones only"
+    )
 
 
 def test_2_d_cubes_empty_surveys_and_wrong_backgrounds_are_refused(tmp_path: Path) -> None:

@@ -17,16 +17,21 @@ def fallen_stone(azimuth: float, **more) -> Stone:
 
 
 def cube_with_two_fall_directions(
-    make_cube_from_fall_rules, stout: float = 200.0, half: float = 40.0, period: float = 360.0
+    make_cube_from_fall_rules,
+    stout_azimuth_deg: float = 200.0,
+    half_width_deg: float = 40.0,
+    angular_period_deg: float = 360.0,
 ):
-    """Return a cube, on a grid of 15°, in which slender blocks fall around 60° and stout ones around `stout`.
+    """Return a cube on a grid of 15°: slender blocks fall around 60° and stout ones around `stout_azimuth_deg`.
 
-    They fall within `half` degrees of this azimuth; with a `period` of 180° also to the opposite side.
+    They fall within `half_width_deg` degrees of this azimuth; with an `angular_period_deg` of 180° also opposite.
     """
 
     def fall_rule(azimuth: np.ndarray, _: np.ndarray, b_over_h: np.ndarray, *__: np.ndarray) -> np.ndarray:
-        away = azimuth - np.where(b_over_h < 0.3, 60.0, stout)
-        return np.abs((away + 0.5 * period) % period - 0.5 * period) <= half
+        away = azimuth - np.where(b_over_h < 0.3, 60.0, stout_azimuth_deg)
+        return (
+            np.abs((away + 0.5 * angular_period_deg) % angular_period_deg - 0.5 * angular_period_deg) <= half_width_deg
+        )
 
     return make_cube_from_fall_rules(fall_rule, azimuth=range(0, 360, 15), b_over_h=[0.2, 0.4])
 
@@ -55,7 +60,7 @@ def test_rotating_survey_and_cube_together_changes_no_test_result(
         compare_survey_with_prediction(stones, cube),
         compare_survey_with_prediction(turned, cube.roll(azimuth=turn // 15, roll_coords=False)),
     )
-    assert (first.predicted_resultant < 1e-6) == (cube_of is cube_with_two_fall_axes)
+    assert (first.predicted_resultant_length < 1e-6) == (cube_of is cube_with_two_fall_axes)
     assert second.exact_azimuth_watson_u2_test.statistic == pytest.approx(
         first.exact_azimuth_watson_u2_test.statistic, rel=1e-6
     )
@@ -206,8 +211,8 @@ def test_mean_direction_is_reported_only_if_random_directions_are_rejected(
 ) -> None:
     site = make_cube_from_fall_rules(make_sector_fall_rule(60, 30), azimuth=range(0, 360, 2))
     around = compare_survey_with_prediction([fallen_stone(azimuth) for azimuth in (3, 100)], site)
-    assert around.resultant > 0.6
-    assert math.isnan(around.mean_direction_deg)
+    assert around.observed_resultant_length > 0.6
+    assert math.isnan(around.observed_mean_direction_deg)
     assert compare_survey_with_prediction(
         [fallen_stone(azimuth) for azimuth in range(30, 90, 4)], site
-    ).mean_direction_deg == pytest.approx(60, abs=10)
+    ).observed_mean_direction_deg == pytest.approx(60, abs=10)

@@ -48,25 +48,29 @@ ROUND_COLUMN_SIZES = ((0.9, 0.2), (1.2, 0.25), (1.6, 0.3))
 """Heights, m, and B/H of the columns of a ruin."""
 
 
-def elliptic_candidate_motion(period: float, event: str = "", east: float = 0.0) -> CandidateMotion:
+def elliptic_candidate_motion(period: float, event: str = "", east_over_north: float = 0.0) -> CandidateMotion:
     """Return a motion: a sine to the north, 2 m/s², and ``east`` times that to the east, a quarter period later."""
     time = np.arange(0, 1.25 * period + 0.05, 0.01)
     north = np.where(time <= period, 2.0 * np.sin(2 * np.pi * time / period), 0.0)
     lag = time - period / 4
-    across = np.where((lag >= 0) & (lag <= period), 2.0 * east * np.sin(2 * np.pi * lag / period), 0.0)
+    across = np.where((lag >= 0) & (lag <= period), 2.0 * east_over_north * np.sin(2 * np.pi * lag / period), 0.0)
     return CandidateMotion.from_motion(f"{period:g} s", event, Motion(north, across, sampling_interval=0.01))
 
 
-def outcomes_by_pgv_rule(one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], threads: int) -> np.ndarray:
+def outcomes_by_pgv_rule(
+    candidate_motion: CandidateMotion, aspect: float, size_grid_indices: list[tuple[int, int]], threads: int
+) -> np.ndarray:
     """Return outcomes in place of the kernel: stones fall where PGV exceeds the limit 3 m/s · B/H · √(H/m).
 
     They fall to the north under the motion of 0.5 s and to the south under another.
     """
-    height, shape = (grid[np.array(nodes)[:, i]] for i, grid in enumerate((SIMULATED_HEIGHTS_M, SIMULATED_B_OVER_H)))
+    height, shape = (
+        grid[np.array(size_grid_indices)[:, i]] for i, grid in enumerate((SIMULATED_HEIGHTS_M, SIMULATED_B_OVER_H))
+    )
     falls = 3 * (shape * np.sqrt(height))[:, None] < SIMULATED_PGV_M_S
-    way = np.where(falls, 0 if one.name == "0.5 s" else DIRECTION_BIN_COUNT // 2, STANDING_OUTCOME_INDEX)
+    way = np.where(falls, 0 if candidate_motion.name == "0.5 s" else DIRECTION_BIN_COUNT // 2, STANDING_OUTCOME_INDEX)
     size = (
-        len(nodes),
+        len(size_grid_indices),
         len(SIMULATED_FRICTIONS),
         SIMULATED_PGV_M_S.size,
         StoneDimensions(d_over_b=aspect).orientations_to_simulate_deg.size,
@@ -92,7 +96,7 @@ def stone_of_round_column(size: tuple[float, float], azimuth: float = math.nan, 
     The azimuth is in degrees.
     """
     height, shape = size
-    return Stone(math.isfinite(azimuth), azimuth, False, count, b_over_h=shape, height=height, round=True)
+    return Stone(math.isfinite(azimuth), azimuth, False, count, b_over_h=shape, height=height, has_round_plan=True)
 
 
 def test_motions_with_equal_ids_have_distinct_names_in_the_results(tmp_path: Path) -> None:
@@ -170,7 +174,7 @@ def test_rotating_the_survey_rotates_the_axis_of_the_motion(inversion_with_known
 def test_probability_of_an_octant_is_the_sum_of_its_direction_bins(
     inversion_with_known_outcomes: SurveyInversion,
 ) -> None:
-    octant = Stone(True, 45.0, True, b_over_h=0.2, height=0.9, round=True)
+    octant = Stone(True, 45.0, True, b_over_h=0.2, height=0.9, has_round_plan=True)
     assert (outcome_indices_matching_observation(octant) * 5).tolist() == [25, 30, 35, 40, 45, 50, 55, 60, 65]
     ways = [
         inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(
@@ -186,7 +190,7 @@ def test_probability_of_an_octant_is_the_sum_of_its_direction_bins(
 def test_probability_of_an_unknown_direction_is_the_sum_of_all_bins(
     inversion_with_known_outcomes: SurveyInversion,
 ) -> None:
-    lost = Stone(True, math.nan, False, b_over_h=0.2, height=0.9, round=True)
+    lost = Stone(True, math.nan, False, b_over_h=0.2, height=0.9, has_round_plan=True)
     ways = [
         inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(
             [stone_of_round_column(ROUND_COLUMN_SIZES[0], azimuth)]
@@ -275,7 +279,7 @@ def test_a_survey_that_no_motion_explains_does_not_fit(inversion_with_known_outc
 
 
 def test_missing_sizes_are_reported_and_drawn_at_random(inversion_with_known_outcomes: SurveyInversion) -> None:
-    tall, shaped = Stone(True, 60, False, 4, b_over_h=0.2, round=True), Stone(True, 60, False, 2, height=0.75)
+    tall, shaped = Stone(True, 60, False, 4, b_over_h=0.2, has_round_plan=True), Stone(True, 60, False, 2, height=0.75)
     answer = inversion_with_known_outcomes.invert_survey("x.csv", [stone_of_round_column(ROUND_COLUMN_SIZES[0], 0)])
     assert not inferred_motion_findings(answer, [stone_of_round_column(ROUND_COLUMN_SIZES[0])]).sizes_assumed
     found = inferred_motion_findings(answer, [stone_of_round_column(ROUND_COLUMN_SIZES[0]), tall, shaped])
@@ -319,9 +323,9 @@ def test_standing_stones_bound_the_pgv_less_if_many_are_fixed(inversion_with_kno
 def test_stone_dimensions_to_simulate_have_the_smaller_of_both_b_over_h() -> None:
     stone = Stone(True, 0.0, False, b_over_h=0.5, b_over_h_side=0.25, face_azimuth_deg=30, height=0.8)
     assert StoneDimensions.from_stone(stone) == StoneDimensions(0.8, 0.25, 2.0)
-    assert stone.slender_face_azimuth_deg == 120
+    assert stone.slender_plane_azimuth_deg == 120
     square = Stone(True, 0.0, False, b_over_h=0.25, face_azimuth_deg=30)
-    assert (StoneDimensions.from_stone(square), square.slender_face_azimuth_deg) == (
+    assert (StoneDimensions.from_stone(square), square.slender_plane_azimuth_deg) == (
         StoneDimensions(None, 0.25, 1.0),
         30,
     )

@@ -168,7 +168,7 @@ def test_stone_with_an_unknown_outcome_in_one_plane_has_no_outcome(flag: float) 
     found = outcomes_of_sampled_stones(
         cube_of_given_flags_and_fall_times(np.reshape([flag, np.nan], (2, 1, 1, 1))), equal_stones(0.6, 0.4, 0.7, 0.0)
     )
-    assert (found.known.item(), found.fell.item()) == (False, False)
+    assert (found.has_outcome.item(), found.fell.item()) == (False, False)
 
 
 def test_stones_without_an_outcome_have_no_fall_rate() -> None:

@@ -71,14 +71,14 @@ def test_fall_rate_under_any_hazard_matches_quadrature() -> None:
         fragility_curve_row(0.6, 0.4, median_low=0.6, median_high=math.inf, least=0.3, most=0.8), hazard, 1000.0
     )
     assert found.annual_fall_rate == pytest.approx(fall_rate_by_quadrature(0, 9) + top, rel=1e-8)
-    assert found.fall_rate_share_outside_data == pytest.approx(
+    assert found.fall_rate_share_outside_fragility_data == pytest.approx(
         1 - fall_rate_by_quadrature(0.3, 0.8) / (fall_rate_by_quadrature(0, 9) + top), rel=1e-7
     )
     assert (found.standing_probability_low, found.standing_probability_high) == pytest.approx(
         (math.exp(-1000 * (fall_rate_by_quadrature(0, 9) + rate[-1])), 1.0), rel=1e-8
     )
     inside = estimate_standing_probability(fragility_curve_row(0.6, 0.4, least=0.01, most=4.0), hazard, 1000.0)
-    assert inside.fall_rate_share_outside_data == pytest.approx(0.0, abs=1e-12), (
+    assert inside.fall_rate_share_outside_fragility_data == pytest.approx(0.0, abs=1e-12), (
         "the last level's falls were beyond records that reach it"
     )
     without = estimate_standing_probability(fragility_curve_row(0.6, 0.4), hazard, 1000.0)
@@ -97,12 +97,12 @@ def test_stones_of_differing_strength_survive_longer_than_equal_ones() -> None:
         fragility_curve_row(0.6, 0.5, record_spread=0.0, other_spread=0.5), hazard, 300.0
     )
     share, _ = quad(lambda v: norm.pdf(v) * math.exp(-0.3 * (0.6 * math.exp(0.5 * v)) ** -2), -8, 8)
-    assert found.standing_share_with_constant_deviations == pytest.approx(share, rel=1e-3)
-    assert found.standing_share_with_constant_deviations > found.standing_probability
+    assert found.standing_share_with_constant_stone_deviations == pytest.approx(share, rel=1e-3)
+    assert found.standing_share_with_constant_stone_deviations > found.standing_probability
     alike = estimate_standing_probability(
         fragility_curve_row(0.6, 0.5, record_spread=0.5, other_spread=0.0), hazard, 300.0
     )
-    assert alike.standing_share_with_constant_deviations == pytest.approx(alike.standing_probability)
+    assert alike.standing_share_with_constant_stone_deviations == pytest.approx(alike.standing_probability)
 
 
 def test_upper_bound_of_a_rate_without_falls_is_the_rule_of_three() -> None:
@@ -261,7 +261,7 @@ def test_hazard_in_m_s_labelled_cm_s_is_refused_up_to_10_m_s(
     assert ("come from levels beyond the records" in text) == refused
 
 
-def write_fragility_hazard_and_survey_files(folder: Path, first: float) -> tuple[Path, Path]:
+def write_fragility_hazard_and_survey_files(folder: Path, lowest_level_g: float) -> tuple[Path, Path]:
     """Write a fragility curve, a hazard and a survey of one standing stone; return the first two paths.
 
     The log spreads are 0.5 (stones) and 0.3 (records), and the hazard is 1e-4 x^−2.5 a year from `first` to 10 g.
@@ -270,7 +270,7 @@ def write_fragility_hazard_and_survey_files(folder: Path, first: float) -> tuple
     values = 0.6, math.hypot(0.3, 0.5), 0.3, 0.5
     curves, hazard, survey = (folder / f"{name}.csv" for name in ("fragility", "hazard", "survey"))
     curves.write_text(f"stones,measure,unit,{','.join(fields)}\nall,PGA,g,{','.join(map(str, values))}\n", "utf-8")
-    rows = "".join(f"PGA,g,{level},{1e-4 * level**-2.5}\n" for level in np.geomspace(first, 10, 30))
+    rows = "".join(f"PGA,g,{level},{1e-4 * level**-2.5}\n" for level in np.geomspace(lowest_level_g, 10, 30))
     hazard.write_text(f"measure,unit,level,annual_rate\n{rows}", "utf-8")
     survey.write_text("fell,octant,count\nno,,1\n", "utf-8")
     return curves, hazard

@@ -69,7 +69,9 @@ def test_grid_of_peak_velocities_and_b_over_h_is_geometric() -> None:
 def standing_stone(height: float, aspect: float, b_over_h: float = 0.3) -> Stone:
     """Return a standing stone with a ratio D/B of depth to width; 0 means a round column."""
     side = b_over_h * aspect if aspect else math.nan
-    return Stone(False, math.nan, False, b_over_h=b_over_h, b_over_h_side=side, height=height, round=aspect == 0.0)
+    return Stone(
+        False, math.nan, False, b_over_h=b_over_h, b_over_h_side=side, height=height, has_round_plan=aspect == 0.0
+    )
 
 
 @pytest.mark.parametrize(
@@ -107,7 +109,7 @@ def test_only_stones_within_the_documented_limits_have_shipped_outcomes(
         for aspect in (0.0, 1.0, 1.5, 2.3, 3.5, 7.0)
     ]
     assert case_count_and_processor_time_s(motions, known) == (0, 0.0)
-    every, seconds = case_count_and_processor_time_s(motions, known, with_known=True)
+    every, seconds = case_count_and_processor_time_s(motions, known, include_stored_outcomes=True)
     assert every > 1e6
     assert seconds > 60.0
     assert (

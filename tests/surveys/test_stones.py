@@ -31,7 +31,7 @@ def test_azimuths_octants_counts_and_lines_of_a_survey_are_read(tmp_path: Path) 
     assert (stones[1].azimuth_deg, stones[1].has_octant_direction) == (315, True)
     assert math.isnan(stones[1].b_over_h)
     assert not stones[2].fell
-    assert not any(stone.round for stone in stones)
+    assert not any(stone.has_round_plan for stone in stones)
     assert math.isnan(stones[2].azimuth_deg)
 
 

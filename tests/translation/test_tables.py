@@ -9,7 +9,7 @@ import yaml
 
 from overturning.errors import ArgumentError, MissingDataError
 from overturning.figures import film_words
-from overturning.records.pulses import SHAPES
+from overturning.records.pulses import PULSE_SHAPES
 from overturning.records.record import processing_entry_text
 from overturning.translation import texts
 from overturning.translation.texts import (
@@ -101,7 +101,7 @@ def test_names_and_reasons_of_processing_steps_are_translated(step: dict[str, ob
     assert translate(text.replace(" the ", "\nthe "), "ja") == translate(text, "ja")  # broken in a title
 
 
-@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("shape", PULSE_SHAPES)
 def test_shapes_of_pulses_are_translated(shape: str) -> None:
     assert not untranslated_latin_words(translate(f"pulse, {shape} pulse: B/H = 0.4, H = 0.6 m, µ = 1", "ja"))
 

@@ -7,7 +7,7 @@ from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
 from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO
 from overturning.motion.motion import Motion
-from verification.inputs import CaseGroup, case_grid, every_nth_case, rocking_block_groups_under_sine_pulses
+from verification.inputs import CaseGroup, case_grid, every_nth_case, rocking_case_groups_under_sine_pulses
 from verification.measures import convergence_order, median_rotation_error, run_case_groups
 from verification.work_precision.boundaries import (
     RELATIVE_BRACKET_HALF_WIDTH,
@@ -80,7 +80,7 @@ def test_a_stiff_contact_has_smaller_rotation_errors_at_the_longest_stable_step(
 def test_the_energy_balance_error_converges_with_the_time_step(scheme: str) -> None:
     group, steps = blocks_under_decaying_sine(), [*RELATIVE_STEPS, 0.0625]
     residual = [
-        run_case_groups([group], **soft_contact_setting(scheme, step).arguments).results.energy_error.mean()
+        run_case_groups([group], **soft_contact_setting(scheme, step).run_cases_arguments).results.energy_error.mean()
         for step in steps
     ]
     assert convergence_order(np.array(steps), np.array(residual)) >= 0.9
@@ -103,7 +103,7 @@ def test_the_overturning_boundary_converges_with_the_time_step(scheme: str, leas
         return bisect_boundaries(
             groups,
             where,
-            soft_contact_setting(scheme, step).arguments,
+            soft_contact_setting(scheme, step).run_cases_arguments,
             near * (1 - RELATIVE_BRACKET_HALF_WIDTH),
             near * (1 + RELATIVE_BRACKET_HALF_WIDTH),
             20,
@@ -143,7 +143,7 @@ def test_an_overturning_boundary_without_a_bracket_is_nan() -> None:
 
 
 def test_the_difference_from_the_rigid_block_is_smaller_on_a_stiffer_contact() -> None:
-    groups = rocking_block_groups_under_sine_pulses(periods=3, blocks=12)
+    groups = rocking_case_groups_under_sine_pulses(periods=3, blocks=12)
     right = run_rigid_rocking_blocks(groups)
     errors = [
         median_rotation_error(*flags_and_peak_rotations(groups, SchemeSetting("centred", 0.5, delta)), *right)

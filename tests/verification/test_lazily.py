@@ -96,7 +96,7 @@ def result_folders_with_few_and_many_records(
                 study = synthetic_study(records, grid)
                 for variant in variant_names(study):
                     name = "cube.nc" if variant == NOMINAL_VARIANT else f"cube.{variant}.nc"
-                    write_synthetic_cube(study, folder / name, different=1, variant=variant)
+                    write_synthetic_cube(study, folder / name, distinct_record_count=1, variant=variant)
                 write_intensity_measures(study, list(synthetic_records(study)), folder / "intensity.nc")
         yield made
 

@@ -35,13 +35,13 @@ from verification.shaking_table.models import (
     PRISMS_MODEL,
     RECTANGLES_MODEL,
     fall_shares_by_size_neighbourhood,
-    most_likely_size_neighbourhood,
+    index_of_most_likely_size_neighbourhood,
     split_odd_and_even_tests,
     splits_leaving_out_one_motion,
 )
 from verification.shaking_table.scores import (
     bootstrap_interval_over_motions,
-    bootstrap_test_indices,
+    bootstrap_samples_of_test_indices,
     prediction_scores,
     reliability_bins,
 )
@@ -64,14 +64,16 @@ def test_score_intervals_resample_motions_and_are_wider_for_few_motions() -> Non
     """
     values = np.random.default_rng(3).normal(size=10)
     motions, tests = np.repeat([f"RSN{i}" for i in range(10)], 2), np.repeat(values, 2)
-    samples = bootstrap_test_indices(motions, 20_000)
+    samples = bootstrap_samples_of_test_indices(motions, 20_000)
     found = bootstrap_interval_over_motions(np.array([tests[drawn].mean() for drawn in samples]), 10)
     packages = bootstrap_interval(mean_of_each_bootstrap_sample, values, draws=20_000, seed=4)
     assert tuple(found) == pytest.approx(tuple(packages), abs=0.04 * values.std())
     plain = np.quantile([tests[drawn].mean() for drawn in samples], [0.025, 0.975])
     assert found.high - found.low > 1.15 * (plain[1] - plain[0])
     assert np.isnan(bootstrap_interval_over_motions(np.arange(100.0), 7)).all()
-    assert len(bootstrap_test_indices(motions, 100)) == np.ceil(10 / tail_share_corrected_for_few_earthquakes(10))
+    assert len(bootstrap_samples_of_test_indices(motions, 100)) == np.ceil(
+        10 / tail_share_corrected_for_few_earthquakes(10)
+    )
 
 
 def test_a_reliability_bin_without_falls_has_an_exact_upper_bound() -> None:
@@ -157,16 +159,21 @@ def synthetic_tests_and_stones() -> tuple[ShakingTableTests, StonesWithSimulated
 
 
 @pytest.fixture(scope="module")
-def fall_fractions(synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes]) -> FloatArray:
+def fall_fractions_by_size_neighbourhood(
+    synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes],
+) -> FloatArray:
     """Fraction of stones that fall in each neighbourhood of the simulated stones."""
     return fall_shares_by_size_neighbourhood(synthetic_tests_and_stones[1])
 
 
 def test_the_likeliest_size_range_has_the_true_overturning_acceleration(
-    synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes], fall_fractions: FloatArray
+    synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes],
+    fall_fractions_by_size_neighbourhood: FloatArray,
 ) -> None:
     tests, _ = synthetic_tests_and_stones
-    centre = most_likely_size_neighbourhood(fall_fractions, tests.fell[1], np.arange(150))
+    centre = index_of_most_likely_size_neighbourhood(
+        fall_fractions_by_size_neighbourhood, tests.fell[1], np.arange(150)
+    )
     shape, size = divmod(centre, NEIGHBOURHOOD_CENTRES_HEIGHT.size)
     assert invented_overturning_acceleration(
         NEIGHBOURHOOD_CENTRES_B_OVER_H[shape], NEIGHBOURHOOD_CENTRES_HEIGHT[size]
@@ -174,11 +181,14 @@ def test_the_likeliest_size_range_has_the_true_overturning_acceleration(
 
 
 def test_models_predict_unseen_synthetic_shaking_table_tests_reliably(
-    synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes], fall_fractions: FloatArray
+    synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes],
+    fall_fractions_by_size_neighbourhood: FloatArray,
 ) -> None:
     tests, _ = synthetic_tests_and_stones
     rows, held = score_models_with_intervals(
-        tests, {RECTANGLES_MODEL: fall_fractions, PRISMS_MODEL: fall_fractions}, draws=40
+        tests,
+        {RECTANGLES_MODEL: fall_fractions_by_size_neighbourhood, PRISMS_MODEL: fall_fractions_by_size_neighbourhood},
+        draws=40,
     )
     values = rows.set_index(["split", "specimen", "model", "score"])["value"]
     for split in ("odd to even", "motion left out"):
@@ -241,7 +251,9 @@ def test_a_cosine_motion_of_the_small_shaking_table_has_the_stated_peaks() -> No
         velocity = np.cumsum(along) * motion.sampling_interval
         assert np.abs(velocity).max() == pytest.approx(pga * 9.80665 * ratio, rel=0.02)
         assert abs(velocity[-1]) < 0.03 * np.abs(velocity).max()
-    sizes = {name: len(small_table.read_small_table_tests(name)) for name in small_table.LABEL_BY_TEST_SET}
+    sizes = {
+        name: len(small_table.read_small_table_tests(name)) for name in small_table.DATE_AND_ORIENTATION_BY_TEST_FILE
+    }
     # Omitted: three tests without a motion, and two with an outcome other than Y or N.
     assert sizes == {"exp0": 83, "exp270": 134, "PBR_0": 135, "PBR_90": 63}
     assert small_table.read_small_table_tests("exp270")["fell"].sum() == 51  # 50 times Y, once y

@@ -14,16 +14,16 @@ from verification.shaking_table import scan
 from verification.shaking_table.data import SPECIMENS, ShakingTableTests
 from verification.shaking_table.models import PEAKS_MODEL, fall_prediction_models_by_name
 from verification.shaking_table.scan import (
-    YAWS,
-    fall_probabilities,
-    most_likely_orientation,
+    BOULDER_ORIENTATIONS_DEG,
+    fall_probability_by_orientation_and_test,
+    index_of_most_likely_orientation,
     read_scanned_boulder,
-    simulate_orientations,
-    split_tests_into_halves_by_motion,
+    simulate_falls_of_boulder_by_orientation,
+    splits_into_halves_of_motions,
 )
 from verification.shaking_table.scan_page import (
     SCAN_MODEL,
-    fall_table_by_bearing_height,
+    fall_share_table_by_max_bearing_height,
     fitted_orientation_table,
     scan_orientation_model,
     score_table,
@@ -41,7 +41,7 @@ def synthetic_tests_and_falls(monkeypatch: pytest.MonkeyPatch) -> tuple[ShakingT
     generator = np.random.default_rng(3)
     monkeypatch.setattr("verification.shaking_table.scores.BOOTSTRAP_SAMPLE_COUNT", 40)
     peak = np.exp(generator.uniform(np.log(0.5), np.log(8), 240))
-    limit = 2.5 - 1.2 * np.cos(np.radians(YAWS))
+    limit = 2.5 - 1.2 * np.cos(np.radians(BOULDER_ORIENTATIONS_DEG))
     fell = peak[None, :, None] * np.array([1.1, 1.0])[:, None, None] > limit[None, None, :]
     threshold = limit[TRUE_YAW_INDEX] * np.exp(generator.normal(0, 0.25, 240))
     return synthetic_shaking_table_tests(peak, threshold, generator), fell
@@ -56,12 +56,12 @@ def test_the_boulder_orientation_is_recovered_from_each_half_of_the_tests(
     too.
     """
     tests, fell = synthetic_tests_and_falls
-    shares = fall_probabilities(fell)
-    assert shares.shape == (YAWS.size, 240)
+    shares = fall_probability_by_orientation_and_test(fell)
+    assert shares.shape == (BOULDER_ORIENTATIONS_DEG.size, 240)
     assert ((shares > 0) & (shares < 1)).all()
-    for learn, _ in split_tests_into_halves_by_motion(tests):
-        chosen = most_likely_orientation(shares, tests.fell[1], learn)
-        assert min(abs(chosen - TRUE_YAW_INDEX), abs(YAWS.size - chosen - TRUE_YAW_INDEX)) <= 2
+    for learn, _ in splits_into_halves_of_motions(tests):
+        chosen = index_of_most_likely_orientation(shares, tests.fell[1], learn)
+        assert min(abs(chosen - TRUE_YAW_INDEX), abs(BOULDER_ORIENTATIONS_DEG.size - chosen - TRUE_YAW_INDEX)) <= 2
 
 
 def test_no_motion_is_in_both_halves_of_the_tests(
@@ -69,7 +69,7 @@ def test_no_motion_is_in_both_halves_of_the_tests(
 ) -> None:
     tests, _ = synthetic_tests_and_falls
     predicted = []
-    for learn, predict in split_tests_into_halves_by_motion(tests):
+    for learn, predict in splits_into_halves_of_motions(tests):
         assert not set(tests.played_record[learn]) & set(tests.played_record[predict])
         assert abs(len(learn) - len(predict)) <= 20
         predicted.append(predict)
@@ -80,7 +80,7 @@ def test_scores_and_tables_of_a_scanned_boulder_are_complete(
     synthetic_tests_and_falls: tuple[ShakingTableTests, np.ndarray],
 ) -> None:
     tests, fell = synthetic_tests_and_falls
-    shares = fall_probabilities(fell)
+    shares = fall_probability_by_orientation_and_test(fell)
     unknown = np.full((576, 240), 0.5)
     models = {
         PEAKS_MODEL: fall_prediction_models_by_name(tests, unknown, unknown)[PEAKS_MODEL],
@@ -95,17 +95,17 @@ def test_scores_and_tables_of_a_scanned_boulder_are_complete(
     assert score_table(rows).count("\n") == 1 + 2 * 2 * 2
     assert score_table_of_all_orientations(tests, shares).count("\n") == 1 + 24
     assert "first half of the motions" in fitted_orientation_table(tests, shares)
-    lines = fall_table_by_bearing_height(
-        tests, {scan.BEARING_HEIGHT_LIMITS_M[0]: fell[0], scan.SMALL_BEARING_HEIGHT_LIMIT_M: fell[1]}
+    lines = fall_share_table_by_max_bearing_height(
+        tests, {scan.MAX_HEIGHTS_OF_BEARING_POINTS_M[0]: fell[0], scan.SMALLER_MAX_HEIGHT_OF_BEARING_POINTS_M: fell[1]}
     ).splitlines()
     assert [line.split("|")[2].strip() for line in lines[2:]] == ["no", "yes", ""]
     assert f"{fell[1].mean():.3f}" in lines[2]
 
 
 def test_fall_fractions_are_averaged_over_neighbouring_orientations() -> None:
-    fell = np.zeros((2, 1, YAWS.size), bool)
+    fell = np.zeros((2, 1, BOULDER_ORIENTATIONS_DEG.size), bool)
     fell[:, 0, 0] = True
-    shares = fall_probabilities(fell)[:, 0]
+    shares = fall_probability_by_orientation_and_test(fell)[:, 0]
     np.testing.assert_allclose(shares[[0, 1, -1, 2]], (np.array([0.5, 0.25, 0.25, 0.0]) + 0.25) / 1.5)
 
 
@@ -122,12 +122,12 @@ def test_a_scanned_statue_falls_only_under_the_strong_motion(tmp_path: Path, mon
     )  # fmt: skip
     stone = stone_from_surface(column_with_overhanging_slab(), [], "statue").shape
     assert isinstance(stone, ScannedStone)
-    fell = simulate_orientations(stone, tests, tmp_path, 1, (0.002,))
-    assert fell.shape == (1, 2, YAWS.size)
+    fell = simulate_falls_of_boulder_by_orientation(stone, tests, tmp_path, 1, (0.002,))
+    assert fell.shape == (1, 2, BOULDER_ORIENTATIONS_DEG.size)
     assert not fell[0, 0].any()
     assert fell[0, 1].all()
     monkeypatch.setattr(scan, "simulate_cases", None)
-    assert np.array_equal(simulate_orientations(stone, tests, tmp_path, 1, (0.002,)), fell)
+    assert np.array_equal(simulate_falls_of_boulder_by_orientation(stone, tests, tmp_path, 1, (0.002,)), fell)
 
 
 def test_a_boulder_mesh_is_read_with_its_unit_and_volume(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -24,12 +24,12 @@ from verification.stability.checks import (
     find_failed_block_check,
     max_horizontal_to_apparent_gravity_ratio,
 )
-from verification.stability.figures import draw_block_cases
+from verification.stability.figures import draw_block_outcomes_as_points
 from verification.stability.maps import (
     BLOCK_COLUMN_MEANINGS,
     DIMENSIONLESS_GROUPS,
     collect_stability_map_rows,
-    contact_of_case,
+    contact_law_of_block_case,
     simulate_and_check_block_case,
 )
 
@@ -83,7 +83,7 @@ def test_the_checks_of_single_blocks_detect_a_wrong_outcome() -> None:
     found = run_cases(
         motion,
         Cases(0.0, STABLE_CASE.height, STABLE_CASE.b_over_h, STABLE_CASE.friction),
-        gravestone(contact_of_case(STABLE_CASE), STABLE_CASE.density),
+        gravestone(contact_law_of_block_case(STABLE_CASE), STABLE_CASE.density),
     )
     assert find_failed_block_check(STABLE_CASE, motion, found) == ""
     wrong = {
@@ -115,7 +115,7 @@ def test_the_figure_of_twenty_thousand_block_cases_is_a_small_file(tmp_path: Pat
     )
     rows["damping"][:5] = np.nan
     for name in ("one", "two"):
-        draw_block_cases(pd.DataFrame(rows), tmp_path / f"{name}.svg")
+        draw_block_outcomes_as_points(pd.DataFrame(rows), tmp_path / f"{name}.svg")
     made = (tmp_path / "one.svg").read_bytes()
     assert made == (tmp_path / "two.svg").read_bytes()
     assert len(made) < 400_000, "the worst that the map can be: four colours without any order"

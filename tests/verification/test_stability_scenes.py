@@ -19,8 +19,12 @@ from overturning.model.scene import gravestone
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import load_shipped_scene
-from verification.stability.cases import CASES_PER_SETTING, SCENES, sample_parameters_of_scene_cases
-from verification.stability.checks import CheckedOutcome, find_failed_scene_check, least_rocking_acceleration_ratio
+from verification.stability.cases import CASE_COUNT_PER_SCENE_SETTING, SCENES, sample_parameters_of_scene_cases
+from verification.stability.checks import (
+    CheckedOutcome,
+    find_failed_scene_check,
+    min_acceleration_ratio_to_start_rocking,
+)
 from verification.stability.maps import (
     SCENE_COLUMN_MEANINGS,
     collect_stability_map_rows,
@@ -48,7 +52,7 @@ def test_no_wrong_outcome_of_an_extreme_scene_is_reported_as_valid() -> None:
     assert {setting.scene for setting in settings} == set(SCENES)
     found = collect_stability_map_rows(partial(simulate_and_check_scene_cases, root=ROOT), settings, threads=2)
     assert set(found) == set(SCENE_COLUMN_MEANINGS)
-    assert len(found["ending"]) == len(settings) * CASES_PER_SETTING
+    assert len(found["ending"]) == len(settings) * CASE_COUNT_PER_SCENE_SETTING
     silent = found["ending"] == CheckedOutcome.SILENT
     assert not silent.any(), list(zip(found["scene"][silent], found["reason"][silent], strict=True))
     answered = np.isin(found["ending"], (CheckedOutcome.RIGHT, CheckedOutcome.AT_REST))
@@ -64,15 +68,17 @@ def test_no_wrong_outcome_of_an_extreme_scene_is_reported_as_valid() -> None:
     assert (compared == 0).sum() <= 3, "the block's own kernel has the same flags"
     again = collect_stability_map_rows(partial(simulate_and_check_scene_cases, root=ROOT), settings[:4])
     for name, values in again.items():
-        np.testing.assert_array_equal(values, found[name][: 4 * CASES_PER_SETTING], name)
+        np.testing.assert_array_equal(values, found[name][: 4 * CASE_COUNT_PER_SCENE_SETTING], name)
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_rocking_thresholds_computed_from_shapes_equal_those_of_the_kernel(name: str) -> None:
     made = prepare_scene(load_shipped_scene(name))
-    assert least_rocking_acceleration_ratio(made.elements) == pytest.approx(made.rocking_onset_acceleration_g, rel=1e-9)
+    assert min_acceleration_ratio_to_start_rocking(made.elements) == pytest.approx(
+        made.rocking_onset_acceleration_g, rel=1e-9
+    )
     if name in ("gravestone", "against-a-wall"):
-        assert least_rocking_acceleration_ratio(made.elements) == pytest.approx(0.24 / 0.6)
+        assert min_acceleration_ratio_to_start_rocking(made.elements) == pytest.approx(0.24 / 0.6)
 
 
 def test_the_scene_checks_detect_a_wrong_outcome_of_one_element() -> None:

@@ -85,4 +85,4 @@ def test_the_stack_checks_detect_falls_under_shaking_too_weak_to_open_a_joint() 
     for amplitude, reason in ((0.0, "moved without motion"), (0.15, "fell below the least acceleration")):
         weak = replace(setting, amplitude_factors=np.array([amplitude]))
         assert find_failed_stack_check(weak, motion, found, 0).startswith(reason)
-    np.testing.assert_allclose(setting.joint_opening_acceleration, 9.80665 / 3.0, err_msg="the shaft opens at B/H")
+    np.testing.assert_allclose(setting.min_joint_opening_acceleration, 9.80665 / 3.0, err_msg="the shaft opens at B/H")

@@ -21,7 +21,7 @@ from verification.stack_agreement import (
     outcomes_agree,
     topmost_stone_outcomes_in_this_program,
 )
-from verification.stack_cases import StackCase, case_parameters_as_table_row, choose_random_stack_cases
+from verification.stack_cases import StackCase, case_parameters_as_table_row, draw_random_stack_cases
 from verification.stack_engines import MODULE_NAME_BY_STACK_ENGINE
 from verification.stack_peers import outcome_and_robustness_in_solver
 
@@ -29,7 +29,7 @@ from verification.stack_peers import outcome_and_robustness_in_solver
 @cache
 def random_stack_cases() -> list[StackCase]:
     """The random cases that the program and each other solver simulate."""
-    return choose_random_stack_cases()
+    return draw_random_stack_cases()
 
 
 @pytest.mark.parametrize("name", OUTCOME_FILE_BY_SOLVER)

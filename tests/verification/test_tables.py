@@ -11,13 +11,13 @@ from overturning.errors import ResultError
 from verification import experiments, sentences, timing
 from verification.shaking_table import page as shaking_table
 from verification.tables import (
-    RESULTS,
+    RESULT_TABLE_FOLDER,
     ROOT,
     MeasuredNumber,
+    commit_and_machine_line,
     current_commit,
+    insert_markdown_between_markers_in_docs,
     measured_numbers_table,
-    provenance_line,
-    publish_markdown,
     read_measured_numbers,
     read_table,
     write_measured_numbers,
@@ -49,13 +49,13 @@ def test_generated_tables_replace_only_the_text_between_their_markers(tmp_path: 
         page.write_text("before\n<!-- x:begin -->\nold\n<!-- x:end -->\nafter\n", encoding="utf-8")
     pages[2].write_text("nothing", encoding="utf-8")
     for _ in range(2):
-        publish_markdown({"x": r"new \1"}, tmp_path)
+        insert_markdown_between_markers_in_docs({"x": r"new \1"}, tmp_path)
     for page in pages[:2]:
-        text = f"before\n<!-- x:begin -->\n\nnew \\1\n\n{provenance_line()}\n\n<!-- x:end -->\nafter\n"
+        text = f"before\n<!-- x:begin -->\n\nnew \\1\n\n{commit_and_machine_line()}\n\n<!-- x:end -->\nafter\n"
         assert page.read_text(encoding="utf-8") == text
     assert pages[2].read_text(encoding="utf-8") == "nothing"
     with pytest.raises(ResultError, match="y:begin"):
-        publish_markdown({"y": "", "x": "newer"}, tmp_path)
+        insert_markdown_between_markers_in_docs({"y": "", "x": "newer"}, tmp_path)
     assert "newer" in pages[0].read_text(encoding="utf-8"), "what has its marks is published all the same"
 
 
@@ -80,7 +80,7 @@ def test_a_table_names_the_commit_of_each_number_measured_earlier(tmp_path: Path
     known = write_measured_numbers([MeasuredNumber("cases", 1)], path, keep_other_figures=True)
     lines = ["| speed | 2.5 x | 0123e456 |", f"| cases | 1 | {current_commit()} |"]
     assert measured_numbers_table(known).splitlines()[2:] == lines
-    assert current_commit() in provenance_line()
+    assert current_commit() in commit_and_machine_line()
 
 
 def test_a_long_benchmark_is_timed_only_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -88,7 +88,7 @@ def test_a_long_benchmark_is_timed_only_once(monkeypatch: pytest.MonkeyPatch) ->
         clock = iter(np.arange(20) * seconds)
         monkeypatch.setattr("verification.timing.time.process_time", lambda clock=clock: next(clock))
         calls: list[int] = []
-        assert timing.run_and_measure_processor_time(partial(calls.append, 1), 3, int) == (None, seconds)
+        assert timing.run_and_measure_min_processor_time(partial(calls.append, 1), 3, int) == (None, seconds)
         assert len(calls) == runs
 
 
@@ -98,7 +98,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_measured_numbers_in_sentences_equal_those_in_their_tables(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
-    assert sentences.fill_measured_numbers_into_page(text, RESULTS) == text, "python -m verification.tables"
+    assert sentences.fill_measured_numbers_into_page(text, RESULT_TABLE_FOLDER) == text, "python -m verification.tables"
     assert len(sentences.MARKED_NUMBER_PATTERN.findall(text)) == text.count("<!--=") == text.count("<!--/-->")
 
 
@@ -125,10 +125,12 @@ def test_each_measured_number_is_in_a_sentence_and_updated_from_its_table(tmp_pa
 
 
 def test_tables_in_the_docs_equal_those_of_the_result_files() -> None:
-    boulder = shaking_table.score_tables(pd.read_csv(RESULTS / "shaking-table.csv"))
-    curve = pd.read_csv(RESULTS / "default-step.csv")
+    boulder = shaking_table.score_tables(pd.read_csv(RESULT_TABLE_FOLDER / "shaking-table.csv"))
+    curve = pd.read_csv(RESULT_TABLE_FOLDER / "default-step.csv")
     made = boulder | {"equal-error": experiments.cost_ratio_table_at_equal_error(curve)}
-    made["equal-agreement"] = error_page.table_of_time_at_equal_agreement(pd.read_csv(RESULTS / "work-precision.csv"))
+    made["equal-agreement"] = error_page.table_of_time_at_equal_agreement(
+        pd.read_csv(RESULT_TABLE_FOLDER / "work-precision.csv")
+    )
     texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     assert [mark for mark, body in made.items() if f"<!-- {mark}:begin -->\n\n{body}\n\n" not in texts] == []
 

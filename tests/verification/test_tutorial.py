@@ -5,7 +5,7 @@ import pytest
 from overturning.study.load import study_from_content
 from overturning.study.preflight import estimate_study_size
 from verification import tutorial
-from verification.tables import RESULTS, read_measured_numbers
+from verification.tables import RESULT_TABLE_FOLDER, read_measured_numbers
 
 
 def test_the_tutorial_page_shows_the_survey_and_study_of_its_script() -> None:
@@ -27,13 +27,13 @@ def test_the_tutorial_shows_the_printed_size_of_its_study() -> None:
 
 @pytest.mark.long
 def test_the_survey_command_prints_what_the_tutorial_shows() -> None:
-    stored = (RESULTS / "tutorial-survey.txt").read_text(encoding="utf-8")
+    stored = (RESULT_TABLE_FOLDER / "tutorial-survey.txt").read_text(encoding="utf-8")
     assert tutorial.output_of_tutorial_survey_command() == stored, "python -m verification.tutorial"
 
 
 @pytest.mark.long
 def test_the_measured_numbers_of_the_tutorial_are_up_to_date() -> None:
-    stored = {one.quantity: one.value for one in read_measured_numbers(RESULTS / "tutorial.csv")}
+    stored = {one.quantity: one.value for one in read_measured_numbers(RESULT_TABLE_FOLDER / "tutorial.csv")}
     today = {
         one.quantity: one.value
         for one in (

@@ -28,7 +28,7 @@ population: {stones: 16}
 """
 
 
-class PlanCollector(logging.Handler):
+class SnakemakePlanCollector(logging.Handler):
     """Logging handler that collects planned rules, commands and warnings from Snakemake's events."""
 
     def __init__(self) -> None:
@@ -66,14 +66,14 @@ class WorkflowFolderWithPlanning(WorkflowFolder):
         """
         return self.plan(**config).rules
 
-    def plan(self, look: bool = True, file: str | None = "", **config: Any) -> PlanCollector:
+    def plan(self, dry_run: bool = True, file: str | None = "", **config: Any) -> SnakemakePlanCollector:
         """Return the plan of a run with some keys of the study changed; raise the errors of the run or its steps."""
         from snakemake.api import SnakemakeApi
         from snakemake.logging import logger
         from snakemake.settings import types
 
-        found = PlanCollector()
-        with chdir(self.folder), SnakemakeApi(types.OutputSettings(dryrun=look, quiet=set(types.Quietness))) as api:
+        found = SnakemakePlanCollector()
+        with chdir(self.folder), SnakemakeApi(types.OutputSettings(dryrun=dry_run, quiet=set(types.Quietness))) as api:
             logger.handlers = [found]
             workflow = api.workflow(
                 types.ResourceSettings(cores=1, overwrite_scatter={"sweep": self._chunks}),

@@ -23,7 +23,7 @@ def test_the_remaining_time_follows_the_measured_pace(factor: float, at_once: in
     for job in range(8):
         run.store_job_start(job, "sweep", "sweep", [])
     for job in range(8):
-        run.store_job_end(job, well=True)
+        run.store_job_end(job, succeeded=True)
         elapsed = each * (job + 1) / at_once
         share, left = run.completed_share_and_remaining_time(elapsed)
         assert share == pytest.approx((job + 1) / 8)
@@ -39,7 +39,7 @@ def test_a_percentage_in_the_log_of_a_job_counts_as_progress(tmp_path: Path) -> 
     assert run.progress_line(10.0) == "0 of 2 steps, 0%, 3:20 to go: sweep a", "no log yet: the expected time"
     log.write_text("12%\n80%\n", encoding="utf-8")
     assert run.progress_line(80.0) == "0 of 2 steps, 40%, 2:00 to go: sweep a"
-    run.store_job_end(1, well=False)
+    run.store_job_end(1, succeeded=False)
     assert run.progress_line(80.0).startswith("0 of 2 steps, 0%"), "a failed job has done nothing"
 
 
@@ -48,7 +48,7 @@ def test_progress_weights_a_large_job_more_than_a_small_one() -> None:
     run.store_run_start_and_job_counts({"sweep": 2}, now=0.0)
     for job, size in ((1, 0.5), (2, 1.5)):
         run.store_job_start(job, "sweep", "sweep", [], size)
-    run.store_job_end(1, well=True)
+    run.store_job_end(1, succeeded=True)
     assert run.completed_share_and_remaining_time(5.0) == (pytest.approx(0.25), pytest.approx(15.0))
 
 

@@ -36,7 +36,7 @@ ALLOWED_PACKAGES_BY_STEP = {
 }
 """Heavy modules that a step may import; steps that draw or write pages are left out."""
 
-STEPS_IN_ORDER = (
+WORKFLOW_STEPS_IN_ORDER = (
     "read",
     "describe",
     "members",
@@ -84,7 +84,7 @@ def test_each_workflow_step_imports_only_the_heavy_packages_that_it_needs(tmp_pa
     planned = [shlex.split(re.sub(r" 2?> .*", "", command))[1:] for command in checkout.plan().commands]
     commands = sorted(
         (words for words in planned if words[0] in ALLOWED_PACKAGES_BY_STEP),
-        key=lambda words: STEPS_IN_ORDER.index(words[0]),
+        key=lambda words: WORKFLOW_STEPS_IN_ORDER.index(words[0]),
     )
     for word in chain.from_iterable(commands):
         if word.startswith("results/"):

@@ -38,7 +38,7 @@ class TestLoggerPluginInterface(TestLogHandlerBase):
         return None
 
     @pytest.fixture(autouse=True)
-    def closed(self) -> Iterator[None]:
+    def close_log_handlers(self) -> Iterator[None]:
         """Close the log handler after each test, so that it prints no progress into the next one."""
         self.made: list[Any] = []
         yield
@@ -196,21 +196,21 @@ def test_a_verbose_run_shows_the_output_of_snakemake(capsys: pytest.CaptureFixtu
 
 
 @pytest.fixture(scope="module")
-def small_checkout(tmp_path_factory: pytest.TempPathFactory) -> WorkflowFolderWithPlanning:
+def checkout_with_small_study(tmp_path_factory: pytest.TempPathFactory) -> WorkflowFolderWithPlanning:
     """A copy of the workflow with the small study."""
     return WorkflowFolderWithPlanning(tmp_path_factory.mktemp("messages") / "checkout")
 
 
-def test_a_second_concurrent_run_in_a_folder_is_refused(small_checkout: WorkflowFolderWithPlanning) -> None:
-    lock = small_checkout.folder / ".snakemake" / "run.lock"
+def test_a_second_concurrent_run_in_a_folder_is_refused(checkout_with_small_study: WorkflowFolderWithPlanning) -> None:
+    lock = checkout_with_small_study.folder / ".snakemake" / "run.lock"
     lock.parent.mkdir(exist_ok=True)
     with lock.open("w") as held:
         held.write("4711")
         held.flush()
         fcntl.flock(held, fcntl.LOCK_EX)
         with pytest.raises(WorkflowError, match=r"another run works in this folder \(process 4711\); wait for it, or"):
-            small_checkout.plan(look=False)
-        assert "sweep" in small_checkout.planned_rules(), "who only looks is not in the way"
+            checkout_with_small_study.plan(dry_run=False)
+        assert "sweep" in checkout_with_small_study.planned_rules(), "who only looks is not in the way"
 
 
 def test_a_missing_record_file_is_named_before_the_run(tmp_path: Path) -> None:
@@ -254,19 +254,19 @@ def test_missing_record_files_are_named_with_the_expected_folder(tmp_path: Path)
 
 @pytest.mark.parametrize("key", ["site", "variants"])
 def test_a_missing_soil_package_is_named_before_anything_runs(
-    small_checkout: WorkflowFolderWithPlanning, monkeypatch: pytest.MonkeyPatch, key: str
+    checkout_with_small_study: WorkflowFolderWithPlanning, monkeypatch: pytest.MonkeyPatch, key: str
 ) -> None:
     """None in sys.modules makes the import fail, as if pystrata were not installed."""
     monkeypatch.setitem(sys.modules, "pystrata", None)
     site = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 760}}
     with pytest.raises(WorkflowError, match=r"study\.yaml: .*site: soil layers need pystrata.*pip install"):
-        small_checkout.planned_rules(**{key: site if key == "site" else {"soft": {"site": site}}})
-    assert not small_checkout.results.exists()
+        checkout_with_small_study.planned_rules(**{key: site if key == "site" else {"soft": {"site": site}}})
+    assert not checkout_with_small_study.results.exists()
 
 
-def test_a_wrong_study_key_is_named_before_a_run(small_checkout: WorkflowFolderWithPlanning) -> None:
+def test_a_wrong_study_key_is_named_before_a_run(checkout_with_small_study: WorkflowFolderWithPlanning) -> None:
     with pytest.raises(WorkflowError, match=r"study\.yaml: frictoin: unknown key; did you mean friction\?"):
-        small_checkout.planned_rules(frictoin=[1.0])
+        checkout_with_small_study.planned_rules(frictoin=[1.0])
 
 
 def test_a_duplicate_study_key_is_named_before_a_run(tmp_path: Path) -> None:

@@ -277,7 +277,7 @@ def test_removing_a_record_from_a_study_removes_its_files(
     assert {"read/petrolia.nc", "motion/petrolia.nc", "figures/polar/petrolia.svg"} < of_record
     checkout.planned_rules(records={"use": ["rinaldi"]})
     assert (checkout.results / "motion" / "petrolia.nc").is_file(), "a dry run removes nothing"
-    plan = checkout.plan(look=False, records={"use": ["rinaldi"]})
+    plan = checkout.plan(dry_run=False, records={"use": ["rinaldi"]})
     after = {str(path.relative_to(checkout.results)) for path in checkout.results.rglob("*") if path.is_file()}
     assert before - after == of_record
     assert f"record petrolia is no longer in the study: removed its {len(of_record)} files" in plan.warnings
@@ -319,7 +319,7 @@ def test_a_new_title_reruns_only_explorer_findings_report_and_crate(
     before = result_file_contents(checkout.results)
     gone = next((checkout.results / "figures" / "illustrative").glob("*.svg"))
     kept = gone.rename(tmp_path / gone.name)
-    plan = checkout.plan(look=False, title="Another title")
+    plan = checkout.plan(dry_run=False, title="Another title")
     kept.rename(gone)
     assert plan.rules == {"illustrative", "explore", "findings", *LAST_RULES}
     assert f"{gone.relative_to(checkout.folder)}" in plan.warnings, "it is said"

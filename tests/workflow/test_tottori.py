@@ -8,7 +8,7 @@ from snakemake_interface_common.exceptions import WorkflowError
 
 from overturning.findings.collect import read_findings
 from overturning.study.cube import open_cube
-from tests.records.record_writers import write_knet_set
+from tests.records.record_writers import write_knet_component_files
 from tests.workflow.conftest import WorkflowFolderWithPlanning
 from verification.tables import ROOT
 
@@ -36,7 +36,7 @@ def test_published_tottori_values_are_compared_for_every_size_and_contact(
     folder = checkout.folder / "resources" / "records"
     folder.mkdir(parents=True)
     counts = pulse / 0.01 * 8388608 / 2000  # Gal over the gain of the format's scale factor
-    write_knet_set(
+    write_knet_component_files(
         folder,
         "TTRH020010061330",
         counts * 0.5,

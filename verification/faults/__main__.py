@@ -14,7 +14,7 @@ import typer
 from overturning.study.resume import DAMAGED_FILE_LOG_PREFIX
 from verification.faults.kinds import FAULT_KINDS, STUDY, FaultKind, unmount_results_folder_at_exit
 from verification.project import WorkflowFolder
-from verification.tables import markdown_table, publish_markdown
+from verification.tables import insert_markdown_between_markers_in_docs, markdown_table
 
 SEED: Final = 18
 
@@ -98,7 +98,7 @@ def main(
             rows = [
                 (label, f"{fine} of {times}") for label, (fine, times) in {**found, "all faults": (good, total)}.items()
             ]
-            publish_markdown({"faults": markdown_table(("fault", "survived"), rows)})
+            insert_markdown_between_markers_in_docs({"faults": markdown_table(("fault", "survived"), rows)})
     if good < total:
         raise SystemExit(1)
 

@@ -51,7 +51,7 @@ def iterate_jobs_of_running_study(study_process: psutil.Popen) -> Iterator[psuti
         time.sleep(0.01)
 
 
-def kill_process_group(place: WorkflowFolder, dice: random.Random, seconds: float) -> None:
+def kill_process_group_during_run(place: WorkflowFolder, dice: random.Random, seconds: float) -> None:
     """Kill the process group of a run at a random moment."""
     run = place.start()
     time.sleep(dice.uniform(0.05, 0.95) * seconds)
@@ -147,7 +147,7 @@ def start_second_run_during_first(place: WorkflowFolder, _dice: random.Random, _
 
 def simulate_clock_set_back_after_kill(place: WorkflowFolder, dice: random.Random, seconds: float) -> None:
     """Set the clock back by two hours after a run was killed: move all file times into the future."""
-    kill_process_group(place, dice, seconds)
+    kill_process_group_during_run(place, dice, seconds)
     for path in (path for name in ("results", ".snakemake") for path in (place.folder / name).rglob("*")):
         if path.is_file():
             moment = path.stat().st_mtime + 7200
@@ -236,7 +236,7 @@ FAULT_KINDS: Final = (
         1,
         needs_finished_study=True,
     ),
-    FaultKind("process group killed", kill_process_group, 10),
+    FaultKind("process group killed", kill_process_group_during_run, 10),
     FaultKind("one job killed", fault_killing_job_or_snakemake(kills_snakemake=False, max_delay_s=1.0), 7),
     FaultKind("only Snakemake killed", fault_killing_job_or_snakemake(kills_snakemake=True, max_delay_s=0.7), 7),
 )

@@ -21,10 +21,10 @@ from numba import njit
 from overturning.dem.body import plan as body_plan
 from overturning.dem.body.base_contact import (
     body_base_lands_flat,
-    both_extreme_base_points_rest,
-    landing_time_of_new_contact,
+    is_contact_deferred_until_base_ends_rest,
+    lowest_and_highest_base_points_rest,
+    remaining_landing_time_of_new_contact,
     update_base_contacts,
-    vertex_contact_is_deferred,
 )
 from overturning.dem.body.centred import (
     acceleration_of_body_centre,
@@ -63,9 +63,9 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import (
-    ALLOCATING_INLINE_COMPILE_OPTIONS,
+    ALLOCATING_INLINE_OPTIONS,
     COMPILE_OPTIONS,
-    INLINE,
+    INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
     TupleRowLayout,
     cache_line_aligned_zeros,
@@ -132,7 +132,7 @@ class ContactPoint(NamedTuple):
     penetration_increase: float
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def vertex_contact_point(
     body_state: BodyState, body_axes: Matrix3, vertex: BodyVertex, history: BodyContactPointState
 ) -> ContactPoint:
@@ -142,7 +142,7 @@ def vertex_contact_point(
     return ContactPoint(arm, -place.z, place.x - history.x, place.y - history.y, -place.z - history.penetration)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def rim_contact_point(
     body: Constants, body_state: BodyState, body_axes: Matrix3, along_lean: float, across_lean: float, time_step: float
 ) -> ContactPoint:
@@ -152,7 +152,7 @@ def rim_contact_point(
     return ContactPoint(arm, -(body_state.position.z + arm.z), time_step * v.x, time_step * v.y, -(time_step * v.z))
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def apply_contact_law(
     body: Constants,
     body_state: BodyState,
@@ -218,7 +218,7 @@ def apply_contact_law(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def add_contact_pair(
     totals: ContactTotals,
     first_wrench: ContactWrench,
@@ -233,7 +233,7 @@ def add_contact_pair(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def advance_body_one_step(
     body: Constants,
     body_state: BodyState,
@@ -370,9 +370,9 @@ def add_vertex_contact_forces(
             left,
             rate,
             (
-                vertex_contact_is_deferred(body, base_contact, p, at.arm.z, left),
+                is_contact_deferred_until_base_ends_rest(body, base_contact, p, at.arm.z, left),
                 body_base_lands_flat(base_contact),
-                landing_time_of_new_contact(body, base_contact),
+                remaining_landing_time_of_new_contact(body, base_contact),
                 base_contact.friction_moment_share,
             ),
         )
@@ -383,9 +383,9 @@ def add_vertex_contact_forces(
             right,
             rate,
             (
-                vertex_contact_is_deferred(body, base_contact, q, on.arm.z, right),
+                is_contact_deferred_until_base_ends_rest(body, base_contact, q, on.arm.z, right),
                 body_base_lands_flat(base_contact),
-                landing_time_of_new_contact(body, base_contact),
+                remaining_landing_time_of_new_contact(body, base_contact),
                 base_contact.friction_moment_share,
             ),
         )
@@ -417,9 +417,9 @@ def add_rim_contact_forces(
         )
         base_contact = load_base_contact(state, j)
         between, flat, begun = (
-            (across_lean != 0.0) & (not both_extreme_base_points_rest(base_contact)),
+            (across_lean != 0.0) & (not lowest_and_highest_base_points_rest(base_contact)),
             body_base_lands_flat(base_contact),
-            landing_time_of_new_contact(body, base_contact),
+            remaining_landing_time_of_new_contact(body, base_contact),
         )
         tilting = base_contact.friction_moment_share
         at, on = (
@@ -496,7 +496,7 @@ def compiled_loop_of_sampling_interval(has_rim: bool) -> Any:
     different processes would be confused in a process that loads both.
     """
 
-    @njit(**ALLOCATING_INLINE_COMPILE_OPTIONS)
+    @njit(**ALLOCATING_INLINE_OPTIONS)
     def advance_bodies_by_sampling_interval(
         kind: Any,  # noqa: ARG001
         state: Any,

@@ -64,7 +64,7 @@ def rocking_amplitude_after_impact(b_over_h: float, tilt: float) -> float:
 
 
 def time_and_velocity_at_end_of_bounce(
-    speed: float, square: float, rate: float, gravity: float = STANDARD_GRAVITY
+    speed: float, stiffness_over_mass: float, dashpot_over_mass: float, gravity: float = STANDARD_GRAVITY
 ) -> tuple[float, float]:
     """Compute the time and velocity at which a mass leaves a spring and dashpot that cannot pull.
 
@@ -75,9 +75,9 @@ def time_and_velocity_at_end_of_bounce(
     ----------
     speed : float
         Downward velocity at touch, m/s.
-    square : float
+    stiffness_over_mass : float
         ω² = K/m, 1/s².
-    rate : float
+    dashpot_over_mass : float
         2c = h/m, 1/s; below 2ω.
     gravity : float
         m/s².
@@ -94,11 +94,11 @@ def time_and_velocity_at_end_of_bounce(
     """
     from scipy.optimize import brentq
 
-    c = 0.5 * rate
-    if square <= c * c:
+    c = 0.5 * dashpot_over_mass
+    if stiffness_over_mass <= c * c:
         raise ValueError("rate: the contact must be underdamped")
-    omega = math.sqrt(square - c * c)
-    rest = gravity / square
+    omega = math.sqrt(stiffness_over_mass - c * c)
+    rest = gravity / stiffness_over_mass
 
     def penetration_and_rate(t: float) -> tuple[float, float]:
         """Return the penetration, m, and its rate, m/s, at a time."""
@@ -108,10 +108,10 @@ def time_and_velocity_at_end_of_bounce(
         rate_of_depth = decay * ((b * omega - c * a) * math.cos(omega * t) - (a * omega + c * b) * math.sin(omega * t))
         return depth, rate_of_depth
 
-    def contact_force(t: float) -> float:
+    def contact_force_over_mass(t: float) -> float:
         """Return the contact force over the mass at a time, m/s²."""
         depth, velocity = penetration_and_rate(t)
-        return square * depth + rate * velocity
+        return stiffness_over_mass * depth + dashpot_over_mass * velocity
 
-    end = float(brentq(contact_force, 0.5 * math.pi / omega * 0.2, 1.2 * math.pi / omega, xtol=1e-15))
+    end = float(brentq(contact_force_over_mass, 0.5 * math.pi / omega * 0.2, 1.2 * math.pi / omega, xtol=1e-15))
     return end, -penetration_and_rate(end)[1]

@@ -75,7 +75,7 @@ def _time_until_sliding(ground: float, slope: float, limit: float) -> float:
     return max((math.copysign(limit, slope) - ground) / slope, 0.0)
 
 
-def _time_until_stop(velocity: float, first: float, second: float, rest: float) -> float:
+def _time_until_stop(velocity: float, first: float, second: float, remaining_time: float) -> float:
     """Return the first positive time at which the velocity, velocity + first t + second t²/2, is zero, or `rest`."""
     if velocity == 0.0:
         # Sliding has just begun; the velocity returns to zero at −2 first/second.
@@ -83,10 +83,10 @@ def _time_until_stop(velocity: float, first: float, second: float, rest: float) 
     else:
         discriminant = first**2 - 2.0 * second * velocity
         if discriminant < 0:
-            return rest
+            return remaining_time
         q = -(first + math.copysign(math.sqrt(discriminant), first))
         roots = [2.0 * velocity / q] if q else []
         if second:
             roots.append(q / second)
     later = [root for root in roots if root > 1e-15]
-    return min([rest, *later])
+    return min([remaining_time, *later])

@@ -12,21 +12,21 @@ import typer
 from verification.scale import large, on_paper, same_bytes
 from verification.scale.made import SETTINGS_OF_3D_STUDY
 from verification.tables import (
-    RESULTS,
+    RESULT_TABLE_FOLDER,
     MeasuredNumber,
+    insert_markdown_between_markers_in_docs,
     iterate_rows,
     markdown_table,
     measured_numbers_table,
-    publish_markdown,
+    named_parts_or_all_if_none,
     read_measured_numbers,
-    select_parts,
     write_csv,
     write_measured_numbers,
 )
 
 SELECTABLE_PARTS = ("bytes", "slurm", "chunk", "gather", "lazy", "lazy-space", "planning")
-MEASURED_NUMBERS_FILE = RESULTS / "scale.csv"
-RUNS_FILE = RESULTS / "scale-bytes.csv"
+MEASURED_NUMBERS_FILE = RESULT_TABLE_FOLDER / "scale.csv"
+RUNS_FILE = RESULT_TABLE_FOLDER / "scale-bytes.csv"
 
 
 def main(
@@ -36,12 +36,14 @@ def main(
     records: Annotated[int, typer.Option(help="records, of a million cases each, in the synthetic cubes")] = 100,
 ) -> None:
     """Measure, store the figures, and publish the tables of all parts."""
-    chosen = select_parts(parts, SELECTABLE_PARTS)
+    chosen = named_parts_or_all_if_none(parts, SELECTABLE_PARTS)
     if {"bytes", "slurm"} & set(chosen):
         runs = same_bytes.run_study_in_every_local_way() if "bytes" in chosen else []
         if "slurm" in chosen:
             runs += same_bytes.run_study_on_slurm(files=(same_bytes.CUBE, same_bytes.REPORT))
-        publish_markdown({"scale-bytes": table_of_runs_and_result_hashes(merge_with_stored_runs_and_store(runs))})
+        insert_markdown_between_markers_in_docs(
+            {"scale-bytes": table_of_runs_and_result_hashes(merge_with_stored_runs_and_store(runs))}
+        )
     measures: dict[str, Callable[[Path], list[MeasuredNumber]]] = {
         "chunk": large.measure_simulation_of_case_chunk,
         "gather": large.measure_merging_of_parts_into_cube,
@@ -56,9 +58,9 @@ def main(
             with tempfile.TemporaryDirectory(prefix="scale-") as folder:
                 write_measured_numbers(measure(Path(folder)), MEASURED_NUMBERS_FILE, keep_other_figures=True)
     figures = read_measured_numbers(MEASURED_NUMBERS_FILE)
-    publish_markdown({"scale": measured_numbers_table(figures)})
+    insert_markdown_between_markers_in_docs({"scale": measured_numbers_table(figures)})
     if {one.quantity for one in figures} >= on_paper.QUANTITIES_NEEDED_TO_EXTRAPOLATE:
-        publish_markdown({"scale-on-paper": extrapolated_resource_table(figures)})
+        insert_markdown_between_markers_in_docs({"scale-on-paper": extrapolated_resource_table(figures)})
 
 
 def merge_with_stored_runs_and_store(runs: list[same_bytes.StudyRun]) -> list[same_bytes.StudyRun]:

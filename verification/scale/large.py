@@ -111,7 +111,7 @@ def measure_report_on_cube_larger_than_memory(
     study = synthetic_study(records, grid)
     write_study(study, folder / "study.json")
     write_synthetic_motions(study, folder / "motion")
-    write_synthetic_cube(study, folder / "cube.nc", different=min(2, records))
+    write_synthetic_cube(study, folder / "cube.nc", distinct_record_count=min(2, records))
     draw_parameter_changes_of_members(study.ensemble).write_csv(folder / "members.csv")
     base = ("--study", folder / "study.json", "--motions", folder / "motion")
     size = (folder / "cube.nc").stat().st_size

@@ -136,8 +136,8 @@ def write_study(study: Study, path: Path) -> None:
     path.write_text(json.dumps(study.model_dump(mode="json", exclude_defaults=True) | {"name": study.name}), "utf-8")
 
 
-def write_synthetic_cube(study: Study, path: Path, different: int, variant: str = NOMINAL_VARIANT) -> None:
-    """Write a cube whose first `different` records have synthetic values of their own.
+def write_synthetic_cube(study: Study, path: Path, distinct_record_count: int, variant: str = NOMINAL_VARIANT) -> None:
+    """Write a cube whose first `distinct_record_count` records have synthetic values of their own.
 
     The other records repeat these.
     """
@@ -145,9 +145,11 @@ def write_synthetic_cube(study: Study, path: Path, different: int, variant: str 
     from netCDF4 import Dataset
 
     records = list(synthetic_records(study))
-    few = study.model_copy(update={"records": study.records.model_copy(update={"use": study.records.use[:different]})})
+    few = study.model_copy(
+        update={"records": study.records.model_copy(update={"use": study.records.use[:distinct_record_count]})}
+    )
     parts = write_synthetic_partial_results(few, path.parent / "parts", 1, variant)
-    merge_outcome_files_into_cube(few, records[:different], parts, path.with_name("few.nc"), variant)
+    merge_outcome_files_into_cube(few, records[:distinct_record_count], parts, path.with_name("few.nc"), variant)
     for part in parts:
         part.unlink()
     with Dataset(path, "w", format="NETCDF4") as cube:
@@ -159,6 +161,6 @@ def write_synthetic_cube(study: Study, path: Path, different: int, variant: str 
             for index in range(blocks.get_num_chunks()):
                 place = blocks.get_chunk_info(index).chunk_offset
                 mask, data = blocks.read_direct_chunk(place)
-                for record in range(place[0], len(records), different):
+                for record in range(place[0], len(records), distinct_record_count):
                     cube[variable.name].id.write_direct_chunk((record, *place[1:]), data, mask)
     path.with_name("few.nc").unlink()

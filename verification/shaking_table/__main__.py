@@ -32,10 +32,10 @@ from verification.shaking_table.scores import (
     BOOTSTRAP_SAMPLE_COUNT,
     SCORE_NAMES,
     bootstrap_interval_over_motions,
-    bootstrap_test_indices,
+    bootstrap_samples_of_test_indices,
     prediction_scores,
 )
-from verification.tables import RESULTS, ROOT, publish_markdown, write_csv
+from verification.tables import RESULT_TABLE_FOLDER, ROOT, insert_markdown_between_markers_in_docs, write_csv
 
 SPLITS = {"odd to even": split_odd_and_even_tests, "motion left out": splits_leaving_out_one_motion}
 _LOW, _HIGH = (DEFAULT_DAMPING_RATIO * end for end in RECTANGLES.bounds["damping"])
@@ -61,7 +61,7 @@ def score_models_with_intervals(
                 ).items()
             }
             known = np.isfinite(held[PEAKS_MODEL])
-            samples = bootstrap_test_indices(tests.played_record[known], draws)
+            samples = bootstrap_samples_of_test_indices(tests.played_record[known], draws)
             motion_count = np.unique(tests.played_record[known]).size
             outcome, predicted = fell[known], {name: p[known] for name, p in held.items()}
             drawn = {
@@ -119,9 +119,9 @@ def main(
     made = {name: simulate_stones(kind, tests, kept, threads=threads) for name, kind in kinds.items()}
     fractions = {name: fall_shares_by_size_neighbourhood(one) for name, one in made.items()}
     rows, probabilities = score_models_with_intervals(tests, fractions)
-    write_csv(rows, RESULTS / "shaking-table.csv")
+    write_csv(rows, RESULT_TABLE_FOLDER / "shaking-table.csv")
     page.draw_reliability_diagrams(tests, probabilities, ROOT / "docs" / "images" / "shaking-table-reliability.svg")
-    publish_markdown(
+    insert_markdown_between_markers_in_docs(
         page.markdown_by_marker(tests, fractions, rows)
         | page.score_table_by_damping_ratio(scores_by_damping_ratio(tests, made[RECTANGLES_MODEL]))
     )

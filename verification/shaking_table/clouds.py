@@ -173,10 +173,10 @@ def simulate_stones(
     return StonesWithSimulatedOutcomes(rows["b_over_h"], rows["height"], rows["damping"], fell)
 
 
-def _print_progress(name: str, done: int, of: int, seconds: float) -> None:
+def _print_progress(name: str, done: int, total: int, seconds: float) -> None:
     """Print the progress: updated in place on a terminal, otherwise one line for each tenth."""
-    line = f"{name}: {done} of {of} tests, {seconds / done * (of - done):.0f} s to go"
+    line = f"{name}: {done} of {total} tests, {seconds / done * (total - done):.0f} s to go"
     if sys.stderr.isatty():
-        print(f"\r{line:<60}", end="\n" if done == of else "", file=sys.stderr, flush=True)
-    elif done * 10 // of > (done - 1) * 10 // of:
+        print(f"\r{line:<60}", end="\n" if done == total else "", file=sys.stderr, flush=True)
+    elif done * 10 // total > (done - 1) * 10 // total:
         print(line, file=sys.stderr, flush=True)

@@ -19,7 +19,7 @@ SOURCE: Final = (
 )
 FILE: Final = "tests.npz"
 SPECIMENS: Final = (1, 2)
-_ARRAYS: Final = (
+_ARRAY_NAMES: Final = (
     "acceleration", "scale", "start", "sampling_interval", "test", "motion", "pga_g", "pgv", "overturned_1",
     "overturned_2",
 )  # fmt: skip
@@ -60,10 +60,10 @@ def read_shaking_table_tests(folder: Path) -> ShakingTableTests:
     if not path.is_file():
         raise ResultError(f"{folder}: no {FILE}; for its contents and source see docs/shaking-table.md")
     with np.load(path, allow_pickle=False) as stored:
-        missing = [name for name in _ARRAYS if name not in stored]
+        missing = [name for name in _ARRAY_NAMES if name not in stored]
         if missing:
             raise ResultError(f"{path}: no array {missing[0]!r}; docs/shaking-table.md lists the arrays")
-        data = {name: stored[name] for name in _ARRAYS}
+        data = {name: stored[name] for name in _ARRAY_NAMES}
     start = data["start"]
     samples = data["acceleration"].astype(np.float64) * float(data["scale"])
     # RSN1234_NAME_COMPONENT: both components of a record are predicted together.

@@ -42,7 +42,9 @@ def fall_shares_by_size_neighbourhood(stones: StonesWithSimulatedOutcomes) -> Fl
     return np.concatenate(made)
 
 
-def most_likely_size_neighbourhood(fractions: FloatArray, fell: NDArray[np.bool_], learning_tests: TestIndices) -> int:
+def index_of_most_likely_size_neighbourhood(
+    fractions: FloatArray, fell: NDArray[np.bool_], learning_tests: TestIndices
+) -> int:
     """Return the index of the neighbourhood of B/H and height that best predicts the tests to learn from."""
     p, y = fractions[:, learning_tests], fell[learning_tests]
     likelihood = np.where(y, np.log(p), np.log1p(-p)).sum(axis=1)
@@ -55,32 +57,34 @@ def fall_prediction_models_by_name(
     """Return the prediction models by name; the fractions are the shares of each neighbourhood that fall."""
     peaks = np.log(np.column_stack([tests.pga, tests.pgv]))
 
-    def model_of_likeliest_neighbourhood(fractions: FloatArray) -> FallPredictionModel:
+    def prediction_by_most_likely_neighbourhood(fractions: FloatArray) -> FallPredictionModel:
         """Return the model that predicts the share of falls in the most likely neighbourhood."""
 
         def predict_by_fall_share(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
             """Predict with the neighbourhood that best fits the tests to learn from."""
             return np.asarray(
-                fractions[most_likely_size_neighbourhood(fractions, tests.fell[specimen], learn)][predict]
+                fractions[index_of_most_likely_size_neighbourhood(fractions, tests.fell[specimen], learn)][predict]
             )
 
         return predict_by_fall_share
 
     def predict_by_pga_and_pgv(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
         """Predict by logistic regression on PGA and PGV only."""
-        return _logistic_probabilities(peaks, tests, specimen, learn, predict)
+        return _fall_probabilities_by_logistic_regression(peaks, tests, specimen, learn, predict)
 
     def predict_by_pga_pgv_and_fall_share(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
         """Predict by logistic regression on PGA, PGV and the share of falls in the most likely neighbourhood."""
-        share = rectangle_fractions[most_likely_size_neighbourhood(rectangle_fractions, tests.fell[specimen], learn)]
+        share = rectangle_fractions[
+            index_of_most_likely_size_neighbourhood(rectangle_fractions, tests.fell[specimen], learn)
+        ]
         predictors = np.column_stack([np.log(share / (1 - share)), peaks])
-        return _logistic_probabilities(predictors, tests, specimen, learn, predict)
+        return _fall_probabilities_by_logistic_regression(predictors, tests, specimen, learn, predict)
 
     return {
         PEAKS_MODEL: predict_by_pga_and_pgv,
-        RECTANGLES_MODEL: model_of_likeliest_neighbourhood(rectangle_fractions),
+        RECTANGLES_MODEL: prediction_by_most_likely_neighbourhood(rectangle_fractions),
         ENSEMBLE_AND_PEAKS_MODEL: predict_by_pga_pgv_and_fall_share,
-        PRISMS_MODEL: model_of_likeliest_neighbourhood(prism_fractions),
+        PRISMS_MODEL: prediction_by_most_likely_neighbourhood(prism_fractions),
     }
 
 
@@ -90,7 +94,7 @@ ENSEMBLE_AND_PEAKS_MODEL: Final = "ensemble, PGA and PGV in a logistic"
 PRISMS_MODEL: Final = "ensemble of 3-D prisms"
 
 
-def _logistic_probabilities(
+def _fall_probabilities_by_logistic_regression(
     predictors: FloatArray,
     tests: ShakingTableTests,
     specimen: int,

@@ -26,13 +26,13 @@ from verification.shaking_table.models import (
     PEAKS_MODEL,
     PRISMS_MODEL,
     RECTANGLES_MODEL,
-    most_likely_size_neighbourhood,
+    index_of_most_likely_size_neighbourhood,
 )
 from verification.shaking_table.scores import SCORE_NAMES, ReliabilityBin, reliability_bins
 from verification.tables import iterate_rows, markdown_table
 
-MODELS: Final = (PEAKS_MODEL, RECTANGLES_MODEL, ENSEMBLE_AND_PEAKS_MODEL, PRISMS_MODEL)
-RELIABILITY_DIAGRAM_SPLIT: Final = "motion left out"
+MODELS_IN_RELIABILITY_DIAGRAMS: Final = (PEAKS_MODEL, RECTANGLES_MODEL, ENSEMBLE_AND_PEAKS_MODEL, PRISMS_MODEL)
+TEST_SPLIT_OF_RELIABILITY_DIAGRAM: Final = "motion left out"
 
 
 def draw_reliability_diagrams(
@@ -40,11 +40,13 @@ def draw_reliability_diagrams(
 ) -> None:
     """Draw the share fallen over the predicted probability; one panel for each model and specimen."""
     with use_package_matplotlib_settings():
-        figure, panels = create_panel_grid(len(SPECIMENS), len(MODELS), 10.4, 5.6)
+        figure, panels = create_panel_grid(len(SPECIMENS), len(MODELS_IN_RELIABILITY_DIAGRAMS), 10.4, 5.6)
         for row, specimen in enumerate(SPECIMENS):
-            for column, model in enumerate(MODELS):
+            for column, model in enumerate(MODELS_IN_RELIABILITY_DIAGRAMS):
                 bins = reliability_bins(
-                    probabilities[RELIABILITY_DIAGRAM_SPLIT, model, specimen], tests.fell[specimen], tests.played_record
+                    probabilities[TEST_SPLIT_OF_RELIABILITY_DIAGRAM, model, specimen],
+                    tests.fell[specimen],
+                    tests.played_record,
                 )
                 _draw_reliability_bins(panels[row, column], bins)
                 panels[row, column].set_title(f"{model}\nspecimen {specimen}", fontsize=8)
@@ -82,7 +84,9 @@ def markdown_by_marker(
     tests: ShakingTableTests, fractions: Mapping[str, FloatArray], score_rows: pd.DataFrame
 ) -> dict[str, str]:
     """Return the tables of the page as Markdown, by marker; `fractions` are shares of each neighbourhood that fall."""
-    return score_tables(score_rows) | {"shaking-table-centres": _most_likely_size_table(tests, fractions)}
+    return score_tables(score_rows) | {
+        "shaking-table-centres": _table_of_most_likely_b_over_h_and_height(tests, fractions)
+    }
 
 
 def score_tables(score_rows: pd.DataFrame) -> dict[str, str]:
@@ -132,14 +136,15 @@ def _count_table_of_scores_better_than_logistic(score_rows: pd.DataFrame) -> str
     return markdown_table(heads, lines)
 
 
-def _most_likely_size_table(tests: ShakingTableTests, fractions: Mapping[str, FloatArray]) -> str:
+def _table_of_most_likely_b_over_h_and_height(tests: ShakingTableTests, fractions: Mapping[str, FloatArray]) -> str:
     """Return a table of the most likely B/H and height, fitted to the odd-numbered tests."""
     learn = np.flatnonzero(tests.laboratory_test_numbers % 2 == 1)
     lines = []
     for model, shares in fractions.items():
         for specimen in SPECIMENS:
             shape, size = divmod(
-                most_likely_size_neighbourhood(shares, tests.fell[specimen], learn), NEIGHBOURHOOD_CENTRES_HEIGHT.size
+                index_of_most_likely_size_neighbourhood(shares, tests.fell[specimen], learn),
+                NEIGHBOURHOOD_CENTRES_HEIGHT.size,
             )
             lines.append(
                 (

@@ -30,16 +30,16 @@ from verification.shaking_table.models import TestIndices
 BOULDER_SCAN_FILE_NAME: Final = "SP1.ply"
 """Closed scan of the boulder. The scan of its second placement has no faces, and shows the same stone and face."""
 
-YAWS: Final = np.arange(0.0, 360.0, 15.0)
+BOULDER_ORIENTATIONS_DEG: Final = np.arange(0.0, 360.0, 15.0)
 """Orientations on the table, degrees."""
 
-BEARING_HEIGHT_LIMITS_M: Final = (0.0033, 0.002236)
+MAX_HEIGHTS_OF_BEARING_POINTS_M: Final = (0.0033, 0.002236)
 """Reliefs under the base, m: the upper quartile and the middle of the range of 1 to 5 mm on a logarithmic scale.
 
 Smaller ones take ten times as many steps; they were left out for that reason, before any score was computed.
 """
 
-SMALL_BEARING_HEIGHT_LIMIT_M: Final = 0.001
+SMALLER_MAX_HEIGHT_OF_BEARING_POINTS_M: Final = 0.001
 """Relief that is compared with the others, m, but is not part of the prediction: it was run after the scores."""
 
 FRICTION: Final = 0.7
@@ -51,7 +51,7 @@ STATIC_PENETRATION_RATIO: Final = 1e-5
 HULL_TOLERANCE_TO_SIZE_RATIO: Final = 0.016
 """Simplification of the outline above the footprint, as a share of the size: about 20 points can touch."""
 
-NEIGHBOUR_ORIENTATION_WEIGHTS: Final = {-1: 0.25, 0: 0.5, 1: 0.25}
+WEIGHT_BY_ORIENTATION_INDEX_OFFSET: Final = {-1: 0.25, 0: 0.5, 1: 0.25}
 """Weights of neighbouring orientations: the boulder's own lies anywhere between two of them."""
 
 
@@ -61,14 +61,14 @@ def read_scanned_boulder(folder: Path) -> ScannedStone:
     if not path.is_file():
         raise ResultError(f"{folder}: no {BOULDER_SCAN_FILE_NAME}; for its source see docs/shaking-table.md")
     scan = stone_from_surface(
-        *repair_surface_and_close_base(read_mesh_surface(path, "m")), "boulder", BEARING_HEIGHT_LIMITS_M[0]
+        *repair_surface_and_close_base(read_mesh_surface(path, "m")), "boulder", MAX_HEIGHTS_OF_BEARING_POINTS_M[0]
     )
     assert isinstance(scan.shape, ScannedStone)
     print(f"{path.name}: {scan.volume:.4f} m³, tilted by {scan.pose.tilt_deg:.2f}° into its nearest stable pose")
     return scan.shape
 
 
-def boulder_with_bearing_height_limit(stone: ScannedStone, relief: float) -> ScannedStone:
+def boulder_with_max_bearing_point_height(stone: ScannedStone, relief: float) -> ScannedStone:
     """Return the boulder with the outline of this comparison, bearing on points up to a height `relief`.
 
     The relief, m, is the height above the lowest points of the base up to which points bear.
@@ -78,12 +78,12 @@ def boulder_with_bearing_height_limit(stone: ScannedStone, relief: float) -> Sca
     )
 
 
-def simulate_orientations(
+def simulate_falls_of_boulder_by_orientation(
     stone: ScannedStone,
     tests: ShakingTableTests,
     cache_folder: Path,
     threads: int = 1,
-    reliefs: tuple[float, ...] = BEARING_HEIGHT_LIMITS_M,
+    reliefs: tuple[float, ...] = MAX_HEIGHTS_OF_BEARING_POINTS_M,
 ) -> NDArray[np.bool_]:
     """Simulate the scanned boulder in every test, and return whether it falls, for each relief and orientation.
 
@@ -98,27 +98,29 @@ def simulate_orientations(
     """
     made = []
     for relief in reliefs:
-        own = boulder_with_bearing_height_limit(stone, relief)
+        own = boulder_with_max_bearing_point_height(stone, relief)
         key = hashlib.sha256(
             own.unscaled_solid.contact_points.tobytes() + own.unscaled_solid.inertia_per_mass.tobytes()
         )
-        key.update(repr((YAWS.tolist(), FRICTION, STATIC_PENETRATION_RATIO)).encode())
+        key.update(repr((BOULDER_ORIENTATIONS_DEG.tolist(), FRICTION, STATIC_PENETRATION_RATIO)).encode())
         key.update(b"".join(one.tobytes() for one in tests.acceleration))
         path = cache_folder / f"scan-{1000 * relief:g}-mm-{key.hexdigest()[:16]}.npy"
         if not path.is_file():
-            fell = _outcomes_of_boulder(own, tests, threads)
+            fell = _fall_outcomes_by_test_and_orientation(own, tests, threads)
             with atomic_write(path) as part, part.open("wb") as file:
                 np.save(file, fell)
         made.append(np.load(path))
     return np.array(made) == 1
 
 
-def _outcomes_of_boulder(stone: ScannedStone, tests: ShakingTableTests, threads: int) -> NDArray[np.int8]:
+def _fall_outcomes_by_test_and_orientation(
+    stone: ScannedStone, tests: ShakingTableTests, threads: int
+) -> NDArray[np.int8]:
     """Return the outcomes of a boulder, shape (tests, orientations): 1 fell, 0 stood, −128 undecided."""
     body = Body(stone, VertexContact(static_penetration=STATIC_PENETRATION_RATIO))
-    cases = Cases(YAWS, stone.unscaled_height, 0.1, FRICTION)
+    cases = Cases(BOULDER_ORIENTATIONS_DEG, stone.unscaled_height, 0.1, FRICTION)
 
-    def outcomes_in_test(index: int) -> NDArray[np.int8]:
+    def fall_outcomes_by_orientation(index: int) -> NDArray[np.int8]:
         """Return the outcomes of all orientations in one test."""
         return np.asarray(
             simulate_cases(body, tests.measured_motion(index), cases, NumericalOptions()).overturned, np.int8
@@ -126,7 +128,7 @@ def _outcomes_of_boulder(stone: ScannedStone, tests: ShakingTableTests, threads:
 
     begin, rows = time.monotonic(), []
     with ThreadPoolExecutor(threads) as pool:
-        for index, row in enumerate(pool.map(outcomes_in_test, range(len(tests.acceleration)))):
+        for index, row in enumerate(pool.map(fall_outcomes_by_orientation, range(len(tests.acceleration)))):
             rows.append(row)
             if (index + 1) % 49 == 0:
                 spent = time.monotonic() - begin
@@ -134,7 +136,7 @@ def _outcomes_of_boulder(stone: ScannedStone, tests: ShakingTableTests, threads:
     return np.array(rows)
 
 
-def fall_probabilities(fell: NDArray[np.bool_]) -> FloatArray:
+def fall_probability_by_orientation_and_test(fell: NDArray[np.bool_]) -> FloatArray:
     """Return the probability of a fall in each test for each orientation, shape (orientations, tests).
 
     It is the share of falls over all reliefs and the neighbouring orientations. Half a fall and half a stand of a
@@ -142,19 +144,22 @@ def fall_probabilities(fell: NDArray[np.bool_]) -> FloatArray:
     """
     count = len(fell)
     falls = np.sum(
-        [weight * np.roll(fell, -step, axis=2).sum(axis=0) for step, weight in NEIGHBOUR_ORIENTATION_WEIGHTS.items()],
+        [
+            weight * np.roll(fell, -step, axis=2).sum(axis=0)
+            for step, weight in WEIGHT_BY_ORIENTATION_INDEX_OFFSET.items()
+        ],
         axis=0,
     )
     return np.asarray((falls.T + 0.5) / (count + 1.0))
 
 
-def most_likely_orientation(shares: FloatArray, fell: NDArray[np.bool_], learn: TestIndices) -> int:
+def index_of_most_likely_orientation(shares: FloatArray, fell: NDArray[np.bool_], learn: TestIndices) -> int:
     """Return the index of the orientation that best predicts the outcomes of the tests to learn from."""
     p, y = shares[:, learn], fell[learn]
     return int(np.argmax(np.where(y, np.log(p), np.log1p(-p)).sum(axis=1)))
 
 
-def split_tests_into_halves_by_motion(tests: ShakingTableTests) -> Iterator[tuple[TestIndices, TestIndices]]:
+def splits_into_halves_of_motions(tests: ShakingTableTests) -> Iterator[tuple[TestIndices, TestIndices]]:
     """Yield two splits: every second motion, by name, to learn from and the others to predict, and the reverse.
 
     All tests of a motion are in the same half.

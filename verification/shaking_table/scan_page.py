@@ -28,28 +28,33 @@ from verification.shaking_table.models import (
     split_odd_and_even_tests,
 )
 from verification.shaking_table.scan import (
-    BEARING_HEIGHT_LIMITS_M,
-    SMALL_BEARING_HEIGHT_LIMIT_M,
-    YAWS,
-    fall_probabilities,
-    most_likely_orientation,
+    BOULDER_ORIENTATIONS_DEG,
+    MAX_HEIGHTS_OF_BEARING_POINTS_M,
+    SMALLER_MAX_HEIGHT_OF_BEARING_POINTS_M,
+    fall_probability_by_orientation_and_test,
+    index_of_most_likely_orientation,
     read_scanned_boulder,
-    simulate_orientations,
-    split_tests_into_halves_by_motion,
+    simulate_falls_of_boulder_by_orientation,
+    splits_into_halves_of_motions,
 )
 from verification.shaking_table.scores import (
     SCORE_NAMES,
     bootstrap_interval_over_motions,
-    bootstrap_test_indices,
+    bootstrap_samples_of_test_indices,
     prediction_scores,
 )
-from verification.tables import RESULTS, iterate_rows, markdown_table, publish_markdown, write_csv
+from verification.tables import (
+    RESULT_TABLE_FOLDER,
+    insert_markdown_between_markers_in_docs,
+    iterate_rows,
+    markdown_table,
+    write_csv,
+)
 
 SCAN_MODEL: Final = "scan, orientation fitted"
-SPLITS: Final[dict[str, Callable[[ShakingTableTests], Iterator[tuple[TestIndices, TestIndices]]]]] = {
-    "half of the motions": split_tests_into_halves_by_motion,
-    "odd to even": split_odd_and_even_tests,
-}
+TEST_SPLIT_FUNCTION_BY_NAME: Final[
+    dict[str, Callable[[ShakingTableTests], Iterator[tuple[TestIndices, TestIndices]]]]
+] = {"half of the motions": splits_into_halves_of_motions, "odd to even": split_odd_and_even_tests}
 """Splits into tests for fitting and for prediction, by name."""
 
 FITTED_PARAMETER_COUNT_BY_MODEL: Final = {PEAKS_MODEL: 3, RECTANGLES_MODEL: 2, PRISMS_MODEL: 2, SCAN_MODEL: 1}
@@ -61,7 +66,7 @@ def scan_orientation_model(tests: ShakingTableTests, shares: FloatArray) -> Fall
 
     def predict_with_best_orientation(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
         """Predict with the orientation that best fits the tests to learn from."""
-        return np.asarray(shares[most_likely_orientation(shares, tests.fell[specimen], learn)][predict])
+        return np.asarray(shares[index_of_most_likely_orientation(shares, tests.fell[specimen], learn)][predict])
 
     return predict_with_best_orientation
 
@@ -69,7 +74,7 @@ def scan_orientation_model(tests: ShakingTableTests, shares: FloatArray) -> Fall
 def scores_on_unseen_tests(tests: ShakingTableTests, models: Mapping[str, FallPredictionModel]) -> pd.DataFrame:
     """Return the scores of every split, specimen and model on the predicted tests, with intervals over motions."""
     rows = []
-    for split, divide in SPLITS.items():
+    for split, divide in TEST_SPLIT_FUNCTION_BY_NAME.items():
         for specimen in SPECIMENS:
             fell = tests.fell[specimen]
             held = {
@@ -77,7 +82,7 @@ def scores_on_unseen_tests(tests: ShakingTableTests, models: Mapping[str, FallPr
             }
             known = np.isfinite(held[SCAN_MODEL])
             samples, motions = (
-                bootstrap_test_indices(tests.played_record[known]),
+                bootstrap_samples_of_test_indices(tests.played_record[known]),
                 np.unique(tests.played_record[known]).size,
             )
             for name, p in held.items():
@@ -108,12 +113,18 @@ def fitted_orientation_table(tests: ShakingTableTests, shares: FloatArray) -> st
         "odd-numbered tests": next(split_odd_and_even_tests(tests))[0],
         **{
             f"{number} half of the motions": learn
-            for number, (learn, _) in zip(("first", "second"), split_tests_into_halves_by_motion(tests), strict=True)
+            for number, (learn, _) in zip(("first", "second"), splits_into_halves_of_motions(tests), strict=True)
         },
         "all tests": np.arange(tests.laboratory_test_numbers.size),
     }
     lines = [
-        (name, *(f"{YAWS[most_likely_orientation(shares, tests.fell[one], learn)]:g}°" for one in SPECIMENS))
+        (
+            name,
+            *(
+                f"{BOULDER_ORIENTATIONS_DEG[index_of_most_likely_orientation(shares, tests.fell[one], learn)]:g}°"
+                for one in SPECIMENS
+            ),
+        )
         for name, learn in names.items()
     ]
     return markdown_table(("fitted to", *(f"orientation, specimen {one}" for one in SPECIMENS)), lines)
@@ -122,14 +133,16 @@ def fitted_orientation_table(tests: ShakingTableTests, shares: FloatArray) -> st
 def score_table_of_all_orientations(tests: ShakingTableTests, shares: FloatArray) -> str:
     """Return a table of the scores of all orientations on all tests, without any fit."""
     lines = []
-    for yaw, own in zip(YAWS, shares, strict=True):
+    for yaw, own in zip(BOULDER_ORIENTATIONS_DEG, shares, strict=True):
         found = [prediction_scores(own, tests.fell[one]) for one in SPECIMENS]
         lines.append((f"{yaw:g}°", *(f"{value:.3f}" for scores in found for value in scores)))
     heads = (f"{what}, specimen {one}" for one in SPECIMENS for what in SCORE_NAMES)
     return markdown_table(("orientation", *heads), lines)
 
 
-def fall_table_by_bearing_height(tests: ShakingTableTests, fell_by_relief: Mapping[float, NDArray[np.bool_]]) -> str:
+def fall_share_table_by_max_bearing_height(
+    tests: ShakingTableTests, fell_by_relief: Mapping[float, NDArray[np.bool_]]
+) -> str:
     """Return a table of the share of falls by relief, from falls of shape (tests, orientations).
 
     The relief is the height above the lowest points of the base up to which points bear.
@@ -138,12 +151,12 @@ def fall_table_by_bearing_height(tests: ShakingTableTests, fell_by_relief: Mappi
     for relief, own in sorted(fell_by_relief.items()):
         best = []
         for specimen in SPECIMENS:
-            shares = fall_probabilities(own[None])
-            chosen = most_likely_orientation(
+            shares = fall_probability_by_orientation_and_test(own[None])
+            chosen = index_of_most_likely_orientation(
                 shares, tests.fell[specimen], np.arange(tests.laboratory_test_numbers.size)
             )
             best += [f"{prediction_scores(shares[chosen], tests.fell[specimen])[0]:.3f}"]
-        used = "yes" if relief in BEARING_HEIGHT_LIMITS_M else "no"
+        used = "yes" if relief in MAX_HEIGHTS_OF_BEARING_POINTS_M else "no"
         lines.append((f"{1000 * relief:.2g} mm", used, f"{own.mean():.3f}", *best))
     lines.append(("shaking table", "", ", ".join(f"{tests.fell[one].mean():.3f}" for one in SPECIMENS), "", ""))
     heads = (
@@ -171,10 +184,15 @@ def main(
         print(f"skipped: {error}")
         return
     kept.mkdir(parents=True, exist_ok=True)
-    fell = simulate_orientations(boulder, tests, kept, threads)
-    small = simulate_orientations(boulder, tests, kept, threads, (SMALL_BEARING_HEIGHT_LIMIT_M,))[0]
-    by_relief = {**dict(zip(BEARING_HEIGHT_LIMITS_M, fell, strict=True)), SMALL_BEARING_HEIGHT_LIMIT_M: small}
-    shares = fall_probabilities(fell)
+    fell = simulate_falls_of_boulder_by_orientation(boulder, tests, kept, threads)
+    small = simulate_falls_of_boulder_by_orientation(
+        boulder, tests, kept, threads, (SMALLER_MAX_HEIGHT_OF_BEARING_POINTS_M,)
+    )[0]
+    by_relief = {
+        **dict(zip(MAX_HEIGHTS_OF_BEARING_POINTS_M, fell, strict=True)),
+        SMALLER_MAX_HEIGHT_OF_BEARING_POINTS_M: small,
+    }
+    shares = fall_probability_by_orientation_and_test(fell)
     others = {
         name: fall_shares_by_size_neighbourhood(simulate_stones(kind, tests, kept, threads=threads))
         for name, kind in {RECTANGLES_MODEL: RECTANGLES, PRISMS_MODEL: PRISMS}.items()
@@ -184,12 +202,12 @@ def main(
         SCAN_MODEL: scan_orientation_model(tests, shares)
     }
     rows = scores_on_unseen_tests(tests, compared)
-    write_csv(rows, RESULTS / "shaking-table-scan.csv")
-    publish_markdown({
+    write_csv(rows, RESULT_TABLE_FOLDER / "shaking-table-scan.csv")
+    insert_markdown_between_markers_in_docs({
         "shaking-table-scan-scores": score_table(rows),
         "shaking-table-scan-fits": fitted_orientation_table(tests, shares),
         "shaking-table-scan-orientations": score_table_of_all_orientations(tests, shares),
-        "shaking-table-scan-relief": fall_table_by_bearing_height(tests, by_relief)
+        "shaking-table-scan-relief": fall_share_table_by_max_bearing_height(tests, by_relief)
     })  # fmt: skip
 
 

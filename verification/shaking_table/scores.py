@@ -48,7 +48,7 @@ def prediction_scores(probabilities: FloatArray, fell: NDArray[np.bool_]) -> Flo
     )
 
 
-def bootstrap_test_indices(
+def bootstrap_samples_of_test_indices(
     test_motions: NDArray[np.str_], draws: int = BOOTSTRAP_SAMPLE_COUNT, seed: int = 1
 ) -> list[NDArray[np.intp]]:
     """Return the test indices of each bootstrap sample; motions are drawn with replacement, each with all its tests.
@@ -67,7 +67,7 @@ def bootstrap_test_indices(
     return [np.concatenate([own[i] for i in sample]) for sample in drawn]
 
 
-def bootstrap_interval_over_motions(sample_values: FloatArray, motion_count: int) -> ConfidenceInterval:
+def bootstrap_interval_over_motions(bootstrap_values: FloatArray, motion_count: int) -> ConfidenceInterval:
     """Return the 95 % percentile interval of bootstrap values, expanded for a small number of motions.
 
     NaN values are left out.
@@ -77,7 +77,7 @@ def bootstrap_interval_over_motions(sample_values: FloatArray, motion_count: int
     if motion_count < MIN_EARTHQUAKES_FOR_INTERVAL:
         return ConfidenceInterval()
     tail = tail_share_corrected_for_few_earthquakes(motion_count)
-    low, high = np.nanquantile(sample_values, [tail, 1 - tail])
+    low, high = np.nanquantile(bootstrap_values, [tail, 1 - tail])
     return ConfidenceInterval(float(low), float(high))
 
 
@@ -94,7 +94,7 @@ def reliability_bins(
     """
     edges = np.array([0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0 + 1e-9])
     place = np.searchsorted(edges, probabilities, side="right") - 1
-    samples = bootstrap_test_indices(test_motions, draws)
+    samples = bootstrap_samples_of_test_indices(test_motions, draws)
     bins = []
     for index in range(edges.size - 1):
         own = place == index

@@ -21,18 +21,18 @@ from verification.shaking_table.models import (
     NEIGHBOURHOOD_HALF_WIDTH_LN_B_OVER_H,
     NEIGHBOURHOOD_HALF_WIDTH_LN_HEIGHT,
     TestIndices,
-    most_likely_size_neighbourhood,
+    index_of_most_likely_size_neighbourhood,
 )
 from verification.shaking_table.scores import (
     SCORE_NAMES,
     bootstrap_interval_over_motions,
-    bootstrap_test_indices,
+    bootstrap_samples_of_test_indices,
     prediction_scores,
 )
-from verification.tables import RESULTS, markdown_table, publish_markdown, write_csv
+from verification.tables import RESULT_TABLE_FOLDER, insert_markdown_between_markers_in_docs, markdown_table, write_csv
 
 SHAKING_TEST_FOLDER: Final = Path(__file__).with_name("shakebot")
-LABEL_BY_TEST_SET: Final = {
+DATE_AND_ORIENTATION_BY_TEST_FILE: Final = {
     "exp0": "2022-09-07, 0°", "exp270": "2022-09-07, 270°", "PBR_0": "2022-10-24, 0°", "PBR_90": "2022-10-24, 90°",
 }  # fmt: skip
 """Day and orientation of the tests, by file."""
@@ -109,8 +109,10 @@ def predict_each_half_from_the_other(
     halves: list[TestIndices] = [np.arange(len(tests))[begin::2] for begin in (0, 1)]  # the first test is number 1
     centres = []
     for learn, other in (halves, halves[::-1]):
-        fit = fit_logistic_model(peaks[learn], fell[learn].astype(float), motion_names(tests)[learn], intervals=False)
-        best = most_likely_size_neighbourhood(fractions, fell, learn)
+        fit = fit_logistic_model(
+            peaks[learn], fell[learn].astype(float), motion_name_by_test(tests)[learn], intervals=False
+        )
+        best = index_of_most_likely_size_neighbourhood(fractions, fell, learn)
         logistic[other], rigid[other] = fit.fall_probability(peaks[other]), fractions[best][other]
         centres.append(
             (
@@ -121,21 +123,21 @@ def predict_each_half_from_the_other(
     return made, centres
 
 
-def motion_names(tests: pd.DataFrame) -> np.ndarray:
+def motion_name_by_test(tests: pd.DataFrame) -> np.ndarray:
     """Return the name of the motion of each test; repetitions of a motion are not independent."""
     return np.array([f"{pga:g} {ratio:g}" for pga, ratio in zip(tests["pga"], tests["ratio"], strict=True)])
 
 
-def measure_scores() -> tuple[pd.DataFrame, pd.DataFrame]:
+def score_predictions_of_small_table_tests() -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return scores of each model on each set, with bootstrap intervals over motions, and the most likely blocks."""
     rows, blocks = [], []
-    for name, label in LABEL_BY_TEST_SET.items():
+    for name, label in DATE_AND_ORIENTATION_BY_TEST_FILE.items():
         tests = read_small_table_tests(name)
         probabilities, centres = predict_each_half_from_the_other(
             tests, fall_shares_by_size_neighbourhood_and_test(tests)
         )
-        fell, motions = tests["fell"].to_numpy(), motion_names(tests)
-        samples, motion_count = bootstrap_test_indices(motions), np.unique(motions).size
+        fell, motions = tests["fell"].to_numpy(), motion_name_by_test(tests)
+        samples, motion_count = bootstrap_samples_of_test_indices(motions), np.unique(motions).size
         for half, (b_over_h, height) in zip(("odd", "even"), centres, strict=True):
             blocks.append({"tests": label, "fitted to": half, "B/H": b_over_h, "H, m": height})
         for model, p in probabilities.items():
@@ -152,8 +154,8 @@ def measure_scores() -> tuple[pd.DataFrame, pd.DataFrame]:
 
 def main() -> None:
     """Write the scores to verification/results/small-table.csv and into the docs."""
-    rows, blocks = measure_scores()
-    write_csv(rows, RESULTS / "small-table.csv")
+    rows, blocks = score_predictions_of_small_table_tests()
+    write_csv(rows, RESULT_TABLE_FOLDER / "small-table.csv")
     lines = [
         (
             *(str(row[key]) for key in ("set", "model")),
@@ -166,7 +168,7 @@ def main() -> None:
         (str(one["tests"]), str(one["fitted to"]), f"{one['B/H']:.3f}", f"{one['H, m']:.2f}")
         for _, one in blocks.iterrows()
     ]
-    publish_markdown({
+    insert_markdown_between_markers_in_docs({
         "small-table-scores": markdown_table(("tests", "model", *SCORE_NAMES, "fell"), lines),
         "small-table-blocks": markdown_table(("tests", "fitted to", "B/H", "H, m"), centres),
     })  # fmt: skip

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from verification.stability.cases import (
-    CASES_PER_SETTING,
+    CASE_COUNT_PER_SCENE_SETTING,
     cases_under_adversarial_motions,
     sample_parameters_of_scene_cases,
     space_filling_cases,
@@ -33,8 +33,8 @@ from verification.tables import write_table
 app = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="The map of stability.")
 
 MapPathOption = Annotated[Path, typer.Option(help="map to write (NetCDF; also as CSV)")]
-Seed = Annotated[int, typer.Option(min=0, help="seed of the sample")]
-Threads = Annotated[int, typer.Option(min=1, help="number of threads")]
+SampleSeedOption = Annotated[int, typer.Option(min=0, help="seed of the sample")]
+ThreadCountOption = Annotated[int, typer.Option(min=1, help="number of threads")]
 
 
 def print_progress(done: int, total: int) -> None:
@@ -47,8 +47,8 @@ def blocks(
     output: MapPathOption,
     count: Annotated[int, typer.Option(min=2, help="cases of the space-filling sample")] = 20_480,
     adversarial: Annotated[int, typer.Option(min=1, help="cases of each adversarial motion")] = 64,
-    seed: Seed = 1,
-    threads: Threads = 1,
+    seed: SampleSeedOption = 1,
+    threads: ThreadCountOption = 1,
 ) -> None:
     """Simulate and check single blocks on stiff contacts with extreme parameters; write the map of stability."""
     cases = [*space_filling_cases(count, seed), *cases_under_adversarial_motions(adversarial, seed)]
@@ -62,8 +62,8 @@ def scenes(
     output: MapPathOption,
     settings: Annotated[int, typer.Option(min=2, help="settings of each scene, of eight cases each")] = 160,
     adversarial: Annotated[int, typer.Option(min=1, help="settings of each scene under each adversarial motion")] = 2,
-    seed: Seed = 1,
-    threads: Threads = 1,
+    seed: SampleSeedOption = 1,
+    threads: ThreadCountOption = 1,
 ) -> None:
     """Simulate the shipped scenes with extreme parameters, check the outcomes, and write the map of stability."""
     rows = collect_stability_map_rows(
@@ -72,7 +72,7 @@ def scenes(
         threads=threads,
         progress=print_progress,
     )
-    about = {"settings": settings, "adversarial": adversarial, "together": CASES_PER_SETTING, "seed": seed}
+    about = {"settings": settings, "adversarial": adversarial, "together": CASE_COUNT_PER_SCENE_SETTING, "seed": seed}
     about |= {"budget": MAX_STEPS_OF_SCENE_CASE, "adversarial_budget": MAX_STEPS_OF_ADVERSARIAL_SCENE_CASE}
     write_table(rows, output, meanings=SCENE_COLUMN_MEANINGS, attributes=about, dimension="case")
 
@@ -81,14 +81,19 @@ def scenes(
 def stacks(
     output: MapPathOption,
     settings: Annotated[int, typer.Option(min=2, help="number of stacks, of eight cases each")] = 400,
-    seed: Seed = 1,
-    threads: Threads = 1,
+    seed: SampleSeedOption = 1,
+    threads: ThreadCountOption = 1,
 ) -> None:
     """Simulate and check 3-D stacks of two to five stones with extreme parameters; write the map of stability."""
     rows = collect_stability_map_rows(
         simulate_and_check_stack_cases, random_stack_settings(settings, seed), threads=threads, progress=print_progress
     )
-    about = {"settings": settings, "together": CASES_PER_SETTING, "seed": seed, "budget": MAX_STEPS_OF_STACK_CASE}
+    about = {
+        "settings": settings,
+        "together": CASE_COUNT_PER_SCENE_SETTING,
+        "seed": seed,
+        "budget": MAX_STEPS_OF_STACK_CASE,
+    }
     write_table(rows, output, meanings=STACK_COLUMN_MEANINGS, attributes=about, dimension="case")
 
 

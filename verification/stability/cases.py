@@ -61,9 +61,9 @@ class StabilityCase:
         return "auto" if np.isnan(self.step_fraction) else f"{self.step_fraction:.6f} stable"
 
 
-def _log_interpolate(u: FloatArray, low: float, high: float) -> FloatArray:
+def _log_interpolate(share_of_log_range: FloatArray, low: float, high: float) -> FloatArray:
     """Return values between `low` and `high`, evenly spaced in their logarithm for u from 0 to 1."""
-    return np.asarray(low * (high / low) ** u)
+    return np.asarray(low * (high / low) ** share_of_log_range)
 
 
 def space_filling_cases(count: int, seed: int) -> list[StabilityCase]:
@@ -120,9 +120,9 @@ def cases_under_adversarial_motions(count: int, seed: int) -> list[StabilityCase
     return rows
 
 
-def motion_of_case(case: StabilityCase, number: int) -> Motion:
+def motion_of_case(case: StabilityCase, noise_seed: int) -> Motion:
     """Return the motion of a case; `number` is the seed of the noise."""
-    generator = np.random.Generator(np.random.PCG64([7, number]))
+    generator = np.random.Generator(np.random.PCG64([7, noise_seed]))
     peak, interval = case.peak, case.sampling_interval
     time = np.arange(MOTION_SAMPLE_COUNT, dtype=np.float64)
     match case.motion:
@@ -161,16 +161,16 @@ def motion_of_case(case: StabilityCase, number: int) -> Motion:
 SCENES: Final = ("gravestone", "three-tier", "against-a-wall", "boulder")
 """Scenes of config/scenes; all of them, the gravestone included, run in the general kernel."""
 
-CASES_PER_SETTING: Final = 8
+CASE_COUNT_PER_SCENE_SETTING: Final = 8
 """Number of cases that differ only in friction, amplitude and side; the general kernel runs them side by side."""
 
-SHARE_WITH_ABSOLUTE_STIFFNESS: Final = 1 / 3
+SHARE_OF_SETTINGS_WITH_STIFFNESS_IN_N_PER_M: Final = 1 / 3
 """Share of the settings with K_n in N/m; in the others δ/B is given."""
 
 
 @dataclass(frozen=True)
 class ParametersOfSceneCases:
-    """Common and individual parameters of `CASES_PER_SETTING` cases of a scene that run together."""
+    """Common and individual parameters of `CASE_COUNT_PER_SCENE_SETTING` cases of a scene that run together."""
 
     scene: str
     common_parameters: StabilityCase
@@ -185,15 +185,17 @@ class ParametersOfSceneCases:
     """Azimuths: 0 or 180."""
 
 
-def sample_parameters_of_scene_cases(per_scene: int, adversarial: int, seed: int) -> list[ParametersOfSceneCases]:
-    """Return `per_scene` space-filling settings of each scene, and `adversarial` for each adversarial motion."""
+def sample_parameters_of_scene_cases(
+    space_filling_count_per_scene: int, count_per_adversarial_motion: int, seed: int
+) -> list[ParametersOfSceneCases]:
+    """Return space-filling settings of each scene, and further settings for each adversarial motion."""
     found = []
     for number, scene in enumerate(SCENES):
         generator = np.random.Generator(np.random.PCG64([seed, number]))
-        sample = space_filling_cases(per_scene, seed + 100 * (number + 1))
+        sample = space_filling_cases(space_filling_count_per_scene, seed + 100 * (number + 1))
         found += [_draw_scene_setting(scene, case, generator) for case in sample]
         for place, motion in enumerate(ADVERSARIAL_MOTIONS):
-            for case in space_filling_cases(adversarial, seed + 100 * (number + 1) + place + 1):
+            for case in space_filling_cases(count_per_adversarial_motion, seed + 100 * (number + 1) + place + 1):
                 # Ordinary sizes, so that most cases end within their budget.
                 interval = {"ten minutes": 0.05, "0.01 Hz sine": 0.05, "50 Hz sine": 0.002}.get(motion, 0.01)
                 ordinary = replace(
@@ -209,15 +211,19 @@ def _draw_scene_setting(
     """Draw the common and individual parameters of cases of a scene; contact stiffness is within the given ratios."""
     # Position of the stiffness of the block's case within the logarithmic range 1e4 to 1e13 N/m.
     share = np.log(case.stiffness / 1e4) / np.log(1e9)
-    absolute = softest == 1e-12 and generator.random() < SHARE_WITH_ABSOLUTE_STIFFNESS
+    absolute = softest == 1e-12 and generator.random() < SHARE_OF_SETTINGS_WITH_STIFFNESS_IN_N_PER_M
     factor = 1.0 if generator.random() < 0.5 else float(np.exp(generator.uniform(np.log(0.5), np.log(2.2))))
     vertical = case.motion == "vertical above g"
     amplitude = (
-        generator.uniform(0.7, 1.3, CASES_PER_SETTING) if vertical else 20.0 * generator.random(CASES_PER_SETTING) ** 3
+        generator.uniform(0.7, 1.3, CASE_COUNT_PER_SCENE_SETTING)
+        if vertical
+        else 20.0 * generator.random(CASE_COUNT_PER_SCENE_SETTING) ** 3
     )
     amplitude[0] *= generator.random() < 0.5 or vertical
     friction = np.where(
-        generator.random(CASES_PER_SETTING) < 0.05, 0.0, 10.0 ** generator.uniform(-2.0, 1.0, CASES_PER_SETTING)
+        generator.random(CASE_COUNT_PER_SCENE_SETTING) < 0.05,
+        0.0,
+        10.0 ** generator.uniform(-2.0, 1.0, CASE_COUNT_PER_SCENE_SETTING),
     )
     return ParametersOfSceneCases(
         scene,
@@ -225,7 +231,7 @@ def _draw_scene_setting(
         float("nan") if absolute else float(stiffest * (softest / stiffest) ** share),
         friction,
         amplitude,
-        np.where(generator.random(CASES_PER_SETTING) < 0.5, 0.0, 180.0),
+        np.where(generator.random(CASE_COUNT_PER_SCENE_SETTING) < 0.5, 0.0, 180.0),
     )
 
 

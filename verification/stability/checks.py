@@ -3,8 +3,8 @@
 An element of a scene has fallen for good at the rotation at which it can rest on another face (a rectangle at 90°).
 An overdamped stone that falls on its side creeps towards this angle and need not reach it. An element that ends past
 its tipping angle, has dropped or has lost its support has fallen, too. So there are two angles: an element rotated by
-more than `least_rotations_marked_as_fallen` must be marked as fallen, one rotated by less than
-`standing_rotation_limits` must not; between these angles both flags are accepted.
+more than `rotations_requiring_fallen_flag` must be marked as fallen, one rotated by less than
+`rotations_forbidding_fallen_flag` must not; between these angles both flags are accepted.
 """
 
 from collections.abc import Sequence
@@ -73,12 +73,12 @@ class BoundsOnCaseResults(NamedTuple):
     """Slip from which an element counts as moved in a case without shaking, m."""
 
 
-def find_failed_check(bounds: BoundsOnCaseResults, results: CaseResults, row: int, flags_match: bool) -> str:
+def find_failed_check(bounds: BoundsOnCaseResults, results: CaseResults, row: int, flags_match_rotations: bool) -> str:
     """Return the name of the first check that the results of a case fail; empty if all checks hold.
 
     A marked case must have no flag. A case with a flag must have balanced energy, bounded penetration and finite
     numbers, and must agree with rigid elements: below both thresholds they neither fall nor slide.
-    `flags_match` is True if flags and rotations are consistent.
+    `flags_match_rotations` is True if flags and rotations are consistent.
     """
     limit = MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * bounds.smallest_element_side
     if not CaseStatus(results.status[row]).has_outcome:
@@ -99,7 +99,7 @@ def find_failed_check(bounds: BoundsOnCaseResults, results: CaseResults, row: in
     if results.energy_error[row] > MAX_ENERGY_ERROR:
         return "energy balance"
     fallen = results.overturned[row] != 0
-    if not flags_match:
+    if not flags_match_rotations:
         return "flag and rotation"
     if np.any(np.isfinite(results.overturning_time[row]) != fallen):
         return "flag and time"
@@ -154,7 +154,7 @@ def find_failed_scene_check(
 ) -> str:
     """Return the first failed check of a scene with one μ for all contacts; see `find_failed_check`."""
     size = min(item.smaller_extent for item in prepared.elements if not item.is_driven_or_held)
-    bound = min(least_rocking_acceleration_ratio(prepared.elements), friction)
+    bound = min(min_acceleration_ratio_to_start_rocking(prepared.elements), friction)
     bounds = BoundsOnCaseResults(
         max_static_penetration(prepared),
         size,
@@ -177,7 +177,7 @@ def max_static_penetration(prepared: PreparedScene) -> float:
     return float(np.max(prepared.laws.carried_weight / (2.0 * prepared.laws.normal_stiffness), initial=0.0))
 
 
-def least_rocking_acceleration_ratio(placed: Sequence[PlacedElement]) -> float:
+def min_acceleration_ratio_to_start_rocking(placed: Sequence[PlacedElement]) -> float:
     """Return the lowest |a|/(g + a_up) at which the rigid scene can rock.
 
     This is the least ratio of lever arm to height of the common centre of mass of an element and all elements above
@@ -204,12 +204,12 @@ def least_rocking_acceleration_ratio(placed: Sequence[PlacedElement]) -> float:
 
 def flags_match_rotations(prepared: PreparedScene, fallen: NDArray[np.bool_], rotation: FloatArray) -> bool:
     """True if the flags of the free elements are consistent with their largest rotations, rad, limited to 90°."""
-    early = fallen & (rotation < standing_rotation_limits(prepared) - ROTATION_TOLERANCE_RAD)
-    missed = ~fallen & (rotation > least_rotations_marked_as_fallen(prepared) - ROTATION_TOLERANCE_RAD)
+    early = fallen & (rotation < rotations_forbidding_fallen_flag(prepared) - ROTATION_TOLERANCE_RAD)
+    missed = ~fallen & (rotation > rotations_requiring_fallen_flag(prepared) - ROTATION_TOLERANCE_RAD)
     return not (early | missed).any()
 
 
-def least_rotations_marked_as_fallen(prepared: PreparedScene) -> FloatArray:
+def rotations_requiring_fallen_flag(prepared: PreparedScene) -> FloatArray:
     """Return the rotation, rad, to either side from which each free element must be marked as fallen.
 
     A stone that lies level on a face of length L has a penetration δ = m g/(2 K_n) at both ends. With δ at the near
@@ -218,12 +218,16 @@ def least_rotations_marked_as_fallen(prepared: PreparedScene) -> FloatArray:
     90° for an element with an upright face. Results contain rotations up to 90° only: the limit is infinite for
     larger angles.
     """
-    angle = _rotations_counted_as_fallen(prepared)
+    angle = _fall_rotations_of_free_elements(prepared)
     for place, index in enumerate(prepared.free_element_indices):
         item = prepared.elements[index]
         # The longest face that this rotation turns down.
         length = max(
-            (length for turn, length in _face_down_rotations_and_lengths(item) if abs(abs(turn) - angle[place]) < 1e-9),
+            (
+                length
+                for turn, length in _rotation_and_length_of_each_face_when_down(item)
+                if abs(abs(turn) - angle[place]) < 1e-9
+            ),
             default=0.0,
         )
         if length > 0.0:
@@ -233,10 +237,10 @@ def least_rotations_marked_as_fallen(prepared: PreparedScene) -> FloatArray:
     return np.where(angle > RIGHT_ANGLE_RAD, np.inf, angle)
 
 
-def standing_rotation_limits(prepared: PreparedScene) -> FloatArray:
+def rotations_forbidding_fallen_flag(prepared: PreparedScene) -> FloatArray:
     """Return the rotation, rad, below which each free element stands (tipping angle; 0 if it may lose its support)."""
     found = []
-    for index, asked in zip(prepared.free_element_indices, _rotations_counted_as_fallen(prepared), strict=True):
+    for index, asked in zip(prepared.free_element_indices, _fall_rotations_of_free_elements(prepared), strict=True):
         item = prepared.elements[index]
         on_ground = all(prepared.elements[k].is_driven_or_held for k in prepared.carriers[index])
         x, z = item.shape.vertices.T
@@ -246,19 +250,19 @@ def standing_rotation_limits(prepared: PreparedScene) -> FloatArray:
     return np.array(found)
 
 
-def _rotations_counted_as_fallen(prepared: PreparedScene) -> FloatArray:
+def _fall_rotations_of_free_elements(prepared: PreparedScene) -> FloatArray:
     """Return the rotation, rad, from which each free element counts as fallen: the scene's, or to another face."""
     items = [prepared.elements[index] for index in prepared.free_element_indices]
     asked = [item.element.fallen_rotation_deg for item in items]
     return np.array([
-        max(_rotations_to_rest_on_next_face(item)) if angle is None else np.radians(angle)
+        max(_least_rotations_to_other_resting_face(item)) if angle is None else np.radians(angle)
         for item, angle in zip(items, asked, strict=True)
     ])  # fmt: skip
 
 
-def _rotations_to_rest_on_next_face(item: PlacedElement) -> tuple[float, float]:
+def _least_rotations_to_other_resting_face(item: PlacedElement) -> tuple[float, float]:
     """Return the least rotations to either side, rad, at which an element can rest on another face."""
-    tilts = [angle for angle, _ in _face_down_rotations_and_lengths(item)]
+    tilts = [angle for angle, _ in _rotation_and_length_of_each_face_when_down(item)]
     stable = np.array(
         [
             angle
@@ -271,7 +275,7 @@ def _rotations_to_rest_on_next_face(item: PlacedElement) -> tuple[float, float]:
     return float((-others[others < 0]).min(initial=np.pi)), float(others[others > 0].min(initial=np.pi))
 
 
-def _face_down_rotations_and_lengths(item: PlacedElement) -> list[tuple[float, float]]:
+def _rotation_and_length_of_each_face_when_down(item: PlacedElement) -> list[tuple[float, float]]:
     """Return the rotation that turns each face of the convex hull down, rad, and the length of the face, m."""
     found = []
     for first, second in combinations(item.shape.vertices, 2):

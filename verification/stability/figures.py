@@ -20,30 +20,30 @@ _LABELS_AND_COLOURS_OF_OUTCOMES: Final = (
     ("refused", (CheckedOutcome.REFUSED,), "#222222"),
     ("silent", (CheckedOutcome.SILENT,), "#ff0000"),
 )
-_AXIS_LABEL_BY_GROUP: Final = {
+_AXIS_LABEL_BY_DIMENSIONLESS_GROUP: Final = {
     "penetration_ratio": "δ/B",
     "damping": "ξ",
     "step_ratio": "Δt / Δt stable",
     "acceleration_ratio": "a / (g·B/H)",
     "friction_ratio": "µ·H/B",
 }
-_AXIS_LIMITS_BY_GROUP: Final = {
+_AXIS_LIMITS_BY_DIMENSIONLESS_GROUP: Final = {
     "penetration_ratio": (1e-12, 1e4),
     "damping": (1e-4, 1e3),
     "step_ratio": (1e-3, 1.0),
     "acceleration_ratio": (1e-4, 1e3),
     "friction_ratio": (1e-3, 1e3),
 }
-_GROUP_PAIRS_OF_PANELS: Final = (
+_DIMENSIONLESS_GROUPS_X_AND_Y_BY_PANEL: Final = (
     ("penetration_ratio", "damping"),
     ("penetration_ratio", "step_ratio"),
     ("penetration_ratio", "acceleration_ratio"),
     ("friction_ratio", "acceleration_ratio"),
 )
-_BINS: Final = 24
+_BIN_COUNT_PER_DIMENSIONLESS_GROUP: Final = 24
 
 
-def draw_block_cases(rows: pd.DataFrame, path: Path) -> None:
+def draw_block_outcomes_as_points(rows: pd.DataFrame, path: Path) -> None:
     """Draw every case of single blocks as a point over four pairs of dimensionless groups.
 
     Values outside a panel are drawn at its edge.
@@ -52,19 +52,22 @@ def draw_block_cases(rows: pd.DataFrame, path: Path) -> None:
 
     with use_package_matplotlib_settings():
         figure, axes = plt.subplots(2, 2, figsize=(8.2, 7.6), layout="constrained")
-        for axis, (across, up) in zip(axes.ravel(), _GROUP_PAIRS_OF_PANELS, strict=True):
-            _draw_cases_as_points(axis, rows, across, up, 1.6)
-            axis.set_xlabel(_AXIS_LABEL_BY_GROUP[across])
-            axis.set_ylabel(_AXIS_LABEL_BY_GROUP[up])
+        for axis, (across, up) in zip(axes.ravel(), _DIMENSIONLESS_GROUPS_X_AND_Y_BY_PANEL, strict=True):
+            _draw_outcomes_over_two_groups(axis, rows, across, up, 1.6)
+            axis.set_xlabel(_AXIS_LABEL_BY_DIMENSIONLESS_GROUP[across])
+            axis.set_ylabel(_AXIS_LABEL_BY_DIMENSIONLESS_GROUP[up])
         _add_outcome_legend(figure, rows)
         save_figure_files(figure, path)
 
 
-def draw_scene_cases(rows: pd.DataFrame, path: Path) -> None:
+def draw_scene_outcomes_as_points(rows: pd.DataFrame, path: Path) -> None:
     """Draw each scene's cases: acceleration over rocking threshold against each of three dimensionless groups."""
     import matplotlib.pyplot as plt
 
-    labels = _AXIS_LABEL_BY_GROUP | {"acceleration_ratio": "a / (g · threshold)", "friction_ratio": "µ / threshold"}
+    labels = _AXIS_LABEL_BY_DIMENSIONLESS_GROUP | {
+        "acceleration_ratio": "a / (g · threshold)",
+        "friction_ratio": "µ / threshold",
+    }
     across_of = ("penetration_ratio", "damping", "friction_ratio")
     with use_package_matplotlib_settings():
         figure, axes = plt.subplots(
@@ -72,7 +75,7 @@ def draw_scene_cases(rows: pd.DataFrame, path: Path) -> None:
         )
         for column, scene in enumerate(SCENES):
             for axis, across in zip(axes[:, column], across_of, strict=True):
-                _draw_cases_as_points(axis, rows[rows["scene"] == scene], across, "acceleration_ratio", 2.4)
+                _draw_outcomes_over_two_groups(axis, rows[rows["scene"] == scene], across, "acceleration_ratio", 2.4)
                 axis.set_xlabel(labels[across])
                 if column == 0:
                     axis.set_ylabel(labels["acceleration_ratio"])
@@ -81,20 +84,20 @@ def draw_scene_cases(rows: pd.DataFrame, path: Path) -> None:
         save_figure_files(figure, path)
 
 
-def _draw_cases_as_points(axis: Any, rows: pd.DataFrame, across: str, up: str, size: float) -> None:
+def _draw_outcomes_over_two_groups(axis: Any, rows: pd.DataFrame, across: str, up: str, size: float) -> None:
     """Draw each case as a coloured point over two dimensionless groups."""
     # Points are drawn in a fixed random order, so that no kind hides the others. Squares without antialiasing: smoothed
     # edges would make the image in the SVG four times as large.
     rows = rows[np.isfinite(rows[across]) & np.isfinite(rows[up])]
     rows = rows.iloc[np.random.Generator(np.random.PCG64(1)).permutation(len(rows))]
     colour_of = {int(ending): colour for _, endings, colour in _LABELS_AND_COLOURS_OF_OUTCOMES for ending in endings}
-    x, y = (np.clip(rows[group], *_AXIS_LIMITS_BY_GROUP[group]) for group in (across, up))
+    x, y = (np.clip(rows[group], *_AXIS_LIMITS_BY_DIMENSIONLESS_GROUP[group]) for group in (across, up))
     colours = [colour_of[ending] for ending in rows["ending"]]
     axis.scatter(x, y, s=size**2, c=colours, marker="s", linewidths=0, antialiaseds=False, rasterized=True)
     axis.set_xscale("log")
     axis.set_yscale("log")
-    axis.set_xlim(*_AXIS_LIMITS_BY_GROUP[across])
-    axis.set_ylim(*_AXIS_LIMITS_BY_GROUP[up])
+    axis.set_xlim(*_AXIS_LIMITS_BY_DIMENSIONLESS_GROUP[across])
+    axis.set_ylim(*_AXIS_LIMITS_BY_DIMENSIONLESS_GROUP[up])
 
 
 def _add_outcome_legend(figure: Any, rows: pd.DataFrame) -> None:
@@ -115,13 +118,13 @@ def draw_outcome_shares(rows: pd.DataFrame, path: Path) -> None:
 
     with use_package_matplotlib_settings():
         figure, axes = plt.subplots(2, 3, figsize=(9.0, 5.2), layout="constrained", sharey=True)
-        for axis, group in zip(axes.ravel(), _AXIS_LABEL_BY_GROUP, strict=False):
-            low, high = _AXIS_LIMITS_BY_GROUP[group]
-            edges = np.geomspace(low, high, _BINS + 1)
+        for axis, group in zip(axes.ravel(), _AXIS_LABEL_BY_DIMENSIONLESS_GROUP, strict=False):
+            low, high = _AXIS_LIMITS_BY_DIMENSIONLESS_GROUP[group]
+            edges = np.geomspace(low, high, _BIN_COUNT_PER_DIMENSIONLESS_GROUP + 1)
             known = rows[np.isfinite(rows[group])]  # a refused case may have no time step
             place = np.clip(known[group], low, high * (1 - 1e-9))
             total = np.histogram(place, edges)[0]
-            bottom = np.zeros(_BINS)
+            bottom = np.zeros(_BIN_COUNT_PER_DIMENSIONLESS_GROUP)
             for name, endings, colour in _LABELS_AND_COLOURS_OF_OUTCOMES:
                 counted = np.histogram(place[np.isin(known["ending"], endings)], edges)[0]
                 # No share is drawn for fewer than ten cases.
@@ -132,7 +135,7 @@ def draw_outcome_shares(rows: pd.DataFrame, path: Path) -> None:
             axis.set_xscale("log")
             axis.set_xlim(low, high)
             axis.set_ylim(0, 1)
-            axis.set_xlabel(_AXIS_LABEL_BY_GROUP[group])
+            axis.set_xlabel(_AXIS_LABEL_BY_DIMENSIONLESS_GROUP[group])
         for axis in axes[:, 0]:
             axis.set_ylabel("share of cases")
         axes[1, 2].axis("off")

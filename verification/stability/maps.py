@@ -32,7 +32,7 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from verification.stability.cases import (
     ADVERSARIAL_MOTIONS,
-    CASES_PER_SETTING,
+    CASE_COUNT_PER_SCENE_SETTING,
     ORIGINAL_PAPER_DASHPOT,
     ParametersOfSceneCases,
     StabilityCase,
@@ -43,8 +43,8 @@ from verification.stability.checks import (
     CheckedOutcome,
     find_failed_block_check,
     find_failed_scene_check,
-    least_rocking_acceleration_ratio,
     max_static_penetration,
+    min_acceleration_ratio_to_start_rocking,
     static_penetration,
 )
 
@@ -103,7 +103,7 @@ SCENE_COLUMN_MEANINGS: Final = _COMMON_COLUMN_MEANINGS | {
 """Long name and unit of the columns of the map of scenes."""
 
 
-def contact_of_case(case: StabilityCase) -> Contact:
+def contact_law_of_block_case(case: StabilityCase) -> Contact:
     """Return the contact of a case of the map."""
     if np.isnan(case.damping_ratio):
         return Contact(stiffness=case.stiffness, damping=ORIGINAL_PAPER_DASHPOT)
@@ -117,7 +117,7 @@ def simulate_and_check_block_case(
 
     `number` is the index of the case on the map; it is the seed of the noise.
     """
-    motion, contact = motion_of_case(case, number), contact_of_case(case)
+    motion, contact = motion_of_case(case, number), contact_law_of_block_case(case)
     row: dict[str, Any] = vars(case) | {
         "ending": CheckedOutcome.REFUSED,
         "reason": "",
@@ -164,15 +164,27 @@ def _dimensionless_groups_of_block(case: StabilityCase, contact: Contact, motion
 
 
 def _ratio_of_time_step_to_stable_step(
-    case: StabilityCase, square: FloatArray, rate: FloatArray, interval: float, period: FloatArray | None = None
+    case: StabilityCase,
+    spring_eigenvalue: FloatArray,
+    dashpot_eigenvalue: FloatArray,
+    interval: float,
+    rocking_time_constant: FloatArray | None = None,
 ) -> float:
     """Return Δt/Δt_stable from the highest eigenvalues of springs and dashpots; the requested one if refused."""
     scheme = parse_scheme(case.scheme)
     try:
-        per_sample = float(steps_per_sample(scheme, case.time_step, square, rate, interval, period)[0])
+        per_sample = float(
+            steps_per_sample(
+                scheme, case.time_step, spring_eigenvalue, dashpot_eigenvalue, interval, rocking_time_constant
+            )[0]
+        )
     except ArgumentError:
         return case.step_fraction
-    return interval / per_sample / float(longest_stable_step(scheme, square, rate, period)[0])
+    return (
+        interval
+        / per_sample
+        / float(longest_stable_step(scheme, spring_eigenvalue, dashpot_eigenvalue, rocking_time_constant)[0])
+    )
 
 
 def simulate_and_check_scene_cases(
@@ -192,8 +204,10 @@ def simulate_and_check_scene_cases(
         "ending": np.int8(CheckedOutcome.REFUSED), "fallen": np.int8(-1), "as_block": np.int8(-1),
         "energy_error": np.nan, "block_steps": np.int64(0),
     }  # fmt: skip
-    rows: dict[str, NDArray[Any]] = {name: np.full(CASES_PER_SETTING, value) for name, value in alike.items()}
-    rows["friction"], rows["reason"] = setting.friction, np.full(CASES_PER_SETTING, "", object)
+    rows: dict[str, NDArray[Any]] = {
+        name: np.full(CASE_COUNT_PER_SCENE_SETTING, value) for name, value in alike.items()
+    }
+    rows["friction"], rows["reason"] = setting.friction, np.full(CASE_COUNT_PER_SCENE_SETTING, "", object)
     rows["peak"] = setting.amplitude_factors * np.abs(motion.north).max()
     budget = MAX_STEPS_OF_ADVERSARIAL_SCENE_CASE if case.motion in ADVERSARIAL_MOTIONS else MAX_STEPS_OF_SCENE_CASE
     prepared = None
@@ -231,8 +245,8 @@ def _dimensionless_groups_of_scene(
 ) -> dict[str, NDArray[Any]]:
     """Return the dimensionless groups of the cases of a scene by name; NaN if the scene was refused."""
     if prepared is None:
-        return dict.fromkeys(DIMENSIONLESS_GROUPS, np.full(CASES_PER_SETTING, np.nan))
-    laws, bound = prepared.laws, max(least_rocking_acceleration_ratio(prepared.elements), 1e-9)
+        return dict.fromkeys(DIMENSIONLESS_GROUPS, np.full(CASE_COUNT_PER_SCENE_SETTING, np.nan))
+    laws, bound = prepared.laws, max(min_acceleration_ratio_to_start_rocking(prepared.elements), 1e-9)
     loaded = laws.carried_weight > 0
     heave = 2.0 * np.sqrt(0.5 * laws.normal_stiffness * laws.carried_weight / STANDARD_GRAVITY)
     damping = laws.dashpot[loaded] / heave[loaded]
@@ -250,13 +264,13 @@ def _dimensionless_groups_of_scene(
         setting.friction / bound,
     )
     return {
-        name: np.broadcast_to(value, CASES_PER_SETTING)
+        name: np.broadcast_to(value, CASE_COUNT_PER_SCENE_SETTING)
         for name, value in zip(DIMENSIONLESS_GROUPS, groups, strict=True)
     }
 
 
 def collect_stability_map_rows(
-    run: Callable[..., dict[str, Any]],
+    simulate_and_check: Callable[..., dict[str, Any]],
     items: Sequence[Any],
     *,
     threads: int = 1,
@@ -268,7 +282,7 @@ def collect_stability_map_rows(
     """
     found: list[dict[str, Any]] = []
     with ThreadPoolExecutor(max_workers=threads) as pool:
-        for one in pool.map(run, items, range(len(items))):
+        for one in pool.map(simulate_and_check, items, range(len(items))):
             found.append(one)
             if progress and len(found) % max(len(items) // 20, 1) == 0:
                 progress(len(found), len(items))

@@ -29,7 +29,9 @@ def markdown_by_marker(blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.Da
     }  # fmt: skip
 
 
-def numbers_for_summary(blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.DataFrame) -> list[MeasuredNumber]:
+def stability_numbers_for_summary_table(
+    blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.DataFrame
+) -> list[MeasuredNumber]:
     """Return measured numbers of the stability maps for the summary table."""
     made = []
     for name, rows in (("blocks", blocks), ("scenes", scenes), ("stacks", stacks)):
@@ -50,26 +52,26 @@ def numbers_for_summary(blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.D
     return made
 
 
-def _outcome_count_table(first: str, kinds: Mapping[str, "pd.Series[bool]"], rows: pd.DataFrame) -> str:
+def _outcome_count_table(first_header: str, mask_by_kind: Mapping[str, "pd.Series[bool]"], rows: pd.DataFrame) -> str:
     """Return a table of the number of cases with each outcome, one row per kind of case."""
     lines = []
-    for name, chosen in kinds.items():
+    for name, chosen in mask_by_kind.items():
         endings = rows["ending"][chosen]
         lines.append((name, len(endings), *((endings == ending).sum() for ending in CheckedOutcome)))
-    return markdown_table((first, "cases", *_OUTCOME_COLUMN_HEADERS), lines)
+    return markdown_table((first_header, "cases", *_OUTCOME_COLUMN_HEADERS), lines)
 
 
-def _paragraph_on_check_results(rows: pd.DataFrame, checks: str = "six") -> str:
+def _paragraph_on_check_results(rows: pd.DataFrame, check_count_text: str = "six") -> str:
     """Return a paragraph on energy errors, refused inputs, and wrong outcomes without a warning."""
     energy = rows["energy_error"][rows["ending"] == CheckedOutcome.RIGHT]
     reasons = rows["reason"][rows["ending"] == CheckedOutcome.REFUSED].value_counts().sort_index()
     refusals = " or ".join(f"`{name}` ({count} inputs)" for name, count in reasons.items())
     named = f", with an error that names the argument {refusals}" if refusals else ""
     return (
-        f"Among the {len(energy)} cases that pass all {checks} checks, the largest residual of work and energy is "
-        f"{energy.max():.4f} and the median residual {energy.median():.2g}. The program refused {reasons.sum()} "
-        f"inputs{named}. The number of cases with the label *silent* (a wrong outcome without a warning) is "
-        f"{(rows['ending'] == CheckedOutcome.SILENT).sum()}."
+        f"Among the {len(energy)} cases that pass all {check_count_text} checks, the largest residual of work and "
+        f"energy is {energy.max():.4f} and the median residual {energy.median():.2g}. The program refused "
+        f"{reasons.sum()} inputs{named}. The number of cases with the label *silent* (a wrong outcome without warning) "
+        f"is {(rows['ending'] == CheckedOutcome.SILENT).sum()}."
     )
 
 
@@ -176,6 +178,6 @@ def _paragraphs_on_inputs_without_outcome(blocks: pd.DataFrame, scenes: pd.DataF
     return "\n\n".join(wrap_text(line) for line in lines)
 
 
-def _percent_text(chosen: "pd.Series[bool]") -> str:
+def _percent_text(flags: "pd.Series[bool]") -> str:
     """Return the share of True in percent as text."""
-    return f"{100 * np.mean(chosen):.0f} %" if len(chosen) else "none"
+    return f"{100 * np.mean(flags):.0f} %" if len(flags) else "none"

@@ -30,12 +30,12 @@ from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from verification.stability.cases import CASES_PER_SETTING, MOTION_SHAPES, StabilityCase, motion_of_case
+from verification.stability.cases import CASE_COUNT_PER_SCENE_SETTING, MOTION_SHAPES, StabilityCase, motion_of_case
 from verification.stability.checks import CheckedOutcome
 
 MAX_STEPS_OF_STACK_CASE: Final = 500_000
 """Largest number of time steps of a case."""
-MAX_SAFE_SHARE_OF_ONSET_ACCELERATION: Final = 0.2
+MAX_SHARE_OF_ONSET_ACCELERATION_WITHOUT_FALL: Final = 0.2
 """Share of the least acceleration that opens or slides a joint, up to which no stone may fall."""
 MAX_PENETRATION_RATIO_OF_STIFF_CONTACT: Final = 1e-4
 """Static penetration over the width of a contact, below which the stones are close to rigid."""
@@ -67,7 +67,7 @@ STACK_COLUMN_MEANINGS: Final = {
 
 @dataclass(frozen=True)
 class ParametersOfStackCases:
-    """Stack, contact law and motion of `CASES_PER_SETTING` cases, and the parameters of each case."""
+    """Stack, contact law and motion of `CASE_COUNT_PER_SCENE_SETTING` cases, and the parameters of each case."""
 
     sizes: FloatArray
     """Width, depth and height of each stone, m, from the lowest up, shape (stones, 3)."""
@@ -96,7 +96,7 @@ class ParametersOfStackCases:
         return np.asarray(self.density * self.sizes.prod(axis=1) * shares)
 
     @property
-    def joint_opening_acceleration(self) -> float:
+    def min_joint_opening_acceleration(self) -> float:
         """Least steady horizontal acceleration that opens a joint of the stack, m/s².
 
         It is g times half the contact width over the height of the centre of mass above the joint, for the joint that
@@ -142,10 +142,10 @@ def _draw_stack_setting(generator: np.random.Generator) -> ParametersOfStackCase
         step_fraction=float("nan"), peak=STANDARD_GRAVITY, sampling_interval=float(draw_log_uniform(0.005, 0.05)),
         motion=kind, period=float(draw_log_uniform(2.0, 200.0)), vertical=float(max(generator.uniform(-1.0, 1.5), 0.0)),
     )  # fmt: skip
-    amplitude = 5.0 * generator.random(CASES_PER_SETTING) ** 2
-    amplitude = 0.7 + 0.6 * generator.random(CASES_PER_SETTING) if kind == "vertical above g" else amplitude
+    amplitude = 5.0 * generator.random(CASE_COUNT_PER_SCENE_SETTING) ** 2
+    amplitude = 0.7 + 0.6 * generator.random(CASE_COUNT_PER_SCENE_SETTING) if kind == "vertical above g" else amplitude
     amplitude[0] *= float(generator.random() < 0.5)
-    slick = generator.random(CASES_PER_SETTING) < 0.05
+    slick = generator.random(CASE_COUNT_PER_SCENE_SETTING) < 0.05
     plans: tuple[PlanShape, ...] = ()
     if generator.random() < 1.0 / 3.0:
         plans = tuple(PLAN_SHAPES[number] for number in generator.integers(0, len(PLAN_SHAPES), stones))
@@ -156,8 +156,9 @@ def _draw_stack_setting(generator: np.random.Generator) -> ParametersOfStackCase
         density=np.round(draw_log_uniform(500.0, 20_000.0, stones)),
         penetration_ratio=float(draw_log_uniform(1e-8, 1e-2)), damping_ratio=float(draw_log_uniform(0.01, 5.0)),
         motion_parameters=shaking,
-        friction=np.where(slick, 0.0, draw_log_uniform(0.02, 10.0, CASES_PER_SETTING)), amplitude_factors=amplitude,
-        orientation_deg=np.round(generator.uniform(0.0, 360.0, CASES_PER_SETTING), 1),
+        friction=np.where(slick, 0.0, draw_log_uniform(0.02, 10.0, CASE_COUNT_PER_SCENE_SETTING)),
+        amplitude_factors=amplitude,
+        orientation_deg=np.round(generator.uniform(0.0, 360.0, CASE_COUNT_PER_SCENE_SETTING), 1),
     )  # fmt: skip
 
 
@@ -208,14 +209,14 @@ def find_failed_stack_check(setting: ParametersOfStackCases, motion: Motion, res
     up = np.zeros(motion.sample_count) if motion.up is None else amplitude * motion.up
     weight = STANDARD_GRAVITY + up
     demand = np.inf if (weight <= 0.0).any() else float(np.max(amplitude * np.abs(motion.north) / weight))
-    onset = min(setting.joint_opening_acceleration / STANDARD_GRAVITY, float(setting.friction[row]))
+    onset = min(setting.min_joint_opening_acceleration / STANDARD_GRAVITY, float(setting.friction[row]))
     if results.status[row] == CaseStatus.AT_REST and demand > onset:
         return "left out above a threshold"
     if amplitude == 0.0 and (fallen.any() or max(np.abs(slips[0]).max(), np.abs(slips[1]).max()) > 1e-9):
         return "moved without motion"
     if (
         fallen.any()
-        and demand < MAX_SAFE_SHARE_OF_ONSET_ACCELERATION * onset
+        and demand < MAX_SHARE_OF_ONSET_ACCELERATION_WITHOUT_FALL * onset
         and setting.penetration_ratio < MAX_PENETRATION_RATIO_OF_STIFF_CONTACT
     ):
         return "fell below the least acceleration that moves a joint"
@@ -240,14 +241,16 @@ def simulate_and_check_stack_cases(setting: ParametersOfStackCases, number: int)
         "ending": np.int8(CheckedOutcome.REFUSED), "fallen": np.int8(-1), "energy_error": np.nan,
         "block_steps": np.int64(0),
     }  # fmt: skip
-    rows: dict[str, NDArray[Any]] = {name: np.full(CASES_PER_SETTING, value) for name, value in alike.items()}
+    rows: dict[str, NDArray[Any]] = {
+        name: np.full(CASE_COUNT_PER_SCENE_SETTING, value) for name, value in alike.items()
+    }
     peak = setting.amplitude_factors * np.abs(motion.north).max()
     down = 0.0 if motion.up is None else -float(motion.up.min()) / STANDARD_GRAVITY
-    onset = np.minimum(setting.joint_opening_acceleration, setting.friction * STANDARD_GRAVITY)
+    onset = np.minimum(setting.min_joint_opening_acceleration, setting.friction * STANDARD_GRAVITY)
     rows |= {
         "friction": setting.friction, "orientation_deg": setting.orientation_deg, "peak": peak,
         "vertical": setting.amplitude_factors * down, "acceleration_ratio": peak / np.maximum(onset, 1e-9),
-        "reason": np.full(CASES_PER_SETTING, "", object),
+        "reason": np.full(CASE_COUNT_PER_SCENE_SETTING, "", object),
     }  # fmt: skip
     scene = scene_of_stack_setting(setting)
     height, ratio = reference_element_height_and_b_over_h(scene)
@@ -263,7 +266,7 @@ def simulate_and_check_stack_cases(setting: ParametersOfStackCases, number: int)
     except ArgumentError as error:
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
         return rows
-    for row in range(CASES_PER_SETTING):
+    for row in range(CASE_COUNT_PER_SCENE_SETTING):
         reason = find_failed_stack_check(setting, motion, found, row)
         rows["ending"][row] = CheckedOutcome.SILENT if reason else int(found.status[row])
         rows["reason"][row] = reason

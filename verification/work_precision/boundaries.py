@@ -23,7 +23,7 @@ RunSettings = Mapping[str, Any]
 BISECTION_HALVING_COUNT: Final = 15
 """Number of halvings of the bracket of a boundary, which is then known to 3e-7 of B/H."""
 
-MAX_HALVINGS_RUN_TOGETHER: Final = 3
+MAX_BISECTION_LEVELS_COMPUTED_TOGETHER: Final = 3
 """Largest number of halvings whose midpoints are run together, to fill the columns of the kernel; same result."""
 
 RELATIVE_BRACKET_HALF_WIDTH: Final = 0.005
@@ -44,8 +44,8 @@ class OverturningBoundary(NamedTuple):
     """B/H of its standing neighbour."""
 
 
-def find_boundaries(groups: Sequence[CaseGroup], flags: Flags, max_count: int) -> list[OverturningBoundary]:
-    """Return the boundaries: falling cases whose neighbour in B/H stands, at most `max_count` in each group.
+def find_boundaries(groups: Sequence[CaseGroup], flags: Flags, max_count_per_group: int) -> list[OverturningBoundary]:
+    """Return the boundaries: falling cases whose neighbour in B/H stands, at most `max_count_per_group` in each group.
 
     `flags` are those of all groups, in order.
     """
@@ -60,7 +60,7 @@ def find_boundaries(groups: Sequence[CaseGroup], flags: Flags, max_count: int) -
         here = 0
         for falls, stands in itertools.pairwise(order):
             same = np.array_equal(rows[falls, :3], rows[stands, :3])
-            if same and mine[stands] == 0 and mine[falls] not in (0, INT8_MISSING) and here < max_count:
+            if same and mine[stands] == 0 and mine[falls] not in (0, INT8_MISSING) and here < max_count_per_group:
                 case = dict(zip(names, rows[falls].tolist(), strict=True))
                 found.append(OverturningBoundary(number, case, float(rows[stands, 3])))
                 here += 1
@@ -70,15 +70,17 @@ def find_boundaries(groups: Sequence[CaseGroup], flags: Flags, max_count: int) -
 def locate_boundaries(
     groups: Sequence[CaseGroup],
     boundaries: Sequence[OverturningBoundary],
-    usual: RunSettings,
+    usual_settings: RunSettings,
     finest: RunSettings,
-    bracket: float = RELATIVE_BRACKET_HALF_WIDTH,
+    relative_bracket_half_width: float = RELATIVE_BRACKET_HALF_WIDTH,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the B/H of the boundaries by the usual settings, and by fine ones within a bracket around them."""
     near = bisect_boundaries(
-        groups, boundaries, usual, *falling_and_standing_b_over_h(boundaries), 2 * BISECTION_HALVING_COUNT
+        groups, boundaries, usual_settings, *falling_and_standing_b_over_h(boundaries), 2 * BISECTION_HALVING_COUNT
     )
-    return near, bisect_boundaries(groups, boundaries, finest, near * (1 - bracket), near * (1 + bracket))
+    return near, bisect_boundaries(
+        groups, boundaries, finest, near * (1 - relative_bracket_half_width), near * (1 + relative_bracket_half_width)
+    )
 
 
 def falling_and_standing_b_over_h(boundaries: Sequence[OverturningBoundary]) -> tuple[FloatArray, FloatArray]:
@@ -91,7 +93,7 @@ def falling_and_standing_b_over_h(boundaries: Sequence[OverturningBoundary]) -> 
 def bisect_boundaries(
     groups: Sequence[CaseGroup],
     boundaries: Sequence[OverturningBoundary],
-    method: RunSettings,
+    run_settings: RunSettings,
     low: FloatArray,
     high: FloatArray,
     halvings: int = BISECTION_HALVING_COUNT,
@@ -102,10 +104,10 @@ def bisect_boundaries(
     """
     known = np.isfinite(low) & np.isfinite(high)
     low, high = np.where(known, low, 1.0), np.where(known, high, 1.0)
-    fell = _blocks_fall(groups, boundaries, method, np.stack([low, high]))
+    fell = _blocks_fall(groups, boundaries, run_settings, np.stack([low, high]))
     good = known & fell[0] & ~fell[1]
     most = max(sum(place.group_index == number for place in boundaries) for number in range(len(groups)))
-    together = max(1, min(MAX_HALVINGS_RUN_TOGETHER, int(np.log2(PARALLEL_CASE_COUNT / max(most, 1) + 1))))
+    together = max(1, min(MAX_BISECTION_LEVELS_COMPUTED_TOGETHER, int(np.log2(PARALLEL_CASE_COUNT / max(most, 1) + 1))))
     while halvings > 0:
         depth = min(together, halvings)
         halvings -= depth
@@ -116,7 +118,7 @@ def bisect_boundaries(
             middles.append(middle)
             lows = np.stack([lows, middle], axis=1).reshape(-1, low.size)
             highs = np.stack([middle, highs], axis=1).reshape(-1, low.size)
-        fell = _blocks_fall(groups, boundaries, method, np.concatenate(middles))
+        fell = _blocks_fall(groups, boundaries, run_settings, np.concatenate(middles))
         node, begin, each = np.zeros(low.size, np.int64), 0, np.arange(low.size)
         for middle in middles:
             falls, at = fell[begin + node, each], middle[node, each]
@@ -126,7 +128,10 @@ def bisect_boundaries(
 
 
 def _blocks_fall(
-    groups: Sequence[CaseGroup], boundaries: Sequence[OverturningBoundary], method: RunSettings, b_over_h: FloatArray
+    groups: Sequence[CaseGroup],
+    boundaries: Sequence[OverturningBoundary],
+    run_settings: RunSettings,
+    b_over_h: FloatArray,
 ) -> NDArray[np.bool_]:
     """Return True where blocks with the given B/H fall at each boundary; shape (values, boundaries)."""
     fell = np.zeros(b_over_h.shape, bool)
@@ -137,7 +142,7 @@ def _blocks_fall(
                 name: np.tile([boundaries[row].falling_case[name] for row in rows], len(b_over_h))
                 for name in ("azimuth_deg", "height", "friction")
             }
-            found = run_cases(group.motion, Cases(b_over_h=b_over_h[:, rows].ravel(), **axes), **method)
+            found = run_cases(group.motion, Cases(b_over_h=b_over_h[:, rows].ravel(), **axes), **run_settings)
             fell[:, rows] = (found.overturned != 0).reshape(-1, len(rows))
     return fell
 
@@ -145,7 +150,7 @@ def _blocks_fall(
 def median_relative_boundary_shift(
     groups: Sequence[CaseGroup],
     boundaries: Sequence[OverturningBoundary],
-    method: RunSettings,
+    run_settings: RunSettings,
     expected_boundaries: FloatArray,
     reference_boundaries: FloatArray,
     bracket: float = RELATIVE_BRACKET_HALF_WIDTH,
@@ -160,6 +165,10 @@ def median_relative_boundary_shift(
         return float("nan")
     chosen = [place for place, use in zip(boundaries, usable, strict=True) if use]
     found = bisect_boundaries(
-        groups, chosen, method, expected_boundaries[usable] * (1 - bracket), expected_boundaries[usable] * (1 + bracket)
+        groups,
+        chosen,
+        run_settings,
+        expected_boundaries[usable] * (1 - bracket),
+        expected_boundaries[usable] * (1 + bracket),
     )
     return float(np.median(np.where(np.isnan(found), bracket, np.abs(found / reference_boundaries[usable] - 1.0))))

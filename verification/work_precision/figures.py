@@ -32,7 +32,7 @@ _Y_AXIS_LABELS: Final = {
 }
 _SCHEME_LABELS: Final = {"centred": "centred, over time steps", "cundall": "cundall, over time steps"}
 _X_AXIS_LABELS: Final = {"seconds_per_case": "processor time per case, s", "step_fraction": "Δt / Δt stable"}
-_TOTAL_COLUMN_BY_COUNT_COLUMN: Final = {"wrong_flags": "cases", "wrong_sides": "fallen", "disagree": "shared"}
+_DENOMINATOR_COLUMN_BY_COUNT_COLUMN: Final = {"wrong_flags": "cases", "wrong_sides": "fallen", "disagree": "shared"}
 
 
 def draw_errors_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
@@ -151,10 +151,10 @@ def _draw_method_line(axis: Any, rows: pd.DataFrame, across: str, measure: str, 
     if rows.empty:
         return
     x, y, default = rows[across].to_numpy(), rows[measure].to_numpy(), rows["default"].to_numpy() == 1
-    none = (y == 0) & (measure in {*_TOTAL_COLUMN_BY_COUNT_COLUMN, "boundary_shift"})
+    none = (y == 0) & (measure in {*_DENOMINATOR_COLUMN_BY_COUNT_COLUMN, "boundary_shift"})
     # A logarithmic axis has no zero: draw no wrong case as half a case, and a shift below the resolution as half of it.
-    if measure in _TOTAL_COLUMN_BY_COUNT_COLUMN:
-        y = np.where(none, 0.5, y) / np.maximum(rows[_TOTAL_COLUMN_BY_COUNT_COLUMN[measure]].to_numpy(), 1)
+    if measure in _DENOMINATOR_COLUMN_BY_COUNT_COLUMN:
+        y = np.where(none, 0.5, y) / np.maximum(rows[_DENOMINATOR_COLUMN_BY_COUNT_COLUMN[measure]].to_numpy(), 1)
     y = np.where(none & (y == 0), 0.5 * RELATIVE_BOUNDARY_RESOLUTION, y)
     if measure == "rotation_error":
         y = np.maximum(y, MIN_DRAWN_ROTATION_ERROR)
@@ -171,9 +171,9 @@ def _draw_method_line(axis: Any, rows: pd.DataFrame, across: str, measure: str, 
             axis.annotate(f"{delta:.0e}", (left, top), xytext=offset, textcoords="offset points", fontsize=7)
 
 
-def _whole_decade_limits(axis: Any, which: int) -> tuple[float, float]:
+def _whole_decade_limits(axis: Any, axis_index: int) -> tuple[float, float]:
     """Return the limits of an axis (0: x, 1: y) as whole powers of ten around its data."""
-    values = np.concatenate([np.asarray(line.get_data()[which], float) for line in axis.lines] or [np.ones(1)])
+    values = np.concatenate([np.asarray(line.get_data()[axis_index], float) for line in axis.lines] or [np.ones(1)])
     values = values[np.isfinite(values) & (values > 0)]
     if values.size == 0:
         return 0.1, 1.0

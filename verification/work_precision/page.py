@@ -27,10 +27,10 @@ COMPARED_METHODS: Final = ("exact", "centred", "cundall", "pymunk", "MuJoCo", "B
 _ERROR_HEADERS: Final = ("wrong flags (95 %)", "wrong sides (95 %)", "peak rotation", "boundary")
 
 
-def is_from_time_step_variation(rows: pd.DataFrame, kind: str) -> "pd.Series[bool]":
+def is_from_time_step_variation(rows: pd.DataFrame, record_set_name: str) -> "pd.Series[bool]":
     """Return True for rows of a set of records with the default stiffness and varying time step."""
     own = np.isclose(rows["penetration_ratio"], DEFAULT_STATIC_PENETRATION_RATIO)
-    return (rows["cases_of"] == f"records, {kind}") & (rows["against"] == "finer step") & own
+    return (rows["cases_of"] == f"records, {record_set_name}") & (rows["against"] == "finer step") & own
 
 
 def convergence_orders(
@@ -65,7 +65,7 @@ def markdown_by_marker(rows: pd.DataFrame, found_orders: Mapping[str, float]) ->
     }
 
 
-def numbers_for_summary(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> list[MeasuredNumber]:
+def work_precision_numbers_for_summary(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> list[MeasuredNumber]:
     """Return numbers for the summary: errors of the default setting, and the lowest order of each scheme."""
     default = rows[(rows["default"] == 1) & rows["method"].isin(SCHEMES)]
     made = []
@@ -105,7 +105,7 @@ def _number_text(value: float, percent: bool = False) -> str:
     return f"{100 * value:.2g} %" if percent else f"{value:.2g}"
 
 
-def _error_cells(at: Any) -> tuple[str, ...]:
+def _error_table_cells_of_row(at: Any) -> tuple[str, ...]:
     """Return the table cells of wrong flags, wrong sides, rotation error and boundary shift of a row."""
     return (
         _share_with_interval(at.wrong_flags, at.cases),
@@ -115,7 +115,7 @@ def _error_cells(at: Any) -> tuple[str, ...]:
     )
 
 
-def _mark_default_setting(at: Any, text: str) -> str:
+def _text_marked_if_default_setting(at: Any, text: str) -> str:
     """Return a cell's text, marked if the row is the default setting."""
     return f"{text} **default**" if at.default == 1 else text
 
@@ -133,9 +133,9 @@ def table_of_time_at_equal_agreement(rows: pd.DataFrame) -> str:
     agreement = 1.0 - of["disagree"] / of["shared"]
     most = {name: agreement[of["method"] == name].max() for name in COMPARED_METHODS if (of["method"] == name).any()}
 
-    def shortest_time_text(name: str, least: float) -> str:
+    def shortest_time_text(name: str, min_agreement: float) -> str:
         """Return the shortest time at which a method reaches an agreement, or "–"."""
-        seconds = of["seconds_per_case"][(of["method"] == name) & (agreement >= least)].min()
+        seconds = of["seconds_per_case"][(of["method"] == name) & (agreement >= min_agreement)].min()
         return f"{1e3 * seconds:.3g} ms" if np.isfinite(seconds) else "–"
 
     lines = [
@@ -157,10 +157,10 @@ def _step_error_table(rows: pd.DataFrame) -> str:
     lines = [
         (
             at.cases_of,
-            _mark_default_setting(at, at.method),
+            _text_marked_if_default_setting(at, at.method),
             f"{at.step_fraction:g}",
             f"{at.seconds_per_case:.2g}",
-            *_error_cells(at),
+            *_error_table_cells_of_row(at),
         )
         for at in iterate_rows(chosen)
     ]
@@ -173,8 +173,8 @@ def _stiffness_error_table(rows: pd.DataFrame) -> str:
     several = ratio.notna() & ~np.isclose(ratio, DEFAULT_STATIC_PENETRATION_RATIO) & (rows["against"] == "finer step")
     names = {"finer step": "same springs, finer steps", "stiffest springs": "stiffest springs, finer steps"}
     lines = [
-        (at.cases_of, _mark_default_setting(at, f"{at.penetration_ratio:.0e}"), f"{at.seconds_per_case:.2g}",
-         names[at.against], *_error_cells(at))
+        (at.cases_of, _text_marked_if_default_setting(at, f"{at.penetration_ratio:.0e}"), f"{at.seconds_per_case:.2g}",
+         names[at.against], *_error_table_cells_of_row(at))
         for at in iterate_rows(rows[several | (rows["against"] == "stiffest springs")])
     ]  # fmt: skip
     return markdown_table(("cases", "δ/B", "s per case", "against", *_ERROR_HEADERS), lines)
@@ -200,7 +200,7 @@ def _rigid_error_table(rows: pd.DataFrame) -> str:
         engine, counted = not np.isfinite(at.penetration_ratio), np.isfinite(at.wrong_flags)
         lines.append((
             at.cases_of,
-            _mark_default_setting(at, at.method),
+            _text_marked_if_default_setting(at, at.method),
             _time_step_or_order_label(at),
             "–" if engine else f"{at.penetration_ratio:.0e}",
             f"{at.seconds_per_case:.2g}",
@@ -219,12 +219,15 @@ def _time_step_or_order_label(at: Any) -> str:
     return f"{at.step_fraction:g}" if np.isfinite(at.penetration_ratio) else f"1/{1 / at.step_fraction:.0f} s"
 
 
-def _convergence_order_table(found: Mapping[str, float], over_all: Mapping[str, float]) -> str:
+def _convergence_order_table(orders_of_fit_range: Mapping[str, float], over_all: Mapping[str, float]) -> str:
     """Return the table of orders of convergence, within `STEP_FRACTIONS_OF_ORDER_FIT` and over all steps."""
 
     def order_text(value: float) -> str:
         """Return an order of convergence as text."""
         return f"{value:.2f}" if np.isfinite(value) else "shifts below what bisection resolves"
 
-    lines = [(name.replace("_", " "), order_text(value), order_text(over_all[name])) for name, value in found.items()]
+    lines = [
+        (name.replace("_", " "), order_text(value), order_text(over_all[name]))
+        for name, value in orders_of_fit_range.items()
+    ]
     return markdown_table(("measure", "order", "over all steps"), lines)

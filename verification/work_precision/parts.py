@@ -22,24 +22,24 @@ from overturning.study.answers import count_outcome_differences
 from verification.engines import PLANAR_ENGINES, FallSidesFunction, fall_side_of_block, installed_engines
 from verification.inputs import (
     CaseGroup,
-    block_groups_under_records,
+    block_case_groups_under_records,
     every_nth_case,
-    non_sliding_block_groups_under_records,
-    rocking_block_groups_under_sine_pulses,
-    sliding_block_groups,
+    non_sliding_case_groups_under_records,
+    rocking_case_groups_under_sine_pulses,
+    sliding_block_case_groups,
     values_of_every_nth_case,
 )
 from verification.measures import Flags, median_rotation_error, run_case_groups
 from verification.reference.sliding import peak_and_final_slip
-from verification.timing import run_and_measure_processor_time
+from verification.timing import run_and_measure_min_processor_time
 from verification.work_precision.boundaries import find_boundaries, locate_boundaries, median_relative_boundary_shift
 
-Row = dict[str, Any]
+ErrorTableRow = dict[str, Any]
 
 SCHEMES: Final = ("centred", "cundall")
-STABLE_STEP_FRACTIONS: Final = (1.0, 0.9, 0.5, 0.25, 0.12, 0.06, 0.03, 0.01)
+TIME_STEPS_AS_SHARES_OF_STABLE_STEP: Final = (1.0, 0.9, 0.5, 0.25, 0.12, 0.06, 0.03, 0.01)
 """Time steps, as Δt/Δt_stable."""
-MIN_STEP_FRACTION_OF_CUNDALL: Final = 0.1
+MIN_STEP_TO_STABLE_STEP_IN_CUNDALL_SCHEME: Final = 0.1
 """Smallest Δt/Δt_stable of Cundall's scheme; its stable step is 1/50 of that of the centred scheme by default."""
 STATIC_PENETRATION_RATIOS: Final = (2e-3, 2e-4, 2e-5, 2e-6, DEFAULT_STATIC_PENETRATION_RATIO, 2e-8)
 """Static penetrations, as δ/B."""
@@ -48,15 +48,15 @@ REFERENCE_STEP_FRACTION: Final = 0.006
 """Δt/Δt_stable of the reference, which uses the centred scheme."""
 THINNED_BELOW_FRACTION, THINNING = 0.05, 3
 """Below this Δt/Δt_stable only every third case is run, to limit the run time to minutes."""
-MIN_STEP_FRACTION_WITH_BOUNDARY: Final = 0.02
+MIN_STEP_FRACTION_TO_COMPUTE_BOUNDARY: Final = 0.02
 """Below this Δt/Δt_stable no boundary is computed."""
 MAX_BOUNDARIES_PER_RECORD: Final = 4
 """Largest number of boundaries for each record."""
 STIFFNESS_REFERENCE_STEP_FRACTION: Final = 0.03
 """Δt/Δt_stable of the references with other stiffnesses; their errors are far below the effect of the stiffness."""
-WIDE_BRACKET_HALF_WIDTH: Final = 0.02
+BRACKET_HALF_WIDTH_OF_STIFFNESS_STUDY: Final = 0.02
 """Half-width of the bracket for boundaries with other stiffnesses, as a share of B/H."""
-ENGINE_CASE_INTERVAL_BY_SET: Final = {"sine pulses": 5, "records, no sliding": 2}
+EVERY_NTH_CASE_RUN_IN_ENGINES_BY_SET: Final = {"sine pulses": 5, "records, no sliding": 2}
 """The engines run every n-th case of a set, since a case takes at least a hundred times as long as in the kernel."""
 ENGINE_TIME_STEPS_S: Final = tuple(1 / 60 / 2**halved for halved in range(7))
 """Time steps of the engines, s: 1 to 64 substeps of 1/60 s, their usual step."""
@@ -92,7 +92,7 @@ COLUMN_MEANINGS: Final = {
 """Long name and unit of the columns."""
 
 
-def result_table(rows: Sequence[Row]) -> pd.DataFrame:
+def result_table(rows: Sequence[ErrorTableRow]) -> pd.DataFrame:
     """Return the rows as a table with all columns; columns that were not measured are NaN."""
     table = pd.DataFrame(rows, columns=list(COLUMN_MEANINGS))
     return table.astype({name: np.float64 for name, (_, unit) in COLUMN_MEANINGS.items() if unit})
@@ -102,140 +102,164 @@ class SchemeSetting(NamedTuple):
     """Setting of a computation: scheme, time step over the longest stable one, and static penetration over width."""
 
     scheme: str
-    step_fraction: float
-    penetration_ratio: float = DEFAULT_STATIC_PENETRATION_RATIO
+    time_step_to_stable_step_ratio: float
+    static_penetration_to_width_ratio: float = DEFAULT_STATIC_PENETRATION_RATIO
 
     @property
-    def arguments(self) -> dict[str, Any]:
+    def run_cases_arguments(self) -> dict[str, Any]:
         """Return this setting as arguments of `run_cases`."""
-        contact = Contact(static_penetration=self.penetration_ratio)
-        return {"scheme": self.scheme, "time_step": f"{self.step_fraction:g} stable", "model": gravestone(contact)}
+        contact = Contact(static_penetration=self.static_penetration_to_width_ratio)
+        return {
+            "scheme": self.scheme,
+            "time_step": f"{self.time_step_to_stable_step_ratio:g} stable",
+            "model": gravestone(contact),
+        }
 
-    def row(self, cases_of: str, against: str, **columns: Any) -> Row:
+    def error_table_row(self, cases_of: str, against: str, **columns: Any) -> ErrorTableRow:
         """Return a table row with this setting, the kind of cases, the reference and further columns."""
-        own = {"method": self.scheme, "step_fraction": self.step_fraction, "penetration_ratio": self.penetration_ratio}
+        own = {
+            "method": self.scheme,
+            "step_fraction": self.time_step_to_stable_step_ratio,
+            "penetration_ratio": self.static_penetration_to_width_ratio,
+        }
         default = self == SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_FRACTION)
         return {"cases_of": cases_of, "against": against, "default": default} | own | columns
 
-    def run(self, groups: Sequence[CaseGroup]) -> tuple[CaseResults, Row]:
+    def run_and_measure_cost_per_case(self, groups: Sequence[CaseGroup]) -> tuple[CaseResults, ErrorTableRow]:
         """Run groups of cases with this setting; return results, and the cost per case as columns of the table."""
-        found, seconds = run_case_groups(groups, 3, **self.arguments)
+        found, seconds = run_case_groups(groups, 3, **self.run_cases_arguments)
         count = found.status.size
         return found, {"seconds_per_case": seconds / count, "block_steps_per_case": found.block_steps.sum() / count}
 
 
-def error_table_columns(found: CaseResults, right: tuple[Flags, FloatArray]) -> Row:
+def error_table_columns(found: CaseResults, reference_flags_and_rotations: tuple[Flags, FloatArray]) -> ErrorTableRow:
     """Return the numbers of wrong flags and sides, and the median error of peak rotation, as columns of the table."""
-    error = median_rotation_error(found.overturned, found.peak_rotation, *right)
-    return wrong_outcome_counts(found.overturned, right[0]) | {"rotation_error": error}
+    error = median_rotation_error(found.overturned, found.peak_rotation, *reference_flags_and_rotations)
+    return wrong_outcome_counts(found.overturned, reference_flags_and_rotations[0]) | {"rotation_error": error}
 
 
-def wrong_outcome_counts(flags: Flags, right: Flags) -> Row:
+def wrong_outcome_counts(flags: Flags, reference_flags: Flags) -> ErrorTableRow:
     """Return the numbers of wrong flags and sides as columns of the table."""
-    found = count_outcome_differences(right, flags).model_dump()
+    found = count_outcome_differences(reference_flags, flags).model_dump()
     return {"wrong_flags": found.pop("flags"), "wrong_sides": found.pop("sides"), **found}
 
 
-def scheme_and_step_settings(least: float = 0.0, finest: bool = True) -> Iterator[SchemeSetting]:
-    """Yield both schemes with time steps above `least` of the stable one, with or without the finest."""
+def scheme_and_step_settings(min_step_fraction: float = 0.0, finest: bool = True) -> Iterator[SchemeSetting]:
+    """Yield both schemes with time steps above `min_step_fraction` of the stable one, with or without the finest."""
     for scheme in SCHEMES:
         fractions = [
-            share for share in STABLE_STEP_FRACTIONS if scheme != "cundall" or share >= MIN_STEP_FRACTION_OF_CUNDALL
+            share
+            for share in TIME_STEPS_AS_SHARES_OF_STABLE_STEP
+            if scheme != "cundall" or share >= MIN_STEP_TO_STABLE_STEP_IN_CUNDALL_SCHEME
         ]
         for fraction in fractions[: None if finest else -1]:
-            if fraction > least:
+            if fraction > min_step_fraction:
                 yield SchemeSetting(scheme, fraction)
 
 
 def flags_and_peak_rotations(groups: Sequence[CaseGroup], setting: SchemeSetting) -> tuple[Flags, FloatArray]:
     """Return flags and peak rotations of the cases with a setting, for comparison."""
-    found = run_case_groups(groups, **setting.arguments).results
+    found = run_case_groups(groups, **setting.run_cases_arguments).results
     return found.overturned, found.peak_rotation.astype(np.float64)
 
 
-def measure_errors_against_finer_steps(kind: str) -> Iterator[Row]:
+def measure_errors_against_finer_steps(kind: str) -> Iterator[ErrorTableRow]:
     """Measure the errors of both schemes by time step under six real records.
 
     The reference is the centred scheme at a far finer step.
     """
-    groups, finest = block_groups_under_records(kind), SchemeSetting("centred", REFERENCE_STEP_FRACTION)
+    groups, finest = block_case_groups_under_records(kind), SchemeSetting("centred", REFERENCE_STEP_FRACTION)
     right, few = flags_and_peak_rotations(groups, finest), every_nth_case(groups, THINNING)
     right_few = (
         values_of_every_nth_case(groups, right[0], THINNING),
         values_of_every_nth_case(groups, right[1], THINNING),
     )
     where = find_boundaries(groups, right[0], MAX_BOUNDARIES_PER_RECORD)
-    near, exact = locate_boundaries(groups, where, {}, finest.arguments)
+    near, exact = locate_boundaries(groups, where, {}, finest.run_cases_arguments)
     for setting in scheme_and_step_settings():
-        thin = setting.step_fraction < THINNED_BELOW_FRACTION
-        found, columns = setting.run(few if thin else groups)
+        thin = setting.time_step_to_stable_step_ratio < THINNED_BELOW_FRACTION
+        found, columns = setting.run_and_measure_cost_per_case(few if thin else groups)
         columns |= error_table_columns(found, right_few if thin else right)
-        if setting.step_fraction >= MIN_STEP_FRACTION_WITH_BOUNDARY:
-            columns["boundary_shift"] = median_relative_boundary_shift(groups, where, setting.arguments, near, exact)
-        yield setting.row(f"records, {kind}", "finer step", **columns)
+        if setting.time_step_to_stable_step_ratio >= MIN_STEP_FRACTION_TO_COMPUTE_BOUNDARY:
+            columns["boundary_shift"] = median_relative_boundary_shift(
+                groups, where, setting.run_cases_arguments, near, exact
+            )
+        yield setting.error_table_row(f"records, {kind}", "finer step", **columns)
 
 
-def measure_errors_over_stiffness(kind: str) -> Iterator[Row]:
+def measure_errors_over_stiffness(kind: str) -> Iterator[ErrorTableRow]:
     """Measure errors by contact stiffness at the automatic time step.
 
     References are finer steps with the same and with the largest stiffness.
     """
-    groups, stiffest = block_groups_under_records(kind), STATIC_PENETRATION_RATIOS[-1]
+    groups, stiffest = block_case_groups_under_records(kind), STATIC_PENETRATION_RATIOS[-1]
     exact = {
         delta: flags_and_peak_rotations(groups, SchemeSetting("centred", STIFFNESS_REFERENCE_STEP_FRACTION, delta))
         for delta in STATIC_PENETRATION_RATIOS
         if delta != DEFAULT_STATIC_PENETRATION_RATIO  # included in the comparison of time steps
     }
-    usual = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_FRACTION, stiffest).arguments
-    slow = SchemeSetting("centred", 2 * STIFFNESS_REFERENCE_STEP_FRACTION, stiffest).arguments
+    usual = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_FRACTION, stiffest).run_cases_arguments
+    slow = SchemeSetting("centred", 2 * STIFFNESS_REFERENCE_STEP_FRACTION, stiffest).run_cases_arguments
     where = find_boundaries(groups, run_case_groups(groups, **usual).results.overturned, MAX_BOUNDARIES_PER_RECORD)
-    near, right = locate_boundaries(groups, where, usual, slow, WIDE_BRACKET_HALF_WIDTH)
+    near, right = locate_boundaries(groups, where, usual, slow, BRACKET_HALF_WIDTH_OF_STIFFNESS_STUDY)
     for delta in STATIC_PENETRATION_RATIOS:
         setting = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_FRACTION, delta)
-        found, spent = setting.run(groups)
-        shift = median_relative_boundary_shift(groups, where, setting.arguments, near, right, WIDE_BRACKET_HALF_WIDTH)
+        found, spent = setting.run_and_measure_cost_per_case(groups)
+        shift = median_relative_boundary_shift(
+            groups, where, setting.run_cases_arguments, near, right, BRACKET_HALF_WIDTH_OF_STIFFNESS_STUDY
+        )
         columns = spent | error_table_columns(found, exact[stiffest]) | {"boundary_shift": shift}
-        yield setting.row(f"records, {kind}", "stiffest springs", **columns)
+        yield setting.error_table_row(f"records, {kind}", "stiffest springs", **columns)
         if delta in exact:
-            yield setting.row(f"records, {kind}", "finer step", **spent, **error_table_columns(found, exact[delta]))
+            yield setting.error_table_row(
+                f"records, {kind}", "finer step", **spent, **error_table_columns(found, exact[delta])
+            )
 
 
-def measure_energy_balance() -> Iterator[Row]:
+def measure_energy_balance() -> Iterator[ErrorTableRow]:
     """Measure the mean residual of work and energy of cases that slide or rock, over time steps."""
-    groups = [part for kind in ("sliding", "rocking") for part in every_nth_case(block_groups_under_records(kind), 6)]
+    groups = [
+        part for kind in ("sliding", "rocking") for part in every_nth_case(block_case_groups_under_records(kind), 6)
+    ]
     for setting in scheme_and_step_settings(finest=False):
-        found = run_case_groups(groups, **setting.arguments).results
+        found = run_case_groups(groups, **setting.run_cases_arguments).results
         simulated = found.status == 0
         residual = float(np.mean(found.energy_error[simulated]))
-        yield setting.row("records, all", "energy balance", cases=int(simulated.sum()), energy_error=residual)
+        yield setting.error_table_row(
+            "records, all", "energy balance", cases=int(simulated.sum()), energy_error=residual
+        )
 
 
 def run_rigid_rocking_blocks(
-    groups: Sequence[CaseGroup], order: int = REFERENCE_SERIES_ORDER, factor: float = 1.0
+    groups: Sequence[CaseGroup], order: int = REFERENCE_SERIES_ORDER, amplitude_factor: float = 1.0
 ) -> tuple[Flags, FloatArray]:
     """Return sides and peak rotations of Housner's rocking block, under motions multiplied by `factor`."""
-    found = [simulate_rigid_rocking(motion.scaled_by(factor), cases, order) for motion, cases in groups]
+    found = [simulate_rigid_rocking(motion.scaled_by(amplitude_factor), cases, order) for motion, cases in groups]
     return np.concatenate([one.overturned for one in found]), np.concatenate([one.peak_rotation for one in found])
 
 
-def select_robust_cases(groups: Sequence[CaseGroup]) -> tuple[list[CaseGroup], tuple[Flags, FloatArray]]:
+def cases_robust_to_amplitude_and_outcomes(
+    groups: Sequence[CaseGroup],
+) -> tuple[list[CaseGroup], tuple[Flags, FloatArray]]:
     """Return the cases whose rigid-block outcome does not change with ±1 % of amplitude, and these outcomes."""
     flags, peaks = run_rigid_rocking_blocks(groups)
-    same = np.all([run_rigid_rocking_blocks(groups, factor=factor)[0] == flags for factor in (0.99, 1.01)], axis=0)
+    same = np.all(
+        [run_rigid_rocking_blocks(groups, amplitude_factor=factor)[0] == flags for factor in (0.99, 1.01)], axis=0
+    )
     of_each = np.split(same, np.cumsum([group.cases.case_count for group in groups])[:-1])
     kept = [group.subset(np.flatnonzero(own)) for group, own in zip(groups, of_each, strict=True)]
     return kept, (flags[same], peaks[same])
 
 
-def sets_of_blocks_without_sliding() -> dict[str, list[CaseGroup]]:
+def non_sliding_block_groups_by_set() -> dict[str, list[CaseGroup]]:
     """Return the sets of blocks that cannot slide, by name."""
     return {
-        "sine pulses": rocking_block_groups_under_sine_pulses(),
-        "records, no sliding": non_sliding_block_groups_under_records(),
+        "sine pulses": rocking_case_groups_under_sine_pulses(),
+        "records, no sliding": non_sliding_case_groups_under_records(),
     }
 
 
-def measure_errors_against_rigid_rocking() -> Iterator[Row]:
+def measure_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
     """Compare the schemes, by time step and stiffness, and the exact block with Housner's rocking block.
 
     The exact block is compared by order of its series.
@@ -245,36 +269,41 @@ def measure_errors_against_rigid_rocking() -> Iterator[Row]:
         for delta in STATIC_PENETRATION_RATIOS
         if delta != DEFAULT_STATIC_PENETRATION_RATIO
     ]
-    for name, every in sets_of_blocks_without_sliding().items():
-        groups, right = select_robust_cases(every)
+    for name, every in non_sliding_block_groups_by_set().items():
+        groups, right = cases_robust_to_amplitude_and_outcomes(every)
         for setting in (*scheme_and_step_settings(0.05), *others):
-            found, spent = setting.run(groups)
-            common = disagreement_columns_for_engine_cases(name, groups, found.overturned, right[0])
-            yield setting.row(name, "rigid rocking", **spent, **error_table_columns(found, right), **common)
+            found, spent = setting.run_and_measure_cost_per_case(groups)
+            common = case_and_wrong_counts_of_engine_subset(name, groups, found.overturned, right[0])
+            yield setting.error_table_row(name, "rigid rocking", **spent, **error_table_columns(found, right), **common)
         for order in TAYLOR_SERIES_ORDERS:
-            (flags, peaks), seconds = run_and_measure_processor_time(partial(run_rigid_rocking_blocks, groups, order))
+            (flags, peaks), seconds = run_and_measure_min_processor_time(
+                partial(run_rigid_rocking_blocks, groups, order)
+            )
             own = {"method": "exact", "step_fraction": order, "seconds_per_case": seconds / flags.size}
-            own |= wrong_outcome_counts(flags, right[0]) | disagreement_columns_for_engine_cases(
+            own |= wrong_outcome_counts(flags, right[0]) | case_and_wrong_counts_of_engine_subset(
                 name, groups, flags, right[0]
             )
             own["rotation_error"] = median_rotation_error(flags, peaks, *right)
             yield {"cases_of": name, "against": "rigid rocking", "default": order == TAYLOR_SERIES_ORDER} | own
 
 
-def disagreement_columns_for_engine_cases(name: str, groups: Sequence[CaseGroup], flags: Flags, right: Flags) -> Row:
+def case_and_wrong_counts_of_engine_subset(
+    name: str, groups: Sequence[CaseGroup], flags: Flags, reference_flags: Flags
+) -> ErrorTableRow:
     """Return the number of cases that physics engines also simulate, and how many of those are wrong, as columns.
 
     A case is wrong if its flag or side is wrong.
     """
     some, known = (
-        values_of_every_nth_case(groups, values, ENGINE_CASE_INTERVAL_BY_SET[name]) for values in (flags, right)
+        values_of_every_nth_case(groups, values, EVERY_NTH_CASE_RUN_IN_ENGINES_BY_SET[name])
+        for values in (flags, reference_flags)
     )
     return {"shared": some.size, "disagree": int((some != known).sum())}
 
 
-def measure_slip_errors_against_exact_sliding() -> Iterator[Row]:
+def measure_slip_errors_against_exact_sliding() -> Iterator[ErrorTableRow]:
     """Compare the peak slip of squat blocks with the exact sliding block, over time steps."""
-    groups = sliding_block_groups()
+    groups = sliding_block_case_groups()
     exact = np.array([
         peak_and_final_slip(
             group.acceleration_of_case(index),
@@ -286,25 +315,27 @@ def measure_slip_errors_against_exact_sliding() -> Iterator[Row]:
     ])  # fmt: skip
     moved = exact > 1e-3
     for setting in scheme_and_step_settings(finest=False):
-        found, spent = setting.run(groups)
+        found, spent = setting.run_and_measure_cost_per_case(groups)
         error = float(np.max(np.abs(found.peak_slip[moved].astype(np.float64) / exact[moved] - 1.0)))
-        yield setting.row("sliding blocks", "exact sliding", **spent, cases=int(moved.sum()), slip_error=error)
+        yield setting.error_table_row(
+            "sliding blocks", "exact sliding", **spent, cases=int(moved.sum()), slip_error=error
+        )
 
 
-def measure_engine_errors_against_rigid_rocking() -> Iterator[Row]:
+def measure_engine_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
     """Compare installed engines, over their time steps, with Housner's block for cases that cannot slide."""
     engines, against = installed_engines(PLANAR_ENGINES), {"against": "rigid rocking", "default": 0}
     if not engines:  # without engines the table has one row that states it
         yield {"cases_of": "sine pulses", "method": "no engine installed", **against}
         return
-    for name, every in sets_of_blocks_without_sliding().items():
-        kept, right = select_robust_cases(every)
+    for name, every in non_sliding_block_groups_by_set().items():
+        kept, right = cases_robust_to_amplitude_and_outcomes(every)
         few, flags = (
-            every_nth_case(kept, ENGINE_CASE_INTERVAL_BY_SET[name]),
-            values_of_every_nth_case(kept, right[0], ENGINE_CASE_INTERVAL_BY_SET[name]),
+            every_nth_case(kept, EVERY_NTH_CASE_RUN_IN_ENGINES_BY_SET[name]),
+            values_of_every_nth_case(kept, right[0], EVERY_NTH_CASE_RUN_IN_ENGINES_BY_SET[name]),
         )
         for (method, engine), step in itertools.product(engines.items(), ENGINE_TIME_STEPS_S):
-            sides, seconds = run_and_measure_processor_time(
+            sides, seconds = run_and_measure_min_processor_time(
                 partial(_fall_sides_of_blocks_in_engine, engine, few, step),
                 1,
                 partial(_fall_side_of_case_in_engine, engine, few[0], 0, step),
@@ -332,7 +363,7 @@ def _fall_side_of_case_in_engine(engine: FallSidesFunction, group: CaseGroup, in
     )
 
 
-MEASUREMENTS_BY_PART: Final[dict[str, Sequence[Callable[[], Iterator[Row]]]]] = {
+MEASUREMENTS_BY_PART: Final[dict[str, Sequence[Callable[[], Iterator[ErrorTableRow]]]]] = {
     "rocking": [partial(measure_errors_against_finer_steps, "rocking")],
     "sliding": [partial(measure_errors_against_finer_steps, "sliding")],
     "stiffness": [partial(measure_errors_over_stiffness, "rocking"), partial(measure_errors_over_stiffness, "sliding")],

@@ -23,7 +23,7 @@ for name, batch in BATCHES.items():
             ),
             blocks=(
                 figure_files("blocks/{record}", record=batch)
-                if STUDY.has_several_blocks
+                if STUDY.has_several_heights_frictions_or_aspects
                 else []
             ),
             intensity=report(

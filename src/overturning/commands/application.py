@@ -98,7 +98,7 @@ def _print_version(version_requested: bool) -> None:
 
 
 @app.callback()
-def _root_command(
+def _program_with_version_option(
     version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
     ] = False,

@@ -19,14 +19,14 @@ STUDY_FIGURE_KINDS: Final = (
 )
 """Kinds of figures that are drawn from all results of a study: those of `overturning.report.drawings.STUDY_FIGURES`."""
 
-Cube = Annotated[Path, typer.Argument(help="cube of a study (NetCDF)")]
+CubePathArgument = Annotated[Path, typer.Argument(help="cube of a study (NetCDF)")]
 
 app = typer.Typer(no_args_is_help=True, help="Write a cube in another form.")
 
 
 def draw_figure(
     kind: Annotated[str, typer.Argument(help=", ".join((*CUBE_FIGURE_FUNCTIONS, *STUDY_FIGURE_KINDS)))],
-    cube: Cube,
+    cube: CubePathArgument,
     output: Annotated[Path, typer.Option("--output", "-o", help="figure to draw: .svg, .png or .pdf")],
     record: Annotated[str | None, typer.Option(help="id of the record; optional if the cube has only one")] = None,
     height: Annotated[
@@ -84,7 +84,7 @@ def draw_figure(
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
         study = find_study_for_figure_settings(data)
         if draw is not None:
-            chosen = select_heights_and_frictions(data, cube, height, friction, single=kind == "polar")
+            chosen = select_heights_and_frictions(data, cube, height, friction, single_block=kind == "polar")
             drawn = draw(chosen, record) if of_one else draw(chosen)
     if draw is None:
         from overturning.report.drawings import draw_study_figure
@@ -167,7 +167,7 @@ def recheck_random_cases_of_cube(
 
 @app.command("export")
 def write_case_table(
-    cube: Cube,
+    cube: CubePathArgument,
     output: Annotated[Path, typer.Argument(help="table to write: .parquet (needs pyarrow) or .csv")],
 ) -> None:
     """Write the outcomes of all cases as a table: one row per case, for every element and amplitude factor."""

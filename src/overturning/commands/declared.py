@@ -33,15 +33,18 @@ def expand_dataclass_parameters_to_options(command: Callable[..., None]) -> Call
         several = inspect.signature(group).parameters.values() if group else [parameter]
         options += [one.replace(kind=one.KEYWORD_ONLY, annotation=types[one.name]) for one in several]
 
-    def run_with_options(**given: Any) -> None:
+    def build_dataclasses_and_call_command(**given: Any) -> None:
         """Build the dataclasses from the options, and call the command with them."""
         made = {name: kind(**{one.name: given.pop(one.name) for one in fields(kind)}) for name, kind in groups.items()}
         command(**made, **given)
 
-    run_with_options.__name__, run_with_options.__doc__ = command.__name__, command.__doc__
-    run_with_options.__annotations__ = {option.name: option.annotation for option in options}
-    run_with_options.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
-    return run_with_options
+    build_dataclasses_and_call_command.__name__, build_dataclasses_and_call_command.__doc__ = (
+        command.__name__,
+        command.__doc__,
+    )
+    build_dataclasses_and_call_command.__annotations__ = {option.name: option.annotation for option in options}
+    build_dataclasses_and_call_command.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
+    return build_dataclasses_and_call_command
 
 
 def _option_name_of_field(field_name: str) -> str:

@@ -62,7 +62,7 @@ class ForkServer:
         self._selector = selectors.DefaultSelector()
         self._interrupt_handler: Any = signal.SIG_DFL  # that of the steps
 
-    def serve(self) -> None:
+    def run_requested_steps_until_workflow_ends(self) -> None:
         """Run workflow steps on request until the process that started the server, and all steps, have ended."""
         # Ctrl-C stops steps and workflow; the server ends after them.
         self._interrupt_handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -93,7 +93,7 @@ class ForkServer:
         connection = self._listener.accept()[0]
         connection.settimeout(_REQUEST_TIMEOUT)
         try:
-            request, outputs = _receive_request(connection)
+            request, outputs = _receive_request_and_output_descriptors(connection)
         except (OSError, ValueError):
             connection.close()
             return
@@ -166,7 +166,7 @@ def _values_by_command_line_option(arguments: list[str]) -> dict[str, str]:
     return dict(pairwise(arguments))
 
 
-def _receive_request(connection: socket.socket) -> tuple[dict[str, Any], list[int]]:
+def _receive_request_and_output_descriptors(connection: socket.socket) -> tuple[dict[str, Any], list[int]]:
     """Receive a client's request; return it, and the file descriptors of the client's standard output and error."""
     header, outputs, *_ = socket.recv_fds(connection, REQUEST_SIZE_HEADER_BYTE_COUNT, 2)
     size, data = int.from_bytes(header, "big"), b""
@@ -231,7 +231,7 @@ def main(listener: int, measurements: str) -> None:
     with socket.socket(fileno=listener) as accepted:
         folder = Path(accepted.getsockname()).parent
         try:
-            ForkServer(accepted, Path(measurements)).serve()
+            ForkServer(accepted, Path(measurements)).run_requested_steps_until_workflow_ends()
         finally:
             shutil.rmtree(folder, ignore_errors=True)
 

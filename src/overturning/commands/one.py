@@ -53,9 +53,9 @@ def simulate_stone_or_scene_under_one_record(
         )
     is_stack = planar_model_options.scene is not None and body_options.orientation is not None
     if is_stack:
-        _check_stack_options(planar_model_options, body_options)
+        _check_no_other_options_with_stack(planar_model_options, body_options)
     elif not body_options.body:
-        _check_planar_options(planar_model_options, body_options)
+        _check_azimuth_and_no_body_options(planar_model_options, body_options)
     shift = start_offset_from_file_start_s(record)
     if body_options.body:
         found = _simulate_body(
@@ -72,7 +72,7 @@ def simulate_stone_or_scene_under_one_record(
     times = f", motion × {motion_options.amplitude:g}" if motion_options.amplitude != 1 else ""
     level = ", vertical motion left out" if motion.up is None and record.up is not None else ""
     title = f"{place}{times}{level}: {found.stone_description}"
-    print(title, *found.outcome_lines, *_time_origin_notes(shift), *record.notes, sep="\n  ")
+    print(title, *found.outcome_lines, *_notes_on_time_origin_in_record_file(shift), *record.notes, sep="\n  ")
     if output_options.animate is not None:
         from overturning.figures.film_case import film_title_facts
         from overturning.figures.film_movie import write_film_as_gif_or_mp4
@@ -83,8 +83,9 @@ def simulate_stone_or_scene_under_one_record(
         facts = film_title_facts(
             found.model, found.block_parameters,
             station_and_event_text(record.station or record.record_id, record.event),
-            direction_deg=found.single_case_azimuth_or_orientation_deg,
-            amplitude=motion_options.amplitude, is_vertical_motion_omitted=motion.up is None and record.up is not None,
+            direction_deg=found.only_case_direction_deg_or_none,
+            amplitude_factor=motion_options.amplitude,
+            is_vertical_motion_omitted=motion.up is None and record.up is not None,
         )  # fmt: skip
         film = film_of_trajectories(found.trajectories, motion, film_title_text(facts), first_sample_time=shift)
         write = write_film_html_page if output_options.animate.suffix.lower() == ".html" else write_film_as_gif_or_mp4
@@ -106,7 +107,7 @@ def simulate_stone_or_scene_under_one_record(
         print(f"figure: {output_options.response}")
 
 
-def _time_origin_notes(file_time_shift: float) -> list[str]:
+def _notes_on_time_origin_in_record_file(file_time_shift: float) -> list[str]:
     """Return a note on the time origin, the first sample of the file; [] if the simulated motion starts there."""
     if not file_time_shift:
         return []
@@ -118,7 +119,7 @@ def _time_origin_notes(file_time_shift: float) -> list[str]:
     return [f"times count from the first sample of the file; the motion that was simulated begins {first}"]
 
 
-def _shift_trajectory_to_file_time(trajectory: "xr.Dataset", file_time_shift: float) -> "xr.Dataset":
+def _count_trajectory_times_from_file_start(trajectory: "xr.Dataset", file_time_shift: float) -> "xr.Dataset":
     """Shift the times of a simulated motion, so that they count from the first sample of the record file."""
     from overturning.arrays import keep_xarray_from_importing_dask
 
@@ -142,13 +143,13 @@ class _SimulatedTrajectories:
     block_parameters: dict[str, float]
 
     @property
-    def single_case_azimuth_or_orientation_deg(self) -> float | None:
+    def only_case_direction_deg_or_none(self) -> float | None:
         """Azimuth or orientation, degrees, of the simulated case; None if there are several."""
         name = f"{self.model.direction_dimension_name}_deg"
         return float(self.trajectories[0].attrs[name]) if len(self.trajectories) == 1 else None
 
 
-def _check_stack_options(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:
+def _check_no_other_options_with_stack(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:
     """Raise an error if options for a 3-D body or a 2-D scene are combined with those for a 3-D stack."""
     from overturning.errors import ArgumentError
 
@@ -158,7 +159,7 @@ def _check_stack_options(planar_model_options: PlanarModelOptions, body_options:
         )
 
 
-def _check_planar_options(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:
+def _check_azimuth_and_no_body_options(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:
     """Raise an error if a 2-D simulation has options for a 3-D body, or has no azimuth."""
     from overturning.errors import ArgumentError
 
@@ -189,9 +190,9 @@ def _simulate_stack(
     from overturning.model.stack import Stack
 
     stones = _load_scene_or_create_gravestone(planar_model_options, stone_options.damping_ratio)
-    model, friction = Stack(stones), _friction_option_checked_against_scene(stones, stone_options)
+    model, friction = Stack(stones), _friction_option_allowed_for_scene(stones, stone_options)
     paths = [
-        _shift_trajectory_to_file_time(
+        _count_trajectory_times_from_file_start(
             trajectory(
                 motion, model, orientation_deg=angle, height=stone_options.height, b_over_h=stone_options.b_over_h,
                 friction=friction, amplitude=amplitude, aftermath=SIMULATED_TIME_AFTER_OUTCOME_S,
@@ -210,7 +211,7 @@ def _simulate_stack(
     )  # fmt: skip
 
 
-def _friction_option_checked_against_scene(scene: "Scene", stone_options: StoneOptions) -> float:
+def _friction_option_allowed_for_scene(scene: "Scene", stone_options: StoneOptions) -> float:
     """Return the option --friction (default 1); raise an error if given for a scene with its own coefficients.
 
     Raise an error if the option is given although the scene defines its own coefficients.
@@ -241,9 +242,9 @@ def _simulate_planar_scene(
     own_height, own_ratio = default_height_and_b_over_h(stones)
     height = own_height if stone_options.height is None else stone_options.height
     b_over_h = own_ratio if stone_options.b_over_h is None else stone_options.b_over_h
-    friction = _friction_option_checked_against_scene(stones, stone_options)
+    friction = _friction_option_allowed_for_scene(stones, stone_options)
     paths = [
-        _shift_trajectory_to_file_time(
+        _count_trajectory_times_from_file_start(
             trajectory(
                 motion, stones, azimuth_deg=angle, height=height, b_over_h=b_over_h,
                 friction=friction, amplitude=amplitude, aftermath=SIMULATED_TIME_AFTER_OUTCOME_S,
@@ -289,7 +290,7 @@ def _simulate_body(
     damping_ratio = stone_options.damping_ratio
     contact = VertexContact() if damping_ratio is None else VertexContact(damping_ratio=damping_ratio)
     paths = [
-        _shift_trajectory_to_file_time(
+        _count_trajectory_times_from_file_start(
             trajectory(
                 motion, Body(shape, contact), orientation_deg=angle, height=height, b_over_h=b_over_h,
                 friction=friction, aspect=body_options.aspect, amplitude=amplitude,
@@ -329,7 +330,7 @@ def _check_film_and_figure_can_be_written(output_options: OutputOptions, body_op
         from overturning.figures.film_movie import check_film_can_be_written
 
         in_space = body_options.body or body_options.orientation is not None
-        check_film_can_be_written(output_options.animate, in_space=in_space)
+        check_film_can_be_written(output_options.animate, is_3d=in_space)
     if output_options.response is not None and len(body_options.orientation or ()) > 1:
         raise ArgumentError(f"{output_options.response.name}: one orientation at a time; give --orientation once")
 
@@ -370,12 +371,12 @@ def _read_and_process_record_or_create_pulse(
     from overturning.files import path_in_working_folder_or_package
     from overturning.records.catalogue import read_record_table
     from overturning.records.processing import process_record
-    from overturning.records.pulses import SHAPES, parse_pulse, record_of_pulse
+    from overturning.records.pulses import PULSE_SHAPES, parse_pulse, record_of_pulse
     from overturning.records.read import read_record, read_record_without_processing
     from overturning.records.store import round_to_stored_precision
 
     name, table = motion_options.record, motion_options.table or DEFAULT_RECORD_TABLE_PATH
-    is_pulse = bool(name.split()) and name.split()[0] in SHAPES
+    is_pulse = bool(name.split()) and name.split()[0] in PULSE_SHAPES
     if (is_pulse or Path(name).is_file()) and (motion_options.table, motion_options.folder) != (None, None):
         what = "a pulse" if is_pulse else "a file"
         raise ArgumentError(f"--table, --folder: --record {name!r} is {what}, not in a record table; leave them out")

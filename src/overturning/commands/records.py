@@ -39,7 +39,9 @@ def check_record_files(paths: RecordPathsArgument, file_options: RecordFileOptio
     findings = check_records_in_files(paths, file_options.to_declared_file_properties())
     for finding in findings:
         typer.echo(format_record_check(finding))
-    _print_earthquake_notes(assign_records_to_earthquakes(f.record for f in findings if f.record is not None).notes)
+    _print_notes_on_record_files(
+        assign_records_to_earthquakes(f.record for f in findings if f.record is not None).notes
+    )
     named = [
         replace(f.processed_record, record_id=", ".join(f.files)) for f in findings if f.processed_record is not None
     ]
@@ -55,7 +57,7 @@ def check_record_files(paths: RecordPathsArgument, file_options: RecordFileOptio
         raise typer.Exit(1)
 
 
-def _print_earthquake_notes(notes: Iterable[str]) -> None:
+def _print_notes_on_record_files(notes: Iterable[str]) -> None:
     """Print notes on record files, each on its own line."""
     for note in notes:
         typer.echo(f"earthquakes: {note}")

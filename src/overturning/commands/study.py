@@ -64,11 +64,11 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
     from overturning.study.grounds import check_survey_site_names
     from overturning.study.load import read_study_content, study_from_content
     from overturning.study.preflight import (
+        check_records_and_collect_notes,
         check_soil_curve_package,
         check_study_size,
         find_record_rows_and_files,
         note_if_primary_statistic_is_unavailable,
-        read_and_check_records,
     )
     from overturning.study.sections import read_scan_of_body
     from overturning.surveys.prediction import note_on_b_over_h_far_outside_study
@@ -90,7 +90,10 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
         if study.orientation is None:
             notes = [*notes, *note_on_b_over_h_far_outside_study(stones, study.b_over_h, survey.stones)]
         print(*notes, *doubts, sep="\n", end="\n" * bool(notes or doubts))
-    for note in (*read_and_check_records(study, entries), *note_if_primary_statistic_is_unavailable(study, entries)):
+    for note in (
+        *check_records_and_collect_notes(study, entries),
+        *note_if_primary_statistic_is_unavailable(study, entries),
+    ):
         print(note)
     body = content.get("body")
     if isinstance(body, dict) and body.get("mesh") is not None:
@@ -99,10 +102,10 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
             print(f"{path}: body: {line}")
     print(f"{path}: study {study.name!r}, {size}")
     if searched:
-        print(_note_on_motion_inference_duration(searched, len(entries)))
+        print(_note_on_processor_time_to_infer_motion(searched, len(entries)))
 
 
-def _note_on_motion_inference_duration(stone_kinds: "Sequence[StoneDimensions]", record_count: int) -> str:
+def _note_on_processor_time_to_infer_motion(stone_kinds: "Sequence[StoneDimensions]", record_count: int) -> str:
     """Return a note on the processor time needed to infer the ground motion from each survey of a study."""
     from overturning.study.preflight import format_duration
     from overturning.surveys.library import candidate_motions
@@ -111,7 +114,11 @@ def _note_on_motion_inference_duration(stone_kinds: "Sequence[StoneDimensions]",
     library = candidate_motions()
     _, seconds = case_count_and_processor_time_s(library, stone_kinds)
     # The study's own records are not read here: assume the mean time of the library motions for each.
-    seconds += case_count_and_processor_time_s(library, stone_kinds, with_known=True)[1] * record_count / len(library)
+    seconds += (
+        case_count_and_processor_time_s(library, stone_kinds, include_stored_outcomes=True)[1]
+        * record_count
+        / len(library)
+    )
     return (
         f"search for the motion of the surveys: about {format_duration(seconds)} of additional processor time, once "
         "for stones of these sizes; `backwards: false` in a survey skips it"

@@ -81,7 +81,7 @@ def summarise_or_compare_survey(
         {"--figure": figure, "--rose": rose, "--output": output}, [stones, *cubes.values()]
     )
     table = read_survey_table(stones, declination)
-    _check_survey_can_be_compared(table, stones, cubes)
+    _check_survey_has_comparable_stones(table, stones, cubes)
     for note in table.notes:
         print(note)
     observed = observed_survey_findings(summarise_survey(table))
@@ -110,7 +110,7 @@ def _parse_site_cubes(site_cubes: Sequence[str]) -> dict[str, Path]:
     return found
 
 
-def _check_survey_can_be_compared(table: "SurveyTable", path: Path, cubes_by_site: Mapping[str, Path]) -> None:
+def _check_survey_has_comparable_stones(table: "SurveyTable", path: Path, cubes_by_site: Mapping[str, Path]) -> None:
     """Raise an error if a survey has no stone to compare, or the option --site-cube names a site that no stone has.
 
     Nothing is checked if no results cube is given, since nothing is compared then.
@@ -202,21 +202,21 @@ def _compare_falls_shifts_and_twists(
     from overturning.findings.survey_displacements import survey_displacement_findings
     from overturning.report.drawings import write_roses_of_observed_falls
     from overturning.stored import write_result_as_json
-    from overturning.surveys.comparison import survey_file_hash_and_remarks
+    from overturning.surveys.comparison import survey_file_hash_and_comments
     from overturning.surveys.displacements import StoredDisplacementComparison, compare_displacements
     from overturning.surveys.observed import summarise_survey
 
     default, by_site = cubes
     record, grounds = record_and_grounds
     parts = {one: table.select_site(one) for one in table.site_names if len(table.site_names) > 1}
-    sha256, remarks = survey_file_hash_and_remarks(path)
+    sha256, remarks = survey_file_hash_and_comments(path)
     result = StoredDisplacementComparison(
         survey_file_name=path.name,
         sha256=sha256,
         record=record,
         all_sites_comparison=compare_displacements(table, default, by_site, background=background),
         survey_warnings=table.warnings,
-        remarks=remarks,
+        survey_file_comments=remarks,
         comparisons_by_site=tuple(
             (site, compare_displacements(part, by_site.get(site, default), background=background))
             for site, part in parts.items()

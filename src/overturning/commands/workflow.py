@@ -11,17 +11,19 @@ from typing import Annotated, Any
 
 import typer
 
-Study = Annotated[str, typer.Option(help="study file, or its content as JSON")]
+StudyOption = Annotated[str, typer.Option(help="study file, or its content as JSON")]
 OptionalStudyOption = Annotated[
     str | None,
     typer.Option("--study", help="study file or JSON; its figures, surveys and population replace those of the cube"),
 ]
 MotionFolderOption = Annotated[Path, typer.Option(help="folder of the motions")]
-Variant = Annotated[str, typer.Option(help="name of the contact setting")]
-Threads = Annotated[int, typer.Option(min=1, help="number of threads or processes")]
-Chunks = Annotated[int, typer.Option(min=1, help="number of chunks into which the cases of each record are split")]
+VariantNameOption = Annotated[str, typer.Option(help="name of the contact setting")]
+ThreadCountOption = Annotated[int, typer.Option(min=1, help="number of threads or processes")]
+ChunkCountOption = Annotated[
+    int, typer.Option(min=1, help="number of chunks into which the cases of each record are split")
+]
 OutcomePartFolderOption = Annotated[Path, typer.Option(help="folder of the parts")]
-Cube = Annotated[Path, typer.Option(help="the study's cube (NetCDF)")]
+CubePathOption = Annotated[Path, typer.Option(help="the study's cube (NetCDF)")]
 IntensityMeasureFileOption = Annotated[Path, typer.Option(help="intensity measures of the study's records (NetCDF)")]
 FigureFolderOption = Annotated[Path, typer.Option(help="folder for the figures")]
 NetCDFOutputOption = Annotated[Path, typer.Option(help="NetCDF file to write")]
@@ -43,7 +45,7 @@ def _create_percent_progress_printer() -> Callable[[int, int], None]:
 
 
 def read_and_process_record(
-    study: Study,
+    study: StudyOption,
     record: Annotated[str, typer.Option(help="id in the record table")],
     output: NetCDFOutputOption,
 ) -> None:
@@ -74,10 +76,10 @@ def _load_study_and_processed_motions(study: str, motions: Path) -> tuple[Any, l
 
 
 def compute_surface_motions(
-    study: Study,
+    study: StudyOption,
     motions: MotionFolderOption,
     output: Annotated[Path, typer.Option(help="folder for the motions at the surface")],
-    variant: Variant = "nominal",
+    variant: VariantNameOption = "nominal",
 ) -> None:
     """Compute the surface motion of each record on top of the soil layers of one variant of a study."""
     from overturning.records.processing import process_record
@@ -94,7 +96,7 @@ def compute_surface_motions(
 
 
 def add_station_event_and_site_to_motions(
-    study: Study,
+    study: StudyOption,
     motions: MotionFolderOption,
     output: Annotated[Path, typer.Option(help="folder for the motions with labels")],
 ) -> None:
@@ -119,15 +121,15 @@ def add_station_event_and_site_to_motions(
         )
 
 
-def compute_intensity_measures(study: Study, motions: MotionFolderOption, output: NetCDFOutputOption) -> None:
+def compute_intensity_measures(study: StudyOption, motions: MotionFolderOption, output: NetCDFOutputOption) -> None:
     """Compute the intensity measures, such as PGA, of all records along each azimuth of the study."""
     from overturning.study.intensity import write_intensity_measures
 
     write_intensity_measures(*_load_study_and_processed_motions(study, motions), output)
 
 
-def sample_ensemble_members(
-    study: Study, output: Annotated[Path, typer.Option(help="table of members to write (CSV)")]
+def draw_parameter_changes_of_ensemble(
+    study: StudyOption, output: Annotated[Path, typer.Option(help="table of members to write (CSV)")]
 ) -> None:
     """Draw the random parameter changes of the runs (members) of a study's ensemble, and write them as CSV."""
     from overturning.study.ensemble import draw_parameter_changes_of_members
@@ -137,13 +139,13 @@ def sample_ensemble_members(
 
 
 def simulate_cases_of_record(
-    study: Study,
+    study: StudyOption,
     motion: Annotated[Path, typer.Option(help="processed motion (NetCDF)")],
     output: NetCDFOutputOption,
-    variant: Variant = "nominal",
+    variant: VariantNameOption = "nominal",
     chunk: Annotated[str, typer.Option(help="number of the chunk and of all chunks: 3-of-8")] = "1-of-1",
     members: Annotated[Path | None, typer.Option(help="members of the ensemble (CSV)")] = None,
-    threads: Threads = 1,
+    threads: ThreadCountOption = 1,
 ) -> None:
     """Simulate all cases of one record, or one chunk (part) of them, and write the outcomes."""
     from overturning.records.store import read_record_from_motion_file
@@ -160,12 +162,12 @@ def simulate_cases_of_record(
 
 
 def merge_outcome_files_into_cube(
-    study: Study,
+    study: StudyOption,
     motions: MotionFolderOption,
     parts: OutcomePartFolderOption,
     output: NetCDFOutputOption,
-    variant: Variant = "nominal",
-    chunks: Chunks = 1,
+    variant: VariantNameOption = "nominal",
+    chunks: ChunkCountOption = 1,
 ) -> None:
     """Combine the files with outcomes of all records and chunks into the results cube of a study or variant."""
     from overturning.study.gather import merge_outcome_files_into_cube
@@ -178,8 +180,8 @@ def merge_outcome_files_into_cube(
 
 
 def fit_fragility(
-    study: Study,
-    cube: Cube,
+    study: StudyOption,
+    cube: CubePathOption,
     intensity: IntensityMeasureFileOption,
     output: Annotated[Path, typer.Option(help="folder for fragility.csv, curves.json and the OpenQuake models (XML)")],
 ) -> None:
@@ -211,12 +213,12 @@ def fit_fragility(
         write_openquake_fragility_model(chosen, output / openquake_file_name(measure), "gravestones")
 
 
-def run_convergence_check(
-    study: Study,
+def recompute_sample_with_finer_steps(
+    study: StudyOption,
     motions: MotionFolderOption,
-    cube: Cube,
+    cube: CubePathOption,
     output: Annotated[Path, typer.Option(help="result file to write (JSON)")],
-    threads: Threads = 1,
+    threads: ThreadCountOption = 1,
 ) -> None:
     """Simulate a random sample of cases again with finer time steps and stiffer contacts, and store the changes."""
     from overturning.errors import ConfigError
@@ -240,12 +242,12 @@ def run_convergence_check(
 
 
 def draw_figures_of_records(
-    study: Study,
+    study: StudyOption,
     parts: OutcomePartFolderOption,
     intensity: IntensityMeasureFileOption,
     motions: MotionFolderOption,
     output: FigureFolderOption,
-    chunks: Chunks = 1,
+    chunks: ChunkCountOption = 1,
 ) -> None:
     """Draw the figures of single records from the files with their outcomes."""
     from functools import partial
@@ -266,7 +268,7 @@ def draw_figures_of_records(
 
 
 def draw_figures_of_study(
-    study: Study, cube: Cube, intensity: IntensityMeasureFileOption, output: FigureFolderOption
+    study: StudyOption, cube: CubePathOption, intensity: IntensityMeasureFileOption, output: FigureFolderOption
 ) -> None:
     """Draw the figures that combine all records of a study, and the map of its stations."""
     from functools import partial
@@ -282,7 +284,7 @@ def draw_figures_of_study(
 
 
 def simulate_and_draw_illustrative_cases(
-    cube: Cube,
+    cube: CubePathOption,
     motions: MotionFolderOption,
     output: FigureFolderOption,
     compared_cube: Annotated[
@@ -318,7 +320,7 @@ def write_research_data_package(
     produced_files: Annotated[
         str, typer.Option("--made", help="files and folders to describe, one per line, or a file with them")
     ],
-    study: Study,
+    study: StudyOption,
 ) -> None:
     """Write the study file and the metadata that describe the results as a research data package (RO-Crate)."""
     from overturning.study.crate import write_ro_crate
@@ -333,10 +335,10 @@ WORKFLOW_STEPS_BY_COMMAND: dict[str, Callable[..., None]] = {
     "surface": compute_surface_motions,
     "describe": add_station_event_and_site_to_motions,
     "rotate": compute_intensity_measures,
-    "members": sample_ensemble_members,
+    "members": draw_parameter_changes_of_ensemble,
     "sweep": simulate_cases_of_record,
     "gather": merge_outcome_files_into_cube,
-    "check-convergence": run_convergence_check,
+    "check-convergence": recompute_sample_with_finer_steps,
     "fragility": fit_fragility,
     "record-figures": draw_figures_of_records,
     "figures": draw_figures_of_study,

@@ -295,7 +295,7 @@ class SimulationPlan(ABC):
         """Convert the kernel's output rows of the plan's only case to a trajectory object."""
 
 
-def base_accelerations_by_azimuth(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
+def azimuth_rows_and_base_accelerations(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
     """Return, for each of n cases, the row of its base acceleration, and the array of these accelerations, m/s².
 
     The shapes are (n,) and (azimuths, samples + 3): a row for each distinct azimuth, with three zeros after the record.

@@ -9,7 +9,7 @@ from overturning.arrays import FloatArray
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
-STRONG_MOTION_THRESHOLD_RATIO: Final = 0.1
+SIMULATION_START_TO_ONSET_THRESHOLD_RATIO: Final = 0.1
 """Share of the lower threshold at which the simulation of a block starts (docs/design-notes.md explains why not 1)."""
 
 SIMULATED_LEAD_TIME_S: Final = 2.0
@@ -80,7 +80,7 @@ def find_strong_motion_ranges(
                 ratio = np.where(weight > 0, np.abs(factor * ground[ground_row[group[0]]]) / weight, np.inf)
             level = motion_threshold[group]
         # Only samples above the lowest level: a running maximum over all samples would take half of the time here.
-        safe = STRONG_MOTION_THRESHOLD_RATIO * level
+        safe = SIMULATION_START_TO_ONSET_THRESHOLD_RATIO * level
         loud = np.concatenate([[-1], np.flatnonzero(ratio > safe.min()), [samples]])
         rising = np.maximum.accumulate(ratio[loud[1:-1]])
         falling = np.maximum.accumulate(ratio[loud[-2:0:-1]])

@@ -77,7 +77,7 @@ def simulate_grid(model: Model, motion: Motion, grid: CaseGrid, numerics: Numeri
     own, of_each = np.arange(few.case_count).reshape(few.shape), few.case_count // few.shape[0]
     answering = few.broadcast_over_grid(sources.direction_index) * of_each + own % of_each
     computed, place = np.unique(answering, return_inverse=True)
-    turn_deg = few.broadcast_over_grid(sources.turn_deg).ravel()[computed]
+    turn_deg = few.broadcast_over_grid(sources.rotation_from_simulated_deg).ravel()[computed]
     results = simulate_cases(
         model, motion, few.cases_at_grid_indices(np.unravel_index(computed, few.shape), turn_deg), numerics
     )

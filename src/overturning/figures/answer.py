@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from overturning.figures.style import (
     DASHED,
     INK,
-    PAGE_WIDTH,
+    PAGE_WIDTH_INCHES,
     SERIES_COLOURS,
     add_title_and_legend,
     create_panel_grid,
@@ -62,7 +62,7 @@ def sorted_fall_alignment_figure(
         Mean over the earthquakes of each group, with its interval.
     """
     rows = max(len(of_group) for of_group in alignments_by_group.values())
-    wide = PAGE_WIDTH if len(alignments_by_group) > 1 else 4.6
+    wide = PAGE_WIDTH_INCHES if len(alignments_by_group) > 1 else 4.6
     most_letters = int(7.4 * wide / len(alignments_by_group))  # half of the width of a panel
     every = [name for of_group in alignments_by_group.values() for name in of_group]
     most_lines = max((len(wrap_name_into_lines(name, most_letters)) for name in every), default=1)
@@ -123,7 +123,7 @@ def fall_alignment_with_references_figure(alignments_by_group: Mapping[str, Mapp
         ),
     )
     figure, panels = create_panel_grid(
-        1, 1, PAGE_WIDTH, 1.35 * ROW_HEIGHT_INCHES * len(names) * max(1.3, 0.75 * len(alignments_by_group)) + 1.2
+        1, 1, PAGE_WIDTH_INCHES, 1.35 * ROW_HEIGHT_INCHES * len(names) * max(1.3, 0.75 * len(alignments_by_group)) + 1.2
     )
     axes, marks = panels[0, 0], []
     apart = 0.28
@@ -169,7 +169,7 @@ def overturned_share_difference_figure(
         Share under the first setting minus that under the second, one for each row.
     """
     figure, ((left, right),) = create_panel_grid(
-        1, 2, PAGE_WIDTH, ROW_HEIGHT_INCHES * len(row_names) * 1.15 + 1.3, width_ratios=(1.25, 1.0), sharey=True
+        1, 2, PAGE_WIDTH_INCHES, ROW_HEIGHT_INCHES * len(row_names) * 1.15 + 1.3, width_ratios=(1.25, 1.0), sharey=True
     )
     for place, (setting, dots) in enumerate(shares_by_setting.items()):
         look = _marker_style_of_record_group(place)

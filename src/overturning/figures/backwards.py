@@ -11,7 +11,7 @@ from overturning.arrays import FloatArray
 from overturning.figures.style import (
     FALL_COLOUR,
     INK,
-    PHONE_FIGURE_WIDTH,
+    PHONE_FIGURE_WIDTH_INCHES,
     SERIES_COLOURS,
     create_figure,
     is_drawing_for_phone,
@@ -29,7 +29,7 @@ _MAX_DRAWN_MOTIONS = 10
 def inferred_motion_posterior_figure(
     title: str,
     velocity_axis_probabilities: FloatArray,
-    stated_arc_deg: tuple[float, float],
+    credible_arc_middle_and_width_deg: tuple[float, float],
     motion_probabilities: Mapping[str, float],
     strength_distributions: Mapping[str, tuple[FloatArray, FloatArray, FloatArray, tuple[float, float]]],
 ) -> Figure:
@@ -41,7 +41,7 @@ def inferred_motion_posterior_figure(
         Title of the figure.
     velocity_axis_probabilities : array, shape (n,)
         Probabilities of n axes, evenly spaced from north over 180°.
-    stated_arc_deg : tuple of float
+    credible_arc_middle_and_width_deg : tuple of float
         Middle and width of the 90 % credible arc of the velocity axis, degrees.
     motion_probabilities : mapping
         Probability of each motion, by name.
@@ -50,15 +50,15 @@ def inferred_motion_posterior_figure(
         same probability of the prior, and the 90 % credible interval, whose ends may be 0 or infinite.
     """
     rows, columns = (4, 1) if is_drawing_for_phone() else (2, 2)
-    figure = create_figure(*((PHONE_FIGURE_WIDTH, 10.8) if is_drawing_for_phone() else (9.5, 5.4)))
+    figure = create_figure(*((PHONE_FIGURE_WIDTH_INCHES, 10.8) if is_drawing_for_phone() else (9.5, 5.4)))
     polar: Any = figure.add_subplot(rows, columns, 1, projection="polar")
     turn_axes_into_compass(polar)
     # Areas are proportional to probabilities; sectors outside the stated arc are pale.
     both = np.sqrt(np.tile(velocity_axis_probabilities, 2))
     angle, middle, half = (
         2 * np.pi * np.arange(both.size) / both.size,
-        np.radians(stated_arc_deg[0]),
-        np.radians(stated_arc_deg[1] / 2),
+        np.radians(credible_arc_middle_and_width_deg[0]),
+        np.radians(credible_arc_middle_and_width_deg[1] / 2),
     )
     inside = np.abs((angle - middle + np.pi / 2) % np.pi - np.pi / 2) <= half + 1e-9
     polar.bar(

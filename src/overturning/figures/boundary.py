@@ -13,12 +13,7 @@ from overturning.figures.cells import (
     panel_row_and_column_counts,
 )
 from overturning.figures.compass import b_over_h_ring_labels, create_compass_grid
-from overturning.figures.style import (
-    SERIES_COLOURS,
-    SERIES_LINE_STYLES,
-    add_title_and_legend,
-    mark_fault_normal,
-)
+from overturning.figures.style import SERIES_COLOURS, SERIES_LINE_STYLES, add_title_and_legend, mark_fault_normal
 from overturning.labels import friction_label
 
 
@@ -72,7 +67,7 @@ def overturning_boundary_figure(
     )
     rings, marked = b_over_h_ring_labels(1.04 * largest_b_over_h, largest_b_over_h), np.isfinite(fault_normal_deg)
     for axes, height in zip(panels.flat, heights, strict=False):
-        axes.draw_compass(1.04 * largest_b_over_h, rings, has_marks=bool(marked), has_spokes=True)
+        axes.draw_compass(1.04 * largest_b_over_h, rings, has_marks_at_rim=bool(marked), has_spokes=True)
         _draw_overturning_boundary(axes, loaded.sel(height=height), largest_b_over_h)
         mark_fault_normal(axes, fault_normal_deg)
         axes.write_title(f"H = {height:g} m", 10.0)

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import azimuths_one_step_inside_gap_ends
+from overturning.figures.style import azimuths_one_step_into_unsimulated_gaps
 from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.statistics.falls import add_opposite_azimuths
@@ -22,7 +22,7 @@ def extend_azimuths_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
     `simulated_and_opposite_azimuths_deg`.
     """
     whole = add_opposite_azimuths(cube)
-    unknown = azimuths_one_step_inside_gap_ends(whole["azimuth"].to_numpy())
+    unknown = azimuths_one_step_into_unsimulated_gaps(whole["azimuth"].to_numpy())
     return whole.reindex(azimuth=np.union1d(whole["azimuth"], unknown)) if unknown.size else whole
 
 
@@ -103,7 +103,7 @@ def symmetric_polar_curve(azimuth_deg: FloatArray, values_by_azimuth: FloatArray
     The curve has NaN across gaps between azimuths that were not simulated.
     """
     both = np.concatenate([azimuth_deg, azimuth_deg + 180.0]) % 360.0
-    around = np.concatenate([both, azimuths_one_step_inside_gap_ends(both)])
+    around = np.concatenate([both, azimuths_one_step_into_unsimulated_gaps(both)])
     unknown = np.full(around.size - both.size, np.nan)
     order = np.argsort(around, kind="stable")
     theta, closed = np.radians(around[order]), np.concatenate([values_by_azimuth, values_by_azimuth, unknown])[order]

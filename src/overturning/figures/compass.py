@@ -81,7 +81,7 @@ class CompassAxes(PolarAxes):
 
     def draw_compass(
         self, outer_radius: float, ring_labels: Mapping[float, str], label_azimuth_deg: float = 112.5,
-        *, has_marks: bool = False, has_spokes: bool = False, labels_in_front: bool = False,
+        *, has_marks_at_rim: bool = False, has_spokes: bool = False, labels_in_front: bool = False,
     ) -> None:  # fmt: skip
         """Draw the direction names and the rings of a compass, and limit its radius to ``outer_radius``; call it once.
 
@@ -93,7 +93,7 @@ class CompassAxes(PolarAxes):
             Labels of the rings, by radius.
         label_azimuth_deg : float
             Azimuth at which the rings are labelled, degrees.
-        has_marks : bool
+        has_marks_at_rim : bool
             True to leave room between the rim and the names.
         has_spokes : bool
             True to draw lines from the centre towards the named directions.
@@ -106,7 +106,9 @@ class CompassAxes(PolarAxes):
         self.yaxis.set_visible(False)
         self.spines["polar"].set_linewidth(0.6)
         self._draw_compass_rings([radius / outer_radius for radius in ring_labels], has_spokes)
-        self._name_distance = _DIRECTION_NAME_DISTANCE_PT + (_EXTRA_NAME_DISTANCE_FOR_MARKS_PT if has_marks else 0.0)
+        self._name_distance = _DIRECTION_NAME_DISTANCE_PT + (
+            _EXTRA_NAME_DISTANCE_FOR_MARKS_PT if has_marks_at_rim else 0.0
+        )
         scale = self.figure.dpi_scale_trans
         for number, name in enumerate(DIRECTIONS):
             outward = _unit_vector_towards_azimuth(45.0 * number)

@@ -19,7 +19,7 @@ from overturning.figures.cells import (
 )
 from overturning.figures.explore_cells import (
     AZIMUTH_RESOLUTION_DEG,
-    PROBABILITY_STEP_COUNT,
+    ENCODED_PROBABILITY_STEP_COUNT,
     ROTATION_RESOLUTION_DEG,
     ROTATION_RESOLUTION_IN_CRITICAL_ANGLES,
     choose_initial_explorer_case,
@@ -42,11 +42,7 @@ from overturning.labels import variant_label_as_list
 from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
-from overturning.study.cube import (
-    default_height_and_friction_of_figures,
-    find_study_for_figure_settings,
-    study_of_cube,
-)
+from overturning.study.cube import default_height_and_friction_of_figures, find_study_for_figure_settings, study_of_cube
 from overturning.study.film_options import film_command_options
 from overturning.study.preflight import MAX_CELLS_OF_SINGLE_EXPLORER_PAGE
 from overturning.study.scenes import variant_scene
@@ -59,7 +55,7 @@ if TYPE_CHECKING:
 _AZIMUTH_COLOUR_COUNT: Final = 72
 """Number of colours for the azimuths of falls."""
 
-_SCRIPTS: Final = (
+_SCRIPT_FILE_NAMES: Final = (
     "page.js",
     "explore_cells.js",
     "explore_maps.js",
@@ -135,7 +131,8 @@ def explorer_page_data(
         "degrees": degrees,
         "directionEdges": _rounded_json_list(_direction_cell_edges(direction, model.is_planar)),
         "radiusEdges": _rounded_json_list(b_over_h_cell_edges(part["b_over_h"].to_numpy().astype(np.float64))),
-        "steps": {"rotation": turn_steps, "azimuth": AZIMUTH_RESOLUTION_DEG, "chance": 1 / PROBABILITY_STEP_COUNT},
+        "steps": {"rotation": turn_steps, "azimuth": AZIMUTH_RESOLUTION_DEG,
+        "chance": 1 / ENCODED_PROBABILITY_STEP_COUNT},
         "ensemble": ensemble_fall_probability(one) is not None,
         "film": options | {
             "missing": translate(options["missing"]), "options": options["options"] + _film_command_language_option()
@@ -233,7 +230,7 @@ def explorer_page_html(page_data: dict[str, Any], report_address: str = "") -> s
     The page is the same, byte for byte, for the same data; it loads only the files with cells of single records. Its
     texts are in the current language. It has a link to the report if `report_address` is given.
     """
-    script = "".join(map(read_template_text, _SCRIPTS))
+    script = "".join(map(read_template_text, _SCRIPT_FILE_NAMES))
     shown = {name: page_data[name] for name in ("title", "question", "space", "mirrors", "ensemble")}
     shown["language"] = current_language()
     return render_page_template(

@@ -15,7 +15,7 @@ from overturning.model.status import CaseStatus
 if TYPE_CHECKING:
     import xarray as xr
 
-PROBABILITY_STEP_COUNT: Final = 240
+ENCODED_PROBABILITY_STEP_COUNT: Final = 240
 """Number of steps of a probability from 0 to 1 in the page's data, in which the largest integer means missing.
 
 Shares of 8, 16 and 24 runs are represented exactly. Other shares are rounded, but only 0 becomes 0 and only 1
@@ -32,7 +32,7 @@ The page rounds to whole degrees, tenths of a degree and percent. Steps are an o
 multiple of a step is half-way between two shown numbers: rounded twice, 1.3496° would become 1.35° and then 1.4°.
 """
 
-_ROTATION_VARIABLE_BY_DIRECTION: Final = {"azimuth": "peak_rotation", "orientation": "peak_tilt"}
+_ROTATION_VARIABLE_BY_DIRECTION_DIMENSION: Final = {"azimuth": "peak_rotation", "orientation": "peak_tilt"}
 """Name of the rotation variable, by the direction of the model."""
 
 ROTATION_RESOLUTION_IN_CRITICAL_ANGLES: Final = 0.01 / 11
@@ -71,7 +71,9 @@ def encode_outcomes_of_record(
             ).astype("i1")
         ),
         "rotation": _encode_as_base64_integers(
-            transpose_to_page_order(record_cube[_ROTATION_VARIABLE_BY_DIRECTION[model.direction_dimension_name]]),
+            transpose_to_page_order(
+                record_cube[_ROTATION_VARIABLE_BY_DIRECTION_DIMENSION[model.direction_dimension_name]]
+            ),
             np.asarray(rotation_steps),
             "<u2",
         ),
@@ -79,7 +81,9 @@ def encode_outcomes_of_record(
         "timeStep": time_step,
         **{
             name: _encode_as_base64_integers(
-                _clip_intermediate_probabilities(transpose_to_page_order(known[name])), 1 / PROBABILITY_STEP_COUNT, "u1"
+                _clip_intermediate_probabilities(transpose_to_page_order(known[name])),
+                1 / ENCODED_PROBABILITY_STEP_COUNT,
+                "u1",
             )
             for name in ("towards", "away")
         },
@@ -122,7 +126,7 @@ def _clip_intermediate_probabilities(probability: FloatArray) -> FloatArray:
     """Clip probabilities strictly between 0 and 1, so that rounding to 255 steps gives neither 0 nor 1."""
     return np.where(
         (probability > 0) & (probability < 1),
-        np.clip(probability, 1 / PROBABILITY_STEP_COUNT, 1 - 1 / PROBABILITY_STEP_COUNT),
+        np.clip(probability, 1 / ENCODED_PROBABILITY_STEP_COUNT, 1 - 1 / ENCODED_PROBABILITY_STEP_COUNT),
         probability,
     )
 

@@ -49,14 +49,14 @@ class FilmBody:
     )
     positions_by_frame: FloatArray  # of the reference point, m, shape (frames, 2 | 3), or (1, 2) if it does not move
     rotations_by_frame: FloatArray  # towards +s (clockwise), rad, shape (frames,) or (1,); or quaternion, (frames, 4)
-    free: bool = True  # not driven or held
+    is_free: bool = True  # not driven or held
     faces: tuple[tuple[int, ...], ...] = ()  # 3-D: vertices of each face, anticlockwise seen from outside
 
     def player_data(self) -> dict[str, Any]:
         """Return shape, positions and rotations of the body as a dictionary for the JavaScript film player."""
         return {
             "name": self.name,
-            "free": self.free,
+            "free": self.is_free,
             "vertices": [[round(float(part), 5) for part in vertex] for vertex in self.vertices_from_reference_point],
             "faces": self.faces,
             "position": _encode_as_scaled_base64_integers(self.positions_by_frame),
@@ -77,7 +77,7 @@ class FilmPanel:
     )
     sampling_interval: float  # of the acceleration, s; its first sample is at time 0
     left_and_right_bearings: tuple[str, str] = ("", "")  # names of the directions −s and +s
-    contact_points: FloatArray | None = None  # contact points, m, shape (frames, k, 2)
+    contact_positions_by_frame: FloatArray | None = None  # contact points, m, shape (frames, k, 2)
     contact_forces_over_weight: FloatArray | None = (
         None  # on the free bodies at these points, in units of the weight; 0 without contact
     )
@@ -135,10 +135,10 @@ class FilmPanel:
         }
         if self.ground_displacement_by_frame is not None:
             data["ground"] = _encode_as_scaled_base64_integers(self.ground_displacement_by_frame)
-        if self.contact_forces_over_weight is not None and self.contact_points is not None:
+        if self.contact_forces_over_weight is not None and self.contact_positions_by_frame is not None:
             data["points"] = self.contact_forces_over_weight.shape[1]
             data["forcePoint"], data["force"] = (
-                _encode_as_scaled_base64_integers(self.contact_points),
+                _encode_as_scaled_base64_integers(self.contact_positions_by_frame),
                 _encode_as_scaled_base64_integers(self.contact_forces_over_weight),
             )
         return data
@@ -200,7 +200,9 @@ class Film:
             "interval": self.frame_interval,
             "frames": self.frame_count,
             "view": [round(float(edge), 4) for edge in extent_of_free_2d_bodies(self)],
-            "earthView": [round(float(edge), 4) for edge in extent_of_free_2d_bodies(self, moving=True)],
+            "earthView": [
+                round(float(edge), 4) for edge in extent_of_free_2d_bodies(self, adds_ground_displacement=True)
+            ],
             "peak": round(self.peak_acceleration / GAL, 3),
             "note": self.note,
             "words": PLAYER_TEXTS,
@@ -247,17 +249,23 @@ def polygon_vertices_by_frame(body: FilmBody) -> FloatArray:
     return np.asarray(body.positions_by_frame[:, None] + np.stack([s * cos + z * sin, z * cos - s * sin], axis=-1))
 
 
-def extent_of_free_2d_bodies(film: Film, *, moving: bool = False) -> tuple[float, float, float, float]:
+def extent_of_free_2d_bodies(
+    film: Film, *, adds_ground_displacement: bool = False
+) -> tuple[float, float, float, float]:
     """Return the rectangle (left, right, bottom, top), m, that contains all free polygons of a film at all times.
 
-    If `moving`, the displacement of the ground is added, as the player shows it on request.
+    If `adds_ground_displacement`, the displacement of the ground is added, as the player shows it on request.
     """
     places = [
         polygon_vertices_by_frame(body)
-        + (ground_displacement_at_frames(panel, len(body.positions_by_frame))[:, None] if moving else 0.0)
+        + (
+            ground_displacement_at_frames(panel, len(body.positions_by_frame))[:, None]
+            if adds_ground_displacement
+            else 0.0
+        )
         for panel in film.panels
         for body in panel.bodies
-        if body.free and not panel.shows_3d_body
+        if body.is_free and not panel.shows_3d_body
     ]
     if not places:
         return -1.0, 1.0, -0.5, 1.5

@@ -24,7 +24,7 @@ def film_title_facts(model: Model, block_sizes: Mapping[str, float], place_name:
     place_name : str
         Name of the record; see `overturning.figures.film_words.station_and_event_text`.
     **more
-        ``direction_deg``, ``amplitude`` and ``is_vertical_motion_omitted`` of `FilmTitleFacts`.
+        ``direction_deg``, ``amplitude_factor`` and ``is_vertical_motion_omitted`` of `FilmTitleFacts`.
     """
     height, width = block_sizes["height"], block_sizes["height"] * block_sizes["b_over_h"]
     given = {
@@ -52,7 +52,7 @@ def _title_facts_of_scene(scene: Scene) -> dict[str, Any]:
     return {
         "stone_kind": "scene",
         "scene": scene.title or scene.name,
-        "element": scene.size_reference_element_name,
+        "size_reference_element_name": scene.size_reference_element_name,
         **own,
     }
 
@@ -64,7 +64,7 @@ def _title_facts_of_body(shape: Shape, width: float, aspect: float) -> dict[str,
     if isinstance(shape, Cylinder):
         return {"stone_kind": "round"}
     return (
-        {"stone_kind": "prism", "side_count": shape.sides}
+        {"stone_kind": "prism", "prism_side_count": shape.sides}
         if isinstance(shape, RegularPrism)
         else {"stone_kind": "solid"}
     )

@@ -51,12 +51,12 @@ _CJK_FONT_PATH_PATTERN: Final = re.compile(r"cjk|ipa", re.IGNORECASE)
 """Part of the path of a font that may have Japanese characters."""
 
 
-def check_film_can_be_written(path: Path, *, in_space: bool) -> None:
+def check_film_can_be_written(path: Path, *, is_3d: bool) -> None:
     """Raise an error if a 3-D film is to be written to another file than .html, or an MP4 without ffmpeg.
 
     It is called before the simulation, so that no time is lost.
     """
-    if in_space and path.suffix.lower() != ".html":
+    if is_3d and path.suffix.lower() != ".html":
         raise ArgumentError(f"{path.name}: a film of a 3-D body is an HTML page; use the extension .html")
     if path.suffix.lower() == ".mp4" and which("ffmpeg") is None:
         raise MissingDataError(f"{path.name}: MP4 needs the program ffmpeg; install it, or write .gif or .html instead")
@@ -73,7 +73,7 @@ def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
     from overturning.figures.ticks import limit_ticks_to_axis_range
 
     kind = path.suffix.lower()
-    check_film_can_be_written(path, in_space=film.panels[0].shows_3d_body)
+    check_film_can_be_written(path, is_3d=film.panels[0].shows_3d_body)
     check_output_path(path, "film", *MOVIE_SUFFIXES)
     rate: Any = MOVIE_PLAYBACK_SPEED / film.frame_interval
     # Leave date and encoder version out of the file, because they differ between runs.
@@ -161,7 +161,7 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
         for body in panel.bodies:
             look = (
                 {"facecolor": STONE_COLOUR, "edgecolor": INK}
-                if body.free
+                if body.is_free
                 else {"facecolor": GROUND_COLOUR, "edgecolor": "none"}
             )
             shapes.append(

@@ -21,10 +21,10 @@ from overturning.motion.motion import Motion
 if TYPE_CHECKING:
     import xarray as xr
 
-ENDLESS_GROUND_MIN_HALF_WIDTH_FACTOR = 3.0
+ENDLESS_GROUND_MIN_HALF_WIDTH_OVER_HEIGHT = 3.0
 """Half-width from which an element is drawn as endless ground, as a multiple of the scene's height."""
 
-DRAWN_GROUND_HALF_WIDTH_FACTOR = 20.0
+DRAWN_GROUND_HALF_WIDTH_OVER_SCENE_HEIGHT = 20.0
 """Half-width and depth with which endless ground is drawn, as a multiple of the scene's height: beyond the edges of the
 picture, also if the ground sinks, or stones of another panel slide far or are thrown up."""
 
@@ -108,7 +108,7 @@ def _film_bodies_of_scene(
     levels = vertices[free, :, 1] + trajectory["z"].to_numpy()[0, free, None]
     tall = float(np.nanmax(levels) - np.nanmin(levels))
     reach = (
-        ENDLESS_GROUND_MIN_HALF_WIDTH_FACTOR * tall
+        ENDLESS_GROUND_MIN_HALF_WIDTH_OVER_HEIGHT * tall
         + float(np.abs(x[:, free]).max())
         + float(np.abs(ground_shift).max())
     )
@@ -124,8 +124,8 @@ def _film_bodies_of_scene(
         if not is_free:
             frames = frames if np.ptp(frames, axis=0).any() else frames[:1]  # held elements move relative to the base
             if np.ptp(shape[:, 0]) > 2 * reach:
-                shape = _clip_wide_ground(shape, reach + DRAWN_GROUND_HALF_WIDTH_FACTOR * tall)
-        bodies.append(FilmBody(str(name), shape, frames[:, :2], frames[:, 2], free=is_free))
+                shape = _clip_wide_ground(shape, reach + DRAWN_GROUND_HALF_WIDTH_OVER_SCENE_HEIGHT * tall)
+        bodies.append(FilmBody(str(name), shape, frames[:, :2], frames[:, 2], is_free=is_free))
     return tuple(bodies)
 
 
@@ -188,7 +188,7 @@ def scene_film_panel(
         samples_from_time_zero(along, interval, first_sample_time),
         interval,
         left_and_right_bearings=(compass_bearing_text(azimuth + 180.0), compass_bearing_text(azimuth)),
-        contact_points=point,
+        contact_positions_by_frame=point,
         contact_forces_over_weight=force,
         vertical_base_acceleration=None if up is None else samples_from_time_zero(up, interval, first_sample_time),
         ground_displacement_by_frame=ground,

@@ -39,7 +39,7 @@ def panel_heading_of_trajectory(trajectory: "xr.Dataset") -> str:
     """Return the heading of a film panel: azimuth of the motion (2-D), or azimuth that the body faces (3-D)."""
     display = _film_functions_for_trajectory(trajectory)
     return panel_heading_with_bearing(
-        float(trajectory.attrs[display.direction_attribute]), in_space=display is not _FILM_FUNCTIONS_2D_SCENE
+        float(trajectory.attrs[display.direction_attribute]), is_3d=display is not _FILM_FUNCTIONS_2D_SCENE
     )
 
 

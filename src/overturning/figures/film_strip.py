@@ -9,7 +9,7 @@ from overturning.figures.film import Film, FilmBody, FilmPanel, extent_of_free_2
 from overturning.figures.film_words import STRIP_CAPTIONS_ALL_FALL, STRIP_CAPTIONS_NONE_FALL, STRIP_CAPTIONS_SOME_FALL
 from overturning.figures.style import (
     INK,
-    PAGE_WIDTH,
+    PAGE_WIDTH_INCHES,
     add_title_and_legend,
     create_panel_grid,
     largest_round_number_up_to,
@@ -38,7 +38,7 @@ def film_strip_frame_times_and_captions(film: Film) -> tuple[FloatArray, tuple[s
             rotation_or_tilt_angle_by_frame(body, film.frame_count)
             for panel in film.panels
             for body in panel.bodies
-            if body.free
+            if body.is_free
         ],
         axis=0,
     )
@@ -74,12 +74,15 @@ def film_strip_figure(film: Film, *, titled: bool = True) -> "Figure":
     rows = len(film.panels)
     edges = _axis_limits_of_body_view(film) if film.panels[0].shows_3d_body else extent_of_free_2d_bodies(film)
     left, right, bottom, top = edges
-    tall = PAGE_WIDTH / len(names) * min((top - bottom) / (right - left), 1.3)
+    tall = PAGE_WIDTH_INCHES / len(names) * min((top - bottom) / (right - left), 1.3)
     captions, lines = pad_to_equal_line_count(
-        [break_text_at_width(_caption_below_frame_row(panel, rows), 0.97 * PAGE_WIDTH, 8.0) for panel in film.panels]
+        [
+            break_text_at_width(_caption_below_frame_row(panel, rows), 0.97 * PAGE_WIDTH_INCHES, 8.0)
+            for panel in film.panels
+        ]
     )
     high = rows * (tall + 0.2 + 0.15 * (lines - 1)) + 0.25 + 0.35 * titled
-    figure, panels = create_panel_grid(rows, len(names), PAGE_WIDTH, high)
+    figure, panels = create_panel_grid(rows, len(names), PAGE_WIDTH_INCHES, high)
     if titled:
         add_title_and_legend(figure, film.title)
     for row, (panel, caption, axes_row) in enumerate(zip(film.panels, captions, panels, strict=True)):
@@ -118,7 +121,7 @@ def draw_film_panel_at_frame(axes: Any, panel: FilmPanel, frame_position: float)
     for body in panel.bodies:
         look = (
             {"facecolor": STONE_COLOUR, "edgecolor": INK}
-            if body.free
+            if body.is_free
             else {"facecolor": GROUND_COLOUR, "edgecolor": "none"}
         )
         places = polygon_vertices_by_frame(body_at_frame(body, frame_position))[0]
@@ -142,7 +145,7 @@ def body_at_frame(body: FilmBody, frame_position: float) -> FilmBody:
         body.vertices_from_reference_point,
         interpolate_poses_at_frame(body.positions_by_frame),
         interpolate_poses_at_frame(body.rotations_by_frame),
-        body.free,
+        body.is_free,
         body.faces,
     )
 

@@ -72,7 +72,7 @@ class FilmTitleFacts:
         Station or id of the record, with the earthquake.
     direction_deg : float or None
         Azimuth of the motion (2-D) or orientation of the body (3-D), degrees; None if the panels differ.
-    amplitude : float
+    amplitude_factor : float
         Factor on the recorded motion.
     is_vertical_motion_omitted : bool
         True if the vertical motion of the record is left out in all panels.
@@ -86,10 +86,10 @@ class FilmTitleFacts:
     direction_deg: float | None = None
     is_3d: bool = False
     depth: float = 0.0
-    side_count: int = 0
+    prism_side_count: int = 0
     scene: str = ""
-    element: str = ""
-    amplitude: float = 1.0
+    size_reference_element_name: str = ""
+    amplitude_factor: float = 1.0
     is_vertical_motion_omitted: bool = False
 
 
@@ -122,7 +122,10 @@ def film_title_text(title_facts: FilmTitleFacts) -> str:
     sizes = {name: length_with_unit(getattr(title_facts, name)) for name in ("width", "height", "depth")}
     parts = [
         _STONE_DESCRIPTION_TEMPLATES[title_facts.stone_kind].format(
-            **sizes, scene=title_facts.scene, element=title_facts.element, sides=title_facts.side_count
+            **sizes,
+            scene=title_facts.scene,
+            element=title_facts.size_reference_element_name,
+            sides=title_facts.prism_side_count,
         )
     ]
     if title_facts.friction is not None:
@@ -134,7 +137,7 @@ def film_title_text(title_facts: FilmTitleFacts) -> str:
         if title_facts.is_3d or title_facts.direction_deg is None
         else f", turned to {compass_bearing_text(title_facts.direction_deg)}"
     )
-    factor = "" if title_facts.amplitude == 1.0 else f" times {title_facts.amplitude:g}"
+    factor = "" if title_facts.amplitude_factor == 1.0 else f" times {title_facts.amplitude_factor:g}"
     parts.append(f"under the record of {title_facts.station_and_event}{turned}{factor}")
     return ", ".join([*parts, *(["without its vertical motion"] if title_facts.is_vertical_motion_omitted else [])])
 
@@ -144,9 +147,9 @@ def movie_title_with_speed(film_title: str, speed: str) -> str:
     return f"{film_title} (at {speed} of its speed)"
 
 
-def panel_heading_with_bearing(direction_deg: float, *, in_space: bool) -> str:
+def panel_heading_with_bearing(direction_deg: float, *, is_3d: bool) -> str:
     """Return the heading of a panel: the azimuth of the motion (2-D), or the direction that a body faces (3-D)."""
-    return f"{'facing' if in_space else 'motion along'} {compass_bearing_text(direction_deg)}"
+    return f"{'facing' if is_3d else 'motion along'} {compass_bearing_text(direction_deg)}"
 
 
 _SETTING_HEADING_TEMPLATES: Final = {

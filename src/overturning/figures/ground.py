@@ -71,7 +71,7 @@ def hodograph_figure(motion: Motion, fault_normal_deg: float, title: str) -> Fig
 
     The azimuth of the fault normal, degrees, can be NaN.
     """
-    figure, panels = style.create_panel_grid(1, 3, style.PAGE_WIDTH, 3.2)
+    figure, panels = style.create_panel_grid(1, 3, style.PAGE_WIDTH_INCHES, 3.2)
     draw_hodographs(panels[0], motion, fault_normal_deg)
     style.add_title_and_legend(figure, title, panels[0, 0], 2)
     return figure
@@ -103,7 +103,7 @@ def fourier_and_response_spectra_figure(motion: Motion, azimuths_deg: list[float
     """
     largest = float(np.hypot(*motion.horizontal_components).max())
     moves = [float(np.abs(motion.acceleration_along(azimuth)).max()) > 1e-9 * largest for azimuth in azimuths_deg]
-    figure, ((left, right),) = style.create_panel_grid(1, 2, style.PAGE_WIDTH, 3.4)
+    figure, ((left, right),) = style.create_panel_grid(1, 2, style.PAGE_WIDTH_INCHES, 3.4)
     for axes, (x, spectra), unit, across, up in (
         (left, smoothed_fourier_spectra(motion, azimuths_deg), CM, "frequency, Hz", "Fourier amplitude, Gal·s"),
         (
@@ -144,7 +144,7 @@ def pga_and_pgv_by_azimuth_figure(peaks_by_azimuth: xr.Dataset, fault_normal_deg
         peaks = peaks_by_azimuth[name].to_numpy() / factor
         largest = float(peaks.max())
         outer, marked = largest * 1.08 or 1.0, bool(np.isfinite(fault_normal_deg))
-        axes.draw_compass(outer, labels_of_rings_at_round_radii(outer), has_marks=marked, has_spokes=True)
+        axes.draw_compass(outer, labels_of_rings_at_round_radii(outer), has_marks_at_rim=marked, has_spokes=True)
         theta, around = symmetric_polar_curve(azimuth, peaks)  # a peak is an absolute value
         axes.plot(theta, around, ".-", color=colour, linewidth=1.4, markevery=isolated_curve_point_indices(around))
         axes.set_ylim(0.0, outer)

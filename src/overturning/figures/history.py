@@ -27,7 +27,7 @@ from overturning.motion.noise import SignalNoiseSpectra, shortest_usable_noise_w
 from overturning.motion.spectra import rotd_percentile_measures
 from overturning.records.processing import MIN_SIGNAL_TO_NOISE_RATIO
 from overturning.records.record import Record, processing_entry_text, processing_label
-from overturning.study.intensity import ROTD_PERCENTILES, SPECTRUM_PERIODS
+from overturning.study.intensity import ROTD_PERCENTILES, SPECTRUM_PERIODS_S
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 COMPONENTS: Final = ("north", "east", "up")
 TIME_HISTORY_LABELS_AND_UNITS: Final = (("acceleration, Gal", GAL), ("velocity, cm/s", CM), ("displacement, cm", CM))
-RESPONSE_SPECTRUM_PERIODS_S: Final = SPECTRUM_PERIODS[SPECTRUM_PERIODS >= 0.05]
+RESPONSE_SPECTRUM_PERIODS_S: Final = SPECTRUM_PERIODS_S[SPECTRUM_PERIODS_S >= 0.05]
 """Periods of the response spectra, s: twenty per decade; their damping ratio is 0.05."""
 
 TIME_BIN_COUNT: Final = 600
@@ -279,15 +279,21 @@ def _draw_husid(panel: "Axes", processed_record: Record, component_names: list[s
 
 
 def _draw_signal_to_noise_ratio(
-    panel: "Axes", noise_ratio: SignalNoiseSpectra | None, component_names: list[str], least_noise_s: float
+    panel: "Axes", noise_ratio: SignalNoiseSpectra | None, component_names: list[str], min_noise_duration_s: float
 ) -> None:
-    """Draw the signal-to-noise ratio by frequency, or a note if the noise is shorter than `least_noise_s`, s."""
+    """Draw the signal-to-noise ratio by frequency, or a note if the noise is shorter than `min_noise_duration_s`, s."""
     label_axes(panel, "frequency, Hz", "signal-to-noise ratio")
     if noise_ratio is None:
-        write_note_in_empty_panel(panel, f"no noise of {least_noise_s:g} s\nbefore the onset")
+        write_note_in_empty_panel(panel, f"no noise of {min_noise_duration_s:g} s\nbefore the onset")
         return
     for row, (name, colour) in enumerate(zip(component_names, SERIES_COLOURS, strict=False)):
-        panel.plot(noise_ratio.frequency, noise_ratio.ratio[row], color=colour, linewidth=1.0, label=name)
+        panel.plot(
+            noise_ratio.frequency,
+            noise_ratio.signal_to_noise_and_offset_ratio[row],
+            color=colour,
+            linewidth=1.0,
+            label=name,
+        )
     panel.axhline(MIN_SIGNAL_TO_NOISE_RATIO, color=FALL_COLOUR, linewidth=0.8, linestyle=DASHED)
     _set_logarithmic_axes(panel)
     panel.legend(fontsize=7, loc="best")

@@ -31,12 +31,12 @@ from overturning.statistics.illustrative import (
     case_with_differing_outcomes,
     find_illustrative_cases,
 )
-from overturning.study.cube import element_name_to_show, open_cube_by_record, study_of_cube
+from overturning.study.cube import element_name_to_show, open_cube_for_reading_by_record, study_of_cube
 from overturning.study.scenes import (
     NOMINAL_VARIANT,
     StudyToSceneSizeConversion,
+    compared_element_names_of_study_and_variant,
     ground_motion_for_variant,
-    names_of_compared_elements,
     numerical_options_of_study,
     select_outcomes_of_element,
     variant_model,
@@ -56,7 +56,7 @@ def draw_illustrative_cases(
     motion_folder: Path,
     output_folder: Path,
     compared_cube_path: Path | None = None,
-    shown_records: Sequence[str] = (),
+    candidate_record_ids: Sequence[str] = (),
 ) -> None:
     """Choose and simulate the illustrative cases of a study again, and write their films and figures.
 
@@ -71,22 +71,26 @@ def draw_illustrative_cases(
     compared_cube_path : Path, optional
         Cube of the variant with which the study is compared; the first case is then the one that answers which of both
         makes a block fall, if an outcome differs.
-    shown_records : sequence of str, optional
+    candidate_record_ids : sequence of str, optional
         Records among which the cases are chosen, such as those of surveys; not given: all records of the cube.
     """
     with (
         empty_folder_then_list_new_files(output_folder),
-        open_cube_by_record(cube_path, element=None) as elements,
+        open_cube_for_reading_by_record(cube_path, element=None) as elements,
         use_package_matplotlib_settings(),
     ):
-        chosen = np.isin(elements["record_id"].to_numpy().astype(str), shown_records) if shown_records else slice(None)
+        chosen = (
+            np.isin(elements["record_id"].to_numpy().astype(str), candidate_record_ids)
+            if candidate_record_ids
+            else slice(None)
+        )
         elements = elements.isel(record=chosen)
         cube = _select_default_element_and_mark_any_fall(elements)
         cases = find_illustrative_cases(cube)
         if compared_cube_path is not None:
-            with open_cube_by_record(compared_cube_path, element=None) as other_cube:
+            with open_cube_for_reading_by_record(compared_cube_path, element=None) as other_cube:
                 variant = str(other_cube.attrs["variant"])
-                here, there = names_of_compared_elements(study_of_cube(elements), variant)
+                here, there = compared_element_names_of_study_and_variant(study_of_cube(elements), variant)
                 answer = case_with_differing_outcomes(
                     select_outcomes_of_element(elements, here),
                     select_outcomes_of_element(other_cube.isel(record=chosen), there),

@@ -44,7 +44,7 @@ def fall_map_by_orientation_figure(cube: xr.Dataset, title: str) -> Figure:
     columns = len(frictions) + 1
     # On a phone the map of one friction and its rose stay next to each other.
     narrow = style.is_drawing_for_phone() and columns == 2
-    figure = style.create_figure(style.PHONE_FIGURE_WIDTH if narrow else 2.2 * columns, 1.95 * len(blocks) + 0.9)
+    figure = style.create_figure(style.PHONE_FIGURE_WIDTH_INCHES if narrow else 2.2 * columns, 1.95 * len(blocks) + 0.9)
     panels = style.add_panel_grid(figure, len(blocks), columns)
     for row, (height, aspect) in enumerate(blocks):
         for column, friction in enumerate(frictions):

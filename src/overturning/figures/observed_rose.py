@@ -12,8 +12,8 @@ from overturning.arrays import FloatArray
 from overturning.figures.style import (
     FALL_COLOUR,
     INK,
-    PAGE_WIDTH,
-    PHONE_FIGURE_WIDTH,
+    PAGE_WIDTH_INCHES,
+    PHONE_FIGURE_WIDTH_INCHES,
     SERIES_COLOURS,
     add_title_and_legend,
     create_figure,
@@ -76,7 +76,7 @@ def observed_fall_roses_figure(roses: Sequence[ObservedFallRose]) -> Figure:
     count = len(roses)
     columns = 1 if is_drawing_for_phone() else min(count, MAX_ROSES_PER_ROW)
     rows = -(-count // columns)
-    width = PHONE_FIGURE_WIDTH if columns == 1 else PAGE_WIDTH
+    width = PHONE_FIGURE_WIDTH_INCHES if columns == 1 else PAGE_WIDTH_INCHES
     figure = create_figure(width, (width / columns + 0.35) * rows + 0.75)
     places = figure.add_gridspec(rows, columns)
     for number, rose in enumerate(roses):

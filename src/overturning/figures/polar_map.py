@@ -213,7 +213,7 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
         largest_b_over_h,
         b_over_h_ring_labels(largest_b_over_h, float(radius.mean())),
         azimuth_for_radius_labels(cells, *panel.fault_normal_and_radial_deg),
-        has_marks=bool(np.isfinite(panel.fault_normal_and_radial_deg[0])),
+        has_marks_at_rim=bool(np.isfinite(panel.fault_normal_and_radial_deg[0])),
         labels_in_front=True,
     )
     edges = azimuth_cell_edges_rad(cells["azimuth"].to_numpy().astype(np.float64))

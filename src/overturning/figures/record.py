@@ -62,7 +62,7 @@ def draw_record_figures(
                     ),
                     output_folder / "polar" / name,
                 )
-                if study.has_several_blocks:
+                if study.has_several_heights_frictions_or_aspects:
                     write_figure_files(
                         fall_map_figure(one, f"{title}{stone}", around["pgv"]), output_folder / "blocks" / name
                     )

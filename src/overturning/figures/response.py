@@ -23,7 +23,7 @@ ROW_LABELS_SEVERAL_ELEMENTS = (*ROW_LABELS_SINGLE_ELEMENT[:2], "slip over ground
 _MAX_RESPONSE_AT_REST = 1e-6
 """Largest rotation, degrees, and displacement, cm, that are rounding errors of a stone at rest."""
 
-MAX_CRITICAL_ANGLE_OVER_ROTATION = 3.0
+MAX_DRAWN_CRITICAL_ANGLE_OVER_ROTATION = 3.0
 """The critical angle is drawn if it is at most this multiple of the largest rotation; otherwise the scale would
 hide the rotations."""
 
@@ -48,7 +48,7 @@ def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: s
 
     Each free element has a curve, with a legend if there are several, and a dashed line at its critical angle.
     """
-    width = max(min(3.3 * len(trajectories), style.PAGE_WIDTH), 4.4, 2.0 * len(trajectories))
+    width = max(min(3.3 * len(trajectories), style.PAGE_WIDTH_INCHES), 4.4, 2.0 * len(trajectories))
     figure, rows = style.create_panel_grid(
         len(ROW_LABELS_SINGLE_ELEMENT), len(trajectories), width, 6.6, sharex=True, sharey="row"
     )
@@ -76,7 +76,7 @@ def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: s
                     **look,
                 )
             alpha = float(np.degrees(one["critical_angle"]))
-            if alpha <= MAX_CRITICAL_ANGLE_OVER_ROTATION * largest:
+            if alpha <= MAX_DRAWN_CRITICAL_ANGLE_OVER_ROTATION * largest:
                 for sign in (1, -1):
                     rows[1, column].axhline(sign * alpha, linestyle=style.DASHED, **(look | {"linewidth": 0.7}))
                 position = {"xycoords": ("axes fraction", "data"), "va": "bottom", "fontsize": 8}

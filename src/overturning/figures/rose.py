@@ -13,7 +13,7 @@ from overturning.figures.style import (
     FALL_COLOUR,
     FAULT_COLOUR,
     INK,
-    PAGE_WIDTH,
+    PAGE_WIDTH_INCHES,
     create_panel_grid,
     mark_fault_normal,
     set_radius_ticks,
@@ -21,13 +21,13 @@ from overturning.figures.style import (
     wrap_name_into_lines,
 )
 from overturning.motion.direction import angle_between_azimuths
-from overturning.statistics.circular import SECTORS
+from overturning.statistics.circular import ROSE_SECTOR_COUNT
 from overturning.statistics.earthquakes import FallAxisSummary
 from overturning.statistics.roses import FallRose, fall_rose, fall_rose_by_record_group
 
 MAX_ROSES_PER_ROW: Final = 4
 
-SECTOR_INTERVAL_COLOUR: Final = "#f3cdb0"
+SECTOR_CONFIDENCE_INTERVAL_COLOUR: Final = "#f3cdb0"
 """Colour of the interval of a sector."""
 
 _MEAN_AXIS_LINE_STYLE: Final[dict[str, Any]] = {
@@ -49,7 +49,7 @@ def draw_fall_rose(axes: Any, rose: FallRose, radius_limit: float | None = None)
     """
     turn_axes_into_compass(axes)
     radius_limit = radius_limit or common_rose_radius(rose)
-    centres = np.arange(rose.shares.size) * 2.0 * np.pi / SECTORS
+    centres = np.arange(rose.shares.size) * 2.0 * np.pi / ROSE_SECTOR_COUNT
     values = [rose.shares, rose.low, rose.high]
     if rose.is_axial:  # the sector across the top has one half at either end
         axes.set(thetamin=-90.0, thetamax=90.0)
@@ -57,11 +57,18 @@ def draw_fall_rose(axes: Any, rose: FallRose, radius_limit: float | None = None)
         values = [np.tile(one, 2) for one in values]
     share, low, high = (np.sqrt(one) for one in values)
     known = np.isfinite(low)
-    look = {"width": 2.0 * np.pi / SECTORS, "edgecolor": "white", "linewidth": 0.4}
+    look = {"width": 2.0 * np.pi / ROSE_SECTOR_COUNT, "edgecolor": "white", "linewidth": 0.4}
     axes.bar(centres, share, color=FALL_COLOUR, zorder=3, **look)
-    axes.bar(centres[known], (high - share)[known], bottom=share[known], color=SECTOR_INTERVAL_COLOUR, zorder=3, **look)
+    axes.bar(
+        centres[known],
+        (high - share)[known],
+        bottom=share[known],
+        color=SECTOR_CONFIDENCE_INTERVAL_COLOUR,
+        zorder=3,
+        **look,
+    )
     for angle, radius in zip(centres[known], low[known], strict=True):
-        across = angle + np.linspace(-np.pi, np.pi, 5) / SECTORS
+        across = angle + np.linspace(-np.pi, np.pi, 5) / ROSE_SECTOR_COUNT
         axes.plot(across, np.full(5, radius), color="white", linewidth=1.1, solid_capstyle="butt", zorder=4)
     apart = 0.36 if rose.is_axial else 0.27  # below a half circle labels stand side by side; they are wider than high
     shown = list[float]()  # labels of the radius, not so close that they overlap
@@ -77,7 +84,7 @@ def draw_fall_rose(axes: Any, rose: FallRose, radius_limit: float | None = None)
     )
     axes.yaxis.grid(True, linewidth=0.4)
     if rose.is_axial:
-        _label_fall_axis_angles(axes, rose.is_from_fault_normal)
+        _label_fall_axis_angles(axes, rose.is_measured_from_fault_normal)
     else:
         axes.set_rlabel_position(_azimuth_for_radius_labels(rose))
 
@@ -150,14 +157,14 @@ def fall_roses_by_group_figure(
     top = common_rose_radius(*roses.values())
     for (name, rose), axes in zip(roses.items(), panels[0], strict=True):
         draw_fall_rose(axes, rose, top)
-        frame = "" if rose.is_from_fault_normal else ", from north"
-        axes.set_title(f"{name}\n{rose.title}{frame}", pad=12, fontsize=9)
-        if rose.is_from_fault_normal and name in means:
-            mark_mean_fall_axis(axes, means[name].axis_from_fault_normal_deg, means[name].half_width_deg)
+        frame = "" if rose.is_measured_from_fault_normal else ", from north"
+        axes.set_title(f"{name}\n{rose.earthquake_count_text}{frame}", pad=12, fontsize=9)
+        if rose.is_measured_from_fault_normal and name in means:
+            mark_mean_fall_axis(axes, means[name].axis_from_fault_normal_deg, means[name].axis_interval_half_width_deg)
     marked = any(
         np.isfinite(means[name].axis_from_fault_normal_deg)
         for name, rose in roses.items()
-        if rose.is_from_fault_normal and name in means
+        if rose.is_measured_from_fault_normal and name in means
     )
     style.add_title_and_legend(
         figure, "", legend_columns=1 if width < 5 else 2, first_marks=_rose_legend_marks(list(roses.values()), marked)
@@ -170,7 +177,9 @@ def _rose_legend_marks(roses: list[FallRose], with_mean_axis: bool) -> list[Any]
     marks = [style.legend_patch(FALL_COLOUR, "share of the falls (area)")]
     if any(np.isfinite(rose.low).any() for rose in roses):
         marks.append(
-            style.legend_patch(SECTOR_INTERVAL_COLOUR, "95 % interval of each sector by itself, from the white line")
+            style.legend_patch(
+                SECTOR_CONFIDENCE_INTERVAL_COLOUR, "95 % interval of each sector by itself, from the white line"
+            )
         )
     if with_mean_axis:
         marks.append(Line2D([], [], **_MEAN_AXIS_LINE_STYLE, label="mean axis with its 95 % interval"))
@@ -187,7 +196,7 @@ def fall_roses_by_earthquake_figure(cube: xr.Dataset) -> Figure:
     shown = {name: found for name, found in roses.items() if found[0].falls}
     columns = min(MAX_ROSES_PER_ROW, max(1, len(shown)))
     rows = max(1, -(-len(shown) // columns))
-    wide = max(PAGE_WIDTH / 4 * columns, 4.2)
+    wide = max(PAGE_WIDTH_INCHES / 4 * columns, 4.2)
     # A letter of a title is about 4.7 pt wide.
     titles = [wrap_name_into_lines(name, int(72.0 * wide / columns / 4.7)) for name in shown]
     high = (2.0 + 0.12 * (max(map(len, titles), default=1) - 1)) * rows + 0.2

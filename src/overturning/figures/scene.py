@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.figures.rose import common_rose_radius, draw_fall_rose
-from overturning.figures.style import INK, PAGE_WIDTH, SERIES_COLOURS, create_panel_grid
+from overturning.figures.style import INK, PAGE_WIDTH_INCHES, SERIES_COLOURS, create_panel_grid
 from overturning.model.geometry import place_elements
 from overturning.model.scene import Scene
 from overturning.statistics.roses import fall_rose_of_all_records
@@ -72,11 +72,11 @@ def fall_roses_by_element_figure(cube_by_element_name: Mapping[str, "xr.Dataset"
     columns = min(len(cube_by_element_name), 3)
     rows = -(-len(cube_by_element_name) // columns)
     figure, panels = create_panel_grid(
-        rows, columns, max(PAGE_WIDTH / 3 * columns, 3.3), 2.4 * rows, len(cube_by_element_name), polar=True
+        rows, columns, max(PAGE_WIDTH_INCHES / 3 * columns, 3.3), 2.4 * rows, len(cube_by_element_name), polar=True
     )
     roses = {name: fall_rose_of_all_records(cube) for name, cube in cube_by_element_name.items()}
     top = common_rose_radius(*roses.values())
     for axes, (name, rose) in zip(panels.ravel(), roses.items(), strict=False):
         draw_fall_rose(axes, rose, top)
-        axes.set_title(f"{name}\n{rose.title}", pad=12, fontsize=9, parse_math=False)
+        axes.set_title(f"{name}\n{rose.earthquake_count_text}", pad=12, fontsize=9, parse_math=False)
     return figure

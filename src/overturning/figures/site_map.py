@@ -14,8 +14,8 @@ from overturning.figures.style import (
     FALL_COLOUR,
     FAULT_COLOUR,
     INK,
-    PAGE_WIDTH,
-    PHONE_FIGURE_WIDTH,
+    PAGE_WIDTH_INCHES,
+    PHONE_FIGURE_WIDTH_INCHES,
     add_panel_grid,
     add_title_and_legend,
     create_figure,
@@ -41,7 +41,7 @@ MAX_EARTHQUAKES_PER_FIGURE: Final = 20
 MIN_MAP_HALF_WIDTH_KM: Final = 5.0
 """Smallest distance from the middle of a panel to its frame."""
 
-MAP_HALF_WIDTH_FACTOR: Final = 1.7
+MAP_HALF_WIDTH_OVER_FARTHEST_DISTANCE: Final = 1.7
 """Distance from the middle of a panel to its frame, over that to the farthest place: room for arrows and names."""
 
 ARROW_HALF_LENGTH_OVER_MAP_HALF_WIDTH: Final = 0.22
@@ -160,9 +160,9 @@ def earthquake_maps_in_one_figure(earthquakes: Sequence[EarthquakeOnMap]) -> Fig
     for site in earthquakes:
         _check_stations_and_coordinates(site)
     most, width = (
-        (MAX_PANELS_PER_ROW_ON_PHONE, PHONE_FIGURE_WIDTH)
+        (MAX_PANELS_PER_ROW_ON_PHONE, PHONE_FIGURE_WIDTH_INCHES)
         if is_drawing_for_phone()
-        else (MAX_PANELS_PER_ROW, PAGE_WIDTH)
+        else (MAX_PANELS_PER_ROW, PAGE_WIDTH_INCHES)
     )
     columns = min(most, len(earthquakes))
     rows = -(-len(earthquakes) // columns)
@@ -202,8 +202,8 @@ def _legend_entries_of_map_symbols(earthquakes: Sequence[EarthquakeOnMap]) -> li
 
     stations = [one for site in earthquakes for one in site.stations]
     kinds = {
-        "epicentre": (any(site.epicentre for site in earthquakes), _EPICENTRE | {"linestyle": "none"}),
-        "station": (True, _STATION | {"linestyle": "none"}),
+        "epicentre": (any(site.epicentre for site in earthquakes), _EPICENTRE_MARKER_STYLE | {"linestyle": "none"}),
+        "station": (True, _STATION_MARKER_STYLE | {"linestyle": "none"}),
         "mean axis of the falls": (
             any(math.isfinite(one.mean_fall_axis_deg) for one in stations),
             {
@@ -214,18 +214,23 @@ def _legend_entries_of_map_symbols(earthquakes: Sequence[EarthquakeOnMap]) -> li
                 "linestyle": "none",
             },
         ),
-        "strike of the fault": (any(math.isfinite(one.fault_strike_deg) for one in stations), _STRIKE),
-        "trace of the fault": (any(site.fault_trace for site in earthquakes), _TRACE),
+        "strike of the fault": (any(math.isfinite(one.fault_strike_deg) for one in stations), _FAULT_STRIKE_LINE_STYLE),
+        "trace of the fault": (any(site.fault_trace for site in earthquakes), _FAULT_TRACE_LINE_STYLE),
     }
     return [Line2D([], [], label=name, **look) for name, (there, look) in kinds.items() if there]
 
 
-_EPICENTRE: Final[dict[str, Any]] = {
+_EPICENTRE_MARKER_STYLE: Final[dict[str, Any]] = {
     "marker": "*", "color": "#f0c419", "markersize": 10, "markeredgecolor": INK, "markeredgewidth": 0.6,
 }  # fmt: skip
-_STATION: Final[dict[str, Any]] = {"marker": "o", "color": INK, "markersize": 4.5, "markeredgecolor": "white"}
-_STRIKE: Final[dict[str, Any]] = {"color": FAULT_COLOUR, "linewidth": 1.2, "linestyle": DASHED}
-_TRACE: Final[dict[str, Any]] = {"color": FAULT_COLOUR, "linewidth": 2.2, "alpha": 0.55}
+_STATION_MARKER_STYLE: Final[dict[str, Any]] = {
+    "marker": "o",
+    "color": INK,
+    "markersize": 4.5,
+    "markeredgecolor": "white",
+}
+_FAULT_STRIKE_LINE_STYLE: Final[dict[str, Any]] = {"color": FAULT_COLOUR, "linewidth": 1.2, "linestyle": DASHED}
+_FAULT_TRACE_LINE_STYLE: Final[dict[str, Any]] = {"color": FAULT_COLOUR, "linewidth": 2.2, "alpha": 0.55}
 
 
 def _draw_earthquake_map(axes: Any, earthquake: EarthquakeOnMap, panel_width_pt: float) -> None:
@@ -238,15 +243,18 @@ def _draw_earthquake_map(axes: Any, earthquake: EarthquakeOnMap, panel_width_pt:
     # The nearest point of the trace is on the map, too.
     shown = [*places, *([np.zeros(2)] if earthquake.epicentre else []), *([along[away.argmin()]] if away.size else [])]
     low, high = np.min(shown, axis=0), np.max(shown, axis=0)
-    middle, reach = (low + high) / 2, max(float(np.max(high - low)) / 2 * MAP_HALF_WIDTH_FACTOR, MIN_MAP_HALF_WIDTH_KM)
+    middle, reach = (
+        (low + high) / 2,
+        max(float(np.max(high - low)) / 2 * MAP_HALF_WIDTH_OVER_FARTHEST_DISTANCE, MIN_MAP_HALF_WIDTH_KM),
+    )
     axes.set(xlim=middle[0] + reach * np.array([-1, 1]), ylim=middle[1] + reach * np.array([-1, 1]), aspect="equal")
     axes.set(xticks=[], yticks=[])
     axes.spines[:].set_visible(True)
     axes.spines[:].set_linewidth(0.6)
     for piece in pieces:
-        axes.plot(*piece.T, solid_capstyle="butt", zorder=2, label="trace", **_TRACE)
+        axes.plot(*piece.T, solid_capstyle="butt", zorder=2, label="trace", **_FAULT_TRACE_LINE_STYLE)
     if earthquake.epicentre:
-        axes.plot(0, 0, zorder=4, label="epicentre", **_EPICENTRE)
+        axes.plot(0, 0, zorder=4, label="epicentre", **_EPICENTRE_MARKER_STYLE)
     star = 4.0 * 2 * reach / panel_width_pt * np.array([(0, 0), (1, 1), (-1, 1), (1, -1), (-1, -1)])
     taken = [*along, *(star if earthquake.epicentre else ())]
     for one, place in zip(earthquake.stations, places, strict=True):
@@ -266,10 +274,12 @@ def _draw_earthquake_map(axes: Any, earthquake: EarthquakeOnMap, panel_width_pt:
                     ends = {"shrinkA": 0, "shrinkB": 0}
                     axes.annotate("", place + end, place - end, arrowprops=look | ends, zorder=5)
                 else:
-                    axes.plot(*np.transpose([place - end, place + end]), zorder=3, label="strike", **_STRIKE)
-        axes.plot(*place, zorder=6, label="station", **_STATION)
+                    axes.plot(
+                        *np.transpose([place - end, place + end]), zorder=3, label="strike", **_FAULT_STRIKE_LINE_STYLE
+                    )
+        axes.plot(*place, zorder=6, label="station", **_STATION_MARKER_STYLE)
     _write_station_names(axes, [one.name for one in earthquake.stations], places, taken, panel_width_pt / (2 * reach))
-    _draw_map_scale_bar(axes, reach, middle[0], -8.0 / panel_width_pt)
+    _draw_scale_bar_and_north_arrow(axes, reach, middle[0], -8.0 / panel_width_pt)
 
 
 def _points_along_fault_trace(trace_pieces: Sequence[Any]) -> Any:
@@ -357,7 +367,7 @@ def _name_placement_cost(
     return 3 * out + 3 * covered + 12 * over + 25 * misleading + 0.3 * float(away[station_index])
 
 
-def _draw_map_scale_bar(axes: Any, half_width_km: float, centre_km: float, height_share: float) -> None:
+def _draw_scale_bar_and_north_arrow(axes: Any, half_width_km: float, centre_km: float, height_share: float) -> None:
     """Draw a scale bar and a north arrow below a map, at `height_share` of the panel's height."""
     length = largest_round_number_up_to(half_width_km / 2)
     below, left = axes.get_xaxis_transform(), centre_km - half_width_km

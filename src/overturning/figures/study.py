@@ -17,12 +17,12 @@ from overturning.figures.write import FigureWriter, empty_folder_then_list_new_f
 from overturning.labels import note_on_size_reference_stone
 from overturning.model.falls import default_model_for_results_cube
 from overturning.statistics.earthquakes import (
-    fall_alignment_with_reference_directions,
+    alignments_with_references_by_record_group,
     fall_axes_from_fault_normal_by_group,
     summarise_fall_axes,
 )
 from overturning.statistics.logistic import LogisticFit, fit_logistic_overturning_model
-from overturning.study.cube import open_cube_by_record
+from overturning.study.cube import open_cube_for_reading_by_record
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,7 +39,7 @@ def draw_study_figures(
     """
     # Each dask chunk is one record, so that only one record is in memory at a time.
     with (
-        open_cube_by_record(cube_path) as cube,
+        open_cube_for_reading_by_record(cube_path) as cube,
         xr.open_dataset(intensity_path, engine="netcdf4") as intensity,
         use_package_matplotlib_settings(),
     ):
@@ -72,7 +72,7 @@ def study_figure_functions(
 
     def draw_alignment_by_b_over_h() -> "Figure":
         slender = cube["b_over_h"].to_numpy().astype(np.float64)
-        return fall_alignment_by_b_over_h_figure(fall_alignment_with_reference_directions(cube, intensity), slender)
+        return fall_alignment_by_b_over_h_figure(alignments_with_references_by_record_group(cube, intensity), slender)
 
     return functions | {
         "earthquakes": partial(fall_roses_by_earthquake_figure, cube),

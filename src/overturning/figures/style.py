@@ -48,16 +48,16 @@ SERIES_LINE_STYLES: Final[tuple[Any, ...]] = (
 DPI: Final = 200
 """Dots per inch of a PNG, and of rasterised parts of an SVG or PDF."""
 
-PAGE_WIDTH: Final = 6.69
+PAGE_WIDTH_INCHES: Final = 6.69
 """Usable width of a page of the report, inches; a wider figure would be scaled down together with its text."""
 
-PHONE_FIGURE_WIDTH: Final = 3.35
+PHONE_FIGURE_WIDTH_INCHES: Final = 3.35
 """Width of a figure for a phone, inches: at 366 CSS pixels a letter of 7.5 pt is 11 pixels high."""
 
 _FIRST_CJK_CODE_POINT: Final = 0x2E80
 """Number of the first Chinese or Japanese character."""
 
-_NARROW_COMPASS_HEIGHT: Final = 1.15 * PHONE_FIGURE_WIDTH
+_PHONE_COMPASS_HEIGHT_INCHES: Final = 1.15 * PHONE_FIGURE_WIDTH_INCHES
 """Height of a compass with its title on a phone, inches."""
 
 _IS_DRAWING_FOR_PHONE: Final = ContextVar("narrow", default=False)
@@ -196,12 +196,14 @@ def create_panel_grid(
     kind = {"axes_class": polar} if isinstance(polar, type) else {"projection": "polar"} if polar else None
     if _IS_DRAWING_FOR_PHONE.get():
         count = row_count * column_count if visible_count is None else visible_count
-        panel_height = height_inches / row_count * (PHONE_FIGURE_WIDTH * column_count / width_inches if polar else 1.0)
+        panel_height = (
+            height_inches / row_count * (PHONE_FIGURE_WIDTH_INCHES * column_count / width_inches if polar else 1.0)
+        )
         height = panel_height * count
         if polar:  # title, colour bar and legend of a figure of several maps are there only once
             besides = max(0.0, height_inches - row_count * width_inches / column_count)
-            height = min(height, _NARROW_COMPASS_HEIGHT * count + besides)
-        figure = create_figure(PHONE_FIGURE_WIDTH, height + 0.3, layout)
+            height = min(height, _PHONE_COMPASS_HEIGHT_INCHES * count + besides)
+        figure = create_figure(PHONE_FIGURE_WIDTH_INCHES, height + 0.3, layout)
         more = {name: value for name, value in more.items() if name != "width_ratios"}
         column = figure.subplots(count, 1, subplot_kw=kind, squeeze=False, **more).ravel()
         panels = np.full(row_count * column_count, None)
@@ -338,7 +340,7 @@ SINGLE_PLANE_SECTOR_WIDTH_DEG: Final = 5.0
 """Width of the sector of an azimuth, degrees, if a single plane was simulated, so that the grid has no step."""
 
 
-def azimuths_one_step_inside_gap_ends(azimuth_deg: FloatArray) -> FloatArray:
+def azimuths_one_step_into_unsimulated_gaps(azimuth_deg: FloatArray) -> FloatArray:
     """Return the azimuths, degrees, that lie one grid step inside the ends of each unsimulated range of azimuths.
 
     A single plane (one azimuth, or two opposite ones) has no step; it counts as `SINGLE_PLANE_SECTOR_WIDTH_DEG`.

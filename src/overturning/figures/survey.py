@@ -20,8 +20,8 @@ from overturning.figures.answer import (
 from overturning.figures.style import (
     FALL_COLOUR,
     INK,
-    PAGE_WIDTH,
-    PHONE_FIGURE_WIDTH,
+    PAGE_WIDTH_INCHES,
+    PHONE_FIGURE_WIDTH_INCHES,
     SERIES_COLOURS,
     add_title_and_legend,
     create_figure,
@@ -80,15 +80,15 @@ def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
     count = len(drawn_surveys)
     rows = -(-count // MAX_ROSES_PER_ROW)
     if count == 1 and is_drawing_for_phone():
-        figure = create_figure(PHONE_FIGURE_WIDTH, 4.9)
+        figure = create_figure(PHONE_FIGURE_WIDTH_INCHES, 4.9)
         halves = figure.add_gridspec(2, 1, height_ratios=(3.0, 1.0))
         places, below = [halves[0]], halves[1]
     elif count == 1:
-        figure = create_figure(PAGE_WIDTH, 3.6)
+        figure = create_figure(PAGE_WIDTH_INCHES, 3.6)
         halves = figure.add_gridspec(1, 2, width_ratios=(1.0, 1.05))
         places, below = [halves[0]], halves[1].subgridspec(3, 1, height_ratios=(0.75, 1.0, 0.75))[1]
     else:
-        figure = create_figure(PAGE_WIDTH, 2.7 * rows + 2.1 * ROW_HEIGHT_INCHES * count + 1.1)
+        figure = create_figure(PAGE_WIDTH_INCHES, 2.7 * rows + 2.1 * ROW_HEIGHT_INCHES * count + 1.1)
         whole = figure.add_gridspec(2, 1, height_ratios=(2.6 * rows, 2.1 * ROW_HEIGHT_INCHES * count + 0.4))
         roses = whole[0].subgridspec(rows, min(count, MAX_ROSES_PER_ROW))
         places, below = [roses[divmod(place, MAX_ROSES_PER_ROW)] for place in range(count)], whole[1]

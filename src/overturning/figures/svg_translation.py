@@ -129,10 +129,10 @@ def character_width_over_font_size(character: str) -> float:
     return 1.0 if ord(character) >= 0x2E80 else 0.6
 
 
-def break_lines_at_width(lines: list[str], width_in_letters: float, most_lines: int) -> list[str]:
+def break_lines_at_width(lines: list[str], width_in_font_sizes: float, most_lines: int) -> list[str]:
     """Break lines at a width (in font sizes), which is increased until at most `most_lines` lines result."""
-    broken = [part for line in lines for part in _break_line_at_width(line, width_in_letters)]
-    return broken if len(broken) <= most_lines else break_lines_at_width(lines, 1.1 * width_in_letters, most_lines)
+    broken = [part for line in lines for part in _break_line_at_width(line, width_in_font_sizes)]
+    return broken if len(broken) <= most_lines else break_lines_at_width(lines, 1.1 * width_in_font_sizes, most_lines)
 
 
 def break_text_at_width(text: str, width_inches: float, font_size: float) -> str:
@@ -146,12 +146,12 @@ def pad_to_equal_line_count(texts: list[str]) -> tuple[list[str], int]:
     return [text + (most - 1 - text.count("\n")) * "\n " for text in texts], most
 
 
-def _break_line_at_width(line: str, width_in_letters: float) -> list[str]:
+def _break_line_at_width(line: str, width_in_font_sizes: float) -> list[str]:
     """Break a line into parts no wider than a width (in font sizes), before a word or a Japanese character."""
     parts, current, used = list[str](), "", 0.0
     for piece in re.findall(r"[\x21-\x7e°µα−–]+|.", line):
         wide = sum(map(character_width_over_font_size, piece))
-        if current and used + wide > width_in_letters and piece[0] not in _CHARACTERS_NOT_AT_LINE_START:
+        if current and used + wide > width_in_font_sizes and piece[0] not in _CHARACTERS_NOT_AT_LINE_START:
             parts.append(current.rstrip())
             current, used = "", 0.0
         if current or not piece.isspace():

@@ -86,16 +86,16 @@ def _collect_characters_without_glyph() -> Iterator[list[str]]:
     """Context manager: collect the characters that Matplotlib's font lacks in a list, instead of printing warnings."""
     missing: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
-        warnings.filterwarnings("always", message=_MISSING_GLYPH)
+        warnings.filterwarnings("always", message=_MISSING_GLYPH_WARNING_PATTERN)
         yield missing
     for one in caught:
-        if found := re.match(_MISSING_GLYPH, str(one.message)):
+        if found := re.match(_MISSING_GLYPH_WARNING_PATTERN, str(one.message)):
             missing.append(chr(int(found[1])))
         else:
             warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
 
 
-_MISSING_GLYPH: Final = r"Glyph (\d+) "
+_MISSING_GLYPH_WARNING_PATTERN: Final = r"Glyph (\d+) "
 
 
 def _save_figure_by_typst(
@@ -213,7 +213,9 @@ def parse_font_family_and_size(font_text: str) -> tuple[str | None, float | None
     return family or None, size
 
 
-_REMEDY: Final = "choose a larger --width, a smaller --font, or fewer panels by --height and --friction"
+_CUT_OR_OVERLAPPING_TEXT_REMEDY: Final = (
+    "choose a larger --width, a smaller --font, or fewer panels by --height and --friction"
+)
 
 
 def parse_figure_width_inches(width_text: str) -> float | None:
@@ -246,8 +248,12 @@ def save_figure_with_checks(figure: "Figure", path: Path, *, dpi: float, width: 
         try:
             save_figure_files(figure, path, dpi=dpi, width=width, font=size)
         except UserWarning:
-            raise ArgumentError(f"{path.name}: the text leaves no room for the panels; {_REMEDY}") from None
-    return f"text is cut off or overlaps; {_REMEDY}" if has_cut_or_overlapping_text(figure) else ""
+            raise ArgumentError(
+                f"{path.name}: the text leaves no room for the panels; {_CUT_OR_OVERLAPPING_TEXT_REMEDY}"
+            ) from None
+    return (
+        f"text is cut off or overlaps; {_CUT_OR_OVERLAPPING_TEXT_REMEDY}" if has_cut_or_overlapping_text(figure) else ""
+    )
 
 
 FigureWriter = Callable[["Figure", Path], None]

@@ -175,7 +175,7 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
 
 
 def _fall_probability_if_quantity_doubles(
-    doubled: str, coefficient: LogisticCoefficient
+    doubled_quantity: str, coefficient: LogisticCoefficient
 ) -> FallProbabilityAfterDoubling | None:
     """Return the probability to which a fall probability of 0.5 changes if a quantity, such as PGV, doubles.
 
@@ -187,7 +187,7 @@ def _fall_probability_if_quantity_doubles(
         return None
     value, low, high = (1.0 - 1.0 / (1.0 + one) for one in known)  # also for a factor too large for a number
     return FallProbabilityAfterDoubling(
-        doubled=doubled,
+        doubled=doubled_quantity,
         fall_probability_from_half=value,
         fall_probability_from_half_low=low,
         fall_probability_from_half_high=high,
@@ -215,7 +215,7 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
             ),
             skill_within_pulse_criterion_range=one.mean_skill_in_valid_range,
         )
-        for one in found.rules
+        for one in found.rule_scores
     ]
     leads = {
         name: estimate_from_mean(lead, "difference of the skills within blocks")

@@ -28,8 +28,8 @@ from overturning.findings.contrast import (
 )
 from overturning.findings.direction import (
     FallDirection,
-    GroupReferenceAlignment,
     PlanarModelAgreement,
+    RecordGroupReferenceAlignment,
     fall_alignments_with_references,
     fall_direction_findings,
     planar_model_agreement,
@@ -92,7 +92,7 @@ class Findings(FindingBaseClass):
     """Direction of falls relative to the fault normal."""
     contrasts: list[VariantContrast]
     """Comparison with each variant."""
-    reference_alignments: list[GroupReferenceAlignment]
+    reference_alignments: list[RecordGroupReferenceAlignment]
     """Alignment of 3-D falls with references."""
     planar_model_agreement: PlanarModelAgreement | None
     """Agreement of the 2-D model in the face planes with the 3-D outcome."""

@@ -103,12 +103,14 @@ def _comparison_of_element_with_second_computation(
         refusal_reason="",
         fall_or_stand_changes=share_of_changed_cases(element_changes.flags, element_changes.cases, is_random_sample),
         fall_or_stand_changes_if_ensemble_agrees=share_of_changed_cases(
-            element_changes.undivided_falls_in_one_only, element_changes.undivided_ensemble_cases, is_random_sample
+            element_changes.falls_in_one_only_if_members_agree,
+            element_changes.cases_with_agreeing_members,
+            is_random_sample,
         ),
         fall_side_changes=share_of_changed_cases(element_changes.sides, element_changes.fallen, is_random_sample),
         fall_side_changes_if_ensemble_agrees=share_of_changed_cases(
-            element_changes.one_sided_ensemble_falls_to_different_sides,
-            element_changes.one_sided_ensemble_falls_in_both,
+            element_changes.different_sides_if_members_fall_to_one_side,
+            element_changes.falls_in_both_if_members_fall_to_one_side,
             is_random_sample,
         ),
     )

@@ -17,7 +17,7 @@ from overturning.statistics.falls import overturned_shares_by_record
 from overturning.study.cube import record_provenance
 from overturning.study.scenes import (
     NOMINAL_VARIANT,
-    names_of_compared_elements,
+    compared_element_names_of_study_and_variant,
     names_of_differing_settings,
     select_outcomes_of_element,
     variant_scene,
@@ -180,7 +180,7 @@ def _compare_study_with_variant(
     results: StudyResults, variant: str, record_indices: NDArray[np.intp]
 ) -> VariantContrast:
     """Compare the outcomes of the study and of one variant under the records with the given indices."""
-    elements = names_of_compared_elements(results.study, variant)
+    elements = compared_element_names_of_study_and_variant(results.study, variant)
     cubes = [
         select_outcomes_of_element(results.cubes_by_variant[name], element).isel(record=record_indices)
         for name, element in zip((NOMINAL_VARIANT, variant), elements, strict=True)
@@ -226,13 +226,13 @@ def _compare_study_with_variant(
         ),
         different_direction_share=1.0 - same_direction.value if same_direction.n else float("nan"),
         earlier_fall_in_study_share=estimate_from_mean(
-            found.earlier_if_both_fall, "share of the falls in both that are earlier in the study"
+            found.this_earlier_if_both_fall, "share of the falls in both that are earlier in the study"
         ),
         simultaneous_fall_share=estimate_from_mean(
             found.same_time_if_both_fall, "share of the falls in both that are at the same time"
         ),
         first_or_lone_fall_in_study_share=estimate_from_mean(
-            found.first_if_any_falls,
+            found.this_first_if_any_falls,
             "share of the cases with a fall in either in which the stone of the study falls first or alone",
         ),
         by_b_over_h=_overturned_shares_at_each_b_over_h(

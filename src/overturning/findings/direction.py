@@ -12,7 +12,11 @@ from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.statistics.alignment_by_rule import FaultNormalAlignmentOfSelectedBlocks
 from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import record_masks_by_group
-from overturning.statistics.falls import block_selection_rule_for_cube, count_outcome_changes, overturning_indicator
+from overturning.statistics.falls import (
+    block_selection_rule_for_cube,
+    count_changed_and_all_neighbour_pairs,
+    overturning_indicator,
+)
 from overturning.statistics.space import shares_of_agreeing_2d_and_3d_outcomes
 
 ALIGNMENT_DESCRIPTION = (
@@ -48,7 +52,7 @@ class BlockSelectionAlignment(FindingBaseClass):
     """Alignment if the mean axis of every record were its fault normal."""
 
 
-class GroupFallDirection(FindingBaseClass):
+class RecordGroupFallDirection(FindingBaseClass):
     """Mean axis of the falls in a group of records, and their alignment with the fault normal."""
 
     group: str
@@ -91,7 +95,7 @@ class FallDirection(FindingBaseClass):
     reason_for_no_comparable_axis: str
     """Reason why not: "no outcome", "no falls", "one plane", "uneven planes", "falls in every plane", "unknown
     outcomes", "every direction or none" or "no fault normal"; empty if they have one."""
-    groups: list[GroupFallDirection]
+    groups: list[RecordGroupFallDirection]
     """Direction of the falls of each group of records."""
     first_minus_second_group_alignment: Estimate | None
     """Alignment of the first group minus that of the second; None if there is one group."""
@@ -123,7 +127,7 @@ class AlignmentWithReference(FindingBaseClass):
     """Alignment for ranges of B/H."""
 
 
-class GroupReferenceAlignment(FindingBaseClass):
+class RecordGroupReferenceAlignment(FindingBaseClass):
     """Alignment of the falls in a group of records with each of several reference directions."""
 
     group: str
@@ -176,7 +180,7 @@ def _alignment_finding_of_block_selection(
     return BlockSelectionAlignment(
         rule=rule_alignment.rule.name.format(direction_noun),
         is_study_rule=is_study_rule,
-        records=rule_alignment.records,
+        records=rule_alignment.records_with_falls_and_fault_normal,
         alignment=estimate_from_mean(rule_alignment.alignment, ALIGNMENT_DESCRIPTION),
         largest_possible_alignment=rule_alignment.largest_possible_alignment,
     )
@@ -239,13 +243,13 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
         ]
         known = [one.alignment.value for one in rules if one.alignment.value is not None]
         groups.append(
-            GroupFallDirection(
+            RecordGroupFallDirection(
                 group=name,
                 earthquakes=summary.earthquakes,
                 alignment=estimate_from_mean(summary.alignment, ALIGNMENT_DESCRIPTION),
                 largest_possible_alignment=summary.largest_possible_alignment,
                 axis_from_normal_deg=summary.axis_from_fault_normal_deg,
-                axis_interval_half_width_deg=summary.half_width_deg,
+                axis_interval_half_width_deg=summary.axis_interval_half_width_deg,
                 no_common_axis_p_value=summary.axis_p_value,
                 earthquakes_with_axis=summary.earthquakes_with_axis,
                 axes_within_45_of_normal=summary.earthquakes_with_axis_within_45_deg_of_normal,
@@ -265,7 +269,7 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
         )
     changes = dict[str, OptionalNumber]()
     for dim in (results.model.direction_dimension_name, "b_over_h"):
-        changed, pairs = count_outcome_changes(cube, dim)
+        changed, pairs = count_changed_and_all_neighbour_pairs(cube, dim)
         changes[dim] = changed / pairs if pairs else None
     difference, reason = results.first_minus_second_group_alignment, _reason_for_no_comparable_fall_axis(results)
     return FallDirection(
@@ -280,7 +284,7 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
     )
 
 
-def fall_alignments_with_references(results: StudyResults) -> list[GroupReferenceAlignment]:
+def fall_alignments_with_references(results: StudyResults) -> list[RecordGroupReferenceAlignment]:
     """Compute the alignment of falls with reference directions, for each group of records.
 
     Empty for planar models, and without falls.
@@ -314,7 +318,7 @@ def fall_alignments_with_references(results: StudyResults) -> list[GroupReferenc
         ]
         heads = [one for each in ends for one in each.by_b_over_h_range.values() if one.low is not None]
         groups.append(
-            GroupReferenceAlignment(
+            RecordGroupReferenceAlignment(
                 group=group,
                 references=means,
                 best_aligned_references=list(references.best_aligned_references),

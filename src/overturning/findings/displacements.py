@@ -44,14 +44,14 @@ def final_slip_and_rotation_of_elements(results: StudyResults) -> list[ElementDi
             variant=variant,
             scene=variant_scene(results.study, variant).name,
             element=row.name if "element" in cube.dims else variant_scene(results.study, variant).free_element_names[0],
-            standing=row.standing,
+            standing=row.standing_case_count,
             median_slip_cm=100.0 * row.median_and_p90_slip_m[0],
             percentile_90_slip_cm=100.0 * row.median_and_p90_slip_m[1],
             median_twist_deg=row.median_and_p90_twist_deg[0],
             percentile_90_twist_deg=row.median_and_p90_twist_deg[1],
-            falls=row.fallen,
-            share_of_falls_by_sliding_off=row.slide_off_count / row.fallen
-            if place and row.slide_off_count is not None and row.fallen
+            falls=row.fallen_case_count,
+            share_of_falls_by_sliding_off=row.slide_off_count / row.fallen_case_count
+            if place and row.slide_off_count is not None and row.fallen_case_count
             else None,
         )
         for variant, cube in results.cubes_by_variant.items()

@@ -13,15 +13,15 @@ from overturning.findings.comparison import (
     comparisons_with_second_computations,
     share_of_changed_cases,
 )
-from overturning.findings.relief import ReliefFindings, fall_variance_due_to_base_relief
+from overturning.findings.relief import BaseReliefFindings, fall_variance_due_to_base_relief
 from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.model.model import Model
 from overturning.settings import EnsembleSettings
 from overturning.statistics.by_record import apply_to_record_batches
-from overturning.statistics.space import standing_stone_twists_deg, summarise_twists
+from overturning.statistics.space import summarise_twists, twists_by_b_over_h_and_friction_deg
 from overturning.statistics.spread import (
-    Statistic,
+    RunCountStatistic,
     estimate_statistic_of_first_run_batch,
     most_runs_fall_and_to_both_sides,
     runs_disagree_on_fall,
@@ -56,11 +56,11 @@ class EnsembleFindings(FindingBaseClass):
     share_falling_both_ways: OptionalNumber
     """Estimated share of the repeated cells in which most of `first_batch_runs` runs fall, but not all to one side; in
     3-D the share, of the repeated cells in which all runs fall, whose directions are far apart."""
-    relief: ReliefFindings | None = None
+    relief: BaseReliefFindings | None = None
     """Part of the relief under the base of a scanned stone; None unless the relief varies."""
 
 
-class ChangesUnderRecord(FindingBaseClass):
+class FinerStepChangesUnderRecord(FindingBaseClass):
     """Cases of one record whose outcome changes with finer time steps."""
 
     record: str
@@ -85,7 +85,7 @@ class ConvergenceFindings(FindingBaseClass):
     """Cases that change under a motion stronger by a factor of 1 + 10⁻⁹: no computation can decide them."""
     fall_azimuth_changes_with_amplitude: ChangedCases | None
     """Falls in space whose azimuth moves by 30° or more within ± 1 % of the amplitude; None for planar models."""
-    records_with_most_changes: list[ChangesUnderRecord]
+    records_with_most_changes: list[FinerStepChangesUnderRecord]
     """Records under which finer steps change clearly more outcomes than in the whole study, the largest share first.
 
     The lower end of the 95 % interval of the record's share lies above the share over all records; records with fewer
@@ -127,14 +127,16 @@ def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
     )
 
 
-def _records_with_unusually_many_outcome_changes(by_record: list[FinerStepChangesOfRecord]) -> list[ChangesUnderRecord]:
+def _records_with_unusually_many_outcome_changes(
+    by_record: list[FinerStepChangesOfRecord],
+) -> list[FinerStepChangesUnderRecord]:
     """Return the records under which significantly more outcomes change with finer steps than over all records."""
-    changed, cases = sum(one.changed for one in by_record), sum(one.cases for one in by_record)
+    changed, cases = sum(one.changed_cases for one in by_record), sum(one.cases for one in by_record)
     found = []
     for one in by_record:
-        changes = share_of_changed_cases(one.changed, one.cases, is_random_sample=True)
+        changes = share_of_changed_cases(one.changed_cases, one.cases, is_random_sample=True)
         if one.cases >= MIN_COMPARED_CASES_PER_RECORD and (changes.low or 0.0) * cases > changed:
-            found.append(ChangesUnderRecord(record=one.record, changes=changes))
+            found.append(FinerStepChangesUnderRecord(record=one.record, changes=changes))
     return sorted(found, key=lambda one: -(one.changes.value or 0.0))
 
 
@@ -145,7 +147,9 @@ def final_twist_findings(results: StudyResults) -> FinalTwist | None:
     """
     if results.study.is_stack or not results.model.can_twist:
         return None
-    found = summarise_twists(np.concatenate(list(standing_stone_twists_deg(results.default_element_cube).values())))
+    found = summarise_twists(
+        np.concatenate(list(twists_by_b_over_h_and_friction_deg(results.default_element_cube).values()))
+    )
     return FinalTwist(
         stones=found.stones, median_deg=found.median, percentile_90_deg=found.upper_quantile, largest_deg=found.largest
     )
@@ -192,7 +196,7 @@ def count_ensemble_cases_by_record(model: Model, ensemble_settings: EnsembleSett
     )
     run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)
 
-    def estimate_statistic_of_each_case(run_statistic: Statistic) -> xr.DataArray:
+    def estimate_statistic_of_each_case(run_statistic: RunCountStatistic) -> xr.DataArray:
         """Return an unbiased estimate, for each case, of a statistic of the first batch of its runs."""
         return run.copy(
             data=estimate_statistic_of_first_run_batch(

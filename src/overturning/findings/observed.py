@@ -5,7 +5,7 @@ from pydantic import Field
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.statistics.bootstrap import exact_share_interval
 from overturning.statistics.mean_direction import MeanDirectionWithInterval
-from overturning.surveys.observed import ObservedFalls, SurveySummary
+from overturning.surveys.observed import ObservedOutcomesAndFallDirections, SurveySummary
 
 
 class ObservedStoneShare(FindingBaseClass):
@@ -120,9 +120,9 @@ def observed_share(matching_count: int, stone_count: int) -> ObservedStoneShare:
     return ObservedStoneShare(value=matching_count / stone_count if stone_count else None, low=low, high=high)
 
 
-def _observed_falls_finding(observed: ObservedFalls) -> ObservedFallsFinding:
+def _observed_falls_finding(observed: ObservedOutcomesAndFallDirections) -> ObservedFallsFinding:
     """Return the report's numbers on one survey site: stones by outcome, and directions of the falls."""
-    counted, not_counted = observed.fell + observed.stands, sum(observed.not_counted.values())
+    counted, not_counted = observed.fell + observed.stands, sum(observed.uncounted_stones_by_reason.values())
 
     return ObservedFallsFinding(
         site=observed.site,
@@ -131,7 +131,7 @@ def _observed_falls_finding(observed: ObservedFalls) -> ObservedFallsFinding:
         stands=observed.stands,
         standing_shifted_or_twisted=observed.shifted_or_twisted,
         not_counted=not_counted,
-        reasons_not_counted=observed.not_counted,
+        reasons_not_counted=observed.uncounted_stones_by_reason,
         fell_in_unknown_direction=observed.fell_in_unknown_direction,
         fell_share=observed_share(
             observed.fallen_count_at_sites_with_standing_stones, observed.stone_count_at_sites_with_standing_stones
@@ -148,7 +148,7 @@ def _observed_falls_finding(observed: ObservedFalls) -> ObservedFallsFinding:
             else None
         ),
         not_counted_share=observed_share(not_counted, counted + not_counted),
-        direction=_finding_from_mean_fall_direction(observed.direction),
+        direction=_finding_from_mean_fall_direction(observed.mean_fall_direction),
         axis=_finding_from_mean_fall_direction(observed.mean_fall_axis),
         falls_by_sector=observed.falls_by_sector.tolist(),
     )

@@ -12,7 +12,7 @@ from overturning.statistics.by_record import apply_to_record_batches
 _LOW, _HIGH = (variable.name for variable in RELIEF_ENSEMBLE_VARIABLES)
 
 
-class ReliefFindings(FindingBaseClass):
+class BaseReliefFindings(FindingBaseClass):
     """Falls of a scanned stone in ensemble runs with a low and with a high relief (unevenness) under its base."""
 
     dividing_relief_mm: OptionalNumber
@@ -25,7 +25,7 @@ class ReliefFindings(FindingBaseClass):
     """Share of the variance of the outcome (fall or stand) within ensembles between both halves of the reliefs."""
 
 
-def fall_variance_due_to_base_relief(results: StudyResults) -> ReliefFindings | None:
+def fall_variance_due_to_base_relief(results: StudyResults) -> BaseReliefFindings | None:
     """Compute the share of an ensemble's variance of falls that is due to the relief under a stone's base.
 
     The relief is the unevenness of the base; None unless it varies between the runs.
@@ -37,7 +37,7 @@ def fall_variance_due_to_base_relief(results: StudyResults) -> ReliefFindings | 
         _fall_share_and_variance_sums_by_record, results.default_element_cube, (_LOW, _HIGH, "members", "overturned")
     ).sum()
     cells, total = float(found["cells"]), float(found["total"])
-    return ReliefFindings(
+    return BaseReliefFindings(
         dividing_relief_mm=500.0 * (relief.low + relief.high),
         share_falling_at_low_relief=float(found["low"]) / cells if cells else float("nan"),
         share_falling_at_high_relief=float(found["high"]) / cells if cells else float("nan"),

@@ -30,7 +30,7 @@ from overturning.study.convergence import ConvergenceCheckResult, read_convergen
 from overturning.study.cube import (
     COMPLETE_STUDY_FILE_NAME,
     find_study_for_figure_settings,
-    open_cube_by_record,
+    open_cube_for_reading_by_record,
     study_of_cube,
 )
 from overturning.study.load import load_study
@@ -210,7 +210,7 @@ class StudyResults:
         self,
     ) -> dict[str, list[alignment_by_rule.FaultNormalAlignmentOfSelectedBlocks]]:
         """Alignment of falls with the fault normal, for each rule that selects blocks, by name of the group."""
-        return alignment_by_rule.fault_normal_alignment_by_block_selection(self.default_element_cube)
+        return alignment_by_rule.fault_normal_alignments_by_record_group(self.default_element_cube)
 
     @cached_property
     def fall_alignment_by_group(self) -> tuple[dict[str, earthquakes.FallAlignmentWithReferences], list[str]]:
@@ -223,7 +223,7 @@ class StudyResults:
         parts = [slice(count * part // classes, count * (part + 1) // classes) for part in range(classes)]
         ends = (dict.fromkeys(f"{end:g}" for end in ratio[part][[0, -1]]) for part in parts)
         names = [f"B/H {' to '.join(one)}" for one in ends]
-        return earthquakes.fall_alignment_with_reference_directions(
+        return earthquakes.alignments_with_references_by_record_group(
             self.default_element_cube, self.intensity, [slice(0, count), *parts]
         ), names
 
@@ -347,7 +347,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
         """Open the results cube of the study or of a variant; note if its outcomes were changed after the run."""
         path = cube_path if name == NOMINAL_VARIANT else folder / f"cube.{name}.nc"
         outcome_hash = hash_of_outcomes_in_cube(path)
-        cube = open_cube_by_record(path, element=None, amplitude=None)
+        cube = open_cube_for_reading_by_record(path, element=None, amplitude=None)
         stack.callback(cube.close)
         if outcome_hash != cube.attrs["content_sha256"]:
             changed.append(path.name)

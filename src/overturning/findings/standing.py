@@ -18,7 +18,7 @@ from overturning.surveys.standing import (
 )
 from overturning.surveys.stones import Stone
 
-MAX_NEGLIGIBLE_SHARE_OF_FALLS: Final = 0.01
+MAX_NEGLIGIBLE_FALL_SHARE_BELOW_FIRST_LEVEL: Final = 0.01
 """Share of the falls from shaking below the hazard's first level up to which it is not reported."""
 
 
@@ -55,7 +55,7 @@ class StoneClassWithoutFragilityCurve(FindingBaseClass):
     """True if the median lies beyond the records, False if no curve fits the falls."""
 
 
-class StandingStones(FindingBaseClass):
+class SurveyStandingCountsAndRateBound(FindingBaseClass):
     """Numbers of standing and fallen stones in a survey, and the upper bound of the fall rate that follows."""
 
     stood: int
@@ -78,7 +78,7 @@ class SurvivalFindings(FindingBaseClass):
     """Doubts about the units of the hazard curves."""
     classes: list[StoneClassSurvival]
     without_curve: list[StoneClassWithoutFragilityCurve]
-    survey: StandingStones | None
+    survey: SurveyStandingCountsAndRateBound | None
 
 
 def survival_findings(survival: SurvivalByStoneClass, survey_stones: Sequence[Stone] | None) -> SurvivalFindings:
@@ -104,9 +104,9 @@ def survival_findings(survival: SurvivalByStoneClass, survey_stones: Sequence[St
             StoneClassWithoutFragilityCurve(
                 stone_class=row.stones, measure=row.measure, is_median_beyond_records=not math.isnan(row.median)
             )
-            for row in survival.classes_without_fragility_curve
+            for row in survival.fragility_rows_without_fitted_curve
         ],
-        survey=None if survey_stones is None else _standing_stones_of_survey(stood, fell, bound),
+        survey=None if survey_stones is None else _survey_standing_counts_and_rate_bound(stood, fell, bound),
     )
 
 
@@ -122,11 +122,14 @@ def _check_hazard_units_and_list_warnings(survival: SurvivalByStoneClass) -> lis
         if (why := hazard_unit_warning(one))
     }
     for *_, one in survival.curves_with_standing_probabilities:
-        if one.measure in doubts and not one.fall_rate_share_outside_data <= MAX_FALL_SHARE_OUTSIDE_FRAGILITY_DATA:
+        if (
+            one.measure in doubts
+            and not one.fall_rate_share_outside_fragility_data <= MAX_FALL_SHARE_OUTSIDE_FRAGILITY_DATA
+        ):
             share = (
                 "no falls"
-                if math.isnan(one.fall_rate_share_outside_data)
-                else f"{100 * one.fall_rate_share_outside_data:.0f} % of the falls of {one.stone_class}"
+                if math.isnan(one.fall_rate_share_outside_fragility_data)
+                else f"{100 * one.fall_rate_share_outside_fragility_data:.0f} % of the falls of {one.stone_class}"
             )
             raise ResultError(f"{doubts[one.measure]}; {share} come from levels beyond the records")
     return list(doubts.values())
@@ -136,7 +139,7 @@ def _survival_of_class(survival: SurvivalByStoneClass, class_index: int, fall_ra
     """Return the report's numbers on the survival of one class of stones, with bounds on the hazard."""
     curve, hazard, one = survival.curves_with_standing_probabilities[class_index]
     weaker = annual_fall_rate_below_first_level(curve, hazard)
-    counts = weaker > MAX_NEGLIGIBLE_SHARE_OF_FALLS * one.annual_fall_rate
+    counts = weaker > MAX_NEGLIGIBLE_FALL_SHARE_BELOW_FIRST_LEVEL * one.annual_fall_rate
     return StoneClassSurvival(
         stone_class=one.stone_class,
         measure=one.measure,
@@ -144,20 +147,22 @@ def _survival_of_class(survival: SurvivalByStoneClass, class_index: int, fall_ra
         survival_probability=one.standing_probability,
         survival_probability_low=one.standing_probability_low,
         survival_probability_high=one.standing_probability_high,
-        surviving_class_share=one.standing_share_with_constant_deviations,
-        share_of_falls_beyond_records=one.fall_rate_share_outside_data,
+        surviving_class_share=one.standing_share_with_constant_stone_deviations,
+        share_of_falls_beyond_records=one.fall_rate_share_outside_fragility_data,
         hazard_factor_upper_bound=upper_bound_of_factor_on_hazard_curve(curve, hazard, survival.years, fall_rate_bound),
-        fall_share_at_first_hazard_level=one.fall_probability_at_first_level if counts else math.nan,
+        fall_share_at_first_hazard_level=one.fall_probability_at_lowest_hazard_level if counts else math.nan,
         first_hazard_level=float(hazard.intensity_levels[0]),
         unit=hazard.unit,
         falls_per_year_below_first_level=weaker if counts else math.nan,
     )
 
 
-def _standing_stones_of_survey(standing_count: int, fallen_count: int, fall_rate_bound: float) -> StandingStones:
+def _survey_standing_counts_and_rate_bound(
+    standing_count: int, fallen_count: int, fall_rate_bound: float
+) -> SurveyStandingCountsAndRateBound:
     """Return the numbers and the share of standing stones in a survey, with the fall-rate bound that they imply."""
     low, high = exact_share_interval(standing_count, standing_count + fallen_count)
-    return StandingStones(
+    return SurveyStandingCountsAndRateBound(
         stood=standing_count,
         fell=fallen_count,
         total=standing_count + fallen_count,

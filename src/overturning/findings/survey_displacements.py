@@ -12,15 +12,15 @@ from overturning.surveys.directions_in_space import FallDirectionComparisonIn3D
 from overturning.surveys.displacements import (
     MIN_SHIFT_M,
     MIN_TWIST_DEG,
+    ComparedStatisticName,
     DisplacementComparison,
-    MeasureName,
     StoredDisplacementComparison,
 )
 from overturning.surveys.stones import OCTANTS
 from overturning.units import CM
 
 
-class ObservedMeasure(FindingBaseClass):
+class ObservedShareOrMedian(FindingBaseClass):
     """Observed share or median of a survey's stones, with its exact 95 % interval."""
 
     value: OptionalNumber
@@ -33,7 +33,7 @@ class ObservedMeasure(FindingBaseClass):
     """Probability of the interval."""
 
 
-class ComputedMeasure(FindingBaseClass):
+class ComputedShareOrMedian(FindingBaseClass):
     """Computed share or median of stones: mean and range over the friction coefficients of the study."""
 
     value: OptionalNumber
@@ -47,12 +47,12 @@ class ComputedMeasure(FindingBaseClass):
 class DisplacementMeasureFinding(FindingBaseClass):
     """Observed and computed value of a share (0 to 1), a median shift (cm) or a median twist (degrees)."""
 
-    measure: MeasureName
+    measure: ComparedStatisticName
     """Share that fell, share of the standing stones that are shifted or twisted, share of clockwise twists, medians."""
     stones: int
     """Number of observed stones of the share or median."""
-    observed: ObservedMeasure
-    computed: ComputedMeasure
+    observed: ObservedShareOrMedian
+    computed: ComputedShareOrMedian
 
 
 class FallDirectionFindingsIn3D(FindingBaseClass):
@@ -147,7 +147,7 @@ def survey_displacement_findings(stored: StoredDisplacementComparison) -> Survey
         sha256=stored.sha256,
         record=stored.record,
         doubts=list(stored.survey_warnings),
-        remarks=list(stored.remarks),
+        remarks=list(stored.survey_file_comments),
         all_sites=_site_displacement_findings("", stored.all_sites_comparison),
         sites=[_site_displacement_findings(site, one) for site, one in stored.comparisons_by_site],
         grounds=cemetery_ground_findings(stored.soil_by_site),
@@ -169,9 +169,9 @@ def _site_displacement_findings(site: str, comparison: DisplacementComparison) -
         measures.append(
             DisplacementMeasureFinding(
                 measure=one.name,
-                stones=one.stones,
-                observed=ObservedMeasure(**observed),
-                computed=ComputedMeasure(**computed),
+                stones=one.observed_stone_count,
+                observed=ObservedShareOrMedian(**observed),
+                computed=ComputedShareOrMedian(**computed),
             )
         )
     return SiteDisplacementFindings(
@@ -179,7 +179,7 @@ def _site_displacement_findings(site: str, comparison: DisplacementComparison) -
         fell=comparison.fell,
         stood=comparison.stood,
         matching_computed_cases=comparison.similar_computed_case_count,
-        standing_without_any_computed_standing=comparison.standing_stones_without_standing_case,
+        standing_without_any_computed_standing=comparison.standing_stones_without_standing_simulation,
         stones_without_computed_outcome=comparison.stones_without_computed_outcome,
         far_outside_grid=comparison.stones_far_outside_shape_grid,
         measures=measures,
@@ -193,26 +193,26 @@ def _fall_direction_findings_in_3d(
     comparison: DisplacementComparison, directions: FallDirectionComparisonIn3D
 ) -> FallDirectionFindingsIn3D:
     """Return the report's numbers on observed fall directions of stones and those computed in a 3-D study."""
-    has_mean = directions.predicted_resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION
+    has_mean = directions.predicted_resultant_length >= MIN_RESULTANT_WITH_MEAN_DIRECTION
     observed, predicted = (
         directions.observed_count_by_octant.round(2).tolist(),
         directions.predicted_count_by_octant.tolist(),
     )
     return FallDirectionFindingsIn3D(
-        falls_in_known_direction=directions.fallen,
-        mean_direction_deg=directions.mean_direction_deg,
-        resultant=directions.resultant,
+        falls_in_known_direction=directions.fallen_in_known_direction,
+        mean_direction_deg=directions.observed_mean_direction_deg,
+        resultant=directions.observed_resultant_length,
         predicted_mean_direction_deg=directions.predicted_mean_direction_deg if has_mean else math.nan,
-        predicted_resultant=directions.predicted_resultant,
+        predicted_resultant=directions.predicted_resultant_length,
         observed_by_octant=dict(zip(OCTANTS, observed, strict=True)),
         predicted_by_octant=dict(zip(OCTANTS, predicted, strict=True)),
         log_likelihood_ratio=directions.log_likelihood_ratio,
         log_likelihood_ratio_p_value=directions.likelihood_ratio_p,
         falls_without_any_computed_fall=directions.falls_without_any_computed_fall,
         falls_without_prediction=directions.falls_without_computed_outcome,
-        falls_with_predicted_direction=directions.fallen
+        falls_with_predicted_direction=directions.fallen_in_known_direction
         - directions.falls_without_any_computed_fall
         - directions.falls_without_computed_outcome,
         has_no_stone_with_prediction=comparison.stones_far_outside_shape_grid == comparison.fell + comparison.stood,
-        assumed_random_direction_share=directions.random_fall_direction_share,
+        assumed_random_direction_share=directions.assumed_random_fall_direction_share,
     )

@@ -212,20 +212,20 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
         sha256=survey_result.sha256,
         record=survey_result.record,
         doubts=list(survey_result.survey_warnings),
-        remarks=list(survey_result.remarks),
+        remarks=list(survey_result.survey_file_comments),
         fell=found.fallen,
         stood=found.stood,
         fell_in_unknown_direction=found.falls_without_direction,
         falls_in_known_direction=found.fallen_count_in_known_direction,
         has_few_falls_in_known_direction=0 < found.fallen_count_in_known_direction < SMALL_SURVEY_FALL_THRESHOLD,
-        mean_direction_deg=found.mean_direction_deg,
-        resultant=found.resultant,
+        mean_direction_deg=found.observed_mean_direction_deg,
+        resultant=found.observed_resultant_length,
         predicted_mean_direction_deg=(
             found.predicted_mean_direction_deg
-            if found.predicted_resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION
+            if found.predicted_resultant_length >= MIN_RESULTANT_WITH_MEAN_DIRECTION
             else math.nan
         ),
-        predicted_resultant=found.predicted_resultant,
+        predicted_resultant=found.predicted_resultant_length,
         observed_fall_share=observed_share(
             found.fallen_count_at_sites_with_standing_stones, found.stone_count_at_sites_with_standing_stones
         )
@@ -250,9 +250,9 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
         predicted_side_counts_by_observed_side={}
         if confusion is None
         else dict(zip(STANDING_OR_FALL_SIDES, confusion.tolist(), strict=True)),
-        has_falls_with_known_face_and_b_over_h=found.falls_with_all_orientations_assumed
+        has_falls_with_known_face_and_b_over_h=found.falls_without_face_or_b_over_h
         < found.fallen_count_in_known_direction,
-        falls_predicted_for_all_orientations=found.falls_with_all_orientations_assumed,
+        falls_predicted_for_all_orientations=found.falls_without_face_or_b_over_h,
         falls_without_any_computed_fall=found.falls_without_any_computed_fall,
         stones_without_computed_outcome=found.stones_without_computed_outcome,
         falls_without_computed_outcome=found.falls_without_computed_outcome,
@@ -266,7 +266,7 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
         stones_without_prediction=found.stones_far_outside_b_over_h_grid,
         has_no_stone_with_prediction=found.stones_far_outside_b_over_h_grid == found.fallen + found.stood,
         stones_with_height_outside_grid=found.stones_outside_height_grid,
-        assumed_random_direction_share=found.random_fall_direction_share,
+        assumed_random_direction_share=found.assumed_random_fall_direction_share,
         sites=[_site_prediction_findings(site, one) for site, one in survey_result.comparisons_by_site],
         sites_without_standing=[
             site for site, one in survey_result.comparisons_by_site if one.fallen and not one.stood and found.stood

@@ -171,7 +171,7 @@ class Body(ThreeDimensionalModel):
             )
         return replace(
             super().simulated_direction_for_each_direction(grid, use_symmetry),
-            turn_deg=np.where(period > 0.0, whole * period, direction),
+            rotation_from_simulated_deg=np.where(period > 0.0, whole * period, direction),
         )
 
     @override
@@ -183,8 +183,8 @@ class Body(ThreeDimensionalModel):
     ) -> None:
         super().adapt_and_mark_copied_outcomes_in_place(outcome_arrays, grid, equivalent_directions)
         faces = len(self.shape.solid(1.0, 0.5, 1.0).resting_face_normals)
-        turns = np.round(grid.broadcast_over_grid(equivalent_directions.turn_deg) / FULL_TURN * max(faces, 1)).astype(
-            np.int64
-        )
+        turns = np.round(
+            grid.broadcast_over_grid(equivalent_directions.rotation_from_simulated_deg) / FULL_TURN * max(faces, 1)
+        ).astype(np.int64)
         down = outcome_arrays["fall_face"] != INT8_MISSING
         outcome_arrays["fall_face"][down] = (outcome_arrays["fall_face"][down] - turns[down]) % max(faces, 1)

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from overturning.arrays import ArrayLike, FloatArray, check_not_masked, convert_argument_to_float_array
+from overturning.arrays import ArrayLike, FloatArray, check_has_no_masked_values, convert_argument_to_float_array
 from overturning.errors import ArgumentError, refuse_unknown_keywords
 
 MAX_CASES_PER_CALL: Final = 50_000_000
@@ -67,7 +67,7 @@ class Cases:
             for item in fields(self)
         }
         for name, values in columns.items():
-            check_not_masked(name, values)
+            check_has_no_masked_values(name, values)
             if values.ndim > 1:
                 raise ArgumentError(f"{name}: shape {values.shape}; give one row with a value per case")
         try:

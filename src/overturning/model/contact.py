@@ -22,7 +22,7 @@ DEFAULT_BODY_STATIC_PENETRATION_RATIO: Final = 2e-6
 DEFAULT_DAMPING_RATIO: Final = 3.0
 """Default damping ratio ξ. A landing corner does not rebound, as in Housner's model (docs/method.md)."""
 
-MAX_WIDTH_FOR_STATIC_PENETRATION: Final = 1.0
+MIN_WIDTH_FOR_CONSTANT_PENETRATION_M: Final = 1.0
 """Width B above which the static penetration of a 3-D body stays constant, m.
 
 The elastic displacement before slip is a length, and would otherwise grow with the body."""
@@ -164,7 +164,7 @@ class VertexContact(StrictModel):
     static_penetration : float
         δ/B, where δ = m g / (n K_n) is the static penetration on n points, see
         `RigidSolid.load_sharing_point_count`, and B is twice the least distance between an edge of
-        the base and the point below the centre, at most `MAX_WIDTH_FOR_STATIC_PENETRATION`.
+        the base and the point below the centre, at most `MIN_WIDTH_FOR_CONSTANT_PENETRATION_M`.
     stiffness_ratio : float
         K_s/K_n for each of the two tangential springs.
     damping_ratio : float
@@ -186,12 +186,14 @@ class VertexContact(StrictModel):
         normal = STANDARD_GRAVITY / (
             points
             * self.static_penetration
-            * min(2.0 * body.min_base_edge_distance_from_centre, MAX_WIDTH_FOR_STATIC_PENETRATION)
+            * min(2.0 * body.min_base_edge_distance_from_centre, MIN_WIDTH_FOR_CONSTANT_PENETRATION_M)
         )
         return normal, self.stiffness_ratio * normal, 2.0 * self.damping_ratio * math.sqrt(normal / points)
 
 
-def check_stiffness_precision(normal_stiffness: FloatArray, height: FloatArray, largest_displacement: float) -> None:
+def check_static_penetration_exceeds_rounding(
+    normal_stiffness: FloatArray, height: FloatArray, largest_displacement: float
+) -> None:
     """Raise an `ArgumentError` if a contact is so stiff that double precision cannot resolve its static penetration.
 
     Parameters

@@ -7,7 +7,7 @@ from typing import Any, Final, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from overturning.arrays import FloatArray, check_not_masked, convert_argument_to_float_array
+from overturning.arrays import FloatArray, check_has_no_masked_values, convert_argument_to_float_array
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases, check_case_count, check_direction_magnitudes
 from overturning.model.variables import OutcomeVariable
@@ -36,7 +36,7 @@ def checked_finite_values(name: str, values: ArrayLike) -> FloatArray:
         If the argument is empty, nested, or not of finite numbers.
     """
     row = np.atleast_1d(convert_argument_to_float_array(name, values))
-    check_not_masked(name, row)
+    check_has_no_masked_values(name, row)
     if row.ndim != 1 or row.size == 0:
         remedy = "at least one value" if row.size == 0 else "one row, without rows in it"
         raise ArgumentError(f"{name}: shape {row.shape}; give {remedy}")
@@ -118,7 +118,7 @@ class CaseGrid:
 
     def cases_at_grid_indices(
         self,
-        cell_positions: Sequence[NDArray[np.intp]],
+        indices_along_dimensions: Sequence[NDArray[np.intp]],
         subtracted_direction_deg: FloatArray | float = 0.0,
         **further_columns: ArrayLike,
     ) -> Cases:
@@ -126,7 +126,7 @@ class CaseGrid:
 
         Parameters
         ----------
-        cell_positions : sequence of ndarray
+        indices_along_dimensions : sequence of ndarray
             Positions along each dimension.
         subtracted_direction_deg : ndarray or float
             Angle subtracted from the direction of each cell, degrees.
@@ -135,7 +135,7 @@ class CaseGrid:
         """
         values = {
             name: self[name][at].astype(np.float64)
-            for name, at in zip(self.dimension_names, cell_positions, strict=True)
+            for name, at in zip(self.dimension_names, indices_along_dimensions, strict=True)
         }
         return Cases(values.pop(self.dimension_names[0]) - subtracted_direction_deg, **values, **further_columns)
 

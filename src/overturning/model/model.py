@@ -24,7 +24,7 @@ class StoneOutcomesByAmplitudeFactor(NamedTuple):
 
     fell: NDArray[np.bool_]
     """True for a stone that fell."""
-    known: NDArray[np.bool_]
+    has_outcome: NDArray[np.bool_]
     """True where an outcome was found."""
     fall_azimuth_deg: FloatArray
     """Azimuth towards which a stone fell, degrees clockwise from north; NaN for a stone that stands."""
@@ -222,7 +222,10 @@ class Model(ABC):
 
     @abstractmethod
     def square_stone_outcomes(
-        self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
+        self,
+        site_cube: "xr.Dataset",
+        face_azimuth_deg: FloatArray,
+        grid_indices_by_dimension: dict[str, NDArray[np.intp]],
     ) -> StoneOutcomesByAmplitudeFactor:
         """Look up the outcome of each square stone in simulated results, at its size and at the nearest direction.
 
@@ -232,21 +235,21 @@ class Model(ABC):
             Cube of one record, with or without the dimension of amplitudes.
         face_azimuth_deg : ndarray, shape (n,)
             Azimuth that the front of each stone faces, degrees.
-        cell_positions : dict of ndarray, shape (n,)
+        grid_indices_by_dimension : dict of ndarray, shape (n,)
             Positions of each stone along height, B/H and friction.
         """
 
 
 def values_at_grid_indices(
-    site_cube: "xr.Dataset", variable_names: tuple[str, ...], cell_positions: dict[str, NDArray[np.intp]]
+    site_cube: "xr.Dataset", variable_names: tuple[str, ...], grid_indices_by_dimension: dict[str, NDArray[np.intp]]
 ) -> dict[str, FloatArray]:
     """Return the values of some variables, by name, at given grid indices in the results dataset of one record.
 
     Each array has one row per amplitude, and the shape of the positions in the further dimensions.
     """
     several = ["amplitude"] if "amplitude" in site_cube.dims else []
-    place = (slice(None) if several else None, *cell_positions.values())
+    place = (slice(None) if several else None, *grid_indices_by_dimension.values())
     return {
-        name: np.asarray(site_cube[name].transpose(*several, *cell_positions).to_numpy()[place], np.float64)
+        name: np.asarray(site_cube[name].transpose(*several, *grid_indices_by_dimension).to_numpy()[place], np.float64)
         for name in variable_names
     }

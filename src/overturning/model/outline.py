@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 
-MAX_REFINEMENT_ROUNDS: Final = 60
+MAX_HULL_REFINEMENT_ROUNDS: Final = 60
 """Largest number of rounds in which points are added to an outline."""
 
 
@@ -20,7 +20,7 @@ STEEP_FACET_TOLERANCE_FACTOR: Final = 8.0
 
 
 def simplified_convex_hull_vertices(
-    points: FloatArray, tolerance: float, start: NDArray[np.intp] | None = None
+    points: FloatArray, tolerance: float, always_kept_point_indices: NDArray[np.intp] | None = None
 ) -> FloatArray:
     """Simplify the convex hull of points: return few of them, whose hull is smaller by at most a tolerance (m).
 
@@ -31,7 +31,7 @@ def simplified_convex_hull_vertices(
     tolerance : float
         Largest distance of a point from the returned hull, m; 0 for all vertices of the hull. In 3-D, it is larger by
         `STEEP_FACET_TOLERANCE_FACTOR` for facets that are steeper than 45° or face up.
-    start : ndarray of int, optional
+    always_kept_point_indices : ndarray of int, optional
         Indices of points that are part of the outline in any case.
 
     Returns
@@ -44,8 +44,12 @@ def simplified_convex_hull_vertices(
         return points[whole.vertices]
     vertices = candidates = points[whole.vertices]
     chosen = np.unique(np.concatenate([candidates.argmin(axis=0), candidates.argmax(axis=0)]))
-    kept = candidates[chosen] if start is None else np.concatenate([points[start], candidates[chosen]])
-    for _ in range(MAX_REFINEMENT_ROUNDS):
+    kept = (
+        candidates[chosen]
+        if always_kept_point_indices is None
+        else np.concatenate([points[always_kept_point_indices], candidates[chosen]])
+    )
+    for _ in range(MAX_HULL_REFINEMENT_ROUNDS):
         try:
             hull = scipy.spatial.ConvexHull(kept)
         except scipy.spatial.QhullError:  # the first points lie in one plane

@@ -369,12 +369,18 @@ class PlanarModel(SceneModel):
 
     @override
     def square_stone_outcomes(
-        self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
+        self,
+        site_cube: "xr.Dataset",
+        face_azimuth_deg: FloatArray,
+        grid_indices_by_dimension: dict[str, NDArray[np.intp]],
     ) -> StoneOutcomesByAmplitudeFactor:
         """Return the outcomes of square stones from 2-D results for the two vertical planes normal to their faces."""
         faces = np.stack([face_azimuth_deg, face_azimuth_deg + 90])
         planes = nearest_simulated_planes(site_cube["azimuth"].to_numpy(), faces, azimuth_period_of_cube_deg(site_cube))
-        both = {"azimuth": planes.direction_index, **{name: np.stack([at, at]) for name, at in cell_positions.items()}}
+        both = {
+            "azimuth": planes.direction_index,
+            **{name: np.stack([at, at]) for name, at in grid_indices_by_dimension.items()},
+        }
         found = values_at_grid_indices(site_cube, self.variables_for_square_stone_outcomes, both)
         side = np.where(planes.mirrored, -found["overturned"], found["overturned"])
         side = np.where(planes.has_near_simulated_direction, side, np.nan).swapaxes(0, 1)

@@ -22,14 +22,14 @@ def solid_from_vertices(vertices: FloatArray) -> RigidSolid:
     return solid_from_hull(_hull_of_checked_convex_vertices(vertices))
 
 
-def solid_from_hull(hull: ConvexHull, least_fall_tilt: float = 0.0) -> RigidSolid:
+def solid_from_hull(hull: ConvexHull, min_resting_tilt_of_fallen_body_rad: float = 0.0) -> RigidSolid:
     """Return the rigid body with the shape of a convex hull, which stands, as placed, on the hull's lowest face.
 
     Parameters
     ----------
     hull : ConvexHull
         Convex hull about the body's centre of mass, with the body's inertia.
-    least_fall_tilt : float
+    min_resting_tilt_of_fallen_body_rad : float
         Tilt, rad, below which resting on another face does not count as a fall.
 
     Raises
@@ -49,8 +49,8 @@ def solid_from_hull(hull: ConvexHull, least_fall_tilt: float = 0.0) -> RigidSoli
         base = below[scipy.spatial.ConvexHull(hull.points[below, :2]).vertices]  # anticlockwise
     except scipy.spatial.QhullError:
         raise ArgumentError("body: it stands on an edge; turn it so that a face lies on z = const") from None
-    tilt, faces = _least_tilt_and_resting_face_normals(hull, size, least_fall_tilt)
-    fall = fall_tilt_by_lean_direction(hull, size, tilt, faces, least_fall_tilt)
+    tilt, faces = _least_resting_tilt_and_resting_face_normals(hull, size, min_resting_tilt_of_fallen_body_rad)
+    fall = fall_tilt_by_lean_direction(hull, size, tilt, faces, min_resting_tilt_of_fallen_body_rad)
     kept = np.concatenate(
         [
             base,
@@ -79,7 +79,7 @@ def solid_from_hull(hull: ConvexHull, least_fall_tilt: float = 0.0) -> RigidSoli
         inertia,
         tilt,
         faces,
-        point_indices_by_further_contact_face=tuple(facets),
+        point_indices_by_non_base_contact_face=tuple(facets),
         fall_limits_by_lean_sector=fall.fall_limits_by_lean_sector,
     )
 
@@ -132,19 +132,19 @@ def hull_with_origin_at_centre_of_mass(
     )
 
 
-def _least_tilt_and_resting_face_normals(
-    hull: ConvexHull, size: float, least_fall_tilt: float
+def _least_resting_tilt_and_resting_face_normals(
+    hull: ConvexHull, size: float, min_resting_tilt_of_fallen_body_rad: float
 ) -> tuple[float, FloatArray]:
     """Return the least tilt (rad) at which a body rests on a face other than its base; and all such face normals.
 
-    Faces on which it rests at less than `least_fall_tilt`, rad, are left out.
+    Faces on which it rests at less than `min_resting_tilt_of_fallen_body_rad`, rad, are left out.
     """
     _, first = np.unique(np.round(hull.normals, 5), axis=0, return_index=True)
     normals, offsets = hull.normals[first], hull.plane_distances_from_centre[first]
     down = -normals[:, 2]
     # Exclude the base and a face opposite to it: a body falls onto a side first.
     stable = mask_of_resting_faces(normals, offsets, size) & (np.abs(down) < 1.0 - FLATNESS_TOLERANCE)
-    stable &= down <= np.cos(least_fall_tilt)
+    stable &= down <= np.cos(min_resting_tilt_of_fallen_body_rad)
     if not stable.any():
         return np.pi, np.zeros((0, 3))
     tilt = float(np.round(np.arccos(np.clip(down[stable].max(), -1.0, 1.0)), RELATIVE_LENGTH_DECIMALS))

@@ -16,7 +16,7 @@ MAX_SINE_OF_COPLANAR_FACES: Final = 1e-6
 
 def mask_of_resting_faces(
     face_normals: FloatArray,
-    distances_of_vertices_from_faces: FloatArray,
+    face_distances_from_centre_of_mass: FloatArray,
     body_size: float,
     tested_faces: slice = slice(None),
 ) -> NDArray[np.bool_]:
@@ -28,7 +28,7 @@ def mask_of_resting_faces(
         Outward unit normals. Faces with the same normal count as one. Where two faces are inclined by less than √(2
         `FLATNESS_TOLERANCE`) (0.08°), like the triangles of a face with rounded vertices, the body stands on their
         edge, too.
-    distances_of_vertices_from_faces : ndarray, shape (faces,)
+    face_distances_from_centre_of_mass : ndarray, shape (faces,)
         Distances of the faces from the centre of mass, m.
     body_size : float
         Size of the body, m; a foot closer to an edge than `FLATNESS_TOLERANCE` × size does not carry the body.
@@ -40,8 +40,8 @@ def mask_of_resting_faces(
     ndarray of bool, shape (tested faces,)
     """
     tested = face_normals[tested_faces]
-    feet = tested * distances_of_vertices_from_faces[tested_faces, None]
-    within = distances_of_vertices_from_faces - feet @ face_normals.T
+    feet = tested * face_distances_from_centre_of_mass[tested_faces, None]
+    within = face_distances_from_centre_of_mass - feet @ face_normals.T
     cosine = tested @ face_normals.T
     sine = np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
     # Distance of the foot from the line in which the planes of two faces meet.

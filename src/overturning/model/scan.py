@@ -35,10 +35,10 @@ FOOTPRINT_SIMPLIFICATION_TOLERANCE: Final = 1e-3
 HULL_SIMPLIFICATION_TOLERANCE: Final = 0.002
 """Distance by which the hull above the footprint is simplified, as a share of the size; doubled for too many points."""
 
-LEAST_FALL_TILT: Final = np.radians(10.0)
+MIN_RESTING_TILT_OF_FALLEN_STONE_RAD: Final = np.radians(10.0)
 """Tilt below which a scanned stone that rests on another part of its base has not fallen, rad."""
 
-MAX_HULL_EXCESS_OF_CONVEX_BODY: Final = 1e-3
+MAX_HULL_VOLUME_EXCESS_OF_CONVEX_BODY: Final = 1e-3
 """Largest share of the hull's volume outside a body that counts as convex: rounding in the file."""
 
 MAX_STORED_VERTICES: Final = 3000
@@ -144,7 +144,7 @@ class ScannedStone(Shape):
             points = simplified_convex_hull_vertices(self.possible_ground_contact_points, tolerance, base)
             hull = hull_with_origin_at_centre_of_mass(points, scipy.spatial.ConvexHull(points), properties)
             try:
-                return solid_from_hull(hull, LEAST_FALL_TILT)
+                return solid_from_hull(hull, MIN_RESTING_TILT_OF_FALLEN_STONE_RAD)
             except TooManyContactVerticesError:
                 if tolerance > 0.1 * size:
                     raise
@@ -259,11 +259,11 @@ def points_that_can_touch_ground(points: FloatArray) -> FloatArray:
                 continue
     if hull.vertices.size <= MAX_STORED_VERTICES:
         return points[np.union1d(hull.vertices, np.array(chosen, np.intp))]
-    extreme = _points_extreme_in_any_direction(points[hull.vertices], MAX_STORED_VERTICES)
+    extreme = _extreme_points_in_spread_directions(points[hull.vertices], MAX_STORED_VERTICES)
     return np.unique(np.concatenate([extreme, points[chosen]]), axis=0)
 
 
-def _points_extreme_in_any_direction(points: FloatArray, direction_count: int) -> FloatArray:
+def _extreme_points_in_spread_directions(points: FloatArray, direction_count: int) -> FloatArray:
     """Return the points that are extreme in at least one of many directions, evenly spread over the sphere."""
     number = np.arange(direction_count) + 0.5
     height, turn = 1.0 - 2.0 * number / direction_count, np.pi * (1.0 + 5.0**0.5) * number
@@ -340,7 +340,7 @@ def stone_from_surface(
 def _scan_as_polyhedron_if_convex(points: FloatArray, found: MassProperties, name: str) -> Polyhedron | None:
     """Return a scan as a polyhedron; None if it is not convex, bears load above its base, or has too many vertices."""
     hull = scipy.spatial.ConvexHull(points)
-    if abs(hull.volume - found.volume) > MAX_HULL_EXCESS_OF_CONVEX_BODY * hull.volume:
+    if abs(hull.volume - found.volume) > MAX_HULL_VOLUME_EXCESS_OF_CONVEX_BODY * hull.volume:
         return None
     size = float(np.ptp(points, axis=0).max())
     inside = -(points @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)

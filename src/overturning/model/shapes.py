@@ -13,7 +13,7 @@ from overturning.arrays import FloatArray, convert_argument_to_finite_array
 from overturning.errors import ArgumentError
 from overturning.model.cases import check_stone_heights
 from overturning.model.polyhedron import hull_vertices_and_edges, solid_from_vertices
-from overturning.model.solid import RIM_POINTS, RigidSolid
+from overturning.model.solid import UNIT_RADIUS_RIM_CONTACT_POINTS, RigidSolid
 
 MAX_PRISM_SIDES: Final = 96
 """Largest number of sides of a regular prism; use a cylinder for more."""
@@ -112,7 +112,7 @@ class Cylinder(Shape):
     @override
     def solid(self, height: float, b_over_h: float, aspect: float) -> RigidSolid:
         R, h = 0.5 * b_over_h * height, 0.5 * height
-        points = np.concatenate([R * RIM_POINTS, np.full((4, 1), -h)], axis=1)
+        points = np.concatenate([R * UNIT_RADIUS_RIM_CONTACT_POINTS, np.full((4, 1), -h)], axis=1)
         across = (3.0 * R * R + height * height) / 12.0
         return RigidSolid(points, 4, np.diag([across, across, 0.5 * R * R]), 0.5 * np.pi, np.zeros((0, 3)), 0.0, R)
 

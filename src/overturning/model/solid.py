@@ -16,7 +16,7 @@ MAX_CONTACT_VERTICES: Final = 128
 MAX_LOAD_SHARING_BASE_VERTICES: Final = 4
 """Largest number of vertices of a base that share its weight equally; see `RigidSolid.load_sharing_point_count`."""
 
-RIM_POINTS: Final = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+UNIT_RADIUS_RIM_CONTACT_POINTS: Final = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 """Contact points of a circular base that stands flat, in units of its radius."""
 
 
@@ -37,7 +37,7 @@ class RigidSolid:
         Number of vertices of the base.
     inertia_per_mass : ndarray, shape (3, 3)
         Moments and negative products of inertia per mass, m².
-    fall_tilt : float
+    least_tilt_to_other_resting_face_rad : float
         Least tilt at which it can rest on another face, rad.
     resting_face_normals : ndarray, shape (faces, 3)
         Outward normals of the faces on which it can come to rest after a fall, clockwise from above.
@@ -46,10 +46,11 @@ class RigidSolid:
         revolution.
     rim_radius : float
         Radius of its rim, m; 0 for a body with vertices.
-    point_indices_by_further_contact_face : tuple of ndarray of int
+    point_indices_by_non_base_contact_face : tuple of ndarray of int
         Indices of the points of each further face that can lie flat on the ground before the body has fallen.
     fall_limits_by_lean_sector : ndarray, shape (sectors, 5)
-        Sectors of the direction of lean, if the tilt of the fall depends on it; empty if `fall_tilt` holds all around.
+        Sectors of the direction of lean, if the tilt of the fall depends on it; empty if
+        `least_tilt_to_other_resting_face_rad` holds all around.
         Columns: start of the sector (0 to 4, in quarter turns), a vector in the body's axes (3), and the least dot
         product of that vector with the downward vertical at which the body has fallen.
     """
@@ -57,11 +58,11 @@ class RigidSolid:
     contact_points: FloatArray
     base_vertex_count: int
     inertia_per_mass: FloatArray
-    fall_tilt: float
+    least_tilt_to_other_resting_face_rad: float
     resting_face_normals: FloatArray
     symmetry_period_deg: float = 360.0
     rim_radius: float = 0.0
-    point_indices_by_further_contact_face: tuple[NDArray[np.int64], ...] = ()
+    point_indices_by_non_base_contact_face: tuple[NDArray[np.int64], ...] = ()
     fall_limits_by_lean_sector: FloatArray = field(default_factory=lambda: np.zeros((0, 5)))
 
     def __post_init__(self) -> None:

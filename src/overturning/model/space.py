@@ -89,7 +89,7 @@ class ThreeDimensionalModel(Model):
             (sobol_scramble_of_member == number).reshape(-1, *(1,) * (known.ndim - 2)) for number in (0, 1)
         )
 
-        def mean_over_ensemble_runs(member_values: Any, selected_members: Any = True) -> FloatArray:
+        def mean_over_runs_with_standing_as_zero(member_values: Any, selected_members: Any = True) -> FloatArray:
             """Return each case's mean over the selected ensemble runs with an outcome; a standing stone counts as 0."""
             count = (known & selected_members).sum(axis=1)
             # Rounded: cosines differ in the last digit between processors.
@@ -97,12 +97,13 @@ class ThreeDimensionalModel(Model):
             return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
         return {
-            "probability_falls": mean_over_ensemble_runs(1.0),
-            "fall_north": mean_over_ensemble_runs(np.cos(angle)),
-            "fall_east": mean_over_ensemble_runs(np.sin(angle)),
-            "fall_axis_cosine": mean_over_ensemble_runs(np.cos(2 * angle)),
-            "fall_axis_sine": mean_over_ensemble_runs(np.sin(2 * angle)),
-            "scramble_difference": mean_over_ensemble_runs(1.0, first) - mean_over_ensemble_runs(1.0, second),
+            "probability_falls": mean_over_runs_with_standing_as_zero(1.0),
+            "fall_north": mean_over_runs_with_standing_as_zero(np.cos(angle)),
+            "fall_east": mean_over_runs_with_standing_as_zero(np.sin(angle)),
+            "fall_axis_cosine": mean_over_runs_with_standing_as_zero(np.cos(2 * angle)),
+            "fall_axis_sine": mean_over_runs_with_standing_as_zero(np.sin(2 * angle)),
+            "scramble_difference": mean_over_runs_with_standing_as_zero(1.0, first)
+            - mean_over_runs_with_standing_as_zero(1.0, second),
             "members": known.sum(axis=1),
         }
 
@@ -152,7 +153,10 @@ class ThreeDimensionalModel(Model):
 
     @override
     def square_stone_outcomes(
-        self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
+        self,
+        site_cube: "xr.Dataset",
+        face_azimuth_deg: FloatArray,
+        grid_indices_by_dimension: dict[str, NDArray[np.intp]],
     ) -> StoneOutcomesByAmplitudeFactor:
         """Return, for each stone, the outcome of the square prism simulated with the nearest orientation."""
         square = site_cube
@@ -164,7 +168,7 @@ class ThreeDimensionalModel(Model):
         found = values_at_grid_indices(
             square,
             self.variables_for_square_stone_outcomes,
-            {self.direction_dimension_name: sources.direction_index, **cell_positions},
+            {self.direction_dimension_name: sources.direction_index, **grid_indices_by_dimension},
         )
         flag = found["overturned"]
         slip = np.hypot(found["residual_slip_north"], found["residual_slip_east"])

@@ -134,7 +134,9 @@ class Stack(SceneModel, ThreeDimensionalModel):
         """Return, for each orientation of a grid, an orientation to simulate instead, equivalent by symmetry."""
         period = self._symmetry_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN)
         turn = np.floor(grid.direction_values_deg[:, None] / period) * period
-        return replace(super().simulated_direction_for_each_direction(grid, use_symmetry), turn_deg=turn)
+        return replace(
+            super().simulated_direction_for_each_direction(grid, use_symmetry), rotation_from_simulated_deg=turn
+        )
 
     # Once an element is selected, the cube of a stack has the variables of the cube of a body.
 

@@ -99,7 +99,7 @@ def reasons_stones_do_not_stand(stones: list[StackStone]) -> list[str]:
     faults = [
         f"what stands on the joint below {stone.name} has its centre of mass outside it"
         for stone, patch in zip(stones, contact_patches_at_rest(stones), strict=True)
-        if not np.all(patch.side_distances_from_centre_above > 0.0)
+        if not np.all(patch.side_distances_from_mass_centre_above > 0.0)
     ]
     return faults or [
         f"the outline of element {touch.stone} would meet the face below {_contact_tilt_text(touch)} over the edge of "

@@ -173,7 +173,7 @@ class ContactPatchAtRest:
 
     corners: FloatArray  # horizontal positions, anticlockwise, shape (n, 2), m
     corner_stiffness_shares: FloatArray  # share of the stiffness at each corner, shape (n,)
-    side_distances_from_centre_above: (
+    side_distances_from_mass_centre_above: (
         FloatArray  # distance of each side of the patch from below that centre of mass, shape (n,), m; −: outside
     )
     mass_above: float  # mass of all stones above, kg

@@ -92,7 +92,7 @@ def _first_contact_with_face(stone: StackStone, patch: FloatArray, face: FaceBel
         points = _surface_points_to_test_for_contact(stone, PARTS_PER_OUTLINE_SIDE, PARTS_PER_DEPTH_OR_RADIUS)
         tilt = np.minimum(
             _least_tilt_for_point_to_touch_face(stone, points, ahead, edge, face),
-            _tilts_at_base_contact_with_face_corner(stone, ahead, edge, face.corners, face.depth_below_base),
+            _least_tilt_for_base_to_touch_face_corner(stone, ahead, edge, face.corners, face.depth_below_base),
         )
     tilt = np.where(tilt < early, tilt, np.inf)
     direction = int(np.argmin(tilt))
@@ -102,7 +102,11 @@ def _first_contact_with_face(stone: StackStone, patch: FloatArray, face: FaceBel
 
 
 def _least_tilt_for_point_to_touch_face(
-    stone: StackStone, points: FloatArray, ahead: FloatArray, edge: FloatArray, face: FaceBelowStone
+    stone: StackStone,
+    points: FloatArray,
+    tilt_unit_vectors: FloatArray,
+    tilting_edge_distances: FloatArray,
+    face: FaceBelowStone,
 ) -> FloatArray:
     """Return the least tilt (rad) at which one of the points, (n, 3), of a stone touches a face; infinite if none does.
 
@@ -111,29 +115,33 @@ def _least_tilt_for_point_to_touch_face(
     """
     if face.depth_below_base == 0.0:
         points = points[points[:, 2] > LEVEL_FACE_TOLERANCE * np.ptp(stone.outline[:, 1])]
-    beyond = points[:, :2] @ ahead - edge
+    beyond = points[:, :2] @ tilt_unit_vectors - tilting_edge_distances
     radius = np.sqrt(beyond**2 + points[:, 2:] ** 2)
     reaches = (beyond > RELATIVE_ROUNDING_TOLERANCE * stone.depth) & (radius > face.depth_below_base)
     sine = np.divide(face.depth_below_base, radius, out=np.zeros_like(radius), where=reaches)
     if face.corners is not None:
         # The point turns about the edge until it has the depth of the face.
         shift = radius * np.sqrt(1.0 - sine**2) - beyond
-        place = points[:, :2, None] + shift[:, None] * ahead
+        place = points[:, :2, None] + shift[:, None] * tilt_unit_vectors
         reaches &= _mask_of_points_inside_polygon(place, face.corners, RELATIVE_ROUNDING_TOLERANCE * stone.depth)
     tilt = np.where(reaches, np.arctan2(points[:, 2:], beyond) + np.arcsin(sine), np.inf)
     return np.asarray(tilt.min(axis=0, initial=np.inf))
 
 
-def _tilts_at_base_contact_with_face_corner(
-    stone: StackStone, ahead: FloatArray, edge: FloatArray, corners: FloatArray, depth: float
+def _least_tilt_for_base_to_touch_face_corner(
+    stone: StackStone,
+    tilt_unit_vectors: FloatArray,
+    tilting_edge_distances: FloatArray,
+    corners: FloatArray,
+    depth: float,
 ) -> FloatArray:
     """Return the least tilt (rad) at which the base of a stone touches a corner of a face at a depth (m), or infinity.
 
     Shape and directions are those of `_least_tilt_for_point_to_touch_face`.
     """
-    beyond = corners @ ahead - edge
+    beyond = corners @ tilt_unit_vectors - tilting_edge_distances
     # The point of the base that meets the corner, before the tilt.
-    place = corners[:, :, None] + (np.sqrt(beyond**2 + depth**2) - beyond)[:, None] * ahead
+    place = corners[:, :, None] + (np.sqrt(beyond**2 + depth**2) - beyond)[:, None] * tilt_unit_vectors
     base = stone.base_corners + np.array([stone.x, 0.0])
     meets = (beyond > RELATIVE_ROUNDING_TOLERANCE * stone.depth) & _mask_of_points_inside_polygon(
         place, base, RELATIVE_ROUNDING_TOLERANCE * stone.depth

@@ -32,7 +32,7 @@ class EquivalentSimulatedDirections:
     ----------
     direction_index : ndarray of int
         Index of the simulated direction among the directions of the grid.
-    turn_deg : ndarray
+    rotation_from_simulated_deg : ndarray
         Clockwise rotation from the simulated to the requested direction, degrees: a whole number of periods, or any
         angle for a body of revolution. Azimuths of the outcome do not change, since north does not rotate; a side or
         face that is numbered from the body's own first side is numbered from the rotated one.
@@ -44,7 +44,7 @@ class EquivalentSimulatedDirections:
     """
 
     direction_index: NDArray[np.intp]
-    turn_deg: FloatArray
+    rotation_from_simulated_deg: FloatArray
     mirrored: NDArray[np.bool_]
     has_near_simulated_direction: NDArray[np.bool_]
 
@@ -102,7 +102,7 @@ def mark_mirrored_planes(
     """Mark the simulated vertical planes that are rotated by 180°: their outcomes have to be mirrored."""
     return replace(
         equivalent_directions,
-        mirrored=(equivalent_directions.turn_deg == PLANE_SYMMETRY_PERIOD_DEG)
+        mirrored=(equivalent_directions.rotation_from_simulated_deg == PLANE_SYMMETRY_PERIOD_DEG)
         & (period_deg == PLANE_SYMMETRY_PERIOD_DEG),
     )
 

@@ -16,7 +16,7 @@ from overturning.model.rest import FLATNESS_TOLERANCE
 LEAN_DIRECTION_COUNT: Final = 1440
 """Number of directions of lean that are examined: one in the middle of each quarter of a degree."""
 
-FALL_TO_GEOMETRIC_TILT_RATIO: Final = 0.999
+FALL_TILT_TO_RESTING_TILT_RATIO: Final = 0.999
 """Share of the geometric tilt from which a body counts as fallen: elastic contacts let it rest slightly earlier."""
 
 SECTOR_DECIMALS: Final = 12
@@ -43,7 +43,7 @@ class ConvexHull(NamedTuple):
 class FallTiltByLeanDirection(NamedTuple):
     """Tilt from which a body counts as fallen, for each direction in which the body leans."""
 
-    least_fall_tilt: float
+    least_tilt_to_other_resting_face_rad: float
     """Least tilt at which it can rest on another face, rad."""
     fall_tilts: FloatArray
     """Tilt of its fall in each of `LEAN_DIRECTION_COUNT` directions of lean, rad."""
@@ -78,9 +78,9 @@ class LowestVertexChangesOnLeaning(NamedTuple):
 def fall_tilt_by_lean_direction(
     hull: ConvexHull,
     size: float,
-    least_tilt: float,
+    least_tilt_to_other_resting_face_rad: float,
     resting_face_normals: FloatArray,
-    shallowest_rest: float = 0.0,
+    min_resting_tilt_of_fallen_body_rad: float = 0.0,
 ) -> FallTiltByLeanDirection:
     """Compute the tilt from which a convex body counts as fallen, for each direction in which the body leans.
 
@@ -90,11 +90,11 @@ def fall_tilt_by_lean_direction(
         Convex hull of the body.
     size : float
         Largest extent of the body, m.
-    least_tilt : float
+    least_tilt_to_other_resting_face_rad : float
         Least tilt at which it can rest on another face, rad; no smaller tilt counts as a fall.
     resting_face_normals : ndarray, shape (faces, 3)
         Outward normals of the other faces on which it can rest; resting on any of them counts as a fall.
-    shallowest_rest : float
+    min_resting_tilt_of_fallen_body_rad : float
         Tilt, rad, below which resting on an edge or face does not count as a fall.
     """
     ends, sides = _hull_edge_vertices_and_triangles(hull)
@@ -107,7 +107,7 @@ def fall_tilt_by_lean_direction(
         & (found.centre_height_derivatives.min(axis=1) < -FLATNESS_TOLERANCE * size)
         & (found.centre_height_derivatives.max(axis=1) > FLATNESS_TOLERANCE * size)
     )
-    rests &= found.tilt >= shallowest_rest
+    rests &= found.tilt >= min_resting_tilt_of_fallen_body_rad
     limits, rows = np.full(LEAN_DIRECTION_COUNT, np.pi), np.zeros((LEAN_DIRECTION_COUNT, 4))
     rows[:, 3] = 1.0  # unreachable limit: there is no edge to rest on
     order = np.flatnonzero(rests)[np.argsort(-found.tilt[rests], kind="stable")]
@@ -120,12 +120,15 @@ def fall_tilt_by_lean_direction(
     ]
     along /= np.sqrt(np.sum(along * along, axis=1))[:, None]
     rows[found.direction_index[order]] = np.column_stack(
-        [along, np.full(order.size, (FALL_TO_GEOMETRIC_TILT_RATIO - 1.0) * least_tilt)]
+        [along, np.full(order.size, (FALL_TILT_TO_RESTING_TILT_RATIO - 1.0) * least_tilt_to_other_resting_face_rad)]
     )
-    limits = np.maximum(limits, least_tilt)
-    if (limits <= least_tilt + 1e-9).all():
+    limits = np.maximum(limits, least_tilt_to_other_resting_face_rad)
+    if (limits <= least_tilt_to_other_resting_face_rad + 1e-9).all():
         return FallTiltByLeanDirection(
-            least_tilt, np.full(LEAN_DIRECTION_COUNT, least_tilt), np.zeros((0, 5)), np.zeros(0, np.int64)
+            least_tilt_to_other_resting_face_rad,
+            np.full(LEAN_DIRECTION_COUNT, least_tilt_to_other_resting_face_rad),
+            np.zeros((0, 5)),
+            np.zeros(0, np.int64),
         )
     touched = ends[found.edge_index[found.tilt < limits[found.direction_index] * (1.0 - 1e-6)]]
     _lower_fall_limits_for_resting_faces(limits, rows, resting_face_normals)
@@ -133,7 +136,7 @@ def fall_tilt_by_lean_direction(
     first = np.any(rows != np.roll(rows, 1, axis=0), axis=1)
     first[0] = True
     sectors = np.asarray(np.round(np.column_stack([starts, rows])[first], SECTOR_DECIMALS), np.float64)
-    return FallTiltByLeanDirection(least_tilt, limits, sectors, np.unique(touched))
+    return FallTiltByLeanDirection(least_tilt_to_other_resting_face_rad, limits, sectors, np.unique(touched))
 
 
 def _lower_fall_limits_for_resting_faces(
@@ -146,7 +149,7 @@ def _lower_fall_limits_for_resting_faces(
         if sector_rows[number, :3] @ normal < sector_rows[number, 3]:
             ahead = np.array([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)])
             sector_rows[number], fall_limits_rad[number] = (
-                np.append(ahead, (FALL_TO_GEOMETRIC_TILT_RATIO - 1.0) * tilt),
+                np.append(ahead, (FALL_TILT_TO_RESTING_TILT_RATIO - 1.0) * tilt),
                 tilt,
             )
 

@@ -46,7 +46,7 @@ class Accelerogram:
     def _label_in_repr(self) -> str:
         return type(self).__name__
 
-    def check(self, error_type: type[OverturningError], message_prefix: str = "") -> None:
+    def check_samples_and_sampling_interval(self, error_type: type[OverturningError], message_prefix: str = "") -> None:
         """Check samples and sampling interval; raise an exception of type `error_type` at the first fault."""
         for name, samples in zip(("north", "east", "up"), self.components, strict=False):
             if samples.ndim != 1 or samples.size < 2:
@@ -160,7 +160,7 @@ class Motion(Accelerogram):
         sampling_interval: float,
         trust_data: bool = False,
     ) -> None:
-        # Keep masks until `check` has refused masked samples.
+        # Keep masks until `check_samples_and_sampling_interval` has refused masked samples.
         self.north, self.east = (
             convert_argument_to_float_array(name, of, copy=True) for name, of in (("north", north), ("east", east))
         )
@@ -171,7 +171,7 @@ class Motion(Accelerogram):
         if not isinstance(trust_data, bool | np.bool_):
             raise ArgumentError(f"trust_data: {trust_data!r}; give True or False")
         self.sampling_interval, self.user_trusts_data = float(interval), trust_data
-        self.check(ArgumentError)
+        self.check_samples_and_sampling_interval(ArgumentError)
         for samples in self.components:
             samples.flags.writeable = False
         if not trust_data and (

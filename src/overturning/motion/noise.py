@@ -39,7 +39,7 @@ class SignalNoiseSpectra:
     )
 
     @property
-    def ratio(self) -> FloatArray:
+    def signal_to_noise_and_offset_ratio(self) -> FloatArray:
         """Signal spectrum over the spectrum of noise and permanent offset, shape (components, m) for m frequencies."""
         return self.signal_spectrum / np.hypot(self.noise_spectrum, self.offset_spectrum)
 

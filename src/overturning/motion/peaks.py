@@ -12,7 +12,7 @@ from overturning.kernel_cache import cache_compiled_kernel
 _AZIMUTHS_PER_GROUP: Final = 18
 """Number of azimuths that one test of a sample covers."""
 
-_ROUNDING_BOUND_FACTOR: Final = 1.0 - 1e-9
+_BOUND_REDUCTION_FOR_ROUNDING: Final = 1.0 - 1e-9
 """Factor of a bound that covers rounding; keeping too many samples does not change the result."""
 
 _IDENTITY_FILTER: Final = np.array([1.0, 0.0, 0.0])
@@ -85,7 +85,7 @@ def _update_largest_filtered_motion(
         n, e = north_1 + b0 * x, east_1 + b0 * y
         north_1, east_1 = (north_2 + x * b1) - n * a1, (east_2 + y * b1) - e * a1
         north_2, east_2 = x * b2 - n * a2, y * b2 - e * a2
-        if n == e == 0.0 or n * n + e * e < least * least * _ROUNDING_BOUND_FACTOR:
+        if n == e == 0.0 or n * n + e * e < least * least * _BOUND_REDUCTION_FOR_ROUNDING:
             continue
         least = math.inf
         for group in range(groups.shape[0]):
@@ -96,7 +96,7 @@ def _update_largest_filtered_motion(
                 for k in range(group * _AZIMUTHS_PER_GROUP, min((group + 1) * _AZIMUTHS_PER_GROUP, count)):
                     largest_out[k] = max(largest_out[k], abs(cosines[k, 0] * n + cosines[k, 1] * e))
                     lowest = min(lowest, largest_out[k])
-                groups[group, 3] = lowest * _ROUNDING_BOUND_FACTOR
+                groups[group, 3] = lowest * _BOUND_REDUCTION_FOR_ROUNDING
             least = min(least, groups[group, 3])
     # A sample that is not finite stays in the state of the filter, and no comparison above sees it.
     if not abs(north_1) + abs(east_1) < math.inf:

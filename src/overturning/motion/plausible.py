@@ -9,13 +9,13 @@ from overturning.arrays import FloatArray
 from overturning.motion.integration import integrate
 from overturning.units import ACCELERATION_UNITS, CM, STANDARD_GRAVITY
 
-LARGEST_PGA: Final = 5.0 * STANDARD_GRAVITY
+MAX_PLAUSIBLE_PGA: Final = 5.0 * STANDARD_GRAVITY
 """Largest plausible peak acceleration, m/s²; the largest recorded is 4.1 g (vector sum, Iwate-Miyagi 2008, IWTH25)."""
 
-LARGEST_PGV: Final = 1000.0 * CM
+MAX_PLAUSIBLE_PGV: Final = 1000.0 * CM
 """Largest plausible peak velocity, m/s; the largest recorded is about 3 m/s (Chi-Chi 1999, TCU068)."""
 
-SMALLEST_PGA: Final = 1e-4 * STANDARD_GRAVITY
+MIN_PLAUSIBLE_PGA: Final = 1e-4 * STANDARD_GRAVITY
 """Smallest plausible peak acceleration of a motion that is not rest, m/s²: about 0.1 Gal, too weak to be felt."""
 
 USUAL_SAMPLING_INTERVAL_RANGE: Final = (0.0005, 0.05)
@@ -69,18 +69,18 @@ def implausible_amplitude_reason(
     velocity = 0.0
     if check_velocity:
         velocity = max(float(np.abs(integrate(samples, sampling_interval)).max()) for samples in components)
-    if peak > LARGEST_PGA:
+    if peak > MAX_PLAUSIBLE_PGA:
         what, bound = f"peak acceleration {peak / STANDARD_GRAVITY:.3g} g", "at most 5 g"
-    elif 0.0 < peak < SMALLEST_PGA:
+    elif 0.0 < peak < MIN_PLAUSIBLE_PGA:
         what, bound = f"peak acceleration {peak / STANDARD_GRAVITY:.3g} g", "at least 0.0001 g"
-    elif velocity > LARGEST_PGV:
+    elif velocity > MAX_PLAUSIBLE_PGV:
         what, bound = f"peak velocity {velocity / CM:.4g} cm/s", "at most 1000 cm/s"
     else:
         return ""
     low, high = USUAL_SAMPLING_INTERVAL_RANGE
     unusual = (
         ""
-        if low <= sampling_interval <= high or velocity <= LARGEST_PGV
+        if low <= sampling_interval <= high or velocity <= MAX_PLAUSIBLE_PGV
         else f"{_unusual_sampling_interval_text(sampling_interval)}: "
     )
     return f"{unusual}{what} ({bound} is accepted as ground motion); {_likely_units_note(peak, unit)}"

@@ -75,7 +75,7 @@ class SoilResponseOfOneComponent:
         float  # relative change in the last iteration; 0 for a linear analysis, which has no iterations
     )
     largest_strain: float  # largest shear strain of any layer; NaN for a linear analysis
-    strain_and_exceeded_curve_end: tuple[float, float] | None = (
+    strain_and_exceeded_curve_max_strain: tuple[float, float] | None = (
         None  # effective strain, and the smaller end of the curve; None within
     )
 
@@ -213,11 +213,11 @@ def _propagate_with_zero_padding(
         change < EQUIVALENT_LINEAR_TOLERANCE,
         change,
         strain,
-        _strain_and_exceeded_curve_end(profile[:-1], layers),
+        _strain_and_exceeded_curve_max_strain(profile[:-1], layers),
     )
 
 
-def _strain_and_exceeded_curve_end(
+def _strain_and_exceeded_curve_max_strain(
     profile_layers: Sequence[Any], layers: Sequence[SoilLayer]
 ) -> tuple[float, float] | None:
     """Return effective strain and end of the published curve for the layer strained furthest beyond its curve, or None.

@@ -88,7 +88,7 @@ class RecordDescriptionColumns(BaseModel, extra="forbid", frozen=True, use_attri
     """Terms under which the data may be used."""
 
     @model_validator(mode="after")
-    def _check_coordinate_pairs(self) -> "RecordDescriptionColumns":
+    def _check_coordinate_pairs_and_trace_source(self) -> "RecordDescriptionColumns":
         """Raise a ValueError for a latitude without longitude (or the reverse) or a fault trace without source."""
         for place in ("station", "epicentre"):
             pair = [f"{place}_{name}_deg" for name in ("latitude", "longitude")]
@@ -150,7 +150,7 @@ class RecordTableRow(FilePropertyColumns, RecordDescriptionColumns, frozen=True)
         )
 
     @property
-    def names_of_filled_file_columns(self) -> list[str]:
+    def names_of_given_file_property_columns(self) -> list[str]:
         """Names of non-empty columns that describe files; refused for a synthetic pulse, which has no file."""
         other = {*RecordDescriptionColumns.model_fields, "format", "trust_data", "sha256"}
         stated = self.model_dump(exclude=other, exclude_defaults=True)

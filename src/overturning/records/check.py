@@ -14,7 +14,7 @@ from overturning.records.grouping import group_components_by_record
 from overturning.records.processing import process_record
 from overturning.records.read import (
     add_notes_to_record,
-    missing_vertical_component_notes,
+    notes_on_vertical_component_left_out,
     read_components_of_file_and_siblings,
 )
 from overturning.records.record import (
@@ -34,7 +34,7 @@ class RecordCheckResult:
     files: tuple[str, ...]
     components: tuple[RecordComponent, ...] = ()  # axes of the record; empty if the file cannot be read
     record: Record | None = None  # None if refused or skipped
-    reason: str = ""  # why the record is refused or skipped
+    refusal_or_skip_reason: str = ""  # why the record is refused or skipped
     processed_record: Record | None = None  # the record after the default processing
     skipped: bool = False  # True for a file that comes with records but is none (spectra, velocities); see `reason`
 
@@ -54,7 +54,10 @@ def check_records_in_files(
     skipped = [source for source in records if holds_no_acceleration(source)]
     # Spectra and velocities alone are refused, with the reason that their reader gives.
     skipped = skipped if len(skipped) < len(records) else []
-    findings += [RecordCheckResult((source.name,), reason=NO_ACCELERATION_REASON, skipped=True) for source in skipped]
+    findings += [
+        RecordCheckResult((source.name,), refusal_or_skip_reason=NO_ACCELERATION_REASON, skipped=True)
+        for source in skipped
+    ]
     components, refused = _read_components_of_chosen_sensor(
         [source for source in records if source not in skipped], declared_properties
     )
@@ -78,12 +81,13 @@ def _read_components_of_chosen_sensor(
             for one in read_components([source], declared_properties):
                 (components if declared_properties.sensor in (None, one.sensor) else others).append(one)
         except OverturningError as problem:
-            refused.append(RecordCheckResult((source.name,), reason=str(problem)))
+            refused.append(RecordCheckResult((source.name,), refusal_or_skip_reason=str(problem)))
     if others and not components:
         files = tuple(dict.fromkeys(one.file for one in others))
         refused.append(
             RecordCheckResult(
-                files, reason=f"of the {others[0].sensor} sensor; {declared_properties.sensor} is declared"
+                files,
+                refusal_or_skip_reason=f"of the {others[0].sensor} sensor; {declared_properties.sensor} is declared",
             )
         )
     return components, refused
@@ -101,13 +105,13 @@ def _check_record(
         record = assemble_record(components, Path(files[0]).name.split(".")[0].lower(), declared_properties)
         own = [path for path in file_paths if path.name in files]
         record = add_notes_to_record(
-            record, missing_vertical_component_notes(own, components, declared_properties) if own else []
+            record, notes_on_vertical_component_left_out(own, components, declared_properties) if own else []
         )
         return RecordCheckResult(files, tuple(components), record, processed_record=process_record(record, None))
     except OverturningError as problem:
         several = _refusal_reason_if_several_sensors(components, all_component_groups)
         reason = REASON_SEPARATOR.join([several, str(problem)] if several else [str(problem)])
-        return RecordCheckResult(files, tuple(components), reason=reason)
+        return RecordCheckResult(files, tuple(components), refusal_or_skip_reason=reason)
 
 
 def _refusal_reason_if_several_sensors(
@@ -134,12 +138,12 @@ def _read_source_files(paths: Sequence[Path]) -> tuple[list[SourceFile], list[Re
         there, skipped = _list_all_and_skipped_files(path, is_only_argument=len(paths) == 1)
         if path.is_dir() and len(there) == len(skipped):
             why = f"{len(there)} files, none of them a record" if there else "an empty folder"
-            findings.append(RecordCheckResult((path.name,), reason=f"{path}: {why}"))
+            findings.append(RecordCheckResult((path.name,), refusal_or_skip_reason=f"{path}: {why}"))
         for member in there:
             try:
                 sources += [] if member in skipped else [read_source_file(member)]
             except OverturningError as problem:
-                findings.append(RecordCheckResult((member.name,), reason=str(problem)))
+                findings.append(RecordCheckResult((member.name,), refusal_or_skip_reason=str(problem)))
     return sources, findings
 
 
@@ -166,7 +170,11 @@ def format_record_check(record_check: RecordCheckResult) -> str:
     if record is None:
         axes = "".join(f"\n  {_format_component_summary(c)}" for c in record_check.components)
         word = "skipped" if record_check.skipped else "refused"
-        return head + "".join(f"\n  {word}: {why}" for why in record_check.reason.split(REASON_SEPARATOR)) + axes
+        return (
+            head
+            + "".join(f"\n  {word}: {why}" for why in record_check.refusal_or_skip_reason.split(REASON_SEPARATOR))
+            + axes
+        )
     place = "" if record.latitude is None else f" ({record.latitude:z.4f}, {record.longitude:z.4f})"
     what = [x for x in (record.station + place, record.event, record.start or "start not stated") if x.strip()]
     kind = processing_label(record)

@@ -122,7 +122,7 @@ def direction_with_channel_code_fallback(
     return coded, (f"{reason_unknown}; the code of channel {channel_code} says {where}",)
 
 
-MAX_AXIS_INCLINATION_DEG: Final = 5.0
+MAX_AXIS_MISALIGNMENT_DEG: Final = 5.0
 """Largest angle between the horizontal (or vertical) and an axis that is read as horizontal (vertical), degrees."""
 
 MAX_AXIS_INCLINATION_WITHOUT_NOTE_DEG: Final = 1.0
@@ -144,9 +144,9 @@ def direction_from_azimuth_and_dip(
         return UNKNOWN_DIRECTION, ()
     steep = abs(dip_deg) > 45.0
     inclination = abs(abs(dip_deg) - 90.0) if steep else abs(dip_deg)
-    if not inclination <= MAX_AXIS_INCLINATION_DEG:
+    if not inclination <= MAX_AXIS_MISALIGNMENT_DEG:
         raise RecordError(
-            f"{channel_label} dips by {dip_deg:g}°; only axes within {MAX_AXIS_INCLINATION_DEG:g}° of horizontal or "
+            f"{channel_label} dips by {dip_deg:g}°; only axes within {MAX_AXIS_MISALIGNMENT_DEG:g}° of horizontal or "
             "vertical are read: rotate the channels of its sensor to north, east and up, or correct the dip"
         )
     direction: AxisDirection = (None, 1 if dip_deg < 0 else -1) if steep else UNKNOWN_DIRECTION
@@ -249,7 +249,7 @@ class HeaderPeak:
     value: float  # absolute, m/s²
     resolution: float = 0.0  # unit of the last printed digit, m/s²; the comparison allows half of it
     is_after_mean_removal: bool = False  # True if it is the peak after subtraction of the mean
-    line: int | None = None  # line of the file that states it, counted from 1
+    line_number: int | None = None  # line of the file that states it, counted from 1
     sign: int = 0  # of the sample with the peak, +1 or −1; 0 if the header does not state it
 
     @classmethod
@@ -258,7 +258,7 @@ class HeaderPeak:
     ) -> "HeaderPeak":
         """Create a header peak from a signed acceleration, m/s², and the relative resolution of its printed digits."""
         sign = (value > 0) - (value < 0)
-        return cls(abs(value), relative_resolution * abs(value), line=line, sign=sign)
+        return cls(abs(value), relative_resolution * abs(value), line_number=line, sign=sign)
 
 
 @dataclass(frozen=True)
@@ -285,7 +285,7 @@ class RecordComponent:
     processed: bool = False  # True for corrected data, which the default processing does not change
     unit: str = ""  # declared unit, if the format states none
     is_from_film: bool = False  # digitised from film; its traces may end at different times
-    declared_record_key: str = ""  # key that declared files of one record share
+    shared_key_of_record_files: str = ""  # key that declared files of one record share
     extra: Mapping[str, Any] = field(default_factory=dict)  # other metadata of the file
     notes: tuple[str, ...] = ()  # notes for the user on how it was read
 
@@ -325,7 +325,7 @@ class RecordComponent:
             raise RecordError(f"{self.file}: {what}; 0.00001 to 1 s is what accelerographs have: correct the header")
 
 
-def _samples_for_peak_comparison(component: RecordComponent) -> FloatArray:
+def _samples_for_header_peak_comparison(component: RecordComponent) -> FloatArray:
     """Return samples (m/s²) to compare with the header's peak; their mean is removed if it was for that peak."""
     samples, stated = component.samples, component.header_peak
     return samples - samples.mean() if stated is not None and stated.is_after_mean_removal else samples
@@ -333,7 +333,7 @@ def _samples_for_peak_comparison(component: RecordComponent) -> FloatArray:
 
 def peak_acceleration(component: RecordComponent) -> float:
     """Return a component's peak acceleration, m/s², without its mean if the header's peak was computed without it."""
-    return float(np.abs(_samples_for_peak_comparison(component)).max())
+    return float(np.abs(_samples_for_header_peak_comparison(component)).max())
 
 
 def checked_header_peak_difference(
@@ -350,8 +350,8 @@ def checked_header_peak_difference(
     difference = abs(peak - stated.value)
     # 0.51 instead of 0.5, because the header's decimal number is not exact in binary.
     tolerance = max(HEADER_PEAK_RELATIVE_TOLERANCE * abs(stated.value), 0.51 * stated.resolution)
-    line = f" line {stated.line}" if stated.line else ""
-    on_side = float((stated.sign * _samples_for_peak_comparison(component)).max()) if stated.sign else peak
+    line = f" line {stated.line_number}" if stated.line_number else ""
+    on_side = float((stated.sign * _samples_for_header_peak_comparison(component)).max()) if stated.sign else peak
     if difference <= tolerance < stated.value - on_side:
         report_contradiction(
             f"{component.file}{line}: the header states a peak of {stated.sign * stated.value * 100:.6g} Gal along "

@@ -9,11 +9,11 @@ from overturning.records.source import SourceFile
 from overturning.units import ACCELERATION_UNITS
 from overturning.validation import make_constructor_raise_argument_errors
 
-Unit = Literal["m/s2", "cm/s2", "gal", "mm/s2", "nm/s2", "g", "mg"]
+AccelerationUnit = Literal["m/s2", "cm/s2", "gal", "mm/s2", "nm/s2", "g", "mg"]
 SensorPosition = Literal["surface", "borehole"]
 VerticalSense = Literal["up", "down", "none"]
 
-assert set(ACCELERATION_UNITS) == set(get_args(Unit))
+assert set(ACCELERATION_UNITS) == set(get_args(AccelerationUnit))
 
 
 _Angle = Annotated[float, Field(ge=-540, le=540)]
@@ -35,7 +35,7 @@ class FilePropertyColumns(BaseModel, extra="forbid", frozen=True, use_attribute_
     """The only accepted file format, or `auto` to detect it from the content; see docs/formats.md."""
     azimuths_deg: Annotated[tuple[_Angle, _Angle] | None, BeforeValidator(_split_text_of_numbers)] = None
     """Azimuths of the two horizontal axes, if the file does not state them, e.g. `0,90`."""
-    unit: Unit | None = None
+    unit: AccelerationUnit | None = None
     """Unit of the samples, if the format does not state it (SAC): `m/s2`, `gal`, `g`…"""
     columns: str = ""
     """Columns of a CSV file: `time:s north:gal east:gal up:gal`; `skip` omits one. By file: `x_n.txt=north:gal`…"""

@@ -11,18 +11,20 @@ from urllib.parse import urlsplit
 from overturning.errors import ArgumentError, MissingDataError, RecordError
 from overturning.records.source import is_web_page
 
-USER_VARIABLE: Final = "OVERTURNING_FETCH_USER"
-PASSWORD_VARIABLE: Final = "OVERTURNING_FETCH_PASSWORD"
+USER_ENVIRONMENT_VARIABLE: Final = "OVERTURNING_FETCH_USER"
+PASSWORD_ENVIRONMENT_VARIABLE: Final = "OVERTURNING_FETCH_PASSWORD"
 """Environment variables with the credentials, which are not stored anywhere."""
 
-CREDENTIALS_INSTRUCTION: Final = f"set {USER_VARIABLE} and {PASSWORD_VARIABLE} in the environment"
+CREDENTIALS_INSTRUCTION: Final = (
+    f"set {USER_ENVIRONMENT_VARIABLE} and {PASSWORD_ENVIRONMENT_VARIABLE} in the environment"
+)
 
 BLOCK_SIZE_BYTES: Final = 1 << 16
 
 
 def download_credentials_from_environment() -> tuple[str, str] | None:
     """Return user name and password for downloads from the environment variables; None unless both are set."""
-    user, password = os.environ.get(USER_VARIABLE), os.environ.get(PASSWORD_VARIABLE)
+    user, password = os.environ.get(USER_ENVIRONMENT_VARIABLE), os.environ.get(PASSWORD_ENVIRONMENT_VARIABLE)
     return (user, password) if user and password else None
 
 

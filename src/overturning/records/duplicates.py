@@ -19,7 +19,7 @@ FINGERPRINT_INTERVAL_S: Final = 0.01
 MOVING_AVERAGE_SAMPLES: Final = 11
 """Number of samples in the moving average, which removes differences of rate and digits between file formats."""
 
-MAX_ROOT_ENERGY_DIFFERENCE: Final = 0.03
+MAX_RELATIVE_ROOT_ENERGY_DIFFERENCE: Final = 0.03
 """Largest relative difference in size (root of the energy) of two motions that are compared."""
 
 MIN_CORRELATION_OF_DUPLICATES: Final = 0.999
@@ -64,7 +64,7 @@ def find_duplicate_records(fingerprints: Iterable[MotionFingerprint | None]) -> 
     sizes = np.array([one.root_energy for one in known])
     pairs = []
     for at, one in enumerate(known):
-        end = int(np.searchsorted(sizes, one.root_energy * (1.0 + MAX_ROOT_ENERGY_DIFFERENCE), "right"))
+        end = int(np.searchsorted(sizes, one.root_energy * (1.0 + MAX_RELATIVE_ROOT_ENERGY_DIFFERENCE), "right"))
         pairs += [
             (one, other)
             for other in known[at + 1 : end]

@@ -55,25 +55,25 @@ class _EarthquakeMetadataOfRecord:
     """Metadata of one record by which its earthquake is identified: names, ids, times and epicentre."""
 
     record_id: str
-    name: str
+    earthquake_name: str
     event_id: str = ""
-    origin: datetime | None = None
+    origin_time: datetime | None = None
     epicentre: tuple[float, float] | None = None  # epicentre: latitude and longitude, degrees
-    start: datetime | None = None  # of the record
-    synthetic: bool = False
+    record_start: datetime | None = None  # of the record
+    is_synthetic: bool = False
 
     def is_same_earthquake_if_known(self, other_metadata: "_EarthquakeMetadataOfRecord") -> bool | None:
         """Return whether two records are of one earthquake, by ids or origin times; None if these do not decide it."""
         if self.event_id and other_metadata.event_id:
             return self.event_id == other_metadata.event_id
-        if self.origin is None or other_metadata.origin is None:
+        if self.origin_time is None or other_metadata.origin_time is None:
             return None
         near = (
             self.epicentre is None
             or other_metadata.epicentre is None
             or great_circle_distance_km(self.epicentre, other_metadata.epicentre) <= MAX_EPICENTRE_DISTANCE_KM
         )
-        return near and abs(self.origin - other_metadata.origin) <= MAX_ORIGIN_TIME_DIFFERENCE
+        return near and abs(self.origin_time - other_metadata.origin_time) <= MAX_ORIGIN_TIME_DIFFERENCE
 
 
 def _earthquake_metadata_of_record(record: Record | RecordTableRow) -> _EarthquakeMetadataOfRecord:
@@ -121,9 +121,9 @@ class _RecordsOfEarthquake:
         """Add a record, given by its index in the study and its metadata, to the records of the earthquake."""
         self.metadata_by_record_index[record_index] = metadata
         self.first_metadata_by_id_origin_and_epicentre.setdefault(
-            (metadata.event_id, metadata.origin, metadata.epicentre), metadata
+            (metadata.event_id, metadata.origin_time, metadata.epicentre), metadata
         )
-        self.name_by_lower_case_name.setdefault(metadata.name.casefold(), metadata.name)
+        self.name_by_lower_case_name.setdefault(metadata.earthquake_name.casefold(), metadata.earthquake_name)
 
     def matches_earthquake_of_record(self, metadata: _EarthquakeMetadataOfRecord) -> bool:
         """Return True if a record belongs to this earthquake by id or origin time, or else by earthquake name."""
@@ -132,8 +132,8 @@ class _RecordsOfEarthquake:
             for member in self.first_metadata_by_id_origin_and_epicentre.values()
             if (same := member.is_same_earthquake_if_known(metadata)) is not None
         ]
-        named = metadata.name.casefold() in self.name_by_lower_case_name and (
-            metadata.name != "" or not self.event_id_or_origin
+        named = metadata.earthquake_name.casefold() in self.name_by_lower_case_name and (
+            metadata.earthquake_name != "" or not self.event_id_or_origin_time
         )
         return all(certain) if certain else named
 
@@ -146,20 +146,20 @@ class _RecordsOfEarthquake:
     def name(self) -> str:
         """Name of the earthquake in the first of its records that states one; else its id or origin time."""
         named = [
-            self.metadata_by_record_index[index].name
+            self.metadata_by_record_index[index].earthquake_name
             for index in sorted(self.metadata_by_record_index)
-            if self.metadata_by_record_index[index].name
+            if self.metadata_by_record_index[index].earthquake_name
         ]
-        return named[0] if named else self.event_id_or_origin
+        return named[0] if named else self.event_id_or_origin_time
 
     @property
-    def event_id_or_origin(self) -> str:
+    def event_id_or_origin_time(self) -> str:
         """Id or origin time of the earthquake, to distinguish earthquakes of the same name; "" if unknown."""
         ids = [one.event_id for one in self.first_metadata_by_id_origin_and_epicentre.values() if one.event_id]
         origins = [
-            f"{one.origin:%Y-%m-%d %H:%M}"
+            f"{one.origin_time:%Y-%m-%d %H:%M}"
             for one in self.first_metadata_by_id_origin_and_epicentre.values()
-            if one.origin
+            if one.origin_time
         ]
         return next(iter(ids + origins), "")
 
@@ -168,8 +168,8 @@ class _RecordsOfEarthquake:
 class EarthquakeAssignment:
     """Earthquake of each record of a study, with notes on doubtful assignments."""
 
-    earthquake_label_by_record: tuple[str, ...]  # label of each record; equal for records of one earthquake only
-    several_names_notes: tuple[str, ...]  # one sentence per earthquake with several names
+    earthquake_labels_in_record_order: tuple[str, ...]  # label of each record; equal for records of one earthquake only
+    notes_on_earthquakes_with_several_names: tuple[str, ...]  # one sentence per earthquake with several names
     doubtful_assignment_notes: tuple[str, ...]  # one sentence per doubtful assignment, with names and remedy
 
     @property
@@ -177,7 +177,11 @@ class EarthquakeAssignment:
         """Notes on earthquakes with several names, and on up to `MAX_LISTED_DOUBTS` doubtful assignments of records."""
         left_out = len(self.doubtful_assignment_notes) - MAX_LISTED_DOUBTS
         more = (f"{left_out} more doubts of this kind",) if left_out > 0 else ()
-        return (*self.several_names_notes, *self.doubtful_assignment_notes[:MAX_LISTED_DOUBTS], *more)
+        return (
+            *self.notes_on_earthquakes_with_several_names,
+            *self.doubtful_assignment_notes[:MAX_LISTED_DOUBTS],
+            *more,
+        )
 
 
 def assign_records_to_earthquakes(records: Iterable[Record | RecordTableRow]) -> EarthquakeAssignment:
@@ -195,13 +199,13 @@ def assign_records_to_earthquakes(records: Iterable[Record | RecordTableRow]) ->
     found: list[_RecordsOfEarthquake] = []
     unclear = []
     # Assign records with ids and origins first; records with names only then join these earthquakes.
-    for index in sorted(range(len(known)), key=lambda i: (not known[i].event_id, known[i].origin is None)):
+    for index in sorted(range(len(known)), key=lambda i: (not known[i].event_id, known[i].origin_time is None)):
         homes = [one for one in found if one.matches_earthquake_of_record(known[index])]
         if not homes:
             homes = [_RecordsOfEarthquake()]
             found += homes
         elif len(homes) > 1:
-            names = " or ".join(f"{one.name!r} ({one.event_id_or_origin})" for one in homes)
+            names = " or ".join(f"{one.name!r} ({one.event_id_or_origin_time})" for one in homes)
             unclear.append(f"record {known[index].record_id} may be of {names} and counts as the first; give event_id")
         homes[0].add_record(index, known[index])
     found.sort(key=lambda one: min(one.metadata_by_record_index))
@@ -223,7 +227,7 @@ def _earthquake_label_of_each_record(earthquakes: list[_RecordsOfEarthquake]) ->
     labels: dict[int, str] = {}
     taken: set[str] = set()
     for one in earthquakes:
-        name, more = one.name, one.event_id_or_origin
+        name, more = one.name, one.event_id_or_origin_time
         label = f"{name} ({more})" if names[name] > 1 and more and more != name else name
         while label in taken:
             label += "'"
@@ -242,7 +246,7 @@ def _notes_on_earthquakes_with_several_names(earthquakes: list[_RecordsOfEarthqu
                 if any(each.event_id for each in one.first_metadata_by_id_origin_and_epicentre.values())
                 else "one origin"
             )
-            yield f"{' and '.join(map(repr, names))} are one earthquake ({why}, {one.event_id_or_origin})"
+            yield f"{' and '.join(map(repr, names))} are one earthquake ({why}, {one.event_id_or_origin_time})"
 
 
 def _warnings_on_records_of_uncertain_earthquake(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
@@ -251,17 +255,17 @@ def _warnings_on_records_of_uncertain_earthquake(earthquakes: list[_RecordsOfEar
         loose = [
             each
             for each in one.metadata_by_record_index.values()
-            if not (each.event_id or each.origin or each.synthetic)
+            if not (each.event_id or each.origin_time or each.is_synthetic)
         ]
-        started = sorted((each.start, each.record_id) for each in loose if each.start)
+        started = sorted((each.record_start, each.record_id) for each in loose if each.record_start)
         if started:
             started = sorted(
                 [
                     *started,
                     *(
-                        (each.origin, each.record_id)
+                        (each.origin_time, each.record_id)
                         for each in one.first_metadata_by_id_origin_and_epicentre.values()
-                        if each.origin
+                        if each.origin_time
                     ),
                 ]
             )
@@ -282,7 +286,9 @@ def _notes_on_names_shared_by_earthquakes(earthquakes: list[_RecordsOfEarthquake
             of_name.setdefault(one.name.casefold(), []).append(one)
     for several in of_name.values():
         if len(several) > 1:
-            origins = ", ".join(f"{one.event_id_or_origin} {one.first_record_metadata.record_id}" for one in several)
+            origins = ", ".join(
+                f"{one.event_id_or_origin_time} {one.first_record_metadata.record_id}" for one in several
+            )
             yield (
                 f"{several[0].name!r} names {len(several)} earthquakes by their origins ({origins}); give event_id if "
                 "it is one"
@@ -297,7 +303,9 @@ def _format_first_three_record_ids(records: list[_EarthquakeMetadataOfRecord]) -
 def _warnings_on_earthquakes_possibly_identical(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
     """Yield a warning for each two earthquakes that may be the same, by similar names or record start times."""
     named = [
-        (one, _name_words_and_date(one)) for one in earthquakes if one.name and not one.first_record_metadata.synthetic
+        (one, _name_words_and_date(one))
+        for one in earthquakes
+        if one.name and not one.first_record_metadata.is_synthetic
     ]
     for (first, words), (second, others) in combinations(named, 2):
         if words[1] and others[1] and words[1] != others[1]:
@@ -308,7 +316,7 @@ def _warnings_on_earthquakes_possibly_identical(earthquakes: list[_RecordsOfEart
             for b in second.first_metadata_by_id_origin_and_epicentre.values()
         ):
             continue
-        begun, other_begun = first.first_record_metadata.start, second.first_record_metadata.start
+        begun, other_begun = first.first_record_metadata.record_start, second.first_record_metadata.record_start
         together = (
             begun is not None
             and other_begun is not None

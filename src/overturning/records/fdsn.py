@@ -22,7 +22,7 @@ from overturning.records.source import SourceFile, is_web_page
 SEED_CODE_NAMES = ("network", "station", "location", "channel")
 BEFORE_S, AFTER_S = 30.0, 270.0
 """Default start and end of the window, s before and after the origin time of an event."""
-MAX_MISSING_AT_ENDS_WITHOUT_NOTE_S = 2.0
+MAX_UNNOTED_GAP_AT_WINDOW_ENDS_S = 2.0
 """Longest missing part at either end of the window without a note, s."""
 
 
@@ -124,7 +124,7 @@ def _incomplete_channel_notes(waveform_file: SourceFile, start: Any, end: Any) -
         lost = [
             f"{word} {s:.0f} s"
             for word, s in zip(("first", "last"), ends, strict=True)
-            if s > MAX_MISSING_AT_ENDS_WITHOUT_NOTE_S
+            if s > MAX_UNNOTED_GAP_AT_WINDOW_ENDS_S
         ]
         if lost:
             name = waveform_file.name

@@ -35,7 +35,10 @@ def belongs_to_record(record_components: Sequence[RecordComponent], component: R
     if first.file == component.file and first.sha256 == component.sha256:
         alike = first.sensor == component.sensor and first.station == component.station
         return alike and not _have_different_networks(first, component)
-    if component.declared_record_key and component.declared_record_key == first.declared_record_key:
+    if (
+        component.shared_key_of_record_files
+        and component.shared_key_of_record_files == first.shared_key_of_record_files
+    ):
         return True
     return bool(component.station or component.event) and _have_equal_record_metadata(first, component)
 

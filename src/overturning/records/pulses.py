@@ -163,7 +163,7 @@ Each has a ``duration``, s, and a method ``acceleration``, m/s², of times from 
 """
 
 _ADAPTER: TypeAdapter[Pulse] = TypeAdapter(Pulse)
-SHAPES = ("sine", "cosine", "ricker", "mavroeidis-papageorgiou", "constant", "noise")
+PULSE_SHAPES = ("sine", "cosine", "ricker", "mavroeidis-papageorgiou", "constant", "noise")
 
 
 def parse_pulse(pulse_text: str) -> Pulse:
@@ -186,7 +186,7 @@ def parse_pulse(pulse_text: str) -> Pulse:
             key = str(fault["loc"][-1]) if fault["loc"] else "shape"
             value = f" {values[key]!r}" if key in values else ""
             faults.append(
-                f"shape {values['shape']!r}; known are {', '.join(SHAPES)}"
+                f"shape {values['shape']!r}; known are {', '.join(PULSE_SHAPES)}"
                 if fault["type"].startswith("union_tag")
                 else f"{key}{value}: {format_validation_error(fault)}"
             )

@@ -23,9 +23,7 @@ from overturning.records.catalogue import RecordTableRow, paths_of_record_files,
 from overturning.records.component import RecordComponent, find_vertical_by_elimination
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.files import read_components
-from overturning.records.formats.table import (
-    find_format_by_name,
-)
+from overturning.records.formats.table import find_format_by_name
 from overturning.records.grouping import belongs_to_record, group_components_by_record
 from overturning.records.neighbours import find_similarly_named_files, is_vertical_component
 from overturning.records.processing import process_record
@@ -61,8 +59,8 @@ def read_record_without_descriptive_columns(table_row: RecordTableRow, data_dir:
     if table_row.format == "synthetic":
         from overturning.records.pulses import parse_pulse, record_of_pulse
 
-        if table_row.names_of_filled_file_columns:
-            column = table_row.names_of_filled_file_columns[0]
+        if table_row.names_of_given_file_property_columns:
+            column = table_row.names_of_given_file_property_columns[0]
             raise ConfigError(
                 f"record {table_row.id}: {column}: of files alone; a pulse says all of itself in its line"
             )
@@ -76,7 +74,9 @@ def read_record_without_descriptive_columns(table_row: RecordTableRow, data_dir:
         paths = paths_of_record_files(table_row, Path(data_dir))
         record = add_notes_to_record(
             record,
-            missing_vertical_component_notes(paths, components, table_row.declared_file_properties) if paths else [],
+            notes_on_vertical_component_left_out(paths, components, table_row.declared_file_properties)
+            if paths
+            else [],
         )
     if table_row.sha256 and table_row.sha256 != record.sha256:
         raise RecordError(
@@ -184,7 +184,7 @@ def read_record_without_processing(
     record = _assemble_record_of_chosen_sensor(
         components, record_id or paths[0].name.split(".")[0].lower(), declared_properties
     )
-    return add_notes_to_record(record, missing_vertical_component_notes(paths, components, declared_properties))
+    return add_notes_to_record(record, notes_on_vertical_component_left_out(paths, components, declared_properties))
 
 
 def add_notes_to_record(record: Record, notes: Sequence[str]) -> Record:
@@ -192,7 +192,7 @@ def add_notes_to_record(record: Record, notes: Sequence[str]) -> Record:
     return replace(record, extra=record.extra | {"notes": [*record.notes, *notes]}) if notes else record
 
 
-def missing_vertical_component_notes(
+def notes_on_vertical_component_left_out(
     paths: Sequence[Path], components: Sequence[RecordComponent], declared_properties: DeclaredFileProperties
 ) -> list[str]:
     """Return a note if a record has no vertical component, although a file in its folder contains this component."""

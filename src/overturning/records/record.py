@@ -71,7 +71,7 @@ class Record(Accelerogram):
             if not isinstance(samples, np.ndarray) or samples.dtype != np.float64:
                 what = f"{type(samples).__name__} of {np.asarray(samples).dtype} numbers"
                 raise RecordError(f"record {self.record_id}: {name}: {what}; give an array of float64")
-        self.check(RecordError, f"record {self.record_id}: ")
+        self.check_samples_and_sampling_interval(RecordError, f"record {self.record_id}: ")
 
     def with_changed_components(
         self, change_component: Callable[[FloatArray], FloatArray], **replaced_fields: Any

@@ -54,8 +54,8 @@ class SoilSite(StrictModel):
                 else f"not converged (last change {100 * passed.last_iteration_change:.1f} %)"
             )
             note = f"{axis} {state}, strain {100 * passed.largest_strain:.2g} %"
-            if passed.strain_and_exceeded_curve_end is not None:
-                strain, end = (100 * one for one in passed.strain_and_exceeded_curve_end)
+            if passed.strain_and_exceeded_curve_max_strain is not None:
+                strain, end = (100 * one for one in passed.strain_and_exceeded_curve_max_strain)
                 note += f", effective strain {strain:.2g} % {STRAIN_BEYOND_CURVE_PHRASE} (which ends at {end:.2g} %)"
             notes.append(note)
             surface[axis] = passed.surface_acceleration

@@ -40,7 +40,7 @@ UNSUPPORTED_ARCHIVE_BY_FIRST_BYTES: Final = {
 IGNORED_LEADING_BYTES: Final = b"\xef\xbb\xbf \r\n\t"
 """Bytes that may precede the first letter of a text: byte-order mark and white space."""
 
-_JAPANESE: Final = re.compile(r"[\u3000-\u30ff\u4e00-\u9fff]{2}|[\uff66-\uff9f]{3}")
+_JAPANESE_TEXT_PATTERN: Final = re.compile(r"[\u3000-\u30ff\u4e00-\u9fff]{2}|[\uff66-\uff9f]{3}")
 """Japanese text: two full-width or three half-width letters in a row."""
 
 _ARCHIVE_ERRORS: Final = (
@@ -76,7 +76,7 @@ class SourceFile:
                 text = self.data.decode(encoding)
             except UnicodeDecodeError:
                 continue
-            if encoding != "shift_jis" or _JAPANESE.search(text):
+            if encoding != "shift_jis" or _JAPANESE_TEXT_PATTERN.search(text):
                 return text
         return self.data.decode("latin-1")
 

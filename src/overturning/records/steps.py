@@ -16,7 +16,7 @@ from overturning.motion.motion import MAX_SAMPLES_OF_MOTION
 from overturning.records.record import Record
 from overturning.validation import StrictModel
 
-MAX_RESAMPLING_RATIO_TERM = 1000
+MAX_RESAMPLING_NUMERATOR_OR_DENOMINATOR = 1000
 """Largest numerator or denominator of a resampling ratio."""
 
 
@@ -233,15 +233,17 @@ class Resample(_ProcessingStep):
         from scipy.signal import resample_poly
 
         exact = record.sampling_interval / self.sampling_interval_s
-        ratio = Fraction(exact).limit_denominator(MAX_RESAMPLING_RATIO_TERM)
+        ratio = Fraction(exact).limit_denominator(MAX_RESAMPLING_NUMERATOR_OR_DENOMINATOR)
         if (
-            ratio.numerator > MAX_RESAMPLING_RATIO_TERM
+            ratio.numerator > MAX_RESAMPLING_NUMERATOR_OR_DENOMINATOR
             or ratio == 0
             or not math.isclose(float(ratio), exact, rel_tol=1e-7)
         ):
             what = f"resample.sampling_interval_s {self.sampling_interval_s:g} from {record.sampling_interval:g}"
             raise _unsuitable_step_error(
-                record, what, f"their ratio must be a fraction of whole numbers up to {MAX_RESAMPLING_RATIO_TERM}"
+                record,
+                what,
+                f"their ratio must be a fraction of whole numbers up to {MAX_RESAMPLING_NUMERATOR_OR_DENOMINATOR}",
             )
         if ratio == 1:
             return samples
@@ -299,7 +301,7 @@ Step = Annotated[
 """Any of the processing steps; the key ``step`` selects the class."""
 
 
-def _refuse_timed_step_after_auto_highpass(steps: Sequence[Step]) -> Sequence[Step]:
+def _refuse_step_at_given_time_after_auto_highpass(steps: Sequence[Step]) -> Sequence[Step]:
     """Raise a ValueError if a step with given times follows an automatic high-pass filter, which shifts the start."""
     moved = False  # True after a pad whose length depends on the automatic corner
     for step in steps:
@@ -313,5 +315,5 @@ def _refuse_timed_step_after_auto_highpass(steps: Sequence[Step]) -> Sequence[St
     return steps
 
 
-Steps = Annotated[tuple[Step, ...], AfterValidator(_refuse_timed_step_after_auto_highpass)]
+Steps = Annotated[tuple[Step, ...], AfterValidator(_refuse_step_at_given_time_after_auto_highpass)]
 """Processing steps of a record, in the order in which they are applied."""

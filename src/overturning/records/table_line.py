@@ -18,7 +18,7 @@ from overturning.records.read import read_components_of_file_and_siblings, read_
 from overturning.records.record import Record
 from overturning.validation import format_validation_error
 
-NEW_TABLE_COLUMNS = ("id", "format", "source", "station", "event", "fault_strike_deg", "pulse", "licence")
+COLUMNS_OF_NEW_RECORD_TABLE = ("id", "format", "source", "station", "event", "fault_strike_deg", "pulse", "licence")
 """Columns of a new table."""
 
 
@@ -132,7 +132,7 @@ def _write_table_with_added_line(table_path: Path, source_table: Path, cells_by_
     lines = (
         source_table.read_text(encoding="utf-8-sig").splitlines()
         if source_table.exists()
-        else ["\t".join(NEW_TABLE_COLUMNS)]
+        else ["\t".join(COLUMNS_OF_NEW_RECORD_TABLE)]
     )
     head = next(index for index, line in enumerate(lines) if line.strip() and not line.startswith("#"))
     columns = lines[head].split("\t")

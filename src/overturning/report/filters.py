@@ -13,7 +13,7 @@ ROUNDING_TOLERANCE: Final = 1e-9
 NO_VALUE: Final = "–"
 """Text for a number that is not known."""
 
-NO_BREAK: Final = "\u00a0"
+NO_BREAK_SPACE: Final = "\u00a0"
 """Space at which no line ends."""
 
 
@@ -36,7 +36,7 @@ def format_percent(share: float | None, digits: int = 0) -> str:
     """Format a share in per cent, with enough decimals that only 0 and 1 become 0 % and 100 %: 0.4 %, 99.97 %."""
     if _is_none_or_nan(share) or share is None:
         return NO_VALUE
-    return f"{format_number(100 * share, _decimals_needed_for_percent(share, digits))}{NO_BREAK}%"
+    return f"{format_number(100 * share, _decimals_needed_for_percent(share, digits))}{NO_BREAK_SPACE}%"
 
 
 def _decimals_needed_for_percent(share: float, digits: int) -> int:
@@ -62,15 +62,15 @@ def format_three_significant_digits(value: float | None) -> str:
     return NO_VALUE if _is_none_or_nan(value) else f"{value:.3g}"
 
 
-def format_degrees(value: float | None, full: int = 0) -> str:
-    """Format an angle as whole degrees; with `full` (180 or 360) as the equivalent angle from 0 to below `full`.
+def format_degrees(value: float | None, full_circle_deg: int = 0) -> str:
+    """Format an angle as whole degrees; with `full_circle_deg` (180 or 360), as the equivalent angle below that.
 
     Half a degree is rounded away from 0, so that 22.5°, half an octant, is 23° whatever its last binary digit is.
     """
     if _is_none_or_nan(value) or value is None:
         return NO_VALUE
     whole = int(math.copysign(math.floor(abs(value) + 0.5 + ROUNDING_TOLERANCE), value))
-    return f"{format_number(whole % full if full else whole, 0)}°"
+    return f"{format_number(whole % full_circle_deg if full_circle_deg else whole, 0)}°"
 
 
 def has_interval(finding: Estimate) -> bool:
@@ -78,28 +78,33 @@ def has_interval(finding: Estimate) -> bool:
     return not _is_none_or_nan(finding.low)
 
 
-def format_interval(finding: Any, digits: int = 2, scale: float = 1.0, *, to: str) -> str:
-    """Format the interval of an estimate, with the word `to` of the report's language between its ends: 0.1 to 0.4."""
+def format_interval(finding: Any, digits: int = 2, scale: float = 1.0, *, word_between_ends: str) -> str:
+    """Format the interval of an estimate as 0.1 to 0.4, with `word_between_ends` in the language of the report."""
     if _is_none_or_nan(finding.low):
         return NO_VALUE
-    return f"{format_number(scale * finding.low, digits)}{to}{format_number(scale * finding.high, digits)}"
+    return (
+        f"{format_number(scale * finding.low, digits)}{word_between_ends}{format_number(scale * finding.high, digits)}"
+    )
 
 
-def format_estimate_with_interval(finding: Estimate, digits: int = 2, *, to: str) -> str:
+def format_estimate_with_interval(finding: Estimate, digits: int = 2, *, word_between_ends: str) -> str:
     """Format an estimate, with its interval (if known) in parentheses: 0.13 (−0.18 to 0.41)."""
-    interval = f" ({format_interval(finding, digits, to=to)})" if has_interval(finding) else ""
+    interval = (
+        f" ({format_interval(finding, digits, word_between_ends=word_between_ends)})" if has_interval(finding) else ""
+    )
     return f"{format_number(finding.value, digits)}{interval}"
 
 
-def format_share_with_interval(finding: Any, digits: int = 0, *, to: str) -> str:
+def format_share_with_interval(finding: Any, digits: int = 0, *, word_between_ends: str) -> str:
     """Format a share in per cent, with its interval (if known) in parentheses: 35 % (28 to 43)."""
     if not has_interval(finding):
         return format_percent(finding.value, digits)
     digits = _decimals_needed_for_percent(finding.value, digits)
-    return f"{format_percent(finding.value, digits)} ({format_interval(finding, digits, 100.0, to=to)})"
+    interval = format_interval(finding, digits, 100.0, word_between_ends=word_between_ends)
+    return f"{format_percent(finding.value, digits)} ({interval})"
 
 
-def format_fragility_median(finding: Any, value: bool = True, *, to: str) -> str:
+def format_fragility_median(finding: Any, shows_median: bool = True, *, word_between_ends: str) -> str:
     """Format a fragility median (or its interval); values outside the data's range become "> 1.4" or "< 0.2"."""
     digits = _decimals_to_show_in_interval(finding)
 
@@ -108,15 +113,15 @@ def format_fragility_median(finding: Any, value: bool = True, *, to: str) -> str
         if _is_none_or_nan(bound) or bound is None:
             return NO_VALUE
         if math.isinf(bound):
-            return f">{NO_BREAK}{finding.data_maximum:.3g}"
-        return f"<{NO_BREAK}{finding.data_minimum:.3g}" if bound == 0 else format_number(bound, digits)
+            return f">{NO_BREAK_SPACE}{finding.data_maximum:.3g}"
+        return f"<{NO_BREAK_SPACE}{finding.data_minimum:.3g}" if bound == 0 else format_number(bound, digits)
 
     return (
         format_value_or_limit_of_data(finding.median)
-        if value
+        if shows_median
         else NO_VALUE
         if _is_none_or_nan(finding.low)
-        else f"{format_value_or_limit_of_data(finding.low)}{to}{format_value_or_limit_of_data(finding.high)}"
+        else word_between_ends.join(format_value_or_limit_of_data(end) for end in (finding.low, finding.high))
     )
 
 
@@ -129,22 +134,24 @@ def _decimals_to_show_in_interval(finding: Any) -> int:
     return max(0, 1 - math.floor(math.log10(width)))
 
 
-def format_fragility_median_interval(finding: Any, *, to: str) -> str:
+def format_fragility_median_interval(finding: Any, *, word_between_ends: str) -> str:
     """Format the interval of a fragility median; ends outside the data's range become "> 1.4" or "< 0.2"."""
-    return format_fragility_median(finding, value=False, to=to)
+    return format_fragility_median(finding, shows_median=False, word_between_ends=word_between_ends)
 
 
-def format_percentage_points(finding: Estimate, *, to: str) -> str:
+def format_percentage_points(finding: Estimate, *, word_between_ends: str) -> str:
     """Format a difference of two shares, with its interval (if known), in percentage points."""
-    interval = f" ({format_interval(finding, 1, 100.0, to=to)})" if has_interval(finding) else ""
+    interval = (
+        f" ({format_interval(finding, 1, 100.0, word_between_ends=word_between_ends)})" if has_interval(finding) else ""
+    )
     return f"{format_number(None if finding.value is None else 100 * finding.value, 1)}{interval}"
 
 
-def format_data_range(finding: Any, *, to: str) -> str:
+def format_data_range(finding: Any, *, word_between_ends: str) -> str:
     """Format the smallest and largest value of a predictor in the data of the study: 0.1 to 0.4."""
     if _is_none_or_nan(finding.data_minimum):
         return NO_VALUE
-    return f"{format_number(finding.data_minimum)}{to}{format_number(finding.data_maximum)}"
+    return f"{format_number(finding.data_minimum)}{word_between_ends}{format_number(finding.data_maximum)}"
 
 
 def format_count_with_noun(value: int, noun: str) -> str:
@@ -156,7 +163,7 @@ def format_p_value(value: float | None) -> str:
     """Format a p-value with two significant digits, or as "< 0.001"."""
     if _is_none_or_nan(value) or value is None:
         return NO_VALUE
-    return f"<{NO_BREAK}0.001" if value < 0.001 else f"{value:.2g}"
+    return f"<{NO_BREAK_SPACE}0.001" if value < 0.001 else f"{value:.2g}"
 
 
 def percent_encode(name: str) -> str:
@@ -169,7 +176,7 @@ def _is_none_or_nan(value: float | None) -> bool:
     return value is None or math.isnan(value)
 
 
-FILTERS: Final[dict[str, Callable[..., str]]] = {
+TEMPLATE_FILTERS: Final[dict[str, Callable[..., str]]] = {
     "number": format_number,
     "significant": format_significant_digits,
     "percent": format_percent,

@@ -20,7 +20,7 @@ from overturning.translation.texts import read_label_translations
 CONTAINER_WITH_LAZY_IMAGES: Final = "fold"
 """Container whose figures are images, which a browser reads when they come into view."""
 
-_TAGS: Final = {
+_HTML_TAG_BY_NODE_TYPE: Final = {
     "paragraph": "p", "strong": "strong", "em": "em", "bullet_list": "ul", "ordered_list": "ol", "list_item": "li",
     "blockquote": "blockquote", "thead": "thead", "tbody": "tbody", "tr": "tr",
 }  # fmt: skip
@@ -100,7 +100,7 @@ class _ReportPageBody:
                 parts = "".join(map(_html_of_table_head_or_body, node.children))
                 yield f'<div class="wide">\n<table>\n{parts}</table>\n</div>'
             elif node.type in ("bullet_list", "ordered_list", "list_item", "blockquote"):
-                tag = _TAGS[node.type]
+                tag = _HTML_TAG_BY_NODE_TYPE[node.type]
                 yield f"<{tag}>{''.join(self.html_of_markdown_nodes(node.children, lazy))}</{tag}>"
             elif node.type == "paragraph":
                 inner = _html_of_inline_markdown(node)
@@ -160,7 +160,8 @@ def _html_of_inline_markdown(node: SyntaxTreeNode) -> str:
     parts = []
     for one in node.children:
         if one.type in ("strong", "em"):
-            parts.append(f"<{_TAGS[one.type]}>{_html_of_inline_markdown(one)}</{_TAGS[one.type]}>")
+            tag = _HTML_TAG_BY_NODE_TYPE[one.type]
+            parts.append(f"<{tag}>{_html_of_inline_markdown(one)}</{tag}>")
         elif one.type == "link":
             parts.append(f'<a href="{escape(str(one.attrs["href"]))}">{_html_of_inline_markdown(one)}</a>')
         elif one.type == "code_inline":
@@ -181,7 +182,7 @@ def _html_of_table_head_or_body(group: SyntaxTreeNode) -> str:
             numeric = ' class="n"' if "right" in str(cell.attrs.get("style", "")) else ""
             cells.append(f"<{cell.tag}{numeric}>{_html_of_inline_markdown(cell)}</{cell.tag}>")
         rows.append(f"<tr>{''.join(cells)}</tr>\n")
-    return f"<{_TAGS[group.type]}>\n{''.join(rows)}</{_TAGS[group.type]}>\n"
+    return f"<{_HTML_TAG_BY_NODE_TYPE[group.type]}>\n{''.join(rows)}</{_HTML_TAG_BY_NODE_TYPE[group.type]}>\n"
 
 
 def _embedded_figure_html(path: Path, alt: str, name: str, lazy: bool) -> str:

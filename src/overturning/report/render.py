@@ -16,7 +16,7 @@ from mdit_py_plugins.container import container_plugin
 from pydantic import BaseModel
 
 from overturning.errors import ResultError
-from overturning.report.filters import FILTERS, FILTERS_WITH_WORD_BETWEEN_INTERVAL_ENDS
+from overturning.report.filters import FILTERS_WITH_WORD_BETWEEN_INTERVAL_ENDS, TEMPLATE_FILTERS
 from overturning.translation.texts import LANGUAGES, read_label_translations, translate, translate_whole_text_by_table
 
 MARKDOWN_CONTAINER_NAMES: Final = (
@@ -55,13 +55,13 @@ class ReportMedia:
 
 
 def render_template_as_markdown(
-    found: BaseModel, language: str = "en", media: ReportMedia | None = None, name: str = "report"
+    findings: BaseModel, language: str = "en", media: ReportMedia | None = None, name: str = "report"
 ) -> str:
     """Render a template of the report as Markdown text in one language.
 
     Parameters
     ----------
-    found : Findings or another part of findings
+    findings : Findings or another part of findings
         Numbers; a template shows nothing else, besides films and figures.
     language : str, default "en"
         Language of the templates, one of `LANGUAGES`.
@@ -83,7 +83,7 @@ def render_template_as_markdown(
     return (
         create_template_environment(language)
         .get_template(f"{name}.md.j2")
-        .render(f=found, media=media or ReportMedia())
+        .render(f=findings, media=media or ReportMedia())
     )
 
 
@@ -104,9 +104,10 @@ def create_template_environment(language: str) -> jinja2.Environment:
         comment_start_string="<#",
         comment_end_string="#>",
     )
-    loaded.filters |= FILTERS
+    loaded.filters |= TEMPLATE_FILTERS
     loaded.filters |= {
-        name: partial(each, to=labels["to"]) for name, each in FILTERS_WITH_WORD_BETWEEN_INTERVAL_ENDS.items()
+        name: partial(each, word_between_ends=labels["to"])
+        for name, each in FILTERS_WITH_WORD_BETWEEN_INTERVAL_ENDS.items()
     }
     loaded.filters["label"] = partial(translate_whole_text_by_table, translation_table=labels)
     loaded.filters["translated"] = partial(translate, language=language)

@@ -29,7 +29,7 @@ class FaultNormalAlignmentOfSelectedBlocks:
     ----------
     rule : BlockSelectionRule
         Rule that selects the blocks.
-    records : int
+    records_with_falls_and_fault_normal : int
         Records with falls of these blocks and a known fault normal.
     alignment : MeanOverEarthquakes
         Mean of cos 2Δ over the falls of a record, the records of an earthquake, and earthquakes; 95 % interval.
@@ -38,12 +38,12 @@ class FaultNormalAlignmentOfSelectedBlocks:
     """
 
     rule: BlockSelectionRule
-    records: int
+    records_with_falls_and_fault_normal: int
     alignment: MeanOverEarthquakes
     largest_possible_alignment: float
 
 
-def fault_normal_alignment_by_block_selection(
+def fault_normal_alignments_by_record_group(
     cube: xr.Dataset, block_rules: Sequence[BlockSelectionRule] = BLOCK_RULES, *, draws: int = 10_000
 ) -> dict[str, list[FaultNormalAlignmentOfSelectedBlocks]]:
     """Compute the alignment of falls with the fault normal, for each group of records and each block selection rule.

@@ -24,7 +24,7 @@ RESULTANT_ROUNDING_ERROR = 1e-9
 MIN_RESULTANT_WITH_MEAN_DIRECTION: Final = 0.05
 """Smallest resultant length with a mean direction or axis; below it the falls are spread all round."""
 
-SECTORS: Final = 24
+ROSE_SECTOR_COUNT: Final = 24
 """Number of sectors of a rose; the first is centred on 0°."""
 
 P_VALUE_DRAWS: Final = 20_000
@@ -51,7 +51,7 @@ def sector_index(angle_deg: ArrayLike, sector_count: int) -> NDArray[np.intp]:
 def fall_shares_by_sector(
     angle_deg: ArrayLike, weight: FloatArray | None = None, spread_width_deg: float = 0.0
 ) -> FloatArray:
-    """Compute the share of the fall azimuths `angle_deg` that lies in each sector of a circle, shape (`SECTORS`,).
+    """Compute the share of the fall azimuths `angle_deg` that lies in each sector, shape (`ROSE_SECTOR_COUNT`,).
 
     Falls have the weights `weight` (default 1). All shares are 0 without falls. A fall on the border of two sectors
     counts half in each.
@@ -59,15 +59,17 @@ def fall_shares_by_sector(
     With ``spread_width_deg`` each weight is spread evenly over that many degrees, centred on its azimuth.
     """
     if spread_width_deg > 0.0:
-        angle, sector_wide = np.asarray(angle_deg, np.float64), 360.0 / SECTORS
+        angle, sector_wide = np.asarray(angle_deg, np.float64), 360.0 / ROSE_SECTOR_COUNT
         # Borders of three full circles: an interval that crosses north continues in the next circle.
-        border = sector_wide * (np.arange(-SECTORS, 2 * SECTORS + 1) - 0.5)
+        border = sector_wide * (np.arange(-ROSE_SECTOR_COUNT, 2 * ROSE_SECTOR_COUNT + 1) - 0.5)
         below = np.clip((border - (angle % 360.0)[:, None]) / spread_width_deg + 0.5, 0.0, 1.0)
-        parts = np.diff(below, axis=1).reshape(-1, 3, SECTORS).sum(axis=1)
+        parts = np.diff(below, axis=1).reshape(-1, 3, ROSE_SECTOR_COUNT).sum(axis=1)
         counts = (np.ones_like(angle) if weight is None else weight) @ parts
     else:
         sides = (np.asarray(angle_deg, np.float64) + way * _SECTOR_BORDER_TOLERANCE_DEG for way in (-1.0, 1.0))
-        counts = sum(0.5 * np.bincount(sector_index(side, SECTORS), weight, SECTORS) for side in sides)
+        counts = sum(
+            0.5 * np.bincount(sector_index(side, ROSE_SECTOR_COUNT), weight, ROSE_SECTOR_COUNT) for side in sides
+        )
     total = counts.sum()
     return counts / total if total > 0 else counts
 

@@ -191,7 +191,7 @@ class FallPredictionCounts(NamedTuple):
     hits: Any
     misses: Any
     false_alarms: Any
-    rejections: Any
+    correct_rejections: Any
 
     @classmethod
     def from_count_array(cls, prediction_counts: FloatArray) -> "FallPredictionCounts":
@@ -211,7 +211,7 @@ class FallPredictionCounts(NamedTuple):
     @property
     def false_alarm_rate(self) -> Any:
         """Share of the blocks that stand for which a fall was predicted."""
-        return _divide_or_nan(self.false_alarms, self.false_alarms + self.rejections)
+        return _divide_or_nan(self.false_alarms, self.false_alarms + self.correct_rejections)
 
     @property
     def skill(self) -> Any:
@@ -263,7 +263,7 @@ class OverturningCriteriaScores:
 
     Attributes
     ----------
-    rules : tuple of PredictionRuleScore
+    rule_scores : tuple of PredictionRuleScore
         Scores of `CRITERIA`, in their order, and of the rule that ignores the motion: a block falls if B/H is below
         a threshold, which is chosen for the largest skill on this cube.
     skill_leads_of_best_criterion : dict of str to MeanOverEarthquakes
@@ -275,7 +275,7 @@ class OverturningCriteriaScores:
         Scores of `CRITERIA` by height, m, and B/H.
     """
 
-    rules: tuple[PredictionRuleScore, ...]
+    rule_scores: tuple[PredictionRuleScore, ...]
     skill_leads_of_best_criterion: dict[str, MeanOverEarthquakes]
     share_beyond_pulse_validity: float
     counts_by_block_size: dict[tuple[float, float], tuple[FallPredictionCounts, ...]]
@@ -284,7 +284,7 @@ class OverturningCriteriaScores:
     def best_criterion(self) -> PredictionRuleScore:
         """Score of the published criterion whose prediction skill, averaged over block sizes, is largest."""
         return max(
-            self.rules[: len(CRITERIA)],
+            self.rule_scores[: len(CRITERIA)],
             key=lambda one: np.nan_to_num(one.mean_skill_within_block_sizes.value, nan=-np.inf),
         )
 
@@ -307,7 +307,7 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
     group = np.unique(event, return_inverse=True)[1] * len(kinds) + block.ravel()
     valid = _pulse_to_block_frequency_ratio(height, slender, ratio) <= MAX_VALID_PULSE_FREQUENCY_RATIO
 
-    def count_hits_and_misses(predicted_falls: NDArray[np.bool_], weight: FloatArray) -> FloatArray:
+    def count_predictions_by_earthquake_and_block(predicted_falls: NDArray[np.bool_], weight: FloatArray) -> FloatArray:
         """Count hits, misses, false alarms and rejections by earthquake and block, shape (earthquakes, blocks, 4)."""
         columns = (
             falls * predicted_falls, falls * ~predicted_falls,
@@ -317,7 +317,7 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
         return np.stack(counts, axis=1, dtype=np.float64).reshape(-1, len(kinds), 4)
 
     def score_rule(name: str, rule: str, predicted_falls: NDArray[np.bool_]) -> PredictionRuleScore:
-        counts = count_hits_and_misses(predicted_falls, weight)
+        counts = count_predictions_by_earthquake_and_block(predicted_falls, weight)
         overall = FallPredictionCounts.from_count_array(counts.sum(axis=(0, 1)))
         skill, within = (
             MeanOverEarthquakes(len(counts), float(of(counts)), *bootstrap_interval(of, counts, bounds=(-1.0, 1.0)))
@@ -327,7 +327,7 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
             within = replace(within, low=math.nan, high=math.nan)
         return PredictionRuleScore(
             name, rule, overall, skill, within,
-            float(_mean_skill_over_blocks(count_hits_and_misses(predicted_falls, weight * valid))),
+            float(_mean_skill_over_blocks(count_predictions_by_earthquake_and_block(predicted_falls, weight * valid))),
         )  # fmt: skip
 
     predictions = [pga >= one.acceleration_limit_function(height, slender, ratio) for one in CRITERIA]
@@ -337,7 +337,8 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
     blind = [score_rule(SLENDERNESS_ONLY_RULE_NAME, f"B/H below {bound:.3g}", slender < bound) for bound in bounds]
     rules += sorted(blind, key=lambda one: np.nan_to_num(-one.overall_counts.skill, nan=1.0))[:1]
     by_event = {
-        one.name: count_hits_and_misses(predicted, weight) for one, predicted in zip(CRITERIA, predictions, strict=True)
+        one.name: count_predictions_by_earthquake_and_block(predicted, weight)
+        for one, predicted in zip(CRITERIA, predictions, strict=True)
     }
     counts = np.stack([one.sum(axis=0) for one in by_event.values()], axis=1)
     blocks = {

@@ -161,7 +161,7 @@ class FallAxisSummary:
         Axis of the mean vector of the earthquakes relative to the fault normal, (−90, 90]; NaN without falls, if the
         resultant is below `MIN_RESULTANT_WITH_MEAN_DIRECTION`, or if the `common_direction_test` does not reject "no
         common axis".
-    half_width_deg : float
+    axis_interval_half_width_deg : float
         Half-width of its bootstrap interval, symmetric about the mean axis: the quantile of the distance of the
         bootstrap axes from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2) at the level of
         `tail_share_corrected_for_few_earthquakes`; NaN below `MIN_EARTHQUAKES_FOR_INTERVAL` and without an axis.
@@ -178,7 +178,7 @@ class FallAxisSummary:
     earthquakes: int
     alignment: MeanOverEarthquakes
     axis_from_fault_normal_deg: float
-    half_width_deg: float
+    axis_interval_half_width_deg: float
     earthquakes_with_axis: int
     earthquakes_with_axis_within_45_deg_of_normal: int
     largest_possible_alignment: float = math.nan
@@ -317,7 +317,7 @@ class FallAlignmentWithReferences:
     best_minus_second_cosines: list[MeanOverEarthquakes]
 
 
-def fall_alignment_with_reference_directions(
+def alignments_with_references_by_record_group(
     cube: xr.Dataset, intensity: xr.Dataset, b_over_h_ranges: Sequence[slice] | None = None
 ) -> dict[str, FallAlignmentWithReferences]:
     """Compute, by group of records, the alignment of falls with reference directions such as the fault normal.

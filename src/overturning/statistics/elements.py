@@ -38,15 +38,15 @@ class ElementFallCounts:
 class ElementDisplacementSummary:
     """Final displacements of one element of a 3-D scene relative to its support: quantiles of slip and rotation.
 
-    ``standing`` is the number of cases in which it stands, and ``fallen`` that in which it has fallen.
+    ``standing_case_count`` is the number of cases in which it stands, and ``fallen`` that in which it has fallen.
     ``median_and_p90_slip_m`` (m) and ``median_and_p90_twist_deg`` (absolute rotation about the vertical, degrees) are
     the medians and 90th percentiles over the standing cases; NaN without such cases. ``slide_off_count`` is the number
     of falls over the rim of what the element stands on; None for a model that does not distinguish them.
     """
 
     name: str
-    standing: int
-    fallen: int
+    standing_case_count: int
+    fallen_case_count: int
     median_and_p90_slip_m: tuple[float, float]
     median_and_p90_twist_deg: tuple[float, float]
     slide_off_count: int | None
@@ -68,9 +68,9 @@ class TwoStoneFallContrast:
     only_other_falls: MeanOverEarthquakes
     both_fall: MeanOverEarthquakes
     same_direction_share: MeanOverEarthquakes
-    earlier_if_both_fall: MeanOverEarthquakes
+    this_earlier_if_both_fall: MeanOverEarthquakes
     same_time_if_both_fall: MeanOverEarthquakes
-    first_if_any_falls: MeanOverEarthquakes
+    this_first_if_any_falls: MeanOverEarthquakes
 
 
 _FALL_AND_TIME_VARIABLES = ("overturned", "overturning_time")

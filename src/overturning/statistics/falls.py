@@ -26,7 +26,7 @@ from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG, nearest_simula
 from overturning.model.variables import PLANAR_OUTCOME_VARIABLES, PLANE_ENSEMBLE_VARIABLES, mask_of_known_outcomes
 from overturning.statistics.circular import RESULTANT_ROUNDING_ERROR
 
-MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO: Final = 0.5
+MAX_UNKNOWN_OUTCOME_TO_FALL_RESULTANT_RATIO: Final = 0.5
 """Largest length of the sum of doubled axes of unknown outcomes, as a share of that of the falls, that is ignored.
 
 It turns the mean axis by at most 15°: half of arcsin 0.5.
@@ -154,7 +154,7 @@ def overturned_shares_near_and_off_fault_normal(cube: xr.Dataset) -> tuple[float
     return within, beyond
 
 
-def count_outcome_changes(cube: xr.Dataset, dimension: str) -> tuple[int, int]:
+def count_changed_and_all_neighbour_pairs(cube: xr.Dataset, dimension: str) -> tuple[int, int]:
     """Count pairs of neighbouring cases along a dimension with different outcomes, and all pairs with known outcomes.
 
     Outcomes are: stands, falls to +1, falls to −1. Both numbers are of pairs with two known outcomes.
@@ -295,7 +295,7 @@ def unknown_outcomes_may_bias_fall_axis(fall_sums: xr.Dataset) -> xr.DataArray:
     The vector that the unknown outcomes would add if all of them were falls has to be longer than
     `MAX_RESULTANT_OF_UNIFORM_PLANES` times the number of known outcomes: falls in all known cases alike would show an
     axis, as those of `simulated_planes_impose_fall_axis`. It also has to be longer than
-    `MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO` of the sum of the falls. So a few unknown outcomes change nothing, and
+    `MAX_UNKNOWN_OUTCOME_TO_FALL_RESULTANT_RATIO` of the sum of the falls. So a few unknown outcomes change nothing, and
     neither do unknown outcomes at evenly spread azimuths.
 
     Parameters
@@ -308,7 +308,7 @@ def unknown_outcomes_may_bias_fall_axis(fall_sums: xr.Dataset) -> xr.DataArray:
         return xr.zeros_like(length, dtype=bool)
     added = xr.apply_ufunc(np.hypot, fall_sums["unknown_cosine"], fall_sums["unknown_sine"], dask="allowed")
     uneven = added > MAX_RESULTANT_OF_UNIFORM_PLANES * fall_sums["known"] + WEIGHT_EQUALITY_TOLERANCE
-    return uneven & (added > MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO * length) & (fall_sums["falls"] > 0)
+    return uneven & (added > MAX_UNKNOWN_OUTCOME_TO_FALL_RESULTANT_RATIO * length) & (fall_sums["falls"] > 0)
 
 
 def sum_fall_vectors(

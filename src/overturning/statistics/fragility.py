@@ -19,7 +19,7 @@ MAX_ITERATIONS: Final = 100
 MAX_NEWTON_STEP: Final = 2.0
 """Largest change of constant or slope in one Newton step, for intensities scaled to unit standard deviation."""
 
-RECORD_DEVIATION_NODES: Final = np.linspace(-6.0, 6.0, 1201)
+RECORD_DEVIATION_INTEGRATION_POINTS: Final = np.linspace(-6.0, 6.0, 1201)
 """Integration points for the deviation of a record from its intensity, in standard deviations."""
 
 MAX_VALUES_PER_FIT_BATCH: Final = 50_000
@@ -225,12 +225,12 @@ def variance_share_between_records(
     count = np.broadcast_to(np.asarray(stone_count, dtype=np.float64), z.shape)
     by_record = (record == one for one in np.unique(record))
     records = [(z[own, None], fall_share[own, None], count[own, None]) for own in by_record]
-    density = -0.5 * RECORD_DEVIATION_NODES**2
+    density = -0.5 * RECORD_DEVIATION_INTEGRATION_POINTS**2
 
     def negative_log_likelihood(record_variance_share: float) -> float:
         log_likelihoods = []
         for level, fell, stones in records:
-            at = (level + math.sqrt(record_variance_share) * RECORD_DEVIATION_NODES) / math.sqrt(
+            at = (level + math.sqrt(record_variance_share) * RECORD_DEVIATION_INTEGRATION_POINTS) / math.sqrt(
                 1 - record_variance_share
             )
             each = stones * (fell * scipy.special.log_ndtr(at) + (1 - fell) * scipy.special.log_ndtr(-at))

@@ -26,7 +26,7 @@ MIN_VISIBLE_ROTATION_RATIO: Final = 0.1
 MIN_VISIBLE_TWIST_DEG: Final = 0.1
 """Smallest turn about the vertical of a standing stone that counts as turned, degrees; the report prints 0.1°."""
 
-MAX_PLANE_ANGLE_TO_FAULT_AXIS_DEG: Final = 22.5
+MAX_PLANE_ANGLE_TO_FAULT_OR_NORMAL_DEG: Final = 22.5
 """Largest angle between a plane and the fault normal (or the fault) that it represents, degrees."""
 
 MAX_FALL_ANGLE_FROM_CORNER_DEG: Final = 10.0
@@ -64,7 +64,7 @@ class BestExampleCaseOfRecord(NamedTuple):
     """Position along the direction of each panel."""
 
 
-_FoundCase = tuple[str, BestExampleCaseOfRecord | None, int]
+_RuleTitleCaseAndRecordIndex = tuple[str, BestExampleCaseOfRecord | None, int]
 """Title of a rule, the best case of one record under the rule, or None, and the index of the record."""
 
 
@@ -76,7 +76,7 @@ class IllustrativeCaseRule(NamedTuple):
 
     title: str
     text: str
-    find: Callable[[xr.Dataset], BestExampleCaseOfRecord | None]
+    find_best_case: Callable[[xr.Dataset], BestExampleCaseOfRecord | None]
     needed_variables: tuple[str, ...]
     """Variables that the rule needs; it is skipped for a cube without them."""
 
@@ -119,7 +119,8 @@ def _find_block_with_falls_only_along_fault_normal(record_cube: xr.Dataset) -> B
         wrap_axis_difference(azimuth - float(record_cube["fault_normal"]))
     )  # NaN without a fault normal: no case
     if not (
-        distance.min() <= MAX_PLANE_ANGLE_TO_FAULT_AXIS_DEG and distance.max() >= 90 - MAX_PLANE_ANGLE_TO_FAULT_AXIS_DEG
+        distance.min() <= MAX_PLANE_ANGLE_TO_FAULT_OR_NORMAL_DEG
+        and distance.max() >= 90 - MAX_PLANE_ANGLE_TO_FAULT_OR_NORMAL_DEG
     ):
         return None
     along, across = int(distance.argmin()), int(distance.argmax())
@@ -149,7 +150,7 @@ def _find_opposite_falls_at_neighbouring_directions(record_cube: xr.Dataset) -> 
     return BestExampleCaseOfRecord(score, place[1:], (place[0], place[0] + 1))
 
 
-RULES: Final = (
+ILLUSTRATIVE_CASE_RULES: Final = (
     IllustrativeCaseRule(
         "Falls normal to the fault, stands along it",
         "the broadest block of any record that falls in the plane nearest to the fault normal and rocks but stands in "
@@ -195,7 +196,7 @@ RULES: Final = (
 
 
 def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
-    """Find the cases that illustrate a study: for each rule of `RULES`, the best case of all records.
+    """Find the cases that illustrate a study: for each rule of `ILLUSTRATIVE_CASE_RULES`, the best case of all records.
 
     A rule without any case is left out. The cube is read in batches of records. Its optional variable
     `ANY_ELEMENT_FALLS_VARIABLE` is True where a stone of the scene falls; such a case is not used to show a standing
@@ -205,7 +206,7 @@ def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
         default_model_for_results_cube(cube),
         default_model_for_results_cube(cube).distinct_direction_indices(cube),
     )
-    rules = [rule for rule in RULES if all(name in cube for name in rule.needed_variables)]
+    rules = [rule for rule in ILLUSTRATIVE_CASE_RULES if all(name in cube for name in rule.needed_variables)]
     names = [
         "overturned",
         *model.variables_for_fall_probability,
@@ -229,7 +230,7 @@ def _best_example_cases_of_record_batch(
     rules: list[IllustrativeCaseRule],
     record_indices: list[int],
     batch: xr.Dataset,
-) -> list[_FoundCase]:
+) -> list[_RuleTitleCaseAndRecordIndex]:
     """Find the best case of each of a few records under each rule.
 
     A function of its own, so that its arrays of all cases are released before the next records are read.
@@ -242,11 +243,11 @@ def _best_example_cases_of_record_batch(
         )
     ).transpose("record", *model.dimension_names, ...)
     records = [(record, candidates.isel(record=at)) for at, record in enumerate(record_indices)]
-    return [(rule.title, rule.find(one), record) for record, one in records for rule in rules]
+    return [(rule.title, rule.find_best_case(one), record) for record, one in records for rule in rules]
 
 
 def _best_example_case_by_rule_title(
-    found_cases: Iterable[_FoundCase],
+    found_cases: Iterable[_RuleTitleCaseAndRecordIndex],
 ) -> dict[str, tuple[BestExampleCaseOfRecord, int]]:
     """Return, for each rule (by title), the case with the largest score of all records, and its record index.
 
@@ -344,7 +345,7 @@ def case_with_differing_outcomes(
         default_model_for_results_cube(cube).distinct_direction_indices(cube),
     )
     names = ["overturned", "fall_azimuth", "peak_rotation"]
-    found_cases: list[_FoundCase] = []
+    found_cases: list[_RuleTitleCaseAndRecordIndex] = []
     pairs = partial(zip, strict=True)
     record_pairs = pairs(iterate_results_by_record(cube, names), iterate_results_by_record(second_cube, names))
     counts = [_count_falls_in_one_cube_only(*pair) for pair in record_pairs]
@@ -355,7 +356,7 @@ def case_with_differing_outcomes(
         this, that = (each.isel({"record": 0, model.direction_dimension_name: cells}) for each in pair)
         one = _mark_cases_with_differing_outcomes(model, this, that, is_fall_in_first=only_this >= only_other)
         found_cases += [
-            (rule.title, rule.find(one), record) for rule in (FALLS_IN_ONE_SETTING_RULE, OPPOSITE_FALLS_RULE)
+            (rule.title, rule.find_best_case(one), record) for rule in (FALLS_IN_ONE_SETTING_RULE, OPPOSITE_FALLS_RULE)
         ]
     best = _best_example_case_by_rule_title(found_cases)
     for rule in (FALLS_IN_ONE_SETTING_RULE, OPPOSITE_FALLS_RULE):

@@ -35,7 +35,7 @@ MAX_ITERATIONS = 200
 SEPARATION_CHECK_LINEAR_PREDICTOR = 30.0
 """Linear predictor above which a fit is checked for separated data; the probability is 0 or 1 to 13 digits there."""
 
-CONVERGED_STEP = 1e-10
+MAX_STEP_OF_CONVERGED_FIT = 1e-10
 """Largest step of a converged fit, in standard deviations of the predictors, or relative to larger coefficients."""
 
 LIKELIHOOD_ROUNDING_ERROR = 1e-13
@@ -223,7 +223,7 @@ def _fit_coefficients_by_newton_method(
             break
         largest = reached * (1 + LIKELIHOOD_ROUNDING_ERROR)
         reached = negative_log_likelihood(linear := design_matrix @ (beta + step))
-        while np.abs(step).max() > CONVERGED_STEP and reached > largest:
+        while np.abs(step).max() > MAX_STEP_OF_CONVERGED_FIT and reached > largest:
             step = step / 2
             reached = negative_log_likelihood(linear := design_matrix @ (beta + step))
         beta = beta + step
@@ -231,7 +231,7 @@ def _fit_coefficients_by_newton_method(
             if _plane_separates_falls_from_standing_cases(design_matrix, outcome):
                 return beta, "no fit: predictors separate falls from stands"
             may_be_separated = False
-        if np.abs(step).max() < CONVERGED_STEP * max(1.0, np.abs(beta).max()):
+        if np.abs(step).max() < MAX_STEP_OF_CONVERGED_FIT * max(1.0, np.abs(beta).max()):
             return beta, ""
     return beta, "no fit: the iteration does not converge"
 

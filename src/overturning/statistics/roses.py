@@ -13,7 +13,7 @@ from overturning.model.space import case_weight_in_direction_statistics
 from overturning.model.symmetry import FULL_TURN
 from overturning.statistics.bootstrap import mean_share_interval, means_by_earthquake
 from overturning.statistics.by_record import iterate_results_by_record, record_masks_by_group
-from overturning.statistics.circular import SECTORS, fall_shares_by_sector
+from overturning.statistics.circular import ROSE_SECTOR_COUNT, fall_shares_by_sector
 from overturning.statistics.falls import fall_counts_towards_azimuths, mask_of_blocks_for_direction_statistics
 
 
@@ -23,7 +23,7 @@ class FallRose:
 
     The sectors cover a full circle, or half of it for axes.
 
-    Sectors are 360° / `SECTORS` wide and ascending; the first is centred on 0°.
+    Sectors are 360° / `ROSE_SECTOR_COUNT` wide and ascending; the first is centred on 0°.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class FallRose:
         Ends of the intervals; NaN if there are none.
     earthquakes : int
         Number of earthquakes with falls.
-    is_from_fault_normal : bool
+    is_measured_from_fault_normal : bool
         True if angles count from the fault normal, False if from north.
     """
 
@@ -44,15 +44,15 @@ class FallRose:
     low: FloatArray
     high: FloatArray
     earthquakes: int
-    is_from_fault_normal: bool = False
+    is_measured_from_fault_normal: bool = False
 
     @property
     def is_axial(self) -> bool:
         """True if opposite fall directions share a sector of the rose, so that the sectors cover half a circle."""
-        return self.shares.size < SECTORS
+        return self.shares.size < ROSE_SECTOR_COUNT
 
     @property
-    def title(self) -> str:
+    def earthquake_count_text(self) -> str:
         """Title of the rose diagram: the number of earthquakes with falls."""
         return f"{self.earthquakes} earthquake" + "s" * (self.earthquakes != 1)
 
@@ -86,7 +86,7 @@ def _width_of_spreading_falls_in_rose_deg(plane_azimuths_deg: FloatArray) -> flo
     The width is 0 for a single plane, and if all sectors have equally many planes.
     """
     step = azimuth_gap_mask_and_step(plane_azimuths_deg, FULL_TURN)[1]
-    in_a_sector = FULL_TURN / SECTORS / step
+    in_a_sector = FULL_TURN / ROSE_SECTOR_COUNT / step
     return 0.0 if plane_azimuths_deg.size <= 2 or abs(in_a_sector - round(in_a_sector)) < 1e-9 else step
 
 
@@ -105,7 +105,7 @@ def fall_rose(
     """
     zero = cube["fault_normal"].to_numpy() if from_normal else np.zeros(cube.sizes["record"])
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
-    shares, total = np.full((zero.size, SECTORS), np.nan), 0
+    shares, total = np.full((zero.size, ROSE_SECTOR_COUNT), np.nan), 0
     planes = default_model_for_results_cube(cube).is_planar
     for row, one in enumerate(
         iterate_results_by_record(cube, ["overturned"] if planes else ["fall_azimuth", *_FALL_WEIGHT_VARIABLES])
@@ -119,7 +119,7 @@ def fall_rose(
             shares[row] = fall_shares_by_sector(azimuth - zero[row], weight, wide)
             total += round(counts.sum()) if planes else counts.size
     if axial:
-        shares = shares[:, : SECTORS // 2] + shares[:, SECTORS // 2 :]
+        shares = shares[:, : ROSE_SECTOR_COUNT // 2] + shares[:, ROSE_SECTOR_COUNT // 2 :]
     fell = np.isfinite(shares[:, 0])
     means = means_by_earthquake(shares[fell], events[fell])
     if means.size == 0:

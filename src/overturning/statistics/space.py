@@ -10,7 +10,7 @@ from overturning.motion.direction import angle_between_azimuths
 from overturning.statistics.by_record import apply_to_record_batches, iterate_results_by_record
 from overturning.statistics.circular import wrap_axis_difference
 
-_NUMERATOR_AND_DENOMINATOR_COUNTS: Final = {
+_NUMERATOR_AND_DENOMINATOR_BY_SHARE: Final = {
     "flag": ("right", "cases"), "flag_beside": ("right_beside", "beside"), "only_space": ("only_space", "cases"),
     "only_plane": ("only_plane", "cases"), "face": ("over_edge", "both"), "axis": ("axes_apart", "both"),
 }  # fmt: skip
@@ -68,7 +68,7 @@ def shares_of_agreeing_2d_and_3d_outcomes(agreement_counts: xr.Dataset, *kept_di
     total = agreement_counts.sum([name for name in agreement_counts.dims if name not in kept_dims])
     shares = {
         name: total[part] / total[of].where(total[of] > 0)
-        for name, (part, of) in _NUMERATOR_AND_DENOMINATOR_COUNTS.items()
+        for name, (part, of) in _NUMERATOR_AND_DENOMINATOR_BY_SHARE.items()
     }
     return xr.Dataset({"cases": total["cases"], **shares})
 
@@ -82,7 +82,7 @@ class TwistSummary(NamedTuple):
     largest: float
 
 
-def standing_stone_twists_deg(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:
+def twists_by_b_over_h_and_friction_deg(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:
     """Return, by (B/H, friction), the absolute rotations about the vertical of stones that moved without falling.
 
     The rotations are in degrees, shape (stones,).

@@ -16,13 +16,15 @@ MAX_RUNS_WITH_ENUMERATED_ORDERS: Final = 128
 
 _FALL_COUNT_CODE_STRIDE: Final = MAX_RUNS_WITH_ENUMERATED_ORDERS + MEMBERS_PER_BATCH + 1
 
-Counts = NDArray[np.intp]
+CountArray = NDArray[np.intp]
 
-Statistic = Callable[[Counts, Counts, Any], FloatArray]
+RunCountStatistic = Callable[[CountArray, CountArray, Any], FloatArray]
 """Function of the number of runs that fall to +1, the number that fall to −1, and the number of runs."""
 
 
-def runs_disagree_on_fall(positive_fall_counts: Counts, negative_fall_counts: Counts, run_counts: Any) -> FloatArray:
+def runs_disagree_on_fall(
+    positive_fall_counts: CountArray, negative_fall_counts: CountArray, run_counts: Any
+) -> FloatArray:
     """Return, for each case, 1 if some of its ensemble runs fall and others stand, else 0; arguments are run counts.
 
     Of `run_counts` runs, `positive_fall_counts` fall to +1 and `negative_fall_counts` fall to −1.
@@ -32,7 +34,7 @@ def runs_disagree_on_fall(positive_fall_counts: Counts, negative_fall_counts: Co
 
 
 def most_runs_fall_and_to_both_sides(
-    positive_fall_counts: Counts, negative_fall_counts: Counts, run_counts: Any
+    positive_fall_counts: CountArray, negative_fall_counts: CountArray, run_counts: Any
 ) -> FloatArray:
     """Return, for each case, 1 if most of its ensemble runs fall, some of these to each side; otherwise 0.
 
@@ -44,7 +46,7 @@ def most_runs_fall_and_to_both_sides(
 
 
 def estimate_statistic_of_first_run_batch(
-    batch_statistic: Statistic,
+    batch_statistic: RunCountStatistic,
     positive_share: ArrayLike,
     negative_share: ArrayLike,
     run_counts: ArrayLike,
@@ -104,7 +106,7 @@ def estimate_statistic_of_first_run_batch(
     return found
 
 
-def _fall_counts_of_each_code(run_count: int) -> tuple[Counts, Counts]:
+def _fall_counts_of_each_code(run_count: int) -> tuple[CountArray, CountArray]:
     """Return the numbers of runs that fall to +1 and to −1 for each code, an integer that encodes both numbers.
 
     A code is the first number times `_FALL_COUNT_CODE_STRIDE`, plus the second; codes are 0 to `run_count` ×

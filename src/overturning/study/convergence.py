@@ -25,12 +25,14 @@ class OutcomeChangesOfElement(OutcomeDifferenceCounts):
     """Numbers of cases in which a second, more exact computation changes whether or how one scene element falls."""
 
     element: str  # name of the element; "" for a single block
-    undivided_ensemble_cases: int  # cases with an outcome in both whose ensemble is not divided
-    undivided_falls_in_one_only: int  # of these, fall in one computation and stand in the other
-    undivided_falls_to_different_sides: int  # of these, that fall to the other side
-    undivided_falls_in_both: int  # undivided cases that fall in both
-    one_sided_ensemble_falls_in_both: int  # fall in both, and all ensemble members fall to one side (or none was run)
-    one_sided_ensemble_falls_to_different_sides: int  # of these, that fall to the other side
+    cases_with_agreeing_members: int  # cases with an outcome in both whose ensemble is not divided
+    falls_in_one_only_if_members_agree: int  # of these, fall in one computation and stand in the other
+    different_fall_sides_if_members_agree: int  # of these, that fall to the other side
+    falls_in_both_if_members_agree: int  # undivided cases that fall in both
+    falls_in_both_if_members_fall_to_one_side: (
+        int  # fall in both, and all ensemble members fall to one side (or none was run)
+    )
+    different_sides_if_members_fall_to_one_side: int  # of these, that fall to the other side
 
 
 class RigidComparison(OutcomeChangesOfElement):
@@ -62,7 +64,7 @@ class FinerStepChangesOfRecord(BaseModel):
 
     record: str
     cases: int  # cases with an outcome in both computations
-    changed: int
+    changed_cases: int
 
 
 class FallChangesWithAmplitude(BaseModel):

@@ -48,10 +48,10 @@ TIME_STEP_REFINEMENT: Final = 8
 CONTACT_STIFFNESS_FACTOR: Final = 4.0
 """Factor on the contact stiffness; the finest steps are halved with it, the whole step is not."""
 
-PILOT_CASES: Final = 16
+PILOT_CASE_COUNT: Final = 16
 """Number of cases that are run first, to estimate the cost of a case."""
 
-MAX_STEP_RATIO_OF_FINER_TO_STIFFER: Final = 9.0
+MAX_STEP_COUNT_RATIO_OF_FINER_TO_STIFFER: Final = 9.0
 """Largest ratio of block steps with finer steps to those with stiffer springs: 8, plus reruns."""
 
 
@@ -74,12 +74,12 @@ def check_convergence(
     """
     settings = study.verification
     assert not isinstance(settings, str)  # the workflow does not ask for it
-    allowed = round(settings.cost * case_sample.study_block_time_steps)
+    allowed = round(settings.cost * case_sample.study_block_time_step_count)
     runs = _CaseReruns(study, records, case_sample, threads, progress)
     # If springs four times stiffer are refused (numerical limits), only the finer steps are run.
-    if runs.try_rerunning_cases_within_step_budget("stiffer", 1.0 + MAX_STEP_RATIO_OF_FINER_TO_STIFFER, allowed):
+    if runs.try_rerunning_cases_within_step_budget("stiffer", 1.0 + MAX_STEP_COUNT_RATIO_OF_FINER_TO_STIFFER, allowed):
         spent = runs.answers["stiffer"]["block_steps"]
-        affordable = np.cumsum(MAX_STEP_RATIO_OF_FINER_TO_STIFFER * spent)
+        affordable = np.cumsum(MAX_STEP_COUNT_RATIO_OF_FINER_TO_STIFFER * spent)
         runs.rerun_first_cases("finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right")))
     else:
         runs.try_rerunning_cases_within_step_budget("finer", 1.0, allowed)
@@ -89,10 +89,10 @@ def check_convergence(
         seed=settings.seed,
         wanted_case_count=len(case_sample.record_indices),
         rerun_case_count=count,
-        rerun_cases_at_rest=int(case_sample.at_rest[:count].sum()),
+        rerun_cases_at_rest=int(case_sample.stays_at_rest[:count].sum()),
         study_cell_count=len(records) * runs.grid.case_count,
         simulated_study_cell_count=case_sample.simulated_case_count_of_study,
-        study_block_steps=case_sample.study_block_time_steps,
+        study_block_steps=case_sample.study_block_time_step_count,
         max_cost_relative_to_study=settings.cost,
         time_step_refinement=TIME_STEP_REFINEMENT,
         contact_stiffness_factor=CONTACT_STIFFNESS_FACTOR,
@@ -133,7 +133,7 @@ class _CaseReruns:
     def try_rerunning_cases_within_step_budget(self, rerun_kind: str, step_factor: float, allowed_steps: int) -> bool:
         """Rerun as many cases as `allowed_steps` time steps permit; return False if cases cannot be computed."""
         most = len(self.sample.record_indices)
-        size = min(PILOT_CASES, most, max(self.sample.simulated_case_count_of_study // 12, 1))
+        size = min(PILOT_CASE_COUNT, most, max(self.sample.simulated_case_count_of_study // 12, 1))
         while size > 0:
             done = len(self.answers[rerun_kind]) + size
             if not self.rerun_first_cases(rerun_kind, done):
@@ -189,18 +189,18 @@ class _CaseReruns:
         away = fall_azimuths_differ(own, rerun_outcomes)
         for column, name in enumerate(self.grid.element_names or ("",)):
             before, after = own["overturned"][:, column], rerun_outcomes["overturned"][:, column]
-            sure = ~self.sample.has_divided_ensemble[:count, column]
-            one_way = ~self.sample.has_divided_ensemble_or_fall_directions[:count, column]
+            sure = ~self.sample.members_disagree_on_fall[:count, column]
+            one_way = ~self.sample.members_disagree_on_fall_or_direction[:count, column]
             counts, those, agreed = (
                 count_outcome_differences(before[chosen], after[chosen], away[chosen, column])
                 for chosen in (np.ones_like(sure), sure, one_way)
             )
             undivided = {
-                "undivided_ensemble_cases": those.cases, "undivided_falls_in_one_only": those.flags,
-                "undivided_falls_to_different_sides": those.sides,
-                "undivided_falls_in_both": those.fallen,
-                "one_sided_ensemble_falls_in_both": agreed.fallen,
-                "one_sided_ensemble_falls_to_different_sides": agreed.sides,
+                "cases_with_agreeing_members": those.cases, "falls_in_one_only_if_members_agree": those.flags,
+                "different_fall_sides_if_members_agree": those.sides,
+                "falls_in_both_if_members_agree": those.fallen,
+                "falls_in_both_if_members_fall_to_one_side": agreed.fallen,
+                "different_sides_if_members_fall_to_one_side": agreed.sides,
             }  # fmt: skip
             outcomes.append(OutcomeChangesOfElement(element=name, **undivided, **counts.model_dump()))
         return outcomes
@@ -220,7 +220,7 @@ class _CaseReruns:
         for number, name in enumerate(record_ids):
             mine = known & (record == number)
             found.append(
-                FinerStepChangesOfRecord(record=name, cases=int(mine.sum()), changed=int((changed & mine).sum()))
+                FinerStepChangesOfRecord(record=name, cases=int(mine.sum()), changed_cases=int((changed & mine).sum()))
             )
         return found
 

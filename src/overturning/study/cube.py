@@ -133,7 +133,7 @@ def open_cube(
     return chosen
 
 
-def open_cube_by_record(
+def open_cube_for_reading_by_record(
     cube_path: Path, element: str | None = "reference", amplitude: float | None = 1.0
 ) -> "xr.Dataset":
     """Open a results cube for processing by record: a small cube in memory, a large one read one record at a time."""
@@ -304,11 +304,11 @@ def select_heights_and_frictions(
     height: Sequence[float] | None,
     friction: Sequence[float] | None,
     *,
-    single: bool = False,
+    single_block: bool = False,
 ) -> "xr.Dataset":
     """Select heights and frictions from a results cube; an `ArgumentError` names a value that it does not have.
 
-    With `single`, if only one of both is given, the other is that of the block that figures show first.
+    With `single_block`, if only one of both is given, the other is that of the block that figures show first.
     """
     given = {"height": height, "friction": friction}
     for name, chosen in given.items():
@@ -317,7 +317,7 @@ def select_heights_and_frictions(
             known_text = ", ".join(f"{value:g}" for value in known)
             raise ArgumentError(f"--{name} {unknown[0]:g}: not in {path}; it has {known_text}")
         cube = cube.sel({name: chosen}) if chosen else cube
-    if single and (height or friction):
+    if single_block and (height or friction):
         return cube.sel(
             {name: shown for name, shown in default_height_and_friction_of_figures(cube).items() if not given[name]}
         )

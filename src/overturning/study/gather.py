@@ -135,7 +135,7 @@ def _add_record_coordinate_variables(cube: Any, records: Sequence[Record], uses_
         (
             "event",
             "earthquake of the record, one name for each earthquake",
-            assign_records_to_earthquakes(records).earthquake_label_by_record,
+            assign_records_to_earthquakes(records).earthquake_labels_in_record_order,
         ),
     ):
         add(name, str, texts, long_name=long_name)

@@ -23,7 +23,7 @@ from overturning.study.scenes import directions_as_int16_if_whole
 from overturning.study.schema import Study
 
 ROTD_PERCENTILES = (0.0, 50.0, 100.0)
-SPECTRUM_PERIODS = np.geomspace(0.01, 10.0, 61)
+SPECTRUM_PERIODS_S = np.geomspace(0.01, 10.0, 61)
 """Periods of the spectra in the file, s, 20 per decade; periods of a population are added."""
 
 FOURIER_SPECTRUM_FREQUENCIES_HZ = np.geomspace(0.1, 50.0, 55)
@@ -48,12 +48,12 @@ def write_intensity_measures(study: Study, records: Sequence[Record], output_pat
         record_id=("record", [record.record_id for record in records], {"long_name": "identifier of the record"}),
         event=(
             "record",
-            list(assign_records_to_earthquakes(records).earthquake_label_by_record),
+            list(assign_records_to_earthquakes(records).earthquake_labels_in_record_order),
             {"long_name": "earthquake, one name for each"},
         ),
     )
     own = study.population.period if study.population else ()
-    table = table.assign(_azimuth_independent_measures(records, np.unique([*SPECTRUM_PERIODS, *own])))
+    table = table.assign(_azimuth_independent_measures(records, np.unique([*SPECTRUM_PERIODS_S, *own])))
     table.attrs = {"Conventions": "CF-1.11", "title": f"{study.title or study.name}: intensity by azimuth"}
     # CF forbids a fill value for coordinates.
     for name in table.coords:

@@ -14,20 +14,20 @@ from overturning.model.grid import CF_ATTRIBUTES_BY_DIMENSION, CaseGrid
 from overturning.model.variables import OutcomeVariable
 
 
-def open_netcdf_unscaled(path: Path, file_description: str, remedy: str, check_checksum: bool = False) -> Any:
+def open_netcdf_unscaled(path: Path, action_for_error: str, remedy: str, require_checksum: bool = False) -> Any:
     """Open a netCDF4 file for reading stored values without masking and scaling; the ResultError states a remedy.
 
-    A file whose checksum does not match is refused; with `check_checksum`, also a file without a checksum.
+    A file whose checksum does not match is refused; with `require_checksum`, also a file without a checksum.
     """
     from netCDF4 import Dataset
 
     found = checksum_at_end_matches(path)
-    if found is False or (check_checksum and path.is_file() and not found):
+    if found is False or (require_checksum and path.is_file() and not found):
         raise ResultError(f"{path}: damaged, its checksum does not match; {remedy}")
     try:
         file = Dataset(path)
     except OSError as error:
-        raise ResultError(f"{path}: cannot be {file_description} ({error}); {remedy}") from None
+        raise ResultError(f"{path}: cannot be {action_for_error} ({error}); {remedy}") from None
     file.set_auto_maskandscale(False)
     return file
 

@@ -112,14 +112,14 @@ class OpenedSweepPartFile(NamedTuple):
 
 def read_record_and_variant_of_outcome_file(path: Path) -> tuple[str, str]:
     """Return the record id and variant stated in a file with outcomes; a `ResultError` if it is unreadable."""
-    with open_netcdf_unscaled(path, "read", _UNREADABLE_FILE_REMEDY, check_checksum=True) as file:
+    with open_netcdf_unscaled(path, "read", _UNREADABLE_FILE_REMEDY, require_checksum=True) as file:
         return file.record_id, file.variant
 
 
 @contextmanager
 def open_sweep_part(path: Path, grid: CaseGrid, variables: Sequence[OutcomeVariable]) -> Iterator[OpenedSweepPartFile]:
     """Open a file with outcomes of a chunk of cases; a `ResultError` if its cases are not in the study's grid."""
-    with open_netcdf_unscaled(path, "read", _UNREADABLE_FILE_REMEDY, check_checksum=True) as file:
+    with open_netcdf_unscaled(path, "read", _UNREADABLE_FILE_REMEDY, require_checksum=True) as file:
         if not file.dimensions:  # empty chunk
             yield OpenedSweepPartFile(file, [np.zeros(0, np.intp)] * len(grid.dimension_names))
             return

@@ -64,7 +64,7 @@ class StudySizeEstimate:
 
     records: int
     cases_per_record: int  # per record
-    processor_s: float
+    processor_time_s: float
     memory_bytes: float  # of the job that needs most
     disk_bytes: float
 
@@ -79,7 +79,7 @@ class StudySizeEstimate:
         total = f"{self.records} record{records} × {self.cases_per_record:,} case{cases} = {count:,}"
         memory, disk = _format_bytes(self.memory_bytes), _format_bytes(self.disk_bytes)
         return (
-            f"{total}; about {format_duration(self.processor_s)} of processor time, {memory} of memory, {disk} of "
+            f"{total}; about {format_duration(self.processor_time_s)} of processor time, {memory} of memory, {disk} of "
             "results"
         )
 
@@ -208,7 +208,7 @@ def find_record_rows_and_files(
     return entries, files
 
 
-def read_and_check_records(study: Study, record_rows: dict[str, RecordTableRow]) -> tuple[str, ...]:
+def check_records_and_collect_notes(study: Study, record_rows: dict[str, RecordTableRow]) -> tuple[str, ...]:
     """Read and prepare a study's records as a run would; return notes on them, or raise a `ConfigError` with failures.
 
     The notes are on the assignment of records to earthquakes, on skipped or resampled data, and on records too weak to

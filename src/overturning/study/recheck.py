@@ -25,8 +25,8 @@ from overturning.study.scenes import (
 )
 from overturning.study.schema import Study
 from overturning.study.sweep import (
+    create_ensemble_member_case_runner,
     create_ensemble_runner,
-    create_member_case_runner,
     cube_variables_of_study,
     scale_motion,
     simulate_variant,
@@ -127,9 +127,9 @@ def _recompute_case_of_grid(
     few = grid.copy_with_dimension_values(**{name: grid[name][chosen] for name, chosen in rows})
     arrays = simulate_variant(study, variant, motion, few, numerical_options_of_study(study))
     if with_ensemble:
-        run = create_member_case_runner(study, variant, motion, numerical_options_of_study(study))
-        arrays |= create_ensemble_runner(study, variant, run_all_cells=True).run_ensemble_of_selected_cases(
-            motion, few, arrays, run
-        )[0]
+        run = create_ensemble_member_case_runner(study, variant, motion, numerical_options_of_study(study))
+        arrays |= create_ensemble_runner(
+            study, variant, run_members_in_all_grid_cells=True
+        ).run_ensemble_of_selected_cases(motion, few, arrays, run)[0]
     cell = (-1, *(0,) * (len(cell_position) - 1))
     return {name: values[cell] for name, values in arrays.items() if name not in CASE_COUNTER_NAMES}

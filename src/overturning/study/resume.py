@@ -43,7 +43,7 @@ END_CHECKED_FILE_PATTERNS: Final = (
 )
 """Patterns of the files without checksum whose end is checked; files of the user are not among them."""
 _FIGURE_SUFFIX_PATTERN: Final = rf"\.(?:{'|'.join(FIGURE_FILE_FORMATS)})"
-_OPTIONAL_RESULTS: Final = re.compile(
+_OPTIONAL_RESULT_FILE_PATTERN: Final = re.compile(
     r"convergence\.json|members\.csv|survey/\d+\.(?:json|motion\.nc)"
     r"|fragility/(?:fragility\.csv|curves\.json|fragility-(?:pga|pgv|sa-[\d.]+)\.xml)"
     rf"|figures/(?:plane|follow|earthquakes|blocks/[^/]+|survey/\d+){_FIGURE_SUFFIX_PATTERN}"
@@ -157,7 +157,7 @@ def _ends_like_complete_file(path: Path) -> bool:
         return file.read().rstrip().endswith(ends)
 
 
-def remove_results_no_longer_made(results_folder: Path, made: Collection[str]) -> list[str]:
+def remove_results_no_longer_made(results_folder: Path, produced_file_names: Collection[str]) -> list[str]:
     """Remove tables, curves and figures that a study does not make, because its settings have changed.
 
     Users would mistake these files for results of the present settings. Simulations and files with other names stay.
@@ -166,7 +166,7 @@ def remove_results_no_longer_made(results_folder: Path, made: Collection[str]) -
     ----------
     results_folder : Path
         Folder of the results of the study.
-    made : collection of str
+    produced_file_names : collection of str
         Files that the study makes, relative to this folder.
 
     Returns
@@ -175,7 +175,9 @@ def remove_results_no_longer_made(results_folder: Path, made: Collection[str]) -
         Names of the removed files, relative to this folder.
     """
     names = [path.relative_to(results_folder).as_posix() for path in results_folder.rglob("*") if path.is_file()]
-    gone = sorted(name for name in names if name not in made and _OPTIONAL_RESULTS.fullmatch(name))
+    gone = sorted(
+        name for name in names if name not in produced_file_names and _OPTIONAL_RESULT_FILE_PATTERN.fullmatch(name)
+    )
     for name in gone:
         (results_folder / name).unlink()
     return gone
@@ -224,7 +226,7 @@ def _motion_and_outcome_files_of_records(results_folder: Path) -> Iterator[tuple
 def _is_undamaged_file_of_record(path: Path, record_id: str) -> bool:
     """True if a NetCDF file is undamaged (its checksum is correct) and belongs to the given record."""
     try:
-        with open_netcdf_unscaled(path, "read", "remove it", check_checksum=True) as file:
+        with open_netcdf_unscaled(path, "read", "remove it", require_checksum=True) as file:
             return bool(getattr(file, "record_id", "") == record_id)
     except ResultError:
         return False

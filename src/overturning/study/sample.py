@@ -15,7 +15,7 @@ from overturning.study.scenes import variant_grid, variant_model
 from overturning.study.schema import Study
 from overturning.study.sections import ConvergenceCheckSettings
 
-NO_SLIP_FRICTION: Final = 1.0
+MIN_FRICTION_WITHOUT_SLIDING: Final = 1.0
 """Smallest friction of a rectangular block (with B/H below it) that is compared with a block that cannot slide."""
 
 MAX_CELLS_COMPARED_WITH_RIGID_BLOCK: Final = 25_000
@@ -34,16 +34,18 @@ class RandomCaseSample:
     record_indices: NDArray[np.int64]  # position of the record, shape (n,)
     grid_indices: NDArray[np.int64]  # positions along the dimensions of the study, shape (n, 4), or (n, 5) in space
     outcomes: CaseOutcomes
-    at_rest: NDArray[np.bool_]  # below the thresholds of rocking and sliding, shape (n,)
-    has_divided_ensemble: NDArray[np.bool_]  # some members of the ensemble fall and others stand, shape (n, elements)
-    has_divided_ensemble_or_fall_directions: NDArray[
+    stays_at_rest: NDArray[np.bool_]  # below the thresholds of rocking and sliding, shape (n,)
+    members_disagree_on_fall: NDArray[
+        np.bool_
+    ]  # some members of the ensemble fall and others stand, shape (n, elements)
+    members_disagree_on_fall_or_direction: NDArray[
         np.bool_
     ]  # divided, or falls to both sides (3-D: agreement < `MIN_RESULTANT_OF_AGREEING_FALLS`), same shape
     fall_direction_weight: NDArray[
         np.float64
     ]  # weight of a fall in direction statistics (`case_weight_in_direction_statistics`), shape (n,)
     simulated_case_count_of_study: int  # number of cases of the study that were computed, not copied by symmetry
-    study_block_time_steps: int  # of the whole study
+    study_block_time_step_count: int  # of the whole study
 
 
 def choose_random_case_indices(
@@ -67,7 +69,7 @@ def mask_of_cells_comparable_with_rigid_block(study: Study) -> NDArray[np.bool_]
         return np.zeros(grid.shape, np.bool_)
     own = model.scene.contact_law(*model.scene.elements).friction
     friction = grid["friction"] if own is None else np.full(grid["friction"].size, own)
-    holds = (friction >= NO_SLIP_FRICTION) & (friction > grid["b_over_h"][:, None])
+    holds = (friction >= MIN_FRICTION_WITHOUT_SLIDING) & (friction > grid["b_over_h"][:, None])
     return np.broadcast_to(holds, grid.shape)
 
 

@@ -65,7 +65,7 @@ def select_outcomes_of_element(cube: "xr.Dataset", element: str) -> "xr.Dataset"
     return cube.sel(element=element) if "element" in cube.dims else cube
 
 
-def names_of_compared_elements(study: Study, variant: str) -> tuple[str, str]:
+def compared_element_names_of_study_and_variant(study: Study, variant: str) -> tuple[str, str]:
     """Return the names of the scene elements whose outcomes are compared between a study and one of its variants.
 
     These are the elements whose outcomes are shown by default. If they have different names, and one of them is in both

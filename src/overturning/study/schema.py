@@ -56,7 +56,7 @@ Friction = Annotated[float, Field(ge=0, le=100)]
 AmplitudeFactor = Annotated[float, Field(gt=0, le=100)]
 
 
-_MARKER_KEYS_OF_STORED_STUDY: Final = frozenset({"azimuth", "body", "contact", "crate", "figures", "simulation"})
+_KEYS_PRESENT_ONLY_IN_STORED_STUDY: Final = frozenset({"azimuth", "body", "contact", "crate", "figures", "simulation"})
 """Some of the keys of a study that was stored complete; nobody writes all of them by hand."""
 
 
@@ -180,7 +180,7 @@ class Study(StrictModel):
                 filled["orientation"] = OrientationRange()
             return cls._fill_sizes_from_body(filled)
         default = OrientationRange().model_dump(mode="json")
-        if filled.keys() >= _MARKER_KEYS_OF_STORED_STUDY and filled.get("orientation") == default:
+        if filled.keys() >= _KEYS_PRESENT_ONLY_IN_STORED_STUDY and filled.get("orientation") == default:
             # A 2-D study stored by an earlier version, in which every study had orientations.
             del filled["orientation"]
         if "scene" not in filled:
@@ -251,7 +251,7 @@ class Study(StrictModel):
         return self
 
     @property
-    def has_several_blocks(self) -> bool:
+    def has_several_heights_frictions_or_aspects(self) -> bool:
         """True if the study has several heights, frictions or aspects, so that one map does not show all blocks."""
         return len(self.height) * len(self.friction) * len(self.aspect_ratios_d_over_b) > 1
 

@@ -35,10 +35,10 @@ from overturning.study.scenes import (
 )
 from overturning.study.schema import Study
 
-NOMINAL_RUN_WORK_SHARE = 0.15
+NOMINAL_RUN_SHARE_OF_SWEEP_WORK = 0.15
 """Assumed share of the nominal run in the work of a sweep with an ensemble; only for the progress line."""
 
-_AMPLITUDE_FACTOR_FOR_LOADING_COMPILED_CODE = 3.0
+_AMPLITUDE_FACTOR_OF_WARM_UP_CASE = 3.0
 """Factor on the motion for loading kernels; with it nearly every record moves the first stone of the grid."""
 
 
@@ -57,15 +57,15 @@ def create_ensemble_runner(
     study: Study,
     variant: str = NOMINAL_VARIANT,
     members: EnsembleMembers | None = None,
-    run_all_cells: bool = False,
+    run_members_in_all_grid_cells: bool = False,
 ) -> EnsembleRunner:
     """Create the ensemble runner of a study or variant, with the given parameter changes or newly drawn ones."""
     settings = study.ensemble
-    run_all_cells = run_all_cells or settings.where == "everywhere"
+    run_members_in_all_grid_cells = run_members_in_all_grid_cells or settings.where == "everywhere"
     return EnsembleRunner(
         variant_model(study, variant),
         members or draw_parameter_changes_of_members(settings),
-        run_all_cells,
+        run_members_in_all_grid_cells,
         settings.half_width,
     )
 
@@ -89,12 +89,14 @@ def simulate_variant(
     return {name: np.repeat(values, grid.shape[2], axis=2) for name, values in arrays.items()} | counts
 
 
-def create_member_case_runner(study: Study, variant: str, motion: Motion, numerics: NumericalOptions) -> CaseRunner:
+def create_ensemble_member_case_runner(
+    study: Study, variant: str, motion: Motion, numerics: NumericalOptions
+) -> CaseRunner:
     """Return a function that simulates ensemble runs of a study or variant, given the sizes of the study's stone."""
     model: Any = variant_model(study, variant)
     sizes = StudyToSceneSizeConversion.for_variant(study, variant)
 
-    def run_members_at_scene_size(
+    def simulate_members_at_scene_size(
         cases: Cases, progress: ProgressCallback | None, relief: float | None = None
     ) -> CaseResults:
         """Simulate ensemble runs, after converting the sizes of the study's stone to those of the variant's scene."""
@@ -104,7 +106,7 @@ def create_member_case_runner(study: Study, variant: str, motion: Motion, numeri
         body = model if relief is None else model.with_relief(relief)
         return simulate_cases(body, motion, sized, replace(numerics, progress=progress))
 
-    return run_members_at_scene_size
+    return simulate_members_at_scene_size
 
 
 def simulate_and_write_cases_of_record(
@@ -134,8 +136,8 @@ def simulate_and_write_cases_of_record(
     numerics = numerics or numerical_options_of_study(study)
     factors = grid.amplitude_factors or (1.0,)
     work = [
-        *(NOMINAL_RUN_WORK_SHARE for _ in factors),
-        *([1.0 - NOMINAL_RUN_WORK_SHARE] if study.ensemble.members else []),
+        *(NOMINAL_RUN_SHARE_OF_SWEEP_WORK for _ in factors),
+        *([1.0 - NOMINAL_RUN_SHARE_OF_SWEEP_WORK] if study.ensemble.members else []),
     ]
     ends = (np.cumsum([0.0, *work]) / sum(work)).tolist()
     reports = [subtask_progress_callback(numerics.progress, *between) for between in pairwise(ends)]
@@ -148,7 +150,7 @@ def simulate_and_write_cases_of_record(
     if study.ensemble.members:
         ensemble, runner = (
             create_ensemble_runner(study, variant, members),
-            create_member_case_runner(study, variant, motion, numerics),
+            create_ensemble_member_case_runner(study, variant, motion, numerics),
         )
         spread, more = ensemble.run_ensemble_of_selected_cases(motion, grid, outcome, runner, reports[-1])
         outcome |= spread
@@ -164,7 +166,7 @@ def load_compiled_simulation_code(study: Study, record: Record, variant: str = N
     """Load the compiled simulation code of a study into this process, by simulating one case that moves."""
     grid = variant_grid(study, variant)
     one_case = grid.copy_with_dimension_values(**{name: grid[name][:1] for name in grid.dimension_names})
-    motion = ground_motion_for_variant(study, record, variant).scaled_by(_AMPLITUDE_FACTOR_FOR_LOADING_COMPILED_CODE)
+    motion = ground_motion_for_variant(study, record, variant).scaled_by(_AMPLITUDE_FACTOR_OF_WARM_UP_CASE)
     simulate_variant(study, variant, motion, one_case, numerical_options_of_study(study))
 
 

@@ -154,7 +154,7 @@ def recognise_columns(header: Sequence[str], known_columns: Sequence[str]) -> Re
 
 
 def stone_count_column_errors(
-    header: Sequence[str], meanings: Sequence[str], rows: Sequence[Sequence[str]]
+    header: Sequence[str], standard_column_names: Sequence[str], rows: Sequence[Sequence[str]]
 ) -> list[str]:
     """Return error messages on columns that hold numbers of stones, in a table whose column ``fell`` has only 1 and 0.
 
@@ -162,21 +162,21 @@ def stone_count_column_errors(
 
     Parameters
     ----------
-    header, meanings : sequence of str
+    header, standard_column_names : sequence of str
         Names of the columns in the file, and their known names ("" for a column that is not used).
     rows : sequence of sequence of str
         Cells of each row.
     """
-    if "fell" not in meanings:
+    if "fell" not in standard_column_names:
         return []
     columns = list(itertools.zip_longest(*rows, fillvalue=""))[: len(header)]
-    fell = {cell for cell in columns[meanings.index("fell")] if cell} if columns else set()
+    fell = {cell for cell in columns[standard_column_names.index("fell")] if cell} if columns else set()
     if not fell or not fell <= {"0", "1"}:
         return []
     return [
         f"column {name!r} next to fell: if 1 and 0 of fell are numbers of stones, write fallen and standing stones in "
         "rows of their own, with their number in the column count; if they are yes and no, write yes and no"
-        for name, meaning, cells in zip(header, meanings, columns, strict=False)
+        for name, meaning, cells in zip(header, standard_column_names, columns, strict=False)
         if not meaning
         and _simplified_column_name(name) in _STONE_COUNT_COLUMN_NAMES
         and all(re.fullmatch(r"\d*", cell) for cell in cells)
@@ -220,11 +220,11 @@ def _standard_column_name_and_refusal_reason(name: str, known_columns: Sequence[
     return "", ""
 
 
-def _advice_on_converting_refused_column(meant: str, column_name: str) -> str:
+def _advice_on_converting_refused_column(probable_column: str, column_name: str) -> str:
     """Return advice on how to convert a refused column to the column `meant`, or to rename it if none is known."""
     words = re.findall(r"[a-z]+", column_name.lower())
-    found = [remedy for unit, remedy in _CONVERSION_ADVICE_BY_COLUMN.get(meant, {}).items() if unit in words]
-    if meant == "b_over_h" and re.match(r"h.*b", _simplified_column_name(column_name)):
+    found = [remedy for unit, remedy in _CONVERSION_ADVICE_BY_COLUMN.get(probable_column, {}).items() if unit in words]
+    if probable_column == "b_over_h" and re.match(r"h.*b", _simplified_column_name(column_name)):
         found = ["Give B/H, the reciprocal of H/B"]
     return found[0] if found else "A column for something else needs a name that is less like it"
 

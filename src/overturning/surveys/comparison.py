@@ -59,10 +59,10 @@ class SurveyPredictionComparison:
     fallen_count_at_sites_with_standing_stones, stone_count_at_sites_with_standing_stones : int
         Stones that fell, and stones that fell or stand, at the sites that list a standing stone. 0 if there is none:
         then the share that fell is not known.
-    mean_direction_deg, resultant : float
+    observed_mean_direction_deg, observed_resultant_length : float
         Mean direction of the observed falls, degrees (NaN if random directions are not rejected), and mean resultant
         length.
-    predicted_mean_direction_deg, predicted_resultant : float
+    predicted_mean_direction_deg, predicted_resultant_length : float
         Mean of the predicted directions of the fallen stones, degrees, and its length; NaN without falls.
     computed_fall_share, lowest_computed_fall_share, highest_computed_fall_share : float
         Share of the stones of `share_stones` (if 0, of all) that fall in the study: mean, smallest and largest over the
@@ -87,7 +87,7 @@ class SurveyPredictionComparison:
     confusion_matrix : ndarray, shape (5, 5), or None
         Stones with known face and B/H and a computed outcome: observed (rows) and most probable (columns) sides, in the
         order of `STANDING_OR_FALL_SIDES`.
-    falls_with_all_orientations_assumed : int
+    falls_without_face_or_b_over_h : int
         Stones that fell in a known direction without face or B/H; all orientations are assumed for them.
     falls_without_face_azimuth, falls_without_b_over_h : int
         Stones that fell in a known direction without face azimuth, or without B/H.
@@ -99,7 +99,7 @@ class SurveyPredictionComparison:
         Stones of `stones_outside_b_over_h_grid` that are not predicted, because their B/H lies far outside the grid.
     stones_outside_height_grid : int
         Stones with a height outside the grid of the study; their `computed_fall_share` is that of the nearest height.
-    random_fall_direction_share : float
+    assumed_random_fall_direction_share : float
         Assumed share of stones that fall in a random direction.
     falls_without_any_computed_fall : int
         Stones that fell in a known direction although no such stone falls in the study; their predicted direction is
@@ -118,10 +118,10 @@ class SurveyPredictionComparison:
     stood: int
     fallen_count_at_sites_with_standing_stones: int
     stone_count_at_sites_with_standing_stones: int
-    mean_direction_deg: StoredFloat
-    resultant: StoredFloat
+    observed_mean_direction_deg: StoredFloat
+    observed_resultant_length: StoredFloat
     predicted_mean_direction_deg: StoredFloat
-    predicted_resultant: StoredFloat
+    predicted_resultant_length: StoredFloat
     computed_fall_share: StoredFloat
     lowest_computed_fall_share: StoredFloat
     highest_computed_fall_share: StoredFloat
@@ -134,13 +134,13 @@ class SurveyPredictionComparison:
     exact_azimuth_watson_u2_test: StatisticalTestResult
     octant_uniformity_test: StatisticalTestResult
     confusion_matrix: StoredCounts | None
-    falls_with_all_orientations_assumed: int
+    falls_without_face_or_b_over_h: int
     falls_without_face_azimuth: int
     falls_without_b_over_h: int
     falls_without_direction: int
     stones_outside_b_over_h_grid: int
     stones_outside_height_grid: int
-    random_fall_direction_share: float
+    assumed_random_fall_direction_share: float
     falls_without_any_computed_fall: int = 0
     stones_far_outside_b_over_h_grid: int = 0
     stones_without_computed_outcome: int = 0
@@ -205,14 +205,14 @@ def compare_survey_with_prediction(
     share = predicted / predicted.sum() if fallen else uniform_octant
     # Both means turn with the survey and the cube.
     origin = directions["predicted_mean_direction_deg"]
-    if not directions["predicted_resultant"] > MIN_RESULTANT_FOR_MEAN:
+    if not directions["predicted_resultant_length"] > MIN_RESULTANT_FOR_MEAN:
         exactly = [stone.azimuth_deg for stone, *_ in fallen if stone.direction_uncertainty_half_width_deg == 0]
         origin = mean_angle_and_resultant(exactly)[0]
     of_share = stones_of_sites_with_standing_stones(stones)
     share_fell, share_stones = fallen_and_all_stone_counts(of_share)
     share_mean, share_low, share_high = _predicted_fall_share_and_range(predictions, of_share or stones)
     return SurveyPredictionComparison(
-        **_stone_counts_of_comparison(predictions, stones),
+        **_stone_counts_by_comparison_field(predictions, stones),
         fallen_count_at_sites_with_standing_stones=share_fell,
         stone_count_at_sites_with_standing_stones=share_stones,
         computed_fall_share=share_mean,
@@ -225,8 +225,8 @@ def compare_survey_with_prediction(
             site, fallen, float(np.nan_to_num(origin)), random_survey_count, seed
         ),
         octant_uniformity_test=watson_u2_test_of_sectors(observed, uniform_octant),
-        confusion_matrix=_confusion_matrix_of_sides(predictions, stones),
-        random_fall_direction_share=background,
+        confusion_matrix=_confusion_matrix_of_standing_and_fall_sides(predictions, stones),
+        assumed_random_fall_direction_share=background,
     )
 
 
@@ -268,7 +268,7 @@ def _predicted_fall_share_and_range(
     return float(share.mean()), float(low), float(high)
 
 
-def _stone_counts_of_comparison(predictions: SurveyFallPrediction, stones: Sequence[Stone]) -> dict[str, Any]:
+def _stone_counts_by_comparison_field(predictions: SurveyFallPrediction, stones: Sequence[Stone]) -> dict[str, Any]:
     """Return numbers of stones (fallen, standing, without face, …) by attribute of `SurveyPredictionComparison`."""
 
     def count_stones_with(condition: Callable[[Stone], bool]) -> int:
@@ -283,7 +283,7 @@ def _stone_counts_of_comparison(predictions: SurveyFallPrediction, stones: Seque
     return {
         "fallen": count_stones_with(lambda stone: stone.fell),
         "stood": count_stones_with(lambda stone: not stone.fell),
-        "falls_with_all_orientations_assumed": count_stones_with(
+        "falls_without_face_or_b_over_h": count_stones_with(
             lambda stone: stone.fell_in_known_direction and not has_known_face_and_b_over_h(stone)
         ),
         "falls_without_face_azimuth": count_stones_with(
@@ -316,7 +316,9 @@ def _stone_counts_of_comparison(predictions: SurveyFallPrediction, stones: Seque
     }
 
 
-def _confusion_matrix_of_sides(predictions: SurveyFallPrediction, stones: Sequence[Stone]) -> NDArray[np.int64] | None:
+def _confusion_matrix_of_standing_and_fall_sides(
+    predictions: SurveyFallPrediction, stones: Sequence[Stone]
+) -> NDArray[np.int64] | None:
     """Count the stones by observed outcome (rows) and most probable outcome (columns): stands or side of fall.
 
     The shape is (5, 5); sides are in the order of `STANDING_OR_FALL_SIDES`. None if no stone of known face and B/H has
@@ -353,7 +355,7 @@ class StoredSurveyComparison:
     record: str
     comparison: SurveyPredictionComparison
     survey_warnings: tuple[str, ...] = ()
-    remarks: tuple[str, ...] = ()
+    survey_file_comments: tuple[str, ...] = ()
     comparisons_by_site: tuple[tuple[str, SurveyPredictionComparison], ...] = ()
     soil_by_site: tuple[tuple[str, SoilBelowSurveySite], ...] = ()
 
@@ -367,7 +369,7 @@ def make_stored_survey_comparison(
     grounds: Mapping[str, SoilBelowSurveySite] | None = None,
 ) -> StoredSurveyComparison:
     """Add the survey file's name and hash, record id and warnings to the comparison of a survey with a prediction."""
-    sha256, remarks = survey_file_hash_and_remarks(survey_path)
+    sha256, remarks = survey_file_hash_and_comments(survey_path)
     sites = tuple((site_comparisons or {}).items())
     return StoredSurveyComparison(
         survey_path.name,
@@ -381,7 +383,7 @@ def make_stored_survey_comparison(
     )
 
 
-def survey_file_hash_and_remarks(survey_path: Path) -> tuple[str, tuple[str, ...]]:
+def survey_file_hash_and_comments(survey_path: Path) -> tuple[str, tuple[str, ...]]:
     """Return the SHA-256 hash of a survey file, and the comment lines that the user wrote at its start."""
     sha256 = hashlib.sha256(survey_path.read_bytes()).hexdigest()
     return sha256, remarks_without_template_text(read_text_table(survey_path, "survey").leading_comments)

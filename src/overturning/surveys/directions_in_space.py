@@ -16,14 +16,14 @@ from overturning.surveys.fall_directions import (
 from overturning.surveys.sectors import FallSectors
 from overturning.surveys.stones import RANDOM_OUTCOME_SHARE, Stone
 
-FALL_SPREAD_HALF_WIDTH_DEG: Final = 22.5
+FALL_AZIMUTH_SMOOTHING_HALF_WIDTH_DEG: Final = 22.5
 """Half width of the sector of azimuth to which a computed fall is spread, degrees: that of an octant.
 
 Only a few computed cases resemble a stone of known face and size, and tiny differences of the motion turn their falls
 by some degrees.
 """
 
-SECTORS: Final = FallSectors(np.arange(0.0, 360.0, 5.0))
+FALL_DIRECTION_SECTORS: Final = FallSectors(np.arange(0.0, 360.0, 5.0))
 """Sectors of azimuth in which directions are predicted."""
 
 
@@ -33,15 +33,15 @@ class FallDirectionComparisonIn3D:
 
     Attributes
     ----------
-    fallen : int
+    fallen_in_known_direction : int
         Number of stones that fell in a known direction.
     falls_without_any_computed_fall, falls_without_computed_outcome : int
         Number of these stones for which no similar computed stone falls, and for which no similar computed stone has
         an outcome; the prediction assumes a random direction.
-    mean_direction_deg, resultant : float
+    observed_mean_direction_deg, observed_resultant_length : float
         Mean direction of the observed falls, degrees (NaN if random directions are not rejected), and length of the
         mean unit vector.
-    predicted_mean_direction_deg, predicted_resultant : float
+    predicted_mean_direction_deg, predicted_resultant_length : float
         Mean of the predicted directions of these stones, degrees, and its length.
     observed_count_by_octant, predicted_count_by_octant : ndarray, shape (8,)
         Observed and expected number of stones in each compass octant; see
@@ -49,33 +49,35 @@ class FallDirectionComparisonIn3D:
     log_likelihood_ratio, likelihood_ratio_p : float
         Sum over the stones of ln(predicted/uniform), above 0 if the prediction is better than random directions; and
         share of surveys with random directions that have a sum at least as large.
-    random_fall_direction_share : float
+    assumed_random_fall_direction_share : float
         Assumed share of stones that fall in a random direction.
     """
 
-    fallen: int
+    fallen_in_known_direction: int
     falls_without_any_computed_fall: int
     falls_without_computed_outcome: int
-    mean_direction_deg: StoredFloat
-    resultant: StoredFloat
+    observed_mean_direction_deg: StoredFloat
+    observed_resultant_length: StoredFloat
     predicted_mean_direction_deg: StoredFloat
-    predicted_resultant: StoredFloat
+    predicted_resultant_length: StoredFloat
     observed_count_by_octant: StoredFloats
     predicted_count_by_octant: StoredFloats
     log_likelihood_ratio: StoredFloatOrInfinity
     likelihood_ratio_p: StoredFloat
-    random_fall_direction_share: float
+    assumed_random_fall_direction_share: float
 
 
 def fall_shares_by_sector_after_spreading(fall_azimuth_deg: FloatArray) -> FloatArray:
-    """Return the share of falls in each azimuth sector of `SECTORS`; each fall is spread over an arc.
+    """Return the share of falls in each azimuth sector of `FALL_DIRECTION_SECTORS`; each fall is spread over an arc.
 
     `fall_azimuth_deg`, shape (falls,), are azimuths towards which stones fall, degrees; at least one. The shape of the
     result is (sectors,), and the sum is 1.
     """
     turns = np.array([-360.0, 0.0, 360.0])[:, None, None]
-    start = np.asarray(fall_azimuth_deg % 360.0)[:, None] - FALL_SPREAD_HALF_WIDTH_DEG + turns
-    below = np.clip((SECTORS.borders - start) / (2 * FALL_SPREAD_HALF_WIDTH_DEG), 0.0, 1.0).sum(axis=0)
+    start = np.asarray(fall_azimuth_deg % 360.0)[:, None] - FALL_AZIMUTH_SMOOTHING_HALF_WIDTH_DEG + turns
+    below = np.clip(
+        (FALL_DIRECTION_SECTORS.borders - start) / (2 * FALL_AZIMUTH_SMOOTHING_HALF_WIDTH_DEG), 0.0, 1.0
+    ).sum(axis=0)
     return np.asarray(np.diff(below, axis=1).mean(axis=0))
 
 
@@ -110,20 +112,22 @@ def compare_fall_directions(
     for stone, computed in zip(stones, fall_azimuths_deg, strict=True):
         if not stone.fell_in_known_direction:
             continue
-        density = SECTORS.share
+        density = FALL_DIRECTION_SECTORS.share
         if computed is None:
             without_outcome += stone.count
         elif not computed.size:
             never += stone.count
         else:
-            density = (1 - background) * fall_shares_by_sector_after_spreading(computed) + background * SECTORS.share
-        fallen += stone.count * [(stone, density, SECTORS.octant_probabilities_from_sectors(density))]
+            density = (1 - background) * fall_shares_by_sector_after_spreading(
+                computed
+            ) + background * FALL_DIRECTION_SECTORS.share
+        fallen += stone.count * [(stone, density, FALL_DIRECTION_SECTORS.octant_probabilities_from_sectors(density))]
     if not fallen:
         return None
     return FallDirectionComparisonIn3D(
-        fallen=len(fallen),
+        fallen_in_known_direction=len(fallen),
         falls_without_any_computed_fall=never,
         falls_without_computed_outcome=without_outcome,
-        random_fall_direction_share=background,
-        **compare_observed_and_predicted_directions(SECTORS, fallen, RANDOM_SURVEY_COUNT, seed),
+        assumed_random_fall_direction_share=background,
+        **compare_observed_and_predicted_directions(FALL_DIRECTION_SECTORS, fallen, RANDOM_SURVEY_COUNT, seed),
     )

@@ -20,7 +20,7 @@ from overturning.surveys.row import SurveyRow
 from overturning.surveys.stone_in_grid import (
     has_shape_far_outside_grid,
     nearest_grid_indices_of_stone,
-    stone_values_seen_from_better_fitting_side,
+    stone_dimensions_from_side_nearest_to_grid,
 )
 from overturning.surveys.stones import (
     RANDOM_OUTCOME_SHARE,
@@ -37,8 +37,7 @@ MIN_TWIST_DEG: Final = StonePopulation().rotated
 """Absolute twist from which a standing stone counts as twisted, degrees."""
 
 _ROUNDING_TOLERANCE: Final = 1e-9
-
-MeasureName = Literal["fell", "shifted", "twisted", "clockwise", "shift_m", "twist_deg"]
+ComparedStatisticName = Literal["fell", "shifted", "twisted", "clockwise", "shift_m", "twist_deg"]
 """Share of the stones that fell; of the standing ones that are shifted, and twisted; of the twisted ones that are
 twisted clockwise; median shift of the shifted, m; median absolute twist of the twisted, degrees."""
 
@@ -51,7 +50,7 @@ class ObservedAndComputedStatistic:
     ----------
     name : MeasureName
         Name of the measure.
-    stones : int
+    observed_stone_count : int
         Number of observed stones of the share or median.
     observed, observed_low, observed_high : float
         Observed value with its exact 95 % interval; NaN without stones, the ends also for fewer than six stones of a
@@ -61,8 +60,8 @@ class ObservedAndComputedStatistic:
         ends also for a study with one friction.
     """
 
-    name: MeasureName
-    stones: int
+    name: ComparedStatisticName
+    observed_stone_count: int
     observed: StoredFloat
     observed_low: StoredFloat
     observed_high: StoredFloat
@@ -81,7 +80,7 @@ class DisplacementComparison:
         Number of stones.
     similar_computed_case_count : int
         Number of different computed cases that resemble the stones.
-    standing_stones_without_standing_case : int
+    standing_stones_without_standing_simulation : int
         Standing stones for which no similar computed stone stands; their displacements are not compared.
     stones_without_computed_outcome : int
         Stones for which no similar computed case has an outcome; they are not compared with computed values.
@@ -97,7 +96,7 @@ class DisplacementComparison:
     fell: int
     stood: int
     similar_computed_case_count: int
-    standing_stones_without_standing_case: int
+    standing_stones_without_standing_simulation: int
     compared_statistics: tuple[ObservedAndComputedStatistic, ...]
     stones_without_computed_outcome: int = 0
     stones_far_outside_shape_grid: int = 0
@@ -117,7 +116,7 @@ class StoredDisplacementComparison:
     record: str
     all_sites_comparison: DisplacementComparison
     survey_warnings: tuple[str, ...] = ()
-    remarks: tuple[str, ...] = ()
+    survey_file_comments: tuple[str, ...] = ()
     comparisons_by_site: tuple[tuple[str, DisplacementComparison], ...] = ()
     soil_by_site: tuple[tuple[str, SoilBelowSurveySite], ...] = ()
 
@@ -175,7 +174,7 @@ def compare_displacements(
     """Compare the falls, shifts and twists of stones with those of similar stones in a 3-D study.
 
     Each stone is compared with the cases of the nearest orientation, height, B/H and D/B, seen from the side that is
-    nearer to the grid (`stone_values_seen_from_better_fitting_side`), unless its B/H or D/B lies far outside the grid.
+    nearer to the grid (`stone_dimensions_from_side_nearest_to_grid`), unless its B/H or D/B lies far outside the grid.
     All values of the grid have equal weight where the survey does not give the value, and so have all frictions. A
     stone that stands without a noted shift or twist has none.
 
@@ -208,7 +207,7 @@ def compare_displacements(
     fall_shares, fall_azimuths = list[tuple[int, FloatArray]](), list[FloatArray | None]()
     for one in observed:
         own = id((site_cubes or {}).get(one.stone.site, cube))
-        seen = stone_values_seen_from_better_fitting_side(arrays[own].grid, one.stone)
+        seen = stone_dimensions_from_side_nearest_to_grid(arrays[own].grid, one.stone)
         if has_shape_far_outside_grid(arrays[own].grid, seen):
             beyond += one.stone.count
             fall_shares.append((one.stone.count, np.full(arrays[own].flags.shape[0], math.nan)))
@@ -233,7 +232,7 @@ def compare_displacements(
         fell=sum(one.stone.count for one in observed if one.stone.fell),
         stood=sum(one.stone.count for one in observed if not one.stone.fell),
         similar_computed_case_count=sum(int(mask.sum()) for mask in used.values()),
-        standing_stones_without_standing_case=never_stand,
+        standing_stones_without_standing_simulation=never_stand,
         compared_statistics=(
             _compare_fallen_shares(observed, fall_shares),
             *_compare_shifts_and_twists_of_standing_stones(observed, computed),
@@ -282,10 +281,9 @@ def _outcomes_of_cases_nearest_in_size_and_face(
     # Cases that were not simulated, because the motion is too weak, have no displacement.
     shift = np.hypot(np.nan_to_num(north), np.nan_to_num(east))
     return (
-        flags,
-        azimuths,
+        flags, azimuths,
         _SimulatedCasesResemblingStones(weight[rows], friction[rows].astype(np.intp), shift, np.nan_to_num(twist)),
-    )
+    )  # fmt: skip
 
 
 def _fall_share_by_friction(flags: NDArray[np.floating]) -> FloatArray:
@@ -309,11 +307,11 @@ def _compare_fallen_shares(
     known = np.isfinite(shares)
     with np.errstate(invalid="ignore"):
         by_friction = np.where(known, shares, 0.0).T @ counts / (known.T @ counts)
-    return _compare_shares("fell", *fallen_and_all_stone_counts(of_share), by_friction)
+    return _observed_and_computed_share("fell", *fallen_and_all_stone_counts(of_share), by_friction)
 
 
-def _compare_shares(
-    name: MeasureName, matching: int, stones: int, by_friction: FloatArray
+def _observed_and_computed_share(
+    name: ComparedStatisticName, matching: int, stones: int, by_friction: FloatArray
 ) -> ObservedAndComputedStatistic:
     """Return an observed share with its exact interval, and the computed share: mean and range over frictions."""
     low, high = exact_share_interval(matching, stones) if stones else (math.nan, math.nan)
@@ -364,7 +362,7 @@ def _compare_shifts_and_twists_of_standing_stones(
         return float(values[among][order][np.searchsorted(below, below[-1] / 2)]) if below.size else math.nan
 
     def compare_medians(
-        name: MeasureName, values: FloatArray, computed_median: FloatArray
+        name: ComparedStatisticName, values: FloatArray, computed_median: FloatArray
     ) -> ObservedAndComputedStatistic:
         """Return the observed median with its exact interval, and the computed median with its range over frictions."""
         middle = float(np.median(values)) if values.size else math.nan
@@ -373,19 +371,19 @@ def _compare_shifts_and_twists_of_standing_stones(
         )
 
     return [
-        _compare_shares(
+        _observed_and_computed_share(
             "shifted",
             int(far.sum()),
             far.size,
             statistic_by_friction(lambda own: weighted_share_of_cases(cells_far, own)),
         ),
-        _compare_shares(
+        _observed_and_computed_share(
             "twisted",
             int(turned.sum()),
             turned.size,
             statistic_by_friction(lambda own: weighted_share_of_cases(cells_turned, own)),
         ),
-        _compare_shares(
+        _observed_and_computed_share(
             "clockwise",
             int((twist[turned] > 0).sum()),
             int(turned.sum()),

@@ -192,10 +192,10 @@ def compare_observed_and_predicted_directions(
     predicted_mean, predicted_length = mean_angle_and_resultant(sectors.azimuth, density)
     ratio, p_value = log_likelihood_ratio_and_p_value(sectors, fallen_stones, random_survey_count, seed)
     return {
-        "mean_direction_deg": mean,
-        "resultant": length,
+        "observed_mean_direction_deg": mean,
+        "observed_resultant_length": length,
         "predicted_mean_direction_deg": predicted_mean,
-        "predicted_resultant": predicted_length,
+        "predicted_resultant_length": predicted_length,
         "observed_count_by_octant": sum(
             (octant_weights_of_fallen_stone(stone) for stone, *_ in fallen_stones), np.zeros(8)
         ),

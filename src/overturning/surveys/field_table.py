@@ -83,7 +83,7 @@ def read_text_table(path: Path, table_kind: str) -> TextTable:
         elif line.strip() and not _is_comment(line):
             separator = _separator_of_header(line)
             break
-    for start, cells in _numbered_rows(lines, separator or ",", path, table_kind):
+    for start, cells in _rows_with_first_line_numbers(lines, separator or ",", path, table_kind):
         if any(cells) and not cells[0].startswith("#"):
             rows.append(NumberedTableRow(start, tuple(cells)))
     if not rows:
@@ -153,7 +153,9 @@ def _separator_of_header(header_line: str) -> str:
     return max(_SEPARATORS, key=lambda one: (outside.count(one), one == ","))
 
 
-def _numbered_rows(lines: list[str], separator: str, path: Path, table_kind: str) -> Iterator[tuple[int, list[str]]]:
+def _rows_with_first_line_numbers(
+    lines: list[str], separator: str, path: Path, table_kind: str
+) -> Iterator[tuple[int, list[str]]]:
     """Yield for each row its first line number and its cells; comments and empty lines are skipped."""
     place = 0
 

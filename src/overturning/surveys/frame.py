@@ -41,7 +41,7 @@ def read_survey(path: "str | os.PathLike[str]", *, declination_deg: float | None
           the plane at right angles.
         - ``face_azimuth_deg``: azimuth of the front face, degrees clockwise from true north.
         - ``height_m``: height, m.
-        - ``round``: True for a column.
+        - ``has_round_plan``: True for a column.
         - ``shift_m``: shift of the base, m.
         - ``twist_deg``: rotation about the vertical, degrees, clockwise seen from above positive.
         - ``lat``, ``lon``: decimal degrees, north and east positive; ``x``, ``y``: m, to the east and north.
@@ -86,7 +86,7 @@ def survey_data_frame(table: SurveyTable) -> "pd.DataFrame":
                 "b_over_h_side": stone.b_over_h_side,
                 "face_azimuth_deg": stone.face_azimuth_deg,
                 "height_m": stone.height,
-                "round": stone.round,
+                "round": stone.has_round_plan,
                 "shift_m": row.shift_m,
                 "twist_deg": row.clockwise_twist_deg,
                 **{name: getattr(row, name) for name in ("lat", "lon", "x", "y", "note", "photo")},

@@ -23,7 +23,7 @@ from overturning.records.store import read_record_from_motion_file, round_to_sto
 PEAK_VELOCITY_AZIMUTH_STEP_DEG: Final = 2
 """Step of the search for the azimuth of the largest velocity, degrees."""
 
-SYNTHETIC_PULSE_PERIODS: Final = (0.3, 0.5, 0.8, 1.2, 2.0, 3.0)
+SYNTHETIC_PULSE_PERIODS_S: Final = (0.3, 0.5, 0.8, 1.2, 2.0, 3.0)
 """Periods of the pulses, s."""
 
 SHIPPED_RECORD_SOURCES: Final = (
@@ -107,7 +107,7 @@ def synthetic_pulse_motions() -> list[CandidateMotion]:
             f"{shape} {period:g} s", "", Motion.of(record_of_pulse(parse_pulse(line.format(shape, period))))
         )
         for shape in ("sine", "cosine")
-        for period in SYNTHETIC_PULSE_PERIODS
+        for period in SYNTHETIC_PULSE_PERIODS_S
     ]
 
 

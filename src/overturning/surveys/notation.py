@@ -251,7 +251,7 @@ def azimuth_unit_warning(column: str, azimuths_deg: Iterable[float], file_name: 
     """
     values = [one for one in azimuths_deg if math.isfinite(one)]
     largest = max(map(abs, values), default=0.0)
-    if len(set(values)) < _MIN_DISTINCT_AZIMUTHS:
+    if len(set(values)) < _MIN_DISTINCT_AZIMUTHS_FOR_UNIT_WARNING:
         return ""
     if largest <= 2 * math.pi and any(one % 1 for one in values):
         return (
@@ -266,5 +266,5 @@ def azimuth_unit_warning(column: str, azimuths_deg: Iterable[float], file_name: 
     return ""
 
 
-_MIN_DISTINCT_AZIMUTHS: Final = 3
+_MIN_DISTINCT_AZIMUTHS_FOR_UNIT_WARNING: Final = 3
 """Smallest number of different azimuths for which a warning about their unit is given."""

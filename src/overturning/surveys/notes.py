@@ -13,10 +13,10 @@ from overturning.surveys.row import SurveyRow
 AZIMUTH_COLUMNS: Final = ("azimuth_deg", "face_azimuth_deg")
 """Columns of directions that may be measured from magnetic or true north."""
 
-_DOUBTFUL_HEIGHT_M: Final = 10.0
+_MAX_PLAUSIBLE_HEIGHT_M: Final = 10.0
 """Height above which a surveyed stone is doubtful, m."""
 
-_DOUBTFUL_B_OVER_H: Final = 2.0
+_MAX_PLAUSIBLE_B_OVER_H: Final = 2.0
 """B/H above which a surveyed stone is doubtful: hardly any motion overturns a stone as wide."""
 
 
@@ -47,7 +47,7 @@ def warnings_on_survey_table(
     name: str,
     rows: Sequence[tuple[int, SurveyRow]],
     source: TextTable,
-    meanings: list[str],
+    standard_column_names: list[str],
     declination_deg: float | None,
 ) -> Iterator[str]:
     """Yield warnings about azimuths in a doubtful unit or from magnetic north, repeated stones, and comment lines."""
@@ -59,7 +59,7 @@ def warnings_on_survey_table(
         values = [one.azimuth_deg for _, row in rows if (one := direction(row)).compass_point_index is None]
         if warning := azimuth_unit_warning(column, values, name):
             yield warning
-    columns_read = zip(source.header.cells, meanings, strict=True)
+    columns_read = zip(source.header.cells, standard_column_names, strict=True)
     magnetic = [
         (title, meaning)
         for title, meaning in columns_read
@@ -102,13 +102,13 @@ def warnings_on_survey_table(
 
 def _warnings_on_implausible_stone_sizes(name: str, rows: Sequence[tuple[int, SurveyRow]]) -> Iterator[str]:
     """Yield warnings about stone heights that may be in centimetres, and B/H that may be H/B."""
-    if high := {line: row.height_m for line, row in rows if row.height_m > _DOUBTFUL_HEIGHT_M}:
+    if high := {line: row.height_m for line, row in rows if row.height_m > _MAX_PLAUSIBLE_HEIGHT_M}:
         largest = max(high.values())
         where = label_of_line_numbers(list(high))
         yield f"{name}: {where}: a height up to {largest:g} m: in centimetres? Heights are in m"
     for column in ("b_over_h", "b_over_h_side"):
-        if wide := [line for line, row in rows if getattr(row, column) > _DOUBTFUL_B_OVER_H]:
+        if wide := [line for line, row in rows if getattr(row, column) > _MAX_PLAUSIBLE_B_OVER_H]:
             yield (
-                f"{name}: {label_of_line_numbers(wide)}: {column} above {_DOUBTFUL_B_OVER_H:g}, of a stone much wider "
-                "than high: height over width? Give width over height"
+                f"{name}: {label_of_line_numbers(wide)}: {column} above {_MAX_PLAUSIBLE_B_OVER_H:g}, of a stone much "
+                "wider than high: height over width? Give width over height"
             )

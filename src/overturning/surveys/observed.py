@@ -21,7 +21,7 @@ from overturning.surveys.stones import (
 
 
 @dataclass(frozen=True)
-class ObservedFalls:
+class ObservedOutcomesAndFallDirections:
     """Numbers of stones by outcome, and directions of falls, at one survey site or all sites together.
 
     Attributes
@@ -30,14 +30,14 @@ class ObservedFalls:
         Name of the site; "" for stones without one, and for all sites together.
     fell, stands, shifted_or_twisted : int
         Stones that fell; that stand; and, of the latter, that are shifted or twisted.
-    not_counted : dict of str to int
+    uncounted_stones_by_reason : dict of str to int
         Stones that count neither as fallen nor as standing, by reason.
     fell_in_unknown_direction : int
         Fallen stones with unknown direction.
     fallen_count_at_sites_with_standing_stones, stone_count_at_sites_with_standing_stones : int
         Stones that fell, and stones that fell or stand, at the sites that list a standing stone; the share that fell is
         their ratio, and not known elsewhere.
-    direction, mean_fall_axis : MeanDirectionWithInterval
+    mean_fall_direction, mean_fall_axis : MeanDirectionWithInterval
         Mean direction and mean axis of the falls of known direction.
     falls_by_sector : ndarray, shape (8,) or (16,)
         Number of falls towards each sector of equal width; the first is centred on north.
@@ -47,11 +47,11 @@ class ObservedFalls:
     fell: int
     stands: int
     shifted_or_twisted: int
-    not_counted: dict[str, int]
+    uncounted_stones_by_reason: dict[str, int]
     fell_in_unknown_direction: int
     fallen_count_at_sites_with_standing_stones: int
     stone_count_at_sites_with_standing_stones: int
-    direction: MeanDirectionWithInterval
+    mean_fall_direction: MeanDirectionWithInterval
     mean_fall_axis: MeanDirectionWithInterval
     falls_by_sector: FloatArray
 
@@ -66,8 +66,8 @@ class SurveySummary:
     """
 
     name: str
-    falls_at_all_sites: ObservedFalls
-    falls_by_site: tuple[ObservedFalls, ...] = ()
+    falls_at_all_sites: ObservedOutcomesAndFallDirections
+    falls_by_site: tuple[ObservedOutcomesAndFallDirections, ...] = ()
     warnings: tuple[str, ...] = ()
     declinations_deg: tuple[float, ...] = field(default=())
 
@@ -116,7 +116,7 @@ def _row_has_fall_direction_or_face_azimuth(table: SurveyTable, row: SurveyRow) 
     return math.isfinite(stone.azimuth_deg) or math.isfinite(stone.face_azimuth_deg)
 
 
-def _summarise_observed_falls(table: SurveyTable, site: str, sector_count: int) -> ObservedFalls:
+def _summarise_observed_falls(table: SurveyTable, site: str, sector_count: int) -> ObservedOutcomesAndFallDirections:
     """Summarise outcomes and fall directions of the stones in a survey table of one site, or of all sites."""
     stones = table.counted_stones
     reasons = Counter[str]()
@@ -129,20 +129,20 @@ def _summarise_observed_falls(table: SurveyTable, site: str, sector_count: int) 
         np.repeat([value(stone) for stone in directed], [stone.count for stone in directed])
         for value in (lambda stone: stone.azimuth_deg, lambda stone: stone.direction_recording_step_deg)
     )
-    return ObservedFalls(
+    return ObservedOutcomesAndFallDirections(
         site=site,
         fell=sum(stone.count for stone in stones if stone.fell),
         stands=sum(stone.count for stone in stones if not stone.fell),
         shifted_or_twisted=table.count_stones(
             lambda row: row.counted_as == "stands" and bool({"shifted", "twisted"} & set(row.outcome_kinds))
         ),
-        not_counted=dict(reasons),
+        uncounted_stones_by_reason=dict(reasons),
         fell_in_unknown_direction=sum(
             stone.count for stone in stones if stone.fell and not stone.fell_in_known_direction
         ),
         fallen_count_at_sites_with_standing_stones=share_fell,
         stone_count_at_sites_with_standing_stones=share_stones,
-        direction=mean_direction_with_interval(angles, steps),
+        mean_fall_direction=mean_direction_with_interval(angles, steps),
         mean_fall_axis=mean_direction_with_interval(angles, steps, axial=True),
         falls_by_sector=falls_by_sector(stones, sector_count),
     )

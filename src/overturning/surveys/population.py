@@ -26,7 +26,7 @@ _STONE_GROUP_DESCRIPTIONS: Final = {
     "shift": "stones that stood and were shifted; missing in planes, which cannot tell",
     "rotation": "stones that stood and were rotated; missing in planes, which cannot tell",
 }
-_RATE_VARIABLES: Final = {
+_RATE_VARIABLE_DIMENSIONS_AND_DESCRIPTIONS: Final = {
     **{f"{name}_rate": ((), f"share of the {text}") for name, text in _STONE_GROUP_DESCRIPTIONS.items()},
     **{f"{name}_interval": (("end",), f"95 % interval of {name}_rate") for name in _STONE_GROUP_DESCRIPTIONS},
     "free_fall_rate": ((), "share of the stones not fixed to their base that fell"),
@@ -162,8 +162,8 @@ def outcome_rates_by_amplitude(
         and its mean resultant length, shape (a,). Without any known outcome rates and shares are NaN.
     """
     stands, answered = (
-        stone_outcomes_by_amplitude.known & ~stone_outcomes_by_amplitude.fell,
-        stone_outcomes_by_amplitude.known.sum(axis=1),
+        stone_outcomes_by_amplitude.has_outcome & ~stone_outcomes_by_amplitude.fell,
+        stone_outcomes_by_amplitude.has_outcome.sum(axis=1),
     )
     share_of = np.where(answered > 0, answered, np.nan)
     which = {
@@ -196,7 +196,7 @@ def outcome_rates_by_amplitude(
     ]
     return made | {
         "free_fall_rate": stone_outcomes_by_amplitude.fell.sum(axis=1) / share_of,
-        "unknown": 1.0 - stone_outcomes_by_amplitude.known.mean(axis=1),
+        "unknown": 1.0 - stone_outcomes_by_amplitude.has_outcome.mean(axis=1),
         "fall_octant": towards / share_of[:, None],
         "octant_interval": np.stack(wilson_interval(towards, answered[:, None]), axis=-1),
         **dict(zip(("fall_axis", "fall_resultant"), np.array(axes).T, strict=True)),
@@ -225,7 +225,7 @@ def population_outcome_rates_by_record(cube: xr.Dataset, population: StonePopula
         stones.stone_class_masks(),
         default_model_for_results_cube(cube).variables_for_square_stone_outcomes,
     )
-    found: dict[str, list[FloatArray]] = {name: [] for name in _RATE_VARIABLES}
+    found: dict[str, list[FloatArray]] = {name: [] for name in _RATE_VARIABLE_DIMENSIONS_AND_DESCRIPTIONS}
     for record in range(cube.sizes["record"]):
         outcomes = outcomes_of_sampled_stones(load_outcomes_of_records(cube, record, reads), stones)
         of_class = [outcome_rates_by_amplitude(outcomes.select_stones(own), population) for own in classes.values()]
@@ -237,7 +237,7 @@ def population_outcome_rates_by_record(cube: xr.Dataset, population: StonePopula
             found[name].append(values)
     data = {
         name: (("record", "amplitude", *dims), np.stack(found[name]), {"long_name": text})
-        for name, (dims, text) in _RATE_VARIABLES.items()
+        for name, (dims, text) in _RATE_VARIABLE_DIMENSIONS_AND_DESCRIPTIONS.items()
     }
     amplitude = cube["amplitude"].to_numpy() if "amplitude" in cube.dims else np.ones(1)
     middles = 360.0 / len(OCTANTS) * np.arange(len(OCTANTS))
@@ -276,7 +276,7 @@ def fall_rates_of_stones_with_outcome_in_both_cubes(
             outcomes_of_sampled_stones(load_outcomes_of_records(one, record, reads), stones)
             for one in (cube, other_cube)
         ]
-        known = outcomes[0].known & outcomes[1].known
+        known = outcomes[0].has_outcome & outcomes[1].has_outcome
         fallen = np.array([(1.0 - population.fixed) * (one.fell & known).sum() for one in outcomes])
         rates.append(fallen / (known.sum() or np.nan))
     here, there = np.array(rates).reshape(-1, 2).T

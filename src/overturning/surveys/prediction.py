@@ -126,7 +126,7 @@ class SiteFallPrediction(FallSectors):
         falls = [
             np.sum(
                 [
-                    self._modelled_standing_and_side_probabilities(self.azimuth - 90.0 * turn, shape)[1 + turn]
+                    self._simulated_standing_and_side_probabilities(self.azimuth - 90.0 * turn, shape)[1 + turn]
                     for turn in range(4)
                 ],
                 axis=0,
@@ -155,7 +155,7 @@ class SiteFallPrediction(FallSectors):
         if has_known_face_and_b_over_h(stone):
             return bool(
                 (
-                    self._modelled_standing_and_side_probabilities(
+                    self._simulated_standing_and_side_probabilities(
                         np.array([stone.face_azimuth_deg]), stone.b_over_h_in_both_planes
                     )[1:, 0]
                     == 0
@@ -176,14 +176,14 @@ class SiteFallPrediction(FallSectors):
         out: only the 3-D model has it (Contento, Zulli & Di Egidio 2013, doi 10.5772/54863).
         """
         blind = np.concatenate([[0.5], np.full(4, 0.125)])
-        model = self._modelled_standing_and_side_probabilities(
+        model = self._simulated_standing_and_side_probabilities(
             np.array([stone.face_azimuth_deg]), stone.b_over_h_in_both_planes
         )[:, 0]
         if not np.isfinite(model).all():
             return blind
         return np.asarray((1 - self.background) * model + self.background * blind)
 
-    def _modelled_standing_and_side_probabilities(
+    def _simulated_standing_and_side_probabilities(
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
         """Return probabilities of standing and of a fall to each side, without random falls, shape (5, n faces).

@@ -31,10 +31,10 @@ from overturning.surveys.stone_outcomes import (
 )
 from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, Stone
 
-LN_B_OVER_H_STANDARD_DEVIATION: Final = 0.15
+LN_B_OVER_H_STANDARD_DEVIATION_AT_EQUAL_SIZE: Final = 0.15
 """Standard deviation of ln B/H among stones with equal measured sizes (worn edges, footings, restitution)."""
 
-LN_PGV_STANDARD_DEVIATION: Final = 0.15
+LN_PGV_STANDARD_DEVIATION_WITHIN_SITE: Final = 0.15
 """Standard deviation of ln PGV over the site of one survey."""
 
 CONCENTRATION, UNIFORM_SHARE = 8.0, 0.2
@@ -81,10 +81,12 @@ class StoneDimensions:
                 )
         height = None if math.isnan(stone.height) else stone.height
         if math.isnan(front):
-            return cls(height, None, 0.0 if stone.round else 1.0)
+            return cls(height, None, 0.0 if stone.has_round_plan else 1.0)
         aspect = max(front, side) / min(front, side)
         nearest = min(SIMULATED_D_OVER_B, key=lambda one: abs(math.log(one / aspect)))
-        return cls(height, front if stone.round else min(front, side), 0.0 if stone.round else nearest)
+        return cls(
+            height, front if stone.has_round_plan else min(front, side), 0.0 if stone.has_round_plan else nearest
+        )
 
     @property
     def orientations_to_simulate_deg(self) -> FloatArray:
@@ -108,7 +110,7 @@ class StoneDimensions:
         of_height = np.maximum(0.0, 1 - np.abs(place[:, None] - np.arange(SIMULATED_HEIGHTS_M.size)))
         apart = (
             np.abs(np.log(SIMULATED_B_OVER_H / np.clip(shape, SIMULATED_B_OVER_H[0], SIMULATED_B_OVER_H[-1])[:, None]))
-            / LN_B_OVER_H_STANDARD_DEVIATION
+            / LN_B_OVER_H_STANDARD_DEVIATION_AT_EQUAL_SIZE
         )
         of_shape = np.where(apart <= 2.0, np.exp(-0.5 * apart**2), 0.0)
         return np.asarray(of_height.T @ (of_shape / of_shape.sum(axis=1, keepdims=True)) / RANDOM_SIZE_COUNT)
@@ -132,7 +134,7 @@ def dimensions_of_survey_stones(stones: Sequence[Stone], file_name: str) -> list
 
 def note_on_stones_broader_than_simulated(stones: Sequence[Stone]) -> tuple[str, ...]:
     """Return a note if stones of a survey are broader than the largest D/B that is simulated; () if none is."""
-    shapes = [(stone.count, stone.b_over_h_in_both_planes) for stone in stones if not stone.round]
+    shapes = [(stone.count, stone.b_over_h_in_both_planes) for stone in stones if not stone.has_round_plan]
     most = LARGEST_FACTOR_BEYOND_GRID * SIMULATED_D_OVER_B[-1]
     broad = [(count, max(both) / min(both)) for count, both in shapes if max(both) > most * min(both)]
     if not broad:
@@ -230,7 +232,7 @@ def case_count_and_processor_time_s(
     stone_kinds: Sequence[StoneDimensions],
     folder: Path | None = None,
     *,
-    with_known: bool = False,
+    include_stored_outcomes: bool = False,
 ) -> tuple[int, float]:
     """Return the number of cases that `StoneOutcomeProbabilities` has to simulate, and the estimated time, s.
 
@@ -240,7 +242,7 @@ def case_count_and_processor_time_s(
         Motions, and heights and shapes of the stones.
     folder : Path, optional
         Cache folder; default: in the cache of the user.
-    with_known : bool
+    include_stored_outcomes : bool
         Count also the cases whose outcomes are shipped with the package or in the cache folder.
 
     Returns
@@ -261,7 +263,7 @@ def case_count_and_processor_time_s(
         for one in motions:
             known = (
                 set()
-                if with_known
+                if include_stored_outcomes
                 else size_keys_with_stored_outcomes(one, aspect, folder or stone_outcome_cache_folder())
             )
             count = each * len(names - known)
@@ -273,24 +275,26 @@ def case_count_and_processor_time_s(
 
 
 def _outcome_probabilities(
-    outcomes_by_node: dict[str, NDArray[np.int8]], size_grid_weights: FloatArray
+    outcomes_by_size: dict[str, NDArray[np.int8]], size_grid_weights: FloatArray
 ) -> NDArray[np.float32]:
     """Return the probabilities of standing and of each fall direction, for one kind of stone under one motion.
 
     The shape is (levels, orientations, bins + 1): peak velocities to which the motion is scaled, orientations of the
-    stone, and direction bins and standing. `outcomes_by_node` has the outcomes of each simulated size (see
+    stone, and direction bins and standing. `outcomes_by_size` has the outcomes of each simulated size (see
     `outcomes_of_needed_sizes`). They are averaged over sizes, with weights of `StoneDimensions.size_grid_weights`, and
     over neighbouring levels, since the peak velocity differs within a site.
     """
     nodes = np.argwhere(size_grid_weights > 0).tolist()
-    outcome = np.stack([outcomes_by_node[f"{h}-{b}"] for h, b in nodes])
+    outcome = np.stack([outcomes_by_size[f"{h}-{b}"] for h, b in nodes])
     _, frictions, levels, orientations = outcome.shape
     place = np.arange(levels * orientations).reshape(levels, orientations) * (UNKNOWN_OUTCOME_INDEX + 1) + outcome
     mass = np.broadcast_to(size_grid_weights[size_grid_weights > 0][:, None, None, None] / frictions, outcome.shape)
     counts = np.bincount(place.ravel(), mass.ravel(), levels * orientations * (UNKNOWN_OUTCOME_INDEX + 1)).reshape(
         levels, -1
     )
-    near = np.exp(-0.5 * (np.log(SIMULATED_PGV_M_S[:, None] / SIMULATED_PGV_M_S) / LN_PGV_STANDARD_DEVIATION) ** 2)
+    near = np.exp(
+        -0.5 * (np.log(SIMULATED_PGV_M_S[:, None] / SIMULATED_PGV_M_S) / LN_PGV_STANDARD_DEVIATION_WITHIN_SITE) ** 2
+    )
     shares = (near / near.sum(axis=1, keepdims=True) @ counts).reshape(levels, orientations, UNKNOWN_OUTCOME_INDEX + 1)[
         ..., :UNKNOWN_OUTCOME_INDEX
     ]
@@ -298,7 +302,7 @@ def _outcome_probabilities(
     shares += 1e-6 * uninformed_outcome_probabilities()
     shares /= shares.sum(axis=-1, keepdims=True)
     shares[..., :DIRECTION_BIN_COUNT] = (
-        shares[..., :DIRECTION_BIN_COUNT] @ observed_direction_probabilities_by_simulated()
+        shares[..., :DIRECTION_BIN_COUNT] @ simulated_to_observed_direction_probabilities()
     )
     return shares.astype(np.float32)
 
@@ -312,7 +316,7 @@ def uninformed_outcome_probabilities() -> FloatArray:
 
 
 @cache
-def observed_direction_probabilities_by_simulated() -> FloatArray:
+def simulated_to_observed_direction_probabilities() -> FloatArray:
     """Return the probabilities of each observed fall direction (columns), given the simulated direction (rows).
 
     Rows and columns are direction bins: equal sectors of azimuth.

@@ -299,14 +299,14 @@ class SurveyRow(BaseModel):
         cells: dict[str, str],
         error_messages: Callable[[ValidationError, type[BaseModel], dict[str, str]], list[str]],
         *,
-        check_outcome: bool = True,
+        require_outcome: bool = True,
     ) -> tuple["SurveyRow | None", list[str]]:
         """Validate the cells of a survey row; return the row (None if invalid) and all error messages.
 
         Rules between columns are also checked if a cell is wrong, as far as they do not involve this cell. With
-        ``check_outcome`` False, a row without any outcome is no fault.
+        ``require_outcome`` False, a row without any outcome is no fault.
         """
-        context: dict[str, Any] = {"no_outcome": not check_outcome}
+        context: dict[str, Any] = {"no_outcome": not require_outcome}
         adapter = TypeAdapter(cls)
         try:
             return adapter.validate_python(cells, context=context), []

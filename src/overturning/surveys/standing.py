@@ -33,7 +33,10 @@ MAX_HAZARD_FACTOR: Final = 1e6
 MAX_FALL_SHARE_OUTSIDE_FRAGILITY_DATA: Final = 0.9
 """Largest share of falls from shaking outside the range of the records; above it, implausible levels are refused."""
 
-PLAUSIBLE_HIGHEST_LEVELS_BY_UNIT: Final = {"g": (0.05, 20.0, 981.0, "Gal"), "cm/s": (10.0, 2000.0, 0.01, "m/s")}
+PLAUSIBLE_LEVEL_RANGE_AND_OTHER_UNIT_BY_UNIT: Final = {
+    "g": (0.05, 20.0, 981.0, "Gal"),
+    "cm/s": (10.0, 2000.0, 0.01, "m/s"),
+}
 """By unit: least and largest plausible highest level of a hazard curve, and the likely other unit: how many of it make
 one of this unit, and its name."""
 
@@ -133,7 +136,7 @@ class HazardCurve:
 
 
 @dataclass(frozen=True)
-class StandingProbability:
+class StandingProbabilityEstimate:
     """Probability that stones of a class survive a seismic hazard for T years.
 
     Attributes
@@ -146,12 +149,12 @@ class StandingProbability:
         Probability exp(−λT) that a stone stands after T years, and its values at the ends of the interval of the
         median (NaN without interval). The lower end also assumes that every stone falls above the last level of the
         hazard.
-    standing_share_with_constant_deviations : float
+    standing_share_with_constant_stone_deviations : float
         Share of the class that stands if the deviation of each stone from its class is constant over T years; at least
         `standing_probability`. NaN if the components of the spread are unknown.
-    fall_rate_share_outside_data : float
+    fall_rate_share_outside_fragility_data : float
         Share of λ from levels outside the range of the fragility data.
-    fall_probability_at_first_level : float
+    fall_probability_at_lowest_hazard_level : float
         Probability of falling at the first level of the hazard; weaker shaking is not counted.
     """
 
@@ -161,14 +164,14 @@ class StandingProbability:
     standing_probability: float
     standing_probability_low: float
     standing_probability_high: float
-    standing_share_with_constant_deviations: float
-    fall_rate_share_outside_data: float
-    fall_probability_at_first_level: float
+    standing_share_with_constant_stone_deviations: float
+    fall_rate_share_outside_fragility_data: float
+    fall_probability_at_lowest_hazard_level: float
 
 
 def estimate_standing_probability(
     fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve, years: float
-) -> StandingProbability:
+) -> StandingProbabilityEstimate:
     """Compute the probability that stones still stand after `years`, from their fragility and a hazard curve.
 
     The fragility curve must have a fitted median.
@@ -210,7 +213,7 @@ def estimate_standing_probability(
     first = float(fall_probability(float(hazard_curve.intensity_levels[0]), fragility_curve.median, spread)[0])
     stands, low, high = (math.exp(-one * years) for one in (rate, strong, weak))
     beyond = 1 - known / rate if rate > 0 else math.nan
-    return StandingProbability(
+    return StandingProbabilityEstimate(
         fragility_curve.stones, fragility_curve.measure, rate, stands, low, high, share, beyond, first
     )
 
@@ -229,15 +232,15 @@ class SurvivalByStoneClass:
         Hazard curves by measure.
     curves_with_standing_probabilities : tuple
         Curve, hazard and estimate of each class with a fragility curve for a measure of the hazard.
-    classes_without_fragility_curve : tuple of FragilityCurveRow
+    fragility_rows_without_fitted_curve : tuple of FragilityCurveRow
         Classes whose median or spread is unknown.
     """
 
     years: float
     hazard_table_name: str
     hazard_curves_by_measure: dict[str, HazardCurve]
-    curves_with_standing_probabilities: tuple[tuple[FragilityCurveRow, HazardCurve, StandingProbability], ...]
-    classes_without_fragility_curve: tuple[FragilityCurveRow, ...]
+    curves_with_standing_probabilities: tuple[tuple[FragilityCurveRow, HazardCurve, StandingProbabilityEstimate], ...]
+    fragility_rows_without_fitted_curve: tuple[FragilityCurveRow, ...]
 
 
 def survival_probability_by_stone_class(
@@ -282,7 +285,9 @@ def hazard_unit_warning(hazard_curve: HazardCurve) -> str:
     The highest level is judged: curves end where exceedance is very rare, at 0.05 to 20 g, or 10 to 2000 cm/s. Levels
     in a unit that is smaller by a factor of 100 or more then lie above, and in a larger one below.
     """
-    low, high, factor, other = PLAUSIBLE_HIGHEST_LEVELS_BY_UNIT.get(hazard_curve.unit, (0.0, math.inf, 1.0, ""))
+    low, high, factor, other = PLAUSIBLE_LEVEL_RANGE_AND_OTHER_UNIT_BY_UNIT.get(
+        hazard_curve.unit, (0.0, math.inf, 1.0, "")
+    )
     top = float(hazard_curve.intensity_levels[-1])
     if low <= top <= high:
         return ""
@@ -324,7 +329,7 @@ def upper_bound_of_factor_on_hazard_curve(
         """Return the share of stones that stand if the hazard is multiplied by exp(`log_hazard_factor`), minus 5 %."""
         return estimate_standing_probability(
             fragility_curve, hazard_curve, years * math.exp(log_hazard_factor)
-        ).standing_share_with_constant_deviations - (1 - FALL_RATE_BOUND_PROBABILITY)
+        ).standing_share_with_constant_stone_deviations - (1 - FALL_RATE_BOUND_PROBABILITY)
 
     # Twice the time has the same effect as twice the hazard.
     first, last = math.log(fall_rate_bound / rate), math.log(MAX_HAZARD_FACTOR * max(1.0, fall_rate_bound / rate))

@@ -11,7 +11,7 @@ from overturning.model.symmetry import FULL_TURN
 from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, Stone
 
 
-def stone_values_seen_from_better_fitting_side(grid: Mapping[str, FloatArray], stone: Stone) -> dict[str, float]:
+def stone_dimensions_from_side_nearest_to_grid(grid: Mapping[str, FloatArray], stone: Stone) -> dict[str, float]:
     """Return face azimuth, height, B/H and D/B of a stone, described from the side that suits a study's grid better.
 
     A stone with B/H 0.4 and D/B 0.5 is the stone with B/H 0.2 and D/B 2 whose face is turned by 90°. The description
@@ -20,7 +20,7 @@ def stone_values_seen_from_better_fitting_side(grid: Mapping[str, FloatArray], s
     """
     front, side = stone.b_over_h_in_both_planes
 
-    def grid_values_seen_from_side(b_over_h: float, d_over_h: float, face_azimuth_deg: float) -> dict[str, float]:
+    def stone_dimensions_seen_from_side(b_over_h: float, d_over_h: float, face_azimuth_deg: float) -> dict[str, float]:
         """Return height, B/H, D/B and face azimuth of the stone, seen from the side whose B/H is `b_over_h`."""
         aspect = d_over_h / b_over_h if b_over_h else math.nan
         return {
@@ -35,8 +35,8 @@ def stone_values_seen_from_better_fitting_side(grid: Mapping[str, FloatArray], s
         return round(float(sum(apart)), 9)
 
     views = [
-        grid_values_seen_from_side(front, side, stone.face_azimuth_deg),
-        grid_values_seen_from_side(side, front, stone.face_azimuth_deg + 90.0),
+        stone_dimensions_seen_from_side(front, side, stone.face_azimuth_deg),
+        stone_dimensions_seen_from_side(side, front, stone.face_azimuth_deg + 90.0),
     ]
     known = "aspect" in grid and math.isfinite(front) and front > 0.0 and side > 0.0
     return min(views, key=distance_from_grid) if known else views[0]
@@ -58,7 +58,7 @@ def nearest_grid_indices_of_stone(
     """Return, by dimension of a results cube's grid, the index of the grid value that is closest to a stone's value.
 
     A dimension is left out if the value of the stone is unknown. `stone_values` are those that
-    `stone_values_seen_from_better_fitting_side` returns.
+    `stone_dimensions_from_side_nearest_to_grid` returns.
     """
     found = {
         name: np.array([int(np.abs(np.log(grid[name] / stone_values[name])).argmin())])

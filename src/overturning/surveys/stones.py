@@ -44,7 +44,7 @@ _TOTALS_ROW_LABELS = ("total", "totals", "grand total", "subtotal", "sum", "mean
 """Names of a line of totals or means, in lower case."""
 
 _OUTCOME_COLUMNS = {"azimuth_deg", "octant", "fell", "outcome"}
-_MAX_OCTANT_DECLINATION_DEG = 11.25
+_MAX_DECLINATION_FOR_OCTANTS_DEG = 11.25
 """Largest magnetic declination of an octant, a quarter of its width."""
 
 
@@ -71,7 +71,7 @@ class Stone:
         Direction that the front face looks to, degrees clockwise from true north; NaN where not given.
     height : float
         m; NaN where not given.
-    round : bool
+    has_round_plan : bool
         A column, which can fall in any plane.
     line : int
         Line of the file.
@@ -92,7 +92,7 @@ class Stone:
     face_azimuth_deg: float = math.nan
     line: int = 0
     height: float = math.nan
-    round: bool = False
+    has_round_plan: bool = False
     has_16_point_direction: bool = False
     site: str = ""
     name: str = ""
@@ -123,7 +123,7 @@ class Stone:
         return (side if math.isnan(front) else front), (front if math.isnan(side) else side)
 
     @property
-    def slender_face_azimuth_deg(self) -> float:
+    def slender_plane_azimuth_deg(self) -> float:
         """Azimuth, degrees, of the vertical plane in which the stone's B/H is smaller; NaN if its face is unknown."""
         front, side = self.b_over_h_in_both_planes
         return self.face_azimuth_deg + (90.0 if side < front else 0.0)
@@ -191,8 +191,8 @@ class SurveyTable:
             has_octant_direction=by_octant and fell, has_16_point_direction=wind is not None and not by_octant and fell,
             face_azimuth_deg=_normalise_azimuth_deg(row.face_azimuth_deg.azimuth_deg + north), line=line,
             height=row.height_m, site=row.site, name=row.stone,
-            azimuth_recording_step_deg=self.azimuth_recording_step_deg,
-            **{name: getattr(row, name) for name in ("count", "b_over_h", "b_over_h_side", "round")},
+            azimuth_recording_step_deg=self.azimuth_recording_step_deg, count=row.count, b_over_h=row.b_over_h,
+            b_over_h_side=row.b_over_h_side, has_round_plan=row.round,
         )  # fmt: skip
 
 
@@ -293,7 +293,7 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
     step = common_azimuth_step_deg(
         [row.fall_direction.azimuth_deg for _, row in rows if row.fall_direction.compass_point_index is None]
     )
-    faults += [(line, message) for line, message in _octant_declination_errors(rows, winds_are_octants=octants)]
+    faults += list(_octant_declination_errors(rows, compass_points_are_octants=octants))
     if not table.rows and not faults:
         raise RecordError(f"{path}: no stone; write one row per stone below the header")
     if faults:
@@ -316,13 +316,13 @@ def _missing_outcome_column_message(table: TextTable) -> str:
     return f"no column azimuth_deg or octant, fell or outcome; name one of them in the header{spaces or title}{listed}"
 
 
-def _errors_on_true_north_columns(table: TextTable, meanings: list[str]) -> Iterator[str]:
+def _errors_on_true_north_columns(table: TextTable, column_names: list[str]) -> Iterator[str]:
     """Yield an error message for each column of azimuths from true north in a table that has a declination."""
-    at = [place for place, meaning in enumerate(meanings) if meaning == "magnetic_declination_deg"]
+    at = [place for place, meaning in enumerate(column_names) if meaning == "magnetic_declination_deg"]
     cells = [row.cells[place] for row in table.rows for place in at if place < len(row.cells)]
     if at and all(not cell.strip("+-0.,°º˚") or cell.lower() in UNKNOWN_VALUE_TEXTS for cell in cells):
         return
-    for name, meaning in zip(table.header.cells, meanings, strict=True):
+    for name, meaning in zip(table.header.cells, column_names, strict=True):
         if meaning in AZIMUTH_COLUMNS and column_name_states_true_north(name):
             yield (
                 f"column {name!r} names true north, but a declination is given, which is added to all azimuths; leave "
@@ -332,7 +332,7 @@ def _errors_on_true_north_columns(table: TextTable, meanings: list[str]) -> Iter
 
 def _validate_row(
     line: NumberedTableRow,
-    meanings: list[str],
+    column_names: list[str],
     table: TextTable,
     declination_deg: float | None,
     *,
@@ -341,44 +341,45 @@ def _validate_row(
     """Validate one row of a survey table; return the row (None if invalid) and error messages."""
     cells = line.cells
     # In a table of commas, an empty cell too many may come from a decimal comma: 120,5 reads as 120 and 5.
-    while len(cells) > len(meanings) and not cells[-1] and table.separator != ",":
+    while len(cells) > len(column_names) and not cells[-1] and table.separator != ",":
         cells = cells[:-1]
-    if len(cells) > len(meanings) or (len(cells) < len(meanings) and table.separator != "\t"):
-        comma = table.separator == "," and len(cells) > len(meanings)
+    if len(cells) > len(column_names) or (len(cells) < len(column_names) and table.separator != "\t"):
+        comma = table.separator == "," and len(cells) > len(column_names)
         hint = "; with decimal commas, separate cells by semicolons, and end no line with a comma" if comma else ""
         return None, [
-            f"{len(cells)} cells, the header names {len(meanings)} columns; separate cells by {table.separator_name}"
-            + hint
+            f"{len(cells)} cells, the header names {len(column_names)} columns; "
+            f"separate cells by {table.separator_name}{hint}"
         ]
     filled = [cell for cell in cells if cell]
     if len(filled) > 1 and all(cell.strip("[]()").lower() in _UNIT_CELLS for cell in filled):
         return None, ["a line of units; begin it with #"]
     if totals := [
-        cell for meaning, cell in zip(meanings, cells, strict=False) if _is_label_of_totals_row(meaning, cell)
+        cell for meaning, cell in zip(column_names, cells, strict=False) if _is_label_of_totals_row(meaning, cell)
     ]:
         return None, [f"{totals[0]!r} names a line of totals, which are no stones; remove the line, or begin it with #"]
     values = {
         meaning: cell
-        for meaning, cell in zip(meanings, cells, strict=False)
+        for meaning, cell in zip(column_names, cells, strict=False)
         if meaning and cell and not (meaning in _COLUMNS_ALLOWING_UNKNOWN and cell.lower() in UNKNOWN_VALUE_TEXTS)
     }
     if declination_deg is not None:
         values["magnetic_declination_deg"] = str(declination_deg)
-    return SurveyRow.validate_cells(values, cell_error_messages, check_outcome=not outcome_is_missing)
+    return SurveyRow.validate_cells(values, cell_error_messages, require_outcome=not outcome_is_missing)
 
 
-def _is_label_of_totals_row(meaning: str, cell: str) -> bool:
+def _is_label_of_totals_row(standard_column_name: str, cell: str) -> bool:
     """True if a cell in the column of sites or stones marks a row of totals or means, not a stone."""
-    return meaning in ("site", "stone") and cell.strip(" :").lower() in _TOTALS_ROW_LABELS
+    return standard_column_name in ("site", "stone") and cell.strip(" :").lower() in _TOTALS_ROW_LABELS
 
 
 def _octant_declination_errors(
-    rows: list[tuple[int, SurveyRow]], *, winds_are_octants: bool
+    rows: list[tuple[int, SurveyRow]], *, compass_points_are_octants: bool
 ) -> Iterator[tuple[int, str]]:
     """Yield line number and error message for each octant that a large declination makes ambiguous."""
     for line, row in rows:
-        by_octant = row.octant is not None or (row.fall_direction.compass_point_index is not None and winds_are_octants)
-        if by_octant and abs(row.magnetic_declination_deg) > _MAX_OCTANT_DECLINATION_DEG:
+        by_compass_point = row.fall_direction.compass_point_index is not None
+        by_octant = row.octant is not None or (by_compass_point and compass_points_are_octants)
+        if by_octant and abs(row.magnetic_declination_deg) > _MAX_DECLINATION_FOR_OCTANTS_DEG:
             yield (
                 line,
                 f"one of 8 compass points from magnetic north, {row.magnetic_declination_deg:g}° from true north, "

@@ -12,7 +12,7 @@ TEMPLATE_COLUMNS: Final = (
 )  # fmt: skip
 """Columns of the template; the others are described in its comments."""
 
-_EXAMPLES: Final = (
+_EXAMPLE_ROWS: Final = (
     "Temple A,A1,three-tier grave,fell,S40E,-7.5,120,0.6,0.35,,35.3812,133.3427,,IMG_0012.jpg",
     "Temple A,A2,three-tier grave,fell direction unknown,,,120,0.6,0.35,,,,moved before the survey,",
     'Temple A,A3,lantern,"shifted 3 cm, twisted -10",,,120,1.4,0.3,,,,,',
@@ -36,7 +36,7 @@ def empty_survey_table_text() -> str:
         description = str(field.description).replace(" (also named `declination`)", "")
         text = f"{name}: {description}".replace("`", "").replace("11.25°", "11.25 degrees")
         lines += textwrap.wrap(text, 98, subsequent_indent="    ")
-    lines += ["", "Examples:", *_EXAMPLES]
+    lines += ["", "Examples:", *_EXAMPLE_ROWS]
     comments = "".join(f"# {line}".rstrip() + "\n" for line in lines)
     return f"{comments}{','.join(TEMPLATE_COLUMNS)}\n"
 

@@ -55,12 +55,14 @@ def _final_slip_with_flights(along, up, dt, friction):  # type: ignore[no-untype
     return x
 
 
-def _acceleration_in_each_time_step(samples: np.ndarray, dt: float, interval: float, share: float) -> np.ndarray:
-    """Return the acceleration at `share` (0 to 1) of each step `dt` until `SECONDS_AFTER_RECORD` s after the record.
+def _acceleration_in_each_time_step(
+    samples: np.ndarray, dt: float, interval: float, relative_time_in_step: float
+) -> np.ndarray:
+    """Return the acceleration at a relative time in each step `dt`, until `SECONDS_AFTER_RECORD` s after the record.
 
     It is linear between the samples, and then 0.
     """
-    time = (np.arange(round((samples.size * interval + SECONDS_AFTER_RECORD) / dt)) + share) * dt
+    time = (np.arange(round((samples.size * interval + SECONDS_AFTER_RECORD) / dt)) + relative_time_in_step) * dt
     return np.interp(time, np.arange(samples.size + 1) * interval, np.append(samples, 0.0))
 
 
@@ -79,7 +81,7 @@ def final_slip_on_slope(acceleration: np.ndarray, interval: float, friction: flo
     return float(_final_slip_on_slope(base, dt, friction, 1.0 / slant, tangent / slant))
 
 
-def slip_with_flights_and_landings(
+def final_slip_with_flights_and_landings(
     along: np.ndarray, up: np.ndarray, interval: float, friction: float, amplitude: float = 1.0
 ) -> float:
     """Return the final slip (m) of a block that slides, flies and lands without rotation or bounce.

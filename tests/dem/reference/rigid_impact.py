@@ -80,11 +80,12 @@ def _runge_kutta_step(time, lean, rate, h, side, wave, interval, alpha, square):
 
 @cache_compiled_kernel
 @njit
-def fall_side_and_peak_rotation(wave, interval, b_over_h, alpha, square, retained):  # type: ignore[no-untyped-def]
+def fall_side_and_peak_rotation(wave, interval, b_over_h, alpha, frequency_parameter_squared, velocity_ratio_at_impact):  # type: ignore[no-untyped-def]
     """Return the side to which a rocking block falls, and its largest |θ|/α, with bisection at each impact.
 
-    `wave`: base acceleration over g, linear between samples, with a 0 at the end. `alpha`: slenderness, rad. `square`:
-    p², 1/s². `retained`: share of the angular velocity after an impact. Computed until 2 s after the record.
+    `wave`: base acceleration over g, linear between samples, with a 0 at the end. `alpha`: slenderness, rad.
+    `frequency_parameter_squared`: p², 1/s². `velocity_ratio_at_impact`: ratio of the angular velocities after and
+    before an impact. Computed until 2 s after the record.
     """
     end = wave.size * interval + 2.0
     now, lean, rate, side, peak = 0.0, 0.0, 0.0, 0, 0.0
@@ -96,18 +97,26 @@ def fall_side_and_peak_rotation(wave, interval, b_over_h, alpha, square, retaine
             else:
                 now += 0.1 * h
                 continue
-        then = _runge_kutta_step(now, lean, rate, h, side, wave, interval, alpha, square)
+        then = _runge_kutta_step(now, lean, rate, h, side, wave, interval, alpha, frequency_parameter_squared)
         if then[0] < 0.0:
             low, high = 0.0, h
             for _ in range(40):
                 middle = 0.5 * (low + high)
-                if _runge_kutta_step(now, lean, rate, middle, side, wave, interval, alpha, square)[0] < 0.0:
+                if (
+                    _runge_kutta_step(
+                        now, lean, rate, middle, side, wave, interval, alpha, frequency_parameter_squared
+                    )[0]
+                    < 0.0
+                ):
                     high = middle
                 else:
                     low = middle
-            rate = -retained * _runge_kutta_step(now, lean, rate, high, side, wave, interval, alpha, square)[1]
+            rate = (
+                -velocity_ratio_at_impact
+                * _runge_kutta_step(now, lean, rate, high, side, wave, interval, alpha, frequency_parameter_squared)[1]
+            )
             now, lean = now + high, 0.0
-            side = -side if rate > 1e-6 * math.sqrt(square) else 0
+            side = -side if rate > 1e-6 * math.sqrt(frequency_parameter_squared) else 0
             continue
         now, lean, rate = now + h, then[0], then[1]
         peak = max(peak, lean)

@@ -35,7 +35,9 @@ def angular_velocity_from_momentum(matrix, inertia, momentum):
 
 @cache_compiled_kernel
 @njit
-def integrate_box(times, ground, interval, size, frame, spring, dash, mu, fraction):
+def integrate_box(
+    times, ground, interval, size, initial_rotation_matrix, spring, dash, mu, step_over_contact_time_scale
+):
     """Return positions of a box's centre (m) and rotations from rest, shapes (times, 3) and (times, 3, 3).
 
     `times`: ascending, s. `ground`: acceleration of the base to east, north and up, shape (samples, 3), m/s². `size`:
@@ -45,10 +47,10 @@ def integrate_box(times, ground, interval, size, frame, spring, dash, mu, fracti
     inertia = np.array([size[1] ** 2 + size[2] ** 2, size[0] ** 2 + size[2] ** 2, size[0] ** 2 + size[1] ** 2]) / 12.0
     corners = np.array([[i * size[0], j * size[1], -size[2]] for i in (-1.0, 1.0) for j in (-1.0, 1.0)]) * 0.5
     # The effective mass at a corner is at least a tenth of the mass in any direction, also for a long box.
-    steps = math.ceil(interval * max(math.sqrt(10.0 * spring), 10.0 * dash) / fraction)
+    steps = math.ceil(interval * max(math.sqrt(10.0 * spring), 10.0 * dash) / step_over_contact_time_scale)
     dt = interval / steps
     place, velocity, momentum = np.array([0.0, 0.0, 0.5 * size[2] - 0.25 * G / spring]), np.zeros(3), np.zeros(3)
-    force, moment, rotation = np.zeros(3), np.zeros(3), frame.copy()
+    force, moment, rotation = np.zeros(3), np.zeros(3), initial_rotation_matrix.copy()
     last, stretch, touched = np.zeros((4, 2)), np.zeros((4, 2)), np.zeros(4, np.bool_)
     places, rotations, noted = np.zeros((len(times), 3)), np.zeros((len(times), 3, 3)), 0
     for sample in range(len(ground)):
@@ -66,7 +68,7 @@ def integrate_box(times, ground, interval, size, frame, spring, dash, mu, fracti
             while noted < len(times) and times[noted] <= sample * interval + (step + 1.0) * dt:
                 share = (times[noted] - sample * interval) / dt - step
                 places[noted] = before[0] + share * (place - before[0])
-                rotations[noted] = (before[1] + share * (rotation - before[1])) @ frame.T
+                rotations[noted] = (before[1] + share * (rotation - before[1])) @ initial_rotation_matrix.T
                 noted += 1
             v, w = (
                 velocity + 0.5 * dt * force,

@@ -20,7 +20,7 @@ STEP_OVER_CONTACT_TIME_SCALE = 0.04
 
 @cache_compiled_kernel
 @njit
-def integrate_block(along, up, interval, b, h, k, ks, dash, mu, tilt, fraction, inertial):
+def integrate_block(along, up, interval, b, h, k, ks, dash, mu, tilt, step_over_contact_time_scale, inertial):
     """Return the side to which a block falls, largest |θ|/α, largest slip of the base's midpoint (m), step count.
 
     `along`, `up`: acceleration of the base along the azimuth and upwards, m/s², every `interval` s. `b`, `h`: half
@@ -30,7 +30,7 @@ def integrate_block(along, up, interval, b, h, k, ks, dash, mu, tilt, fraction, 
     inertia, alpha, radius = 3.0 / (b * b + h * h), math.atan(b / h), math.sqrt(b * b + h * h)
     # The effective mass at a corner is at least a quarter of the mass.
     fastest = max(math.sqrt(4.0 * max(k, ks)), 4.0 * dash)
-    steps = math.ceil(interval * fastest / fraction)
+    steps = math.ceil(interval * fastest / step_over_contact_time_scale)
     dt = interval / steps
     weight_depth = 0.5 * G / k if tilt == 0.0 else G / k
     angle, z = tilt, b * abs(math.sin(tilt)) + h * math.cos(tilt) - weight_depth

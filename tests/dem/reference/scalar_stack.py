@@ -18,7 +18,9 @@ G = 9.80665
 
 @cache_compiled_kernel
 @njit
-def integrate_stack_of_two_blocks(along, interval, sizes, springs, dashes, mu, fraction, after):
+def integrate_stack_of_two_blocks(
+    along, interval, sizes, springs, dashes, mu, step_over_contact_time_scale, samples_after_record
+):
     """Return poses and velocities (x, z, θ, vx, vz, vw) of both blocks at each sample, shape (samples, 2, 6).
 
     `along`: acceleration of the ground, m/s², every `interval` s. `sizes`: widths and heights, m. `springs`, `dashes`:
@@ -29,7 +31,7 @@ def integrate_stack_of_two_blocks(along, interval, sizes, springs, dashes, mu, f
     fastest = 0.0
     for i in range(2):
         fastest = max(fastest, math.sqrt(8.0 * springs[i] / mass[1]), 8.0 * dashes[i] / mass[1])
-    steps = math.ceil(interval * fastest / fraction)
+    steps = math.ceil(interval * fastest / step_over_contact_time_scale)
     dt = interval / steps
     now = np.zeros((2, 6))
     sunk = 0.5 * G * (mass[0] + mass[1]) / springs[0]
@@ -37,8 +39,8 @@ def integrate_stack_of_two_blocks(along, interval, sizes, springs, dashes, mu, f
     now[1, 1] = sizes[0, 1] + 0.5 * sizes[1, 1] - sunk - 0.5 * G * mass[1] / springs[1]
     rates, ends = np.zeros((2, 3)), np.zeros((2, 6))
     place, stretch, touched = np.zeros((2, 2)), np.zeros((2, 2)), np.zeros((2, 2), np.bool_)
-    path = np.zeros((along.size + after, 2, 6))
-    for sample in range(along.size + after):
+    path = np.zeros((along.size + samples_after_record, 2, 6))
+    for sample in range(along.size + samples_after_record):
         path[sample] = now
         first = along[sample] if sample < along.size else 0.0
         second = along[sample + 1] if sample + 1 < along.size else 0.0
@@ -86,15 +88,15 @@ def integrate_stack_of_two_blocks(along, interval, sizes, springs, dashes, mu, f
 
 
 def trajectory_of_two_stacked_blocks(
-    along: FloatArray, interval: float, sizes: FloatArray, penetration: float, mu: float, after: int
+    along: FloatArray, interval: float, sizes: FloatArray, penetration: float, mu: float, samples_after_record: int
 ) -> FloatArray:
     """Return the path of two blocks by `integrate_stack_of_two_blocks`, with a damping ratio of 1.
 
-    `penetration`: static penetration over width. `after`: number of samples after the record.
+    `penetration`: static penetration over width. `samples_after_record`: number of samples after the record.
     """
     mass = sizes.prod(axis=1)
     carried = np.array([mass.sum(), mass[1]])
     springs = G * carried / (2.0 * penetration * sizes[:, 0])
     return integrate_stack_of_two_blocks(
-        along, interval, sizes, springs, 2.0 * np.sqrt(0.5 * springs * carried), mu, 0.04, after
+        along, interval, sizes, springs, 2.0 * np.sqrt(0.5 * springs * carried), mu, 0.04, samples_after_record
     )

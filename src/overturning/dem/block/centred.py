@@ -10,10 +10,10 @@ from typing import Final
 
 from numba import njit
 
-from overturning.dem.block.landing import block_lands_flat, flat_landing_sliding_and_friction
+from overturning.dem.block.landing import block_lands_flat, flat_landing_sliding_mu_and_moment_share
 from overturning.dem.block.state import (
     AssumedCornerContact,
-    AssumedSignedFriction,
+    AssumedFrictionCoefficientIfSliding,
     BlockConstants,
     BlockInertialAccelerations,
     BlockState,
@@ -24,24 +24,24 @@ from overturning.dem.block.state import (
     PredictedBlock,
     PredictedCorner,
     TrialCornerFriction,
-    corner_position_from_centre,
+    corner_x_and_depth_from_centre,
 )
 from overturning.dem.kernel.clock import BLOCK_STEP_CONTROL
 from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample
-from overturning.dem.kernel.lanes import INLINE
+from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import rotate_cosine_and_sine
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 MAX_STEP_RATIO_USING_PREDICTED_FORCES: Final = BLOCK_STEP_CONTROL.max_step_using_predicted_forces
 
-MIN_RELATIVE_NORMAL_MOBILITY_TO_SLIDE: Final = 0.25
+MIN_NORMAL_TO_FREE_MOBILITY_FOR_SLIDING: Final = 0.25
 """Least effect of a normal force on a sliding corner, as a share of its effect on a free particle; below, it sticks."""
 
 
 # 1. Predict -----------------------------------------------------------------------------------------------------------
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def predict_corner_at_step_end(
     side: float, block: BlockConstants, previous_corner: CornerState, extrapolated_block: ExtrapolatedBlock
 ) -> PredictedCorner:
@@ -49,7 +49,7 @@ def predict_corner_at_step_end(
 
     The spring of a corner that was not in contact starts unstretched.
     """
-    arm, drop = corner_position_from_centre(side, block, extrapolated_block.cos, extrapolated_block.sin)
+    arm, drop = corner_x_and_depth_from_centre(side, block, extrapolated_block.cos, extrapolated_block.sin)
     stretch = previous_corner.tangential_stretch + ((extrapolated_block.x + arm) - previous_corner.x_position)
     stretch = stretch if previous_corner.penetration > 0.0 else 0.0
     return PredictedCorner(
@@ -62,7 +62,7 @@ def predict_corner_at_step_end(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def predict_block_at_step_end(
     block: BlockConstants,
     state: BlockState,
@@ -113,7 +113,7 @@ def predict_block_at_step_end(
 # 2. Solve -------------------------------------------------------------------------------------------------------------
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def predict_normal_force_and_contact(
     block: BlockConstants,
     predicted_corner: PredictedCorner,
@@ -132,7 +132,7 @@ def predict_normal_force_and_contact(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def predict_trial_friction_of_corner(
     block: BlockConstants, predicted_corner: PredictedCorner, normal_force: float, assumed_contact: AssumedCornerContact
 ) -> TrialCornerFriction:
@@ -143,7 +143,7 @@ def predict_trial_friction_of_corner(
 
     A normal force on a sliding corner must push it out; where friction would rotate the block further in instead
     (Painlevé's paradox, possible from μ = 4/3), the corner sticks. In a flat landing both corners slide or stick
-    together (`flat_landing_sliding_and_friction`).
+    together (`flat_landing_sliding_mu_and_moment_share`).
     """
     slid, fine = assumed_contact.signed_friction, assumed_contact.forces_decide_contact
     spring = block.tangential_stiffness * predicted_corner.tangential_stretch
@@ -159,10 +159,10 @@ def predict_trial_friction_of_corner(
         predicted_corner.x_from_centre
         - slid * (assumed_contact.friction_moment_share * predicted_corner.depth_below_centre)
     )
-    return TrialCornerFriction(f, slides, slid, freedom > MIN_RELATIVE_NORMAL_MOBILITY_TO_SLIDE)
+    return TrialCornerFriction(f, slides, slid, freedom > MIN_NORMAL_TO_FREE_MOBILITY_FOR_SLIDING)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def signed_friction_coefficient_and_sliding(
     corner_friction: TrialCornerFriction, other_corner_friction: TrialCornerFriction, other_in_contact: bool
 ) -> tuple[float, bool]:
@@ -175,8 +175,8 @@ def signed_friction_coefficient_and_sliding(
     return (corner_friction.signed_friction if free else 0.0), corner_friction.slides & free
 
 
-@njit(**INLINE)
-def normal_force_constant_and_velocity_factor(
+@njit(**INLINE_OPTIONS)
+def normal_force_at_zero_velocity_and_factor(
     block: BlockConstants,
     predicted_corner: PredictedCorner,
     half_step_time: float,
@@ -194,7 +194,7 @@ def normal_force_constant_and_velocity_factor(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def corner_equation_terms(
     block: BlockConstants,
     predicted_corner: PredictedCorner,
@@ -206,7 +206,7 @@ def corner_equation_terms(
     signed_friction: float,
 ) -> CornerEquationTerms:
     """Return one corner's terms in the linear equations for a block's velocities at the end of a step."""
-    normal_force, press = normal_force_constant_and_velocity_factor(
+    normal_force, press = normal_force_at_zero_velocity_and_factor(
         block, predicted_corner, half_step_time, normal_force, is_in_contact
     )
     tangential = block.dashpot_constant + half_step_time * block.tangential_stiffness
@@ -223,11 +223,11 @@ def corner_equation_terms(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def solve_velocity_corrections(
     block: BlockConstants,
     state: BlockState,
-    assumed_slip: AssumedSignedFriction,
+    assumed_slip: AssumedFrictionCoefficientIfSliding,
     forces_decide_contact: bool,
     predicted_block: PredictedBlock,
 ) -> BlockVelocityCorrection:
@@ -243,7 +243,7 @@ def solve_velocity_corrections(
     nl, on_l = predict_normal_force_and_contact(block, left, state.left, forces_decide_contact, held)
     nr, on_r = predict_normal_force_and_contact(block, right, state.right, forces_decide_contact, held)
     # A corner in the air has no force, so the last step does not tell whether it slid.
-    drifts, drift, tilting = flat_landing_sliding_and_friction(
+    drifts, drift, tilting = flat_landing_sliding_mu_and_moment_share(
         block, held, predicted_block.end_vx, predicted_block.end_vz
     )
     drop_l, drop_r = left.depth_below_centre, right.depth_below_centre
@@ -300,11 +300,11 @@ def solve_velocity_corrections(
     )  # fmt: skip
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def solve_velocity_corrections_without_friction(
     block: BlockConstants,
     state: BlockState,
-    assumed_slip: AssumedSignedFriction,  # noqa: ARG001, as `solve_velocity_corrections`
+    assumed_slip: AssumedFrictionCoefficientIfSliding,  # noqa: ARG001, as `solve_velocity_corrections`
     forces_decide_contact: bool,
     predicted_block: PredictedBlock,
 ) -> BlockVelocityCorrection:
@@ -315,8 +315,8 @@ def solve_velocity_corrections_without_friction(
     held = block_lands_flat(block, state, (left.penetration, left.velocity_z), (right.penetration, right.velocity_z))
     nl, on_l = predict_normal_force_and_contact(block, left, state.left, forces_decide_contact, held)
     nr, on_r = predict_normal_force_and_contact(block, right, state.right, forces_decide_contact, held)
-    nl, press_l = normal_force_constant_and_velocity_factor(block, left, half, nl, on_l)
-    nr, press_r = normal_force_constant_and_velocity_factor(block, right, half, nr, on_r)
+    nl, press_l = normal_force_at_zero_velocity_and_factor(block, left, half, nl, on_l)
+    nr, press_r = normal_force_at_zero_velocity_and_factor(block, right, half, nr, on_r)
     ex = predicted_block.vx + half * predicted_block.inertial_acceleration_x
     hz = predicted_block.vz + half * ((nl + nr) - (GRAVITY + predicted_block.upward_base_acceleration))
     hw = predicted_block.angular_velocity - half * (inertia * (arm_l * nl + arm_r * nr))

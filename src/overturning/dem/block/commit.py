@@ -6,9 +6,9 @@ from numba import njit
 
 from overturning.dem.block.landing import remaining_flat_landing_time
 from overturning.dem.block.state import (
-    MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO,
+    MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS,
     AssumedCornerContact,
-    AssumedSignedFriction,
+    AssumedFrictionCoefficientIfSliding,
     BlockAfterStep,
     BlockConstants,
     BlockEnergyAccount,
@@ -23,12 +23,12 @@ from overturning.dem.block.state import (
     displacement_of_block_base,
 )
 from overturning.dem.kernel.clock import CaseStepControl, StepContactChanges
-from overturning.dem.kernel.lanes import INLINE
+from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import clamp_magnitude, updated_maximum
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def compute_corner_forces(
     block: BlockConstants,
     predicted_block: PredictedBlock,
@@ -114,7 +114,7 @@ def compute_corner_forces(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def contact_changes_in_block_step(
     block: BlockConstants,
     case_step_control: CaseStepControl,
@@ -132,7 +132,7 @@ def contact_changes_in_block_step(
         else right.vertical_travel_if_changed
     )
     gentle = (far <= block.max_travel_in_gentle_step) & (
-        step_ticks <= MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO * case_step_control.shortest_step
+        step_ticks <= MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS * case_step_control.shortest_step
     )
     stands = (left.new_corner.normal_force > 0.0) & (right.new_corner.normal_force > 0.0)
     if not with_friction:
@@ -164,14 +164,14 @@ def contact_changes_in_block_step(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def assumed_signed_friction_for_next_attempt(
-    assumed_slip: AssumedSignedFriction,
+    assumed_slip: AssumedFrictionCoefficientIfSliding,
     forces_decide_contact: bool,
     solved_corners: SolvedCornerContactPair,
     is_retry: bool,
     keeps_assumed_slip: bool,
-) -> AssumedSignedFriction:
+) -> AssumedFrictionCoefficientIfSliding:
     """Return, for both corners, the signed friction ±μ (0: sticking) that the next attempted step assumes.
 
     The solved step gives the new friction; a repeated step keeps the old assumption of a corner if it was correct.
@@ -185,12 +185,12 @@ def assumed_signed_friction_for_next_attempt(
         keeps_assumed_slip | (is_retry & (not left.has_wrong_slip_assumption)),
         keeps_assumed_slip | (is_retry & (not right.has_wrong_slip_assumption)),
     )
-    return AssumedSignedFriction(
+    return AssumedFrictionCoefficientIfSliding(
         of_left if keeps_left else left.signed_friction, of_right if keeps_right else right.signed_friction
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def time_in_contact_minus_half_step(
     half_step_time: float, corner: SolvedCornerContact, other_corner: SolvedCornerContact
 ) -> float:
@@ -206,7 +206,7 @@ def time_in_contact_minus_half_step(
     return time if corner.has_closed_in_step else 0.0
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def complete_block_step(
     block: BlockConstants,
     previous_step: BlockAfterStep,

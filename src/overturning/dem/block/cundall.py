@@ -6,7 +6,7 @@ from numba import njit
 
 from overturning.dem.block.landing import (
     block_lands_flat,
-    flat_landing_sliding_and_friction,
+    flat_landing_sliding_mu_and_moment_share,
     remaining_flat_landing_time,
 )
 from overturning.dem.block.state import (
@@ -17,11 +17,11 @@ from overturning.dem.block.state import (
     BlockPeakValues,
     BlockState,
     CornerState,
-    corner_position_from_centre,
+    corner_x_and_depth_from_centre,
     displacement_of_block_base,
 )
 from overturning.dem.kernel.ground import base_acceleration_at_tick
-from overturning.dem.kernel.lanes import INLINE, select
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, select
 from overturning.dem.kernel.mechanics import clamp_magnitude, rotate_cosine_and_sine, updated_maximum
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
@@ -54,7 +54,7 @@ class CornerContactForce(NamedTuple):
     in a flat landing."""
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def corner_contact_force(
     side: float,
     block: BlockConstants,
@@ -66,10 +66,10 @@ def corner_contact_force(
     """Compute the contact force of a corner of a block in a step of Cundall's scheme.
 
     `dashpot_rate` is the dashpot constant divided by the time step, which multiplies displacements. `flat_landing`
-    holds whether both corners land in one impact, and the results of `flat_landing_sliding_and_friction`.
+    holds whether both corners land in one impact, and the results of `flat_landing_sliding_mu_and_moment_share`.
     """
     held, drifts, drift, tilting = flat_landing
-    arm, drop = corner_position_from_centre(side, block, state.cos, state.sin)
+    arm, drop = corner_x_and_depth_from_centre(side, block, state.cos, state.sin)
     place, depth = state.x + arm, drop - state.z
     slip, sinking = place - previous_corner.x_position, depth - previous_corner.penetration
     inside, was = depth > 0.0, previous_corner.penetration > 0.0
@@ -97,7 +97,7 @@ def corner_contact_force(
     )  # fmt: skip
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def power_of_corner_dashpots_and_friction(corner_force: CornerContactForce, vx: float, vz: float, vw: float) -> float:
     """Return the power of a corner's dashpots and friction on the block, per block mass, m²/s³; negative: loss."""
     normal, tangential = corner_force.normal_force_without_spring, corner_force.tangential_force_without_spring
@@ -105,7 +105,7 @@ def power_of_corner_dashpots_and_friction(corner_force: CornerContactForce, vx: 
     return power - corner_force.spring_moment_excess * vw
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def advance_block_one_step(
     block: BlockConstants,
     state: BlockState,
@@ -122,8 +122,8 @@ def advance_block_one_step(
     )
     rate = block.dashpot_constant / dt
     (arm_left, drop_left), (arm_right, drop_right) = (
-        corner_position_from_centre(-1.0, block, state.cos, state.sin),
-        corner_position_from_centre(1.0, block, state.cos, state.sin),
+        corner_x_and_depth_from_centre(-1.0, block, state.cos, state.sin),
+        corner_x_and_depth_from_centre(1.0, block, state.cos, state.sin),
     )
     held = block_lands_flat(
         block,
@@ -131,7 +131,7 @@ def advance_block_one_step(
         (drop_left - state.z, state.vz - arm_left * state.angular_velocity),
         (drop_right - state.z, state.vz - arm_right * state.angular_velocity),
     )
-    flat = (held, *flat_landing_sliding_and_friction(block, held, state.vx, state.vz))
+    flat = (held, *flat_landing_sliding_mu_and_moment_share(block, held, state.vx, state.vz))
     left, right = (
         corner_contact_force(-1.0, block, state, state.left, rate, flat),
         corner_contact_force(1.0, block, state, state.right, rate, flat),

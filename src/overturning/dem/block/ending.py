@@ -24,7 +24,7 @@ from overturning.dem.kernel.ending import (
     LargestTiltNearCaseEnd,
     largest_tilt_near_case_end,
 )
-from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
@@ -41,8 +41,10 @@ TILT_NEAR_CASE_END_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
 )
 
 
-@njit(**INLINE)
-def velocities_without_lag(block: BlockConstants, state: BlockState, velocity_lag: float) -> tuple[float, float, float]:
+@njit(**INLINE_OPTIONS)
+def velocities_at_time_of_position(
+    block: BlockConstants, state: BlockState, velocity_lag: float
+) -> tuple[float, float, float]:
     """Return a block's velocities at the time of its position; the stored ones lag by `velocity_lag` time steps."""
     time = velocity_lag * TICKS_PER_WHOLE_STEP * block.tick_length
     return (
@@ -52,10 +54,10 @@ def velocities_without_lag(block: BlockConstants, state: BlockState, velocity_la
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag: float) -> float:
     """Return the sum of kinetic, gravitational and spring energy of a block per mass, m²/s²."""
-    vx, vz, vw = velocities_without_lag(block, state, velocity_lag)
+    vx, vz, vw = velocities_at_time_of_position(block, state, velocity_lag)
     motion = (vx * vx + vz * vz) + vw * vw / block.inverse_inertia
     ul, ur, tl, tr = (
         max(state.left.penetration, 0.0),
@@ -67,7 +69,7 @@ def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag
     return float(0.5 * (motion + springs) + GRAVITY * (state.z - block.half_height))
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def energy_to_tilt_per_mass(block: BlockConstants, peak_rotation: float) -> float:
     """Return the energy per mass (m²/s²) that tilts a resting block to `peak_rotation` (at most to α)."""
     angle = min(peak_rotation, block.alpha)
@@ -77,7 +79,7 @@ def energy_to_tilt_per_mass(block: BlockConstants, peak_rotation: float) -> floa
     return float(GRAVITY * (block.half_width * sine - block.half_height * versine))
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def standing_outcome_is_final(
     block: BlockConstants, state: BlockState, peak_rotation: float, energy_barrier: float, velocity_lag: float
 ) -> bool:
@@ -93,7 +95,7 @@ def standing_outcome_is_final(
     return abs(remaining_slide_distance(block, state)) < NEGLIGIBLE_REMAINING_SLIP_M or block.friction == 0.0
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def remaining_slide_distance(block: BlockConstants, state: BlockState) -> float:
     """Return the signed distance (m) that a block still slides along x until friction stops it; 0 if μ = 0.
 
@@ -185,7 +187,7 @@ def write_block_trajectory_row(
         load_course(state, lane).current_sample + s.ticks_in_sample / ticks_per_sample
     ) * sampling_interval
     trajectory_row.x, trajectory_row.z, trajectory_row.angle = s.x, s.z, s.angle
-    trajectory_row.vx, trajectory_row.vz, trajectory_row.angular_velocity = velocities_without_lag(
+    trajectory_row.vx, trajectory_row.vz, trajectory_row.angular_velocity = velocities_at_time_of_position(
         block, s, velocity_lag
     )
     trajectory_row.ground = -(push.value_at_sample_start + push.slope * s.ticks_in_sample)

@@ -5,23 +5,23 @@ import math
 from numba import njit
 
 from overturning.dem.block.state import BlockConstants, BlockState
-from overturning.dem.kernel.lanes import INLINE
+from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import base_end_touches_within_time, base_slides_in_flat_landing
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def block_is_airborne(state: BlockState) -> bool:
     """True if no corner of a block touched the base at the end of the last step."""
     return (state.left.penetration <= 0.0) & (state.right.penetration <= 0.0)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def remaining_flat_landing_time(block: BlockConstants, state: BlockState, time_step: float) -> float:
     """Return the remaining time (s) of a block's landing on both corners; the full duration for an airborne block."""
     return block.landing_duration if block_is_airborne(state) else state.remaining_landing_time - time_step
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def block_lands_flat(
     block: BlockConstants, state: BlockState, left_corner: tuple[float, float], right_corner: tuple[float, float]
 ) -> bool:
@@ -39,8 +39,8 @@ def block_lands_flat(
     return ((state.remaining_landing_time > 0.0) | block_is_airborne(state)) & both
 
 
-@njit(**INLINE)
-def flat_landing_sliding_and_friction(
+@njit(**INLINE_OPTIONS)
+def flat_landing_sliding_mu_and_moment_share(
     block: BlockConstants, is_flat_landing: bool, vx: float, vz: float
 ) -> tuple[bool, float, float]:
     """Return whether a block landing on both corners slides, ±μ, and the share of friction's moment that rotates it.

@@ -13,11 +13,11 @@ from numba import njit, types
 from numba.extending import overload
 
 from overturning.dem.block import centred, commit, cundall
-from overturning.dem.block.landing import block_lands_flat, flat_landing_sliding_and_friction
+from overturning.dem.block.landing import block_lands_flat, flat_landing_sliding_mu_and_moment_share
 from overturning.dem.block.state import (
     STATE_ROW_LAYOUT,
     AssumedCornerContact,
-    AssumedSignedFriction,
+    AssumedFrictionCoefficientIfSliding,
     BlockAfterStep,
     BlockConstants,
     BlockEnergyAccount,
@@ -84,14 +84,14 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
         NextStepToAttempt, unused_fields=[] if with_friction else ["repetition_count"]
     ).load
     load_assumed_slip = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        AssumedSignedFriction, unused_fields=[] if with_friction else ["left", "right"]
+        AssumedFrictionCoefficientIfSliding, unused_fields=[] if with_friction else ["left", "right"]
     ).load
     load_predicted, store_predicted, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(PredictedBlock, unused_fields=unused)
     store_change = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockVelocityCorrection, unused_fields=unused).store
     complete_block_steps = create_step_completion_loop(with_vertical, with_friction)
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
-    def predict_blocks(
+    def predict_block_states_at_step_end(
         variant_marker: Any,  # noqa: ARG001
         state: Any,
         lane_count: int,
@@ -125,7 +125,7 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
     ) -> None:
         """Attempt `step_count` time steps of all blocks in parallel."""
         for _ in range(step_count):
-            predict_blocks(variant_marker, state, lane_count, ticks_per_sample)
+            predict_block_states_at_step_end(variant_marker, state, lane_count, ticks_per_sample)
             solve_block_velocity_corrections(variant_marker, state, lane_count)
             complete_block_steps(variant_marker, state, lane_count, ticks_per_sample)
 
@@ -144,7 +144,7 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
         NextStepToAttempt, unused_fields=[] if with_friction else ["repetition_count"]
     )
     store_assumed_slip = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        AssumedSignedFriction, unused_fields=[] if with_friction else ["left", "right"]
+        AssumedFrictionCoefficientIfSliding, unused_fields=[] if with_friction else ["left", "right"]
     ).store
     load_peaks, _, store_peaks = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeakValues)
     load_account, _, store_account = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockEnergyAccount)
@@ -171,7 +171,9 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
             held = block_lands_flat(
                 block, s, (w.left.penetration, w.left.velocity_z), (w.right.penetration, w.right.velocity_z)
             )
-            drifts, drift, tilting = flat_landing_sliding_and_friction(block, held, w.end_vx + d.vx, w.end_vz + d.vz)
+            drifts, drift, tilting = flat_landing_sliding_mu_and_moment_share(
+                block, held, w.end_vx + d.vx, w.end_vz + d.vz
+            )
             assumed_left = AssumedCornerContact(d.left_signed_friction, fine, held, drifts, drift, tilting)
             assumed_right = AssumedCornerContact(d.right_signed_friction, fine, held, drifts, drift, tilting)
             both = SolvedCornerContactPair(
@@ -183,7 +185,7 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
                 BLOCK_STEP_CONTROL, case_step_control, attempt, findings, s.ticks_in_sample + length, ticks_per_sample
             )
             assumed = commit.assumed_signed_friction_for_next_attempt(
-                AssumedSignedFriction(d.left_signed_friction, d.right_signed_friction),
+                AssumedFrictionCoefficientIfSliding(d.left_signed_friction, d.right_signed_friction),
                 fine,
                 both,
                 attempt.repetition_count > 0.0,
@@ -238,7 +240,7 @@ def create_cundall_time_stepping_loop(with_vertical: bool, with_friction: bool) 
     return advance_blocks
 
 
-LOOP_CREATOR_BY_SCHEME: Final[dict[IntegrationScheme, tuple[Any, Any]]] = {
+CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME: Final[dict[IntegrationScheme, tuple[Any, Any]]] = {
     IntegrationScheme.CUNDALL: (BlockCundallSchemeConstants(), create_cundall_time_stepping_loop),
     IntegrationScheme.CENTRED: (BlockCentredSchemeConstants(), create_centred_time_stepping_loop),
 }
@@ -251,7 +253,9 @@ def select_time_stepping_loop(scheme: Any, vertical_acceleration: Any, with_fric
     `vertical_acceleration` is None for the loop without vertical motion, `with_friction` is None for that without
     friction.
     """
-    make = next(make for one, make in LOOP_CREATOR_BY_SCHEME.values() if type(one) is scheme.instance_class)
+    make = next(
+        make for one, make in CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME.values() if type(one) is scheme.instance_class
+    )
     return make(not isinstance(vertical_acceleration, types.NoneType), not isinstance(with_friction, types.NoneType))
 
 

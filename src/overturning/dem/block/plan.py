@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.block.loops import LOOP_CREATOR_BY_SCHEME
+from overturning.dem.block.loops import CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME
 from overturning.dem.block.path import planar_trajectory_of_block
 from overturning.dem.block.rules import BlockKernelInput
 from overturning.dem.block.state import (
+    MAX_CORNER_TRAVEL_RATIO_WITHOUT_REFINEMENT,
     MAX_FRICTION,
-    MAX_UNREFINED_CORNER_TRAVEL_RATIO,
-    MIN_OMEGA_DT_FOR_SAMPLE_LONG_STEPS,
+    MIN_OMEGA_DT_FOR_STEPS_OF_ONE_SAMPLE,
     PARALLEL_CASE_COUNT,
     TICKS_PER_WHOLE_STEP,
 )
@@ -28,7 +28,7 @@ from overturning.dem.numerics import NumericalOptions
 from overturning.dem.path import PlanarTrajectory
 from overturning.dem.plan import (
     SimulationPlan,
-    base_accelerations_by_azimuth,
+    azimuth_rows_and_base_accelerations,
     evaluate_and_round_results,
     group_numbers_of_equal_cases,
 )
@@ -50,7 +50,7 @@ from overturning.dem.time_step import (
     steps_per_sample,
 )
 from overturning.model.cases import Cases
-from overturning.model.contact import check_stiffness_precision
+from overturning.model.contact import check_static_penetration_exceeds_rounding
 from overturning.model.planes import PlanarModel
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -85,7 +85,7 @@ class BlockSimulationPlan(SimulationPlan):
         Each time step is divided by `step_divisor`.
         """
         scheme, queued = (
-            LOOP_CREATOR_BY_SCHEME[self.scheme][0],
+            CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME[self.scheme][0],
             self.common_kernel_input_fields(
                 case_numbers, result_tables, step_divisor, TICKS_PER_WHOLE_STEP, PARALLEL_CASE_COUNT
             ),
@@ -150,20 +150,20 @@ def block_step_lengths(
     squared_frequency: FloatArray,
     damping_rate: FloatArray,
     sampling_interval: float,
-    time_constant: FloatArray,
+    rocking_time_constant: FloatArray,
 ) -> BlockStepLengths:
     """Return the lengths of the time steps of blocks, from the bounds of their highest frequency and damping rate.
 
-    `squared_frequency` is in 1/s², `damping_rate` in 1/s, `sampling_interval` and `time_constant` (1/p) in s.
+    `squared_frequency` is in 1/s², `damping_rate` in 1/s, `sampling_interval` and `rocking_time_constant` (1/p) in s.
     """
-    square, rate, interval, period = squared_frequency, damping_rate, sampling_interval, time_constant
+    square, rate, interval, period = squared_frequency, damping_rate, sampling_interval, rocking_time_constant
     steps = steps_per_sample(scheme, numerics.time_step, square, rate, interval, period) * numerics.refinement
     standing = np.ones_like(steps)
     if scheme == IntegrationScheme.CENTRED:
         # Steps of one sample are enough while a block stands on a contact that is stiff compared with them. They are
         # divided if a shorter time step is set.
         usual = steps_per_sample(scheme, "auto", square, rate, interval, period)
-        standing = np.where(np.sqrt(square) * interval >= MIN_OMEGA_DT_FOR_SAMPLE_LONG_STEPS, np.gcd(usual, steps), 1)
+        standing = np.where(np.sqrt(square) * interval >= MIN_OMEGA_DT_FOR_STEPS_OF_ONE_SAMPLE, np.gcd(usual, steps), 1)
     # A shorter time step also shortens the finest step.
     ratio = (
         requested_to_automatic_step_ratio(scheme, numerics.time_step, longest_stable_step(scheme, square, rate, period))
@@ -203,8 +203,8 @@ def plan_block_simulation(
     width = ratio * height
     normal, tangential, dashpot = law.springs_and_dashpots.stiffness_and_damping_per_mass(width, height, density)
     dashpot = dashpot * np.asarray(cases.damping_factor)
-    row, ground = base_accelerations_by_azimuth(motion, cases)
-    check_stiffness_precision(normal, height, 0.0)
+    row, ground = azimuth_rows_and_base_accelerations(motion, cases)
+    check_static_penetration_exceeds_rounding(normal, height, 0.0)
     square = block_highest_eigenvalue_bound(normal, tangential, 0.5 * width, 0.5 * height)
     rate = block_highest_eigenvalue_bound(dashpot, dashpot, 0.5 * width, 0.5 * height)
     period = rocking_time_constant(width, height)
@@ -241,7 +241,9 @@ def plan_block_simulation(
         "first_simulated_sample": first, "last_onset_sample": calm,
         "undecided_end_sample": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * period / interval),
         "rest_acceleration_limit_g": rest_limit,
-        "max_travel_in_gentle_step": MAX_UNREFINED_CORNER_TRAVEL_RATIO * lengths.finest_step_s * width * alpha / period,
+        "max_travel_in_gentle_step": (
+            MAX_CORNER_TRAVEL_RATIO_WITHOUT_REFINEMENT * lengths.finest_step_s * width * alpha / period
+        ),
         "shortest_step": np.ldexp(1.0, control.max_step_halvings - halvings),
         "longest_step_at_rest": TICKS_PER_WHOLE_STEP * lengths.standing_step_in_whole_steps,
         "steps_after_contact_change": np.round(control.steps_before_length_doubles(square, rate) / step_ratio),

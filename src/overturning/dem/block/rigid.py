@@ -17,7 +17,7 @@ from overturning.dem.kernel.lanes import COMPILE_OPTIONS, INTERNAL_COMPILE_OPTIO
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 from overturning.dem.limits import MAX_ROCKING_TIMES_AFTER_RECORD
-from overturning.dem.plan import base_accelerations_by_azimuth, evaluate_and_round_results
+from overturning.dem.plan import azimuth_rows_and_base_accelerations, evaluate_and_round_results
 from overturning.dem.time_step import rocking_time_constant
 from overturning.kernel_cache import cache_compiled_kernel
 from overturning.model.cases import Cases
@@ -212,9 +212,8 @@ def _first_two_turning_point_times(taylor_series: Any, step_length: float, start
         between = _find_series_root(acceleration, 0.0, step_length)
     rises = velocity[0] > 0.0 or (velocity[0] == 0.0 and speeds_up)
     then, last = (
-        _series_value_and_slope(velocity, between)[0] > 0.0,
-        _series_value_and_slope(velocity, step_length)[0] > 0.0,
-    )
+        _series_value_and_slope(velocity, between)[0] > 0.0, _series_value_and_slope(velocity, step_length)[0] > 0.0,
+    )  # fmt: skip
     first = _find_series_root(velocity, 0.0, between) if rises != then else step_length
     second = _find_series_root(velocity, between, step_length) if then != last else step_length
     return min(first, second), max(first, second)
@@ -235,13 +234,14 @@ def _landing_time(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def _base_motion_of_sample(
-    horizontal_acceleration: Any, vertical_acceleration: Any, scale: float, sample: int
+    horizontal_acceleration: Any, vertical_acceleration: Any, scale_over_g: float, sample: int
 ) -> BaseAccelerationRampInG:
     """Return the base motion from a sample to the next, in units of g; `scale` multiplies the accelerations (m/s²)."""
-    a, u = scale * horizontal_acceleration[sample], 1.0 + scale * vertical_acceleration[sample]
+    a, u = (scale_over_g * horizontal_acceleration[sample], 1.0 + scale_over_g * vertical_acceleration[sample])
     return BaseAccelerationRampInG(
-        a, scale * horizontal_acceleration[sample + 1] - a, u, 1.0 + scale * vertical_acceleration[sample + 1] - u
-    )
+        a, scale_over_g * horizontal_acceleration[sample + 1] - a, u,
+        1.0 + scale_over_g * vertical_acceleration[sample + 1] - u,
+    )  # fmt: skip
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -373,7 +373,7 @@ def simulate_rigid_rocking(
     meaningless if a_up < −g.
     """
     height, ratio, tilt = (np.asarray(values) for values in (cases.height, cases.b_over_h, cases.initial_tilt))
-    row, ground = base_accelerations_by_azimuth(motion, cases)
+    row, ground = azimuth_rows_and_base_accelerations(motion, cases)
     up = np.zeros(ground.shape[1]) if motion.up is None else np.append(motion.up, np.zeros(3))
     per_sample = motion.sampling_interval / rocking_time_constant(ratio * height, height)
     diagonal, alpha = np.sqrt(1.0 + ratio * ratio), evaluate_and_round_results(np.arctan, ratio)

@@ -22,13 +22,13 @@ from overturning.dem.block.state import (
     PARALLEL_CASE_COUNT,
     STATE_ROW_LAYOUT,
     TICKS_PER_WHOLE_STEP,
-    AssumedSignedFriction,
+    AssumedFrictionCoefficientIfSliding,
     BlockConstants,
     BlockInertialAccelerations,
     BlockPeakValues,
     BlockState,
     CornerState,
-    corner_position_from_centre,
+    corner_x_and_depth_from_centre,
 )
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import (
@@ -45,7 +45,7 @@ from overturning.dem.kernel.ground import (
     linear_base_acceleration_of_sample,
 )
 from overturning.dem.kernel.lanes import (
-    INLINE,
+    INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
     cache_line_aligned_zeros,
     round_to_vector_multiple,
@@ -70,7 +70,7 @@ class BlockKernelInput(NamedTuple):
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     ground_motion: GroundMotion
     scheme_constants: Any
-    """Constants of the scheme, from `overturning.dem.block.loops.LOOP_CREATOR_BY_SCHEME`."""
+    """Constants of the scheme, from `overturning.dem.block.loops.CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME`."""
     friction_marker: Any
     """None if all cases are frictionless: a kernel without tangential springs is compiled. Otherwise any value."""
     max_penetration_ratio: float
@@ -89,9 +89,9 @@ load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeakV
 load_course, store_course, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
 store_attempt, store_assumed_slip, store_step_control = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
-    for of in (NextStepToAttempt, AssumedSignedFriction, CaseStepControl)
+    for of in (NextStepToAttempt, AssumedFrictionCoefficientIfSliding, CaseStepControl)
 )
-load_assumed_signed_friction = STATE_ROW_LAYOUT.tuple_reader_and_writer(AssumedSignedFriction).load
+load_assumed_signed_friction = STATE_ROW_LAYOUT.tuple_reader_and_writer(AssumedFrictionCoefficientIfSliding).load
 store_push, store_lift = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations, "inertial_acceleration_x").store,
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations, "upward_base_acceleration").store,
@@ -159,8 +159,8 @@ def write_initial_block_state(
     z = (b * abs(s) + h * c) - (GRAVITY / k if tilted else 0.5 * GRAVITY / k)
     x = b * ((1.0 - c) if s > 0.0 else (c - 1.0)) + h * s if tilted else 0.0
     (arm_l, drop_l), (arm_r, drop_r) = (
-        corner_position_from_centre(-1.0, block, c, s),
-        corner_position_from_centre(1.0, block, c, s),
+        corner_x_and_depth_from_centre(-1.0, block, c, s),
+        corner_x_and_depth_from_centre(1.0, block, c, s),
     )
     left, right = CornerState(0.0, x + arm_l, drop_l - z, 0.0), CornerState(0.0, x + arm_r, drop_r - z, 0.0)
     ul, ur = max(left.penetration, 0.0), max(right.penetration, 0.0)
@@ -178,7 +178,7 @@ def write_initial_block_state(
     store_state(state, lane, at_rest)
     length, steps = case_parameters.shortest_step, case_parameters.steps_after_contact_change
     store_attempt(state, lane, NextStepToAttempt(length, steps, 0.0))
-    store_assumed_slip(state, lane, AssumedSignedFriction(0.0, 0.0))
+    store_assumed_slip(state, lane, AssumedFrictionCoefficientIfSliding(0.0, 0.0))
     store_peaks(state, lane, BlockPeakValues(abs(case_parameters.initial_tilt), 0.0, 0.0, -1.0))
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_energy_per_mass(block, at_rest, 0.0)
     state[REST_LIMIT + lane] = case_parameters.rest_acceleration_limit_g
@@ -338,8 +338,8 @@ def skip_samples_of_resting_blocks(
             course.current_sample + s.ticks_in_sample * (1.0 / ticks_per_sample),
         )
         still = body_is_still(
-            largest_motion_component(s.vx, s.vz, s.angular_velocity, block),
-            largest_motion_component(s.ax, s.az, s.angular_acceleration, block),
+            largest_velocity_or_acceleration_component(s.vx, s.vz, s.angular_velocity, block),
+            largest_velocity_or_acceleration_component(s.ax, s.az, s.angular_acceleration, block),
             length * block.tick_length,
             rest_limit,
         )
@@ -360,8 +360,10 @@ def skip_samples_of_resting_blocks(
             skipped_sample_counts_out[j] += samples
 
 
-@njit(**INLINE)
-def largest_motion_component(horizontal: float, vertical: float, rotational: float, block: BlockConstants) -> float:
+@njit(**INLINE_OPTIONS)
+def largest_velocity_or_acceleration_component(
+    horizontal: float, vertical: float, rotational: float, block: BlockConstants
+) -> float:
     """Return the largest of |horizontal|, |vertical| and half height × |rotational| component of a block's motion."""
     turn, most = (
         abs(rotational) * block.half_height,
@@ -385,13 +387,9 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int)
 def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
     """Write the results of the case in column `lane` of the state array into the table of results."""
     write_case_results(
-        workspace.state,
-        lane,
-        status,
-        kernel_input.scheme_constants.velocity_lag_steps,
-        kernel_input.settings.ticks_per_sample,
-        kernel_input.results[case],
-    )
+        workspace.state, lane, status, kernel_input.scheme_constants.velocity_lag_steps,
+        kernel_input.settings.ticks_per_sample, kernel_input.results[case],
+    )  # fmt: skip
 
 
 register_model_functions(

@@ -11,7 +11,7 @@ from numba import njit
 from overturning.dem.kernel.clock import BLOCK_STEP_CONTROL, CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress, CaseRestState, LargestTiltNearCaseEnd
 from overturning.dem.kernel.ground import LinearBaseAcceleration
-from overturning.dem.kernel.lanes import INLINE, TupleRowLayout
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, TupleRowLayout
 
 PARALLEL_CASE_COUNT: Final = 48
 """Number of blocks computed side by side: enough to hide the latency of operations, few enough for the L1 cache."""
@@ -19,13 +19,13 @@ PARALLEL_CASE_COUNT: Final = 48
 TICKS_PER_WHOLE_STEP: Final = BLOCK_STEP_CONTROL.ticks_per_whole_step
 """Ticks of a whole step."""
 
-MAX_UNREFINED_CORNER_TRAVEL_RATIO: Final = 0.3
+MAX_CORNER_TRAVEL_RATIO_WITHOUT_REFINEMENT: Final = 0.3
 """Largest travel of a corner that opens or closes in a gentle step, which is accepted without refinement.
 
 In units of the travel in a finest step at the speed B p α, about that of a corner of a marginally falling block.
 """
 
-MAX_UNREFINED_CONTACT_CHANGE_STEP_RATIO: Final = 8.0
+MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS: Final = 8.0
 """Longest gentle step, in finest steps."""
 
 MAX_FRICTION: Final = 100.0
@@ -35,7 +35,7 @@ With larger ones, the slip of a landing corner in one step can dissipate more th
 damping.
 """
 
-MIN_OMEGA_DT_FOR_SAMPLE_LONG_STEPS: Final = 100.0
+MIN_OMEGA_DT_FOR_STEPS_OF_ONE_SAMPLE: Final = 100.0
 """Smallest ratio of sampling interval to 1/ω for which a block on both corners takes sample-long steps."""
 
 
@@ -126,7 +126,7 @@ class BlockState(NamedTuple):
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
-class AssumedSignedFriction(NamedTuple):
+class AssumedFrictionCoefficientIfSliding(NamedTuple):
     """Friction that the next step of the centred scheme assumes at each corner: ±μ if sliding, 0 if sticking."""
 
     left: float
@@ -315,7 +315,8 @@ class BlockAfterStep(NamedTuple):
 
 
 STATE_ROW_LAYOUT: Final = TupleRowLayout(
-    PARALLEL_CASE_COUNT, BlockConstants, CaseStepControl, BlockState, NextStepToAttempt, AssumedSignedFriction,
+    PARALLEL_CASE_COUNT, BlockConstants, CaseStepControl, BlockState, NextStepToAttempt,
+    AssumedFrictionCoefficientIfSliding,
     BlockPeakValues,
     BlockEnergyAccount, BlockInertialAccelerations, CaseProgress, PredictedBlock, BlockVelocityCorrection,
     CaseRestState,
@@ -323,14 +324,16 @@ STATE_ROW_LAYOUT: Final = TupleRowLayout(
 )  # fmt: skip
 
 
-@njit(**INLINE)
-def corner_position_from_centre(side: float, block: BlockConstants, cosine: float, sine: float) -> tuple[float, float]:
+@njit(**INLINE_OPTIONS)
+def corner_x_and_depth_from_centre(
+    side: float, block: BlockConstants, cosine: float, sine: float
+) -> tuple[float, float]:
     """Return a block's lower corner (`side` −1: left, 1: right) relative to its centre: along x and down, m."""
     b, h = side * block.half_width, block.half_height
     return b * cosine - h * sine, h * cosine + b * sine
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def displacement_of_block_base(block: BlockConstants, centre_x: float, sine: float) -> float:
     """Return the displacement (m) of the middle of a block's base, from the displacement of its centre and sin θ."""
     return centre_x - block.half_height * sine

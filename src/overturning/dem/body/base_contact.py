@@ -10,7 +10,7 @@ from typing import Any, Final
 from numba import njit
 
 from overturning.dem.body.state import (
-    LANDING_TIME_OF_BASE_IN_AIR,
+    LANDING_TIME_VALUE_FOR_BASE_IN_AIR,
     STATE_ROW_LAYOUT,
     VERTEX_ROW_LAYOUT,
     BaseContactState,
@@ -22,7 +22,7 @@ from overturning.dem.body.state import (
 )
 from overturning.dem.body.vectors import Matrix3, Vector3, matrix_times_vector, transpose
 from overturning.dem.kernel.lanes import (
-    INLINE,
+    INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
     round_to_vector_multiple,
@@ -36,13 +36,13 @@ MAX_DASHPOT_TO_SPRING_FORCE_AT_REST: Final = 0.5
 """Largest force of the dashpot of a resting point, as a share of the force of its spring."""
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def vertex_belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
     """True if a vertex of a body is as deep below the centre as the base, so that it is a vertex of the base."""
     return vertex.position_in_body_axes.z <= -MIN_BASE_VERTEX_DEPTH_RATIO * body.centre_height
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def point_rests_on_spring(body: BodyConstants, point_history: BodyContactPointState) -> float:
     """Return 1 if a contact point's normal force is nearly its spring force, so that the point rests; else 0."""
     spring = body.normal_stiffness * point_history.penetration
@@ -54,7 +54,7 @@ def point_rests_on_spring(body: BodyConstants, point_history: BodyContactPointSt
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def update_base_contact_with_vertex(
     body: BodyConstants,
     base_contact: BaseContactState,
@@ -84,8 +84,8 @@ def update_base_contact_with_vertex(
     )  # fmt: skip
 
 
-@njit(**INLINE)
-def vertex_contact_is_deferred(
+@njit(**INLINE_OPTIONS)
+def is_contact_deferred_until_base_ends_rest(
     body: BodyConstants,
     base_contact: BaseContactState,
     vertex: BodyVertex,
@@ -104,10 +104,10 @@ def vertex_contact_is_deferred(
         & (vertex_height < base_contact.highest_vertex_height - slack)
         & vertex_belongs_to_base(body, vertex)
     )
-    return between & (point_history.penetration <= 0.0) & (not both_extreme_base_points_rest(base_contact))
+    return between & (point_history.penetration <= 0.0) & (not lowest_and_highest_base_points_rest(base_contact))
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def body_base_lands_flat(base_contact: BaseContactState) -> bool:
     """True if all points of a body's base touch the ground in one impact, in which dashpots may pull.
 
@@ -116,27 +116,29 @@ def body_base_lands_flat(base_contact: BaseContactState) -> bool:
     return base_contact.remaining_landing_time > 0.0
 
 
-@njit(**INLINE)
-def updated_longest_landing_time(longest_time: float, point_landing_time: float, point_penetration: float) -> float:
+@njit(**INLINE_OPTIONS)
+def longest_landing_time_including_point(
+    longest_time: float, point_landing_time: float, point_penetration: float
+) -> float:
     """Return the longest remaining landing time (s) of the points so far, including this one if it is in contact."""
     return point_landing_time if (point_penetration > 0.0) & (point_landing_time > longest_time) else longest_time
 
 
-@njit(**INLINE)
-def landing_time_of_new_contact(body: BodyConstants, base_contact: BaseContactState) -> float:
+@njit(**INLINE_OPTIONS)
+def remaining_landing_time_of_new_contact(body: BodyConstants, base_contact: BaseContactState) -> float:
     """Return the remaining landing time (s) of a contact point that touches now.
 
     It is that of the points already in contact, or the full duration of a flat landing if there are none.
     """
     return (
         body.landing_duration
-        if base_contact.longest_landing_time == LANDING_TIME_OF_BASE_IN_AIR
+        if base_contact.longest_landing_time == LANDING_TIME_VALUE_FOR_BASE_IN_AIR
         else base_contact.longest_landing_time
     )
 
 
-@njit(**INLINE)
-def both_extreme_base_points_rest(base_contact: BaseContactState) -> bool:
+@njit(**INLINE_OPTIONS)
+def lowest_and_highest_base_points_rest(base_contact: BaseContactState) -> bool:
     """True if the lowest and the highest vertex of a body's base both rest on the ground."""
     return (base_contact.lowest_vertex_rests > 0.0) & (base_contact.highest_vertex_rests > 0.0)
 
@@ -215,9 +217,9 @@ def update_base_contacts(
                 if ahead.remaining_landing_time < behind.remaining_landing_time
                 else behind.remaining_landing_time
             )
-            longest = updated_longest_landing_time(
-                updated_longest_landing_time(
-                    LANDING_TIME_OF_BASE_IN_AIR, ahead.remaining_landing_time, ahead.penetration
+            longest = longest_landing_time_including_point(
+                longest_landing_time_including_point(
+                    LANDING_TIME_VALUE_FOR_BASE_IN_AIR, ahead.remaining_landing_time, ahead.penetration
                 ),
                 behind.remaining_landing_time,
                 behind.penetration,
@@ -230,8 +232,8 @@ def update_base_contacts(
         return
     few = base_vertex_count <= MAX_LOAD_SHARING_BASE_VERTICES
     for j in range(round_to_vector_multiple(lane_count)):
-        first = BaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, LANDING_TIME_OF_BASE_IN_AIR, 0.0)
-        other = BaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, LANDING_TIME_OF_BASE_IN_AIR, 0.0)
+        first = BaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, LANDING_TIME_VALUE_FOR_BASE_IN_AIR, 0.0)
+        other = BaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, LANDING_TIME_VALUE_FOR_BASE_IN_AIR, 0.0)
         store_base_contact(state, j, first if few else other)
     for point in range(0, 2 * opposite_start_index, ARRAY_LENGTH_PER_VERTEX):
         one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
@@ -240,7 +242,9 @@ def update_base_contacts(
             left, least = one[LANDING_OF + j], state[SHORTEST + j]
             state[SHORTEST + j] = left if of_base & (left < least) else least
             longest = state[LONGEST + j]
-            state[LONGEST + j] = updated_longest_landing_time(longest, left, one[DEPTH_OF + j]) if of_base else longest
+            state[LONGEST + j] = (
+                longest_landing_time_including_point(longest, left, one[DEPTH_OF + j]) if of_base else longest
+            )
     if any_body_base_lands_flat(state, lane_count):
         mark_bases_tilted_by_friction(state, vertex_rows, 2 * opposite_start_index, lane_count)
     if few:

@@ -41,16 +41,16 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.clock import BODY_STEP_CONTROL, CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample
-from overturning.dem.kernel.lanes import INLINE
+from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 MAX_STEP_RATIO_USING_PREDICTED_FORCES: Final = BODY_STEP_CONTROL.max_step_using_predicted_forces
 
-MIN_RELATIVE_NORMAL_MOBILITY_TO_SLIDE: Final = 0.25
+MIN_NORMAL_TO_FREE_MOBILITY_FOR_SLIDING: Final = 0.25
 """Least effect of a normal force on a sliding point, as a share of its effect on a free particle; below, it sticks."""
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def acceleration_of_body_centre(force_per_mass: Vector3, inertial_acceleration: Vector3) -> Vector3:
     """Return the acceleration (m/s²) of a body's centre relative to the base, from contact force and base motion."""
     return Vector3(
@@ -63,7 +63,7 @@ def acceleration_of_body_centre(force_per_mass: Vector3, inertial_acceleration: 
 # 1. Predict -----------------------------------------------------------------------------------------------------------
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def predict_body_at_step_end(
     body: BodyConstants, state: BodyState, step_ticks: float, shaking: InertialAccelerations3D, ticks_per_sample: float
 ) -> BodyPredictedForStepEnd:
@@ -93,7 +93,7 @@ def predict_body_at_step_end(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def rim_point_position_from_centre(
     body: BodyConstants, body_axes: Matrix3, lean_component: float, transverse_component: float
 ) -> Vector3:
@@ -115,7 +115,7 @@ def rim_point_position_from_centre(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def predicted_forces_decide_contact(case_step_control: CaseStepControl, step_attempt: NextStepToAttempt) -> bool:
     """True if an attempted step resolves the contact vibration, so that predicted forces decide about contact and slip.
 
@@ -124,7 +124,7 @@ def predicted_forces_decide_contact(case_step_control: CaseStepControl, step_att
     return step_attempt.length_in_ticks <= MAX_STEP_RATIO_USING_PREDICTED_FORCES * case_step_control.shortest_step
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def flat_landing_slip_direction_and_tilt_share(
     body: BodyConstants, lever_arm: Vector3, velocity: Vector3, spin: Vector3, landing: tuple[bool, float]
 ) -> tuple[float, float, bool, float]:
@@ -142,7 +142,7 @@ def flat_landing_slip_direction_and_tilt_share(
     return x * one, y * one, drifts, (tilting if drifts else 1.0)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def predict_contact_point(
     body: BodyConstants,
     predicted_body: BodyPredictedForStepEnd,
@@ -151,17 +151,17 @@ def predict_contact_point(
     point_history: BodyContactPointState,
     forces_decide_contact: bool,
     has_rim: bool,
-    contact_rule: tuple[bool, bool, float, float],
+    deferral_and_landing: tuple[bool, bool, float, float],
 ) -> PredictedContactPoint:
     """Predict a body's contact point at the end of a step, and whether it is assumed to touch and to slide.
 
     If the step resolves the contact vibration (`forces_decide_contact`), the predicted forces decide about contact and
     slip. In a longer step these forces would be too large; the state of the point after the last step is used.
-    `contact_rule` holds whether the point carries load only later in a flat landing, whether the body lands flat, the
-    landing time of the point if it touches now (s), and the share of friction that tilts the base
+    `deferral_and_landing` holds whether the point carries load only later in a flat landing, whether the body lands
+    flat, the landing time of the point if it touches now (s), and the share of friction that tilts the base
     (`BaseContactState.friction_moment_share`).
     """
-    deferred, flat, new_landing, base_tilting = contact_rule
+    deferred, flat, new_landing, base_tilting = deferral_and_landing
     u = plus(predicted_body.end_velocity, cross_product(predicted_body.end_angular_velocity, lever_arm))
     # Points of a rim move along it: their velocity is stored instead of their position.
     slip_x = (
@@ -201,7 +201,7 @@ def predict_contact_point(
         lever_arm.y - lever_arm.z * body.friction * dy, lever_arm.z * body.friction * dx - lever_arm.x,
         body.friction * (lever_arm.x * dy - lever_arm.y * dx),
     ))  # fmt: skip
-    free = 1.0 + (turn.x * lever_arm.y - turn.y * lever_arm.x) > MIN_RELATIVE_NORMAL_MOBILITY_TO_SLIDE
+    free = 1.0 + (turn.x * lever_arm.y - turn.y * lever_arm.x) > MIN_NORMAL_TO_FREE_MOBILITY_FOR_SLIDING
     slides = in_contact & slides & (some | smooth | drifts) & free
     return PredictedContactPoint(
         position_from_centre=lever_arm,
@@ -224,7 +224,7 @@ def predict_contact_point(
 # 2. Solve -------------------------------------------------------------------------------------------------------------
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def ratio_of_friction_limit_to_sticking_force(
     friction_limit: float, squared_holding_force: float, point_slides: bool
 ) -> float:
@@ -234,7 +234,7 @@ def ratio_of_friction_limit_to_sticking_force(
     return part if part > 0.0 else 0.0
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def contact_equation_terms(
     body: BodyConstants,
     half_step_time: float,
@@ -304,7 +304,7 @@ def contact_equation_terms(
     )  # fmt: skip
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def solve_velocity_correction(
     body: BodyConstants, state: BodyState, predicted_body: BodyPredictedForStepEnd, contact_terms: ContactEquationTerms
 ) -> BodyVelocityCorrection:

@@ -7,10 +7,10 @@ from numba import njit
 
 from overturning.dem.body.base_contact import (
     body_base_lands_flat,
-    both_extreme_base_points_rest,
-    landing_time_of_new_contact,
+    is_contact_deferred_until_base_ends_rest,
+    lowest_and_highest_base_points_rest,
+    remaining_landing_time_of_new_contact,
     update_base_contacts,
-    vertex_contact_is_deferred,
 )
 from overturning.dem.body.centred import (
     contact_equation_terms,
@@ -22,11 +22,11 @@ from overturning.dem.body.centred import (
 )
 from overturning.dem.body.commit import (
     BodyAfterAcceptedStep,
-    base_motion_stays_below_limit,
+    base_acceleration_stays_below_limit,
     complete_body_step,
     compute_point_forces,
     contact_changes_in_body_step,
-    rim_contact_point_moves_fast,
+    lowest_rim_point_moves_too_far_in_step,
 )
 from overturning.dem.body.state import (
     STATE_ROW_LAYOUT,
@@ -116,7 +116,10 @@ def predict_contact_of_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: 
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
         fine = predicted_forces_decide_contact(load_step_control(state, j), load_attempt(state, j))
         p, q, base_contact = load_vertex(vertex_rows, j), load_vertex(opposite_rows, j), load_base_contact(state, j)
-        flat, new_landing = body_base_lands_flat(base_contact), landing_time_of_new_contact(body, base_contact)
+        flat, new_landing = (
+            body_base_lands_flat(base_contact),
+            remaining_landing_time_of_new_contact(body, base_contact),
+        )
         a, b = matrix_times_vector(f, p.position_in_body_axes), matrix_times_vector(f, q.position_in_body_axes)
         left, right = load_memory(vertex_rows, j), load_memory(opposite_rows, j)
         store_point(
@@ -131,7 +134,7 @@ def predict_contact_of_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: 
                 fine,
                 False,
                 (
-                    vertex_contact_is_deferred(body, base_contact, p, a.z, left),
+                    is_contact_deferred_until_base_ends_rest(body, base_contact, p, a.z, left),
                     flat,
                     new_landing,
                     base_contact.friction_moment_share,
@@ -150,7 +153,7 @@ def predict_contact_of_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: 
                 fine,
                 False,
                 (
-                    vertex_contact_is_deferred(body, base_contact, q, b.z, right),
+                    is_contact_deferred_until_base_ends_rest(body, base_contact, q, b.z, right),
                     flat,
                     new_landing,
                     base_contact.friction_moment_share,
@@ -173,10 +176,13 @@ def predict_contact_of_rim_point_pair(
         left, right, between = (
             load_memory(point_rows, j),
             load_memory(opposite_rows, j),
-            (transverse_component != 0.0) & (not both_extreme_base_points_rest(load_base_contact(state, j))),
+            (transverse_component != 0.0) & (not lowest_and_highest_base_points_rest(load_base_contact(state, j))),
         )
         base_contact = load_base_contact(state, j)
-        flat, new_landing = body_base_lands_flat(base_contact), landing_time_of_new_contact(body, base_contact)
+        flat, new_landing = (
+            body_base_lands_flat(base_contact),
+            remaining_landing_time_of_new_contact(body, base_contact),
+        )
         a, b = (
             rim_point_position_from_centre(body, f, lean_component, transverse_component),
             rim_point_position_from_centre(body, f, -lean_component, -transverse_component),
@@ -212,12 +218,12 @@ def predict_contact_of_rim_point_pair(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_point_pair_to_equations(
-    state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, adds_to_other_pairs: Any
+def add_contact_terms_of_point_pair(
+    state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, is_not_first_pair: Any
 ) -> None:
     """Add two opposite contact points' terms to the equations for the body's velocities, for all cases in parallel.
 
-    `adds_to_other_pairs` is None for the first two points of a body: their terms replace those of the last step.
+    `is_not_first_pair` is None for the first two points of a body: their terms replace those of the last step.
     """
     for j in range(round_to_vector_multiple(lane_count)):
         body, half = load_body(state, j), load_predicted(state, j).half_step
@@ -225,7 +231,7 @@ def add_point_pair_to_equations(
         a = contact_equation_terms(body, half, load_point(point_rows, j), load_memory(point_rows, j), fine)
         b = contact_equation_terms(body, half, load_point(opposite_rows, j), load_memory(opposite_rows, j), fine)
         part = add_equations(a, b)
-        if adds_to_other_pairs is not None:
+        if is_not_first_pair is not None:
             part = add_equations(load_equations(state, j), part)
         store_equations(state, j, part)
 
@@ -241,11 +247,11 @@ def solve_velocity_corrections(state: Any, lane_count: int) -> None:
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def compute_point_pair_forces(
-    state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, has_rim: Any, adds_to_other_pairs: Any
+    state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, has_rim: Any, is_not_first_pair: Any
 ) -> None:
     """Compute the forces at two opposite contact points at the end of the step, for all cases in parallel.
 
-    `adds_to_other_pairs` is None for the first two points of a body: their forces replace those of the last step.
+    `is_not_first_pair` is None for the first two points of a body: their forces replace those of the last step.
     """
     for j in range(round_to_vector_multiple(lane_count)):
         body, w, d = load_body(state, j), load_predicted(state, j), load_change(state, j)
@@ -259,7 +265,7 @@ def compute_point_pair_forces(
         store_next(point_rows, j, next_a)
         store_next(opposite_rows, j, next_b)
         forces, findings = add_sum(a, b), larger_of(findings_a, findings_b)
-        if adds_to_other_pairs is not None:
+        if is_not_first_pair is not None:
             forces, findings = add_sum(load_sum(state, j), forces), larger_of(load_largest(state, j), findings)
         store_sum(state, j, forces)
         store_largest(state, j, findings)
@@ -272,8 +278,8 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
         body, s, attempt, t = load_body(state, j), load_state(state, j), load_attempt(state, j), load_sum(state, j)
         most = load_largest(state, j)
         w, d = load_predicted(state, j), load_change(state, j)
-        fast = rim_contact_point_moves_fast(s, w, most) if has_rim else False
-        steady = base_motion_stays_below_limit(
+        fast = lowest_rim_point_moves_too_far_in_step(s, w, most) if has_rim else False
+        steady = base_acceleration_stays_below_limit(
             load_shaking(state, j),
             w.inertial_xy_and_upward_base_acceleration,
             ticks_per_sample,
@@ -342,9 +348,9 @@ def build_time_stepping_loop(has_rim: bool) -> Any:
                 else:
                     predict_contact_of_vertex_pair(state, one, other, lane_count)
                 if pair == 0:
-                    add_point_pair_to_equations(state, one, other, lane_count, None)
+                    add_contact_terms_of_point_pair(state, one, other, lane_count, None)
                 else:
-                    add_point_pair_to_equations(state, one, other, lane_count, 1)
+                    add_contact_terms_of_point_pair(state, one, other, lane_count, 1)
             solve_velocity_corrections(state, lane_count)
             for pair in range(0, half, ARRAY_LENGTH_PER_VERTEX):
                 one, other = (

@@ -31,15 +31,15 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.clock import StepContactChanges
 from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample
-from overturning.dem.kernel.lanes import INLINE
+from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import clamp_friction_and_stretch, updated_maximum
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-MAX_RIM_POINT_TURN_TANGENT: Final = 0.1
+MAX_TANGENT_OF_RIM_POINT_MOVE_ANGLE: Final = 0.1
 """Largest tangent of the angle by which the lowest point moves along a rim in a step that is not the finest."""
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def released_spring_energy(
     body: BodyConstants,
     point_history: BodyContactPointState,
@@ -70,7 +70,7 @@ def released_spring_energy(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def contact_changes_of_point(
     predicted_point: PredictedContactPoint,
     point_history: BodyContactPointState,
@@ -110,7 +110,7 @@ def contact_changes_of_point(
     )  # fmt: skip
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def compute_point_forces(
     body: BodyConstants,
     predicted_body: BodyPredictedForStepEnd,
@@ -192,8 +192,8 @@ def compute_point_forces(
     )
 
 
-@njit(**INLINE)
-def rim_contact_point_moves_fast(
+@njit(**INLINE_OPTIONS)
+def lowest_rim_point_moves_too_far_in_step(
     state: BodyState, predicted_body: BodyPredictedForStepEnd, largest_contact_changes: BodyContactChangesInStep
 ) -> bool:
     """True if the lowest point of a tilted round base moves along its rim by too large an angle in the step."""
@@ -202,12 +202,12 @@ def rim_contact_point_moves_fast(
     return (
         (largest_contact_changes.has_unloaded_point > 0.0)
         & (largest_contact_changes.penetration > 0.0)
-        & ((abs(across) > MAX_RIM_POINT_TURN_TANGENT * ahead) | (ahead < 0.0))
+        & ((abs(across) > MAX_TANGENT_OF_RIM_POINT_MOVE_ANGLE * ahead) | (ahead < 0.0))
     )
 
 
-@njit(**INLINE)
-def base_motion_stays_below_limit(
+@njit(**INLINE_OPTIONS)
+def base_acceleration_stays_below_limit(
     shaking: InertialAccelerations3D, end_acceleration: Vector3, ticks_per_sample: float, horizontal_limit: float
 ) -> bool:
     """True if the base acceleration stays below a limit at the end of this step and of the next sample.
@@ -228,16 +228,19 @@ def base_motion_stays_below_limit(
     return below & (first > 0.0) & (second > 0.0)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def contact_changes_in_body_step(
-    largest_contact_changes: BodyContactChangesInStep, normal_force: float, rim_turns_fast: bool, shaking_is_weak: bool
+    largest_contact_changes: BodyContactChangesInStep,
+    normal_force: float,
+    lowest_rim_point_moves_too_far: bool,
+    shaking_is_weak: bool,
 ) -> StepContactChanges:
     """Return the contact changes of a body in an attempted step, by which the step is accepted or rejected."""
     slides = (largest_contact_changes.some_loaded_point_sticks == 0.0) & (normal_force > 0.0)
     stands = shaking_is_weak & (largest_contact_changes.has_unloaded_point == 0.0)
     return StepContactChanges(
         contact_changed=largest_contact_changes.contact_changed > 0.0,
-        requires_shorter_step=rim_turns_fast,
+        requires_shorter_step=lowest_rim_point_moves_too_far,
         may_keep_step=False,
         has_wrong_slip_assumption=largest_contact_changes.has_wrong_slip_assumption > 0.0,
         has_slip_reversal=largest_contact_changes.has_slip_reversal > 0.0,
@@ -255,7 +258,7 @@ class BodyAfterAcceptedStep(NamedTuple):
     energy_account: BodyEnergyAndMomentumAccount
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def complete_body_step(
     body: BodyConstants,
     previous_step: BodyAfterAcceptedStep,
@@ -300,7 +303,7 @@ def complete_body_step(
         contact_sum.dissipated_power,
         torque,
     )
-    lean, x, y = lean_as_squared_sine(f), place.x - body.centre_height * f.xz, place.y - body.centre_height * f.yz
+    lean, x, y = (lean_as_squared_sine(f), place.x - body.centre_height * f.xz, place.y - body.centre_height * f.yz)
     peaks = BodyPeakValues(
         updated_maximum(peaks.peak_lean_squared_sine, lean),
         updated_maximum(peaks.slip_squared, x * x + y * y),

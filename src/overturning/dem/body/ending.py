@@ -44,7 +44,7 @@ from overturning.dem.kernel.ending import (
     update_slide_end_and_check_case_continues,
 )
 from overturning.dem.kernel.ground import base_acceleration_at_tick
-from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
@@ -65,7 +65,7 @@ LATE_TILT, SLIDE_END = (
 )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def twice_kinetic_energy_per_mass(body: BodyConstants, state: BodyState) -> float:
     """Return twice the kinetic energy of a body per mass, m²/s²."""
     return dot_product(state.velocity, state.velocity) + dot_product(
@@ -73,7 +73,7 @@ def twice_kinetic_energy_per_mass(body: BodyConstants, state: BodyState) -> floa
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def state_sum_for_finite_check(state: BodyState) -> float:
     """Return the sum of all position, rotation and velocity components of a body, which is finite if each one is."""
     v, p, q = state.velocity, state.position, state.rotation
@@ -99,7 +99,7 @@ def body_energy_per_mass(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def vertical_angular_momentum_about_origin(state: BodyState) -> float:
     """Return the vertical component of a body's angular momentum about the origin, per mass, m²/s."""
     return float(state.angular_momentum.z + (state.position.x * state.velocity.y - state.position.y * state.velocity.x))
@@ -121,22 +121,22 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
     return number
 
 
-@njit(**INLINE)
-def energy_to_tilt_per_mass(body: BodyConstants, edge_distance: float, lean: float) -> float:
-    """Return the energy per mass (m²/s²) to tilt a body over its nearest base edge; `lean` is sin² of the tilt."""
-    square = min(lean, body.critical_lean)
+@njit(**INLINE_OPTIONS)
+def energy_to_tilt_per_mass(body: BodyConstants, edge_distance: float, tilt_squared_sine: float) -> float:
+    """Return the energy per mass (m²/s²) to tilt a body over an edge; `tilt_squared_sine` is sin² of the tilt."""
+    square = min(tilt_squared_sine, body.critical_lean)
     return float(
         GRAVITY * (edge_distance * np.sqrt(square) - body.centre_height * square / (1.0 + np.sqrt(1.0 - square)))
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def body_is_below_critical_tilt(body: BodyConstants, state: BodyState) -> bool:
     """True if the tilt of a body's vertical axis is below the critical angle."""
     return bool(lean_as_squared_sine(rotation_matrix(state.rotation)) < body.critical_lean)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def squared_speed_of_body_base(body: BodyConstants, state: BodyState, edge_distance: float) -> float:
     """Return the squared base speed v² + (ω r)² of a body, m²/s², from its translation and its spin.
 
@@ -152,15 +152,15 @@ def squared_speed_of_body_base(body: BodyConstants, state: BodyState, edge_dista
     return float((v.x * v.x + v.y * v.y) + turn * turn)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def body_will_slide_noticeably(body: BodyConstants, state: BodyState, edge_distance: float) -> bool:
     """True if an upright body will slide or spin on by more than a negligible distance until friction stops it."""
     square = squared_speed_of_body_base(body, state, edge_distance)
     return bool(body.friction > 0.0 and square >= 2.0 * NEGLIGIBLE_REMAINING_SLIP_M * GRAVITY * body.friction)
 
 
-@njit(**INLINE)
-def direction_pseudo_angle(x: float, y: float) -> float:
+@njit(**INLINE_OPTIONS)
+def monotonic_direction_number(x: float, y: float) -> float:
     """Return a number from 0 to 4 that grows with the angle of (x, y), anticlockwise from x, without trigonometry."""
     share = abs(x) / (abs(x) + abs(y))
     if y >= 0.0:
@@ -169,21 +169,26 @@ def direction_pseudo_angle(x: float, y: float) -> float:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def body_has_fallen(body_axes: Matrix3, termination_limits: BodyTerminationLimits, fall_sectors: Any) -> bool:
+def body_has_fallen(
+    body_axes: Matrix3, termination_limits: BodyTerminationLimits, fall_limits_by_lean_sector: Any
+) -> bool:
     """True if the tilt of a body has reached the angle of fall for the direction in which the body leans.
 
     For `fall_sectors` see `overturning.model.solid.RigidSolid`.
     """
     if not body_axes.zz <= termination_limits.fall_tilt_cosine:
         return False
-    if fall_sectors.shape[0] == 0 or body_axes.zx * body_axes.zx + body_axes.zy * body_axes.zy == 0.0:
+    if fall_limits_by_lean_sector.shape[0] == 0 or body_axes.zx * body_axes.zx + body_axes.zy * body_axes.zy == 0.0:
         return True
-    turn, k = direction_pseudo_angle(-body_axes.zx, -body_axes.zy), 0
-    while k + 1 < fall_sectors.shape[0] and turn >= fall_sectors[k + 1, 0]:
+    turn, k = monotonic_direction_number(-body_axes.zx, -body_axes.zy), 0
+    while k + 1 < fall_limits_by_lean_sector.shape[0] and turn >= fall_limits_by_lean_sector[k + 1, 0]:
         k += 1
     return bool(
-        -((fall_sectors[k, 1] * body_axes.zx + fall_sectors[k, 2] * body_axes.zy) + fall_sectors[k, 3] * body_axes.zz)
-        >= fall_sectors[k, 4]
+        -(
+            (fall_limits_by_lean_sector[k, 1] * body_axes.zx + fall_limits_by_lean_sector[k, 2] * body_axes.zy)
+            + fall_limits_by_lean_sector[k, 3] * body_axes.zz
+        )
+        >= fall_limits_by_lean_sector[k, 4]
     )
 
 
@@ -251,7 +256,7 @@ def case_status(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def body_is_at_rest(
+def body_rests_upright_on_all_base_vertices(
     state: Any, vertex_rows: Any, vertex_count: int, base_vertex_count: int, lane: int, rest_limit: float
 ) -> bool:
     """True if a body rests upright on all vertices of its base, and none of these vertices slides."""

@@ -23,7 +23,7 @@ def rotate_to_east_north_up(components: FloatArray, direction_cosines: tuple[flo
     return np.stack([x * sine - y * cosine, x * cosine + y * sine, z], axis=-1)
 
 
-def body_axis_vertical_at_rest(quaternion: FloatArray) -> FloatArray:
+def axes_that_are_vertical_at_rest(quaternion: FloatArray) -> FloatArray:
     """Return the body axis that is vertical at rest, unit vectors of shape (…, 3), from quaternions (w, x, y, z)."""
     w, x, y, z = np.moveaxis(quaternion, -1, 0)
     return np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)
@@ -49,7 +49,7 @@ class BodyTrajectory:
             return np.stack([self.rows[name] for name in column_names], axis=-1)
 
         quaternion = vectors_from_columns("qw", "qx", "qy", "qz")
-        axis = to_east_north_up(body_axis_vertical_at_rest(quaternion))
+        axis = to_east_north_up(axes_that_are_vertical_at_rest(quaternion))
         variables = {
             "place": dataset_variable_tuple(
                 "time enu",

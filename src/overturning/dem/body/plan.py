@@ -11,13 +11,13 @@ from overturning.arrays import FloatArray
 from overturning.dem.body.path import BodyTrajectory
 from overturning.dem.body.results import outcome_variables_of_bodies
 from overturning.dem.body.rules import BodyKernelInput, PolygonalBaseLoopTag, RoundBaseLoopTag
-from overturning.dem.body.state import MIN_OMEGA_DT_FOR_SAMPLE_LONG_STEPS, PARALLEL_CASE_COUNT, TICKS_PER_WHOLE_STEP
+from overturning.dem.body.state import MIN_OMEGA_DT_FOR_STEPS_OF_ONE_SAMPLE, PARALLEL_CASE_COUNT, TICKS_PER_WHOLE_STEP
 from overturning.dem.body.statics import (
     MAX_CACHED_SOLIDS,
     body_pose_at_rest_on_springs,
     largest_unit_spring_eigenvalue,
     smallest_unit_spring_eigenvalue,
-    vertex_unloading_acceleration_and_min_load_ratio,
+    unloading_acceleration_and_min_to_mean_load,
 )
 from overturning.dem.body.tables import (
     BODY_TABLE_DTYPE,
@@ -45,18 +45,18 @@ from overturning.dem.time_step import IntegrationScheme, parse_scheme, shortest_
 from overturning.errors import ArgumentError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
-from overturning.model.contact import check_stiffness_precision
+from overturning.model.contact import check_static_penetration_exceeds_rounding
 from overturning.model.shapes import Shape
 from overturning.model.solid import RigidSolid
-from overturning.model.tipping import FALL_TO_GEOMETRIC_TILT_RATIO
+from overturning.model.tipping import FALL_TILT_TO_RESTING_TILT_RATIO
 from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
-EDGE_DISTANCE_OF_NON_BASE_VERTEX: Final = 1e300
+EDGE_DISTANCE_PLACEHOLDER_M: Final = 1e300
 """Distance in place of that of an edge for a vertex that is not of the base, m; finite, since 0 × ∞ is no number."""
 
-UPSIDE_DOWN_FALL_TILT_RAD: Final = np.radians(179.0)
+MIN_FALL_TILT_OF_UPSIDE_DOWN_REST_RAD: Final = np.radians(179.0)
 """Fall tilt above which a body can only rest upside down, where its tilt approaches 180° without reaching it, rad."""
 
 
@@ -87,14 +87,14 @@ class SimulationPlan3D(SimulationPlan):
 
     def kernel_input_fields_3d(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int,
-        column_count: int,
+        parallel_case_count: int,
     ) -> dict[str, Any]:  # fmt: skip
         """Return the kernel input fields common to all 3-D models, for a group of cases with equal step lengths.
 
-        The time steps are divided by `step_divisor`; `column_count` cases are computed in parallel.
+        The time steps are divided by `step_divisor`; `parallel_case_count` cases are computed in parallel.
         """
         ticks = self.ticks_per_step
-        queued = self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, ticks, column_count)
+        queued = self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, ticks, parallel_case_count)
         # Test the lanes at the latest after the longest step: the next sample must be loaded by then.
         settings, standing = queued["settings"], float(queued["cases"]["longest_step_at_rest"][0])
         queued["settings"] = settings._replace(steps_per_check=int(settings.ticks_per_sample / standing))
@@ -156,12 +156,12 @@ class BodySimulationPlan(SimulationPlan3D):
         return BodyTrajectory(trajectory_rows, (cosine, sine), *self.model.shape.drawn_corners_and_edges(*size))
 
 
-def strong_motion_ranges_and_cases_at_rest(
-    motion: Motion, amplitude: FloatArray, motion_threshold: FloatArray, leave_out: bool
+def sample_ranges_able_to_move_body_at_rest(
+    motion: Motion, amplitude: FloatArray, motion_threshold: FloatArray, skips_quiet_samples: bool
 ) -> tuple[NDArray[np.int64], FloatArray, NDArray[np.bool_]]:
     """Find the range of samples outside which a motion is too weak, in any direction, to move a 3-D model at rest."""
     count = amplitude.size
-    if not leave_out:
+    if not skips_quiet_samples:
         return np.zeros(count, np.int64), np.full(count, np.inf), np.zeros(count, np.bool_)
     # Uplift over the nearest edge needs the smallest acceleration. Between samples the length of the acceleration
     # vector is convex, so that its maximum is at a sample.
@@ -187,7 +187,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         np.array([body.min_base_edge_distance_from_centre for body in made]),
     )
     base = made[0].base_vertex_count
-    check_stiffness_precision(0.5 * base * laws[:, 0], 2.0 * foot, 0.0)
+    check_static_penetration_exceeds_rounding(0.5 * base * laws[:, 0], 2.0 * foot, 0.0)
     square = np.maximum(laws[:, 0], laws[:, 1]) * modes
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY))
     interval, samples = motion.sampling_interval, motion.sample_count
@@ -199,9 +199,9 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     row, cosines, along = base_accelerations_by_orientation(motion, cases)
     rest_limit, threshold = np.zeros(cases.case_count), np.minimum((reach / foot)[which], friction)
     leaves_out = numerics.leave_out and start is None
-    first, calm, stays_at_rest = strong_motion_ranges_and_cases_at_rest(motion, amplitude, threshold, leaves_out)
+    first, calm, stays_at_rest = sample_ranges_able_to_move_body_at_rest(motion, amplitude, threshold, leaves_out)
     if leaves_out:
-        rest_limit = _rest_acceleration_limits_of_bodies(made, which, laws, dashpot, friction, interval)
+        rest_limit = _max_base_acceleration_at_rest_by_case(made, which, laws, dashpot, friction, interval)
     table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     has_vertices_at_rest = start is None and made[0].rim_radius == 0.0
     columns = {
@@ -252,30 +252,28 @@ def _check_body_arguments(model: Body, cases: Cases, numerics: NumericalOptions)
         raise ArgumentError(f"start: quaternion {start.quaternion}; its length must be 1")
 
 
-def _rest_acceleration_limits_of_bodies(
+def _max_base_acceleration_at_rest_by_case(
     solids: list[RigidSolid],
     solid_indices: NDArray[np.int64],
-    laws: FloatArray,
+    contact_constants: FloatArray,
     dashpot: FloatArray,
     friction: FloatArray,
     sampling_interval: float,
 ) -> FloatArray:
     """Return the base acceleration |a|/g up to which a body at rest stays at rest, for each case, shape (cases,).
 
-    See `overturning.dem.quiet.largest_acceleration_without_motion`. `laws` are the contact constants per
+    See `overturning.dem.quiet.largest_acceleration_without_motion`. `contact_constants` are those per
     mass of each solid, shape (solids, 3); `solid_indices`, `dashpot` (1/s) and `friction` have a value for each case,
     shape (n,).
     """
     slowest, unloads = (
         np.array([function(body) for body in solids])
-        for function in (smallest_unit_spring_eigenvalue, vertex_unloading_acceleration_and_min_load_ratio)
+        for function in (smallest_unit_spring_eigenvalue, unloading_acceleration_and_min_to_mean_load)
     )
-    ratio = np.array([body.min_base_edge_distance_from_centre for body in solids]) / np.array(
-        [body.centre_height for body in solids]
-    )
-    stiffer = np.maximum(laws[solid_indices, 0], laws[solid_indices, 1])
+    ratio = np.array([body.min_base_edge_distance_from_centre / body.centre_height for body in solids])
+    stiffer = np.maximum(*contact_constants[solid_indices, :2].T)
     rings = dynamic_overshoot_bound(
-        (np.minimum(laws[:, 0], laws[:, 1]) * slowest)[solid_indices], dashpot / stiffer, sampling_interval
+        (np.minimum(*contact_constants[:, :2].T) * slowest)[solid_indices], dashpot / stiffer, sampling_interval
     )
     return largest_acceleration_without_motion(
         ratio[solid_indices], friction * unloads[solid_indices, 1], unloads[solid_indices, 0], rings,
@@ -289,7 +287,7 @@ def steps_per_sample_and_step_control(
     damping_rate: FloatArray,
     sampling_interval: float,
     rocking_time_constant: FloatArray,
-    pace: KernelStepControl = PACE,
+    kernel_step_control: KernelStepControl = PACE,
 ) -> tuple[NDArray[np.int64], dict[str, FloatArray]]:
     """Return the full steps per sample of n cases, shape (n,), and the columns of their step control by name.
 
@@ -304,7 +302,7 @@ def steps_per_sample_and_step_control(
         If the time step is longer than the longest allowed one.
     """
     # The scheme is stable with any step; accuracy limits it, expressed as the stable step of an undamped oscillator.
-    whole = pace.longest_whole_step_in_rocking_times * rocking_time_constant
+    whole = kernel_step_control.longest_whole_step_in_rocking_times * rocking_time_constant
     per_sample = partial(
         steps_per_sample, IntegrationScheme.CUNDALL, squared_frequency=(2.0 / whole) ** 2,
         damping_rate=np.zeros(whole.size), sampling_interval=sampling_interval,
@@ -313,25 +311,25 @@ def steps_per_sample_and_step_control(
     usual = per_sample("1 stable")
     steps = usual if numerics.time_step == "auto" else per_sample(numerics.time_step)
     tick, contact = (
-        sampling_interval / steps / pace.ticks_per_whole_step,
+        sampling_interval / steps / kernel_step_control.ticks_per_whole_step,
         shortest_contact_time_constant(squared_frequency, damping_rate),
     )
     share = np.minimum(sampling_interval / steps / whole, 1.0)
-    most = pace.contact_change_step_ratio * share * contact / tick
-    finest = np.exp2(np.frexp(np.clip(most, 1.0, pace.ticks_per_whole_step))[1] - 1.0)
+    most = kernel_step_control.contact_change_step_ratio * share * contact / tick
+    finest = np.exp2(np.frexp(np.clip(most, 1.0, kernel_step_control.ticks_per_whole_step))[1] - 1.0)
     # A refined case has shorter ticks, hence more of them.
     steps = steps * numerics.refinement
     # A contact that is not overdamped would keep oscillating in steps of a sample.
-    rigid = (np.sqrt(squared_frequency) * sampling_interval >= MIN_OMEGA_DT_FOR_SAMPLE_LONG_STEPS) & (
+    rigid = (np.sqrt(squared_frequency) * sampling_interval >= MIN_OMEGA_DT_FOR_STEPS_OF_ONE_SAMPLE) & (
         damping_rate >= np.sqrt(squared_frequency)
     )
     return steps, {
         "shortest_step": finest,
-        "longest_step_at_rest": pace.ticks_per_whole_step * np.where(rigid, np.gcd(usual, steps), 1),
+        "longest_step_at_rest": kernel_step_control.ticks_per_whole_step * np.where(rigid, np.gcd(usual, steps), 1),
         "steps_after_contact_change": np.round(
-            pace.steps_before_length_doubles(squared_frequency, damping_rate) * steps / usual
+            kernel_step_control.steps_before_length_doubles(squared_frequency, damping_rate) * steps / usual
         ),
-        "long_steps_before_doubling": np.round(pace.long_steps_before_doubling * steps / usual),
+        "long_steps_before_doubling": np.round(kernel_step_control.long_steps_before_doubling * steps / usual),
     }
 
 
@@ -371,7 +369,7 @@ def _body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void],
     """
     count = len(solids[0].contact_points)
     points, table = np.zeros((len(solids), count + count % 2, 6)), np.zeros(len(solids), BODY_TABLE_DTYPE)
-    points[:, :, 5] = EDGE_DISTANCE_OF_NON_BASE_VERTEX
+    points[:, :, 5] = EDGE_DISTANCE_PLACEHOLDER_M
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
     for index, body in enumerate(solids):
         points[index, :count, :3] = body.contact_points
@@ -386,8 +384,9 @@ def _body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void],
         foot, reach = body.centre_height, body.min_base_edge_distance_from_centre
         # A body that lies on springs on another face, as at a fall tilt that depends on the direction or upside down,
         # may have a slightly smaller tilt.
-        lies_on_springs = len(body.fall_limits_by_lean_sector) > 0 or body.fall_tilt > UPSIDE_DOWN_FALL_TILT_RAD
-        fallen = body.fall_tilt * (FALL_TO_GEOMETRIC_TILT_RATIO if lies_on_springs else 1.0)
+        fallen = body.least_tilt_to_other_resting_face_rad
+        lies_on_springs = len(body.fall_limits_by_lean_sector) > 0 or fallen > MIN_FALL_TILT_OF_UPSIDE_DOWN_REST_RAD
+        fallen *= FALL_TILT_TO_RESTING_TILT_RATIO if lies_on_springs else 1.0
         values = {
             "centre_height": foot, "base_radius": body.rim_radius, "min_edge_distance": reach,
             "critical_lean": reach**2 / (reach**2 + foot**2),

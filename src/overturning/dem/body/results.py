@@ -62,11 +62,11 @@ def outcome_variables_of_bodies(
         }
 
 
-def tilt_deg_from_squared_sine(lean: FloatArray) -> FloatArray:
+def tilt_deg_from_squared_sine(extended_squared_sine: FloatArray) -> FloatArray:
     """Return the tilt in degrees from a lean: sin² of the tilt up to 90°, 2 − sin² of the tilt beyond."""
-    lean = np.clip(lean, 0.0, 2.0)
-    angle = np.arcsin(np.sqrt(np.minimum(lean, 2.0 - lean)))
-    return rounded_degrees(np.where(lean <= 1.0, angle, np.pi - angle))
+    extended_squared_sine = np.clip(extended_squared_sine, 0.0, 2.0)
+    angle = np.arcsin(np.sqrt(np.minimum(extended_squared_sine, 2.0 - extended_squared_sine)))
+    return rounded_degrees(np.where(extended_squared_sine <= 1.0, angle, np.pi - angle))
 
 
 def rounded_degrees(radians: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.body.centred_loops import build_time_stepping_loop
 from overturning.dem.body.ending import (
-    body_is_at_rest,
+    body_rests_upright_on_all_base_vertices,
     case_status,
     state_sum_for_finite_check,
     write_body_trajectory_row,
@@ -25,7 +25,6 @@ from overturning.dem.body.state import (
     STATE_ROW_LAYOUT,
     TICKS_PER_WHOLE_STEP,
     VERTEX_ROW_LAYOUT,
-    BaseMotionSampleNumber,
     BodyConstants,
     BodyPeakValues,
     BodyState,
@@ -33,12 +32,10 @@ from overturning.dem.body.state import (
     BodyVertex,
     ContactPointAtStepStartAndEnd,
     InertialAccelerations3D,
+    LoadedBaseMotionSampleNumber,
     inertial_accelerations_until_next_sample,
 )
-from overturning.dem.body.vectors import (
-    normalise_quaternion,
-    rotation_matrix,
-)
+from overturning.dem.body.vectors import normalise_quaternion, rotation_matrix
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import (
     MAX_RESIDUAL_ACCELERATION_RATIO_AT_REST,
@@ -136,7 +133,7 @@ TICK, LAST_UPRIGHT = (
 )
 LENGTH, LOADED = (
     STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks"),
-    STATE_ROW_LAYOUT.row_offset_of_field(BaseMotionSampleNumber, "sample"),
+    STATE_ROW_LAYOUT.row_offset_of_field(LoadedBaseMotionSampleNumber, "sample"),
 )
 REST_LIMIT, AT_REST = (
     STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "rest_acceleration_limit_g"),
@@ -347,7 +344,7 @@ def skip_quiet_samples_of_resting_cases(
         quiet = quiet and upcoming_motion_is_below_rest_limit(
             ground, row[lane_cases[j]], now, course.amplitude_factor, rest_limit
         )
-        if quiet and body_is_at_rest(state, workspace.vertex_rows, count, base, j, rest_limit):
+        if quiet and body_rests_upright_on_all_base_vertices(state, workspace.vertex_rows, count, base, j, rest_limit):
             samples = count_skippable_samples(ground, row[lane_cases[j]], now, course.amplitude_factor, rest_limit)
             state[SAMPLE + j] += samples
             skipped_sample_counts_out[j] += samples

@@ -49,19 +49,23 @@ store_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).store
 store_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").store
 STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.count
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
-REST_LIMIT_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "rest_acceleration_limit_g")
+ROW_OFFSET_OF_REST_ACCELERATION_LIMIT: Final = STATE_ROW_LAYOUT.row_offset_of_field(
+    CaseRestState, "rest_acceleration_limit_g"
+)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_initial_body_state(
-    state: Any, vertex_rows: Any, lane: int, case_parameters: Any, body_constants: Any, vertex_positions: Any,
+    state: Any, vertex_rows: Any, lane: int, case_parameters: Any, body_constants: Any, vertices_and_base_edges: Any,
     sampling_interval: float, ticks_per_sample: float,
 ) -> None:  # fmt: skip
     """Write the constants and initial state of a body and its vertices into column `lane` of both state arrays."""
     for row in range(STATE_ROW_COUNT):
         state[row * PARALLEL_CASE_COUNT + lane] = 0.0
     body = body_constants_of_case(case_parameters, body_constants, sampling_interval / ticks_per_sample)
-    begin = write_vertex_states_and_return_body_state(vertex_rows, lane, body, case_parameters.start, vertex_positions)
+    begin = write_vertex_states_and_return_body_state(
+        vertex_rows, lane, body, case_parameters.start, vertices_and_base_edges
+    )
     store_body(state, lane, body)
     case_step_control = CaseStepControl(
         case_parameters.shortest_step,
@@ -86,9 +90,9 @@ def write_initial_body_state(
         case_parameters.amplitude_factor, case_parameters.first_simulated_sample, case_parameters.last_onset_sample,
         case_parameters.undecided_end_sample,
         case_parameters.first_simulated_sample * sampling_interval,
-        body_energy_per_mass(body, begin, vertex_rows, vertex_positions.shape[0], lane), barrier,
+        body_energy_per_mass(body, begin, vertex_rows, vertices_and_base_edges.shape[0], lane), barrier,
     ))  # fmt: skip
-    state[REST_LIMIT_ROW_OFFSET + lane] = case_parameters.rest_acceleration_limit_g
+    state[ROW_OFFSET_OF_REST_ACCELERATION_LIMIT + lane] = case_parameters.rest_acceleration_limit_g
     store_limits(state, lane, BodyTerminationLimits(
         vertical_angular_momentum_about_origin(begin), body_constants.min_edge_distance,
         body_constants.fall_tilt_cosine,

@@ -25,12 +25,12 @@ from overturning.dem.body.vectors import (
 from overturning.dem.kernel.clock import BODY_STEP_CONTROL, CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress, CaseRestState, LargestTiltNearCaseEnd, SlideEndSample
 from overturning.dem.kernel.ground import LinearBaseAcceleration, linear_base_acceleration_of_sample
-from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS, TupleRowLayout
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS, TupleRowLayout
 
 PARALLEL_CASE_COUNT: Final = 16
 """Number of bodies computed side by side: their rows fit into an L1 cache of 48 KB, those of more bodies would not."""
 
-MIN_OMEGA_DT_FOR_SAMPLE_LONG_STEPS: Final = 10.0
+MIN_OMEGA_DT_FOR_STEPS_OF_ONE_SAMPLE: Final = 10.0
 """Smallest ratio of sampling interval to 1/ω for which a standing body without vibration takes sample-long steps."""
 
 TICKS_PER_WHOLE_STEP: Final = BODY_STEP_CONTROL.ticks_per_whole_step
@@ -129,7 +129,7 @@ class ContactPointAtStepStartAndEnd(NamedTuple):
     new: BodyContactPointState
 
 
-LANDING_TIME_OF_BASE_IN_AIR: Final = -1e300
+LANDING_TIME_VALUE_FOR_BASE_IN_AIR: Final = -1e300
 """Value of `BaseContactState.longest_landing_time` for a base in the air, s: less than that of any point in contact."""
 
 
@@ -147,7 +147,7 @@ class BaseContactState(NamedTuple):
     remaining_landing_time: float
     """Shortest remaining landing time of the base points, s; 0 or less if one of them does not land."""
     longest_landing_time: float
-    """Longest remaining landing time of base points in contact, s; without any, `LANDING_TIME_OF_BASE_IN_AIR`."""
+    """Longest remaining landing time of loaded base points, s; without any, `LANDING_TIME_VALUE_FOR_BASE_IN_AIR`."""
     friction_moment_share: float
     """Share of the moment of friction that tilts a body that slides in a flat landing, 0 or 1."""
 
@@ -193,7 +193,7 @@ class InertialAccelerations3D(NamedTuple):
     """Upward acceleration of the base, added to gravity."""
 
 
-class BaseMotionSampleNumber(NamedTuple):
+class LoadedBaseMotionSampleNumber(NamedTuple):
     """Number, counted from 1, of the sample whose base motion is loaded for a case; 0 if none is loaded."""
 
     sample: float
@@ -334,7 +334,8 @@ class BodyContactChangesInStep(NamedTuple):
 
 STATE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, BodyConstants, CaseStepControl, BodyState, Matrix3, BaseContactState, BodyPeakValues,
-    BodyEnergyAndMomentumAccount, InertialAccelerations3D, BaseMotionSampleNumber, CaseProgress, BodyTerminationLimits,
+    BodyEnergyAndMomentumAccount, InertialAccelerations3D, LoadedBaseMotionSampleNumber, CaseProgress,
+    BodyTerminationLimits,
     NextStepToAttempt, StepRejectionFlags, BodyPredictedForStepEnd, ContactEquationTerms, BodyVelocityCorrection,
     ContactForceSum, BodyContactChangesInStep, CaseRestState, LargestTiltNearCaseEnd, SlideEndSample,
 )  # fmt: skip
@@ -359,7 +360,7 @@ def inertial_accelerations_until_next_sample(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def angular_velocity_from_momentum(
     inverse_inertia: SymmetricMatrix, body_axes: Matrix3, angular_momentum: Vector3
 ) -> Vector3:
@@ -372,7 +373,7 @@ def angular_velocity_from_momentum(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def rotate_body_over_step(
     inverse_inertia: SymmetricMatrix, turn: Quaternion, momentum_at_mid_step: Vector3, moment: Vector3, step: float
 ) -> tuple[Quaternion, Vector3]:
@@ -386,13 +387,13 @@ def rotate_body_over_step(
     return end_turn, angular_velocity_from_momentum(inverse_inertia, rotation_matrix(end_turn), end_momentum)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def angular_velocity_of_state(body: BodyConstants, state: BodyState) -> Vector3:
     """Return the angular velocity (rad/s) of a body in the axes of the base, from the angular momentum in `state`."""
     return angular_velocity_from_momentum(body.inverse_inertia, rotation_matrix(state.rotation), state.angular_momentum)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def lean_as_squared_sine(body_axes: Matrix3) -> float:
     """Return sin² of the tilt of a body's vertical axis (its lean); 2 − sin² if the tilt exceeds 90°."""
     square = body_axes.xz * body_axes.xz + body_axes.yz * body_axes.yz

@@ -48,7 +48,7 @@ def largest_unit_spring_eigenvalue(body: RigidSolid) -> float:
     higher frequency on all vertices of a face than on an edge or a single vertex. The tilt does not matter for
     isotropic springs. So the maximum over the faces that can lie flat, each with all its vertices, is enough.
     """
-    faces = (np.arange(body.base_vertex_count), *body.point_indices_by_further_contact_face)
+    faces = (np.arange(body.base_vertex_count), *body.point_indices_by_non_base_contact_face)
     return max(highest_eigenvalue(_stiffness_matrix_of_unit_springs(body, face)) for face in faces)
 
 
@@ -62,7 +62,7 @@ def smallest_unit_spring_eigenvalue(body: RigidSolid) -> float:
 
 
 @lru_cache(MAX_CACHED_SOLIDS)
-def vertex_unloading_acceleration_and_min_load_ratio(body: RigidSolid) -> tuple[float, float]:
+def unloading_acceleration_and_min_to_mean_load(body: RigidSolid) -> tuple[float, float]:
     """Return the base acceleration |a|/g that unloads a base vertex, and the ratio of least to mean load of vertices.
 
     The acceleration is horizontal, in the most unfavourable direction; the ratio is that of the upright body at rest.

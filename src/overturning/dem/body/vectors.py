@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.lanes import INLINE, create_elementwise_tuple_functions
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, create_elementwise_tuple_functions
 
 
 class Vector3(NamedTuple):
@@ -57,37 +57,37 @@ matrix_plus, matrix_minus = (
 )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def scale_vector(factor: float, v: Vector3) -> Vector3:
     """Return the product of a number and a vector."""
     return Vector3(factor * v.x, factor * v.y, factor * v.z)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def extrapolate_vector(start: Vector3, time: float, rate: Vector3) -> Vector3:
     """Return a vector extrapolated at a constant rate: start + time × rate."""
     return Vector3(start.x + time * rate.x, start.y + time * rate.y, start.z + time * rate.z)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def cross_product(a: Vector3, b: Vector3) -> Vector3:
     """Return the cross product of two vectors."""
     return Vector3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def dot_product(a: Vector3, b: Vector3) -> float:
     """Return the scalar product of two vectors."""
     return (a.x * b.x + a.y * b.y) + a.z * b.z
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def vector_length(vector: Vector3) -> float:
     """Return the length of a vector."""
     return float(np.sqrt(dot_product(vector, vector)))
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def matrix_times_vector(m: Matrix3, v: Vector3) -> Vector3:
     """Return the product of a matrix and a vector."""
     return Vector3(
@@ -97,7 +97,7 @@ def matrix_times_vector(m: Matrix3, v: Vector3) -> Vector3:
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def matrix_product(a: Matrix3, b: Matrix3) -> Matrix3:
     """Return the product of two matrices."""
     p, q, r = (
@@ -108,13 +108,13 @@ def matrix_product(a: Matrix3, b: Matrix3) -> Matrix3:
     return Matrix3(p.x, q.x, r.x, p.y, q.y, r.y, p.z, q.z, r.z)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def transpose(m: Matrix3) -> Matrix3:
     """Return the transpose of a matrix."""
     return Matrix3(m.xx, m.yx, m.zx, m.xy, m.yy, m.zy, m.xz, m.yz, m.zz)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def expand_symmetric_matrix(symmetric_matrix: SymmetricMatrix) -> Matrix3:
     """Return a symmetric matrix as a `Matrix3` with all nine elements."""
     return Matrix3(
@@ -130,7 +130,7 @@ def expand_symmetric_matrix(symmetric_matrix: SymmetricMatrix) -> Matrix3:
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def inverse_matrix(m: Matrix3) -> Matrix3:
     """Return the inverse of a 3 × 3 matrix by cofactors; inverses of exact mirror images are exact mirror images."""
     zx, zy, zz = m.xy * m.yz - m.xz * m.yy, m.xz * m.yx - m.xx * m.yz, m.xx * m.yy - m.xy * m.yx
@@ -142,7 +142,7 @@ def inverse_matrix(m: Matrix3) -> Matrix3:
     )  # fmt: skip
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def rotation_matrix(quaternion: Quaternion) -> Matrix3:
     """Return the rotation matrix of a quaternion; its columns are the axes of the body."""
     w, x, y, z = quaternion
@@ -153,7 +153,7 @@ def rotation_matrix(quaternion: Quaternion) -> Matrix3:
     )  # fmt: skip
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def rotate_quaternion(q: Quaternion, time: float, angular_velocity: Vector3) -> Quaternion:
     """Return the rotation `q` after a further `time` (s) at constant angular velocity (rad/s), by a series."""
     h = Vector3(0.5 * (time * angular_velocity.x), 0.5 * (time * angular_velocity.y), 0.5 * (time * angular_velocity.z))
@@ -168,7 +168,7 @@ def rotate_quaternion(q: Quaternion, time: float, angular_velocity: Vector3) -> 
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def normalise_quaternion(q: Quaternion) -> Quaternion:
     """Return a quaternion of nearly unit length scaled to length 1."""
     unit = 1.5 - 0.5 * ((q.w * q.w + q.z * q.z) + (q.x * q.x + q.y * q.y))

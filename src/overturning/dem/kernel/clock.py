@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.lanes import INLINE
+from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.time_step import MAX_STEP_OVER_ROCKING_TIME_CONSTANT
 
 
@@ -134,7 +134,7 @@ class StepContactChanges(NamedTuple):
     """True if all contacts are closed at the end of the step."""
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def accept_or_reject_and_choose_next_step(
     kernel_step_control: KernelStepControl,
     case_step_control: CaseStepControl,

@@ -4,7 +4,7 @@ from typing import Any, Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 CASE_NOT_ENDED: Final = -1
@@ -71,7 +71,7 @@ class CaseRestState(NamedTuple):
     """1 if the body was at rest at the beginning of the sample, else 0."""
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def next_sample_tick_and_last_upright_time(
     case_progress: CaseProgress,
     tick: float,
@@ -93,7 +93,7 @@ def next_sample_tick_and_last_upright_time(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def case_cannot_have_ended(
     case_progress: CaseProgress,
     tick: float,
@@ -115,7 +115,7 @@ def case_cannot_have_ended(
     return (state_sum - state_sum == 0.0) & is_within_limits & (sample < until)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def body_is_still(speed: float, acceleration: float, step_length: float, rest_limit: float) -> bool:
     """True if a body in contact is at rest: its speed and its acceleration are both below limits.
 
@@ -128,21 +128,26 @@ def body_is_still(speed: float, acceleration: float, step_length: float, rest_li
     return bool((2.0 * speed < least * step_length) & (acceleration < least))
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def largest_tilt_near_case_end(
-    late_tilt: float, case_progress: CaseProgress, sample: float, last_sample: float, tilt_ratio: float, rise: float
+    largest_tilt_ratio_so_far: float,
+    case_progress: CaseProgress,
+    sample: float,
+    last_sample: float,
+    tilt_ratio: float,
+    rise: float,
 ) -> float:
     """Return the largest ratio of tilt to critical angle near a case's end so far, including this sample.
 
     See `LargestTiltNearCaseEnd`.
 
-    `late_tilt` is the value at the end of the sample before, `tilt_ratio` the tilt over the critical angle, `rise` (m)
-    the height of the centre above its height at rest.
+    `largest_tilt_ratio_so_far` is the value at the end of the sample before, `tilt_ratio` the tilt over the critical
+    angle, `rise` (m) the height of the centre above its height at rest.
     """
     if sample < 0.5 * (last_sample + case_progress.undecided_end_sample):
-        return late_tilt
+        return largest_tilt_ratio_so_far
     # A body above the height at which it balances on its rim is in the air; it may fall when it lands.
-    return max(late_tilt, 1.0 if GRAVITY * rise >= case_progress.overturning_energy else tilt_ratio)
+    return max(largest_tilt_ratio_so_far, 1.0 if GRAVITY * rise >= case_progress.overturning_energy else tilt_ratio)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)

@@ -8,13 +8,13 @@ import numpy as np
 from numba import njit
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 SAMPLES_PER_REST_CHECK_BLOCK: Final = 8
 """Number of samples in a block; samples of a body at rest are skipped in whole blocks."""
 
-LEAD_TIME_BEFORE_STRONG_MOTION: Final = 0.5
+LEAD_TIME_BEFORE_STRONG_MOTION_S: Final = 0.5
 """Simulated time before the input motion can move a body at rest, s; its springs then match the motion."""
 
 REST_CHECKS_PER_SAMPLE_BLOCK: Final = 2
@@ -68,31 +68,31 @@ def linear_base_acceleration_of_sample(
     return LinearBaseAcceleration(a0, (a1 - a0) * samples_per_tick, ((a2 - a1) - (a1 - a0)) * samples_per_tick)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def base_acceleration_at_tick(base_acceleration: LinearBaseAcceleration, tick: float) -> float:
     """Return a component of the base acceleration, m/s², at a tick (smallest unit of time) within its sample."""
     return base_acceleration.value_at_sample_start + base_acceleration.slope * tick
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def base_acceleration_in_this_or_next_sample(
-    base_acceleration: LinearBaseAcceleration, tick: float, ticks_beyond_sample: float
+    base_acceleration: LinearBaseAcceleration, ticks_from_sample_start: float, ticks_past_sample_end: float
 ) -> float:
     """Return a component of the base acceleration, m/s², at a tick (unit of time) of its sample or of the next one.
 
-    `ticks_beyond_sample` is the number of ticks from the end of the sample to `tick`; 0 within the sample.
+    `ticks_past_sample_end` is the number of ticks from the end of the sample to `tick`; 0 within the sample.
     """
     return (
-        base_acceleration.value_at_sample_start + base_acceleration.slope * tick
-    ) + base_acceleration.slope_change * ticks_beyond_sample
+        base_acceleration.value_at_sample_start + base_acceleration.slope * ticks_from_sample_start
+    ) + base_acceleration.slope_change * ticks_past_sample_end
 
 
 def largest_upcoming_acceleration(acceleration_magnitude: FloatArray, sampling_interval: float) -> FloatArray:
     """Return the largest base acceleration in a time window after each sample, to test if a body stays at rest.
 
-    Only the next `SAMPLES_PER_REST_CHECK_BLOCK` samples and the time `LEAD_TIME_BEFORE_STRONG_MOTION` count; the value
-    is infinite if the block ends after the record. The maximum of each block is shared by all windows that contain it;
-    sample by sample, this took half of the time of a sweep for long records.
+    Only the next `SAMPLES_PER_REST_CHECK_BLOCK` samples and the time `LEAD_TIME_BEFORE_STRONG_MOTION_S` count; the
+    value is infinite if the block ends after the record. The maximum of each block is shared by all windows that
+    contain it; sample by sample, this took half of the time of a sweep for long records.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def largest_upcoming_acceleration(acceleration_magnitude: FloatArray, sampling_i
     """
     samples = acceleration_magnitude.shape[-1] - 3
     window, count = (
-        SAMPLES_PER_REST_CHECK_BLOCK + int(np.ceil(LEAD_TIME_BEFORE_STRONG_MOTION / sampling_interval)) + 1,
+        SAMPLES_PER_REST_CHECK_BLOCK + int(np.ceil(LEAD_TIME_BEFORE_STRONG_MOTION_S / sampling_interval)) + 1,
         samples // SAMPLES_PER_REST_CHECK_BLOCK + 1,
     )
     padded = np.zeros((count + window // SAMPLES_PER_REST_CHECK_BLOCK + 1, SAMPLES_PER_REST_CHECK_BLOCK))
@@ -132,7 +132,7 @@ def largest_upcoming_acceleration(acceleration_magnitude: FloatArray, sampling_i
     return ahead.reshape(*acceleration_magnitude.shape[:-1], count, REST_CHECKS_PER_SAMPLE_BLOCK)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def is_rest_check_sample(sample: float) -> bool:
     """True if the program tests at this sample whether a body is at rest, so that samples can be skipped.
 
@@ -142,7 +142,7 @@ def is_rest_check_sample(sample: float) -> bool:
     return blocks - math.floor(blocks) < REST_CHECKS_PER_SAMPLE_BLOCK / SAMPLES_PER_REST_CHECK_BLOCK
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def upcoming_motion_is_below_rest_limit(
     ground: GroundMotion, ground_row: int, sample: float, amplitude: float, rest_limit: float
 ) -> bool:

@@ -4,7 +4,7 @@ A kernel keeps its cases in one flat float64 array with a row per quantity and a
 ``j`` is ``array[Q + j]``. The equations are written for one case, as functions of named tuples; a loop over the lanes
 loads the tuples, calls the functions and stores the results. LLVM vectorises such a loop at full width if
 
-- every function that it calls is compiled with `INLINE`;
+- every function that it calls is compiled with `INLINE_OPTIONS`;
 - there is no branch on a case's numbers: use ``a if c else b`` instead, and `select` if one of the two values is the
   one already stored;
 - the arrays are aligned (`cache_line_aligned_zeros`): vectors that straddle two cache lines are a fifth slower.
@@ -47,7 +47,7 @@ COMPILE_OPTIONS: Final[dict[str, Any]] = {
 PYTHON_CALLABLE_COMPILE_OPTIONS: Final[dict[str, Any]] = {**COMPILE_OPTIONS, "nogil": True, "no_cfunc_wrapper": True}
 """Options of the functions that Python calls; without a C wrapper."""
 
-ALLOCATING_INLINE_COMPILE_OPTIONS: Final[dict[str, Any]] = {
+ALLOCATING_INLINE_OPTIONS: Final[dict[str, Any]] = {
     **COMPILE_OPTIONS,
     "pipeline_class": InternalFunctionCompiler,
     "no_cfunc_wrapper": True,
@@ -78,14 +78,14 @@ NO_ALIAS_COMPILE_OPTIONS: Final[dict[str, Any]] = {
 With `INTERNAL_COMPILE_OPTIONS`, LLVM compiles each such loop twice and tests for overlap in every call.
 """
 
-INLINE: Final[dict[str, Any]] = {**INTERNAL_COMPILE_OPTIONS, "forceinline": True}
+INLINE_OPTIONS: Final[dict[str, Any]] = {**INTERNAL_COMPILE_OPTIONS, "forceinline": True}
 """Options of functions called within a loop over the lanes."""
 
 _FLOATS_PER_CACHE_LINE: Final = 8
 """Number of float64 values in a cache line, and in the widest vector."""
 
 
-@njit(**ALLOCATING_INLINE_COMPILE_OPTIONS)
+@njit(**ALLOCATING_INLINE_OPTIONS)
 def cache_line_aligned_zeros(length: int) -> Any:
     """Return a float64 array of zeros aligned to a cache line of 64 bytes; Numba aligns its arrays to 32 bytes."""
     numbers = np.zeros(length + _FLOATS_PER_CACHE_LINE)

@@ -8,7 +8,7 @@ from typing import Final
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INLINE, select
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, select
 
 FLAT_LANDING_DURATION_IN_DECAY_TIMES: Final = 4.0
 """Duration of a flat landing after a contact has closed, in h/K, the decay time of spring and dashpot.
@@ -17,7 +17,7 @@ Within this time the dashpots stop a block of B/H 0.15 or more, heave first and 
 """
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def rotate_cosine_and_sine(cosine: float, sine: float, angle: float) -> tuple[float, float]:
     """Return cosine and sine of an angle after a further rotation by the small angle `angle`, rad."""
     square = angle * angle
@@ -26,20 +26,20 @@ def rotate_cosine_and_sine(cosine: float, sine: float, angle: float) -> tuple[fl
     return cosine - (cosine * versine + sine * angle_sine), sine - (sine * versine - cosine * angle_sine)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def normalise_cosine_and_sine(cosine: float, sine: float) -> tuple[float, float]:
     """Scale cosine and sine of an angle so that their squares sum to 1, against accumulated rounding."""
     unit = 1.5 - 0.5 * (cosine * cosine + sine * sine)
     return cosine * unit, sine * unit
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def clamp_magnitude(force: float, limit: float) -> float:
     """Return a force, or the stretch of a spring, limited to ±limit; the sign is kept, also of zero."""
     return math.copysign(limit, force) if abs(force) > limit else force
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def base_slides_in_flat_landing(friction: float, slip_velocity: float, opening_velocity: float) -> bool:
     """True if a base that lands flat slides: its tangential velocity is at least μ × its vertical velocity (m/s).
 
@@ -50,7 +50,7 @@ def base_slides_in_flat_landing(friction: float, slip_velocity: float, opening_v
     return abs(slip_velocity) >= friction * abs(opening_velocity)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def max_time_between_touches_in_one_impact(stiffness: float, dashpot: float) -> float:
     """Return the longest time (s) between the touches of a base's two ends that still counts as one impact.
 
@@ -61,7 +61,7 @@ def max_time_between_touches_in_one_impact(stiffness: float, dashpot: float) -> 
     return min(1.0 / dashpot, dashpot / stiffness) if dashpot > 0.0 else 0.0
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def base_end_touches_within_time(time: float, depth: float, opening_velocity: float) -> bool:
     """True if an end of a base is in contact, or comes into contact within `time` (s) at its present velocity.
 
@@ -70,13 +70,13 @@ def base_end_touches_within_time(time: float, depth: float, opening_velocity: fl
     return depth > time * (opening_velocity if opening_velocity < 0.0 else 0.0)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def updated_maximum(peak: float, new_value: float) -> float:
     """Return the larger of the peak value so far and a new value; a NaN leaves the peak unchanged."""
     return select(new_value > peak, new_value, peak)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def clamp_friction_and_stretch(
     force_x: float,
     force_y: float,

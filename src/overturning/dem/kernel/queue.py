@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from overturning.dem.kernel.ending import CASE_NOT_ENDED
 from overturning.dem.kernel.ground import GroundMotion
 from overturning.dem.kernel.lanes import (
-    ALLOCATING_INLINE_COMPILE_OPTIONS,
+    ALLOCATING_INLINE_OPTIONS,
     COMPILE_OPTIONS,
-    INLINE,
+    INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
     PYTHON_CALLABLE_COMPILE_OPTIONS,
     cache_line_aligned_zeros,
@@ -157,9 +157,9 @@ def register_model_functions(kernel_input_type: type, *functions: Callable[..., 
             return function if argument_type.instance_class is kernel_input_type else None
 
         options = (
-            ALLOCATING_INLINE_COMPILE_OPTIONS
+            ALLOCATING_INLINE_OPTIONS
             if function.__name__ in {"allocate_workspace", "attempt_steps_until_next_check"}
-            else INLINE
+            else INLINE_OPTIONS
         )
         register = overload(globals()[function.__name__], jit_options=options, strict=False)  # type: ignore[arg-type]
         register(implementation_for_type)

@@ -112,7 +112,7 @@ TERMINATION_LIMITS_DTYPE: Final = table_dtype_of_named_tuples(SceneTerminationLi
 RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(SceneResultTableColumns)
 ELEMENT_RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(ElementResultRow)
 
-MAX_REST_ENERGY_RATIO: Final = 1e-9
+MAX_KINETIC_ENERGY_RATIO_AT_REST: Final = 1e-9
 """Largest kinetic energy at rest, as a share of m g times half the smallest side of the lightest element."""
 
 MIN_FLAT_LANDING_MASS_RATIO: Final = 0.1
@@ -337,7 +337,7 @@ def element_termination_rules(prepared_scene: PreparedScene) -> NDArray[np.void]
                 not item.is_driven_or_held,
                 *fall_rotations_to_both_sides(item),
                 *prepared_scene.tipping_angles_by_side[k],
-                *prepared_scene.support_and_held_base_indices(k),
+                *prepared_scene.support_and_fixed_element_below_indices(k),
                 prepared_scene.overturning_energies[k],
             )
             for k, item in enumerate(prepared_scene.elements)
@@ -355,7 +355,9 @@ def penetration_and_energy_limits_of_case_end(prepared_scene: PreparedScene) -> 
     whole = np.array([item.mass * prepared_scene.scene.gravity * item.smaller_extent for item in free])
     barrier = prepared_scene.overturning_energies[prepared_scene.free_element_indices]
     needs, lightest = barrier > 1e-6 * whole, min(free, key=lambda item: item.mass)
-    rest_energy = MAX_REST_ENERGY_RATIO * lightest.mass * prepared_scene.scene.gravity * 0.5 * lightest.smaller_extent
+    rest_energy = (
+        MAX_KINETIC_ENERGY_RATIO_AT_REST * lightest.mass * prepared_scene.scene.gravity * 0.5 * lightest.smaller_extent
+    )
     least_barrier, least_scale = np.where(needs, barrier, -np.inf).min(), np.where(needs, barrier, whole).min()
     return np.array(
         (

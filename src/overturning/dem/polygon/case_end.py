@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.kernel.ending import CASE_NOT_ENDED, update_slide_end_and_check_case_continues
-from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMPILE_OPTIONS, select
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMPILE_OPTIONS, select
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.energy import (
@@ -37,7 +37,7 @@ MAX_SAFE_ENERGY_RATIO: Final = 0.1
 """Largest kinetic energy, over its barrier, of an element that stands for good; also of all moving elements, over the
 lowest barrier."""
 
-MAX_SUPPORT_GAP_RATIO: Final = 0.1
+MAX_SUPPORT_GAP_TO_LIMIT_RATIO: Final = 0.1
 """Largest gap between an element and its support, as a share of the penetration limit."""
 
 
@@ -57,7 +57,7 @@ def case_status(
     check, moving, standing, fallen, safe, slid = update_fall_sides_and_count_elements(state, lane, element_rules)
     if not np.isfinite(check) or largest_penetration_so_far(state, lane, scene) > limits.max_penetration:
         return CaseStatus.UNSTABLE
-    gap = MAX_SUPPORT_GAP_RATIO * limits.max_penetration
+    gap = MAX_SUPPORT_GAP_TO_LIMIT_RATIO * limits.max_penetration
     # A fallen element may still hit, or slide into, one that stands.
     calm = fallen > 0 and safe == standing and moving < MAX_SAFE_ENERGY_RATIO * limits.min_overturning_energy
     if standing == 0 or (
@@ -158,7 +158,7 @@ def update_fall_sides_and_count_elements(
     return check, moving, standing, fallen, safe, slid
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def peak_rotation(element: ElementState) -> float:
     """Return the largest rotation of an element to either side, rad."""
     return updated_maximum(
@@ -270,9 +270,8 @@ def remaining_motion_cannot_move_groups(
     """True if the record after `sample` is too weak to lift or slide any group of stacked elements that still stand."""
     for p in range(element_groups.shape[0]):
         lowest, last = (
-            rows.element_window(state, element_groups[p, 0]),
-            rows.element_window(state, element_groups[p, 1]),
-        )
+            rows.element_window(state, element_groups[p, 0]), rows.element_window(state, element_groups[p, 1]),
+        )  # fmt: skip
         if lowest[rows.SIDE + lane] == 0.0 and last[rows.SIDE + lane] == 0.0 and sample < stable_from_sample[p]:
             return False
     return True
@@ -302,7 +301,7 @@ def any_peak_rotation_can_grow(state: Any, lane: int, element_rules: Any, spare_
     return False
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def element_point_in_scene_axes(pose: Pose, local_x: float, local_z: float) -> tuple[float, float]:
     """Return the scene coordinates (m) of a point given in the element's own axes, relative to its centre."""
     x, z = rotate_to_scene_axes(pose, local_x, local_z)
@@ -329,10 +328,9 @@ def store_slip_and_last_upright_time(
     """Store each element's slip on its support, and the last time at which the element was upright."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         item, support, sample = (
-            rows.load_element(element_rows, j),
-            rows.load_pose(support_rows, j),
+            rows.load_element(element_rows, j), rows.load_pose(support_rows, j),
             rows.load_case(case_rows, j).current_sample,
-        )
+        )  # fmt: skip
         old, home, passed = item.slip_and_fall, item.rest_position, item.step_motion_and_peaks.last_upright_tick
         x, z = element_point_in_scene_axes(item.pose, home.base_x, home.base_z)
         ox, oz = element_point_in_scene_axes(support, home.support_x, home.support_z)
@@ -378,7 +376,7 @@ def mark_fallen_and_write_case_results(
     """Mark the fallen elements of a case, and write the results of the case and of its elements into table rows."""
     v = int(state[rows.VARIANT + lane])
     element_rules, limits = scene.element_rules[v], scene.termination_limits[v]
-    mark_fallen_elements(state, lane, scene, element_rules, MAX_SUPPORT_GAP_RATIO * limits.max_penetration)
+    mark_fallen_elements(state, lane, scene, element_rules, MAX_SUPPORT_GAP_TO_LIMIT_RATIO * limits.max_penetration)
     work, absorbed = 0.0, contact_work_of_last_half_step(state, lane, scene)
     for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, _, _ = rows.pair_and_element_rows(state, scene, p)

@@ -14,7 +14,12 @@ from typing import Any, Final, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.clock import SCENE_STEP_CONTROL
-from overturning.dem.kernel.lanes import INLINE, NO_ALIAS_COMPILE_OPTIONS, create_elementwise_tuple_functions, select
+from overturning.dem.kernel.lanes import (
+    INLINE_OPTIONS,
+    NO_ALIAS_COMPILE_OPTIONS,
+    create_elementwise_tuple_functions,
+    select,
+)
 from overturning.dem.kernel.mechanics import clamp_magnitude
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.equations import add_pair_force_to_right_sides, add_pair_matrix_to_submatrices
@@ -23,7 +28,7 @@ from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
     contact_points_with_landing_lever_arms,
     correct_slip_for_friction_work,
-    flat_landing_slip_flag_and_signed_friction,
+    flat_landing_slip_flag_and_signed_mu,
     pair_lands_flat,
 )
 from overturning.dem.polygon.mechanics import (
@@ -79,7 +84,7 @@ class PredictedPlanarContactPoint(NamedTuple):
 plus = create_elementwise_tuple_functions(PairVelocityToForceMatrix).plus
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def predict_planar_contact_point(
     contact_law: ContactPointLaw,
     point_history: PlanarContactPointHistory,
@@ -108,9 +113,7 @@ def predict_planar_contact_point(
     on = (pressed | ((not fine) & (point_history.normal_force != 0.0))) & (contact_point.vertex_is_opposite_face > 0.0)
     excess = abs(t) - contact_law.friction * n if fine else abs(signed_friction)
     signed_friction = math.copysign(contact_law.friction, t) if fine else signed_friction
-    drifts, drift = flat_landing_slip_flag_and_signed_friction(
-        contact_law, contact_point, pair_motion.velocity, a, b, held
-    )
+    drifts, drift = flat_landing_slip_flag_and_signed_mu(contact_law, contact_point, pair_motion.velocity, a, b, held)
     signed_friction = drift if held else signed_friction
     particles = a.inverse_mass + b.inverse_mass
     lever_a, lever_b = contact_point.lever_a, contact_point.lever_b
@@ -122,7 +125,7 @@ def predict_planar_contact_point(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def matrix_of_force_per_velocity(
     coefficient: float, force_direction: PairRelativeVector, velocity_direction: PairRelativeVector
 ) -> PairVelocityToForceMatrix:
@@ -139,7 +142,7 @@ def matrix_of_force_per_velocity(
     )  # fmt: skip
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def planar_contact_equation_terms(
     contact_law: ContactPointLaw,
     half_step_time: float,
@@ -182,8 +185,8 @@ def planar_contact_equation_terms(
     return plus(normal, tangent), PlanarContactPointForce(n, t, predicted_point.tangential_stretch), slid
 
 
-@njit(**INLINE)
-def predicted_forces_decide_contact(case: SceneState) -> bool:
+@njit(**INLINE_OPTIONS)
+def step_resolves_contact_vibration(case: SceneState) -> bool:
     """True if the step of a case resolves the contact vibration, so that predicted forces decide contact and slip.
 
     Longer steps use the contact state after the last step.
@@ -197,14 +200,14 @@ def add_pair_to_equations(
 ) -> None:
     """Add the contact terms of two elements to the equations of a step, for all cases in parallel.
 
-    `equations.mark_and_return_pair_submatrices` returns `submatrices` and `empty_flags`.
+    `equations.mark_nonzero_and_return_pair_submatrices` returns `submatrices` and `empty_flags`.
     """
     for j in range(rows.PARALLEL_CASE_COUNT):
         pair, first, second = (
             rows.load_pair(pair_rows, j), rows.load_element(element_a_rows, j), rows.load_element(element_b_rows, j),
         )  # fmt: skip
         case, law, old = rows.load_case(case_rows, j), pair.law, pair.history
-        fine, half = predicted_forces_decide_contact(case), 0.5 * (case.tick_length * case.attempt.length_in_ticks)
+        fine, half = step_resolves_contact_vibration(case), 0.5 * (case.tick_length * case.attempt.length_in_ticks)
         segment = find_contact_segment(pair, first.predicted.pose, second.predicted.pose)
         rows.store_segment(pair_rows, j, segment)
         both = PairMotionAndInertia(
@@ -248,7 +251,7 @@ class SolvedPlanarContactPoint(NamedTuple):
     """True if its friction had the opposite sign before."""
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def solved_planar_contact_point(
     contact_law: ContactPointLaw,
     point_history: PlanarContactPointHistory,
@@ -282,7 +285,7 @@ def solved_planar_contact_point(
     t = -(contact_law.tangential_stiffness * stretch) - contact_law.dashpot * slipping
     whole = PairRelativeVector(u.x + d.x, u.z + d.z, u.rotation_a + d.rotation_a, u.rotation_b + d.rotation_b)
     (drifts, drift), loaded = (
-        flat_landing_slip_flag_and_signed_friction(contact_law, contact_point, whole, a, b, held), most > 0.0,
+        flat_landing_slip_flag_and_signed_mu(contact_law, contact_point, whole, a, b, held), most > 0.0,
     )  # fmt: skip
     force, holds, slips = limit_friction_force(t, n, contact_law, (held & inside, drifts, drift))
     found = (drift if held else math.copysign(contact_law.friction, t)) if slips else 0.0
@@ -303,7 +306,7 @@ def solved_planar_contact_point(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def vertex_positions_from_contact_solution(
     vertex_a: VertexPositionAtFace,
     vertex_b: VertexPositionAtFace,
@@ -338,7 +341,7 @@ def compute_pair_forces_after_solution(
             rows.load_case(case_rows, j), first.predicted, second.predicted, pair.law, step.segment,
         )  # fmt: skip
         fine, half, old = (
-            predicted_forces_decide_contact(case), 0.5 * (case.tick_length * case.attempt.length_in_ticks),
+            step_resolves_contact_vibration(case), 0.5 * (case.tick_length * case.attempt.length_in_ticks),
             case.contact_changes,
         )  # fmt: skip
         moves = (

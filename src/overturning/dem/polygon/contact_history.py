@@ -116,7 +116,7 @@ def normal_force_direction_on_element_a(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def contact_vertex_position_from_element_a(
+def contact_vertex_position_from_centre_of_a(
     pair: PairState, pose_a: Pose, pose_b: Pose, point_number: int, vertex_is_of_a: bool
 ) -> tuple[float, float]:
     """Return the vector (m) from element a's centre to the vertex at contact point `point_number` (0 or 1)."""

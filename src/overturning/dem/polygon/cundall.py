@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.ground import base_acceleration_at_tick
-from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMPILE_OPTIONS, select
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMPILE_OPTIONS, select
 from overturning.dem.kernel.mechanics import clamp_magnitude, updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint, find_contact_segment
@@ -16,7 +16,7 @@ from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
     contact_points_with_landing_lever_arms,
     correct_slip_for_friction_work,
-    flat_landing_slip_flag_and_signed_friction,
+    flat_landing_slip_flag_and_signed_mu,
     pair_lands_flat,
 )
 from overturning.dem.polygon.mechanics import (
@@ -52,7 +52,7 @@ class SceneCundallSchemeConstants(NamedTuple):
     """Ticks in a whole step."""
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def compute_planar_contact_force(
     contact_law: ContactPointLaw,
     point_history: PlanarContactPointHistory,
@@ -104,8 +104,8 @@ def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any
         point_1, point_2 = contact_points_with_landing_lever_arms(
             pair.law, segment, PairMotionAndInertia(u, own_a, own_b), held
         )
-        flat_one = (held, *flat_landing_slip_flag_and_signed_friction(pair.law, segment.point_1, u, own_a, own_b, held))
-        flat_two = (held, *flat_landing_slip_flag_and_signed_friction(pair.law, segment.point_2, u, own_a, own_b, held))
+        flat_one = (held, *flat_landing_slip_flag_and_signed_mu(pair.law, segment.point_1, u, own_a, own_b, held))
+        flat_two = (held, *flat_landing_slip_flag_and_signed_mu(pair.law, segment.point_2, u, own_a, own_b, held))
         one = compute_planar_contact_force(
             pair.law, old.point_1, segment.point_1, segment, case.ticks_per_second, flat_one
         )

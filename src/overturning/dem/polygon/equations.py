@@ -12,8 +12,8 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.kernel.lanes import (
-    ALLOCATING_INLINE_COMPILE_OPTIONS,
-    INLINE,
+    ALLOCATING_INLINE_OPTIONS,
+    INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
     TupleRowLayout,
@@ -70,7 +70,7 @@ class NonzeroPattern(NamedTuple):
     """Number of entries in each row of `later_coupled_elements`, shape (elements,)."""
 
 
-@njit(**ALLOCATING_INLINE_COMPILE_OPTIONS)
+@njit(**ALLOCATING_INLINE_OPTIONS)
 def create_empty_nonzero_pattern(element_count: int) -> Any:
     """Return a pattern without nonzero submatrices for the equations of `element_count` elements."""
     return NonzeroPattern(
@@ -109,21 +109,21 @@ submatrix_window: Final = create_window_slicer(SUBMATRIX_SIZE)
 """``of_submatrix(matrix, k)``: return the rows of submatrix number k."""
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def scale_rows_by_inverse_mass(p: EquationSubmatrix, inertia: ElementConstants, factor: float) -> EquationSubmatrix:
     """Return submatrix `p` with its force rows × `factor`/mass and its moment row × `factor`/moment of inertia."""
     m, i = factor * inertia.inverse_mass, factor * inertia.inverse_inertia
     return EquationSubmatrix(m * p.xx, m * p.xz, m * p.xw, m * p.zx, m * p.zz, m * p.zw, i * p.wx, i * p.wz, i * p.ww)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def submatrix_times_vector(p: EquationSubmatrix, v: PlanarVector) -> PlanarVector:
     """Return the product of a 3 × 3 submatrix `p` and a vector `v`."""
     x, z = (p.xx * v.x + p.xz * v.z) + p.xw * v.w, (p.zx * v.x + p.zz * v.z) + p.zw * v.w
     return PlanarVector(x, z, (p.wx * v.x + p.wz * v.z) + p.ww * v.w)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def submatrix_product(p: EquationSubmatrix, q: EquationSubmatrix) -> EquationSubmatrix:
     """Return the product of two 3 × 3 submatrices of the equations."""
     x, z = (
@@ -134,7 +134,7 @@ def submatrix_product(p: EquationSubmatrix, q: EquationSubmatrix) -> EquationSub
     return EquationSubmatrix(x.x, z.x, w.x, x.z, z.z, w.z, x.w, z.w, w.w)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def inverse_of_submatrix(p: EquationSubmatrix) -> EquationSubmatrix:
     """Return the inverse of a 3 × 3 submatrix of the equations, from cofactors and one division."""
     xx, xz, xw = p.zz * p.ww - p.zw * p.wz, p.xw * p.wz - p.xz * p.ww, p.xz * p.zw - p.xw * p.zz
@@ -144,7 +144,7 @@ def inverse_of_submatrix(p: EquationSubmatrix) -> EquationSubmatrix:
     return EquationSubmatrix(by * xx, by * xz, by * xw, by * zx, by * zz, by * zw, by * wx, by * wz, by * ww)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def subtract_terms_from_submatrix(
     submatrix: Any, lane: int, is_empty: bool, diagonal: float, terms: EquationSubmatrix
 ) -> None:
@@ -157,7 +157,7 @@ def subtract_terms_from_submatrix(
     ), terms))  # fmt: skip
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def add_pair_matrix_to_submatrices(
     submatrices: PairSubmatrices,
     empty_flags: Any,
@@ -227,7 +227,7 @@ def add_pair_matrix_to_submatrices(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def add_pair_force_to_right_sides(
     right_side_a: PlanarVector,
     right_side_b: PlanarVector,
@@ -360,7 +360,7 @@ def equation_submatrix_or_placeholder(
 
 
 @njit(inline="always", **INTERNAL_COMPILE_OPTIONS)
-def mark_and_return_pair_submatrices(
+def mark_nonzero_and_return_pair_submatrices(
     matrix: Any, nonzero_pattern: NonzeroPattern, equation_flags: Any, element_a: int, element_b: int
 ) -> tuple[PairSubmatrices, Any]:
     """Return the four equation submatrices of elements a and b, marked as nonzero, and flags of those unset before."""

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import rotate_cosine_and_sine
 from overturning.dem.polygon.state import (
     VERTEX_OF_B,
@@ -107,7 +107,7 @@ class VertexPositionAndLeverArms(NamedTuple):
     """Lever arms about the centre of b."""
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def rotate_to_scene_axes(pose: Pose, x: float, z: float) -> tuple[float, float]:
     """Return the scene components of a vector with components (x, z) in the axes of an element."""
     return pose.cos * x + pose.sin * z, pose.cos * z - pose.sin * x
@@ -124,7 +124,7 @@ def polygon_face(faces: Any, face_index: int) -> ElementFace:
     return ElementFace(nx, nz, faces[face_index, 6], low, high)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def relative_face_position(
     face_a: ElementFace, face_b: ElementFace, pose_a: Pose, pose_b: Pose
 ) -> RelativeFacePosition:
@@ -148,7 +148,7 @@ def relative_face_position(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def convert_components_to_other_face_axes(
     normal_offset: float, tangent_offset: float, cosine: float, sine: float
 ) -> tuple[float, float]:
@@ -159,7 +159,7 @@ def convert_components_to_other_face_axes(
     return normal_offset * cosine + tangent_offset * sine, tangent_offset * cosine - normal_offset * sine
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def locate_vertex_of_element_a(
     normal_offset: float,
     tangent_offset: float,
@@ -185,7 +185,7 @@ def locate_vertex_of_element_a(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def locate_vertex_of_element_b(
     normal_offset: float,
     tangent_offset: float,
@@ -214,7 +214,7 @@ def locate_vertex_of_element_b(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def locate_face_vertices(
     face_a: ElementFace,
     face_b: ElementFace,
@@ -256,7 +256,7 @@ def locate_face_vertices(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def build_planar_contact_point(
     vertex_is_of_a: bool,
     vertex_is_opposite: bool,
@@ -286,16 +286,16 @@ def build_planar_contact_point(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def find_contact_segment(pair: PairState, pose_a: Pose, pose_b: Pose) -> ContactSegment:
     """Return the overlap of two elements' nearest faces, with open contact points if they are too far apart."""
-    return find_contact_segment_with_touch_flag(
+    return find_contact_segment_given_may_touch(
         pair, pose_a, pose_b, pair.nearest_faces.max_motion_at_step_end >= pair.nearest_faces.motion_before_contact
     )
 
 
-@njit(**INLINE)
-def find_contact_segment_with_touch_flag(
+@njit(**INLINE_OPTIONS)
+def find_contact_segment_given_may_touch(
     pair: PairState, pose_a: Pose, pose_b: Pose, may_touch: bool
 ) -> ContactSegment:
     """Return the overlap of two elements' nearest faces at given poses; with open contact points unless `may_touch`.

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INLINE
+from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import base_slides_in_flat_landing
 from overturning.dem.polygon.faces import ContactSegment, ForceLeverArms, PlanarContactPoint
 from overturning.dem.polygon.mechanics import PairRelativeVector, PlanarContactPointResult, opening_and_slip_rates
@@ -26,7 +26,7 @@ class PairMotionAndInertia(NamedTuple):
     b: ElementConstants
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def contact_point_lands_in_this_impact(
     contact_law: ContactPointLaw,
     point_history: PlanarContactPointHistory,
@@ -49,7 +49,7 @@ def contact_point_lands_in_this_impact(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def pair_lands_flat(
     contact_law: ContactPointLaw,
     pair_history: PairHistory,
@@ -65,8 +65,8 @@ def pair_lands_flat(
     )
 
 
-@njit(**INLINE)
-def flat_landing_slip_flag_and_signed_friction(
+@njit(**INLINE_OPTIONS)
+def flat_landing_slip_flag_and_signed_mu(
     contact_law: ContactPointLaw,
     contact_point: PlanarContactPoint,
     velocity: PairRelativeVector,
@@ -88,7 +88,7 @@ def flat_landing_slip_flag_and_signed_friction(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def relative_rotation_lever_arm(
     lever_a: float, lever_b: float, inverse_inertia_a: float, inverse_inertia_b: float
 ) -> float:
@@ -97,7 +97,7 @@ def relative_rotation_lever_arm(
     return (lever_a * inverse_inertia_a + lever_b * inverse_inertia_b) / (total if total > 0.0 else 1.0)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def reduce_tangential_lever_arms(contact_point: PlanarContactPoint, lever_reduction: float) -> PlanarContactPoint:
     """Return a contact point, with `lever_reduction` (m) subtracted from the lever arms of its tangential force."""
     end = contact_point
@@ -109,7 +109,7 @@ def reduce_tangential_lever_arms(contact_point: PlanarContactPoint, lever_reduct
     )  # fmt: skip
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def contact_points_with_landing_lever_arms(
     contact_law: ContactPointLaw, contact_segment: ContactSegment, pair_motion: PairMotionAndInertia, lands_flat: bool
 ) -> tuple[PlanarContactPoint, PlanarContactPoint]:
@@ -120,8 +120,8 @@ def contact_points_with_landing_lever_arms(
     where it causes no such rotation.
     """
     one, two, (u, a, b) = contact_segment.point_1, contact_segment.point_2, pair_motion
-    slides_one, drift = flat_landing_slip_flag_and_signed_friction(contact_law, one, u, a, b, lands_flat)
-    slides_two, other = flat_landing_slip_flag_and_signed_friction(contact_law, two, u, a, b, lands_flat)
+    slides_one, drift = flat_landing_slip_flag_and_signed_mu(contact_law, one, u, a, b, lands_flat)
+    slides_two, other = flat_landing_slip_flag_and_signed_mu(contact_law, two, u, a, b, lands_flat)
     ia, ib = a.inverse_inertia, b.inverse_inertia
     t1, t2 = (
         relative_rotation_lever_arm(one.lever_a.t, one.lever_b.t, ia, ib),
@@ -138,7 +138,7 @@ def contact_points_with_landing_lever_arms(
     return reduce_tangential_lever_arms(one, share * t1), reduce_tangential_lever_arms(two, share * t2)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def correct_slip_for_friction_work(
     contact_segment: ContactSegment,
     landing_points: tuple[PlanarContactPoint, PlanarContactPoint],

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INLINE
+from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import clamp_magnitude, rotate_cosine_and_sine, updated_maximum
 from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint
 from overturning.dem.polygon.state import (
@@ -109,7 +109,7 @@ class PairVelocityToForceMatrix(NamedTuple):
     bb: float
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def element_acceleration(
     element: ElementState, horizontal_base_acceleration: float, vertical_base_acceleration: float, gravity: float
 ) -> PlanarVector:
@@ -123,7 +123,7 @@ def element_acceleration(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def extrapolate_velocity(velocity: PlanarVector, acceleration: PlanarVector, duration: float) -> PlanarVector:
     """Return a velocity after `duration` (s) at constant acceleration."""
     return PlanarVector(
@@ -133,7 +133,7 @@ def extrapolate_velocity(velocity: PlanarVector, acceleration: PlanarVector, dur
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def extrapolate_pose(pose: Pose, velocity: PlanarVector, duration: float) -> Pose:
     """Return a pose after `duration` (s) at constant velocity."""
     c, s = rotate_cosine_and_sine(pose.cos, pose.sin, duration * velocity.w)
@@ -142,7 +142,7 @@ def extrapolate_pose(pose: Pose, velocity: PlanarVector, duration: float) -> Pos
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def power_against_inertial_and_holding_forces(
     element: ElementState,
     horizontal_base_acceleration: float,
@@ -156,13 +156,13 @@ def power_against_inertial_and_holding_forces(
     ) + own.is_fixed_in_space * (force.x * velocity.x + force.z * velocity.z)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def contact_vertex_owner(contact_point: PlanarContactPoint) -> float:
     """Return `VERTEX_OF_A` if a contact point lies at a vertex of element a, `VERTEX_OF_B` if at a vertex of b."""
     return VERTEX_OF_A if contact_point.vertex_is_of_a > 0.0 else VERTEX_OF_B
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def tangential_spring_stretch(
     point_history: PlanarContactPointHistory,
     contact_point: PlanarContactPoint,
@@ -188,7 +188,7 @@ def tangential_spring_stretch(
     return stretch if point_history.vertex_owner != OPEN else 0.0
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def sum_contact_point_forces(
     point_1: PlanarContactPoint,
     point_2: PlanarContactPoint,
@@ -208,7 +208,7 @@ def sum_contact_point_forces(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def add_pair_force_to_elements(
     force_on_a: PlanarVector, force_on_b: PlanarVector, pair_force: PairForce
 ) -> tuple[PlanarVector, PlanarVector]:
@@ -219,13 +219,13 @@ def add_pair_force_to_elements(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def velocity_of_a_relative_to_b(velocity_a: PlanarVector, velocity_b: PlanarVector) -> PairRelativeVector:
     """Return the velocity of element a relative to element b, with the angular velocities of both."""
     return PairRelativeVector(velocity_a.x - velocity_b.x, velocity_a.z - velocity_b.z, velocity_a.w, velocity_b.w)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def opening_and_slip_rates(contact_point: PlanarContactPoint, velocity: PairRelativeVector) -> tuple[float, float]:
     """Return opening and slip rates (m/s) at a contact point of two elements, from `velocity` of a relative to b."""
     opening = (contact_point.nx * velocity.x + contact_point.nz * velocity.z) + (
@@ -236,7 +236,7 @@ def opening_and_slip_rates(contact_point: PlanarContactPoint, velocity: PairRela
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def limit_friction_force(
     trial_force: float, normal_force: float, contact_law: ContactPointLaw, flat_landing_state: tuple[bool, bool, float]
 ) -> tuple[float, float, bool]:
@@ -244,7 +244,7 @@ def limit_friction_force(
 
     `trial_force` is the force without friction limit (N), `normal_force` the normal force (N). `flat_landing_state`
     holds whether the point is in contact in a flat landing, and both results of
-    `flat_landing_slip_flag_and_signed_friction`: a point that has not touched yet has no friction.
+    `flat_landing_slip_flag_and_signed_mu`: a point that has not touched yet has no friction.
     """
     (held, drifts, drift), limit = flat_landing_state, contact_law.friction * normal_force
     slips = drifts if held else abs(trial_force) > limit
@@ -252,7 +252,7 @@ def limit_friction_force(
     return force, (limit if limit > 0.0 else 0.0), slips
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def contact_point_history_after_step(
     point_history: PlanarContactPointHistory,
     other_point_history: PlanarContactPointHistory,
@@ -282,7 +282,7 @@ def contact_point_history_after_step(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def twice_energy_absorbed_at_contact_point(
     point_history: PlanarContactPointHistory, contact_point: PlanarContactPoint, point_result: PlanarContactPointResult
 ) -> float:
@@ -293,7 +293,7 @@ def twice_energy_absorbed_at_contact_point(
     return value if (point_history.vertex_owner != OPEN) | point_result.is_in_contact else 0.0
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def pair_history_after_step(
     pair_history: PairHistory,
     contact_segment: ContactSegment,

@@ -14,17 +14,17 @@ from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.path import PlanarTrajectory
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact_history import (
-    contact_vertex_position_from_element_a,
+    contact_vertex_position_from_centre_of_a,
     normal_force_direction_on_element_a,
 )
 from overturning.dem.polygon.prepare import PreparedScene
 from overturning.dem.polygon.state import OPEN, VERTEX_OF_A
 
 TIME, GROUND = range(2)
-COLUMNS_PER_ELEMENT: Final = 6
+TRAJECTORY_COLUMNS_PER_ELEMENT: Final = 6
 """Columns of an element: x, z, rotation and their rates."""
 FX, FZ, LOAD, LOAD_X, LOAD_Z = range(5)
-COLUMNS_PER_CONTACT_POINT: Final = 5
+TRAJECTORY_COLUMNS_PER_CONTACT_POINT: Final = 5
 """Columns of an end: mean force on the pair's first element until the next sample (x, z), mean normal force, and
 mean of normal force × place (x, z)."""
 
@@ -45,7 +45,7 @@ def record_element_motion_of_first_case(
     for e in range(element_count):
         item = rows.load_element(rows.element_window(state, e), 0)
         pose, v, a = item.pose, item.velocity, item.acceleration
-        at = 2 + COLUMNS_PER_ELEMENT * e
+        at = 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * e
         trajectory_row[at], trajectory_row[at + 1], trajectory_row[at + 2] = pose.x, pose.z, pose.angle
         trajectory_row[at + 3], trajectory_row[at + 4], trajectory_row[at + 5] = (
             v.x + half * a.x,
@@ -75,10 +75,14 @@ def add_contact_forces_to_trajectory(
                 memory.vertex_owner == VERTEX_OF_A,
             )
             (rx, rz), (nx, nz) = (
-                contact_vertex_position_from_element_a(pair, a, b, end, mine),
+                contact_vertex_position_from_centre_of_a(pair, a, b, end, mine),
                 normal_force_direction_on_element_a(a, b, pair.face_a, pair.face_b, mine),
             )
-            at = 2 + COLUMNS_PER_ELEMENT * scene.element_rules.shape[1] + COLUMNS_PER_CONTACT_POINT * (2 * p + end)
+            at = (
+                2
+                + TRAJECTORY_COLUMNS_PER_ELEMENT * scene.element_rules.shape[1]
+                + TRAJECTORY_COLUMNS_PER_CONTACT_POINT * (2 * p + end)
+            )
             trajectory_rows[row_index, at + FX] += n * nx + tangent * nz
             trajectory_rows[row_index, at + FZ] += n * nz - tangent * nx
             trajectory_rows[row_index, at + LOAD] += n
@@ -90,16 +94,16 @@ def count_trajectory_columns(prepared_scene: PreparedScene) -> int:
     """Return the number of columns of the trajectory of a scene."""
     return (
         2
-        + COLUMNS_PER_ELEMENT * len(prepared_scene.elements)
-        + 2 * COLUMNS_PER_CONTACT_POINT * len(prepared_scene.pairs)
+        + TRAJECTORY_COLUMNS_PER_ELEMENT * len(prepared_scene.elements)
+        + 2 * TRAJECTORY_COLUMNS_PER_CONTACT_POINT * len(prepared_scene.pairs)
     )
 
 
 def planar_trajectory_of_scene(prepared_scene: PreparedScene, trajectory_rows: FloatArray) -> PlanarTrajectory:
     """Convert the kernel's trajectory rows of a scene to a `PlanarTrajectory`."""
     placed, ends = prepared_scene.elements, 2 * len(prepared_scene.pairs)
-    poses_end = 2 + COLUMNS_PER_ELEMENT * len(placed)
-    forces = trajectory_rows[:, poses_end:].reshape(len(trajectory_rows), ends, COLUMNS_PER_CONTACT_POINT)
+    poses_end = 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * len(placed)
+    forces = trajectory_rows[:, poses_end:].reshape(len(trajectory_rows), ends, TRAJECTORY_COLUMNS_PER_CONTACT_POINT)
     force, load = forces[:, :, [FX, FZ]], forces[:, :, [LOAD]]
     contacts: list[tuple[str, str]] = []
     for index, pair in enumerate(prepared_scene.pairs):
@@ -116,7 +120,9 @@ def planar_trajectory_of_scene(prepared_scene: PreparedScene, trajectory_rows: F
         critical_angles=prepared_scene.tipping_angles,
         time=trajectory_rows[:, TIME],
         base_acceleration=trajectory_rows[:, GROUND],
-        poses_and_rates=trajectory_rows[:, 2:poses_end].reshape(len(trajectory_rows), len(placed), COLUMNS_PER_ELEMENT),
+        poses_and_rates=trajectory_rows[:, 2:poses_end].reshape(
+            len(trajectory_rows), len(placed), TRAJECTORY_COLUMNS_PER_ELEMENT
+        ),
         contact_forces=force,
         contact_force_points=forces[:, :, [LOAD_X, LOAD_Z]] / np.where(load > 0.0, load, np.nan),
         contact_element_names=contacts,

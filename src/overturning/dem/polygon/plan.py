@@ -12,12 +12,12 @@ from overturning.dem.kernel.clock import SCENE_STEP_CONTROL
 from overturning.dem.limits import MAX_ROCKING_TIMES_AFTER_RECORD
 from overturning.dem.numerics import BLOCK_STEP_COST_OF_ELEMENT_STEP, NumericalOptions
 from overturning.dem.path import PlanarTrajectory
-from overturning.dem.plan import SimulationPlan, base_accelerations_by_azimuth, check_trajectory_size
+from overturning.dem.plan import SimulationPlan, azimuth_rows_and_base_accelerations, check_trajectory_size
 from overturning.dem.polygon import arrays as t
 from overturning.dem.polygon.path import (
-    COLUMNS_PER_ELEMENT,
     GROUND,
     TIME,
+    TRAJECTORY_COLUMNS_PER_ELEMENT,
     count_trajectory_columns,
     planar_trajectory_of_scene,
 )
@@ -26,7 +26,7 @@ from overturning.dem.polygon.rows import PARALLEL_CASE_COUNT
 from overturning.dem.polygon.rules import SCHEME_CONSTANTS, SceneKernelInput
 from overturning.dem.quiet import (
     MAX_SCENE_REST_TO_ONSET_THRESHOLD_RATIO,
-    STRONG_MOTION_THRESHOLD_RATIO,
+    SIMULATION_START_TO_ONSET_THRESHOLD_RATIO,
     dynamic_overshoot_bound,
     find_strong_motion_ranges,
     largest_acceleration_without_motion,
@@ -40,7 +40,7 @@ from overturning.dem.time_step import (
 )
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
-from overturning.model.contact import check_stiffness_precision
+from overturning.model.contact import check_static_penetration_exceeds_rounding
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
 from overturning.model.status import CaseStatus
@@ -130,7 +130,7 @@ class PolygonSimulationPlan(SimulationPlan):
         _, longer = plan.simulate_cases_of_group(
             np.zeros(1, np.int64), np.zeros(1, np.int64), plan.create_trajectory_buffer(is_recorded=True)
         )
-        poses = slice(0, 2 + COLUMNS_PER_ELEMENT * len(self.variants[0].elements))
+        poses = slice(0, 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * len(self.variants[0].elements))
         same = len(longer) > len(trajectory) and np.array_equal(longer[: len(trajectory), poses], trajectory[:, poses])
         return longer if same else trajectory
 
@@ -139,14 +139,14 @@ class PolygonSimulationPlan(SimulationPlan):
         prepared = self.variants[0]
         rest, poses_end = (
             np.zeros((sample_count, count_trajectory_columns(prepared))),
-            2 + COLUMNS_PER_ELEMENT * len(prepared.elements),
+            2 + TRAJECTORY_COLUMNS_PER_ELEMENT * len(prepared.elements),
         )
         rest[:, poses_end:] = np.nan
         rest[:, TIME] = np.arange(sample_count) * self.motion.sampling_interval
         rest[:, GROUND] = self.base_accelerations[0, :sample_count] * self.case_table[0]["amplitude_factor"]
         for index, item in enumerate(prepared.elements):
             pose = np.array([item.x, item.z, 0.0]) + prepared.rest_displacements[index]
-            rest[:, 2 + COLUMNS_PER_ELEMENT * index : 5 + COLUMNS_PER_ELEMENT * index] = pose
+            rest[:, 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * index : 5 + TRAJECTORY_COLUMNS_PER_ELEMENT * index] = pose
         return rest
 
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> PlanarTrajectory:
@@ -166,7 +166,7 @@ def plan_scene_simulation(
     variant = variant.reshape(-1)
     variants = [prepare_scene(scene, float(height), float(ratio)) for height, ratio, _ in distinct]
     _check_variant_stiffness_and_pairs(scene, variants)
-    row, ground = base_accelerations_by_azimuth(motion, cases)
+    row, ground = azimuth_rows_and_base_accelerations(motion, cases)
     square = np.array([item.max_spring_eigenvalue for item in variants])
     rate = np.array([item.max_dashpot_eigenvalue for item in variants]) * distinct[:, 2]
     time = np.array([item.shortest_rocking_time_constant for item in variants])
@@ -224,7 +224,7 @@ def plan_scene_simulation(
         for part in range(len(variants[0].group_element_ranges)):
             safe = np.array([item.group_onset_accelerations[part] if alike else 0.0 for item in variants])[variant]
             stable_from_sample[:, part] = quiet(
-                np.minimum(UPLIFT_SAFETY_FACTOR * safe, grip) / STRONG_MOTION_THRESHOLD_RATIO
+                np.minimum(UPLIFT_SAFETY_FACTOR * safe, grip) / SIMULATION_START_TO_ONSET_THRESHOLD_RATIO
             )[1]
     return PolygonSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_rows=row,
@@ -307,7 +307,7 @@ def _check_variant_stiffness_and_pairs(scene: Scene, prepared_scenes: list[Prepa
         # Check as for a block as high as the scene. A contact that carries a trace of the weight is made for more.
         loaded = item.laws.carried_weight > 0.0
         penetrations = item.laws.design_weight[loaded] / (2.0 * item.laws.normal_stiffness[loaded])
-        check_stiffness_precision(
+        check_static_penetration_exceeds_rounding(
             scene.gravity / (2.0 * penetrations), np.full(penetrations.size, item.top_height_of_free_elements), 0.0
         )
     alike = {

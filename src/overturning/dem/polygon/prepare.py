@@ -128,7 +128,7 @@ class PreparedScene:
         supports, centres = self.support_indices, self.base_centres
         return np.array([far[on] - abs(x - self.elements[on].x) for on, (x, _) in zip(supports, centres, strict=True)])
 
-    def support_and_held_base_indices(self, element_index: int) -> tuple[int, int]:
+    def support_and_fixed_element_below_indices(self, element_index: int) -> tuple[int, int]:
         """Return the indices of an element's support and of the held element at the bottom of its stack, else −1."""
         last = element_index
         while not self.elements[last].is_driven_or_held and self.support_indices[last] != last:
@@ -225,10 +225,10 @@ def smallest_free_element_side(elements: Elements) -> float:
 ElementSupports = dict[int, dict[int, list[PossibleContactPoint]]]
 """Loaded contact points, by the element that stands on them and the element that carries it."""
 
-MAX_PARALLEL_SINE: Final = 0.05
+MAX_SINE_BETWEEN_PARALLEL_NORMALS: Final = 0.05
 """Sine of the angle between two normals up to which they count as parallel."""
 
-MIN_TIPPING_ANGLE: Final = 1e-6
+MIN_TIPPING_ANGLE_RAD: Final = 1e-6
 """Smallest tipping angle, rad; an element with a smaller one counts as having none."""
 
 
@@ -264,7 +264,7 @@ def _mask_of_freely_standing_elements(
         result[k] = (
             not elements[k].is_driven_or_held
             and len(found) > 0
-            and bool((np.abs(across - across.T) < MAX_PARALLEL_SINE).all())
+            and bool((np.abs(across - across.T) < MAX_SINE_BETWEEN_PARALLEL_NORMALS).all())
         )
     return result
 
@@ -295,12 +295,12 @@ def _tipping_angles_energies_and_supports(
             # Rounded, since libm differs between processors in the last digit.
             reach.append(round(float(np.arctan2(max(arm, 0.0), rise)), 12))
             lift.append(np.sqrt(arm * arm + rise * rise) - rise if arm > 0 else 0.0)
-        if freely_standing_elements[k] and min(reach) > MIN_TIPPING_ANGLE:
+        if freely_standing_elements[k] and min(reach) > MIN_TIPPING_ANGLE_RAD:
             tips[k] = reach
             critical[k], least = min(reach), min(lift)
         else:
             least = 0.0
-            critical[k] = min(item.fall_threshold_rotations_rad) if rests else max(min(reach), MIN_TIPPING_ANGLE)
+            critical[k] = min(item.fall_threshold_rotations_rad) if rests else max(min(reach), MIN_TIPPING_ANGLE_RAD)
         barrier[k] = item.mass * scene.gravity * max(least, 1e-9 * item.smaller_extent)
     return tips, critical, barrier, support, base
 
@@ -326,24 +326,24 @@ def _rocking_onset_accelerations(
     free = [k for k, item in enumerate(elements) if not item.is_driven_or_held]
     if any(len(supports.get(k, {})) != 1 for k in free):
         return 0.0, np.array([(k, k) for k in free]), np.zeros(len(free))
-    threshold = np.inf
-    parts: dict[tuple[int, int], float] = {}
+    threshold, parts = np.inf, dict[tuple[int, int], float]()
     for k in free:
         points = [end.point for ends in supports[k].values() for end in ends]
         for side in (-1.0, 1.0):
             edge = max(points, key=lambda point: side * point[0])
-            whole = _elements_that_overturn_together(elements, supports, k, max(free), edge, side, -np.inf)
+            whole = _indices_of_elements_overturning_together(elements, supports, k, max(free), edge, side, -np.inf)
             threshold = min(threshold, _uplift_acceleration_of_group(elements, whole, edge, side))
             for last in whole:
                 least = _uplift_acceleration_of_group(
-                    elements, _elements_that_overturn_together(elements, supports, k, last, edge, side, -np.inf),
+                    elements, _indices_of_elements_overturning_together(elements, supports, k, last, edge, side,
+                    -np.inf),
                     edge, side,
                 )  # fmt: skip
                 # Leave out elements that hold the part down at this acceleration, until the result no longer changes.
                 while (
                     less := _uplift_acceleration_of_group(
                         elements,
-                        _elements_that_overturn_together(elements, supports, k, last, edge, side, least),
+                        _indices_of_elements_overturning_together(elements, supports, k, last, edge, side, least),
                         edge,
                         side,
                     )
@@ -366,27 +366,27 @@ def _uplift_acceleration_of_group(
     return float(rotation_side * (edge_point[0] - x) / (z - edge_point[1]))
 
 
-def _elements_that_overturn_together(
+def _indices_of_elements_overturning_together(
     elements: Elements,
     supports: ElementSupports,
     root_index: int,
     last_index: int,
     edge_point: tuple[float, float],
     rotation_side: float,
-    acceleration_share: float,
+    acceleration_over_g: float,
 ) -> list[int]:
     """Return the indices of an element and of the elements on it that overturn with it at a base acceleration.
 
-    Elements after `last_index` do not count. `acceleration_share` is |a|/g; −infinity includes all elements on it.
+    Elements after `last_index` do not count. `acceleration_over_g` is |a|/g; −infinity includes all elements on it.
     """
 
     def restoring_moment_and_element_indices(element_index: int) -> tuple[float, list[int]]:
         """Return the restoring moment over g of an element and those on it that overturn too, and their indices."""
-        item, whole = elements[element_index], acceleration_share == -np.inf
+        item, whole = elements[element_index], acceleration_over_g == -np.inf
         held = (
             0.0
             if whole
-            else item.mass * (rotation_side * (edge_point[0] - item.x) - acceleration_share * (item.z - edge_point[1]))
+            else item.mass * (rotation_side * (edge_point[0] - item.x) - acceleration_over_g * (item.z - edge_point[1]))
         )
         part = [element_index]
         for moment, more in map(

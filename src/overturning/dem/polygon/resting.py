@@ -6,12 +6,12 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.kernel.ending import MAX_TILT_RATIO_AT_REST, NEGLIGIBLE_REMAINING_SLIP_M, body_is_still
-from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import find_contact_segment_with_touch_flag
+from overturning.dem.polygon.faces import find_contact_segment_given_may_touch
 from overturning.dem.polygon.state import OPEN, ElementState, PairState, PlanarContactPointHistory
 
-MAX_REST_SLIP_RATIO: Final = 0.2
+MAX_SLIP_RATIO_AT_REST: Final = 0.2
 """Largest slip of an element at rest, as a share of α × height of its centre above the base: its joints then carry
 nearly their original load."""
 
@@ -37,7 +37,7 @@ def element_has_tipped_or_dropped(element: ElementState, element_rules: Any) -> 
     return bool(element_has_tipped(element, element_rules) or element.pose.z < element.rest_position.fall_limit_z)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def count_closed_contact_points(pair: PairState) -> int:
     """Count the contact points of two elements at which these touch, 0 to 2."""
     return (1 if pair.history.point_1.vertex_owner != OPEN else 0) + (
@@ -66,7 +66,7 @@ def last_support_time(state: Any, lane: int, scene: Any, element_index: int, max
         ):
             continue
         had = True
-        segment = find_contact_segment_with_touch_flag(pair, rows.load_pose(a, lane), rows.load_pose(b, lane), True)
+        segment = find_contact_segment_given_may_touch(pair, rows.load_pose(a, lane), rows.load_pose(b, lane), True)
         if (segment.point_1.vertex_is_opposite_face and segment.point_1.depth > -max_gap) or (
             segment.point_2.vertex_is_opposite_face and segment.point_2.depth > -max_gap
         ):
@@ -112,7 +112,7 @@ def any_element_can_still_land(state: Any, lane: int, scene: Any, element_rules:
     return False
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def contact_point_is_sliding(pair: PairState, point_history: PlanarContactPointHistory) -> bool:
     """True if a contact point of two elements slides: its friction force has reached the limit."""
     return bool(
@@ -122,7 +122,7 @@ def contact_point_is_sliding(pair: PairState, point_history: PlanarContactPointH
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def horizontal_velocity_above_centre(element: ElementState, height: float) -> float:
     """Return the horizontal velocity of an element at a height above its centre, m/s; its tilt is neglected."""
     return float(element.velocity.x + element.velocity.w * (element.pose.cos * height))
@@ -182,7 +182,7 @@ def all_elements_at_rest(state: Any, lane: int, scene: Any) -> bool:
         tilt, slip = abs(item.pose.angle), abs(item.slip_and_fall.slip)
         if item.slip_and_fall.fall_side != 0.0 or tilt > MAX_TILT_RATIO_AT_REST * item.constants.critical_angle:
             return False
-        if slip > MAX_REST_SLIP_RATIO * item.constants.critical_angle * height:
+        if slip > MAX_SLIP_RATIO_AT_REST * item.constants.critical_angle * height:
             return False
         v, a = item.velocity, item.acceleration
         speed, change = abs(v.x) + abs(v.z) + height * abs(v.w), abs(a.x) + abs(a.z) + height * abs(a.w)

@@ -26,7 +26,7 @@ from overturning.dem.kernel.ground import (
     upcoming_motion_is_below_rest_limit,
 )
 from overturning.dem.kernel.lanes import (
-    INLINE,
+    INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
     cache_line_aligned_zeros,
@@ -51,7 +51,7 @@ from overturning.dem.polygon.case_end import (
 from overturning.dem.polygon.energy import scene_energy
 from overturning.dem.polygon.equations import SPARE_SUBMATRIX_COUNT, SUBMATRIX_SIZE, create_empty_nonzero_pattern
 from overturning.dem.polygon.path import (
-    COLUMNS_PER_ELEMENT,
+    TRAJECTORY_COLUMNS_PER_ELEMENT,
     add_contact_forces_to_trajectory,
     record_element_motion_of_first_case,
 )
@@ -138,7 +138,7 @@ def allocate_workspace(kernel_input: Any) -> Any:
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
     """Return views of a scene's arrays without reference counts, which compiled code would update at every step."""
     layout, parts, sizes = (
@@ -259,7 +259,7 @@ def attempt_steps_until_next_check(
         view_without_reference_counts(workspace.is_movable),
     )
     pairs = view_without_reference_counts(workspace.active_pairs)
-    with_forces = trajectory.shape[0] > 0 and trajectory.shape[1] > 2 + COLUMNS_PER_ELEMENT * elements
+    with_forces = trajectory.shape[0] > 0 and trajectory.shape[1] > 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * elements
     early = np.zeros((1, trajectory.shape[1]))
     if trajectory.shape[0] > 0:
         most_rows = settings.max_trajectory_rows // trajectory.shape[1]

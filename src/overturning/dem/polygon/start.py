@@ -27,7 +27,7 @@ def write_initial_case_state(
     variant_index: float,
     sampling_interval: float,
     ticks_per_sample: float,
-    velocity_lag: float,
+    velocity_lag_steps: float,
 ) -> None:
     """Write the initial `SceneState` of a case into column `lane` of the state array."""
     step, none, last_check = (
@@ -49,7 +49,7 @@ def write_initial_case_state(
             base_acceleration=SceneBaseAcceleration(none, none, 0.0),
             tick_length=step,
             ticks_per_second=ticks_per_sample / sampling_interval,
-            velocity_lag=velocity_lag * step,
+            velocity_lag=velocity_lag_steps * step,
             step_control=step_control,
             attempt=first,
             contact_changes=rows.zero_contact_changes(),

@@ -6,18 +6,18 @@ from numba import njit
 
 from overturning.dem.kernel.clock import SCENE_STEP_CONTROL, StepContactChanges, accept_or_reject_and_choose_next_step
 from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample
-from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMPILE_OPTIONS, select
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMPILE_OPTIONS, select
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.centred import (
     add_pair_to_equations,
     compute_pair_forces_after_solution,
-    predicted_forces_decide_contact,
+    step_resolves_contact_vibration,
     store_accepted_pair_history,
 )
 from overturning.dem.polygon.equations import (
     clear_nonzero_pattern,
-    mark_and_return_pair_submatrices,
+    mark_nonzero_and_return_pair_submatrices,
     solve_velocity_changes,
 )
 from overturning.dem.polygon.mechanics import (
@@ -48,7 +48,7 @@ class SceneCentredSchemeConstants(NamedTuple):
     """Ticks in a whole step."""
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def base_acceleration_at_step_end(
     vertical_base_acceleration: Any, case: SceneState, inertia: ElementConstants, ticks_per_sample: float
 ) -> tuple[float, float]:
@@ -145,10 +145,10 @@ def reset_step_contact_changes(case_rows: Any) -> None:
         rows.store_findings(case_rows, j, rows.zero_contact_changes())
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def contact_changes_in_scene_step(case: SceneState) -> StepContactChanges:
     """Return the contact changes of a case in an attempted step, by which the step is accepted or rejected."""
-    findings, long = case.contact_changes, not predicted_forces_decide_contact(case)
+    findings, long = case.contact_changes, not step_resolves_contact_vibration(case)
     wrong, reverse, back = (
         (findings.has_wrong_slip_assumption > 0.0) & long,
         (findings.has_slip_reversal > 0.0) & long,
@@ -228,7 +228,7 @@ def advance_scene_one_step(
             scene.piece_face_tables,
         )
         if near[p]:
-            into, fresh = mark_and_return_pair_submatrices(
+            into, fresh = mark_nonzero_and_return_pair_submatrices(
                 matrix,
                 nonzero_pattern,
                 movable_flags,

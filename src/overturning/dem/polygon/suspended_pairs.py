@@ -12,8 +12,8 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.kernel.lanes import (
-    ALLOCATING_INLINE_COMPILE_OPTIONS,
-    INLINE,
+    ALLOCATING_INLINE_OPTIONS,
+    INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
 )
@@ -47,7 +47,7 @@ class ActivePairs(NamedTuple):
 TRAVEL, NEXT, LEVER = 0, 1, 2
 
 
-@njit(**ALLOCATING_INLINE_COMPILE_OPTIONS)
+@njit(**ALLOCATING_INLINE_OPTIONS)
 def create_active_pairs(pair_count: int) -> Any:
     """Return the `ActivePairs` of a scene with `pair_count` element pairs, all tested for contact at each step."""
     travel = np.zeros(3)
@@ -96,7 +96,7 @@ def add_last_step_to_summed_motion(element_rows: Any) -> None:
         )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def summed_motion_of_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any, lane: int) -> float:
     """Return the sum (m) of path lengths and lever arm × rotations of two elements, for the case in column `lane`."""
     lever = rows.load_nearest(pair_rows, lane).lever_arm
@@ -121,7 +121,7 @@ def add_summed_motion_to_pair(pair_rows: Any, element_a_rows: Any, element_b_row
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def motion_needed_for_contact(pair_rows: Any) -> tuple[float, float]:
+def motion_to_contact_and_lever_arm(pair_rows: Any) -> tuple[float, float]:
     """Return the relative motion (m) after which two elements could touch, and their lever arm (m); 0, 0 if near.
 
     The lever arm converts relative rotation to motion.
@@ -189,7 +189,7 @@ def keep_contact_tests_unless_distant(
     pair_rows: Any, element_a_rows: Any, element_b_rows: Any, pair_index: int, active_pairs: ActivePairs
 ) -> bool:
     """Stop testing two elements for contact if they are too far apart to touch soon; return True if still tested."""
-    slack, lever = motion_needed_for_contact(pair_rows)
+    slack, lever = motion_to_contact_and_lever_arm(pair_rows)
     if slack <= 0.0:
         return True
     subtract_summed_motion_from_pair(pair_rows, element_a_rows, element_b_rows)

@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from numba import njit
 
-from overturning.dem.body.commit import base_motion_stays_below_limit
+from overturning.dem.body.commit import base_acceleration_stays_below_limit
 from overturning.dem.body.state import StepRejectionFlags, lean_as_squared_sine
 from overturning.dem.body.vectors import (
     Matrix3,
@@ -20,13 +20,9 @@ from overturning.dem.body.vectors import (
     scale_vector,
     transpose,
 )
-from overturning.dem.kernel.clock import (
-    STACK_STEP_CONTROL,
-    StepContactChanges,
-    accept_or_reject_and_choose_next_step,
-)
+from overturning.dem.kernel.clock import STACK_STEP_CONTROL, StepContactChanges, accept_or_reject_and_choose_next_step
 from overturning.dem.kernel.lanes import (
-    INLINE,
+    INLINE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
     create_elementwise_tuple_functions,
     round_to_vector_multiple,
@@ -84,10 +80,7 @@ from overturning.dem.stack.access import (
     store_sum,
     store_time,
 )
-from overturning.dem.stack.joint import (
-    solve_joint_contact,
-    solve_point_contact,
-)
+from overturning.dem.stack.joint import solve_joint_contact, solve_point_contact
 from overturning.dem.stack.joint_state import (
     JOINT_ROW_LAYOUT,
     JointAtStepStartAndEnd,
@@ -100,11 +93,7 @@ from overturning.dem.stack.landing import (
     point_contact_is_deferred,
     remaining_landing_time_of_new_contact,
 )
-from overturning.dem.stack.solve import (
-    shift_wrench_to_stone_centre,
-    wrench_minus,
-    wrench_plus,
-)
+from overturning.dem.stack.solve import shift_wrench_to_stone_centre, wrench_minus, wrench_plus
 from overturning.dem.stack.state import (
     StackClockWithinSample,
     StackEnergyAccount,
@@ -127,7 +116,7 @@ SLID, NEW_SLID = (
 )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def relative_velocity_change_of_joint(
     upper: StoneVelocityCorrection, lower: StoneVelocityCorrection, arms: tuple[Vector3, Vector3], axes: Matrix3
 ) -> tuple[Vector3, Vector3]:
@@ -254,11 +243,8 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
         attempt, most, time = load_attempt(case_rows, j), load_findings(case_rows, j), load_time(case_rows, j)
         inertial = load_inertial(case_rows, j)
         at_end = Vector3(inertial.x, inertial.y, -(inertial.z + GRAVITY))
-        steady = base_motion_stays_below_limit(
-            load_shaking(case_rows, j),
-            at_end,
-            ticks_per_sample,
-            load_case(case_rows, j).sample_step_acceleration_g,
+        steady = base_acceleration_stays_below_limit(
+            load_shaking(case_rows, j), at_end, ticks_per_sample, load_case(case_rows, j).sample_step_acceleration_g
         )
         findings = StepContactChanges(
             contact_changed=most.contact_changed > 0.0, requires_shorter_step=False, may_keep_step=False,

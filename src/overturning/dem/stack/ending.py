@@ -24,8 +24,8 @@ from overturning.dem.kernel.ending import (
     update_slide_end_and_check_case_continues,
 )
 from overturning.dem.kernel.ground import base_acceleration_at_tick
-from overturning.dem.kernel.lanes import INLINE, INTERNAL_COMPILE_OPTIONS
-from overturning.dem.quiet import MAX_REST_TO_ONSET_THRESHOLD_RATIO, STRONG_MOTION_THRESHOLD_RATIO
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
+from overturning.dem.quiet import MAX_REST_TO_ONSET_THRESHOLD_RATIO, SIMULATION_START_TO_ONSET_THRESHOLD_RATIO
 from overturning.dem.stack.access import (
     load_account,
     load_case,
@@ -47,7 +47,7 @@ from overturning.dem.stack.access import (
 from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, POINT_ROW_LAYOUT, squared_length
 from overturning.dem.stack.rest import (
     all_contact_points_carry_load,
-    current_motion_onset_acceleration,
+    onset_acceleration_of_current_stack_state,
     time_until_upright_stack_stops_sliding,
 )
 from overturning.dem.stack.state import (
@@ -63,11 +63,8 @@ from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
-    CASE_ROW_LAYOUT.size,
-    STONE_ROW_LAYOUT.size,
-    JOINT_ROW_LAYOUT.size,
-    POINT_ROW_LAYOUT.size,
-)
+    CASE_ROW_LAYOUT.size, STONE_ROW_LAYOUT.size, JOINT_ROW_LAYOUT.size, POINT_ROW_LAYOUT.size,
+)  # fmt: skip
 ENERGY, SAMPLE, SLIDE_END = (
     CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "initial_energy"),
     CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample"),
@@ -75,7 +72,9 @@ ENERGY, SAMPLE, SLIDE_END = (
 )
 
 
-MIN_ONSET_ACCELERATION_RATIO_AT_CASE_END: Final = STRONG_MOTION_THRESHOLD_RATIO / MAX_REST_TO_ONSET_THRESHOLD_RATIO**2
+MIN_ONSET_ACCELERATION_RATIO_AT_CASE_END: Final = (
+    SIMULATION_START_TO_ONSET_THRESHOLD_RATIO / MAX_REST_TO_ONSET_THRESHOLD_RATIO**2
+)
 """Least acceleration that may move a stack when its case ends, over `StackCaseTableColumns.sample_step_acceleration_g`.
 
 The rest of the record then stays below the part `MAX_REST_TO_ONSET_THRESHOLD_RATIO` of this acceleration."""
@@ -87,7 +86,7 @@ Beyond this depth, and beyond the critical angle of its base, the stone tips ove
 Between the critical angle of its contact at rest and that of its base, a stone that overhangs may still come back."""
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def stone_state_sum_for_finite_check(state: StoneState) -> float:
     """Return the sum of a stone's position, rotation and velocity components: finite if each component is finite."""
     v, p, q = state.velocity, state.position, state.rotation
@@ -106,12 +105,12 @@ def stone_kinetic_energy(constants: StoneConstants, state: StoneState) -> float:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def stack_energy(state: Any, lane: int, stone_count: int, corner_limit: int, heights: Any) -> float:
+def stack_energy(state: Any, lane: int, stone_count: int, max_corner_count: int, heights: Any) -> float:
     """Return the energy (J) of the stones of a stack that have not fallen, and of the contact springs below them.
 
     `heights` holds the height of each centre from which its potential energy is counted, m.
     """
-    total, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
+    total, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(max_corner_count)
     for s in range(stone_count):
         rows = stone_window(state, s)
         if not load_outcome(rows, lane).is_simulated > 0.0:
@@ -129,7 +128,7 @@ def stack_energy(state: Any, lane: int, stone_count: int, corner_limit: int, hei
     return total
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def pose_relative_to_stone_below(
     upper: StoneState, lower_place: Vector3, lower_axes: Matrix3
 ) -> tuple[Vector3, Matrix3]:
@@ -141,17 +140,16 @@ def pose_relative_to_stone_below(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def stone_hangs_over_rim(state: Any, lane: int, stone_index: int, stone_count: int, corner_limit: int) -> bool:
+def stone_hangs_over_rim(state: Any, lane: int, stone_index: int, stone_count: int, max_corner_count: int) -> bool:
     """True if a corner of a stone's base lies well below its supporting face: the stone tips over the face's rim."""
     below, lower, rows = (
-        stone_window(state, stone_index - 1),
-        load_constants(stone_window(state, stone_index - 1), lane),
+        stone_window(state, stone_index - 1), load_constants(stone_window(state, stone_index - 1), lane),
         stone_window(state, stone_index),
-    )
+    )  # fmt: skip
     upper, stone, base = load_constants(rows, lane), load_stone(rows, lane), load_stone(below, lane)
     axes = rotation_matrix(base.rotation)
     apart, turn = pose_relative_to_stone_below(stone, base.position, axes)
-    at = CASE_SIZE + stone_count * STONE_SIZE + stone_index * joint_state_size(corner_limit) + JOINT_SIZE
+    at = CASE_SIZE + stone_count * STONE_SIZE + stone_index * joint_state_size(max_corner_count) + JOINT_SIZE
     lowest = 0.0
     for i in range(int(load_joint(state[at - JOINT_SIZE : at], lane).base_corner_count)):
         corner = load_outline(state[at + i * P : at + (i + 1) * P], lane)
@@ -174,7 +172,7 @@ def depth_below_rest_position(state: Any, lane: int, stone_index: int) -> float:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def lowest_newly_fallen_stone_index(state: Any, lane: int, stone_count: int, corner_limit: int) -> int:
+def lowest_newly_fallen_stone_index(state: Any, lane: int, stone_count: int, max_corner_count: int) -> int:
     """Return the index of the lowest fallen stone that is still simulated; the number of stones if there is none."""
     for s in range(stone_count):
         rows = stone_window(state, s)
@@ -188,27 +186,26 @@ def lowest_newly_fallen_stone_index(state: Any, lane: int, stone_count: int, cor
         ):
             return s
         leans = lean_as_squared_sine(axes) > constants.base_critical_lean
-        if s > 0 and leans and stone_hangs_over_rim(state, lane, s, stone_count, corner_limit):
+        if s > 0 and leans and stone_hangs_over_rim(state, lane, s, stone_count, max_corner_count):
             return s
     return stone_count
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def stop_simulating_fallen_and_upper_stones(
-    state: Any, lane: int, stone_count: int, corner_limit: int, ticks_per_sample: float, heights: Any
+    state: Any, lane: int, stone_count: int, max_corner_count: int, ticks_per_sample: float, heights: Any
 ) -> bool:
     """Stop the simulation of the lowest fallen stone and of all stones above it; True if no stone remains.
 
     The energy account continues with the stones that remain.
     """
-    fallen = lowest_newly_fallen_stone_index(state, lane, stone_count, corner_limit)
+    fallen = lowest_newly_fallen_stone_index(state, lane, stone_count, max_corner_count)
     if fallen == stone_count:
         return False
-    before = stack_energy(state, lane, stone_count, corner_limit, heights)
+    before = stack_energy(state, lane, stone_count, max_corner_count, heights)
     start_of_sample, tick = (
-        load_course(state, lane).current_sample * ticks_per_sample,
-        load_case(state, lane).tick_length,
-    )
+        load_course(state, lane).current_sample * ticks_per_sample, load_case(state, lane).tick_length,
+    )  # fmt: skip
     for s in range(fallen, stone_count):
         rows = stone_window(state, s)
         outcome, constants = load_outcome(rows, lane), load_constants(rows, lane)
@@ -217,12 +214,12 @@ def stop_simulating_fallen_and_upper_stones(
         last = load_peaks(rows, lane).last_upright_tick
         upright_until = (start_of_sample + last) * tick if last >= 0.0 else outcome.last_upright_time
         slid_off = lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).rotation)) < constants.critical_lean
-        slid_off = slid_off or (s > 0 and stone_hangs_over_rim(state, lane, s, stone_count, corner_limit))
+        slid_off = slid_off or (s > 0 and stone_hangs_over_rim(state, lane, s, stone_count, max_corner_count))
         store_outcome(rows, lane, StoneFallState(
             0.0, upright_until, 1.0 if slid_off and s == fallen else 0.0
         ))  # fmt: skip
     account = load_account(state, lane)
-    gone = before - stack_energy(state, lane, stone_count, corner_limit, heights)
+    gone = before - stack_energy(state, lane, stone_count, max_corner_count, heights)
     store_account(
         state,
         lane,
@@ -242,7 +239,7 @@ def stop_fallen_stones_and_return_status(
     state: Any,
     lane: int,
     stone_count: int,
-    corner_limit: int,
+    max_corner_count: int,
     ticks_per_sample: float,
     last_sample: float,
     stones_at_rest: Any,
@@ -253,7 +250,7 @@ def stop_fallen_stones_and_return_status(
     """
     case, course, time = load_case(state, lane), load_course(state, lane), load_time(state, lane)
     kinetic, loaded = 0.0, True
-    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
+    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(max_corner_count)
     for s in range(stone_count):
         rows = stone_window(state, s)
         if not load_outcome(rows, lane).is_simulated > 0.0:
@@ -267,7 +264,7 @@ def stop_fallen_stones_and_return_status(
     if load_account(state, lane).penetration > case.max_penetration:
         return CaseStatus.UNSTABLE
     if stop_simulating_fallen_and_upper_stones(
-        state, lane, stone_count, corner_limit, ticks_per_sample, stones_at_rest.rest
+        state, lane, stone_count, max_corner_count, ticks_per_sample, stones_at_rest.rest
     ):
         return CaseStatus.SIMULATED
     sample = course.current_sample + time.ticks_in_sample / ticks_per_sample
@@ -275,26 +272,29 @@ def stop_fallen_stones_and_return_status(
         sample >= min(course.last_onset_sample, last_sample)
         and kinetic < case.max_kinetic_energy_at_rest
         and loaded
-        and all_contact_points_carry_load(state, lane, stone_count, corner_limit)
+        and all_contact_points_carry_load(state, lane, stone_count, max_corner_count)
     ):
         # The rest of the record is weak for the stack as it stood at first; it may have lost a stone since, or slid.
         least = MIN_ONSET_ACCELERATION_RATIO_AT_CASE_END * case.sample_step_acceleration_g
-        if sample >= last_sample or current_motion_onset_acceleration(state, lane, stone_count, corner_limit) >= least:
+        if (
+            sample >= last_sample
+            or onset_acceleration_of_current_stack_state(state, lane, stone_count, max_corner_count) >= least
+        ):
             return CaseStatus.SIMULATED
     if sample < course.undecided_end_sample or sample < last_sample:
         return CASE_NOT_ENDED
     # An upright stack that slides is simulated until friction has stopped it.
-    sliding_time = time_until_upright_stack_stops_sliding(state, lane, stone_count, corner_limit)
+    sliding_time = time_until_upright_stack_stops_sliding(state, lane, stone_count, max_corner_count)
     if update_slide_end_and_check_case_continues(
         state, SLIDE_END + lane, sample, sliding_time, case.tick_length * ticks_per_sample
     ):
         return CASE_NOT_ENDED
-    stands = stack_cannot_fall(state, lane, corner_limit, stones_at_rest)
+    stands = stack_cannot_fall(state, lane, max_corner_count, stones_at_rest)
     return CaseStatus.SIMULATED if stands else CaseStatus.UNDECIDED
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def stack_cannot_fall(state: Any, lane: int, corner_limit: int, stones_at_rest: Any) -> bool:
+def stack_cannot_fall(state: Any, lane: int, max_corner_count: int, stones_at_rest: Any) -> bool:
     """True if no stone has fallen, and the energy of the stack does not suffice to overturn the stones above any joint.
 
     Overturning needs the energy `CaseProgress.overturning_energy`. A slip on another stone shortens the supported base:
@@ -317,7 +317,9 @@ def stack_cannot_fall(state: Any, lane: int, corner_limit: int, stones_at_rest: 
         x, y = stone.position.x + constants.top_height * own.xz, stone.position.y + constants.top_height * own.yz
         start_x, start_y = start.x, start.y
     left = max(1.0 - slip / case.min_side_distance, 0.0)
-    energy = stack_energy(state, lane, stones_at_rest.size, corner_limit, stones_at_rest.rest) - course.initial_energy
+    energy = (
+        stack_energy(state, lane, stones_at_rest.size, max_corner_count, stones_at_rest.rest) - course.initial_energy
+    )
     return bool(energy < course.overturning_energy * left * left)
 
 
@@ -326,7 +328,7 @@ def write_stack_results(
     state: Any,
     lane: int,
     stone_count: int,
-    corner_limit: int,
+    max_corner_count: int,
     status: int,
     heights: Any,
     result_row: Any,
@@ -335,7 +337,7 @@ def write_stack_results(
     """Write the results of the case in column `lane` into `result_row`, and one row of `stone_results` per stone."""
     account, course = load_account(state, lane), load_course(state, lane)
     balance = (
-        (stack_energy(state, lane, stone_count, corner_limit, heights) - course.initial_energy)
+        (stack_energy(state, lane, stone_count, max_corner_count, heights) - course.initial_energy)
         - account.base_motion_work
         + account.lost_energy
     )
@@ -355,9 +357,8 @@ def write_stack_results(
         )
         place, turn = pose_relative_to_stone_below(stone, below, axes)
         stone_results[s].slip_x, stone_results[s].slip_y = (
-            place.x - constants.centre_height * turn.xz,
-            place.y - constants.centre_height * turn.yz,
-        )
+            place.x - constants.centre_height * turn.xz, place.y - constants.centre_height * turn.yz,
+        )  # fmt: skip
         # The axes of what the stone stands on, seen along its normal; not by angles, whose last digits differ.
         cosine, sine = axes.xx + axes.yy, axes.yx - axes.xy
         one = 1.0 / math.sqrt(cosine * cosine + sine * sine)

@@ -12,7 +12,7 @@ from numba import njit
 
 from overturning.dem.body.centred import ratio_of_friction_limit_to_sticking_force
 from overturning.dem.body.vectors import Matrix3, Vector3, plus
-from overturning.dem.kernel.lanes import INLINE
+from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import base_slides_in_flat_landing
 from overturning.dem.stack.joint_state import (
     ContactPointPosition,
@@ -24,10 +24,10 @@ from overturning.dem.stack.joint_state import (
     JointNormalForceSums,
     JointPointForceAndImpulse,
     JointRelativeMotion,
-    TangentialVector,
-    scale_tangential_vector,
+    TangentTwistVector,
+    scale_tangent_twist_vector,
     squared_length,
-    unit_tangential_vector,
+    unit_tangent_twist_vector,
 )
 from overturning.dem.stack.state import JointEnergyLosses, StackContactChangesInStep, VelocityToForceBlocks, Wrench
 
@@ -35,14 +35,14 @@ MIN_STIFFNESS_SHARE_FOR_STEP_SHORTENING: Final = 1e-3
 """Smallest weight of a point that asks for a finer step when it opens or closes."""
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def point_opening_rate(frame: JointRelativeMotion, position: ContactPointPosition) -> float:
     """Return the velocity (m/s) at which a contact point of two stones opens at the predicted end of a step."""
     return frame.velocity.z + (frame.angular_velocity.x * position.y - frame.angular_velocity.y * position.x)
 
 
-@njit(**INLINE)
-def predicted_point_force_and_contact(
+@njit(**INLINE_OPTIONS)
+def predicted_force_per_share_and_contact(
     joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: ContactPointState,
     state: tuple[bool, bool, bool],
 ) -> tuple[float, bool]:  # fmt: skip
@@ -60,7 +60,7 @@ def predicted_point_force_and_contact(
     return pressure, touches & (position.stiffness_share > 0.0) & (not waits)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def normal_force_sum_terms_of_point(
     joint: JointConstants, half_step: float, position: ContactPointPosition, pressure: float, in_contact: bool
 ) -> JointNormalForceSums:
@@ -74,21 +74,21 @@ def normal_force_sum_terms_of_point(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def tangential_contact_force(
-    joint: JointConstants, stretch: TangentialVector, velocity: TangentialVector
-) -> TangentialVector:
+    joint: JointConstants, stretch: TangentTwistVector, velocity: TangentTwistVector
+) -> TangentTwistVector:
     """Return the tangential force between two stones (x, y, twist) from springs and dashpots at their contact, N."""
     k, h = joint.tangential_stiffness, joint.tangential_dashpot
-    return TangentialVector(
+    return TangentTwistVector(
         -(k * stretch.x) - h * velocity.x, -(k * stretch.y) - h * velocity.y, -(k * stretch.twist) - h * velocity.twist
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def flat_landing_slip_direction(
     joint: JointConstants, velocity: Vector3, spin: Vector3, centre_height: float, position: tuple[float, float, float]
-) -> tuple[TangentialVector, bool]:
+) -> tuple[TangentTwistVector, bool]:
     """Return the direction in which the upper stone slides in a flat landing, and True if it slides.
 
     Only the part of the rotation about the normal is included; see
@@ -96,35 +96,35 @@ def flat_landing_slip_direction(
     distance of the forces from it, m.
     """
     cx, cy, arm = position
-    slip = TangentialVector(
+    slip = TangentTwistVector(
         (velocity.x + spin.y * centre_height) - spin.z * cy, (velocity.y - spin.x * centre_height) + spin.z * cx,
         arm * spin.z,
     )  # fmt: skip
     square = squared_length(slip)
     up = velocity.z + (spin.x * cy - spin.y * cx)
-    return unit_tangential_vector(slip), base_slides_in_flat_landing(joint.friction, math.sqrt(square), up) & (
+    return unit_tangent_twist_vector(slip), base_slides_in_flat_landing(joint.friction, math.sqrt(square), up) & (
         square > 0.0
     )
 
 
-@njit(**INLINE)
-def slip_velocity_at_contact(velocity: Vector3, spin: Vector3, cx: float, cy: float, arm: float) -> TangentialVector:
+@njit(**INLINE_OPTIONS)
+def slip_velocity_at_contact(velocity: Vector3, spin: Vector3, cx: float, cy: float, arm: float) -> TangentTwistVector:
     """Return the slip velocity (x, y, twist), m/s, of the upper stone on the lower one at a point of the contact."""
-    return TangentialVector(velocity.x - spin.z * cy, velocity.y + spin.z * cx, arm * spin.z)
+    return TangentTwistVector(velocity.x - spin.z * cy, velocity.y + spin.z * cx, arm * spin.z)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def spring_stretch_after_step(
-    stretch: TangentialVector, half_step: float, first: TangentialVector, second: TangentialVector
-) -> TangentialVector:
+    stretch: TangentTwistVector, half_step: float, first: TangentTwistVector, second: TangentTwistVector
+) -> TangentTwistVector:
     """Return the stretch of a tangential spring after a step with given slip velocities at its start and end."""
-    return TangentialVector(
+    return TangentTwistVector(
         stretch.x + half_step * (first.x + second.x), stretch.y + half_step * (first.y + second.y),
         stretch.twist + half_step * (first.twist + second.twist),
     )  # fmt: skip
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def predict_friction(
     joint: JointConstants, frame: JointRelativeMotion, sums: JointNormalForceSums, previous: JointContactState,
     half_step: float, state: tuple[bool, bool, float],
@@ -141,30 +141,29 @@ def predict_friction(
     cy = previous.pressure_centre_y if was else (sums.y * one if loaded else 0.0)
     spin, arm = frame.angular_velocity, previous.mean_pressure_radius
     velocity = slip_velocity_at_contact(frame.velocity, spin, cx, cy, arm)
-    stretch = scale_tangential_vector(
+    stretch = scale_tangent_twist_vector(
         1.0 if was else 0.0, spring_stretch_after_step(previous.stretch, half_step, previous.velocity, velocity)
     )
     force = tangential_contact_force(joint, stretch, velocity)
     most = joint.friction * (sums.force if forces_decide_contact | (not was) else previous.normal_force)
     slip, drifts = flat_landing_slip_direction(joint, frame.velocity, spin, centre_height, (cx, cy, arm))
     drifts = drifts & lands_flat
-    square, smooth = squared_length(force), joint.friction == 0.0
-    decides = forces_decide_contact | (not was)
+    square, smooth, decides = squared_length(force), joint.friction == 0.0, forces_decide_contact | (not was)
     slides = square > most * most if decides else previous.has_slid > 0.0
     slides = drifts if lands_flat else slides | smooth
     slides = slides & ((square > 0.0) | smooth | drifts)
-    direction = unit_tangential_vector(force)
+    direction = unit_tangent_twist_vector(force)
     dx = -slip.x if drifts else direction.x
     dy = -slip.y if drifts else direction.y
     dt = -slip.twist if drifts else direction.twist
     cz = centre_height * (1.0 - joint.friction_moment_share) if drifts else 0.0
     in_contact, sliding = (1.0 if loaded else 0.0), (1.0 if loaded & slides else 0.0)
     return JointFrictionInStepEquations(
-        cx, cy, cz, arm, stretch, velocity, in_contact, sliding, TangentialVector(dx, dy, dt)
+        cx, cy, cz, arm, stretch, velocity, in_contact, sliding, TangentTwistVector(dx, dy, dt)
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def joint_equation_terms(
     joint: JointConstants,
     sums: JointNormalForceSums,
@@ -225,7 +224,7 @@ def joint_equation_terms(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def solve_point_contact(
     joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: ContactPointState,
     change: tuple[Vector3, Vector3], step: tuple[float, bool, float, bool, bool],
@@ -295,9 +294,10 @@ def solve_point_contact(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def compare_friction_with_assumption(
-    direction: TangentialVector, force: TangentialVector, velocity: TangentialVector, stretch: TangentialVector,
+    direction: TangentTwistVector, force: TangentTwistVector, velocity: TangentTwistVector,
+    stretch: TangentTwistVector,
     state: tuple[bool, bool, bool], slides: tuple[bool, bool],
 ) -> StackContactChangesInStep:  # fmt: skip
     """Return how friction of two stones at the end of a step differs from that assumed in its equations.
@@ -328,7 +328,7 @@ def compare_friction_with_assumption(
     )  # fmt: skip
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def solve_joint_contact(
     joint: JointConstants, frame: JointRelativeMotion, friction: JointFrictionInStepEquations,
     points: tuple[JointPointForceAndImpulse, float], change: tuple[Vector3, Vector3], previous: JointContactState,
@@ -345,10 +345,10 @@ def solve_joint_contact(
     cx, cy, arm = friction.pressure_centre_x, friction.pressure_centre_y, friction.mean_pressure_radius
     more = slip_velocity_at_contact(change[0], change[1], cx, cy, arm)
     first = friction.velocity
-    velocity = TangentialVector(first.x + more.x, first.y + more.y, first.twist + more.twist)
+    velocity = TangentTwistVector(first.x + more.x, first.y + more.y, first.twist + more.twist)
     loaded = ends.force > 0.0
-    zero = TangentialVector(0.0, 0.0, 0.0)
-    stretch = scale_tangential_vector(
+    zero = TangentTwistVector(0.0, 0.0, 0.0)
+    stretch = scale_tangent_twist_vector(
         1.0 if loaded else 0.0, spring_stretch_after_step(friction.stretch, half_step, more, zero)
     )
     most = joint.friction * ends.force
@@ -359,7 +359,7 @@ def solve_joint_contact(
     hx = -slip.x if drifts else force.x
     hy = -slip.y if drifts else force.y
     ht = -slip.twist if drifts else force.twist
-    square = squared_length(TangentialVector(hx, hy, ht))
+    square = squared_length(TangentTwistVector(hx, hy, ht))
     # The equations of a joint assumed to slide contain no dashpot, so its force without a limit would be unstable.
     slips = drifts | ((friction.slides > 0.0) & (square > most * most)) if lands_flat else square > most * most
     share = most / math.sqrt(square if slips & (square > 0.0) else 1.0) if slips else 1.0
@@ -368,7 +368,7 @@ def solve_joint_contact(
     # Springs are shortened to what friction can hold.
     holds, long = most * joint.tangential_compliance, squared_length(stretch)
     cut = slips & (long > holds * holds)
-    kept = scale_tangential_vector(holds / math.sqrt(long if cut else 1.0) if cut else 1.0, stretch)
+    kept = scale_tangent_twist_vector(holds / math.sqrt(long if cut else 1.0) if cut else 1.0, stretch)
     cz = centre_height * (1.0 - joint.friction_moment_share) if drifts else 0.0
     k = joint.tangential_stiffness
     power = -(
@@ -381,7 +381,7 @@ def solve_joint_contact(
     ) * (stretch.twist - kept.twist)
     let_go = 0.5 * k * (released if loaded else (squared_length(s) if previous.normal_force > 0.0 else 0.0))
     findings = compare_friction_with_assumption(
-        friction.direction, TangentialVector(fx, fy, ft), velocity, s,
+        friction.direction, TangentTwistVector(fx, fy, ft), velocity, s,
         (most > 0.0, loaded, not forces_decide_contact), (friction.slides > 0.0, slips),
     )  # fmt: skip
     one = 1.0 / (ends.force if loaded else 1.0)

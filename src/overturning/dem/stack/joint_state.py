@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 from numba import njit
 
 from overturning.dem.body.vectors import Matrix3, Vector3
-from overturning.dem.kernel.lanes import INLINE, TupleRowLayout
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, TupleRowLayout
 from overturning.dem.stack.state import PARALLEL_CASE_COUNT, VelocityToForceBlocks, Wrench
 
 
@@ -41,7 +41,7 @@ class JointConstants(NamedTuple):
     """Number of corners of the upper base."""
 
 
-class TangentialVector(NamedTuple):
+class TangentTwistVector(NamedTuple):
     """Tangential displacement, velocity or direction at a contact of two stones: x, y and scaled twist.
 
     The twist is multiplied by the mean distance of the normal forces from the centre of pressure.
@@ -52,31 +52,31 @@ class TangentialVector(NamedTuple):
     twist: float
 
 
-@njit(**INLINE)
-def squared_length(v: TangentialVector) -> float:
+@njit(**INLINE_OPTIONS)
+def squared_length(v: TangentTwistVector) -> float:
     """Return x² + y² + twist² of a tangential vector, whose twist is already multiplied by a radius."""
     return (v.x * v.x + v.y * v.y) + v.twist * v.twist
 
 
-@njit(**INLINE)
-def scale_tangential_vector(factor: float, v: TangentialVector) -> TangentialVector:
+@njit(**INLINE_OPTIONS)
+def scale_tangent_twist_vector(factor: float, v: TangentTwistVector) -> TangentTwistVector:
     """Return a tangential vector (components x, y, twist) multiplied by a number."""
-    return TangentialVector(factor * v.x, factor * v.y, factor * v.twist)
+    return TangentTwistVector(factor * v.x, factor * v.y, factor * v.twist)
 
 
-@njit(**INLINE)
-def unit_tangential_vector(v: TangentialVector) -> TangentialVector:
+@njit(**INLINE_OPTIONS)
+def unit_tangent_twist_vector(v: TangentTwistVector) -> TangentTwistVector:
     """Return a tangential vector (components x, y, twist) scaled to length 1; zero for a zero vector."""
     square = squared_length(v)
-    return scale_tangential_vector(1.0 / math.sqrt(square if square > 0.0 else 1.0), v)
+    return scale_tangent_twist_vector(1.0 / math.sqrt(square if square > 0.0 else 1.0), v)
 
 
 class JointContactState(NamedTuple):
     """Contact state of two stones after the last step: spring stretch, slip velocity, pressure centre, normal force."""
 
-    stretch: TangentialVector
+    stretch: TangentTwistVector
     """Stretch of the tangential springs, m."""
-    velocity: TangentialVector
+    velocity: TangentTwistVector
     """Velocity of the upper stone relative to the lower at the centre of pressure, m/s."""
     pressure_centre_x: float
     """Centre of pressure along x, m."""
@@ -108,7 +108,7 @@ class RemainingFlatLandingTimes(NamedTuple):
     shortest: float
     """Shortest remaining landing time of the points, s; 0 or less if one of them does not land."""
     longest: float
-    """Longest remaining landing time of the points in contact, s; `LANDING_TIME_OF_BASE_IN_AIR` if there is none."""
+    """Longest remaining landing time of loaded points, s; `LANDING_TIME_VALUE_FOR_BASE_IN_AIR` if there is none."""
     lowest_point_height: float
     """Smallest height of a point of the patch above the lower face at the predicted end of the step, m."""
     highest_point_height: float
@@ -194,15 +194,15 @@ class JointFrictionInStepEquations(NamedTuple):
     pressure_centre_z: float
     mean_pressure_radius: float
     """Mean distance of the normal forces from the centre of pressure, m."""
-    stretch: TangentialVector
+    stretch: TangentTwistVector
     """Stretch of the tangential springs at the predicted end, m."""
-    velocity: TangentialVector
+    velocity: TangentTwistVector
     """Relative velocity at that point, m/s."""
     is_loaded: float
     """1 if the joint is assumed to carry load."""
     slides: float
     """1 if the joint is assumed to slide."""
-    direction: TangentialVector
+    direction: TangentTwistVector
     """Direction of friction, unit vector."""
 
 

@@ -4,9 +4,9 @@ from typing import Final
 
 from numba import njit
 
-from overturning.dem.body.base_contact import updated_longest_landing_time
-from overturning.dem.body.state import LANDING_TIME_OF_BASE_IN_AIR
-from overturning.dem.kernel.lanes import INLINE
+from overturning.dem.body.base_contact import longest_landing_time_including_point
+from overturning.dem.body.state import LANDING_TIME_VALUE_FOR_BASE_IN_AIR
+from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.stack.joint_state import (
     ContactPointPosition,
     ContactPointState,
@@ -16,7 +16,7 @@ from overturning.dem.stack.joint_state import (
 
 LANDING_TIME_WITHOUT_POINTS: Final = 1e300
 """Shortest landing time of a joint without points, s."""
-MAX_FLAT_HEIGHT_SPREAD_RATIO: Final = 20.0
+MAX_FLAT_PATCH_HEIGHT_TO_PENETRATION_RATIO: Final = 20.0
 """Largest difference in height of the points of a flat patch, as a multiple of its largest penetration."""
 RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT: Final = 1e301
 """More than the distance of a base on the ground from a rim, m."""
@@ -26,7 +26,7 @@ MAX_HEIGHT_SHARE_OF_PATCH_END_POINT: Final = 0.05
 """Share of the difference in height within which a point lies at the far end of the patch."""
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def contact_points_land_together(landing: RemainingFlatLandingTimes) -> bool:
     """True if all contact points of two stones touch down in one impact, a flat landing.
 
@@ -35,7 +35,7 @@ def contact_points_land_together(landing: RemainingFlatLandingTimes) -> bool:
     return (landing.shortest > 0.0) & (landing.shortest < LANDING_TIME_WITHOUT_POINTS)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def point_contact_is_deferred(
     joint: JointConstants,
     landing: RemainingFlatLandingTimes,
@@ -55,7 +55,7 @@ def point_contact_is_deferred(
     inner = (position.z > landing.lowest_point_height + MAX_HEIGHT_SHARE_OF_PATCH_END_POINT * spread) & (
         position.z < landing.highest_point_height - MAX_HEIGHT_SHARE_OF_PATCH_END_POINT * spread
     )
-    inner = inner & (spread < MAX_FLAT_HEIGHT_SPREAD_RATIO * -landing.lowest_point_height)
+    inner = inner & (spread < MAX_FLAT_PATCH_HEIGHT_TO_PENETRATION_RATIO * -landing.lowest_point_height)
     whole = distance_from_rim >= joint.min_rim_distance_of_waiting_corners
     # A point that has taken up its spring does not wait again.
     still_waits = (
@@ -64,7 +64,7 @@ def point_contact_is_deferred(
     return whole & (still_waits | (is_open & inner))
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def include_point_in_landing_times(
     landing: RemainingFlatLandingTimes, point: ContactPointState, position: ContactPointPosition
 ) -> RemainingFlatLandingTimes:
@@ -83,14 +83,14 @@ def include_point_in_landing_times(
     left = (
         point.remaining_landing_time if counts & (point.remaining_landing_time < landing.shortest) else landing.shortest
     )
-    longest = updated_longest_landing_time(landing.longest, point.remaining_landing_time, point.penetration)
+    longest = longest_landing_time_including_point(landing.longest, point.remaining_landing_time, point.penetration)
     return RemainingFlatLandingTimes(left, longest if counts else landing.longest, lowest, highest)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def remaining_landing_time_of_new_contact(joint: JointConstants, landing: RemainingFlatLandingTimes) -> float:
     """Return the time left (s) in a flat landing for a point that comes into contact.
 
     It is that of the points already in contact, or the full duration if there are none.
     """
-    return joint.landing_duration if landing.longest == LANDING_TIME_OF_BASE_IN_AIR else landing.longest
+    return joint.landing_duration if landing.longest == LANDING_TIME_VALUE_FOR_BASE_IN_AIR else landing.longest

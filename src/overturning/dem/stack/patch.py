@@ -22,7 +22,7 @@ from overturning.dem.body.vectors import (
     transpose,
 )
 from overturning.dem.kernel.lanes import (
-    INLINE,
+    INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
     create_window_slicer,
@@ -66,13 +66,13 @@ RIM_DISTANCE_ROW: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRelativeMoti
 PATCH_PERIMETER_ROW: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRelativeMotion, "patch_perimeter")
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def upper_face_centre(constants: StoneConstants, stone: PredictedStone, axes: Matrix3) -> Vector3:
     """Return the position (m) of the centre of a stone's upper face at the predicted end of a step."""
     return plus(stone.position, scale_vector(constants.top_height, Vector3(axes.xz, axes.yz, axes.zz)))
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def relative_motion_at_lower_face(
     upper: StoneConstants, stone: PredictedStone, axes: Matrix3, lower_axes: Matrix3, origin: Vector3, lower: Any
 ) -> JointRelativeMotion:
@@ -94,7 +94,7 @@ def relative_motion_at_lower_face(
     )  # fmt: skip
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def relative_motion_in_contact_frame(
     upper_rows: Any, lower_rows: Any, j: int, axes: Matrix3, origin: Vector3
 ) -> JointRelativeMotion:
@@ -129,7 +129,7 @@ def predict_motion_relative_to_stone_below(upper_rows: Any, lower_rows: Any, joi
         store_frame(joint_rows, j, relative_motion_in_contact_frame(upper_rows, lower_rows, j, axes, origin))
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def base_corner_contact_point(frame: JointRelativeMotion, corner: FaceCorner, present: float) -> ContactPointPosition:
     """Return the position of a base corner on the lower face, and its share of the stiffness if all corners rest."""
     return ContactPointPosition(
@@ -194,7 +194,7 @@ def any_stack_uses_contact_point(point: Any, lane_count: int) -> bool:
     return number > 0
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def clip_side_by_half_plane(clip: SidePartInContactPatch, at_begin: float, at_end: float) -> SidePartInContactPatch:
     """Clip a part of a face's side by a half plane, given how far both ends of the side lie inside the half plane."""
     crosses = (at_begin < 0.0) != (at_end < 0.0)
@@ -205,7 +205,7 @@ def clip_side_by_half_plane(clip: SidePartInContactPatch, at_begin: float, at_en
     return SidePartInContactPatch(begin, (-1.0 if outside else end), clip.length)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def set_length_of_clipped_side(clip: SidePartInContactPatch, length: float) -> SidePartInContactPatch:
     """Return the clipped part of a face's side with its length, m; `length` is that of the whole side, m."""
     part = clip.end - clip.begin
@@ -252,13 +252,13 @@ def clip_base_sides(joint_rows: Any, points: Any, upper_count: int, lower_count:
         add_clipped_base_side_length(joint_rows, point, next_corner, lane_count)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def double_signed_area(a: ContactPointPosition, b: ContactPointPosition, x: float, y: float) -> float:
     """Return twice the area (m²) of the triangle a, b, (x, y): positive if (x, y) lies to the left of side a–b."""
     return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def normal_slope_at_crossing_of_sides(lower: FaceCorner, a: ContactPointPosition, b: ContactPointPosition) -> float:
     """Return the slope (≥ 0) of the contact normal where side a–b of the upper base crosses a lower face's side.
 
@@ -319,7 +319,7 @@ def clip_sides_of_lower_face(joint_rows: Any, points: Any, upper_count: int, low
         add_clipped_lower_side_length(joint_rows, side, next_corner, lane_count)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def contact_point_on_side(
     a: ContactPointPosition, b: ContactPointPosition, share: float, weight: float
 ) -> ContactPointPosition:
@@ -327,7 +327,7 @@ def contact_point_on_side(
     return ContactPointPosition(a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.z + share * (b.z - a.z), weight)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def base_point_above_lower_face(frame: JointRelativeMotion, x: float, y: float, weight: float) -> ContactPointPosition:
     """Return the point of a stone's base above point (x, y) of the lower face, with a stiffness weight."""
     normal = cross_product(frame.upper_x_axis, frame.upper_y_axis)

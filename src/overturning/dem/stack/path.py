@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.path import body_axis_vertical_at_rest, rotate_to_east_north_up
+from overturning.dem.body.path import axes_that_are_vertical_at_rest, rotate_to_east_north_up
 from overturning.dem.path import dataset_variable_tuple
 from overturning.dem.plan import check_trajectory_size
 from overturning.model.results import CaseResults
@@ -16,10 +16,10 @@ from overturning.model.stack import STACK_VARIABLES
 from overturning.model.stack_stones import StackStone
 from overturning.units import STANDARD_GRAVITY
 
-COLUMNS_BEFORE_STONES: Final = 4
+TRAJECTORY_COLUMNS_BEFORE_STONES: Final = 4
 """Columns of a row before those of the stones: time (s), and base acceleration along x, y and z (m/s²)."""
 
-COLUMNS_PER_STONE: Final = 14
+TRAJECTORY_COLUMNS_PER_STONE: Final = 14
 """Columns of a stone: position (3), quaternion (4), velocity (3), angular velocity (3), and 1 until it has fallen."""
 
 
@@ -39,11 +39,11 @@ class StackTrajectory:
         """Return variables, coordinates and attributes of the trajectory's dataset, with the case's outcomes."""
         to_east_north_up = partial(rotate_to_east_north_up, direction_cosines=self.orientation_direction_cosines)
 
-        columns = self.rows[:, COLUMNS_BEFORE_STONES:].reshape(
-            len(self.rows), len(self.stones_at_rest), COLUMNS_PER_STONE
+        columns = self.rows[:, TRAJECTORY_COLUMNS_BEFORE_STONES:].reshape(
+            len(self.rows), len(self.stones_at_rest), TRAJECTORY_COLUMNS_PER_STONE
         )
         quaternion, present = columns[:, :, 3:7], columns[:, :, 13]
-        axis = to_east_north_up(body_axis_vertical_at_rest(quaternion))
+        axis = to_east_north_up(axes_that_are_vertical_at_rest(quaternion))
         drawn = [stone.drawn_corners_and_edges() for stone in self.stones_at_rest]
         outline = np.full((len(drawn), max(len(corners) for corners, _ in drawn), 3), np.nan)
         edges = np.full((len(drawn), max(len(pairs) for _, pairs in drawn), 2), -1)
@@ -114,7 +114,9 @@ def extend_trajectory_by_its_last_row(
     check_trajectory_size((len(rows) + count) * rows.shape[1])
     more = np.repeat(rows[-1:], int(count), axis=0)
     more[:, 0] += sampling_interval * np.arange(1, len(more) + 1)
-    columns = more[:, COLUMNS_BEFORE_STONES:].reshape(len(more), has_fallen.size, COLUMNS_PER_STONE)
+    columns = more[:, TRAJECTORY_COLUMNS_BEFORE_STONES:].reshape(
+        len(more), has_fallen.size, TRAJECTORY_COLUMNS_PER_STONE
+    )
     columns[:, has_fallen, 13] = 0.0
     return np.concatenate([rows, more])
 
@@ -124,12 +126,12 @@ def fill_in_free_flights(rows: FloatArray, stones: list[StackStone]) -> None:
 
     A stone that has fallen is not simulated any more; its path is drawn only.
     """
-    columns = rows[:, COLUMNS_BEFORE_STONES:].reshape(len(rows), len(stones), COLUMNS_PER_STONE)
+    columns = rows[:, TRAJECTORY_COLUMNS_BEFORE_STONES:].reshape(len(rows), len(stones), TRAJECTORY_COLUMNS_PER_STONE)
     for index, stone in enumerate(stones):
         gone = np.flatnonzero(columns[:, index, 13] == 0.0)
         if gone.size:
             begin = max(int(gone[0]) - 1, 0)
-            _fill_in_stone_free_flight(columns[begin:, index], rows[begin:, :COLUMNS_BEFORE_STONES], stone)
+            _fill_in_stone_free_flight(columns[begin:, index], rows[begin:, :TRAJECTORY_COLUMNS_BEFORE_STONES], stone)
 
 
 def _fill_in_stone_free_flight(columns: FloatArray, time_and_base_acceleration: FloatArray, stone: StackStone) -> None:

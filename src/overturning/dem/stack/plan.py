@@ -11,8 +11,8 @@ from overturning.arrays import FloatArray
 from overturning.dem.body.plan import (
     SimulationPlan3D,
     base_accelerations_by_orientation,
+    sample_ranges_able_to_move_body_at_rest,
     steps_per_sample_and_step_control,
-    strong_motion_ranges_and_cases_at_rest,
 )
 from overturning.dem.kernel.clock import STACK_STEP_CONTROL
 from overturning.dem.limits import (
@@ -29,8 +29,8 @@ from overturning.dem.quiet import (
     dynamic_overshoot_bound,
 )
 from overturning.dem.stack.path import (
-    COLUMNS_BEFORE_STONES,
-    COLUMNS_PER_STONE,
+    TRAJECTORY_COLUMNS_BEFORE_STONES,
+    TRAJECTORY_COLUMNS_PER_STONE,
     StackTrajectory,
     extend_trajectory_by_its_last_row,
     fill_in_free_flights,
@@ -120,7 +120,7 @@ class StackSimulationPlan(SimulationPlan3D):
 
         It has no rows unless `is_recorded`.
         """
-        columns = COLUMNS_BEFORE_STONES + COLUMNS_PER_STONE * self.stones.shape[1]
+        columns = TRAJECTORY_COLUMNS_BEFORE_STONES + TRAJECTORY_COLUMNS_PER_STONE * self.stones.shape[1]
         rows = (
             int(self.case_table[0]["undecided_end_sample"] - self.first_simulated_sample[0]) + 3 if is_recorded else 0
         )
@@ -130,12 +130,12 @@ class StackSimulationPlan(SimulationPlan3D):
     def trajectory_rows_at_rest(self, sample_count: int) -> FloatArray:
         """Return trajectory rows with the stack at rest, one for each of the first `sample_count` samples."""
         count, amplitude = self.stones.shape[1], float(self.case_table[0]["amplitude_factor"])
-        rows = np.zeros((sample_count, COLUMNS_BEFORE_STONES + COLUMNS_PER_STONE * count))
+        rows = np.zeros((sample_count, TRAJECTORY_COLUMNS_BEFORE_STONES + TRAJECTORY_COLUMNS_PER_STONE * count))
         rows[:, 0] = np.arange(sample_count) * self.motion.sampling_interval
         rows[:, 1:3] = self.base_accelerations[0, :, :sample_count].T * amplitude
         rows[:, 3] = self.vertical_base_acceleration[:sample_count] * amplitude
         for stone, columns in zip(
-            self.stones[0], np.split(rows[:, COLUMNS_BEFORE_STONES:], count, axis=1), strict=True
+            self.stones[0], np.split(rows[:, TRAJECTORY_COLUMNS_BEFORE_STONES:], count, axis=1), strict=True
         ):
             columns[:, 0:7] = [stone["start"][name] for name in ("x", "y", "z", "qw", "qx", "qy", "qz")]
             columns[:, 13] = 1.0
@@ -222,7 +222,7 @@ def _least_overturning_energy(joints: JointConstantsOfStack) -> float:
         patch.mass_above
         * STANDARD_GRAVITY
         * (math.sqrt(distance**2 + patch.centre_height_above_patch**2) - patch.centre_height_above_patch)
-        for distance, patch in zip(joints.nearest_side_distance, joints.contact_patches, strict=True)
+        for distance, patch in zip(joints.mass_centre_to_nearest_side_distance, joints.contact_patches, strict=True)
     )
 
 
@@ -246,8 +246,7 @@ def plan_stack_simulation(
     _check_that_stacks_can_stand(sizes, stacks)
     joints = [joint_constants_of_stack(stones, model.contact) for stones in stacks]
     tables = np.stack([initial_stone_table(stones, table) for stones, table in zip(stacks, joints, strict=True)])
-    stated = [stone.base_joint_friction for stone in stacks[0]]
-    given = np.array([np.nan if friction is None else friction for friction in stated])
+    given = np.array([np.nan if (mu := stone.base_joint_friction) is None else mu for stone in stacks[0]])
     friction = np.where(np.isnan(given), np.asarray(cases.friction)[:, None], given)
     square = np.array([
         highest_eigenvalue(stiffness_matrix(stones, table, scale_factors_for_unit_mass_matrix(stones)))
@@ -261,7 +260,8 @@ def plan_stack_simulation(
     # The slowest rocking is that of all stones above a joint.
     slowest_period = np.array([
         np.sqrt(
-            np.sqrt(table.nearest_side_distance**2 + table.mass_centre_height**2) / (0.75 * STANDARD_GRAVITY)
+            np.sqrt(table.mass_centre_to_nearest_side_distance**2 + table.mass_centre_height_above_joint**2)
+            / (0.75 * STANDARD_GRAVITY)
         ).max()
         for table in joints
     ])  # fmt: skip
@@ -288,7 +288,7 @@ def plan_stack_simulation(
     for index, table in enumerate(joints):
         of_stack = which == index
         threshold[of_stack] = motion_onset_acceleration_g(table, friction[of_stack])
-    first, calm, at_rest = strong_motion_ranges_and_cases_at_rest(motion, amplitude, threshold, numerics.leave_out)
+    first, calm, at_rest = sample_ranges_able_to_move_body_at_rest(motion, amplitude, threshold, numerics.leave_out)
     weight = tables["mass"].sum(axis=1) * STANDARD_GRAVITY
     barrier = np.array([_least_overturning_energy(table) for table in joints])
     springs = np.array([spring_energy_at_rest(stones, table) for stones, table in zip(stacks, joints, strict=True)])
@@ -298,7 +298,7 @@ def plan_stack_simulation(
         "max_penetration": (MAX_PENETRATION_TO_HALF_SIDE_RATIO * np.minimum(reach, foot).min(axis=1))[which],
         "sample_step_acceleration_g": MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold,
         "max_kinetic_energy_at_rest": (1e-9 * weight * reach.min(axis=1))[which],
-        "min_side_distance": np.array([table.nearest_side_distance.min() for table in joints])[which],
+        "min_side_distance": np.array([table.mass_centre_to_nearest_side_distance.min() for table in joints])[which],
         "max_share_of_onset_acceleration_at_rest": rest_share,
         "max_base_acceleration_at_rest_g": rest_share * friction.min(axis=1),
         "first_simulated_sample": first, "last_onset_sample": calm, "min_overturning_energy": barrier[which],

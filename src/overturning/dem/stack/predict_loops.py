@@ -4,7 +4,7 @@ from typing import Any, Final
 
 from numba import njit
 
-from overturning.dem.body.state import LANDING_TIME_OF_BASE_IN_AIR, rotate_body_over_step
+from overturning.dem.body.state import LANDING_TIME_VALUE_FOR_BASE_IN_AIR, rotate_body_over_step
 from overturning.dem.body.vectors import (
     SymmetricMatrix,
     Vector3,
@@ -16,7 +16,7 @@ from overturning.dem.body.vectors import (
 from overturning.dem.kernel.clock import STACK_STEP_CONTROL
 from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample as push_at
 from overturning.dem.kernel.lanes import (
-    INLINE,
+    INLINE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
     create_elementwise_tuple_functions,
     round_to_vector_multiple,
@@ -64,7 +64,7 @@ from overturning.dem.stack.joint import (
     joint_equation_terms,
     normal_force_sum_terms_of_point,
     predict_friction,
-    predicted_point_force_and_contact,
+    predicted_force_per_share_and_contact,
 )
 from overturning.dem.stack.joint_state import JointNormalForceSums, RemainingFlatLandingTimes
 from overturning.dem.stack.landing import (
@@ -104,7 +104,7 @@ no_sum, no_wrench = (
 MAX_VIBRATION_RESOLVING_STEP_RATIO: Final = STACK_STEP_CONTROL.max_step_using_predicted_forces
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def predict_stone_at_step_end(inverse: SymmetricMatrix, state: StoneState, step_length: float) -> PredictedStone:
     """Predict pose and velocities of a stone at the end of a step, with constant force and moment."""
     half = 0.5 * step_length
@@ -172,7 +172,7 @@ def clear_joint_sums(joint_rows: Any, lane_count: int) -> None:
     """Reset the sums over the contact points of a stone with its support, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
         # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
-        longest = 0.0 if load_history(joint_rows, j).normal_force > 0.0 else LANDING_TIME_OF_BASE_IN_AIR
+        longest = 0.0 if load_history(joint_rows, j).normal_force > 0.0 else LANDING_TIME_VALUE_FOR_BASE_IN_AIR
         store_landing(
             joint_rows,
             j,
@@ -205,7 +205,7 @@ def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
             load_attempt(case_rows, j).length_in_ticks
             <= MAX_VIBRATION_RESOLVING_STEP_RATIO * load_clock(case_rows, j).shortest_step
         )
-        pressure, on = predicted_point_force_and_contact(
+        pressure, on = predicted_force_per_share_and_contact(
             joint, frame, place, old, (fine, contact_points_land_together(landing), waits)
         )
         terms = normal_force_sum_terms_of_point(joint, half, place, pressure, on)

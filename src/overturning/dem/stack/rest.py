@@ -37,7 +37,10 @@ from overturning.dem.stack.access import (
     stone_window,
 )
 from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, POINT_ROW_LAYOUT
-from overturning.dem.stack.landing import MAX_FLAT_HEIGHT_SPREAD_RATIO, RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT
+from overturning.dem.stack.landing import (
+    MAX_FLAT_PATCH_HEIGHT_TO_PENETRATION_RATIO,
+    RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT,
+)
 from overturning.dem.stack.state import CASE_ROW_LAYOUT, STONE_ROW_LAYOUT, TICKS_PER_WHOLE_STEP, StackRestFlagAndLimits
 from overturning.dem.stack.step import joint_state_size
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -50,7 +53,7 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
 )
 MAY_BE_AT_REST_ROW: Final = CASE_ROW_LAYOUT.row_offset_of_field(StackRestFlagAndLimits, "may_be_at_rest")
 
-MIN_PATCH_WIDTH_RATIO: Final = 1e-3
+MIN_PATCH_WIDTH_TO_LENGTH_RATIO: Final = 1e-3
 """Least width of a contact patch, as a share of its length, whose points give a plane of pressure."""
 
 
@@ -95,12 +98,12 @@ def mark_possibly_resting_stacks(state: Any, stone_count: int, active_lane_count
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, corner_limit: int) -> bool:
+def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, max_corner_count: int) -> bool:
     """True if all contact points of all stones that have not fallen carry load.
 
     Of a base with more than four corners, some carry nothing while the base lies flat.
     """
-    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
+    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(max_corner_count)
     for s in range(stone_count):
         if not load_outcome(stone_window(state, s), lane).is_simulated > 0.0:
             continue
@@ -108,7 +111,7 @@ def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, corne
         landing = load_landing(state[at : at + JOINT_SIZE], lane)
         lies_flat = (
             landing.highest_point_height - landing.lowest_point_height
-            < MAX_FLAT_HEIGHT_SPREAD_RATIO * -landing.lowest_point_height
+            < MAX_FLAT_PATCH_HEIGHT_TO_PENETRATION_RATIO * -landing.lowest_point_height
         )
         if (
             load_joint(state[at : at + JOINT_SIZE], lane).min_rim_distance_of_waiting_corners
@@ -150,7 +153,7 @@ def contact_point_unloading_acceleration(points: Any, lane: int, centre: Vector3
         return 0.0
     x, y = total.x / total.stiffness_share, total.y / total.stiffness_share
     xx, xy, yy = total.xx - total.x * x, total.xy - total.x * y, total.yy - total.y * y
-    area, width = xx * yy - xy * xy, MIN_PATCH_WIDTH_RATIO * (xx + yy)
+    area, width = xx * yy - xy * xy, MIN_PATCH_WIDTH_TO_LENGTH_RATIO * (xx + yy)
     if not area > width * width:
         return 0.0
     least, off_x, off_y = np.inf, centre.x - x, centre.y - y
@@ -169,13 +172,13 @@ def contact_point_unloading_acceleration(points: Any, lane: int, centre: Vector3
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def current_motion_onset_acceleration(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
+def onset_acceleration_of_current_stack_state(state: Any, lane: int, stone_count: int, max_corner_count: int) -> float:
     """Return the base acceleration over g at which a contact of a stack at rest slides, or a contact point unloads.
 
     It follows from the stack as it stands: stones may have slid before, or fallen. The result is 0 if a contact is open
     or slides.
     """
-    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
+    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(max_corner_count)
     onset, above = np.inf, MassAndMassMomentAboveJoint(0.0, 0.0, 0.0, 0.0)
     for k in range(stone_count):
         s = stone_count - 1 - k
@@ -210,12 +213,12 @@ def current_motion_onset_acceleration(state: Any, lane: int, stone_count: int, c
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def base_acceleration_limit_of_stack_at_rest(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
+def base_acceleration_limit_of_stack_at_rest(state: Any, lane: int, stone_count: int, max_corner_count: int) -> float:
     """Return the base acceleration over g up to which a stack at rest stays at rest; 0 if the stack is not at rest."""
-    if not all_contact_points_carry_load(state, lane, stone_count, corner_limit):
+    if not all_contact_points_carry_load(state, lane, stone_count, max_corner_count):
         return 0.0
-    limit = load_rest(state, lane).max_share_of_onset_acceleration * current_motion_onset_acceleration(
-        state, lane, stone_count, corner_limit
+    limit = load_rest(state, lane).max_share_of_onset_acceleration * onset_acceleration_of_current_stack_state(
+        state, lane, stone_count, max_corner_count
     )
     return limit if limit > 0.0 and stones_stand_upright_and_still(state, lane, stone_count, limit) else 0.0
 
@@ -242,13 +245,13 @@ def stones_stand_upright_and_still(state: Any, lane: int, stone_count: int, rest
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def time_until_upright_stack_stops_sliding(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
+def time_until_upright_stack_stops_sliding(state: Any, lane: int, stone_count: int, max_corner_count: int) -> float:
     """Return the time (s) until friction has stopped all sliding contacts of the stones of an upright stack.
 
     The result is 0 if a stone leans, or if no contact would slide farther than `NEGLIGIBLE_REMAINING_SLIP_M` before it
     stops.
     """
-    longest, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
+    longest, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(max_corner_count)
     for s in range(stone_count):
         rows = stone_window(state, s)
         if not load_outcome(rows, lane).is_simulated > 0.0:

@@ -24,7 +24,7 @@ from overturning.dem.body.vectors import (
     transpose,
 )
 from overturning.dem.kernel.lanes import (
-    INLINE,
+    INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
     round_to_vector_multiple,
@@ -57,7 +57,7 @@ MIN_OVERHANG_RATIO_FOR_FULL_RIM_NORMAL: Final = 0.005
 Below it the normal turns in proportion, so that forces are continuous when a corner passes the rim."""
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def slopes_of_upper_base_normal(frame: JointRelativeMotion) -> tuple[float, float]:
     """Return the horizontal components of the normal of the upper stone's base, divided by the vertical one."""
     normal = cross_product(frame.upper_x_axis, frame.upper_y_axis)
@@ -65,7 +65,7 @@ def slopes_of_upper_base_normal(frame: JointRelativeMotion) -> tuple[float, floa
     return normal.x / up, normal.y / up
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def contact_normal_weight_of_rim_side(overhang: float, reach: float) -> float:
     """Return the weight, 0 to 1, with which the normal at a side of the lower face's rim counts in the contact normal.
 
@@ -77,7 +77,7 @@ def contact_normal_weight_of_rim_side(overhang: float, reach: float) -> float:
     return share if share < 1.0 else 1.0
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def add_point_to_contact_normal_sums(
     rim: ContactNormalSums, place: ContactPointPosition, slope: tuple[float, float]
 ) -> ContactNormalSums:
@@ -138,7 +138,7 @@ def add_rim_points_to_normal_sums(
         )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def rotation_from_z_axis_to_normal(normal: Vector3) -> Matrix3:
     """Return the smallest rotation that turns the z axis to a normal (unit vector with positive z)."""
     x, y, z = normal.x, normal.y, normal.z
@@ -148,7 +148,7 @@ def rotation_from_z_axis_to_normal(normal: Vector3) -> Matrix3:
     )  # fmt: skip
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def contact_frame_with_mean_normal(rim: ContactNormalSums) -> JointFrameAxesAndOrigin:
     """Return axes and origin of the coordinate frame of a contact, with the mean normal, in the lower face's frame.
 

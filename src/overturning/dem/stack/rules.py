@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.body.state import (
-    BaseMotionSampleNumber,
+    LoadedBaseMotionSampleNumber,
     inertial_accelerations_until_next_sample,
     lean_as_squared_sine,
 )
@@ -57,7 +57,7 @@ from overturning.dem.stack.joint_state import (
     FaceCorner,
     JointConstants,
     JointContactState,
-    TangentialVector,
+    TangentTwistVector,
 )
 from overturning.dem.stack.rest import (
     MAY_BE_AT_REST_ROW,
@@ -85,7 +85,7 @@ TICK, SAMPLE, ENERGY, LOADED = (
     CASE_ROW_LAYOUT.row_offset_of_field(StackClockWithinSample, "ticks_in_sample"),
     CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample"),
     CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "initial_energy"),
-    CASE_ROW_LAYOUT.row_offset_of_field(BaseMotionSampleNumber, "sample"),
+    CASE_ROW_LAYOUT.row_offset_of_field(LoadedBaseMotionSampleNumber, "sample"),
 )
 LAST_UPRIGHT, UPRIGHT_UNTIL = (
     STONE_ROW_LAYOUT.row_offset_of_field(StonePeakTilt, "last_upright_tick"),
@@ -144,13 +144,13 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_initial_stack_state(
     state: Any, lane: int, case: Any, stones_and_joints: tuple[Any, Any], friction: Any, outlines: Any, corners: Any,
-    sample: tuple[float, float],
+    sampling_interval_and_ticks: tuple[float, float],
 ) -> None:  # fmt: skip
     """Load a stack at rest into column `lane` of the state array.
 
     `sample` is the sampling interval in seconds and in ticks, the unit of time of the steps.
     """
-    (stones, joints), (sampling_interval, ticks_per_sample) = stones_and_joints, sample
+    (stones, joints), (sampling_interval, ticks_per_sample) = stones_and_joints, sampling_interval_and_ticks
     for row in range(state.size // PARALLEL_CASE_COUNT):
         state[row * PARALLEL_CASE_COUNT + lane] = 0.0
     first, size = CASE_SIZE + stones.size * STONE_SIZE, joint_state_size(outlines.shape[2])
@@ -234,7 +234,7 @@ def write_initial_joint_state(
         min_rim_distance_of_waiting_corners=constants.min_rim_distance_of_waiting_corners,
         base_corner_count=constants.base_corner_count,
     ))  # fmt: skip
-    still = TangentialVector(0.0, 0.0, 0.0)
+    still = TangentTwistVector(0.0, 0.0, 0.0)
     store_history(rows, lane, JointContactState(
         still, still, constants.pressure_centre_x, constants.pressure_centre_y, constants.mean_pressure_radius,
         constants.normal_force, 0.0, 0.0
@@ -328,7 +328,7 @@ def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_cou
 def mark_stacks_due_for_end_test(
     state: Any,
     stone_count: int,
-    corner_limit: int,
+    max_corner_count: int,
     active_lane_count: int,
     end_marks_out: Any,
     ticks_per_sample: float,
@@ -342,7 +342,7 @@ def mark_stacks_due_for_end_test(
             total += stone_state_sum_for_finite_check(load_stone(stone_window(state, s), j))
         sample = course.current_sample + state[TICK + j] / ticks_per_sample
         due = total - total != 0.0 or sample >= min(course.last_onset_sample, last_sample)
-        due = due or lowest_newly_fallen_stone_index(state, j, stone_count, corner_limit) < stone_count
+        due = due or lowest_newly_fallen_stone_index(state, j, stone_count, max_corner_count) < stone_count
         end_marks_out[j] = 1.0 if due else 0.0
         count += 1 if due else 0
     return count

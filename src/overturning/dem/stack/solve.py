@@ -16,7 +16,7 @@ from overturning.dem.body.vectors import (
     plus,
     transpose,
 )
-from overturning.dem.kernel.lanes import INLINE, create_elementwise_tuple_functions
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, create_elementwise_tuple_functions
 from overturning.dem.stack.joint_state import JointEquations
 from overturning.dem.stack.state import (
     DiagonalBlockAndRightSide,
@@ -35,7 +35,7 @@ wrench_plus, wrench_minus = (
 )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def matrix_times_cross_matrix(m: Matrix3, a: Vector3) -> Matrix3:
     """Return the product M [a] of a matrix and the cross-product matrix of a, where [a] v = a × v."""
     x = cross_product(Vector3(m.xx, m.xy, m.xz), a)
@@ -44,7 +44,7 @@ def matrix_times_cross_matrix(m: Matrix3, a: Vector3) -> Matrix3:
     return Matrix3(x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def cross_matrix_times_matrix(a: Vector3, m: Matrix3) -> Matrix3:
     """Return the product [a] M of the cross-product matrix of a and a matrix, where [a] v = a × v."""
     x = cross_product(a, Vector3(m.xx, m.yx, m.zx))
@@ -53,13 +53,13 @@ def cross_matrix_times_matrix(a: Vector3, m: Matrix3) -> Matrix3:
     return Matrix3(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def rotate_matrix(rotation: Matrix3, m: Matrix3) -> Matrix3:
     """Return R M Rᵀ, the matrix M in axes rotated by R."""
     return matrix_product(matrix_product(rotation, m), transpose(rotation))
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def rotate_contact_equations(rotation: Matrix3, joint_equations: JointEquations) -> JointEquations:
     """Rotate two stones' contact terms in the equations by `rotation`, from the lower stone's axes to the ground's."""
     wrench, joint_matrix = joint_equations.wrench, joint_equations.blocks
@@ -74,8 +74,8 @@ def rotate_contact_equations(rotation: Matrix3, joint_equations: JointEquations)
     )
 
 
-@njit(**INLINE)
-def shift_matrix_to_centres(
+@njit(**INLINE_OPTIONS)
+def shift_contact_matrix_to_stone_centres(
     joint_matrix: VelocityToForceBlocks, row_arm: Vector3, column_arm: Vector3
 ) -> VelocityToForceBlocks:
     """Return a contact's matrix from the velocity of one stone to the force on another, about both stones' centres.
@@ -95,13 +95,13 @@ def shift_matrix_to_centres(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def shift_wrench_to_stone_centre(wrench: Wrench, arm: Vector3) -> Wrench:
     """Return a force and moment moved to a stone's centre; `arm` leads from the centre to the old reference point."""
     return Wrench(wrench.force, plus(wrench.moment, cross_product(arm, wrench.force)))
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def mass_matrix_of_stone(mass: float, inertia: SymmetricMatrix, axes: Matrix3) -> VelocityToForceBlocks:
     """Return the 6 × 6 mass matrix (kg, kg·m²) of a stone in the axes of the ground."""
     i = rotate_matrix(axes, expand_symmetric_matrix(inertia))
@@ -115,7 +115,7 @@ def mass_matrix_of_stone(mass: float, inertia: SymmetricMatrix, axes: Matrix3) -
     )  # fmt: skip
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def product_of_6x6_matrices(a: VelocityToForceBlocks, b: VelocityToForceBlocks) -> VelocityToForceBlocks:
     """Return the product of two 6 × 6 matrices."""
     return VelocityToForceBlocks(
@@ -126,7 +126,7 @@ def product_of_6x6_matrices(a: VelocityToForceBlocks, b: VelocityToForceBlocks) 
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def matrix_6x6_times_wrench(a: VelocityToForceBlocks, w: Wrench) -> Wrench:
     """Return the product of a 6 × 6 matrix and a force and moment (vector of 6)."""
     return Wrench(
@@ -135,7 +135,7 @@ def matrix_6x6_times_wrench(a: VelocityToForceBlocks, w: Wrench) -> Wrench:
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def inverse_of_6x6_matrix(a: VelocityToForceBlocks) -> VelocityToForceBlocks:
     """Return the inverse of a 6 × 6 matrix by its 3 × 3 blocks."""
     p = inverse_matrix(a.fv)
@@ -147,7 +147,7 @@ def inverse_of_6x6_matrix(a: VelocityToForceBlocks) -> VelocityToForceBlocks:
     return VelocityToForceBlocks(matrix_plus(p, matrix_product(q, t)), matrix_minus(zero, qs), matrix_minus(zero, t), s)
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def right_side_of_stone_equations(
     half_step: float, mass: float, wrench: Wrench, inertial: Vector3, previous: Wrench
 ) -> Wrench:
@@ -167,14 +167,14 @@ def right_side_of_stone_equations(
     )  # fmt: skip
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def scale_wrench(factor: float, w: Wrench) -> Wrench:
     """Return a force and moment, both multiplied by a number."""
     f, m = w.force, w.moment
     return Wrench(Vector3(factor * f.x, factor * f.y, factor * f.z), Vector3(factor * m.x, factor * m.y, factor * m.z))
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def eliminate_stone_from_equations(
     diagonal: DiagonalBlockAndRightSide,
     lower: DiagonalBlockAndRightSide,
@@ -188,10 +188,12 @@ def eliminate_stone_from_equations(
     `diagonal` and `lower` do not contain the contact of the two stones yet.
     """
     joint_matrix, wrench = joint.blocks, scale_wrench(half_step, joint.wrench)
-    own = sum_of_6x6_matrices(diagonal.blocks, shift_matrix_to_centres(joint_matrix, upper_arm, upper_arm))
+    own = sum_of_6x6_matrices(
+        diagonal.blocks, shift_contact_matrix_to_stone_centres(joint_matrix, upper_arm, upper_arm)
+    )
     coupling, back = (
-        shift_matrix_to_centres(joint_matrix, upper_arm, lower_arm),
-        shift_matrix_to_centres(joint_matrix, lower_arm, upper_arm),
+        shift_contact_matrix_to_stone_centres(joint_matrix, upper_arm, lower_arm),
+        shift_contact_matrix_to_stone_centres(joint_matrix, lower_arm, upper_arm),
     )
     inverse = inverse_of_6x6_matrix(own)
     factor_below = product_of_6x6_matrices(inverse, coupling)
@@ -201,7 +203,9 @@ def eliminate_stone_from_equations(
     # e = fixed part + factor · e_below: the coupling has a minus sign.
     return EliminatedStoneSolution(factor_below, fixed_part), DiagonalBlockAndRightSide(
         difference_of_6x6_matrices(
-            sum_of_6x6_matrices(lower.blocks, shift_matrix_to_centres(joint_matrix, lower_arm, lower_arm)),
+            sum_of_6x6_matrices(
+                lower.blocks, shift_contact_matrix_to_stone_centres(joint_matrix, lower_arm, lower_arm)
+            ),
             product_of_6x6_matrices(back, factor_below),
         ),
         wrench_plus(
@@ -211,12 +215,12 @@ def eliminate_stone_from_equations(
     )
 
 
-@njit(**INLINE)
+@njit(**INLINE_OPTIONS)
 def solve_velocity_correction_of_lowest_stone(
     diagonal: DiagonalBlockAndRightSide, joint: JointEquations, half_step: float, arm: Vector3
 ) -> Wrench:
     """Return the velocity correction of the lowest stone, after the stones above it have been eliminated."""
-    own = sum_of_6x6_matrices(diagonal.blocks, shift_matrix_to_centres(joint.blocks, arm, arm))
+    own = sum_of_6x6_matrices(diagonal.blocks, shift_contact_matrix_to_stone_centres(joint.blocks, arm, arm))
     right = wrench_plus(
         diagonal.right_hand_side, shift_wrench_to_stone_centre(scale_wrench(half_step, joint.wrench), arm)
     )

@@ -11,7 +11,7 @@ by the rows of its contact points.
 
 from typing import Final, NamedTuple
 
-from overturning.dem.body.state import BaseMotionSampleNumber, InertialAccelerations3D, StepRejectionFlags
+from overturning.dem.body.state import InertialAccelerations3D, LoadedBaseMotionSampleNumber, StepRejectionFlags
 from overturning.dem.body.vectors import Matrix3, Quaternion, SymmetricMatrix, Vector3
 from overturning.dem.kernel.clock import STACK_STEP_CONTROL, CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress, SlideEndSample
@@ -221,7 +221,7 @@ class StoneContactForceSums(NamedTuple):
 
 CASE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, CaseStepControl, StackTickLengthAndLimits, StackRestFlagAndLimits, StackClockWithinSample,
-    StackEnergyAccount, InertialAccelerations3D, BaseMotionSampleNumber, CaseProgress, NextStepToAttempt,
+    StackEnergyAccount, InertialAccelerations3D, LoadedBaseMotionSampleNumber, CaseProgress, NextStepToAttempt,
     StepRejectionFlags, StackContactChangesInStep, JointEnergyLosses, Vector3, SlideEndSample
 )  # fmt: skip
 STONE_ROW_LAYOUT: Final = TupleRowLayout(

@@ -15,7 +15,7 @@ from overturning.dem.stack.landing import (
     RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT,
 )
 from overturning.dem.stack.tables import JOINT_TABLE_DTYPE, STONE_TABLE_DTYPE
-from overturning.model.contact import MAX_WIDTH_FOR_STATIC_PENETRATION, VertexContact
+from overturning.model.contact import MIN_WIDTH_FOR_CONSTANT_PENETRATION_M, VertexContact
 from overturning.model.stack_stones import (
     ContactPatchAtRest,
     StackStone,
@@ -42,12 +42,12 @@ class JointConstantsOfStack:
         return np.asarray(self.joint_table["normal_dashpot"] / self.joint_table["normal_stiffness"])
 
     @property
-    def nearest_side_distance(self) -> FloatArray:
+    def mass_centre_to_nearest_side_distance(self) -> FloatArray:
         """Distance, in each contact, from the point below the mass centre of stones above to the nearest side, m."""
-        return np.array([patch.side_distances_from_centre_above.min() for patch in self.contact_patches])
+        return np.array([patch.side_distances_from_mass_centre_above.min() for patch in self.contact_patches])
 
     @property
-    def mass_centre_height(self) -> FloatArray:
+    def mass_centre_height_above_joint(self) -> FloatArray:
         """Height, above each contact, of the common centre of mass of all stones above the contact, m."""
         return np.array([patch.centre_height_above_patch for patch in self.contact_patches])
 
@@ -57,7 +57,7 @@ def joint_constants_of_stack(stones: list[StackStone], contact: VertexContact) -
     rows, patches = np.zeros(len(stones), JOINT_TABLE_DTYPE), contact_patches_at_rest(stones)
     above = np.array([patch.mass_above for patch in patches])
     width = np.array([np.ptp(patch.corners, axis=0).min() for patch in patches])
-    penetration = contact.static_penetration * np.minimum(width, MAX_WIDTH_FOR_STATIC_PENETRATION)
+    penetration = contact.static_penetration * np.minimum(width, MIN_WIDTH_FOR_CONSTANT_PENETRATION_M)
     ratio, damping = (
         np.array([own if (given := getattr(stone, name)) is None else given for stone in stones])
         for name, own in (
@@ -126,7 +126,7 @@ def tipping_side_distance_and_mass_centre_height(stone: StackStone, patch: Conta
     base = stone.nearest_base_side_distance
     side = float(polygon_side_distances_from_point(patch.corners, stone.x).min())
     if side <= 0.0:
-        return float(patch.side_distances_from_centre_above.min()), patch.centre_height_above_patch
+        return float(patch.side_distances_from_mass_centre_above.min()), patch.centre_height_above_patch
     # Where the whole base rests on the face below, its sides are those of the patch but for rounding.
     return (side if side < base * (1.0 - 1e-9) else base), stone.centre_height_above_base
 
@@ -295,4 +295,7 @@ def motion_onset_acceleration_g(joints: JointConstantsOfStack, friction: FloatAr
     Contact k opens at the least ratio of the distance of one of its sides to the height of the centre of all stones
     above, and slides at µ.
     """
-    return np.minimum(float(np.min(joints.nearest_side_distance / joints.mass_centre_height)), friction.min(axis=1))
+    return np.minimum(
+        float(np.min(joints.mass_centre_to_nearest_side_distance / joints.mass_centre_height_above_joint)),
+        friction.min(axis=1),
+    )

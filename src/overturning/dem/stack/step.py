@@ -69,18 +69,18 @@ def predict_contact_patch_forces(
     joint_rows: Any,
     points: Any,
     corner_counts: tuple[int, int],
-    used_points: Any,
+    used_point_count_and_indices: Any,
     lane_count: int,
 ) -> None:
     """Compute the contact points of two stones at the predicted step end, and sum their predicted forces.
 
     `corner_counts` holds the numbers of corners of the base and of the lower face (0 on the ground). The numbers of the
-    points that have weight in any stack are written to `used_points`, after their count.
+    points that have weight in any stack are written to `used_point_count_and_indices`, after their count.
     """
     upper_count, lower_count = corner_counts
     predict_base_corner_positions(upper_rows, joint_rows, points, upper_count, lane_count)
     for i in range(upper_count):
-        used_points[1 + i] = i
+        used_point_count_and_indices[1 + i] = i
     count = upper_count
     if lower_count > 0 and not all_bases_on_lower_face(joint_rows, points, upper_count, lower_count, lane_count):
         clip_base_sides(joint_rows, points, upper_count, lower_count, lane_count)
@@ -89,16 +89,22 @@ def predict_contact_patch_forces(
         sum_contact_normals(upper_rows, joint_rows, points, upper_count, lower_count, lane_count)
         rotate_contact_frame_to_mean_normal(upper_rows, lower_rows, joint_rows, lane_count)
         for i in range(upper_count, 3 * (upper_count + lower_count)):
-            used_points[1 + count] = i
+            used_point_count_and_indices[1 + count] = i
             count += 1 if any_stack_uses_contact_point(point_window(points, i), lane_count) else 0
         for n in range(count):
-            express_point_in_mean_normal_frame(joint_rows, point_window(points, used_points[1 + n]), lane_count)
-    used_points[0] = count
+            express_point_in_mean_normal_frame(
+                joint_rows, point_window(points, used_point_count_and_indices[1 + n]), lane_count
+            )
+    used_point_count_and_indices[0] = count
     clear_joint_sums(joint_rows, lane_count)
     for n in range(count):
-        update_landing_times_with_contact_point(joint_rows, point_window(points, used_points[1 + n]), lane_count)
+        update_landing_times_with_contact_point(
+            joint_rows, point_window(points, used_point_count_and_indices[1 + n]), lane_count
+        )
     for n in range(count):
-        predict_point_normal_force(case_rows, joint_rows, point_window(points, used_points[1 + n]), lane_count)
+        predict_point_normal_force(
+            case_rows, joint_rows, point_window(points, used_point_count_and_indices[1 + n]), lane_count
+        )
     predict_joint_friction(case_rows, upper_rows, joint_rows, lane_count)
 
 
@@ -109,22 +115,26 @@ def compute_contact_patch_forces(
     lower_rows: Any,
     joint_rows: Any,
     points: Any,
-    used_points: Any,
+    used_point_count_and_indices: Any,
     lane_count: int,
     on_ground: Any,
 ) -> None:
     """Compute the contact forces of two stones at the end of the step, from the solved equations."""
     store_relative_velocity_changes(upper_rows, lower_rows, joint_rows, lane_count, on_ground)
-    for n in range(used_points[0]):
-        compute_point_normal_force(case_rows, joint_rows, point_window(points, used_points[1 + n]), lane_count)
-    for n in range(used_points[0]):
-        add_point_force_times_distance(joint_rows, point_window(points, used_points[1 + n]), lane_count)
+    for n in range(used_point_count_and_indices[0]):
+        compute_point_normal_force(
+            case_rows, joint_rows, point_window(points, used_point_count_and_indices[1 + n]), lane_count
+        )
+    for n in range(used_point_count_and_indices[0]):
+        add_point_force_times_distance(
+            joint_rows, point_window(points, used_point_count_and_indices[1 + n]), lane_count
+        )
     compute_joint_force_and_moment(case_rows, upper_rows, lower_rows, joint_rows, lane_count, on_ground)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def store_accepted_stack_states(
-    state: Any, stone_count: int, joint_state_size: int, used_points: Any, lane_count: int
+    state: Any, stone_count: int, joint_state_size: int, used_point_count_and_indices: Any, lane_count: int
 ) -> None:
     """Store the new states of stones, contacts and contact points in the stacks whose step is accepted."""
     case, first = state[:CASE_SIZE], CASE_SIZE + stone_count * STONE_SIZE
@@ -137,9 +147,9 @@ def store_accepted_stack_states(
         at = first + s * joint_state_size
         store_joint_states_after_accepted_steps(case, state[at : at + JOINT_SIZE], lane_count)
         points = state[at + JOINT_SIZE : at + joint_state_size]
-        for n in range(used_points[s, 0]):
+        for n in range(used_point_count_and_indices[s, 0]):
             store_contact_point_states_after_accepted_steps(
-                case, point_window(points, used_points[s, 1 + n]), lane_count
+                case, point_window(points, used_point_count_and_indices[s, 1 + n]), lane_count
             )
 
 
@@ -149,15 +159,15 @@ def advance_stacks(
     stone_count: int,
     corner_limit: int,
     corner_counts: Any,
-    used_points: Any,
+    used_point_count_and_indices: Any,
     lane_count: int,
-    step_count: int,
+    attempted_step_count: int,
     ticks_per_sample: float,
 ) -> None:
-    """Attempt `step_count` time steps of all stacks in parallel; `used_points` is a work array."""
+    """Attempt `attempted_step_count` time steps of all stacks; `used_point_count_and_indices` is a work array."""
     case = state[:CASE_SIZE]
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
-    for _ in range(step_count):
+    for _ in range(attempted_step_count):
         predict_inertial_acceleration(case, lane_count, ticks_per_sample)
         for s in range(stone_count):
             stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
@@ -169,13 +179,22 @@ def advance_stacks(
             if s == 0:
                 predict_motion_relative_to_ground(stone, joint, lane_count)
                 predict_contact_patch_forces(
-                    case, stone, stone, joint, points, (int(corner_counts[s]), 0), used_points[s], lane_count
+                    case,
+                    stone,
+                    stone,
+                    joint,
+                    points,
+                    (int(corner_counts[s]), 0),
+                    used_point_count_and_indices[s],
+                    lane_count,
                 )
             else:
                 lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
                 predict_motion_relative_to_stone_below(stone, lower, joint, lane_count)
                 both = (int(corner_counts[s]), int(corner_counts[s - 1]))
-                predict_contact_patch_forces(case, stone, lower, joint, points, both, used_points[s], lane_count)
+                predict_contact_patch_forces(
+                    case, stone, lower, joint, points, both, used_point_count_and_indices[s], lane_count
+                )
                 rotate_joint_equations(joint, lane_count)
         for s in range(stone_count - 1, 0, -1):
             stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
@@ -196,11 +215,17 @@ def advance_stacks(
             at = first + s * size
             joint, points = state[at : at + JOINT_SIZE], state[at + JOINT_SIZE : at + size]
             if s == 0:
-                compute_contact_patch_forces(case, stone, stone, joint, points, used_points[s], lane_count, 1)
+                compute_contact_patch_forces(
+                    case, stone, stone, joint, points, used_point_count_and_indices[s], lane_count, 1
+                )
             else:
                 lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
-                compute_contact_patch_forces(case, stone, lower, joint, points, used_points[s], lane_count, None)
-                for n in range(corner_counts[s], used_points[s, 0]):
-                    mark_joints_with_base_beyond_rim(joint, point_window(points, used_points[s, 1 + n]), lane_count)
+                compute_contact_patch_forces(
+                    case, stone, lower, joint, points, used_point_count_and_indices[s], lane_count, None
+                )
+                for n in range(corner_counts[s], used_point_count_and_indices[s, 0]):
+                    mark_joints_with_base_beyond_rim(
+                        joint, point_window(points, used_point_count_and_indices[s, 1 + n]), lane_count
+                    )
         accept_or_reject_steps(case, lane_count, ticks_per_sample)
-        store_accepted_stack_states(state, stone_count, size, used_points, lane_count)
+        store_accepted_stack_states(state, stone_count, size, used_point_count_and_indices, lane_count)

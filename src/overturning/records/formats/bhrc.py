@@ -12,8 +12,8 @@ from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields
 from overturning.records.formats.lines import FLOAT_PATTERN, TextLines, decorator_for_reading_all_components
 from overturning.units import STANDARD_GRAVITY
 
-HEADER_LINES: Final = 27
-RATE_LINE_INDEX: Final = 21
+HEADER_LINE_COUNT: Final = 27
+SAMPLING_RATE_LINE_INDEX: Final = 21
 FIELDS: Final[HeaderFieldPatterns] = {
     "origin": (2, r"^[^:]*:\s*(.*)"),
     "L, V or T": (4, r"^\s*([LTV])\s*$"),
@@ -30,9 +30,9 @@ FIELDS: Final[HeaderFieldPatterns] = {
 
 
 @decorator_for_reading_all_components(r"\* VOL1", "only volume 1 is read")
-def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
+def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a BHRC file (Iran); return the component and its number of lines."""
-    header = HeaderFields.find_fields(channel_lines, FIELDS, HEADER_LINES, min_lines=HEADER_LINES)
+    header = HeaderFields.find_fields(channel_lines, FIELDS, HEADER_LINE_COUNT, min_lines=HEADER_LINE_COUNT)
     text = channel_lines.lines
     axis, azimuths = header.field_text("L, V or T"), header.field_pattern_match("azimuths of L and T")
     if axis != header.field_text("component"):
@@ -40,11 +40,12 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     assert azimuths is not None
     direction = UNKNOWN_DIRECTION if axis == "V" else (float(azimuths[1 if axis == "L" else 2]) % 360.0, 0)
     interval = channel_lines.sampling_interval_of_rate(
-        channel_lines.parse_number(text[RATE_LINE_INDEX][:13], RATE_LINE_INDEX, "the rate"), RATE_LINE_INDEX
+        channel_lines.parse_number(text[SAMPLING_RATE_LINE_INDEX][:13], SAMPLING_RATE_LINE_INDEX, "the rate"),
+        SAMPLING_RATE_LINE_INDEX,
     )
     count = int(header.field_text("NO. OF POINTS"))
     channel_lines.check_duration_stated_in_line(10, count, interval, header.number_in_field("DURATION"))
-    samples, end, notes = channel_lines.read_fixed_width_samples(HEADER_LINES, width=13, per_line=10, count=count)
+    samples, end, notes = channel_lines.read_fixed_width_samples(HEADER_LINE_COUNT, width=13, per_line=10, count=count)
     if end >= len(text) or not text[end].startswith("/&"):
         at = min(end, len(text) - 1)
         raise channel_lines.line_error(at, f"no end mark /& after {count} samples; the file is cut: get it again")

@@ -80,7 +80,7 @@ def _parse_number_block_format(
 
 
 @decorator_for_reading_all_components(r"\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", "get the file again")
-def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
+def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a COSMOS file; return the component and its number of lines."""
     text = channel_lines.lines
     stated = re.search(r"with\s+(\d+)\s+text lines", text[0])
@@ -115,7 +115,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     # Resolution of the stated peak: one count, or 1e-5 of the unit.
     digit = (1.0 if unit == COUNTS_UNIT_CODE else 1e-5) * scale
     peak = (
-        HeaderPeak(abs(known[63]) * scale, digit, line=channel_lines.preceding_line_count + reals_at + 12)
+        HeaderPeak(abs(known[63]) * scale, digit, line_number=channel_lines.preceding_line_count + reals_at + 12)
         if 63 in known
         else None
     )

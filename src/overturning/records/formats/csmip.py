@@ -54,7 +54,7 @@ FIELDS: Final[HeaderFieldPatterns] = {
     "record length": rf"RECORD LENGTH\s*=\s*({FLOAT_PATTERN})",
     "unit of the pairs": r"UNITS OF .*SEC AND (G/10|G|CM/SEC/SEC|CM/SEC2)(?=[.,;\s]|$)",
 }
-RECORDERS_WITHOUT_SATELLITE_CLOCK: Final = re.compile(r"\b(QDR|SSA-?[12]|SMA(-?1)?)\b", re.IGNORECASE)
+RECORDER_WITHOUT_SATELLITE_CLOCK_PATTERN: Final = re.compile(r"\b(QDR|SSA-?[12]|SMA(-?1)?)\b", re.IGNORECASE)
 """Recorders of RENADIC without a satellite clock."""
 MAX_PRE_EVENT_MEMORY: Final = timedelta(seconds=120)
 """Longest pre-event memory of a recorder."""
@@ -65,7 +65,7 @@ PEAK_PATTERN_BY_VOLUME: Final = {
     2: rf"PEAK ACCELERATION\s*=\s*({FLOAT_PATTERN})\s*(g\b|cms?/sec/sec|cm/sec2|cm/s2|gal)",
 }
 """Pattern of the peak and its unit for each volume."""
-DATA_LINE_FIELDS: Final[HeaderFieldPatterns] = {
+SAMPLE_BLOCK_HEADING_FIELDS: Final[HeaderFieldPatterns] = {
     "number of samples": r"^\s*(\d+)\s+(?:points of\s+)?accel",
     "rate": rf"at\s+({FLOAT_PATTERN})\s*(?:pts|points|samples)\s*/\s*sec",
     "rate or interval": rf"at\s+(?:equal\S*\s+)?({FLOAT_PATTERN})\s*sec",
@@ -76,7 +76,7 @@ DATA_LINE_FIELDS: Final[HeaderFieldPatterns] = {
 
 
 @decorator_for_reading_all_components(r"\s*((UN)?CORRECTED|RESPONSE)", "get the file again")
-def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
+def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a CSMIP or CGS file (California); return the component and its number of lines."""
     volume = {"U": 1, "C": 2}.get(channel_lines.lines[0].lstrip()[0].upper())
     if volume is None:
@@ -105,7 +105,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     direction = axis_direction_from_name_or_code(
         axis, senses.get(code, direction_from_azimuth_code(code)), partial(channel_lines.line_error, at)
     )
-    introduced = re.compile(str(DATA_LINE_FIELDS["number of samples"]), re.IGNORECASE)
+    introduced = re.compile(str(SAMPLE_BLOCK_HEADING_FIELDS["number of samples"]), re.IGNORECASE)
     data_at = next((i for i in range(text_lines + 7, end) if introduced.match(channel_lines.lines[i])), 0)
     samples, interval, notes = (
         _read_evenly_spaced_samples(channel_lines, data_at, header)
@@ -157,7 +157,7 @@ def _start_time_of_renadic_file(header: HeaderFields, stated_origin: datetime | 
     sample. Recorders without a satellite clock have local time there, although the header says GMT, or 1980-01-01.
     """
     trigger = header.utc_time_of_month_day_year_field("trigger")
-    if trigger is None or stated_origin is None or RECORDERS_WITHOUT_SATELLITE_CLOCK.search(header.lines[4]):
+    if trigger is None or stated_origin is None or RECORDER_WITHOUT_SATELLITE_CLOCK_PATTERN.search(header.lines[4]):
         return None
     if (trigger.year, trigger.month, trigger.day) == (1980, 1, 1):
         return None
@@ -181,7 +181,7 @@ def _read_evenly_spaced_samples(
             lines=channel_lines.lines[data_line_index:],
             preceding_line_count=channel_lines.preceding_line_count + data_line_index,
         ),
-        DATA_LINE_FIELDS,
+        SAMPLE_BLOCK_HEADING_FIELDS,
         1,
     )
     rate = data.optional_number_in_field("rate")
@@ -226,7 +226,7 @@ def _read_time_acceleration_pairs(
     count, first = int(header.number_in_field("NO. OF POINTS")), text_line_count + 14
     header.check_field_pattern("unit of the pairs", ".", "g, g/10 or cm/sec/sec")
     values = channel_lines.read_fixed_width_numbers(first, width=7, per_line=10, count=2 * count)
-    _, notes = channel_lines.skip_surplus_lines(first + -(-2 * count // 10), count, ends_file=True)
+    _, notes = channel_lines.skip_surplus_lines(first + -(-2 * count // 10), count, must_end_file=True)
     time, samples = values[0::2], values[1::2]
     interval = round(float(time[-1] - time[0]) / max(count - 1, 1), 6)
     channel_lines.check_times_have_constant_interval(

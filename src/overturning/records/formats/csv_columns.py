@@ -67,7 +67,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
             unit=unit,
             extra=extra,
             notes=notes,
-            declared_record_key=sisters,
+            shared_key_of_record_files=sisters,
         )
         for index, (word, unit) in enumerate(columns)
         if word not in ("time", "skip")

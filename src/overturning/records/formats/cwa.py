@@ -24,12 +24,12 @@ AXES: Final[dict[str, AxisDirection]] = {
     "N(-)": (180.0, 0),
     "E(-)": (270.0, 0),
 }
-KEYS: Final = (
+HEADER_KEYS: Final = (
     *("Origin Time(GMT+08)", "EpicenterLongitude(E)", "EpicenterLatitude(N)", "Depth(km)", "Magnitude(Ml)"),
     *("StationCode", "StationLongitude(E)", "StationLatitude(N)", "StartTime(GMT+08)", "RecordLength(sec)"),
     *("SampleRate(Hz)", "AmplitudeUnit", "DataSequence", *(f"AmplitudeMAX. {letter}" for letter in "UNE"), "Data"),
 )
-FIELDS: Final[HeaderFieldPatterns] = {key: rf"^#{re.escape(key)}\s*:(.*)" for key in KEYS}
+FIELDS: Final[HeaderFieldPatterns] = {key: rf"^#{re.escape(key)}\s*:(.*)" for key in HEADER_KEYS}
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:

@@ -9,7 +9,7 @@ from overturning.records.source import SourceFile
 from overturning.units import GAL
 
 HEADER_LINE_PATTERN: Final = r"[A-Z][A-Z0-9_/^]*:(\s.*)?"
-KEYS: Final = (
+HEADER_KEYS: Final = (
     *("EVENT_NAME", "EVENT_ID", "EVENT_DATE_YYYYMMDD", "EVENT_TIME_HHMMSS", "EVENT_LATITUDE_DEGREE"),
     *("EVENT_LONGITUDE_DEGREE", "MAGNITUDE_W", "STATION_CODE", "STATION_LATITUDE_DEGREE", "STATION_LONGITUDE_DEGREE"),
     "LOCATION",
@@ -18,7 +18,7 @@ KEYS: Final = (
     *("UNITS", "PGA_CM/S^2", "BASELINE_CORRECTION", "FILTER_TYPE", "LOW_CUT_FREQUENCY_HZ", "HIGH_CUT_FREQUENCY_HZ"),
     *("DATA_TYPE", "PROCESSING"),
 )
-FIELDS: Final[HeaderFieldPatterns] = {key: rf"^{re.escape(key)}:(.*)" for key in KEYS}
+FIELDS: Final[HeaderFieldPatterns] = {key: rf"^{re.escape(key)}:(.*)" for key in HEADER_KEYS}
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:

@@ -25,7 +25,7 @@ from overturning.records.formats.lines import FLOAT_PATTERN, TextLines, decorato
 
 MILLIMETRE_IN_M: Final = 1e-3
 HEADER_TEXT_LINE_COUNT: Final = 16
-HEADER_LINES: Final = 26
+HEADER_LINE_COUNT: Final = 26
 FIELDS: Final[HeaderFieldPatterns] = {
     "station": rf"^Site\s+(\S+)\s+{DEGREE_MINUTE_SECOND_PATTERN}",
     "coordinates": rf"^Site\s+\S+\s+{DEGREE_MINUTE_SECOND_PATTERN}",
@@ -42,9 +42,9 @@ FIELDS: Final[HeaderFieldPatterns] = {
 
 
 @decorator_for_reading_all_components(r"(Unc|C)orrected", "get the file again")
-def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
+def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a GeoNet file (New Zealand); return the component and its number of lines."""
-    header = HeaderFields.find_fields(channel_lines, FIELDS, HEADER_TEXT_LINE_COUNT, min_lines=HEADER_LINES)
+    header = HeaderFields.find_fields(channel_lines, FIELDS, HEADER_TEXT_LINE_COUNT, min_lines=HEADER_LINE_COUNT)
     text = channel_lines.lines
     corrected = text[0].startswith("Corrected")
     whole = channel_lines.read_fixed_width_integers(HEADER_TEXT_LINE_COUNT, width=8, per_line=10, count=40)
@@ -59,8 +59,8 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     axis = header.field_text("component")
     # The code of a vertical axis has no meaning.
     coded = UNKNOWN_DIRECTION if parse_axis_direction(axis)[1] else (float(whole[27]) % 360.0, 0)
-    samples = channel_lines.read_fixed_width_numbers(HEADER_LINES, width=8, per_line=10, count=count)
-    end = HEADER_LINES + sum(-(-int(n) // 10) for n in whole[33 : 36 if corrected else 34])
+    samples = channel_lines.read_fixed_width_numbers(HEADER_LINE_COUNT, width=8, per_line=10, count=count)
+    end = HEADER_LINE_COUNT + sum(-(-int(n) // 10) for n in whole[33 : 36 if corrected else 34])
     if end > len(text):
         raise channel_lines.line_error(len(text) - 1, f"the file ends in the data of {axis}; get it again")
     *day, hour, minute, millis = (int(whole[i]) for i in (8, 9, 18, 19, 38, 39))  # Start of the buffer, UT.

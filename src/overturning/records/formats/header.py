@@ -153,7 +153,7 @@ class HeaderFields(TextLines):
         unit_size: float,
         text_part: str | None = None,
         *,
-        after_mean: bool = False,
+        mean_is_removed: bool = False,
         signed: bool = False,
     ) -> HeaderPeak:
         """Return the peak acceleration (converted to m/s²), its sign and its resolution from a header field.
@@ -165,7 +165,7 @@ class HeaderFields(TextLines):
         return HeaderPeak(
             abs(number) * unit_size,
             last_digit_resolution(stated) * unit_size,
-            after_mean,
+            mean_is_removed,
             self.preceding_line_count + self.line_index_of_field(field_name) + 1,
             -1 if number < 0 else int(signed and number > 0),
         )

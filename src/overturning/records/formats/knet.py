@@ -16,25 +16,25 @@ from overturning.records.formats.lines import TextLines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
-KEYS: Final = (
+HEADER_KEYS: Final = (
     *("Origin Time", "Lat.", "Long.", "Depth. (km)", "Mag.", "Station Code", "Station Lat.", "Station Long."),
     *("Station Height(m)", "Record Time", "Sampling Freq(Hz)", "Duration Time(s)", "Dir.", "Scale Factor"),
     *("Max. Acc. (gal)", "Last Correction", "Memo."),
 )
 """Keys of the header's lines, in order."""
-FIELDS: Final[HeaderFieldPatterns] = {key: (line, rf"^{re.escape(key)}(.*)") for line, key in enumerate(KEYS)}
+FIELDS: Final[HeaderFieldPatterns] = {key: (line, rf"^{re.escape(key)}(.*)") for line, key in enumerate(HEADER_KEYS)}
 
 METADATA_NAME_BY_HEADER_KEY: Final = {
     "Mag.": "magnitude", "Depth. (km)": "depth_km", "Lat.": "event_latitude", "Long.": "event_longitude",
 }  # fmt: skip
-_DIRECTION_CODES_BY_SENSOR: Final[tuple[tuple[tuple[str, ...], str, SensorPosition], ...]] = (
+_DIRECTION_CODES_AXIS_SUFFIX_AND_SENSOR: Final[tuple[tuple[tuple[str, ...], str, SensorPosition], ...]] = (
     (("N-S", "E-W", "U-D"), "", "surface"),
     (("1", "2", "3"), "1", "borehole"),
     (("4", "5", "6"), "2", "surface"),
 )
 AXIS_PROPERTIES_BY_DIRECTION_CODE: Final[dict[str, tuple[str, float | None, int, SensorPosition]]] = {
     code: (f"{axis}{number}", azimuth, vertical, sensor)
-    for codes, number, sensor in _DIRECTION_CODES_BY_SENSOR
+    for codes, number, sensor in _DIRECTION_CODES_AXIS_SUFFIX_AND_SENSOR
     for code, (axis, azimuth, vertical) in zip(codes, (("NS", 0.0, 0), ("EW", 90.0, 0), ("UD", None, 1)), strict=True)
 }
 """File extension, azimuth (degrees), vertical sense and sensor for each direction code."""
@@ -50,7 +50,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
 
     A RecordError names the line of an error.
     """
-    header = HeaderFields.find_fields(source_file, FIELDS, min_lines=len(KEYS))
+    header = HeaderFields.find_fields(source_file, FIELDS, min_lines=len(HEADER_KEYS))
     if not re.fullmatch(r"[A-Z0-9]{3,7}", station := header.field_text("Station Code")):
         raise header.line_error(
             "Station Code", f"station code {station!r}; it has 3 to 7 letters and digits: correct it"
@@ -82,13 +82,13 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             counts * _acceleration_per_count(header),
             interval,
             # The record table may give `kik-net` for both networks.
-            format="k-net" if direction in _DIRECTION_CODES_BY_SENSOR[0][0] else "kik-net",
+            format="k-net" if direction in _DIRECTION_CODES_AXIS_SUFFIX_AND_SENSOR[0][0] else "kik-net",
             start=start,
             station=station,
             event=header.field_text("Origin Time") + " JST",
             origin_time=parse_time_as_utc(header.field_text("Origin Time"), TIME_FORMAT, utc_offset=JAPAN_UTC_OFFSET),
             coordinates=(header.number_in_field("Station Lat."), header.number_in_field("Station Long.")),
-            header_peak=header.field_peak_acceleration("Max. Acc. (gal)", GAL, after_mean=True),
+            header_peak=header.field_peak_acceleration("Max. Acc. (gal)", GAL, mean_is_removed=True),
             sensor=sensor,
             # An unknown magnitude is blank.
             extra={name: float(text) for name, text in known.items() if re.fullmatch(r"[+-]?\d+(\.\d+)?", text)},
@@ -111,13 +111,13 @@ def _acceleration_per_count(header: HeaderFields) -> float:
 
 def _read_digitiser_counts(lines: TextLines) -> FloatArray:
     """Return the samples as digitiser counts; raise a RecordError if the last number is incomplete."""
-    for index, line in enumerate(lines.lines[len(KEYS) :], len(KEYS)):
+    for index, line in enumerate(lines.lines[len(HEADER_KEYS) :], len(HEADER_KEYS)):
         for word in line.split():
             if not re.fullmatch(r"[+-]?[0-9]{1,15}", word):
                 raise lines.line_error(index, f"sample {word!r} is not a whole number; get the file again")
-    full = [line.rstrip() for line in lines.lines[len(KEYS) :] if line.strip()]
+    full = [line.rstrip() for line in lines.lines[len(HEADER_KEYS) :] if line.strip()]
     if len(full) > 1 and not lines.ends_with_newline:
         ends, last = ([word.end() for word in re.finditer(r"\S+", line)] for line in full[-2:])
         if last != ends[: len(last)]:
             raise lines.line_error(len(lines.lines) - 1, "the last sample is cut; get the file again")
-    return lines.read_all_numbers(len(KEYS))
+    return lines.read_all_numbers(len(HEADER_KEYS))

@@ -89,18 +89,18 @@ class TextLines:
         )
 
     def read_fixed_width_samples(
-        self, first_line: int, *, width: int, per_line: int, count: int, ends_file: bool = False
+        self, first_line: int, *, width: int, per_line: int, count: int, must_end_file: bool = False
     ) -> tuple[FloatArray, int, tuple[str, ...]]:
         """Read ``count`` samples in fixed-width columns; return also the next line's index and notes."""
         values = self.read_fixed_width_numbers(first_line, width=width, per_line=per_line, count=count)
-        return values, *self.skip_surplus_lines(first_line + -(-count // per_line), count, ends_file=ends_file)
+        return values, *self.skip_surplus_lines(first_line + -(-count // per_line), count, must_end_file=must_end_file)
 
     def skip_surplus_lines(
-        self, first_line: int, stated_count: int, *, ends_file: bool = False
+        self, first_line: int, stated_count: int, *, must_end_file: bool = False
     ) -> tuple[int, tuple[str, ...]]:
         """Skip lines of numbers after the last sample; return the next line's index, and a note if lines are skipped.
 
-        The `stated_count` samples of the header end before `first_line`. With `ends_file`, text after them raises a
+        The `stated_count` samples of the header end before `first_line`. With `must_end_file`, text after them raises a
         RecordError.
         """
         end = first_line
@@ -108,7 +108,7 @@ class TextLines:
             end < len(self.lines) and self.lines[end].strip() and not set(self.lines[end].rstrip()) - _NUMBER_CHARACTERS
         ):
             end += 1
-        if ends_file and any(line.strip() for line in self.lines[end:]):
+        if must_end_file and any(line.strip() for line in self.lines[end:]):
             raise self.line_error(
                 end, f"{self.lines[end][:40]!r} after the last of {stated_count} samples; get the file again"
             )

@@ -14,7 +14,7 @@ from overturning.records.source import SourceFile
 from overturning.units import GAL
 
 AXES: Final = {"N-S": (0.0, 0), "E-W": (90.0, 0), "U-D": (None, 1)}
-HEADER_LINES: Final = 18
+HEADER_LINE_COUNT: Final = 18
 COORDINATES_PATTERN: Final = rf":\s*(?:$|({FLOAT_PATTERN})\s*(N)\s*-\s*({FLOAT_PATTERN})\s*(E))"
 FIELDS: Final[HeaderFieldPatterns] = {
     "origin": (2, ":(.*)"),
@@ -31,8 +31,8 @@ FIELDS: Final[HeaderFieldPatterns] = {
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the components of an NSMN file (Türkiye); raise a RecordError with the line number if it is damaged."""
-    header = HeaderFields.find_fields(source_file, FIELDS, min_lines=HEADER_LINES)
-    values, notes = header.cut_to_stated_count("number of data", header.read_number_rows(HEADER_LINES, 3))
+    header = HeaderFields.find_fields(source_file, FIELDS, min_lines=HEADER_LINE_COUNT)
+    values, notes = header.cut_to_stated_count("number of data", header.read_number_rows(HEADER_LINE_COUNT, 3))
     moment, _, fraction = header.field_text("time of the record").partition(".")
     components = []
     for column, (axis, direction) in enumerate(AXES.items()):

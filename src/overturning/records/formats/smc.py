@@ -25,7 +25,7 @@ from overturning.units import GAL
 
 CORRECTED_BY_FILE_KIND: Final = {"1 UNCORRECTED ACCELEROGRAM": False, "2 CORRECTED ACCELEROGRAM": True}
 HEADER_TEXT_LINE_COUNT: Final = 11
-HEADER_LINES: Final = 27
+HEADER_LINE_COUNT: Final = 27
 NULL: Final = -32768
 BRIDGE_SENSOR_LOCATIONS: Final = {
     1: "base of a pier",
@@ -44,7 +44,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     kind = lines[0].strip()
     if kind not in CORRECTED_BY_FILE_KIND:
         raise text.line_error(0, f"{kind!r}; only accelerograms are read (kinds 1 and 2): get that file")
-    text.check_header_length(HEADER_LINES)
+    text.check_header_length(HEADER_LINE_COUNT)
     whole = text.read_fixed_width_integers(HEADER_TEXT_LINE_COUNT, width=10, per_line=8, count=48)
     real = text.read_fixed_width_numbers(17, width=15, per_line=5, count=50)
     known = {index: float(value) for index, value in enumerate(real) if value != real[0]}
@@ -84,11 +84,13 @@ def _read_samples(lines: TextLines, comment_count: int, sample_count: int) -> tu
     """Return the samples, cm/s², that follow the comment lines, and a note if there are more than `sample_count`."""
     if sample_count < 2 or not 0 <= comment_count <= 10_000:
         raise lines.line_error(13, f"{sample_count} samples and {comment_count} comment lines; correct the header")
-    first = HEADER_LINES + comment_count
-    for index, line in enumerate(lines.lines[HEADER_LINES:first], HEADER_LINES):
+    first = HEADER_LINE_COUNT + comment_count
+    for index, line in enumerate(lines.lines[HEADER_LINE_COUNT:first], HEADER_LINE_COUNT):
         if not line.startswith("|"):
             raise lines.line_error(index, "a comment should begin with |; get the file again")
-    samples, _, notes = lines.read_fixed_width_samples(first, width=10, per_line=8, count=sample_count, ends_file=True)
+    samples, _, notes = lines.read_fixed_width_samples(
+        first, width=10, per_line=8, count=sample_count, must_end_file=True
+    )
     return samples, notes
 
 

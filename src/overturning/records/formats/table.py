@@ -38,7 +38,7 @@ from overturning.records.formats import (
 )
 from overturning.records.source import IGNORED_LEADING_BYTES, UNSUPPORTED_ARCHIVE_BY_FIRST_BYTES, SourceFile
 
-_READER_ERRORS: Final = (ValueError, LookupError, OverflowError, MemoryError, TypeError, ZeroDivisionError)
+_UNEXPECTED_READER_ERRORS: Final = (ValueError, LookupError, OverflowError, MemoryError, TypeError, ZeroDivisionError)
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class RecordFileFormat:
         Callable[[SourceFile], list[RecordComponent]]
         | Callable[[SourceFile, DeclaredFileProperties], list[RecordComponent]]
     )
-    processing_agency: str = ""  # that processed the processed files; "" if the file names it
+    default_processing_agency: str = ""  # that processed the processed files; "" if the file names it
     reader_takes_declared_properties: bool = (
         False  # True if the reader needs declarations, because files are incomplete
     )
@@ -77,11 +77,11 @@ class RecordFileFormat:
                 )
         except RecordError:
             raise
-        except _READER_ERRORS as problem:
+        except _UNEXPECTED_READER_ERRORS as problem:
             # An unforeseen error of a reader becomes an error that names the file.
             what = f"damaged {self.title} file ({type(problem).__name__}: {problem})"
             raise RecordError(f"{source_file.name}: {what}; get it again") from problem
-        by = {"processed_by": self.processing_agency} if self.processing_agency else {}
+        by = {"processed_by": self.default_processing_agency} if self.default_processing_agency else {}
         told = _obspy_warning_notes(caught, source_file.name)
         damaged = tuple(note for note in told if "integrity" in note)
         if damaged and not declared_properties.trust_data:
@@ -115,17 +115,21 @@ def _is_sac_file(file_bytes: bytes) -> bool:
     return any(version in (6, 7) and 0 <= count < 2**28 for version, count in words)
 
 
-_GEONET: Final = rb"(?s)(Unc|C)orrected accelerogram \S+ .{,350}[\r\n]Site "
-_CSMIP: Final = (
+_GEONET_START_PATTERN: Final = rb"(?s)(Unc|C)orrected accelerogram \S+ .{,350}[\r\n]Site "
+_CSMIP_START_PATTERN: Final = (
     rb"(?i)\s*(UNCORRECTED|CORRECTED|RESPONSE AND FOURIER)[^\n]*(ACCELEROGRAM|SPECTRA)"
     rb"(?!(?s:.{,330})[\r\n]Site )"  # which is GeoNet's
 )
-_USC: Final = rb"(?i)([^\n]*CORRECTED ACCELEROGRAM[^\r\n]*[\r\n]+)?FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOL"
-_SMC: Final = rb"[ \t]*([12] (UN)?CORRECTED ACCELEROGRAM|[3-6] [A-Z ]*(VELOCITY|DISPLACEMENT|SPECTR)[A-Z]*)\s*[\r\n]"
-_CSMNC: Final = rb"(?is)[^\r\n]{,60}\s+[^\r\n]{,80}BTM\s*[\r\n].{,900}[\r\n](UN)?CORRECTED [A-Z]+ +UNIT:"
-_JMA: Final = rb"(?is)\s*SITE CODE *=.{,900}[\r\n] *INITIAL TIME *="
-_CISMID: Final = rb"(?s).{,600}CISMID.{,600}[\r\n]1\. INFORMATION ABOUT THE SEISMIC STATION"
-_ASA: Final = rb"(?is).*ARCHIVO ESTANDAR DE ACELERACION"
+_USC_START_PATTERN: Final = (
+    rb"(?i)([^\n]*CORRECTED ACCELEROGRAM[^\r\n]*[\r\n]+)?FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOL"
+)
+_SMC_START_PATTERN: Final = (
+    rb"[ \t]*([12] (UN)?CORRECTED ACCELEROGRAM|[3-6] [A-Z ]*(VELOCITY|DISPLACEMENT|SPECTR)[A-Z]*)\s*[\r\n]"
+)
+_CSMNC_START_PATTERN: Final = rb"(?is)[^\r\n]{,60}\s+[^\r\n]{,80}BTM\s*[\r\n].{,900}[\r\n](UN)?CORRECTED [A-Z]+ +UNIT:"
+_JMA_START_PATTERN: Final = rb"(?is)\s*SITE CODE *=.{,900}[\r\n] *INITIAL TIME *="
+_CISMID_START_PATTERN: Final = rb"(?s).{,600}CISMID.{,600}[\r\n]1\. INFORMATION ABOUT THE SEISMIC STATION"
+_UNAM_ASA_START_PATTERN: Final = rb"(?is).*ARCHIVO ESTANDAR DE ACELERACION"
 
 _NO_ACCELERATION_PATTERN: Final = re.compile(
     rb"\s*(RESPONSE\b[^\n]{,80}SPECTR|FOURIER\b|(UN)?CORRECTED (VELOC|DISPL)|[3-6] [A-Z ]*(VELOC|DISPL|SPECTR))"
@@ -150,27 +154,31 @@ def holds_no_acceleration(source_file: SourceFile) -> bool:
 FORMATS: Final = (
     RecordFileFormat("k-net", "K-NET ASCII", rb"(?s)Origin Time.{,1000}[\r\n]Dir\. +[NEU]-[SWD]", knet.read_components),
     RecordFileFormat("kik-net", "KiK-net ASCII", rb"Origin Time", knet.read_components),
-    RecordFileFormat("geonet", "GeoNet V1A / V2A", _GEONET, geonet.read_components, "GNS Science"),
+    RecordFileFormat(
+        "geonet", "GeoNet V1A / V2A", _GEONET_START_PATTERN, geonet.read_component_and_line_count, "GNS Science"
+    ),
     RecordFileFormat(
         "cosmos",
         "COSMOS V0 / V1 / V2",
         rb"(?i)\s*(Corrected|Uncorrected|Raw) accel.*\(Format v",
-        cosmos.read_components,
+        cosmos.read_component_and_line_count,
     ),
-    RecordFileFormat("usc", "USC volume 1 (Los Angeles)", _USC, usc.read_components),
-    RecordFileFormat("csmip", "CSMIP / CGS V1, V2, RAW", _CSMIP, csmip.read_components, "CSMIP / CGS"),
-    RecordFileFormat("smc", "USGS SMC", _SMC, smc.read_components, "USGS"),
+    RecordFileFormat("usc", "USC volume 1 (Los Angeles)", _USC_START_PATTERN, usc.read_component_and_line_count),
+    RecordFileFormat(
+        "csmip", "CSMIP / CGS V1, V2, RAW", _CSMIP_START_PATTERN, csmip.read_component_and_line_count, "CSMIP / CGS"
+    ),
+    RecordFileFormat("smc", "USGS SMC", _SMC_START_PATTERN, smc.read_components, "USGS"),
     RecordFileFormat("peer-at2", "PEER AT2", rb"(?is).{,96}PEER.{,108}DATABASE", peer.read_components, "PEER"),
     RecordFileFormat("esm-dyna", "ESM / DYNA ASCII", rb"EVENT_(NAME|ID):", esm.read_components, "ESM / ITACA"),
     RecordFileFormat("cwa", "CWA (Taiwan)", rb"#Earthquake Information", cwa.read_components),
     RecordFileFormat(
         "nsmn", "NSMN / AFAD (Türkiye)", rb"(?i)[^\n]*STRONG GROUND MOTION RECORDS OF TURK", nsmn.read_components
     ),
-    RecordFileFormat("bhrc", "BHRC (Iran)", rb"\* VOL", bhrc.read_components),
-    RecordFileFormat("unam-asa", "UNAM ASA 2.0 (Mexico)", _ASA, unam.read_components),
-    RecordFileFormat("csmnc", "CSMNC (China)", _CSMNC, csmnc.read_components, "CSMNC"),
-    RecordFileFormat("jma", "JMA CSV (Japan)", _JMA, jma.read_components),
-    RecordFileFormat("cismid", "CISMID (Peru)", _CISMID, cismid.read_components, "CISMID"),
+    RecordFileFormat("bhrc", "BHRC (Iran)", rb"\* VOL", bhrc.read_component_and_line_count),
+    RecordFileFormat("unam-asa", "UNAM ASA 2.0 (Mexico)", _UNAM_ASA_START_PATTERN, unam.read_components),
+    RecordFileFormat("csmnc", "CSMNC (China)", _CSMNC_START_PATTERN, csmnc.read_components, "CSMNC"),
+    RecordFileFormat("jma", "JMA CSV (Japan)", _JMA_START_PATTERN, jma.read_components),
+    RecordFileFormat("cismid", "CISMID (Peru)", _CISMID_START_PATTERN, cismid.read_components, "CISMID"),
     RecordFileFormat(
         "miniseed",
         "MiniSEED with StationXML",

@@ -53,7 +53,7 @@ MAX_TIME_BETWEEN_SAMPLES_S: Final = 0.1
 @decorator_for_reading_all_components(
     r"FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOLUME I\b", "only volume 1 is read: get that file"
 )
-def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
+def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a USC volume-1 file (California); return the component and its number of lines."""
     header = HeaderFields.find_fields(
         channel_lines, FIELDS, HEADER_TEXT_LINE_COUNT, min_lines=HEADER_TEXT_LINE_COUNT + 14

@@ -38,7 +38,7 @@ def _finding_row(quantity: str, one: Estimate, *, percent: bool = False) -> Find
         if percent
         else format_estimate_with_interval(one, word_between_ends=" to ")
     )
-    return quantity, shown, one.earthquakes
+    return quantity, shown, one.earthquake_count
 
 
 def _short_group_name(group_name: str) -> str:
@@ -49,7 +49,7 @@ def _short_group_name(group_name: str) -> str:
 def _fault_normal_alignment_rows(found: Findings) -> Iterator[FindingTableRow]:
     """Yield a row for each group of records: alignment of the falls with the fault normal."""
     for group in found.direction.groups:
-        yield _finding_row(f"alignment with the fault normal, {_short_group_name(group.group)}", group.alignment)
+        yield _finding_row(f"alignment with the fault normal, {_short_group_name(group.record_group)}", group.alignment)
 
 
 def _velocity_and_fault_alignment_rows(found: Findings) -> Iterator[FindingTableRow]:
@@ -57,14 +57,17 @@ def _velocity_and_fault_alignment_rows(found: Findings) -> Iterator[FindingTable
     for group in found.reference_alignments:
         axes = {one.reference: one for one in group.references if one.alignment_kind == "axis"}
         for name in ("peak velocity", "fault normal"):
-            yield _finding_row(f"alignment with the {name}, {_short_group_name(group.group)}", axes[name].all_b_over_h)
+            yield _finding_row(
+                f"alignment with the {name}, {_short_group_name(group.record_group)}",
+                axes[name].alignment_over_all_b_over_h,
+            )
 
 
 def _variant_comparison_rows(found: Findings) -> Iterator[FindingTableRow]:
     """Yield rows that compare the falls of a study with those of its main variant, such as another scene."""
     (one,) = (each for each in found.contrasts if each.is_primary_comparison)
-    yield _finding_row(f"falls in “{found.study.name}” only", one.only_study_overturns, percent=True)
-    yield _finding_row(f"falls in “{one.variant}” only", one.only_variant_overturns, percent=True)
+    yield _finding_row(f"falls in “{found.study.name}” only", one.share_overturned_only_in_study, percent=True)
+    yield _finding_row(f"falls in “{one.variant}” only", one.share_overturned_only_in_variant, percent=True)
     if one.same_direction_share.value is not None:
         yield _finding_row("falls the same way, where it falls in both", one.same_direction_share, percent=True)
 

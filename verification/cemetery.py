@@ -179,7 +179,8 @@ def published_criteria_skill_tables(results: StudyResults) -> dict[str, str]:
     assert found is not None
     shutil.copy(STUDY_RESULTS_FOLDER / "figures" / "plane.svg", ROOT / "docs" / "images" / "criteria.svg")
     rows = [
-        (one.criterion, one.rule, format_percent(one.hit_rate), format_percent(one.false_alarm_rate),
+        (one.criterion, one.predicted_fall_condition, format_percent(one.hit_rate),
+        format_percent(one.false_alarm_rate),
          estimate_with_interval_text(one.skill), estimate_with_interval_text(one.mean_skill_within_block_sizes))
         for one in found.scores
     ]  # fmt: skip

@@ -46,7 +46,7 @@ def soil_fundamental_periods_text(results: StudyResults) -> str:
 
 def ground_name(rates: SiteFallRates) -> str:
     """Return a name for a ground: its layers from the surface down, or "rock" without layers."""
-    layers = (f"{layer.thickness_m:g} m of soil ({layer.velocity_m_s:g} m/s)" for layer in rates.layers)
+    layers = (f"{layer.thickness_m:g} m of soil ({layer.shear_wave_velocity_m_s:g} m/s)" for layer in rates.layers)
     return " over ".join(layers) or "rock"
 
 
@@ -64,7 +64,7 @@ def markdown_by_marker(results: StudyResults) -> dict[str, str]:
         pga = (one.median_pga_m_s2 or 0.0) / STANDARD_GRAVITY
         rows.append(
             (
-                f"{one.amplitude:g}",
+                f"{one.amplitude_factor:g}",
                 ground_name(one),
                 f"{pga:.2f}",
                 *fall_rates,
@@ -72,7 +72,7 @@ def markdown_by_marker(results: StudyResults) -> dict[str, str]:
                 turned,
             )
         )
-        if one.amplitude == 1.0:
+        if one.amplitude_factor == 1.0:
             text = f"On the ground “{ground_name(one)}”, the mean fall rate over all records is {fall_rates[0]}."
             if one.median_fall_axis_rotation_deg is not None:
                 text += (

@@ -83,6 +83,6 @@ def test_records_with_clearly_more_changed_outcomes_than_average_are_listed() ->
     found = _records_with_unusually_many_outcome_changes(
         [*rows, loud, doubtful, FinerStepChangesOfRecord(record="few", cases=8, changed_cases=3)]
     )
-    assert [(one.record, one.changes.count, one.changes.compared) for one in found] == [("loud", 6, 90)]
+    assert [(one.record, one.changes.changed_count, one.changes.compared_count) for one in found] == [("loud", 6, 90)]
     assert found[0].changes.low == pytest.approx(0.0309, abs=2e-4)
     assert _records_with_unusually_many_outcome_changes([]) == []

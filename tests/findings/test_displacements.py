@@ -50,14 +50,14 @@ def test_median_slip_and_twist_are_of_standing_cases(stack_and_single_shaft_resu
     base, shaft, alone = final_slip_and_rotation_of_elements(stack_and_single_shaft_results)
     assert [one.element for one in (base, shaft)] == ["base", "shaft"]
     assert (base.variant, shaft.variant, alone.variant) == (NOMINAL_VARIANT, NOMINAL_VARIANT, "shaft-alone")
-    assert (base.standing, base.falls, base.share_of_falls_by_sliding_off) == (5, 0, None)
+    assert (base.standing_case_count, base.falls, base.share_of_falls_by_sliding_off) == (5, 0, None)
     assert base.median_slip_cm == pytest.approx(5.0), "3-4-5 cm, whatever its azimuth"
     assert (base.median_twist_deg, base.percentile_90_twist_deg) == (2.0, 2.0), "of 0, 2, 2, 2, 2 degrees"
-    assert (shaft.standing, shaft.falls, shaft.share_of_falls_by_sliding_off) == (3, 2, 0.5)
+    assert (shaft.standing_case_count, shaft.falls, shaft.share_of_falls_by_sliding_off) == (3, 2, 0.5)
     assert shaft.median_slip_cm == pytest.approx(1.0)
     assert shaft.percentile_90_slip_cm == pytest.approx(1.8), "of 0, 1, 2 cm: 0.8 of the way to the last"
     assert (shaft.median_twist_deg, shaft.percentile_90_twist_deg) == pytest.approx((3.0, 4.6))
-    assert (alone.element, alone.standing, alone.falls) == ("shaft", 5, 0)
+    assert (alone.element, alone.standing_case_count, alone.falls) == ("shaft", 5, 0)
     assert alone.median_twist_deg == 7.0
 
 

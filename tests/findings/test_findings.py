@@ -86,7 +86,7 @@ def test_overturned_shares_equal_counts_of_overturning_flags(study_findings: Fin
     assert study_findings.cases.total == flags.size
     assert study_findings.cases.share_overturned == pytest.approx(np.mean(flags[np.isfinite(flags)] != 0))
     assert study_findings.cases.computed == flags.size / 2  # φ + 180° mirrors φ
-    assert [record.pulse for record in study_findings.records] == [True, True, False]
+    assert [record.has_velocity_pulse for record in study_findings.records] == [True, True, False]
 
 
 def test_fall_axes_of_records_lie_along_their_velocity_pulses(study_findings: Findings) -> None:
@@ -98,11 +98,11 @@ def test_fall_axes_of_records_lie_along_their_velocity_pulses(study_findings: Fi
     assert pulse.alignment.value == pytest.approx(np.mean([one.alignment or math.nan for one in pulse.by_earthquake]))
     assert control.alignment.value is not None
     assert control.alignment.value > 0.5
-    assert (pulse.alignment.earthquakes, control.alignment.earthquakes) == (2, 1)
+    assert (pulse.alignment.earthquake_count, control.alignment.earthquake_count) == (2, 1)
     assert pulse.alignment.low is None  # two earthquakes are too few for an interval
     assert not pulse.alignment.excludes_zero
     np.testing.assert_allclose(
-        [record.axis_from_normal_deg for record in study_findings.records], [0.0, 90.0, 0.0], atol=2.0
+        [record.fall_axis_to_fault_normal_angle_deg for record in study_findings.records], [0.0, 90.0, 0.0], atol=2.0
     )
     difference = study_findings.direction.first_minus_second_group_alignment
     assert difference is not None
@@ -132,10 +132,10 @@ def test_notes_on_a_record_repeat_its_stored_provenance(study_findings: Findings
     one, _, three = (record.processing for record in study_findings.records)
     assert one is not None
     assert three is not None
-    assert (three.declared_properties, three.trusted_contradictions, three.notes) == tuple(
+    assert (three.user_declared_properties, three.contradictions_trusted_by_user, three.notes) == tuple(
         PROVENANCE_WITH_NOTES.values()
     )
-    assert one.declared_properties == one.trusted_contradictions == one.notes == []
+    assert one.user_declared_properties == one.contradictions_trusted_by_user == one.notes == []
     # The noise across the pulse leaves a velocity at the end.
     assert (one.doubts, three.doubts) == ([DRIFT_DOUBT_KIND], [DRIFT_DOUBT_KIND, TRUSTED_CONTRADICTION_DOUBT_KIND])
     assert "velocity of" in one.drift_evidence
@@ -176,7 +176,7 @@ def test_printed_findings_change_only_in_the_line_of_a_changed_number(study_find
     ("low", "high", "excludes"), [(0.1, 0.3, True), (-0.3, -0.1, True), (-0.1, 0.3, False), (math.nan, math.nan, False)]
 )
 def test_interval_excludes_zero_only_if_both_bounds_have_one_sign(low: float, high: float, excludes: bool) -> None:
-    assert Estimate(statistic="", value=0.2, low=low, high=high, earthquakes=9).excludes_zero is excludes
+    assert Estimate(statistic="", value=0.2, low=low, high=high, earthquake_count=9).excludes_zero is excludes
 
 
 def run_command_line(*arguments: str) -> int:
@@ -299,12 +299,12 @@ def test_hash_in_findings_changes_only_if_the_outcomes_change(
     """A cube saved again by another program has the hash of its run; a cube with changed outcomes has another hash."""
     shutil.copytree(study_folder, tmp_path / "results")
     path = tmp_path / "results" / "cube.nc"
-    stated = study_findings.numerical_quality.content_sha256
+    stated = study_findings.numerical_quality.results_cube_sha256
     with xr.open_dataset(path, decode_timedelta=False) as opened:
         cube = opened.load()
     cube.to_netcdf(path)
     with open_study_results(path) as results:
-        assert (numerical_quality(results).content_sha256, results.changed_cube_names) == (stated, ())
+        assert (numerical_quality(results).results_cube_sha256, results.changed_cube_names) == (stated, ())
     cube["overturned"][0] = 0
     cube.to_netcdf(path)
     with pytest.warns(UserWarning, match=r"cube\.nc: its outcomes were changed after the run"):
@@ -314,7 +314,7 @@ def test_hash_in_findings_changes_only_if_the_outcomes_change(
         file.set_auto_maskandscale(False)
         for variable in cube_variables_of_study(load_study_from_file_or_json(file.study)):
             by_hand.update(variable.name.encode() + file[variable.name][:].tobytes())
-    assert changed.numerical_quality.content_sha256 == by_hand.hexdigest() != stated
+    assert changed.numerical_quality.results_cube_sha256 == by_hand.hexdigest() != stated
     assert changed.records[0].share_overturned == 0.0
 
 
@@ -337,12 +337,12 @@ def test_blocks_that_fall_in_every_direction_or_in_none_have_no_axis(study_folde
         half = changed.assign(overturned=towards.where((cube["azimuth"] % 180) < 90, INT8_MISSING))
         found = StudyResults(**values | {"default_element_cube": half})
         missing, extent = fall_direction_findings(found), count_records_blocks_and_directions(found)
-    assert direction.reason_for_no_comparable_axis == "every direction or none"
-    assert not direction.has_comparable_axis
+    assert direction.reason_for_no_axis_comparable_with_fault == "every direction or none"
+    assert not direction.has_fall_axis_comparable_with_fault
     assert (
-        missing.reason_for_no_comparable_axis == "unknown outcomes"
+        missing.reason_for_no_axis_comparable_with_fault == "unknown outcomes"
     )  # the axis would be that of the planes with outcomes, 45°
-    assert extent.records_with_imposed_axis == cube["record_id"].to_numpy().tolist()
+    assert extent.records_with_imposed_fall_axis == cube["record_id"].to_numpy().tolist()
 
 
 def test_records_without_falls_have_no_fall_direction(study_folder: Path) -> None:
@@ -358,7 +358,7 @@ def test_records_without_falls_have_no_fall_direction(study_folder: Path) -> Non
             **{name: getattr(results, name) for name in results.__dataclass_fields__} | {"default_element_cube": still}
         )
         direction = fall_direction_findings(changed)
-    assert not direction.has_comparable_axis
+    assert not direction.has_fall_axis_comparable_with_fault
     assert all(one.alignment.value is None for one in direction.groups)
 
 
@@ -382,19 +382,19 @@ def test_simulated_planes_in_one_sector_give_fall_shares_but_no_fall_axis(
             record_facts(sector),
             choose_fall_maps_for_report(sector),
         )
-    assert direction.reason_for_no_comparable_axis == reason
-    assert not direction.has_comparable_axis
+    assert direction.reason_for_no_axis_comparable_with_fault == reason
+    assert not direction.has_fall_axis_comparable_with_fault
     assert direction.first_minus_second_group_alignment is None
     for group in direction.groups:
         assert group.alignment.value is None
-        assert group.axis_from_normal_deg is None
+        assert group.fall_axis_from_fault_normal_deg is None
         assert group.axis_resultant_within_record.value is None
         assert all(rule.alignment.value is None for rule in group.by_rule)
-        assert all(one.axis_from_normal_deg is None for one in group.by_earthquake)
+        assert all(one.fall_axis_from_fault_normal_deg is None for one in group.by_earthquake)
     for record in records:
-        assert record.mean_axis_deg is None
-        assert record.mean_direction_deg is None
-        assert record.axis_resultant is None
+        assert record.mean_fall_axis_deg is None
+        assert record.mean_fall_direction_deg is None
+        assert record.fall_axis_resultant is None
     assert all(one.alignment is None for one in maps.records)
     expected = {}
     for plane in [60, 75, 90] if reason == "uneven planes" else []:
@@ -436,7 +436,7 @@ def test_effect_of_a_predictor_is_stated_only_if_its_interval_excludes_zero(
     found = logistic_fit_findings(SimpleNamespace(logistic_fit=fit))
     assert found is not None
     chances = {
-        one.doubled: (
+        one.doubled_quantity: (
             one.fall_probability_from_half,
             one.fall_probability_from_half_low,
             one.fall_probability_from_half_high,

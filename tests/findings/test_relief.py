@@ -52,28 +52,31 @@ def test_share_of_variance_explained_by_base_relief_matches_known_outcomes() -> 
     low, high = np.array([[1.0, 1.0], [0.5, np.nan]]), np.array([[0.0, 0.0], [0.5, np.nan]])
     found = fall_variance_due_to_base_relief(StubReliefResults(low, high, RELIEF_SETTINGS))  # type: ignore[arg-type]
     assert found is not None
-    assert found.dividing_relief_mm == pytest.approx(3.0)
-    assert (found.share_falling_at_low_relief, found.share_falling_at_high_relief) == pytest.approx((2.5 / 3, 0.5 / 3))
+    assert found.midrange_base_relief_mm == pytest.approx(3.0)
+    assert (found.share_falling_at_low_base_relief, found.share_falling_at_high_base_relief) == pytest.approx(
+        (2.5 / 3, 0.5 / 3)
+    )
     # Between 2 × 0.25, less the sampling variance 0.25 × 0.5 / 11 of the third case; in total 3 × 0.25.
     noise = 0.25 * 0.5 / 11
     total = 0.5 + 0.5 * 12 / 11 * 0.5 - noise
-    assert found.explained_variance_share == pytest.approx((0.5 - noise) / total, abs=1e-6)
+    assert found.variance_share_explained_by_base_relief == pytest.approx((0.5 - noise) / total, abs=1e-6)
     assert fall_variance_due_to_base_relief(StubReliefResults(low, high, {})) is None  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_states_the_share_of_variance_explained_by_base_relief(language: str) -> None:
     relief = BaseReliefFindings(
-        dividing_relief_mm=3.0,
-        share_falling_at_low_relief=0.61,
-        share_falling_at_high_relief=0.17,
-        explained_variance_share=0.43,
+        midrange_base_relief_mm=3.0,
+        share_falling_at_low_base_relief=0.61,
+        share_falling_at_high_base_relief=0.17,
+        variance_share_explained_by_base_relief=0.43,
     )
     ensemble = EnsembleFindings(
         share_of_cells_repeated=0.5, repeats_every_cell=False, fewest_runs_per_cell=8, most_runs_per_cell=24,
-        mean_runs_per_cell=12, first_batch_runs=8, share_disagreeing=0.4, share_falling_both_ways=0.1, relief=relief,
+        mean_runs_per_cell=12, first_batch_runs=8, share_disagreeing=0.4, share_falling_both_ways=0.1,
+        base_relief=relief,
     )  # fmt: skip
-    plain = ensemble.model_copy(update={"relief": None})
+    plain = ensemble.model_copy(update={"base_relief": None})
     with_relief, without = (
         render_template_as_markdown(Findings.model_validate(STUDY_FINDINGS["direction"] | {"ensemble": one}), language)
         for one in (ensemble, plain)
@@ -92,7 +95,11 @@ def test_report_states_the_share_of_variance_explained_by_base_relief(language: 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_states_volume_tilt_and_relief_of_a_scanned_body(language: str) -> None:
     content = Findings.model_validate(STUDY_FINDINGS["reference"]).model_dump()
-    content["study"]["scan"] = {"volume_m3": 0.53173, "scan_tilt_deg": 7.43, "bearing_relief_mm": 8.35}
+    content["study"]["scan"] = {
+        "volume_m3": 0.53173,
+        "tilt_from_scan_to_stable_pose_deg": 7.43,
+        "max_height_of_load_bearing_points_mm": 8.35,
+    }
     plain, text = (
         render_template_as_markdown(Findings.model_validate(one), language)
         for one in (STUDY_FINDINGS["reference"], content)

@@ -5,38 +5,38 @@ from typing import Any
 from overturning.findings.collect import Findings
 from overturning.surveys.stones import OCTANTS
 
-SHARE_OF_CHANGED_CASES = {"count": 3, "compared": 400, "value": 0.0075, "low": 0.0025, "high": 0.0218}
+SHARE_OF_CHANGED_CASES = {"changed_count": 3, "compared_count": 400, "value": 0.0075, "low": 0.0025, "high": 0.0218}
 
 
 def estimate_entry(
     value: float | None, low: float | None = None, high: float | None = None, n: int = 12
 ) -> dict[str, Any]:
     """Return an estimate (value, interval, number of earthquakes) in the form in which findings store it."""
-    return {"statistic": "by hand", "value": value, "low": low, "high": high, "earthquakes": n}
+    return {"statistic": "by hand", "value": value, "low": low, "high": high, "earthquake_count": n}
 
 
 def fall_axis_findings_of_group(name: str, alignment: dict[str, Any]) -> dict[str, Any]:
     """Return the findings on the fall axes of one group of records with this alignment."""
     rule = {"records": 14, "alignment": alignment, "largest_possible_alignment": 0.71}
     return {
-        "group": name,
+        "record_group": name,
         "earthquakes": 12,
         "alignment": alignment,
         "largest_possible_alignment": 0.71,
-        "axis_from_normal_deg": None,
+        "fall_axis_from_fault_normal_deg": None,
         "axis_interval_half_width_deg": None,
         "no_common_axis_p_value": 0.31,
         "earthquakes_with_axis": 12,
-        "axes_within_45_of_normal": 9,
+        "fall_axes_within_45_deg_of_fault_normal": 9,
         "axis_resultant_within_record": estimate_entry(0.73, 0.66, 0.79),
         "by_earthquake": [
-            {"event": "Upper Vale", "alignment": 0.52, "resultant": 0.62, "axis_from_normal_deg": 17.0},
-            {"event": "Lower Vale", "alignment": -0.37, "resultant": 0.42, "axis_from_normal_deg": 61.0},
+            {"event": "Upper Vale", "alignment": 0.52, "resultant": 0.62, "fall_axis_from_fault_normal_deg": 17.0},
+            {"event": "Lower Vale", "alignment": -0.37, "resultant": 0.42, "fall_axis_from_fault_normal_deg": 61.0},
         ],
         "by_rule": [rule | {"rule": "in some planes", "is_study_rule": True},
                     rule | {"rule": "in all planes", "is_study_rule": False}],
-        "smallest_alignment_by_rule": 0.06,
-        "largest_alignment_by_rule": 0.24,
+        "smallest_alignment_over_rules": 0.06,
+        "largest_alignment_over_rules": 0.24,
         "rules_with_interval": 5,
         "rule_intervals_excluding_zero": 1,
     }  # fmt: skip
@@ -46,14 +46,16 @@ def variant_comparison_findings(**changes: Any) -> dict[str, Any]:
     """Return the findings of the comparison of a study with its variant, with changes."""
     parts = {
         "variant": "other", "is_primary_comparison": True, "scene_of_study": "stack", "scene_of_variant": "monolith",
-        "differs_in": ["scene"],
+        "differing_settings": ["scene"],
         "element_of_study": "stone", "element_of_variant": "stone", "soil_thickness_m": None,
         "records": 14, "cases_not_compared": 23, "share_overturned_study": estimate_entry(0.384, 0.203, 0.557),
         "share_overturned_variant": estimate_entry(0.116, 0.042, 0.263), "share_difference": estimate_entry(0.268,
         0.137, 0.391),
-        "only_study_overturns": estimate_entry(0.271, 0.142, 0.401), "only_variant_overturns": estimate_entry(0.013,
+        "share_overturned_only_in_study": estimate_entry(0.271, 0.142, 0.401),
+        "share_overturned_only_in_variant": estimate_entry(0.013,
         0.004, 0.029),
-        "both_overturn": estimate_entry(0.109, 0.037, 0.247), "same_direction_share": estimate_entry(0.86, 0.74, 0.92),
+        "share_overturned_in_both": estimate_entry(0.109, 0.037, 0.247), "same_direction_share": estimate_entry(0.86,
+        0.74, 0.92),
         "first_or_lone_fall_in_study_share": estimate_entry(0.81, 0.7, 0.9),
         "different_direction_share": 0.14,
         "earlier_fall_in_study_share": estimate_entry(0.57, 0.48, 0.69), "simultaneous_fall_share": estimate_entry(0.0,
@@ -73,19 +75,21 @@ RECORD_PROCESSING: dict[str, Any] = {
     "24.5 Hz",
     "steps": ["high-pass 0.17 Hz, order 4"], "first_sample_time": "2016-11-13T11:02:14.715Z", "duration_s": 38.4,
     "pga_before_m_s2": 5.41, "pga_after_m_s2": 5.29, "pgv_before_m_s": 0.87, "pgv_after_m_s": 0.83,
-    "pgd_before_m": 0.36, "pgd_after_m": 0.33, "declared_properties": ["columns time:s north:m/s2 east:m/s2"],
-    "trusted_contradictions": ["vale.csv: axis 'north' has peak 983.3 Gal, the header states 979.6 Gal"],
+    "pgd_before_m": 0.36, "pgd_after_m": 0.33, "user_declared_properties": ["columns time:s north:m/s2 east:m/s2"],
+    "contradictions_trusted_by_user": ["vale.csv: axis 'north' has peak 983.3 Gal, the header states 979.6 Gal"],
     "notes": [CLIPPED_COMPONENT_NOTE, "vale.csv: the vertical component of unknown sense is left out"],
     "drift_evidence": "velocity of north ends at 7 % of its peak",
     "doubts": ["clipped samples", "a velocity or displacement that drifts", "contradictions that were trusted"],
 }  # fmt: skip
 
 RECORD_FINDING: dict[str, Any] = {
-    "id": "vale", "station": "Vale", "event": "Upper Vale", "group": "with a velocity pulse", "pulse": True,
+    "id": "vale", "station": "Vale", "event": "Upper Vale", "pulse_group": "with a velocity pulse",
+    "has_velocity_pulse": True,
     "fault_normal_deg": 54.0, "pga_m_s2": 5.3, "pga_azimuth_deg": 110.0, "pga_g": 0.54, "pgv_m_s": 0.83,
     "pgv_cm_s": 83.0, "pgv_azimuth_deg": 72.0, "pgd_m": 0.33, "vertical_pga_m_s2": None, "displacement_drifts": True,
-    "share_overturned": 0.293, "too_weak_to_move_blocks": False, "mean_direction_deg": 228.0,
-    "direction_resultant": 0.39, "mean_axis_deg": 63.0, "axis_resultant": 0.68, "axis_from_normal_deg": 9.0,
+    "share_overturned": 0.293, "too_weak_to_move_blocks": False, "mean_fall_direction_deg": 228.0,
+    "fall_direction_resultant": 0.39, "mean_fall_axis_deg": 63.0, "fall_axis_resultant": 0.68,
+    "fall_axis_to_fault_normal_angle_deg": 9.0,
     "processing": RECORD_PROCESSING,
 }  # fmt: skip
 
@@ -93,10 +97,10 @@ POPULATION_FALL_RATE_FINDING: dict[str, Any] = {
     "stones": 256, "share_outside_grid": 0.043, "mean_share_without_outcome": 0.0,
     "largest_share_without_outcome": 0.0, "median_share_shifted": None, "median_share_rotated": None,
     "median_fall_rate": 0.17, "lower_quartile_fall_rate": 0.07, "upper_quartile_fall_rate": 0.62,
-    "smallest_fall_rate": 0.0, "largest_fall_rate": 0.97, "by_record": [], "records_without_vertical": 28,
+    "smallest_fall_rate": 0.0, "largest_fall_rate": 0.97, "by_record": [], "records_without_vertical_motion": 28,
     "by_intensity": [{"jma_degree": "lower", "median_fall_rate": 0.22,
                       "count": {"motions": 33, "records": 23, "earthquakes": 13}}],
-    "survey_rules": [{"fall_rate_from": 0.4, "fall_rate_below": 0.9, "inferred_jma_degree": "upper",
+    "survey_rules": [{"fall_rate_lower_limit": 0.4, "fall_rate_upper_limit": 0.9, "inferred_jma_degree": "upper",
                       "median_jma_intensity": 6.4, "count": {"motions": 26, "records": 20, "earthquakes": 11},
                       "share_agreeing": {"value": 0.65, "low": 0.51, "high": 0.88},
                       "share_with_higher_intensity": {"value": 0.35, "low": 0.12, "high": 0.49},
@@ -109,24 +113,27 @@ POPULATION_FALL_RATE_FINDING: dict[str, Any] = {
 DIRECTION_STUDY_FINDINGS: dict[str, Any] = {
     "study": {
         "name": "by-hand", "title": "By hand", "question": "Which way?", "question_kind": "direction",
-        "primary_statistic": "alignment", "primary_compared_with": None, "model": "planes",
+        "primary_statistic": "alignment", "comparison_variant_of_primary_statistic": None, "model": "planes",
         "free_elements": ["stone"], "variants": [], "height_m": [0.6, 1.2], "b_over_h": [0.1, 0.6],
-        "friction": [0.5, 0.8], "directions": 72, "amplitude": [1.0], "ensemble_members": 24, "vertical_motion": False,
+        "friction": [0.5, 0.8], "direction_count": 72, "amplitude_factors": [1.0], "max_ensemble_members_per_case": 24,
+        "applies_vertical_motion": False,
     },
     "study_counts": {
         "records": 28, "earthquakes": 14, "earthquakes_in_several_groups": 6,
         "heights": 4, "b_over_h_values": 11, "frictions": 6, "blocks": 264,
         "direction_step_deg": 5.0, "first_direction_deg": 0.0, "last_direction_deg": 355.0,
-        "azimuth_gaps": [(90.0, 120.0)], "records_with_imposed_axis": [], "has_mirrored_falls": True,
+        "azimuth_gaps": [(90.0, 120.0)], "records_with_imposed_fall_axis": [], "has_mirrored_falls": True,
         "free_elements": 1,
         "reported_element": "stone", "has_square_base": False, "records_with_applied_vertical_motion": 0,
         "records_with_unused_vertical_motion": 0,
-        "records_without_stated_pulse": [], "notes_on_earthquakes": [], "other_amplitude_factors": 0,
+        "records_without_stated_pulse": [], "doubts_about_earthquake_assignment": [], "other_amplitude_factors": 0,
     },
-    "cases": {"total": 133056, "computed": 66528, "without_outcome": {"step limit": 19}, "share_overturned": 0.353,
-              "overturned_share_within_45_deg_of_normal": 0.37, "overturned_share_beyond_45_deg_of_normal": 0.34},
+    "cases": {"total": 133056, "computed": 66528, "cases_without_outcome_by_status": {"step limit": 19},
+    "share_overturned": 0.353,
+              "overturned_share_within_45_deg_of_fault_normal": 0.37,
+              "overturned_share_beyond_45_deg_of_fault_normal": 0.34},
     "direction": {
-        "has_comparable_axis": True, "reason_for_no_comparable_axis": "",
+        "has_fall_axis_comparable_with_fault": True, "reason_for_no_axis_comparable_with_fault": "",
         "groups": [fall_axis_findings_of_group("with a velocity pulse", estimate_entry(0.15, -0.18, 0.41, 12)),
                    fall_axis_findings_of_group("without (control)", estimate_entry(0.05, -0.32, 0.36, 8))],
         "first_minus_second_group_alignment": estimate_entry(0.103, -0.39, 0.53),
@@ -134,28 +141,32 @@ DIRECTION_STUDY_FINDINGS: dict[str, Any] = {
     },
     "contrasts": [], "reference_alignments": [], "planar_model_agreement": None, "element_outcomes": [],
     "element_displacements": [],
-    "site_fall_rates": [], "unconverged_soil_responses": [], "soil_responses_beyond_curves": [], "surveys": [],
+    "site_fall_rates": [], "unconverged_soil_responses": [], "soil_responses_with_strain_beyond_curves": [],
+    "surveys": [],
     "inferred_motions": [],
     "published_peaks": [], "published_agreement": [], "published_comparisons": [],
     "population": POPULATION_FALL_RATE_FINDING,
-    "logistic_fit": {"coefficients": [], "fitted_outcomes": 22176, "earthquakes": 14, "level": 0.95, "note": "",
-                     "fall_probabilities_after_doubling": [{"doubled": "PGA and PGV",
+    "logistic_fit": {"coefficients": [], "fitted_outcomes": 22176, "earthquakes": 14, "level": 0.95,
+    "reason_for_missing_fit_or_interval": "",
+                     "fall_probabilities_after_doubling": [{"doubled_quantity": "PGA and PGV",
                      "fall_probability_from_half": 0.94,
                                       "fall_probability_from_half_low": 0.77, "fall_probability_from_half_high": 0.991},
-                                     {"doubled": "PGV alone", "fall_probability_from_half": 0.84,
+                                     {"doubled_quantity": "PGV alone", "fall_probability_from_half": 0.84,
                                       "fall_probability_from_half_low": 0.58,
                                       "fall_probability_from_half_high": 0.93}]},
     "criteria_scores": {
-        "scores": [{"criterion": "West", "rule": "PGA above a limit", "hit_rate": 0.99, "false_alarm_rate": 0.56,
+        "scores": [{"criterion": "West", "predicted_fall_condition": "PGA above a limit", "hit_rate": 0.99,
+        "false_alarm_rate": 0.56,
                     "skill": estimate_entry(0.43, 0.29, 0.58), "mean_skill_within_block_sizes": estimate_entry(0.23,
                     0.08, 0.34),
                     "skill_within_pulse_criterion_range": 0.31},
-                   {"criterion": "B/H alone", "rule": "B/H below 0.33", "hit_rate": 0.74, "false_alarm_rate": 0.19,
+                   {"criterion": "B/H alone", "predicted_fall_condition": "B/H below 0.33", "hit_rate": 0.74,
+                   "false_alarm_rate": 0.19,
                     "skill": estimate_entry(0.55, 0.41, 0.66), "mean_skill_within_block_sizes": estimate_entry(0.0),
                     "skill_within_pulse_criterion_range": 0.0}],
         "significantly_best_criterion": "", "largest_skill_criterion": "West",
         "skill_lead_over_other_criteria": {"Ishiyama": estimate_entry(0.101, -0.03, 0.19)},
-        "insignificant_skill_differences": [{"first": "West", "second": "Ishiyama",
+        "insignificant_skill_differences": [{"first_criterion": "West", "second_criterion": "Ishiyama",
                                  "first_minus_second": estimate_entry(0.101, -0.03, 0.19)}],
         "share_beyond_pulse_criterion_range": 0.28,
     },
@@ -173,7 +184,7 @@ DIRECTION_STUDY_FINDINGS: dict[str, Any] = {
     "status_case_counts": [{"status": "simulated", "cells": 101528}, {"status": "step limit", "cells": 19}],
     "sources": [{"record": "vale", "source": "by hand", "licence": "none"}],
     "numerical_quality": {"mean_energy_error": 1e-4, "largest_energy_error": 0.007, "largest_penetration_m": 1e-5,
-                          "content_sha256": "abcdef", "versions": {"overturning": "x.y"}},
+                          "results_cube_sha256": "abcdef", "software_versions": {"overturning": "x.y"}},
 }  # fmt: skip
 
 CONVERGENCE_CHECK_FINDINGS: dict[str, Any] = {
@@ -188,24 +199,27 @@ CONVERGENCE_CHECK_FINDINGS: dict[str, Any] = {
         "chaotic_cases": 2, "block_steps": 900},
         "amplitude_change_rerun": None, "rigid_block_comparison": None,
     },
-    "is_sample": True, "share_at_rest": 0.245, "fall_azimuth_changes_with_amplitude": None,
+    "is_sample": True, "share_below_rocking_and_sliding_thresholds": 0.245, "fall_azimuth_changes_with_amplitude": None,
     "records_with_most_changes": [
-        {"record": "vale", "changes": {"count": 7, "compared": 88, "value": 0.08, "low": 0.041, "high": 0.157}},
+        {"record": "vale", "changes": {"changed_count": 7, "compared_count": 88, "value": 0.08, "low": 0.041,
+        "high": 0.157}},
     ],
-    "changes_under_tiny_amplitude_increase": {"count": 2, "compared": 400, "value": 0.005, "low": 0.0, "high": 0.018},
+    "changes_under_tiny_amplitude_increase": {"changed_count": 2, "compared_count": 400, "value": 0.005, "low": 0.0,
+    "high": 0.018},
     "comparisons": [
-        {"computation": "finer", "step_count_or_stiffness_factor": 8.0, "element": "", "refusal_reason": "",
+        {"second_computation_kind": "finer", "step_count_or_stiffness_factor": 8.0, "element": "", "refusal_reason": "",
         "fall_or_stand_changes": SHARE_OF_CHANGED_CASES,
-         "fall_or_stand_changes_if_ensemble_agrees": {"count": 2, "compared": 390, "value": 0.021, "low": 0.004,
+         "fall_or_stand_changes_if_ensemble_agrees": {"changed_count": 2, "compared_count": 390, "value": 0.021,
+         "low": 0.004,
          "high": 0.033},
-         "fall_side_changes": {"count": 9, "compared": 150, "value": 0.06, "low": 0.034, "high": 0.113},
-         "fall_side_changes_if_ensemble_agrees": {"count": 1, "compared": 90, "value": 0.011, "low": 0.0,
+         "fall_side_changes": {"changed_count": 9, "compared_count": 150, "value": 0.06, "low": 0.034, "high": 0.113},
+         "fall_side_changes_if_ensemble_agrees": {"changed_count": 1, "compared_count": 90, "value": 0.011, "low": 0.0,
          "high": 0.061}},
     ],
 }  # fmt: skip
 
 REFERENCE_ALIGNMENT_FINDING: dict[str, Any] = {
-    "group": "with a velocity pulse",
+    "record_group": "with a velocity pulse",
     "references": [], "best_aligned_references": ["peak velocity", "fault normal"],
     "best_minus_second_alignment": estimate_entry(0.29, 0.11, 0.47),
     "alignment_with_best_reference_axis": estimate_entry(0.58, 0.42, 0.69,
@@ -220,23 +234,26 @@ REMARK = (
 """Remark of surveys/example-ruin.csv."""
 
 SURVEY_COMPARISON: dict[str, Any] = {
-    "survey_file_name": "ruin", "sha256": "abc", "record": "vale", "doubts": [], "remarks": [REMARK],
+    "survey_file_name": "ruin", "sha256": "abc", "record": "vale", "survey_file_warnings": [],
+    "survey_file_comments": [REMARK],
     "fell": 22, "stood": 7, "has_few_falls_in_known_direction": True,
-    "fell_in_unknown_direction": 3, "falls_in_known_direction": 19, "mean_direction_deg": 131.0, "resultant": 0.57,
-    "observed_by_octant": {"N": 12.0, "S": 7.0}, "predicted_by_octant": {"N": 10.4, "S": 8.6},
-    "predicted_mean_direction_deg": 147.0, "predicted_resultant": 0.29,
+    "fell_in_unknown_direction": 3, "falls_in_known_direction": 19, "mean_fall_direction_deg": 131.0,
+    "fall_direction_resultant": 0.57,
+    "observed_falls_by_octant": {"N": 12.0, "S": 7.0}, "predicted_falls_by_octant": {"N": 10.4, "S": 8.6},
+    "predicted_mean_direction_deg": 147.0, "predicted_fall_direction_resultant": 0.29,
     "stones_without_prediction": 0, "has_no_stone_with_prediction": False, "stones_with_height_outside_grid": 8,
     "observed_fall_share": {"value": 0.759, "low": 0.565, "high": 0.897},
     "computed_fall_share": {"value": 0.42, "low": 0.31, "high": 0.64},
     "log_likelihood_ratio": 2.83, "log_likelihood_ratio_p_value": 0.021, "predicted_side_counts_by_observed_side": {},
     "has_falls_with_known_face_and_b_over_h": False,
-    "falls_predicted_for_all_orientations": 17, "falls_without_any_computed_fall": 2,
+    "falls_without_face_or_b_over_h": 17, "falls_without_any_computed_fall": 2,
     "stones_without_computed_outcome": 5, "falls_without_computed_outcome": 3, "falls_without_prediction": 3,
     "falls_with_predicted_direction": 14,
     "goodness_of_fit_tests": [{"name": "chi-square", "sample_size": 19, "statistic": 4.63, "p_value": 0.23}],
     "uniformity_test": {"name": "Watson", "sample_size": 19, "statistic": 0.349, "p_value": 0.0015},
     "correct_predictions": None, "checked_predictions": None, "stones_without_face_azimuth": 17,
-    "stones_without_b_over_h": 6, "stones_with_b_over_h_outside_grid": 4, "assumed_random_direction_share": 0.05,
+    "stones_without_b_over_h": 6, "stones_with_b_over_h_slightly_outside_grid": 4,
+    "assumed_random_direction_share": 0.05,
     "sites": [{"site": "upper", "fell": 13, "stood": 6, "falls_in_known_direction": 11,
                "observed_fall_share": {"value": 0.684, "low": 0.434, "high": 0.874},
                "computed_fall_share": {"value": 0.47, "low": 0.33, "high": 0.61},
@@ -251,13 +268,13 @@ def _displacement_measure_finding(name: str, stones: int, observed: list[Any], c
     """Return the finding on one displacement measure, observed and computed, each as value, low and high."""
     ends = ("value", "low", "high")
     pairs = {kind: dict(zip(ends, of, strict=True)) for kind, of in (("observed", observed), ("computed", computed))}
-    return {"measure": name, "stones": stones, **pairs}
+    return {"share_or_median_name": name, "observed_stone_count": stones, **pairs}
 
 
 _SITE_DISPLACEMENT_FINDINGS: dict[str, Any] = {
     "site": "", "fell": 21, "stood": 33, "matching_computed_cases": 417, "standing_without_any_computed_standing": 2,
-    "stones_without_computed_outcome": 4, "far_outside_grid": 3,
-    "measures": [
+    "stones_without_computed_outcome": 4, "stones_far_outside_shape_grid": 3,
+    "compared_shares_and_medians": [
         _displacement_measure_finding("fell", 54, [0.389, 0.259, 0.531], [0.44, 0.37, 0.52]),
         _displacement_measure_finding("shifted", 32, [0.281, 0.137, 0.467], [0.15, 0.08, 0.23]),
         _displacement_measure_finding("twisted", 33, [0.182, 0.07, 0.355], [0.11, None, None]),
@@ -265,25 +282,32 @@ _SITE_DISPLACEMENT_FINDINGS: dict[str, Any] = {
         _displacement_measure_finding("shift_m", 9, [2.4, 1.3, 5.6], [1.9, None, None]),
         _displacement_measure_finding("twist_deg", 6, [8.3, None, None], [None, None, None])
     ],
-    "directions": {
-        "falls_in_known_direction": 17, "mean_direction_deg": 133.0, "resultant": 0.54,
+    "fall_direction_findings": {
+        "falls_in_known_direction": 17, "mean_fall_direction_deg": 133.0, "fall_direction_resultant": 0.54,
         "predicted_mean_direction_deg": 148.0,
-        "predicted_resultant": 0.29, "observed_by_octant": dict.fromkeys(OCTANTS, 2.5),
-        "predicted_by_octant": dict.fromkeys(OCTANTS, 2.3), "log_likelihood_ratio": 1.9,
+        "predicted_fall_direction_resultant": 0.29, "observed_falls_by_octant": dict.fromkeys(OCTANTS, 2.5),
+        "predicted_falls_by_octant": dict.fromkeys(OCTANTS, 2.3), "log_likelihood_ratio": 1.9,
         "log_likelihood_ratio_p_value": 0.026, "falls_without_any_computed_fall": 3, "falls_without_prediction": 6,
         "falls_with_predicted_direction": 8, "has_no_stone_with_prediction": False,
         "assumed_random_direction_share": 0.05,
     },
 }  # fmt: skip
 SURVEY_DISPLACEMENTS: dict[str, Any] = {
-    "survey_file_name": "plots", "sha256": "abc", "record": "vale", "doubts": ["angles may be in gon"], "remarks": [],
-    "all_sites": _SITE_DISPLACEMENT_FINDINGS, "sites": [], "grounds": [],
+    "survey_file_name": "plots", "sha256": "abc", "record": "vale", "survey_file_warnings": ["angles may be in gon"],
+    "survey_file_comments": [],
+    "all_sites": _SITE_DISPLACEMENT_FINDINGS, "sites": [], "cemetery_soil_findings": [],
 }  # fmt: skip
 
 
 def _observed_mean_direction_finding(mean: float | None, half_width: float | None, p_value: float) -> dict[str, Any]:
     """Return the finding on a mean direction of observed falls, degrees."""
-    return {"sample_size": 19, "mean_deg": mean, "half_width_deg": half_width, "resultant": 0.57, "p_value": p_value}
+    return {
+        "sample_size": 19,
+        "mean_deg": mean,
+        "interval_half_width_deg": half_width,
+        "resultant": 0.57,
+        "p_value": p_value,
+    }
 
 
 def _observed_site_findings(site: str, **changes: Any) -> dict[str, Any]:
@@ -301,7 +325,8 @@ def _observed_site_findings(site: str, **changes: Any) -> dict[str, Any]:
 
 
 OBSERVED_SURVEY_FINDINGS: dict[str, Any] = {
-    "survey_file_name": "ruin", "doubts": [], "declination_low_deg": -7.5, "declination_high_deg": -7.25,
+    "survey_file_name": "ruin", "doubts": [], "smallest_magnetic_declination_deg": -7.5,
+    "largest_magnetic_declination_deg": -7.25,
     "all_sites": _observed_site_findings(""),
     "sites": [
         _observed_site_findings("upper", axis=_observed_mean_direction_finding(122.0, 8.0, 0.013)),
@@ -311,11 +336,13 @@ OBSERVED_SURVEY_FINDINGS: dict[str, Any] = {
 }  # fmt: skip
 
 INFERRED_MOTION: dict[str, Any] = {
-    "survey_file_name": "ruin", "fell": 22, "stood": 7, "velocity_axis_deg": 122.0, "velocity_axis_arc_width_deg": 86.0,
+    "survey_file_name": "ruin", "fell": 22, "stood": 7, "peak_velocity_axis_deg": 122.0,
+    "velocity_axis_credible_arc_width_deg": 86.0,
     "strengths": [{"measure": "PGV", "unit": "cm/s", "posterior_low": 36.7, "posterior_high": 171.0, "prior_low": 8.2,
                    "prior_high": 340.0}],
-    "everything_fell": False, "velocity_axis_arc_half_width_deg": 43.0, "probability_of_strongest_level": 0.07,
-    "probability_of_weakest_level": 0.0,
+    "everything_fell": False, "velocity_axis_credible_arc_half_width_deg": 43.0,
+    "probability_of_strongest_pgv_level": 0.07,
+    "probability_of_weakest_pgv_level": 0.0,
     "weakest_pgv_level_cm_s": 6.0, "strongest_pgv_level_cm_s": 400.0, "fixed_stone_share": 0.02, "fit_p_value": 0.33,
     "any_motion_fits": True,
     "has_no_upper_strength_bound": True, "has_no_lower_strength_bound": False, "direction_likelihood_exponent": 0.3,
@@ -324,13 +351,15 @@ INFERRED_MOTION: dict[str, Any] = {
     "stones_without_b_over_h": 5, "sizes_assumed": True, "assumed_height_m": {"low": 0.61, "high": 0.92},
     "assumed_width_m": {"low": 0.31, "high": 0.42},
     "sites": [
-        {"site": "upper", "fell": 13, "stood": 6, "velocity_axis_deg": 118.0, "velocity_axis_arc_width_deg": 98.0,
-         "velocity_axis_arc_half_width_deg": 49.0, "everything_fell": False, "fit_p_value": 0.004,
+        {"site": "upper", "fell": 13, "stood": 6, "peak_velocity_axis_deg": 118.0,
+        "velocity_axis_credible_arc_width_deg": 98.0,
+         "velocity_axis_credible_arc_half_width_deg": 49.0, "everything_fell": False, "fit_p_value": 0.004,
          "any_motion_fits": False,
          "strengths": [{"measure": "PGV", "unit": "cm/s", "posterior_low": 31.2, "posterior_high": 214.0,
                         "prior_low": 8.2, "prior_high": 340.0}]},
-        {"site": "", "fell": 9, "stood": 0, "velocity_axis_deg": 127.0, "velocity_axis_arc_width_deg": 162.0,
-         "velocity_axis_arc_half_width_deg": 81.0, "everything_fell": True, "fit_p_value": 0.41,
+        {"site": "", "fell": 9, "stood": 0, "peak_velocity_axis_deg": 127.0,
+        "velocity_axis_credible_arc_width_deg": 162.0,
+         "velocity_axis_credible_arc_half_width_deg": 81.0, "everything_fell": True, "fit_p_value": 0.41,
          "any_motion_fits": True,
          "strengths": [{"measure": "PGV", "unit": "cm/s", "posterior_low": 44.1, "posterior_high": float("inf"),
                         "prior_low": 8.2, "prior_high": 340.0}]},
@@ -349,34 +378,41 @@ def findings_with_changed_entries(base: dict[str, Any], **parts: Any) -> dict[st
 
 def findings_without_fall_axis(reason: str, **parts: Any) -> dict[str, Any]:
     """Return findings of a study whose falls have no axis to compare with a fault, with the reason."""
-    direction = {"has_comparable_axis": False, "reason_for_no_comparable_axis": reason}
+    direction = {"has_fall_axis_comparable_with_fault": False, "reason_for_no_axis_comparable_with_fault": reason}
     return findings_with_changed_entries(DIRECTION_STUDY_FINDINGS, direction=direction, **parts)
 
 
 def study_section_of_findings(question_kind: str, **study: Any) -> dict[str, Any]:
     """Return the section `study` of findings for a kind of question, such as "scene", with further entries."""
-    return {"question_kind": question_kind, "primary_compared_with": "other", "primary_statistic": "share", **study}
+    return {
+        "question_kind": question_kind,
+        "comparison_variant_of_primary_statistic": "other",
+        "primary_statistic": "share",
+        **study,
+    }
 
 
 ELEMENT_OUTCOME = {
-    "variant": "nominal", "scene": "stack", "element": "shaft", "cases": 12096, "falls": 4880, "falls_first": 4711,
-    "share_overturned": 0.403, "share_of_falls_first": 0.965, "share_of_falls_alone": 0.914,
+    "variant": "nominal", "scene": "stack", "element": "shaft", "cases": 12096, "falls": 4880, "first_fall_count": 4711,
+    "share_overturned": 0.403, "first_fall_share": 0.965, "lone_fall_share": 0.914,
     "median_fall_time_s": 4.95}  # fmt: skip
 ELEMENT_DISPLACEMENT = {
-    "variant": "nominal", "scene": "stack", "element": "shaft", "standing": 7216, "median_slip_cm": 0.3,
+    "variant": "nominal", "scene": "stack", "element": "shaft", "standing_case_count": 7216, "median_slip_cm": 0.3,
     "percentile_90_slip_cm": 2.7, "median_twist_deg": 0.4, "percentile_90_twist_deg": 6.2, "falls": 4880,
     "share_of_falls_by_sliding_off": 0.126}  # fmt: skip
 SITE_EFFECT_FINDING = {
-    "variant": "other", "equivalent_linear": True, "layers": [{"thickness_m": 20.0, "velocity_m_s": 180.0}],
-    "amplitude": 1.5, "median_pga_m_s2": 4.12, "mean_fall_rate": 0.31, "median_fall_rate": 0.28,
+    "variant": "other", "equivalent_linear": True, "layers": [{"thickness_m": 20.0, "shear_wave_velocity_m_s": 180.0}],
+    "amplitude_factor": 1.5, "median_pga_m_s2": 4.12, "mean_fall_rate": 0.31, "median_fall_rate": 0.28,
     "records_with_half_fallen": 9, "median_fall_axis_rotation_deg": 14.0,
     "records_with_both_fall_axes": 21}  # fmt: skip
 FALL_RATE_COMPARISON_FINDINGS = {
     "fall_rate_in_study": estimate_entry(0.31, 0.22, 0.43), "fall_rate_in_variant": estimate_entry(0.47, 0.33, 0.59),
     "primary_statistic_difference": estimate_entry(-0.164, -0.278, -0.049)}  # fmt: skip
 PLANAR_MODEL_AGREEMENT_FINDING = {
-    "cases": 66528, "same_outcome": 0.967, "same_outcome_near_boundary": 0.854, "only_3d_overturns": 0.021,
-    "only_2d_overturns": 0.012, "same_fall_edge_share": 0.743, "angle_between_axes_deg": 23.0}  # fmt: skip
+    "cases": 66528, "same_outcome_share": 0.967, "same_outcome_share_near_boundary": 0.854,
+    "only_3d_overturns_share": 0.021,
+    "only_2d_overturns_share": 0.012, "same_fall_edge_share": 0.743,
+    "mean_angle_between_fall_axes_deg": 23.0}  # fmt: skip
 TWIST_OF_STANDING_STONES = {"stones": 31000, "median_deg": 0.4, "percentile_90_deg": 6.2, "largest_deg": 88.0}
 
 STUDY_FINDINGS: dict[str, dict[str, Any]] = {
@@ -385,13 +421,14 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
         DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("reference", primary_statistic="alignment",
         model="space"),
         reference_alignments=[REFERENCE_ALIGNMENT_FINDING,
-        REFERENCE_ALIGNMENT_FINDING | {"group": "without (control)"}],
+        REFERENCE_ALIGNMENT_FINDING | {"record_group": "without (control)"}],
         planar_model_agreement=PLANAR_MODEL_AGREEMENT_FINDING, final_twist=TWIST_OF_STANDING_STONES, logistic_fit=None,
         criteria_scores=None, population=None),
     "vertical": findings_without_fall_axis(
-        "no fault normal", study=study_section_of_findings("vertical", vertical_motion=True), population=None,
+        "no fault normal", study=study_section_of_findings("vertical", applies_vertical_motion=True), population=None,
         study_counts=ONE_RECORD_COUNTS | {"records_with_applied_vertical_motion": 1},
-        contrasts=[variant_comparison_findings(differs_in=["vertical"], share_difference=estimate_entry(-0.006, n=1),
+        contrasts=[variant_comparison_findings(differing_settings=["vertical"], share_difference=estimate_entry(-0.006,
+        n=1),
                                          primary_statistic_difference=estimate_entry(-0.006, n=1))]),
     "scene": findings_with_changed_entries(
         DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("scene"), study_counts={"free_elements": 3,
@@ -411,18 +448,19 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
     "site": findings_with_changed_entries(
         DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("site", primary_statistic="fall_rate"),
         site_fall_rates=[SITE_EFFECT_FINDING],
-        contrasts=[variant_comparison_findings(differs_in=["site"], soil_thickness_m=20.0,
+        contrasts=[variant_comparison_findings(differing_settings=["site"], soil_thickness_m=20.0,
         **FALL_RATE_COMPARISON_FINDINGS)],
         unconverged_soil_responses=["other, vale: north not converged"],
-        soil_responses_beyond_curves=["other, ford: east converged"]),
+        soil_responses_with_strain_beyond_curves=["other, ford: east converged"]),
     "survey": findings_with_changed_entries(
         DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("survey"), surveys=[SURVEY_COMPARISON],
         inferred_motions=[INFERRED_MOTION],
-        published_peaks=[{"component": "north", "measure": "PGA", "unit": "Gal", "published": 1023.3,
-                          "computed": 1019.4, "relative_difference": -0.0038, "max_explained_difference": 0.01,
+        published_peaks=[{"component": "north", "measure": "PGA", "unit": "Gal", "published_peak": 1023.3,
+                          "computed": 1019.4, "relative_difference": -0.0038,
+                          "max_difference_explained_by_processing": 0.01,
                           "agrees": True}],
-        published_agreement=[{"variant": "nominal", "blocks": 12, "blocks_that_agree": 9,
-                              "heights_that_agree_m": [0.4, 0.95]}],
+        published_agreement=[{"variant": "nominal", "blocks": 12, "fully_agreeing_block_count": 9,
+                              "fully_agreeing_heights_m": [0.4, 0.95]}],
         published_comparisons=[{"variant": "nominal", "record": "vale", "azimuth_deg": 61.0, "height_m": 0.7,
                                 "friction": 0.8, "published_overturns": True, "computed_overturns": False}]),
     "nothing falls": findings_without_fall_axis("no falls", cases={"share_overturned": 0.0}, population=None),
@@ -430,7 +468,8 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
         findings_without_fall_axis("uneven planes", study_counts={
             "azimuth_gaps": [(100.0, 240.0)], "direction_step_deg": 20.0, "first_direction_deg": 60.0,
             "last_direction_deg": 100.0}),
-        direction={"has_comparable_axis": False, "reason_for_no_comparable_axis": "uneven planes", "groups": [],
+        direction={"has_fall_axis_comparable_with_fault": False,
+        "reason_for_no_axis_comparable_with_fault": "uneven planes", "groups": [],
                    "share_overturned_by_plane": [{"azimuth_deg": 60.0, "share_overturned": 0.41},
                                                  {"azimuth_deg": 80.0, "share_overturned": 0.23}]},
         maps={"records": [{"record": "vale", "station": "Vale", "event": "Upper Vale", "reason": "first with falls",
@@ -438,7 +477,7 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
     ),
     "everything falls": findings_without_fall_axis("falls in every plane", cases={"share_overturned": 1.0}),
     "unknown outcomes": findings_without_fall_axis(
-        "unknown outcomes", study_counts={"records_with_imposed_axis": ["vale", "ford"]}),
+        "unknown outcomes", study_counts={"records_with_imposed_fall_axis": ["vale", "ford"]}),
     "no fault normal": findings_without_fall_axis("no fault normal", study_counts={"records": 3}),
 }  # fmt: skip
 

@@ -138,8 +138,10 @@ def test_survey_command_compares_twist_and_slip_with_a_3d_study(
     found = findings(folder, study)
     (survey_found,) = found.survey_displacements
     assert (found.surveys, [one.site for one in survey_found.sites]) == ([], ["A", "B"])
-    shifted = next(one for one in survey_found.all_sites.measures if one.measure == "shifted")
-    assert (shifted.stones, shifted.observed.value) == (11, pytest.approx(3 / 11))
+    shifted = next(
+        one for one in survey_found.all_sites.compared_shares_and_medians if one.share_or_median_name == "shifted"
+    )
+    assert (shifted.observed_stone_count, shifted.observed.value) == (11, pytest.approx(3 / 11))
     assert shifted.computed.value == pytest.approx(np.mean(shares))
     assert 0 < np.mean(shares) < 1, "so that the comparison is not one of zeros"
     write_findings(found, folder / "findings.json")
@@ -148,7 +150,7 @@ def test_survey_command_compares_twist_and_slip_with_a_3d_study(
     assert "Observed and computed falls, twist and slip" in page
     assert "of the standing: shifted by 1" in page
     # The stone like the one that fell to the north stands in this study.
-    directions = survey_found.all_sites.directions
+    directions = survey_found.all_sites.fall_direction_findings
     assert directions is not None
     assert (
         directions.falls_in_known_direction,

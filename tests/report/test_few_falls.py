@@ -35,11 +35,11 @@ def test_report_says_if_axes_differ_or_falls_are_only_partly_along_one_line(lang
     assert differs in report_text_of_handwritten_findings("direction", language)
     group["axis_resultant_within_record"]["value"] = 0.14
     for with_axis, near_normal in ((1, 1), (3, 3), (3, 0)):
-        group |= {"earthquakes_with_axis": with_axis, "axes_within_45_of_normal": near_normal}
+        group |= {"earthquakes_with_axis": with_axis, "fall_axes_within_45_deg_of_fault_normal": near_normal}
         text = report_text(Findings.model_validate(data), language)
         assert partly in text
         assert differs not in text
-    group |= {"earthquakes_with_axis": 0, "axes_within_45_of_normal": 0}
+    group |= {"earthquakes_with_axis": 0, "fall_axes_within_45_deg_of_fault_normal": 0}
     assert partly not in report_text(Findings.model_validate(data), language)
 
 
@@ -60,7 +60,7 @@ def test_headline_states_the_primary_statistic_of_the_study(study: str, language
     data = json.loads(handwritten_findings_of_study(study).model_dump_json())
     data["population"]["median_fall_rate"], data["cases"]["share_overturned"] = 0.37, 0.52
     data["published_agreement"] = [
-        {"variant": "nominal", "blocks": 12, "blocks_that_agree": 9, "heights_that_agree_m": [0.4]}
+        {"variant": "nominal", "blocks": 12, "fully_agreeing_block_count": 9, "fully_agreeing_heights_m": [0.4]}
     ]
     for statistic, words in (("share", "52 %"), ("fall_rate", "37 %"), ("published", "9")):
         data["study"]["primary_statistic"] = statistic
@@ -125,7 +125,7 @@ def test_headline_that_no_stone_falls_is_limited_to_cases_with_an_outcome(study:
     for contrast in data["contrasts"]:
         contrast |= {"share_overturned_study": none, "share_overturned_variant": none}
     for missing in ({}, {"unstable": 7}):
-        data["cases"]["without_outcome"] = missing
+        data["cases"]["cases_without_outcome_by_status"] = missing
         headline = report_text(Findings.model_validate(data), language).splitlines()[2]
         assert {"en": "No stone falls", "ja": "墓石は一つも転倒しない"}[language] in headline
         assert ({"en": "the cases with an outcome", "ja": "結果の得られたケース"}[language] in headline) is bool(
@@ -136,10 +136,10 @@ def test_headline_that_no_stone_falls_is_limited_to_cases_with_an_outcome(study:
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_two_settings_without_falls_are_not_compared(language: str) -> None:
     none = estimate_entry(0.0, 0.0, 0.26)
-    shares = dict.fromkeys(("share_overturned_study", "share_overturned_variant", "both_overturn"), none)
+    shares = dict.fromkeys(("share_overturned_study", "share_overturned_variant", "share_overturned_in_both"), none)
     same = {
-        "only_study_overturns": none,
-        "only_variant_overturns": none,
+        "share_overturned_only_in_study": none,
+        "share_overturned_only_in_variant": none,
         "primary_statistic_difference": estimate_entry(0.0, 0.0, 0.0),
     }
     headline, text = headline_and_text_of_comparison_report("vertical", language, **shares, **same)
@@ -180,7 +180,7 @@ def test_report_states_simultaneous_falls_and_order_of_elements_where_they_exist
     data["element_outcomes"][0] |= {
         "variant": "nominal",
         "element": data["study_counts"]["reported_element"],
-        "share_of_falls_first": 0.97,
+        "first_fall_share": 0.97,
     }
     data["contrasts"][0]["simultaneous_fall_share"] = estimate_entry(same_time)
     text = report_text(Findings.model_validate(data), language)
@@ -203,7 +203,7 @@ def test_report_names_every_setting_that_differs_between_the_variants(
     settings: list[str], named: dict[str, list[str]], language: str
 ) -> None:
     """The study asks about vertical motion, and its primary statistic is a fall rate."""
-    rates = FALL_RATE_COMPARISON_FINDINGS | {"differs_in": settings, "primary_statistic": "fall_rate"}
+    rates = FALL_RATE_COMPARISON_FINDINGS | {"differing_settings": settings, "primary_statistic": "fall_rate"}
     headline, text = headline_and_text_of_comparison_report("vertical", language, **rates)
     for one in named[language]:
         assert one in headline
@@ -285,7 +285,7 @@ def test_report_states_no_effect_of_predictors_that_may_be_chance(
     data["logistic_fit"] |= {
         "fall_probabilities_after_doubling": [],
         "coefficients": [row] if fitted else [],
-        "note": note,
+        "reason_for_missing_fit_or_interval": note,
         "earthquakes": 1,
     }
     found = Findings.model_validate(data)
@@ -312,8 +312,12 @@ PHRASES_ON_REFERENCE_DIRECTIONS = {
     ("planar", "reference", "shown"),
     [
         ({}, {}, [True, True, True, True, True]),
-        ({"same_fall_edge_share": 1.0, "same_outcome": 1.0}, {}, [False, True, True, True, True]),
-        ({"same_outcome_near_boundary": None, "same_fall_edge_share": None}, {}, [False, False, True, True, True]),
+        ({"same_fall_edge_share": 1.0, "same_outcome_share": 1.0}, {}, [False, True, True, True, True]),
+        (
+            {"same_outcome_share_near_boundary": None, "same_fall_edge_share": None},
+            {},
+            [False, False, True, True, True],
+        ),
         ({}, {"alignment_with_fault_normal": estimate_entry(None, n=0)}, [True, True, False, False, True]),
         ({}, {"alignment_with_fault_normal": None}, [True, True, False, False, True]),
         ({}, {"best_aligned_references": ["fault normal", "pulse"]}, [True, True, False, False, False]),
@@ -343,7 +347,7 @@ KEY_PATH_OF_FRAGILITY_CURVE = ("population", "fragility_curves", 0)
     [
         (
             "direction",
-            {("direction", "groups", 1, "alignment"): NO_VALUE | {"earthquakes": 0}},
+            {("direction", "groups", 1, "alignment"): NO_VALUE | {"earthquake_count": 0}},
             {"en": "without one –", "ja": "含まない記録で –"},
             {
                 "en": "without one no record has both falls and a known fault normal.",
@@ -379,7 +383,7 @@ KEY_PATH_OF_FRAGILITY_CURVE = ("population", "fragility_curves", 0)
         ),
         (
             "survey",
-            {("published_agreement", 0): {"blocks": 1, "blocks_that_agree": 0}},
+            {("published_agreement", 0): {"blocks": 1, "fully_agreeing_block_count": 0}},
             {"en": "0 of 1 blocks", "ja": "1 blocks"},
             {"en": "0 of 1 block ", "ja": "1 ブロックのうち 0"},
         ),
@@ -418,13 +422,18 @@ KEY_PATH_OF_FRAGILITY_CURVE = ("population", "fragility_curves", 0)
         ),
         (
             "direction",
-            {("convergence", "comparisons", 0, "fall_side_changes"): {"count": 0, "value": 0.0}},
+            {("convergence", "comparisons", 0, "fall_side_changes"): {"changed_count": 0, "value": 0.0}},
             {"en": "0.0 % of the falls", "ja": "転倒のうち 0.0 %"},
             {"en": "0.8 % of the outcomes change between", "ja": "結果のうち 0.8 % は転倒と非転倒が"},
         ),
         (
             "direction",
-            {("convergence", "comparisons", 0): {"computation": "rigid", "step_count_or_stiffness_factor": None}},
+            {
+                ("convergence", "comparisons", 0): {
+                    "second_computation_kind": "rigid",
+                    "step_count_or_stiffness_factor": None,
+                }
+            },
             {"en": "exact rigid block |", "ja": "剛体の厳密解 |"},
             {"en": "exact rigid block (400 cases) |", "ja": "剛体の厳密解(400 ケース) |"},
         ),
@@ -465,7 +474,7 @@ KEY_PATH_OF_FRAGILITY_CURVE = ("population", "fragility_curves", 0)
             "no fault normal",
             {
                 ("study_counts",): {"direction_step_deg": None, "first_direction_deg": 32.0},
-                ("study",): {"directions": 1},
+                ("study",): {"direction_count": 1},
             },
             {"en": "1 azimuth", "ja": "1 通りの方位"},
             {"en": "turned to the azimuth 32°;", "ja": "記録は方位 32° の成分"},
@@ -499,7 +508,11 @@ def test_2d_and_3d_fall_axes_are_compared_only_if_blocks_fall_in_both_models(
     cases: int, angle: float | None, language: str
 ) -> None:
     data = json.loads(handwritten_findings_of_study("reference").model_dump_json())
-    data["planar_model_agreement"] |= {"cases": cases, "angle_between_axes_deg": angle, "only_3d_overturns": 0.0}
+    data["planar_model_agreement"] |= {
+        "cases": cases,
+        "mean_angle_between_fall_axes_deg": angle,
+        "only_3d_overturns_share": 0.0,
+    }
     text = report_text(Findings.model_validate(data), language)
     alone, apart = {"en": ("in a plane alone", "apart on average"), "ja": ("は二次元でのみ", "転倒軸の差は平均")}[
         language

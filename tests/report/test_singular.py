@@ -49,13 +49,15 @@ def copy_with_whole_numbers_set_to_1(part: Any, key: str = "") -> Any:
 
 
 SURVIVAL_FINDINGS_OF_ONE_STONE = {
-    "years": 800.0, "without_curve": [], "classes": [], "doubts": [],
-    "survey": {"stood": 1, "fell": 0, "total": 1, "rate_bound_per_year": 0.0037, "bound_probability": 0.95,
+    "exposure_time_years": 800.0, "classes_without_fragility_curve": [], "survival_of_stone_classes": [],
+    "hazard_unit_warnings": [],
+    "survey_stone_counts": {"stood": 1, "fell": 0, "total": 1, "fall_rate_upper_bound_per_year": 0.0037,
+    "confidence_of_fall_rate_bound": 0.95,
                "share": 1.0, "low": 0.05, "high": 1.0},
 }  # fmt: skip
 SURVIVAL_FINDINGS_OF_ONE_OF_TWO_STONES = SURVIVAL_FINDINGS_OF_ONE_STONE | {
-    "survey": SURVIVAL_FINDINGS_OF_ONE_STONE["survey"]
-    | {"fell": 1, "total": 2, "rate_bound_per_year": None, "share": 0.5}  # type: ignore[operator]
+    "survey_stone_counts": SURVIVAL_FINDINGS_OF_ONE_STONE["survey_stone_counts"]
+    | {"fell": 1, "total": 2, "fall_rate_upper_bound_per_year": None, "share": 0.5}  # type: ignore[operator]
 }
 
 
@@ -73,7 +75,7 @@ def findings_with_counts_of_one() -> list[tuple[str, str, BaseModel]]:
     ]
     commands = {
         "survey": {"surveys": [SURVEY_COMPARISON]},
-        "survey_summary": {"observed": [OBSERVED_SURVEY_FINDINGS]},
+        "survey_summary": {"observed_surveys": [OBSERVED_SURVEY_FINDINGS]},
         "displacements": {"survey_displacements": [SURVEY_DISPLACEMENTS]},
         "motions": {"inferred_motions": [INFERRED_MOTION]},
     }
@@ -111,7 +113,7 @@ def test_count_of_one_is_printed_in_the_singular(template: str, found: BaseModel
         ("reference", "final_twist", {"stones": 9}, {"stones": 10},
          {"en": ["The largest turn about the vertical is 88.0°", "nine tenths by at most 6.2°"],
           "ja": ["最大で 88.0°", "九割が 6.2° 以下"]}),
-        ("reference", "study", {"directions": 1}, {"directions": 18},
+        ("reference", "study", {"direction_count": 1}, {"direction_count": 18},
          {"en": [", in 1 orientation", ", each in 18 orientations"], "ja": ["1 通りの向き", "18 通りの向き"]}),
         ("scene", "study_counts", {"free_elements": 1}, {"free_elements": 3},
          {"en": ["the azimuth that the scene faces", "the azimuth that the stack faces"],
@@ -185,6 +187,6 @@ class FindingsOfOneEstimate(BaseModel):
 def test_printed_findings_write_one_earthquake_in_the_singular(
     value: float | None, earthquakes: int, shown: str
 ) -> None:
-    estimate = Estimate(statistic="by hand", value=value, low=None, high=None, earthquakes=earthquakes)
+    estimate = Estimate(statistic="by hand", value=value, low=None, high=None, earthquake_count=earthquakes)
     (line,) = finding_text_lines(FindingsOfOneEstimate(alignment=estimate))
     assert f"{line},".startswith(f"alignment: {shown}")

@@ -135,8 +135,14 @@ def test_notes_on_records_print_all_texts_of_the_findings_unchanged(study: str, 
         assert record.processing is not None
         given = record.processing
         drift, steps = translate(given.drift_evidence, language), [translate(step, language) for step in given.steps]
-        own = [*non_empty_strings_in_findings(record.model_dump()), drift, *steps, "; ".join(given.declared_properties)]
-        for text in (given.first_sample_time, given.agency_processing, *steps, own[-1], *given.trusted_contradictions,
+        own = [
+            *non_empty_strings_in_findings(record.model_dump()),
+            drift,
+            *steps,
+            "; ".join(given.user_declared_properties),
+        ]
+        for text in (given.first_sample_time, given.agency_processing, *steps, own[-1],
+        *given.contradictions_trusted_by_user,
         *given.notes,
                      drift):  # fmt: skip
             assert [line for line in shown if line.startswith(record.id) and line.endswith(text)], text
@@ -215,7 +221,7 @@ def test_report_says_if_a_reference_direction_is_known_for_one_earthquake(langua
         "value": 0.82,
         "low": None,
         "high": None,
-        "earthquakes": 1,
+        "earthquake_count": 1,
     }
     text = report_text(Findings.model_validate(data), language)
     assert said[language] in re.sub(r"\s+", " ", text)
@@ -253,12 +259,12 @@ def test_headline_says_more_than_45_degrees_apart_for_opposite_falls_in_3d_only(
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_a_survey_is_called_small_only_if_it_has_few_falls(language: str) -> None:
     data = json.loads(handwritten_findings_of_study("survey").model_dump_json())
-    data["surveys"][0] |= {"falls_in_known_direction": 23, "remarks": ["First line,", "second line."]}
+    data["surveys"][0] |= {"falls_in_known_direction": 23, "survey_file_comments": ["First line,", "second line."]}
     small = {"en": "has only 23 falls of known direction", "ja": "転倒方向の分かる墓石が 23 基しかなく"}[language]
     text = report_text(Findings.model_validate(data), language)
     assert small in text
     assert "First line, second line." in text
-    data["surveys"][0] |= {"has_few_falls_in_known_direction": False, "remarks": []}
+    data["surveys"][0] |= {"has_few_falls_in_known_direction": False, "survey_file_comments": []}
     text = report_text(Findings.model_validate(data), language)
     assert small not in text
     assert {"en": "Its file says", "ja": "調査ファイルの注記"}[language] not in text
@@ -270,7 +276,10 @@ def test_report_names_the_soil_below_cemeteries_and_its_effect(language: str) ->
     ground = {"thickness_m": 12.5, "mean_shear_wave_velocity_m_s": 183.4, "equivalent_linear": True, "rock_pga_g": 0.31,
               "strain_exceeds_curve": False}  # fmt: skip
     upper = ground | {"site": "upper", "converged": False, "strain_exceeds_curve": True, "surface_pga_g": 0.47}
-    data["surveys"][0]["grounds"] = [ground | {"site": "", "converged": True, "surface_pga_g": 0.52}, upper]
+    data["surveys"][0]["cemetery_soil_findings"] = [
+        ground | {"site": "", "converged": True, "surface_pga_g": 0.52},
+        upper,
+    ]
     text = report_text(Findings.model_validate(data), language)
     assert text.count("12.5\u00a0m" if "12.5\u00a0m" in text else "12.5 m") == 2
     for words in ("183", "0.52", "0.47", {"en": "The other sites", "ja": "その他の墓地"}[language]):
@@ -278,7 +287,7 @@ def test_report_names_the_soil_below_cemeteries_and_its_effect(language: str) ->
     assert text.count({"en": "did not converge", "ja": "収束しなかった"}[language]) == 1
     assert text.count({"en": "exceeds the curve of a layer", "ja": "曲線の範囲を超え"}[language]) == 1
     assert {"en": "at the surface of the soil of each cemetery", "ja": "地盤の層を与えた墓地では地表"}[language] in text
-    data["surveys"][0]["grounds"] = [ground | {"site": "", "converged": True, "surface_pga_g": 0.52}]
+    data["surveys"][0]["cemetery_soil_findings"] = [ground | {"site": "", "converged": True, "surface_pga_g": 0.52}]
     assert {"en": "The stones: motion", "ja": "墓石：厚さ"}[language] in report_text(
         Findings.model_validate(data), language
     )
@@ -314,7 +323,7 @@ def test_report_mentions_stones_fixed_to_their_base_in_four_places(language: str
 def test_report_states_missing_outcomes_and_records_without_vertical_motion(language: str) -> None:
     data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     data["cases"] |= {"cases_at_other_amplitudes": 720, "other_amplitude_cases_without_outcome": 10}
-    data["population"] |= {"largest_share_without_outcome_at_any_factor": 0.19, "records_without_vertical": 5}
+    data["population"] |= {"largest_share_without_outcome_at_any_factor": 0.19, "records_without_vertical_motion": 5}
     text = render_template_as_markdown(Findings.model_validate(data), language).replace("\u00a0", " ")
     for words in {
         "en": ("10 of 720 cases are without", "up to 19 %.", "(horizontal motion in 5 of 28 records)"),
@@ -343,7 +352,11 @@ def test_a_record_without_an_earthquake_is_named_by_its_station_alone(language: 
 def test_report_prints_the_p_value_of_the_common_axis_test(language: str) -> None:
     data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     groups = data["direction"]["groups"]
-    groups[0] |= {"no_common_axis_p_value": 0.013, "axis_from_normal_deg": 21.0, "axis_interval_half_width_deg": 17.0}
+    groups[0] |= {
+        "no_common_axis_p_value": 0.013,
+        "fall_axis_from_fault_normal_deg": 21.0,
+        "axis_interval_half_width_deg": 17.0,
+    }
     groups[1] |= {"no_common_axis_p_value": 0.38}
     given, withheld = (
         one for one in report_text(Findings.model_validate(data), language).splitlines() if "(p = " in one
@@ -474,7 +487,7 @@ def test_headline_differs_for_alignment_intervals_above_below_and_around_0() -> 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_says_no_interval_for_an_alignment_of_few_earthquakes(language: str) -> None:
     data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
-    data["direction"]["groups"][0]["alignment"] |= {"value": 0.417, "low": None, "high": None, "earthquakes": 3}
+    data["direction"]["groups"][0]["alignment"] |= {"value": 0.417, "low": None, "high": None, "earthquake_count": 3}
     text = report_text(Findings.model_validate(data), language)
     assert {"en": "0.42 (no interval; 3 earthquakes)", "ja": "0.42 (信頼区間なし、3 地震)"}[language] in text
     data = json.loads(handwritten_findings_of_study("reference").model_dump_json())
@@ -497,7 +510,7 @@ def test_english_report_on_handwritten_findings_equals_its_snapshot(study: str, 
     ("template", "parts"),
     [
         ("survey", {"surveys": [SURVEY_COMPARISON]}),
-        ("survey_summary", {"observed": [OBSERVED_SURVEY_FINDINGS]}),
+        ("survey_summary", {"observed_surveys": [OBSERVED_SURVEY_FINDINGS]}),
         ("displacements", {"survey_displacements": [SURVEY_DISPLACEMENTS]}),
         ("motions", {"inferred_motions": [INFERRED_MOTION]}),
     ],

@@ -409,7 +409,8 @@ def test_convergence_of_a_scene_is_checked_for_each_element(tmp_path: Path) -> N
     found = check_convergence(settings, done.records, done.sample_with_replaced_flags(wrong))
     assert [one.flags for one in found.finer_step_rerun.changes_by_element] == [fell, 0]
     rows = comparisons_with_second_computations(found)[:2]
-    assert [(one.element, one.fall_or_stand_changes.count, one.fall_or_stand_changes.compared) for one in rows] == [
+    assert [(one.element, one.fall_or_stand_changes.changed_count,
+    one.fall_or_stand_changes.compared_count) for one in rows] == [
         ("slender", fell, 4), ("squat", 0, 4),
     ]  # fmt: skip
     assert rows[0].fall_or_stand_changes.value == fell / 4

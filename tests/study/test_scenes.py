@@ -179,7 +179,7 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
     names = ["lower-base", "upper-base", "shaft", "any element", "monolith", "shaft"]
     assert [one.element for one in elements] == names
     assert len(contrasts) == 2
-    assert contrasts[0].only_study_overturns.value == pytest.approx(rows["shaft"].falls / 24)
+    assert contrasts[0].share_overturned_only_in_study.value == pytest.approx(rows["shaft"].falls / 24)
     with pytest.raises(ResultError, match="no element 'roof'; known: lower-base"):
         open_cube(nominal, element="roof")
 

@@ -304,9 +304,11 @@ def test_a_study_of_a_scan_stores_its_geometry_and_mass_properties(tmp_path: Pat
     assert (study.body.relief, study.height) == (0.001, pytest.approx((0.8,)))
     facts = scanned_stone_facts(study)
     assert facts is not None
-    assert (facts.volume_m3, facts.scan_tilt_deg, facts.bearing_relief_mm) == pytest.approx(
-        (volume, 4.0, 1.0), abs=1e-3
-    )
+    assert (
+        facts.volume_m3,
+        facts.tilt_from_scan_to_stable_pose_deg,
+        facts.max_height_of_load_bearing_points_mm,
+    ) == pytest.approx((volume, 4.0, 1.0), abs=1e-3)
     assert study.b_over_h == pytest.approx(((0.1 - centre[0]) / centre[2],), abs=1e-5)
     path.unlink()
     assert load_study_from_file_or_json(study.model_dump_json()) == study

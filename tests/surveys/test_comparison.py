@@ -461,7 +461,7 @@ def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(cu
     only = compare_survey_with_prediction([lost], cube_of_falls_around_azimuth_60)
     assert only.observed_count_by_octant.sum() == 0
     doubted = survey_prediction_findings(StoredSurveyComparison("x", "", "site", only, ("x: radians?",)))
-    assert (doubted.doubts, doubted.falls_in_known_direction) == (["x: radians?"], 0)
+    assert (doubted.survey_file_warnings, doubted.falls_in_known_direction) == (["x: radians?"], 0)
 
 
 def fall_rule_by_friction_and_height(azimuth, height, slender, friction):
@@ -553,7 +553,7 @@ def test_observed_share_and_predicted_mean_direction_match_known_values(cube_of_
     assert (observed.value, observed.low, observed.high) == pytest.approx((0.7, exact.low, exact.high))
     half = np.radians(31)
     assert found.predicted_mean_direction_deg == pytest.approx(60)
-    assert found.predicted_resultant == pytest.approx(np.sin(half) / half, abs=2e-3)
+    assert found.predicted_fall_direction_resultant == pytest.approx(np.sin(half) / half, abs=2e-3)
     only = compare_survey_with_prediction(stones[:1], cube_of_falls_around_azimuth_60)
     assert survey_prediction_findings(StoredSurveyComparison("", "", "", only)).observed_fall_share is None, (
         "perhaps the fallen ones alone"

@@ -179,7 +179,7 @@ def test_stones_far_outside_the_grid_are_counted_and_not_compared(tmp_path: Path
     assert compared_statistics_by_name(found)["fell"].computed == pytest.approx((1 + 16) / (1 + 4 + 16))
     assert compared_statistics_by_name(found)["fell"].observed == pytest.approx(34 / 63), "all stones"
     findings = survey_displacement_findings(StoredDisplacementComparison("s", "h", "a", found)).all_sites
-    assert findings.far_outside_grid == 42
+    assert findings.stones_far_outside_shape_grid == 42
 
 
 @pytest.mark.parametrize("row", ["fell,30,0.8,0.2,0.4,30", "fell,120,0.8,0.4,0.2,30"])
@@ -258,7 +258,7 @@ def test_displacement_findings_are_in_centimetres(tmp_path: Path) -> None:
         "s", "x", "a", compare_displacements(stones, cube_of_standing_stones_with_given_values(residual_slip_east=0.03))
     )
     found = survey_displacement_findings(stored)
-    shift = next(one for one in found.all_sites.measures if one.measure == "shift_m")
+    shift = next(one for one in found.all_sites.compared_shares_and_medians if one.share_or_median_name == "shift_m")
     assert (shift.observed.value, shift.observed.low, shift.computed.value) == pytest.approx((2.5, 2.5, 3.0))
     assert (found.min_shift_cm, found.min_twist_deg) == pytest.approx((1.0, 5.0))
 

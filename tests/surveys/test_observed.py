@@ -40,7 +40,7 @@ def test_counts_and_shares_of_each_site_match_hand_counts_and_scipy(tmp_path: Pa
     assert stone_counts(found.all_sites) == (21, 12, 1, 5, 2, 4)
     assert found.all_sites.reasons_not_counted == {"fixed": 2, "broken": 1, "unknown": 1}
     assert second.fell_share is None, "only fallen stones are listed"
-    assert found.sites_without_standing == ["B"], "its fallen stones would raise the share of all sites together"
+    assert found.sites_with_fallen_stones_only == ["B"], "its fallen stones would raise the share of all sites together"
     for share, k, n in (
         (first.fell_share, 9, 14),
         (first.stands_share, 5, 14),
@@ -62,7 +62,7 @@ def test_mean_directions_of_sites_match_hand_computation(tmp_path: Path) -> None
     assert found.all_sites.axis.sample_size == 11
     north, east = 8 * math.cos(math.radians(10)) - 3, 0.0
     assert found.all_sites.direction.resultant == pytest.approx(math.hypot(north, east) / 11)
-    assert (found.declination_low_deg, found.declination_high_deg) == (0, 0)
+    assert (found.smallest_magnetic_declination_deg, found.largest_magnetic_declination_deg) == (0, 0)
 
 
 @pytest.mark.parametrize(
@@ -90,8 +90,8 @@ def test_a_single_site_is_not_listed_and_only_used_declinations_count(tmp_path: 
     text = "site,fell,azimuth_deg,declination\nA,yes,10,-7.5\nA,yes,20,-7\nA,no,,3\n"
     found = observed_findings_of_table(tmp_path, text)
     assert found.sites == []
-    assert (found.declination_low_deg, found.declination_high_deg) == (-7.5, -7)
-    assert observed_findings_of_table(tmp_path, "fell\nno\n").declination_low_deg is None
+    assert (found.smallest_magnetic_declination_deg, found.largest_magnetic_declination_deg) == (-7.5, -7)
+    assert observed_findings_of_table(tmp_path, "fell\nno\n").smallest_magnetic_declination_deg is None
 
 
 def test_falls_noted_as_compass_points_are_shared_among_rose_sectors() -> None:

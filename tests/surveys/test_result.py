@@ -51,7 +51,7 @@ def test_stored_comparison_has_table_comments_and_flags_few_falls(
             make_cube_from_fall_rules(make_sector_fall_rule(60, 30)),
         )
         made = survey_prediction_findings(make_stored_survey_comparison(source, "r0", found))
-        assert made.remarks == ["A churchyard,", "in haste."]
+        assert made.survey_file_comments == ["A churchyard,", "in haste."]
         assert made.has_few_falls_in_known_direction is few
 
 

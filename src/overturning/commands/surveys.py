@@ -85,7 +85,7 @@ def summarise_or_compare_survey(
     for note in table.notes:
         print(note)
     observed = observed_survey_findings(summarise_survey(table))
-    _print_results_with_template(SurveyCommandResults(observed=[observed]), "survey_summary")
+    _print_results_with_template(SurveyCommandResults(observed_surveys=[observed]), "survey_summary")
     if cube is not None:
         print()
         _compare_survey_with_cube(stones, table, (cubes, record), background, figure, output)

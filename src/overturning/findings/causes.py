@@ -39,7 +39,7 @@ class LogisticCoefficient(FindingBaseClass):
 class FallProbabilityAfterDoubling(FindingBaseClass):
     """Probability, with interval, to which a fall probability of 0.5 changes if a quantity, such as PGV, doubles."""
 
-    doubled: str
+    doubled_quantity: str
     """Quantity that doubles, the others fixed: "PGA and PGV", "PGV alone", or "size of the block"."""
     fall_probability_from_half: OptionalNumber
     fall_probability_from_half_low: OptionalNumber = None
@@ -61,7 +61,7 @@ class LogisticFitFindings(FindingBaseClass):
     """Probability of the intervals."""
     fall_probabilities_after_doubling: list[FallProbabilityAfterDoubling]
     """Factors on the odds as probabilities, for the predictors whose interval excludes no effect."""
-    note: str
+    reason_for_missing_fit_or_interval: str
     """Reason why there is no fit or no interval; otherwise empty."""
 
 
@@ -70,7 +70,7 @@ class CriterionScore(FindingBaseClass):
 
     criterion: str
     """Name of the criterion."""
-    rule: str
+    predicted_fall_condition: str
     """Condition under which the criterion predicts a fall."""
     hit_rate: OptionalNumber
     """Share of the falls that the criterion predicts."""
@@ -87,9 +87,9 @@ class CriterionScore(FindingBaseClass):
 class SkillDifference(FindingBaseClass):
     """Difference in skill of two criteria among blocks of equal shape: the one listed first minus the other."""
 
-    first: str
+    first_criterion: str
     """Name of the criterion that is listed first."""
-    second: str
+    second_criterion: str
     """Name of the criterion that is listed second."""
     first_minus_second: Estimate
     """Value of `mean_skill_within_block_sizes` of the first criterion minus that of the second."""
@@ -170,7 +170,7 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
         earthquakes=fit.clusters,
         level=CONFIDENCE_LEVEL,
         fall_probabilities_after_doubling=[one for one in chances if one is not None],
-        note=fit.note,
+        reason_for_missing_fit_or_interval=fit.note,
     )
 
 
@@ -187,7 +187,7 @@ def _fall_probability_if_quantity_doubles(
         return None
     value, low, high = (1.0 - 1.0 / (1.0 + one) for one in known)  # also for a factor too large for a number
     return FallProbabilityAfterDoubling(
-        doubled=doubled_quantity,
+        doubled_quantity=doubled_quantity,
         fall_probability_from_half=value,
         fall_probability_from_half_low=low,
         fall_probability_from_half_high=high,
@@ -206,7 +206,7 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
     scores = [
         CriterionScore(
             criterion=one.name,
-            rule=one.rule,
+            predicted_fall_condition=one.rule,
             hit_rate=one.overall_counts.hit_rate,
             false_alarm_rate=one.overall_counts.false_alarm_rate,
             skill=estimate_from_mean(one.skill, "skill over all blocks together"),
@@ -247,7 +247,9 @@ def _insignificant_skill_differences(
             first, second, difference = criterion, other, lead
         else:
             first, second, difference = other, criterion, negate_estimate(lead)
-        differences.append(SkillDifference(first=first, second=second, first_minus_second=difference))
+        differences.append(
+            SkillDifference(first_criterion=first, second_criterion=second, first_minus_second=difference)
+        )
     return differences
 
 

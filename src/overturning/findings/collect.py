@@ -104,7 +104,7 @@ class Findings(FindingBaseClass):
     """Falls of the population on each soil."""
     unconverged_soil_responses: list[str]
     """Soil computations that did not converge."""
-    soil_responses_beyond_curves: list[str]
+    soil_responses_with_strain_beyond_curves: list[str]
     """Soil computations whose effective strain exceeds the largest strain of the curve of a layer."""
     surveys: list[SurveyFindings]
     """Comparison of each survey of fallen stones with the prediction."""
@@ -156,7 +156,7 @@ def findings_from_results(results: StudyResults) -> Findings:
         element_displacements=final_slip_and_rotation_of_elements(results),
         site_fall_rates=population_fall_rates_by_soil(results),
         unconverged_soil_responses=unconverged_soil_analyses(results),
-        soil_responses_beyond_curves=soil_analyses_with_strain_beyond_curves(results),
+        soil_responses_with_strain_beyond_curves=soil_analyses_with_strain_beyond_curves(results),
         surveys=all_survey_prediction_findings(results),
         survey_displacements=all_survey_displacement_findings(results),
         inferred_motions=all_inferred_motion_findings(results),

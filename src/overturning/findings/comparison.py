@@ -13,9 +13,9 @@ class ChangedCases(FindingBaseClass):
     The interval of the share is that of Wilson, for a random sample of the cases.
     """
 
-    count: int
+    changed_count: int
     """Number of cases that change."""
-    compared: int
+    compared_count: int
     """Number of cases that are compared."""
     value: OptionalNumber
     """Share of the compared cases that change; None if none is compared."""
@@ -27,7 +27,7 @@ class ChangedCases(FindingBaseClass):
 class ComparisonWithSecondComputation(FindingBaseClass):
     """Changes of outcomes if cases are computed again with shorter steps, stiffer contacts or a rigid block."""
 
-    computation: str
+    second_computation_kind: str
     """"finer" (shorter steps), "stiffer" (stiffer contact), or "rigid" (exact rigid block without sliding)."""
     step_count_or_stiffness_factor: OptionalNumber
     """Factor on the number of steps or on the stiffness; None for the rigid block."""
@@ -53,7 +53,7 @@ def share_of_changed_cases(changed_count: int, compared_count: int, is_random_sa
         else (math.nan, math.nan)
     )
     share = changed_count / compared_count if compared_count else math.nan
-    return ChangedCases(count=changed_count, compared=compared_count, value=share, low=low, high=high)
+    return ChangedCases(changed_count=changed_count, compared_count=compared_count, value=share, low=low, high=high)
 
 
 def comparisons_with_second_computations(convergence: ConvergenceCheckResult) -> list[ComparisonWithSecondComputation]:
@@ -75,7 +75,7 @@ def comparisons_with_second_computations(convergence: ConvergenceCheckResult) ->
             none = share_of_changed_cases(0, 0, sampled)
             rows.append(
                 ComparisonWithSecondComputation(
-                    computation=name, step_count_or_stiffness_factor=factor, element="",
+                    second_computation_kind=name, step_count_or_stiffness_factor=factor, element="",
                     refusal_reason=part.refusal_reason,
                     fall_or_stand_changes=none,
                     fall_or_stand_changes_if_ensemble_agrees=none, fall_side_changes=none,
@@ -97,7 +97,7 @@ def _comparison_of_element_with_second_computation(
 ) -> ComparisonWithSecondComputation:
     """Return how many outcomes of one scene element change in a second computation, such as with shorter steps."""
     return ComparisonWithSecondComputation(
-        computation=computation,
+        second_computation_kind=computation,
         step_count_or_stiffness_factor=factor,
         element=element_changes.element,
         refusal_reason="",

@@ -39,7 +39,7 @@ class VariantContrast(FindingBaseClass):
     element_of_study: str
     """Name of the element that is compared in the study, and of that in the variant."""
     element_of_variant: str
-    differs_in: list[str]
+    differing_settings: list[str]
     """Settings that differ: scene, contact, vertical, site."""
     soil_thickness_m: OptionalNumber
     """Thickness of the soil of the variant above the rock, m; None without soil."""
@@ -53,11 +53,11 @@ class VariantContrast(FindingBaseClass):
     """Share of the cases that overturn in the variant."""
     share_difference: Estimate
     """Share in the study minus share in the variant, record by record."""
-    only_study_overturns: Estimate
+    share_overturned_only_in_study: Estimate
     """Share of the cases that overturn in the study only."""
-    only_variant_overturns: Estimate
+    share_overturned_only_in_variant: Estimate
     """Share of the cases that overturn in the variant only."""
-    both_overturn: Estimate
+    share_overturned_in_both: Estimate
     """Share of the cases that overturn in both."""
     same_direction_share: Estimate
     """Share of the falls in both that go within 45° of each other."""
@@ -108,11 +108,11 @@ class ElementFallOutcomes(FindingBaseClass):
     """Number of cases in which the element falls."""
     share_overturned: OptionalNumber
     """Share of the cases in which the element falls."""
-    falls_first: int
+    first_fall_count: int
     """Number of falls in which no other element falls before."""
-    share_of_falls_first: OptionalNumber
+    first_fall_share: OptionalNumber
     """Share of its falls in which no other element falls before; None without falls."""
-    share_of_falls_alone: OptionalNumber
+    lone_fall_share: OptionalNumber
     """Share of its falls in which no other element falls at all; None without falls."""
     median_fall_time_s: OptionalNumber
     """Median time of the falls from the start of the record, s."""
@@ -123,7 +123,7 @@ class SoilLayerSummary(FindingBaseClass):
 
     thickness_m: float
     """Thickness, m."""
-    velocity_m_s: float
+    shear_wave_velocity_m_s: float
     """Shear-wave velocity, m/s."""
 
 
@@ -136,7 +136,7 @@ class SiteFallRates(FindingBaseClass):
     """Layers from the surface down; empty for the records without soil."""
     equivalent_linear: bool
     """True if a layer softens with strain (equivalent-linear computation), False if all layers are linear."""
-    amplitude: float
+    amplitude_factor: float
     """Factor on the motion."""
     median_pga_m_s2: OptionalNumber
     """Median of the largest horizontal acceleration over records, m/s²."""
@@ -207,20 +207,20 @@ def _compare_study_with_variant(
         scene_of_variant=scenes[1].name,
         element_of_study=elements[0],
         element_of_variant=elements[1],
-        differs_in=names_of_differing_settings(results.study, NOMINAL_VARIANT, variant),
+        differing_settings=names_of_differing_settings(results.study, NOMINAL_VARIANT, variant),
         soil_thickness_m=sum(layer.thickness_m for layer in site.layers) if site is not None else None,
         records=int(record_indices.size),
         cases_not_compared=cubes[0]["overturned"].size - int(counts["compared"].sum()),
         share_overturned_study=here,
         share_overturned_variant=there,
         share_difference=difference,
-        only_study_overturns=estimate_from_mean(
+        share_overturned_only_in_study=estimate_from_mean(
             found.only_this_falls, "share of the cases that overturn in the study only"
         ),
-        only_variant_overturns=estimate_from_mean(
+        share_overturned_only_in_variant=estimate_from_mean(
             found.only_other_falls, "share of the cases that overturn in the variant only"
         ),
-        both_overturn=estimate_from_mean(found.both_fall, "share of the cases that overturn in both"),
+        share_overturned_in_both=estimate_from_mean(found.both_fall, "share of the cases that overturn in both"),
         same_direction_share=estimate_from_mean(
             same_direction, "share of the falls in both that go within 45° of each other"
         ),
@@ -314,18 +314,15 @@ def _fall_outcomes_of_element(
     return ElementFallOutcomes(
         variant=variant, scene=scene.name,
         element=fall_counts.name if several_elements else scene.free_element_names[0], cases=fall_counts.cases,
-        falls=fall_counts.falls, share_overturned=fall_counts.fall_share, falls_first=fall_counts.first_falls,
-        share_of_falls_first=fall_counts.first_falls / fall_counts.falls if fall_counts.falls else None,
-        share_of_falls_alone=fall_counts.lone_falls / fall_counts.falls if fall_counts.falls else None,
+        falls=fall_counts.falls, share_overturned=fall_counts.fall_share, first_fall_count=fall_counts.first_falls,
+        first_fall_share=fall_counts.first_falls / fall_counts.falls if fall_counts.falls else None,
+        lone_fall_share=fall_counts.lone_falls / fall_counts.falls if fall_counts.falls else None,
         median_fall_time_s=fall_counts.median_fall_time_s,
     )  # fmt: skip
 
 
 def population_fall_rates_by_soil(results: StudyResults) -> list[SiteFallRates]:
-    """Compute the share of a stone population that falls, for each soil profile and amplitude factor.
-
-    Empty without a variant that sets the soil, or without a population.
-    """
+    """Compute the fall share of a stone population by soil and amplitude; empty without a soil variant or population."""
     sites: dict[str, SoilSite | None] = {NOMINAL_VARIANT: None}
     sites |= {name: variant_settings(results.study, name).site for name in results.study.variants}
     sites = {name: site for name, site in sites.items() if site is not None or name == NOMINAL_VARIANT}
@@ -344,10 +341,11 @@ def population_fall_rates_by_soil(results: StudyResults) -> list[SiteFallRates]:
                 SiteFallRates(
                     variant=name,
                     layers=[
-                        SoilLayerSummary(thickness_m=one.thickness_m, velocity_m_s=one.velocity_m_s) for one in layers
+                        SoilLayerSummary(thickness_m=one.thickness_m, shear_wave_velocity_m_s=one.velocity_m_s)
+                        for one in layers
                     ],
                     equivalent_linear=any(layer.curve for layer in layers),
-                    amplitude=factor,
+                    amplitude_factor=factor,
                     median_pga_m_s2=float(np.median([one["peaks"]["pga"][1] for one in accounts])) * factor,
                     mean_fall_rate=float(rate.mean()),
                     median_fall_axis_rotation_deg=float(np.median(angles)) if angles.size else float("nan"),

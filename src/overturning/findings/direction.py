@@ -33,7 +33,7 @@ class EarthquakeFallAxis(FindingBaseClass):
     """Mean of cos 2Δ; None without falls or fault normal."""
     resultant: OptionalNumber
     """Length of the mean of the doubled fall axes: 0 for axes in all directions, 1 for one axis."""
-    axis_from_normal_deg: OptionalNumber
+    fall_axis_from_fault_normal_deg: OptionalNumber
     """Axis of the falls relative to the fault normal, (−90, 90]; None if the resultant is too small."""
 
 
@@ -55,7 +55,7 @@ class BlockSelectionAlignment(FindingBaseClass):
 class RecordGroupFallDirection(FindingBaseClass):
     """Mean axis of the falls in a group of records, and their alignment with the fault normal."""
 
-    group: str
+    record_group: str
     """Name of the group of records."""
     earthquakes: int
     """Number of earthquakes with records in the group; `alignment.earthquakes` counts those with an alignment."""
@@ -63,7 +63,7 @@ class RecordGroupFallDirection(FindingBaseClass):
     """Mean of cos 2Δ over earthquakes, Δ the angle from the fault normal to a fall."""
     largest_possible_alignment: OptionalNumber
     """Alignment if the mean axis of every record were its fault normal."""
-    axis_from_normal_deg: OptionalNumber
+    fall_axis_from_fault_normal_deg: OptionalNumber
     """Mean axis relative to the fault normal; None if a test does not reject "no common axis" at 5 %."""
     axis_interval_half_width_deg: OptionalNumber
     """Half of the 95 % interval of the axis."""
@@ -71,7 +71,7 @@ class RecordGroupFallDirection(FindingBaseClass):
     """p-value of the test of "no common axis"."""
     earthquakes_with_axis: int
     """Number of earthquakes whose falls have an axis (large enough resultant)."""
-    axes_within_45_of_normal: int
+    fall_axes_within_45_deg_of_fault_normal: int
     """Number of `earthquakes_with_axis` whose axis lies within 45° of the fault normal."""
     axis_resultant_within_record: Estimate
     """Resultant of the doubled fall axes of one record, mean over earthquakes."""
@@ -79,9 +79,9 @@ class RecordGroupFallDirection(FindingBaseClass):
     """Falls of each earthquake relative to its fault normal."""
     by_rule: list[BlockSelectionAlignment]
     """Alignment under each rule that selects blocks."""
-    smallest_alignment_by_rule: OptionalNumber
+    smallest_alignment_over_rules: OptionalNumber
     """Smallest alignment under the rules of `by_rule`."""
-    largest_alignment_by_rule: OptionalNumber
+    largest_alignment_over_rules: OptionalNumber
     rules_with_interval: int
     """Number of these rules with an interval, and how many of the intervals exclude 0."""
     rule_intervals_excluding_zero: int
@@ -90,9 +90,9 @@ class RecordGroupFallDirection(FindingBaseClass):
 class FallDirection(FindingBaseClass):
     """Direction of the falls of a study relative to the fault normal, by group of records."""
 
-    has_comparable_axis: bool
+    has_fall_axis_comparable_with_fault: bool
     """False if the falls have no axis that can be compared with a fault."""
-    reason_for_no_comparable_axis: str
+    reason_for_no_axis_comparable_with_fault: str
     """Reason why not: "no outcome", "no falls", "one plane", "uneven planes", "falls in every plane", "unknown
     outcomes", "every direction or none" or "no fault normal"; empty if they have one."""
     groups: list[RecordGroupFallDirection]
@@ -121,7 +121,7 @@ class AlignmentWithReference(FindingBaseClass):
     """Name of the reference direction, such as the fault normal."""
     alignment_kind: str
     """"axis" (1 along the reference, −1 across) or "direction" (1 towards its head, −1 away from it)."""
-    all_b_over_h: Estimate
+    alignment_over_all_b_over_h: Estimate
     """Alignment over all B/H."""
     by_b_over_h_range: dict[str, Estimate]
     """Alignment for ranges of B/H."""
@@ -130,7 +130,7 @@ class AlignmentWithReference(FindingBaseClass):
 class RecordGroupReferenceAlignment(FindingBaseClass):
     """Alignment of the falls in a group of records with each of several reference directions."""
 
-    group: str
+    record_group: str
     """Name of the group of records."""
     references: list[AlignmentWithReference]
     """Alignment with each reference."""
@@ -156,17 +156,17 @@ class PlanarModelAgreement(FindingBaseClass):
 
     cases: int
     """Number of cases with both outcomes."""
-    same_outcome: OptionalNumber
+    same_outcome_share: OptionalNumber
     """Share of cases in which the 2-D model predicts correctly whether the stone falls."""
-    same_outcome_near_boundary: OptionalNumber
-    """Value of `same_outcome` for cases whose neighbour in B/H has another outcome."""
-    only_3d_overturns: OptionalNumber
+    same_outcome_share_near_boundary: OptionalNumber
+    """Value of `same_outcome_share` for cases whose neighbour in B/H has another outcome."""
+    only_3d_overturns_share: OptionalNumber
     """Share of the cases that overturn in the 3-D model only."""
-    only_2d_overturns: OptionalNumber
+    only_2d_overturns_share: OptionalNumber
     """Share of the cases that overturn in the 2-D model only."""
     same_fall_edge_share: OptionalNumber
     """Share of the falls in both models that go over the edge that the 2-D model predicts."""
-    angle_between_axes_deg: OptionalNumber
+    mean_angle_between_fall_axes_deg: OptionalNumber
     """Mean angle between the fall axes of the two models, 0 to 90."""
 
 
@@ -244,25 +244,27 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
         known = [one.alignment.value for one in rules if one.alignment.value is not None]
         groups.append(
             RecordGroupFallDirection(
-                group=name,
+                record_group=name,
                 earthquakes=summary.earthquakes,
                 alignment=estimate_from_mean(summary.alignment, ALIGNMENT_DESCRIPTION),
                 largest_possible_alignment=summary.largest_possible_alignment,
-                axis_from_normal_deg=summary.axis_from_fault_normal_deg,
+                fall_axis_from_fault_normal_deg=summary.axis_from_fault_normal_deg,
                 axis_interval_half_width_deg=summary.axis_interval_half_width_deg,
                 no_common_axis_p_value=summary.axis_p_value,
                 earthquakes_with_axis=summary.earthquakes_with_axis,
-                axes_within_45_of_normal=summary.earthquakes_with_axis_within_45_deg_of_normal,
+                fall_axes_within_45_deg_of_fault_normal=summary.earthquakes_with_axis_within_45_deg_of_normal,
                 axis_resultant_within_record=estimate_from_mean(
                     agreement, "resultant of the doubled fall axes of one record"
                 ),
                 by_earthquake=[
-                    EarthquakeFallAxis(event=str(event), alignment=mean, resultant=length, axis_from_normal_deg=axis)
+                    EarthquakeFallAxis(
+                        event=str(event), alignment=mean, resultant=length, fall_axis_from_fault_normal_deg=axis
+                    )
                     for event, mean, length, axis in rows
                 ],
                 by_rule=rules,
-                smallest_alignment_by_rule=min(known, default=math.nan),
-                largest_alignment_by_rule=max(known, default=math.nan),
+                smallest_alignment_over_rules=min(known, default=math.nan),
+                largest_alignment_over_rules=max(known, default=math.nan),
                 rules_with_interval=sum(one.alignment.low is not None for one in rules),
                 rule_intervals_excluding_zero=sum(one.alignment.excludes_zero for one in rules),
             )
@@ -273,8 +275,8 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
         changes[dim] = changed / pairs if pairs else None
     difference, reason = results.first_minus_second_group_alignment, _reason_for_no_comparable_fall_axis(results)
     return FallDirection(
-        has_comparable_axis=results.has_fall_axis_and_fault_normal,
-        reason_for_no_comparable_axis=reason,
+        has_fall_axis_comparable_with_fault=results.has_fall_axis_and_fault_normal,
+        reason_for_no_axis_comparable_with_fault=reason,
         groups=groups,
         first_minus_second_group_alignment=estimate_from_mean(difference, f"difference of {ALIGNMENT_DESCRIPTION}")
         if difference and difference.n
@@ -303,7 +305,7 @@ def fall_alignments_with_references(results: StudyResults) -> list[RecordGroupRe
                 AlignmentWithReference(
                     reference=name,
                     alignment_kind=kind,
-                    all_b_over_h=estimate_from_mean(whole, text),
+                    alignment_over_all_b_over_h=estimate_from_mean(whole, text),
                     by_b_over_h_range=by_b_over_h_range,
                 )
             )
@@ -319,16 +321,20 @@ def fall_alignments_with_references(results: StudyResults) -> list[RecordGroupRe
         heads = [one for each in ends for one in each.by_b_over_h_range.values() if one.low is not None]
         groups.append(
             RecordGroupReferenceAlignment(
-                group=group,
+                record_group=group,
                 references=means,
                 best_aligned_references=list(references.best_aligned_references),
                 best_minus_second_alignment=estimate_from_mean(closer[0], "difference of the means of cos 2Δ")
                 if closer
                 else None,
-                alignment_with_best_reference_axis=axes[references.best_aligned_references[0]].all_b_over_h
+                alignment_with_best_reference_axis=axes[
+                    references.best_aligned_references[0]
+                ].alignment_over_all_b_over_h
                 if references.best_aligned_references
                 else None,
-                alignment_with_fault_normal=axes["fault normal"].all_b_over_h if "fault normal" in axes else None,
+                alignment_with_fault_normal=axes["fault normal"].alignment_over_all_b_over_h
+                if "fault normal" in axes
+                else None,
                 b_over_h_ranges_with_interval=len(heads),
                 b_over_h_ranges_excluding_zero=sum(one.excludes_zero for one in heads),
             )
@@ -349,10 +355,10 @@ def planar_model_agreement(results: StudyResults) -> PlanarModelAgreement | None
     }
     return PlanarModelAgreement(
         cases=0 if math.isnan(whole["cases"]) else int(whole["cases"]),
-        same_outcome=whole["flag"],
-        same_outcome_near_boundary=whole["flag_beside"],
-        only_3d_overturns=whole["only_space"],
-        only_2d_overturns=whole["only_plane"],
+        same_outcome_share=whole["flag"],
+        same_outcome_share_near_boundary=whole["flag_beside"],
+        only_3d_overturns_share=whole["only_space"],
+        only_2d_overturns_share=whole["only_plane"],
         same_fall_edge_share=whole["face"],
-        angle_between_axes_deg=whole["axis"],
+        mean_angle_between_fall_axes_deg=whole["axis"],
     )

@@ -15,7 +15,7 @@ class ElementDisplacementFindings(FindingBaseClass):
     """Name of the scene."""
     element: str
     """Name of the element."""
-    standing: int
+    standing_case_count: int
     """Number of cases in which the element stands."""
     median_slip_cm: OptionalNumber
     """Median of the horizontal slip over the standing cases, cm."""
@@ -44,7 +44,7 @@ def final_slip_and_rotation_of_elements(results: StudyResults) -> list[ElementDi
             variant=variant,
             scene=variant_scene(results.study, variant).name,
             element=row.name if "element" in cube.dims else variant_scene(results.study, variant).free_element_names[0],
-            standing=row.standing_case_count,
+            standing_case_count=row.standing_case_count,
             median_slip_cm=100.0 * row.median_and_p90_slip_m[0],
             percentile_90_slip_cm=100.0 * row.median_and_p90_slip_m[1],
             median_twist_deg=row.median_and_p90_twist_deg[0],

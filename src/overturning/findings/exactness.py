@@ -56,7 +56,7 @@ class EnsembleFindings(FindingBaseClass):
     share_falling_both_ways: OptionalNumber
     """Estimated share of the repeated cells in which most of `first_batch_runs` runs fall, but not all to one side; in
     3-D the share, of the repeated cells in which all runs fall, whose directions are far apart."""
-    relief: BaseReliefFindings | None = None
+    base_relief: BaseReliefFindings | None = None
     """Part of the relief under the base of a scanned stone; None unless the relief varies."""
 
 
@@ -79,7 +79,7 @@ class ConvergenceFindings(FindingBaseClass):
     """True if a random sample of the cases was run again, False if all were."""
     comparisons: list[ComparisonWithSecondComputation]
     """Cases that change in each second computation."""
-    share_at_rest: OptionalNumber
+    share_below_rocking_and_sliding_thresholds: OptionalNumber
     """Share of the cases run again that lie below the thresholds of rocking and sliding and cannot change."""
     changes_under_tiny_amplitude_increase: ChangedCases
     """Cases that change under a motion stronger by a factor of 1 + 10⁻⁹: no computation can decide them."""
@@ -116,7 +116,9 @@ def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
         result=found,
         is_sample=is_sample,
         comparisons=comparisons_with_second_computations(found),
-        share_at_rest=found.rerun_cases_at_rest / found.rerun_case_count if found.rerun_case_count else math.nan,
+        share_below_rocking_and_sliding_thresholds=found.rerun_cases_at_rest / found.rerun_case_count
+        if found.rerun_case_count
+        else math.nan,
         changes_under_tiny_amplitude_increase=share_of_changed_cases(
             found.tests_of_finer_step_changes.chaotic_cases, found.rerun_case_count, is_sample
         ),
@@ -180,7 +182,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
         first_batch_runs=min(MEMBERS_PER_BATCH, settings.members),
         share_disagreeing=ratio_of_sums_over_records("divided", "with_first_batch"),
         share_falling_both_ways=ratio_of_sums_over_records("apart", "agree"),
-        relief=fall_variance_due_to_base_relief(results),
+        base_relief=fall_variance_due_to_base_relief(results),
     )
 
 

@@ -37,7 +37,7 @@ class StudyCounts(FindingBaseClass):
     """Largest azimuth of the motion, or orientation of the body, degrees clockwise from north."""
     azimuth_gaps: list[tuple[float, float]]
     """Ranges of azimuths, degrees, in which no plane was computed."""
-    records_with_imposed_axis: list[str]
+    records_with_imposed_fall_axis: list[str]
     """Records whose outcomes are known at azimuths spread so unevenly that they impose the axis of the falls."""
     has_mirrored_falls: bool
     """True if a fall in one plane to one side is the mirror image of a fall to the other side."""
@@ -53,7 +53,7 @@ class StudyCounts(FindingBaseClass):
     """Number of records whose vertical motion the study leaves out."""
     records_without_stated_pulse: list[str]
     """Records of no group, because it is not stated whether they have a velocity pulse."""
-    notes_on_earthquakes: list[str]
+    doubts_about_earthquake_assignment: list[str]
     """Doubts about the assignment of records to earthquakes."""
     other_amplitude_factors: int
     """Number of other factors under which each record was computed."""
@@ -119,7 +119,7 @@ def count_records_blocks_and_directions(results: StudyResults) -> StudyCounts:
         first_direction_deg=directions.min(),
         last_direction_deg=directions.max(),
         azimuth_gaps=unsimulated_azimuth_ranges(cube),
-        records_with_imposed_axis=results.records_with_imposed_axis,
+        records_with_imposed_fall_axis=results.records_with_imposed_axis,
         has_mirrored_falls=mirrored,
         free_elements=len(variant_scene(study).free_element_names),
         reported_element=element_name_to_show(cube),
@@ -132,7 +132,7 @@ def count_records_blocks_and_directions(results: StudyResults) -> StudyCounts:
         records_without_stated_pulse=[
             name.id for name, alone in zip(results.record_names, neither, strict=True) if alone
         ],
-        notes_on_earthquakes=earthquake_assignment_notes(cube),
+        doubts_about_earthquake_assignment=earthquake_assignment_notes(cube),
         other_amplitude_factors=len(study.amplitude) - 1,
     )
 

@@ -57,11 +57,11 @@ class InferredMotionOfSite(FindingBaseClass):
     """Number of stones that stood."""
     strengths: list[IntensityCredibleIntervals]
     """Interval of each intensity measure."""
-    velocity_axis_deg: OptionalNumber
+    peak_velocity_axis_deg: OptionalNumber
     """Middle of the credible arc of the axis of the largest velocity, 0 to 180."""
-    velocity_axis_arc_width_deg: OptionalNumber
+    velocity_axis_credible_arc_width_deg: OptionalNumber
     """Width of this arc."""
-    velocity_axis_arc_half_width_deg: OptionalNumber
+    velocity_axis_credible_arc_half_width_deg: OptionalNumber
     """Half of the width of this arc."""
     everything_fell: bool
     """True if every stone fell: then the site shows no axis."""
@@ -82,19 +82,19 @@ class InferredMotion(FindingBaseClass):
     """Number of stones that stood."""
     level: float = CREDIBLE_INTERVAL_PROBABILITY
     """Probability of the credible intervals and of the arc."""
-    velocity_axis_deg: OptionalNumber
+    peak_velocity_axis_deg: OptionalNumber
     """Middle of the credible arc of the axis of the largest velocity, 0 to 180."""
-    velocity_axis_arc_width_deg: OptionalNumber
+    velocity_axis_credible_arc_width_deg: OptionalNumber
     """Width of the arc of the axis of the largest velocity."""
     strengths: list[IntensityCredibleIntervals]
     """Interval of each intensity measure."""
     everything_fell: bool
     """True if every stone fell: then the survey shows no axis."""
-    velocity_axis_arc_half_width_deg: OptionalNumber
+    velocity_axis_credible_arc_half_width_deg: OptionalNumber
     """Half of the width of the arc of the axis."""
-    probability_of_strongest_level: float
+    probability_of_strongest_pgv_level: float
     """Share of the probability on the strongest level of the motions."""
-    probability_of_weakest_level: float
+    probability_of_weakest_pgv_level: float
     """Share of the probability on the weakest level of the motions."""
     weakest_pgv_level_cm_s: float
     strongest_pgv_level_cm_s: float
@@ -147,13 +147,13 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
         survey_file_name=inversion_result.name,
         fell=inversion_result.fell,
         stood=inversion_result.stood,
-        velocity_axis_deg=middle,
-        velocity_axis_arc_width_deg=width,
+        peak_velocity_axis_deg=middle,
+        velocity_axis_credible_arc_width_deg=width,
         strengths=_intensity_measure_credible_intervals(inversion_result),
         everything_fell=inversion_result.everything_fell,
-        velocity_axis_arc_half_width_deg=width / 2,
-        probability_of_weakest_level=weakest,
-        probability_of_strongest_level=strongest,
+        velocity_axis_credible_arc_half_width_deg=width / 2,
+        probability_of_weakest_pgv_level=weakest,
+        probability_of_strongest_pgv_level=strongest,
         has_no_lower_strength_bound=weakest > (1 - CREDIBLE_INTERVAL_PROBABILITY) / 2,
         has_no_upper_strength_bound=strongest > (1 - CREDIBLE_INTERVAL_PROBABILITY) / 2,
         direction_likelihood_exponent=DIRECTION_LIKELIHOOD_EXPONENT,
@@ -205,9 +205,9 @@ def _inferred_motion_of_site(site_result: SurveyInversionResult) -> InferredMoti
         fell=site_result.fell,
         stood=site_result.stood,
         strengths=_intensity_measure_credible_intervals(site_result),
-        velocity_axis_deg=middle,
-        velocity_axis_arc_width_deg=width,
-        velocity_axis_arc_half_width_deg=width / 2,
+        peak_velocity_axis_deg=middle,
+        velocity_axis_credible_arc_width_deg=width,
+        velocity_axis_credible_arc_half_width_deg=width / 2,
         everything_fell=site_result.everything_fell,
         fit_p_value=site_result.fit,
         any_motion_fits=not site_result.fit < MIN_FIT_P_VALUE,

@@ -8,13 +8,15 @@ from pydantic import BaseModel
 from overturning.findings.values import Estimate
 
 _ENTRY_LABEL_FIELDS: Final = (
-    "id", "group", "variant", "reference", "rule", "criterion", "predictor", "event", "degree", "inferred", "record",
-    "element", "setting", "stone_class", "survey_file_name", "measure", "name", "b_over_h",
+    "id", "record_group", "variant", "reference", "rule", "criterion", "predictor", "event", "jma_degree",
+    "inferred_jma_degree", "record", "element", "second_computation_kind", "stone_class", "survey_file_name", "measure",
+    "intensity_measure", "name", "b_over_h", "site", "status", "doubt", "doubled_quantity", "motion", "first_criterion",
+    "share_or_median_name",
 )  # fmt: skip
 """Fields that can label an entry of a list; the first one that differs between all entries is used, otherwise all."""
 
 _JSON_ONLY_FIELDS: Final = frozenset(
-    {"statistic", "versions", "sha256", "by_earthquake", "by_rule", "by_b_over_h_range", "by_record"}
+    {"statistic", "software_versions", "sha256", "by_earthquake", "by_rule", "by_b_over_h_range", "by_record"}
 )
 """Fields that are written to JSON but not printed as lines."""
 
@@ -80,7 +82,7 @@ def _format_value(field_value: Any) -> str:
 
 def _format_estimate(estimate: Estimate) -> str:
     """Format an estimate for printing: its value, its interval and its number of earthquakes."""
-    count = f"{estimate.earthquakes} earthquake{'' if estimate.earthquakes == 1 else 's'}"
+    count = f"{estimate.earthquake_count} earthquake{'' if estimate.earthquake_count == 1 else 's'}"
     if estimate.value is None:
         return f"not defined; {count}"
     interval = (

@@ -31,7 +31,7 @@ class MeanFallDirectionOrAxis(FindingBaseClass):
     """Number of falls of known direction."""
     mean_deg: OptionalNumber
     """Mean, degrees clockwise from true north (axes: 0 to 180); None if the falls may well be in random directions."""
-    half_width_deg: OptionalNumber
+    interval_half_width_deg: OptionalNumber
     """Half the width of the interval of the mean; None for fewer than eight falls, or without mean."""
     resultant: OptionalNumber
     """Mean resultant length, 0 to 1; for axes that of the doubled angles."""
@@ -84,15 +84,15 @@ class ObservedSurveyFindings(FindingBaseClass):
     """Name of the survey file."""
     doubts: list[str]
     """Doubts about the survey file, such as the unit of its azimuths."""
-    declination_low_deg: OptionalNumber
+    smallest_magnetic_declination_deg: OptionalNumber
     """Smallest magnetic declination that was added to a direction, east positive; None without directions."""
-    declination_high_deg: OptionalNumber
+    largest_magnetic_declination_deg: OptionalNumber
     """Largest magnetic declination that was added to a direction."""
     all_sites: ObservedFallsFinding
     """All sites together."""
     sites: list[ObservedFallsFinding] = Field(default_factory=list)
     """Each site by itself; empty if the survey has only one."""
-    sites_without_standing: list[str] = Field(default_factory=list)
+    sites_with_fallen_stones_only: list[str] = Field(default_factory=list)
     """Sites that list fallen stones only, while other sites list standing ones."""
 
 
@@ -102,11 +102,11 @@ def observed_survey_findings(summary: SurveySummary) -> ObservedSurveyFindings:
     return ObservedSurveyFindings(
         survey_file_name=summary.name,
         doubts=list(summary.warnings),
-        declination_low_deg=declinations[0],
-        declination_high_deg=declinations[-1],
+        smallest_magnetic_declination_deg=declinations[0],
+        largest_magnetic_declination_deg=declinations[-1],
         all_sites=_observed_falls_finding(summary.falls_at_all_sites),
         sites=[_observed_falls_finding(site) for site in summary.falls_by_site],
-        sites_without_standing=[
+        sites_with_fallen_stones_only=[
             one.site
             for one in summary.falls_by_site
             if one.fell and not one.stands and summary.falls_at_all_sites.stands
@@ -159,7 +159,7 @@ def _finding_from_mean_fall_direction(mean_direction: MeanDirectionWithInterval)
     return MeanFallDirectionOrAxis(
         sample_size=mean_direction.n,
         mean_deg=mean_direction.mean_deg,
-        half_width_deg=mean_direction.half_width_deg,
+        interval_half_width_deg=mean_direction.half_width_deg,
         resultant=mean_direction.resultant,
         p_value=mean_direction.test.p_value,
     )

@@ -65,9 +65,9 @@ class FallRateAtIntensity(FindingBaseClass):
 class JmaSurveyRuleCheck(FindingBaseClass):
     """Check of one published rule that infers the JMA intensity from the share of stones that fell."""
 
-    fall_rate_from: float
+    fall_rate_lower_limit: float
     """Lower end of the share of the stones that fall."""
-    fall_rate_below: OptionalNumber
+    fall_rate_upper_limit: OptionalNumber
     """Upper end of the share of the stones that fall; infinite if the rule has no upper end."""
     inferred_jma_degree: str
     """Degree of the JMA scale that the rule infers."""
@@ -168,7 +168,7 @@ class PopulationFindings(FindingBaseClass):
     """Largest share of the stones that fall under a record."""
     by_record: list[RecordFallRate]
     """Fall rate under each record."""
-    records_without_vertical: int
+    records_without_vertical_motion: int
     """Number of records without a vertical component."""
     vertical_intensity_increment: float = INTENSITY_INCREMENT_BY_VERTICAL_MOTION
     """Instrumental intensity that a vertical component usually adds."""
@@ -208,7 +208,7 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
         upper_quartile_fall_rate=quantiles[3],
         largest_fall_rate=quantiles[4],
         by_record=[_record_fall_rate(results, index) for index in range(len(results.record_names))],
-        records_without_vertical=int(horizontal.sum()),
+        records_without_vertical_motion=int(horizontal.sum()),
         by_intensity=[
             FallRateAtIntensity(
                 jma_degree=degree, median_fall_rate=float(np.median(rates[at])), count=_count_motions(at, events)
@@ -288,8 +288,8 @@ def _check_jma_survey_rule(
     )
     lacking = bool((selected & lacks_vertical[:, None]).any())
     return JmaSurveyRuleCheck(
-        fall_rate_from=low,
-        fall_rate_below=high if high < 1 else math.inf,
+        fall_rate_lower_limit=low,
+        fall_rate_upper_limit=high if high < 1 else math.inf,
         inferred_jma_degree=text,
         median_jma_intensity=float(truncate_to_published_intensity(np.median(jma_intensity[selected]))),
         count=_count_motions(selected, record_events),

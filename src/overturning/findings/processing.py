@@ -43,9 +43,9 @@ class RecordProcessing(FindingBaseClass):
     """Larger peak displacement of north and east before the steps."""
     pgd_after_m: OptionalNumber
     """Larger peak displacement of north and east after the steps."""
-    declared_properties: list[str]
+    user_declared_properties: list[str]
     """Properties of the record that the user declared because its files do not state them."""
-    trusted_contradictions: list[str]
+    contradictions_trusted_by_user: list[str]
     """Contradictions of header and data in spite of which the user trusts the record."""
     notes: list[str]
     """Notes on how the record was read: omitted or resampled parts, clipped samples, other doubts."""
@@ -99,8 +99,8 @@ def processing_finding_of_record(provenance: Mapping[str, Any]) -> RecordProcess
         pgv_after_m_s=peaks["pgv"]["after"],
         pgd_before_m=peaks["pgd"]["before"],
         pgd_after_m=peaks["pgd"]["after"],
-        declared_properties=list(provenance["declared"]),
-        trusted_contradictions=trusted,
+        user_declared_properties=list(provenance["declared"]),
+        contradictions_trusted_by_user=trusted,
         notes=notes,
         drift_evidence=drift,
         doubts=[
@@ -128,7 +128,7 @@ def summarise_record_notes_and_doubts(processing_by_id: Mapping[str, RecordProce
     }
     return RecordNotes(
         records_with_notes=sum(
-            bool(one.declared_properties or one.trusted_contradictions or one.notes or one.drift_evidence)
+            bool(one.user_declared_properties or one.contradictions_trusted_by_user or one.notes or one.drift_evidence)
             for one in known.values()
         ),
         doubts=[

@@ -19,11 +19,11 @@ class PublishedPeakComparison(FindingBaseClass):
     component: str
     measure: str
     unit: str
-    published: float
+    published_peak: float
     computed: float
     relative_difference: float
     """Share by which the computed peak is larger."""
-    max_explained_difference: float
+    max_difference_explained_by_processing: float
     """Largest difference that the processing of a record explains."""
     agrees: bool
 
@@ -34,8 +34,8 @@ class BlockAgreementWithPublished(FindingBaseClass):
     variant: str
     blocks: int
     """Number of heights times frictions."""
-    blocks_that_agree: int
-    heights_that_agree_m: list[float]
+    fully_agreeing_block_count: int
+    fully_agreeing_heights_m: list[float]
     """Heights for which all published outcomes are found with at least one friction."""
 
 
@@ -54,10 +54,10 @@ def compare_peaks_with_published(results: StudyResults) -> list[PublishedPeakCom
                         component=row.label or f"{row.record}, {row.azimuth:g}°",
                         measure=measure,
                         unit=unit,
-                        published=published,
+                        published_peak=published,
                         computed=computed,
                         relative_difference=difference,
-                        max_explained_difference=tolerance,
+                        max_difference_explained_by_processing=tolerance,
                         agrees=abs(difference) <= tolerance,
                     )
                 )
@@ -78,8 +78,8 @@ def count_blocks_that_agree_with_published(results: StudyResults) -> list[BlockA
             BlockAgreementWithPublished(
                 variant=variant,
                 blocks=len(found),
-                blocks_that_agree=len(agreeing),
-                heights_that_agree_m=sorted({round(height, 9) for height, _ in agreeing}),
+                fully_agreeing_block_count=len(agreeing),
+                fully_agreeing_heights_m=sorted({round(height, 9) for height, _ in agreeing}),
             )
         )
     return rows

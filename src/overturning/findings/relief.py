@@ -15,13 +15,13 @@ _LOW, _HIGH = (variable.name for variable in RELIEF_ENSEMBLE_VARIABLES)
 class BaseReliefFindings(FindingBaseClass):
     """Falls of a scanned stone in ensemble runs with a low and with a high relief (unevenness) under its base."""
 
-    dividing_relief_mm: OptionalNumber
+    midrange_base_relief_mm: OptionalNumber
     """Relief that divides the runs of a case into two halves, mm."""
-    share_falling_at_low_relief: OptionalNumber
+    share_falling_at_low_base_relief: OptionalNumber
     """Share of the runs with a lower relief that fall, over the cases that were run again."""
-    share_falling_at_high_relief: OptionalNumber
+    share_falling_at_high_base_relief: OptionalNumber
     """Share of the runs with a higher relief that fall, over the cases that were run again."""
-    explained_variance_share: OptionalNumber
+    variance_share_explained_by_base_relief: OptionalNumber
     """Share of the variance of the outcome (fall or stand) within ensembles between both halves of the reliefs."""
 
 
@@ -38,10 +38,12 @@ def fall_variance_due_to_base_relief(results: StudyResults) -> BaseReliefFinding
     ).sum()
     cells, total = float(found["cells"]), float(found["total"])
     return BaseReliefFindings(
-        dividing_relief_mm=500.0 * (relief.low + relief.high),
-        share_falling_at_low_relief=float(found["low"]) / cells if cells else float("nan"),
-        share_falling_at_high_relief=float(found["high"]) / cells if cells else float("nan"),
-        explained_variance_share=min(max(float(found["between"]) / total, 0.0), 1.0) if total > 0.0 else float("nan"),
+        midrange_base_relief_mm=500.0 * (relief.low + relief.high),
+        share_falling_at_low_base_relief=float(found["low"]) / cells if cells else float("nan"),
+        share_falling_at_high_base_relief=float(found["high"]) / cells if cells else float("nan"),
+        variance_share_explained_by_base_relief=min(max(float(found["between"]) / total, 0.0), 1.0)
+        if total > 0.0
+        else float("nan"),
     )
 
 

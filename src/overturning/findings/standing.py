@@ -26,22 +26,22 @@ class StoneClassSurvival(FindingBaseClass):
     """Probability that stones of a class survive a seismic hazard, computed with one intensity measure."""
 
     stone_class: str
-    measure: str
+    intensity_measure: str
     falls_per_year: OptionalNumber
     survival_probability: OptionalNumber
     """Probability that a stone stands for the exposure time, with its 95 % interval."""
     survival_probability_low: OptionalNumber
     survival_probability_high: OptionalNumber
-    surviving_class_share: OptionalNumber
+    surviving_share_with_constant_deviations: OptionalNumber
     """Share of the class that stands if the deviation of each stone from its class is constant."""
-    share_of_falls_beyond_records: OptionalNumber
+    fall_share_from_shaking_beyond_records: OptionalNumber
     """Share of the falls that come from shaking beyond the records."""
     hazard_factor_upper_bound: OptionalNumber
     """Upper bound of a factor on the hazard from standing stones; None without a bound."""
     fall_share_at_first_hazard_level: OptionalNumber
     """Share of the stones that fall at the first level of the hazard; None if weaker shaking is negligible."""
     first_hazard_level: float
-    unit: str
+    intensity_unit: str
     falls_per_year_below_first_level: OptionalNumber
     """Falls from shaking down to a tenth of the first level, if the fragility curve holds there."""
 
@@ -50,8 +50,8 @@ class StoneClassWithoutFragilityCurve(FindingBaseClass):
     """Class of stones whose survival is unknown, because no median of its fragility curve could be fitted."""
 
     stone_class: str
-    measure: str
-    is_median_beyond_records: bool
+    intensity_measure: str
+    is_fragility_median_beyond_records: bool
     """True if the median lies beyond the records, False if no curve fits the falls."""
 
 
@@ -61,9 +61,9 @@ class SurveyStandingCountsAndRateBound(FindingBaseClass):
     stood: int
     fell: int
     total: int
-    rate_bound_per_year: OptionalNumber
+    fall_rate_upper_bound_per_year: OptionalNumber
     """Upper bound of the rate of falls if none fell; otherwise None."""
-    bound_probability: float
+    confidence_of_fall_rate_bound: float
     share: OptionalNumber
     """Share that stands, with its exact binomial 95 % interval."""
     low: OptionalNumber
@@ -73,12 +73,12 @@ class SurveyStandingCountsAndRateBound(FindingBaseClass):
 class SurvivalFindings(FindingBaseClass):
     """Probability that each class of stones survives a seismic hazard for a number of years."""
 
-    years: float
-    doubts: list[str]
+    exposure_time_years: float
+    hazard_unit_warnings: list[str]
     """Doubts about the units of the hazard curves."""
-    classes: list[StoneClassSurvival]
-    without_curve: list[StoneClassWithoutFragilityCurve]
-    survey: SurveyStandingCountsAndRateBound | None
+    survival_of_stone_classes: list[StoneClassSurvival]
+    classes_without_fragility_curve: list[StoneClassWithoutFragilityCurve]
+    survey_stone_counts: SurveyStandingCountsAndRateBound | None
 
 
 def survival_findings(survival: SurvivalByStoneClass, survey_stones: Sequence[Stone] | None) -> SurvivalFindings:
@@ -94,19 +94,23 @@ def survival_findings(survival: SurvivalByStoneClass, survey_stones: Sequence[St
     stood, fell = (sum(one.count for one in survey_stones or () if one.fell is kind) for kind in (False, True))
     bound = upper_bound_of_annual_fall_rate(survival.years) if stood and not fell else math.nan
     return SurvivalFindings(
-        years=survival.years,
-        doubts=_check_hazard_units_and_list_warnings(survival),
-        classes=[
+        exposure_time_years=survival.years,
+        hazard_unit_warnings=_check_hazard_units_and_list_warnings(survival),
+        survival_of_stone_classes=[
             _survival_of_class(survival, place, bound)
             for place in range(len(survival.curves_with_standing_probabilities))
         ],
-        without_curve=[
+        classes_without_fragility_curve=[
             StoneClassWithoutFragilityCurve(
-                stone_class=row.stones, measure=row.measure, is_median_beyond_records=not math.isnan(row.median)
+                stone_class=row.stones,
+                intensity_measure=row.measure,
+                is_fragility_median_beyond_records=not math.isnan(row.median),
             )
             for row in survival.fragility_rows_without_fitted_curve
         ],
-        survey=None if survey_stones is None else _survey_standing_counts_and_rate_bound(stood, fell, bound),
+        survey_stone_counts=None
+        if survey_stones is None
+        else _survey_standing_counts_and_rate_bound(stood, fell, bound),
     )
 
 
@@ -142,17 +146,17 @@ def _survival_of_class(survival: SurvivalByStoneClass, class_index: int, fall_ra
     counts = weaker > MAX_NEGLIGIBLE_FALL_SHARE_BELOW_FIRST_LEVEL * one.annual_fall_rate
     return StoneClassSurvival(
         stone_class=one.stone_class,
-        measure=one.measure,
+        intensity_measure=one.measure,
         falls_per_year=one.annual_fall_rate,
         survival_probability=one.standing_probability,
         survival_probability_low=one.standing_probability_low,
         survival_probability_high=one.standing_probability_high,
-        surviving_class_share=one.standing_share_with_constant_stone_deviations,
-        share_of_falls_beyond_records=one.fall_rate_share_outside_fragility_data,
+        surviving_share_with_constant_deviations=one.standing_share_with_constant_stone_deviations,
+        fall_share_from_shaking_beyond_records=one.fall_rate_share_outside_fragility_data,
         hazard_factor_upper_bound=upper_bound_of_factor_on_hazard_curve(curve, hazard, survival.years, fall_rate_bound),
         fall_share_at_first_hazard_level=one.fall_probability_at_lowest_hazard_level if counts else math.nan,
         first_hazard_level=float(hazard.intensity_levels[0]),
-        unit=hazard.unit,
+        intensity_unit=hazard.unit,
         falls_per_year_below_first_level=weaker if counts else math.nan,
     )
 
@@ -166,8 +170,8 @@ def _survey_standing_counts_and_rate_bound(
         stood=standing_count,
         fell=fallen_count,
         total=standing_count + fallen_count,
-        rate_bound_per_year=fall_rate_bound,
-        bound_probability=FALL_RATE_BOUND_PROBABILITY,
+        fall_rate_upper_bound_per_year=fall_rate_bound,
+        confidence_of_fall_rate_bound=FALL_RATE_BOUND_PROBABILITY,
         share=standing_count / (standing_count + fallen_count) if standing_count + fallen_count else math.nan,
         low=low,
         high=high,

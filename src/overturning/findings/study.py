@@ -23,9 +23,9 @@ class ScannedStoneFacts(FindingBaseClass):
 
     volume_m3: float
     """Volume of the stone, m³."""
-    scan_tilt_deg: float
+    tilt_from_scan_to_stable_pose_deg: float
     """Angle between the vertical of the scan and that of the stone's nearest stable pose, degrees."""
-    bearing_relief_mm: float
+    max_height_of_load_bearing_points_mm: float
     """Height above the lowest point up to which points of the base bear, mm; of the run without changes."""
 
 
@@ -42,7 +42,7 @@ class StudyFacts(FindingBaseClass):
     """Kind of question: direction, reference, survey, or a contrast such as vertical."""
     primary_statistic: str
     """Statistic that was fixed before the results were known."""
-    primary_compared_with: str | None
+    comparison_variant_of_primary_statistic: str | None
     """Variant with which the primary statistic is compared."""
     model: str
     """"planes" for vertical planes of motion, "space" for free bodies under all components."""
@@ -56,13 +56,13 @@ class StudyFacts(FindingBaseClass):
     """Width-to-height ratios B/H of the blocks."""
     friction: list[float]
     """Friction coefficients."""
-    directions: int
+    direction_count: int
     """Number of azimuths of the motion (planes), or of orientations of the body (space)."""
-    amplitude: list[float]
+    amplitude_factors: list[float]
     """Factors on the motion."""
-    ensemble_members: int
+    max_ensemble_members_per_case: int
     """Largest number of runs of a cell near a change of outcome."""
-    vertical_motion: bool
+    applies_vertical_motion: bool
     """True if the vertical motion of at least one record is applied."""
     scan: ScannedStoneFacts | None = None
     """Scanned stone; None if the study simulates none."""
@@ -75,7 +75,7 @@ class CaseCounts(FindingBaseClass):
     """Number of cases."""
     computed: int
     """Number of cases that were computed; the others are copies by symmetry."""
-    without_outcome: dict[str, int]
+    cases_without_outcome_by_status: dict[str, int]
     """Number of cases without an outcome, by status."""
     cases_at_other_amplitudes: int = 0
     """Number of further cases, at other amplitude factors than 1; no other number here counts them."""
@@ -83,9 +83,9 @@ class CaseCounts(FindingBaseClass):
     """Number of these further cases without an outcome."""
     share_overturned: OptionalNumber
     """Share of the cases with an outcome that overturn."""
-    overturned_share_within_45_deg_of_normal: OptionalNumber
+    overturned_share_within_45_deg_of_fault_normal: OptionalNumber
     """Share of the cases that overturn, azimuths within 45° of the fault normal; None without a fault or in space."""
-    overturned_share_beyond_45_deg_of_normal: OptionalNumber
+    overturned_share_beyond_45_deg_of_fault_normal: OptionalNumber
     """Share of the cases that overturn, azimuths more than 45° from the fault normal."""
 
 
@@ -98,9 +98,9 @@ class RecordFacts(FindingBaseClass):
     """Station; may be empty."""
     event: str
     """Earthquake; may be empty."""
-    group: str
+    pulse_group: str
     """Group in which the record is counted; empty if it is not stated whether the record has a pulse."""
-    pulse: bool | None
+    has_velocity_pulse: bool | None
     """True if the record has a velocity pulse; None if it is not stated."""
     fault_normal_deg: OptionalNumber
     """Azimuth of the fault normal; None if it is not known."""
@@ -125,15 +125,15 @@ class RecordFacts(FindingBaseClass):
     """Share of the cases with an outcome that overturn."""
     too_weak_to_move_blocks: bool
     """True if the record is too weak to move any block of the study."""
-    mean_direction_deg: OptionalNumber
+    mean_fall_direction_deg: OptionalNumber
     """Mean fall direction; None if its resultant is too small."""
-    direction_resultant: OptionalNumber
+    fall_direction_resultant: OptionalNumber
     """Length of the mean of the fall directions as unit vectors, 0 to 1."""
-    mean_axis_deg: OptionalNumber
+    mean_fall_axis_deg: OptionalNumber
     """Mean fall axis, 0 to 180; None if its resultant is too small."""
-    axis_resultant: OptionalNumber
+    fall_axis_resultant: OptionalNumber
     """Length of the mean of the doubled fall axes as unit vectors, 0 to 1."""
-    axis_from_normal_deg: OptionalNumber
+    fall_axis_to_fault_normal_angle_deg: OptionalNumber
     """Angle between the mean fall axis and the fault normal, 0 to 90."""
     processing: RecordProcessing | None
     """Origin, processing and notes of the record; None if the cube does not state them."""
@@ -148,9 +148,9 @@ class NumericalQuality(FindingBaseClass):
     """Largest such error."""
     largest_penetration_m: OptionalNumber
     """Largest penetration of a contact, m."""
-    content_sha256: str
+    results_cube_sha256: str
     """SHA-256 hash of the content of the cube."""
-    versions: dict[str, str]
+    software_versions: dict[str, str]
     """Versions of the software that computed the cube."""
 
 
@@ -168,17 +168,17 @@ def study_facts(results: StudyResults) -> StudyFacts:
         question=study.question,
         question_kind=study.asks,
         primary_statistic=study.primary.statistic,
-        primary_compared_with=study.primary.against,
+        comparison_variant_of_primary_statistic=study.primary.against,
         model="planes" if results.model.is_planar else "space",
         free_elements=list(results.free_element_names),
         variants=list(study.variants),
         height_m=rounded_coordinate_values("height"),
         b_over_h=rounded_coordinate_values("b_over_h"),
         friction=rounded_coordinate_values("friction"),
-        directions=int(cube.sizes[results.model.direction_dimension_name]),
-        amplitude=[float(one) for one in study.amplitude],
-        ensemble_members=study.ensemble.members,
-        vertical_motion=bool(results.count_of_records_with_applied_vertical),
+        direction_count=int(cube.sizes[results.model.direction_dimension_name]),
+        amplitude_factors=[float(one) for one in study.amplitude],
+        max_ensemble_members_per_case=study.ensemble.members,
+        applies_vertical_motion=bool(results.count_of_records_with_applied_vertical),
         scan=scanned_stone_facts(study),
     )
 
@@ -189,7 +189,9 @@ def scanned_stone_facts(study: Study) -> ScannedStoneFacts | None:
     if body is None or body.scan is None or body.relief is None:
         return None
     return ScannedStoneFacts(
-        volume_m3=body.scan.volume, scan_tilt_deg=body.scan.tilt, bearing_relief_mm=round(1000.0 * body.relief, 6)
+        volume_m3=body.scan.volume,
+        tilt_from_scan_to_stable_pose_deg=body.scan.tilt,
+        max_height_of_load_bearing_points_mm=round(1000.0 * body.relief, 6),
     )
 
 
@@ -200,7 +202,7 @@ def case_counts_and_overturned_shares(results: StudyResults) -> CaseCounts:
     return CaseCounts(
         total=int(results.default_element_cube["overturned"].size),
         computed=int((results.default_element_cube[results.model.copy_flag_variable_name] == 0).sum().compute()),
-        without_outcome={
+        cases_without_outcome_by_status={
             name: count for name, (_, count) in results.case_and_missing_outcome_counts_by_status.items() if count
         },
         cases_at_other_amplitudes=0 if scaled is None else int(scaled.size),
@@ -208,8 +210,8 @@ def case_counts_and_overturned_shares(results: StudyResults) -> CaseCounts:
         if scaled is None
         else int((~mask_of_known_outcomes(scaled)).sum().compute()),
         share_overturned=results.share_overturned,
-        overturned_share_within_45_deg_of_normal=within,
-        overturned_share_beyond_45_deg_of_normal=beyond,
+        overturned_share_within_45_deg_of_fault_normal=within,
+        overturned_share_beyond_45_deg_of_fault_normal=beyond,
     )
 
 
@@ -240,19 +242,19 @@ def record_facts(results: StudyResults) -> list[RecordFacts]:
                 id=name.id,
                 station=name.station,
                 event=name.event,
-                group=next((group for group, members in groups.items() if members[index]), ""),
-                pulse=None if math.isnan(pulse) else pulse == 1.0,
+                pulse_group=next((group for group, members in groups.items() if members[index]), ""),
+                has_velocity_pulse=None if math.isnan(pulse) else pulse == 1.0,
                 fault_normal_deg=normals[index],
                 **peaks,
                 vertical_pga_m_s2=float(intensity["pga_vertical"].to_numpy()[index]),
                 displacement_drifts=name.id in processing and bool(processing[name.id].drift_evidence),
                 share_overturned=float(shares[index]),
                 too_weak_to_move_blocks=bool(still[index]),
-                mean_direction_deg=mean["direction"],
-                direction_resultant=float(lengths["direction"][index]),
-                mean_axis_deg=mean["axis"],
-                axis_resultant=float(lengths["axis"][index]),
-                axis_from_normal_deg=float(np.abs(wrap_axis_difference(mean["axis"] - normals[index]))),
+                mean_fall_direction_deg=mean["direction"],
+                fall_direction_resultant=float(lengths["direction"][index]),
+                mean_fall_axis_deg=mean["axis"],
+                fall_axis_resultant=float(lengths["axis"][index]),
+                fall_axis_to_fault_normal_angle_deg=float(np.abs(wrap_axis_difference(mean["axis"] - normals[index]))),
                 processing=processing.get(name.id),
             )
         )
@@ -268,6 +270,6 @@ def numerical_quality(results: StudyResults) -> NumericalQuality:
         mean_energy_error=float(energy.mean().compute()),
         largest_energy_error=float(energy.max().compute()),
         largest_penetration_m=float(depth.max().compute()),
-        content_sha256=cube.attrs["content_sha256"],
-        versions=json.loads(cube.attrs["versions"]),
+        results_cube_sha256=cube.attrs["content_sha256"],
+        software_versions=json.loads(cube.attrs["versions"]),
     )

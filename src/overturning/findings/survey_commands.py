@@ -12,7 +12,7 @@ from overturning.findings.values import FindingBaseClass
 class SurveyCommandResults(FindingBaseClass):
     """Results that the commands `overturning survey` and `overturning backwards` print."""
 
-    observed: list[ObservedSurveyFindings] = Field(default_factory=list)
+    observed_surveys: list[ObservedSurveyFindings] = Field(default_factory=list)
     surveys: list[SurveyFindings] = Field(default_factory=list)
     inferred_motions: list[InferredMotion] = Field(default_factory=list)
     survey_displacements: list[SurveyDisplacementFindings] = Field(default_factory=list)

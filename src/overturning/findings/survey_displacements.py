@@ -47,9 +47,9 @@ class ComputedShareOrMedian(FindingBaseClass):
 class DisplacementMeasureFinding(FindingBaseClass):
     """Observed and computed value of a share (0 to 1), a median shift (cm) or a median twist (degrees)."""
 
-    measure: ComparedStatisticName
+    share_or_median_name: ComparedStatisticName
     """Share that fell, share of the standing stones that are shifted or twisted, share of clockwise twists, medians."""
-    stones: int
+    observed_stone_count: int
     """Number of observed stones of the share or median."""
     observed: ObservedShareOrMedian
     computed: ComputedShareOrMedian
@@ -60,17 +60,17 @@ class FallDirectionFindingsIn3D(FindingBaseClass):
 
     falls_in_known_direction: int
     """Number of stones that fell in a known direction."""
-    mean_direction_deg: OptionalNumber
+    mean_fall_direction_deg: OptionalNumber
     """Mean fall direction; None if the falls show no common direction (p > 0.05)."""
-    resultant: OptionalNumber
+    fall_direction_resultant: OptionalNumber
     """Length of the mean of the fall directions as unit vectors, 0 to 1."""
     predicted_mean_direction_deg: OptionalNumber
     """Mean of the predicted directions of these stones; None if they have no common direction."""
-    predicted_resultant: OptionalNumber
+    predicted_fall_direction_resultant: OptionalNumber
     """Length of the mean of the predicted directions as unit vectors, 0 to 1."""
-    observed_by_octant: dict[str, OptionalNumber]
+    observed_falls_by_octant: dict[str, OptionalNumber]
     """Number of fallen stones in each octant of fall direction; a direction between two (NNE) counts in both."""
-    predicted_by_octant: dict[str, OptionalNumber]
+    predicted_falls_by_octant: dict[str, OptionalNumber]
     """Predicted number of fallen stones in each octant."""
     log_likelihood_ratio: OptionalNumber
     """Sum over these stones of ln(predicted/uniform); above 0 if the prediction is better than a guess."""
@@ -103,10 +103,10 @@ class SiteDisplacementFindings(FindingBaseClass):
     """Standing stones like which none stands in the study; they are compared in no displacement."""
     stones_without_computed_outcome: int
     """Stones like which no computed case has an outcome; they are compared in no computed value."""
-    far_outside_grid: int
+    stones_far_outside_shape_grid: int
     """Stones whose B/H or D/B lies more than a quarter outside the study; they are compared in no computed value."""
-    measures: list[DisplacementMeasureFinding]
-    directions: FallDirectionFindingsIn3D | None = None
+    compared_shares_and_medians: list[DisplacementMeasureFinding]
+    fall_direction_findings: FallDirectionFindingsIn3D | None = None
     """Fall directions; None if no stone fell in a known direction."""
 
 
@@ -119,9 +119,9 @@ class SurveyDisplacementFindings(FindingBaseClass):
     """SHA-256 hash of the survey file."""
     record: str
     """Record for whose site the study was computed."""
-    doubts: list[str]
+    survey_file_warnings: list[str]
     """Doubts about the survey file, such as the unit of its azimuths."""
-    remarks: list[str]
+    survey_file_comments: list[str]
     """Comment lines at the start of the survey file that are not empty."""
     min_shift_cm: float = MIN_SHIFT_M / CM
     """Shift from which a standing stone counts as shifted, cm."""
@@ -131,7 +131,7 @@ class SurveyDisplacementFindings(FindingBaseClass):
     """All sites together."""
     sites: list[SiteDisplacementFindings] = Field(default_factory=list)
     """Each site by itself; empty if the survey has only one."""
-    grounds: list[CemeteryGroundFinding] = Field(default_factory=list)
+    cemetery_soil_findings: list[CemeteryGroundFinding] = Field(default_factory=list)
     """Soil below the cemeteries; empty if the record is used as it is for all stones."""
 
 
@@ -146,11 +146,11 @@ def survey_displacement_findings(stored: StoredDisplacementComparison) -> Survey
         survey_file_name=stored.survey_file_name,
         sha256=stored.sha256,
         record=stored.record,
-        doubts=list(stored.survey_warnings),
-        remarks=list(stored.survey_file_comments),
+        survey_file_warnings=list(stored.survey_warnings),
+        survey_file_comments=list(stored.survey_file_comments),
         all_sites=_site_displacement_findings("", stored.all_sites_comparison),
         sites=[_site_displacement_findings(site, one) for site, one in stored.comparisons_by_site],
-        grounds=cemetery_ground_findings(stored.soil_by_site),
+        cemetery_soil_findings=cemetery_ground_findings(stored.soil_by_site),
     )
 
 
@@ -168,8 +168,8 @@ def _site_displacement_findings(site: str, comparison: DisplacementComparison) -
         )
         measures.append(
             DisplacementMeasureFinding(
-                measure=one.name,
-                stones=one.observed_stone_count,
+                share_or_median_name=one.name,
+                observed_stone_count=one.observed_stone_count,
                 observed=ObservedShareOrMedian(**observed),
                 computed=ComputedShareOrMedian(**computed),
             )
@@ -181,9 +181,9 @@ def _site_displacement_findings(site: str, comparison: DisplacementComparison) -
         matching_computed_cases=comparison.similar_computed_case_count,
         standing_without_any_computed_standing=comparison.standing_stones_without_standing_simulation,
         stones_without_computed_outcome=comparison.stones_without_computed_outcome,
-        far_outside_grid=comparison.stones_far_outside_shape_grid,
-        measures=measures,
-        directions=None
+        stones_far_outside_shape_grid=comparison.stones_far_outside_shape_grid,
+        compared_shares_and_medians=measures,
+        fall_direction_findings=None
         if comparison.fall_direction_comparison is None
         else _fall_direction_findings_in_3d(comparison, comparison.fall_direction_comparison),
     )
@@ -200,12 +200,12 @@ def _fall_direction_findings_in_3d(
     )
     return FallDirectionFindingsIn3D(
         falls_in_known_direction=directions.fallen_in_known_direction,
-        mean_direction_deg=directions.observed_mean_direction_deg,
-        resultant=directions.observed_resultant_length,
+        mean_fall_direction_deg=directions.observed_mean_direction_deg,
+        fall_direction_resultant=directions.observed_resultant_length,
         predicted_mean_direction_deg=directions.predicted_mean_direction_deg if has_mean else math.nan,
-        predicted_resultant=directions.predicted_resultant_length,
-        observed_by_octant=dict(zip(OCTANTS, observed, strict=True)),
-        predicted_by_octant=dict(zip(OCTANTS, predicted, strict=True)),
+        predicted_fall_direction_resultant=directions.predicted_resultant_length,
+        observed_falls_by_octant=dict(zip(OCTANTS, observed, strict=True)),
+        predicted_falls_by_octant=dict(zip(OCTANTS, predicted, strict=True)),
         log_likelihood_ratio=directions.log_likelihood_ratio,
         log_likelihood_ratio_p_value=directions.likelihood_ratio_p,
         falls_without_any_computed_fall=directions.falls_without_any_computed_fall,

@@ -94,9 +94,9 @@ class SurveyFindings(FindingBaseClass):
     """SHA-256 hash of the survey file."""
     record: str
     """Record for whose site the prediction is made."""
-    doubts: list[str]
+    survey_file_warnings: list[str]
     """Doubts about the survey file, such as the unit of its azimuths."""
-    remarks: list[str]
+    survey_file_comments: list[str]
     """Comment lines at the start of the survey file that are not empty."""
     fell: int
     """Number of stones that fell."""
@@ -108,20 +108,20 @@ class SurveyFindings(FindingBaseClass):
     """Number of falls whose direction is known."""
     has_few_falls_in_known_direction: bool
     """True if some falls have a known direction, but fewer than 40, five to an octant."""
-    mean_direction_deg: OptionalNumber
+    mean_fall_direction_deg: OptionalNumber
     """Mean fall direction; None if the falls show no common direction (p > 0.05)."""
-    resultant: OptionalNumber
+    fall_direction_resultant: OptionalNumber
     """Length of the mean of the fall directions as unit vectors, 0 to 1."""
     predicted_mean_direction_deg: OptionalNumber
     """Mean of the predicted directions of the stones that fell; None if they have no common direction."""
-    predicted_resultant: OptionalNumber
+    predicted_fall_direction_resultant: OptionalNumber
     """Length of the mean of the predicted directions as unit vectors, 0 to 1."""
     observed_fall_share: ObservedStoneShare | None
     """Share of the stones that fell; None if the survey lists no stone that stood, and thus perhaps only the fallen.
 
     Only those sites count that list a stone that stood.
     """
-    sites_without_standing: list[str] = Field(default_factory=list)
+    sites_with_fallen_stones_only: list[str] = Field(default_factory=list)
     """Sites that list fallen stones only, while other sites list standing ones."""
     computed_fall_share: ComputedFallShare
     """Share computed for the survey's stones under the record.
@@ -130,9 +130,9 @@ class SurveyFindings(FindingBaseClass):
     values). A stone without B/H has the mean over all B/H of the grid, one without height the mean over all heights,
     and one without face the mean over all azimuths. `assumed_random_direction_share` is not included.
     """
-    observed_by_octant: dict[str, OptionalNumber]
+    observed_falls_by_octant: dict[str, OptionalNumber]
     """Number of fallen stones in each octant of fall direction; a direction between two (NNE) counts in both."""
-    predicted_by_octant: dict[str, OptionalNumber]
+    predicted_falls_by_octant: dict[str, OptionalNumber]
     """Predicted number of fallen stones in each octant."""
     log_likelihood_ratio: OptionalNumber
     """Sum over fallen stones of ln(predicted/uniform); above 0 if the prediction is better than a guess."""
@@ -150,7 +150,7 @@ class SurveyFindings(FindingBaseClass):
     """Stones of known face by the side to which they fell: their most probable sides, in the same order."""
     has_falls_with_known_face_and_b_over_h: bool
     """True if the directions of some falls are predicted edge by edge only."""
-    falls_predicted_for_all_orientations: int
+    falls_without_face_or_b_over_h: int
     """Falls without face azimuth or B/H, for which all orientations are assumed."""
     falls_without_any_computed_fall: int
     """Falls of stones like which none falls in the study; their predicted direction is random."""
@@ -169,7 +169,7 @@ class SurveyFindings(FindingBaseClass):
     """Number of stones whose face azimuth is not known."""
     stones_without_b_over_h: int
     """Number of stones whose B/H is not known."""
-    stones_with_b_over_h_outside_grid: int
+    stones_with_b_over_h_slightly_outside_grid: int
     """Number of stones with a B/H outside the grid, which take its nearest value."""
     stones_without_prediction: int
     """Number of stones without a prediction, because a B/H lies more than a quarter outside the grid."""
@@ -181,7 +181,7 @@ class SurveyFindings(FindingBaseClass):
     """Assumed share of the stones that fall in a random direction."""
     sites: list[SurveySiteFindings] = Field(default_factory=list)
     """Comparison for each site by itself, with the same record; empty if the survey has only one site."""
-    grounds: list[CemeteryGroundFinding] = Field(default_factory=list)
+    cemetery_soil_findings: list[CemeteryGroundFinding] = Field(default_factory=list)
     """Soil below the cemeteries; empty if the record is used as it is for all stones."""
 
 
@@ -211,21 +211,21 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
         survey_file_name=survey_result.survey_file_name,
         sha256=survey_result.sha256,
         record=survey_result.record,
-        doubts=list(survey_result.survey_warnings),
-        remarks=list(survey_result.survey_file_comments),
+        survey_file_warnings=list(survey_result.survey_warnings),
+        survey_file_comments=list(survey_result.survey_file_comments),
         fell=found.fallen,
         stood=found.stood,
         fell_in_unknown_direction=found.falls_without_direction,
         falls_in_known_direction=found.fallen_count_in_known_direction,
         has_few_falls_in_known_direction=0 < found.fallen_count_in_known_direction < SMALL_SURVEY_FALL_THRESHOLD,
-        mean_direction_deg=found.observed_mean_direction_deg,
-        resultant=found.observed_resultant_length,
+        mean_fall_direction_deg=found.observed_mean_direction_deg,
+        fall_direction_resultant=found.observed_resultant_length,
         predicted_mean_direction_deg=(
             found.predicted_mean_direction_deg
             if found.predicted_resultant_length >= MIN_RESULTANT_WITH_MEAN_DIRECTION
             else math.nan
         ),
-        predicted_resultant=found.predicted_resultant_length,
+        predicted_fall_direction_resultant=found.predicted_resultant_length,
         observed_fall_share=observed_share(
             found.fallen_count_at_sites_with_standing_stones, found.stone_count_at_sites_with_standing_stones
         )
@@ -236,8 +236,8 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
             low=found.lowest_computed_fall_share,
             high=found.highest_computed_fall_share,
         ),
-        observed_by_octant=counts_by_octant(found.observed_count_by_octant.round(2).tolist()),
-        predicted_by_octant=counts_by_octant(found.predicted_count_by_octant.tolist()),
+        observed_falls_by_octant=counts_by_octant(found.observed_count_by_octant.round(2).tolist()),
+        predicted_falls_by_octant=counts_by_octant(found.predicted_count_by_octant.tolist()),
         log_likelihood_ratio=found.log_likelihood_ratio,
         log_likelihood_ratio_p_value=found.likelihood_ratio_p,
         goodness_of_fit_tests=[
@@ -252,7 +252,7 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
         else dict(zip(STANDING_OR_FALL_SIDES, confusion.tolist(), strict=True)),
         has_falls_with_known_face_and_b_over_h=found.falls_without_face_or_b_over_h
         < found.fallen_count_in_known_direction,
-        falls_predicted_for_all_orientations=found.falls_without_face_or_b_over_h,
+        falls_without_face_or_b_over_h=found.falls_without_face_or_b_over_h,
         falls_without_any_computed_fall=found.falls_without_any_computed_fall,
         stones_without_computed_outcome=found.stones_without_computed_outcome,
         falls_without_computed_outcome=found.falls_without_computed_outcome,
@@ -262,16 +262,17 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
         - found.falls_without_prediction,
         stones_without_face_azimuth=found.falls_without_face_azimuth,
         stones_without_b_over_h=found.falls_without_b_over_h,
-        stones_with_b_over_h_outside_grid=found.stones_outside_b_over_h_grid - found.stones_far_outside_b_over_h_grid,
+        stones_with_b_over_h_slightly_outside_grid=found.stones_outside_b_over_h_grid
+        - found.stones_far_outside_b_over_h_grid,
         stones_without_prediction=found.stones_far_outside_b_over_h_grid,
         has_no_stone_with_prediction=found.stones_far_outside_b_over_h_grid == found.fallen + found.stood,
         stones_with_height_outside_grid=found.stones_outside_height_grid,
         assumed_random_direction_share=found.assumed_random_fall_direction_share,
         sites=[_site_prediction_findings(site, one) for site, one in survey_result.comparisons_by_site],
-        sites_without_standing=[
+        sites_with_fallen_stones_only=[
             site for site, one in survey_result.comparisons_by_site if one.fallen and not one.stood and found.stood
         ],
-        grounds=cemetery_ground_findings(survey_result.soil_by_site),
+        cemetery_soil_findings=cemetery_ground_findings(survey_result.soil_by_site),
     )
 
 

@@ -47,7 +47,7 @@ class Estimate(FindingBaseClass):
     """Upper end of the interval; None if there are too few earthquakes for an interval."""
     level: float = 0.95
     """Probability of the interval."""
-    earthquakes: int
+    earthquake_count: int
     """Number of earthquakes with a value."""
     unit: str = "1"
     """Unit; "1" for a pure number."""
@@ -66,4 +66,6 @@ def negate_estimate(estimate: Estimate) -> Estimate:
 
 def estimate_from_mean(mean: MeanOverEarthquakes, statistic: str, unit: str = "1") -> Estimate:
     """Convert a mean over earthquakes to an `Estimate`, named by the quantity in `statistic`."""
-    return Estimate(statistic=statistic, value=mean.value, low=mean.low, high=mean.high, earthquakes=mean.n, unit=unit)
+    return Estimate(
+        statistic=statistic, value=mean.value, low=mean.low, high=mean.high, earthquake_count=mean.n, unit=unit
+    )

@@ -175,7 +175,7 @@ def _draw_always_shown_figures_for_phone(results: StudyResults, findings: Findin
         yield "axes", draw["axes"]()
     for number, figure in enumerate(earthquake_map_figures(earthquakes_on_map(results.default_element_cube)), 1):
         yield f"maps/{number}", figure
-    if not findings.direction.has_comparable_axis:
+    if not findings.direction.has_fall_axis_comparable_with_fault:
         yield "rose", draw["rose"]()
     if results.model.is_planar:
         yield "plane", draw["plane"]()
@@ -194,12 +194,12 @@ def _draw_always_shown_figures_for_phone(results: StudyResults, findings: Findin
 
 def legend_names_of_study_and_variant(findings: Findings, contrast: VariantContrast) -> tuple[str, str]:
     """Return two legend names: one for the study, and one for the variant with which it is compared."""
-    if contrast.differs_in == ["vertical"]:
+    if contrast.differing_settings == ["vertical"]:
         names = ("with vertical motion", "without vertical motion")
-        return names if findings.study.vertical_motion else names[::-1]
-    if contrast.differs_in == ["scene"]:
+        return names if findings.study.applies_vertical_motion else names[::-1]
+    if contrast.differing_settings == ["scene"]:
         return contrast.scene_of_study, contrast.scene_of_variant
-    if contrast.differs_in == ["site"]:
+    if contrast.differing_settings == ["site"]:
         soil = (
             f"soil of {contrast.variant}"
             if contrast.soil_thickness_m is None
@@ -211,7 +211,7 @@ def legend_names_of_study_and_variant(findings: Findings, contrast: VariantContr
 
 def convert_to_plotted_estimate(estimate: Estimate) -> PlottedEstimate:
     """Convert an estimate of the findings (value, interval, earthquakes) to the data type that figures draw."""
-    return PlottedEstimate(estimate.value, estimate.low, estimate.high, estimate.earthquakes)
+    return PlottedEstimate(estimate.value, estimate.low, estimate.high, estimate.earthquake_count)
 
 
 def _draw_fall_alignment_with_reference_axes(findings: Findings) -> "Figure":
@@ -219,7 +219,9 @@ def _draw_fall_alignment_with_reference_axes(findings: Findings) -> "Figure":
     groups = {}
     for group in findings.reference_alignments:
         axes = [one for one in group.references if one.alignment_kind == "axis"]
-        groups[group.group] = {one.reference: convert_to_plotted_estimate(one.all_b_over_h) for one in axes}
+        groups[group.record_group] = {
+            one.reference: convert_to_plotted_estimate(one.alignment_over_all_b_over_h) for one in axes
+        }
     return fall_alignment_with_references_figure(groups)
 
 
@@ -272,11 +274,13 @@ def _draw_observed_and_computed_falls(surveys: Sequence[SurveyFindings]) -> "Fig
         [
             SurveyFigureData(
                 name=f"{one.survey_file_name}, {one.record}",
-                observed_falls_by_octant=counts_in_octant_order(one.observed_by_octant),
-                computed_falls_by_octant=counts_in_octant_order(one.predicted_by_octant),
-                observed_mean_fall_direction_deg=mean_direction_unless_scattered(one.mean_direction_deg, one.resultant),
+                observed_falls_by_octant=counts_in_octant_order(one.observed_falls_by_octant),
+                computed_falls_by_octant=counts_in_octant_order(one.predicted_falls_by_octant),
+                observed_mean_fall_direction_deg=mean_direction_unless_scattered(
+                    one.mean_fall_direction_deg, one.fall_direction_resultant
+                ),
                 computed_mean_fall_direction_deg=mean_direction_unless_scattered(
-                    one.predicted_mean_direction_deg, one.predicted_resultant
+                    one.predicted_mean_direction_deg, one.predicted_fall_direction_resultant
                 ),
                 observed_fallen_share=convert_share_to_plotted_estimate(one.observed_fall_share),
                 computed_fallen_share=convert_share_to_plotted_estimate(one.computed_fall_share),
@@ -299,9 +303,9 @@ def write_roses_of_observed_falls(observed: Sequence[ObservedFallsFinding], path
             name="" if len(observed) == 1 else one.site or ("all sites" if number == 0 else "no site"),
             falls_by_sector=np.array([count or 0.0 for count in one.falls_by_sector]),
             mean_direction_deg=one.direction.mean_deg,
-            mean_direction_interval_half_width_deg=one.direction.half_width_deg,
+            mean_direction_interval_half_width_deg=one.direction.interval_half_width_deg,
             mean_axis_deg=one.axis.mean_deg,
-            mean_axis_interval_half_width_deg=one.axis.half_width_deg,
+            mean_axis_interval_half_width_deg=one.axis.interval_half_width_deg,
         )
         for number, one in enumerate(observed)
     ]

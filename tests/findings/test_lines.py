@@ -11,11 +11,12 @@ from overturning.findings.values import FindingBaseClass
 
 
 def findings_classes(base: type[FindingBaseClass] = FindingBaseClass) -> Iterator[type[FindingBaseClass]]:
-    """Yield all classes of findings of the package."""
+    """Yield all classes of findings of the package, and none that other tests have loaded."""
     for module in pkgutil.iter_modules(findings.__path__):
         importlib.import_module(f"{findings.__name__}.{module.name}")
     for derived in base.__subclasses__():
-        yield derived
+        if derived.__module__.startswith(f"{findings.__name__}."):
+            yield derived
         yield from findings_classes(derived)
 
 

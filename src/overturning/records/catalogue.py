@@ -150,7 +150,7 @@ class RecordTableRow(FilePropertyColumns, RecordDescriptionColumns, frozen=True)
         )
 
     @property
-    def names_of_given_file_property_columns(self) -> list[str]:
+    def names_of_filled_file_property_columns(self) -> list[str]:
         """Names of non-empty columns that describe files; refused for a synthetic pulse, which has no file."""
         other = {*RecordDescriptionColumns.model_fields, "format", "trust_data", "sha256"}
         stated = self.model_dump(exclude=other, exclude_defaults=True)

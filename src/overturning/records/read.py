@@ -59,8 +59,8 @@ def read_record_without_descriptive_columns(table_row: RecordTableRow, data_dir:
     if table_row.format == "synthetic":
         from overturning.records.pulses import parse_pulse, record_of_pulse
 
-        if table_row.names_of_given_file_property_columns:
-            column = table_row.names_of_given_file_property_columns[0]
+        if table_row.names_of_filled_file_property_columns:
+            column = table_row.names_of_filled_file_property_columns[0]
             raise ConfigError(
                 f"record {table_row.id}: {column}: of files alone; a pulse says all of itself in its line"
             )

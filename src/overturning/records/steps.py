@@ -301,7 +301,7 @@ Step = Annotated[
 """Any of the processing steps; the key ``step`` selects the class."""
 
 
-def _refuse_step_at_given_time_after_auto_highpass(steps: Sequence[Step]) -> Sequence[Step]:
+def _refuse_step_at_user_time_after_auto_highpass(steps: Sequence[Step]) -> Sequence[Step]:
     """Raise a ValueError if a step with given times follows an automatic high-pass filter, which shifts the start."""
     moved = False  # True after a pad whose length depends on the automatic corner
     for step in steps:
@@ -315,5 +315,5 @@ def _refuse_step_at_given_time_after_auto_highpass(steps: Sequence[Step]) -> Seq
     return steps
 
 
-Steps = Annotated[tuple[Step, ...], AfterValidator(_refuse_step_at_given_time_after_auto_highpass)]
+Steps = Annotated[tuple[Step, ...], AfterValidator(_refuse_step_at_user_time_after_auto_highpass)]
 """Processing steps of a record, in the order in which they are applied."""

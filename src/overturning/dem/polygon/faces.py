@@ -289,15 +289,13 @@ def build_planar_contact_point(
 @njit(**INLINE_OPTIONS)
 def find_contact_segment(pair: PairState, pose_a: Pose, pose_b: Pose) -> ContactSegment:
     """Return the overlap of two elements' nearest faces, with open contact points if they are too far apart."""
-    return find_contact_segment_given_may_touch(
+    return find_contact_segment_if_may_touch(
         pair, pose_a, pose_b, pair.nearest_faces.max_motion_at_step_end >= pair.nearest_faces.motion_before_contact
     )
 
 
 @njit(**INLINE_OPTIONS)
-def find_contact_segment_given_may_touch(
-    pair: PairState, pose_a: Pose, pose_b: Pose, may_touch: bool
-) -> ContactSegment:
+def find_contact_segment_if_may_touch(pair: PairState, pose_a: Pose, pose_b: Pose, may_touch: bool) -> ContactSegment:
     """Return the overlap of two elements' nearest faces at given poses; with open contact points unless `may_touch`.
 
     Contact point 1 lies at a's first or b's second vertex, point 2 at a's second or b's first: at the inner of these

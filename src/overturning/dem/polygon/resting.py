@@ -8,7 +8,7 @@ from numba import njit
 from overturning.dem.kernel.ending import MAX_TILT_RATIO_AT_REST, NEGLIGIBLE_REMAINING_SLIP_M, body_is_still
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import find_contact_segment_given_may_touch
+from overturning.dem.polygon.faces import find_contact_segment_if_may_touch
 from overturning.dem.polygon.state import OPEN, ElementState, PairState, PlanarContactPointHistory
 
 MAX_SLIP_RATIO_AT_REST: Final = 0.2
@@ -66,7 +66,7 @@ def last_support_time(state: Any, lane: int, scene: Any, element_index: int, max
         ):
             continue
         had = True
-        segment = find_contact_segment_given_may_touch(pair, rows.load_pose(a, lane), rows.load_pose(b, lane), True)
+        segment = find_contact_segment_if_may_touch(pair, rows.load_pose(a, lane), rows.load_pose(b, lane), True)
         if (segment.point_1.vertex_is_opposite_face and segment.point_1.depth > -max_gap) or (
             segment.point_2.vertex_is_opposite_face and segment.point_2.depth > -max_gap
         ):

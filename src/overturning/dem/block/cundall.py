@@ -50,8 +50,8 @@ class CornerContactForce(NamedTuple):
     tangential_force_without_spring: float
     """Tangential force without the spring, m/s²."""
     spring_moment_excess: float
-    """Moment by which the lever arm of the spring at the corner exceeds `friction_lever_arm`, per mass, m²/s²; 0 except
-    in a flat landing."""
+    """Moment by which the lever arm of the spring at the corner exceeds `friction_lever_arm`, per mass, m²/s²;
+    0 except in a flat landing."""
 
 
 @njit(**INLINE_OPTIONS)

@@ -148,7 +148,8 @@ class BlockPeakValues(NamedTuple):
 class BlockEnergyAccount(NamedTuple):
     """Work done by the base on a block and energy lost so far, per mass, and their present rates.
 
-    `base_motion_work` and `lost_energy` are in m²/s², their rates `base_motion_power` and `dissipated_power` in m²/s³.
+    `base_motion_work` and `lost_energy` are in m²/s², their rates `base_motion_power` and
+    `dissipated_power` in m²/s³.
     """
 
     base_motion_work: float

@@ -44,13 +44,23 @@ def motion_for_outcome_digests(up: bool = False, samples: int = 480) -> Motion:
 
 
 def random_cases_of_varied_blocks(
-    count: int, seed: int, size: tuple[float, float] | None = None, *, tilted: bool = False, oblong: bool = False
+    count: int,
+    seed: int,
+    height_and_b_over_h: tuple[float, float] | None = None,
+    *,
+    tilted: bool = False,
+    oblong: bool = False,
 ) -> Cases:
-    """Draw random cases: slender to squat, high to low, smooth to rough; or blocks near `size`: height (m), B/H."""
+    """Draw random cases: slender to squat, high to low, smooth to rough blocks.
+
+    With `height_and_b_over_h`, a height, m, and a B/H, the blocks are once or twice as high and have this B/H or
+    three quarters of it.
+    """
     dice = np.random.default_rng(seed)
     heights, ratios = ([0.25, 0.6, 1.5, 4.0], [0.08, 0.15, 0.22, 0.35, 0.7, 2.0])
-    if size is not None:
-        heights, ratios = [size[0], 2.0 * size[0]], [size[1], 0.75 * size[1]]
+    if height_and_b_over_h is not None:
+        height, b_over_h = height_and_b_over_h
+        heights, ratios = [height, 2.0 * height], [b_over_h, 0.75 * b_over_h]
     ratio = dice.choice(ratios, count)
     return Cases(
         azimuth_deg=dice.integers(0, 24, count) * 15.0,

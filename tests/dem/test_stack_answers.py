@@ -32,7 +32,7 @@ from tests.dem.test_stack import (
 
 
 def test_a_shaft_on_a_broad_base_rocks_as_on_the_ground() -> None:
-    """The base is so broad and heavy that only the shaft moves; peak tilts are those of Housner's block on rock."""
+    """The base is so broad and heavy that only the shaft moves; its peak tilts are those of the shaft alone."""
     motions = [
         motion_from_north_and_west_accelerations(4.2 * random_horizontal_accelerations(seed, components=1))
         for seed in (0, 1, 2)

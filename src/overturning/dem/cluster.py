@@ -53,7 +53,7 @@ def simulate_cases_on_cluster(
     count = max(1, wanted, -(-cases.case_count // MAX_CASES_PER_TASK))
     pieces = [np.arange(part, cases.case_count, count) for part in range(count)]
     # Submitted as the result of a task: scattered data would be lost with the worker that holds it.
-    ground = client.submit(_return_motion_unchanged, motion, pure=False)
+    ground = client.submit(_motion_as_shared_task_result, motion, pure=False)
     tasks = {
         client.submit(simulate_cases, ground, _select_cases(cases, piece), here, pure=False): piece for piece in pieces
     }
@@ -68,7 +68,7 @@ def simulate_cases_on_cluster(
     return type(parts[0])(**columns)
 
 
-def _return_motion_unchanged(motion: Motion) -> Motion:
+def _motion_as_shared_task_result(motion: Motion) -> Motion:
     """Return the motion unchanged, as the result of a dask task that all simulation tasks on the cluster share.
 
     Run as a dask task, so that all simulation tasks on the cluster share one copy of the motion.

@@ -88,10 +88,10 @@ def _add_title_and_legend(
     panels: Any,
     unprocessed_record: Record,
     processed_record: Record,
-    noise_ratio: SignalNoiseSpectra | None,
+    noise_spectra: SignalNoiseSpectra | None,
 ) -> None:
     """Add the title (station, event and processing steps), the legend and the margins to a record's figure."""
-    ahead = "no noise before the onset" if noise_ratio is None else f"onset at {noise_ratio.onset_s:.1f} s"
+    ahead = "no noise before the onset" if noise_spectra is None else f"onset at {noise_spectra.onset_s:.1f} s"
     steps = _processing_step_lines(processed_record.processing)
     agency = (
         [str(unprocessed_record.extra["agency_processing"])] if "agency_processing" in unprocessed_record.extra else []
@@ -170,7 +170,7 @@ def _acceleration_velocity_displacement(record: Record, component_name: str) -> 
 def _draw_component_time_histories(
     component_panels: Any, unprocessed_record: Record, processed_record: Record, component_name: str
 ) -> None:
-    """Draw acceleration, velocity and displacement of one component before and after processing, a panel each."""
+    """Draw acceleration, velocity and displacement of a component in three panels, before and after processing."""
     rows = zip(
         component_panels,
         TIME_HISTORY_LABELS_AND_UNITS,

@@ -21,10 +21,10 @@ MIN_PLAUSIBLE_PGA: Final = 1e-4 * STANDARD_GRAVITY
 USUAL_SAMPLING_INTERVAL_RANGE: Final = (0.0005, 0.05)
 """Shortest and longest usual sampling interval of accelerographs, s."""
 
-MIN_UNDOUBTED_DURATION: Final = 2.0
+MIN_DURATION_WITHOUT_WARNING: Final = 2.0
 """Shortest duration of a record that raises no doubt about its sampling interval, s."""
 
-MIN_UNDOUBTED_PGV_PGA_RATIO: Final = 0.005
+MIN_PGV_PGA_RATIO_WITHOUT_WARNING: Final = 0.005
 """Smallest PGV/PGA that raises no doubt about the sampling interval, s: the ratio of a sine of 32 Hz."""
 
 DEAD_AXIS_PEAK_RATIO: Final = 0.01
@@ -100,18 +100,18 @@ def reasons_to_doubt_sampling_interval(components: Sequence[FloatArray], samplin
     low, high = USUAL_SAMPLING_INTERVAL_RANGE
     doubts = [] if 0.999 * low <= sampling_interval <= 1.001 * high else [f"{low:g} to {high:g} s are usual"]
     count = components[0].size
-    if count * sampling_interval < MIN_UNDOUBTED_DURATION:
+    if count * sampling_interval < MIN_DURATION_WITHOUT_WARNING:
         doubts.append(
-            f"{count} samples then last {count * sampling_interval:.3g} s, less than {MIN_UNDOUBTED_DURATION:g} s"
+            f"{count} samples then last {count * sampling_interval:.3g} s, less than {MIN_DURATION_WITHOUT_WARNING:g} s"
         )
     ratios = []
     for samples in components:
         moving = samples - samples.mean()
         if (pga := float(np.abs(moving).max())) > 0:
             ratios.append(float(np.abs(integrate(moving, sampling_interval)).max()) / pga)
-    if ratios and max(ratios) < MIN_UNDOUBTED_PGV_PGA_RATIO:
+    if ratios and max(ratios) < MIN_PGV_PGA_RATIO_WITHOUT_WARNING:
         doubts.append(
-            f"PGV/PGA is then {1000 * max(ratios):.2g} ms, less than {1000 * MIN_UNDOUBTED_PGV_PGA_RATIO:g} ms"
+            f"PGV/PGA is then {1000 * max(ratios):.2g} ms, less than {1000 * MIN_PGV_PGA_RATIO_WITHOUT_WARNING:g} ms"
         )
     return tuple(doubts)
 

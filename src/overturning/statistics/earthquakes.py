@@ -197,8 +197,9 @@ def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: in
     has_axis = test.p_value <= 1 - level and math.hypot(cosine, sine) >= MIN_RESULTANT_WITH_MEAN_DIRECTION
     mean = float(wrap_axis_difference(math.degrees(math.atan2(sine, cosine)) / 2)) if has_axis else math.nan
 
-    def axis_distances_from_mean_deg(drawn_vectors: FloatArray) -> FloatArray:
-        drawn_cosine, drawn_sine = mean_vector_of_each_bootstrap_sample(drawn_vectors).T
+    def axis_distances_from_mean_deg(bootstrap_samples: FloatArray) -> FloatArray:
+        """Return angles, degrees, between the mean axis of each bootstrap sample of vectors and that of all vectors."""
+        drawn_cosine, drawn_sine = mean_vector_of_each_bootstrap_sample(bootstrap_samples).T
         away = np.abs(wrap_axis_difference(np.degrees(np.arctan2(drawn_sine, drawn_cosine)) / 2 - mean))
         return np.where(np.hypot(drawn_cosine, drawn_sine) < RESULTANT_ROUNDING_ERROR, 90.0, away)
 

@@ -272,7 +272,7 @@ def _stone_counts_by_comparison_field(predictions: SurveyFallPrediction, stones:
     """Return numbers of stones (fallen, standing, without face, …) by attribute of `SurveyPredictionComparison`."""
 
     def count_stones_with(condition: Callable[[Stone], bool]) -> int:
-        """Return the number of stones for which `condition` is True."""
+        """Return the number of stones, with the count of each row, for which the function `condition` returns True."""
         return sum(stone.count for stone in stones if condition(stone))
 
     def lacks_computed_outcome(stone: Stone) -> bool:

@@ -27,8 +27,8 @@ from numba.extending import intrinsic
 
 from overturning.dem.kernel.compiler import InternalFunctionCompiler, KernelCompiler, NoAliasFunctionCompiler
 from overturning.dem.kernel.tuples import (
-    create_conditional_tuple_storer,
     create_elementwise_function,
+    create_store_tuple_unless_function,
     create_tuple_loader,
     create_tuple_storer,
     create_zero_tuple_function,
@@ -301,5 +301,5 @@ class TupleRowLayout:
         return TupleReaderAndWriter(
             create_tuple_loader(inner_type, rows, name),
             create_tuple_storer(inner_type, rows, name),
-            create_conditional_tuple_storer(inner_type, rows, name),
+            create_store_tuple_unless_function(inner_type, rows, name),
         )

@@ -205,7 +205,7 @@ def create_tuple_storer(tuple_type: type, row_offsets: list[int | None], functio
     return intrinsic(store_tuple)
 
 
-def create_conditional_tuple_storer(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
+def create_store_tuple_unless_function(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
     """Return a compiled function ``store_unless(array, j, keep, value)`` that writes a tuple unless `keep` is true.
 
     Numbers whose entry of `row_offsets` is None are not written.

@@ -348,7 +348,7 @@ def store_slip_and_last_upright_time(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def store_last_support_time(
+def update_upper_element_last_support_time(
     pair_rows: Any,
     element_a_rows: Any,
     element_b_rows: Any,

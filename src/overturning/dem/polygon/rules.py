@@ -45,8 +45,8 @@ from overturning.dem.polygon.case_end import (
     case_status,
     mark_fallen_and_write_case_results,
     shift_rest_pose_with_held_support,
-    store_last_support_time,
     store_slip_and_last_upright_time,
+    update_upper_element_last_support_time,
 )
 from overturning.dem.polygon.energy import scene_energy
 from overturning.dem.polygon.equations import SPARE_SUBMATRIX_COUNT, SUBMATRIX_SIZE, create_empty_nonzero_pattern
@@ -313,7 +313,7 @@ def store_sample_results_and_start_next_sample(
             )
     for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
-        store_last_support_time(q, a, b, state, 1.0 / ticks_per_sample, sampling_interval)
+        update_upper_element_last_support_time(q, a, b, state, 1.0 / ticks_per_sample, sampling_interval)
     for j in range(rows.PARALLEL_CASE_COUNT):
         sample, tick = state[rows.SAMPLE + j], state[rows.TICK + j]
         state[rows.SAMPLE + j] = sample + 1.0 if tick >= ticks_per_sample else sample

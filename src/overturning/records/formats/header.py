@@ -126,19 +126,21 @@ class HeaderFields(TextLines):
             problem,
         )
 
-    def number_in_field(self, field_name: str, text_part: str | None = None) -> float:
-        """Return the number in a header field (or in the text `text_part`); raise a RecordError if it is no number."""
+    def number_in_field(self, field_name: str, override_text: str | None = None) -> float:
+        """Return the number in a header field (or in `override_text`); raise a RecordError if the text is no number."""
         index = self.line_index_of_field(field_name)
-        return self.parse_number(self.field_text(field_name) if text_part is None else text_part, index, field_name)
+        return self.parse_number(
+            self.field_text(field_name) if override_text is None else override_text, index, field_name
+        )
 
     def optional_number_in_field(self, field_name: str) -> float | None:
         """Return the number in a header field; None if the field is missing or blank."""
         return self.number_in_field(field_name) if self.field_text(field_name) else None
 
-    def sampling_interval_of_rate_field(self, field_name: str, text_part: str | None = None) -> float:
-        """Return the sampling interval, s, from the sampling rate, Hz, in a header field (or in `text_part`)."""
+    def sampling_interval_of_rate_field(self, field_name: str, override_text: str | None = None) -> float:
+        """Return the sampling interval, s, from the sampling rate, Hz, in a header field (or in `override_text`)."""
         return self.sampling_interval_of_rate(
-            self.number_in_field(field_name, text_part), self.line_index_of_field(field_name)
+            self.number_in_field(field_name, override_text), self.line_index_of_field(field_name)
         )
 
     def number_fields_as_metadata(self, fields_by_name: Mapping[str, str]) -> dict[str, Any]:
@@ -151,7 +153,7 @@ class HeaderFields(TextLines):
         self,
         field_name: str,
         unit_size: float,
-        text_part: str | None = None,
+        override_text: str | None = None,
         *,
         mean_is_removed: bool = False,
         signed: bool = False,
@@ -160,7 +162,7 @@ class HeaderFields(TextLines):
 
         A positive number has the sign + only if the format writes peaks with their sign (``signed``).
         """
-        stated = self.field_text(field_name) if text_part is None else text_part
+        stated = self.field_text(field_name) if override_text is None else override_text
         number = self.number_in_field(field_name, stated)
         return HeaderPeak(
             abs(number) * unit_size,
@@ -171,10 +173,14 @@ class HeaderFields(TextLines):
         )
 
     def field_utc_time(
-        self, field_name: str, *time_patterns: str, text_part: str | None = None, utc_offset: timedelta = timedelta()
+        self,
+        field_name: str,
+        *time_patterns: str,
+        override_text: str | None = None,
+        utc_offset: timedelta = timedelta(),
     ) -> datetime:
-        """Return the UTC time in a header field (or in `text_part`); ``utc_offset`` is local time minus UTC."""
-        stated = self.field_text(field_name) if text_part is None else text_part
+        """Return the UTC time in a header field (or in `override_text`); ``utc_offset`` is local time minus UTC."""
+        stated = self.field_text(field_name) if override_text is None else override_text
         index, moment = (
             self.line_index_of_field(field_name),
             parse_time_as_utc(stated, *time_patterns, utc_offset=utc_offset),
@@ -243,13 +249,13 @@ class HeaderFields(TextLines):
             )
 
     def check_stated_duration(
-        self, field_name: str, sample_count: int, sampling_interval: float, text_part: str | None = None
+        self, field_name: str, sample_count: int, sampling_interval: float, override_text: str | None = None
     ) -> None:
-        """Raise a RecordError if the duration of the samples differs from that in a header field (or `text_part`).
+        """Raise a RecordError if the duration of the samples differs from that in a header field (or `override_text`).
 
         The stated duration may be rounded, and may include one interval after the last sample. No check if not stated.
         """
-        stated = self.field_text(field_name) if text_part is None else text_part
+        stated = self.field_text(field_name) if override_text is None else override_text
         if stated:
             self.check_duration_stated_in_line(
                 self.line_index_of_field(field_name),
@@ -260,15 +266,15 @@ class HeaderFields(TextLines):
             )
 
     def cut_to_stated_count(
-        self, field_name: str, samples: FloatArray, text_part: str | None = None
+        self, field_name: str, samples: FloatArray, override_text: str | None = None
     ) -> tuple[FloatArray, tuple[str, ...]]:
-        """Cut samples to the number that a header field (or `text_part`) states; return also a note if any are cut.
+        """Cut samples to the number that a header field (or `override_text`) states; return also a note if any are cut.
 
         Raises a RecordError if the file has fewer.
         """
-        count, found = self.number_in_field(field_name, text_part), len(samples)
+        count, found = self.number_in_field(field_name, override_text), len(samples)
         if found < count or count != int(count):
-            what = f"header promises {text_part or self.field_text(field_name)} samples, the file has {found}"
+            what = f"header promises {override_text or self.field_text(field_name)} samples, the file has {found}"
             raise self.line_error(field_name, f"{what}; it is cut: get it again")
         more = found - int(count)
         return samples[: int(count)], self.surplus_number_notes(int(count), f"{more} samples") if more else ()

@@ -46,7 +46,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
                 values[:, column] * GAL,
                 header.number_in_field("sampling interval"),
                 start=header.field_utc_time(
-                    "time of the record", "%d/%m/%Y %H:%M:%S.%f", text_part=f"{moment}.{fraction[:6] or 0}"
+                    "time of the record", "%d/%m/%Y %H:%M:%S.%f", override_text=f"{moment}.{fraction[:6] or 0}"
                 ),
                 event=f"earthquake of {header.field_text('origin')}",
                 # Files of about 2017 have the year first here, but not in the time of the record.

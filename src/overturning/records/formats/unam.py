@@ -114,7 +114,7 @@ def _origin_and_start_times(header: HeaderFields) -> tuple[datetime, datetime]:
     day = header.field_text("FECHA DEL SISMO")
     origin, start = (
         header.field_utc_time(
-            name, "%Y/%m/%d %H:%M:%S.%f", "%Y/%m/%d %H:%M:%S", text_part=f"{day} {header.field_text(name)}"[:26]
+            name, "%Y/%m/%d %H:%M:%S.%f", "%Y/%m/%d %H:%M:%S", override_text=f"{day} {header.field_text(name)}"[:26]
         )
         for name in ("HORA EPICENTRO", "HORA DE LA PRIMERA MUESTRA")
     )

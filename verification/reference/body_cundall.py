@@ -173,7 +173,7 @@ def apply_contact_law(
     # Spring and dashpot while the point is in, never tension but in a flat landing.
     # A vertex that has waited does not remember how deep it was.
     sinking = 0.0 if history.penetration == 0.0 else contact_point.penetration_increase
-    n = body.normal_stiffness * depth + dashpot_rate * sinking
+    n = body.normal_stiffness_per_mass * depth + dashpot_rate * sinking
     n = n if inside & (flat | (n > 0.0)) else 0.0
     # A new contact starts with unstretched springs; those of a slipping one are shortened to the friction limit.
     tx, ty = (
@@ -182,8 +182,8 @@ def apply_contact_law(
     )
     most = body.friction * n
     hx, hy = (
-        -(body.tangential_stiffness * tx) - dashpot_rate * contact_point.last_step_displacement_x,
-        -(body.tangential_stiffness * ty) - dashpot_rate * contact_point.last_step_displacement_y,
+        -(body.tangential_stiffness_per_mass * tx) - dashpot_rate * contact_point.last_step_displacement_x,
+        -(body.tangential_stiffness_per_mass * ty) - dashpot_rate * contact_point.last_step_displacement_y,
     )
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
         body, contact_point.arm, body_state.velocity, body_state.angular_velocity, (flat, base_tilting)
@@ -193,8 +193,10 @@ def apply_contact_law(
     landing = (history.remaining_landing_time if was else begun) - body.tick_length * TICKS_PER_STEP
     landing = landing if inside else 0.0
     force = Vector3(fx, fy, n)
-    spring = body.normal_stiffness * (depth if inside else 0.0)
-    damping = Vector3(fx + body.tangential_stiffness * kx, fy + body.tangential_stiffness * ky, n - spring)
+    spring = body.normal_stiffness_per_mass * (depth if inside else 0.0)
+    damping = Vector3(
+        fx + body.tangential_stiffness_per_mass * kx, fy + body.tangential_stiffness_per_mass * ky, n - spring
+    )
     opened = history.penetration * history.penetration if was & (not inside) else 0.0
     # One that has waited is met by a spring that is pressed in already.
     opened = -(depth * depth) if inside & (history.penetration == 0.0) else opened
@@ -203,7 +205,8 @@ def apply_contact_law(
     # The springs are stretched at the point itself, at the full lever arm.
     moment = cross_product(lever, force)
     of_springs = cross_product(
-        contact_point.arm, Vector3(body.tangential_stiffness * kx, body.tangential_stiffness * ky, -spring)
+        contact_point.arm,
+        Vector3(body.tangential_stiffness_per_mass * kx, body.tangential_stiffness_per_mass * ky, -spring),
     )
     wrench = ContactWrench(force, moment, damping, plus(moment, of_springs), opened, shortened)
     return wrench, BodyContactPointState(
@@ -259,8 +262,8 @@ def advance_body_one_step(
     )
     work = account.base_motion_work + dt * ((push.x * c.x + push.y * c.y) - push.z * c.z)
     let_go = 0.5 * (
-        body.normal_stiffness * t.released_normal_energy_over_half_stiffness
-        + body.tangential_stiffness * t.released_tangential_energy_over_half_stiffness
+        body.normal_stiffness_per_mass * t.released_normal_energy_over_half_stiffness
+        + body.tangential_stiffness_per_mass * t.released_tangential_energy_over_half_stiffness
     )
     loss = account.lost_energy + (
         let_go + dt * -(dot_product(t.non_spring_force, c) + dot_product(t.non_spring_moment, w))
@@ -353,7 +356,7 @@ def add_vertex_contact_forces(
     for j in range(columns):
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
         rate, left, right = (
-            body.dashpot_constant / (body.tick_length * TICKS_PER_STEP),
+            body.dashpot_constant_per_mass / (body.tick_length * TICKS_PER_STEP),
             load_memory(first_vertex_rows, j),
             load_memory(opposite_vertex_rows, j),
         )
@@ -411,7 +414,7 @@ def add_rim_contact_forces(
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
         dt = body.tick_length * TICKS_PER_STEP
         rate, left, right = (
-            body.dashpot_constant / dt,
+            body.dashpot_constant_per_mass / dt,
             load_memory(first_point_rows, j),
             load_memory(opposite_point_rows, j),
         )
@@ -573,8 +576,13 @@ def enable_cundall() -> Iterator[None]:
         modes = np.array([largest_unit_spring_eigenvalue(solid) for solid in planned.solids])[
             planned.case_table["body"]
         ]
-        square = np.maximum(planned.case_table["normal_stiffness"], planned.case_table["tangential_stiffness"]) * modes
-        rate, interval = planned.case_table["dashpot_constant"] * modes, motion.sampling_interval
+        square = (
+            np.maximum(
+                planned.case_table["normal_stiffness_per_mass"], planned.case_table["tangential_stiffness_per_mass"]
+            )
+            * modes
+        )
+        rate, interval = planned.case_table["dashpot_constant_per_mass"] * modes, motion.sampling_interval
         steps = steps_per_sample(IntegrationScheme.CUNDALL, numerics.time_step, square, rate, interval)
         planned.case_table["shortest_step"] = planned.case_table["steps_after_contact_change"] = 1.0
         planned.case_table["longest_step_at_rest"] = TICKS_PER_STEP

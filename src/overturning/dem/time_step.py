@@ -62,7 +62,10 @@ def parse_scheme(scheme_name: str) -> IntegrationScheme:
 
 
 def block_highest_eigenvalue_bound(
-    normal_stiffness: FloatArray, tangential_stiffness: FloatArray, half_width: FloatArray, half_height: FloatArray
+    normal_stiffness_per_mass: FloatArray,
+    tangential_stiffness_per_mass: FloatArray,
+    half_width: FloatArray,
+    half_height: FloatArray,
 ) -> FloatArray:
     """Return an upper bound of the highest eigenvalue ω² of a block upright on two corners or tilted on one.
 
@@ -71,7 +74,7 @@ def block_highest_eigenvalue_bound(
 
     Parameters
     ----------
-    normal_stiffness, tangential_stiffness : ndarray
+    normal_stiffness_per_mass, tangential_stiffness_per_mass : ndarray
         K_n/m and K_s/m, 1/s², or dashpots per mass, 1/s.
     half_width, half_height : ndarray
         Half width b and half height h, m.
@@ -82,31 +85,40 @@ def block_highest_eigenvalue_bound(
         ω² in 1/s² (or twice the damping rate for dashpots, 1/s).
     """
     per_inertia = 3.0 / (half_width**2 + half_height**2)
-    sway = 2.0 * tangential_stiffness
-    rock = 2.0 * per_inertia * (tangential_stiffness * half_height**2 + normal_stiffness * half_width**2)
-    coupling = 4.0 * per_inertia * (tangential_stiffness * half_height) ** 2
+    sway = 2.0 * tangential_stiffness_per_mass
+    rock = (
+        2.0 * per_inertia * (tangential_stiffness_per_mass * half_height**2 + normal_stiffness_per_mass * half_width**2)
+    )
+    coupling = 4.0 * per_inertia * (tangential_stiffness_per_mass * half_height) ** 2
     # √((a−b)²/4 + c²) avoids the cancellation in √(trace² − 4 det).
     upright = 0.5 * (sway + rock) + np.sqrt(0.25 * (sway - rock) ** 2 + coupling)
     return np.maximum(
-        np.maximum(upright, 2.0 * normal_stiffness), 4.0 * np.maximum(normal_stiffness, tangential_stiffness)
+        np.maximum(upright, 2.0 * normal_stiffness_per_mass),
+        4.0 * np.maximum(normal_stiffness_per_mass, tangential_stiffness_per_mass),
     )
 
 
 def block_lowest_eigenvalue(
-    normal_stiffness: FloatArray, tangential_stiffness: FloatArray, half_width: FloatArray, half_height: FloatArray
+    normal_stiffness_per_mass: FloatArray,
+    tangential_stiffness_per_mass: FloatArray,
+    half_width: FloatArray,
+    half_height: FloatArray,
 ) -> FloatArray:
     """Return the lowest eigenvalue ω² (1/s²) of a block standing on both corners: heave, or sway with rocking.
 
     Parameters are those of `block_highest_eigenvalue_bound`.
     """
     per_inertia = 3.0 / (half_width**2 + half_height**2)
-    sway = 2.0 * tangential_stiffness
-    rock = 2.0 * per_inertia * (tangential_stiffness * half_height**2 + normal_stiffness * half_width**2)
-    coupling = 4.0 * per_inertia * (tangential_stiffness * half_height) ** 2
+    sway = 2.0 * tangential_stiffness_per_mass
+    rock = (
+        2.0 * per_inertia * (tangential_stiffness_per_mass * half_height**2 + normal_stiffness_per_mass * half_width**2)
+    )
+    coupling = 4.0 * per_inertia * (tangential_stiffness_per_mass * half_height) ** 2
     upright = 0.5 * (sway + rock) + np.sqrt(0.25 * (sway - rock) ** 2 + coupling)
     # The product of both coupled eigenvalues is the determinant, from which rocking on tangential springs cancels.
     return np.minimum(
-        4.0 * per_inertia * tangential_stiffness * normal_stiffness * half_width**2 / upright, 2.0 * normal_stiffness
+        4.0 * per_inertia * tangential_stiffness_per_mass * normal_stiffness_per_mass * half_width**2 / upright,
+        2.0 * normal_stiffness_per_mass,
     )
 
 

@@ -192,13 +192,13 @@ class VertexContact(StrictModel):
 
 
 def check_static_penetration_exceeds_rounding(
-    normal_stiffness: FloatArray, height: FloatArray, largest_displacement: float
+    normal_stiffness_per_mass: FloatArray, height: FloatArray, largest_displacement: float
 ) -> None:
     """Raise an `ArgumentError` if a contact is so stiff that double precision cannot resolve its static penetration.
 
     Parameters
     ----------
-    normal_stiffness : ndarray
+    normal_stiffness_per_mass : ndarray
         Normal stiffness per mass K_n/m, 1/s².
     height : ndarray
         Height H, m.
@@ -210,7 +210,7 @@ def check_static_penetration_exceeds_rounding(
     ArgumentError
         If δ < `MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO` · ε · max(H, slide), with ε the machine epsilon.
     """
-    penetration = STANDARD_GRAVITY / (2.0 * normal_stiffness)
+    penetration = STANDARD_GRAVITY / (2.0 * normal_stiffness_per_mass)
     bound = (
         MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO * np.finfo(np.float64).eps * np.maximum(height, largest_displacement)
     )

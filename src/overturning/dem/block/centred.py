@@ -126,7 +126,10 @@ def predict_normal_force_and_contact(
     In a step that resolves the contact vibration (`forces_decide_contact`), the predicted force decides about contact.
     In a longer step this force would be too large; a corner that was in contact after the last step stays in contact.
     """
-    n = block.normal_stiffness * predicted_corner.penetration - block.dashpot_constant * predicted_corner.velocity_z
+    n = (
+        block.normal_stiffness_per_mass * predicted_corner.penetration
+        - block.dashpot_constant_per_mass * predicted_corner.velocity_z
+    )
     return n, ((is_flat_landing | (n > 0.0)) & (predicted_corner.penetration > 0.0)) | (
         (not forces_decide_contact) & (previous_corner.normal_force != 0.0)
     )
@@ -146,8 +149,8 @@ def predict_trial_friction_of_corner(
     together (`flat_landing_sliding_mu_and_moment_share`).
     """
     slid, fine = assumed_contact.signed_friction, assumed_contact.forces_decide_contact
-    spring = block.tangential_stiffness * predicted_corner.tangential_stretch
-    f = spring + block.dashpot_constant * predicted_corner.velocity_x
+    spring = block.tangential_stiffness_per_mass * predicted_corner.tangential_stretch
+    f = spring + block.dashpot_constant_per_mass * predicted_corner.velocity_x
     excess = abs(f) - block.friction * normal_force if fine else abs(slid)
     slid = math.copysign(block.friction, f) if fine else slid
     slides, slid = (
@@ -188,7 +191,7 @@ def normal_force_at_zero_velocity_and_factor(
     The force at the end of the step is per mass, m/s²; the decrease is that per m/s of upward velocity of the corner,
     times half the step.
     """
-    normal = block.dashpot_constant + half_step_time * block.normal_stiffness
+    normal = block.dashpot_constant_per_mass + half_step_time * block.normal_stiffness_per_mass
     return (normal_force + normal * predicted_corner.velocity_z if is_in_contact else 0.0), (
         half_step_time * normal if is_in_contact else 0.0
     )
@@ -209,7 +212,7 @@ def corner_equation_terms(
     normal_force, press = normal_force_at_zero_velocity_and_factor(
         block, predicted_corner, half_step_time, normal_force, is_in_contact
     )
-    tangential = block.dashpot_constant + half_step_time * block.tangential_stiffness
+    tangential = block.dashpot_constant_per_mass + half_step_time * block.tangential_stiffness_per_mass
     sticks = is_in_contact & (not is_sliding)
     tangential_force = (
         tangential_force - tangential * predicted_corner.velocity_x if sticks else signed_friction * normal_force

@@ -59,13 +59,13 @@ def compute_corner_forces(
     changed = predicted_corner.penetration if predicted_corner.penetration > depth else depth
     changed = -depth if was else changed
     # No tension except in a flat landing.
-    spring = block.normal_stiffness * depth if inside else 0.0
-    n = spring - block.dashpot_constant * uz
+    spring = block.normal_stiffness_per_mass * depth if inside else 0.0
+    n = spring - block.dashpot_constant_per_mass * uz
     n = n if assumed_contact.lands_flat | (n > 0.0) else 0.0
     n = n if inside else 0.0
     # Friction; the spring of a slipping corner is shortened to the force that friction can hold.
     most = block.friction * n
-    f = block.tangential_stiffness * stretch + block.dashpot_constant * ux
+    f = block.tangential_stiffness_per_mass * stretch + block.dashpot_constant_per_mass * ux
     sign, slips = math.copysign(block.friction, f), abs(f) > most
     # A corner that lands flat may stick or slide beyond the friction limit, but without contact it has no friction.
     lands = assumed_contact.lands_flat & inside
@@ -87,7 +87,7 @@ def compute_corner_forces(
         predicted_block.end_angular_velocity + velocity_change.angular_velocity
     )
     # Friction acts at the shortened lever arm; the spring is stretched at the corner itself.
-    damping, sliding = (spring - n) * uz, (f - block.tangential_stiffness * remaining) * ux + f * turning
+    damping, sliding = (spring - n) * uz, (f - block.tangential_stiffness_per_mass * remaining) * ux + f * turning
     sinking = depth - previous_corner.penetration
     cut = depth * previous_corner.penetration
     cut = math.copysign(cut if cut < 0.0 else 0.0, sinking)
@@ -253,9 +253,9 @@ def complete_block_step(
         else predicted_block.inertial_acceleration_x * vx,
         left.dissipated_power + right.dissipated_power,
     )
-    springs = block.tangential_stiffness * (
+    springs = block.tangential_stiffness_per_mass * (
         left.released_tangential_stretch_squared + right.released_tangential_stretch_squared
-    ) + block.normal_stiffness * (left.released_stretch_squared + right.released_stretch_squared)
+    ) + block.normal_stiffness_per_mass * (left.released_stretch_squared + right.released_stretch_squared)
     early_loss = pl * left.dissipated_power + pr * right.dissipated_power
     lost = account.lost_energy + ((half * (account.dissipated_power + loss) + early_loss) + 0.5 * springs)
     deep_l, deep_r = left.new_corner.penetration, right.new_corner.penetration

@@ -74,12 +74,12 @@ def corner_contact_force(
     slip, sinking = place - previous_corner.x_position, depth - previous_corner.penetration
     inside, was = depth > 0.0, previous_corner.penetration > 0.0
     # Spring and dashpot while the corner is in contact; no tension except in a flat landing.
-    n = block.normal_stiffness * depth + dashpot_rate * sinking
+    n = block.normal_stiffness_per_mass * depth + dashpot_rate * sinking
     n = n if inside & (held | (n > 0.0)) else 0.0
     # A new contact starts with an unstretched spring; slip shortens the spring to the force that friction can hold.
     stretch = previous_corner.tangential_stretch + slip if was else 0.0
     most = block.friction * n
-    whole = -(block.tangential_stiffness * stretch) - dashpot_rate * slip
+    whole = -(block.tangential_stiffness_per_mass * stretch) - dashpot_rate * slip
     # A corner that lands flat may stick beyond the friction limit, but without contact it has no friction.
     slips = drifts if held & inside else abs(whole) > most
     f = -drift * n if drifts else (clamp_magnitude(whole, most) if slips else whole)
@@ -91,9 +91,9 @@ def corner_contact_force(
         normal_force=n, tangential_force=f, x_from_centre=arm, friction_lever_arm=tilting * drop,
         new_corner=CornerState(remaining, place, depth, 0.0), released_normal_stretch_squared=let_go * let_go,
         released_tangential_stretch_squared=(previous_corner.tangential_stretch + remaining) * (stretch - remaining),
-        normal_force_without_spring=n - block.normal_stiffness * (depth if inside else 0.0),
-        tangential_force_without_spring=f + block.tangential_stiffness * remaining,
-        spring_moment_excess=block.tangential_stiffness * remaining * (drop - tilting * drop),
+        normal_force_without_spring=n - block.normal_stiffness_per_mass * (depth if inside else 0.0),
+        tangential_force_without_spring=f + block.tangential_stiffness_per_mass * remaining,
+        spring_moment_excess=block.tangential_stiffness_per_mass * remaining * (drop - tilting * drop),
     )  # fmt: skip
 
 
@@ -120,7 +120,7 @@ def advance_block_one_step(
         base_acceleration_at_tick(inertial_accelerations.inertial_acceleration_x, state.ticks_in_sample),
         base_acceleration_at_tick(inertial_accelerations.upward_base_acceleration, state.ticks_in_sample),
     )
-    rate = block.dashpot_constant / dt
+    rate = block.dashpot_constant_per_mass / dt
     (arm_left, drop_left), (arm_right, drop_right) = (
         corner_x_and_depth_from_centre(-1.0, block, state.cos, state.sin),
         corner_x_and_depth_from_centre(1.0, block, state.cos, state.sin),
@@ -150,8 +150,8 @@ def advance_block_one_step(
     cx, cz, cw = state.vx + half * ax, state.vz + half * az, state.angular_velocity + half * aw
     power = push * cx - lift * cz if with_vertical else push * cx
     let_go = 0.5 * (
-        block.normal_stiffness * (left.released_normal_stretch_squared + right.released_normal_stretch_squared)
-        + block.tangential_stiffness
+        block.normal_stiffness_per_mass * (left.released_normal_stretch_squared + right.released_normal_stretch_squared)
+        + block.tangential_stiffness_per_mass
         * (left.released_tangential_stretch_squared + right.released_tangential_stretch_squared)
     )
     lost = energy_account.lost_energy + (

@@ -65,7 +65,9 @@ def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag
         state.left.tangential_stretch,
         state.right.tangential_stretch,
     )
-    springs = block.normal_stiffness * (ul * ul + ur * ur) + block.tangential_stiffness * (tl * tl + tr * tr)
+    springs = block.normal_stiffness_per_mass * (ul * ul + ur * ur) + block.tangential_stiffness_per_mass * (
+        tl * tl + tr * tr
+    )
     return float(0.5 * (motion + springs) + GRAVITY * (state.z - block.half_height))
 
 
@@ -89,7 +91,7 @@ def standing_outcome_is_final(
         return False
     # It can no longer fall, but its peak rotation is final only if its energy cannot reach it again. On one corner the
     # weight compresses the spring: g²/2k less energy than in the rigid block.
-    if now + 0.5 * GRAVITY * GRAVITY / block.normal_stiffness > energy_to_tilt_per_mass(block, peak_rotation):
+    if now + 0.5 * GRAVITY * GRAVITY / block.normal_stiffness_per_mass > energy_to_tilt_per_mass(block, peak_rotation):
         return False
     # Let it slide to its end; without friction it never stops.
     return abs(remaining_slide_distance(block, state)) < NEGLIGIBLE_REMAINING_SLIP_M or block.friction == 0.0

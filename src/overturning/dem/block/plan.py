@@ -118,7 +118,7 @@ class BlockSimulationPlan(SimulationPlan):
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
         """Return trajectory rows of a block at rest, one for each of the first `sample_count` samples."""
         rows, case = super().trajectory_rows_at_rest(sample_count), self.case_table[0]
-        rows["z"] = 0.5 * case["height"] - 0.5 * STANDARD_GRAVITY / case["normal_stiffness"]
+        rows["z"] = 0.5 * case["height"] - 0.5 * STANDARD_GRAVITY / case["normal_stiffness_per_mass"]
         rows["ground"] = self.base_accelerations[0, :sample_count] * case["amplitude_factor"]
         return rows
 
@@ -233,8 +233,8 @@ def plan_block_simulation(
     control, step_ratio = BLOCK_STEP_CONTROL, lengths.requested_to_automatic_step_ratio
     halvings = np.clip(lengths.halvings_to_finest_step, 0, control.max_step_halvings)
     columns = {
-        "width": width, "height": height, "normal_stiffness": normal, "tangential_stiffness": tangential,
-        "dashpot_constant": dashpot,
+        "width": width, "height": height, "normal_stiffness_per_mass": normal,
+        "tangential_stiffness_per_mass": tangential, "dashpot_constant_per_mass": dashpot,
         "friction": np.minimum(friction, MAX_FRICTION), "alpha": alpha, "amplitude_factor": amplitude,
         "initial_tilt": tilt, "initial_tilt_cosine": evaluate_and_round_results(np.cos, tilt),
         "initial_tilt_sine": evaluate_and_round_results(np.sin, tilt),

@@ -143,16 +143,18 @@ def write_initial_block_state(
         case_parameters.initial_tilt_cosine,
         case_parameters.initial_tilt_sine,
     )
-    k, ks = case_parameters.normal_stiffness, case_parameters.tangential_stiffness
+    k, ks = case_parameters.normal_stiffness_per_mass, case_parameters.tangential_stiffness_per_mass
+    dashpot = case_parameters.dashpot_constant_per_mass
     inertia = 3.0 / (b * b + h * h)
     block = BlockConstants(
-        half_width=b, half_height=h, inverse_inertia=inertia, normal_stiffness=k, tangential_stiffness=ks,
-        tangential_compliance=1.0 / ks if ks > 0.0 else 0.0, dashpot_constant=case_parameters.dashpot_constant,
+        half_width=b, half_height=h, inverse_inertia=inertia,
+        normal_stiffness_per_mass=k, tangential_stiffness_per_mass=ks,
+        tangential_compliance=1.0 / ks if ks > 0.0 else 0.0, dashpot_constant_per_mass=dashpot,
         friction=case_parameters.friction,
         alpha=case_parameters.alpha, tick_length=sampling_interval / ticks_per_sample,
         max_travel_in_gentle_step=case_parameters.max_travel_in_gentle_step,
-        landing_duration=FLAT_LANDING_DURATION_IN_DECAY_TIMES * case_parameters.dashpot_constant / k,
-        max_interval_of_one_impact=max_time_between_touches_in_one_impact(k, case_parameters.dashpot_constant),
+        landing_duration=FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / k,
+        max_interval_of_one_impact=max_time_between_touches_in_one_impact(k, dashpot),
         friction_moment_share=0.0 if case_parameters.friction * h <= b else 1.0,
     )  # fmt: skip
     tilted = s != 0.0

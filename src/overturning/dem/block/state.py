@@ -46,13 +46,13 @@ class BlockConstants(NamedTuple):
     half_height: float
     inverse_inertia: float
     """Inverse inertia per mass, m/I, 1/m²."""
-    normal_stiffness: float
+    normal_stiffness_per_mass: float
     """Normal stiffness of a corner, K/m, 1/s²."""
-    tangential_stiffness: float
+    tangential_stiffness_per_mass: float
     """Tangential stiffness of a corner, K_s/m, 1/s²."""
     tangential_compliance: float
     """1 over the tangential stiffness, s²; 0 without tangential spring."""
-    dashpot_constant: float
+    dashpot_constant_per_mass: float
     """Dashpot of a corner, h/m, 1/s."""
     friction: float
     """Coefficient of friction μ."""

@@ -13,11 +13,11 @@ class BlockCaseTableColumns(NamedTuple):
     """Width, m."""
     height: float
     """Height, m."""
-    normal_stiffness: float
+    normal_stiffness_per_mass: float
     """Normal stiffness of a corner per mass, 1/s²."""
-    tangential_stiffness: float
+    tangential_stiffness_per_mass: float
     """Tangential stiffness of a corner per mass, 1/s²."""
-    dashpot_constant: float
+    dashpot_constant_per_mass: float
     """Dashpot of a corner per mass, 1/s."""
     friction: float
     """Coefficient of friction."""

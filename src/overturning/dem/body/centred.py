@@ -178,11 +178,11 @@ def predict_contact_point(
     tx, ty = (point_history.stretch_x + slip_x if was else 0.0), (point_history.stretch_y + slip_y if was else 0.0)
     depth = -(predicted_body.position.z + lever_arm.z)
     depth = 0.0 if deferred & (depth > 0.0) else depth
-    n = body.normal_stiffness * depth - body.dashpot_constant * u.z
+    n = body.normal_stiffness_per_mass * depth - body.dashpot_constant_per_mass * u.z
     in_contact = ((n > 0.0) | flat) & (depth > 0.0) if forces_decide_contact else point_history.normal_force != 0.0
     hx, hy = (
-        -(body.tangential_stiffness * tx) - body.dashpot_constant * u.x,
-        -(body.tangential_stiffness * ty) - body.dashpot_constant * u.y,
+        -(body.tangential_stiffness_per_mass * tx) - body.dashpot_constant_per_mass * u.x,
+        -(body.tangential_stiffness_per_mass * ty) - body.dashpot_constant_per_mass * u.y,
     )
     square = hx * hx + hy * hy
     some = square > 0.0
@@ -256,13 +256,13 @@ def contact_equation_terms(
         predicted_point.velocity,
     )
     press, stick = (
-        body.dashpot_constant + half_step_time * body.normal_stiffness,
-        body.dashpot_constant + half_step_time * body.tangential_stiffness,
+        body.dashpot_constant_per_mass + half_step_time * body.normal_stiffness_per_mass,
+        body.dashpot_constant_per_mass + half_step_time * body.tangential_stiffness_per_mass,
     )
-    n = body.normal_stiffness * predicted_point.penetration - body.dashpot_constant * u.z
+    n = body.normal_stiffness_per_mass * predicted_point.penetration - body.dashpot_constant_per_mass * u.z
     hx, hy = (
-        -(body.tangential_stiffness * predicted_point.stretch_x) - body.dashpot_constant * u.x,
-        -(body.tangential_stiffness * predicted_point.stretch_y) - body.dashpot_constant * u.y,
+        -(body.tangential_stiffness_per_mass * predicted_point.stretch_x) - body.dashpot_constant_per_mass * u.x,
+        -(body.tangential_stiffness_per_mass * predicted_point.stretch_y) - body.dashpot_constant_per_mass * u.y,
     )
     part = ratio_of_friction_limit_to_sticking_force(
         body.friction * (n if forces_decide_contact else point_history.normal_force), hx * hx + hy * hy, slides

@@ -57,14 +57,14 @@ def released_spring_energy(
     over = math.copysign(over if over < 0.0 else 0.0, sinking)
     stretched_x, stretched_y = stretch_before_slip[0] - kx, stretch_before_slip[1] - ky
     let_go = 0.5 * (
-        body.tangential_stiffness
+        body.tangential_stiffness_per_mass
         * ((point_history.stretch_x + kx) * stretched_x + (point_history.stretch_y + ky) * stretched_y)
-        + body.normal_stiffness * over
+        + body.normal_stiffness_per_mass * over
     )
     let_go = let_go if inside | was else 0.0
     # A deferred point starts with a compressed spring.
     return (
-        let_go - 0.5 * body.normal_stiffness * (penetration * penetration)
+        let_go - 0.5 * body.normal_stiffness_per_mass * (penetration * penetration)
         if inside & (point_history.penetration == 0.0)
         else let_go
     )
@@ -131,13 +131,13 @@ def compute_point_forces(
     )
     depth = 0.0 if (predicted_point.is_deferred > 0.0) & (depth > 0.0) else depth
     inside, was = depth > 0.0, point_history.penetration > 0.0
-    spring = body.normal_stiffness * depth if inside else 0.0
-    n = spring - body.dashpot_constant * u.z
+    spring = body.normal_stiffness_per_mass * depth if inside else 0.0
+    n = spring - body.dashpot_constant_per_mass * u.z
     n = n if inside & ((predicted_point.lands_flat > 0.0) | (n > 0.0)) else 0.0
     tx, ty = (tx if inside else 0.0), (ty if inside else 0.0)
     most = body.friction * n
-    stiffness = body.tangential_stiffness
-    hx, hy = -(stiffness * tx) - body.dashpot_constant * u.x, -(stiffness * ty) - body.dashpot_constant * u.y
+    stiffness, dashpot = body.tangential_stiffness_per_mass, body.dashpot_constant_per_mass
+    hx, hy = -(stiffness * tx) - dashpot * u.x, -(stiffness * ty) - dashpot * u.y
     spin = plus(predicted_body.end_angular_velocity, velocity_change.angular_velocity)
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
         body, r, plus(predicted_body.end_velocity, velocity_change.velocity), spin,
@@ -150,7 +150,7 @@ def compute_point_forces(
     lever = Vector3(r.x, r.y, tilting * r.z)
     off = r.z - lever.z
     # Friction acts at the shortened lever arm; the springs are stretched at the point itself.
-    sliding = (fx + body.tangential_stiffness * kx) * u.x + (fy + body.tangential_stiffness * ky) * u.y
+    sliding = (fx + stiffness * kx) * u.x + (fy + stiffness * ky) * u.y
     power = (spring - n) * u.z - (sliding + off * (fy * spin.x - fx * spin.y))
     let_go = released_spring_energy(
         body,

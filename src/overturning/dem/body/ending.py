@@ -91,7 +91,7 @@ def body_energy_per_mass(
             vertex_rows[i * ARRAY_LENGTH_PER_VERTEX : (i + 1) * ARRAY_LENGTH_PER_VERTEX], lane
         )
         depth = max(one.penetration, 0.0)
-        springs += body.normal_stiffness * depth * depth + body.tangential_stiffness * (
+        springs += body.normal_stiffness_per_mass * depth * depth + body.tangential_stiffness_per_mass * (
             one.stretch_x * one.stretch_x + one.stretch_y * one.stretch_y
         )
     return 0.5 * (twice_kinetic_energy_per_mass(body, state) + springs) + GRAVITY * (
@@ -228,7 +228,7 @@ def case_status(
     stands = now < course.overturning_energy and body_is_below_critical_tilt(body, s)
     # It can no longer fall, but its peak tilt is final only when its energy cannot reach it again. On one vertex the
     # weight compresses the spring: g²/2k less energy than in the rigid body.
-    past = now + 0.5 * GRAVITY * GRAVITY / body.normal_stiffness <= energy_to_tilt_per_mass(
+    past = now + 0.5 * GRAVITY * GRAVITY / body.normal_stiffness_per_mass <= energy_to_tilt_per_mass(
         body, limits.min_edge_distance, peaks.peak_lean_squared_sine
     )
     if stands and past and not body_will_slide_noticeably(body, s, limits.min_edge_distance):

@@ -205,8 +205,8 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     has_vertices_at_rest = start is None and made[0].rim_radius == 0.0
     columns = {
-        "body": which, "normal_stiffness": laws[which, 0], "tangential_stiffness": laws[which, 1],
-        "dashpot_constant": dashpot, "friction": friction,
+        "body": which, "normal_stiffness_per_mass": laws[which, 0], "tangential_stiffness_per_mass": laws[which, 1],
+        "dashpot_constant_per_mass": dashpot, "friction": friction,
         "amplitude_factor": amplitude,
         "rest_acceleration_limit_g": rest_limit,
         "first_simulated_sample": first,

@@ -103,7 +103,7 @@ def write_initial_body_state(
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def body_constants_of_case(case_parameters: Any, body_constants: Any, tick_length: float) -> BodyConstants:
     """Return a body's constants combined with the contact law of a case; `tick_length` (s) is the time unit."""
-    c, ks = body_constants, case_parameters.tangential_stiffness
+    c, ks = body_constants, case_parameters.tangential_stiffness_per_mass
     return BodyConstants(
         inverse_inertia=SymmetricMatrix(
             c.inverse_inertia_xx,
@@ -116,17 +116,17 @@ def body_constants_of_case(case_parameters: Any, body_constants: Any, tick_lengt
         inertia=SymmetricMatrix(c.inertia_xx, c.inertia_yy, c.inertia_zz, c.inertia_xy, c.inertia_xz, c.inertia_yz),
         centre_height=c.centre_height,
         base_radius=c.base_radius,
-        normal_stiffness=case_parameters.normal_stiffness,
-        tangential_stiffness=ks,
+        normal_stiffness_per_mass=case_parameters.normal_stiffness_per_mass,
+        tangential_stiffness_per_mass=ks,
         tangential_compliance=1.0 / ks if ks > 0.0 else 0.0,
-        dashpot_constant=case_parameters.dashpot_constant,
+        dashpot_constant_per_mass=case_parameters.dashpot_constant_per_mass,
         friction=case_parameters.friction,
         critical_lean=c.critical_lean,
         end_vertex_height_tolerance=c.end_vertex_height_tolerance,
         tick_length=tick_length,
         landing_duration=FLAT_LANDING_DURATION_IN_DECAY_TIMES
-        * case_parameters.dashpot_constant
-        / case_parameters.normal_stiffness,
+        * case_parameters.dashpot_constant_per_mass
+        / case_parameters.normal_stiffness_per_mass,
     )
 
 
@@ -150,7 +150,7 @@ def write_vertex_states_and_return_body_state(
         # Velocity is stored for points of a rim, position for vertices.
         known = plus(v, cross_product(w, arm)) if body.base_radius > 0.0 else plus(place, arm)
         depth = -(place.z + arm.z)
-        n = body.normal_stiffness * max(depth, 0.0)
+        n = body.normal_stiffness_per_mass * max(depth, 0.0)
         store_point_state_at_step_start(
             one,
             lane,

@@ -48,13 +48,13 @@ class BodyConstants(NamedTuple):
     """Height of the centre above the base, m."""
     base_radius: float
     """Radius of a round base, m; 0 for a base with vertices."""
-    normal_stiffness: float
+    normal_stiffness_per_mass: float
     """Normal stiffness of a vertex, K/m, 1/s²."""
-    tangential_stiffness: float
+    tangential_stiffness_per_mass: float
     """Tangential stiffness of a vertex, K_s/m, 1/s², in any direction."""
     tangential_compliance: float
     """1 over the tangential stiffness, s²; 0 without tangential springs."""
-    dashpot_constant: float
+    dashpot_constant_per_mass: float
     """Dashpot of a vertex, h/m, 1/s."""
     friction: float
     """Coefficient of friction μ."""
@@ -183,7 +183,7 @@ class BodyEnergyAndMomentumAccount(NamedTuple):
 
 
 class InertialAccelerations3D(NamedTuple):
-    """Inertial accelerations (m/s²) of the moving base's frame, as linear functions of time within a sample."""
+    """Horizontal inertial accelerations and upward acceleration of the base, m/s², linear in time within a sample."""
 
     inertial_acceleration_x: LinearBaseAcceleration
     """−a along x."""

@@ -16,11 +16,11 @@ MAX_CACHED_SOLIDS: Final = 4096
 """Number of solids whose statics are kept: planning computes the same solids for each record of a study."""
 
 
-def body_pose_at_rest_on_springs(body: RigidSolid, normal_stiffness: float) -> FloatArray:
+def body_pose_at_rest_on_springs(body: RigidSolid, normal_stiffness_per_mass: float) -> FloatArray:
     """Return the pose of a body at rest on its base springs: centre (m) and small rotation vector (rad), shape (6,).
 
     The penetration is a linear function of position; vertices that it would lift carry no load.
-    `normal_stiffness` is the stiffness of a vertex per mass, 1/s².
+    `normal_stiffness_per_mass` is the stiffness of a vertex per mass, 1/s².
     """
     x, y = body.contact_points[: body.base_vertex_count, :2].T
     on = np.ones(body.base_vertex_count, np.bool_)
@@ -28,7 +28,9 @@ def body_pose_at_rest_on_springs(body: RigidSolid, normal_stiffness: float) -> F
         rows = np.stack([np.ones(body.base_vertex_count), x, y])[:, on]
         # fsum does not depend on the order: symmetric bodies stay symmetric to the last digit.
         matrix = np.array([[math.fsum(a * b) for b in rows] for a in rows])
-        plane = solve_positive_definite_system(matrix, np.array([STANDARD_GRAVITY / normal_stiffness, 0.0, 0.0]))
+        plane = solve_positive_definite_system(
+            matrix, np.array([STANDARD_GRAVITY / normal_stiffness_per_mass, 0.0, 0.0])
+        )
         if plane is None:
             break
         sunk = plane[0] + plane[1] * x + plane[2] * y
@@ -36,7 +38,14 @@ def body_pose_at_rest_on_springs(body: RigidSolid, normal_stiffness: float) -> F
             return np.array([0.0, 0.0, body.centre_height - plane[0], -plane[2], plane[1], 0.0])
         on &= sunk > 0
     return np.array(
-        [0.0, 0.0, body.centre_height - STANDARD_GRAVITY / (body.base_vertex_count * normal_stiffness), 0.0, 0.0, 0.0]
+        [
+            0.0,
+            0.0,
+            body.centre_height - STANDARD_GRAVITY / (body.base_vertex_count * normal_stiffness_per_mass),
+            0.0,
+            0.0,
+            0.0,
+        ]
     )
 
 

@@ -32,7 +32,7 @@ from overturning.dem.stack.joint_state import (
 from overturning.dem.stack.state import JointEnergyLosses, StackContactChangesInStep, VelocityToForceBlocks, Wrench
 
 MIN_STIFFNESS_SHARE_FOR_STEP_SHORTENING: Final = 1e-3
-"""Smallest weight of a point that asks for a finer step when it opens or closes."""
+"""Smallest share of the joint's stiffness with which a point asks for a finer step when it opens or closes."""
 
 
 @njit(**INLINE_OPTIONS)
@@ -46,7 +46,7 @@ def predicted_force_per_share_and_contact(
     joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: ContactPointState,
     state: tuple[bool, bool, bool],
 ) -> tuple[float, bool]:  # fmt: skip
-    """Return a contact point's predicted normal force over its weight factor, N, and True if it is in contact.
+    """Return a contact point's predicted normal force over its stiffness share, N, and True if it is in contact.
 
     In a step that resolves the contact vibration the predicted forces decide about contact, in a longer one the contact
     state after the last step. A point that did not belong to the contact patch before has no such state.

@@ -89,7 +89,7 @@ class JointContactState(NamedTuple):
     has_slid: float
     """1 if the joint slid, else 0."""
     has_loaded_non_corner_point: float
-    """1 if a point other than a corner of the upper stone carried weight."""
+    """1 if a contact point other than a corner of the upper stone had a share of the stiffness, else 0."""
 
 
 class JointAtStepStartAndEnd(NamedTuple):
@@ -149,16 +149,16 @@ class JointFrameAxesAndOrigin(NamedTuple):
 class ContactNormalSums(NamedTuple):
     """Sums over the contact points of two stones that overlap in part, from which the normal of contact follows.
 
-    Each point counts with its weight × penetration (m).
+    Each point counts with its load: its share of the joint's stiffness × its penetration, m.
     """
 
     weighted_penetration: float
-    """Weight × penetration, m."""
+    """Sum of the loads, m."""
     x: float
-    """Position in the lower face, m²."""
+    """Sums of load × position in the lower face, m²."""
     y: float
     slope_x: float
-    """Horizontal components of the normal of contact, divided by the vertical one, m."""
+    """Sums of load × horizontal component of the normal over its vertical component, m."""
     slope_y: float
 
 
@@ -225,7 +225,7 @@ class FaceCorner(NamedTuple):
     side_distance: float
     """Distance of that side from the centre of the face, m."""
     stiffness_share: float
-    """Weight of the corner while the whole base rests."""
+    """Share of the joint's stiffness at the corner while the whole base rests."""
 
 
 class ContactPointPosition(NamedTuple):
@@ -236,7 +236,7 @@ class ContactPointPosition(NamedTuple):
     z: float
     """Height of the upper base above the lower face, m."""
     stiffness_share: float
-    """Share of the stiffness of the joint."""
+    """Share of the stiffness of the joint that stands at the point."""
 
 
 class SidePartInContactPatch(NamedTuple):
@@ -255,23 +255,23 @@ class BaseOverhangAtSide(NamedTuple):
 
     overhang: float
     """Largest distance by which a corner of the upper base lies beyond the side, m."""
-    begin_slope: float
+    normal_slope_at_begin: float
     """Slope of the contact normal across the side where its clipped part begins; 0 for a vertical normal."""
-    end_slope: float
+    normal_slope_at_end: float
     """Slope of the contact normal across the side where its clipped part ends; 0 for a vertical normal."""
 
 
 class ContactPointState(NamedTuple):
-    """State of a contact point of two stones after the last step: penetration, pressure, landing time, weight."""
+    """State of a contact point of two stones after the last step: penetration, force, landing time, stiffness."""
 
     penetration: float
     """Penetration, m; negative in the air."""
     force_per_stiffness_share: float
-    """Normal force over weight, N."""
+    """Normal force over `stiffness_share`, N."""
     remaining_landing_time: float
     """Remaining time of a flat landing, s; 0 or less if there is none."""
     stiffness_share: float
-    """Weight."""
+    """Share of the stiffness of the joint that stands at the point."""
     unloaded_penetration: float
     """Penetration that the point took up without force while it waited in a flat landing, m."""
 

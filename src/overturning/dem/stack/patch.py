@@ -1,8 +1,8 @@
-"""Patch of a joint: the part that the upper base and the lower face have in common, and the weights of its points.
+"""Patch of a joint: the part that the upper base and the lower face have in common, and the stiffness of its points.
 
 The patch is taken in the plane of the lower face. Its rim consists of parts of the sides of the upper base and parts of
-the sides of the lower face. A point stands for half of each part of the rim that ends at it, so its weight, a share of
-the whole rim, is continuous where corners appear or vanish (docs/method.md).
+the sides of the lower face. A point stands for half of each part of the rim that ends at it, so its share of
+the joint's stiffness is continuous where corners appear or vanish (docs/method.md).
 """
 
 import math
@@ -187,7 +187,7 @@ def all_bases_on_lower_face(joint_rows: Any, points: Any, upper_count: int, lowe
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def any_stack_uses_contact_point(point: Any, lane_count: int) -> bool:
-    """True if a contact point has a stiffness weight above 0 in any of the stacks, now or after the last step."""
+    """True if a contact point has a share of stiffness above 0 in any of the stacks, now or after the last step."""
     number = 0
     for j in range(round_to_vector_multiple(lane_count)):
         number += 1 if (point[STIFFNESS_SHARE_ROW + j] > 0.0) | (point[OLD_STIFFNESS_SHARE_ROW + j] > 0.0) else 0
@@ -289,8 +289,8 @@ def clip_side_of_lower_face(side: Any, next_corner: Any, begin: Any, end: Any, l
         store_clip(side, j, new)
         store_rim_side(side, j, BaseOverhangAtSide(
             overhang=beyond if beyond > rim.overhang else rim.overhang,
-            begin_slope=slope if new.begin > old.begin else rim.begin_slope,
-            end_slope=slope if new.end < old.end else rim.end_slope,
+            normal_slope_at_begin=slope if new.begin > old.begin else rim.normal_slope_at_begin,
+            normal_slope_at_end=slope if new.end < old.end else rim.normal_slope_at_end,
         ))  # fmt: skip
 
 
@@ -321,20 +321,20 @@ def clip_sides_of_lower_face(joint_rows: Any, points: Any, upper_count: int, low
 
 @njit(**INLINE_OPTIONS)
 def contact_point_on_side(
-    a: ContactPointPosition, b: ContactPointPosition, share: float, weight: float
+    a: ContactPointPosition, b: ContactPointPosition, t: float, stiffness: float
 ) -> ContactPointPosition:
-    """Return the point on the side from a to b at a share of its length from a, with a stiffness weight."""
-    return ContactPointPosition(a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.z + share * (b.z - a.z), weight)
+    """Return the point on the side from a to b at the share t of its length from a, with a share of stiffness."""
+    return ContactPointPosition(a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.z + t * (b.z - a.z), stiffness)
 
 
 @njit(**INLINE_OPTIONS)
-def base_point_above_lower_face(frame: JointRelativeMotion, x: float, y: float, weight: float) -> ContactPointPosition:
-    """Return the point of a stone's base above point (x, y) of the lower face, with a stiffness weight."""
+def base_point_above_lower_face(frame: JointRelativeMotion, x: float, y: float, share: float) -> ContactPointPosition:
+    """Return the point of a stone's base above point (x, y) of the lower face, with its share of the stiffness."""
     normal = cross_product(frame.upper_x_axis, frame.upper_y_axis)
     # A base that stands on edge has no height above the face; its stone has fallen.
     up = normal.z if normal.z > 0.1 else 0.1
     z = frame.base_centre.z - (normal.x * (x - frame.base_centre.x) + normal.y * (y - frame.base_centre.y)) / up
-    return ContactPointPosition(x, y, z, weight)
+    return ContactPointPosition(x, y, z, share)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -366,7 +366,7 @@ def place_contact_points_of_lower_side(
 def place_contact_points_of_base_side(
     joint_rows: Any, point: Any, next_corner: Any, previous_side: Any, start: Any, end: Any, lane_count: int
 ) -> None:
-    """Store the contact points at the ends of a clipped side of a stone's base, with weights (shares of stiffness)."""
+    """Store the contact points at the ends of a clipped side of a stone's base, with shares of stiffness."""
     for j in range(round_to_vector_multiple(lane_count)):
         frame, a, b = load_frame(joint_rows, j), load_place(point, j), load_place(next_corner, j)
         own, previous = load_clip(point, j), load_clip(previous_side, j)
@@ -383,7 +383,7 @@ def place_contact_points_of_base_side(
 def place_contact_points_of_partial_patch(
     joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int
 ) -> None:
-    """Compute position and weight of all contact points where only a part of a stone's base rests on the face below."""
+    """Compute place and stiffness of all contact points where only a part of a stone's base rests on the face below."""
     corners, crossings = upper_count + lower_count, 2 * (upper_count + lower_count)
     for k in range(lower_count):
         following, before = (k + 1) % lower_count, (k + lower_count - 1) % lower_count

@@ -36,7 +36,7 @@ class StackTrajectory:
     def variables_coordinates_and_attributes(
         self, results: CaseResults
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """Return variables, coordinates and attributes of the trajectory's dataset, with the case's outcomes."""
+        """Return the variables (with the case's outcomes), coordinates and attributes of the trajectory's dataset."""
         to_east_north_up = partial(rotate_to_east_north_up, direction_cosines=self.orientation_direction_cosines)
 
         columns = self.rows[:, TRAJECTORY_COLUMNS_BEFORE_STONES:].reshape(

@@ -67,7 +67,7 @@ class MassAndMassMomentAboveJoint(NamedTuple):
 
 
 class StiffnessShareMoments(NamedTuple):
-    """Sums over the contact points of two stones: weight (share of stiffness), its first and second moments."""
+    """Sums over the contact points of two stones: shares of stiffness, and their first and second moments."""
 
     stiffness_share: float
     x: float
@@ -129,7 +129,7 @@ def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, max_c
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def moments_of_stiffness_shares(points: Any, lane: int) -> StiffnessShareMoments:
-    """Return the sum of the weights (shares of stiffness) of two stones' contact points, and its moments."""
+    """Return the sum of the shares of stiffness of two stones' contact points, and its moments."""
     total = StiffnessShareMoments(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(points.size // P):
         rows = points[i * P : (i + 1) * P]

@@ -121,8 +121,8 @@ def add_rim_points_to_normal_sums(
         corner = full if full < corner else corner
         # Sides that cross at a small angle would have a horizontal normal.
         most = math.sqrt(slope_x * slope_x + slope_y * slope_y)
-        begin = full * (rim.begin_slope if rim.begin_slope < most else most)
-        last = full * (rim.end_slope if rim.end_slope < most else most)
+        begin = full * (rim.normal_slope_at_begin if rim.normal_slope_at_begin < most else most)
+        last = full * (rim.normal_slope_at_end if rim.normal_slope_at_end < most else most)
         loads = add_point_to_contact_normal_sums(
             load_rim(joint_rows, j), load_place(side, j), (corner * slope_x, corner * slope_y)
         )

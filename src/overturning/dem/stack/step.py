@@ -75,7 +75,7 @@ def predict_contact_patch_forces(
     """Compute the contact points of two stones at the predicted step end, and sum their predicted forces.
 
     `corner_counts` holds the numbers of corners of the base and of the lower face (0 on the ground). The numbers of the
-    points that have weight in any stack are written to `used_point_count_and_indices`, after their count.
+    points that have a share of stiffness in any stack are written to `used_point_count_and_indices`, after their count.
     """
     upper_count, lower_count = corner_counts
     predict_base_corner_positions(upper_rows, joint_rows, points, upper_count, lane_count)

@@ -94,6 +94,7 @@ class LogHandler(LogHandlerBase):
 
     @override
     def close(self) -> None:
+        """Stop and clear the progress line; repeat the messages of all failures, if any."""
         self._ended.set()
         if self._drawing is not None:
             self._drawing.join()

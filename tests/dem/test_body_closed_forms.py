@@ -302,7 +302,7 @@ def test_free_flight_conserves_angular_momentum_and_energy(scheme: str) -> None:
 
 
 @PARAMETRIZE_SCHEME
-def test_a_frictionless_body_does_not_rotate_about_the_vertical(scheme: str) -> None:
+def test_a_frictionless_body_keeps_its_vertical_angular_momentum(scheme: str) -> None:
     arm = np.array([0.12, 0.12, -0.3])
     path = trajectory(
         motion_at_rest(1.0),

@@ -1,4 +1,4 @@
-"""The map of stations: places, axes and names are where they belong; coordinates of unknown origin are left off."""
+"""The map of stations: places, axes and names are where they belong; coordinates without a source are left off."""
 
 import json
 import math

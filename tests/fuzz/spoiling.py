@@ -142,7 +142,7 @@ def run_on_random_examples(strategy: st.SearchStrategy[Any], test: Callable[[Any
             return
 
 
-class _CollectorOfScriptTagsAndAttributes(HTMLParser):
+class _CollectorOfTagsAndAttributesThatRunOrLoadCode(HTMLParser):
     """Collects the scripts of a page, and other code that a browser would run."""
 
     def __init__(self) -> None:
@@ -159,6 +159,6 @@ class _CollectorOfScriptTagsAndAttributes(HTMLParser):
 
 def script_tags_and_attributes_in_page(page: str) -> list[str]:
     """Return the tags, and attributes after their tag, by which a page runs or loads code or content."""
-    parser = _CollectorOfScriptTagsAndAttributes()
+    parser = _CollectorOfTagsAndAttributesThatRunOrLoadCode()
     parser.feed(page)
     return parser.found

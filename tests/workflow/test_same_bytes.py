@@ -69,8 +69,8 @@ def test_a_study_on_slurm_gives_the_same_bytes_as_a_local_run(
     if why := one_node_slurm.slurm_unavailable_reason():
         skip_test_unless_skipping_is_forbidden(why)
     (run,) = slurm_runs.result()
-    assert run.sha256 == sha256(checkout_with_finished_run.cube_path.read_bytes()).hexdigest()
-    assert run.kept == 4, "of which figures may be drawn later"
+    assert run.sha256_of_result == sha256(checkout_with_finished_run.cube_path.read_bytes()).hexdigest()
+    assert run.sweep_part_count == 4, "of which figures may be drawn later"
 
 
 @pytest.mark.parametrize(("killed", "stays"), [(False, True), (True, False)])

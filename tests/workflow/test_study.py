@@ -334,7 +334,7 @@ def test_a_run_without_snakemake_gives_a_cube_with_the_same_bytes(
     checkout_with_finished_run: WorkflowFolderWithPlanning, tmp_path: Path
 ) -> None:
     run = simulate_study_without_snakemake(checkout_with_finished_run.copy_to(tmp_path / "checkout"), "whole")
-    assert run.sha256 == sha256(checkout_with_finished_run.cube_path.read_bytes()).hexdigest()
+    assert run.sha256_of_result == sha256(checkout_with_finished_run.cube_path.read_bytes()).hexdigest()
     assert len(list(checkout_with_finished_run.results.glob("sweep/*/*.nc"))) == 4, "the default profile keeps parts"
 
 

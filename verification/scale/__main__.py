@@ -65,10 +65,10 @@ def main(
 
 def merge_with_stored_runs_and_store(runs: list[same_bytes.StudyRun]) -> list[same_bytes.StudyRun]:
     """Return these runs and the stored ones that were not repeated, and store all of them."""
-    known = {(run.way, run.file): run for run in runs}
+    known = {(run.way, run.requested_result_file): run for run in runs}
     if RUNS_FILE.is_file():
         old = [same_bytes.StudyRun(*row) for row in iterate_rows(pd.read_csv(RUNS_FILE))]
-        known = {(run.way, run.file): run for run in old} | known
+        known = {(run.way, run.requested_result_file): run for run in old} | known
     write_csv(pd.DataFrame(list(known.values())), RUNS_FILE)
     return list(known.values())
 
@@ -76,11 +76,12 @@ def merge_with_stored_runs_and_store(runs: list[same_bytes.StudyRun]) -> list[sa
 def table_of_runs_and_result_hashes(runs: list[same_bytes.StudyRun]) -> str:
     """Return a table of runs of one study (number of cores, cluster), with the hashes of their results."""
     cores = len(os.sched_getaffinity(0))
-    first = {run.file: run.sha256 for run in reversed(runs)}
+    first = {run.requested_result_file: run.sha256_of_result for run in reversed(runs)}
     rows = []
-    for run in sorted(runs, key=lambda run: run.file):
-        same = "yes" if run.sha256 == first[run.file] else "**no**"
-        rows.append((run.way, f"{run.seconds:.0f}", f"`{run.file}`", f"`{run.sha256[:16]}`", same))
+    for run in sorted(runs, key=lambda run: run.requested_result_file):
+        same = "yes" if run.sha256_of_result == first[run.requested_result_file] else "**no**"
+        file, sha256 = run.requested_result_file, run.sha256_of_result
+        rows.append((run.way, f"{run.run_time_s:.0f}", f"`{file}`", f"`{sha256[:16]}`", same))
     table = markdown_table(("run", "time, s", "file", "SHA-256", "same bytes"), rows)
     return f"{table}\n\nMeasured with {cores} core{'s' * (cores > 1)} available."
 

@@ -51,10 +51,10 @@ class StudyRun(NamedTuple):
     """Result of running the study in one way, such as on two cores or on a cluster."""
 
     way: str
-    file: str  # requested result
-    seconds: float
-    sha256: str  # of that file
-    kept: int  # number of parts of the sweep that still exist
+    requested_result_file: str
+    run_time_s: float
+    sha256_of_result: str
+    sweep_part_count: int  # number of parts of the sweep that still exist after the run
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""Random rectangles and prisms, simulated under the measured motion of every test."""
+"""Random rectangles and prisms from wide ranges of size, simulated under the measured motion of every test."""
 
 import hashlib
 import sys

@@ -48,7 +48,7 @@ class PlanarTrajectory:
     def variables_coordinates_and_attributes(
         self, results: CaseResults
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """Return variables, coordinates and attributes of the dataset of a case, including the results of the case."""
+        """Return the variables (with the results of the case), coordinates and attributes of the dataset of a case."""
         vertices = np.full(
             (len(self.placed_elements), max(len(item.shape.vertices) for item in self.placed_elements), 2), np.nan
         )

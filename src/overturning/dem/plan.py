@@ -41,7 +41,7 @@ class Trajectory(Protocol):
     def variables_coordinates_and_attributes(
         self, results: CaseResults
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """Return variables, coordinates and attributes of the dataset of a case, including the results of the case."""
+        """Return the variables (with the results of the case), coordinates and attributes of the dataset of a case."""
 
 
 def group_numbers_of_equal_cases(*case_columns: NDArray[Any]) -> NDArray[np.int64]:

@@ -145,7 +145,7 @@ def explorer_page_data(
                 for place in range(_AZIMUTH_COLOUR_COUNT)
             ],
         },
-        **_explorer_translations(one),
+        **_page_texts_in_current_language(one),
     }  # fmt: skip
 
 
@@ -154,7 +154,7 @@ def _film_command_language_option() -> list[str]:
     return [] if current_language() == ENGLISH else ["--language", current_language()]
 
 
-def _explorer_translations(cube: "xr.Dataset") -> dict[str, dict[str, str]]:
+def _page_texts_in_current_language(cube: "xr.Dataset") -> dict[str, dict[str, str]]:
     """Return ``{"words": …}``: translations of the texts of the interactive page; {} if the language is English."""
     if (language := current_language()) == ENGLISH:
         return {}

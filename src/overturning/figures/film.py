@@ -105,7 +105,7 @@ class FilmPanel:
         return "a and d turn the view, as dragging it does" if self.shows_3d_body else "f shows contact forces"
 
     def labelled_acceleration_traces(self, with_vertical: bool) -> list[tuple[str, list[FloatArray]]]:
-        """Return the acceleration traces drawn below the bodies, as pairs of label and components."""
+        """Return the acceleration traces drawn below the bodies: label, and samples of each component, m/s²."""
         level = list(np.atleast_2d(self.horizontal_base_acceleration))
         shown = [(ACCELERATION_TRACE_LABELS["along" if len(level) == 1 else "level"], level)]
         if with_vertical:

@@ -239,7 +239,7 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
         agreement = mean_over_earthquakes(np.where(members[name], lengths, np.nan), results.record_events)
         rules = [
             _alignment_finding_of_block_selection(one, word, one.rule is own)
-            for one in results.fault_normal_alignment_by_block_selection.get(name, [])
+            for one in results.fault_normal_alignments_by_record_group.get(name, [])
         ]
         known = [one.alignment.value for one in rules if one.alignment.value is not None]
         groups.append(

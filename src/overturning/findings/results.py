@@ -206,7 +206,7 @@ class StudyResults:
         return earthquakes.difference_of_fall_alignments(*groups) if len(groups) == 2 else None
 
     @cached_property
-    def fault_normal_alignment_by_block_selection(
+    def fault_normal_alignments_by_record_group(
         self,
     ) -> dict[str, list[alignment_by_rule.FaultNormalAlignmentOfSelectedBlocks]]:
         """Alignment of falls with the fault normal, for each rule that selects blocks, by name of the group."""

@@ -123,7 +123,7 @@ class _CaseReruns:
         self.sample, self.threads, self.progress = sample, threads, progress
         self.motions, self.grid = [ground_motion_for_variant(study, record) for record in records], variant_grid(study)
         self.computations: dict[str, Callable[[Motion, Cases], Any]] = {
-            **case_rerun_functions(study),
+            **rerun_functions_by_step_and_stiffness(study),
             "rigid": simulate_rigid_block,
         }
         self.is_planar = variant_model(study).is_planar
@@ -284,7 +284,7 @@ def simulate_rigid_block(motion: Motion, cases: Cases) -> Any:
     return found._replace(overturned=np.where(left, np.int8(INT8_MISSING), found.overturned))
 
 
-def case_rerun_functions(study: Study) -> dict[str, Callable[[Motion, Cases], CaseResults]]:
+def rerun_functions_by_step_and_stiffness(study: Study) -> dict[str, Callable[[Motion, Cases], CaseResults]]:
     """Return functions that compute cases again: unchanged, with finer or finest time steps, or stiffer springs.
 
     With stiffer springs, a time step given in seconds is shortened like the period of the contact; an automatic time

@@ -99,6 +99,7 @@ class InternalFunctionLibrary(JITCodeLibrary):
             super()._optimize_final_module()
 
     def _finalize_final_module(self) -> None:
+        """Mark the library as finalised without machine code: only the code of its callers contains the functions."""
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:  # noqa: ARG002

@@ -178,7 +178,7 @@ def add_point_force_times_distance(joint_rows: Any, point: Any, lane_count: int)
     for j in range(round_to_vector_multiple(lane_count)):
         total, place, new = load_point_sum(joint_rows, j), load_place(point, j), load_next_point(point, j)
         one = 1.0 / (total.force if total.force > 0.0 else 1.0)
-        x, y = place.x - total.x * one, place.y - total.y * one
+        x, y = place.x - total.force_times_x * one, place.y - total.force_times_y * one
         arm = load_arm(joint_rows, j).moment + place.stiffness_share * new.force_per_stiffness_share * math.sqrt(
             x * x + y * y
         )

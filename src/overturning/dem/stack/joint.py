@@ -137,8 +137,8 @@ def predict_friction(
     forces_decide_contact, lands_flat, centre_height = state
     was, loaded = previous.normal_force > 0.0, sums.force > 0.0
     one = 1.0 / (sums.force if loaded else 1.0)
-    cx = previous.pressure_centre_x if was else (sums.x * one if loaded else 0.0)
-    cy = previous.pressure_centre_y if was else (sums.y * one if loaded else 0.0)
+    cx = previous.pressure_centre_x if was else (sums.force_times_x * one if loaded else 0.0)
+    cy = previous.pressure_centre_y if was else (sums.force_times_y * one if loaded else 0.0)
     spin, arm = frame.angular_velocity, previous.mean_pressure_radius
     velocity = slip_velocity_at_contact(frame.velocity, spin, cx, cy, arm)
     stretch = scale_tangent_twist_vector(
@@ -192,16 +192,25 @@ def joint_equation_terms(
     a, b, c = across - along * (d.x * d.x), -(along * (d.x * d.y)), across - along * (d.y * d.y)
     ta, tb, tt = -(along * (d.x * d.twist)), -(along * (d.y * d.twist)), across - along * (d.twist * d.twist)
     cx, cy, cz = friction.pressure_centre_x, friction.pressure_centre_y, friction.pressure_centre_z
-    arm, g, gx, gy = friction.mean_pressure_radius, sums.force_rate, sums.force_rate_x, sums.force_rate_y
+    arm, g, gx, gy = (
+        friction.mean_pressure_radius,
+        sums.impulse_per_velocity,
+        sums.impulse_per_velocity_times_x,
+        sums.impulse_per_velocity_times_y,
+    )
     # Rows of the tangential forces by velocity and angular velocity; the slip is (ex - wz cy, ey + wz cx, arm wz).
     xv, xw = Vector3(a, b, mx * g), Vector3(mx * gy, -(mx * gx), (b * cx - a * cy) + ta * arm)
     yv, yw = Vector3(b, c, my * g), Vector3(my * gy, -(my * gx), (c * cx - b * cy) + tb * arm)
     tv, tw = Vector3(ta, tb, mt * g), Vector3(mt * gy, -(mt * gx), (tb * cx - ta * cy) + tt * arm)
     zv, zw = Vector3(0.0, 0.0, g), Vector3(gy, -gx, 0.0)
     pv = Vector3(-(cz * yv.x), -(cz * yv.y), gy - cz * yv.z)
-    pw = Vector3(sums.force_rate_yy - cz * yw.x, -sums.force_rate_xy - cz * yw.y, -(cz * yw.z))
+    pw = Vector3(
+        sums.impulse_per_velocity_times_yy - cz * yw.x, -sums.impulse_per_velocity_times_xy - cz * yw.y, -(cz * yw.z)
+    )
     qv = Vector3(cz * xv.x, cz * xv.y, -gx + cz * xv.z)
-    qw = Vector3(-sums.force_rate_xy + cz * xw.x, sums.force_rate_xx + cz * xw.y, cz * xw.z)
+    qw = Vector3(
+        -sums.impulse_per_velocity_times_xy + cz * xw.x, sums.impulse_per_velocity_times_xx + cz * xw.y, cz * xw.z
+    )
     rv = Vector3(
         (cx * yv.x - cy * xv.x) + arm * tv.x, (cx * yv.y - cy * xv.y) + arm * tv.y,
         (cx * yv.z - cy * xv.z) + arm * tv.z,
@@ -213,7 +222,7 @@ def joint_equation_terms(
     return JointEquations(
         Wrench(
             Vector3(fx, fy, sums.force),
-            Vector3(sums.y - cz * fy, -sums.x + cz * fx, (cx * fy - cy * fx) + arm * ft),
+            Vector3(sums.force_times_y - cz * fy, -sums.force_times_x + cz * fx, (cx * fy - cy * fx) + arm * ft),
         ),
         VelocityToForceBlocks(
             Matrix3(xv.x, xv.y, xv.z, yv.x, yv.y, yv.z, zv.x, zv.y, zv.z),
@@ -387,14 +396,15 @@ def solve_joint_contact(
     one = 1.0 / (ends.force if loaded else 1.0)
     early = ends.early_contact_impulse * one if loaded else 0.0
     mx, my, mz = -(cz * fy), cz * fx, (cx * fy - cy * fx) + arm * ft
-    at_end = Wrench(Vector3(fx, fy, ends.force), Vector3(ends.y + mx, -ends.x + my, mz))
+    at_end = Wrench(Vector3(fx, fy, ends.force), Vector3(ends.force_times_y + mx, -ends.force_times_x + my, mz))
     sooner = Wrench(
         Vector3(early * fx, early * fy, ends.early_contact_impulse),
         Vector3(ends.early_impulse_times_y + early * mx, -ends.early_impulse_times_x + early * my, early * mz),
     )
     in_contact = 1.0 if loaded else 0.0
     new = JointContactState(
-        kept, velocity, ends.x * one * in_contact, ends.y * one * in_contact, arm_sum * one * in_contact,
+        kept, velocity, ends.force_times_x * one * in_contact, ends.force_times_y * one * in_contact,
+        arm_sum * one * in_contact,
         ends.force if loaded else 0.0, 1.0 if slips & (most != 0.0) else 0.0, 0.0,
     )  # fmt: skip
     return at_end, sooner, findings, JointEnergyLosses(power, let_go + early * power), new

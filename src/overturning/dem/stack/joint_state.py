@@ -152,14 +152,14 @@ class ContactNormalSums(NamedTuple):
     Each point counts with its load: its share of the joint's stiffness × its penetration, m.
     """
 
-    weighted_penetration: float
+    load: float
     """Sum of the loads, m."""
-    x: float
+    load_times_x: float
     """Sums of load × position in the lower face, m²."""
-    y: float
-    slope_x: float
+    load_times_y: float
+    load_times_slope_x: float
     """Sums of load × horizontal component of the normal over its vertical component, m."""
-    slope_y: float
+    load_times_slope_y: float
 
 
 class JointNormalForceSums(NamedTuple):
@@ -167,16 +167,16 @@ class JointNormalForceSums(NamedTuple):
 
     force: float
     """Normal force at the predicted end, N."""
-    x: float
+    force_times_x: float
     """First moments of the force, N·m."""
-    y: float
-    force_rate: float
+    force_times_y: float
+    impulse_per_velocity: float
     """Half of the step times the derivative of the force by the opening velocity, kg, and its moments."""
-    force_rate_x: float
-    force_rate_y: float
-    force_rate_xx: float
-    force_rate_xy: float
-    force_rate_yy: float
+    impulse_per_velocity_times_x: float
+    impulse_per_velocity_times_y: float
+    impulse_per_velocity_times_xx: float
+    impulse_per_velocity_times_xy: float
+    impulse_per_velocity_times_yy: float
 
 
 class SumOfForceTimesDistance(NamedTuple):
@@ -291,8 +291,8 @@ class JointPointForceAndImpulse(NamedTuple):
 
     force: float
     """Normal force, N, and its first moments, N·m."""
-    x: float
-    y: float
+    force_times_x: float
+    force_times_y: float
     early_contact_impulse: float
     """Additional impulse of points that closed early in the step, N·s, and its first moments."""
     early_impulse_times_x: float

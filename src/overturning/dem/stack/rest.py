@@ -61,20 +61,20 @@ class MassAndMassMomentAboveJoint(NamedTuple):
     """Stones above a joint (contact of two stones): their mass (kg), and mass times position of their centre (kg m)."""
 
     mass: float
-    x: float
-    y: float
-    z: float
+    mass_times_x: float
+    mass_times_y: float
+    mass_times_z: float
 
 
 class StiffnessShareMoments(NamedTuple):
     """Sums over the contact points of two stones: shares of stiffness, and their first and second moments."""
 
     stiffness_share: float
-    x: float
-    y: float
-    xx: float
-    xy: float
-    yy: float
+    share_times_x: float
+    share_times_y: float
+    share_times_xx: float
+    share_times_xy: float
+    share_times_yy: float
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -135,8 +135,9 @@ def moments_of_stiffness_shares(points: Any, lane: int) -> StiffnessShareMoments
         rows = points[i * P : (i + 1) * P]
         w, at = load_point(rows, lane).stiffness_share, load_place(rows, lane)
         total = StiffnessShareMoments(
-            total.stiffness_share + w, total.x + w * at.x, total.y + w * at.y,
-            total.xx + w * at.x * at.x, total.xy + w * at.x * at.y, total.yy + w * at.y * at.y,
+            total.stiffness_share + w, total.share_times_x + w * at.x, total.share_times_y + w * at.y,
+            total.share_times_xx + w * at.x * at.x, total.share_times_xy + w * at.x * at.y,
+            total.share_times_yy + w * at.y * at.y,
         )  # fmt: skip
     return total
 
@@ -151,8 +152,12 @@ def contact_point_unloading_acceleration(points: Any, lane: int, centre: Vector3
     total = moments_of_stiffness_shares(points, lane)
     if not total.stiffness_share > 0.0:
         return 0.0
-    x, y = total.x / total.stiffness_share, total.y / total.stiffness_share
-    xx, xy, yy = total.xx - total.x * x, total.xy - total.x * y, total.yy - total.y * y
+    x, y = total.share_times_x / total.stiffness_share, total.share_times_y / total.stiffness_share
+    xx, xy, yy = (
+        total.share_times_xx - total.share_times_x * x,
+        total.share_times_xy - total.share_times_x * y,
+        total.share_times_yy - total.share_times_y * y,
+    )
     area, width = xx * yy - xy * xy, MIN_PATCH_WIDTH_TO_LENGTH_RATIO * (xx + yy)
     if not area > width * width:
         return 0.0
@@ -187,7 +192,10 @@ def onset_acceleration_of_current_stack_state(state: Any, lane: int, stone_count
             continue
         mass, place = load_constants(rows, lane).mass, load_stone(rows, lane).position
         above = MassAndMassMomentAboveJoint(
-            above.mass + mass, above.x + mass * place.x, above.y + mass * place.y, above.z + mass * place.z
+            above.mass + mass,
+            above.mass_times_x + mass * place.x,
+            above.mass_times_y + mass * place.y,
+            above.mass_times_z + mass * place.z,
         )
         joint = state[first + s * size : first + (s + 1) * size]
         old, friction = load_history(joint[:JOINT_SIZE], lane), load_joint(joint[:JOINT_SIZE], lane).friction
@@ -205,7 +213,8 @@ def onset_acceleration_of_current_stack_state(state: Any, lane: int, stone_count
             )
         one = 1.0 / above.mass
         centre = matrix_times_vector(
-            transpose(axes), minus(Vector3(one * above.x, one * above.y, one * above.z), origin)
+            transpose(axes),
+            minus(Vector3(one * above.mass_times_x, one * above.mass_times_y, one * above.mass_times_z), origin),
         )
         raised = Vector3(centre.x, centre.y, centre.z - level)
         onset = min(onset, contact_point_unloading_acceleration(joint[JOINT_SIZE:], lane, raised), friction)

@@ -84,8 +84,8 @@ def add_point_to_contact_normal_sums(
     """Return the sums for the normal of contact with one more contact point, whose normal has the slope `slope`."""
     load = place.stiffness_share * (-place.z if place.z < 0.0 else 0.0)
     return ContactNormalSums(
-        rim.weighted_penetration + load, rim.x + load * place.x, rim.y + load * place.y, rim.slope_x + load * slope[0],
-        rim.slope_y + load * slope[1],
+        rim.load + load, rim.load_times_x + load * place.x, rim.load_times_y + load * place.y,
+        rim.load_times_slope_x + load * slope[0], rim.load_times_slope_y + load * slope[1],
     )  # fmt: skip
 
 
@@ -155,11 +155,11 @@ def contact_frame_with_mean_normal(rim: ContactNormalSums) -> JointFrameAxesAndO
     The origin is the foot, from the centre of the lower face, on the plane through the mean position of the loads that
     is normal to the force.
     """
-    one = 1.0 / (rim.weighted_penetration if rim.weighted_penetration > 0.0 else 1.0)
-    x, y = rim.slope_x * one, rim.slope_y * one
+    one = 1.0 / (rim.load if rim.load > 0.0 else 1.0)
+    x, y = rim.load_times_slope_x * one, rim.load_times_slope_y * one
     z = 1.0 / math.sqrt(1.0 + (x * x + y * y))
     normal = Vector3(x * z, y * z, z)
-    height = (normal.x * rim.x + normal.y * rim.y) * one
+    height = (normal.x * rim.load_times_x + normal.y * rim.load_times_y) * one
     return JointFrameAxesAndOrigin(rotation_from_z_axis_to_normal(normal), scale_vector(height, normal))
 
 
@@ -200,7 +200,8 @@ def keep_lower_face_normal_beyond_critical_lean(upper_rows: Any, joint_rows: Any
         rim, axes = load_rim(joint_rows, j), load_axes(upper_rows, j)
         upright = lean_as_squared_sine(axes) < load_constants(upper_rows, j).base_critical_lean
         store_rim(joint_rows, j, ContactNormalSums(
-            rim.weighted_penetration, rim.x, rim.y, rim.slope_x if upright else 0.0, rim.slope_y if upright else 0.0
+            rim.load, rim.load_times_x, rim.load_times_y,
+            rim.load_times_slope_x if upright else 0.0, rim.load_times_slope_y if upright else 0.0,
         ))  # fmt: skip
 
 

@@ -89,9 +89,12 @@ def test_the_finest_time_step_resolves_very_stiff_or_damped_contacts(damping_rat
     ticks = made.case_table["shortest_step"]
     assert (ticks >= 1).all()
     finest = 0.01 / made.steps / TICKS_PER_WHOLE_STEP * ticks * refinement
-    assert (finest <= BLOCK_STEP_CONTROL.contact_change_step_ratio * shortest_contact_time_constant(square, rate)).all()
     assert (
-        finest > 0.49 * BLOCK_STEP_CONTROL.contact_change_step_ratio * shortest_contact_time_constant(square, rate)
+        finest <= BLOCK_STEP_CONTROL.max_contact_change_step_times_omega * shortest_contact_time_constant(square, rate)
+    ).all()
+    assert (
+        finest
+        > 0.49 * BLOCK_STEP_CONTROL.max_contact_change_step_times_omega * shortest_contact_time_constant(square, rate)
     ).all()
 
 
@@ -117,7 +120,9 @@ def test_no_time_step_crosses_the_end_of_a_sample(pace: KernelStepControl, steps
     sample = steps * whole
     case_step_control = step_control_of_case(pace, sample)
     attempt, tick, change, stands = (
-        NextStepToAttempt(case_step_control.shortest_step, case_step_control.steps_after_contact_change, 0.0),
+        NextStepToAttempt(
+            case_step_control.shortest_step, case_step_control.steps_per_length_after_contact_change, 0.0
+        ),
         0.0,
         0.6 * whole,
         True,

@@ -179,7 +179,9 @@ def test_a_case_becomes_undecided_20_over_p_after_the_record(height: float) -> N
     motion = motion_at_rest(1.0)
     how = plan_single_case(scene_of_elements(block_element("block", 0.4 * height, height)), motion)
     p = np.sqrt(0.75 * 9.80665 / (0.5 * np.hypot(0.4 * height, height)))
-    assert (how.case_table["undecided_end_sample"][0] - motion.sample_count) * 0.01 == pytest.approx(20 / p, abs=0.011)
+    assert (how.case_table["end_sample_if_undecided"][0] - motion.sample_count) * 0.01 == pytest.approx(
+        20 / p, abs=0.011
+    )
 
 
 @pytest.mark.parametrize(

@@ -190,7 +190,7 @@ def apply_contact_law(
     )
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
     fx, fy, kx, ky, _ = clamp_friction_and_stretch(hx, hy, tx, ty, most, body.tangential_compliance, (flat, drifts))
-    landing = (history.remaining_landing_time if was else begun) - body.tick_length * TICKS_PER_STEP
+    landing = (history.remaining_flat_landing_time if was else begun) - body.tick_length * TICKS_PER_STEP
     landing = landing if inside else 0.0
     force = Vector3(fx, fy, n)
     spring = body.normal_stiffness_per_mass * (depth if inside else 0.0)
@@ -217,7 +217,7 @@ def apply_contact_law(
         penetration=depth,
         normal_force=n,
         has_slid=0.0,
-        remaining_landing_time=landing,
+        remaining_flat_landing_time=landing,
     )
 
 
@@ -250,9 +250,9 @@ def advance_body_one_step(
     t, dt = contact_totals.wrench, body.tick_length * TICKS_PER_STEP
     half = 0.5 * dt
     push = Vector3(
-        base_acceleration_at_tick(shaking.inertial_acceleration_x, body_state.ticks_in_sample),
-        base_acceleration_at_tick(shaking.inertial_acceleration_y, body_state.ticks_in_sample),
-        base_acceleration_at_tick(shaking.upward_base_acceleration, body_state.ticks_in_sample),
+        base_acceleration_at_tick(shaking.inertial_acceleration_x, body_state.ticks_since_sample_start),
+        base_acceleration_at_tick(shaking.inertial_acceleration_y, body_state.ticks_since_sample_start),
+        base_acceleration_at_tick(shaking.upward_base_acceleration, body_state.ticks_since_sample_start),
     )
     a = acceleration_of_body_centre(t.force, push)
     # The accounts take the velocities at the whole step.
@@ -280,7 +280,7 @@ def advance_body_one_step(
     peaks = BodyPeakValues(
         updated_maximum(peaks.peak_lean_squared_sine, lean), updated_maximum(peaks.slip_squared, bx * bx + by * by),
         updated_maximum(peaks.penetration, contact_totals.max_penetration),
-        body_state.ticks_in_sample if lean < body.critical_lean else peaks.last_upright_tick,
+        body_state.ticks_since_sample_start if lean < body.critical_lean_squared_sine else peaks.last_upright_tick,
     )  # fmt: skip
     # Momenta half a step later, position one step later.
     v, momentum = (
@@ -300,7 +300,7 @@ def advance_body_one_step(
         angular_velocity=w,
         acceleration=a,
         moment=t.moment,
-        ticks_in_sample=body_state.ticks_in_sample + TICKS_PER_STEP,
+        ticks_since_sample_start=body_state.ticks_since_sample_start + TICKS_PER_STEP,
     )
     return moved, peaks, BodyEnergyAndMomentumAccount(work, loss, spin, 0.0, 0.0, 0.0)
 
@@ -473,7 +473,7 @@ def advance_momenta_by_steps(state: Any, columns: int, step_count: float) -> Non
                 angular_velocity=s.angular_velocity,
                 acceleration=s.acceleration,
                 moment=s.moment,
-                ticks_in_sample=s.ticks_in_sample,
+                ticks_since_sample_start=s.ticks_since_sample_start,
             ),
         )
         torque = s.moment.z + (s.position.x * s.acceleration.y - s.position.y * s.acceleration.x)
@@ -584,7 +584,7 @@ def enable_cundall() -> Iterator[None]:
         )
         rate, interval = planned.case_table["dashpot_constant_per_mass"] * modes, motion.sampling_interval
         steps = steps_per_sample(IntegrationScheme.CUNDALL, numerics.time_step, square, rate, interval)
-        planned.case_table["shortest_step"] = planned.case_table["steps_after_contact_change"] = 1.0
+        planned.case_table["shortest_step"] = planned.case_table["steps_per_length_after_contact_change"] = 1.0
         planned.case_table["longest_step_at_rest"] = TICKS_PER_STEP
         return CundallSimulationPlan(**vars(planned) | {"steps": steps * numerics.refinement})
 

@@ -231,7 +231,7 @@ class SimulationPlan(ABC):
         """Return, by name, the input fields that the kernels of all models share (see `KernelInput`)."""
         cases, steps = self.case_table[case_numbers], int(self.steps[case_numbers[0]]) * step_divisor
         # The shortest step is given in ticks, and a tick is shorter by the same factor.
-        cases["steps_after_contact_change"] *= step_divisor
+        cases["steps_per_length_after_contact_change"] *= step_divisor
         settings = SettingsOfParallelCases(
             sample_count=self.motion.sample_count,
             sampling_interval=self.motion.sampling_interval,

@@ -71,7 +71,7 @@ def predict_block_at_step_end(
     ticks_per_sample: float,
 ) -> PredictedBlock:
     """Predict the state of a block and its lower corners at the end of a step, with constant acceleration."""
-    dt, tick = block.tick_length * step_ticks, state.ticks_in_sample + step_ticks
+    dt, tick = block.tick_length * step_ticks, state.ticks_since_sample_start + step_ticks
     half = 0.5 * dt
     kx, kz, kw = half * state.ax, half * state.az, half * state.angular_acceleration
     vx, vz, vw = state.vx + kx, state.vz + kz, state.angular_velocity + kw
@@ -278,7 +278,7 @@ def solve_velocity_corrections(
         inertia * ((lever_l * fl - arm_l * nl) + (lever_r * fr - arm_r * nr))
     )
     wl, wr = p.normal_force_velocity_factor * arm_l, q.normal_force_velocity_factor * arm_r
-    slide_l, slide_r = p.sliding_force_per_velocity, q.sliding_force_per_velocity
+    slide_l, slide_r = p.sliding_force_per_normal_velocity, q.sliding_force_per_normal_velocity
     el, er = slide_l * lever_l - wl, slide_r * lever_r - wr
     gl, gr = p.sticking_force_velocity_factor * lever_l, q.sticking_force_velocity_factor * lever_r
     sway = p.sticking_force_velocity_factor * drop_l + q.sticking_force_velocity_factor * drop_r

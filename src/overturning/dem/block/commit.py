@@ -222,7 +222,7 @@ def complete_block_step(
     half, turn, tick = (
         predicted_block.half_step,
         predicted_block.half_step * velocity_change.angular_velocity,
-        s.ticks_in_sample + step_ticks,
+        s.ticks_since_sample_start + step_ticks,
     )
     x, z, angle = (
         predicted_block.x + half * velocity_change.vx,
@@ -282,7 +282,7 @@ def complete_block_step(
         angular_acceleration=aw,
         left=left.new_corner,
         right=right.new_corner,
-        ticks_in_sample=tick,
-        remaining_landing_time=landing,
+        ticks_since_sample_start=tick,
+        remaining_flat_landing_time=landing,
     )
     return BlockAfterStep(state, peaks, account)

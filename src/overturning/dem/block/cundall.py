@@ -117,8 +117,8 @@ def advance_block_one_step(
     """Advance one block by one step of Cundall's scheme; return its state, peaks and energy account."""
     dt = block.tick_length * TICKS_PER_STEP
     push, lift = (
-        base_acceleration_at_tick(inertial_accelerations.inertial_acceleration_x, state.ticks_in_sample),
-        base_acceleration_at_tick(inertial_accelerations.upward_base_acceleration, state.ticks_in_sample),
+        base_acceleration_at_tick(inertial_accelerations.inertial_acceleration_x, state.ticks_since_sample_start),
+        base_acceleration_at_tick(inertial_accelerations.upward_base_acceleration, state.ticks_since_sample_start),
     )
     rate = block.dashpot_constant_per_mass / dt
     (arm_left, drop_left), (arm_right, drop_right) = (
@@ -164,7 +164,7 @@ def advance_block_one_step(
     )
     # Velocities half a step later, position one step later.
     vx, vz, vw = state.vx + dt * ax, state.vz + dt * az, state.angular_velocity + dt * aw
-    turn, tick = dt * vw, state.ticks_in_sample + TICKS_PER_STEP
+    turn, tick = dt * vw, state.ticks_since_sample_start + TICKS_PER_STEP
     c, sn = rotate_cosine_and_sine(state.cos, state.sin, turn)
     x, z, angle = state.x + dt * vx, state.z + dt * vz, state.angle + turn
     peaks = BlockPeakValues(
@@ -180,7 +180,7 @@ def advance_block_one_step(
     )
     moved = BlockState(
         x=x, z=z, angle=angle, cos=c, sin=sn, vx=vx, vz=vz, angular_velocity=vw, ax=ax, az=az, angular_acceleration=aw,
-        left=left.new_corner, right=right.new_corner, ticks_in_sample=tick,
-        remaining_landing_time=remaining_flat_landing_time(block, state, dt),
+        left=left.new_corner, right=right.new_corner, ticks_since_sample_start=tick,
+        remaining_flat_landing_time=remaining_flat_landing_time(block, state, dt),
     )  # fmt: skip
     return moved, peaks, BlockEnergyAccount(energy_account.base_motion_work + dt * power, lost, 0.0, 0.0)

@@ -124,7 +124,7 @@ def case_status(
         return CaseStatus.UNSTABLE
     if s.cos <= 0.0:
         return CaseStatus.SIMULATED
-    sample = course.current_sample + s.ticks_in_sample / ticks_per_sample
+    sample = course.current_sample + s.ticks_since_sample_start / ticks_per_sample
     if sample >= course.last_onset_sample and s.left.penetration > 0.0 and s.right.penetration > 0.0:
         # A block that rests on both corners after the last time at which it could start to move stays there.
         kinetic = 0.5 * (s.vx * s.vx + s.vz * s.vz + s.angular_velocity * s.angular_velocity / block.inverse_inertia)
@@ -139,7 +139,7 @@ def case_status(
         state[TILT_NEAR_CASE_END_ROW_OFFSET + lane], course, sample, last_sample, tilt, rise
     )
     state[TILT_NEAR_CASE_END_ROW_OFFSET + lane] = late_tilt
-    if sample < course.undecided_end_sample:
+    if sample < course.end_sample_if_undecided:
         return CASE_NOT_ENDED
     stands = block_energy_per_mass(block, s, velocity_lag) < course.overturning_energy and tilt < 1.0
     return CaseStatus.SIMULATED if stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY else CaseStatus.UNDECIDED
@@ -161,7 +161,7 @@ def write_case_results(
     if (
         status == CaseStatus.SIMULATED
         and not fallen
-        and course.current_sample + s.ticks_in_sample / ticks_per_sample >= course.undecided_end_sample
+        and course.current_sample + s.ticks_since_sample_start / ticks_per_sample >= course.end_sample_if_undecided
     ):
         residual_slip += remaining_slide_distance(block, s)
         peak_slip = max(peak_slip, abs(residual_slip))
@@ -186,10 +186,10 @@ def write_block_trajectory_row(
         load_inertial_accelerations(state, lane).inertial_acceleration_x,
     )
     trajectory_row.time = (
-        load_course(state, lane).current_sample + s.ticks_in_sample / ticks_per_sample
+        load_course(state, lane).current_sample + s.ticks_since_sample_start / ticks_per_sample
     ) * sampling_interval
     trajectory_row.x, trajectory_row.z, trajectory_row.angle = s.x, s.z, s.angle
     trajectory_row.vx, trajectory_row.vz, trajectory_row.angular_velocity = velocities_at_time_of_position(
         block, s, velocity_lag
     )
-    trajectory_row.ground = -(push.value_at_sample_start + push.slope * s.ticks_in_sample)
+    trajectory_row.ground = -(push.value_at_sample_start + push.slope * s.ticks_since_sample_start)

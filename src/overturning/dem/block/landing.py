@@ -18,7 +18,7 @@ def block_is_airborne(state: BlockState) -> bool:
 @njit(**INLINE_OPTIONS)
 def remaining_flat_landing_time(block: BlockConstants, state: BlockState, time_step: float) -> float:
     """Return the remaining time (s) of a block's landing on both corners; the full duration for an airborne block."""
-    return block.landing_duration if block_is_airborne(state) else state.remaining_landing_time - time_step
+    return block.landing_duration if block_is_airborne(state) else state.remaining_flat_landing_time - time_step
 
 
 @njit(**INLINE_OPTIONS)
@@ -36,7 +36,7 @@ def block_lands_flat(
     both = base_end_touches_within_time(
         block.max_interval_of_one_impact, left_corner[0], left_corner[1]
     ) & base_end_touches_within_time(block.max_interval_of_one_impact, right_corner[0], right_corner[1])
-    return ((state.remaining_landing_time > 0.0) | block_is_airborne(state)) & both
+    return ((state.remaining_flat_landing_time > 0.0) | block_is_airborne(state)) & both
 
 
 @njit(**INLINE_OPTIONS)

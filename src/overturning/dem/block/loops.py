@@ -182,7 +182,12 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
             )
             findings = commit.contact_changes_in_block_step(block, case_step_control, length, fine, both, with_friction)
             again, sooner, attempt = accept_or_reject_and_choose_next_step(
-                BLOCK_STEP_CONTROL, case_step_control, attempt, findings, s.ticks_in_sample + length, ticks_per_sample
+                BLOCK_STEP_CONTROL,
+                case_step_control,
+                attempt,
+                findings,
+                s.ticks_since_sample_start + length,
+                ticks_per_sample,
             )
             assumed = commit.assumed_signed_friction_for_next_attempt(
                 AssumedFrictionCoefficientIfSliding(d.left_signed_friction, d.right_signed_friction),

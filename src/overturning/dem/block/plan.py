@@ -169,7 +169,9 @@ def block_step_lengths(
         requested_to_automatic_step_ratio(scheme, numerics.time_step, longest_stable_step(scheme, square, rate, period))
         / numerics.refinement
     )
-    finest = BLOCK_STEP_CONTROL.contact_change_step_ratio * ratio * shortest_contact_time_constant(square, rate)
+    finest = (
+        BLOCK_STEP_CONTROL.max_contact_change_step_times_omega * ratio * shortest_contact_time_constant(square, rate)
+    )
     halvings = np.frexp(interval / steps / finest)[1].astype(np.int64)
     if scheme == IntegrationScheme.CENTRED:
         # If this needs more halvings than allowed, shorten the whole step.
@@ -239,14 +241,16 @@ def plan_block_simulation(
         "initial_tilt": tilt, "initial_tilt_cosine": evaluate_and_round_results(np.cos, tilt),
         "initial_tilt_sine": evaluate_and_round_results(np.sin, tilt),
         "first_simulated_sample": first, "last_onset_sample": calm,
-        "undecided_end_sample": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * period / interval),
+        "end_sample_if_undecided": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * period / interval),
         "rest_acceleration_limit_g": rest_limit,
         "max_travel_in_gentle_step": (
             MAX_CORNER_TRAVEL_RATIO_WITHOUT_REFINEMENT * lengths.finest_step_s * width * alpha / period
         ),
         "shortest_step": np.ldexp(1.0, control.max_step_halvings - halvings),
         "longest_step_at_rest": TICKS_PER_WHOLE_STEP * lengths.standing_step_in_whole_steps,
-        "steps_after_contact_change": np.round(control.steps_before_length_doubles(square, rate) / step_ratio),
+        "steps_per_length_after_contact_change": np.round(
+            control.steps_before_length_doubles(square, rate) / step_ratio
+        ),
         "long_steps_before_doubling": np.round(control.long_steps_before_doubling / step_ratio),
     }  # fmt: skip
     for name, values in columns.items():

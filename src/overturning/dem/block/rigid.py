@@ -58,15 +58,15 @@ class RigidCaseTableColumns(NamedTuple):
     """Steps per sample."""
     max_angular_velocity_at_rest: float
     """Angular velocity below which the block comes to rest, rad per sample."""
-    undecided_end_sample: float
+    end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
     amplitude_factor: float
     """Factor on the motion."""
     initial_tilt: float
     """Initial rotation θ₀, rad."""
-    remaining_tilt_sine: float
+    sine_of_tilt_left_to_critical_angle: float
     """Sine of α − |θ₀|."""
-    remaining_tilt_cosine: float
+    cosine_of_tilt_left_to_critical_angle: float
     """Cosine of α − |θ₀|."""
 
 
@@ -279,12 +279,15 @@ def _simulate_rigid_block(
     angle, velocity, sine, cosine = taylor_series[0], taylor_series[1], taylor_series[2], taylor_series[3]
     side = 1.0 if case_parameters.initial_tilt > 0.0 else -1.0 if case_parameters.initial_tilt < 0.0 else 0.0
     angle[0], velocity[0] = abs(case_parameters.initial_tilt), 0.0
-    sine[0], cosine[0] = case_parameters.remaining_tilt_sine, case_parameters.remaining_tilt_cosine
+    sine[0], cosine[0] = (
+        case_parameters.sine_of_tilt_left_to_critical_angle,
+        case_parameters.cosine_of_tilt_left_to_critical_angle,
+    )
     sin_alpha, cos_alpha = case_parameters.sin_alpha, case_parameters.cos_alpha
     peak, tangent, samples = angle[0], sin_alpha / cos_alpha, horizontal_acceleration.size - 3
     scale, i = case_parameters.amplitude_factor / STANDARD_GRAVITY, 0
     step_count, squared_frequency = case_parameters.steps_per_sample, case_parameters.squared_rocking_frequency
-    while i < case_parameters.undecided_end_sample and not (i >= samples and side == 0.0):
+    while i < case_parameters.end_sample_if_undecided and not (i >= samples and side == 0.0):
         n, t = min(i, samples + 1), 0.0
         sample = _base_motion_of_sample(horizontal_acceleration, vertical_acceleration, scale, n)
         while t < 1.0:
@@ -385,11 +388,11 @@ def simulate_rigid_rocking(
         "restitution": np.maximum(1.0 - 1.5 * ratio * ratio / (1.0 + ratio * ratio), 0.0),
         "steps_per_sample": np.ceil(per_sample / LONGEST_STEP_IN_ROCKING_TIME_CONSTANTS),
         "max_angular_velocity_at_rest": REST_ANGULAR_VELOCITY_TO_P_RATIO * per_sample,
-        "undecided_end_sample": motion.sample_count + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD / per_sample),
+        "end_sample_if_undecided": motion.sample_count + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD / per_sample),
         "amplitude_factor": cases.amplitude,
         "initial_tilt": tilt,
-        "remaining_tilt_sine": evaluate_and_round_results(np.sin, alpha - np.abs(tilt)),
-        "remaining_tilt_cosine": evaluate_and_round_results(np.cos, alpha - np.abs(tilt)),
+        "sine_of_tilt_left_to_critical_angle": evaluate_and_round_results(np.sin, alpha - np.abs(tilt)),
+        "cosine_of_tilt_left_to_critical_angle": evaluate_and_round_results(np.cos, alpha - np.abs(tilt)),
     }
     for name, values in columns.items():
         table[name] = values

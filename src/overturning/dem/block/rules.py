@@ -99,7 +99,7 @@ store_push, store_lift = (
 STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.count
 COS, SIN, TICK, LAST_UPRIGHT = (
     STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "cos"), STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "sin"),
-    STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "ticks_in_sample"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "ticks_since_sample_start"),
     STATE_ROW_LAYOUT.row_offset_of_field(BlockPeakValues,
     "last_upright_tick"),
 )  # fmt: skip
@@ -170,15 +170,15 @@ def write_initial_block_state(
     at_rest = BlockState(
         x=x, z=z, angle=case_parameters.initial_tilt, cos=c, sin=s, vx=0.0, vz=0.0, angular_velocity=0.0, ax=0.0, az=az,
         angular_acceleration=aw, left=left,
-        right=right, ticks_in_sample=0.0, remaining_landing_time=0.0,
+        right=right, ticks_since_sample_start=0.0, remaining_flat_landing_time=0.0,
     )  # fmt: skip
     store_block(state, lane, block)
     store_step_control(state, lane, CaseStepControl(
-        case_parameters.shortest_step, case_parameters.longest_step_at_rest, case_parameters.steps_after_contact_change,
-        case_parameters.long_steps_before_doubling,
+        case_parameters.shortest_step, case_parameters.longest_step_at_rest,
+        case_parameters.steps_per_length_after_contact_change, case_parameters.long_steps_before_doubling,
     ))  # fmt: skip
     store_state(state, lane, at_rest)
-    length, steps = case_parameters.shortest_step, case_parameters.steps_after_contact_change
+    length, steps = case_parameters.shortest_step, case_parameters.steps_per_length_after_contact_change
     store_attempt(state, lane, NextStepToAttempt(length, steps, 0.0))
     store_assumed_slip(state, lane, AssumedFrictionCoefficientIfSliding(0.0, 0.0))
     store_peaks(state, lane, BlockPeakValues(abs(case_parameters.initial_tilt), 0.0, 0.0, -1.0))
@@ -186,7 +186,7 @@ def write_initial_block_state(
     state[REST_LIMIT + lane] = case_parameters.rest_acceleration_limit_g
     store_course(state, lane, CaseProgress(
         case_parameters.amplitude_factor, case_parameters.first_simulated_sample, case_parameters.last_onset_sample,
-        case_parameters.undecided_end_sample, case_parameters.first_simulated_sample * sampling_interval,
+        case_parameters.end_sample_if_undecided, case_parameters.first_simulated_sample * sampling_interval,
         first, barrier,
     ))  # fmt: skip
 
@@ -219,7 +219,7 @@ def start_sample_and_load_base_motion(
         s = load_state(state, j)
         state[COS + j], state[SIN + j] = normalise_cosine_and_sine(s.cos, s.sin)
         begun = next_sample_tick_and_last_upright_time(
-            load_course(state, j), s.ticks_in_sample, state[LAST_UPRIGHT + j], ticks, interval
+            load_course(state, j), s.ticks_since_sample_start, state[LAST_UPRIGHT + j], ticks, interval
         )
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
@@ -298,7 +298,7 @@ def mark_possibly_ended_block_cases(
         sound = (s.cos > 0.0) & (load_peaks(state, j).penetration <= most)
         total = (s.vx + s.vz + s.angular_velocity) + (s.x + s.z + s.cos)
         goes_on = case_cannot_have_ended(
-            load_course(state, j), s.ticks_in_sample, ticks_per_sample, last_sample, total, sound
+            load_course(state, j), s.ticks_since_sample_start, ticks_per_sample, last_sample, total, sound
         )
         end_marks_out[j] = 0.0 if goes_on else 1.0
         count += 0 if goes_on else 1
@@ -337,7 +337,7 @@ def skip_samples_of_resting_blocks(
         assumed, block, now = (
             load_assumed_signed_friction(state, j),
             load_block(state, j),
-            course.current_sample + s.ticks_in_sample * (1.0 / ticks_per_sample),
+            course.current_sample + s.ticks_since_sample_start * (1.0 / ticks_per_sample),
         )
         still = body_is_still(
             largest_velocity_or_acceleration_component(s.vx, s.vz, s.angular_velocity, block),

@@ -120,9 +120,9 @@ class BlockState(NamedTuple):
     angular_acceleration: float
     left: CornerState
     right: CornerState
-    ticks_in_sample: float
+    ticks_since_sample_start: float
     """Ticks since the start of the sample."""
-    remaining_landing_time: float
+    remaining_flat_landing_time: float
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
@@ -251,8 +251,8 @@ class CornerEquationTerms(NamedTuple):
     """Contribution of a corner to the three equations for the velocities of a block, per mass.
 
     The forces are those for zero velocity at the end of the step. `normal_force_velocity_factor`,
-    `sticking_force_velocity_factor` and `sliding_force_per_velocity` are the factors of the velocities: of the normal
-    force, and of the tangential force of a sticking and of a sliding corner.
+    `sticking_force_velocity_factor` and `sliding_force_per_normal_velocity` are the factors of the velocities: of the
+    normal force, and of the tangential force of a sticking and of a sliding corner.
     """
 
     normal_force: float
@@ -263,7 +263,7 @@ class CornerEquationTerms(NamedTuple):
     """Normal force per normal velocity, times half the step; dimensionless."""
     sticking_force_velocity_factor: float
     """Tangential force of a sticking corner per tangential velocity, times half the step."""
-    sliding_force_per_velocity: float
+    sliding_force_per_normal_velocity: float
     """Tangential force of a sliding corner per normal velocity, times half the step."""
 
 

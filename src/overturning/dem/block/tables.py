@@ -35,7 +35,7 @@ class BlockCaseTableColumns(NamedTuple):
     """First sample that is computed."""
     last_onset_sample: float
     """First sample after which the motion cannot start any movement."""
-    undecided_end_sample: float
+    end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
     max_travel_in_gentle_step: float
     """Largest travel of a corner that opens or closes in a gentle step, m."""

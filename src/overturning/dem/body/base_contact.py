@@ -80,7 +80,7 @@ def update_base_contact_with_vertex(
     return BaseContactState(
         height if low else base_contact.lowest_vertex_height, height if high else base_contact.highest_vertex_height,
         still if low else base_contact.lowest_vertex_rests, still if high else base_contact.highest_vertex_rests,
-        base_contact.remaining_landing_time, base_contact.longest_landing_time, base_contact.friction_moment_share,
+        base_contact.remaining_flat_landing_time, base_contact.longest_landing_time, base_contact.friction_moment_share,
     )  # fmt: skip
 
 
@@ -113,7 +113,7 @@ def body_base_lands_flat(base_contact: BaseContactState) -> bool:
 
     See `dem.block.landing`.
     """
-    return base_contact.remaining_landing_time > 0.0
+    return base_contact.remaining_flat_landing_time > 0.0
 
 
 @njit(**INLINE_OPTIONS)
@@ -155,11 +155,11 @@ load_vertex, load_memory = (
 )
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
 LANDING_OF, DEPTH_OF = (
-    VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.remaining_landing_time"),
+    VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.remaining_flat_landing_time"),
     VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.penetration"),
 )
 SHORTEST, LONGEST = (
-    STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "remaining_landing_time"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "remaining_flat_landing_time"),
     STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "longest_landing_time"),
 )
 FRICTION_MOMENT_SHARE_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
@@ -213,15 +213,15 @@ def update_base_contacts(
             body, ahead = load_body(state, j), load_memory(vertex_rows[:ARRAY_LENGTH_PER_VERTEX], j)
             behind = load_memory(vertex_rows[opposite_start_index : opposite_start_index + ARRAY_LENGTH_PER_VERTEX], j)
             landing = (
-                ahead.remaining_landing_time
-                if ahead.remaining_landing_time < behind.remaining_landing_time
-                else behind.remaining_landing_time
+                ahead.remaining_flat_landing_time
+                if ahead.remaining_flat_landing_time < behind.remaining_flat_landing_time
+                else behind.remaining_flat_landing_time
             )
             longest = longest_landing_time_including_point(
                 longest_landing_time_including_point(
-                    LANDING_TIME_VALUE_FOR_BASE_IN_AIR, ahead.remaining_landing_time, ahead.penetration
+                    LANDING_TIME_VALUE_FOR_BASE_IN_AIR, ahead.remaining_flat_landing_time, ahead.penetration
                 ),
-                behind.remaining_landing_time,
+                behind.remaining_flat_landing_time,
                 behind.penetration,
             )
             tilting = 0.0 if body.friction * body.centre_height <= body.base_radius else 1.0

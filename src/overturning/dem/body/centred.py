@@ -68,7 +68,7 @@ def predict_body_at_step_end(
     body: BodyConstants, state: BodyState, step_ticks: float, shaking: InertialAccelerations3D, ticks_per_sample: float
 ) -> BodyPredictedForStepEnd:
     """Predict the state of a body at the end of a step (`step_ticks`), from the acceleration at the step's start."""
-    dt, tick = body.tick_length * step_ticks, state.ticks_in_sample + step_ticks
+    dt, tick = body.tick_length * step_ticks, state.ticks_since_sample_start + step_ticks
     half, past = 0.5 * dt, tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
     v, momentum = (

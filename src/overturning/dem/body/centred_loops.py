@@ -283,7 +283,7 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
             load_shaking(state, j),
             w.inertial_xy_and_upward_base_acceleration,
             ticks_per_sample,
-            load_termination_limits(state, j).sample_step_acceleration_g,
+            load_termination_limits(state, j).max_acceleration_for_sample_long_steps_g,
         )
         findings = contact_changes_in_body_step(most, t.force.z, fast, steady)
         again, sooner, following = accept_or_reject_and_choose_next_step(
@@ -291,7 +291,7 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
             load_step_control(state, j),
             attempt,
             findings,
-            s.ticks_in_sample + attempt.length_in_ticks,
+            s.ticks_since_sample_start + attempt.length_in_ticks,
             ticks_per_sample,
         )
         accepted = BodyAfterAcceptedStep(s, load_peaks(state, j), load_account(state, j))

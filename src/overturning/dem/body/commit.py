@@ -163,7 +163,7 @@ def compute_point_forces(
     fresh = inside & (not was)
     more = depth * (2.0 * half / (depth - point_history.penetration if fresh else 1.0)) - half if fresh else 0.0
     landing = (
-        predicted_point.landing_time_if_touching_now if fresh else point_history.remaining_landing_time
+        predicted_point.landing_time_if_touching_now if fresh else point_history.remaining_flat_landing_time
     ) - 2.0 * half
     force = Vector3(fx, fy, n)
     moment = cross_product(lever, force)
@@ -187,7 +187,7 @@ def compute_point_forces(
             penetration=depth,
             normal_force=n,
             has_slid=1.0 if slips & (most != 0.0) else 0.0,
-            remaining_landing_time=landing if inside else 0.0,
+            remaining_flat_landing_time=landing if inside else 0.0,
         ),
     )
 
@@ -273,7 +273,7 @@ def complete_body_step(
     a, push, tick = (
         acceleration_of_body_centre(contact_sum.force, predicted_body.inertial_xy_and_upward_base_acceleration),
         predicted_body.inertial_xy_and_upward_base_acceleration,
-        s.ticks_in_sample + step_ticks,
+        s.ticks_since_sample_start + step_ticks,
     )
     v = plus(extrapolate_vector(predicted_body.half_step_velocity, half, a), contact_sum.early_contact_impulse)
     momentum = plus(
@@ -293,7 +293,7 @@ def complete_body_step(
         + (half * (account.dissipated_power + contact_sum.dissipated_power) + contact_sum.released_spring_energy),
         account.supplied_angular_momentum
         + (
-            half * (account.base_motion_torque + torque)
+            half * (account.angular_momentum_supply_rate + torque)
             + (
                 contact_sum.early_contact_angular_impulse.z
                 + (place.x * contact_sum.early_contact_impulse.y - place.y * contact_sum.early_contact_impulse.x)
@@ -308,7 +308,7 @@ def complete_body_step(
         updated_maximum(peaks.peak_lean_squared_sine, lean),
         updated_maximum(peaks.slip_squared, x * x + y * y),
         updated_maximum(peaks.penetration, largest_penetration),
-        tick if lean < body.critical_lean else peaks.last_upright_tick,
+        tick if lean < body.critical_lean_squared_sine else peaks.last_upright_tick,
     )
     return BodyAfterAcceptedStep(
         BodyState(
@@ -319,7 +319,7 @@ def complete_body_step(
             angular_velocity=predicted_body.end_angular_velocity,
             acceleration=a,
             moment=contact_sum.moment,
-            ticks_in_sample=tick,
+            ticks_since_sample_start=tick,
         ),
         peaks,
         account,

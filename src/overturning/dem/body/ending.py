@@ -124,7 +124,7 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
 @njit(**INLINE_OPTIONS)
 def energy_to_tilt_per_mass(body: BodyConstants, edge_distance: float, tilt_squared_sine: float) -> float:
     """Return the energy per mass (m²/s²) to tilt a body over an edge; `tilt_squared_sine` is sin² of the tilt."""
-    square = min(tilt_squared_sine, body.critical_lean)
+    square = min(tilt_squared_sine, body.critical_lean_squared_sine)
     return float(
         GRAVITY * (edge_distance * np.sqrt(square) - body.centre_height * square / (1.0 + np.sqrt(1.0 - square)))
     )
@@ -133,7 +133,7 @@ def energy_to_tilt_per_mass(body: BodyConstants, edge_distance: float, tilt_squa
 @njit(**INLINE_OPTIONS)
 def body_is_below_critical_tilt(body: BodyConstants, state: BodyState) -> bool:
     """True if the tilt of a body's vertical axis is below the critical angle."""
-    return bool(lean_as_squared_sine(rotation_matrix(state.rotation)) < body.critical_lean)
+    return bool(lean_as_squared_sine(rotation_matrix(state.rotation)) < body.critical_lean_squared_sine)
 
 
 @njit(**INLINE_OPTIONS)
@@ -210,7 +210,7 @@ def case_status(
         return CaseStatus.UNSTABLE
     if body_has_fallen(rotation_matrix(s.rotation), limits, fall_sectors):
         return CaseStatus.SIMULATED
-    sample = course.current_sample + s.ticks_in_sample / ticks_per_sample
+    sample = course.current_sample + s.ticks_since_sample_start / ticks_per_sample
     # A body that rests on its base after the last time at which it could start to move stays there.
     still = (
         0.5 * twice_kinetic_energy_per_mass(body, s)
@@ -234,12 +234,12 @@ def case_status(
     if stands and past and not body_will_slide_noticeably(body, s, limits.min_edge_distance):
         return CaseStatus.SIMULATED
     tilt, rise = (
-        np.sqrt(lean_as_squared_sine(rotation_matrix(s.rotation)) / body.critical_lean),
+        np.sqrt(lean_as_squared_sine(rotation_matrix(s.rotation)) / body.critical_lean_squared_sine),
         s.position.z - body.centre_height,
     )
     late_tilt = largest_tilt_near_case_end(state[LATE_TILT + lane], course, sample, last_sample, tilt, rise)
     state[LATE_TILT + lane] = late_tilt
-    if sample < course.undecided_end_sample:
+    if sample < course.end_sample_if_undecided:
         return CASE_NOT_ENDED
     if not (stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY):
         return CaseStatus.UNDECIDED
@@ -276,7 +276,7 @@ def body_rests_upright_on_all_base_vertices(
     return bool(
         held >= base_vertex_count
         and lean_as_squared_sine(rotation_matrix(s.rotation))
-        < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * body.critical_lean
+        < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * body.critical_lean_squared_sine
     )
 
 
@@ -328,12 +328,12 @@ def write_body_trajectory_row(
     """Write time, pose, velocities and base acceleration of the body in column `lane` into `trajectory_row`."""
     body, s, shaking = load_body(state, lane), load_state(state, lane), load_inertial_accelerations(state, lane)
     trajectory_row.time = (
-        load_course(state, lane).current_sample + s.ticks_in_sample / ticks_per_sample
+        load_course(state, lane).current_sample + s.ticks_since_sample_start / ticks_per_sample
     ) * sampling_interval
     trajectory_row.x, trajectory_row.y, trajectory_row.z = s.position
     trajectory_row.qw, trajectory_row.qx, trajectory_row.qy, trajectory_row.qz = s.rotation
     trajectory_row.vx, trajectory_row.vy, trajectory_row.vz = s.velocity
     trajectory_row.wx, trajectory_row.wy, trajectory_row.wz = angular_velocity_of_state(body, s)
-    trajectory_row.ground_x = -base_acceleration_at_tick(shaking.inertial_acceleration_x, s.ticks_in_sample)
-    trajectory_row.ground_y = -base_acceleration_at_tick(shaking.inertial_acceleration_y, s.ticks_in_sample)
-    trajectory_row.ground_z = base_acceleration_at_tick(shaking.upward_base_acceleration, s.ticks_in_sample)
+    trajectory_row.ground_x = -base_acceleration_at_tick(shaking.inertial_acceleration_x, s.ticks_since_sample_start)
+    trajectory_row.ground_y = -base_acceleration_at_tick(shaking.inertial_acceleration_y, s.ticks_since_sample_start)
+    trajectory_row.ground_z = base_acceleration_at_tick(shaking.upward_base_acceleration, s.ticks_since_sample_start)

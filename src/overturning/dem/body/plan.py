@@ -211,9 +211,11 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         "rest_acceleration_limit_g": rest_limit,
         "first_simulated_sample": first,
         "last_onset_sample": calm,
-        "undecided_end_sample": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * period[which] / interval),
+        "end_sample_if_undecided": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * period[which] / interval),
         # The points of a rim store velocities, which would oscillate in steps of a sample.
-        "sample_step_acceleration_g": MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold if has_vertices_at_rest else 0.0,
+        "max_acceleration_for_sample_long_steps_g": (
+            MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold if has_vertices_at_rest else 0.0
+        ),
         **pace,
     }  # fmt: skip
     for name, values in columns.items():
@@ -315,7 +317,7 @@ def steps_per_sample_and_step_control(
         shortest_contact_time_constant(squared_frequency, damping_rate),
     )
     share = np.minimum(sampling_interval / steps / whole, 1.0)
-    most = kernel_step_control.contact_change_step_ratio * share * contact / tick
+    most = kernel_step_control.max_contact_change_step_times_omega * share * contact / tick
     finest = np.exp2(np.frexp(np.clip(most, 1.0, kernel_step_control.ticks_per_whole_step))[1] - 1.0)
     # A refined case has shorter ticks, hence more of them.
     steps = steps * numerics.refinement
@@ -326,7 +328,7 @@ def steps_per_sample_and_step_control(
     return steps, {
         "shortest_step": finest,
         "longest_step_at_rest": kernel_step_control.ticks_per_whole_step * np.where(rigid, np.gcd(usual, steps), 1),
-        "steps_after_contact_change": np.round(
+        "steps_per_length_after_contact_change": np.round(
             kernel_step_control.steps_before_length_doubles(squared_frequency, damping_rate) * steps / usual
         ),
         "long_steps_before_doubling": np.round(kernel_step_control.long_steps_before_doubling * steps / usual),
@@ -389,7 +391,7 @@ def _body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void],
         fallen *= FALL_TILT_TO_RESTING_TILT_RATIO if lies_on_springs else 1.0
         values = {
             "centre_height": foot, "base_radius": body.rim_radius, "min_edge_distance": reach,
-            "critical_lean": reach**2 / (reach**2 + foot**2),
+            "critical_lean_squared_sine": reach**2 / (reach**2 + foot**2),
             "fall_tilt_cosine": np.round(np.cos(fallen), 12),
             "max_penetration": MAX_PENETRATION_TO_HALF_SIDE_RATIO * min(reach, foot),
             "end_vertex_height_tolerance": body.relative_height_tolerance_of_lowest_vertices

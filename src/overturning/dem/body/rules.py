@@ -128,7 +128,7 @@ store_vertex, store_memory = (
 STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.count
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
 TICK, LAST_UPRIGHT = (
-    STATE_ROW_LAYOUT.row_offset_of_field(BodyState, "ticks_in_sample"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BodyState, "ticks_since_sample_start"),
     STATE_ROW_LAYOUT.row_offset_of_field(BodyPeakValues, "last_upright_tick"),
 )
 LENGTH, LOADED = (
@@ -210,7 +210,7 @@ def start_sample_and_load_base_motion(
         s = load_state(state, j)
         store_rotation_quaternion(state, j, normalise_quaternion(s.rotation))
         begun = next_sample_tick_and_last_upright_time(
-            load_course(state, j), s.ticks_in_sample, state[LAST_UPRIGHT + j], ticks, interval
+            load_course(state, j), s.ticks_since_sample_start, state[LAST_UPRIGHT + j], ticks, interval
         )
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
@@ -289,7 +289,7 @@ def mark_possibly_ended_body_cases(
             0.0
             if case_cannot_have_ended(
                 load_course(state, j),
-                s.ticks_in_sample,
+                s.ticks_since_sample_start,
                 ticks_per_sample,
                 last_sample,
                 state_sum_for_finite_check(s),

@@ -70,13 +70,15 @@ def write_initial_body_state(
     case_step_control = CaseStepControl(
         case_parameters.shortest_step,
         case_parameters.longest_step_at_rest,
-        case_parameters.steps_after_contact_change,
+        case_parameters.steps_per_length_after_contact_change,
         case_parameters.long_steps_before_doubling,
     )
     store_step_control(state, lane, case_step_control)
     store_state(state, lane, begin)
     store_attempt(
-        state, lane, NextStepToAttempt(case_parameters.shortest_step, case_parameters.steps_after_contact_change, 0.0)
+        state,
+        lane,
+        NextStepToAttempt(case_parameters.shortest_step, case_parameters.steps_per_length_after_contact_change, 0.0),
     )
     store_peaks(state, lane, BodyPeakValues(lean_as_squared_sine(rotation_matrix(begin.rotation)), 0.0, 0.0, -1.0))
     barrier = GRAVITY * (
@@ -88,7 +90,7 @@ def write_initial_body_state(
     )
     store_course(state, lane, CaseProgress(
         case_parameters.amplitude_factor, case_parameters.first_simulated_sample, case_parameters.last_onset_sample,
-        case_parameters.undecided_end_sample,
+        case_parameters.end_sample_if_undecided,
         case_parameters.first_simulated_sample * sampling_interval,
         body_energy_per_mass(body, begin, vertex_rows, vertices_and_base_edges.shape[0], lane), barrier,
     ))  # fmt: skip
@@ -96,7 +98,7 @@ def write_initial_body_state(
     store_limits(state, lane, BodyTerminationLimits(
         vertical_angular_momentum_about_origin(begin), body_constants.min_edge_distance,
         body_constants.fall_tilt_cosine,
-        body_constants.max_penetration, case_parameters.sample_step_acceleration_g,
+        body_constants.max_penetration, case_parameters.max_acceleration_for_sample_long_steps_g,
     ))  # fmt: skip
 
 
@@ -121,7 +123,7 @@ def body_constants_of_case(case_parameters: Any, body_constants: Any, tick_lengt
         tangential_compliance=1.0 / ks if ks > 0.0 else 0.0,
         dashpot_constant_per_mass=case_parameters.dashpot_constant_per_mass,
         friction=case_parameters.friction,
-        critical_lean=c.critical_lean,
+        critical_lean_squared_sine=c.critical_lean_squared_sine,
         end_vertex_height_tolerance=c.end_vertex_height_tolerance,
         tick_length=tick_length,
         landing_duration=FLAT_LANDING_DURATION_IN_DECAY_TIMES
@@ -162,7 +164,7 @@ def write_vertex_states_and_return_body_state(
                 penetration=depth,
                 normal_force=n,
                 has_slid=0.0,
-                remaining_landing_time=0.0,
+                remaining_flat_landing_time=0.0,
             ),
         )
         az, mx, my = az + n, mx + arm.y * n, my - arm.x * n
@@ -174,7 +176,7 @@ def write_vertex_states_and_return_body_state(
         angular_velocity=w,
         acceleration=Vector3(0.0, 0.0, az),
         moment=Vector3(mx, my, 0.0),
-        ticks_in_sample=0.0,
+        ticks_since_sample_start=0.0,
     )
 
 

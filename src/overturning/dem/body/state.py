@@ -58,7 +58,7 @@ class BodyConstants(NamedTuple):
     """Dashpot of a vertex, h/m, 1/s."""
     friction: float
     """Coefficient of friction μ."""
-    critical_lean: float
+    critical_lean_squared_sine: float
     """`lean_as_squared_sine` at the critical angle."""
     end_vertex_height_tolerance: float
     """Share of the rise from the lowest to the highest base vertex within which vertices belong to the ends."""
@@ -85,7 +85,7 @@ class BodyState(NamedTuple):
     """Acceleration of the centre, m/s²."""
     moment: Vector3
     """Moment of the contact forces about the centre, m²/s²."""
-    ticks_in_sample: float
+    ticks_since_sample_start: float
     """Ticks since the start of the sample."""
 
 
@@ -118,7 +118,7 @@ class BodyContactPointState(NamedTuple):
     """Normal force per mass, m/s²."""
     has_slid: float
     """1 if the point slid, else 0."""
-    remaining_landing_time: float
+    remaining_flat_landing_time: float
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
@@ -144,7 +144,7 @@ class BaseContactState(NamedTuple):
     """1 if the lowest base vertex rests, else 0."""
     highest_vertex_rests: float
     """1 if the highest base vertex rests, else 0."""
-    remaining_landing_time: float
+    remaining_flat_landing_time: float
     """Shortest remaining landing time of the base points, s; 0 or less if one of them does not land."""
     longest_landing_time: float
     """Longest remaining landing time of loaded base points, s; without any, `LANDING_TIME_VALUE_FOR_BASE_IN_AIR`."""
@@ -170,8 +170,8 @@ class BodyPeakValues(NamedTuple):
 class BodyEnergyAndMomentumAccount(NamedTuple):
     """Work done by the base, energy lost (m²/s²) and vertical angular momentum supplied (m²/s) to a body, per mass.
 
-    `base_motion_power`, `dissipated_power` and `base_motion_torque` are the rates of these at the last step. The
-    angular momentum is about the origin.
+    `base_motion_power`, `dissipated_power` and `angular_momentum_supply_rate` are the rates of these at the last step.
+    The angular momentum is about the origin.
     """
 
     base_motion_work: float
@@ -179,7 +179,7 @@ class BodyEnergyAndMomentumAccount(NamedTuple):
     supplied_angular_momentum: float
     base_motion_power: float
     dissipated_power: float
-    base_motion_torque: float
+    angular_momentum_supply_rate: float
 
 
 class InertialAccelerations3D(NamedTuple):
@@ -210,7 +210,7 @@ class BodyTerminationLimits(NamedTuple):
     """Cosine of the smallest tilt at which the body has fallen."""
     max_penetration: float
     """Penetration beyond which the case has failed, m."""
-    sample_step_acceleration_g: float
+    max_acceleration_for_sample_long_steps_g: float
     """Horizontal acceleration below which a standing body takes sample-long steps, as a share of its weight."""
 
 

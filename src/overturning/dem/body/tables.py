@@ -50,13 +50,13 @@ class BodyCaseTableColumns(NamedTuple):
     """Factor on the motion."""
     rest_acceleration_limit_g: float
     """Horizontal acceleration over g up to which the body stays at rest."""
-    sample_step_acceleration_g: float
+    max_acceleration_for_sample_long_steps_g: float
     """Horizontal acceleration, as a share of the weight, below which a standing body takes sample-long steps."""
     first_simulated_sample: float
     """First sample that is computed."""
     last_onset_sample: float
     """First sample after which the motion cannot start any movement."""
-    undecided_end_sample: float
+    end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
 
 
@@ -83,7 +83,7 @@ class BodyConstantTableColumns(NamedTuple):
     """Radius of a round base, m; 0 for a base with vertices."""
     min_edge_distance: float
     """Smallest horizontal distance from the centre to an edge of the base, m."""
-    critical_lean: float
+    critical_lean_squared_sine: float
     """Lean (sin² of the tilt) beyond which the body falls over its nearest edge."""
     fall_tilt_cosine: float
     """Cosine of the tilt from which the body has fallen."""

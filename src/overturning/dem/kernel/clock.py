@@ -21,7 +21,7 @@ class KernelStepControl(NamedTuple):
 
     longest_whole_step_in_rocking_times: float
     """Longest whole step, in 1/p; p = √(3g/4R) of the element that rocks fastest."""
-    contact_change_step_ratio: float
+    max_contact_change_step_times_omega: float
     """Longest step in which a contact may open or close, in 1/ω of the highest mode of the contact."""
     ticks_per_whole_step: float
     """Ticks of a whole step: a power of two, whose exponent is the largest number of halvings."""
@@ -29,7 +29,7 @@ class KernelStepControl(NamedTuple):
     """Longest step, in finest steps, that uses predicted forces for contact and slip; longer ones the last state."""
     max_repeats_with_corrected_sliding: float
     """Number of repetitions of a longer step with corrected sliding points before it is shortened."""
-    steps_after_contact_change: float
+    steps_per_length_after_contact_change: float
     """Steps of one length after a contact change before the length doubles; more for a lightly damped contact."""
     long_step_threshold: float
     """Length, in finest steps, above which steps no longer resolve the vibration after a contact change."""
@@ -48,7 +48,7 @@ class KernelStepControl(NamedTuple):
         case, arrays of the same shape. The number grows if the damping ratio is below one half.
         """
         return np.asarray(
-            self.steps_after_contact_change
+            self.steps_per_length_after_contact_change
             * np.clip(np.sqrt(squared_frequency) / np.maximum(damping_rate, 1e-300), 1.0, 8.0)
         )
 
@@ -57,24 +57,26 @@ class KernelStepControl(NamedTuple):
 # `python -m verification.space` (3-D bodies). A 3-D body needs shorter steps: its lowest point moves along a rim.
 BLOCK_STEP_CONTROL: Final = KernelStepControl(
     longest_whole_step_in_rocking_times=MAX_STEP_OVER_ROCKING_TIME_CONSTANT,
-    contact_change_step_ratio=0.08,
+    max_contact_change_step_times_omega=0.08,
     ticks_per_whole_step=2.0**24,
     max_step_using_predicted_forces=4.0,
     max_repeats_with_corrected_sliding=2.0,
-    steps_after_contact_change=8.0,
+    steps_per_length_after_contact_change=8.0,
     long_step_threshold=8.0,
     long_steps_before_doubling=2.0,
 )
 SCENE_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
-    longest_whole_step_in_rocking_times=0.0125, contact_change_step_ratio=0.16, ticks_per_whole_step=2.0**20
+    longest_whole_step_in_rocking_times=0.0125, max_contact_change_step_times_omega=0.16, ticks_per_whole_step=2.0**20
 )
 BODY_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
-    longest_whole_step_in_rocking_times=0.004, contact_change_step_ratio=0.1, ticks_per_whole_step=2.0**9,
+    longest_whole_step_in_rocking_times=0.004, max_contact_change_step_times_omega=0.1, ticks_per_whole_step=2.0**9,
     max_step_using_predicted_forces=2.0, max_repeats_with_corrected_sliding=3.0,
     long_steps_before_doubling=4.0,
 )  # fmt: skip
 # A light stone below heavy ones vibrates far faster on their stiff contacts than a single body does.
-STACK_STEP_CONTROL: Final = BODY_STEP_CONTROL._replace(contact_change_step_ratio=0.2, ticks_per_whole_step=2.0**13)
+STACK_STEP_CONTROL: Final = BODY_STEP_CONTROL._replace(
+    max_contact_change_step_times_omega=0.2, ticks_per_whole_step=2.0**13
+)
 
 MAX_SLIDING_STEP_IN_SAMPLES: Final = 0.25
 """Longest step of a body that slides on all its contacts, in samples; it could stop or start within a longer one."""
@@ -96,7 +98,7 @@ class CaseStepControl(NamedTuple):
     """Finest step, ticks."""
     longest_step_at_rest: float
     """Step while the body rests on all contacts (≥ whole step), ticks."""
-    steps_after_contact_change: float
+    steps_per_length_after_contact_change: float
     """Steps of one length after a contact change."""
     long_steps_before_doubling: float
     """Steps of one length above `KernelStepControl.long_step_threshold`."""
@@ -184,12 +186,12 @@ def accept_or_reject_and_choose_next_step(
         (
             case_step_control.long_steps_before_doubling
             if length >= kernel_step_control.long_step_threshold * case_step_control.shortest_step
-            else case_step_control.steps_after_contact_change
+            else case_step_control.steps_per_length_after_contact_change
         )
         if longer
         else step_attempt.steps_before_lengthening - 1.0
     )
-    left = case_step_control.steps_after_contact_change if contact_changes.contact_changed else left
+    left = case_step_control.steps_per_length_after_contact_change if contact_changes.contact_changed else left
     left = case_step_control.long_steps_before_doubling if shorter else left
     left = step_attempt.steps_before_lengthening if retry else left
     then = above if longer & (not (contact_changes.contact_changed | retry)) else length

@@ -37,7 +37,7 @@ class CaseProgress(NamedTuple):
     """Current sample of the record."""
     last_onset_sample: float
     """First sample after which the input motion cannot start any movement."""
-    undecided_end_sample: float
+    end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
     last_upright_time: float
     """Last time at which the body leant less than its tipping angle, s."""
@@ -144,7 +144,7 @@ def largest_tilt_near_case_end(
     `largest_tilt_ratio_so_far` is the value at the end of the sample before, `tilt_ratio` the tilt over the critical
     angle, `rise` (m) the height of the centre above its height at rest.
     """
-    if sample < 0.5 * (last_sample + case_progress.undecided_end_sample):
+    if sample < 0.5 * (last_sample + case_progress.end_sample_if_undecided):
         return largest_tilt_ratio_so_far
     # A body above the height at which it balances on its rim is in the air; it may fall when it lands.
     return max(largest_tilt_ratio_so_far, 1.0 if GRAVITY * rise >= case_progress.overturning_energy else tilt_ratio)

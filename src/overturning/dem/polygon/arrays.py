@@ -36,7 +36,7 @@ class SceneCaseTableColumns(NamedTuple):
     """First sample that is computed."""
     last_onset_sample: float
     """First sample after which the motion cannot start any movement."""
-    undecided_end_sample: float
+    end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
     earliest_end_sample: float
     """Sample up to which a decided case is computed on, for the path of its fallen elements; 0: it ends at once."""
@@ -129,7 +129,7 @@ class SceneArrays(NamedTuple):
     """Rows of a lane at rest, shape (variants, rows)."""
     pair_element_and_piece_indices: NDArray[np.int64]
     """Indices of the two elements of each pair, and of their convex pieces among all pieces, shape (pairs, 4)."""
-    group_element_ranges: NDArray[np.int64]
+    lowest_and_last_element_by_group: NDArray[np.int64]
     """Lowest and last listed element of each group that can move as one, shape (parts, 2)."""
     piece_vertex_counts: NDArray[np.int64]
     """Number of vertices of each piece, shape (pieces,)."""
@@ -164,7 +164,7 @@ def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
     return SceneArrays(
         initial_state_columns=np.stack([state_column_at_rest(item) for item in prepared_scenes]),
         pair_element_and_piece_indices=np.array(layout, np.int64).reshape(-1, 4),
-        group_element_ranges=one.group_element_ranges,
+        lowest_and_last_element_by_group=one.lowest_and_last_element_by_group,
         piece_vertex_counts=sizes,
         piece_face_tables=shapes,
         element_rules=np.stack([element_termination_rules(item) for item in prepared_scenes]),

@@ -81,7 +81,7 @@ def case_status(
         and outcomes_are_final(state, lane, scene, element_rules, limits.min_overturning_energy, gap)
     ):
         return CaseStatus.SIMULATED
-    if case.current_sample < case.undecided_end_sample:
+    if case.current_sample < case.end_sample_if_undecided:
         return CASE_NOT_ENDED
     # Upright elements that slide are simulated until friction has stopped them.
     sliding_time = 0.0
@@ -109,7 +109,9 @@ def no_element_can_fall_later(
 ) -> bool:
     """True if the remaining record is too weak to move standing elements, and no airborne element may still land."""
     sample = rows.load_case(state, lane).current_sample
-    weak = remaining_motion_cannot_move_groups(state, lane, stable_from_sample, scene.group_element_ranges, sample)
+    weak = remaining_motion_cannot_move_groups(
+        state, lane, stable_from_sample, scene.lowest_and_last_element_by_group, sample
+    )
     return bool(weak and not any_element_can_still_land(state, lane, scene, element_rules, max_gap))
 
 
@@ -360,7 +362,9 @@ def update_upper_element_last_support_time(
     for j in range(rows.PARALLEL_CASE_COUNT):
         pair, case = rows.load_pair(pair_rows, j), rows.load_case(case_rows, j)
         touches = count_closed_contact_points(pair) > 0
-        now = (case.current_sample + case.base_acceleration.ticks_in_sample * samples_per_tick) * sampling_interval
+        now = (
+            case.current_sample + case.base_acceleration.ticks_since_sample_start * samples_per_tick
+        ) * sampling_interval
         element_a_rows[rows.CARRIED_UNTIL + j] = select(
             touches & (pair.carried_element_sign > 0.0), now, element_a_rows[rows.CARRIED_UNTIL + j]
         )

@@ -137,12 +137,13 @@ def advance_element(vertical_base_acceleration: Any, element_rows: Any, case_row
             item.step_motion_and_peaks,
         )
         ground = (
-            base_acceleration_at_tick(shaking.horizontal, shaking.ticks_in_sample) * item.constants.has_inertial_forces
+            base_acceleration_at_tick(shaking.horizontal, shaking.ticks_since_sample_start)
+            * item.constants.has_inertial_forces
         )
         lift = 0.0
         if vertical_base_acceleration is not None:
             lift = (
-                base_acceleration_at_tick(shaking.vertical, shaking.ticks_in_sample)
+                base_acceleration_at_tick(shaking.vertical, shaking.ticks_since_sample_start)
                 * item.constants.has_inertial_forces
             )
         a = element_acceleration(item, ground, lift, gravity)
@@ -152,10 +153,10 @@ def advance_element(vertical_base_acceleration: Any, element_rows: Any, case_row
         )
         pose = extrapolate_pose(item.pose, v, dt)
         on = pose.angle
-        upright = (on < item.constants.max_recoverable_rotation) & (
+        upright = (on < item.constants.recoverable_rotation_to_plus_x) & (
             -on < item.constants.recoverable_rotation_to_minus_x
         )
-        last = select(upright, shaking.ticks_in_sample + 1.0, old.last_upright_tick)
+        last = select(upright, shaking.ticks_since_sample_start + 1.0, old.last_upright_tick)
         back, on = updated_maximum(old.peak_rotation_to_minus_x, -on), updated_maximum(old.peak_rotation_to_plus_x, on)
         far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.w)
         rows.store_pose(element_rows, j, pose)

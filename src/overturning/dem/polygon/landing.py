@@ -44,7 +44,7 @@ def contact_point_lands_in_this_impact(
     soon = (rate * contact_point.depth > sinking) & (
         contact_law.normal_stiffness * contact_point.depth > contact_law.dashpot * sinking
     )
-    return (point_history.remaining_landing_time > 0.0) | (
+    return (point_history.remaining_flat_landing_time > 0.0) | (
         (point_history.vertex_owner == OPEN) & (contact_point.vertex_is_opposite_face > 0.0) & soon
     )
 

@@ -269,9 +269,9 @@ def contact_point_history_after_step(
     begun = (
         contact_law.landing_duration
         if other_point_history.vertex_owner == OPEN
-        else other_point_history.remaining_landing_time - elapsed_time
+        else other_point_history.remaining_flat_landing_time - elapsed_time
     )
-    left = point_history.remaining_landing_time - elapsed_time if point_history.vertex_owner != OPEN else begun
+    left = point_history.remaining_flat_landing_time - elapsed_time if point_history.vertex_owner != OPEN else begun
     carrier = contact_vertex_owner(contact_point) if point_result.is_in_contact else OPEN
     return PlanarContactPointHistory(
         point_result.force.tangential_stretch,

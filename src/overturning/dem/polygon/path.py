@@ -36,10 +36,10 @@ def record_element_motion_of_first_case(
     """Write time, base acceleration and each element's pose and velocity in the first simulated case into a row."""
     case = rows.load_case(state, 0)
     trajectory_row[TIME] = (
-        case.current_sample + case.base_acceleration.ticks_in_sample / ticks_per_sample
+        case.current_sample + case.base_acceleration.ticks_since_sample_start / ticks_per_sample
     ) * sampling_interval
     trajectory_row[GROUND] = base_acceleration_at_tick(
-        case.base_acceleration.horizontal, case.base_acceleration.ticks_in_sample
+        case.base_acceleration.horizontal, case.base_acceleration.ticks_since_sample_start
     )
     half = case.velocity_lag
     for e in range(element_count):

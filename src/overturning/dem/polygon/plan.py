@@ -109,7 +109,7 @@ class PolygonSimulationPlan(SimulationPlan):
         """Return a trajectory array of zeros, shape (rows, columns); without rows if no trajectory `is_recorded`."""
         if not is_recorded:
             return np.zeros((0, 0))
-        last = int(max(self.case_table[0]["undecided_end_sample"], self.case_table[0]["earliest_end_sample"]))
+        last = int(max(self.case_table[0]["end_sample_if_undecided"], self.case_table[0]["earliest_end_sample"]))
         rows, columns = last - int(self.first_simulated_sample[0]) + 3, count_trajectory_columns(self.variants[0])
         check_trajectory_size(rows * columns)
         return np.zeros((rows, columns))
@@ -182,12 +182,12 @@ def plan_scene_simulation(
         cases.damping_factor,
     )
     table["last_onset_sample"] = np.inf
-    table["undecided_end_sample"] = motion.sample_count + np.ceil(
+    table["end_sample_if_undecided"] = motion.sample_count + np.ceil(
         MAX_ROCKING_TIMES_AFTER_RECORD * slowest / motion.sampling_interval
     )
     table["shortest_step"] = finest[variant]
     # A shorter time step divides every step; the same time after a contact change then takes more of them.
-    table["steps_after_contact_change"] = np.round(
+    table["steps_per_length_after_contact_change"] = np.round(
         SCENE_STEP_CONTROL.steps_before_length_doubles(square, rate) * divided * numerics.refinement
     )[variant]
     table["longest_step_at_rest"], table["long_steps_before_doubling"] = (
@@ -195,7 +195,7 @@ def plan_scene_simulation(
         SCENE_STEP_CONTROL.long_steps_before_doubling,
     )
     first, stays_at_rest = np.zeros(cases.case_count, np.int64), np.zeros(cases.case_count, np.bool_)
-    stable_from_sample = np.full((cases.case_count, len(variants[0].group_element_ranges)), np.inf)
+    stable_from_sample = np.full((cases.case_count, len(variants[0].lowest_and_last_element_by_group)), np.inf)
     if numerics.leave_out:
         # Thresholds are shares of gravity: dividing amplitudes by this ratio gives the equivalent motion on Earth.
         share = scene.gravity / STANDARD_GRAVITY
@@ -220,8 +220,11 @@ def plan_scene_simulation(
         grip = np.zeros(cases.case_count)
         for number, item in enumerate(variants):
             grip[variant == number] = item.sliding_onset_acceleration(np.asarray(cases.friction)[variant == number])
-        alike = all(np.array_equal(item.group_element_ranges, variants[0].group_element_ranges) for item in variants)
-        for part in range(len(variants[0].group_element_ranges)):
+        alike = all(
+            np.array_equal(item.lowest_and_last_element_by_group, variants[0].lowest_and_last_element_by_group)
+            for item in variants
+        )
+        for part in range(len(variants[0].lowest_and_last_element_by_group)):
             safe = np.array([item.group_onset_accelerations[part] if alike else 0.0 for item in variants])[variant]
             stable_from_sample[:, part] = quiet(
                 np.minimum(UPLIFT_SAFETY_FACTOR * safe, grip) / SIMULATION_START_TO_ONSET_THRESHOLD_RATIO
@@ -294,7 +297,9 @@ def step_settings_of_variants(
     )
     # The number of halvings does not depend on the time step: a shorter one makes all steps shorter.
     halvings = np.clip(
-        np.frexp(sampling_interval / fewest * frequency * heavy / SCENE_STEP_CONTROL.contact_change_step_ratio)[1],
+        np.frexp(
+            sampling_interval / fewest * frequency * heavy / SCENE_STEP_CONTROL.max_contact_change_step_times_omega
+        )[1],
         0,
         SCENE_STEP_CONTROL.max_step_halvings,
     )

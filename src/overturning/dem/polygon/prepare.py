@@ -46,7 +46,7 @@ class PreparedScene:
     max_dashpot_eigenvalue: float  # largest eigenvalue of the dashpots, 1/s
     min_spring_eigenvalue: float  # smallest eigenvalue of the springs at rest, 1/s²
     rocking_onset_acceleration_g: float  # |a|/g below which no element can start to rock; 0 if unknown
-    group_element_ranges: NDArray[np.int64]  # (groups, 2): first and last element of those that rock as one
+    lowest_and_last_element_by_group: NDArray[np.int64]  # (groups, 2): first and last element of those that rock as one
     group_onset_accelerations: FloatArray  # shape (parts,): |a|/g below which the group cannot start to rock
     tipping_angles_by_side: FloatArray  # (elements, 2): to −x and +x, rad; infinite: none
     critical_angles: FloatArray  # (elements,): α, the smaller of both, rad; without one the angle of its fall

@@ -79,8 +79,9 @@ _, store_corrected, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediate
 
 # Rows that are accessed singly. SECOND is the offset from a row of the history of contact point 1 to that of point 2.
 _CASE_FIELD_PATHS = (
-    "base_acceleration.ticks_in_sample current_sample initial_energy variant_index last_end_test_interval "
-    "slide_end.sample attempt.length_in_ticks contact_changes.contact_changed decision.is_rejected"
+    "base_acceleration.ticks_since_sample_start current_sample initial_energy variant_index "
+    "last_end_test_interval_index slide_end.sample attempt.length_in_ticks "
+    "contact_changes.contact_changed decision.is_rejected"
 )
 TICK, SAMPLE, ENERGY, VARIANT, LAST_CHECK, SLIDE_END, LENGTH, CHANGED, AGAIN = (
     CASE_ROW_LAYOUT.row_offset_of_field(SceneState, p) for p in _CASE_FIELD_PATHS.split()

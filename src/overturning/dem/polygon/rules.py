@@ -143,7 +143,7 @@ def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
     """Return views of a scene's arrays without reference counts, which compiled code would update at every step."""
     layout, parts, sizes = (
         view_without_reference_counts(scene_arrays.pair_element_and_piece_indices),
-        view_without_reference_counts(scene_arrays.group_element_ranges),
+        view_without_reference_counts(scene_arrays.lowest_and_last_element_by_group),
         view_without_reference_counts(scene_arrays.piece_vertex_counts),
     )
     shapes, elements, limits = (
@@ -153,7 +153,7 @@ def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
     )
     return SceneArrays(
         initial_state_columns=view_without_reference_counts(scene_arrays.initial_state_columns),
-        pair_element_and_piece_indices=layout, group_element_ranges=parts, piece_vertex_counts=sizes,
+        pair_element_and_piece_indices=layout, lowest_and_last_element_by_group=parts, piece_vertex_counts=sizes,
         piece_face_tables=shapes, element_rules=elements, termination_limits=limits, gravity=scene_arrays.gravity,
     )  # fmt: skip
 
@@ -344,7 +344,7 @@ def skip_quiet_samples_of_resting_cases(
     )
     for j in range(active_lane_count):
         case = rows.load_case(state, j)
-        now = case.current_sample + case.base_acceleration.ticks_in_sample * (
+        now = case.current_sample + case.base_acceleration.ticks_since_sample_start * (
             1.0 / kernel_input.settings.ticks_per_sample
         )
         long = case.attempt.length_in_ticks >= ticks and is_rest_check_sample(now)

@@ -35,11 +35,11 @@ def write_initial_case_state(
         LinearBaseAcceleration(0.0, 0.0, 0.0),
         case_parameters.first_simulated_sample // max(int(CASE_END_TEST_INTERVAL_S / sampling_interval), 1),
     )
-    first = NextStepToAttempt(case_parameters.shortest_step, case_parameters.steps_after_contact_change, 0.0)
+    first = NextStepToAttempt(case_parameters.shortest_step, case_parameters.steps_per_length_after_contact_change, 0.0)
     step_control = CaseStepControl(
         case_parameters.shortest_step,
         case_parameters.longest_step_at_rest,
-        case_parameters.steps_after_contact_change,
+        case_parameters.steps_per_length_after_contact_change,
         case_parameters.long_steps_before_doubling,
     )
     rows.store_case(
@@ -58,10 +58,10 @@ def write_initial_case_state(
             rest_acceleration_limit_g=case_parameters.rest_acceleration_limit_g,
             current_sample=case_parameters.first_simulated_sample,
             last_onset_sample=case_parameters.last_onset_sample,
-            undecided_end_sample=case_parameters.undecided_end_sample,
+            end_sample_if_undecided=case_parameters.end_sample_if_undecided,
             initial_energy=0.0,
             variant_index=variant_index,
-            last_end_test_interval=last_check,
+            last_end_test_interval_index=last_check,
             slide_end=SlideEndSample(0.0),
         ),
     )

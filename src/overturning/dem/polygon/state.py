@@ -14,7 +14,7 @@ class SceneBaseAcceleration(NamedTuple):
     """Acceleration towards the azimuth."""
     vertical: LinearBaseAcceleration
     """Upward acceleration."""
-    ticks_in_sample: float
+    ticks_since_sample_start: float
     """Ticks since the start of the sample."""
 
 
@@ -61,13 +61,13 @@ class SceneState(NamedTuple):
     """Current sample of the record."""
     last_onset_sample: float
     """First sample after which the input motion cannot start any movement."""
-    undecided_end_sample: float
+    end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
     initial_energy: float
     """Energy at the start, J."""
     variant_index: float
     """Index of the variant of the scene."""
-    last_end_test_interval: float
+    last_end_test_interval_index: float
     """Index of the `CASE_END_TEST_INTERVAL_S` of the record in which the case was last tested for its end."""
     slide_end: SlideEndSample
 
@@ -109,7 +109,7 @@ class ElementConstants(NamedTuple):
     """Critical angle α, rad."""
     recoverable_rotation_to_minus_x: float
     """Rotation to −x up to which the element can come back, rad."""
-    max_recoverable_rotation: float
+    recoverable_rotation_to_plus_x: float
     """Rotation to +x up to which the element can come back, rad."""
 
 
@@ -302,7 +302,7 @@ class PlanarContactPointHistory(NamedTuple):
     """Normal force, N."""
     tangential_force: float
     """Tangential force, N."""
-    remaining_landing_time: float
+    remaining_flat_landing_time: float
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 

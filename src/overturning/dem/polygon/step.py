@@ -57,7 +57,7 @@ def base_acceleration_at_step_end(
     Both are 0 for an element that moves with the base. `vertical_base_acceleration` is None if the base moves only
     horizontally.
     """
-    tick = case.base_acceleration.ticks_in_sample + case.attempt.length_in_ticks
+    tick = case.base_acceleration.ticks_since_sample_start + case.attempt.length_in_ticks
     past = tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
     lift = 0.0
@@ -111,7 +111,7 @@ def correct_element_motion(
         )
         half, tick, d, p = (
             0.5 * dt,
-            case.base_acceleration.ticks_in_sample + case.attempt.length_in_ticks,
+            case.base_acceleration.ticks_since_sample_start + case.attempt.length_in_ticks,
             trial.velocity_correction,
             trial.pose,
         )
@@ -123,7 +123,8 @@ def correct_element_motion(
         rate, on = power_against_inertial_and_holding_forces(item, ground, lift, v), pose.angle
         last = (
             tick
-            if (on < item.constants.max_recoverable_rotation) & (-on < item.constants.recoverable_rotation_to_minus_x)
+            if (on < item.constants.recoverable_rotation_to_plus_x)
+            & (-on < item.constants.recoverable_rotation_to_minus_x)
             else old.last_upright_tick
         )
         work = old.work - half * (old.power + rate)
@@ -171,7 +172,7 @@ def accept_or_reject_steps(case_rows: Any, ticks_per_sample: float) -> None:
     """Accept or reject the attempted step of each case, and choose the length of the next attempt."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         case = rows.load_case(case_rows, j)
-        tick = case.base_acceleration.ticks_in_sample + case.attempt.length_in_ticks
+        tick = case.base_acceleration.ticks_since_sample_start + case.attempt.length_in_ticks
         again, sooner, then = accept_or_reject_and_choose_next_step(
             SCENE_STEP_CONTROL,
             case.step_control,
@@ -188,7 +189,7 @@ def advance_time_after_accepted_steps(case_rows: Any) -> None:
     """Advance the time of each case whose step is accepted; set the next attempted step of all cases."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         case = rows.load_case(case_rows, j)
-        tick = case.base_acceleration.ticks_in_sample
+        tick = case.base_acceleration.ticks_since_sample_start
         case_rows[rows.TICK + j] = tick if case.decision.is_rejected > 0.0 else tick + case.attempt.length_in_ticks
         rows.store_attempt(case_rows, j, case.decision.next_attempt)
 

@@ -244,7 +244,10 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
         inertial = load_inertial(case_rows, j)
         at_end = Vector3(inertial.x, inertial.y, -(inertial.z + GRAVITY))
         steady = base_acceleration_stays_below_limit(
-            load_shaking(case_rows, j), at_end, ticks_per_sample, load_case(case_rows, j).sample_step_acceleration_g
+            load_shaking(case_rows, j),
+            at_end,
+            ticks_per_sample,
+            load_case(case_rows, j).max_acceleration_for_sample_long_steps_g,
         )
         findings = StepContactChanges(
             contact_changed=most.contact_changed > 0.0, requires_shorter_step=False, may_keep_step=False,
@@ -259,7 +262,7 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
             load_clock(case_rows, j),
             attempt,
             findings,
-            time.ticks_in_sample + attempt.length_in_ticks,
+            time.ticks_since_sample_start + attempt.length_in_ticks,
             ticks_per_sample,
         )
         store_attempt(case_rows, j, following)
@@ -267,7 +270,9 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
         store_time(
             case_rows,
             j,
-            StackClockWithinSample(time.ticks_in_sample + (0.0 if again else attempt.length_in_ticks), time.half_step),
+            StackClockWithinSample(
+                time.ticks_since_sample_start + (0.0 if again else attempt.length_in_ticks), time.half_step
+            ),
         )
 
 
@@ -296,7 +301,7 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
         velocity = plus(extrapolate_vector(p.half_step_velocity, half, acceleration), scale_vector(one, i))
         axes = rotation_matrix(turn)
         lean = lean_as_squared_sine(axes)
-        tick = load_time(case_rows, j).ticks_in_sample
+        tick = load_time(case_rows, j).ticks_since_sample_start
         skip = again | (not present)
         store_stone_unless(rows, j, skip, StoneState(
             position=extrapolate_vector(p.position, half, change.velocity), rotation=turn, velocity=velocity,
@@ -305,7 +310,7 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
         ))  # fmt: skip
         store_peaks_unless(rows, j, skip, StonePeakTilt(
             updated_maximum(peaks.peak_lean_squared_sine, lean),
-            tick if lean < constants.critical_lean else peaks.last_upright_tick
+            tick if lean < constants.critical_lean_squared_sine else peaks.last_upright_tick
         ))  # fmt: skip
         power = (push.x * velocity.x + push.y * velocity.y) + (push.z + GRAVITY) * velocity.z
         power = constants.mass * power if present else 0.0

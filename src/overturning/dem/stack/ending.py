@@ -75,7 +75,7 @@ ENERGY, SAMPLE, SLIDE_END = (
 MIN_ONSET_ACCELERATION_RATIO_AT_CASE_END: Final = (
     SIMULATION_START_TO_ONSET_THRESHOLD_RATIO / MAX_REST_TO_ONSET_THRESHOLD_RATIO**2
 )
-"""Least acceleration that may move a stack when its case ends, over `StackCaseTableColumns.sample_step_acceleration_g`.
+"""Least acceleration that may move a stack when its case ends, over `max_acceleration_for_sample_long_steps_g`.
 
 The rest of the record then stays below the part `MAX_REST_TO_ONSET_THRESHOLD_RATIO` of this acceleration."""
 
@@ -154,7 +154,7 @@ def stone_hangs_over_rim(state: Any, lane: int, stone_index: int, stone_count: i
     for i in range(int(load_joint(state[at - JOINT_SIZE : at], lane).base_corner_count)):
         corner = load_outline(state[at + i * P : at + (i + 1) * P], lane)
         height = (turn.zx * corner.x + turn.zy * corner.y) - upper.centre_height * turn.zz
-        lowest = min(lowest, apart.z - lower.top_height + height)
+        lowest = min(lowest, apart.z - lower.upper_face_height + height)
     return lowest < -MIN_HANGING_CORNER_DEPTH_RATIO * upper.centre_height
 
 
@@ -168,7 +168,7 @@ def depth_below_rest_position(state: Any, lane: int, stone_index: int) -> float:
     below = stone_window(state, stone_index - 1)
     base = load_stone(below, lane)
     apart, _ = pose_relative_to_stone_below(stone, base.position, rotation_matrix(base.rotation))
-    return load_constants(below, lane).top_height + upper.centre_height - apart.z
+    return load_constants(below, lane).upper_face_height + upper.centre_height - apart.z
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -182,10 +182,10 @@ def lowest_newly_fallen_stone_index(state: Any, lane: int, stone_count: int, max
         axes = rotation_matrix(stone.rotation)
         if (
             axes.zz <= constants.fall_tilt_cosine
-            or depth_below_rest_position(state, lane, s) > constants.max_fall_of_centre
+            or depth_below_rest_position(state, lane, s) > constants.max_centre_drop_without_fall
         ):
             return s
-        leans = lean_as_squared_sine(axes) > constants.base_critical_lean
+        leans = lean_as_squared_sine(axes) > constants.base_critical_lean_squared_sine
         if s > 0 and leans and stone_hangs_over_rim(state, lane, s, stone_count, max_corner_count):
             return s
     return stone_count
@@ -213,7 +213,10 @@ def stop_simulating_fallen_and_upper_stones(
             continue
         last = load_peaks(rows, lane).last_upright_tick
         upright_until = (start_of_sample + last) * tick if last >= 0.0 else outcome.last_upright_time
-        slid_off = lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).rotation)) < constants.critical_lean
+        slid_off = (
+            lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).rotation))
+            < constants.critical_lean_squared_sine
+        )
         slid_off = slid_off or (s > 0 and stone_hangs_over_rim(state, lane, s, stone_count, max_corner_count))
         store_outcome(rows, lane, StoneFallState(
             0.0, upright_until, 1.0 if slid_off and s == fallen else 0.0
@@ -267,7 +270,7 @@ def stop_fallen_stones_and_return_status(
         state, lane, stone_count, max_corner_count, ticks_per_sample, stones_at_rest.rest
     ):
         return CaseStatus.SIMULATED
-    sample = course.current_sample + time.ticks_in_sample / ticks_per_sample
+    sample = course.current_sample + time.ticks_since_sample_start / ticks_per_sample
     if (
         sample >= min(course.last_onset_sample, last_sample)
         and kinetic < case.max_kinetic_energy_at_rest
@@ -275,13 +278,13 @@ def stop_fallen_stones_and_return_status(
         and all_contact_points_carry_load(state, lane, stone_count, max_corner_count)
     ):
         # The rest of the record is weak for the stack as it stood at first; it may have lost a stone since, or slid.
-        least = MIN_ONSET_ACCELERATION_RATIO_AT_CASE_END * case.sample_step_acceleration_g
+        least = MIN_ONSET_ACCELERATION_RATIO_AT_CASE_END * case.max_acceleration_for_sample_long_steps_g
         if (
             sample >= last_sample
             or onset_acceleration_of_current_stack_state(state, lane, stone_count, max_corner_count) >= least
         ):
             return CaseStatus.SIMULATED
-    if sample < course.undecided_end_sample or sample < last_sample:
+    if sample < course.end_sample_if_undecided or sample < last_sample:
         return CASE_NOT_ENDED
     # An upright stack that slides is simulated until friction has stopped it.
     sliding_time = time_until_upright_stack_stops_sliding(state, lane, stone_count, max_corner_count)
@@ -308,15 +311,21 @@ def stack_cannot_fall(state: Any, lane: int, max_corner_count: int, stones_at_re
         rows, start = stone_window(state, s), stones_at_rest[s].start
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
         own = rotation_matrix(stone.rotation)
-        if not load_outcome(rows, lane).is_simulated > 0.0 or lean_as_squared_sine(own) >= constants.critical_lean:
+        if (
+            not load_outcome(rows, lane).is_simulated > 0.0
+            or lean_as_squared_sine(own) >= constants.critical_lean_squared_sine
+        ):
             return False
         ahead = (stone.position.x - constants.centre_height * own.xz - x) - (start.x - start_x)
         aside = (stone.position.y - constants.centre_height * own.yz - y) - (start.y - start_y)
         # Not math.hypot: its last digit differs between processors.
         slip += np.sqrt(ahead * ahead + aside * aside) if s > 0 else 0.0
-        x, y = stone.position.x + constants.top_height * own.xz, stone.position.y + constants.top_height * own.yz
+        x, y = (
+            stone.position.x + constants.upper_face_height * own.xz,
+            stone.position.y + constants.upper_face_height * own.yz,
+        )
         start_x, start_y = start.x, start.y
-    left = max(1.0 - slip / case.min_side_distance, 0.0)
+    left = max(1.0 - slip / case.min_mass_centre_to_side_distance, 0.0)
     energy = (
         stack_energy(state, lane, stones_at_rest.size, max_corner_count, stones_at_rest.rest) - course.initial_energy
     )
@@ -362,7 +371,7 @@ def write_stack_results(
         # The axes of what the stone stands on, seen along its normal; not by angles, whose last digits differ.
         cosine, sine = axes.xx + axes.yy, axes.yx - axes.xy
         one = 1.0 / math.sqrt(cosine * cosine + sine * sine)
-        stone_results[s].support_cosine, stone_results[s].support_sine = one * cosine, one * sine
+        stone_results[s].support_twist_cosine, stone_results[s].support_twist_sine = one * cosine, one * sine
         stone_results[s].twist = math.atan2(turn.yx - turn.xy, turn.xx + turn.yy)
         stone_results[s].top_x, stone_results[s].top_y = own.xz, own.yz
         below, axes = stone.position, own
@@ -375,13 +384,13 @@ def record_motion_of_first_stack(
     """Write time, base acceleration and motion of all stones of the first simulated stack into a trajectory row."""
     time, shaking = load_time(state, 0), load_shaking(state, 0)
     trajectory_row[0] = (
-        load_course(state, 0).current_sample + time.ticks_in_sample / ticks_per_sample
+        load_course(state, 0).current_sample + time.ticks_since_sample_start / ticks_per_sample
     ) * sampling_interval
     trajectory_row[1], trajectory_row[2] = (
-        -base_acceleration_at_tick(shaking.inertial_acceleration_x, time.ticks_in_sample),
-        -base_acceleration_at_tick(shaking.inertial_acceleration_y, time.ticks_in_sample),
+        -base_acceleration_at_tick(shaking.inertial_acceleration_x, time.ticks_since_sample_start),
+        -base_acceleration_at_tick(shaking.inertial_acceleration_y, time.ticks_since_sample_start),
     )
-    trajectory_row[3] = base_acceleration_at_tick(shaking.upward_base_acceleration, time.ticks_in_sample)
+    trajectory_row[3] = base_acceleration_at_tick(shaking.upward_base_acceleration, time.ticks_since_sample_start)
     for s in range(stone_count):
         constants, stone = load_constants(stone_window(state, s), 0), load_stone(stone_window(state, s), 0)
         spin, at = (

@@ -52,7 +52,7 @@ def predicted_force_per_share_and_contact(
     state after the last step. A point that did not belong to the contact patch before has no such state.
     """
     forces_decide_contact, lands_flat, waits = state
-    depth = -position.z - previous.unloaded_penetration
+    depth = -position.z - previous.penetration_without_force
     pressure = joint.normal_stiffness * depth - joint.normal_dashpot * point_opening_rate(frame, position)
     now = ((pressure > 0.0) | lands_flat) & (depth > 0.0)
     decides = forces_decide_contact | (previous.stiffness_share == 0.0)
@@ -253,7 +253,7 @@ def solve_point_contact(
     # A point that waits takes up its penetration without force; the offset ends when the point opens.
     deep = -position.z - half_step * rise
     between, waits = waits, waits & (deep > 0.0)
-    unloaded = previous.unloaded_penetration
+    unloaded = previous.penetration_without_force
     offset = (deep if deep > unloaded else unloaded) if waits else unloaded
     offset = offset if deep > 0.0 else 0.0
     predicted_rate, before = point_opening_rate(frame, position), -position.z - offset
@@ -272,7 +272,7 @@ def solve_point_contact(
     changed = changed if had else 1.0 if joins & (assumed != (pressure != 0.0)) else 0.0
     fresh = inside & had & (not was) & counts
     more = depth * (2.0 * half_step / (depth - previous.penetration if fresh else 1.0)) - half_step if fresh else 0.0
-    landing = (new_landing if fresh | (not had) else previous.remaining_landing_time) - 2.0 * half_step
+    landing = (new_landing if fresh | (not had) else previous.remaining_flat_landing_time) - 2.0 * half_step
     landing = joint.landing_duration if waits & (unloaded == 0.0) else landing
     n = w * pressure
     power = w * (spring - pressure) * rate
@@ -296,9 +296,9 @@ def solve_point_contact(
         ContactPointState(
             penetration=depth if counts & (not waits) else 0.0,
             force_per_stiffness_share=pressure,
-            remaining_landing_time=landing if (inside | waits) & counts else 0.0,
+            remaining_flat_landing_time=landing if (inside | waits) & counts else 0.0,
             stiffness_share=w,
-            unloaded_penetration=offset if counts else 0.0,
+            penetration_without_force=offset if counts else 0.0,
         ),
     )
 

@@ -268,11 +268,11 @@ class ContactPointState(NamedTuple):
     """Penetration, m; negative in the air."""
     force_per_stiffness_share: float
     """Normal force over `stiffness_share`, N."""
-    remaining_landing_time: float
+    remaining_flat_landing_time: float
     """Remaining time of a flat landing, s; 0 or less if there is none."""
     stiffness_share: float
     """Share of the stiffness of the joint that stands at the point."""
-    unloaded_penetration: float
+    penetration_without_force: float
     """Penetration that the point took up without force while it waited in a flat landing, m."""
 
 

@@ -51,7 +51,9 @@ def point_contact_is_deferred(
     and would be deferred again and again.
     """
     spread = landing.highest_point_height - landing.lowest_point_height
-    is_open = (previous.penetration <= 0.0) & (previous.stiffness_share > 0.0) & (previous.unloaded_penetration == 0.0)
+    is_open = (
+        (previous.penetration <= 0.0) & (previous.stiffness_share > 0.0) & (previous.penetration_without_force == 0.0)
+    )
     inner = (position.z > landing.lowest_point_height + MAX_HEIGHT_SHARE_OF_PATCH_END_POINT * spread) & (
         position.z < landing.highest_point_height - MAX_HEIGHT_SHARE_OF_PATCH_END_POINT * spread
     )
@@ -59,7 +61,9 @@ def point_contact_is_deferred(
     whole = distance_from_rim >= joint.min_rim_distance_of_waiting_corners
     # A point that has taken up its spring does not wait again.
     still_waits = (
-        (previous.unloaded_penetration > 0.0) & (previous.remaining_landing_time > 0.0) & (previous.penetration <= 0.0)
+        (previous.penetration_without_force > 0.0)
+        & (previous.remaining_flat_landing_time > 0.0)
+        & (previous.penetration <= 0.0)
     )
     return whole & (still_waits | (is_open & inner))
 
@@ -81,9 +85,13 @@ def include_point_in_landing_times(
     )
     counts = point.stiffness_share > 0.0
     left = (
-        point.remaining_landing_time if counts & (point.remaining_landing_time < landing.shortest) else landing.shortest
+        point.remaining_flat_landing_time
+        if counts & (point.remaining_flat_landing_time < landing.shortest)
+        else landing.shortest
     )
-    longest = longest_landing_time_including_point(landing.longest, point.remaining_landing_time, point.penetration)
+    longest = longest_landing_time_including_point(
+        landing.longest, point.remaining_flat_landing_time, point.penetration
+    )
     return RemainingFlatLandingTimes(left, longest if counts else landing.longest, lowest, highest)
 
 

@@ -69,7 +69,7 @@ PATCH_PERIMETER_ROW: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRelativeM
 @njit(**INLINE_OPTIONS)
 def upper_face_centre(constants: StoneConstants, stone: PredictedStone, axes: Matrix3) -> Vector3:
     """Return the position (m) of the centre of a stone's upper face at the predicted end of a step."""
-    return plus(stone.position, scale_vector(constants.top_height, Vector3(axes.xz, axes.yz, axes.zz)))
+    return plus(stone.position, scale_vector(constants.upper_face_height, Vector3(axes.xz, axes.yz, axes.zz)))
 
 
 @njit(**INLINE_OPTIONS)

@@ -122,7 +122,9 @@ class StackSimulationPlan(SimulationPlan3D):
         """
         columns = TRAJECTORY_COLUMNS_BEFORE_STONES + TRAJECTORY_COLUMNS_PER_STONE * self.stones.shape[1]
         rows = (
-            int(self.case_table[0]["undecided_end_sample"] - self.first_simulated_sample[0]) + 3 if is_recorded else 0
+            int(self.case_table[0]["end_sample_if_undecided"] - self.first_simulated_sample[0]) + 3
+            if is_recorded
+            else 0
         )
         check_trajectory_size(rows * columns)
         return np.zeros((rows, columns))
@@ -158,7 +160,7 @@ class StackSimulationPlan(SimulationPlan3D):
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> StackTrajectory:
         """Convert the kernel's output rows of the plan's only case to a `StackTrajectory`."""
         cosine, sine = self.orientation_cosines[0].tolist()
-        critical = np.arcsin(np.sqrt(self.stones[0]["critical_lean"]))
+        critical = np.arcsin(np.sqrt(self.stones[0]["critical_lean_squared_sine"]))
         reference = self.model.scene.name_of_element_shown_by_default
         return StackTrajectory(trajectory_rows, (cosine, sine), self._stones_of_first_case, reference, critical)
 
@@ -274,7 +276,7 @@ def plan_stack_simulation(
     # When the vibration of a light stone has decayed, that of the heavy stones around it goes on.
     pace["long_steps_before_doubling"] = np.where(
         pace["shortest_step"] < MAX_SHORTEST_STEP_TICKS,
-        pace["steps_after_contact_change"],
+        pace["steps_per_length_after_contact_change"],
         pace["long_steps_before_doubling"],
     )
     rest_share = np.zeros(cases.case_count)
@@ -296,14 +298,16 @@ def plan_stack_simulation(
     columns = {
         "stack": which, "amplitude_factor": amplitude, "damping_factor": cases.damping_factor,
         "max_penetration": (MAX_PENETRATION_TO_HALF_SIDE_RATIO * np.minimum(reach, foot).min(axis=1))[which],
-        "sample_step_acceleration_g": MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold,
+        "max_acceleration_for_sample_long_steps_g": MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold,
         "max_kinetic_energy_at_rest": (1e-9 * weight * reach.min(axis=1))[which],
-        "min_side_distance": np.array([table.mass_centre_to_nearest_side_distance.min() for table in joints])[which],
+        "min_mass_centre_to_side_distance": np.array(
+            [table.mass_centre_to_nearest_side_distance.min() for table in joints]
+        )[which],
         "max_share_of_onset_acceleration_at_rest": rest_share,
         "max_base_acceleration_at_rest_g": rest_share * friction.min(axis=1),
         "first_simulated_sample": first, "last_onset_sample": calm, "min_overturning_energy": barrier[which],
         "spring_energy_at_rest": springs[which],
-        "undecided_end_sample": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * slowest_period[which] / interval),
+        "end_sample_if_undecided": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * slowest_period[which] / interval),
         **pace,
     }  # fmt: skip
     for name, values in columns.items():

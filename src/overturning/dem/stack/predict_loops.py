@@ -129,7 +129,7 @@ def predict_inertial_acceleration(case_rows: Any, lane_count: int, ticks_per_sam
             load_time(case_rows, j),
             load_shaking(case_rows, j),
         )
-        tick = time.ticks_in_sample + length
+        tick = time.ticks_since_sample_start + length
         past = tick - ticks_per_sample
         past = past if past > 0.0 else 0.0
         store_inertial(case_rows, j, Vector3(
@@ -139,7 +139,7 @@ def predict_inertial_acceleration(case_rows: Any, lane_count: int, ticks_per_sam
         store_time(
             case_rows,
             j,
-            StackClockWithinSample(time.ticks_in_sample, 0.5 * (load_case(case_rows, j).tick_length * length)),
+            StackClockWithinSample(time.ticks_since_sample_start, 0.5 * (load_case(case_rows, j).tick_length * length)),
         )
         store_findings(case_rows, j, no_findings())
         store_losses(case_rows, j, no_losses())

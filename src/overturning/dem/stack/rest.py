@@ -209,7 +209,7 @@ def onset_acceleration_of_current_stack_state(state: Any, lane: int, stone_count
             origin, axes, level = (
                 lower.position,
                 rotation_matrix(lower.rotation),
-                load_constants(below, lane).top_height,
+                load_constants(below, lane).upper_face_height,
             )
         one = 1.0 / above.mass
         centre = matrix_times_vector(
@@ -241,14 +241,17 @@ def stones_stand_upright_and_still(state: Any, lane: int, stone_count: int, rest
         if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
-        axes, arm = rotation_matrix(stone.rotation), constants.centre_height + constants.top_height
+        axes, arm = rotation_matrix(stone.rotation), constants.centre_height + constants.upper_face_height
         spin = angular_velocity_from_momentum(constants.inverse_inertia, axes, stone.angular_momentum)
         turning = angular_velocity_from_momentum(constants.inverse_inertia, axes, stone.moment)
         speed = vector_length(stone.velocity) + arm * vector_length(spin)
         acceleration = vector_length(stone.acceleration) + arm * vector_length(turning)
         if not body_is_still(speed, acceleration, step, rest_limit):
             return False
-        if not lean_as_squared_sine(axes) < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * constants.critical_lean:
+        if (
+            not lean_as_squared_sine(axes)
+            < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * constants.critical_lean_squared_sine
+        ):
             return False
     return True
 
@@ -266,7 +269,7 @@ def time_until_upright_stack_stops_sliding(state: Any, lane: int, stone_count: i
         if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
         if lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).rotation)) >= (
-            MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * load_constants(rows, lane).critical_lean
+            MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * load_constants(rows, lane).critical_lean_squared_sine
         ):
             return 0.0
         joint = state[first + s * size : first + s * size + JOINT_SIZE]

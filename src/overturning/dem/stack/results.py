@@ -35,7 +35,7 @@ def outcome_variables_of_stacks(
         )
         north, east = direction_cosines[:, :1], direction_cosines[:, 1:]
         # From the axes of what the stone stands on at the end to those of the orientation.
-        cosine, sine = stone_results["support_cosine"], stone_results["support_sine"]
+        cosine, sine = stone_results["support_twist_cosine"], stone_results["support_twist_sine"]
         x = cosine * stone_results["slip_x"] - sine * stone_results["slip_y"]
         y = sine * stone_results["slip_x"] + cosine * stone_results["slip_y"]
         found = {

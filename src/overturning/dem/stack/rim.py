@@ -198,7 +198,7 @@ def keep_lower_face_normal_beyond_critical_lean(upper_rows: Any, joint_rows: Any
     """
     for j in range(round_to_vector_multiple(lane_count)):
         rim, axes = load_rim(joint_rows, j), load_axes(upper_rows, j)
-        upright = lean_as_squared_sine(axes) < load_constants(upper_rows, j).base_critical_lean
+        upright = lean_as_squared_sine(axes) < load_constants(upper_rows, j).base_critical_lean_squared_sine
         store_rim(joint_rows, j, ContactNormalSums(
             rim.load, rim.load_times_x, rim.load_times_y,
             rim.load_times_slope_x if upright else 0.0, rim.load_times_slope_y if upright else 0.0,

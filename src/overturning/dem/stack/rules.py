@@ -82,7 +82,7 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
     CASE_ROW_LAYOUT.size, STONE_ROW_LAYOUT.size, JOINT_ROW_LAYOUT.size, POINT_ROW_LAYOUT.size,
 )  # fmt: skip
 TICK, SAMPLE, ENERGY, LOADED = (
-    CASE_ROW_LAYOUT.row_offset_of_field(StackClockWithinSample, "ticks_in_sample"),
+    CASE_ROW_LAYOUT.row_offset_of_field(StackClockWithinSample, "ticks_since_sample_start"),
     CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample"),
     CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "initial_energy"),
     CASE_ROW_LAYOUT.row_offset_of_field(LoadedBaseMotionSampleNumber, "sample"),
@@ -155,18 +155,19 @@ def write_initial_stack_state(
         state[row * PARALLEL_CASE_COUNT + lane] = 0.0
     first, size = CASE_SIZE + stones.size * STONE_SIZE, joint_state_size(outlines.shape[2])
     store_clock(state, lane, CaseStepControl(
-        case.shortest_step, case.longest_step_at_rest, case.steps_after_contact_change, case.long_steps_before_doubling
+        case.shortest_step, case.longest_step_at_rest, case.steps_per_length_after_contact_change,
+        case.long_steps_before_doubling,
     ))  # fmt: skip
     store_case(state, lane, StackTickLengthAndLimits(
-        sampling_interval / ticks_per_sample, case.max_penetration, case.sample_step_acceleration_g,
-        case.max_kinetic_energy_at_rest, case.min_side_distance
+        sampling_interval / ticks_per_sample, case.max_penetration, case.max_acceleration_for_sample_long_steps_g,
+        case.max_kinetic_energy_at_rest, case.min_mass_centre_to_side_distance
     ))  # fmt: skip
     store_rest(
         state,
         lane,
         StackRestFlagAndLimits(case.max_share_of_onset_acceleration_at_rest, case.max_base_acceleration_at_rest_g, 0.0),
     )
-    store_attempt(state, lane, NextStepToAttempt(case.shortest_step, case.steps_after_contact_change, 0.0))
+    store_attempt(state, lane, NextStepToAttempt(case.shortest_step, case.steps_per_length_after_contact_change, 0.0))
     for s in range(stones.size):
         at, stone = first + s * size, stones[s]
         write_initial_stone_state(stone_window(state, s), lane, stone)
@@ -184,7 +185,7 @@ def write_initial_stack_state(
                 o = outlines[s - 1, 1, i]
                 store_outline(state[begin : begin + P], lane, FaceCorner(o[0], o[1], o[2], o[3], o[4], o[5]))
     store_course(state, lane, CaseProgress(
-        case.amplitude_factor, case.first_simulated_sample, case.last_onset_sample, case.undecided_end_sample,
+        case.amplitude_factor, case.first_simulated_sample, case.last_onset_sample, case.end_sample_if_undecided,
         case.first_simulated_sample * sampling_interval, case.spring_energy_at_rest,
         case.min_overturning_energy,
     ))  # fmt: skip
@@ -202,10 +203,11 @@ def write_initial_stone_state(rows: Any, lane: int, constants: Any) -> None:
             constants.inertia_xx, constants.inertia_yy, constants.inertia_zz, constants.inertia_xy,
             constants.inertia_xz, constants.inertia_yz
         ),
-        mass=constants.mass, centre_height=constants.centre_height, top_height=constants.top_height,
-        critical_lean=constants.critical_lean,
-        base_critical_lean=constants.base_critical_lean,
-        fall_tilt_cosine=constants.fall_tilt_cosine, max_fall_of_centre=constants.max_fall_of_centre,
+        mass=constants.mass, centre_height=constants.centre_height, upper_face_height=constants.upper_face_height,
+        critical_lean_squared_sine=constants.critical_lean_squared_sine,
+        base_critical_lean_squared_sine=constants.base_critical_lean_squared_sine,
+        fall_tilt_cosine=constants.fall_tilt_cosine,
+        max_centre_drop_without_fall=constants.max_centre_drop_without_fall,
     ))  # fmt: skip
     at, still = constants.start, Vector3(0.0, 0.0, 0.0)
     turn = Quaternion(at.qw, at.qx, at.qy, at.qz)

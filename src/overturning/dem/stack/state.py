@@ -31,11 +31,11 @@ class StackTickLengthAndLimits(NamedTuple):
     """Length of a tick, s."""
     max_penetration: float
     """Penetration beyond which the case has failed, m."""
-    sample_step_acceleration_g: float
+    max_acceleration_for_sample_long_steps_g: float
     """Horizontal acceleration, as a share of the weight, below which a standing stack takes sample-long steps."""
     max_kinetic_energy_at_rest: float
     """Largest kinetic energy of a stack at rest, J."""
-    min_side_distance: float
+    min_mass_centre_to_side_distance: float
     """Least distance, over all joints, of the centre of mass above from the nearest side of the joint, m."""
 
 
@@ -53,7 +53,7 @@ class StackRestFlagAndLimits(NamedTuple):
 class StackClockWithinSample(NamedTuple):
     """Clock of one stack: time within the sample (ticks), and half the length of the attempted step (s)."""
 
-    ticks_in_sample: float
+    ticks_since_sample_start: float
     half_step: float
 
 
@@ -107,15 +107,15 @@ class StoneConstants(NamedTuple):
     """Mass, kg."""
     centre_height: float
     """Height of the centre above the base, m."""
-    top_height: float
+    upper_face_height: float
     """Height of the upper face above the centre, m."""
-    critical_lean: float
+    critical_lean_squared_sine: float
     """`lean_as_squared_sine` at which the stone balances on the nearest side of its contact at rest."""
-    base_critical_lean: float
+    base_critical_lean_squared_sine: float
     """`lean_as_squared_sine` at which the stone, on a plane, would balance on the nearest side of its base."""
     fall_tilt_cosine: float
     """Cosine of the smallest tilt at which the stone has fallen."""
-    max_fall_of_centre: float
+    max_centre_drop_without_fall: float
     """Depth of the centre below its place on the face that carries the stone, beyond which the stone has fallen, m."""
 
 

@@ -94,15 +94,15 @@ def initial_stone_table(stones: list[StackStone], joints: JointConstantsOfStack)
         for name, at in pairs.items():
             row[f"inertia_{name}"], row[f"inverse_inertia_{name}"] = stone.inertia_per_mass[at], inverse[at]
         reach = stone.nearest_base_side_distance
-        row["mass"], row["centre_height"], row["top_height"], row["side_distance"] = (
+        row["mass"], row["centre_height"], row["upper_face_height"], row["side_distance"] = (
             stone.mass,
             stone.centre_height_above_base,
             stone.upper_face_height_above_centre,
             reach,
         )
         ahead, height = tipping_side_distance_and_mass_centre_height(stone, patch)
-        row["critical_lean"] = ahead**2 / (ahead**2 + height**2)
-        row["base_critical_lean"] = reach**2 / (reach**2 + stone.centre_height_above_base**2)
+        row["critical_lean_squared_sine"] = ahead**2 / (ahead**2 + height**2)
+        row["base_critical_lean_squared_sine"] = reach**2 / (reach**2 + stone.centre_height_above_base**2)
         tilt = max(MIN_FALLEN_TILT, 0.5 * (np.arctan2(reach, stone.centre_height_above_base) + 0.5 * np.pi))
         row["fall_tilt_cosine"] = np.round(np.cos(tilt), 12)
         centre = level + stone.centre_height_above_base
@@ -110,7 +110,7 @@ def initial_stone_table(stones: list[StackStone], joints: JointConstantsOfStack)
         start = row["start"]
         start["x"], start["y"], start["z"] = stone.x + shift[0], shift[1], centre + shift[2]
         start["qw"], start["qx"], start["qy"], start["qz"] = np.array([1.0, *half]) / np.sqrt(1.0 + np.sum(half**2))
-        row["rest"], row["max_fall_of_centre"] = start["z"], max(stone.fall_threshold_drop, 2.0 * depth)
+        row["rest"], row["max_centre_drop_without_fall"] = start["z"], max(stone.fall_threshold_drop, 2.0 * depth)
         level += stone.centre_height_above_base + stone.upper_face_height_above_centre
     return table
 

@@ -20,11 +20,11 @@ class StackCaseTableColumns(NamedTuple):
     """Factor on all dashpots."""
     max_penetration: float
     """Penetration beyond which the case has failed, m."""
-    sample_step_acceleration_g: float
+    max_acceleration_for_sample_long_steps_g: float
     """Horizontal acceleration, as a share of the weight, below which a standing stack takes sample-long steps."""
     max_kinetic_energy_at_rest: float
     """Largest kinetic energy of a stack at rest, J."""
-    min_side_distance: float
+    min_mass_centre_to_side_distance: float
     """Least distance, over all joints, of the centre of mass above from the nearest side of the joint, m."""
     max_share_of_onset_acceleration_at_rest: float
     """Share of the acceleration that slides or unloads a joint, up to which a stack at rest stays at rest."""
@@ -34,7 +34,7 @@ class StackCaseTableColumns(NamedTuple):
     """First sample that is computed."""
     last_onset_sample: float
     """First sample after which the motion cannot start any movement."""
-    undecided_end_sample: float
+    end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
     min_overturning_energy: float
     """Smallest energy that overturns a part of the stack, J."""
@@ -69,9 +69,9 @@ class StoneResultTableColumns(NamedTuple):
     slip_x: float
     """Displacement at the end relative to what the stone stands on, in the axes of that stone, m."""
     slip_y: float
-    support_cosine: float
+    support_twist_cosine: float
     """Cosine of the rotation, since the start, of what the stone stands on about its normal, anticlockwise."""
-    support_sine: float
+    support_twist_sine: float
     """Sine of that rotation."""
     twist: float
     """Rotation about the normal of what the stone stands on, anticlockwise from above, rad."""

@@ -48,7 +48,7 @@ def test_a_box_given_by_vertices_equals_the_rectangle() -> None:
     box, prism = Polyhedron(BOX).solid(0.6, 0, 0), RectangularPrism().solid(0.6, 1 / 3, 2.0)
     np.testing.assert_allclose(box.inertia_per_mass, prism.inertia_per_mass, atol=1e-12)
     assert {tuple(p) for p in np.round(box.contact_points, 9)} == {tuple(p) for p in np.round(prism.contact_points, 9)}
-    assert box.least_tilt_to_other_resting_face_rad == pytest.approx(np.pi / 2)
+    assert box.least_resting_tilt_in_any_direction_rad == pytest.approx(np.pi / 2)
     np.testing.assert_allclose(box.resting_face_normals, prism.resting_face_normals, atol=1e-9)
     t = np.arange(200) * 0.01
     motion = Motion(6.0 * np.sin(7 * t), 4.0 * np.cos(5 * t), sampling_interval=0.01)
@@ -107,7 +107,7 @@ def test_the_fall_tilt_of_a_wedge_is_that_of_rest_on_another_face() -> None:
     body = Polyhedron(WEDGE).unscaled_solid
     # From statics: the body is rotated until a face lies on the ground, with the centre above that face.
     tilts = [np.degrees(np.arccos(-normal[2])) for normal in body.resting_face_normals]
-    assert np.degrees(body.least_tilt_to_other_resting_face_rad) == pytest.approx(min(tilts), abs=1e-3)
+    assert np.degrees(body.least_resting_tilt_in_any_direction_rad) == pytest.approx(min(tilts), abs=1e-3)
     assert 90.0 < min(tilts) < 180.0
     assert len(body.contact_points) == 4  # the upper edge touches only when it has fallen
 
@@ -125,7 +125,7 @@ def test_vertices_that_cannot_touch_the_ground_are_removed_from_a_body() -> None
     stone = Polyhedron(whole).unscaled_solid
     centred = whole - whole[0]
     for _ in range(300):
-        turn, tilt = rng.uniform(0, 2 * np.pi), rng.uniform(0, stone.least_tilt_to_other_resting_face_rad)
+        turn, tilt = rng.uniform(0, 2 * np.pi), rng.uniform(0, stone.least_resting_tilt_in_any_direction_rad)
         down = np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)])
         assert (stone.contact_points @ down).max() - stone.contact_points[0] @ down >= (centred @ down).max() - (
             find_first_body_vertex_among_given_points(stone, whole) - whole[0]

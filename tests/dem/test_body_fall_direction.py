@@ -57,7 +57,7 @@ def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
 
 def is_leaning_body_fallen_in_kernel(stone: RigidSolid, lean_direction: float, tilt: float) -> bool:
     """True if the kernel counts a body that leans by `tilt` in the direction `turn` (rad) as fallen."""
-    half, least = 0.5 * tilt, np.cos(0.999 * stone.least_tilt_to_other_resting_face_rad)
+    half, least = 0.5 * tilt, np.cos(0.999 * stone.least_resting_tilt_in_any_direction_rad)
     return is_body_fallen_in_kernel(
         np.cos(half),
         -np.sin(lean_direction) * np.sin(half),
@@ -109,7 +109,7 @@ def test_the_fall_tilt_is_the_next_tilt_at_which_the_leaning_body_can_rest(seed:
         heights = centre_heights_of_leaning_body(hull.points, turn, tilts)
         valleys = 1 + np.flatnonzero((heights[1:-1] < heights[:-2]) & (heights[1:-1] < heights[2:]))
         stays = (tilts[k] for k in valleys if not released_leaning_body_rolls_back(hull.points, turn, tilts[k]))
-        limit = max(next(stays, np.pi), stone.least_tilt_to_other_resting_face_rad)
+        limit = max(next(stays, np.pi), stone.least_resting_tilt_in_any_direction_rad)
         assert fall.fall_tilts[number] == pytest.approx(limit, abs=np.radians(0.1)), np.degrees(turn)
         some = rng.uniform(0.0, min(limit, 3.0), 5)
         np.testing.assert_allclose(

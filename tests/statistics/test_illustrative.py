@@ -96,21 +96,21 @@ def test_falls_at_right_angles_are_not_more_than_90_degrees_apart(
 
 
 @pytest.mark.parametrize(
-    ("rocks", "broad"),
+    ("rotations", "expected"),
     [([0.5, 0.0], 0.2), ([0.5, 0.5], 0.4), ([0.0, 0.0], 0.4)],
     ids=["the one that rocks along the fault too", "of those the broadest", "where none rocks one that only stands"],
 )
 def test_fault_normal_example_prefers_blocks_that_also_rock_along_the_fault(
-    find_b_over_h_of_illustrative_cases, rocks: list[float], broad: float
+    find_b_over_h_of_illustrative_cases, rotations: list[float], expected: float
 ) -> None:
-    assert find_b_over_h_of_illustrative_cases(rocks)["Falls normal to the fault, stands along it"] == broad
+    assert find_b_over_h_of_illustrative_cases(rotations)["Falls normal to the fault, stands along it"] == expected
 
 
-@pytest.mark.parametrize(("rocks", "broad"), [([0.3, 0.7], 0.4), ([0.3, 0.0], 0.2), ([0.05, 0.0], None)])
+@pytest.mark.parametrize(("rotations", "expected"), [([0.3, 0.7], 0.4), ([0.3, 0.0], 0.2), ([0.05, 0.0], None)])
 def test_example_nearest_to_falling_has_the_largest_rotation_while_standing(
-    find_b_over_h_of_illustrative_cases, rocks: list[float], broad: float
+    find_b_over_h_of_illustrative_cases, rotations: list[float], expected: float
 ) -> None:
-    assert find_b_over_h_of_illustrative_cases(rocks).get("Leans furthest of all that stand") == broad
+    assert find_b_over_h_of_illustrative_cases(rotations).get("Leans furthest of all that stand") == expected
 
 
 @pytest.mark.parametrize(("turn", "titles"), [(-0.2, ["Stands, and has turned"]), (0.04, [])])

@@ -15,17 +15,17 @@ def test_the_source_hash_of_a_step_covers_its_subpackages_and_top_level_modules(
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text("1", encoding="utf-8")
 
-    def change_file_and_compare_source_hashes(name: str) -> list[bool]:
+    def change_file_and_report_changed_source_hashes(name: str) -> list[bool]:
         """Change a file and return, for the steps that use dem and report, whether their source hash changed."""
         steps = (("dem",), ("report",))
         before = [sources.package_source_hash.__wrapped__(*one) for one in steps]
         (tmp_path / name).write_text("2", encoding="utf-8")
         return [old != sources.package_source_hash.__wrapped__(*one) for old, one in zip(before, steps, strict=True)]
 
-    assert change_file_and_compare_source_hashes("dem/kernel/step.py") == [True, False]
-    assert change_file_and_compare_source_hashes("report/page.css") == [False, True]
-    assert change_file_and_compare_source_hashes("report/notes.txt") == [False, False]
-    assert change_file_and_compare_source_hashes("top.py") == [True, True]
+    assert change_file_and_report_changed_source_hashes("dem/kernel/step.py") == [True, False]
+    assert change_file_and_report_changed_source_hashes("report/page.css") == [False, True]
+    assert change_file_and_report_changed_source_hashes("report/notes.txt") == [False, False]
+    assert change_file_and_report_changed_source_hashes("top.py") == [True, True]
 
 
 def test_a_source_hash_of_an_unknown_subpackage_is_refused() -> None:

@@ -69,7 +69,7 @@ class BoundsOnCaseResults(NamedTuple):
     """Demand below which nothing moves."""
     fall_threshold_ratio: float
     """Demand below which nothing falls if contacts are stiff."""
-    min_slip_that_counts_as_motion: float = np.inf
+    max_slip_without_shaking: float = np.inf
     """Slip from which an element counts as moved in a case without shaking, m."""
 
 
@@ -109,7 +109,7 @@ def find_failed_check(bounds: BoundsOnCaseResults, results: CaseResults, row: in
     ):
         return "left out above a threshold"
     if bounds.max_horizontal_to_apparent_gravity_ratio == 0.0 and np.any(
-        fallen | (results.peak_slip[row] > bounds.min_slip_that_counts_as_motion)
+        fallen | (results.peak_slip[row] > bounds.max_slip_without_shaking)
     ):
         return "moved without motion"
     if (

@@ -37,7 +37,7 @@ class RigidSolid:
         Number of vertices of the base.
     inertia_per_mass : ndarray, shape (3, 3)
         Moments and negative products of inertia per mass, m².
-    least_tilt_to_other_resting_face_rad : float
+    least_resting_tilt_in_any_direction_rad : float
         Least tilt at which it can rest on another face, rad.
     resting_face_normals : ndarray, shape (faces, 3)
         Outward normals of the faces on which it can come to rest after a fall, clockwise from above.
@@ -50,7 +50,7 @@ class RigidSolid:
         Indices of the points of each further face that can lie flat on the ground before the body has fallen.
     fall_limits_by_lean_sector : ndarray, shape (sectors, 5)
         Sectors of the direction of lean, if the tilt of the fall depends on it; empty if
-        `least_tilt_to_other_resting_face_rad` holds all around.
+        `least_resting_tilt_in_any_direction_rad` holds all around.
         Columns: start of the sector (0 to 4, in quarter turns), a vector in the body's axes (3), and the least dot
         product of that vector with the downward vertical at which the body has fallen.
     """
@@ -58,7 +58,7 @@ class RigidSolid:
     contact_points: FloatArray
     base_vertex_count: int
     inertia_per_mass: FloatArray
-    least_tilt_to_other_resting_face_rad: float
+    least_resting_tilt_in_any_direction_rad: float
     resting_face_normals: FloatArray
     symmetry_period_deg: float = 360.0
     rim_radius: float = 0.0

@@ -102,8 +102,8 @@ def reasons_stones_do_not_stand(stones: list[StackStone]) -> list[str]:
         if not np.all(patch.side_distances_from_mass_centre_above > 0.0)
     ]
     return faults or [
-        f"the outline of element {touch.stone} would meet the face below {_contact_tilt_text(touch)} over the edge of "
-        f"its base at {math.degrees(touch.critical_angle):.3g}°"
+        f"the outline of element {touch.tipping_stone} would meet the face below {_contact_tilt_text(touch)} "
+        f"over the edge of its base at {math.degrees(touch.critical_angle):.3g}°"
         for touch in face_contacts_before_tipping(stones)
         if touch.face.depth_below_base == 0.0
     ]
@@ -118,9 +118,9 @@ def unsimulated_overhang_contact_warnings(stones: list[StackStone]) -> list[str]
     first: dict[str, ContactBeforeTipping] = {}
     for touch in face_contacts_before_tipping(stones):
         if touch.face.depth_below_base > 0.0:
-            first.setdefault(touch.stone, touch)
+            first.setdefault(touch.tipping_stone, touch)
     return [
-        f"element {touch.stone} overhangs, and would meet {touch.face.name or 'the ground'} "
+        f"element {touch.tipping_stone} overhangs, and would meet {touch.face.name or 'the ground'} "
         f"{_contact_tilt_text(touch)} over the rim of the stone below at {math.degrees(touch.critical_angle):.3g}°"
         for touch in first.values()
     ]

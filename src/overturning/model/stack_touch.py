@@ -37,7 +37,7 @@ class FaceBelowStone(NamedTuple):
 class ContactBeforeTipping(NamedTuple):
     """Tilt at which a stone touches a further face below, before the stone tips over the edge of its contact area."""
 
-    stone: str
+    tipping_stone: str
     face: FaceBelowStone
     touching_tilt: float  # rad
     critical_angle: float  # tilt at which the stone balances on that edge, rad

@@ -43,7 +43,7 @@ class ConvexHull(NamedTuple):
 class FallTiltByLeanDirection(NamedTuple):
     """Tilt from which a body counts as fallen, for each direction in which the body leans."""
 
-    least_tilt_to_other_resting_face_rad: float
+    least_resting_tilt_in_any_direction_rad: float
     """Least tilt at which it can rest on another face, rad."""
     fall_tilts: FloatArray
     """Tilt of its fall in each of `LEAN_DIRECTION_COUNT` directions of lean, rad."""
@@ -78,7 +78,7 @@ class LowestVertexChangesOnLeaning(NamedTuple):
 def fall_tilt_by_lean_direction(
     hull: ConvexHull,
     size: float,
-    least_tilt_to_other_resting_face_rad: float,
+    least_resting_tilt_in_any_direction_rad: float,
     resting_face_normals: FloatArray,
     min_resting_tilt_of_fallen_body_rad: float = 0.0,
 ) -> FallTiltByLeanDirection:
@@ -90,7 +90,7 @@ def fall_tilt_by_lean_direction(
         Convex hull of the body.
     size : float
         Largest extent of the body, m.
-    least_tilt_to_other_resting_face_rad : float
+    least_resting_tilt_in_any_direction_rad : float
         Least tilt at which it can rest on another face, rad; no smaller tilt counts as a fall.
     resting_face_normals : ndarray, shape (faces, 3)
         Outward normals of the other faces on which it can rest; resting on any of them counts as a fall.
@@ -120,13 +120,13 @@ def fall_tilt_by_lean_direction(
     ]
     along /= np.sqrt(np.sum(along * along, axis=1))[:, None]
     rows[found.direction_index[order]] = np.column_stack(
-        [along, np.full(order.size, (FALL_TILT_TO_RESTING_TILT_RATIO - 1.0) * least_tilt_to_other_resting_face_rad)]
+        [along, np.full(order.size, (FALL_TILT_TO_RESTING_TILT_RATIO - 1.0) * least_resting_tilt_in_any_direction_rad)]
     )
-    limits = np.maximum(limits, least_tilt_to_other_resting_face_rad)
-    if (limits <= least_tilt_to_other_resting_face_rad + 1e-9).all():
+    limits = np.maximum(limits, least_resting_tilt_in_any_direction_rad)
+    if (limits <= least_resting_tilt_in_any_direction_rad + 1e-9).all():
         return FallTiltByLeanDirection(
-            least_tilt_to_other_resting_face_rad,
-            np.full(LEAN_DIRECTION_COUNT, least_tilt_to_other_resting_face_rad),
+            least_resting_tilt_in_any_direction_rad,
+            np.full(LEAN_DIRECTION_COUNT, least_resting_tilt_in_any_direction_rad),
             np.zeros((0, 5)),
             np.zeros(0, np.int64),
         )
@@ -136,7 +136,7 @@ def fall_tilt_by_lean_direction(
     first = np.any(rows != np.roll(rows, 1, axis=0), axis=1)
     first[0] = True
     sectors = np.asarray(np.round(np.column_stack([starts, rows])[first], SECTOR_DECIMALS), np.float64)
-    return FallTiltByLeanDirection(least_tilt_to_other_resting_face_rad, limits, sectors, np.unique(touched))
+    return FallTiltByLeanDirection(least_resting_tilt_in_any_direction_rad, limits, sectors, np.unique(touched))
 
 
 def _lower_fall_limits_for_resting_faces(

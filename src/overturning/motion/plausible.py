@@ -81,12 +81,12 @@ def implausible_amplitude_reason(
     unusual = (
         ""
         if low <= sampling_interval <= high or velocity <= MAX_PLAUSIBLE_PGV
-        else f"{_unusual_sampling_interval_text(sampling_interval)}: "
+        else f"{_sampling_interval_and_usual_range_text(sampling_interval)}: "
     )
     return f"{unusual}{what} ({bound} is accepted as ground motion); {_likely_units_note(peak, unit)}"
 
 
-def _unusual_sampling_interval_text(sampling_interval: float) -> str:
+def _sampling_interval_and_usual_range_text(sampling_interval: float) -> str:
     """Return a text with an unusual sampling interval, s, and the range of usual ones."""
     low, high = USUAL_SAMPLING_INTERVAL_RANGE
     return f"sampling interval {sampling_interval:g} s ({low:g} to {high:g} s are usual)"

@@ -102,7 +102,7 @@ def compute_corner_forces(
         moment=moment if with_friction else -(predicted_corner.x_from_centre * n),
         dissipated_power=damping + sliding if with_friction else damping,
         released_tangential_stretch_squared=let_go if with_friction else 0.0,
-        released_stretch_squared=cut,
+        released_normal_stretch_squared=cut,
         has_closed_in_step=fresh,
         penetration_change_if_closed=sinking if fresh else 1.0,
         contact_changed=changed,
@@ -255,7 +255,7 @@ def complete_block_step(
     )
     springs = block.tangential_stiffness_per_mass * (
         left.released_tangential_stretch_squared + right.released_tangential_stretch_squared
-    ) + block.normal_stiffness_per_mass * (left.released_stretch_squared + right.released_stretch_squared)
+    ) + block.normal_stiffness_per_mass * (left.released_normal_stretch_squared + right.released_normal_stretch_squared)
     early_loss = pl * left.dissipated_power + pr * right.dissipated_power
     lost = account.lost_energy + ((half * (account.dissipated_power + loss) + early_loss) + 0.5 * springs)
     deep_l, deep_r = left.new_corner.penetration, right.new_corner.penetration

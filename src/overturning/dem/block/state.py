@@ -280,7 +280,7 @@ class SolvedCornerContact(NamedTuple):
     """Power dissipated by dashpots and friction, per mass, m²/s³."""
     released_tangential_stretch_squared: float
     """Energy released by the tangential spring, over half its stiffness, m²."""
-    released_stretch_squared: float
+    released_normal_stretch_squared: float
     """Energy released by the normal spring, over half its stiffness, m²."""
     has_closed_in_step: bool
     """True if the contact has closed in this step."""

@@ -386,7 +386,7 @@ def _body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void],
         foot, reach = body.centre_height, body.min_base_edge_distance_from_centre
         # A body that lies on springs on another face, as at a fall tilt that depends on the direction or upside down,
         # may have a slightly smaller tilt.
-        fallen = body.least_tilt_to_other_resting_face_rad
+        fallen = body.least_resting_tilt_in_any_direction_rad
         lies_on_springs = len(body.fall_limits_by_lean_sector) > 0 or fallen > MIN_FALL_TILT_OF_UPSIDE_DOWN_REST_RAD
         fallen *= FALL_TILT_TO_RESTING_TILT_RATIO if lies_on_springs else 1.0
         values = {

@@ -87,26 +87,26 @@ class PairRelativeVector(NamedTuple):
 class PairVelocityToForceMatrix(NamedTuple):
     """Matrix from the velocities of elements a and b to the contact forces between them.
 
-    Units: N s/m, N s and N m s. Forces and moments are those on a; the opposite act on b. Velocities of b count with
-    the opposite sign.
+    Units: N s/m, N s and N m s; a rotation is an angular velocity. The force is the one on a; the opposite force acts
+    on b. Velocities of b count with the opposite sign.
     """
 
-    xx: float
-    xz: float
-    zx: float
-    zz: float
-    xa: float
-    za: float
-    xb: float
-    zb: float
-    ax: float
-    az: float
-    bx: float
-    bz: float
-    aa: float
-    ab: float
-    ba: float
-    bb: float
+    force_x_per_velocity_x: float
+    force_x_per_velocity_z: float
+    force_z_per_velocity_x: float
+    force_z_per_velocity_z: float
+    force_x_per_rotation_a: float
+    force_z_per_rotation_a: float
+    force_x_per_rotation_b: float
+    force_z_per_rotation_b: float
+    moment_a_per_velocity_x: float
+    moment_a_per_velocity_z: float
+    moment_b_per_velocity_x: float
+    moment_b_per_velocity_z: float
+    moment_a_per_rotation_a: float
+    moment_a_per_rotation_b: float
+    moment_b_per_rotation_a: float
+    moment_b_per_rotation_b: float
 
 
 @njit(**INLINE_OPTIONS)

@@ -15,7 +15,7 @@ from overturning.dem.polygon.statics import (
     compute_pair_contact_laws,
     contact_points_at_rest,
     largest_spring_and_dashpot_eigenvalues,
-    smallest_spring_eigenvalue,
+    lowest_squared_frequency_on_springs,
     static_equilibrium,
     supporting_contact_points,
 )
@@ -178,7 +178,7 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
     return PreparedScene(
         scene, placed, pairs, laws, displacement, loaded, equilibrium is not None,
         *largest_spring_and_dashpot_eigenvalues(placed, pairs, joints, laws),
-        smallest_spring_eigenvalue(placed, joints, laws),
+        lowest_squared_frequency_on_springs(placed, joints, laws),
         threshold, parts, safe, tips, critical, barrier, support, base,
         [set(stands.get(k, {})) for k in range(len(placed))], b_over_h is None or not first_placement_error(placed),
     )  # fmt: skip

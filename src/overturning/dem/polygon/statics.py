@@ -285,7 +285,7 @@ def largest_spring_and_dashpot_eigenvalues(
     return values[0], values[1]
 
 
-def smallest_spring_eigenvalue(
+def lowest_squared_frequency_on_springs(
     elements: list[PlacedElement],
     point_derivatives: list[ContactPointDisplacementDerivatives],
     pair_laws: PairContactLaws,

@@ -284,9 +284,9 @@ class JointPointAtStepStartAndEnd(NamedTuple):
 
 
 class JointPointForceAndImpulse(NamedTuple):
-    """Normal force and additional impulse, with their moments, at one contact point or summed over several.
+    """Normal force, and impulse of contacts that closed early in a step, with their moments, of one or several points.
 
-    The additional impulse is that of contacts that closed early in the step.
+    The impulse comes in addition to that of the normal force during half of the step.
     """
 
     force: float

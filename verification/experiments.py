@@ -74,7 +74,7 @@ class PartOfDefaultStudy(NamedTuple):
 
 
 def markdown_table_of_named_rows(first: str, rows: dict[str, dict[str, float]], heads: list[str]) -> str:
-    """Return a Markdown table of named rows with the columns `heads`."""
+    """Return a Markdown table of named rows; `first` is the head of the names, `heads` those of the others."""
     return markdown_table((first, *heads), [(name, *(row[head] for head in heads)) for name, row in rows.items()])
 
 

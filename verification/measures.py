@@ -29,7 +29,10 @@ def join_results(group_results: Sequence[CaseResults]) -> CaseResults:
 
 
 def run_case_groups(case_groups: Sequence[CaseGroup], repeats: int = 1, **settings: Any) -> TimedResults:
-    """Run groups of cases `repeats` times, after a warm-up run of the first; `settings` are those of `run_cases`."""
+    """Run groups of cases, after a warm-up run of the first; return joined results and the shortest processor time, s.
+
+    Each group is run `repeats` times; `settings` are those of `run_cases`.
+    """
     found, seconds = run_and_measure_min_processor_time(
         lambda: [run_cases(group.motion, group.cases, **settings) for group in case_groups],
         repeats,

@@ -46,7 +46,7 @@ SHAFT_INDEX: Final = 2
 """Index of the compared element, the topmost of three."""
 COMPARED_ENGINES: Final = ("pymunk", "Box2D")
 
-PILLAR_SIZES: Final = (
+SIZES_OF_TWO_STONES_AND_FINIAL: Final = (
     ((0.40, 0.40), (0.36, 0.40), (0.06, 0.40)),
     ((0.30, 0.45), (0.28, 0.45), (0.06, 0.30)),
     ((0.60, 0.50), (0.50, 0.60), (0.08, 0.50)),
@@ -229,7 +229,7 @@ def count_changed_flags_of_pillars() -> Iterator[MeasuredNumber]:
         "an amplitude smaller by 1e-9": (False, 1 - 1e-9),
     }
     flags, changed = 0, dict.fromkeys(ways, 0)
-    for sizes in PILLAR_SIZES:
+    for sizes in SIZES_OF_TWO_STONES_AND_FINIAL:
         elements: list[dict[str, Any]] = [{"name": "0", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}]
         for number, (width, height) in enumerate(sizes, 1):
             elements.append({"name": f"{number}", "width": width, "height": height, "stands_on": f"{number - 1}"})

@@ -23,7 +23,10 @@ _UNIT_FACTORS: dict[str, dict[str, float]] = {
 
 
 def parse_quantity(value: object, unit: str) -> float:
-    """Convert a number, or a text such as ``"60 cm"``, to a number in `unit`; a ValueError for another unit."""
+    """Convert a number in `unit`, or a text such as ``"60 cm"``, to a number in `unit`.
+
+    A text with a unit of another kind raises a ValueError.
+    """
     if isinstance(value, bool) or not isinstance(value, Real | str):
         raise ValueError(f"give a number in {unit}")
     if not isinstance(value, str):

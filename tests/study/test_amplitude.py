@@ -32,7 +32,7 @@ RECORD = sine_cycle_record("a", 4.0)
 
 @pytest.fixture(scope="module")
 def cube_paths_without_and_with_amplitude_factors(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Paths of the cubes of a study without and with amplitude factors, by name."""
+    """Paths of the cubes of a study without amplitude factors (``one``) and with three of them (``three``)."""
     folder = tmp_path_factory.mktemp("cubes")
     several = {"one": {}, "three": {"amplitude": [0.5, 1, 2]}}
     return {

@@ -514,7 +514,7 @@ def test_3d_ensemble_members_disagree_if_their_fall_directions_spread(tmp_path: 
     assert sample.members_disagree_on_fall[place, 0].tolist() == [False, False, False, True, False]
     assert sample.members_disagree_on_fall_or_direction[place, 0].tolist() == [False, False, True, True, False]
     # k R² is 8, 7.76 and 4.69 where all eight fall, 4 where four do, all the same way.
-    assert sample.fall_direction_weight[place] == pytest.approx(
+    assert sample.fall_direction_agreement_weight[place] == pytest.approx(
         [1.0, *np.sqrt((8 * np.cos(half[1:]) ** 2 - 1) / 7), 1.0, 1.0]
     )
 
@@ -559,7 +559,7 @@ def test_3d_falls_that_change_azimuth_under_slightly_scaled_motion_are_counted(
     monkeypatch.setattr("overturning.study.convergence_check.rerun_functions_by_step_and_stiffness", lambda _: kinds)
     weight = np.linspace(0.2, 1.0, len(sample.record_indices))
     found = check_convergence(
-        settings, done.records, replace(sample, fall_direction_weight=weight)
+        settings, done.records, replace(sample, fall_direction_agreement_weight=weight)
     ).amplitude_change_rerun
     assert found is not None
     assert factors == {0.99, 0.995, 1.005, 1.01}

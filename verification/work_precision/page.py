@@ -97,7 +97,7 @@ def _share_with_interval(count: float, total: float) -> str:
 
 
 def _number_text(value: float, percent: bool = False) -> str:
-    """Return a number with two digits as text; "–" if missing."""
+    """Return a number, or with `percent` a share in %, with two significant digits as text; "–" if missing."""
     if not np.isfinite(value):
         return "–"
     if percent and value == 0:

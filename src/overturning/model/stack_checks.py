@@ -120,7 +120,7 @@ def unsimulated_overhang_contact_warnings(stones: list[StackStone]) -> list[str]
         if touch.face.depth_below_base > 0.0:
             first.setdefault(touch.tipping_stone, touch)
     return [
-        f"element {touch.tipping_stone} overhangs, and would meet {touch.face.name or 'the ground'} "
+        f"element {touch.tipping_stone} overhangs, and would meet {touch.face.stone_name or 'the ground'} "
         f"{_contact_tilt_text(touch)} over the rim of the stone below at {math.degrees(touch.critical_angle):.3g}°"
         for touch in first.values()
     ]

@@ -29,7 +29,7 @@ RELATIVE_ROUNDING_TOLERANCE: Final = 1e-9
 class FaceBelowStone(NamedTuple):
     """Face that a tilting stone could touch: the upper face of a stone below, or the ground."""
 
-    name: str  # "" for the ground
+    stone_name: str  # stone that has the face; "" for the ground
     corners: FloatArray | None  # horizontal positions, anticlockwise, shape (n, 2), m; None for a plane without end
     depth_below_base: float  # depth of the face below the base of the stone, m
 

@@ -80,7 +80,7 @@ def names_of_shown_figures_by_record(figures: dict[str, Path], record_ids: list[
     return {record: tuple(name for name in names if name in figures) for record, names in named.items()}
 
 
-REPORT_ONLY_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Callable[[], Figure]]]]]" = {
+FIGURES_DRAWN_WITH_REPORT: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Callable[[], Figure]]]]]" = {
     "references": lambda _, findings: (
         [partial(_draw_fall_alignment_with_reference_axes, findings)] if findings.reference_alignments else []
     ),
@@ -107,20 +107,20 @@ REPORT_ONLY_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequenc
         partial(draw_ground_motion_posterior, inferred) for inferred in results.inferred_motions
     ],
 }
-"""Functions that return the functions drawing a figure of the report alone, by its name; [] if a study has none.
+"""Functions that return the functions drawing a figure that is written with the report, by its name; [] if none.
 
 Of ``backwards`` there is one for each inferred motion, named ``backwards-1`` and so on.
 """
 
 STUDY_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Callable[[], Figure]]]]]" = (
-    REPORT_ONLY_FIGURES
+    FIGURES_DRAWN_WITH_REPORT
     | {
         "fragility": lambda results, findings: (
             [partial(_draw_fragility_curves, results)] if findings.population is not None else []
         )
     }
 )
-"""`REPORT_ONLY_FIGURES`, and figures that need all results of a study but are not in its report."""
+"""`FIGURES_DRAWN_WITH_REPORT`, and figures that need all results of a study but are not in its report."""
 
 
 def draw_study_figure(kind: str, results_path: Path) -> "Figure":
@@ -148,10 +148,10 @@ _REQUIREMENT_BY_FIGURE: Final = {
 """Settings of a study without which it lacks a figure of `STUDY_FIGURES`."""
 
 
-def draw_report_only_figures(results: StudyResults, findings: Findings, folder: Path) -> dict[str, Path]:
+def draw_figures_with_report(results: StudyResults, findings: Findings, folder: Path) -> dict[str, Path]:
     """Draw the figures that only the report shows into a folder, also in a version for phones; return them by name."""
     draw: dict[str, Callable[[], Figure]] = {}
-    for kind, functions in REPORT_ONLY_FIGURES.items():
+    for kind, functions in FIGURES_DRAWN_WITH_REPORT.items():
         for number, function in enumerate(functions(results, findings), 1):
             draw[f"{kind}-{number}" if kind == "backwards" else kind] = function
     paths = {name: folder / f"{name}.svg" for name in draw}

@@ -11,7 +11,7 @@ from overturning.files import atomic_write
 from overturning.findings.collect import read_findings
 from overturning.findings.results import open_study_results
 from overturning.report.drawings import (
-    draw_report_only_figures,
+    draw_figures_with_report,
     list_study_figures,
     names_of_shown_figures_by_record,
     translate_figures,
@@ -83,7 +83,7 @@ def write_report(
         found, language = read_findings(results / FINDINGS_FILE_NAME), language or opened.study.language
         check_language_is_known(language)
         figures = list_study_figures(results / "figures")
-        figures |= draw_report_only_figures(opened, found, Path(drawings))
+        figures |= draw_figures_with_report(opened, found, Path(drawings))
         folder = results / "figures" / "illustrative"
         cases = {f"film-{number}": case for number, case in enumerate(read_illustrative_case_list(folder), 1)}
         figures |= {f"{name}-strip": folder / case.film_strip_file_name for name, case in cases.items()}

@@ -264,7 +264,7 @@ class _CaseReruns:
             moved |= fall_azimuths_differ(own[rows], again, MIN_FALL_AZIMUTH_SHIFT_DEG).any(axis=1)
             stood |= ((own["overturned"][rows] == 1) & (again["overturned"] == 0)).any(axis=1)
             steps += int(again["block_steps"].sum())
-        weight = self.sample.fall_direction_weight[rows]
+        weight = self.sample.fall_direction_agreement_weight[rows]
         return FallChangesWithAmplitude(
             rerun_falls=rows.size,
             falls_with_shifted_azimuth=int(moved.sum()),

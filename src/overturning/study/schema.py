@@ -161,8 +161,8 @@ class Study(StrictModel):
     )
 
     @model_serializer(mode="wrap")
-    def _leave_out_azimuths_of_a_stack(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Return the study as a dictionary; azimuths are left out for a 3-D stack, which has orientations instead."""
+    def _serialize_without_azimuths_of_a_stack(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Serialize the study to a dictionary, without azimuths for a 3-D stack, which has orientations instead."""
         content: dict[str, Any] = handler(self)
         if self.is_stack:
             content.pop("azimuth", None)

@@ -49,7 +49,7 @@ class CornerContactForce(NamedTuple):
     """Normal force without the spring, m/s²."""
     tangential_force_without_spring: float
     """Tangential force without the spring, m/s²."""
-    spring_moment_excess: float
+    spring_moment_beyond_friction_lever_arm: float
     """Moment by which the lever arm of the spring at the corner exceeds `friction_lever_arm`, per mass, m²/s²;
     0 except in a flat landing."""
 
@@ -93,7 +93,9 @@ def corner_contact_force(
         released_tangential_stretch_squared=(previous_corner.tangential_stretch + remaining) * (stretch - remaining),
         normal_force_without_spring=n - block.normal_stiffness_per_mass * (depth if inside else 0.0),
         tangential_force_without_spring=f + block.tangential_stiffness_per_mass * remaining,
-        spring_moment_excess=block.tangential_stiffness_per_mass * remaining * (drop - tilting * drop),
+        spring_moment_beyond_friction_lever_arm=(
+            block.tangential_stiffness_per_mass * remaining * (drop - tilting * drop)
+        ),
     )  # fmt: skip
 
 
@@ -102,7 +104,7 @@ def power_of_corner_dashpots_and_friction(corner_force: CornerContactForce, vx: 
     """Return the power of a corner's dashpots and friction on the block, per block mass, m²/s³; negative: loss."""
     normal, tangential = corner_force.normal_force_without_spring, corner_force.tangential_force_without_spring
     power = normal * (vz - corner_force.x_from_centre * vw) + tangential * (vx - corner_force.friction_lever_arm * vw)
-    return power - corner_force.spring_moment_excess * vw
+    return power - corner_force.spring_moment_beyond_friction_lever_arm * vw
 
 
 @njit(**INLINE_OPTIONS)

@@ -69,7 +69,7 @@ def point_contact_is_deferred(
 
 
 @njit(**INLINE_OPTIONS)
-def include_point_in_landing_times(
+def include_point_in_landing_times_and_heights(
     landing: RemainingFlatLandingTimes, point: ContactPointState, position: ContactPointPosition
 ) -> RemainingFlatLandingTimes:
     """Return the landing times and the range of heights of two stones' contact points with one more point included."""

@@ -70,7 +70,7 @@ from overturning.dem.stack.joint_state import JointNormalForceSums, RemainingFla
 from overturning.dem.stack.landing import (
     LANDING_TIME_WITHOUT_POINTS,
     contact_points_land_together,
-    include_point_in_landing_times,
+    include_point_in_landing_times_and_heights,
     point_contact_is_deferred,
 )
 from overturning.dem.stack.solve import (
@@ -190,7 +190,9 @@ def update_landing_times_with_contact_point(joint_rows: Any, point: Any, lane_co
         store_landing(
             joint_rows,
             j,
-            include_point_in_landing_times(load_landing(joint_rows, j), load_point(point, j), load_place(point, j)),
+            include_point_in_landing_times_and_heights(
+                load_landing(joint_rows, j), load_point(point, j), load_place(point, j)
+            ),
         )
 
 

@@ -169,50 +169,20 @@ def add_pair_matrix_to_submatrices(
 ) -> None:
     """Add the contact matrix of elements a and b (velocities to forces) to their four equation submatrices."""
     # The force on b is opposite to the one on a, and the relative velocity contains that of b with opposite sign.
-    aa = EquationSubmatrix(
-        pair_matrix.force_x_per_velocity_x,
-        pair_matrix.force_x_per_velocity_z,
-        pair_matrix.force_x_per_rotation_a,
-        pair_matrix.force_z_per_velocity_x,
-        pair_matrix.force_z_per_velocity_z,
-        pair_matrix.force_z_per_rotation_a,
-        pair_matrix.moment_a_per_velocity_x,
-        pair_matrix.moment_a_per_velocity_z,
-        pair_matrix.moment_a_per_rotation_a,
-    )
-    ab = EquationSubmatrix(
-        pair_matrix.force_x_per_velocity_x,
-        pair_matrix.force_x_per_velocity_z,
-        pair_matrix.force_x_per_rotation_b,
-        pair_matrix.force_z_per_velocity_x,
-        pair_matrix.force_z_per_velocity_z,
-        pair_matrix.force_z_per_rotation_b,
-        pair_matrix.moment_a_per_velocity_x,
-        pair_matrix.moment_a_per_velocity_z,
-        pair_matrix.moment_a_per_rotation_b,
-    )
-    ba = EquationSubmatrix(
-        pair_matrix.force_x_per_velocity_x,
-        pair_matrix.force_x_per_velocity_z,
-        pair_matrix.force_x_per_rotation_a,
-        pair_matrix.force_z_per_velocity_x,
-        pair_matrix.force_z_per_velocity_z,
-        pair_matrix.force_z_per_rotation_a,
-        pair_matrix.moment_b_per_velocity_x,
-        pair_matrix.moment_b_per_velocity_z,
-        pair_matrix.moment_b_per_rotation_a,
-    )
-    bb = EquationSubmatrix(
-        pair_matrix.force_x_per_velocity_x,
-        pair_matrix.force_x_per_velocity_z,
-        pair_matrix.force_x_per_rotation_b,
-        pair_matrix.force_z_per_velocity_x,
-        pair_matrix.force_z_per_velocity_z,
-        pair_matrix.force_z_per_rotation_b,
-        pair_matrix.moment_b_per_velocity_x,
-        pair_matrix.moment_b_per_velocity_z,
-        pair_matrix.moment_b_per_rotation_b,
-    )
+    m = pair_matrix
+    xx, xz, zx, zz = (
+        m.force_x_per_velocity_x, m.force_x_per_velocity_z, m.force_z_per_velocity_x, m.force_z_per_velocity_z,
+    )  # fmt: skip
+    xa, za, xb, zb = (
+        m.force_x_per_rotation_a, m.force_z_per_rotation_a, m.force_x_per_rotation_b, m.force_z_per_rotation_b,
+    )  # fmt: skip
+    ax, az, bx, bz = (
+        m.moment_a_per_velocity_x, m.moment_a_per_velocity_z, m.moment_b_per_velocity_x, m.moment_b_per_velocity_z,
+    )  # fmt: skip
+    aa = EquationSubmatrix(xx, xz, xa, zx, zz, za, ax, az, m.moment_a_per_rotation_a)
+    ab = EquationSubmatrix(xx, xz, xb, zx, zz, zb, ax, az, m.moment_a_per_rotation_b)
+    ba = EquationSubmatrix(xx, xz, xa, zx, zz, za, bx, bz, m.moment_b_per_rotation_a)
+    bb = EquationSubmatrix(xx, xz, xb, zx, zz, zb, bx, bz, m.moment_b_per_rotation_b)
     subtract_terms_from_submatrix(
         submatrices.aa, lane, empty_flags[0], 1.0, scale_rows_by_inverse_mass(aa, inertia_a, -half_step_time)
     )

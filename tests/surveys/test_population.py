@@ -234,7 +234,7 @@ def test_a_size_that_equals_a_rounded_grid_value_is_not_outside_the_grid(b_over_
 
 
 def test_fall_rates_are_computed_for_each_amplitude_factor() -> None:
-    """What falls under a motion multiplied by 2 falls at the amplitude factor 2 of the cube."""
+    """Stones that fall under a motion multiplied by 2 fall at the amplitude factor 2 of the cube."""
     motion, population = sine_pulse_motion(3.0, 0.8), StonePopulation(width=LengthRange(low=0.1, high=0.3), stones=64)
     axes = {"height": [0.6, 0.9], "b_over_h": [0.1, 0.2, 0.3, 0.5], "friction": [0.5, 0.9]}
     both = xr.concat(

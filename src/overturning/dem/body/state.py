@@ -242,7 +242,7 @@ class PredictedContactPoint(NamedTuple):
     friction_moment_share: float
     """Share of the moment of friction that tilts the body; 1 except in a flat landing."""
     flat_landing_tilting_share: float
-    """That share if the point slides in a flat landing."""
+    """Share of the moment of friction that tilts the body if the point slides in a flat landing."""
     landing_time_if_touching_now: float
     """Landing time of the point if it touches now, s."""
 

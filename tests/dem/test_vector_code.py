@@ -14,13 +14,13 @@ from numba import typeof
 from overturning.dem.kernel.queue import run_case_queue
 from overturning.dem.plan import SimulationPlan
 from overturning.dem.polygon import cundall, equations, rows
-from overturning.dem.polygon.case_end import store_slip_and_last_upright_time
 from overturning.dem.polygon.centred import (
     add_pair_to_equations,
     compute_pair_forces_after_solution,
     store_accepted_pair_history,
 )
 from overturning.dem.polygon.equations import PairSubmatrices
+from overturning.dem.polygon.slip import store_slip_and_last_upright_time
 from overturning.dem.polygon.step import correct_element_motion, predict_element_motion
 from overturning.dem.run import run_cases, simulate_cases
 from overturning.model.cases import Cases

@@ -13,9 +13,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.dem.block.tables import RIGID_CASE_TABLE_DTYPE
 from overturning.dem.kernel.lanes import COMPILE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
-from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 from overturning.dem.limits import MAX_ROCKING_TIMES_AFTER_RECORD
 from overturning.dem.plan import azimuth_rows_and_base_accelerations, evaluate_and_round_results
 from overturning.dem.time_step import rocking_time_constant
@@ -41,36 +41,6 @@ no side, 1e-4 changes three."""
 
 ROOT_TIME_TOLERANCE_IN_SAMPLES: Final = 1e-15
 """Accuracy of the times of impacts and turning points, as a share of a sample."""
-
-
-class RigidCaseTableColumns(NamedTuple):
-    """Parameters of a case of the rigid rocking block: columns of the kernel's input table."""
-
-    sin_alpha: float
-    """Sine of α."""
-    cos_alpha: float
-    """Cosine of α."""
-    squared_rocking_frequency: float
-    """Square of p times the sampling interval."""
-    restitution: float
-    """Coefficient of restitution."""
-    steps_per_sample: float
-    """Steps per sample."""
-    max_angular_velocity_at_rest: float
-    """Angular velocity below which the block comes to rest, rad per sample."""
-    end_sample_if_undecided: float
-    """Sample at which the case ends as undecided."""
-    amplitude_factor: float
-    """Factor on the motion."""
-    initial_tilt: float
-    """Initial rotation θ₀, rad."""
-    sine_of_tilt_left_to_critical_angle: float
-    """Sine of α − |θ₀|."""
-    cosine_of_tilt_left_to_critical_angle: float
-    """Cosine of α − |θ₀|."""
-
-
-CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(RigidCaseTableColumns)
 
 
 class BaseAccelerationRampInG(NamedTuple):
@@ -380,7 +350,7 @@ def simulate_rigid_rocking(
     up = np.zeros(ground.shape[1]) if motion.up is None else np.append(motion.up, np.zeros(3))
     per_sample = motion.sampling_interval / rocking_time_constant(ratio * height, height)
     diagonal, alpha = np.sqrt(1.0 + ratio * ratio), evaluate_and_round_results(np.arctan, ratio)
-    table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
+    table = np.zeros(cases.case_count, RIGID_CASE_TABLE_DTYPE)
     columns = {
         "sin_alpha": ratio / diagonal,
         "cos_alpha": 1.0 / diagonal,

@@ -1,4 +1,4 @@
-"""Columns of the block kernel's tables: cases, results and trajectories."""
+"""Columns of the tables of the block kernel (cases, results, trajectories) and of the rigid block (cases)."""
 
 from typing import Final, NamedTuple
 
@@ -92,3 +92,33 @@ class BlockTrajectoryTableColumns(NamedTuple):
 CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BlockCaseTableColumns, CaseStepControl)
 RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BlockResultTableColumns)
 TRAJECTORY_ROW_DTYPE: Final = table_dtype_of_named_tuples(BlockTrajectoryTableColumns)
+
+
+class RigidCaseTableColumns(NamedTuple):
+    """Parameters of a case of the rigid rocking block: columns of the kernel's input table."""
+
+    sin_alpha: float
+    """Sine of α."""
+    cos_alpha: float
+    """Cosine of α."""
+    squared_rocking_frequency: float
+    """Square of p times the sampling interval."""
+    restitution: float
+    """Coefficient of restitution."""
+    steps_per_sample: float
+    """Steps per sample."""
+    max_angular_velocity_at_rest: float
+    """Angular velocity below which the block comes to rest, rad per sample."""
+    end_sample_if_undecided: float
+    """Sample at which the case ends as undecided."""
+    amplitude_factor: float
+    """Factor on the motion."""
+    initial_tilt: float
+    """Initial rotation θ₀, rad."""
+    sine_of_tilt_left_to_critical_angle: float
+    """Sine of α − |θ₀|."""
+    cosine_of_tilt_left_to_critical_angle: float
+    """Cosine of α − |θ₀|."""
+
+
+RIGID_CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(RigidCaseTableColumns)

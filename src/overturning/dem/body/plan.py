@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,16 +20,16 @@ from overturning.dem.body.statics import (
     unloading_acceleration_and_min_to_mean_load,
 )
 from overturning.dem.body.tables import (
-    BODY_TABLE_DTYPE,
     CASE_TABLE_DTYPE,
     INITIAL_STATE_DTYPE,
     RESULT_TABLE_DTYPE,
     TRAJECTORY_ROW_DTYPE,
+    body_and_vertex_tables,
+    initial_conditions_at_rest,
 )
 from overturning.dem.kernel.clock import BODY_STEP_CONTROL as PACE
 from overturning.dem.kernel.clock import KernelStepControl
 from overturning.dem.limits import (
-    MAX_PENETRATION_TO_HALF_SIDE_RATIO,
     MAX_ROCKING_TIMES_AFTER_RECORD,
     exceeds_penetration_limit,
 )
@@ -48,16 +48,9 @@ from overturning.model.cases import Cases
 from overturning.model.contact import check_static_penetration_exceeds_rounding
 from overturning.model.shapes import Shape
 from overturning.model.solid import RigidSolid
-from overturning.model.tipping import FALL_TILT_TO_RESTING_TILT_RATIO
 from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-
-EDGE_DISTANCE_PLACEHOLDER_M: Final = 1e300
-"""Distance in place of that of an edge for a vertex that is not of the base, m; finite, since 0 × ∞ is no number."""
-
-MIN_FALL_TILT_OF_UPSIDE_DOWN_REST_RAD: Final = np.radians(179.0)
-"""Fall tilt above which a body can only rest upside down, where its tilt approaches 180° without reaching it, rad."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -223,10 +216,10 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     poses = [body_pose_at_rest_on_springs(body, float(law[0])) for body, law in zip(made, laws, strict=True)]
     sunk = np.array([_largest_penetration_at_rest(body, pose) for body, pose in zip(made, poses, strict=True)])
     if start is None:
-        table["start"] = np.array([_initial_conditions_at_rest(pose) for pose in poses])[which]
+        table["start"] = np.array([initial_conditions_at_rest(pose) for pose in poses])[which]
     else:
         table["start"] = (*start.centre_position, *start.quaternion, *start.velocity, *start.angular_velocity)
-    bodies, points = _body_and_vertex_tables(made)
+    bodies, points = body_and_vertex_tables(made)
     return BodySimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, solids=made, body_constants=bodies,
         vertices_and_base_edges=points, orientation_cosines=cosines, motion_rows=row, base_accelerations=along,
@@ -353,49 +346,3 @@ def _largest_penetration_at_rest(body: RigidSolid, rest_pose: FloatArray) -> flo
     """Return the largest penetration (m) of a base vertex into the ground, in the pose of a body at rest."""
     x, y = body.contact_points[: body.base_vertex_count, :2].T
     return float(np.max(body.centre_height - rest_pose[2] - (rest_pose[3] * y - rest_pose[4] * x)))
-
-
-def _initial_conditions_at_rest(rest_pose: FloatArray) -> NDArray[np.void]:
-    """Convert a static equilibrium pose, shape (6,), to a record of initial conditions with zero velocities."""
-    half = 0.5 * rest_pose[3:]
-    begin = np.zeros((), INITIAL_STATE_DTYPE)
-    begin["x"], begin["y"], begin["z"] = rest_pose[:3]
-    begin["qw"], begin["qx"], begin["qy"], begin["qz"] = np.array([1.0, *half]) / np.sqrt(1.0 + np.sum(half * half))
-    return begin
-
-
-def _body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void], FloatArray]:
-    """Return the kernel's input tables of the bodies: constants (type `BODY_TABLE_DTYPE`) and vertices.
-
-    An odd number of vertices is padded with a vertex at the centre of the body.
-    """
-    count = len(solids[0].contact_points)
-    points, table = np.zeros((len(solids), count + count % 2, 6)), np.zeros(len(solids), BODY_TABLE_DTYPE)
-    points[:, :, 5] = EDGE_DISTANCE_PLACEHOLDER_M
-    pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
-    for index, body in enumerate(solids):
-        points[index, :count, :3] = body.contact_points
-        if body.rim_radius == 0.0:
-            points[index, : body.base_vertex_count, 3:5], points[index, : body.base_vertex_count, 5] = (
-                body.base_edge_normals, body.base_edge_distances_from_centre,
-            )  # fmt: skip
-        for name, at in pairs.items():
-            table[index][f"inverse_inertia_{name}"], table[index][f"inertia_{name}"] = (
-                body.inverse_inertia_per_mass[at], body.inertia_per_mass[at],
-            )  # fmt: skip
-        foot, reach = body.centre_height, body.min_base_edge_distance_from_centre
-        # A body that lies on springs on another face, as at a fall tilt that depends on the direction or upside down,
-        # may have a slightly smaller tilt.
-        fallen = body.least_resting_tilt_in_any_direction_rad
-        lies_on_springs = len(body.fall_limits_by_lean_sector) > 0 or fallen > MIN_FALL_TILT_OF_UPSIDE_DOWN_REST_RAD
-        fallen *= FALL_TILT_TO_RESTING_TILT_RATIO if lies_on_springs else 1.0
-        values = {
-            "centre_height": foot, "base_radius": body.rim_radius, "min_edge_distance": reach,
-            "critical_lean_squared_sine": reach**2 / (reach**2 + foot**2),
-            "fall_tilt_cosine": np.round(np.cos(fallen), 12),
-            "max_penetration": MAX_PENETRATION_TO_HALF_SIDE_RATIO * min(reach, foot),
-            "end_vertex_height_tolerance": body.relative_height_tolerance_of_lowest_vertices
-        }  # fmt: skip
-        for name, value in values.items():
-            table[index][name] = value
-    return table, points

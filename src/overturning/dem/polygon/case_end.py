@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.kernel.ending import CASE_NOT_ENDED, update_slide_end_and_check_case_continues
-from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMPILE_OPTIONS, select
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.energy import (
@@ -15,7 +15,6 @@ from overturning.dem.polygon.energy import (
     kinetic_and_gravitational_energy,
     scene_energy,
 )
-from overturning.dem.polygon.faces import rotate_to_scene_axes
 from overturning.dem.polygon.resting import (
     all_elements_upright,
     any_element_can_still_land,
@@ -26,7 +25,7 @@ from overturning.dem.polygon.resting import (
     longest_time_until_sliding_stops,
     no_element_tipped_dropped_or_unsupported,
 )
-from overturning.dem.polygon.state import ElementRestPose, ElementSlipAndFallState, ElementState, Pose
+from overturning.dem.polygon.state import ElementState
 from overturning.model.status import CaseStatus
 
 MAX_SAFE_TILT_RATIO: Final = 0.1
@@ -301,76 +300,6 @@ def any_peak_rotation_can_grow(state: Any, lane: int, element_rules: Any, spare_
         if 1.0 - np.sqrt(1.0 - share) > reached:
             return True
     return False
-
-
-@njit(**INLINE_OPTIONS)
-def element_point_in_scene_axes(pose: Pose, local_x: float, local_z: float) -> tuple[float, float]:
-    """Return the scene coordinates (m) of a point given in the element's own axes, relative to its centre."""
-    x, z = rotate_to_scene_axes(pose, local_x, local_z)
-    return pose.x + x, pose.z + z
-
-
-@njit(**NO_ALIAS_COMPILE_OPTIONS)
-def shift_rest_pose_with_held_support(element_rows: Any, support_rows: Any) -> None:
-    """Shift an element's rest position as its support moved relative to the base while it was held fixed in space."""
-    for j in range(rows.PARALLEL_CASE_COUNT):
-        pose, at, home = (
-            rows.load_pose(support_rows, j), rows.load_home(support_rows, j), rows.load_home(element_rows, j),
-        )  # fmt: skip
-        x, z = pose.x - at.x, pose.z - at.z
-        rows.store_home(element_rows, j, ElementRestPose(
-            home.base_x, home.base_z, home.support_x, home.support_z, home.x + x, home.z + z, home.fall_limit_z + z
-        ))  # fmt: skip
-
-
-@njit(**NO_ALIAS_COMPILE_OPTIONS)
-def store_slip_and_last_upright_time(
-    element_rows: Any, support_rows: Any, case_rows: Any, samples_per_tick: float, sampling_interval: float
-) -> None:
-    """Store each element's slip on its support, and the last time at which the element was upright."""
-    for j in range(rows.PARALLEL_CASE_COUNT):
-        item, support, sample = (
-            rows.load_element(element_rows, j), rows.load_pose(support_rows, j),
-            rows.load_case(case_rows, j).current_sample,
-        )  # fmt: skip
-        old, home, passed = item.slip_and_fall, item.rest_position, item.step_motion_and_peaks.last_upright_tick
-        x, z = element_point_in_scene_axes(item.pose, home.base_x, home.base_z)
-        ox, oz = element_point_in_scene_axes(support, home.support_x, home.support_z)
-        slip = support.cos * (x - ox) - support.sin * (z - oz)
-        stood = (passed >= 0.0) & (old.fall_side == 0.0) & (item.pose.z >= home.fall_limit_z)
-        upright = select(stood, (sample + passed * samples_per_tick) * sampling_interval, old.last_upright_time)
-        rows.store_record(
-            element_rows,
-            j,
-            ElementSlipAndFallState(
-                upright, old.last_support_time, old.fall_side, updated_maximum(old.peak_slip, abs(slip)), slip
-            ),
-        )
-        element_rows[rows.LAST_UPRIGHT_ROW + j] = -1.0
-
-
-@njit(**NO_ALIAS_COMPILE_OPTIONS)
-def update_upper_element_last_support_time(
-    pair_rows: Any,
-    element_a_rows: Any,
-    element_b_rows: Any,
-    case_rows: Any,
-    samples_per_tick: float,
-    sampling_interval: float,
-) -> None:
-    """Store, if two stacked elements touch, the present time as the upper one's last time on its support."""
-    for j in range(rows.PARALLEL_CASE_COUNT):
-        pair, case = rows.load_pair(pair_rows, j), rows.load_case(case_rows, j)
-        touches = count_closed_contact_points(pair) > 0
-        now = (
-            case.current_sample + case.base_acceleration.ticks_since_sample_start * samples_per_tick
-        ) * sampling_interval
-        element_a_rows[rows.CARRIED_UNTIL + j] = select(
-            touches & (pair.carried_element_sign > 0.0), now, element_a_rows[rows.CARRIED_UNTIL + j]
-        )
-        element_b_rows[rows.CARRIED_UNTIL + j] = select(
-            touches & (pair.carried_element_sign < 0.0), now, element_b_rows[rows.CARRIED_UNTIL + j]
-        )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)

@@ -44,9 +44,6 @@ from overturning.dem.polygon.arrays import SceneArrays
 from overturning.dem.polygon.case_end import (
     case_status,
     mark_fallen_and_write_case_results,
-    shift_rest_pose_with_held_support,
-    store_slip_and_last_upright_time,
-    update_upper_element_last_support_time,
 )
 from overturning.dem.polygon.energy import scene_energy
 from overturning.dem.polygon.equations import SPARE_SUBMATRIX_COUNT, SUBMATRIX_SIZE, create_empty_nonzero_pattern
@@ -56,6 +53,11 @@ from overturning.dem.polygon.path import (
     record_element_motion_of_first_case,
 )
 from overturning.dem.polygon.resting import all_elements_at_rest
+from overturning.dem.polygon.slip import (
+    shift_rest_pose_with_held_support,
+    store_slip_and_last_upright_time,
+    update_upper_element_last_support_time,
+)
 from overturning.dem.polygon.start import CASE_END_TEST_INTERVAL_S, write_initial_case_state, write_initial_pair_states
 from overturning.dem.polygon.state import Pose
 from overturning.dem.polygon.suspended_pairs import create_active_pairs, resume_contact_tests_after_motion

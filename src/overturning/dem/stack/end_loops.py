@@ -80,7 +80,8 @@ from overturning.dem.stack.access import (
     store_sum,
     store_time,
 )
-from overturning.dem.stack.joint import solve_joint_contact, solve_point_contact
+from overturning.dem.stack.joint import solve_joint_contact
+from overturning.dem.stack.joint_point import solve_point_contact
 from overturning.dem.stack.joint_state import (
     JOINT_ROW_LAYOUT,
     JointAtStepStartAndEnd,

@@ -23,7 +23,6 @@ from overturning.dem.kernel.ending import (
     SlideEndSample,
     update_slide_end_and_check_case_continues,
 )
-from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.quiet import MAX_REST_TO_ONSET_THRESHOLD_RATIO, SIMULATION_START_TO_ONSET_THRESHOLD_RATIO
 from overturning.dem.stack.access import (
@@ -37,7 +36,6 @@ from overturning.dem.stack.access import (
     load_outline,
     load_peaks,
     load_point,
-    load_shaking,
     load_stone,
     load_time,
     stone_window,
@@ -375,32 +373,3 @@ def write_stack_results(
         stone_results[s].twist = math.atan2(turn.yx - turn.xy, turn.xx + turn.yy)
         stone_results[s].top_x, stone_results[s].top_y = own.xz, own.yz
         below, axes = stone.position, own
-
-
-@njit(**INTERNAL_COMPILE_OPTIONS)
-def record_motion_of_first_stack(
-    state: Any, stone_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
-) -> None:
-    """Write time, base acceleration and motion of all stones of the first simulated stack into a trajectory row."""
-    time, shaking = load_time(state, 0), load_shaking(state, 0)
-    trajectory_row[0] = (
-        load_course(state, 0).current_sample + time.ticks_since_sample_start / ticks_per_sample
-    ) * sampling_interval
-    trajectory_row[1], trajectory_row[2] = (
-        -base_acceleration_at_tick(shaking.inertial_acceleration_x, time.ticks_since_sample_start),
-        -base_acceleration_at_tick(shaking.inertial_acceleration_y, time.ticks_since_sample_start),
-    )
-    trajectory_row[3] = base_acceleration_at_tick(shaking.upward_base_acceleration, time.ticks_since_sample_start)
-    for s in range(stone_count):
-        constants, stone = load_constants(stone_window(state, s), 0), load_stone(stone_window(state, s), 0)
-        spin, at = (
-            angular_velocity_from_momentum(
-                constants.inverse_inertia, rotation_matrix(stone.rotation), stone.angular_momentum
-            ),
-            4 + 14 * s,
-        )
-        trajectory_row[at], trajectory_row[at + 1], trajectory_row[at + 2] = stone.position
-        trajectory_row[at + 3], trajectory_row[at + 4], trajectory_row[at + 5], trajectory_row[at + 6] = stone.rotation
-        trajectory_row[at + 7], trajectory_row[at + 8], trajectory_row[at + 9] = stone.velocity
-        trajectory_row[at + 10], trajectory_row[at + 11], trajectory_row[at + 12] = spin
-        trajectory_row[at + 13] = load_outcome(stone_window(state, s), 0).is_simulated

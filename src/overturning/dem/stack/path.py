@@ -5,12 +5,26 @@ from functools import partial
 from typing import Any, Final
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.body.path import axes_that_are_vertical_at_rest, rotate_to_east_north_up
+from overturning.dem.body.state import angular_velocity_from_momentum
+from overturning.dem.body.vectors import rotation_matrix
+from overturning.dem.kernel.ground import base_acceleration_at_tick
+from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.path import dataset_variable_tuple
 from overturning.dem.plan import check_trajectory_size
+from overturning.dem.stack.access import (
+    load_constants,
+    load_course,
+    load_outcome,
+    load_shaking,
+    load_stone,
+    load_time,
+    stone_window,
+)
 from overturning.model.results import CaseResults
 from overturning.model.stack import STACK_VARIABLES
 from overturning.model.stack_stones import StackStone
@@ -156,3 +170,32 @@ def _fill_in_stone_free_flight(columns: FloatArray, time_and_base_acceleration: 
             lies = low <= 0.0
             last = there - np.array([0.0, 0.0, min(low, 0.0)]), turned.as_quat(scalar_first=True)
         row[0:3], row[3:7], row[7:13] = *last, 0.0
+
+
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def record_motion_of_first_stack(
+    state: Any, stone_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
+) -> None:
+    """Write time, base acceleration and motion of all stones of the first simulated stack into a trajectory row."""
+    time, shaking = load_time(state, 0), load_shaking(state, 0)
+    trajectory_row[0] = (
+        load_course(state, 0).current_sample + time.ticks_since_sample_start / ticks_per_sample
+    ) * sampling_interval
+    trajectory_row[1], trajectory_row[2] = (
+        -base_acceleration_at_tick(shaking.inertial_acceleration_x, time.ticks_since_sample_start),
+        -base_acceleration_at_tick(shaking.inertial_acceleration_y, time.ticks_since_sample_start),
+    )
+    trajectory_row[3] = base_acceleration_at_tick(shaking.upward_base_acceleration, time.ticks_since_sample_start)
+    for s in range(stone_count):
+        constants, stone = load_constants(stone_window(state, s), 0), load_stone(stone_window(state, s), 0)
+        spin, at = (
+            angular_velocity_from_momentum(
+                constants.inverse_inertia, rotation_matrix(stone.rotation), stone.angular_momentum
+            ),
+            TRAJECTORY_COLUMNS_BEFORE_STONES + TRAJECTORY_COLUMNS_PER_STONE * s,
+        )
+        trajectory_row[at], trajectory_row[at + 1], trajectory_row[at + 2] = stone.position
+        trajectory_row[at + 3], trajectory_row[at + 4], trajectory_row[at + 5], trajectory_row[at + 6] = stone.rotation
+        trajectory_row[at + 7], trajectory_row[at + 8], trajectory_row[at + 9] = stone.velocity
+        trajectory_row[at + 10], trajectory_row[at + 11], trajectory_row[at + 12] = spin
+        trajectory_row[at + 13] = load_outcome(stone_window(state, s), 0).is_simulated

@@ -60,12 +60,8 @@ from overturning.dem.stack.access import (
     store_sum,
     store_time,
 )
-from overturning.dem.stack.joint import (
-    joint_equation_terms,
-    normal_force_sum_terms_of_point,
-    predict_friction,
-    predicted_force_per_share_and_contact,
-)
+from overturning.dem.stack.joint import joint_equation_terms, predict_friction
+from overturning.dem.stack.joint_point import normal_force_sum_terms_of_point, predicted_force_per_share_and_contact
 from overturning.dem.stack.joint_state import JointNormalForceSums, RemainingFlatLandingTimes
 from overturning.dem.stack.landing import (
     LANDING_TIME_WITHOUT_POINTS,

@@ -46,7 +46,6 @@ from overturning.dem.stack.access import (
 )
 from overturning.dem.stack.ending import (
     lowest_newly_fallen_stone_index,
-    record_motion_of_first_stack,
     stone_state_sum_for_finite_check,
     stop_fallen_stones_and_return_status,
     write_stack_results,
@@ -59,6 +58,7 @@ from overturning.dem.stack.joint_state import (
     JointContactState,
     TangentTwistVector,
 )
+from overturning.dem.stack.path import record_motion_of_first_stack
 from overturning.dem.stack.rest import (
     MAY_BE_AT_REST_ROW,
     base_acceleration_limit_of_stack_at_rest,

@@ -1,0 +1,130 @@
+"""Normal spring and dashpot at one contact point of two stones: predicted force, terms of equations, and solution."""
+
+import math
+from typing import Final
+
+from numba import njit
+
+from overturning.dem.body.vectors import Vector3
+from overturning.dem.kernel.lanes import INLINE_OPTIONS
+from overturning.dem.stack.joint_state import (
+    ContactPointPosition,
+    ContactPointState,
+    JointConstants,
+    JointNormalForceSums,
+    JointPointForceAndImpulse,
+    JointRelativeMotion,
+)
+from overturning.dem.stack.state import JointEnergyLosses, StackContactChangesInStep
+
+MIN_STIFFNESS_SHARE_FOR_STEP_SHORTENING: Final = 1e-3
+"""Smallest share of the joint's stiffness with which a point asks for a finer step when it opens or closes."""
+
+
+@njit(**INLINE_OPTIONS)
+def point_opening_rate(frame: JointRelativeMotion, position: ContactPointPosition) -> float:
+    """Return the velocity (m/s) at which a contact point of two stones opens at the predicted end of a step."""
+    return frame.velocity.z + (frame.angular_velocity.x * position.y - frame.angular_velocity.y * position.x)
+
+
+@njit(**INLINE_OPTIONS)
+def predicted_force_per_share_and_contact(
+    joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: ContactPointState,
+    state: tuple[bool, bool, bool],
+) -> tuple[float, bool]:  # fmt: skip
+    """Return a contact point's predicted normal force over its stiffness share, N, and True if it is in contact.
+
+    In a step that resolves the contact vibration the predicted forces decide about contact, in a longer one the contact
+    state after the last step. A point that did not belong to the contact patch before has no such state.
+    """
+    forces_decide_contact, lands_flat, waits = state
+    depth = -position.z - previous.penetration_without_force
+    pressure = joint.normal_stiffness * depth - joint.normal_dashpot * point_opening_rate(frame, position)
+    now = ((pressure > 0.0) | lands_flat) & (depth > 0.0)
+    decides = forces_decide_contact | (previous.stiffness_share == 0.0)
+    touches = now if decides else previous.force_per_stiffness_share != 0.0
+    return pressure, touches & (position.stiffness_share > 0.0) & (not waits)
+
+
+@njit(**INLINE_OPTIONS)
+def normal_force_sum_terms_of_point(
+    joint: JointConstants, half_step: float, position: ContactPointPosition, pressure: float, in_contact: bool
+) -> JointNormalForceSums:
+    """Return one contact point's terms in the sums of force and moment between two stones in a step's equations."""
+    n = position.stiffness_share * pressure if in_contact else 0.0
+    rate = joint.normal_dashpot + half_step * joint.normal_stiffness
+    g = half_step * (position.stiffness_share * rate) if in_contact else 0.0
+    gx, gy = g * position.x, g * position.y
+    return JointNormalForceSums(
+        n, n * position.x, n * position.y, g, gx, gy, gx * position.x, gx * position.y, gy * position.y
+    )
+
+
+@njit(**INLINE_OPTIONS)
+def solve_point_contact(
+    joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: ContactPointState,
+    change: tuple[Vector3, Vector3], step: tuple[float, bool, float, bool, bool],
+) -> tuple[JointPointForceAndImpulse, StackContactChangesInStep, JointEnergyLosses, ContactPointState]:  # fmt: skip
+    """Return normal force, contact changes, losses and new state of a contact point from a step's solved equations.
+
+    `change` is the change of the relative velocity at the origin and of the relative angular velocity. `step` holds
+    half of the step (s), whether the base lands flat, the landing time of a point that touches now (s), whether the
+    point carries load only later in the landing, and whether the joint has points since the last step, which it has not
+    when a case begins.
+    """
+    half_step, lands_flat, new_landing, waits, joint_has_points = step
+    w = position.stiffness_share
+    counts, had = w > 0.0, previous.stiffness_share > 0.0
+    joins = joint_has_points & (not had)
+    rise = change[0].z + (change[1].x * position.y - change[1].y * position.x)
+    # A point that waits takes up its penetration without force; the offset ends when the point opens.
+    deep = -position.z - half_step * rise
+    between, waits = waits, waits & (deep > 0.0)
+    unloaded = previous.penetration_without_force
+    offset = (deep if deep > unloaded else unloaded) if waits else unloaded
+    offset = offset if deep > 0.0 else 0.0
+    predicted_rate, before = point_opening_rate(frame, position), -position.z - offset
+    rate = predicted_rate + rise
+    depth = before - half_step * rise
+    inside, was = (depth > 0.0) & (not waits), previous.penetration > 0.0
+    changed = before if before > depth else depth
+    changed = (deep if unloaded == 0.0 else 0.0) if waits else -depth if was else changed
+    heavy = w > MIN_STIFFNESS_SHARE_FOR_STEP_SHORTENING
+    spring = joint.normal_stiffness * depth if inside else 0.0
+    pressure = spring - joint.normal_dashpot * rate
+    pressure = pressure if counts & inside & (lands_flat | (pressure > 0.0)) else 0.0
+    # A point that joins the patch has no last state: compare with the one that was assumed.
+    pressed = lands_flat | (joint.normal_stiffness * before > joint.normal_dashpot * predicted_rate)
+    assumed = (before > 0.0) & pressed & (not waits)
+    changed = changed if had else 1.0 if joins & (assumed != (pressure != 0.0)) else 0.0
+    fresh = inside & had & (not was) & counts
+    more = depth * (2.0 * half_step / (depth - previous.penetration if fresh else 1.0)) - half_step if fresh else 0.0
+    landing = (new_landing if fresh | (not had) else previous.remaining_flat_landing_time) - 2.0 * half_step
+    landing = joint.landing_duration if waits & (unloaded == 0.0) else landing
+    n = w * pressure
+    power = w * (spring - pressure) * rate
+    over = depth * previous.penetration
+    over = math.copysign(over if over < 0.0 else 0.0, depth - previous.penetration)
+    both = (depth if inside else 0.0) * (previous.penetration if was else depth if joins else 0.0)
+    let_go = (w * over if inside | was else 0.0) + both * (previous.stiffness_share - w)
+    let_go = 0.5 * joint.normal_stiffness * let_go if counts | had else 0.0
+    findings = StackContactChangesInStep(
+        contact_changed=changed if heavy else 0.0, has_wrong_slip_assumption=0.0, has_slip_reversal=0.0,
+        has_sticking_joint=0.0, has_friction_reversal=0.0,
+        has_unloaded_point=1.0 if heavy & (not (pressure > 0.0)) & (offset == 0.0) & (not between) else 0.0,
+        penetration=depth if counts else 0.0, has_loaded_joint=0.0,
+    )  # fmt: skip
+    return (
+        JointPointForceAndImpulse(
+            n, n * position.x, n * position.y, more * n, more * (n * position.x), more * (n * position.y)
+        ),
+        findings,
+        JointEnergyLosses(power, let_go + more * power),
+        ContactPointState(
+            penetration=depth if counts & (not waits) else 0.0,
+            force_per_stiffness_share=pressure,
+            remaining_flat_landing_time=landing if (inside | waits) & counts else 0.0,
+            stiffness_share=w,
+            penetration_without_force=offset if counts else 0.0,
+        ),
+    )

@@ -160,7 +160,7 @@ class SurveyFindings(FindingBaseClass):
     They do not count in `computed_fall_share` and `checked_predictions`.
     """
     falls_without_computed_outcome: int
-    """Stones of `stones_without_computed_outcome` that fell in a known direction; all directions are predicted alike."""
+    """Stones of `stones_without_computed_outcome` that fell in a known direction, which is predicted at random."""
     falls_without_prediction: int
     """Stones without a computed outcome, or without a prediction, that fell in a known direction."""
     falls_with_predicted_direction: int

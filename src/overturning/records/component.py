@@ -249,7 +249,7 @@ class HeaderPeak:
     value: float  # absolute, m/s²
     resolution: float = 0.0  # unit of the last printed digit, m/s²; the comparison allows half of it
     is_after_mean_removal: bool = False  # True if it is the peak after subtraction of the mean
-    line_number: int | None = None  # line of the file that states it, counted from 1
+    line_number: int | None = None  # line of the file with the peak, counted from 1
     sign: int = 0  # of the sample with the peak, +1 or −1; 0 if the header does not state it
 
     @classmethod

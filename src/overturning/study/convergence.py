@@ -72,11 +72,11 @@ class FallChangesWithAmplitude(BaseModel):
 
     rerun_falls: int  # falls of the study that were run again
     falls_with_shifted_azimuth: (
-        int  # of these, azimuth moves by `MIN_FALL_AZIMUTH_SHIFT_DEG` or more under one of the motions
+        int  # falls whose azimuth moves by `MIN_FALL_AZIMUTH_SHIFT_DEG` under one of the motions
     )
-    falls_standing_in_a_rerun: int  # of these, that stand under one of the motions
+    falls_standing_in_a_rerun: int  # falls whose stone stands under one of the motions
     weight_of_rerun_falls: float  # sum of the weights of these falls (`model.body.case_weight_in_direction_statistics`)
-    weight_of_shifted_falls: float  # part of it due to falls that move
+    weight_of_shifted_falls: float  # part of `weight_of_rerun_falls` whose fall direction changes
     block_steps: int
 
 

@@ -108,7 +108,7 @@ class SurveyPredictionComparison:
         Stones without a computed outcome, although their B/H is not far outside the grid: no block of this B/H has one.
         Like those of `stones_far_outside_b_over_h_grid`, they do not count in `computed_fall_share` and `confusion`.
     falls_without_computed_outcome : int
-        Stones of `stones_without_computed_outcome` that fell in a known direction; all directions are predicted alike.
+        Stones of `stones_without_computed_outcome` that fell in a known direction, which is predicted at random.
     falls_without_prediction : int
         Stones of `stones_without_computed_outcome` and `stones_far_outside_b_over_h_grid` that fell in a known
         direction.

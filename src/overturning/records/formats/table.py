@@ -52,7 +52,7 @@ class RecordFileFormat:
         Callable[[SourceFile], list[RecordComponent]]
         | Callable[[SourceFile, DeclaredFileProperties], list[RecordComponent]]
     )
-    default_processing_agency: str = ""  # that processed the processed files; "" if the file names it
+    default_processing_agency: str = ""  # agency that processed the processed files; "" if each file names it
     reader_takes_declared_properties: bool = (
         False  # True if the reader needs declarations, because files are incomplete
     )

@@ -8,7 +8,7 @@ anticlockwise of it, z up.
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.util import find_spec
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -67,7 +67,7 @@ def _simulate_fall_sides(
 ) -> list[int]:
     """Run a physics engine and return the side to which each body falls (±1; 0: none).
 
-    With `early`, end when the last body of the list has fallen.
+    With `stop_after_fall`, end when the last body of the list has fallen.
     """
     sides = [0] * len(bodies)
     for acceleration in ground_acceleration.tolist():
@@ -251,9 +251,15 @@ def fall_direction_in_bullet(prism: Prism, gravity: np.ndarray, time_step: float
     return None
 
 
-FallSidesFunction = Callable[..., list[int]]
+EngineFunction = TypeVar("EngineFunction")
+FallSidesOfBlocksFunction = Callable[[Sequence[PlanarBody], np.ndarray, float, float], list[int]]
+FallSidesOfSceneFunction = Callable[[Sequence[PlanarBody], np.ndarray, float, float, bool], list[int]]
 FallDirectionFunction = Callable[[Prism, np.ndarray, float], tuple[float, float] | None]
-PLANAR_ENGINES: Final[dict[str, FallSidesFunction]] = {
+SCENE_ENGINES: Final[dict[str, FallSidesOfSceneFunction]] = {
+    "Box2D": fall_sides_in_box2d,
+    "pymunk": fall_sides_in_pymunk,
+}
+BLOCK_ENGINES: Final[dict[str, FallSidesOfBlocksFunction]] = {
     "Box2D": fall_sides_in_box2d,
     "pymunk": fall_sides_in_pymunk,
     "MuJoCo": fall_side_in_mujoco,
@@ -265,16 +271,16 @@ ENGINES_3D: Final[dict[str, FallDirectionFunction]] = {
 _MODULE_BY_ENGINE: Final = {"Box2D": "Box2D", "pymunk": "pymunk", "MuJoCo": "mujoco", "Bullet": "pybullet"}
 
 
-def installed_engines(engines: Mapping[str, Any], *names: str) -> dict[str, Any]:
-    """Return the named engines (default: all) that are installed; print a note for each missing one."""
-    missing = {name for name in names or engines if find_spec(_MODULE_BY_ENGINE[name]) is None}
+def installed_engines(engines: Mapping[str, EngineFunction]) -> dict[str, EngineFunction]:
+    """Return the engines that are installed; print a note for each missing one."""
+    missing = {name for name in engines if find_spec(_MODULE_BY_ENGINE[name]) is None}
     for name in missing:
         print(f"{name} is not installed: make peers")
-    return {name: engines[name] for name in names or engines if name not in missing}
+    return {name: engine for name, engine in engines.items() if name not in missing}
 
 
 def fall_side_of_block(
-    engine: FallSidesFunction, acceleration: np.ndarray, interval: float, height: float, b_over_h: float,
+    engine: FallSidesOfBlocksFunction, acceleration: np.ndarray, interval: float, height: float, b_over_h: float,
     friction: float,
     step: float = DEFAULT_TIME_STEP,
 ) -> int:  # fmt: skip
@@ -284,7 +290,7 @@ def fall_side_of_block(
 
 
 def fall_sides_of_scene(
-    engine: FallSidesFunction, placed: Iterable[PlacedElement], acceleration: np.ndarray, interval: float,
+    engine: FallSidesOfSceneFunction, placed: Iterable[PlacedElement], acceleration: np.ndarray, interval: float,
     friction: float,
     step: float = DEFAULT_TIME_STEP, stop_after_fall: bool = False,
 ) -> list[int]:  # fmt: skip
@@ -294,7 +300,7 @@ def fall_sides_of_scene(
         resample_acceleration(acceleration, interval, step, SCENE_SIMULATION_TIME_AFTER_RECORD_S),
         friction,
         step,
-        early=stop_after_fall,
+        stop_after_fall,
     )
 
 

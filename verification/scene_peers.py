@@ -14,7 +14,7 @@ from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.scene import load_scene
-from verification.engines import PLANAR_ENGINES, installed_engines
+from verification.engines import SCENE_ENGINES, installed_engines
 from verification.inputs import CaseGroup, read_strong_part_of_pulse_record
 from verification.scenes import fall_sides_of_shaft
 from verification.tables import RESULT_TABLE_FOLDER, ROOT, write_csv
@@ -55,7 +55,7 @@ def fall_sides_of_shaft_by_engine(cases: pd.DataFrame) -> dict[str, np.ndarray]:
     ]
     return {
         name.lower(): np.concatenate([fall_sides_of_shaft(engine, scene, group, TIME_STEP_S) for group in groups])
-        for name, engine in installed_engines(PLANAR_ENGINES, "pymunk", "Box2D").items()
+        for name, engine in installed_engines(SCENE_ENGINES).items()
     }
 
 

@@ -23,7 +23,7 @@ from overturning.model.geometry import place_elements, reference_element_height_
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene, gravestone, load_scene, parse_scene_content
 from overturning.motion.motion import Motion
-from verification.engines import PLANAR_ENGINES, fall_sides_of_scene, installed_engines
+from verification.engines import SCENE_ENGINES, FallSidesOfSceneFunction, fall_sides_of_scene, installed_engines
 from verification.inputs import CaseGroup, case_grid, read_motions_of_default_study, read_strong_part_of_pulse_record
 from verification.measures import join_results
 from verification.tables import (
@@ -122,7 +122,7 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredNumber]:
     chosen = np.random.default_rng(1).choice(np.flatnonzero(firm), min(count, int(firm.sum())), replace=False)
     some = CaseGroup(motion, cases).subset(chosen)
     times, ended, found = {}, {}, {}
-    for name, engine in installed_engines(PLANAR_ENGINES, "Box2D", "pymunk").items():
+    for name, engine in installed_engines(SCENE_ENGINES).items():
         _, ended[name] = run_and_measure_min_processor_time(
             partial(fall_sides_of_shaft, engine, scene, some, stop_after_fall=True), 1, int
         )
@@ -174,7 +174,11 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredNumber]:
 
 
 def fall_sides_of_shaft(
-    engine: Any, scene: Scene, group: CaseGroup, step: float = 1 / 240, stop_after_fall: bool = False
+    engine: FallSidesOfSceneFunction,
+    scene: Scene,
+    group: CaseGroup,
+    step: float = 1 / 240,
+    stop_after_fall: bool = False,
 ) -> np.ndarray:
     """Return the sides to which the shaft falls in an engine; with `stop_after_fall`, a case ends at its fall."""
     sides = []

@@ -19,7 +19,7 @@ from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO, Contact
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.study.answers import count_outcome_differences
-from verification.engines import PLANAR_ENGINES, FallSidesFunction, fall_side_of_block, installed_engines
+from verification.engines import BLOCK_ENGINES, FallSidesOfBlocksFunction, fall_side_of_block, installed_engines
 from verification.inputs import (
     CaseGroup,
     block_case_groups_under_records,
@@ -324,7 +324,7 @@ def measure_slip_errors_against_exact_sliding() -> Iterator[ErrorTableRow]:
 
 def measure_engine_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
     """Compare installed engines, over their time steps, with Housner's block for cases that cannot slide."""
-    engines, against = installed_engines(PLANAR_ENGINES), {"against": "rigid rocking", "default": 0}
+    engines, against = installed_engines(BLOCK_ENGINES), {"against": "rigid rocking", "default": 0}
     if not engines:  # without engines the table has one row that states it
         yield {"cases_of": "sine pulses", "method": "no engine installed", **against}
         return
@@ -345,7 +345,9 @@ def measure_engine_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
             yield {"cases_of": name, **against, **own, **wrong_outcome_counts(sides, flags)}
 
 
-def _fall_sides_of_blocks_in_engine(engine: FallSidesFunction, groups: Sequence[CaseGroup], step: float) -> Flags:
+def _fall_sides_of_blocks_in_engine(
+    engine: FallSidesOfBlocksFunction, groups: Sequence[CaseGroup], step: float
+) -> Flags:
     """Return the sides to which the blocks of all groups fall in an engine."""
     sides = [
         _fall_side_of_case_in_engine(engine, group, index, step)
@@ -355,7 +357,7 @@ def _fall_sides_of_blocks_in_engine(engine: FallSidesFunction, groups: Sequence[
     return np.array(sides, np.int8)
 
 
-def _fall_side_of_case_in_engine(engine: FallSidesFunction, group: CaseGroup, index: int, step: float) -> int:
+def _fall_side_of_case_in_engine(engine: FallSidesOfBlocksFunction, group: CaseGroup, index: int, step: float) -> int:
     """Return the side to which the block of one case falls in an engine."""
     case, interval = group.parameters_of_case(index), group.motion.sampling_interval
     return fall_side_of_block(

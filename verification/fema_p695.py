@@ -18,7 +18,7 @@ import numpy as np
 
 from overturning.errors import MissingDataError, ResultError
 from overturning.files import atomic_write
-from overturning.records.formats.fema_p695 import ARCHIVE, RECORD_SETS
+from overturning.records.formats.fema_p695 import ARCHIVE_PATH, RECORD_SET_NAMES
 
 TIME_STAMP: Final = (1980, 1, 1, 0, 0, 0)
 """Time stamp of all members: the same records give the same bytes."""
@@ -51,7 +51,7 @@ def archive_texts_by_file_name(folder: Path) -> dict[str, str]:
     package = f"fema-p695 {version('fema-p695')}"
     members: dict[str, str] = {}
     sources = []
-    for record_set in RECORD_SETS:
+    for record_set in RECORD_SET_NAMES:
         path = folder / f"{record_set}.hdf5"
         digest = hashlib.sha256(path.read_bytes()).hexdigest()
         sources.append({"package": package, "file": path.name, "sha256": digest})
@@ -135,4 +135,4 @@ def write_archive(members: Mapping[str, str], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    write_archive(archive_texts_by_file_name(installed_fema_p695_folder()), ARCHIVE)
+    write_archive(archive_texts_by_file_name(installed_fema_p695_folder()), ARCHIVE_PATH)

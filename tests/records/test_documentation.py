@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import get_args
 
 from overturning.records.catalogue import RecordTableRow
-from overturning.records.formats.table import FORMATS
+from overturning.records.formats.table import RECORD_FILE_FORMATS
 from overturning.records.processing import Step
 from overturning.records.pulses import PULSE_SHAPES, Pulse
 from overturning.units import ACCELERATION_UNITS
@@ -19,7 +19,7 @@ def member_types_of_union(union: object) -> tuple[type, ...]:
 
 
 NAMES_TO_DOCUMENT = {
-    *(form.name for form in FORMATS),
+    *(form.name for form in RECORD_FILE_FORMATS),
     "fema-p695",
     "synthetic",
     *RecordTableRow.model_fields,
@@ -36,6 +36,6 @@ NAMES_TO_DOCUMENT = {
 
 def test_the_formats_page_lists_every_format_name_and_unit():
     rows = set(re.findall(r"^\| `([^`]+)` \|", FORMATS_PAGE, flags=re.MULTILINE))
-    assert {form.name for form in FORMATS} - rows == set()
+    assert {form.name for form in RECORD_FILE_FORMATS} - rows == set()
     assert {name for name in NAMES_TO_DOCUMENT if f"`{name}`" not in FORMATS_PAGE} == set()
     assert {unit for unit in ACCELERATION_UNITS if unit not in FORMATS_PAGE} == set()

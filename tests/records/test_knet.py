@@ -10,7 +10,7 @@ import overturning
 from overturning.commands.application import app
 from overturning.errors import MissingDataError, RecordError
 from overturning.records.catalogue import RecordTableRow
-from overturning.records.component import checked_header_peak_difference
+from overturning.records.component import checked_relative_header_peak_difference
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats import knet
 from overturning.records.processing import process_record
@@ -145,14 +145,14 @@ def test_fractional_k_net_rates_and_scale_factors_are_read_exactly():
     """Obspy takes 99.5Hz as 99 and 7845.6(gal) as 7845."""
     component = read_knet_text(knet_text(NORTH[:199], rate="99.5Hz", scale=("7845.6", 8223790)))
     assert component.sampling_interval == 1 / 99.5
-    np.testing.assert_allclose(component.samples, NORTH[:199] * 7845.6 / 8223790 * 0.01, rtol=1e-12)
+    np.testing.assert_allclose(component.acceleration, NORTH[:199] * 7845.6 / 8223790 * 0.01, rtol=1e-12)
 
 
 def test_a_k_net_file_with_blank_magnitude_and_japanese_memo_is_read():
     text = knet_text(NORTH, magnitude="", memo="補正なし")
-    assert "magnitude" not in read_knet_text(text).extra
+    assert "magnitude" not in read_knet_text(text).extra_metadata
     component = knet.read_components(SourceFile("T.NS", text.encode("shift_jis")))[0]
-    np.testing.assert_allclose(component.samples, NORTH * ACCELERATION_PER_COUNT_M_S2, rtol=1e-12)
+    np.testing.assert_allclose(component.acceleration, NORTH * ACCELERATION_PER_COUNT_M_S2, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -255,7 +255,7 @@ def test_a_complete_last_line_of_a_k_net_file_is_not_called_truncated(count, end
     if end and count > 8:
         text = text[: text.rindex("\n") + 1] + " ".join(text[text.rindex("\n") :].split())
     component = knet.read_components(SourceFile("T.NS", (text + end).encode("ascii")))[0]
-    np.testing.assert_allclose(component.samples, NORTH[:count] * ACCELERATION_PER_COUNT_M_S2, rtol=1e-12)
+    np.testing.assert_allclose(component.acceleration, NORTH[:count] * ACCELERATION_PER_COUNT_M_S2, rtol=1e-12)
 
 
 def test_a_real_k_net_file_agrees_with_its_own_header():
@@ -267,8 +267,8 @@ def test_a_real_k_net_file_agrees_with_its_own_header():
         skip_test_unless_skipping_is_forbidden("this obspy comes without its test data")
     component = knet.read_components(read_source_file(path))[0]
     trace = obspy.read(str(path), format="KNET")[0]
-    np.testing.assert_allclose(component.samples, trace.data * trace.stats.calib, rtol=1e-12)
-    assert component.start == trace.stats.starttime.datetime.replace(tzinfo=UTC)
-    difference = checked_header_peak_difference(component, lambda *why: pytest.fail("; ".join(why)))
+    np.testing.assert_allclose(component.acceleration, trace.data * trace.stats.calib, rtol=1e-12)
+    assert component.start_time_utc == trace.stats.starttime.datetime.replace(tzinfo=UTC)
+    difference = checked_relative_header_peak_difference(component, lambda *why: pytest.fail("; ".join(why)))
     assert difference is not None
     assert difference < 0.001

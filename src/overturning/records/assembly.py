@@ -15,7 +15,7 @@ from overturning.records.component import (
     MIN_SINE_BETWEEN_HORIZONTAL_AXES,
     RecordComponent,
     agency_processing_metadata,
-    checked_header_peak_difference,
+    checked_relative_header_peak_difference,
     find_vertical_by_elimination,
     is_vertical_axis_name_without_up_or_down,
     non_perpendicular_axes_notes,
@@ -69,13 +69,13 @@ def assemble_record(
     """
     declared_properties = declared_properties or DeclaredFileProperties()
     refusals = AssemblyRefusalCollector(trust_contradictions=declared_properties.trust_data)
-    name = components[0].file if components else record_id
+    name = components[0].file_name if components else record_id
     components, notes = _orient_or_omit_vertical_components(components, declared_properties.vertical_sense)
     notes += [note for component in components if (note := _ignored_user_property_note(component, declared_properties))]
     notes += dict.fromkeys(
         note for component in components if (note := note_on_sensor_in_structure(component.sensor_location))
     )
-    differences = _relative_peak_differences_from_header(components, refusals)
+    differences = _relative_header_peak_difference_by_axis(components, refusals)
     by_files = [c for c in components if not c.vertical_sense]
     with refusals.collect_reason():
         components = _order_and_check_components(components, declared_properties.azimuths_deg, name)
@@ -86,27 +86,29 @@ def assemble_record(
     window = _cut_to_window_and_check_samples(components, refusals, notes)
     refusals.raise_collected_reasons()
     azimuths = [((c.azimuth_deg or 0.0) + declared_properties.correction_deg) % 360.0 for c in window[:2]]
-    north, east = _rotate_samples_to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1])
+    north, east = _rotate_samples_to_north_east(
+        window[0].acceleration, azimuths[0], window[1].acceleration, azimuths[1]
+    )
     first = window[0]
     extra = _extra_record_metadata(window, declared_properties, notes, differences, refusals.trusted)
     hashes = list(dict.fromkeys(c.sha256 for c in window))
     station = replaced_fields.pop("station", first.station)
-    if first.sensor == "borehole":
+    if first.sensor_position == "borehole":
         station = borehole_station_name(station)
     of_files = {
         "station": station,
         "event": first.event,
-        "source": " ".join(dict.fromkeys(c.file for c in window)),
-        "latitude": first.latitude,
-        "longitude": first.longitude,
+        "source": " ".join(dict.fromkeys(c.file_name for c in window)),
+        "latitude": first.station_latitude_deg,
+        "longitude": first.station_longitude_deg,
     }
     return Record(
         record_id=record_id,
         north=north,
         east=east,
-        up=window[2].samples * float(window[2].vertical_sense) + 0.0 if len(window) == 3 else None,
+        up=window[2].acceleration * float(window[2].vertical_sense) + 0.0 if len(window) == 3 else None,
         sampling_interval=first.sampling_interval,
-        start=format_iso_utc_time(first.start),
+        start=format_iso_utc_time(first.start_time_utc),
         # Hash of the file; of the joined hashes if the record has several files.
         sha256=hashes[0] if len(hashes) == 1 else hashlib.sha256("".join(hashes).encode()).hexdigest(),
         component_azimuths_deg=tuple(azimuths),
@@ -116,7 +118,7 @@ def assemble_record(
     )
 
 
-def _relative_peak_differences_from_header(
+def _relative_header_peak_difference_by_axis(
     components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector
 ) -> dict[str, float]:
     """Return, by axis, the relative difference of the peak of the samples from the peak stated in the header."""
@@ -124,7 +126,9 @@ def _relative_peak_differences_from_header(
     for component in components:
         with refusals_out.collect_reason():
             if (
-                difference := checked_header_peak_difference(component, refusals_out.refuse_or_store_contradiction)
+                difference := checked_relative_header_peak_difference(
+                    component, refusals_out.refuse_or_store_contradiction
+                )
             ) is not None:
                 differences[component.axis_name] = round(difference, 6)
     return differences
@@ -158,7 +162,7 @@ def _cut_to_window_and_check_samples(
         why = _implausible_amplitude_reason(window)
         if why and not refusals_out.trusting:
             why = f"{why}: correct it, or say --trust-data (trust_data in the record table)"
-            raise RecordError(f"{window[0].file}: {why}")
+            raise RecordError(f"{window[0].file_name}: {why}")
         refusals_out.trusted += [why] if why else []
     return window
 
@@ -172,20 +176,25 @@ def _extra_record_metadata(
 ) -> dict[str, Any]:
     """Return the dictionary `Record.extra` of a record: properties for which the class `Record` has no field."""
     first = cut_components[0]
-    extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
+    extra: dict[str, Any] = dict(first.extra_metadata) | {
+        "format": first.format,
+        "processed": first.is_already_corrected,
+    }
     extra |= agency_processing_metadata(cut_components)
     extra |= {"axes": [c.axis_name for c in cut_components]} | (
         {"origin_time": format_iso_utc_time(first.origin_time)} if first.origin_time else {}
     )
     extra |= {"header_peak_difference": peak_differences} if peak_differences else {}
     if declared_properties.trust_data:
-        by_reader = [text for c in cut_components for text in c.extra.get("trusted", ())]
+        by_reader = [text for c in cut_components for text in c.extra_metadata.get("trusted", ())]
         extra |= {"trusted_data": True, "trusted": [*by_reader, *trusted_contradictions]}
     extra |= {"notes": notes} if (notes := [*notes, *dict.fromkeys(n for c in cut_components for n in c.notes)]) else {}
     borehole = ["borehole sensor"] if declared_properties.sensor == "borehole" else []
     # The azimuths are declared in the order of the files, so the text says which axis has which azimuth.
     stated = [] if declared_properties.azimuths_deg is None else cut_components
-    azimuths = [f"axis {c.axis_name!r} of {c.file} at {c.azimuth_deg:g}°" for c in stated if c.azimuth_deg is not None]
+    azimuths = [
+        f"axis {c.axis_name!r} of {c.file_name} at {c.azimuth_deg:g}°" for c in stated if c.azimuth_deg is not None
+    ]
     extra["declared"] = [
         *extra.get("declared", ()),
         *azimuths,
@@ -202,14 +211,18 @@ def borehole_station_name(station: str) -> str:
 
 def _ignored_user_property_note(component: RecordComponent, declared_properties: DeclaredFileProperties) -> str:
     """Return a note if a unit, rate or state given by the user is ignored, since the file states another; else ""."""
-    said = [f"unit {declared_properties.unit}"] if declared_properties.unit not in (None, component.unit) else []
-    if declared_properties.processed not in (None, component.processed):
+    said = (
+        [f"unit {declared_properties.unit}"]
+        if declared_properties.unit not in (None, component.user_declared_unit)
+        else []
+    )
+    if declared_properties.processed not in (None, component.is_already_corrected):
         said.append("processed" if declared_properties.processed else "raw")
     interval = component.sampling_interval
     if abs((declared_properties.sampling_interval_s or interval) - interval) > 1e-3 * interval:
         said.append(f"{declared_properties.sampling_interval_s:g} s")
     what = f"what is declared of axis {component.axis_name!r} ({', '.join(said)})"
-    return f"{what} is not taken: {component.file} states its own" if said else ""
+    return f"{what} is not taken: {component.file_name} states its own" if said else ""
 
 
 def _implausible_amplitude_reason(components: Sequence[RecordComponent]) -> str:
@@ -217,12 +230,12 @@ def _implausible_amplitude_reason(components: Sequence[RecordComponent]) -> str:
 
     The mean of raw data is subtracted first, and their velocity is not checked.
     """
-    raw = not all(c.processed for c in components)
-    moving = [c.samples - c.samples.mean() if raw else c.samples for c in components]
+    raw = not all(c.is_already_corrected for c in components)
+    moving = [c.acceleration - c.acceleration.mean() if raw else c.acceleration for c in components]
     if not any(samples.any() for samples in moving):
         return "every sample is the same, as of a dead channel"
     return implausible_amplitude_reason(
-        moving, components[0].sampling_interval, unit=components[0].unit, check_velocity=not raw
+        moving, components[0].sampling_interval, unit=components[0].user_declared_unit, check_velocity=not raw
     )
 
 
@@ -246,7 +259,7 @@ def _order_and_check_components(
         horizontal = [replace(c, azimuth_deg=float(a)) for c, a in zip(horizontal, declared_azimuths_deg, strict=True)]
     known = [c.azimuth_deg for c in horizontal if c.azimuth_deg is not None]
     if len(known) < 2:
-        files = " ".join(dict.fromkeys(c.file for c in horizontal if c.azimuth_deg is None))
+        files = " ".join(dict.fromkeys(c.file_name for c in horizontal if c.azimuth_deg is None))
         axes = ", ".join(repr(c.axis_name) for c in horizontal if c.azimuth_deg is None)
         raise RecordError(
             f"{files}: axis {axes} says nothing about north; give the azimuths of the two axes (azimuths_deg in the "
@@ -281,8 +294,8 @@ def _orient_or_omit_vertical_components(
             kept.append(replace(component, vertical_sense=vertical))
         elif declared_sense is None:
             notes.append(
-                f"vertical axis {component.axis_name!r} left out: {component.file} does not say whether up or down; "
-                "to use "
-                "it declare vertical_sense up or down (in the record table; --vertical-sense on the command line)"
+                f"vertical axis {component.axis_name!r} left out: {component.file_name} does not say whether up or "
+                "down; to use it declare vertical_sense up or down (in the record table; --vertical-sense on the "
+                "command line)"
             )
     return kept, notes

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from overturning.errors import REASON_SEPARATOR, OverturningError
 from overturning.records.assembly import assemble_record
-from overturning.records.component import RecordComponent, peak_acceleration
+from overturning.records.component import RecordComponent, peak_acceleration_comparable_to_header
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.files import read_components
 from overturning.records.formats.table import NO_ACCELERATION_REASON, holds_no_acceleration
@@ -79,15 +79,16 @@ def _read_components_of_chosen_sensor(
     for source in source_files:
         try:
             for one in read_components([source], declared_properties):
-                (components if declared_properties.sensor in (None, one.sensor) else others).append(one)
+                (components if declared_properties.sensor in (None, one.sensor_position) else others).append(one)
         except OverturningError as problem:
             refused.append(RecordCheckResult((source.name,), refusal_or_skip_reason=str(problem)))
     if others and not components:
-        files = tuple(dict.fromkeys(one.file for one in others))
+        files = tuple(dict.fromkeys(one.file_name for one in others))
         refused.append(
             RecordCheckResult(
                 files,
-                refusal_or_skip_reason=f"of the {others[0].sensor} sensor; {declared_properties.sensor} is declared",
+                refusal_or_skip_reason=f"of the {others[0].sensor_position} sensor; "
+                f"{declared_properties.sensor} is declared",
             )
         )
     return components, refused
@@ -100,7 +101,7 @@ def _check_record(
     declared_properties: DeclaredFileProperties,
 ) -> RecordCheckResult:
     """Check one record, given its components; the result has the assembled record, or the reason for refusing it."""
-    files = tuple(dict.fromkeys(c.file for c in components))
+    files = tuple(dict.fromkeys(c.file_name for c in components))
     try:
         record = assemble_record(components, Path(files[0]).name.split(".")[0].lower(), declared_properties)
         own = [path for path in file_paths if path.name in files]
@@ -128,7 +129,7 @@ def _refusal_reason_if_several_sensors(
     if len(places) < 2 or not first.sensor_location:
         return ""
     named = " and ".join(map(repr, places[:6])) + (f" and {len(places) - 6} more" if len(places) > 6 else "")
-    return f"{first.file}: components of {named} are not of one record; give the files of one place together"
+    return f"{first.file_name}: components of {named} are not of one record; give the files of one place together"
 
 
 def _read_source_files(paths: Sequence[Path]) -> tuple[list[SourceFile], list[RecordCheckResult]]:
@@ -184,7 +185,7 @@ def format_record_check(record_check: RecordCheckResult) -> str:
         f"  {record.north.size} samples every {record.sampling_interval:g} s, "
         f"{'with' if record.up is not None else 'without'} vertical component",
         *(f"  {_format_component_summary(c)}" for c in record_check.components),
-        *(f"  {note}" for note in notes_for_check_report(record, record_check.components[0].sensor)),
+        *(f"  {note}" for note in notes_for_check_report(record, record_check.components[0].sensor_position)),
         f"  north and east: {_format_pga_pgv_pgd(record_check.processed_record or record)}",
     ]
     return "\n".join(lines)
@@ -227,10 +228,16 @@ def _format_component_summary(component: RecordComponent) -> str:
     sense = {1: "up", -1: "down", 0: "direction unknown"}[component.vertical_sense]
     direction = f"azimuth {component.azimuth_deg:g}" if component.azimuth_deg is not None else sense
     where = f" ({component.sensor_location})" if component.sensor_location else ""
-    size = f"{component.samples.size} samples, peak {peak_acceleration(component) * 100:.4g} Gal"
+    size = (
+        f"{component.acceleration.size} samples, peak {peak_acceleration_comparable_to_header(component) * 100:.4g} Gal"
+    )
     text = f"{component.axis_name}{where}: {direction}, {size}"
     peak = component.header_peak
     if peak is None:
         return text + ", header states none"
-    difference = abs(peak_acceleration(component) - peak.value) / peak.value if peak.value else 0.0
-    return text + f", header {peak.value * 100:.4g} Gal ({difference * 100:.2f} % apart)"
+    difference = (
+        abs(peak_acceleration_comparable_to_header(component) - peak.absolute_acceleration) / peak.absolute_acceleration
+        if peak.absolute_acceleration
+        else 0.0
+    )
+    return text + f", header {peak.absolute_acceleration * 100:.4g} Gal ({difference * 100:.2f} % apart)"

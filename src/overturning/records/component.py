@@ -15,12 +15,12 @@ from overturning.motion.direction import angle_between_azimuths
 from overturning.records.declared_properties import SensorPosition
 from overturning.records.source import SourceFile
 
-AxisDirection = tuple[float | None, int]
+AzimuthAndVerticalSense = tuple[float | None, int]
 """Direction of an axis: azimuth (degrees clockwise from north or None), vertical sense (+1 up, −1 down, else 0)."""
 
-UNKNOWN_DIRECTION: AxisDirection = (None, 0)
+UNKNOWN_DIRECTION: AzimuthAndVerticalSense = (None, 0)
 
-_AXIS_NAMES_BY_DIRECTION: dict[AxisDirection, str] = {
+_AXIS_NAMES_BY_DIRECTION: dict[AzimuthAndVerticalSense, str] = {
     (None, 1): "UP U Z +Z UPWARD UD U-D",
     (None, -1): "DOWN DN DWN DOWNWARD -Z",
     (0.0, 0): "N NS N-S NORTH",
@@ -33,7 +33,7 @@ _DIRECTION_BY_AXIS_NAME = {
 }
 
 
-def parse_axis_direction(axis_name: str) -> AxisDirection:
+def parse_axis_direction(axis_name: str) -> AzimuthAndVerticalSense:
     """Return the azimuth, degrees, and the vertical sense of an axis from its name, such as ``N28W`` or ``Up``.
 
     The azimuth is at least 0 and less than 360°. Names are ``N28W`` (28° from north towards west), ``S90E``, ``270``,
@@ -83,13 +83,13 @@ MIN_SINE_BETWEEN_HORIZONTAL_AXES: Final = 0.9
 """Smallest sine of the angle between two horizontal axes that can be rotated to north and east."""
 
 
-def direction_from_channel_code(channel_code: str) -> AxisDirection:
+def direction_from_channel_code(channel_code: str) -> AzimuthAndVerticalSense:
     """Return the direction in the last letter of a SEED channel code: Z up, N north, E east, or `UNKNOWN_DIRECTION`."""
     return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(channel_code[-1:].upper(), UNKNOWN_DIRECTION)
 
 
 def channel_direction_mismatch_notes(
-    channel_code: str, direction: AxisDirection, direction_source: str
+    channel_code: str, direction: AzimuthAndVerticalSense, direction_source: str
 ) -> tuple[str, ...]:
     """Return a note if the direction of an axis differs by more than 5° from its SEED channel code; else ()."""
     coded = direction_from_channel_code(channel_code) if len(channel_code) == 3 else UNKNOWN_DIRECTION
@@ -106,8 +106,8 @@ def channel_direction_mismatch_notes(
 
 
 def direction_with_channel_code_fallback(
-    channel_code: str, direction: AxisDirection, reason_unknown: str
-) -> tuple[AxisDirection, tuple[str, ...]]:
+    channel_code: str, direction: AzimuthAndVerticalSense, reason_unknown: str
+) -> tuple[AzimuthAndVerticalSense, tuple[str, ...]]:
     """Return the direction of an axis; if unknown, the direction in its SEED channel code, and a note on this."""
     if direction != UNKNOWN_DIRECTION:
         return direction, ()
@@ -131,7 +131,7 @@ MAX_AXIS_INCLINATION_WITHOUT_NOTE_DEG: Final = 1.0
 
 def direction_from_azimuth_and_dip(
     channel_code: str, azimuth_deg: float | None, dip_deg: float | None, channel_label: str
-) -> tuple[AxisDirection, tuple[str, ...]]:
+) -> tuple[AzimuthAndVerticalSense, tuple[str, ...]]:
     """Return the direction of an axis from its azimuth and dip (downwards), degrees, and a note if it is inclined.
 
     Without a dip, an axis is horizontal if its SEED channel code says north or east. The direction is
@@ -149,7 +149,7 @@ def direction_from_azimuth_and_dip(
             f"{channel_label} dips by {dip_deg:g}°; only axes within {MAX_AXIS_MISALIGNMENT_DEG:g}° of horizontal or "
             "vertical are read: rotate the channels of its sensor to north, east and up, or correct the dip"
         )
-    direction: AxisDirection = (None, 1 if dip_deg < 0 else -1) if steep else UNKNOWN_DIRECTION
+    direction: AzimuthAndVerticalSense = (None, 1 if dip_deg < 0 else -1) if steep else UNKNOWN_DIRECTION
     if not steep and azimuth_deg is not None:
         direction = float(azimuth_deg) % 360.0, 0
     if inclination <= MAX_AXIS_INCLINATION_WITHOUT_NOTE_DEG:
@@ -157,18 +157,18 @@ def direction_from_azimuth_and_dip(
     return direction, (f"{channel_label} dips by {dip_deg:g}°; it is read as {'vertical' if steep else 'horizontal'}",)
 
 
-def direction_from_azimuth_code(azimuth_code: float) -> AxisDirection:
+def direction_from_azimuth_code(azimuth_code: float) -> AzimuthAndVerticalSense:
     """Convert a header code from 1 to 360, an azimuth, to an axis direction; `UNKNOWN_DIRECTION` for other codes."""
     return (float(azimuth_code) % 360.0, 0) if 0 < azimuth_code <= 360 else UNKNOWN_DIRECTION
 
 
-VERTICAL_DIRECTION_BY_FILM_CODE: Final[dict[int, AxisDirection]] = {500: (None, 1), 600: (None, -1)}
+VERTICAL_DIRECTION_BY_FILM_CODE: Final[dict[int, AzimuthAndVerticalSense]] = {500: (None, 1), 600: (None, -1)}
 """Codes of a vertical axis in place of an azimuth, in California's film formats; 400 states no sense."""
 
 
 def axis_direction_from_name_or_code(
-    axis_name: str, code_direction: AxisDirection, create_line_error: Callable[[str], RecordError]
-) -> AxisDirection:
+    axis_name: str, code_direction: AzimuthAndVerticalSense, create_line_error: Callable[[str], RecordError]
+) -> AzimuthAndVerticalSense:
     """Return the direction in an axis name, else that in the header's code; an error if they differ by over 1°."""
     named = parse_axis_direction(axis_name)
     if UNKNOWN_DIRECTION in (named, code_direction):
@@ -246,52 +246,52 @@ def note_on_sensor_in_structure(sensor_location: str) -> str:
 class HeaderPeak:
     """Peak acceleration of a component according to its file header, with resolution and line number."""
 
-    value: float  # absolute, m/s²
-    resolution: float = 0.0  # unit of the last printed digit, m/s²; the comparison allows half of it
+    absolute_acceleration: float  # m/s²
+    last_digit_acceleration: float = 0.0  # unit of the last printed digit, m/s²; the comparison allows half of it
     is_after_mean_removal: bool = False  # True if it is the peak after subtraction of the mean
     line_number: int | None = None  # line of the file with the peak, counted from 1
     sign: int = 0  # of the sample with the peak, +1 or −1; 0 if the header does not state it
 
     @classmethod
     def from_signed_acceleration(
-        cls, value: float, relative_resolution: float, line: int | None = None
+        cls, signed_acceleration: float, relative_resolution: float, line_number: int | None = None
     ) -> "HeaderPeak":
         """Create a header peak from a signed acceleration, m/s², and the relative resolution of its printed digits."""
-        sign = (value > 0) - (value < 0)
-        return cls(abs(value), relative_resolution * abs(value), line_number=line, sign=sign)
+        sign, peak = (signed_acceleration > 0) - (signed_acceleration < 0), abs(signed_acceleration)
+        return cls(peak, relative_resolution * peak, line_number=line_number, sign=sign)
 
 
 @dataclass(frozen=True)
 class RecordComponent:
     """Acceleration along one axis of one sensor, as read from its file."""
 
-    samples: FloatArray  # m/s², positive along the axis, shape (n,)
+    acceleration: FloatArray  # samples, m/s², positive along the axis, shape (n,)
     sampling_interval: float  # s
     axis_name: str  # as the file writes it (``N28W``, ``NS2``, ``--L``)
     azimuth_deg: float | None  # of the axis, degrees clockwise from north; None for a vertical or an unknown axis
     vertical_sense: int  # +1 where the axis points up, −1 where it points down, 0 for a horizontal or an unknown axis
-    file: str  # name of the file, without its folder
+    file_name: str  # name of the file, without its folder
     sha256: str  # of the file
     format: str = ""  # name in the table of formats
-    start: datetime | None = None  # time of the first sample, UTC
+    start_time_utc: datetime | None = None  # time of the first sample, UTC
     station: str = ""
     event: str = ""
     origin_time: datetime | None = None  # origin time of the earthquake, UTC
-    latitude: float | None = None  # of the station, degrees
-    longitude: float | None = None
+    station_latitude_deg: float | None = None
+    station_longitude_deg: float | None = None
     header_peak: HeaderPeak | None = None
-    sensor: SensorPosition = "surface"
+    sensor_position: SensorPosition = "surface"
     sensor_location: str = ""  # location of the sensor at its station: text of the file, or a SEED code
-    processed: bool = False  # True for corrected data, which the default processing does not change
-    unit: str = ""  # declared unit, if the format states none
+    is_already_corrected: bool = False  # True for corrected data, which the default processing does not change
+    user_declared_unit: str = ""  # unit of the samples that the user declares, if the format states none
     is_from_film: bool = False  # digitised from film; its traces may end at different times
     shared_key_of_record_files: str = ""  # key that declared files of one record share
-    extra: Mapping[str, Any] = field(default_factory=dict)  # other metadata of the file
+    extra_metadata: Mapping[str, Any] = field(default_factory=dict)  # other metadata of the file
     notes: tuple[str, ...] = ()  # notes for the user on how it was read
 
     @classmethod
     def from_file(
-        cls, source_file: SourceFile, axis_name: str, direction: AxisDirection, samples: FloatArray,
+        cls, source_file: SourceFile, axis_name: str, direction: AzimuthAndVerticalSense, samples: FloatArray,
         sampling_interval: float, *, coordinates: tuple[float | None, float | None] = (None, None), **other_fields: Any,
     ) -> "RecordComponent":  # fmt: skip
         """Create a component from the samples along one axis of a file; ``direction`` is azimuth and vertical sense.
@@ -307,36 +307,36 @@ class RecordComponent:
             other_fields["notes"] = (
                 *other_fields.get("notes", ()), f"{source_file.name}: station left off the map: {why}",
             )  # fmt: skip
-        other_fields |= {"latitude": latitude, "longitude": longitude}
+        other_fields |= {"station_latitude_deg": latitude, "station_longitude_deg": longitude}
         return cls(
             samples, sampling_interval, axis_name, *direction, source_file.name, source_file.sha256, **other_fields
         )
 
     def __post_init__(self) -> None:
-        bad = np.flatnonzero(~np.isfinite(self.samples))
+        bad = np.flatnonzero(~np.isfinite(self.acceleration))
         if bad.size:
             what = f"sample {int(bad[0])} of {self.axis_name} is not a number"
-            raise RecordError(f"{self.file}: {what}; repair the file or leave it out")
-        if self.samples.size < 2:
-            count = f"{self.samples.size} samples along {self.axis_name}"
-            raise RecordError(f"{self.file}: {count}; a record needs at least 2")
+            raise RecordError(f"{self.file_name}: {what}; repair the file or leave it out")
+        if self.acceleration.size < 2:
+            count = f"{self.acceleration.size} samples along {self.axis_name}"
+            raise RecordError(f"{self.file_name}: {count}; a record needs at least 2")
         if not (np.isfinite(self.sampling_interval) and 1e-5 <= self.sampling_interval <= 1.0):
-            what = f"sampling interval {self.sampling_interval:g} s"
-            raise RecordError(f"{self.file}: {what}; 0.00001 to 1 s is what accelerographs have: correct the header")
+            what = f"sampling interval {self.sampling_interval:g} s; 0.00001 to 1 s is what accelerographs have"
+            raise RecordError(f"{self.file_name}: {what}: correct the header")
 
 
 def _samples_for_header_peak_comparison(component: RecordComponent) -> FloatArray:
     """Return samples (m/s²) to compare with the header's peak; their mean is removed if it was for that peak."""
-    samples, stated = component.samples, component.header_peak
+    samples, stated = component.acceleration, component.header_peak
     return samples - samples.mean() if stated is not None and stated.is_after_mean_removal else samples
 
 
-def peak_acceleration(component: RecordComponent) -> float:
+def peak_acceleration_comparable_to_header(component: RecordComponent) -> float:
     """Return a component's peak acceleration, m/s², without its mean if the header's peak was computed without it."""
     return float(np.abs(_samples_for_header_peak_comparison(component)).max())
 
 
-def checked_header_peak_difference(
+def checked_relative_header_peak_difference(
     component: RecordComponent, report_contradiction: Callable[[str, str], None]
 ) -> float | None:
     """Return |peak of samples − peak in header| / peak in header of a component; None if the header has no peak.
@@ -344,29 +344,29 @@ def checked_header_peak_difference(
     Call ``report_contradiction(reason, remedy)`` and return None if they differ by more than 0.5 % and by more than
     half a unit of the header's last digit, or if no sample of this size has the sign that the header states.
     """
-    stated, peak = component.header_peak, peak_acceleration(component)
+    stated, peak = component.header_peak, peak_acceleration_comparable_to_header(component)
     if stated is None:
         return None
-    difference = abs(peak - stated.value)
+    level, difference = stated.absolute_acceleration, abs(peak - stated.absolute_acceleration)
     # 0.51 instead of 0.5, because the header's decimal number is not exact in binary.
-    tolerance = max(HEADER_PEAK_RELATIVE_TOLERANCE * abs(stated.value), 0.51 * stated.resolution)
+    tolerance = max(HEADER_PEAK_RELATIVE_TOLERANCE * abs(level), 0.51 * stated.last_digit_acceleration)
     line = f" line {stated.line_number}" if stated.line_number else ""
     on_side = float((stated.sign * _samples_for_header_peak_comparison(component)).max()) if stated.sign else peak
-    if difference <= tolerance < stated.value - on_side:
+    if difference <= tolerance < level - on_side:
         report_contradiction(
-            f"{component.file}{line}: the header states a peak of {stated.sign * stated.value * 100:.6g} Gal along "
+            f"{component.file_name}{line}: the header states a peak of {stated.sign * level * 100:.6g} Gal along "
             f"{component.axis_name}, the data has {-stated.sign * peak * 100:.6g} Gal",
             "the sign of its samples is reversed: get the file again, or say --trust-data",
         )
         return None
     if difference > tolerance:
         report_contradiction(
-            f"{component.file}{line}: the header states a peak of {stated.value * 100:.6g} Gal "
+            f"{component.file_name}{line}: the header states a peak of {level * 100:.6g} Gal "
             f"along {component.axis_name}, the data has {peak * 100:.6g} Gal (0.5 % allowed)",
             "the file is cut or its units are not what they seem: get it again, or say --trust-data",
         )
         return None
-    return difference / stated.value if stated.value else 0.0
+    return difference / level if level else 0.0
 
 
 MAX_AXIS_SKEW_WITHOUT_NOTE_DEG = 5.0
@@ -385,7 +385,7 @@ def non_perpendicular_axes_notes(components: Sequence[RecordComponent]) -> list[
 
 def agency_processing_metadata(components: Sequence[RecordComponent]) -> dict[str, str]:
     """Return the agency's processing of the axes as metadata (`Record.extra`): one text if it is equal for all axes."""
-    done = {c.axis_name: str(c.extra.get("agency_processing", "")) for c in components}
+    done = {c.axis_name: str(c.extra_metadata.get("agency_processing", "")) for c in components}
     if not any(done.values()):
         return {}
     alike = len(set(done.values())) == 1

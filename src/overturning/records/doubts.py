@@ -53,33 +53,32 @@ def sample_quality_notes(
     if (
         first is not second
         and not second.vertical_sense
-        and are_axes_equal_up_to_offset_and_sign(first.samples, second.samples)
+        and are_axes_equal_up_to_offset_and_sign(first.acceleration, second.acceleration)
     ):
         notes.append(
-            f"{first.file}: axes {first.axis_name!r} and {second.axis_name!r} {SAME_SAMPLES_PHRASE}, so that the "
+            f"{first.file_name}: axes {first.axis_name!r} and {second.axis_name!r} {SAME_SAMPLES_PHRASE}, so that the "
             "ground moves along one line: is one a copy of the other?"
         )
     for component in components:
-        count, rail = clipped_sample_count_and_level(component.samples)
+        count, rail = clipped_sample_count_and_level(component.acceleration)
         if count:
             notes.append(
-                f"{component.file}: axis {component.axis_name!r} {CLIPPED_PHRASE}: {count} samples stand at its rail, "
-                f"{100 * rail:.4g} Gal; the ground moved more than that"
+                f"{component.file_name}: axis {component.axis_name!r} {CLIPPED_PHRASE}: {count} samples stand at "
+                f"its rail, {100 * rail:.4g} Gal; the ground moved more than that"
             )
-        others = [other.samples for other in components if other is not component]
-        if pause := longest_pause_while_other_axis_moves(component.samples, others):
+        others = [other.acceleration for other in components if other is not component]
+        if pause := longest_pause_while_other_axis_moves(component.acceleration, others):
             begin, end = (index * component.sampling_interval for index in pause)
             notes.append(
-                f"{component.file}: axis {component.axis_name!r} {STANDSTILL_PHRASE} from {begin:.4g} to {end:.4g} s "
-                "while the "
-                "ground moves along another: it is dead there"
+                f"{component.file_name}: axis {component.axis_name!r} {STANDSTILL_PHRASE} from {begin:.4g} to "
+                f"{end:.4g} s while the ground moves along another: it is dead there"
             )
     return notes
 
 
 def _peak_after_mean_removal(component: RecordComponent) -> float:
     """Return the peak of a component after removing its mean, m/s², since a dead channel may have an offset."""
-    return float(np.abs(component.samples - component.samples.mean()).max())
+    return float(np.abs(component.acceleration - component.acceleration.mean()).max())
 
 
 def report_dead_horizontal_axis(
@@ -89,10 +88,10 @@ def report_dead_horizontal_axis(
     if len(components) < 2 or any(c.vertical_sense for c in components[:2]):
         return
     names = [f"axis {component.axis_name!r}" for component in components]
-    reason = dead_horizontal_axis_reason([component.samples for component in components], names)
+    reason = dead_horizontal_axis_reason([component.acceleration for component in components], names)
     if reason:
         weak = min(components[:2], key=_peak_after_mean_removal)
-        report_contradiction(f"{weak.file}: {reason}", "get the file again, or say --trust-data")
+        report_contradiction(f"{weak.file_name}: {reason}", "get the file again, or say --trust-data")
 
 
 def _dead_vertical_axis_notes(components: Sequence[RecordComponent]) -> list[str]:
@@ -102,8 +101,8 @@ def _dead_vertical_axis_notes(components: Sequence[RecordComponent]) -> list[str
         return []
     dead = components[2]
     return [
-        f"{dead.file}: vertical axis {dead.axis_name!r} {DEAD_VERTICAL_PHRASE} is {100 * peaks[2]:.3g} Gal, that of "
-        f"the horizontal axes {100 * max(peaks[:2]):.4g} Gal"
+        f"{dead.file_name}: vertical axis {dead.axis_name!r} {DEAD_VERTICAL_PHRASE} is {100 * peaks[2]:.3g} Gal, that "
+        f"of the horizontal axes {100 * max(peaks[:2]):.4g} Gal"
     ]
 
 
@@ -112,12 +111,11 @@ def _doubtful_sampling_interval_notes(
 ) -> list[str]:
     """Return a note if the sampling interval fails one plausibility check; report a contradiction if several."""
     first = components[0]
-    doubts = reasons_to_doubt_sampling_interval([c.samples for c in components[:2]], first.sampling_interval)
+    doubts = reasons_to_doubt_sampling_interval([c.acceleration for c in components[:2]], first.sampling_interval)
     if not doubts:
         return []
-    why = (
-        f"{first.file}: sampling interval {first.sampling_interval:g} s {DOUBTFUL_INTERVAL_PHRASE}: {'; '.join(doubts)}"
-    )
+    interval = f"sampling interval {first.sampling_interval:g} s"
+    why = f"{first.file_name}: {interval} {DOUBTFUL_INTERVAL_PHRASE}: {'; '.join(doubts)}"
     if len(doubts) == 1:
         return [f"{why}; look whether its unit is right"]
     report_contradiction(why, "correct it or its unit, or say --trust-data")

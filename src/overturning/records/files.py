@@ -49,7 +49,7 @@ def read_components(files: Iterable[SourceFile], declared_properties: DeclaredFi
             with reasons.collect_reason():
                 components += _read_file_components(member, named, declared_properties)
     # A table or a letter that comes with the records has another extension than they have.
-    records = {PurePosixPath(one.file).suffix.lower().lstrip(".") for one in components}
+    records = {PurePosixPath(one.file_name).suffix.lower().lstrip(".") for one in components}
     for member in tables:
         if records and member.extension not in records:
             left_out[member] = "its format is not recognised"
@@ -100,13 +100,15 @@ def _drop_raw_versions_of_processed_components(
     Agencies deliver a record as volumes: raw (1), processed (2), spectra (3).
     """
     archive = {member.sha256: file for member, file in members_with_archive if member is not file}
-    raw, processed = ([c for c in components if c.sha256 in archive and c.processed is kind] for kind in (False, True))
+    raw, processed = (
+        [c for c in components if c.sha256 in archive and c.is_already_corrected is kind] for kind in (False, True)
+    )
     twice = [
         one
         for one in raw
         if any(archive[o.sha256] is archive[one.sha256] and _are_versions_of_same_component(one, o) for o in processed)
     ]
-    said = [(c.file, "the same is there processed") for c in twice]
+    said = [(c.file_name, "the same is there processed") for c in twice]
     said += [(file.name, why) for file, why in omission_reasons.items() if file.extension not in NON_RECORD_EXTENSIONS]
     kept = [c for c in components if not any(c is other for other in twice)]
     return [_add_omission_notes(c, said) if c.sha256 in archive else c for c in kept]
@@ -114,12 +116,12 @@ def _drop_raw_versions_of_processed_components(
 
 def _add_omission_notes(component: RecordComponent, omitted_files: Sequence[tuple[str, str]]) -> RecordComponent:
     """Add notes on omitted files to a component: on those with its name stem, or on all if no file has this stem."""
-    own = [one for one in omitted_files if one[0].partition(".")[0] == component.file.partition(".")[0]]
+    own = [one for one in omitted_files if one[0].partition(".")[0] == component.file_name.partition(".")[0]]
     notes = [f"{name} left out: {why}" for name, why in dict.fromkeys(own or omitted_files)]
     return replace(component, notes=(*component.notes, *notes))
 
 
 def _are_versions_of_same_component(first_component: RecordComponent, second_component: RecordComponent) -> bool:
     """Return True if two components have the same axis, sensor and earthquake according to their metadata."""
-    same = ("format", "station", "event", "sensor_location", "sensor", "azimuth_deg", "vertical_sense")
+    same = ("format", "station", "event", "sensor_location", "sensor_position", "azimuth_deg", "vertical_sense")
     return all(getattr(first_component, name) == getattr(second_component, name) for name in same)

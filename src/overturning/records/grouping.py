@@ -32,8 +32,8 @@ def belongs_to_record(record_components: Sequence[RecordComponent], component: R
         return False  # two bands of one sensor (BN, HN), or two sensors
     if any(c.axis_name == component.axis_name for c in record_components):
         return False
-    if first.file == component.file and first.sha256 == component.sha256:
-        alike = first.sensor == component.sensor and first.station == component.station
+    if first.file_name == component.file_name and first.sha256 == component.sha256:
+        alike = first.sensor_position == component.sensor_position and first.station == component.station
         return alike and not _have_different_networks(first, component)
     if (
         component.shared_key_of_record_files
@@ -45,16 +45,27 @@ def belongs_to_record(record_components: Sequence[RecordComponent], component: R
 
 def _have_equal_record_metadata(first_component: RecordComponent, second_component: RecordComponent) -> bool:
     """Return True if two components have the same station, earthquake and sensor, and almost the same start time."""
-    alike = ("format", "station", "event", "latitude", "longitude", "sensor", "processed")
+    alike = (
+        "format",
+        "station",
+        "event",
+        "station_latitude_deg",
+        "station_longitude_deg",
+        "sensor_position",
+        "is_already_corrected",
+    )
     if any(getattr(first_component, name) != getattr(second_component, name) for name in alike):
         return False
     if _have_different_networks(first_component, second_component):
         return False
-    if first_component.start is None or second_component.start is None:
-        return first_component.start is second_component.start
-    return abs((first_component.start - second_component.start).total_seconds()) <= MAX_START_OR_DURATION_SPREAD_S
+    if first_component.start_time_utc is None or second_component.start_time_utc is None:
+        return first_component.start_time_utc is second_component.start_time_utc
+    return (
+        abs((first_component.start_time_utc - second_component.start_time_utc).total_seconds())
+        <= MAX_START_OR_DURATION_SPREAD_S
+    )
 
 
 def _have_different_networks(first_component: RecordComponent, second_component: RecordComponent) -> bool:
     """Return True if two components state different networks; codes of stations are unique only within a network."""
-    return len({one.extra.get("network", "") for one in (first_component, second_component)} - {""}) > 1
+    return len({one.extra_metadata.get("network", "") for one in (first_component, second_component)} - {""}) > 1

@@ -140,29 +140,29 @@ def _assemble_record_of_chosen_sensor(
     Raises a RecordError if there is no such sensor, or if the components belong to several records.
     """
     reasons, sensor = RecordRefusalReasons(), declared_properties.sensor or "surface"
-    chosen = [c for c in components if c.sensor == sensor]
+    chosen = [c for c in components if c.sensor_position == sensor]
     records = group_components_by_record(chosen) if len(chosen) > 3 else [chosen]
     if len(records) > 1:
-        stations = ", ".join(sorted({group[0].station or group[0].file for group in records})[:10])
+        stations = ", ".join(sorted({group[0].station or group[0].file_name for group in records})[:10])
         what = f"{len(records)} records ({stations})"
         one_file = len({component.sha256 for component in chosen}) == 1
         remedy = "cut the file to one of them" if one_file else "name one by the stem of its files in the record table"
-        raise RecordError(f"{chosen[0].file}: {what}; {remedy}")
+        raise RecordError(f"{chosen[0].file_name}: {what}; {remedy}")
     with reasons.collect_reason():
         if components and not chosen:
-            other, first = components[0].sensor, components[0]
+            other, first = components[0].sensor_position, components[0]
             raise RecordError(
-                f"{first.file}: axis {first.axis_name} is of the {other} sensor of {first.station or 'its station'}; "
-                f"declare it (sensor {other} in the record table, --sensor {other}, sensor={other!r} in Python), or "
-                f"give the files of the {sensor} sensor"
+                f"{first.file_name}: axis {first.axis_name} is of the {other} sensor of "
+                f"{first.station or 'its station'}; declare it (sensor {other} in the "
+                f"record table, --sensor {other}, sensor={other!r} in Python), or give the files of the {sensor} sensor"
             )
     with reasons.collect_reason():
         record = assemble_record(chosen or components, record_id, declared_properties, **replaced_fields)
     reasons.raise_collected_reasons()
-    others = [c for c in components if c.sensor != sensor]
+    others = [c for c in components if c.sensor_position != sensor]
     if sum(not c.vertical_sense for c in others) >= 2:  # They are a complete record of another sensor.
         return record
-    left_out = [f"axis {c.axis_name!r} left out: {c.file} is of the {c.sensor} sensor" for c in others]
+    left_out = [f"axis {c.axis_name!r} left out: {c.file_name} is of the {c.sensor_position} sensor" for c in others]
     return replace(record, extra=record.extra | {"notes": [*record.notes, *left_out]}) if left_out else record
 
 
@@ -240,7 +240,7 @@ def read_components_of_file_and_siblings(
     components = group_components_by_record(components)[0]
     if declared_properties.azimuths_deg is not None:
         _check_file_order_fits_declared_azimuths(path, components)
-    found = {component.file for component in components}
+    found = {component.file_name for component in components}
     return components, [path, *(other for other in alike if other.name in found), *needed]
 
 
@@ -250,7 +250,7 @@ def _check_file_order_fits_declared_azimuths(path: Path, components: Sequence[Re
     Azimuths belong to the files of a record in their order; if only one file is named, it may not be the first.
     """
     third = find_vertical_by_elimination(components)
-    files = [one.file for one in components if not is_vertical_component(one) and one is not third]
+    files = [one.file_name for one in components if not is_vertical_component(one) and one is not third]
     if files != sorted(files):
         names = " ".join(sorted(files))
         why = f"azimuths_deg are those of the files in their order, but only one of {names} is named"

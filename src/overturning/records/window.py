@@ -59,13 +59,15 @@ def cut_to_common_window(
     _check_station_places_agree(components, refusals_out)
     offsets = _sample_counts_before_common_start(components, interval, refusals_out)
     spread = _checked_duration_difference_s(components, interval, refusals_out)
-    length = min(c.samples.size - offset for c, offset in zip(components, offsets, strict=True))
+    length = min(c.acceleration.size - offset for c, offset in zip(components, offsets, strict=True))
     if length < 2:
-        raise RecordError(f"{components[0].file}: components have no common window")
+        raise RecordError(f"{components[0].file_name}: components have no common window")
     cut = []
     for component, offset in zip(components, offsets, strict=True):
-        start = component.start and component.start + timedelta(seconds=offset * interval)
-        cut.append(replace(component, samples=component.samples[offset : offset + length], start=start))
+        start = component.start_time_utc and component.start_time_utc + timedelta(seconds=offset * interval)
+        cut.append(
+            replace(component, acceleration=component.acceleration[offset : offset + length], start_time_utc=start)
+        )
     if spread > MAX_START_OR_DURATION_SPREAD_S:
         _check_peak_in_common_window(components, cut, refusals_out)
     return cut
@@ -78,9 +80,9 @@ def _check_components_belong_to_one_record(
     said = [
         (
             c.station,
-            c.extra.get("network", ""),
+            c.extra_metadata.get("network", ""),
             c.event,
-            "processed" if c.processed else "raw",
+            "processed" if c.is_already_corrected else "raw",
             c.sensor_location,
             sensor,
         )
@@ -89,7 +91,7 @@ def _check_components_belong_to_one_record(
     for texts in zip(*said, strict=True):
         named = {" ".join(text.split()).casefold(): text for text in texts if text}
         if len(named) > 1:
-            why = f"{components[0].file}: components of {' and '.join(map(repr, named.values()))}"
+            why = f"{components[0].file_name}: components of {' and '.join(map(repr, named.values()))}"
             remedy = "give the files of one sensor together, or say --trust-data if it is one record anyway"
             refusals_out.refuse_or_store_contradiction(why, f"they are not of one record: {remedy}")
 
@@ -100,8 +102,8 @@ def _common_sampling_interval(components: Sequence[RecordComponent]) -> float:
     for other in components[1:]:
         if not math.isclose(other.sampling_interval, interval, rel_tol=1e-6):
             raise RecordError(
-                f"{other.file}: sampling interval {other.sampling_interval:g} s along {other.axis_name}, "
-                f"{components[0].file} has {interval:g} s; components of one record must share it"
+                f"{other.file_name}: sampling interval {other.sampling_interval:g} s along {other.axis_name}, "
+                f"{components[0].file_name} has {interval:g} s; components of one record must share it"
             )
     return interval
 
@@ -110,9 +112,9 @@ def _sample_counts_before_common_start(
     components: Sequence[RecordComponent], sampling_interval: float, refusals_out: AssemblyRefusalCollector
 ) -> list[int]:
     """Return each component's number of samples before the latest start of any component; 0 if a start is unknown."""
-    starts = [c.start for c in components if c.start is not None]
+    starts = [c.start_time_utc for c in components if c.start_time_utc is not None]
     if 0 < len(starts) < len(components):
-        undated = " and ".join(f"{c.axis_name} of {c.file}" for c in components if c.start is None)
+        undated = " and ".join(f"{c.axis_name} of {c.file_name}" for c in components if c.start_time_utc is None)
         remedy = "give it the start that it has, or say --trust-data to take first samples as those of one time"
         refusals_out.refuse_or_store_contradiction(
             f"{undated} does not say when it begins, other components do", remedy
@@ -123,7 +125,7 @@ def _sample_counts_before_common_start(
     spread = (latest - min(starts)).total_seconds()
     if spread > MAX_START_OR_DURATION_SPREAD_S:
         raise RecordError(
-            f"{components[0].file}: components start {spread:.2f} s apart "
+            f"{components[0].file_name}: components start {spread:.2f} s apart "
             f"(at most {MAX_START_OR_DURATION_SPREAD_S} s); "
             "they are not of one record"
         )
@@ -134,24 +136,28 @@ def _checked_duration_difference_s(
     components: Sequence[RecordComponent], sampling_interval: float, refusals_out: AssemblyRefusalCollector
 ) -> float:
     """Return the longest minus the shortest duration, s; report a contradiction if several files differ too much."""
-    sizes = [c.samples.size for c in components]
+    sizes = [c.acceleration.size for c in components]
     spread = (max(sizes) - min(sizes)) * sampling_interval
     one_file = len({c.sha256 for c in components}) == 1 or all(c.is_from_film for c in components)
     if spread > MAX_START_OR_DURATION_SPREAD_S + 0.5 * sampling_interval and not one_file:
         bound = f"(at most {MAX_START_OR_DURATION_SPREAD_S} s)"
         counts = f"{' and '.join(map(str, sizes))} samples, {spread:.2f} s apart {bound}"
         remedy = "get the file again, or say --trust-data to keep the common part"
-        refusals_out.refuse_or_store_contradiction(f"{components[0].file}: components have {counts}", remedy)
+        refusals_out.refuse_or_store_contradiction(f"{components[0].file_name}: components have {counts}", remedy)
     return spread
 
 
 def _check_station_places_agree(components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector) -> None:
     """Report a contradiction if stated station coordinates are more than `MAX_STATION_COORDINATE_MISMATCH_KM` apart."""
-    places = [(c.latitude, c.longitude) for c in components if c.latitude is not None and c.longitude is not None]
+    places = [
+        (c.station_latitude_deg, c.station_longitude_deg)
+        for c in components
+        if c.station_latitude_deg is not None and c.station_longitude_deg is not None
+    ]
     for place in places[1:]:
         if (apart := great_circle_distance_km(places[0], place)) > MAX_STATION_COORDINATE_MISMATCH_KM:
             first, other = (f"{north:g}° N, {east:g}° E" for north, east in (places[0], place))
-            why = f"{components[0].file}: components at {first} and at {other}, {apart:.3g} km apart"
+            why = f"{components[0].file_name}: components at {first} and at {other}, {apart:.3g} km apart"
             remedy = "give the files of one sensor together, or say --trust-data if it is one record anyway"
             refusals_out.refuse_or_store_contradiction(why, f"they are not of one record: {remedy}")
 
@@ -163,13 +169,14 @@ def _check_peak_in_common_window(
 ) -> None:
     """Report a contradiction if a component's peak lies outside the time window that all components cover."""
     for component, kept in zip(components, cut_components, strict=True):
-        level = component.samples.mean()
-        peak, left = (float(np.abs(samples - level).max()) for samples in (component.samples, kept.samples))
+        level = component.acceleration.mean()
+        peak, left = (float(np.abs(samples - level).max()) for samples in (component.acceleration, kept.acceleration))
         if left < MIN_PEAK_SHARE_IN_WINDOW * peak:
-            short, size = min(components, key=lambda one: one.samples.size), component.samples.size
+            short, size = min(components, key=lambda one: one.acceleration.size), component.acceleration.size
             why = (
-                f"{short.file}: {short.axis_name} breaks off after {short.samples.size} of {size} samples, before the "
-                f"largest motion along {component.axis_name} ({100 * left:.4g} Gal until then, {100 * peak:.4g} later)"
+                f"{short.file_name}: {short.axis_name} breaks off after {short.acceleration.size} of {size} samples, "
+                f"before the largest motion along {component.axis_name} ({100 * left:.4g} Gal until then, "
+                f"{100 * peak:.4g} later)"
             )
             remedy = "get the file again, leave that component out, or say --trust-data to keep the common part"
             refusals_out.refuse_or_store_contradiction(why, remedy)
@@ -182,8 +189,8 @@ def common_window_processing_entry(
     east: FloatArray,
 ) -> tuple[dict[str, Any], ...]:
     """Return an entry for `Record.processing` on the cut to the common time window; () if nothing is cut."""
-    sizes = {c.axis_name: c.samples.size for c in components}
-    kept, interval = cut_components[0].samples.size, cut_components[0].sampling_interval
+    sizes = {c.axis_name: c.acceleration.size for c in components}
+    kept, interval = cut_components[0].acceleration.size, cut_components[0].sampling_interval
     left_out = max(sizes.values()) - kept
     found = largest_pga_pgv_pgd_of_components(np.stack([north, east]), interval)
     step = {"step": "common_window", "samples": sizes, "kept": kept, "left_out_s": round(left_out * interval, 6)}

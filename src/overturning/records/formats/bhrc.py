@@ -14,7 +14,7 @@ from overturning.units import STANDARD_GRAVITY
 
 HEADER_LINE_COUNT: Final = 27
 SAMPLING_RATE_LINE_INDEX: Final = 21
-FIELDS: Final[HeaderFieldPatterns] = {
+HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
     "origin": (2, r"^[^:]*:\s*(.*)"),
     "L, V or T": (4, r"^\s*([LTV])\s*$"),
     "component": (6, r"^COMP\s+([LTV])"),
@@ -32,7 +32,9 @@ FIELDS: Final[HeaderFieldPatterns] = {
 @decorator_for_reading_all_components(r"\* VOL1", "only volume 1 is read")
 def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a BHRC file (Iran); return the component and its number of lines."""
-    header = HeaderFields.find_fields(channel_lines, FIELDS, HEADER_LINE_COUNT, min_lines=HEADER_LINE_COUNT)
+    header = HeaderFields.find_fields(
+        channel_lines, HEADER_FIELD_PATTERNS, HEADER_LINE_COUNT, min_lines=HEADER_LINE_COUNT
+    )
     text = channel_lines.lines
     axis, azimuths = header.field_text("L, V or T"), header.field_pattern_match("azimuths of L and T")
     if axis != header.field_text("component"):

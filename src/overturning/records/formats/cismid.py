@@ -9,7 +9,7 @@ import re
 from datetime import datetime, timedelta
 from typing import Final
 
-from overturning.records.component import AxisDirection, HeaderPeak, RecordComponent
+from overturning.records.component import AzimuthAndVerticalSense, HeaderPeak, RecordComponent
 from overturning.records.formats.header import (
     HeaderFieldPatterns,
     HeaderFields,
@@ -21,26 +21,28 @@ from overturning.records.source import SourceFile
 from overturning.units import GAL
 
 PERU_UTC_OFFSET: Final = timedelta(hours=-5)
-SUMMER_TIME_YEARS: Final = (1986, 1987, 1990, 1994)
+YEARS_WITH_SUMMER_TIME_IN_PERU: Final = (1986, 1987, 1990, 1994)
 """Years with summer time in Peru (January to April); the headers do not state whether they use it."""
 TIME_FORMAT: Final = "%B %d, %Y %H:%M:%S"
-AXES: Final[dict[str, AxisDirection]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
+DIRECTION_BY_AXIS_NAME: Final[dict[str, AzimuthAndVerticalSense]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
 FILTER_MENTION_PATTERN: Final = re.compile(r"(?<!un)(?<!not )(?<!no )(?<!without )(?<!without a )filter", re.IGNORECASE)
 """Comments on samples that were filtered."""
 COORDINATE_PATTERN: Final = rf"\s*:\s*({FLOAT_PATTERN})(?:\s*°?\s*([NSEWO])\b)?"
-COORDINATE_FIELDS: Final[HeaderFieldPatterns] = {
+COORDINATE_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
     name: f"^{name}{COORDINATE_PATTERN}" for name in ("LATITUDE", "LONGITUDE")
 }
-STATION_FIELDS: Final[HeaderFieldPatterns] = {
+STATION_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
     "station": r"^STATION CODE\s*:\s*(\S*)",
-    **COORDINATE_FIELDS,
+    **COORDINATE_FIELD_PATTERNS,
     "SAMPLING FREQUENCY (Hz)": rf"^SAMPLING FREQUENCY \(Hz\)\s*:\s*({FLOAT_PATTERN})",
 }
-EARTHQUAKE_SECTION_FIELD: Final[HeaderFieldPatterns] = {"section 2": r"^2\.\s*(INFORMATION ABOUT THE EARTHQUAKE)"}
-EARTHQUAKE_AND_RECORD_FIELDS: Final[HeaderFieldPatterns] = {
+EARTHQUAKE_SECTION_HEADING_PATTERN: Final[HeaderFieldPatterns] = {
+    "section 2": r"^2\.\s*(INFORMATION ABOUT THE EARTHQUAKE)"
+}
+EARTHQUAKE_AND_RECORD_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
     "DATE": r"^DATE\s*:\s*(.*)",
     "ORIGIN TIME": r"^ORIGIN TIME \(Local\)\s*:\s*(\S*)",
-    **COORDINATE_FIELDS,
+    **COORDINATE_FIELD_PATTERNS,
     "depth": rf"^DEPTH \(km\)\s*:\s*({FLOAT_PATTERN})",
     "magnitude": rf"^MAGNITUDE\s*:\s*({FLOAT_PATTERN})",
     "RECORD TIME": r"^RECORD TIME \(Local\)\s*:\s*(\S*)",
@@ -54,19 +56,19 @@ EARTHQUAKE_AND_RECORD_FIELDS: Final[HeaderFieldPatterns] = {
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the components of a CISMID file (Peru); raise a RecordError with the line number if it is damaged."""
-    at = HeaderFields.find_fields(source_file, EARTHQUAKE_SECTION_FIELD, 40).line_index_of_field("section 2")
+    at = HeaderFields.find_fields(source_file, EARTHQUAKE_SECTION_HEADING_PATTERN, 40).line_index_of_field("section 2")
     # The section on the earthquake has coordinates, too.
-    station = HeaderFields.find_fields(TextLines(source_file, source_file.lines[:at]), STATION_FIELDS)
+    station = HeaderFields.find_fields(TextLines(source_file, source_file.lines[:at]), STATION_FIELD_PATTERNS)
     header = HeaderFields.find_fields(
-        TextLines(source_file, source_file.lines[at:], at), EARTHQUAKE_AND_RECORD_FIELDS, 40
+        TextLines(source_file, source_file.lines[at:], at), EARTHQUAKE_AND_RECORD_FIELD_PATTERNS, 40
     )
     header.check_field_pattern("DATA UNITS", r"(cm/s2|cm/s\^2|gal)\s*$", "cm/s2")
     heading = header.line_index_of_field("the line T, EW, NS, UD")
     columns = header.field_text("the line T, EW, NS, UD").upper().split()
-    if len(set(columns)) < len(AXES):
+    if len(set(columns)) < len(DIRECTION_BY_AXIS_NAME):
         raise header.line_error(heading, f"columns {', '.join(columns)}; one of them comes twice: correct it")
     interval = station.sampling_interval_of_rate_field("SAMPLING FREQUENCY (Hz)")
-    values, notes = header.cut_to_stated_count(
+    values, notes = header.cut_to_stated_sample_count(
         "NUMBER OF SAMPLES", header.read_number_rows(heading + 1, 1 + len(columns))
     )
     header.check_times_have_constant_interval(heading + 1, values[:, 0], interval, 1, "get the file again")
@@ -77,10 +79,10 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     return [
         header.create_component(
             axis,
-            AXES[axis],
+            DIRECTION_BY_AXIS_NAME[axis],
             values[:, column] * GAL,
             interval,
-            start=start,
+            start_time_utc=start,
             station=station.field_text("station"),
             event=f"earthquake of {header.field_text('DATE')} {header.field_text('ORIGIN TIME')} (Peru)",
             origin_time=origin,
@@ -88,8 +90,8 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             header_peak=_stated_peak_of_column(header, column - 1),
             epicentre=_latitude_and_longitude(header),
             # A baseline correction alone leaves long-period noise in the samples; a filter removes it.
-            processed=bool(FILTER_MENTION_PATTERN.search(comments)),
-            extra=header.number_fields_as_metadata({"depth_km": "depth"})
+            is_already_corrected=bool(FILTER_MENTION_PATTERN.search(comments)),
+            extra_metadata=header.number_fields_as_metadata({"depth_km": "depth"})
             | ({"agency_processing": comments} if comments else {}),
             notes=notes,
         )
@@ -102,7 +104,7 @@ def _latitude_and_longitude(header: HeaderFields) -> tuple[float | None, float |
 
     They have a minus sign, or the letter S or W (O in Spanish), in the south or west.
     """
-    stated = [header.field_pattern_match(name) for name in COORDINATE_FIELDS]
+    stated = [header.field_pattern_match(name) for name in COORDINATE_FIELD_PATTERNS]
     latitude, longitude = (
         signed_coordinate_from_hemisphere(float(one[1]), one[2] or "") if one else None for one in stated
     )
@@ -114,7 +116,7 @@ def _utc_time_of_local_time_field(header: HeaderFields, field_name: str) -> date
     moment = parse_time_as_utc(
         f"{header.field_text('DATE')} {header.field_text(field_name)}", TIME_FORMAT, utc_offset=PERU_UTC_OFFSET
     )
-    return None if moment and moment.year in SUMMER_TIME_YEARS and moment.month <= 4 else moment
+    return None if moment and moment.year in YEARS_WITH_SUMMER_TIME_IN_PERU and moment.month <= 4 else moment
 
 
 def _stated_peak_of_column(header: HeaderFields, column_number: int) -> HeaderPeak | None:

@@ -17,7 +17,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.records.component import (
     UNKNOWN_DIRECTION,
-    AxisDirection,
+    AzimuthAndVerticalSense,
     HeaderPeak,
     RecordComponent,
     axis_direction_from_name_or_code,
@@ -26,13 +26,13 @@ from overturning.records.component import (
     direction_from_channel_code,
     sensor_location_in_header_line,
 )
-from overturning.records.formats.header import EARTHQUAKE_FIELDS, HeaderFieldPatterns, HeaderFields
+from overturning.records.formats.header import ORIGIN_AND_HYPOCENTRE_FIELD_PATTERNS, HeaderFieldPatterns, HeaderFields
 from overturning.records.formats.lines import TextLines, decorator_for_reading_all_components
 from overturning.units import GAL, STANDARD_GRAVITY
 
-UNIT_SIZE_BY_CODE: Final = {2: STANDARD_GRAVITY, 4: GAL, 10: GAL, 11: 1e-3 * STANDARD_GRAVITY}
+UNIT_IN_M_S2_BY_CODE: Final = {2: STANDARD_GRAVITY, 4: GAL, 10: GAL, 11: 1e-3 * STANDARD_GRAVITY}
 """COSMOS table 2: g, cm/s², Gal, mg."""
-COUNTS_UNIT_CODE: Final = 50
+UNIT_CODE_OF_DIGITISER_COUNTS: Final = 50
 UNIT_CODE_BY_WORD: Final = {
     "g": 2,
     "cm/sec2": 4,
@@ -41,16 +41,16 @@ UNIT_CODE_BY_WORD: Final = {
     "cm/s/s": 4,
     "gal": 10,
     "mg": 11,
-    "counts": COUNTS_UNIT_CODE,
+    "counts": UNIT_CODE_OF_DIGITISER_COUNTS,
 }
 """Code of table 2 for each unit that the text may state; other words are ignored."""
-NULL: Final = -999.0
+MISSING_VALUE_MARKER: Final = -999.0
 
 BLOCK_FORMAT_PATTERN: Final = re.compile(r"\s*(\d+)\s.*Format\s*=\s*\((\d+)[IFE](\d+)", re.IGNORECASE)
 COMMENT_COUNT_PATTERN: Final = re.compile(r"\s*(\d+)\s+Comment", re.IGNORECASE)
 END_OF_DATA_PATTERN: Final = re.compile(r"^\s*(/&|End-of-data|---+\s*End of data)", re.IGNORECASE)
-FIELDS: Final[HeaderFieldPatterns] = {
-    **EARTHQUAKE_FIELDS,
+HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
+    **ORIGIN_AND_HYPOCENTRE_FIELD_PATTERNS,
     "corrected": "^\\s*(Corrected)",
     "processed by": r"Src:\s*(\S.*)",
     "processed": r"^\s*Processed:\s*(\S.*?),?\s+Max",
@@ -86,7 +86,7 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     stated = re.search(r"with\s+(\d+)\s+text lines", text[0])
     ints_at = int(stated[1]) if stated else 13
     form, reals_at = _parse_number_block_format(channel_lines, ints_at, "integers")
-    header = HeaderFields.find_fields(channel_lines, FIELDS, ints_at)
+    header = HeaderFields.find_fields(channel_lines, HEADER_FIELD_PATTERNS, ints_at)
     whole = channel_lines.read_fixed_width_integers(ints_at + 1, **form)
     form, comments_at = _parse_number_block_format(channel_lines, reals_at, "reals")
     real = channel_lines.read_fixed_width_numbers(reals_at + 1, **form)
@@ -99,7 +99,9 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     form, _ = _parse_number_block_format(channel_lines, data_at, "samples")
     unit = _checked_sample_unit_code(channel_lines, data_at, int(whole[2]))
     scale = (
-        _acceleration_per_count(channel_lines, reals_at, real) if unit == COUNTS_UNIT_CODE else UNIT_SIZE_BY_CODE[unit]
+        _acceleration_per_count(channel_lines, reals_at, real)
+        if unit == UNIT_CODE_OF_DIGITISER_COUNTS
+        else UNIT_IN_M_S2_BY_CODE[unit]
     )
     samples, end, notes = channel_lines.read_fixed_width_samples(data_at + 1, **form)
     if end >= len(text) or not END_OF_DATA_PATTERN.match(text[end]):
@@ -110,10 +112,10 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     if real[62] > 0:
         channel_lines.check_duration_stated_in_line(data_at, samples.size, interval, float(real[62]))
     axis, direction = _axis_name_and_direction(header, text[comments_at + 1 : data_at], int(whole[53]))
-    known = {index: float(value) for index, value in enumerate(real) if value != NULL}
+    known = {index: float(value) for index, value in enumerate(real) if value != MISSING_VALUE_MARKER}
     origin, places = header.origin_time_and_epicentre_metadata()
     # Resolution of the stated peak: one count, or 1e-5 of the unit.
-    digit = (1.0 if unit == COUNTS_UNIT_CODE else 1e-5) * scale
+    digit = (1.0 if unit == UNIT_CODE_OF_DIGITISER_COUNTS else 1e-5) * scale
     peak = (
         HeaderPeak(abs(known[63]) * scale, digit, line_number=channel_lines.preceding_line_count + reals_at + 12)
         if 63 in known
@@ -125,16 +127,16 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
         samples * scale,
         interval,
         # The header does not state the offset of a local clock from UTC.
-        start=_utc_time_of_first_sample(channel_lines, whole, float(real[29]))
+        start_time_utc=_utc_time_of_first_sample(channel_lines, whole, float(real[29]))
         if header.field_text("clock").upper() in ("", "UTC", "GMT")
         else None,
         origin_time=origin,
         coordinates=(known.get(0), known.get(1)),
-        sensor=classify_as_surface_or_borehole(location_text=text[8]),
+        sensor_position=classify_as_surface_or_borehole(location_text=text[8]),
         sensor_location=sensor_location_in_header_line(text[8]),
         header_peak=peak,
-        processed=bool(header.field_text("corrected")),
-        extra=({"magnitude": known[12]} if 12 in known else {}) | places | _agency_processing_metadata(header),
+        is_already_corrected=bool(header.field_text("corrected")),
+        extra_metadata=({"magnitude": known[12]} if 12 in known else {}) | places | _agency_processing_metadata(header),
         notes=notes,
     )
     return component, end + 1
@@ -153,10 +155,10 @@ def _agency_processing_metadata(header: HeaderFields) -> dict[str, str]:
 def _acceleration_per_count(channel_lines: TextLines, reals_line_index: int, header_reals: FloatArray) -> float:
     """Return the acceleration of one digitiser count, m/s², from the header's recorder step and sensitivity."""
     microvolts, volts_per_g = float(header_reals[21]), float(header_reals[41])
-    gain = 1.0 if header_reals[46] == NULL else float(header_reals[46])
+    gain = 1.0 if header_reals[46] == MISSING_VALUE_MARKER else float(header_reals[46])
     for number, value, what in ((22, microvolts, "µV per count"), (42, volts_per_g, "V/g"), (47, gain, "gain")):
         if not value > 0:
-            why = "is not stated" if value == NULL else f"is {value:g}"
+            why = "is not stated" if value == MISSING_VALUE_MARKER else f"is {value:g}"
             raise channel_lines.line_error(
                 reals_line_index, f"counts, but real {number} ({what}) {why}; get volume 1 or 2"
             )
@@ -168,16 +170,18 @@ def _checked_sample_unit_code(channel_lines: TextLines, data_line_index: int, un
     line = channel_lines.lines[data_line_index]
     stated = re.search(r"units\s*=\s*([^,(]+)\(\s*(\d+)\s*\)", line, re.IGNORECASE)
     number = int(stated[2]) if stated else unit_code
-    if number not in (*UNIT_SIZE_BY_CODE, COUNTS_UNIT_CODE) or not re.search(r"accel", line, re.IGNORECASE):
+    if number not in (*UNIT_IN_M_S2_BY_CODE, UNIT_CODE_OF_DIGITISER_COUNTS) or not re.search(
+        r"accel", line, re.IGNORECASE
+    ):
         what = stated[1].strip() if stated else unit_code
         remedy = "only acceleration in g, cm/sec2, gal, mg or counts is read: get volume 0, 1 or 2"
         raise channel_lines.line_error(data_line_index, f"samples in {what}; {remedy}")
-    if unit_code in (*UNIT_SIZE_BY_CODE, COUNTS_UNIT_CODE) and unit_code != number:
+    if unit_code in (*UNIT_IN_M_S2_BY_CODE, UNIT_CODE_OF_DIGITISER_COUNTS) and unit_code != number:
         raise channel_lines.line_error(
             data_line_index, f"unit {number}, but the integers say {unit_code}; get the file again"
         )
     worded = UNIT_CODE_BY_WORD.get(stated[1].strip().lower().replace("^", ""), number) if stated else number
-    if UNIT_SIZE_BY_CODE.get(worded) != UNIT_SIZE_BY_CODE.get(number):
+    if UNIT_IN_M_S2_BY_CODE.get(worded) != UNIT_IN_M_S2_BY_CODE.get(number):
         raise channel_lines.line_error(
             data_line_index, f"samples in {stated and stated[1].strip()}, but the code says {number}; get it again"
         )
@@ -186,7 +190,7 @@ def _checked_sample_unit_code(channel_lines: TextLines, data_line_index: int, un
 
 def _axis_name_and_direction(
     header: HeaderFields, comments: Sequence[str], direction_code: int
-) -> tuple[str, AxisDirection]:
+) -> tuple[str, AzimuthAndVerticalSense]:
     """Return axis name and direction from text and code of the header, or else from the SEED channel code."""
     word = header.field_text("axis")
     coded = {400: (None, 1), 401: (None, -1)}.get(direction_code, direction_from_azimuth_code(direction_code))
@@ -201,6 +205,6 @@ def _axis_name_and_direction(
 def _utc_time_of_first_sample(channel_lines: TextLines, header_integers: np.ndarray, seconds: float) -> datetime | None:
     """Return the UTC time of the first sample from the header's integers and `seconds`; None if it is not stated."""
     year, _, month, day, hour, minute = (int(header_integers[i]) for i in range(39, 45))
-    if NULL in (year, month, day, hour, minute) or not 0 <= seconds < 61:
+    if MISSING_VALUE_MARKER in (year, month, day, hour, minute) or not 0 <= seconds < 61:
         return None
     return channel_lines.utc_time(0, (year, month, day), hour, minute, round(seconds, 6))

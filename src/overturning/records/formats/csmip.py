@@ -24,17 +24,17 @@ from overturning.records.component import (
     parse_axis_direction,
     sensor_location_in_header_line,
 )
-from overturning.records.formats.header import EARTHQUAKE_FIELDS, HeaderFieldPatterns, HeaderFields
+from overturning.records.formats.header import ORIGIN_AND_HYPOCENTRE_FIELD_PATTERNS, HeaderFieldPatterns, HeaderFields
 from overturning.records.formats.lines import FLOAT_PATTERN, TextLines, decorator_for_reading_all_components
 from overturning.units import GAL, STANDARD_GRAVITY
 
-UNIT_SIZE_BY_NAME: Final = {"g": STANDARD_GRAVITY, "g/10": 0.1 * STANDARD_GRAVITY} | dict.fromkeys(
+UNIT_IN_M_S2_BY_NAME: Final = {"g": STANDARD_GRAVITY, "g/10": 0.1 * STANDARD_GRAVITY} | dict.fromkeys(
     ("cm/sec2", "cm/sec/sec", "cms/sec/sec", "cm/s2", "gal"), GAL
 )
 END_OF_DATA_PATTERN: Final = re.compile(r"^\s*(/&|-{3,}\s*END OF DATA|END OF DATA)", re.IGNORECASE)
 TIME_PATTERN: Final = r"(\d+)/\s*(\d+)/\s*(\d+),?\s*(\d+):\s*(\d+):\s*([\d.]+)\s*(?:UTC|GMT)"
-FIELDS: Final[HeaderFieldPatterns] = {
-    **EARTHQUAKE_FIELDS,
+HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
+    **ORIGIN_AND_HYPOCENTRE_FIELD_PATTERNS,
     "CHAN with the axis": r"^\s*(?:.*\s)?CHAN\s*(\d+):\s*([^\s,]+)",
     "coordinates": rf"\bSTATION\s+(?:ID|NO)\b.*?({FLOAT_PATTERN})\s*([NS]),?\s*({FLOAT_PATTERN})\s*([EW])",
     "station": r"STATION\s+(?:ID\.?|NO\.?)\s*(\S+)",
@@ -60,12 +60,12 @@ MAX_PRE_EVENT_MEMORY: Final = timedelta(seconds=120)
 """Longest pre-event memory of a recorder."""
 FORMAT_AGENCY_NAMES: Final = ("CSMIP", "CGS", "CDMG", "DMG", "OSMS")
 """Names under which the agency of this format signs its files; other names are those of other agencies."""
-PEAK_PATTERN_BY_VOLUME: Final = {
+PEAK_ACCELERATION_PATTERN_BY_VOLUME: Final = {
     1: rf"MAX\s*=\s*({FLOAT_PATTERN})\s*(g\b)",
     2: rf"PEAK ACCELERATION\s*=\s*({FLOAT_PATTERN})\s*(g\b|cms?/sec/sec|cm/sec2|cm/s2|gal)",
 }
 """Pattern of the peak and its unit for each volume."""
-SAMPLE_BLOCK_HEADING_FIELDS: Final[HeaderFieldPatterns] = {
+SAMPLE_BLOCK_HEADING_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
     "number of samples": r"^\s*(\d+)\s+(?:points of\s+)?accel",
     "rate": rf"at\s+({FLOAT_PATTERN})\s*(?:pts|points|samples)\s*/\s*sec",
     "rate or interval": rf"at\s+(?:equal\S*\s+)?({FLOAT_PATTERN})\s*sec",
@@ -89,10 +89,13 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     channel_lines = replace(channel_lines, lines=channel_lines.lines[:end])
     text_lines = 13 if volume == 1 else 25
     header = HeaderFields.find_fields(
-        channel_lines, {**FIELDS, "peak": PEAK_PATTERN_BY_VOLUME[volume]}, text_lines, min_lines=text_lines + 14
+        channel_lines,
+        {**HEADER_FIELD_PATTERNS, "peak": PEAK_ACCELERATION_PATTERN_BY_VOLUME[volume]},
+        text_lines,
+        min_lines=text_lines + 14,
     )
     at = header.line_index_of_field("CHAN with the axis")
-    number, axis = header.line_and_match_by_field["CHAN with the axis"][1].groups()
+    number, axis = header.line_index_and_match_by_field["CHAN with the axis"][1].groups()
     # Volume 2 names the axis in its first line too; only the channel's own line states the sensor's location.
     channel = header.field_text("channel")
     if channel and parse_axis_direction(channel.split()[0].rstrip(",")) != parse_axis_direction(axis):
@@ -105,7 +108,7 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     direction = axis_direction_from_name_or_code(
         axis, senses.get(code, direction_from_azimuth_code(code)), partial(channel_lines.line_error, at)
     )
-    introduced = re.compile(str(SAMPLE_BLOCK_HEADING_FIELDS["number of samples"]), re.IGNORECASE)
+    introduced = re.compile(str(SAMPLE_BLOCK_HEADING_FIELD_PATTERNS["number of samples"]), re.IGNORECASE)
     data_at = next((i for i in range(text_lines + 7, end) if introduced.match(channel_lines.lines[i])), 0)
     samples, interval, notes = (
         _read_evenly_spaced_samples(channel_lines, data_at, header)
@@ -132,17 +135,19 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
         direction,
         samples,
         interval,
-        start=start,
+        start_time_utc=start,
         station=station,
         origin_time=origin,
         coordinates=(latitude, longitude),
-        sensor=classify_as_surface_or_borehole(location_text=channel),
+        sensor_position=classify_as_surface_or_borehole(location_text=channel),
         sensor_location=sensor_location_in_header_line(channel),
-        header_peak=header.field_peak_acceleration("peak", UNIT_SIZE_BY_NAME[_header_peak_unit(header)], signed=True)
+        header_peak=header.field_peak_acceleration(
+            "peak", UNIT_IN_M_S2_BY_NAME[_header_peak_unit(header)], is_sign_stated=True
+        )
         if header.field_text("peak")
         else None,
-        processed=volume == 2,
-        extra=places | agency | by,
+        is_already_corrected=volume == 2,
+        extra_metadata=places | agency | by,
         notes=notes,
     )
     return component, end + 1
@@ -181,7 +186,7 @@ def _read_evenly_spaced_samples(
             lines=channel_lines.lines[data_line_index:],
             preceding_line_count=channel_lines.preceding_line_count + data_line_index,
         ),
-        SAMPLE_BLOCK_HEADING_FIELDS,
+        SAMPLE_BLOCK_HEADING_FIELD_PATTERNS,
         1,
     )
     rate = data.optional_number_in_field("rate")
@@ -191,9 +196,9 @@ def _read_evenly_spaced_samples(
         else channel_lines.sampling_interval_of_rate(rate, data_line_index)
     )
     unit = data.field_text("unit").lower() or _header_peak_unit(header)
-    if unit not in UNIT_SIZE_BY_NAME:
+    if unit not in UNIT_IN_M_S2_BY_NAME:
         raise channel_lines.line_error(
-            data_line_index, f"unit {unit or 'missing'!r}; known are {', '.join(UNIT_SIZE_BY_NAME)}"
+            data_line_index, f"unit {unit or 'missing'!r}; known are {', '.join(UNIT_IN_M_S2_BY_NAME)}"
         )
     form, count = data.field_pattern_match("format"), int(data.field_text("number of samples"))
     per_line, width = (
@@ -207,7 +212,7 @@ def _read_evenly_spaced_samples(
         channel_lines.check_duration_stated_in_line(
             header.line_index_of_field("record length"), count, interval, header.number_in_field("record length")
         )
-    return samples * UNIT_SIZE_BY_NAME[unit], interval, notes
+    return samples * UNIT_IN_M_S2_BY_NAME[unit], interval, notes
 
 
 def _sample_column_count_and_width(channel_lines: TextLines, line_index: int) -> tuple[int, int]:
@@ -232,4 +237,4 @@ def _read_time_acceleration_pairs(
     channel_lines.check_times_have_constant_interval(
         first, time, interval, 5, "not evenly spaced (digitised film): get volume 2 of the record"
     )
-    return samples * UNIT_SIZE_BY_NAME[header.field_text("unit of the pairs").lower()], interval, notes
+    return samples * UNIT_IN_M_S2_BY_NAME[header.field_text("unit of the pairs").lower()], interval, notes

@@ -10,7 +10,7 @@ from datetime import timedelta
 from typing import Final
 
 from overturning.records.component import (
-    AxisDirection,
+    AzimuthAndVerticalSense,
     RecordComponent,
     classify_as_surface_or_borehole,
     parse_axis_direction,
@@ -24,8 +24,8 @@ BEIJING_UTC_OFFSET: Final = timedelta(hours=8)
 TIME_PATTERN: Final = r"(\d{4}-\d+-\d+\s+\d+:\d+:\d+(?:\.\d+)?)\s*BTM"
 TIME_FORMATS: Final = ("%Y-%m-%d %H:%M:%S", "%Y-%m-%d %H:%M:%S.%f")
 COORDINATES_PATTERN: Final = rf"({FLOAT_PATTERN})\s*([NS])[,\s]+({FLOAT_PATTERN})\s*([EW])"
-AXES: Final[dict[str, AxisDirection]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
-FIELDS: Final[HeaderFieldPatterns] = {
+DIRECTION_BY_AXIS_NAME: Final[dict[str, AzimuthAndVerticalSense]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
+HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
     "origin": (1, rf"{TIME_PATTERN}\s*$"),
     "event": (2, "(.*)"),
     "epicentre": rf"^\s*EPICENTER\s+{COORDINATES_PATTERN}",
@@ -48,10 +48,10 @@ ACCELERATION_LINE_PATTERN: Final = r"(UN)?CORRECTED ACCELERATION\s+UNIT:\s*(CM/S
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the one component of a CSMNC file (China), as a list; a RecordError names the line of an error."""
-    header = HeaderFields.find_fields(source_file, FIELDS, 20, min_lines=17)
+    header = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS, 20, min_lines=17)
     header.check_field_pattern("quantity", ACCELERATION_LINE_PATTERN, "acceleration in CM/SEC/SEC")
     axis = header.field_text("COMP. with the axis")
-    samples, notes = header.cut_to_stated_count(
+    samples, notes = header.cut_to_stated_sample_count(
         "NO. OF POINTS", header.read_all_numbers(header.line_index_of_field("the line CSMNC") + 1)
     )
     interval = header.number_in_field("interval")
@@ -59,18 +59,18 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     return [
         header.create_component(
             axis,
-            AXES.get(axis.upper(), parse_axis_direction(axis)),
+            DIRECTION_BY_AXIS_NAME.get(axis.upper(), parse_axis_direction(axis)),
             samples * GAL,
             interval,
-            start=header.field_utc_time("start", *TIME_FORMATS, utc_offset=BEIJING_UTC_OFFSET)
+            start_time_utc=header.field_utc_time("start", *TIME_FORMATS, utc_offset=BEIJING_UTC_OFFSET)
             if header.field_text("start")
             else None,
             origin_time=parse_time_as_utc(header.field_text("origin"), *TIME_FORMATS, utc_offset=BEIJING_UTC_OFFSET),
             header_peak=header.field_peak_acceleration("peak", GAL) if header.field_text("peak") else None,
-            sensor=classify_as_surface_or_borehole(location_text=header.field_text("observing point")),
+            sensor_position=classify_as_surface_or_borehole(location_text=header.field_text("observing point")),
             sensor_location=" ".join(header.field_text("observing point").split()),
-            processed=header.field_text("quantity").upper().startswith("CORRECTED"),
-            extra=header.number_fields_as_metadata({"depth_km": "depth"}),
+            is_already_corrected=header.field_text("quantity").upper().startswith("CORRECTED"),
+            extra_metadata=header.number_fields_as_metadata({"depth_km": "depth"}),
             notes=notes,
         )
     ]

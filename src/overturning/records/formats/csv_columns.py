@@ -36,7 +36,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
     columns: list[tuple[str, str]] = []
     with reasons.collect_reason():
         text, sisters = _column_declaration_and_record_key_of_file(declared_properties.columns, name)
-        text, per_line, width = _parse_column_and_values_per_line(text, name)
+        text, per_line, width = _split_column_values_per_line_and_field_width(text, name)
         columns = _parse_axes_and_units(text, name)
         if declared_properties.sampling_interval_s is None and "time" not in dict(columns):
             raise RecordError(f"{name}: no column time and no sampling_interval_s; declare one of them")
@@ -63,9 +63,9 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
             parse_axis_direction(word),
             rows[:, index] * ACCELERATION_UNITS[unit],
             interval,
-            processed=declared_properties.processed,
-            unit=unit,
-            extra=extra,
+            is_already_corrected=declared_properties.processed,
+            user_declared_unit=unit,
+            extra_metadata=extra,
             notes=notes,
             shared_key_of_record_files=sisters,
         )
@@ -106,7 +106,7 @@ def _column_declaration_and_record_key_of_file(columns_text: str, file_name: str
     return " ".join(declared[pattern]), found[pattern]
 
 
-def _parse_column_and_values_per_line(columns_text: str, file_name: str) -> tuple[str, int, int]:
+def _split_column_values_per_line_and_field_width(columns_text: str, file_name: str) -> tuple[str, int, int]:
     """Split ``north:gal*8F10`` into column, values per line (8) and field width (10); a number not stated is 0."""
     match = re.fullmatch(r"(\S+)\*(\d+)(?:[FEfe](\d+)(?:\.\d+)?)?", columns_text.strip())
     if match is None:

@@ -9,14 +9,14 @@ import re
 from datetime import timedelta
 from typing import Final
 
-from overturning.records.component import AxisDirection, HeaderPeak, RecordComponent
+from overturning.records.component import AzimuthAndVerticalSense, HeaderPeak, RecordComponent
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields, parse_time_as_utc
 from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
 TAIWAN_UTC_OFFSET: Final = timedelta(hours=8)
-AXES: Final[dict[str, AxisDirection]] = {
+DIRECTION_BY_AXIS_NAME: Final[dict[str, AzimuthAndVerticalSense]] = {
     "U(+)": (None, 1),
     "N(+)": (0.0, 0),
     "E(+)": (90.0, 0),
@@ -29,12 +29,12 @@ HEADER_KEYS: Final = (
     *("StationCode", "StationLongitude(E)", "StationLatitude(N)", "StartTime(GMT+08)", "RecordLength(sec)"),
     *("SampleRate(Hz)", "AmplitudeUnit", "DataSequence", *(f"AmplitudeMAX. {letter}" for letter in "UNE"), "Data"),
 )
-FIELDS: Final[HeaderFieldPatterns] = {key: rf"^#{re.escape(key)}\s*:(.*)" for key in HEADER_KEYS}
+HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {key: rf"^#{re.escape(key)}\s*:(.*)" for key in HEADER_KEYS}
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the components of a CWA file (Taiwan); raise a RecordError with the line number if it is damaged."""
-    header = HeaderFields.find_fields(source_file, FIELDS)
+    header = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS)
     first = header.line_index_of_field("Data") + 1
     header.check_field_pattern("AmplitudeUnit", "gal", "Gal")
     sequence = header.field_text("DataSequence")
@@ -47,15 +47,17 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     expected = round(header.number_in_field("RecordLength(sec)") / interval)
     # Some files have the sample at the end of the record, some do not.
     expected += len(values) == expected + 1
-    values, notes = header.cut_to_stated_count("RecordLength(sec)", values, str(expected))
+    values, notes = header.cut_to_stated_sample_count("RecordLength(sec)", values, str(expected))
     header.check_times_have_constant_interval(first, values[:, 0], interval, 1, "get the file again")
     return [
         header.create_component(
             axis,
-            AXES[axis],
+            DIRECTION_BY_AXIS_NAME[axis],
             values[:, column] * GAL,
             interval,
-            start=header.field_utc_time("StartTime(GMT+08)", "%Y/%m/%d-%H:%M:%S.%f", utc_offset=TAIWAN_UTC_OFFSET),
+            start_time_utc=header.field_utc_time(
+                "StartTime(GMT+08)", "%Y/%m/%d-%H:%M:%S.%f", utc_offset=TAIWAN_UTC_OFFSET
+            ),
             station=header.field_text("StationCode"),
             event=f"earthquake of {header.field_text('Origin Time(GMT+08)')} (GMT+8)",
             origin_time=parse_time_as_utc(
@@ -67,7 +69,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
                 header.optional_number_in_field("EpicenterLatitude(N)"),
                 header.optional_number_in_field("EpicenterLongitude(E)"),
             ),
-            extra=header.number_fields_as_metadata({"magnitude": "Magnitude(Ml)", "depth_km": "Depth(km)"}),
+            extra_metadata=header.number_fields_as_metadata({"magnitude": "Magnitude(Ml)", "depth_km": "Depth(km)"}),
             notes=notes,
         )
         for column, axis in enumerate(columns, 1)
@@ -85,5 +87,5 @@ def _read_header_peak(header: HeaderFields, field_name: str) -> HeaderPeak:
         field_name,
         GAL,
         max(stated.groups(), key=lambda text: abs(header.number_in_field(field_name, text))),
-        signed=True,
+        is_sign_stated=True,
     )

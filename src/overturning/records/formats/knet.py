@@ -22,19 +22,21 @@ HEADER_KEYS: Final = (
     *("Max. Acc. (gal)", "Last Correction", "Memo."),
 )
 """Keys of the header's lines, in order."""
-FIELDS: Final[HeaderFieldPatterns] = {key: (line, rf"^{re.escape(key)}(.*)") for line, key in enumerate(HEADER_KEYS)}
+HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
+    key: (line, rf"^{re.escape(key)}(.*)") for line, key in enumerate(HEADER_KEYS)
+}
 
 METADATA_NAME_BY_HEADER_KEY: Final = {
     "Mag.": "magnitude", "Depth. (km)": "depth_km", "Lat.": "event_latitude", "Long.": "event_longitude",
 }  # fmt: skip
-_DIRECTION_CODES_AXIS_SUFFIX_AND_SENSOR: Final[tuple[tuple[tuple[str, ...], str, SensorPosition], ...]] = (
+_DIRECTION_CODES_SENSOR_NUMBER_AND_POSITION: Final[tuple[tuple[tuple[str, ...], str, SensorPosition], ...]] = (
     (("N-S", "E-W", "U-D"), "", "surface"),
     (("1", "2", "3"), "1", "borehole"),
     (("4", "5", "6"), "2", "surface"),
 )
-AXIS_PROPERTIES_BY_DIRECTION_CODE: Final[dict[str, tuple[str, float | None, int, SensorPosition]]] = {
+EXTENSION_AZIMUTH_SENSE_SENSOR_BY_DIRECTION_CODE: Final[dict[str, tuple[str, float | None, int, SensorPosition]]] = {
     code: (f"{axis}{number}", azimuth, vertical, sensor)
-    for codes, number, sensor in _DIRECTION_CODES_AXIS_SUFFIX_AND_SENSOR
+    for codes, number, sensor in _DIRECTION_CODES_SENSOR_NUMBER_AND_POSITION
     for code, (axis, azimuth, vertical) in zip(codes, (("NS", 0.0, 0), ("EW", 90.0, 0), ("UD", None, 1)), strict=True)
 }
 """File extension, azimuth (degrees), vertical sense and sensor for each direction code."""
@@ -50,7 +52,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
 
     A RecordError names the line of an error.
     """
-    header = HeaderFields.find_fields(source_file, FIELDS, min_lines=len(HEADER_KEYS))
+    header = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS, min_lines=len(HEADER_KEYS))
     if not re.fullmatch(r"[A-Z0-9]{3,7}", station := header.field_text("Station Code")):
         raise header.line_error(
             "Station Code", f"station code {station!r}; it has 3 to 7 letters and digits: correct it"
@@ -59,13 +61,17 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
         "Sampling Freq(Hz)", header.field_text("Sampling Freq(Hz)").removesuffix("Hz")
     )
     direction = header.field_text("Dir.")
-    if direction not in AXIS_PROPERTIES_BY_DIRECTION_CODE:
+    if direction not in EXTENSION_AZIMUTH_SENSE_SENSOR_BY_DIRECTION_CODE:
         raise header.line_error(
-            "Dir.", f"direction {direction!r}; known are {', '.join(AXIS_PROPERTIES_BY_DIRECTION_CODE)}: correct it"
+            "Dir.",
+            f"direction {direction!r}; known are "
+            f"{', '.join(EXTENSION_AZIMUTH_SENSE_SENSOR_BY_DIRECTION_CODE)}: correct it",
         )
-    extension, azimuth, vertical, sensor = AXIS_PROPERTIES_BY_DIRECTION_CODE[direction]
+    extension, azimuth, vertical, sensor = EXTENSION_AZIMUTH_SENSE_SENSOR_BY_DIRECTION_CODE[direction]
     named = source_file.extension.upper()
-    if named != extension and named in [known for known, *_ in AXIS_PROPERTIES_BY_DIRECTION_CODE.values()]:
+    if named != extension and named in [
+        known for known, *_ in EXTENSION_AZIMUTH_SENSE_SENSOR_BY_DIRECTION_CODE.values()
+    ]:
         why = f"direction {direction!r} in a file named .{named}; components are swapped: give the file its right name"
         raise header.line_error("Dir.", why)
     start = header.field_utc_time(
@@ -74,7 +80,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     known = {name: header.field_text(key) for key, name in METADATA_NAME_BY_HEADER_KEY.items()}
     counts = _read_digitiser_counts(header)
     expected = round(header.number_in_field("Duration Time(s)") / interval)
-    counts, notes = header.cut_to_stated_count("Duration Time(s)", counts, str(expected))
+    counts, notes = header.cut_to_stated_sample_count("Duration Time(s)", counts, str(expected))
     return [
         header.create_component(
             extension,
@@ -82,16 +88,18 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             counts * _acceleration_per_count(header),
             interval,
             # The record table may give `kik-net` for both networks.
-            format="k-net" if direction in _DIRECTION_CODES_AXIS_SUFFIX_AND_SENSOR[0][0] else "kik-net",
-            start=start,
+            format="k-net" if direction in _DIRECTION_CODES_SENSOR_NUMBER_AND_POSITION[0][0] else "kik-net",
+            start_time_utc=start,
             station=station,
             event=header.field_text("Origin Time") + " JST",
             origin_time=parse_time_as_utc(header.field_text("Origin Time"), TIME_FORMAT, utc_offset=JAPAN_UTC_OFFSET),
             coordinates=(header.number_in_field("Station Lat."), header.number_in_field("Station Long.")),
-            header_peak=header.field_peak_acceleration("Max. Acc. (gal)", GAL, mean_is_removed=True),
-            sensor=sensor,
+            header_peak=header.field_peak_acceleration("Max. Acc. (gal)", GAL, is_mean_removed=True),
+            sensor_position=sensor,
             # An unknown magnitude is blank.
-            extra={name: float(text) for name, text in known.items() if re.fullmatch(r"[+-]?\d+(\.\d+)?", text)},
+            extra_metadata={
+                name: float(text) for name, text in known.items() if re.fullmatch(r"[+-]?\d+(\.\d+)?", text)
+            },
             notes=notes,
         )
     ]

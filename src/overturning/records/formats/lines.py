@@ -64,14 +64,15 @@ class TextLines:
         if len(self.lines) < min_lines:
             raise self.line_error(len(self.lines) - 1, "the file ends in the header; get it again")
 
-    def sampling_interval_of_rate(self, rate: float, line_index: int) -> float:
+    def sampling_interval_of_rate(self, sampling_rate_hz: float, line_index: int) -> float:
         """Return the sampling interval, s, for a sampling rate, Hz, that a line of the file states."""
-        if not 1.0 <= rate <= 100_000.0:
+        if not 1.0 <= sampling_rate_hz <= 100_000.0:
             raise self.line_error(
                 line_index,
-                f"{rate:g} Hz is no rate of an accelerograph (1 to 100000 Hz); correct it, or get the corrected file",
+                f"{sampling_rate_hz:g} Hz is no rate of an accelerograph (1 to 100000 Hz); correct it, or get the "
+                "corrected file",
             )
-        return 1.0 / rate
+        return 1.0 / sampling_rate_hz
 
     def check_duration_stated_in_line(
         self, line_index: int, sample_count: int, sampling_interval: float, duration: float, tolerance: float = 0.0

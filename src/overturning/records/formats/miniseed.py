@@ -122,15 +122,15 @@ def _component_of_trace(
         direction,
         samples,
         float(trace.stats.delta),
-        start=moment.datetime.replace(tzinfo=UTC),
+        start_time_utc=moment.datetime.replace(tzinfo=UTC),
         station=trace.stats.station,
         coordinates=(epoch.channel.latitude, epoch.channel.longitude),
-        sensor=classify_as_surface_or_borehole(epoch.channel.depth),
+        sensor_position=classify_as_surface_or_borehole(epoch.channel.depth),
         sensor_location=trace.stats.location or BLANK_LOCATION_CODE,
-        unit=declared_properties.unit
+        user_declared_unit=declared_properties.unit
         if declared_properties.unit and ACCELERATION_UNITS.get(declared_properties.unit) == scale
         else "",
-        extra={"removed": removed, "network": trace.stats.network} | epoch.trusted_contradictions_metadata,
+        extra_metadata={"removed": removed, "network": trace.stats.network} | epoch.trusted_contradictions_metadata,
         notes=tuple(notes),
     )
 

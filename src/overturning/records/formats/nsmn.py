@@ -13,10 +13,10 @@ from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
-AXES: Final = {"N-S": (0.0, 0), "E-W": (90.0, 0), "U-D": (None, 1)}
+DIRECTION_BY_AXIS_NAME: Final = {"N-S": (0.0, 0), "E-W": (90.0, 0), "U-D": (None, 1)}
 HEADER_LINE_COUNT: Final = 18
 COORDINATES_PATTERN: Final = rf":\s*(?:$|({FLOAT_PATTERN})\s*(N)\s*-\s*({FLOAT_PATTERN})\s*(E))"
-FIELDS: Final[HeaderFieldPatterns] = {
+HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
     "origin": (2, ":(.*)"),
     "an epicentre like 40.84N-31.15E": (3, COORDINATES_PATTERN),
     "station": (6, ":(.*)"),
@@ -31,11 +31,11 @@ FIELDS: Final[HeaderFieldPatterns] = {
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the components of an NSMN file (Türkiye); raise a RecordError with the line number if it is damaged."""
-    header = HeaderFields.find_fields(source_file, FIELDS, min_lines=HEADER_LINE_COUNT)
-    values, notes = header.cut_to_stated_count("number of data", header.read_number_rows(HEADER_LINE_COUNT, 3))
+    header = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS, min_lines=HEADER_LINE_COUNT)
+    values, notes = header.cut_to_stated_sample_count("number of data", header.read_number_rows(HEADER_LINE_COUNT, 3))
     moment, _, fraction = header.field_text("time of the record").partition(".")
     components = []
-    for column, (axis, direction) in enumerate(AXES.items()):
+    for column, (axis, direction) in enumerate(DIRECTION_BY_AXIS_NAME.items()):
         stated = re.search(rf"{axis}[\s):=]*({FLOAT_PATTERN})", header.field_text("PGA in Gal (no other unit is read)"))
         if stated is None:
             raise header.line_error("PGA in Gal (no other unit is read)", f"no peak of {axis}; get the file again")
@@ -45,7 +45,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
                 direction,
                 values[:, column] * GAL,
                 header.number_in_field("sampling interval"),
-                start=header.field_utc_time(
+                start_time_utc=header.field_utc_time(
                     "time of the record", "%d/%m/%Y %H:%M:%S.%f", override_text=f"{moment}.{fraction[:6] or 0}"
                 ),
                 event=f"earthquake of {header.field_text('origin')}",

@@ -13,7 +13,7 @@ from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
-FIELDS: Final[HeaderFieldPatterns] = {
+HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
     "names": (1, "(.*)"),
     "ACCELERATION IN UNITS OF G (as in .AT2 files)": (2, r"(ACCELERATION.*UNITS OF G)(?![\w/*])"),
     "corners": rf"HP=\s*({FLOAT_PATTERN})\s*Hz\s+LP=\s*({FLOAT_PATTERN})\s*Hz",
@@ -27,8 +27,8 @@ BOREHOLE_AXIS_PATTERN: Final = re.compile("(NS|EW|UD)1", re.IGNORECASE)
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the one component of a PEER AT2 file, as a list; a RecordError for a wrong unit or sample count."""
-    header = HeaderFields.find_fields(source_file, FIELDS, 4, min_lines=5)
-    samples, notes = header.cut_to_stated_count("NPTS", header.read_all_numbers(4))
+    header = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS, 4, min_lines=5)
+    samples, notes = header.cut_to_stated_sample_count("NPTS", header.read_all_numbers(4))
     parts = [part.strip() for part in header.field_text("names").split(",")]
     axis = re.sub(r"\(.*\)", "", parts[-1]).strip()
     # The new header has a separate date; the earthquake's name before it may contain commas (Chi-Chi, Taiwan-06).
@@ -41,6 +41,14 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     direction, coded = direction_with_channel_code_fallback(
         axis, parse_axis_direction(axis), f"{source_file.name}: its header states no azimuth"
     )
-    more: Any = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered}
-    more |= {"notes": (*notes, *coded), "sensor": "borehole" if BOREHOLE_AXIS_PATTERN.fullmatch(axis) else "surface"}
+    more: Any = {
+        "station": ", ".join(station),
+        "event": event,
+        "is_already_corrected": True,
+        "extra_metadata": filtered,
+    }
+    more |= {
+        "notes": (*notes, *coded),
+        "sensor_position": "borehole" if BOREHOLE_AXIS_PATTERN.fullmatch(axis) else "surface",
+    }
     return [header.create_component(axis, direction, samples * STANDARD_GRAVITY, header.number_in_field("DT"), **more)]

@@ -22,7 +22,7 @@ from overturning.records.formats.stationxml import inventory_has_channel_of_trac
 from overturning.records.source import SourceFile
 from overturning.units import ACCELERATION_UNITS
 
-UNDEFINED: Final = -12345.0
+UNDEFINED_HEADER_VALUE: Final = -12345.0
 
 OTHER_QUANTITY_BY_IDEP: Final[dict[float | None, str]] = {6.0: "displacement", 7.0: "velocity", 50.0: "volts"}
 """Quantity for each value of SAC's IDEP that is not acceleration."""
@@ -73,7 +73,7 @@ def _component_of_trace(
     def header_number(header_key: str) -> float | None:
         """Return a number of the SAC header; None if it is undefined."""
         value = header.get(header_key)
-        return None if value is None or value == UNDEFINED else float(value)
+        return None if value is None or value == UNDEFINED_HEADER_VALUE else float(value)
 
     if (kind := header_number("idep")) in OTHER_QUANTITY_BY_IDEP:
         raise RecordError(
@@ -108,17 +108,17 @@ def _component_of_trace(
         direction,
         np.asarray(trace.data, dtype=np.float64) * scale,
         round(float(trace.stats.delta), 9),
-        start=moment.datetime.replace(tzinfo=UTC) if dated else None,
+        start_time_utc=moment.datetime.replace(tzinfo=UTC) if dated else None,
         station=trace.stats.station,
         event=str(header.get("kevnm", "")).strip(),
         origin_time=origin,
         coordinates=(header_number("stla"), header_number("stlo")),
         header_peak=HeaderPeak.from_signed_acceleration(extreme * scale, 2e-7) if extreme is not None else None,
-        sensor=classify_as_surface_or_borehole(header_number("stdp")),
+        sensor_position=classify_as_surface_or_borehole(header_number("stdp")),
         sensor_location=trace.stats.location,
-        processed=bool(declared_properties.processed),
-        unit=unit,
-        extra={"network": trace.stats.network, "declared": declared_properties.declared_sample_property_texts}
+        is_already_corrected=bool(declared_properties.processed),
+        user_declared_unit=unit,
+        extra_metadata={"network": trace.stats.network, "declared": declared_properties.declared_sample_property_texts}
         | epicentre,
         notes=notes,
     )

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from overturning.records.component import (
-    AxisDirection,
+    AzimuthAndVerticalSense,
     HeaderPeak,
     RecordComponent,
     axis_direction_from_name_or_code,
@@ -23,10 +23,10 @@ from overturning.records.formats.lines import TextLines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
-CORRECTED_BY_FILE_KIND: Final = {"1 UNCORRECTED ACCELEROGRAM": False, "2 CORRECTED ACCELEROGRAM": True}
+IS_CORRECTED_BY_FIRST_LINE: Final = {"1 UNCORRECTED ACCELEROGRAM": False, "2 CORRECTED ACCELEROGRAM": True}
 HEADER_TEXT_LINE_COUNT: Final = 11
 HEADER_LINE_COUNT: Final = 27
-NULL: Final = -32768
+MISSING_VALUE_MARKER: Final = -32768
 BRIDGE_SENSOR_LOCATIONS: Final = {
     1: "base of a pier",
     2: "abutment of a bridge",
@@ -42,7 +42,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     text = TextLines(source_file, source_file.lines)
     lines = text.lines
     kind = lines[0].strip()
-    if kind not in CORRECTED_BY_FILE_KIND:
+    if kind not in IS_CORRECTED_BY_FIRST_LINE:
         raise text.line_error(0, f"{kind!r}; only accelerograms are read (kinds 1 and 2): get that file")
     text.check_header_length(HEADER_LINE_COUNT)
     whole = text.read_fixed_width_integers(HEADER_TEXT_LINE_COUNT, width=10, per_line=8, count=48)
@@ -63,18 +63,18 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             direction,
             samples * GAL,
             interval,
-            start=_utc_time_of_first_sample(whole, text),
+            start_time_utc=_utc_time_of_first_sample(whole, text),
             station=(station[1] if station else "") or lines[2].strip(),
             origin_time=parse_time_as_utc(" ".join(lines[3].split()[:4]), "%Y %m %d %H%M"),
             event=re.sub(r"^\s*\d+\s+\d+\s+\d+\s+\d*\s*", "", lines[3]).strip(),
             coordinates=(known.get(10), known.get(11)),
             # The header has seven digits, the data have five: they may differ by half a unit of the data's last digit.
-            header_peak=HeaderPeak.from_signed_acceleration(extreme * GAL, 1e-4, line=23)
+            header_peak=HeaderPeak.from_signed_acceleration(extreme * GAL, 1e-4, line_number=23)
             if extreme is not None
             else None,
             sensor_location=_sensor_location_in_structure(whole),
-            processed=CORRECTED_BY_FILE_KIND[kind],
-            extra={"magnitude": known[5]} if 5 in known else {},
+            is_already_corrected=IS_CORRECTED_BY_FIRST_LINE[kind],
+            extra_metadata={"magnitude": known[5]} if 5 in known else {},
             notes=(*notes, *inclined, *_flagged_problem_and_longitude_notes(source_file.name, whole, known)),
         )
     ]
@@ -96,7 +96,7 @@ def _read_samples(lines: TextLines, comment_count: int, sample_count: int) -> tu
 
 def _axis_name_direction_and_notes(
     lines: TextLines, header_integers: np.ndarray
-) -> tuple[str, AxisDirection, tuple[str, ...]]:
+) -> tuple[str, AzimuthAndVerticalSense, tuple[str, ...]]:
     """Return axis name and direction from the header, and a note if the axis is inclined.
 
     Raises a RecordError if text and integers disagree, or if the axis is neither horizontal nor vertical.
@@ -104,7 +104,7 @@ def _axis_name_direction_and_notes(
     word = re.search(r"component=\s*(\S+)", lines.lines[5])
     axis = word[1] if word else str(header_integers[13])
     # The integers count from upwards: 0 up, 90 horizontal, 180 down.
-    from_up, azimuth = (None if number == NULL else float(number) for number in header_integers[12:14])
+    from_up, azimuth = (None if number == MISSING_VALUE_MARKER else float(number) for number in header_integers[12:14])
     dip = None if from_up is None else from_up - 90.0
     coded, notes = direction_from_azimuth_and_dip("", azimuth, dip, f"{lines.source.name}: axis {axis}")
     return axis, axis_direction_from_name_or_code(axis, coded, partial(lines.line_error, 5)), notes
@@ -138,9 +138,13 @@ def _utc_time_of_first_sample(header_integers: np.ndarray, lines: TextLines) -> 
     Without milliseconds, a time of whole minutes is that of the earthquake, as in files of digitised film.
     """
     year, day, hour, minute, second, millis = (int(n) for n in header_integers[1:7])
-    if NULL in (year, day, hour, minute) or year == 0 or (second in (0, NULL) and millis == NULL):
+    if (
+        MISSING_VALUE_MARKER in (year, day, hour, minute)
+        or year == 0
+        or (second in (0, MISSING_VALUE_MARKER) and millis == MISSING_VALUE_MARKER)
+    ):
         return None
     if not (1 <= day <= 366 and 1880 <= year <= 2200):
         raise lines.line_error(11, f"start {year}, day {day}, {hour}:{minute}; correct the header")
-    seconds = sum(value * unit for value, unit in ((second, 1), (millis, 0.001)) if value != NULL)
+    seconds = sum(value * unit for value, unit in ((second, 1), (millis, 0.001)) if value != MISSING_VALUE_MARKER)
     return lines.utc_time(11, (year, 1, 1), hour, minute, 0) + timedelta(days=day - 1, seconds=seconds)

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.component import UNKNOWN_DIRECTION, AxisDirection, direction_from_azimuth_and_dip
+from overturning.records.component import UNKNOWN_DIRECTION, AzimuthAndVerticalSense, direction_from_azimuth_and_dip
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
@@ -89,7 +89,7 @@ class ChannelEpoch:
     channel: Any  # obspy's
     unit: str  # as written, without blanks around it
     gain: float  # counts per unit; negative where the polarity is reversed
-    direction: AxisDirection
+    direction: AzimuthAndVerticalSense
     is_orientation_unknown: bool  # whether a text of the channel says that its orientation is not known
     notes: tuple[str, ...]
     trusted_contradictions: tuple[str, ...]  # contradictions that --trust-data goes on over
@@ -317,7 +317,7 @@ def _gain_and_direction_text(channel: Any) -> str:
     return f"{gain}, azimuth {channel.azimuth}, dip {channel.dip}"
 
 
-def _channel_direction(channel: Any, channel_label: str) -> tuple[AxisDirection, str, tuple[str, ...]]:
+def _channel_direction(channel: Any, channel_label: str) -> tuple[AzimuthAndVerticalSense, str, tuple[str, ...]]:
     """Return the direction of a channel, the StationXML text that declares it unknown (or ""), and notes.
 
     A RecordError names a channel that is neither horizontal nor vertical.

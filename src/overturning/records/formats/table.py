@@ -90,9 +90,9 @@ class RecordFileFormat:
             replace(
                 c,
                 format=c.format or self.name,
-                extra=(by if c.processed else {})
-                | dict(c.extra)
-                | ({"trusted": (*c.extra.get("trusted", ()), *damaged)} if damaged else {}),
+                extra_metadata=(by if c.is_already_corrected else {})
+                | dict(c.extra_metadata)
+                | ({"trusted": (*c.extra_metadata.get("trusted", ()), *damaged)} if damaged else {}),
                 notes=(*c.notes, *(note for note in told if note not in damaged)),
             )
             for c in found
@@ -151,7 +151,7 @@ def holds_no_acceleration(source_file: SourceFile) -> bool:
     return bool(_NO_ACCELERATION_PATTERN.match(re.sub(rb"\r+\n", b"\n", source_file.first_bytes)))
 
 
-FORMATS: Final = (
+RECORD_FILE_FORMATS: Final = (
     RecordFileFormat("k-net", "K-NET ASCII", rb"(?s)Origin Time.{,1000}[\r\n]Dir\. +[NEU]-[SWD]", knet.read_components),
     RecordFileFormat("kik-net", "KiK-net ASCII", rb"Origin Time", knet.read_components),
     RecordFileFormat(
@@ -197,21 +197,21 @@ FORMATS: Final = (
 
 def find_format_by_name(format_name: str) -> RecordFileFormat | None:
     """Return the record file format with a given name; None for "auto"; an ArgumentError for an unknown name."""
-    found = next((form for form in FORMATS if form.name == format_name), None)
+    found = next((form for form in RECORD_FILE_FORMATS if form.name == format_name), None)
     if format_name != "auto" and found is None:
-        known = ", ".join(["auto", "fema-p695", "synthetic", *(form.name for form in FORMATS)])
+        known = ", ".join(["auto", "fema-p695", "synthetic", *(form.name for form in RECORD_FILE_FORMATS)])
         raise ArgumentError(f"format {format_name!r}; known are {known} (docs/formats.md)")
     return found
 
 
 def has_known_format(source_file: SourceFile) -> bool:
     """Return True if the content of a file is in a supported record format."""
-    return any(form.matches_file(source_file) for form in FORMATS)
+    return any(form.matches_file(source_file) for form in RECORD_FILE_FORMATS)
 
 
 def detect_format(source_file: SourceFile) -> RecordFileFormat:
     """Return the format of a file; raise a RecordError if no format recognises it."""
-    for form in FORMATS:
+    for form in RECORD_FILE_FORMATS:
         if form.matches_file(source_file):
             return form
     if source_file.data[:400].lstrip(IGNORED_LEADING_BYTES).startswith(b"<"):
@@ -222,6 +222,6 @@ def detect_format(source_file: SourceFile) -> RecordFileFormat:
     ):
         raise RecordError(f"{source_file.name}: packed by {kind}, which is not read; unpack it first")
     raise RecordError(
-        f"{source_file.name}: the format is not recognised; known are {', '.join(f.name for f in FORMATS)} "
+        f"{source_file.name}: the format is not recognised; known are {', '.join(f.name for f in RECORD_FILE_FORMATS)} "
         "(docs/formats.md); declare its columns to read it as csv (columns, --columns), or get it again"
     )

@@ -15,7 +15,7 @@ from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
-FIELDS: Final[HeaderFieldPatterns] = {
+HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
     "CLAVE DE LA ESTACION": r"^\s*CLAVE DE LA ESTACION\s*:(.*)",
     "COORDENADAS DE LA ESTACION": r"^\s*COORDENADAS DE LA ESTACION\s*:(.*)",
     "ORIENTACION": r"^\s*ORIENTACION C1-C6[^:]*:(.*)",
@@ -34,7 +34,7 @@ DAY: Final = timedelta(days=1)
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the components of a UNAM file (Mexico); a RecordError names the line of an error."""
-    header, lines = HeaderFields.find_fields(source_file, FIELDS), source_file.lines
+    header, lines = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS), source_file.lines
     heading = header.line_index_of_field("DATOS DE ACELERACION") + 1
     found = (i for i, line in enumerate(lines[: heading + 10]) if re.match(rf"\s*{FLOAT_PATTERN}(\s|$)", line))
     first = next((i for i in found if i >= heading), None)
@@ -49,7 +49,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
         why = f"{len(axes)} axes, {len(intervals)} intervals, {len(counts)} counts; get the file again"
         raise header.line_error("ORIENTACION", why)
     values = header.read_number_rows(first, len(axes))
-    stated = [header.cut_to_stated_count("NUM. TOTAL DE MUESTRAS", values, count) for count in counts]
+    stated = [header.cut_to_stated_sample_count("NUM. TOTAL DE MUESTRAS", values, count) for count in counts]
     lengths = (
         _field_values_per_channel(header, "DURACION DEL REGISTRO") if header.field_text("DURACION DEL REGISTRO") else []
     )
@@ -68,12 +68,12 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             UNKNOWN_DIRECTION if "V" in axis.upper() else parse_axis_direction(axis),
             stated[column][0][:, column] * GAL,
             header.number_in_field("INTERVALO DE MUESTREO", intervals[column]),
-            start=start,
+            start_time_utc=start,
             station=header.field_text("CLAVE DE LA ESTACION"),
             event=f"earthquake of {header.field_text('FECHA DEL SISMO')} {header.field_text('HORA EPICENTRO')} GMT",
             origin_time=origin,
             coordinates=_station_coordinates(header),
-            header_peak=header.field_peak_acceleration("ACEL. MAX.", GAL, peaks[column], signed=True)
+            header_peak=header.field_peak_acceleration("ACEL. MAX.", GAL, peaks[column], is_sign_stated=True)
             if column < len(peaks)
             else None,
             notes=stated[column][1],

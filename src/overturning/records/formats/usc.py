@@ -30,7 +30,7 @@ from overturning.records.formats.lines import FLOAT_PATTERN, TextLines, decorato
 from overturning.units import STANDARD_GRAVITY
 
 HEADER_TEXT_LINE_COUNT: Final = 13
-FIELDS: Final[HeaderFieldPatterns] = {
+HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
     "origin": (2, r"^(\w{3} +\d+, *\d{4} +-?\d{4} +GMT)|^"),
     "station": (4, r"^STATION USC# *(\d+)"),
     "coordinates": (4, rf"{DEGREE_MINUTE_SECOND_PATTERN}|$"),
@@ -56,7 +56,7 @@ MAX_TIME_BETWEEN_SAMPLES_S: Final = 0.1
 def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a USC volume-1 file (California); return the component and its number of lines."""
     header = HeaderFields.find_fields(
-        channel_lines, FIELDS, HEADER_TEXT_LINE_COUNT, min_lines=HEADER_TEXT_LINE_COUNT + 14
+        channel_lines, HEADER_FIELD_PATTERNS, HEADER_TEXT_LINE_COUNT, min_lines=HEADER_TEXT_LINE_COUNT + 14
     )
     text = channel_lines.lines
     # The narrow variant has its reals two lines earlier and four pairs per line.
@@ -94,7 +94,7 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
         station=f"USC {header.field_text('station')}, {header.field_text('site')}",
         origin_time=parse_time_as_utc(re.sub("[-,]", " ", header.field_text("origin")), "%b %d %Y %H%M GMT"),
         is_from_film=True,
-        extra={"magnitude": float(real[11])} if real[11] > 0 else {},
+        extra_metadata={"magnitude": float(real[11])} if real[11] > 0 else {},
         notes=(*notes, *resampled),
     ), end + ends
 

@@ -3,8 +3,8 @@ import pytest
 
 from overturning.errors import ConfigError, MissingDataError
 from overturning.records.catalogue import (
-    DESCRIPTIVE_COLUMNS,
-    STORED_PLACE_METADATA_KEYS,
+    COLUMNS_NOT_AFFECTING_SAMPLES,
+    METADATA_KEYS_OF_FAULT_TRACE_AND_SOURCES,
     RecordTableRow,
     paths_of_record_files,
     read_record_table,
@@ -110,7 +110,7 @@ def test_descriptive_columns_of_the_record_table_change_no_sample(tmp_path):
     """The other columns are for the reader; labels do not affect the samples."""
     assert {name for name in RecordTableRow.model_fields if getattr(ROW_WITH_ALL_DESCRIPTIVE_COLUMNS, name) not in ("",
     None, False, 0.0)} == {
-        *DESCRIPTIVE_COLUMNS, "id", "source", "format",
+        *COLUMNS_NOT_AFFECTING_SAMPLES, "id", "source", "format",
     }  # fmt: skip
     wave = 100 * np.sin(np.arange(400) / 5)
     text = geonet_text({"N28W": (332, wave), "S62W": (242, 2 * wave)}, 0.02)
@@ -125,7 +125,7 @@ def test_descriptive_columns_of_the_record_table_change_no_sample(tmp_path):
     described = add_descriptive_metadata_from_table_row(bare, ROW_WITH_ALL_DESCRIPTIVE_COLUMNS)
     assert (described.station, described.event, described.latitude) == ("Church", "Darfield 2010", -43.5)
     assert described.extra["magnitude"] == 7.1
-    assert {name: described.extra[name] for name in STORED_PLACE_METADATA_KEYS} == {
+    assert {name: described.extra[name] for name in METADATA_KEYS_OF_FAULT_TRACE_AND_SOURCES} == {
         "coordinates_source": "survey of 2011",
         "fault_trace": "-43.6 172.0, -43.6 172.3",
         "fault_trace_source": "map of 2011",

@@ -147,7 +147,7 @@ def test_the_error_names_an_unusable_download_argument(tmp_path, kind, word, url
 
 def waveform_request(server: ServerWithPlannedFailures, **more) -> FdsnWaveformRequest:
     """Return a request for 10 s of the test station, or for the window around an event."""
-    window = {} if "event_id" in more else {"start": str(START), "end": str(START + 10)}
+    window = {} if "event_id" in more else {"window_start_utc": str(START), "window_end_utc": str(START + 10)}
     return FdsnWaveformRequest(server.address, "XX", "TST1", **(window | more))
 
 
@@ -176,18 +176,18 @@ def test_fdsn_reports_missing_parts_of_the_window(server, tmp_path):
     """Regression: the server has 10 s of the requested window, and the missing part was not reported."""
     told = []
     length = CHANNEL_SAMPLES_IN_COUNTS[0].size / 100
-    later = {"start": str(START - 7), "end": str(START + length + 4)}
+    later = {"window_start_utc": str(START - 7), "window_end_utc": str(START + length + 4)}
     fetch_fdsn_record(waveform_request(server, **later), tmp_path / "got", timeout=0.6, report_note=told.append)
     assert len(told) == 3
     assert all("of the requested window, the first 7 s and the last 4 s of XX.TST1..HN" in each for each in told)
     told.clear()
-    whole = {"start": str(START), "end": str(START + length)}
+    whole = {"window_start_utc": str(START), "window_end_utc": str(START + length)}
     fetch_fdsn_record(waveform_request(server, **whole), tmp_path / "whole", timeout=0.6, report_note=told.append)
     assert told == []
 
 
 def test_an_fdsn_request_may_ask_for_the_window_around_an_event(server, tmp_path):
-    paths = fetch_waveforms(server, tmp_path / "got", event_id="abc", before_s=2, after_s=8)
+    paths = fetch_waveforms(server, tmp_path / "got", event_id="abc", before_origin_time_s=2, after_origin_time_s=8)
     assert read_record_without_processing(paths).start == "2001-02-03T04:05:06.5Z"
 
 
@@ -226,7 +226,9 @@ def test_a_permanent_fdsn_error_is_not_retried(server, tmp_path, status, kind, w
 def test_the_error_names_an_address_without_an_fdsn_server(tmp_path):
     with pytest.raises(RecordError, match="failed in"):
         fetch_fdsn_record(
-            FdsnWaveformRequest("http://127.0.0.1:19", "XX", "TST1", start="2001-01-01", end="2001-01-02"),
+            FdsnWaveformRequest(
+                "http://127.0.0.1:19", "XX", "TST1", window_start_utc="2001-01-01", window_end_utc="2001-01-02"
+            ),
             tmp_path,
             tries=1,
             timeout=1,
@@ -237,12 +239,12 @@ def test_the_error_names_an_address_without_an_fdsn_server(tmp_path):
     "fields",
     [
         {"network": "X X"},
-        {"start": "2001-01-01"},
-        {"start": "a", "end": "b", "event_id": "c"},
+        {"window_start_utc": "2001-01-01"},
+        {"window_start_utc": "a", "window_end_utc": "b", "event_id": "c"},
         {},
-        {"server": "http://me@host", "start": "a", "end": "b"},
-        {"start": "2001-01-01", "end": "2001-01-02", "before_s": 10.0},
-        {"start": "2001-01-01", "end": "2001-01-02", "after_s": 0.0},
+        {"server": "http://me@host", "window_start_utc": "a", "window_end_utc": "b"},
+        {"window_start_utc": "2001-01-01", "window_end_utc": "2001-01-02", "before_origin_time_s": 10.0},
+        {"window_start_utc": "2001-01-01", "window_end_utc": "2001-01-02", "after_origin_time_s": 0.0},
     ],
 )
 def test_invalid_fdsn_requests_are_refused(fields):

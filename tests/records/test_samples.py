@@ -67,12 +67,12 @@ def test_csmip_channels_of_different_length_are_cut():
 def test_records_check_gives_a_record_or_a_reason_for_every_example_file():
     files = sorted(p for p in SAMPLE_RECORD_FOLDER.iterdir() if p.is_file() and not has_non_record_name(p))
     findings = check_records_in_files(files)
-    named = {name for finding in findings for name in finding.files}
+    named = {name for finding in findings for name in finding.file_names}
     assert named == {p.name for p in files}
     for finding in findings:
         assert (finding.record is None) == bool(finding.refusal_or_skip_reason)
-        assert finding.files[0] in format_record_check(finding)
-    read = {name for f in findings if f.record for name in f.files}
+        assert finding.file_names[0] in format_record_check(finding)
+    read = {name for f in findings if f.record for name in f.file_names}
     assert {"0111a.smc", "0111b.smc", "0111c.smc", "20161113_110259_WTMC_20.V2A"} <= read
 
 

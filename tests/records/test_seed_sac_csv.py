@@ -642,7 +642,7 @@ def test_one_file_per_component_is_declared_by_file_names(tmp_path):
         for found, samples in ((record.north, N), (record.east, E), (record.up, -Z)):
             np.testing.assert_allclose(found, samples / 1e5, rtol=1e-12)
     found = check_records_in_files([tmp_path], starred)
-    assert [finding.files for finding in found] == [tuple(f"{s}_{a}.txt" for a in "enz") for s in "ab"]
+    assert [finding.file_names for finding in found] == [tuple(f"{s}_{a}.txt" for a in "enz") for s in "ab"]
     np.testing.assert_allclose(found[1].record.north, 2 * N / 1e5, rtol=1e-12)
     entry = RecordTableRow(id="x", source="a_n.txt a_e.txt a_z.txt", columns=exact.columns, **given_)
     np.testing.assert_allclose(read_record(entry, tmp_path).up, -Z / 1e5, rtol=1e-12)
@@ -695,8 +695,8 @@ def test_component_files_are_matched_by_all_variable_parts_of_their_names(tmp_pa
         (tmp_path / f"{name}.txt").write_text("".join(f"{v}\n" for v in samples / 1e3))
     declared = DeclaredFileProperties(columns="*_n_*.txt=north:gal *_e_*.txt=east:gal", **given_)
     alone, pair = check_records_in_files([tmp_path], declared)
-    assert (alone.files, alone.record) == (("a_e_1.txt",), None)
-    assert pair.files == ("a_e_2.txt", "a_n_2.txt")
+    assert (alone.file_names, alone.record) == (("a_e_1.txt",), None)
+    assert pair.file_names == ("a_e_2.txt", "a_n_2.txt")
     np.testing.assert_allclose(pair.record.horizontal_components, [Z / 1e5, E / 1e5], rtol=1e-12)
     twofold = DeclaredFileProperties(columns="*n*.txt=north:gal *a*.txt=east:gal", **given_)
     with expect_error(

@@ -43,7 +43,9 @@ def check_record_files(paths: RecordPathsArgument, file_options: RecordFileOptio
         assign_records_to_earthquakes(f.record for f in findings if f.record is not None).notes
     )
     named = [
-        replace(f.processed_record, record_id=", ".join(f.files)) for f in findings if f.processed_record is not None
+        replace(f.processed_record, record_id=", ".join(f.file_names))
+        for f in findings
+        if f.processed_record is not None
     ]
     for text in duplicate_record_messages(find_duplicate_records(map(motion_fingerprint, named))):
         typer.echo(text)
@@ -51,7 +53,7 @@ def check_record_files(paths: RecordPathsArgument, file_options: RecordFileOptio
     if no_records := non_record_file_names(paths):
         shown = ", ".join(no_records[:5]) + (" …" if len(no_records) > 5 else "")
         typer.echo(f"skipped because of their extensions: {len(no_records)} ({shown})")
-    refused = sum(f.record is None and not f.skipped for f in findings)
+    refused = sum(f.record is None and not f.is_skipped_for_no_acceleration for f in findings)
     typer.echo(f"{read} read, {refused} refused")
     if refused:
         raise typer.Exit(1)
@@ -108,7 +110,7 @@ def plot_records(
     if frequency != "auto" and not 0 < frequency < float("inf"):
         raise ArgumentError(f"--corner: {corner!r}; give a frequency in Hz, or auto")
     findings = check_records_in_files(paths, declared)
-    records = [(finding.files[0], finding.record) for finding in findings if finding.record is not None]
+    records = [(finding.file_names[0], finding.record) for finding in findings if finding.record is not None]
     unread = [finding for finding in findings if finding.record is None]
     page = output.suffix.lower() in (".svg", ".png", ".pdf")
     if page and len(records) > 1:
@@ -130,7 +132,7 @@ def plot_records(
         _print_record_notes(record)
     for finding in unread:
         typer.echo(format_record_check(finding))
-    if any(not finding.skipped for finding in unread):
+    if any(not finding.is_skipped_for_no_acceleration for finding in unread):
         raise typer.Exit(1)
 
 

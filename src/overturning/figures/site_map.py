@@ -23,7 +23,7 @@ from overturning.figures.style import (
     largest_round_number_up_to,
     wrap_name_into_lines,
 )
-from overturning.records.fault_trace import FaultTrace, parse_fault_trace
+from overturning.records.fault_trace import FaultTracePiecesInLatLonDeg, parse_fault_trace
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.statistics.earthquakes import mean_fall_directions_by_record
 from overturning.study.cube import record_sources
@@ -73,7 +73,7 @@ class EarthquakeOnMap(NamedTuple):
     name: str
     stations: Sequence[StationOnMap]
     epicentre: tuple[float, float] | None = None
-    fault_trace: FaultTrace = ()
+    fault_trace: FaultTracePiecesInLatLonDeg = ()
 
 
 def local_east_north_km(

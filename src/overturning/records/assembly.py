@@ -71,14 +71,16 @@ def assemble_record(
     refusals = AssemblyRefusalCollector(trust_contradictions=declared_properties.trust_data)
     name = components[0].file_name if components else record_id
     components, notes = _orient_or_omit_vertical_components(components, declared_properties.vertical_sense)
-    notes += [note for component in components if (note := _ignored_user_property_note(component, declared_properties))]
+    notes += [
+        note for component in components if (note := _note_on_ignored_user_properties(component, declared_properties))
+    ]
     notes += dict.fromkeys(
         note for component in components if (note := note_on_sensor_in_structure(component.sensor_location))
     )
     differences = _relative_header_peak_difference_by_axis(components, refusals)
     by_files = [c for c in components if not c.vertical_sense]
     with refusals.collect_reason():
-        components = _order_and_check_components(components, declared_properties.azimuths_deg, name)
+        components = _order_horizontal_first_and_check_components(components, declared_properties.azimuths_deg, name)
         notes += non_perpendicular_axes_notes(components)
         notes += _declared_azimuth_mismatch_notes(components, by_files)
     if not components:
@@ -90,11 +92,11 @@ def assemble_record(
         window[0].acceleration, azimuths[0], window[1].acceleration, azimuths[1]
     )
     first = window[0]
-    extra = _extra_record_metadata(window, declared_properties, notes, differences, refusals.trusted)
+    extra = _extra_record_metadata(window, declared_properties, notes, differences, refusals.trusted_contradictions)
     hashes = list(dict.fromkeys(c.sha256 for c in window))
     station = replaced_fields.pop("station", first.station)
     if first.sensor_position == "borehole":
-        station = borehole_station_name(station)
+        station = station_name_with_word_borehole(station)
     of_files = {
         "station": station,
         "event": first.event,
@@ -160,10 +162,10 @@ def _cut_to_window_and_check_samples(
         notes_out += sample_quality_notes(window, refusals_out.refuse_or_store_contradiction)
     with refusals_out.collect_reason():
         why = _implausible_amplitude_reason(window)
-        if why and not refusals_out.trusting:
+        if why and not refusals_out.trusts_contradictions:
             why = f"{why}: correct it, or say --trust-data (trust_data in the record table)"
             raise RecordError(f"{window[0].file_name}: {why}")
-        refusals_out.trusted += [why] if why else []
+        refusals_out.trusted_contradictions += [why] if why else []
     return window
 
 
@@ -171,7 +173,7 @@ def _extra_record_metadata(
     cut_components: Sequence[RecordComponent],
     declared_properties: DeclaredFileProperties,
     notes: list[str],
-    peak_differences: dict[str, float],
+    relative_header_peak_differences: dict[str, float],
     trusted_contradictions: Sequence[str],
 ) -> dict[str, Any]:
     """Return the dictionary `Record.extra` of a record: properties for which the class `Record` has no field."""
@@ -184,7 +186,7 @@ def _extra_record_metadata(
     extra |= {"axes": [c.axis_name for c in cut_components]} | (
         {"origin_time": format_iso_utc_time(first.origin_time)} if first.origin_time else {}
     )
-    extra |= {"header_peak_difference": peak_differences} if peak_differences else {}
+    extra |= {"header_peak_difference": relative_header_peak_differences} if relative_header_peak_differences else {}
     if declared_properties.trust_data:
         by_reader = [text for c in cut_components for text in c.extra_metadata.get("trusted", ())]
         extra |= {"trusted_data": True, "trusted": [*by_reader, *trusted_contradictions]}
@@ -204,12 +206,12 @@ def _extra_record_metadata(
     return extra
 
 
-def borehole_station_name(station: str) -> str:
+def station_name_with_word_borehole(station: str) -> str:
     """Add the word "borehole" to the name of a station, unless the name contains it already."""
     return station if "borehole" in station.lower() else f"{station} (borehole)".strip()
 
 
-def _ignored_user_property_note(component: RecordComponent, declared_properties: DeclaredFileProperties) -> str:
+def _note_on_ignored_user_properties(component: RecordComponent, declared_properties: DeclaredFileProperties) -> str:
     """Return a note if a unit, rate or state given by the user is ignored, since the file states another; else ""."""
     said = (
         [f"unit {declared_properties.unit}"]
@@ -239,7 +241,7 @@ def _implausible_amplitude_reason(components: Sequence[RecordComponent]) -> str:
     )
 
 
-def _order_and_check_components(
+def _order_horizontal_first_and_check_components(
     components: Sequence[RecordComponent], declared_azimuths_deg: Sequence[float] | None, file_name: str
 ) -> list[RecordComponent]:
     """Order the components of a record: two horizontal ones, with azimuths given by the user if any, then vertical."""

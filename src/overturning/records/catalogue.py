@@ -28,7 +28,7 @@ _Latitude = Annotated[float | None, Field(ge=-90, le=90, allow_inf_nan=False)]
 _Longitude = Annotated[float | None, Field(ge=-180, le=180, allow_inf_nan=False)]
 
 
-STATISTICS_METADATA_COLUMNS: Final[dict[str, tuple[str, str, str]]] = {
+COLUMN_LONG_NAME_AND_UNIT_BY_METADATA_NAME: Final[dict[str, tuple[str, str, str]]] = {
     "magnitude": ("magnitude", "magnitude of the earthquake", "1"),
     "rupture_distance": ("rupture_distance_km", "closest distance of the station to the rupture", "km"),
     "site_class": ("site_class", "site class", ""),
@@ -113,15 +113,17 @@ class RecordDescriptionColumns(BaseModel, extra="forbid", frozen=True, use_attri
 
     @property
     def metadata_for_statistics(self) -> dict[str, Any]:
-        """Known values of the record that statistics use (`STATISTICS_METADATA_COLUMNS`), such as the fault strike."""
-        stated = {name: getattr(self, column) for name, (column, _, _) in STATISTICS_METADATA_COLUMNS.items()}
+        """Known values of the record that statistics use, such as the magnitude, by their name in the cube."""
+        stated = {
+            name: getattr(self, column) for name, (column, _, _) in COLUMN_LONG_NAME_AND_UNIT_BY_METADATA_NAME.items()
+        }
         return {name: value for name, value in stated.items() if value not in (None, "")}
 
 
-STORED_PLACE_METADATA_KEYS: Final = ("coordinates_source", "fault_trace", "fault_trace_source")
+METADATA_KEYS_OF_FAULT_TRACE_AND_SOURCES: Final = ("coordinates_source", "fault_trace", "fault_trace_source")
 """Entries of a record's ``extra`` that the cube stores; see `RecordTableRow.coordinate_source_and_fault_trace`."""
 
-DESCRIPTIVE_COLUMNS: Final = tuple(
+COLUMNS_NOT_AFFECTING_SAMPLES: Final = tuple(
     name for name in RecordDescriptionColumns.model_fields if name not in ("id", "source")
 )
 """Columns that do not affect the samples of a record: if one of them changes, no simulation is repeated."""
@@ -138,8 +140,10 @@ class RecordTableRow(FilePropertyColumns, RecordDescriptionColumns, frozen=True)
     """Expected SHA-256 of the record's file; empty: not checked."""
 
     def without_descriptive_columns(self) -> "RecordTableRow":
-        """Return a copy of the row without `DESCRIPTIVE_COLUMNS`, which do not affect the record's samples."""
-        return self.model_copy(update={name: RecordTableRow.model_fields[name].default for name in DESCRIPTIVE_COLUMNS})
+        """Return a copy of the row in which all `COLUMNS_NOT_AFFECTING_SAMPLES` have their defaults."""
+        return self.model_copy(
+            update={name: RecordTableRow.model_fields[name].default for name in COLUMNS_NOT_AFFECTING_SAMPLES}
+        )
 
     @property
     def declared_file_properties(self) -> DeclaredFileProperties:

@@ -31,12 +31,12 @@ from overturning.records.source import SourceFile, has_non_record_name, read_sou
 class RecordCheckResult:
     """Result of checking one record or one unreadable file: the record that was read, or the reason for refusing it."""
 
-    files: tuple[str, ...]
+    file_names: tuple[str, ...]
     components: tuple[RecordComponent, ...] = ()  # axes of the record; empty if the file cannot be read
     record: Record | None = None  # None if refused or skipped
     refusal_or_skip_reason: str = ""  # why the record is refused or skipped
     processed_record: Record | None = None  # the record after the default processing
-    skipped: bool = False  # True for a file that comes with records but is none (spectra, velocities); see `reason`
+    is_skipped_for_no_acceleration: bool = False  # True for a file of spectra or velocities next to records
 
 
 def check_records_in_files(
@@ -55,7 +55,9 @@ def check_records_in_files(
     # Spectra and velocities alone are refused, with the reason that their reader gives.
     skipped = skipped if len(skipped) < len(records) else []
     findings += [
-        RecordCheckResult((source.name,), refusal_or_skip_reason=NO_ACCELERATION_REASON, skipped=True)
+        RecordCheckResult(
+            (source.name,), refusal_or_skip_reason=NO_ACCELERATION_REASON, is_skipped_for_no_acceleration=True
+        )
         for source in skipped
     ]
     components, refused = _read_components_of_chosen_sensor(
@@ -166,11 +168,11 @@ def non_record_file_names(paths: Sequence[Path]) -> list[str]:
 
 def format_record_check(record_check: RecordCheckResult) -> str:
     """Format the result of checking one record as a few lines of text: metadata, axes, notes and peaks, or refusal."""
-    head = ", ".join(record_check.files)
+    head = ", ".join(record_check.file_names)
     record = record_check.record
     if record is None:
         axes = "".join(f"\n  {_format_component_summary(c)}" for c in record_check.components)
-        word = "skipped" if record_check.skipped else "refused"
+        word = "skipped" if record_check.is_skipped_for_no_acceleration else "refused"
         return (
             head
             + "".join(f"\n  {word}: {why}" for why in record_check.refusal_or_skip_reason.split(REASON_SEPARATOR))

@@ -16,7 +16,7 @@ VerticalSense = Literal["up", "down", "none"]
 assert set(ACCELERATION_UNITS) == set(get_args(AccelerationUnit))
 
 
-_Angle = Annotated[float, Field(ge=-540, le=540)]
+_BoundedAngleDeg = Annotated[float, Field(ge=-540, le=540)]
 
 
 def _split_text_of_numbers(text_or_value: Any) -> Any:
@@ -33,7 +33,9 @@ class FilePropertyColumns(BaseModel, extra="forbid", frozen=True, use_attribute_
 
     format: Annotated[str, BeforeValidator(lambda name: "auto" if name is None else name)] = "auto"
     """The only accepted file format, or `auto` to detect it from the content; see docs/formats.md."""
-    azimuths_deg: Annotated[tuple[_Angle, _Angle] | None, BeforeValidator(_split_text_of_numbers)] = None
+    azimuths_deg: Annotated[
+        tuple[_BoundedAngleDeg, _BoundedAngleDeg] | None, BeforeValidator(_split_text_of_numbers)
+    ] = None
     """Azimuths of the two horizontal axes, if the file does not state them, e.g. `0,90`."""
     unit: AccelerationUnit | None = None
     """Unit of the samples, if the format does not state it (SAC): `m/s2`, `gal`, `g`…"""
@@ -58,7 +60,7 @@ class DeclaredFileProperties(FilePropertyColumns, frozen=True):
     An `ArgumentError` is raised if a property is invalid.
     """
 
-    correction_deg: _Angle = 0.0
+    correction_deg: _BoundedAngleDeg = 0.0
     """Angle that is added to the azimuths of the axes: misorientation plus magnetic declination, clockwise, degrees."""
     metadata: tuple[SourceFile, ...] = ()
     """StationXML files for MiniSEED or SAC files."""

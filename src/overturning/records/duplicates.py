@@ -10,13 +10,13 @@ import numpy.typing as npt
 from overturning.errors import ConfigError
 from overturning.records.record import Record
 
-HALF_WINDOW_SAMPLES: Final = 500
+SAMPLE_COUNT_EACH_SIDE_OF_PEAK: Final = 500
 """Number of samples before and after the peak in a fingerprint (resampled acceleration) of a record."""
 
-FINGERPRINT_INTERVAL_S: Final = 0.01
+FINGERPRINT_SAMPLING_INTERVAL_S: Final = 0.01
 """Time between the samples of a fingerprint, s."""
 
-MOVING_AVERAGE_SAMPLES: Final = 11
+MOVING_AVERAGE_SAMPLE_COUNT: Final = 11
 """Number of samples in the moving average, which removes differences of rate and digits between file formats."""
 
 MAX_RELATIVE_ROOT_ENERGY_DIFFERENCE: Final = 0.03
@@ -31,10 +31,10 @@ class MotionFingerprint:
     """Resampled horizontal acceleration around a record's peak, used to find records with the same samples."""
 
     record_id: str
-    root_energy: float  # root of the energy of the window, m/s^1.5
-    resampled_acceleration: npt.NDArray[
+    root_of_integral_of_squared_acceleration: float  # root of the energy of the window, m/s^1.5
+    north_plus_i_east_acceleration_near_peak: npt.NDArray[
         np.complex64
-    ]  # north + i east, shape (2 HALF_WINDOW_SAMPLES + 1,), zero beyond the record
+    ]  # north + i east, shape (2 SAMPLE_COUNT_EACH_SIDE_OF_PEAK + 1,), zero beyond the record
 
 
 def motion_fingerprint(record: Record) -> MotionFingerprint | None:
@@ -43,28 +43,37 @@ def motion_fingerprint(record: Record) -> MotionFingerprint | None:
         return None
     moving = (record.north - record.north.mean()) + 1j * (record.east - record.east.mean())
     time = np.arange(moving.size) * record.sampling_interval
-    even = np.arange(0.0, time[-1], FINGERPRINT_INTERVAL_S)
+    even = np.arange(0.0, time[-1], FINGERPRINT_SAMPLING_INTERVAL_S)
     coarse = np.interp(even, time, moving.real) + 1j * np.interp(even, time, moving.imag)
     smooth = np.convolve(
-        np.pad(coarse, HALF_WINDOW_SAMPLES), np.full(MOVING_AVERAGE_SAMPLES, 1 / MOVING_AVERAGE_SAMPLES), "same"
+        np.pad(coarse, SAMPLE_COUNT_EACH_SIDE_OF_PEAK),
+        np.full(MOVING_AVERAGE_SAMPLE_COUNT, 1 / MOVING_AVERAGE_SAMPLE_COUNT),
+        "same",
     )
     peak = int(np.abs(smooth).argmax())
-    window = smooth[max(peak - HALF_WINDOW_SAMPLES, 0) : peak + HALF_WINDOW_SAMPLES + 1]
-    window = np.pad(window, (0, 2 * HALF_WINDOW_SAMPLES + 1 - window.size)).astype(np.complex64)
+    window = smooth[max(peak - SAMPLE_COUNT_EACH_SIDE_OF_PEAK, 0) : peak + SAMPLE_COUNT_EACH_SIDE_OF_PEAK + 1]
+    window = np.pad(window, (0, 2 * SAMPLE_COUNT_EACH_SIDE_OF_PEAK + 1 - window.size)).astype(np.complex64)
     return MotionFingerprint(
-        record.record_id, float(np.sqrt(np.sum(np.abs(window) ** 2) * FINGERPRINT_INTERVAL_S)), window
+        record.record_id, float(np.sqrt(np.sum(np.abs(window) ** 2) * FINGERPRINT_SAMPLING_INTERVAL_S)), window
     )
 
 
 def find_duplicate_records(fingerprints: Iterable[MotionFingerprint | None]) -> list[tuple[str, str]]:
     """Find records with the same samples, even if one is rotated; return pairs of their ids."""
     known = sorted(
-        (one for one in fingerprints if one is not None and one.root_energy > 0), key=lambda one: one.root_energy
+        (one for one in fingerprints if one is not None and one.root_of_integral_of_squared_acceleration > 0),
+        key=lambda one: one.root_of_integral_of_squared_acceleration,
     )
-    sizes = np.array([one.root_energy for one in known])
+    sizes = np.array([one.root_of_integral_of_squared_acceleration for one in known])
     pairs = []
     for at, one in enumerate(known):
-        end = int(np.searchsorted(sizes, one.root_energy * (1.0 + MAX_RELATIVE_ROOT_ENERGY_DIFFERENCE), "right"))
+        end = int(
+            np.searchsorted(
+                sizes,
+                one.root_of_integral_of_squared_acceleration * (1.0 + MAX_RELATIVE_ROOT_ENERGY_DIFFERENCE),
+                "right",
+            )
+        )
         pairs += [
             (one, other)
             for other in known[at + 1 : end]
@@ -75,18 +84,23 @@ def find_duplicate_records(fingerprints: Iterable[MotionFingerprint | None]) -> 
 
 def largest_motion_correlation(first_fingerprint: MotionFingerprint, second_fingerprint: MotionFingerprint) -> float:
     """Return the largest correlation of two motions over time shifts, rotations and reflections."""
-    length = 2 * first_fingerprint.resampled_acceleration.size
+    length = 2 * first_fingerprint.north_plus_i_east_acceleration_near_peak.size
     spectra = [
         np.fft.fft(motion, length)
         for motion in (
-            first_fingerprint.resampled_acceleration,
-            second_fingerprint.resampled_acceleration,
-            second_fingerprint.resampled_acceleration.conj(),
+            first_fingerprint.north_plus_i_east_acceleration_near_peak,
+            second_fingerprint.north_plus_i_east_acceleration_near_peak,
+            second_fingerprint.north_plus_i_east_acceleration_near_peak.conj(),
         )
     ]
     products = [np.abs(np.fft.ifft(spectra[0] * np.conj(spectrum))).max() for spectrum in spectra[1:]]
     return (
-        float(max(products)) * FINGERPRINT_INTERVAL_S / (first_fingerprint.root_energy * second_fingerprint.root_energy)
+        float(max(products))
+        * FINGERPRINT_SAMPLING_INTERVAL_S
+        / (
+            first_fingerprint.root_of_integral_of_squared_acceleration
+            * second_fingerprint.root_of_integral_of_squared_acceleration
+        )
     )
 
 

@@ -25,16 +25,16 @@ MAX_ORIGIN_TIME_DIFFERENCE: Final = timedelta(seconds=60)
 MAX_EPICENTRE_DISTANCE_KM: Final = 100.0
 """Largest distance between epicentres of one earthquake from different agencies, km."""
 
-MAX_SIMULTANEOUS_START_DIFFERENCE: Final = timedelta(minutes=2)
+MAX_START_DIFFERENCE_SUGGESTING_SAME_EARTHQUAKE: Final = timedelta(minutes=2)
 """Largest difference between the starts of two records that are probably of the same earthquake."""
 
-MAX_START_DIFFERENCE_FOR_SAME_NAME: Final = timedelta(hours=1)
+MAX_START_DIFFERENCE_WITHOUT_DOUBT_FOR_SAME_NAME: Final = timedelta(hours=1)
 """Largest difference between the starts of two records with one earthquake name that raises no doubt."""
 
 MIN_NAME_SIMILARITY: Final = 0.85
 """Smallest similarity of two names of one earthquake (difflib: twice the matching letters over all letters)."""
 
-MAX_LISTED_DOUBTS: Final = 10
+MAX_LISTED_DOUBTFUL_ASSIGNMENTS: Final = 10
 """Largest number of doubts that are listed one by one."""
 
 _IGNORED_NAME_WORDS: Final = re.compile(
@@ -57,23 +57,26 @@ class _EarthquakeMetadataOfRecord:
     record_id: str
     earthquake_name: str
     event_id: str = ""
-    origin_time: datetime | None = None
-    epicentre: tuple[float, float] | None = None  # epicentre: latitude and longitude, degrees
-    record_start: datetime | None = None  # of the record
+    origin_time_utc: datetime | None = None
+    epicentre_latitude_longitude_deg: tuple[float, float] | None = None
+    record_start_utc: datetime | None = None  # of the record
     is_synthetic: bool = False
 
     def is_same_earthquake_if_known(self, other_metadata: "_EarthquakeMetadataOfRecord") -> bool | None:
         """Return whether two records are of one earthquake, by ids or origin times; None if these do not decide it."""
         if self.event_id and other_metadata.event_id:
             return self.event_id == other_metadata.event_id
-        if self.origin_time is None or other_metadata.origin_time is None:
+        if self.origin_time_utc is None or other_metadata.origin_time_utc is None:
             return None
         near = (
-            self.epicentre is None
-            or other_metadata.epicentre is None
-            or great_circle_distance_km(self.epicentre, other_metadata.epicentre) <= MAX_EPICENTRE_DISTANCE_KM
+            self.epicentre_latitude_longitude_deg is None
+            or other_metadata.epicentre_latitude_longitude_deg is None
+            or great_circle_distance_km(
+                self.epicentre_latitude_longitude_deg, other_metadata.epicentre_latitude_longitude_deg
+            )
+            <= MAX_EPICENTRE_DISTANCE_KM
         )
-        return near and abs(self.origin_time - other_metadata.origin_time) <= MAX_ORIGIN_TIME_DIFFERENCE
+        return near and abs(self.origin_time_utc - other_metadata.origin_time_utc) <= MAX_ORIGIN_TIME_DIFFERENCE
 
 
 def _earthquake_metadata_of_record(record: Record | RecordTableRow) -> _EarthquakeMetadataOfRecord:
@@ -100,9 +103,11 @@ def _earthquake_metadata_of_record(record: Record | RecordTableRow) -> _Earthqua
     )
 
 
-def great_circle_distance_km(first_place: tuple[float, float], second_place: tuple[float, float]) -> float:
+def great_circle_distance_km(
+    first_latitude_longitude_deg: tuple[float, float], second_latitude_longitude_deg: tuple[float, float]
+) -> float:
     """Return the great-circle distance between two places (latitude, longitude in degrees), km (haversine formula)."""
-    (lat1, lon1), (lat2, lon2) = np.radians(first_place), np.radians(second_place)
+    (lat1, lon1), (lat2, lon2) = np.radians(first_latitude_longitude_deg), np.radians(second_latitude_longitude_deg)
     half = np.sin((lat2 - lat1) / 2) ** 2 + np.cos(lat1) * np.cos(lat2) * np.sin((lon2 - lon1) / 2) ** 2
     return float(2 * EARTH_RADIUS_KM * np.arcsin(np.sqrt(min(half, 1.0))))
 
@@ -112,27 +117,27 @@ class _RecordsOfEarthquake:
     """Records that belong to one earthquake, each with its index in the study and its metadata."""
 
     metadata_by_record_index: dict[int, _EarthquakeMetadataOfRecord] = field(default_factory=dict)
-    first_metadata_by_id_origin_and_epicentre: dict[tuple[Any, ...], _EarthquakeMetadataOfRecord] = field(
+    first_metadata_by_id_origin_time_and_epicentre: dict[tuple[Any, ...], _EarthquakeMetadataOfRecord] = field(
         default_factory=dict
     )  # the first member with each id and origin
-    name_by_lower_case_name: dict[str, str] = field(default_factory=dict)  # lower-case name: name as written
+    original_name_by_lower_case_name: dict[str, str] = field(default_factory=dict)  # lower-case name: name as written
 
     def add_record(self, record_index: int, metadata: _EarthquakeMetadataOfRecord) -> None:
         """Add a record, given by its index in the study and its metadata, to the records of the earthquake."""
         self.metadata_by_record_index[record_index] = metadata
-        self.first_metadata_by_id_origin_and_epicentre.setdefault(
-            (metadata.event_id, metadata.origin_time, metadata.epicentre), metadata
+        self.first_metadata_by_id_origin_time_and_epicentre.setdefault(
+            (metadata.event_id, metadata.origin_time_utc, metadata.epicentre_latitude_longitude_deg), metadata
         )
-        self.name_by_lower_case_name.setdefault(metadata.earthquake_name.casefold(), metadata.earthquake_name)
+        self.original_name_by_lower_case_name.setdefault(metadata.earthquake_name.casefold(), metadata.earthquake_name)
 
     def matches_earthquake_of_record(self, metadata: _EarthquakeMetadataOfRecord) -> bool:
         """Return True if a record belongs to this earthquake by id or origin time, or else by earthquake name."""
         certain = [
             same
-            for member in self.first_metadata_by_id_origin_and_epicentre.values()
+            for member in self.first_metadata_by_id_origin_time_and_epicentre.values()
             if (same := member.is_same_earthquake_if_known(metadata)) is not None
         ]
-        named = metadata.earthquake_name.casefold() in self.name_by_lower_case_name and (
+        named = metadata.earthquake_name.casefold() in self.original_name_by_lower_case_name and (
             metadata.earthquake_name != "" or not self.event_id_or_origin_time
         )
         return all(certain) if certain else named
@@ -155,11 +160,11 @@ class _RecordsOfEarthquake:
     @property
     def event_id_or_origin_time(self) -> str:
         """Id or origin time of the earthquake, to distinguish earthquakes of the same name; "" if unknown."""
-        ids = [one.event_id for one in self.first_metadata_by_id_origin_and_epicentre.values() if one.event_id]
+        ids = [one.event_id for one in self.first_metadata_by_id_origin_time_and_epicentre.values() if one.event_id]
         origins = [
-            f"{one.origin_time:%Y-%m-%d %H:%M}"
-            for one in self.first_metadata_by_id_origin_and_epicentre.values()
-            if one.origin_time
+            f"{one.origin_time_utc:%Y-%m-%d %H:%M}"
+            for one in self.first_metadata_by_id_origin_time_and_epicentre.values()
+            if one.origin_time_utc
         ]
         return next(iter(ids + origins), "")
 
@@ -174,12 +179,12 @@ class EarthquakeAssignment:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes on earthquakes with several names, and on up to `MAX_LISTED_DOUBTS` doubtful assignments of records."""
-        left_out = len(self.doubtful_assignment_notes) - MAX_LISTED_DOUBTS
+        """Notes on earthquakes with several names, and on up to ten doubtful assignments of records."""
+        left_out = len(self.doubtful_assignment_notes) - MAX_LISTED_DOUBTFUL_ASSIGNMENTS
         more = (f"{left_out} more doubts of this kind",) if left_out > 0 else ()
         return (
             *self.notes_on_earthquakes_with_several_names,
-            *self.doubtful_assignment_notes[:MAX_LISTED_DOUBTS],
+            *self.doubtful_assignment_notes[:MAX_LISTED_DOUBTFUL_ASSIGNMENTS],
             *more,
         )
 
@@ -199,7 +204,7 @@ def assign_records_to_earthquakes(records: Iterable[Record | RecordTableRow]) ->
     found: list[_RecordsOfEarthquake] = []
     unclear = []
     # Assign records with ids and origins first; records with names only then join these earthquakes.
-    for index in sorted(range(len(known)), key=lambda i: (not known[i].event_id, known[i].origin_time is None)):
+    for index in sorted(range(len(known)), key=lambda i: (not known[i].event_id, known[i].origin_time_utc is None)):
         homes = [one for one in found if one.matches_earthquake_of_record(known[index])]
         if not homes:
             homes = [_RecordsOfEarthquake()]
@@ -239,11 +244,11 @@ def _earthquake_label_of_each_record(earthquakes: list[_RecordsOfEarthquake]) ->
 def _notes_on_earthquakes_with_several_names(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
     """Yield a note for each earthquake to which records with different earthquake names are assigned."""
     for one in earthquakes:
-        names = [name for name in one.name_by_lower_case_name.values() if name]
+        names = [name for name in one.original_name_by_lower_case_name.values() if name]
         if len(names) > 1:
             why = (
                 "one event_id"
-                if any(each.event_id for each in one.first_metadata_by_id_origin_and_epicentre.values())
+                if any(each.event_id for each in one.first_metadata_by_id_origin_time_and_epicentre.values())
                 else "one origin"
             )
             yield f"{' and '.join(map(repr, names))} are one earthquake ({why}, {one.event_id_or_origin_time})"
@@ -255,24 +260,24 @@ def _warnings_on_records_of_uncertain_earthquake(earthquakes: list[_RecordsOfEar
         loose = [
             each
             for each in one.metadata_by_record_index.values()
-            if not (each.event_id or each.origin_time or each.is_synthetic)
+            if not (each.event_id or each.origin_time_utc or each.is_synthetic)
         ]
-        started = sorted((each.record_start, each.record_id) for each in loose if each.record_start)
+        started = sorted((each.record_start_utc, each.record_id) for each in loose if each.record_start_utc)
         if started:
             started = sorted(
                 [
                     *started,
                     *(
-                        (each.origin_time, each.record_id)
-                        for each in one.first_metadata_by_id_origin_and_epicentre.values()
-                        if each.origin_time
+                        (each.origin_time_utc, each.record_id)
+                        for each in one.first_metadata_by_id_origin_time_and_epicentre.values()
+                        if each.origin_time_utc
                     ),
                 ]
             )
         if len(loose) > 1 and not one.name:
             ids = _format_first_three_record_ids(loose)
             yield f"{len(loose)} records ({ids}) name no earthquake and count as one; give event or event_id"
-        elif started and started[-1][0] - started[0][0] > MAX_START_DIFFERENCE_FOR_SAME_NAME:
+        elif started and started[-1][0] - started[0][0] > MAX_START_DIFFERENCE_WITHOUT_DOUBT_FOR_SAME_NAME:
             hours = (started[-1][0] - started[0][0]).total_seconds() / 3600
             ids = f"{started[0][1]} and {started[-1][1]}"
             yield f"{one.name!r}: records {ids} start {hours:.3g} h apart and count as one earthquake; give event_id"
@@ -282,7 +287,7 @@ def _notes_on_names_shared_by_earthquakes(earthquakes: list[_RecordsOfEarthquake
     """Yield a note for each name shared by records whose different origin times make them different earthquakes."""
     of_name: dict[str, list[_RecordsOfEarthquake]] = {}
     for one in earthquakes:
-        if one.name and not any(each.event_id for each in one.first_metadata_by_id_origin_and_epicentre.values()):
+        if one.name and not any(each.event_id for each in one.first_metadata_by_id_origin_time_and_epicentre.values()):
             of_name.setdefault(one.name.casefold(), []).append(one)
     for several in of_name.values():
         if len(several) > 1:
@@ -303,7 +308,7 @@ def _format_first_three_record_ids(records: list[_EarthquakeMetadataOfRecord]) -
 def _warnings_on_earthquakes_possibly_identical(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
     """Yield a warning for each two earthquakes that may be the same, by similar names or record start times."""
     named = [
-        (one, _name_words_and_date(one))
+        (one, _name_words_year_and_day_month(one))
         for one in earthquakes
         if one.name and not one.first_record_metadata.is_synthetic
     ]
@@ -312,15 +317,15 @@ def _warnings_on_earthquakes_possibly_identical(earthquakes: list[_RecordsOfEart
             continue
         if any(
             a.is_same_earthquake_if_known(b) is False
-            for a in first.first_metadata_by_id_origin_and_epicentre.values()
-            for b in second.first_metadata_by_id_origin_and_epicentre.values()
+            for a in first.first_metadata_by_id_origin_time_and_epicentre.values()
+            for b in second.first_metadata_by_id_origin_time_and_epicentre.values()
         ):
             continue
-        begun, other_begun = first.first_record_metadata.record_start, second.first_record_metadata.record_start
+        begun, other_begun = first.first_record_metadata.record_start_utc, second.first_record_metadata.record_start_utc
         together = (
             begun is not None
             and other_begun is not None
-            and abs(begun - other_begun) <= MAX_SIMULTANEOUS_START_DIFFERENCE
+            and abs(begun - other_begun) <= MAX_START_DIFFERENCE_SUGGESTING_SAME_EARTHQUAKE
         )
         if together or _may_name_same_earthquake(words, others):
             why = "have records that start together" if together else "resemble each other"
@@ -331,7 +336,7 @@ def _warnings_on_earthquakes_possibly_identical(earthquakes: list[_RecordsOfEart
             )
 
 
-def _name_words_and_date(earthquake: _RecordsOfEarthquake) -> tuple[str, str, tuple[int, ...]]:
+def _name_words_year_and_day_month(earthquake: _RecordsOfEarthquake) -> tuple[str, str, tuple[int, ...]]:
     """Return an earthquake's name in three parts: words, year, and day and month (the smaller number first)."""
     name = earthquake.name.casefold()
     year: str = ""

@@ -2,25 +2,25 @@
 
 from typing import TypeAlias
 
-FaultTrace: TypeAlias = tuple[tuple[tuple[float, float], ...], ...]
+FaultTracePiecesInLatLonDeg: TypeAlias = tuple[tuple[tuple[float, float], ...], ...]
 """Pieces of a fault trace; each is a sequence of points (latitude and longitude, degrees)."""
 
 
-def parse_fault_trace(trace_text: str) -> FaultTrace:
+def parse_fault_trace(trace_text: str) -> FaultTracePiecesInLatLonDeg:
     """Return the pieces of a fault trace from text such as ``40.71 29.34, 40.73 29.52; 40.71 29.61, 40.75 29.88``.
 
     Raises a ValueError that names a point that is none, is off the globe, or is alone in its piece.
     """
     pieces = []
     for piece in filter(str.strip, trace_text.split(";")):
-        points = tuple(_parse_fault_trace_point(point) for point in piece.split(","))
+        points = tuple(_parse_latitude_and_longitude_deg(point) for point in piece.split(","))
         if len(points) < 2:
             raise ValueError(f"{piece.strip()!r} is one point; a piece needs two: '40.71 29.34, 40.73 29.52'")
         pieces.append(points)
     return tuple(pieces)
 
 
-def _parse_fault_trace_point(point_text: str) -> tuple[float, float]:
+def _parse_latitude_and_longitude_deg(point_text: str) -> tuple[float, float]:
     """Return the latitude and longitude, degrees, of one point of a fault trace."""
     words = point_text.split()
     try:

@@ -20,9 +20,9 @@ from overturning.records.formats.stationxml import read_stationxml_inventory
 from overturning.records.source import SourceFile, is_web_page
 
 SEED_CODE_NAMES = ("network", "station", "location", "channel")
-BEFORE_S, AFTER_S = 30.0, 270.0
+DEFAULT_BEFORE_ORIGIN_TIME_S, DEFAULT_AFTER_ORIGIN_TIME_S = 30.0, 270.0
 """Default start and end of the window, s before and after the origin time of an event."""
-MAX_UNNOTED_GAP_AT_WINDOW_ENDS_S = 2.0
+MAX_MISSING_TIME_AT_WINDOW_END_WITHOUT_NOTE_S = 2.0
 """Longest missing part at either end of the window without a note, s."""
 
 
@@ -35,21 +35,21 @@ class FdsnWaveformRequest:
     station: str
     location: str = "*"
     channel: str = "HN?"  # the three components of an accelerometer
-    start: str = ""  # ISO 8601 in UTC; empty with an event
-    end: str = ""
+    window_start_utc: str = ""  # ISO 8601 in UTC; empty with an event
+    window_end_utc: str = ""
     event_id: str = ""  # event of the server's catalogue; the window is relative to its origin time
-    before_s: float | None = None  # start of the window before the origin, s; None: `BEFORE_S`
-    after_s: float | None = None  # end of the window after the origin, s; None: `AFTER_S`
+    before_origin_time_s: float | None = None  # start of the window; None: `DEFAULT_BEFORE_ORIGIN_TIME_S`
+    after_origin_time_s: float | None = None  # end of the window; None: `DEFAULT_AFTER_ORIGIN_TIME_S`
 
     def __post_init__(self) -> None:
         for name in SEED_CODE_NAMES:
             if not re.fullmatch(r"[A-Za-z0-9?*-]{1,8}", getattr(self, name)):
                 raise ArgumentError(f"{name}: {getattr(self, name)!r}; a SEED code has letters, digits, ? and *")
-        if bool(self.event_id) == bool(self.start or self.end):
+        if bool(self.event_id) == bool(self.window_start_utc or self.window_end_utc):
             raise ArgumentError("start, end: give both, or an event id instead")
-        if not self.event_id and not (self.start and self.end):
+        if not self.event_id and not (self.window_start_utc and self.window_end_utc):
             raise ArgumentError("start, end: give both")
-        if not self.event_id and (self.before_s, self.after_s) != (None, None):
+        if not self.event_id and (self.before_origin_time_s, self.after_origin_time_s) != (None, None):
             raise ArgumentError("before, after: they count from an event's origin; leave them out with start and end")
         if "@" in self.server:
             raise ArgumentError(f"server: no credentials in an address; {CREDENTIALS_INSTRUCTION}")
@@ -124,7 +124,7 @@ def _incomplete_channel_notes(waveform_file: SourceFile, start: Any, end: Any) -
         lost = [
             f"{word} {s:.0f} s"
             for word, s in zip(("first", "last"), ends, strict=True)
-            if s > MAX_UNNOTED_GAP_AT_WINDOW_ENDS_S
+            if s > MAX_MISSING_TIME_AT_WINDOW_END_WITHOUT_NOTE_S
         ]
         if lost:
             name = waveform_file.name
@@ -154,14 +154,14 @@ def _requested_time_window(request: FdsnWaveformRequest, get_events: Callable[[s
         except IndexError:
             why = f"event {request.event_id!r} has no origin; give start and end"
             raise MissingDataError(f"{request.server}: {why}") from None
-        before, after = request.before_s, request.after_s
-        start = origin - (BEFORE_S if before is None else before)
-        end = origin + (AFTER_S if after is None else after)
+        before, after = request.before_origin_time_s, request.after_origin_time_s
+        start = origin - (DEFAULT_BEFORE_ORIGIN_TIME_S if before is None else before)
+        end = origin + (DEFAULT_AFTER_ORIGIN_TIME_S if after is None else after)
     else:
         try:
-            start, end = obspy.UTCDateTime(request.start), obspy.UTCDateTime(request.end)
+            start, end = obspy.UTCDateTime(request.window_start_utc), obspy.UTCDateTime(request.window_end_utc)
         except (ValueError, TypeError):
-            said = f"{request.start!r}, {request.end!r}"
+            said = f"{request.window_start_utc!r}, {request.window_end_utc!r}"
             raise ArgumentError(f"start, end: {said}; times read like 2016-11-13T11:02:00") from None
     if not 0 < end - start <= 86400:
         which = "before, after" if request.event_id else "start, end"

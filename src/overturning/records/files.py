@@ -18,7 +18,7 @@ from overturning.records.formats.table import (
 )
 from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, is_archive, unpack_archive
 
-TABLE_EXTENSIONS: Final = frozenset(("csv", "doc", "docx", "txt", "xls", "xlsx"))
+EXTENSIONS_OF_TABLES_AND_TEXTS_IN_ARCHIVES: Final = frozenset(("csv", "doc", "docx", "txt", "xls", "xlsx"))
 """Extensions of tables and texts that agencies add to an archive of records, such as `_SearchResults.csv` of PEER."""
 
 
@@ -76,7 +76,9 @@ def _files_paired_with_archives(files: Iterable[SourceFile]) -> Iterator[tuple[S
 
 def _is_table_of_unknown_format(archive_member: SourceFile) -> bool:
     """Return True if an archive member has the extension of a table (such as .csv) but no known record format."""
-    return archive_member.extension in TABLE_EXTENSIONS and not has_known_format(archive_member)
+    return archive_member.extension in EXTENSIONS_OF_TABLES_AND_TEXTS_IN_ARCHIVES and not has_known_format(
+        archive_member
+    )
 
 
 def _read_file_components(

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 
 from overturning.records.component import RecordComponent, seed_band_and_instrument_code
-from overturning.records.window import MAX_START_OR_DURATION_SPREAD_S
+from overturning.records.window import MAX_START_OR_DURATION_DIFFERENCE_S
 
 
 def group_components_by_record(components: Iterable[RecordComponent]) -> list[list[RecordComponent]]:
@@ -62,7 +62,7 @@ def _have_equal_record_metadata(first_component: RecordComponent, second_compone
         return first_component.start_time_utc is second_component.start_time_utc
     return (
         abs((first_component.start_time_utc - second_component.start_time_utc).total_seconds())
-        <= MAX_START_OR_DURATION_SPREAD_S
+        <= MAX_START_OR_DURATION_DIFFERENCE_S
     )
 
 

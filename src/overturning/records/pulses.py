@@ -162,7 +162,7 @@ Pulse = Annotated[
 Each has a ``duration``, s, and a method ``acceleration``, m/s², of times from 0 to ``duration``, s.
 """
 
-_ADAPTER: TypeAdapter[Pulse] = TypeAdapter(Pulse)
+_PULSE_TYPE_ADAPTER: TypeAdapter[Pulse] = TypeAdapter(Pulse)
 PULSE_SHAPES = ("sine", "cosine", "ricker", "mavroeidis-papageorgiou", "constant", "noise")
 
 
@@ -179,7 +179,7 @@ def parse_pulse(pulse_text: str) -> Pulse:
             raise ConfigError(f"pulse {pulse_text!r}: {word!r}; write each parameter once, as key=value")
         values[key] = value
     try:
-        return _ADAPTER.validate_python(values)
+        return _PULSE_TYPE_ADAPTER.validate_python(values)
     except ValidationError as problem:
         faults = []
         for fault in problem.errors():

@@ -18,7 +18,7 @@ from overturning.errors import (
     refuse_unknown_keywords,
 )
 from overturning.files import convert_argument_to_path
-from overturning.records.assembly import assemble_record, borehole_station_name
+from overturning.records.assembly import assemble_record, station_name_with_word_borehole
 from overturning.records.catalogue import RecordTableRow, paths_of_record_files, read_record_files
 from overturning.records.component import RecordComponent, find_vertical_by_elimination
 from overturning.records.declared_properties import DeclaredFileProperties
@@ -93,7 +93,7 @@ def add_descriptive_metadata_from_table_row(record: Record, table_row: RecordTab
         {"latitude": table_row.station_latitude_deg, "longitude": table_row.station_longitude_deg}
     )
     if "station" in stated and table_row.sensor == "borehole":
-        stated["station"] = borehole_station_name(stated["station"])
+        stated["station"] = station_name_with_word_borehole(stated["station"])
     epicentre = {
         "event_latitude": table_row.epicentre_latitude_deg,
         "event_longitude": table_row.epicentre_longitude_deg,

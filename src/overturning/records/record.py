@@ -173,15 +173,15 @@ def start_offset_from_file_start_s(record: Record) -> float:
     return float(sum(step.get("shift_s", 0.0) for step in record.processing))
 
 
-MAX_FINAL_VELOCITY_SHARE: Final = 0.02
+MAX_FINAL_TO_PEAK_VELOCITY_RATIO: Final = 0.02
 """Largest final velocity of a component without drift, as a share of its peak."""
 
 
 def displacement_drift_evidence(record: Record) -> str:
     """Describe signs that the displacement of a record drifts, so that its PGD is wrong; "" without signs.
 
-    A component drifts if its velocity ends at more than `MAX_FINAL_VELOCITY_SHARE` of its peak, or if its displacement
-    is largest at the last sample. Synthetic pulses are exempt.
+    A component drifts if its velocity ends at more than `MAX_FINAL_TO_PEAK_VELOCITY_RATIO` of its peak, or if its
+    displacement is largest at the last sample. Synthetic pulses are exempt.
     """
     if record.extra.get("format") == "synthetic":
         return ""
@@ -189,7 +189,7 @@ def displacement_drift_evidence(record: Record) -> str:
     for name, samples in (("north", record.north), ("east", record.east)):
         velocity = integrate(samples, record.sampling_interval)
         speed, way = np.abs(velocity), np.abs(integrate(velocity, record.sampling_interval))
-        if speed[-1] > MAX_FINAL_VELOCITY_SHARE * speed.max():
+        if speed[-1] > MAX_FINAL_TO_PEAK_VELOCITY_RATIO * speed.max():
             said.append(f"velocity of {name} ends at {100 * speed[-1] / speed.max():.0f} % of its peak")
         if way[-1] == way.max() > 0:
             said.append(f"displacement of {name} is largest at the last sample")

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path, PurePath, PurePosixPath
-from typing import Final
+from typing import Final, NamedTuple
 
 from overturning.errors import MissingDataError, RecordError
 
@@ -139,7 +139,7 @@ def read_source_file(path: Path) -> SourceFile:
 
 
 def unpack_archive(
-    archive_file: SourceFile, *, _depth: int = 0, _budget: list[int] | None = None
+    archive_file: SourceFile, *, _nesting_depth: int = 0, _remaining_bytes_and_members: list[int] | None = None
 ) -> Iterator[SourceFile]:
     """Yield the files in a .tar, .tar.gz or .zip archive, and those of archives inside it; also a file in .gz or .bz2.
 
@@ -147,13 +147,19 @@ def unpack_archive(
     devices, damage, more than two levels, and more than 200 MB in all. Sizes are counted while unpacking, because the
     archive's directory may state wrong ones.
     """
-    budget = _budget if _budget is not None else [MAX_FILE_OR_ARCHIVE_BYTES, MAX_ARCHIVE_MEMBERS]
-    if _depth > 2:
+    remaining = (
+        _remaining_bytes_and_members
+        if _remaining_bytes_and_members is not None
+        else [MAX_FILE_OR_ARCHIVE_BYTES, MAX_ARCHIVE_MEMBERS]
+    )
+    if _nesting_depth > 2:
         raise RecordError(f"{archive_file.name}: archives nested more than twice; unpack it first")
     try:
-        for member in _archive_members(archive_file, budget):
+        for member in _archive_members(archive_file, remaining):
             if is_archive(member.data) and member.extension not in ZIPPED_DOCUMENT_EXTENSIONS:
-                yield from unpack_archive(member, _depth=_depth + 1, _budget=budget)
+                yield from unpack_archive(
+                    member, _nesting_depth=_nesting_depth + 1, _remaining_bytes_and_members=remaining
+                )
             else:
                 yield member
     except RecordError:
@@ -169,28 +175,27 @@ def _archive_members(archive_file: SourceFile, remaining_bytes_and_members: list
 
     ``remaining_bytes_and_members`` holds the numbers of bytes and members that are still allowed.
     """
-    for name, plain, folder, read_member in (_zip_members if archive_file.data[:2] == b"PK" else _tar_members)(
-        archive_file
-    ):
+    for member in (_zip_members if archive_file.data[:2] == b"PK" else _tar_members)(archive_file):
+        name = member.name
         pure = PurePosixPath(name.replace("\\", "/"))
         if pure.is_absolute() or ".." in pure.parts or (pure.parts and ":" in pure.parts[0]):
             why = f"member {name!r} points out of the archive; unpack by hand what you trust"
             raise RecordError(f"{archive_file.name}: {why}")
-        if folder or is_system_file_or_compressed_plot(pure):
+        if member.is_folder or is_system_file_or_compressed_plot(pure):
             continue
-        if not plain:
+        if not member.is_plain_file:
             raise RecordError(f"{archive_file.name}: member {name!r} is a link or a device; put the file itself there")
         remaining_bytes_and_members[1] -= 1
         if remaining_bytes_and_members[1] < 0:
             raise RecordError(
                 f"{archive_file.name}: more than {MAX_ARCHIVE_MEMBERS} members; unpack by hand the ones you need"
             )
-        member = read_member(remaining_bytes_and_members[0] + 1)
-        remaining_bytes_and_members[0] -= len(member)
+        content = member.read_first_bytes(remaining_bytes_and_members[0] + 1)
+        remaining_bytes_and_members[0] -= len(content)
         if remaining_bytes_and_members[0] < 0:
             why = f"unpacks to more than {MAX_FILE_OR_ARCHIVE_BYTES} bytes; unpack by hand the files you need"
             raise RecordError(f"{archive_file.name}: {why}")
-        yield SourceFile(pure.name, member)
+        yield SourceFile(pure.name, content)
 
 
 def is_system_file_or_compressed_plot(path: PurePath) -> bool:
@@ -204,12 +209,17 @@ def has_non_record_name(path: PurePath) -> bool:
     return path.suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS or is_system_file_or_compressed_plot(path)
 
 
-_ArchiveMember = tuple[str, bool, bool, Callable[[int], bytes]]
-"""Archive member: name, True for a plain file, True for a folder, and a function that reads its first n bytes."""
+class _ArchiveMember(NamedTuple):
+    """Member of a zip or tar archive, which is not unpacked yet."""
+
+    name: str  # path in the archive
+    is_plain_file: bool  # False for a folder, link or device
+    is_folder: bool
+    read_first_bytes: Callable[[int], bytes]  # unpacks up to the given number of bytes
 
 
 def _zip_members(archive_file: SourceFile) -> Iterator[_ArchiveMember]:
-    """Yield name, kind and reader of each member of a zip file, as a tuple `_ArchiveMember`."""
+    """Yield the members of a zip file, without unpacking them."""
     with zipfile.ZipFile(io.BytesIO(archive_file.data)) as archive:
         for info in archive.infolist():
 
@@ -218,7 +228,8 @@ def _zip_members(archive_file: SourceFile) -> Iterator[_ArchiveMember]:
                 with archive.open(member_info) as stream:
                     return stream.read(max_bytes)
 
-            yield info.filename, (info.external_attr >> 16) & 0o170000 != 0o120000, info.is_dir(), read_zip_member
+            is_plain_file = not info.is_dir() and (info.external_attr >> 16) & 0o170000 != 0o120000
+            yield _ArchiveMember(info.filename, is_plain_file, info.is_dir(), read_zip_member)
 
 
 def _is_single_compressed_file(archive_file: SourceFile) -> bool:
@@ -231,16 +242,16 @@ def _is_single_compressed_file(archive_file: SourceFile) -> bool:
 
 
 def _tar_members(archive_file: SourceFile) -> Iterator[_ArchiveMember]:
-    """Yield name, kind and reader of each member of a tar file, as a tuple `_ArchiveMember`.
+    """Yield the members of a tar file, without unpacking them.
 
     A compressed file that holds no tar file is yielded as its only member, without the extension such as ``.gz``.
     """
     if _is_single_compressed_file(archive_file):
         decompress = bz2.open if archive_file.data[:2] == b"BZ" else gzip.open
         with decompress(io.BytesIO(archive_file.data)) as content:
-            yield PurePosixPath(archive_file.name).stem, True, False, content.read
+            yield _ArchiveMember(PurePosixPath(archive_file.name).stem, True, False, content.read)
         return
     with tarfile.open(fileobj=io.BytesIO(archive_file.data), mode="r|*") as archive:
         for info in archive:
             stream = archive.extractfile(info) if info.isreg() else None
-            yield info.name, stream is not None, info.isdir(), stream.read if stream else bytes
+            yield _ArchiveMember(info.name, stream is not None, info.isdir(), stream.read if stream else bytes)

@@ -89,14 +89,14 @@ class Taper(_ProcessingStep):
         return samples * cosine_taper_window(samples.size, width)
 
 
-Positive = Annotated[float, Field(gt=0)]
+PositiveNumber = Annotated[float, Field(gt=0)]
 
 
 class ButterworthFilter(_ProcessingStep):
     """Butterworth low-pass or high-pass filter, run forward and backward so that the phase is unchanged."""
 
     step: Literal["highpass", "lowpass"]  # first key of the step
-    corner_hz: Positive | Literal["auto"] = Field(
+    corner_hz: PositiveNumber | Literal["auto"] = Field(
         description="Corner frequency; the amplitude there is halved by the two passes. "
         "A high-pass filter takes `auto` too."
     )
@@ -162,7 +162,7 @@ class Lowpass(ButterworthFilter):
     """Butterworth low-pass filter, run forward and backward (phase unchanged); the record keeps its length."""
 
     step: Literal["lowpass"] = "lowpass"
-    corner_hz: Positive = Field(description="Corner frequency; the amplitude there is halved by the two passes.")
+    corner_hz: PositiveNumber = Field(description="Corner frequency; the amplitude there is halved by the two passes.")
 
     def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
         offset = _estimate_constant_offset(samples, record.sampling_interval)

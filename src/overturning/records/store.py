@@ -11,13 +11,13 @@ from overturning.errors import ResultError
 from overturning.files import atomic_write, checksum_at_end_matches
 from overturning.records.record import Record
 
-STORED_SAMPLE_DECIMALS = 9
+STORED_ACCELERATION_DECIMALS = 9
 """Decimals of the stored samples, m/s²; rounding makes all results the same on every processor."""
 
-SCHEMA = "overturning motion 1"
+MOTION_FILE_SCHEMA = "overturning motion 1"
 
-_TEXT_FIELDS = ("record_id", "start", "station", "event", "source", "sha256", "licence")
-_NUMBER_FIELDS = ("fault_strike_deg", "latitude", "longitude")
+_RECORD_TEXT_FIELD_NAMES = ("record_id", "start", "station", "event", "source", "sha256", "licence")
+_RECORD_NUMBER_FIELD_NAMES = ("fault_strike_deg", "latitude", "longitude")
 
 
 def round_to_stored_precision(record: Record) -> Record:
@@ -25,7 +25,7 @@ def round_to_stored_precision(record: Record) -> Record:
 
     Negative zeros become zeros.
     """
-    return record.with_changed_components(lambda samples: np.round(samples, STORED_SAMPLE_DECIMALS) + 0.0)
+    return record.with_changed_components(lambda samples: np.round(samples, STORED_ACCELERATION_DECIMALS) + 0.0)
 
 
 def write_record_to_motion_file(record: Record, path: Path | str, unprocessed_record: Record | None = None) -> None:
@@ -73,11 +73,13 @@ def _record_netcdf_attributes(record: Record) -> dict[str, Any]:
     attributes: dict[str, Any] = {
         "Conventions": "CF-1.11",
         "title": f"Ground motion {record.record_id}",
-        "schema": SCHEMA,
+        "schema": MOTION_FILE_SCHEMA,
         "sampling_interval": record.sampling_interval,
     }
-    attributes |= {name: getattr(record, name) for name in _TEXT_FIELDS if getattr(record, name)}
-    attributes |= {name: float(getattr(record, name)) for name in _NUMBER_FIELDS if getattr(record, name) is not None}
+    attributes |= {name: getattr(record, name) for name in _RECORD_TEXT_FIELD_NAMES if getattr(record, name)}
+    attributes |= {
+        name: float(getattr(record, name)) for name in _RECORD_NUMBER_FIELD_NAMES if getattr(record, name) is not None
+    }
     if record.component_azimuths_deg:
         attributes["component_azimuths_deg"] = np.array(record.component_azimuths_deg, dtype=np.float64)
     attributes["processing"] = json.dumps(list(record.processing), ensure_ascii=False)
@@ -105,20 +107,26 @@ def _read_stored_record(path: Path, variable_suffix: str) -> Record:
     import netCDF4
 
     if path.is_file() and not checksum_at_end_matches(path):
-        raise ResultError(f"{path}: damaged, or not a {SCHEMA!r} file; run the study again, which writes it again")
+        raise ResultError(
+            f"{path}: damaged, or not a {MOTION_FILE_SCHEMA!r} file; run the study again, which writes it again"
+        )
     try:
         with netCDF4.Dataset(path) as file:
             attributes = {name: file.getncattr(name) for name in file.ncattrs()}
-            if attributes.get("schema") != SCHEMA:
-                raise ResultError(f"{path}: not a {SCHEMA!r} file; run the study again, which writes it again")
+            if attributes.get("schema") != MOTION_FILE_SCHEMA:
+                raise ResultError(
+                    f"{path}: not a {MOTION_FILE_SCHEMA!r} file; run the study again, which writes it again"
+                )
             samples = {
                 name: np.asarray(file[name + variable_suffix][:].filled(np.nan), dtype=np.float64)
                 for name in ("north", "east", "up")
                 if name + variable_suffix in file.variables
             }
             attributes |= {"start": attributes.get("start_unprocessed", "")} if variable_suffix else {}
-            fields: dict[str, Any] = {name: str(attributes[name]) for name in _TEXT_FIELDS if name in attributes}
-            fields |= {name: float(attributes[name]) for name in _NUMBER_FIELDS if name in attributes}
+            fields: dict[str, Any] = {
+                name: str(attributes[name]) for name in _RECORD_TEXT_FIELD_NAMES if name in attributes
+            }
+            fields |= {name: float(attributes[name]) for name in _RECORD_NUMBER_FIELD_NAMES if name in attributes}
             azimuths = np.atleast_1d(attributes.get("component_azimuths_deg", ()))
             return Record(
                 north=samples["north"],

@@ -14,10 +14,10 @@ from overturning.records.component import RecordComponent, seed_band_and_instrum
 from overturning.records.earthquakes import great_circle_distance_km
 from overturning.records.record import largest_pga_pgv_pgd_of_components
 
-MAX_START_OR_DURATION_SPREAD_S = 0.5
+MAX_START_OR_DURATION_DIFFERENCE_S = 0.5
 """Largest difference in start or in length between components of one record, s."""
 
-MIN_PEAK_SHARE_IN_WINDOW = 0.8
+MIN_PEAK_IN_WINDOW_TO_WHOLE_PEAK_RATIO = 0.8
 """Smallest share of a component's peak in the common window, if lengths differ by more than the bound above."""
 
 MAX_STATION_COORDINATE_MISMATCH_KM = 1.0
@@ -29,8 +29,8 @@ class AssemblyRefusalCollector(RecordRefusalReasons):
 
     def __init__(self, *, trust_contradictions: bool) -> None:
         super().__init__()
-        self.trusting = trust_contradictions
-        self.trusted: list[str] = []
+        self.trusts_contradictions = trust_contradictions
+        self.trusted_contradictions: list[str] = []
 
     @property
     def has_refusal_reasons(self) -> bool:
@@ -39,9 +39,9 @@ class AssemblyRefusalCollector(RecordRefusalReasons):
 
     def refuse_or_store_contradiction(self, contradiction: str, remedy: str) -> None:
         """Raise a RecordError for a contradiction; if the user trusts the data, only store the contradiction."""
-        if not self.trusting:
+        if not self.trusts_contradictions:
             raise RecordError(f"{contradiction}; {remedy}")
-        self.trusted.append(contradiction)
+        self.trusted_contradictions.append(contradiction)
 
 
 def cut_to_common_window(
@@ -68,7 +68,7 @@ def cut_to_common_window(
         cut.append(
             replace(component, acceleration=component.acceleration[offset : offset + length], start_time_utc=start)
         )
-    if spread > MAX_START_OR_DURATION_SPREAD_S:
+    if spread > MAX_START_OR_DURATION_DIFFERENCE_S:
         _check_peak_in_common_window(components, cut, refusals_out)
     return cut
 
@@ -123,10 +123,10 @@ def _sample_counts_before_common_start(
         return [0] * len(components)
     latest = max(starts)
     spread = (latest - min(starts)).total_seconds()
-    if spread > MAX_START_OR_DURATION_SPREAD_S:
+    if spread > MAX_START_OR_DURATION_DIFFERENCE_S:
         raise RecordError(
             f"{components[0].file_name}: components start {spread:.2f} s apart "
-            f"(at most {MAX_START_OR_DURATION_SPREAD_S} s); "
+            f"(at most {MAX_START_OR_DURATION_DIFFERENCE_S} s); "
             "they are not of one record"
         )
     return [round((latest - start).total_seconds() / sampling_interval) for start in starts]
@@ -139,8 +139,8 @@ def _checked_duration_difference_s(
     sizes = [c.acceleration.size for c in components]
     spread = (max(sizes) - min(sizes)) * sampling_interval
     one_file = len({c.sha256 for c in components}) == 1 or all(c.is_from_film for c in components)
-    if spread > MAX_START_OR_DURATION_SPREAD_S + 0.5 * sampling_interval and not one_file:
-        bound = f"(at most {MAX_START_OR_DURATION_SPREAD_S} s)"
+    if spread > MAX_START_OR_DURATION_DIFFERENCE_S + 0.5 * sampling_interval and not one_file:
+        bound = f"(at most {MAX_START_OR_DURATION_DIFFERENCE_S} s)"
         counts = f"{' and '.join(map(str, sizes))} samples, {spread:.2f} s apart {bound}"
         remedy = "get the file again, or say --trust-data to keep the common part"
         refusals_out.refuse_or_store_contradiction(f"{components[0].file_name}: components have {counts}", remedy)
@@ -171,7 +171,7 @@ def _check_peak_in_common_window(
     for component, kept in zip(components, cut_components, strict=True):
         level = component.acceleration.mean()
         peak, left = (float(np.abs(samples - level).max()) for samples in (component.acceleration, kept.acceleration))
-        if left < MIN_PEAK_SHARE_IN_WINDOW * peak:
+        if left < MIN_PEAK_IN_WINDOW_TO_WHOLE_PEAK_RATIO * peak:
             short, size = min(components, key=lambda one: one.acceleration.size), component.acceleration.size
             why = (
                 f"{short.file_name}: {short.axis_name} breaks off after {short.acceleration.size} of {size} samples, "

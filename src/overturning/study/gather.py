@@ -15,7 +15,10 @@ from overturning.errors import ResultError
 from overturning.files import atomic_write
 from overturning.model.grid import CaseGrid
 from overturning.model.variables import INT8_MISSING, OutcomeVariable
-from overturning.records.catalogue import STATISTICS_METADATA_COLUMNS, STORED_PLACE_METADATA_KEYS
+from overturning.records.catalogue import (
+    COLUMN_LONG_NAME_AND_UNIT_BY_METADATA_NAME,
+    METADATA_KEYS_OF_FAULT_TRACE_AND_SOURCES,
+)
 from overturning.records.duplicates import refuse_duplicate_records
 from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.record import Record, source_and_processing_of_record
@@ -37,7 +40,7 @@ CF_CONVENTIONS_VERSION = "CF-1.11"
 RECORD_COORDINATE_VARIABLE_NAMES = (
     *("record_id", "station", "event", "fault_normal", "pulse", "vertical"),
     *("station_latitude", "station_longitude", "epicentre_latitude", "epicentre_longitude"),
-    *STATISTICS_METADATA_COLUMNS,
+    *COLUMN_LONG_NAME_AND_UNIT_BY_METADATA_NAME,
 )
 """Auxiliary coordinates of the dimension record."""
 
@@ -144,7 +147,7 @@ def _add_record_coordinate_variables(cube: Any, records: Sequence[Record], uses_
     about = "azimuth of the fault normal, strike + 90 degrees"
     add("fault_normal", "f8", normals, np.nan, long_name=about, units="degree")
     _add_station_and_epicentre_coordinates(add, records)
-    for name, (_, long_name, unit) in STATISTICS_METADATA_COLUMNS.items():
+    for name, (_, long_name, unit) in COLUMN_LONG_NAME_AND_UNIT_BY_METADATA_NAME.items():
         known = [record.extra.get(name) for record in records]
         if unit:
             add(name, "f8", known, np.nan, long_name=long_name, units=unit)
@@ -186,7 +189,7 @@ def _global_cube_attributes(study: Study, records: Sequence[Record], variant: st
     """Return the global attributes of a results cube: study, records, processing and software versions."""
     sources = [
         {"id": record.record_id, "source": record.source, "sha256": record.sha256, "licence": record.licence}
-        | {name: record.extra[name] for name in STORED_PLACE_METADATA_KEYS if name in record.extra}
+        | {name: record.extra[name] for name in METADATA_KEYS_OF_FAULT_TRACE_AND_SOURCES if name in record.extra}
         for record in records
     ]
     return {

@@ -47,7 +47,9 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     )
     count = int(header.field_text("NO. OF POINTS"))
     channel_lines.check_duration_stated_in_line(10, count, interval, header.number_in_field("DURATION"))
-    samples, end, notes = channel_lines.read_fixed_width_samples(HEADER_LINE_COUNT, width=13, per_line=10, count=count)
+    samples, end, notes = channel_lines.read_fixed_width_samples_next_line_and_notes(
+        HEADER_LINE_COUNT, column_width=13, numbers_per_line=10, number_count=count
+    )
     if end >= len(text) or not text[end].startswith("/&"):
         at = min(end, len(text) - 1)
         raise channel_lines.line_error(at, f"no end mark /& after {count} samples; the file is cut: get it again")

@@ -76,7 +76,8 @@ def _parse_number_block_format(
     count, per_line, width = (int(number) for number in match.groups())
     if not (1 <= per_line <= 100 and 1 <= width <= 100):
         raise channel_lines.line_error(line_index, f"format {match[0].strip()!r}; correct it")
-    return {"count": count, "per_line": per_line, "width": width}, line_index + 1 + -(-count // per_line)
+    form = {"number_count": count, "numbers_per_line": per_line, "column_width": width}
+    return form, line_index + 1 + -(-count // per_line)
 
 
 @decorator_for_reading_all_components(r"\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", "get the file again")
@@ -103,7 +104,7 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
         if unit == UNIT_CODE_OF_DIGITISER_COUNTS
         else UNIT_IN_M_S2_BY_CODE[unit]
     )
-    samples, end, notes = channel_lines.read_fixed_width_samples(data_at + 1, **form)
+    samples, end, notes = channel_lines.read_fixed_width_samples_next_line_and_notes(data_at + 1, **form)
     if end >= len(text) or not END_OF_DATA_PATTERN.match(text[end]):
         raise channel_lines.line_error(
             end, f"no end mark after {samples.size} samples; the count is wrong or the file is cut"

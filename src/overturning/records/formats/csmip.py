@@ -101,7 +101,7 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     if channel and parse_axis_direction(channel.split()[0].rstrip(",")) != parse_axis_direction(axis):
         why = f"axis {channel.split()[0]!r}, but line {channel_lines.preceding_line_count + at + 1} says {axis!r}"
         raise header.line_error("channel", f"{why}; find out which, and correct the file")
-    whole = channel_lines.read_fixed_width_integers(text_lines, width=5, per_line=16, count=100)
+    whole = channel_lines.read_fixed_width_integers(text_lines, column_width=5, numbers_per_line=16, number_count=100)
     code = int(whole[26])
     # The code alone does not define the sense: RENADIC codes V as 500 without stating that it points up.
     senses = {} if parse_axis_direction(axis) == UNKNOWN_DIRECTION else VERTICAL_DIRECTION_BY_FILM_CODE
@@ -204,8 +204,8 @@ def _read_evenly_spaced_samples(
     per_line, width = (
         (int(form[1]), int(form[2])) if form else _sample_column_count_and_width(channel_lines, data_line_index + 1)
     )
-    samples, _, notes = channel_lines.read_fixed_width_samples(
-        data_line_index + 1, width=width, per_line=per_line, count=count
+    samples, _, notes = channel_lines.read_fixed_width_samples_next_line_and_notes(
+        data_line_index + 1, column_width=width, numbers_per_line=per_line, number_count=count
     )
     if header.field_text("record length"):
         header.check_sample_count("NO. OF POINTS", count)
@@ -230,8 +230,8 @@ def _read_time_acceleration_pairs(
     """Read time-acceleration pairs of old volume-1 files; return samples, m/s², sampling interval, s, and notes."""
     count, first = int(header.number_in_field("NO. OF POINTS")), text_line_count + 14
     header.check_field_pattern("unit of the pairs", ".", "g, g/10 or cm/sec/sec")
-    values = channel_lines.read_fixed_width_numbers(first, width=7, per_line=10, count=2 * count)
-    _, notes = channel_lines.skip_surplus_lines(first + -(-2 * count // 10), count, must_end_file=True)
+    values = channel_lines.read_fixed_width_numbers(first, column_width=7, numbers_per_line=10, number_count=2 * count)
+    _, notes = channel_lines.skip_surplus_number_lines(first + -(-2 * count // 10), count, must_end_file=True)
     time, samples = values[0::2], values[1::2]
     interval = round(float(time[-1] - time[0]) / max(count - 1, 1), 6)
     channel_lines.check_times_have_constant_interval(

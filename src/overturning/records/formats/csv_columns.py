@@ -179,7 +179,7 @@ def _read_number_rows(
         for index, row in cells.items():
             if wrong := _separator_or_decimal_mark_error(texts[index], row, separator, len(declared_columns)):
                 raise lines.line_error(index, wrong)
-        values = lines.parse_cells(cells, "a cell").reshape(-1, len(declared_columns))
+        values = lines.parse_cells_as_numbers(cells, "a cell").reshape(-1, len(declared_columns))
     if not lines.ends_with_newline:
         why = "the last line has no line end, so its last number may be cut; add one if it is whole"
         raise lines.line_error(len(lines.lines) - 1, why)
@@ -233,13 +233,13 @@ def _read_axis_with_several_samples_per_line(
             or (len(cells) < values_per_line and index != last)
             or (field_width and len(line) % field_width)
         ):
-            lines.parse_cells(cells_by_line, "a value")  # an error in an earlier line is reported first
+            lines.parse_cells_as_numbers(cells_by_line, "a value")  # an error in an earlier line is reported first
             why = f"{len(cells)} values, {values_per_line} are declared"
             raise lines.line_error(
                 index, f"{why}{f' of {field_width} characters' if field_width else ''}; correct either"
             )
         cells_by_line[index] = cells
-    return lines.parse_cells(cells_by_line, "a value").reshape(-1, 1)
+    return lines.parse_cells_as_numbers(cells_by_line, "a value").reshape(-1, 1)
 
 
 def _separator_or_decimal_mark_error(line: str, cells: list[str], separator: str | None, column_count: int) -> str:
@@ -259,14 +259,14 @@ def _separator_or_decimal_mark_error(line: str, cells: list[str], separator: str
 
 
 def _checked_sampling_interval(
-    lines: TextLines, first_line: int, time: FloatArray, declared_interval: float | None
+    lines: TextLines, first_line_index: int, time: FloatArray, declared_interval: float | None
 ) -> float:
     """Compute the sampling interval from a time column, s; a RecordError if it is uneven or not as the user states."""
     exact = float(time[-1] - time[0]) / (time.size - 1)
     steps = np.abs(np.diff(time) - exact)
     if exact <= 0 or steps.max() > max(0.02 * exact, 1e-9):
         at = int(np.flatnonzero(steps > max(0.02 * abs(exact), 1e-9))[0]) if exact > 0 else 0
-        raise lines.line_error(first_line + at + 1, "times are not evenly spaced; resample the file first")
+        raise lines.line_error(first_line_index + at + 1, "times are not evenly spaced; resample the file first")
     interval = round(exact, 9)
     if declared_interval is not None and abs(declared_interval - interval) > 1e-3 * interval:
         why = f"times are {interval:g} s apart, sampling_interval_s says {declared_interval:g}; correct either"

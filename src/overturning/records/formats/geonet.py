@@ -49,8 +49,10 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     )
     text = channel_lines.lines
     corrected = text[0].startswith("Corrected")
-    whole = channel_lines.read_fixed_width_integers(HEADER_TEXT_LINE_COUNT, width=8, per_line=10, count=40)
-    real = channel_lines.read_fixed_width_numbers(20, width=8, per_line=10, count=60)
+    whole = channel_lines.read_fixed_width_integers(
+        HEADER_TEXT_LINE_COUNT, column_width=8, numbers_per_line=10, number_count=40
+    )
+    real = channel_lines.read_fixed_width_numbers(20, column_width=8, numbers_per_line=10, number_count=60)
     count = int(whole[33])
     header.check_sample_count("Number of points", count)
     interval = header.number_in_field("interval")
@@ -61,7 +63,9 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     axis = header.field_text("component")
     # The code of a vertical axis has no meaning.
     coded = UNKNOWN_DIRECTION if parse_axis_direction(axis)[1] else (float(whole[27]) % 360.0, 0)
-    samples = channel_lines.read_fixed_width_numbers(HEADER_LINE_COUNT, width=8, per_line=10, count=count)
+    samples = channel_lines.read_fixed_width_numbers(
+        HEADER_LINE_COUNT, column_width=8, numbers_per_line=10, number_count=count
+    )
     end = HEADER_LINE_COUNT + sum(-(-int(n) // 10) for n in whole[33 : 36 if corrected else 34])
     if end > len(text):
         raise channel_lines.line_error(len(text) - 1, f"the file ends in the data of {axis}; get it again")
@@ -70,7 +74,7 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     when, where = (" ".join(header.field_text(name).split()) for name in ("origin", "near"))
     bands = header.field_text("bands").replace(" are", "") if corrected else ""
     agency = {"agency_processing": f"band-pass filter, {bands}"} if bands else {}
-    end, notes = channel_lines.skip_surplus_lines(end, count)
+    end, notes = channel_lines.skip_surplus_number_lines(end, count)
     return header.create_component(
         axis,
         axis_direction_from_name_or_code(axis, coded, partial(header.line_error, "component")),

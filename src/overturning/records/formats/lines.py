@@ -89,22 +89,32 @@ class TextLines:
             f"{surplus_label} left out",
         )
 
-    def read_fixed_width_samples(
-        self, first_line: int, *, width: int, per_line: int, count: int, must_end_file: bool = False
+    def read_fixed_width_samples_next_line_and_notes(
+        self,
+        first_line_index: int,
+        *,
+        column_width: int,
+        numbers_per_line: int,
+        number_count: int,
+        must_end_file: bool = False,
     ) -> tuple[FloatArray, int, tuple[str, ...]]:
-        """Read ``count`` samples in fixed-width columns; return also the next line's index and notes."""
-        values = self.read_fixed_width_numbers(first_line, width=width, per_line=per_line, count=count)
-        return values, *self.skip_surplus_lines(first_line + -(-count // per_line), count, must_end_file=must_end_file)
+        """Read ``number_count`` samples in fixed-width columns; return also the next line's index and notes."""
+        values = self.read_fixed_width_numbers(
+            first_line_index, column_width=column_width, numbers_per_line=numbers_per_line, number_count=number_count
+        )
+        return values, *self.skip_surplus_number_lines(
+            first_line_index + -(-number_count // numbers_per_line), number_count, must_end_file=must_end_file
+        )
 
-    def skip_surplus_lines(
-        self, first_line: int, stated_count: int, *, must_end_file: bool = False
+    def skip_surplus_number_lines(
+        self, first_line_index: int, stated_count: int, *, must_end_file: bool = False
     ) -> tuple[int, tuple[str, ...]]:
         """Skip lines of numbers after the last sample; return the next line's index, and a note if lines are skipped.
 
-        The `stated_count` samples of the header end before `first_line`. With `must_end_file`, text after them raises a
-        RecordError.
+        The `stated_count` samples of the header end before `first_line_index`. With `must_end_file`, text after them
+        raises a RecordError.
         """
-        end = first_line
+        end = first_line_index
         while (
             end < len(self.lines) and self.lines[end].strip() and not set(self.lines[end].rstrip()) - _NUMBER_CHARACTERS
         ):
@@ -114,28 +124,32 @@ class TextLines:
                 end, f"{self.lines[end][:40]!r} after the last of {stated_count} samples; get the file again"
             )
         return end, self.surplus_number_notes(
-            stated_count, f"{end - first_line} line{'s' * (end - first_line > 1)} of numbers"
-        ) if end > first_line else ()
+            stated_count, f"{end - first_line_index} line{'s' * (end - first_line_index > 1)} of numbers"
+        ) if end > first_line_index else ()
 
     def check_times_have_constant_interval(
-        self, first_line: int, time: FloatArray, sampling_interval: float, times_per_line: float, remedy: str
+        self, first_line_index: int, time: FloatArray, sampling_interval: float, times_per_line: float, remedy: str
     ) -> None:
         """Raise a RecordError if a time in ``time``, s, deviates by more than 1.1 ms from constant intervals."""
         uneven = np.flatnonzero(np.abs(time - time[0] - sampling_interval * np.arange(time.size)) > 0.0011)
         if uneven.size:
-            at = first_line + int(uneven[0] // times_per_line)
+            at = first_line_index + int(uneven[0] // times_per_line)
             raise self.line_error(
                 at, f"time {time[uneven[0]]:g} s does not fit an interval of {sampling_interval:g} s; {remedy}"
             )
 
-    def read_all_numbers(self, first_line: int) -> FloatArray:
-        """Read all numbers, separated by blanks, from line ``first_line`` to the end of the file; skip blank lines.
+    def read_all_numbers(self, first_line_index: int) -> FloatArray:
+        """Read all numbers, separated by blanks, from a line to the end of the file; skip blank lines.
 
         A RecordError names text that is no number, and a line with another count of numbers than the first one: in a
         damaged line a number may be split in two, which would shift all later samples. The last line may be shorter.
         """
-        cells = {k: words for k, line in enumerate(self.lines[first_line:], first_line) if (words := line.split())}
-        values = self.parse_cells(cells)
+        cells = {
+            k: words
+            for k, line in enumerate(self.lines[first_line_index:], first_line_index)
+            if (words := line.split())
+        }
+        values = self.parse_cells_as_numbers(cells)
         count, last = len(next(iter(cells.values()), ())), max(cells, default=0)
         wrong = next((k for k, words in cells.items() if len(words) != count and (k != last or len(words) > count)), 0)
         if wrong:
@@ -144,37 +158,40 @@ class TextLines:
         self._check_last_number_is_complete()
         return values
 
-    def read_number_rows(self, first_line: int, column_count: int) -> FloatArray:
-        """Read the numbers, separated by blanks, from line ``first_line`` on, shape (lines, columns).
+    def read_number_rows(self, first_line_index: int, column_count: int) -> FloatArray:
+        """Read the numbers, separated by blanks, from line ``first_line_index`` on, shape (lines, columns).
 
         Blank lines at the end are ignored. A RecordError names a line with another count, or text that is no number.
         """
-        cells = [line.split() for line in self.lines[first_line:]]
+        cells = [line.split() for line in self.lines[first_line_index:]]
         while cells and not cells[-1]:
             cells.pop()
-        for index, line in enumerate(cells, first_line):
+        for index, line in enumerate(cells, first_line_index):
             if len(line) != column_count:
                 why = f"{len(line)} numbers where {column_count} belong; columns touch, or the line is cut"
                 raise self._check_cells_and_create_line_error(index, line, why)
-        values = self.parse_cells(dict(enumerate(cells, first_line))).reshape(-1, column_count)
+        values = self.parse_cells_as_numbers(dict(enumerate(cells, first_line_index))).reshape(-1, column_count)
         self._check_last_number_is_complete()
         return values
 
-    def read_fixed_width_numbers(self, first_line: int, *, width: int, per_line: int, count: int) -> FloatArray:
-        """Read ``count`` numbers in fixed-width columns, which need no blanks in between (FORTRAN ``8F10.3``).
+    def read_fixed_width_numbers(
+        self, first_line_index: int, *, column_width: int, numbers_per_line: int, number_count: int
+    ) -> FloatArray:
+        """Read ``number_count`` numbers in fixed-width columns, which need no blanks in between (FORTRAN ``8F10.3``).
 
         Later lines are ignored. Raises a RecordError if lines are missing or a column holds no number.
         """
-        needed = -(-count // per_line)
-        there = max(len(self.lines) - first_line, 0)
+        needed = -(-number_count // numbers_per_line)
+        there = max(len(self.lines) - first_line_index, 0)
         if there < needed:
             raise self.line_error(
-                first_line + there, f"the file ends after {there} of {needed} lines of samples; it is cut: get it again"
+                first_line_index + there,
+                f"the file ends after {there} of {needed} lines of samples; it is cut: get it again",
             )
-        return self.parse_cells(
+        return self.parse_cells_as_numbers(
             {
-                first_line + k: self._split_line_into_fixed_columns(
-                    first_line + k, width, min(per_line, count - k * per_line)
+                first_line_index + k: self._split_line_into_fixed_columns(
+                    first_line_index + k, column_width, min(numbers_per_line, number_count - k * numbers_per_line)
                 )
                 for k in range(needed)
             }
@@ -200,7 +217,9 @@ class TextLines:
             self.parse_number(cell, line_index, "a sample")
         return self.line_error(line_index, f"{problem}: get the file again")
 
-    def parse_cells(self, cells_by_line: Mapping[int, Sequence[str]], quantity_label: str = "a sample") -> FloatArray:
+    def parse_cells_as_numbers(
+        self, cells_by_line: Mapping[int, Sequence[str]], quantity_label: str = "a sample"
+    ) -> FloatArray:
         """Convert the texts in cells of lines, given by line index, to numbers; return a one-dimensional array."""
         words = [word for cells in cells_by_line.values() for word in cells]
         # Python also accepts "nan", "inf" and "1_000", which no format allows.
@@ -220,12 +239,16 @@ class TextLines:
             if len(before) != len(last):
                 raise self.line_error(len(self.lines) - 1, f"the last number, {words[1]!r}, is cut; get the file again")
 
-    def read_fixed_width_integers(self, first_line: int, *, width: int, per_line: int, count: int) -> NDArray[np.int64]:
+    def read_fixed_width_integers(
+        self, first_line_index: int, *, column_width: int, numbers_per_line: int, number_count: int
+    ) -> NDArray[np.int64]:
         """Read whole numbers in fixed-width columns (FORTRAN ``10I8``), each of up to nine digits."""
-        values = self.read_fixed_width_numbers(first_line, width=width, per_line=per_line, count=count)
+        values = self.read_fixed_width_numbers(
+            first_line_index, column_width=column_width, numbers_per_line=numbers_per_line, number_count=number_count
+        )
         wrong = np.flatnonzero((np.abs(values) >= 1e9) | (values != np.round(values)))
         if wrong.size:
-            at = first_line + int(wrong[0]) // per_line
+            at = first_line_index + int(wrong[0]) // numbers_per_line
             raise self.line_error(at, f"{values[wrong[0]]:g} where a whole number belongs; get the file again")
         return values.astype(np.int64)
 

@@ -88,7 +88,7 @@ def _component_of_trace(
     """Convert one obspy trace to a record component, m/s²; a RecordError if the channel's StationXML is unsuitable."""
     channel, moment, code = f"{source_file.name}: channel {trace.id}", trace.stats.starttime, trace.stats.channel
     epoch = find_channel_epoch(trace, inventory, source_file, declared_properties)
-    unit, scale = epoch.unit, acceleration_unit_in_m_s2(epoch.unit)
+    unit, scale = epoch.input_unit, acceleration_unit_in_m_s2(epoch.input_unit)
     if scale is None and not is_metre_per_second(unit):
         raise RecordError(f"{channel} is in {unit or 'no unit'} in the StationXML; acceleration or velocity is needed")
     if scale is not None and code[1:2] == "H" and declared_properties.unit is None:
@@ -106,14 +106,14 @@ def _component_of_trace(
     # The code does not replace a direction that the StationXML calls unknown.
     direction, coded = (epoch.direction, ()) if epoch.is_orientation_unknown else (direction, coded)
     notes = [*channel_direction_mismatch_notes(code, direction, "the StationXML"), *coded, *epoch.notes]
-    samples, removed = np.asarray(trace.data, dtype=np.float64) / epoch.gain, "gain"
+    samples, removed = np.asarray(trace.data, dtype=np.float64) / epoch.gain_in_counts_per_unit, "gain"
     if scale is not None:
         samples *= scale
     else:
         if (speed := 0.5 * float(np.ptp(samples))) > VELOCITY_SENSOR_FULL_SCALE_M_S:
             what = f"channel {code} of a velocity sensor reaches {100 * speed:.2g} cm/s"
             notes += [f"{what}: most saturate from 1 or 2 cm/s on, and their acceleration is wrong then; look at it"]
-        response, changed = normalise_filter_coefficient_sums(epoch.channel.response, channel)
+        response, changed = normalise_filter_coefficient_sums(epoch.obspy_channel.response, channel)
         samples, removed = _acceleration_from_velocity_trace(trace, response, source_file.name), "response"
         notes += changed
     return RecordComponent.from_file(
@@ -124,8 +124,8 @@ def _component_of_trace(
         float(trace.stats.delta),
         start_time_utc=moment.datetime.replace(tzinfo=UTC),
         station=trace.stats.station,
-        coordinates=(epoch.channel.latitude, epoch.channel.longitude),
-        sensor_position=classify_as_surface_or_borehole(epoch.channel.depth),
+        coordinates=(epoch.obspy_channel.latitude, epoch.obspy_channel.longitude),
+        sensor_position=classify_as_surface_or_borehole(epoch.obspy_channel.depth),
         sensor_location=trace.stats.location or BLANK_LOCATION_CODE,
         user_declared_unit=declared_properties.unit
         if declared_properties.unit and ACCELERATION_UNITS.get(declared_properties.unit) == scale

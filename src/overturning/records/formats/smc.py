@@ -45,8 +45,8 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     if kind not in IS_CORRECTED_BY_FIRST_LINE:
         raise text.line_error(0, f"{kind!r}; only accelerograms are read (kinds 1 and 2): get that file")
     text.check_header_length(HEADER_LINE_COUNT)
-    whole = text.read_fixed_width_integers(HEADER_TEXT_LINE_COUNT, width=10, per_line=8, count=48)
-    real = text.read_fixed_width_numbers(17, width=15, per_line=5, count=50)
+    whole = text.read_fixed_width_integers(HEADER_TEXT_LINE_COUNT, column_width=10, numbers_per_line=8, number_count=48)
+    real = text.read_fixed_width_numbers(17, column_width=15, numbers_per_line=5, number_count=50)
     known = {index: float(value) for index, value in enumerate(real) if value != real[0]}
     if 1 not in known:
         why = f"no sampling rate: {real[1]:.2g} is the format's word for undefined, so samples are not evenly spaced"
@@ -88,8 +88,8 @@ def _read_samples(lines: TextLines, comment_count: int, sample_count: int) -> tu
     for index, line in enumerate(lines.lines[HEADER_LINE_COUNT:first], HEADER_LINE_COUNT):
         if not line.startswith("|"):
             raise lines.line_error(index, "a comment should begin with |; get the file again")
-    samples, _, notes = lines.read_fixed_width_samples(
-        first, width=10, per_line=8, count=sample_count, must_end_file=True
+    samples, _, notes = lines.read_fixed_width_samples_next_line_and_notes(
+        first, column_width=10, numbers_per_line=8, number_count=sample_count, must_end_file=True
     )
     return samples, notes
 

@@ -86,9 +86,9 @@ def read_stationxml_inventory(stationxml_files: Sequence[SourceFile]) -> Any:
 class ChannelEpoch:
     """StationXML channel during the period (epoch) in which a trace begins, with its gain and direction."""
 
-    channel: Any  # obspy's
-    unit: str  # as written, without blanks around it
-    gain: float  # counts per unit; negative where the polarity is reversed
+    obspy_channel: Any
+    input_unit: str  # unit of the ground motion as the StationXML writes it, such as M/S**2
+    gain_in_counts_per_unit: float  # negative where the polarity is reversed
     direction: AzimuthAndVerticalSense
     is_orientation_unknown: bool  # whether a text of the channel says that its orientation is not known
     notes: tuple[str, ...]

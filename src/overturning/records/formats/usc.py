@@ -62,18 +62,18 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     # The narrow variant has its reals two lines earlier and four pairs per line.
     narrow = "." in text[HEADER_TEXT_LINE_COUNT + 5]
     whole = channel_lines.read_fixed_width_integers(
-        HEADER_TEXT_LINE_COUNT, width=4 if narrow else 5, per_line=20 if narrow else 16, count=100
+        HEADER_TEXT_LINE_COUNT, column_width=4 if narrow else 5, numbers_per_line=20 if narrow else 16, number_count=100
     )
     reals_at = HEADER_TEXT_LINE_COUNT + (5 if narrow else 7)
-    real = channel_lines.read_fixed_width_numbers(reals_at, width=10, per_line=8, count=50)
+    real = channel_lines.read_fixed_width_numbers(reals_at, column_width=10, numbers_per_line=8, number_count=50)
     if abs(real[4] - 0.1) > 1e-6:
         raise channel_lines.line_error(reals_at, f"a unit of {real[4]:g} g, but the text says g/10; get the file again")
     code, count = int(whole[26]), int(whole[27])
     header.check_sample_count("NO. OF POINTS", count)
     per_line, first = (8 if narrow else 10), reals_at + 7
     pairs = replace(channel_lines, lines=[line[1:] for line in text])
-    values = pairs.read_fixed_width_numbers(first, width=7, per_line=per_line, count=2 * count)
-    end, notes = channel_lines.skip_surplus_lines(first + -(-2 * count // per_line), count)
+    values = pairs.read_fixed_width_numbers(first, column_width=7, numbers_per_line=per_line, number_count=2 * count)
+    end, notes = channel_lines.skip_surplus_number_lines(first + -(-2 * count // per_line), count)
     time, samples = values[0::2], values[1::2] * 0.1 * STANDARD_GRAVITY
     if abs(time[-1] - header.number_in_field("DURATION")) > 0.011:
         why = f"the last sample is at {time[-1]:g} s, the header's length {header.field_text('DURATION')} s"
@@ -100,14 +100,16 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
 
 
 def _samples_at_constant_time_intervals(
-    channel_lines: TextLines, first_line: int, values_per_line: int, time: FloatArray, samples: FloatArray
+    channel_lines: TextLines, first_line_index: int, values_per_line: int, time: FloatArray, samples: FloatArray
 ) -> tuple[FloatArray, float, tuple[str, ...]]:
     """Return samples at constant time intervals, the interval (s), and a note if samples had to be resampled."""
     steps = np.diff(time)
     wrong = np.flatnonzero([time[0] != 0, *(steps <= 0) | (steps > MAX_TIME_BETWEEN_SAMPLES_S)])
     if wrong.size:
         why = f"time {time[wrong[0]]:g} s; times begin at 0 and rise by at most {MAX_TIME_BETWEEN_SAMPLES_S:g} s"
-        raise channel_lines.line_error(first_line + int(wrong[0]) // values_per_line, f"{why}: get the file again")
+        raise channel_lines.line_error(
+            first_line_index + int(wrong[0]) // values_per_line, f"{why}: get the file again"
+        )
     mean = float(steps.mean())
     even = round(mean, 3)
     if np.abs(time - even * np.arange(time.size)).max() < 0.00051:

@@ -18,7 +18,7 @@ from overturning.cli import main
 from overturning.commands import fork_client
 from overturning.commands.fork_client import (
     SERVER_SOCKET_ENVIRONMENT_VARIABLE,
-    THREAD_COUNT_ENVIRONMENT_VARIABLE,
+    STEP_THREAD_COUNT_ENVIRONMENT_VARIABLE,
     run_workflow_step_in_fork_server_if_any,
 )
 
@@ -33,7 +33,7 @@ READ_STEP_ARGUMENTS = ("read", "--study", STUDY, "--record", "rinaldi")
 def running_server(table: Path) -> Iterator[psutil.Process]:
     """Start the fork server, which logs time and memory of workflow steps to `table`; yield its process."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(THREAD_COUNT_ENVIRONMENT_VARIABLE, "1")
+        patch.setenv(STEP_THREAD_COUNT_ENVIRONMENT_VARIABLE, "1")
         patch.setenv(SERVER_SOCKET_ENVIRONMENT_VARIABLE, "")
         stop = fork_client.start_fork_server(table)
         (server,) = (one for one in psutil.Process().children() if str(table) in one.cmdline())
@@ -229,7 +229,7 @@ def test_the_fork_server_of_a_killed_workflow_ends_after_the_running_steps(tmp_p
         "flush=True)\ninput()\n"
     )
     environment = os.environ | {
-        THREAD_COUNT_ENVIRONMENT_VARIABLE: "1",
+        STEP_THREAD_COUNT_ENVIRONMENT_VARIABLE: "1",
         SERVER_SOCKET_ENVIRONMENT_VARIABLE: "",
         "TMPDIR": str(tmp_path),
     }
@@ -250,7 +250,7 @@ def test_the_fork_server_of_a_killed_workflow_ends_after_the_running_steps(tmp_p
 @pytest.mark.parametrize(
     ("variable", "value"),
     [
-        (THREAD_COUNT_ENVIRONMENT_VARIABLE, "2"),
+        (STEP_THREAD_COUNT_ENVIRONMENT_VARIABLE, "2"),
         (SERVER_SOCKET_ENVIRONMENT_VARIABLE, ""),
         (SERVER_SOCKET_ENVIRONMENT_VARIABLE, "/no/socket"),
     ],
@@ -271,7 +271,7 @@ def test_a_step_without_a_suitable_fork_server_is_left_to_its_caller(
 
 def test_no_fork_server_is_used_if_its_variable_is_off(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(SERVER_SOCKET_ENVIRONMENT_VARIABLE, "off")
-    monkeypatch.setenv(THREAD_COUNT_ENVIRONMENT_VARIABLE, "1")
+    monkeypatch.setenv(STEP_THREAD_COUNT_ENVIRONMENT_VARIABLE, "1")
     fork_client.start_fork_server(tmp_path / "steps.tsv")
     assert os.environ[SERVER_SOCKET_ENVIRONMENT_VARIABLE] == "off"
     assert run_workflow_step_in_fork_server_if_any(["--version"]) is None
@@ -316,7 +316,7 @@ def test_the_fork_server_loads_kernels_once_per_study_variant(tmp_path: Path, mo
             if not process:
                 os._exit(0)
             os.waitid(os.P_PID, process, os.WEXITED | os.WNOWAIT)
-            server._steps[process] = fork_server.RunningWorkflowStep(arguments, ours)
+            server._running_step_by_process_id[process] = fork_server.RunningWorkflowStep(arguments, ours)
             server._send_exit_statuses_of_ended_steps()
             assert theirs.recv(9) == b"0"
             theirs.close()

@@ -20,7 +20,7 @@ import yaml
 
 import overturning
 from overturning.cli import main
-from overturning.commands.cube import STUDY_FIGURE_KINDS
+from overturning.commands.cube import FIGURE_KINDS_FROM_WHOLE_STUDY_RESULTS
 from overturning.errors import ArgumentError
 from overturning.figures.fall_rate import fragility_curves_figure
 from overturning.findings.causes import logistic_fit_findings
@@ -505,7 +505,7 @@ def test_study_and_variant_are_compared_where_both_have_an_outcome(study_folder:
 def test_a_study_figure_is_refused_if_the_study_has_no_findings_for_it(
     study_findings: Findings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert tuple(STUDY_FIGURES) == STUDY_FIGURE_KINDS
+    assert tuple(STUDY_FIGURES) == FIGURE_KINDS_FROM_WHOLE_STUDY_RESULTS
     opened: Any = SimpleNamespace(study=SimpleNamespace(name="tiny"))
     assert [len(STUDY_FIGURES[kind](opened, study_findings)) for kind in ("fragility", "fall-rate", "surveys")] == [
         1,

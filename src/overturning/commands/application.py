@@ -67,7 +67,7 @@ def _add_command_group(group: typer.Typer, group_name: str) -> None:
 
 
 # Subcommands import what they need inside their functions, so that this module is imported quickly.
-_COMMANDS: dict[str, Callable[..., None]] = {
+_FUNCTION_BY_USER_COMMAND: dict[str, Callable[..., None]] = {
     "init": study.create_project,
     "one": simulate_stone_or_scene_under_one_record,
     "findings": cube.print_findings,
@@ -75,10 +75,10 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "explore": write_interactive_cube_page,
     "survey": surveys.summarise_or_compare_survey,
     "backwards": surveys.infer_motion_from_survey,
-    "stood": surveys.compute_survival_probability,
+    "stood": surveys.print_survival_probability,
     "recheck": cube.recheck_random_cases_of_cube,
 }
-for _name, _command in _COMMANDS.items():
+for _name, _command in _FUNCTION_BY_USER_COMMAND.items():
     app.command(_name, short_help=_first_docstring_paragraph(_command))(_command)
 for _name, _command in workflow.WORKFLOW_STEPS_BY_COMMAND.items():
     app.command(_name, short_help=_first_docstring_paragraph(_command), rich_help_panel=_WORKFLOW_STEPS_HELP_HEADING)(
@@ -98,7 +98,7 @@ def _print_version(version_requested: bool) -> None:
 
 
 @app.callback()
-def _program_with_version_option(
+def _accept_version_option_before_command(
     version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
     ] = False,

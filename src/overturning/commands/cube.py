@@ -7,7 +7,7 @@ import typer
 
 from overturning.plot import CUBE_FIGURE_FUNCTIONS, MOTION_FIGURE_KINDS
 
-STUDY_FIGURE_KINDS: Final = (
+FIGURE_KINDS_FROM_WHOLE_STUDY_RESULTS: Final = (
     "references",
     "contrast",
     "maps",
@@ -25,7 +25,9 @@ app = typer.Typer(no_args_is_help=True, help="Write a cube in another form.")
 
 
 def draw_figure(
-    kind: Annotated[str, typer.Argument(help=", ".join((*CUBE_FIGURE_FUNCTIONS, *STUDY_FIGURE_KINDS)))],
+    kind: Annotated[
+        str, typer.Argument(help=", ".join((*CUBE_FIGURE_FUNCTIONS, *FIGURE_KINDS_FROM_WHOLE_STUDY_RESULTS)))
+    ],
     cube: CubePathArgument,
     output: Annotated[Path, typer.Option("--output", "-o", help="figure to draw: .svg, .png or .pdf")],
     record: Annotated[str | None, typer.Option(help="id of the record; optional if the cube has only one")] = None,
@@ -61,11 +63,10 @@ def draw_figure(
     from overturning.study.cube import find_study_for_figure_settings, open_cube, select_heights_and_frictions
     from overturning.translation.texts import ENGLISH, check_language_is_known, use_translation_language
 
-    if kind not in (*CUBE_FIGURE_FUNCTIONS, *STUDY_FIGURE_KINDS):
-        known = f"known are {', '.join((*CUBE_FIGURE_FUNCTIONS, *STUDY_FIGURE_KINDS))}"
-        raise ArgumentError(
-            f"{kind}: no such figure; {closest_name_hint(kind, (*CUBE_FIGURE_FUNCTIONS, *STUDY_FIGURE_KINDS), known)}"
-        )
+    kinds = (*CUBE_FIGURE_FUNCTIONS, *FIGURE_KINDS_FROM_WHOLE_STUDY_RESULTS)
+    if kind not in kinds:
+        known = f"known are {', '.join(kinds)}"
+        raise ArgumentError(f"{kind}: no such figure; {closest_name_hint(kind, kinds, known)}")
     check_output_path(output, "--output", ".svg", ".png", ".pdf")
     inches = parse_figure_width_inches(width)
     draw = CUBE_FIGURE_FUNCTIONS.get(kind)

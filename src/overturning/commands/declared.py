@@ -115,7 +115,7 @@ class StoneOptions:
     damping_ratio: Annotated[float | None, typer.Option(help="damping ratio of the contact (default 3)")] = None
 
     @property
-    def friction_coefficient(self) -> float:
+    def friction_coefficient_or_1(self) -> float:
         """Coefficient of friction from the option --friction; 1 if the option is not given."""
         return 1.0 if self.friction is None else self.friction
 

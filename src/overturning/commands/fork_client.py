@@ -14,11 +14,11 @@ SERVER_MODULE: Final = "overturning.commands.fork_server"
 SERVER_SOCKET_ENVIRONMENT_VARIABLE: Final = "OVERTURNING_FORK_SERVER"
 """Environment variable with the path of the server's socket."""
 
-THREAD_COUNT_ENVIRONMENT_VARIABLE: Final = "OPENBLAS_NUM_THREADS"
+STEP_THREAD_COUNT_ENVIRONMENT_VARIABLE: Final = "OPENBLAS_NUM_THREADS"
 """Environment variable that Snakemake sets to the number of threads of a step."""
 
-LIBRARY_THREAD_COUNT_VARIABLES: Final = (
-    *(THREAD_COUNT_ENVIRONMENT_VARIABLE, "OMP_NUM_THREADS", "GOTO_NUM_THREADS", "MKL_NUM_THREADS"),
+ENVIRONMENT_VARIABLES_OF_LIBRARY_THREAD_COUNTS: Final = (
+    *(STEP_THREAD_COUNT_ENVIRONMENT_VARIABLE, "OMP_NUM_THREADS", "GOTO_NUM_THREADS", "MKL_NUM_THREADS"),
     *("VECLIB_MAXIMUM_THREADS", "NUMEXPR_NUM_THREADS"),
 )
 """Environment variables with the number of threads of numerical libraries, as Snakemake sets them for a step."""
@@ -42,7 +42,7 @@ def run_workflow_step_in_fork_server_if_any(arguments: Sequence[str]) -> int | N
     a step with several threads, because the server has loaded its libraries for one thread.
     """
     path = os.environ.get(SERVER_SOCKET_ENVIRONMENT_VARIABLE)
-    if not arguments or not path or os.environ.get(THREAD_COUNT_ENVIRONMENT_VARIABLE) != "1":
+    if not arguments or not path or os.environ.get(STEP_THREAD_COUNT_ENVIRONMENT_VARIABLE) != "1":
         return None
     import json
     import signal
@@ -77,7 +77,7 @@ def run_workflow_step_in_fork_server_if_any(arguments: Sequence[str]) -> int | N
     return int(answer)
 
 
-def start_fork_server(measurements: str | os.PathLike[str]) -> Callable[[], None]:
+def start_fork_server(resource_use_table_path: str | os.PathLike[str]) -> Callable[[], None]:
     """Start a server process that forks a copy of itself for each workflow step; return a function that ends it.
 
     No server starts on systems other than Linux, where a copy of a process with loaded libraries may fail, and if the
@@ -86,7 +86,7 @@ def start_fork_server(measurements: str | os.PathLike[str]) -> Callable[[], None
 
     Parameters
     ----------
-    measurements : path
+    resource_use_table_path : path
         Table (TSV) to which processor time and memory of each step are appended.
 
     Returns
@@ -113,10 +113,10 @@ def start_fork_server(measurements: str | os.PathLike[str]) -> Callable[[], None
             return _do_nothing
         listener.listen(128)  # clients can connect from now on; the server answers as soon as it has started
         server = subprocess.Popen(
-            [sys.executable, "-P", "-m", SERVER_MODULE, str(listener.fileno()), str(measurements)],
+            [sys.executable, "-P", "-m", SERVER_MODULE, str(listener.fileno()), str(resource_use_table_path)],
             stdin=subprocess.PIPE,
             pass_fds=[listener.fileno()],
-            env=os.environ | dict.fromkeys(LIBRARY_THREAD_COUNT_VARIABLES, "1"),
+            env=os.environ | dict.fromkeys(ENVIRONMENT_VARIABLES_OF_LIBRARY_THREAD_COUNTS, "1"),
         )
     os.environ[SERVER_SOCKET_ENVIRONMENT_VARIABLE] = path
 

@@ -40,32 +40,32 @@ _PRELOADED_MODULES_BY_COMMAND: Final = {
 }
 """Modules that the server imports before the first step of a command, because later steps use them, too."""
 
-_REQUEST_TIMEOUT: Final = 30.0  # s until a client must have sent its request
+_REQUEST_TIMEOUT_S: Final = 30.0  # s until a client must have sent its request
 _PRCTL_SET_PARENT_DEATH_SIGNAL: Final = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
 class RunningWorkflowStep(NamedTuple):
-    """Workflow step that runs in a forked copy of the server: its arguments, and the connection to its client."""
+    """Workflow step that runs in a forked copy of the server, and whose client waits for its exit status."""
 
-    arguments: list[str]
-    connection: socket.socket
+    command_line_arguments: list[str]
+    client_connection: socket.socket
 
 
 class ForkServer:
     """Server that runs each workflow step in a forked copy of itself, which saves the time to import modules."""
 
-    def __init__(self, listener: socket.socket, measurements: Path) -> None:
-        self._listener, self._measurements = listener, measurements
-        self._steps: dict[int, RunningWorkflowStep] = {}  # by process id
+    def __init__(self, listener: socket.socket, resource_use_table_path: Path) -> None:
+        self._listener, self._resource_use_table_path = listener, resource_use_table_path
+        self._running_step_by_process_id: dict[int, RunningWorkflowStep] = {}  # by process id
         # Arguments of a successful sweep of each variant; None once its kernels are loaded.
-        self._sweeps: dict[str, list[str] | None] = {}
+        self._sweep_arguments_by_variant: dict[str, list[str] | None] = {}
         self._selector = selectors.DefaultSelector()
-        self._interrupt_handler: Any = signal.SIG_DFL  # that of the steps
+        self._interrupt_handler_of_steps: Any = signal.SIG_DFL  # that of the steps
 
     def run_requested_steps_until_workflow_ends(self) -> None:
         """Run workflow steps on request until the process that started the server, and all steps, have ended."""
         # Ctrl-C stops steps and workflow; the server ends after them.
-        self._interrupt_handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        self._interrupt_handler_of_steps = signal.signal(signal.SIGINT, signal.SIG_IGN)
         ended_step, wake_up = socket.socketpair()
         wake_up.setblocking(False)
         signal.signal(signal.SIGCHLD, lambda *_: None)
@@ -74,7 +74,7 @@ class ForkServer:
         self._selector.register(ended_step, selectors.EVENT_READ)
         self._selector.register(sys.stdin, selectors.EVENT_READ)
         going_on = True
-        while going_on or self._steps:
+        while going_on or self._running_step_by_process_id:
             for key, _ in self._selector.select():
                 if key.fileobj is self._listener:
                     self._fork_process_for_workflow_step()
@@ -84,14 +84,14 @@ class ForkServer:
                 elif key.fileobj is sys.stdin:
                     self._selector.unregister(sys.stdin)
                     going_on = False
-                elif key.data in self._steps:  # its client was killed
+                elif key.data in self._running_step_by_process_id:  # its client was killed
                     self._selector.unregister(key.fileobj)
                     os.kill(key.data, signal.SIGKILL)
 
     def _fork_process_for_workflow_step(self) -> None:
         """Accept a client's request to run a workflow step, and fork a copy of this process that runs it."""
         connection = self._listener.accept()[0]
-        connection.settimeout(_REQUEST_TIMEOUT)
+        connection.settimeout(_REQUEST_TIMEOUT_S)
         try:
             request, outputs = _receive_request_and_output_descriptors(connection)
         except (OSError, ValueError):
@@ -112,10 +112,10 @@ class ForkServer:
                 connection.close()
                 return
             if not process:
-                _run_workflow_step_and_exit(request, outputs, self._interrupt_handler, server_process)
+                _run_workflow_step_and_exit(request, outputs, self._interrupt_handler_of_steps, server_process)
         with contextlib.suppress(OSError):  # the client was killed: the selector notices
             connection.sendall(STEP_STARTED_ANSWER)
-        self._steps[process] = RunningWorkflowStep(request["arguments"], connection)
+        self._running_step_by_process_id[process] = RunningWorkflowStep(request["arguments"], connection)
         self._selector.register(connection, selectors.EVENT_READ, process)
 
     def _preload_modules_for_command(self, arguments: list[str]) -> None:
@@ -124,40 +124,41 @@ class ForkServer:
             for name in _PRELOADED_MODULES_BY_COMMAND.get(arguments[0], ()):
                 import_module(name)
             variant = _values_by_command_line_option(arguments).get("--variant", "")
-            if arguments[0] == "sweep" and (last := self._sweeps.get(variant)) is not None:
-                self._sweeps[variant] = None
+            if arguments[0] == "sweep" and (last := self._sweep_arguments_by_variant.get(variant)) is not None:
+                self._sweep_arguments_by_variant[variant] = None
                 _load_compiled_simulation_code(last)
 
     def _send_exit_statuses_of_ended_steps(self) -> None:
         """Store processor time and memory of ended steps, and send their exit statuses to their clients."""
-        while self._steps:
+        while self._running_step_by_process_id:
             process, wait_status, used = os.wait4(-1, os.WNOHANG)
             if not process:
                 return
-            step, status = self._steps.pop(process), os.waitstatus_to_exitcode(wait_status)
+            step, status = self._running_step_by_process_id.pop(process), os.waitstatus_to_exitcode(wait_status)
             with contextlib.suppress(KeyError, ValueError):
-                self._selector.unregister(step.connection)
+                self._selector.unregister(step.client_connection)
             self._store_processor_time_and_memory(
-                step.arguments, used
+                step.command_line_arguments, used
             )  # first: who waits for the step may read them at once
             with contextlib.suppress(OSError):
-                step.connection.sendall(str(status if status >= 0 else 128 - status).encode())
-            step.connection.close()
-            if step.arguments[0] == "sweep" and status == 0:
-                self._sweeps.setdefault(
-                    _values_by_command_line_option(step.arguments).get("--variant", ""), step.arguments
+                step.client_connection.sendall(str(status if status >= 0 else 128 - status).encode())
+            step.client_connection.close()
+            if step.command_line_arguments[0] == "sweep" and status == 0:
+                self._sweep_arguments_by_variant.setdefault(
+                    _values_by_command_line_option(step.command_line_arguments).get("--variant", ""),
+                    step.command_line_arguments,
                 )
 
-    def _store_processor_time_and_memory(self, arguments: list[str], used: Any) -> None:
-        """Append the processor time (s) and memory (MB) of a workflow step to the table of measurements."""
+    def _store_processor_time_and_memory(self, arguments: list[str], resource_use: Any) -> None:
+        """Append the processor time (s) and memory (MB) of a workflow step to the table of resource use."""
         options = _values_by_command_line_option(arguments)
         output = options.get("--output") or options.get("--results", "")
         with contextlib.suppress(OSError):
-            self._measurements.parent.mkdir(parents=True, exist_ok=True)
-            with self._measurements.open("a", encoding="utf-8") as table:
+            self._resource_use_table_path.parent.mkdir(parents=True, exist_ok=True)
+            with self._resource_use_table_path.open("a", encoding="utf-8") as table:
                 if not table.tell():
                     table.write("command\toutput\tcpu_time\tmax_rss\n")  # s and MB, like Snakemake's tables
-                time, memory = used.ru_utime + used.ru_stime, used.ru_maxrss / 1000
+                time, memory = resource_use.ru_utime + resource_use.ru_stime, resource_use.ru_maxrss / 1000
                 table.write(f"{arguments[0]}\t{output}\t{time:.2f}\t{memory:.1f}\n")
 
 
@@ -189,11 +190,11 @@ def _load_compiled_simulation_code(arguments: list[str]) -> None:
 
 
 def _run_workflow_step_and_exit(
-    request: dict[str, Any], outputs: list[int], interrupt_handler: Any, server_process: int
+    request: dict[str, Any], output_descriptors: list[int], interrupt_handler: Any, server_process_id: int
 ) -> NoReturn:
     """Run a workflow step in this forked process, with the client's folder, environment and outputs; then exit.
 
-    The step ends with the server, whose process number is `server_process`.
+    The step ends with the server, whose process number is `server_process_id`.
     """
     status: Any = 1
     try:
@@ -201,10 +202,10 @@ def _run_workflow_step_and_exit(
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         signal.signal(signal.SIGINT, interrupt_handler)
         ctypes.CDLL(None).prctl(_PRCTL_SET_PARENT_DEATH_SIGNAL, signal.SIGKILL)
-        if os.getppid() != server_process:  # the server ended before the call above
+        if os.getppid() != server_process_id:  # the server ended before the call above
             os._exit(1)
         os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-        for number, output in enumerate(outputs, start=1):
+        for number, output in enumerate(output_descriptors, start=1):
             os.dup2(output, number)
         os.closerange(3, os.sysconf("SC_OPEN_MAX"))  # sockets of the server and of other steps
         os.environ.clear()
@@ -226,12 +227,12 @@ def _run_workflow_step_and_exit(
         os._exit(status if isinstance(status, int) else 1)
 
 
-def main(listener: int, measurements: str) -> None:
-    """Run the fork server on the socket `listener` until the workflow has ended, then remove the socket's folder."""
-    with socket.socket(fileno=listener) as accepted:
+def main(listener_descriptor: int, resource_use_table_path: str) -> None:
+    """Run the fork server on an open socket until the workflow has ended, then remove the socket's folder."""
+    with socket.socket(fileno=listener_descriptor) as accepted:
         folder = Path(accepted.getsockname()).parent
         try:
-            ForkServer(accepted, Path(measurements)).run_requested_steps_until_workflow_ends()
+            ForkServer(accepted, Path(resource_use_table_path)).run_requested_steps_until_workflow_ends()
         finally:
             shutil.rmtree(folder, ignore_errors=True)
 

@@ -72,7 +72,7 @@ def simulate_stone_or_scene_under_one_record(
     times = f", motion × {motion_options.amplitude:g}" if motion_options.amplitude != 1 else ""
     level = ", vertical motion left out" if motion.up is None and record.up is not None else ""
     title = f"{place}{times}{level}: {found.stone_description}"
-    print(title, *found.outcome_lines, *_notes_on_time_origin_in_record_file(shift), *record.notes, sep="\n  ")
+    print(title, *found.outcome_and_note_lines, *_notes_on_time_origin_in_record_file(shift), *record.notes, sep="\n  ")
     if output_options.animate is not None:
         from overturning.figures.film_case import film_title_facts
         from overturning.figures.film_movie import write_film_as_gif_or_mp4
@@ -81,9 +81,9 @@ def simulate_stone_or_scene_under_one_record(
         from overturning.figures.page import write_film_html_page
 
         facts = film_title_facts(
-            found.model, found.block_parameters,
+            found.model, found.case_parameters_by_name,
             station_and_event_text(record.station or record.record_id, record.event),
-            direction_deg=found.only_case_direction_deg_or_none,
+            direction_deg=found.azimuth_or_orientation_deg_if_one_case,
             amplitude_factor=motion_options.amplitude,
             is_vertical_motion_omitted=motion.up is None and record.up is not None,
         )  # fmt: skip
@@ -107,26 +107,28 @@ def simulate_stone_or_scene_under_one_record(
         print(f"figure: {output_options.response}")
 
 
-def _notes_on_time_origin_in_record_file(file_time_shift: float) -> list[str]:
+def _notes_on_time_origin_in_record_file(motion_start_after_file_start_s: float) -> list[str]:
     """Return a note on the time origin, the first sample of the file; [] if the simulated motion starts there."""
-    if not file_time_shift:
+    if not motion_start_after_file_start_s:
         return []
     first = (
-        f"{-file_time_shift:g} s earlier, with zeros of the filter"
-        if file_time_shift < 0
-        else f"{file_time_shift:g} s later"
+        f"{-motion_start_after_file_start_s:g} s earlier, with zeros of the filter"
+        if motion_start_after_file_start_s < 0
+        else f"{motion_start_after_file_start_s:g} s later"
     )
     return [f"times count from the first sample of the file; the motion that was simulated begins {first}"]
 
 
-def _count_trajectory_times_from_file_start(trajectory: "xr.Dataset", file_time_shift: float) -> "xr.Dataset":
+def _shift_trajectory_times_to_file_start(
+    trajectory: "xr.Dataset", motion_start_after_file_start_s: float
+) -> "xr.Dataset":
     """Shift the times of a simulated motion, so that they count from the first sample of the record file."""
     from overturning.arrays import keep_xarray_from_importing_dask
 
     keep_xarray_from_importing_dask()
-    return trajectory.assign(overturning_time=trajectory["overturning_time"] + file_time_shift).assign_coords(
-        time=trajectory["time"] + file_time_shift
-    )
+    return trajectory.assign(
+        overturning_time=trajectory["overturning_time"] + motion_start_after_file_start_s
+    ).assign_coords(time=trajectory["time"] + motion_start_after_file_start_s)
 
 
 @dataclass(frozen=True)
@@ -137,13 +139,13 @@ class _SimulatedTrajectories:
     """
 
     stone_description: str
-    outcome_lines: "list[str]"
+    outcome_and_note_lines: "list[str]"
     trajectories: "list[xr.Dataset]"
     model: "Model"
-    block_parameters: dict[str, float]
+    case_parameters_by_name: dict[str, float]  # height (m), b_over_h, friction; of a body also aspect
 
     @property
-    def only_case_direction_deg_or_none(self) -> float | None:
+    def azimuth_or_orientation_deg_if_one_case(self) -> float | None:
         """Azimuth or orientation, degrees, of the simulated case; None if there are several."""
         name = f"{self.model.direction_dimension_name}_deg"
         return float(self.trajectories[0].attrs[name]) if len(self.trajectories) == 1 else None
@@ -178,9 +180,9 @@ def _simulate_stack(
     planar_model_options: PlanarModelOptions,
     orientations_deg: list[float],
     stone_options: StoneOptions,
-    file_time_shift: float,
+    motion_start_after_file_start_s: float,
 ) -> _SimulatedTrajectories:
-    """Simulate a 3-D stack at each orientation; `file_time_shift`, s, is added to all times (0 s: start of file)."""
+    """Simulate a 3-D stack at each orientation; times count from the first sample of the record file."""
     from overturning.dem.trajectory import trajectory
     from overturning.figures.film_of_trajectory import (
         SIMULATED_TIME_AFTER_OUTCOME_S,
@@ -190,14 +192,14 @@ def _simulate_stack(
     from overturning.model.stack import Stack
 
     stones = _load_scene_or_create_gravestone(planar_model_options, stone_options.damping_ratio)
-    model, friction = Stack(stones), _friction_option_allowed_for_scene(stones, stone_options)
+    model, friction = Stack(stones), _friction_option_or_1_if_allowed_for_scene(stones, stone_options)
     paths = [
-        _count_trajectory_times_from_file_start(
+        _shift_trajectory_times_to_file_start(
             trajectory(
                 motion, model, orientation_deg=angle, height=stone_options.height, b_over_h=stone_options.b_over_h,
                 friction=friction, amplitude=amplitude, aftermath=SIMULATED_TIME_AFTER_OUTCOME_S,
             ),
-            file_time_shift,
+            motion_start_after_file_start_s,
         )
         for angle in orientations_deg
     ]  # fmt: skip
@@ -211,16 +213,13 @@ def _simulate_stack(
     )  # fmt: skip
 
 
-def _friction_option_allowed_for_scene(scene: "Scene", stone_options: StoneOptions) -> float:
-    """Return the option --friction (default 1); raise an error if given for a scene with its own coefficients.
-
-    Raise an error if the option is given although the scene defines its own coefficients.
-    """
+def _friction_option_or_1_if_allowed_for_scene(scene: "Scene", stone_options: StoneOptions) -> float:
+    """Return the option --friction (default 1); raise an error if given for a scene with its own coefficients."""
     from overturning.errors import ArgumentError
 
     if stone_options.friction is not None and not scene.has_contact_with_unset_friction:
         raise ArgumentError("--friction: the scene defines its own coefficients; set them in the scene file")
-    return stone_options.friction_coefficient
+    return stone_options.friction_coefficient_or_1
 
 
 def _simulate_planar_scene(
@@ -228,9 +227,9 @@ def _simulate_planar_scene(
     amplitude: float,
     planar_model_options: PlanarModelOptions,
     stone_options: StoneOptions,
-    file_time_shift: float,
+    motion_start_after_file_start_s: float,
 ) -> _SimulatedTrajectories:
-    """Simulate a 2-D scene along each azimuth; `file_time_shift`, s, is added to all times (0 s: start of the file)."""
+    """Simulate a 2-D scene along each azimuth; times count from the first sample of the record file."""
     from overturning.dem.polygon.prepare import reason_scene_moves_by_itself
     from overturning.dem.trajectory import trajectory
     from overturning.figures.film_of_trajectory import SIMULATED_TIME_AFTER_OUTCOME_S, outcome_sentence
@@ -242,14 +241,14 @@ def _simulate_planar_scene(
     own_height, own_ratio = default_height_and_b_over_h(stones)
     height = own_height if stone_options.height is None else stone_options.height
     b_over_h = own_ratio if stone_options.b_over_h is None else stone_options.b_over_h
-    friction = _friction_option_allowed_for_scene(stones, stone_options)
+    friction = _friction_option_or_1_if_allowed_for_scene(stones, stone_options)
     paths = [
-        _count_trajectory_times_from_file_start(
+        _shift_trajectory_times_to_file_start(
             trajectory(
                 motion, stones, azimuth_deg=angle, height=height, b_over_h=b_over_h,
                 friction=friction, amplitude=amplitude, aftermath=SIMULATED_TIME_AFTER_OUTCOME_S,
             ),
-            file_time_shift,
+            motion_start_after_file_start_s,
         )
         for angle in planar_model_options.azimuth or []
     ]  # fmt: skip
@@ -273,10 +272,10 @@ def _simulate_body(
     amplitude: float,
     body_options: BodyOptions,
     stone_options: StoneOptions,
-    file_time_shift: float,
+    motion_start_after_file_start_s: float,
     density: float | None,
 ) -> _SimulatedTrajectories:
-    """Simulate a 3-D body at each orientation; `file_time_shift`, s, is added to all times (0 s: start of the file)."""
+    """Simulate a 3-D body at each orientation; times count from the first sample of the record file."""
     from overturning.commands.body_shape import create_body_shape_and_scan_notes
     from overturning.dem.trajectory import trajectory
     from overturning.figures.film_of_trajectory import outcome_sentence, panel_heading_of_trajectory
@@ -284,18 +283,18 @@ def _simulate_body(
     from overturning.model.contact import VertexContact
 
     shape, about_scan = create_body_shape_and_scan_notes(body_options, density)
-    height, b_over_h, friction = stone_options.height, stone_options.b_over_h, stone_options.friction_coefficient
+    height, b_over_h, friction = stone_options.height, stone_options.b_over_h, stone_options.friction_coefficient_or_1
     if shape.slenderness_is_parameter:
         height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h
     damping_ratio = stone_options.damping_ratio
     contact = VertexContact() if damping_ratio is None else VertexContact(damping_ratio=damping_ratio)
     paths = [
-        _count_trajectory_times_from_file_start(
+        _shift_trajectory_times_to_file_start(
             trajectory(
                 motion, Body(shape, contact), orientation_deg=angle, height=height, b_over_h=b_over_h,
                 friction=friction, aspect=body_options.aspect, amplitude=amplitude,
             ),
-            file_time_shift,
+            motion_start_after_file_start_s,
         )
         for angle in body_options.orientation or [0.0]
     ]  # fmt: skip

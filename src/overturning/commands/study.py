@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 WORKFLOW_FILES_AND_FOLDERS = ("Snakefile", "profiles", "workflow")
 """Files and folders of the workflow, at the top of the repository and of each project."""
 
-PROJECT_FILES = (
+FILES_AND_FOLDERS_COPIED_TO_NEW_PROJECT = (
     *WORKFLOW_FILES_AND_FOLDERS,
     "config/records.tsv",
     "config/scenes",
@@ -35,8 +35,12 @@ def create_project(folder: Annotated[Path, typer.Argument(help="folder to create
 
     if folder.exists() and any(folder.iterdir() if folder.is_dir() else [folder]):
         raise ArgumentError(f"{folder}: exists and is not empty; name a new folder")
-    project = next(root for root in possible_project_file_folders() if (root / PROJECT_FILES[0]).is_file())
-    for part in PROJECT_FILES:
+    project = next(
+        root
+        for root in possible_project_file_folders()
+        if (root / FILES_AND_FOLDERS_COPIED_TO_NEW_PROJECT[0]).is_file()
+    )
+    for part in FILES_AND_FOLDERS_COPIED_TO_NEW_PROJECT:
         source, target = project / part, folder / part
         target.parent.mkdir(parents=True, exist_ok=True)
         if source.is_dir():

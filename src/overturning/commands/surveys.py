@@ -110,7 +110,9 @@ def _parse_site_cubes(site_cubes: Sequence[str]) -> dict[str, Path]:
     return found
 
 
-def _check_survey_has_comparable_stones(table: "SurveyTable", path: Path, cubes_by_site: Mapping[str, Path]) -> None:
+def _check_survey_has_comparable_stones(
+    table: "SurveyTable", survey_path: Path, cube_path_by_site: Mapping[str, Path]
+) -> None:
     """Raise an error if a survey has no stone to compare, or the option --site-cube names a site that no stone has.
 
     Nothing is checked if no results cube is given, since nothing is compared then.
@@ -118,9 +120,9 @@ def _check_survey_has_comparable_stones(table: "SurveyTable", path: Path, cubes_
     from overturning.errors import closest_name_hint
     from overturning.surveys.stones import check_survey_has_counted_stone
 
-    if cubes_by_site:
-        check_survey_has_counted_stone(table, path)
-    for site in filter(None, cubes_by_site):
+    if cube_path_by_site:
+        check_survey_has_counted_stone(table, survey_path)
+    for site in filter(None, cube_path_by_site):
         if site not in table.site_names:
             names = ", ".join(filter(None, table.site_names)) or "–"
             hint = closest_name_hint(site, table.site_names, f"its sites are {names}")
@@ -128,9 +130,9 @@ def _check_survey_has_comparable_stones(table: "SurveyTable", path: Path, cubes_
 
 
 def _compare_survey_with_cube(
-    path: Path,
+    survey_path: Path,
     table: "SurveyTable",
-    cubes_and_record: tuple[dict[str, Path], str | None],
+    cube_paths_by_site_and_record_id: tuple[dict[str, Path], str | None],
     background: float,
     figure: Path | None,
     output: Path | None,
@@ -147,7 +149,7 @@ def _compare_survey_with_cube(
     from overturning.surveys.comparison import compare_survey_with_prediction, make_stored_survey_comparison
     from overturning.surveys.ground import soil_below_survey_site_of_cube
 
-    paths, record = cubes_and_record
+    paths, record = cube_paths_by_site_and_record_id
     cubes, grounds = {}, {}
     for site, cube in paths.items():
         with open_cube(cube, chunks={"record": 1}) as data:
@@ -156,9 +158,11 @@ def _compare_survey_with_cube(
     default = cubes.pop("")
     name = str(default["record_id"].item())
     on_soil = {site: one for site, one in grounds.items() if one is not None}
-    print(f"{path.name} against {', '.join([name, *variant_label_as_list(default)])}")
+    print(f"{survey_path.name} against {', '.join([name, *variant_label_as_list(default)])}")
     if "residual_twist" in default:
-        _compare_falls_shifts_and_twists(path, table, (default, cubes), (name, on_soil), background, figure, output)
+        _compare_falls_shifts_and_twists(
+            survey_path, table, (default, cubes), (name, on_soil), background, figure, output
+        )
         return
     comparison = compare_survey_with_prediction(table.counted_stones, default, site_cubes=cubes, background=background)
     parts = {one: table.select_site(one).counted_stones for one in table.site_names if len(table.site_names) > 1}
@@ -167,7 +171,7 @@ def _compare_survey_with_cube(
         for one, part in parts.items()
         if part
     }
-    result = make_stored_survey_comparison(path, name, comparison, table.warnings, by_site, on_soil)
+    result = make_stored_survey_comparison(survey_path, name, comparison, table.warnings, by_site, on_soil)
     if gaps := unsimulated_azimuth_label(default):
         print(f"no plane {gaps} was computed: the prediction for these directions comes from other planes")
     found = survey_prediction_findings(result)
@@ -183,10 +187,10 @@ def _compare_survey_with_cube(
 
 
 def _compare_falls_shifts_and_twists(
-    path: Path,
+    survey_path: Path,
     table: "SurveyTable",
-    cubes: "tuple[Dataset, dict[str, Dataset]]",
-    record_and_grounds: "tuple[str, dict[str, SoilBelowSurveySite]]",
+    default_and_site_cubes: "tuple[Dataset, dict[str, Dataset]]",
+    record_id_and_soil_by_site: "tuple[str, dict[str, SoilBelowSurveySite]]",
     background: float,
     figure: Path | None,
     output: Path | None,
@@ -195,7 +199,7 @@ def _compare_falls_shifts_and_twists(
 
     Print and store the comparison, and draw the observed falls.
 
-    `cubes` are the results cube for all sites that are not named, and the cubes of single sites.
+    `default_and_site_cubes` are the results cube for all sites that are not named, and the cubes of single sites.
     """
     from overturning.findings.observed import observed_survey_findings
     from overturning.findings.survey_commands import SurveyCommandResults
@@ -206,12 +210,12 @@ def _compare_falls_shifts_and_twists(
     from overturning.surveys.displacements import StoredDisplacementComparison, compare_displacements
     from overturning.surveys.observed import summarise_survey
 
-    default, by_site = cubes
-    record, grounds = record_and_grounds
+    default, by_site = default_and_site_cubes
+    record, grounds = record_id_and_soil_by_site
     parts = {one: table.select_site(one) for one in table.site_names if len(table.site_names) > 1}
-    sha256, remarks = survey_file_hash_and_comments(path)
+    sha256, remarks = survey_file_hash_and_comments(survey_path)
     result = StoredDisplacementComparison(
-        survey_file_name=path.name,
+        survey_file_name=survey_path.name,
         sha256=sha256,
         record=record,
         all_sites_comparison=compare_displacements(table, default, by_site, background=background),
@@ -235,12 +239,14 @@ def _compare_falls_shifts_and_twists(
         print(f"figure: {figure}")
 
 
-def _print_results_with_template(found: "BaseModel", name: str) -> None:
-    """Print results as plain text, formatted by the report template `name`."""
+def _print_results_with_template(results: "BaseModel", template_name: str) -> None:
+    """Print results as plain text, formatted by the report template `template_name`."""
     from overturning.report.render import parse_markdown, render_template_as_markdown
     from overturning.report.terminal import terminal_lines_of_markdown
 
-    print(*terminal_lines_of_markdown(parse_markdown(render_template_as_markdown(found, name=name))), sep="\n")
+    print(
+        *terminal_lines_of_markdown(parse_markdown(render_template_as_markdown(results, name=template_name))), sep="\n"
+    )
 
 
 def infer_motion_from_survey(
@@ -335,7 +341,7 @@ def infer_motion_from_survey(
         print(f"figure: {figure}")
 
 
-def compute_survival_probability(
+def print_survival_probability(
     fragility: Annotated[Path, typer.Argument(help="fragility curves of a run (CSV)")],
     hazard: Annotated[Path, typer.Argument(help="hazard curves (CSV): measure, unit, level, annual_rate")],
     years: Annotated[float, typer.Option(min=1e-3, max=1e7, help="exposure time of the stones (their age), years")],

@@ -128,7 +128,7 @@ def compute_intensity_measures(study: StudyOption, motions: MotionFolderOption, 
     write_intensity_measures(*_load_study_and_processed_motions(study, motions), output)
 
 
-def draw_parameter_changes_of_ensemble(
+def write_random_parameter_changes_of_ensemble(
     study: StudyOption, output: Annotated[Path, typer.Option(help="table of members to write (CSV)")]
 ) -> None:
     """Draw the random parameter changes of the runs (members) of a study's ensemble, and write them as CSV."""
@@ -335,7 +335,7 @@ WORKFLOW_STEPS_BY_COMMAND: dict[str, Callable[..., None]] = {
     "surface": compute_surface_motions,
     "describe": add_station_event_and_site_to_motions,
     "rotate": compute_intensity_measures,
-    "members": draw_parameter_changes_of_ensemble,
+    "members": write_random_parameter_changes_of_ensemble,
     "sweep": simulate_cases_of_record,
     "gather": merge_outcome_files_into_cube,
     "check-convergence": recompute_sample_with_finer_steps,

@@ -11,7 +11,7 @@ from overturning.motion.noise import motion_onset_index, signal_and_noise_spectr
 from overturning.records.processing import (
     AUTO_HIGHPASS_CORNER_BOUNDS_HZ,
     FALLBACK_HIGHPASS_CORNER_HZ,
-    choose_highpass_corner_and_reason,
+    choose_highpass_corner_hz_and_reason,
     default_processing_steps,
     process_record,
 )
@@ -119,9 +119,9 @@ def test_signal_to_noise_ratio_at_long_sampling_intervals_is_finite_or_missing(i
 def test_the_reason_for_the_default_corner_frequency_names_the_missing_data():
     wave = np.random.default_rng(2).normal(size=400)
     still = Record("r", np.zeros(400), np.zeros(400), noise_with_decaying_signal_from_onset(20.0, 0.01)[:400], DT)
-    assert choose_highpass_corner_and_reason(still) == (FALLBACK_HIGHPASS_CORNER_HZ, "no horizontal motion")
+    assert choose_highpass_corner_hz_and_reason(still) == (FALLBACK_HIGHPASS_CORNER_HZ, "no horizontal motion")
     coarse = Record("r", wave, wave[::-1].copy(), None, 0.5)
-    assert choose_highpass_corner_and_reason(coarse) == (
+    assert choose_highpass_corner_hz_and_reason(coarse) == (
         FALLBACK_HIGHPASS_CORNER_HZ,
         "no noise of 7.5 s before the onset to compare with",
     )
@@ -130,7 +130,7 @@ def test_the_reason_for_the_default_corner_frequency_names_the_missing_data():
 def test_the_automatic_corner_frequency_is_where_signal_exceeds_noise():
     """The noise exceeds the signal below 0.4 Hz, so the corner is at 0.4 Hz."""
     rumble = 0.05 * np.sin(2 * np.pi * 0.2 * TIME) + 0.05 * np.sin(2 * np.pi * 0.33 * TIME + 1)
-    corner, reason = choose_highpass_corner_and_reason(
+    corner, reason = choose_highpass_corner_hz_and_reason(
         record_of_components(
             noise_with_decaying_signal_from_onset(30.0, 0.01) + rumble,
             noise_with_decaying_signal_from_onset(30.0, 0.01, seed=5) + rumble,
@@ -141,14 +141,14 @@ def test_the_automatic_corner_frequency_is_where_signal_exceeds_noise():
 
 
 def test_the_automatic_corner_frequency_is_the_default_if_noise_is_too_short():
-    corner, reason = choose_highpass_corner_and_reason(
+    corner, reason = choose_highpass_corner_hz_and_reason(
         record_of_components(
             noise_with_decaying_signal_from_onset(0.5, 0.01), noise_with_decaying_signal_from_onset(0.5, 0.01)
         )
     )
     assert corner == FALLBACK_HIGHPASS_CORNER_HZ
     assert "no noise of 2 s before the onset" in reason
-    clean, reason = choose_highpass_corner_and_reason(
+    clean, reason = choose_highpass_corner_hz_and_reason(
         record_of_components(
             noise_with_decaying_signal_from_onset(30.0, 0.001),
             noise_with_decaying_signal_from_onset(30.0, 0.001, seed=6),
@@ -157,14 +157,14 @@ def test_the_automatic_corner_frequency_is_the_default_if_noise_is_too_short():
     assert clean == pytest.approx(0.1, rel=0.01)  # three cycles in 30 s
     assert "as far down as that tells" in reason
     ahead = 0.001 * np.random.default_rng(7).normal(size=(2, 6000))
-    long, _ = choose_highpass_corner_and_reason(
+    long, _ = choose_highpass_corner_hz_and_reason(
         record_of_components(
             *(np.append(ahead[n], noise_with_decaying_signal_from_onset(30.0, 0.001, seed=3 + n)) for n in range(2))
         )
     )
     assert AUTO_HIGHPASS_CORNER_BOUNDS_HZ[0] <= long <= 0.05
     # Three seconds of noise tell nothing of what is slower than a hertz.
-    short, reason = choose_highpass_corner_and_reason(
+    short, reason = choose_highpass_corner_hz_and_reason(
         record_of_components(
             noise_with_decaying_signal_from_onset(3.0, 0.001), noise_with_decaying_signal_from_onset(3.0, 0.001, seed=6)
         )
@@ -183,8 +183,8 @@ def test_sensor_tilt_raises_the_corner_frequency_to_recover_displacement(tilt):
     level, tilted = (
         record_of_components(*(g + n + (away > 0) * a for g, n in zip(ground, noise, strict=True))) for a in (0.0, tilt)
     )
-    corner, reason = choose_highpass_corner_and_reason(tilted)
-    assert 1.2 * choose_highpass_corner_and_reason(level)[0] < corner < 0.25
+    corner, reason = choose_highpass_corner_hz_and_reason(tilted)
+    assert 1.2 * choose_highpass_corner_hz_and_reason(level)[0] < corner < 0.25
     assert "offset that the shock leaves" in reason
     found, true = (
         np.hypot(*process_record(r, default_processing_steps(r, corner)).displacement).max()

@@ -152,7 +152,7 @@ def test_a_soil_strain_beyond_the_curve_is_noted(noise_samples: np.ndarray) -> N
     assert beyond.strain_and_exceeded_curve_max_strain == pytest.approx((0.65 * beyond.largest_strain, 0.01))
     assert beyond.largest_strain > 0.02
     site = SoilSite.model_validate(SOIL_SITE_SETTINGS | {"layers": [soft.model_dump()]})
-    _, text = site.propagate_record_to_surface(replace(PULSE, north=100.0 * PULSE.north))
+    _, text = site.propagate_record_to_surface_with_note(replace(PULSE, north=100.0 * PULSE.north))
     assert "% beyond the curve (which ends at 1 %); east converged, strain 0 %" in text
 
 
@@ -210,7 +210,7 @@ def test_components_at_the_soil_surface_have_equal_length(noise_samples: np.ndar
     late[-50:] = np.hanning(50)
     light = SoilSite(layers=[{"thickness_m": 30, "velocity_m_s": 100, "damping": 0.01}], rock=ROCK)
     record = replace(PULSE, north=noise_samples, east=late, up=np.ones(noise_samples.size))
-    found, _ = light.propagate_record_to_surface(record)
+    found, _ = light.propagate_record_to_surface_with_note(record)
     alone = propagate_through_soil(late, record.sampling_interval, light.layers, ROCK).surface_acceleration
     assert found.north.size == found.east.size == found.up.size == alone.size
     assert np.array_equal(found.east, alone)

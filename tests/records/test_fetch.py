@@ -37,7 +37,7 @@ def server(tmp_path: Path) -> Iterator[ServerWithPlannedFailures]:
 
 def fetch_file(server: ServerWithPlannedFailures, folder: Path, **more):
     """Download the file of the test server into a folder, with short waits."""
-    options = {"timeout": 0.4, "wait": 0.001} | more
+    options = {"timeout_s": 0.4, "first_pause_s": 0.001} | more
     return fetch_url(f"{server.address}/a/x.bin", HASH, folder, **options)
 
 
@@ -73,7 +73,7 @@ def test_a_download_that_breaks_off_is_resumed_near_its_break(server, tmp_path):
 def test_a_later_run_resumes_a_partial_download(server, tmp_path):
     server.mode["file"] = ["cut"]
     with pytest.raises(RecordError, match="resumed next time"):
-        fetch_file(server, tmp_path / "got", tries=1)
+        fetch_file(server, tmp_path / "got", max_tries=1)
     assert file_names(tmp_path / "got") == [".x.bin.part"]
     assert fetch_file(server, tmp_path / "got").read_bytes() == SERVED_FILE_CONTENT
     assert server.seen[-1][1] not in ("", "bytes=0-")
@@ -109,7 +109,7 @@ def test_a_permanent_http_error_is_not_retried(server, tmp_path, status, kind):
 
 def test_a_download_from_a_dead_server_ends_with_an_error(tmp_path):
     with pytest.raises(RecordError, match=r"127\.0\.0\.1/x\.bin: failed in 2 tries"):
-        fetch_url("http://127.0.0.1:19/x.bin", HASH, tmp_path, tries=2, timeout=0.5, wait=0.001)
+        fetch_url("http://127.0.0.1:19/x.bin", HASH, tmp_path, max_tries=2, timeout_s=0.5, first_pause_s=0.001)
 
 
 def test_download_credentials_come_from_the_environment_and_are_never_shown(
@@ -121,7 +121,7 @@ def test_download_credentials_come_from_the_environment_and_are_never_shown(
         fetch_file(server, tmp_path / "got")
         server.mode["file"] = ["401"]
         with pytest.raises(MissingDataError) as problem:
-            fetch_url(f"{server.address}/y.bin?token=abc123", HASH, tmp_path / "got", wait=0.001)
+            fetch_url(f"{server.address}/y.bin?token=abc123", HASH, tmp_path / "got", first_pause_s=0.001)
     shown = str(problem.value) + caplog.text + "".join(capsys.readouterr())
     shown += "".join(p.read_text("latin-1") for p in (tmp_path / "got").iterdir())
     assert "s3cret-w0rd" not in shown
@@ -153,7 +153,7 @@ def waveform_request(server: ServerWithPlannedFailures, **more) -> FdsnWaveformR
 
 def fetch_waveforms(server: ServerWithPlannedFailures, folder: Path, **more):
     """Fetch waveforms and metadata of the test station into a folder, with short waits."""
-    return fetch_fdsn_record(waveform_request(server, **more), folder, tries=3, timeout=0.4, wait=0.001)
+    return fetch_fdsn_record(waveform_request(server, **more), folder, max_tries=3, timeout_s=0.4, first_pause_s=0.001)
 
 
 def test_fdsn_waveforms_and_metadata_become_a_record(server, tmp_path):
@@ -177,12 +177,12 @@ def test_fdsn_reports_missing_parts_of_the_window(server, tmp_path):
     told = []
     length = CHANNEL_SAMPLES_IN_COUNTS[0].size / 100
     later = {"window_start_utc": str(START - 7), "window_end_utc": str(START + length + 4)}
-    fetch_fdsn_record(waveform_request(server, **later), tmp_path / "got", timeout=0.6, report_note=told.append)
+    fetch_fdsn_record(waveform_request(server, **later), tmp_path / "got", timeout_s=0.6, report_note=told.append)
     assert len(told) == 3
     assert all("of the requested window, the first 7 s and the last 4 s of XX.TST1..HN" in each for each in told)
     told.clear()
     whole = {"window_start_utc": str(START), "window_end_utc": str(START + length)}
-    fetch_fdsn_record(waveform_request(server, **whole), tmp_path / "whole", timeout=0.6, report_note=told.append)
+    fetch_fdsn_record(waveform_request(server, **whole), tmp_path / "whole", timeout_s=0.6, report_note=told.append)
     assert told == []
 
 
@@ -230,8 +230,8 @@ def test_the_error_names_an_address_without_an_fdsn_server(tmp_path):
                 "http://127.0.0.1:19", "XX", "TST1", window_start_utc="2001-01-01", window_end_utc="2001-01-02"
             ),
             tmp_path,
-            tries=1,
-            timeout=1,
+            max_tries=1,
+            timeout_s=1,
         )
 
 

@@ -192,7 +192,7 @@ def fetch_file_from_url(
     """
     from overturning.records.download import fetch_url
 
-    typer.echo(fetch_url(address, sha256, folder, name=name or None, timeout=timeout))
+    typer.echo(fetch_url(address, sha256, folder, name=name or None, timeout_s=timeout))
 
 
 @dataclass(frozen=True)
@@ -227,5 +227,7 @@ def fetch_records_from_fdsn(
     from overturning.records.fdsn import FdsnWaveformRequest, fetch_fdsn_record
 
     request = FdsnWaveformRequest(server, network, station, location, channel, *astuple(window))
-    for finding in check_records_in_files(fetch_fdsn_record(request, folder, timeout=timeout, report_note=typer.echo)):
+    for finding in check_records_in_files(
+        fetch_fdsn_record(request, folder, timeout_s=timeout, report_note=typer.echo)
+    ):
         typer.echo(format_record_check(finding))

@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumber
-from overturning.records.doubts import PHRASE_BY_DATA_PROBLEM, data_problem_kinds_in_notes
+from overturning.records.doubts import NOTE_PHRASE_BY_DATA_PROBLEM, data_problem_kinds_in_notes
 from overturning.records.record import processing_entry_text
 from overturning.study.cube import record_provenance
 
@@ -124,7 +124,7 @@ def summarise_record_notes_and_doubts(processing_by_id: Mapping[str, RecordProce
     known = {name: one for name, one in processing_by_id.items() if one is not None}
     named = {
         kind: [name for name, one in known.items() if kind in one.doubts]
-        for kind in (*PHRASE_BY_DATA_PROBLEM, DRIFT_DOUBT_KIND, TRUSTED_CONTRADICTION_DOUBT_KIND)
+        for kind in (*NOTE_PHRASE_BY_DATA_PROBLEM, DRIFT_DOUBT_KIND, TRUSTED_CONTRADICTION_DOUBT_KIND)
     }
     return RecordNotes(
         records_with_notes=sum(

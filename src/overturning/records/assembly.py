@@ -184,7 +184,7 @@ def _extra_record_metadata(
     }
     extra |= agency_processing_metadata(cut_components)
     extra |= {"axes": [c.axis_name for c in cut_components]} | (
-        {"origin_time": format_iso_utc_time(first.origin_time)} if first.origin_time else {}
+        {"origin_time": format_iso_utc_time(first.origin_time_utc)} if first.origin_time_utc else {}
     )
     extra |= {"header_peak_difference": relative_header_peak_differences} if relative_header_peak_differences else {}
     if declared_properties.trust_data:

@@ -24,8 +24,8 @@ def convert_to_utc_text(time_text: str) -> str:
     return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).astimezone(UTC).isoformat()
 
 
-_Latitude = Annotated[float | None, Field(ge=-90, le=90, allow_inf_nan=False)]
-_Longitude = Annotated[float | None, Field(ge=-180, le=180, allow_inf_nan=False)]
+_LatitudeDeg = Annotated[float | None, Field(ge=-90, le=90, allow_inf_nan=False)]
+_LongitudeDeg = Annotated[float | None, Field(ge=-180, le=180, allow_inf_nan=False)]
 
 
 COLUMN_LONG_NAME_AND_UNIT_BY_METADATA_NAME: Final[dict[str, tuple[str, str, str]]] = {
@@ -70,13 +70,13 @@ class RecordDescriptionColumns(BaseModel, extra="forbid", frozen=True, use_attri
     """Period of the velocity pulse, s."""
     wall: Literal["hanging", "foot"] | None = None
     """Side of the fault: `hanging` or `foot` (wall); empty: neither, or unknown."""
-    station_latitude_deg: _Latitude = None
+    station_latitude_deg: _LatitudeDeg = None
     """Latitude of the station, north positive; empty: as stated in the file."""
-    station_longitude_deg: _Longitude = None
+    station_longitude_deg: _LongitudeDeg = None
     """Longitude of the station, east positive."""
-    epicentre_latitude_deg: _Latitude = None
+    epicentre_latitude_deg: _LatitudeDeg = None
     """Latitude of the epicentre, north positive; empty: as stated in the file."""
-    epicentre_longitude_deg: _Longitude = None
+    epicentre_longitude_deg: _LongitudeDeg = None
     """Longitude of the epicentre, east positive."""
     coordinates_source: str = Field(default="", max_length=300)
     """Publication or catalogue of the coordinates in this line; without it the station is left off the map."""
@@ -178,7 +178,7 @@ def read_record_table(path: Path | str) -> dict[str, RecordTableRow]:
     return entries
 
 
-EXAMPLE_PREFIX: Final = "example:"
+SOURCE_PREFIX_OF_PACKAGED_EXAMPLE: Final = "example:"
 """Prefix of a file that is part of the package (`records/examples`)."""
 
 
@@ -210,9 +210,12 @@ def _source_names_with_paths(table_row: RecordTableRow, data_dir: Path) -> list[
     located: list[tuple[str, Path]] = []
     missing: list[str] = []
     for word in table_row.source.split():
-        if word.startswith(EXAMPLE_PREFIX):
+        if word.startswith(SOURCE_PREFIX_OF_PACKAGED_EXAMPLE):
             located.append(
-                (word.removeprefix(EXAMPLE_PREFIX), _example_file_path(table_row, word.removeprefix(EXAMPLE_PREFIX)))
+                (
+                    word.removeprefix(SOURCE_PREFIX_OF_PACKAGED_EXAMPLE),
+                    _example_file_path(table_row, word.removeprefix(SOURCE_PREFIX_OF_PACKAGED_EXAMPLE)),
+                )
             )
             continue
         named = [data_dir / word] if (data_dir / word).is_file() else []

@@ -162,7 +162,7 @@ def direction_from_azimuth_code(azimuth_code: float) -> AzimuthAndVerticalSense:
     return (float(azimuth_code) % 360.0, 0) if 0 < azimuth_code <= 360 else UNKNOWN_DIRECTION
 
 
-VERTICAL_DIRECTION_BY_FILM_CODE: Final[dict[int, AzimuthAndVerticalSense]] = {500: (None, 1), 600: (None, -1)}
+VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE: Final[dict[int, AzimuthAndVerticalSense]] = {500: (None, 1), 600: (None, -1)}
 """Codes of a vertical axis in place of an azimuth, in California's film formats; 400 states no sense."""
 
 
@@ -276,7 +276,7 @@ class RecordComponent:
     start_time_utc: datetime | None = None  # time of the first sample, UTC
     station: str = ""
     event: str = ""
-    origin_time: datetime | None = None  # origin time of the earthquake, UTC
+    origin_time_utc: datetime | None = None  # of the earthquake
     station_latitude_deg: float | None = None
     station_longitude_deg: float | None = None
     header_peak: HeaderPeak | None = None
@@ -369,7 +369,7 @@ def checked_relative_header_peak_difference(
     return difference / level if level else 0.0
 
 
-MAX_AXIS_SKEW_WITHOUT_NOTE_DEG = 5.0
+MAX_DEVIATION_FROM_RIGHT_ANGLE_WITHOUT_NOTE_DEG = 5.0
 """Largest deviation of two horizontal axes from a right angle without a note, degrees."""
 
 
@@ -377,7 +377,7 @@ def non_perpendicular_axes_notes(components: Sequence[RecordComponent]) -> list[
     """Return a note if the angle between two horizontal axes deviates noticeably from 90°."""
     first, second = (c.azimuth_deg or 0.0 for c in components[:2])
     apart = angle_between_azimuths(second, first)
-    if abs(apart - 90.0) <= MAX_AXIS_SKEW_WITHOUT_NOTE_DEG:
+    if abs(apart - 90.0) <= MAX_DEVIATION_FROM_RIGHT_ANGLE_WITHOUT_NOTE_DEG:
         return []
     which = f"horizontal axes at {first:g}° and {second:g}°, {apart:g}° apart"
     return [f"{which}, are taken as stated: look whether both azimuths are right"]

@@ -21,7 +21,7 @@ STANDSTILL_PHRASE: Final = "stands still"
 DEAD_VERTICAL_PHRASE: Final = "is dead: its peak"
 DOUBTFUL_INTERVAL_PHRASE: Final = "is doubtful"
 
-PHRASE_BY_DATA_PROBLEM: Final = {
+NOTE_PHRASE_BY_DATA_PROBLEM: Final = {
     "clipped samples": CLIPPED_PHRASE,
     "two axes with the same samples": SAME_SAMPLES_PHRASE,
     "an axis that stands still during the motion": STANDSTILL_PHRASE,
@@ -34,7 +34,7 @@ PHRASE_BY_DATA_PROBLEM: Final = {
 def data_problem_kinds_in_notes(notes: Iterable[str]) -> list[str]:
     """Find which kinds of data problems, such as clipped samples, the notes on a record mention."""
     notes = list(notes)
-    return [kind for kind, phrase in PHRASE_BY_DATA_PROBLEM.items() if any(phrase in note for note in notes)]
+    return [kind for kind, phrase in NOTE_PHRASE_BY_DATA_PROBLEM.items() if any(phrase in note for note in notes)]
 
 
 def sample_quality_notes(

@@ -59,15 +59,16 @@ def fetch_url(
     folder: Path | str,
     *,
     name: str | None = None,
-    tries: int = 4,
-    timeout: float = 30.0,
-    wait: float = 1.0,
+    max_tries: int = 4,
+    timeout_s: float = 30.0,
+    first_pause_s: float = 1.0,
 ) -> Path:
     """Download a file by http or https into a folder, unless the folder has it already; return its path.
 
     The folder is created if missing. A partial download stays in the folder as ``.NAME.part`` and is resumed; the
     target appears only when complete and with the right SHA-256. Its default name is the last part of the URL's path.
-    There are `tries` tries with a pause of `wait` s that doubles; `timeout` is the longest silence of the server, s.
+    There are `max_tries` tries with a pause of `first_pause_s` that doubles; `timeout_s` is the longest silence of the
+    server.
 
     Raises
     ------
@@ -84,7 +85,9 @@ def fetch_url(
     if path.is_file() and _file_sha256(path) == sha256.lower():
         return path
     kept = "the part that was received is kept and resumed next time"
-    call_with_retries(lambda: _resume_download(url, part, timeout), url_without_credentials(url), tries, wait, kept)
+    call_with_retries(
+        lambda: _resume_download(url, part, timeout_s), url_without_credentials(url), max_tries, first_pause_s, kept
+    )
     wrong = ""
     with part.open("rb") as file:
         if is_web_page(file.read(400)):
@@ -131,7 +134,7 @@ def url_without_credentials(url: str) -> str:
     return f"{parts.scheme}://{parts.hostname or ''}{parts.path}"
 
 
-def _resume_download(url: str, partial_file: Path, timeout: float) -> None:
+def _resume_download(url: str, partial_file: Path, timeout_s: float) -> None:
     """Download the missing rest of a partial file; raise a RecordError if the connection breaks off."""
     import requests
 
@@ -139,7 +142,7 @@ def _resume_download(url: str, partial_file: Path, timeout: float) -> None:
     # Request an unencoded body: an encoded one has another length than the file.
     headers = {"Accept-Encoding": "identity"} | ({"Range": f"bytes={have}-"} if have else {})
     with requests.get(
-        url, headers=headers, timeout=timeout, stream=True, auth=download_credentials_from_environment()
+        url, headers=headers, timeout=timeout_s, stream=True, auth=download_credentials_from_environment()
     ) as answer:
         status, content_range = answer.status_code, answer.headers.get("Content-Range", "")
         if status in (401, 403):

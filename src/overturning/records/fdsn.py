@@ -59,16 +59,16 @@ def fetch_fdsn_record(
     request: FdsnWaveformRequest,
     folder: Path | str,
     *,
-    tries: int = 3,
-    timeout: float = 60.0,
-    wait: float = 1.0,
+    max_tries: int = 3,
+    timeout_s: float = 60.0,
+    first_pause_s: float = 1.0,
     report_note: Callable[[str], Any] = lambda _: None,
 ) -> list[Path]:
     """Download a MiniSEED file and its StationXML from an FDSN server into a folder; return their paths.
 
     Files that exist are not downloaded again. The folder is created if missing. Both answers are read before they are
-    saved, so a cut or wrong answer leaves no file. ``tries``, ``timeout`` and ``wait`` apply per file, see `fetch_url`.
-    ``report_note`` gets a message on each part of the window that the server does not have.
+    saved, so a cut or wrong answer leaves no file. ``max_tries``, ``timeout_s`` and ``first_pause_s`` apply per
+    file, see `fetch_url`. ``report_note`` gets a message on each part of the window that the server does not have.
 
     Raises
     ------
@@ -85,9 +85,9 @@ def fetch_fdsn_record(
 
     def send_with_retries(send_request: Callable[[], Any]) -> Any:
         """Send a request to the server, and repeat it after connection errors."""
-        return call_with_retries(lambda: _send_fdsn_request(send_request, what), what, tries, wait)
+        return call_with_retries(lambda: _send_fdsn_request(send_request, what), what, max_tries, first_pause_s)
 
-    client = send_with_retries(lambda: _connect_to_fdsn_server(request.server, timeout))
+    client = send_with_retries(lambda: _connect_to_fdsn_server(request.server, timeout_s))
     start, end = _requested_time_window(
         request, lambda event_id: send_with_retries(lambda: client.get_events(eventid=event_id))
     )
@@ -131,14 +131,14 @@ def _incomplete_channel_notes(waveform_file: SourceFile, start: Any, end: Any) -
             yield f"{name}: of the requested window, the {' and the '.join(lost)} of {channel} are not there"
 
 
-def _connect_to_fdsn_server(server: str, timeout: float) -> Any:
+def _connect_to_fdsn_server(server: str, timeout_s: float) -> Any:
     """Return an obspy client of an FDSN server; raise an ArgumentError for an unknown server."""
     from obspy.clients.fdsn import Client
 
     account = download_credentials_from_environment()
     extra = {"user": account[0], "password": account[1]} if account else {}
     try:
-        return Client(server, timeout=timeout, user_agent="overturning", **extra)
+        return Client(server, timeout=timeout_s, user_agent="overturning", **extra)
     except ValueError as problem:
         raise ArgumentError(f"server: {server!r} ({problem}); give its address, or a name that obspy knows") from None
 

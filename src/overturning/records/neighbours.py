@@ -7,7 +7,7 @@ from typing import Final
 
 from overturning.records.component import RecordComponent, is_vertical_axis_name_without_up_or_down
 
-MAX_SEARCHED_FILE_COUNT: Final = 6
+MAX_FILES_SEARCHED_FOR_VERTICAL_COMPONENT: Final = 6
 """Largest number of files that are searched, most similar names first."""
 
 MAX_SEARCHED_FILE_BYTES: Final = 10_000_000
@@ -29,4 +29,8 @@ def find_similarly_named_files(record_paths: Sequence[Path]) -> list[Path]:
     ]
     # Similarity is the length of the common prefix of two names (not paths).
     others.sort(key=lambda other: -len(os.path.commonprefix([other.name, first.name])))  # noqa: RUF071
-    return [p for p in others[:MAX_SEARCHED_FILE_COUNT] if p.is_file() and p.stat().st_size <= MAX_SEARCHED_FILE_BYTES]
+    return [
+        p
+        for p in others[:MAX_FILES_SEARCHED_FOR_VERTICAL_COMPONENT]
+        if p.is_file() and p.stat().st_size <= MAX_SEARCHED_FILE_BYTES
+    ]

@@ -31,8 +31,8 @@ def default_processing_steps(record: Record, corner_hz: float | Literal["auto"] 
 
     Records that an agency processed, and synthetic ones, get no steps. Raw records get: mean removed, taper of 2 s (5 %
     of a short record), zero-phase Butterworth high-pass of order 2 at ``corner_hz``; with "auto", at the corner that
-    `choose_highpass_corner_and_reason` finds from the noise before the onset. A `RecordError` refuses a raw record of
-    so few samples that a taper of 5 % has none.
+    `choose_highpass_corner_hz_and_reason` finds from the noise before the onset. A `RecordError` refuses a raw record
+    of so few samples that a taper of 5 % has none.
     """
     if record.extra.get("processed", False):
         return ()
@@ -57,7 +57,7 @@ def process_record(record: Record, steps: Sequence[Step] | None, site: SoilSite 
     for step in steps:
         chosen = ""
         if isinstance(step, Highpass) and step.corner_hz == "auto":
-            corner, chosen = choose_highpass_corner_and_reason(record)
+            corner, chosen = choose_highpass_corner_hz_and_reason(record)
             step = step.model_copy(update={"corner_hz": corner})
         shift, change = (
             step.start_shift_of_record_s(record.sampling_interval),
@@ -69,7 +69,7 @@ def process_record(record: Record, steps: Sequence[Step] | None, site: SoilSite 
             chosen = f"nothing taken from {' and '.join(still)}, as the line is zero at no time before the fit"
         record = _append_processing_entry(record, changed, step, chosen, shift)
     if site is not None:
-        surface, chosen = site.propagate_record_to_surface(record)
+        surface, chosen = site.propagate_record_to_surface_with_note(record)
         record = _append_processing_entry(record, surface, site, chosen)
     # Unchanged records of an agency were checked when they were read.
     looked_at = not steps and site is None and record.extra.get("processed", False)
@@ -105,7 +105,7 @@ def _append_processing_entry(
     return replace(record_after, processing=(*record_before.processing, entry), start=start)
 
 
-def choose_highpass_corner_and_reason(record: Record) -> tuple[float, str]:
+def choose_highpass_corner_hz_and_reason(record: Record) -> tuple[float, str]:
     """Choose the corner frequency of a record's high-pass filter from its noise; return it (Hz) and the reason.
 
     The corner is the lowest frequency above which, up to the frequency of the largest ratio, the signal of both

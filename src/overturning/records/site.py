@@ -30,7 +30,7 @@ class SoilSite(StrictModel):
         default="outcrop", description="Rock under the instrument, outcropping or below the layers (within)."
     )
 
-    def propagate_record_to_surface(self, record: Record) -> tuple[Record, str]:
+    def propagate_record_to_surface_with_note(self, record: Record) -> tuple[Record, str]:
         """Compute the record's motion at the surface; return also a text on convergence and strain ("" if linear).
 
         Raises a RecordError for a borehole record as outcropping rock: it contains waves reflected at the surface.

@@ -110,7 +110,7 @@ class ButterworthFilter(_ProcessingStep):
             bounds = f"it must lie below the Nyquist frequency {nyquist:g} Hz"
             raise _unsuitable_step_error(record, f"{self.step}.corner_hz {corner:g}", bounds)
         sections = butter(self.order, corner, btype=self.step, fs=1.0 / record.sampling_interval, output="sos")
-        pad = self._padding_sample_count(record.sampling_interval)
+        pad = self._zero_count_padded_at_each_end(record.sampling_interval)
         _refuse_too_many_samples(record, f"{self.step}.corner_hz {corner:g} needs added zeros", samples.size + 2 * pad)
         filtered = sosfiltfilt(sections, np.pad(samples, pad), padtype=None)
         # A zero-phase high-pass filter acts before the first sample too. Stripped of its pads its output would
@@ -118,7 +118,7 @@ class ButterworthFilter(_ProcessingStep):
         kept = filtered if self.step == "highpass" else filtered[pad : pad + samples.size]
         return np.ascontiguousarray(kept, dtype=np.float64)
 
-    def _padding_sample_count(self, sampling_interval: float) -> int:
+    def _zero_count_padded_at_each_end(self, sampling_interval: float) -> int:
         """Return the number of zeros to add at each end before filtering (1.5 order/corner; Converse & Brady 1992)."""
         return math.ceil(1.5 * self.order / float(self.corner_hz) / sampling_interval)
 
@@ -145,7 +145,7 @@ class Highpass(ButterworthFilter):
         return super().apply_to_component(samples - offset, record)
 
     def start_shift_of_record_s(self, sampling_interval: float) -> float:  # noqa: D102
-        return -self._padding_sample_count(sampling_interval) * sampling_interval
+        return -self._zero_count_padded_at_each_end(sampling_interval) * sampling_interval
 
 
 def _estimate_constant_offset(samples: FloatArray, sampling_interval: float) -> float:

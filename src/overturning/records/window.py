@@ -58,7 +58,7 @@ def cut_to_common_window(
     interval = _common_sampling_interval(components)
     _check_station_places_agree(components, refusals_out)
     offsets = _sample_counts_before_common_start(components, interval, refusals_out)
-    spread = _checked_duration_difference_s(components, interval, refusals_out)
+    spread = _checked_longest_minus_shortest_duration_s(components, interval, refusals_out)
     length = min(c.acceleration.size - offset for c, offset in zip(components, offsets, strict=True))
     if length < 2:
         raise RecordError(f"{components[0].file_name}: components have no common window")
@@ -132,7 +132,7 @@ def _sample_counts_before_common_start(
     return [round((latest - start).total_seconds() / sampling_interval) for start in starts]
 
 
-def _checked_duration_difference_s(
+def _checked_longest_minus_shortest_duration_s(
     components: Sequence[RecordComponent], sampling_interval: float, refusals_out: AssemblyRefusalCollector
 ) -> float:
     """Return the longest minus the shortest duration, s; report a contradiction if several files differ too much."""

@@ -85,7 +85,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             start_time_utc=start,
             station=station.field_text("station"),
             event=f"earthquake of {header.field_text('DATE')} {header.field_text('ORIGIN TIME')} (Peru)",
-            origin_time=origin,
+            origin_time_utc=origin,
             coordinates=_latitude_and_longitude(station),
             header_peak=_stated_peak_of_column(header, column - 1),
             epicentre=_latitude_and_longitude(header),

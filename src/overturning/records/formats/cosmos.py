@@ -131,7 +131,7 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
         start_time_utc=_utc_time_of_first_sample(channel_lines, whole, float(real[29]))
         if header.field_text("clock").upper() in ("", "UTC", "GMT")
         else None,
-        origin_time=origin,
+        origin_time_utc=origin,
         coordinates=(known.get(0), known.get(1)),
         sensor_position=classify_as_surface_or_borehole(location_text=text[8]),
         sensor_location=sensor_location_in_header_line(text[8]),

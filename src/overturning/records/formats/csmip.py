@@ -16,7 +16,7 @@ import numpy as np
 
 from overturning.records.component import (
     UNKNOWN_DIRECTION,
-    VERTICAL_DIRECTION_BY_FILM_CODE,
+    VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE,
     RecordComponent,
     axis_direction_from_name_or_code,
     classify_as_surface_or_borehole,
@@ -104,7 +104,7 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     whole = channel_lines.read_fixed_width_integers(text_lines, column_width=5, numbers_per_line=16, number_count=100)
     code = int(whole[26])
     # The code alone does not define the sense: RENADIC codes V as 500 without stating that it points up.
-    senses = {} if parse_axis_direction(axis) == UNKNOWN_DIRECTION else VERTICAL_DIRECTION_BY_FILM_CODE
+    senses = {} if parse_axis_direction(axis) == UNKNOWN_DIRECTION else VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE
     direction = axis_direction_from_name_or_code(
         axis, senses.get(code, direction_from_azimuth_code(code)), partial(channel_lines.line_error, at)
     )
@@ -137,7 +137,7 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
         interval,
         start_time_utc=start,
         station=station,
-        origin_time=origin,
+        origin_time_utc=origin,
         coordinates=(latitude, longitude),
         sensor_position=classify_as_surface_or_borehole(location_text=channel),
         sensor_location=sensor_location_in_header_line(channel),

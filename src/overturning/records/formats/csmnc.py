@@ -65,7 +65,9 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             start_time_utc=header.field_utc_time("start", *TIME_FORMATS, utc_offset=BEIJING_UTC_OFFSET)
             if header.field_text("start")
             else None,
-            origin_time=parse_time_as_utc(header.field_text("origin"), *TIME_FORMATS, utc_offset=BEIJING_UTC_OFFSET),
+            origin_time_utc=parse_time_as_utc(
+                header.field_text("origin"), *TIME_FORMATS, utc_offset=BEIJING_UTC_OFFSET
+            ),
             header_peak=header.field_peak_acceleration("peak", GAL) if header.field_text("peak") else None,
             sensor_position=classify_as_surface_or_borehole(location_text=header.field_text("observing point")),
             sensor_location=" ".join(header.field_text("observing point").split()),

@@ -60,7 +60,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             ),
             station=header.field_text("StationCode"),
             event=f"earthquake of {header.field_text('Origin Time(GMT+08)')} (GMT+8)",
-            origin_time=parse_time_as_utc(
+            origin_time_utc=parse_time_as_utc(
                 header.field_text("Origin Time(GMT+08)"), "%Y/%m/%d-%H:%M:%S", utc_offset=TAIWAN_UTC_OFFSET
             ),
             coordinates=(header.number_in_field("StationLatitude(N)"), header.number_in_field("StationLongitude(E)")),

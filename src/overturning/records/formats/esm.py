@@ -52,7 +52,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             else None,
             station=text("STATION_CODE"),
             event=text("EVENT_NAME") or text("EVENT_ID"),
-            origin_time=parse_time_as_utc(
+            origin_time_utc=parse_time_as_utc(
                 f"{text('EVENT_DATE_YYYYMMDD')} {text('EVENT_TIME_HHMMSS')[:6]}", "%Y%m%d %H%M%S"
             ),
             coordinates=(

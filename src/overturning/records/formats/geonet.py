@@ -84,7 +84,7 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
         start_time_utc=channel_lines.utc_time(HEADER_TEXT_LINE_COUNT, day, hour, minute, millis / 1000)
         - timedelta(seconds=float(whole[31]) * interval),
         event=f"earthquake of {when}" + (f" (epicentre {where})" if where else ""),
-        origin_time=parse_time_as_utc(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
+        origin_time_utc=parse_time_as_utc(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
         header_peak=header.field_peak_acceleration(
             "Acceleration: Peak in mm/s/s", MILLIMETRE_IN_M, is_sign_stated=True
         ),

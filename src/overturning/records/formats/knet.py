@@ -92,7 +92,9 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             start_time_utc=start,
             station=station,
             event=header.field_text("Origin Time") + " JST",
-            origin_time=parse_time_as_utc(header.field_text("Origin Time"), TIME_FORMAT, utc_offset=JAPAN_UTC_OFFSET),
+            origin_time_utc=parse_time_as_utc(
+                header.field_text("Origin Time"), TIME_FORMAT, utc_offset=JAPAN_UTC_OFFSET
+            ),
             coordinates=(header.number_in_field("Station Lat."), header.number_in_field("Station Long.")),
             header_peak=header.field_peak_acceleration("Max. Acc. (gal)", GAL, is_mean_removed=True),
             sensor_position=sensor,

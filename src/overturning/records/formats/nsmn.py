@@ -50,7 +50,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
                 ),
                 event=f"earthquake of {header.field_text('origin')}",
                 # Files of about 2017 have the year first here, but not in the time of the record.
-                origin_time=parse_time_as_utc(
+                origin_time_utc=parse_time_as_utc(
                     re.sub(r"(:\d+:\d+).*", r"\1", header.field_text("origin")),
                     "%d/%m/%Y %H:%M:%S",
                     "%Y/%m/%d %H:%M:%S",

@@ -111,7 +111,7 @@ def _component_of_trace(
         start_time_utc=moment.datetime.replace(tzinfo=UTC) if dated else None,
         station=trace.stats.station,
         event=str(header.get("kevnm", "")).strip(),
-        origin_time=origin,
+        origin_time_utc=origin,
         coordinates=(header_number("stla"), header_number("stlo")),
         header_peak=HeaderPeak.from_signed_acceleration(extreme * scale, 2e-7) if extreme is not None else None,
         sensor_position=classify_as_surface_or_borehole(header_number("stdp")),

@@ -27,13 +27,13 @@ IS_CORRECTED_BY_FIRST_LINE: Final = {"1 UNCORRECTED ACCELEROGRAM": False, "2 COR
 HEADER_TEXT_LINE_COUNT: Final = 11
 HEADER_LINE_COUNT: Final = 27
 MISSING_VALUE_MARKER: Final = -32768
-BRIDGE_SENSOR_LOCATIONS: Final = {
+BRIDGE_SENSOR_LOCATION_BY_CODE: Final = {
     1: "base of a pier",
     2: "abutment of a bridge",
     3: "deck above a pier",
     4: "deck between piers",
 }
-DAM_SENSOR_LOCATIONS: Final = {1: "base of a dam", 2: "crest of a dam", 3: "abutment of a dam"}
+DAM_SENSOR_LOCATION_BY_CODE: Final = {1: "base of a dam", 2: "crest of a dam", 3: "abutment of a dam"}
 """Location of a sensor on a bridge (integer 27) or a dam (integer 28)."""
 
 
@@ -65,7 +65,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             interval,
             start_time_utc=_utc_time_of_first_sample(whole, text),
             station=(station[1] if station else "") or lines[2].strip(),
-            origin_time=parse_time_as_utc(" ".join(lines[3].split()[:4]), "%Y %m %d %H%M"),
+            origin_time_utc=parse_time_as_utc(" ".join(lines[3].split()[:4]), "%Y %m %d %H%M"),
             event=re.sub(r"^\s*\d+\s+\d+\s+\d+\s+\d*\s*", "", lines[3]).strip(),
             coordinates=(known.get(10), known.get(11)),
             # The header has seven digits, the data have five: they may differ by half a unit of the data's last digit.
@@ -115,7 +115,7 @@ def _sensor_location_in_structure(header_integers: np.ndarray) -> str:
     floor, bridge, dam = (int(header_integers[i]) for i in (24, 26, 27))
     if 0 < floor < 200:
         return f"{floor}{({1: 'st', 2: 'nd', 3: 'rd'}).get(floor, 'th')} floor"
-    return BRIDGE_SENSOR_LOCATIONS.get(bridge, DAM_SENSOR_LOCATIONS.get(dam, ""))
+    return BRIDGE_SENSOR_LOCATION_BY_CODE.get(bridge, DAM_SENSOR_LOCATION_BY_CODE.get(dam, ""))
 
 
 def _flagged_problem_and_longitude_notes(

@@ -126,7 +126,7 @@ def find_channel_epoch(
     gain, unit = _channel_gain_and_unit(channel, name)
     notes = _compare_gain_with_stage_gains(channel.response, gain, unit, name, refuse_or_store_contradiction)
     _check_first_stage_unit(channel.response, unit, refuse_or_store_contradiction)
-    direction, unknown, inclined = _channel_direction(channel, name)
+    direction, unknown, inclined = _channel_direction_unknown_text_and_notes(channel, name)
     notes += inclined
     if unknown:
         notes += (f"{name}: the StationXML says {unknown!r}, so its azimuth is not taken",)
@@ -237,7 +237,7 @@ def _total_stage_gain_and_relative_difference(response: Any, gain: float) -> tup
     return min(pairs, key=lambda pair: pair[1])
 
 
-_LAPLACE_VARIABLE_AT_1_HZ: Final = {"LAPLACE (RADIANS/SECOND)": 2.0 * np.pi, "LAPLACE (HERTZ)": 1.0}
+_LAPLACE_VARIABLE_AT_1_HZ_BY_FUNCTION_TYPE: Final = {"LAPLACE (RADIANS/SECOND)": 2.0 * np.pi, "LAPLACE (HERTZ)": 1.0}
 """Imaginary part of the Laplace variable at 1 Hz, by type of transfer function."""
 
 
@@ -247,7 +247,7 @@ def _gain_ratio_to_gain_at_stated_frequency(stage: Any, frequency: float | None)
     The ratio is 1 for a stage without analogue poles and zeros, or where one of the two frequencies is not stated or
     has no gain.
     """
-    scale = _LAPLACE_VARIABLE_AT_1_HZ.get(getattr(stage, "pz_transfer_function_type", ""))
+    scale = _LAPLACE_VARIABLE_AT_1_HZ_BY_FUNCTION_TYPE.get(getattr(stage, "pz_transfer_function_type", ""))
     if scale is None or not frequency or not stage.stage_gain_frequency:
         return 1.0
     laplace = 1j * scale * np.array([frequency, stage.stage_gain_frequency])
@@ -317,7 +317,9 @@ def _gain_and_direction_text(channel: Any) -> str:
     return f"{gain}, azimuth {channel.azimuth}, dip {channel.dip}"
 
 
-def _channel_direction(channel: Any, channel_label: str) -> tuple[AzimuthAndVerticalSense, str, tuple[str, ...]]:
+def _channel_direction_unknown_text_and_notes(
+    channel: Any, channel_label: str
+) -> tuple[AzimuthAndVerticalSense, str, tuple[str, ...]]:
     """Return the direction of a channel, the StationXML text that declares it unknown (or ""), and notes.
 
     A RecordError names a channel that is neither horizontal nor vertical.

@@ -71,7 +71,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             start_time_utc=start,
             station=header.field_text("CLAVE DE LA ESTACION"),
             event=f"earthquake of {header.field_text('FECHA DEL SISMO')} {header.field_text('HORA EPICENTRO')} GMT",
-            origin_time=origin,
+            origin_time_utc=origin,
             coordinates=_station_coordinates(header),
             header_peak=header.field_peak_acceleration("ACEL. MAX.", GAL, peaks[column], is_sign_stated=True)
             if column < len(peaks)

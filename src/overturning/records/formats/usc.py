@@ -15,7 +15,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.records.component import (
-    VERTICAL_DIRECTION_BY_FILM_CODE,
+    VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE,
     RecordComponent,
     axis_direction_from_name_or_code,
     direction_from_azimuth_code,
@@ -42,9 +42,9 @@ HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
     "DURATION": (10, rf"DURATION *= *({FLOAT_PATTERN})"),
     "UNITS ARE SEC AND G/10 (no other is read)": (11, r"^(UNITS ARE SEC AND G/10)\b"),
 }
-RESAMPLED_INTERVAL_S: Final = 0.005
+RESAMPLED_SAMPLING_INTERVAL_S: Final = 0.005
 """Sampling interval after resampling of uneven times, s; the instruments record up to 25 Hz."""
-OVERSAMPLING_FACTOR: Final = 5
+INTERPOLATION_OVERSAMPLING_FACTOR: Final = 5
 """Oversampling factor of the cubic interpolation before the anti-alias filter."""
 MAX_TIME_BETWEEN_SAMPLES_S: Final = 0.1
 """Longest time between two samples, s; the instruments have periods of 0.04 s."""
@@ -86,13 +86,13 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
         header.field_text("COMP"),
         axis_direction_from_name_or_code(
             header.field_text("COMP"),
-            VERTICAL_DIRECTION_BY_FILM_CODE.get(code, direction_from_azimuth_code(code)),
+            VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE.get(code, direction_from_azimuth_code(code)),
             partial(header.line_error, "COMP"),
         ),
         samples,
         interval,
         station=f"USC {header.field_text('station')}, {header.field_text('site')}",
-        origin_time=parse_time_as_utc(re.sub("[-,]", " ", header.field_text("origin")), "%b %d %Y %H%M GMT"),
+        origin_time_utc=parse_time_as_utc(re.sub("[-,]", " ", header.field_text("origin")), "%b %d %Y %H%M GMT"),
         is_from_film=True,
         extra_metadata={"magnitude": float(real[11])} if real[11] > 0 else {},
         notes=(*notes, *resampled),
@@ -117,14 +117,14 @@ def _samples_at_constant_time_intervals(
     from scipy.interpolate import PchipInterpolator
     from scipy.signal import resample_poly
 
-    fine = np.arange(int(time[-1] / RESAMPLED_INTERVAL_S * OVERSAMPLING_FACTOR + 1e-6) + 1) * (
-        RESAMPLED_INTERVAL_S / OVERSAMPLING_FACTOR
+    fine = np.arange(int(time[-1] / RESAMPLED_SAMPLING_INTERVAL_S * INTERPOLATION_OVERSAMPLING_FACTOR + 1e-6) + 1) * (
+        RESAMPLED_SAMPLING_INTERVAL_S / INTERPOLATION_OVERSAMPLING_FACTOR
     )
-    out = resample_poly(PchipInterpolator(time, samples)(fine), 1, OVERSAMPLING_FACTOR, padtype="line")
+    out = resample_poly(PchipInterpolator(time, samples)(fine), 1, INTERPOLATION_OVERSAMPLING_FACTOR, padtype="line")
     note = (
         f"{channel_lines.source.name}: uneven times, {1e3 * mean:.1f} ms apart on average and "
-        f"{1e3 * steps.max():.0f} ms at most, resampled to {1e3 * RESAMPLED_INTERVAL_S:g} ms "
+        f"{1e3 * steps.max():.0f} ms at most, resampled to {1e3 * RESAMPLED_SAMPLING_INTERVAL_S:g} ms "
         "(monotone cubic, anti-alias filter at "
-        f"{0.5 / RESAMPLED_INTERVAL_S:g} Hz)"
+        f"{0.5 / RESAMPLED_SAMPLING_INTERVAL_S:g} Hz)"
     )
-    return np.ascontiguousarray(out, dtype=np.float64), RESAMPLED_INTERVAL_S, (note,)
+    return np.ascontiguousarray(out, dtype=np.float64), RESAMPLED_SAMPLING_INTERVAL_S, (note,)

@@ -67,7 +67,7 @@ def test_raw_volumes_and_spectra_in_an_archive_are_skipped_with_notes(tmp_path):
         "CE1.V1 left out: the same is there processed",
         "CE1.V3 left out: it holds no acceleration",
     ]
-    assert [finding.record is not None for finding in check_records_in_files([path])] == [True]
+    assert [finding.unprocessed_record is not None for finding in check_records_in_files([path])] == [True]
     path.write_bytes(zip_archive({"CE1.V1": first.encode(), "CE1.V3": third.encode()}))
     assert read_record_without_processing(path).extra["processed"] is False
     path.write_bytes(zip_archive({"CE1.V3": third.encode()}))
@@ -203,7 +203,7 @@ def test_compressed_files_are_read_like_their_content(tmp_path, form, compress):
             [record.north, record.east], TEXT_FORMATS_WITH_WRITERS[form].expected_north_east(*steps[:2]), atol=1e-8
         )
     (tmp_path / "x.ps.gz").write_bytes(gzip.compress(b"%!PS-Adobe"))
-    assert [found.record is None for found in check_records_in_files([tmp_path])][:1] == [False]
+    assert [found.unprocessed_record is None for found in check_records_in_files([tmp_path])][:1] == [False]
     for path in named:
         path.write_bytes(path.read_bytes()[:-30])
     with pytest.raises(RecordError, match="damaged"):

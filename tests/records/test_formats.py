@@ -386,10 +386,12 @@ def test_files_of_two_places_at_one_station_are_separate_records(tmp_path):
     write_channel_files(4, "Bent 2: deck", {"Tran": (0, A), "Long": (0, B)})
     for paths in ([tmp_path], [tmp_path / "CHAN001.V2"]):
         found = check_records_in_files(paths)
-        record = found[0].record
+        record = found[0].unprocessed_record
         assert record is not None
         assert_components(record, B * 0.01, A * 0.01, C * 0.01)
-        assert [f.file_names[0] for f in found if f.record is None] == ["CHAN004.V2"][: len(paths[0].suffix) == 0]
+        assert [f.file_names[0] for f in found if f.unprocessed_record is None] == ["CHAN004.V2"][
+            : len(paths[0].suffix) == 0
+        ]
     both = [check_records_in_files([tmp_path / "CHAN001.V2", tmp_path / "CHAN005.V2"])]
     for finding in both[0]:
         assert "components of 'Freefield' and 'Bent 2: deck' are not of one record" in finding.refusal_or_skip_reason

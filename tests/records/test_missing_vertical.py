@@ -25,7 +25,7 @@ def test_a_note_names_a_vertical_component_file_in_the_folder_that_was_not_read(
     named = paths[0] if given == 1 else paths[:2]
     assert note in read_record_without_processing(named).notes
     (finding,) = check_records_in_files([named] if given == 1 else named)
-    assert note in finding.record.notes
+    assert note in finding.unprocessed_record.notes
     entry = RecordTableRow(id="x", source=" ".join(path.name for path in paths[:2]))
     assert note in read_record(entry, tmp_path).notes
     assert note not in read_record_without_processing(paths).notes

@@ -70,9 +70,9 @@ def test_records_check_gives_a_record_or_a_reason_for_every_example_file():
     named = {name for finding in findings for name in finding.file_names}
     assert named == {p.name for p in files}
     for finding in findings:
-        assert (finding.record is None) == bool(finding.refusal_or_skip_reason)
+        assert (finding.unprocessed_record is None) == bool(finding.refusal_or_skip_reason)
         assert finding.file_names[0] in format_record_check(finding)
-    read = {name for f in findings if f.record for name in f.file_names}
+    read = {name for f in findings if f.unprocessed_record for name in f.file_names}
     assert {"0111a.smc", "0111b.smc", "0111c.smc", "20161113_110259_WTMC_20.V2A"} <= read
 
 

@@ -69,7 +69,9 @@ def test_channels_of_two_location_codes_are_refused_as_one_record(tmp_path):
         read_record_without_processing(mixed)
     # Regression: the first sensor lacks its north component and used that of the second.
     write_mseed(tmp_path / "x.mseed", {"00.HNE": E, "00.HNZ": Z, "10.HNE": E, "10.HNN": N, "10.HNZ": Z})
-    assert [len(finding.components) for finding in check_records_in_files([tmp_path]) if finding.record] == [3]
+    assert [
+        len(finding.components) for finding in check_records_in_files([tmp_path]) if finding.unprocessed_record
+    ] == [3]
 
 
 def test_an_accelerometer_and_a_velocity_sensor_are_refused_as_one_record(tmp_path):
@@ -122,10 +124,10 @@ def test_stations_in_one_miniseed_file_become_separate_records(tmp_path, later):
     assert [[one.axis_name for one in each.components] for each in found] == [
         list(motion) for motion in motions.values()
     ]
-    assert found[0].record is None
+    assert found[0].unprocessed_record is None
     for each, motion in zip(found[1:], list(motions.values())[1:], strict=True):
-        np.testing.assert_allclose(each.record.north, motion["HNN"] / 4e5, rtol=1e-12)
-        np.testing.assert_allclose(each.record.east, motion["HNE"] / 4e5, rtol=1e-12)
+        np.testing.assert_allclose(each.unprocessed_record.north, motion["HNN"] / 4e5, rtol=1e-12)
+        np.testing.assert_allclose(each.unprocessed_record.east, motion["HNE"] / 4e5, rtol=1e-12)
     with expect_error(RecordError, "3 records (TST1, TST2, TST3); cut the file to one of them"):
         read_record_without_processing(tmp_path / "x.mseed")
 
@@ -643,7 +645,7 @@ def test_one_file_per_component_is_declared_by_file_names(tmp_path):
             np.testing.assert_allclose(found, samples / 1e5, rtol=1e-12)
     found = check_records_in_files([tmp_path], starred)
     assert [finding.file_names for finding in found] == [tuple(f"{s}_{a}.txt" for a in "enz") for s in "ab"]
-    np.testing.assert_allclose(found[1].record.north, 2 * N / 1e5, rtol=1e-12)
+    np.testing.assert_allclose(found[1].unprocessed_record.north, 2 * N / 1e5, rtol=1e-12)
     entry = RecordTableRow(id="x", source="a_n.txt a_e.txt a_z.txt", columns=exact.columns, **given_)
     np.testing.assert_allclose(read_record(entry, tmp_path).up, -Z / 1e5, rtol=1e-12)
 
@@ -695,9 +697,9 @@ def test_component_files_are_matched_by_all_variable_parts_of_their_names(tmp_pa
         (tmp_path / f"{name}.txt").write_text("".join(f"{v}\n" for v in samples / 1e3))
     declared = DeclaredFileProperties(columns="*_n_*.txt=north:gal *_e_*.txt=east:gal", **given_)
     alone, pair = check_records_in_files([tmp_path], declared)
-    assert (alone.file_names, alone.record) == (("a_e_1.txt",), None)
+    assert (alone.file_names, alone.unprocessed_record) == (("a_e_1.txt",), None)
     assert pair.file_names == ("a_e_2.txt", "a_n_2.txt")
-    np.testing.assert_allclose(pair.record.horizontal_components, [Z / 1e5, E / 1e5], rtol=1e-12)
+    np.testing.assert_allclose(pair.unprocessed_record.horizontal_components, [Z / 1e5, E / 1e5], rtol=1e-12)
     twofold = DeclaredFileProperties(columns="*n*.txt=north:gal *a*.txt=east:gal", **given_)
     with expect_error(
         RecordError, "a_n_2.txt: its name fits *n*.txt and *a*.txt; write patterns that fit one axis each"

@@ -339,8 +339,8 @@ def test_two_sampling_bands_of_one_sensor_become_two_records(tmp_path):
     first, second = check_records_in_files([tmp_path])
     assert first.file_names == ("BNE.mseed", "BNN.mseed", "BNZ.mseed")
     assert second.file_names == ("HNE.mseed", "HNN.mseed", "HNZ.mseed")
-    np.testing.assert_allclose(first.record.north, N[::5] / 4e5, rtol=1e-12)
-    np.testing.assert_allclose(second.record.north, N / 4e5, rtol=1e-12)
+    np.testing.assert_allclose(first.unprocessed_record.north, N[::5] / 4e5, rtol=1e-12)
+    np.testing.assert_allclose(second.unprocessed_record.north, N / 4e5, rtol=1e-12)
     np.testing.assert_allclose(read_record_without_processing(tmp_path / "HNE.mseed").north, N / 4e5, rtol=1e-12)
 
 
@@ -348,7 +348,7 @@ def test_the_stationxml_of_another_station_does_not_block_a_declared_unit(tmp_pa
     write_stationxml_of_channels(tmp_path / "other.xml", CHANNEL_AZIMUTHS_AND_DIPS, station="OTHER")
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HNE", E, 90.0))]
     (finding,) = check_records_in_files([tmp_path], DeclaredFileProperties(unit="gal"))
-    np.testing.assert_allclose(finding.record.north, N / 1e7, atol=1e-8)
+    np.testing.assert_allclose(finding.unprocessed_record.north, N / 1e7, atol=1e-8)
     np.testing.assert_allclose(
         read_record_without_processing(paths[0], DeclaredFileProperties(unit="gal")).east, E / 1e7, atol=1e-8
     )

@@ -33,27 +33,31 @@ def check_record_files(paths: RecordPathsArgument, file_options: RecordFileOptio
     Folders are read recursively. The exit status is 1 if a file was refused.
     """
     from overturning.records.check import check_records_in_files, format_record_check, non_record_file_names
-    from overturning.records.duplicates import duplicate_record_messages, find_duplicate_records, motion_fingerprint
+    from overturning.records.duplicates import (
+        duplicate_record_messages,
+        find_id_pairs_of_duplicate_records,
+        motion_fingerprint,
+    )
     from overturning.records.earthquakes import assign_records_to_earthquakes
 
     findings = check_records_in_files(paths, file_options.to_declared_file_properties())
     for finding in findings:
         typer.echo(format_record_check(finding))
     _print_notes_on_record_files(
-        assign_records_to_earthquakes(f.record for f in findings if f.record is not None).notes
+        assign_records_to_earthquakes(f.unprocessed_record for f in findings if f.unprocessed_record is not None).notes
     )
     named = [
-        replace(f.processed_record, record_id=", ".join(f.file_names))
+        replace(f.record_after_default_processing, record_id=", ".join(f.file_names))
         for f in findings
-        if f.processed_record is not None
+        if f.record_after_default_processing is not None
     ]
-    for text in duplicate_record_messages(find_duplicate_records(map(motion_fingerprint, named))):
+    for text in duplicate_record_messages(find_id_pairs_of_duplicate_records(map(motion_fingerprint, named))):
         typer.echo(text)
-    read = sum(f.record is not None for f in findings)
+    read = sum(f.unprocessed_record is not None for f in findings)
     if no_records := non_record_file_names(paths):
         shown = ", ".join(no_records[:5]) + (" …" if len(no_records) > 5 else "")
         typer.echo(f"skipped because of their extensions: {len(no_records)} ({shown})")
-    refused = sum(f.record is None and not f.is_skipped_for_no_acceleration for f in findings)
+    refused = sum(f.unprocessed_record is None and not f.is_skipped_for_no_acceleration for f in findings)
     typer.echo(f"{read} read, {refused} refused")
     if refused:
         raise typer.Exit(1)
@@ -110,8 +114,12 @@ def plot_records(
     if frequency != "auto" and not 0 < frequency < float("inf"):
         raise ArgumentError(f"--corner: {corner!r}; give a frequency in Hz, or auto")
     findings = check_records_in_files(paths, declared)
-    records = [(finding.file_names[0], finding.record) for finding in findings if finding.record is not None]
-    unread = [finding for finding in findings if finding.record is None]
+    records = [
+        (finding.file_names[0], finding.unprocessed_record)
+        for finding in findings
+        if finding.unprocessed_record is not None
+    ]
+    unread = [finding for finding in findings if finding.unprocessed_record is None]
     page = output.suffix.lower() in (".svg", ".png", ".pdf")
     if page and len(records) > 1:
         raise ArgumentError(f"--output: {output.name} is one page, but there are {len(records)} records; name a folder")

@@ -76,7 +76,7 @@ def summarise_or_compare_survey(
     for option, path in (("--figure", figure), ("--rose", rose)):
         check_output_path(path, option, ".svg", ".png", ".pdf")
     check_output_path(output, "--output", ".json")
-    cubes = {} if cube is None else {"": cube} | _parse_site_cubes(site_cubes or ())
+    cubes = {} if cube is None else {"": cube} | _parse_cube_path_by_site(site_cubes or ())
     check_outputs_are_separate_files(
         {"--figure": figure, "--rose": rose, "--output": output}, [stones, *cubes.values()]
     )
@@ -97,7 +97,7 @@ def summarise_or_compare_survey(
         print(f"rose: {rose}")
 
 
-def _parse_site_cubes(site_cubes: Sequence[str]) -> dict[str, Path]:
+def _parse_cube_path_by_site(site_cubes: Sequence[str]) -> dict[str, Path]:
     """Parse the option --site-cube: return the path of the results cube for each named survey site."""
     found: dict[str, Path] = {}
     for one in site_cubes:

@@ -70,7 +70,7 @@ def assemble_record(
     declared_properties = declared_properties or DeclaredFileProperties()
     refusals = AssemblyRefusalCollector(trust_contradictions=declared_properties.trust_data)
     name = components[0].file_name if components else record_id
-    components, notes = _orient_or_omit_vertical_components(components, declared_properties.vertical_sense)
+    components, notes = _orient_or_omit_vertical_components_with_notes(components, declared_properties.vertical_sense)
     notes += [
         note for component in components if (note := _note_on_ignored_user_properties(component, declared_properties))
     ]
@@ -179,7 +179,7 @@ def _extra_record_metadata(
     """Return the dictionary `Record.extra` of a record: properties for which the class `Record` has no field."""
     first = cut_components[0]
     extra: dict[str, Any] = dict(first.extra_metadata) | {
-        "format": first.format,
+        "format": first.format_name,
         "processed": first.is_already_corrected,
     }
     extra |= agency_processing_metadata(cut_components)
@@ -275,7 +275,7 @@ def _order_horizontal_first_and_check_components(
     return [*horizontal, *vertical]
 
 
-def _orient_or_omit_vertical_components(
+def _orient_or_omit_vertical_components_with_notes(
     components: Sequence[RecordComponent], declared_sense: VerticalSense | None
 ) -> tuple[list[RecordComponent], list[str]]:
     """Set a vertical axis of unknown sense to the sense (up or down) given by the user, or omit it; return notes."""

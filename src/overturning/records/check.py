@@ -15,7 +15,7 @@ from overturning.records.processing import process_record
 from overturning.records.read import (
     add_notes_to_record,
     notes_on_vertical_component_left_out,
-    read_components_of_file_and_siblings,
+    read_components_and_paths_of_file_and_siblings,
 )
 from overturning.records.record import (
     Record,
@@ -33,9 +33,9 @@ class RecordCheckResult:
 
     file_names: tuple[str, ...]
     components: tuple[RecordComponent, ...] = ()  # axes of the record; empty if the file cannot be read
-    record: Record | None = None  # None if refused or skipped
+    unprocessed_record: Record | None = None  # None if refused or skipped
     refusal_or_skip_reason: str = ""  # why the record is refused or skipped
-    processed_record: Record | None = None  # the record after the default processing
+    record_after_default_processing: Record | None = None
     is_skipped_for_no_acceleration: bool = False  # True for a file of spectra or velocities next to records
 
 
@@ -48,7 +48,7 @@ def check_records_in_files(
     read come first, then records in the order of their files. Without a declared sensor, surface and borehole sensors
     are checked.
     """
-    sources, findings = _read_source_files(paths)
+    sources, findings = _read_source_files_and_refusals(paths)
     declared_properties = (declared_properties or DeclaredFileProperties()).with_station_xml(sources)
     records = [source for source in sources if source not in declared_properties.metadata]
     skipped = [source for source in records if holds_no_acceleration(source)]
@@ -60,18 +60,18 @@ def check_records_in_files(
         )
         for source in skipped
     ]
-    components, refused = _read_components_of_chosen_sensor(
+    components, refused = _read_components_of_chosen_sensor_and_refusals(
         [source for source in records if source not in skipped], declared_properties
     )
     findings += refused
     located = [path for path in paths if path.is_file()]
     if len(paths) == len(components) == 1 and paths[0].is_file():
-        components, located = read_components_of_file_and_siblings(paths[0], declared_properties)
+        components, located = read_components_and_paths_of_file_and_siblings(paths[0], declared_properties)
     groups = group_components_by_record(components)
     return findings + [_check_record(group, groups, located, declared_properties) for group in groups]
 
 
-def _read_components_of_chosen_sensor(
+def _read_components_of_chosen_sensor_and_refusals(
     source_files: Sequence[SourceFile], declared_properties: DeclaredFileProperties
 ) -> tuple[list[RecordComponent], list[RecordCheckResult]]:
     """Read the components of the sensor that the user chose (default: all); return also a result per refused file."""
@@ -110,7 +110,9 @@ def _check_record(
         record = add_notes_to_record(
             record, notes_on_vertical_component_left_out(own, components, declared_properties) if own else []
         )
-        return RecordCheckResult(files, tuple(components), record, processed_record=process_record(record, None))
+        return RecordCheckResult(
+            files, tuple(components), record, record_after_default_processing=process_record(record, None)
+        )
     except OverturningError as problem:
         several = _refusal_reason_if_several_sensors(components, all_component_groups)
         reason = REASON_SEPARATOR.join([several, str(problem)] if several else [str(problem)])
@@ -134,7 +136,7 @@ def _refusal_reason_if_several_sensors(
     return f"{first.file_name}: components of {named} are not of one record; give the files of one place together"
 
 
-def _read_source_files(paths: Sequence[Path]) -> tuple[list[SourceFile], list[RecordCheckResult]]:
+def _read_source_files_and_refusals(paths: Sequence[Path]) -> tuple[list[SourceFile], list[RecordCheckResult]]:
     """Read the files at the paths; return them, and a refusal for each unreadable file or folder without records."""
     sources, findings = [], []
     for path in paths:
@@ -169,7 +171,7 @@ def non_record_file_names(paths: Sequence[Path]) -> list[str]:
 def format_record_check(record_check: RecordCheckResult) -> str:
     """Format the result of checking one record as a few lines of text: metadata, axes, notes and peaks, or refusal."""
     head = ", ".join(record_check.file_names)
-    record = record_check.record
+    record = record_check.unprocessed_record
     if record is None:
         axes = "".join(f"\n  {_format_component_summary(c)}" for c in record_check.components)
         word = "skipped" if record_check.is_skipped_for_no_acceleration else "refused"
@@ -188,7 +190,7 @@ def format_record_check(record_check: RecordCheckResult) -> str:
         f"{'with' if record.up is not None else 'without'} vertical component",
         *(f"  {_format_component_summary(c)}" for c in record_check.components),
         *(f"  {note}" for note in notes_for_check_report(record, record_check.components[0].sensor_position)),
-        f"  north and east: {_format_pga_pgv_pgd(record_check.processed_record or record)}",
+        f"  north and east: {_format_pga_pgv_pgd(record_check.record_after_default_processing or record)}",
     ]
     return "\n".join(lines)
 

@@ -105,7 +105,7 @@ def channel_direction_mismatch_notes(
     return () if alike else (note,)
 
 
-def direction_with_channel_code_fallback(
+def direction_with_channel_code_fallback_and_notes(
     channel_code: str, direction: AzimuthAndVerticalSense, reason_unknown: str
 ) -> tuple[AzimuthAndVerticalSense, tuple[str, ...]]:
     """Return the direction of an axis; if unknown, the direction in its SEED channel code, and a note on this."""
@@ -129,7 +129,7 @@ MAX_AXIS_INCLINATION_WITHOUT_NOTE_DEG: Final = 1.0
 """Largest angle between an axis and the horizontal or the vertical that needs no note, degrees."""
 
 
-def direction_from_azimuth_and_dip(
+def direction_from_azimuth_and_dip_with_notes(
     channel_code: str, azimuth_deg: float | None, dip_deg: float | None, channel_label: str
 ) -> tuple[AzimuthAndVerticalSense, tuple[str, ...]]:
     """Return the direction of an axis from its azimuth and dip (downwards), degrees, and a note if it is inclined.
@@ -272,7 +272,7 @@ class RecordComponent:
     vertical_sense: int  # +1 where the axis points up, −1 where it points down, 0 for a horizontal or an unknown axis
     file_name: str  # name of the file, without its folder
     sha256: str  # of the file
-    format: str = ""  # name in the table of formats
+    format_name: str = ""  # name in the table of formats
     start_time_utc: datetime | None = None  # time of the first sample, UTC
     station: str = ""
     event: str = ""
@@ -396,5 +396,5 @@ def agency_processing_metadata(components: Sequence[RecordComponent]) -> dict[st
 def seed_band_and_instrument_code(component: RecordComponent) -> str:
     """Return band and instrument letters of a component's SEED channel code, such as ``HN``; "" for other names."""
     name = component.axis_name
-    coded = component.format in ("miniseed", "sac", "esm-dyna") and re.fullmatch("[A-Z]{2}[A-Z0-9]", name)
+    coded = component.format_name in ("miniseed", "sac", "esm-dyna") and re.fullmatch("[A-Z]{2}[A-Z0-9]", name)
     return name[:2] if coded else ""

@@ -58,7 +58,7 @@ def motion_fingerprint(record: Record) -> MotionFingerprint | None:
     )
 
 
-def find_duplicate_records(fingerprints: Iterable[MotionFingerprint | None]) -> list[tuple[str, str]]:
+def find_id_pairs_of_duplicate_records(fingerprints: Iterable[MotionFingerprint | None]) -> list[tuple[str, str]]:
     """Find records with the same samples, even if one is rotated; return pairs of their ids."""
     known = sorted(
         (one for one in fingerprints if one is not None and one.root_of_integral_of_squared_acceleration > 0),
@@ -114,5 +114,5 @@ def duplicate_record_messages(record_id_pairs: Iterable[tuple[str, str]]) -> lis
 
 def refuse_duplicate_records(records: Iterable[Record]) -> None:
     """Raise a ConfigError that names the records that have the same samples."""
-    if texts := duplicate_record_messages(find_duplicate_records(map(motion_fingerprint, records))):
+    if texts := duplicate_record_messages(find_id_pairs_of_duplicate_records(map(motion_fingerprint, records))):
         raise ConfigError("\n       ".join(texts))

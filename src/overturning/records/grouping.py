@@ -46,7 +46,7 @@ def belongs_to_record(record_components: Sequence[RecordComponent], component: R
 def _have_equal_record_metadata(first_component: RecordComponent, second_component: RecordComponent) -> bool:
     """Return True if two components have the same station, earthquake and sensor, and almost the same start time."""
     alike = (
-        "format",
+        "format_name",
         "station",
         "event",
         "station_latitude_deg",

@@ -67,7 +67,7 @@ def read_record_without_descriptive_columns(table_row: RecordTableRow, data_dir:
         record = record_of_pulse(parse_pulse(table_row.source), table_row.id)
     else:
         components = _read_record_components(table_row, data_dir)
-        source = f"{components[0].format if components else table_row.format} {table_row.source}"
+        source = f"{components[0].format_name if components else table_row.format} {table_row.source}"
         record = _assemble_record_of_chosen_sensor(
             components, table_row.id, table_row.declared_file_properties, source=source
         )
@@ -180,7 +180,7 @@ def read_record_without_processing(
     if len(paths) > 1:
         components = read_components(map(read_source_file, paths), declared_properties)
     else:
-        components, paths = read_components_of_file_and_siblings(paths[0], declared_properties)
+        components, paths = read_components_and_paths_of_file_and_siblings(paths[0], declared_properties)
     record = _assemble_record_of_chosen_sensor(
         components, record_id or paths[0].name.split(".")[0].lower(), declared_properties
     )
@@ -211,7 +211,7 @@ def notes_on_vertical_component_left_out(
     return []
 
 
-def read_components_of_file_and_siblings(
+def read_components_and_paths_of_file_and_siblings(
     path: Path, declared_properties: DeclaredFileProperties
 ) -> tuple[list[RecordComponent], list[Path]]:
     """Read components from a file; if it has only one, also those of the same record from files next to it.
@@ -223,7 +223,9 @@ def read_components_of_file_and_siblings(
     declared_properties = declared_properties.with_station_xml(map(read_source_file, stationxml))
     components = read_components([first], declared_properties)
     stations = (
-        {file.name for file in declared_properties.metadata} if components[0].format in ("miniseed", "sac") else set()
+        {file.name for file in declared_properties.metadata}
+        if components[0].format_name in ("miniseed", "sac")
+        else set()
     )
     needed = [other for other in stationxml if other.name in stations]
     if len(components) > 1:

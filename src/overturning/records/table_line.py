@@ -11,10 +11,14 @@ from pydantic import ValidationError
 from overturning.errors import ArgumentError, ConfigError, MissingDataError, OverturningError
 from overturning.files import atomic_write, path_in_working_folder_or_package
 from overturning.records.catalogue import RecordTableRow, read_record_table
-from overturning.records.duplicates import duplicate_record_messages, find_duplicate_records, motion_fingerprint
+from overturning.records.duplicates import (
+    duplicate_record_messages,
+    find_id_pairs_of_duplicate_records,
+    motion_fingerprint,
+)
 from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.processing import process_record
-from overturning.records.read import read_components_of_file_and_siblings, read_record
+from overturning.records.read import read_components_and_paths_of_file_and_siblings, read_record
 from overturning.records.record import Record
 from overturning.validation import format_validation_error
 
@@ -41,7 +45,7 @@ def add_record_to_table(
         raise ConfigError(f"{table_path}: id {cells['id']!r} is there already; give another one")
     entry = _validated_table_row(cells)
     if len(paths) == 1 and "source" not in cells_by_column:
-        paths = read_components_of_file_and_siblings(paths[0], entry.declared_file_properties)[1]
+        paths = read_components_and_paths_of_file_and_siblings(paths[0], entry.declared_file_properties)[1]
         cells["source"] = " ".join(path.name for path in paths)
         entry = entry.model_copy(update={"source": cells["source"]})
     _check_cell_characters(cells)
@@ -115,7 +119,7 @@ def earthquake_and_duplicate_notes_on_new_record(record: Record, table_path: Pat
         f"earthquakes: {note}" for note in assign_records_to_earthquakes([*others, record]).notes if note not in known
     ]
     read = [process_record(one, None) for one in others if isinstance(one, Record)]
-    texts = duplicate_record_messages(find_duplicate_records(map(motion_fingerprint, [*read, record])))
+    texts = duplicate_record_messages(find_id_pairs_of_duplicate_records(map(motion_fingerprint, [*read, record])))
     return notes + [f"  {text}" for text in texts if record.record_id in text.split()]
 
 

@@ -214,7 +214,11 @@ def check_records_and_collect_notes(study: Study, record_rows: dict[str, RecordT
     The notes are on the assignment of records to earthquakes, on skipped or resampled data, and on records too weak to
     move any stone.
     """
-    from overturning.records.duplicates import duplicate_record_messages, find_duplicate_records, motion_fingerprint
+    from overturning.records.duplicates import (
+        duplicate_record_messages,
+        find_id_pairs_of_duplicate_records,
+        motion_fingerprint,
+    )
     from overturning.records.earthquakes import assign_records_to_earthquakes
     from overturning.records.processing import process_record
     from overturning.records.read import read_record
@@ -234,7 +238,7 @@ def check_records_and_collect_notes(study: Study, record_rows: dict[str, RecordT
             records.append(replace(record, north=np.zeros(2), east=np.zeros(2), up=None))
         except OverturningError as error:
             problems.append(str(error) if entry.id in str(error) else f"record {entry.id}: {error}")
-    problems += duplicate_record_messages(find_duplicate_records(prints))
+    problems += duplicate_record_messages(find_id_pairs_of_duplicate_records(prints))
     if problems:
         raise ConfigError(_format_problems(problems))
     if records:

@@ -68,7 +68,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     if len(set(columns)) < len(DIRECTION_BY_AXIS_NAME):
         raise header.line_error(heading, f"columns {', '.join(columns)}; one of them comes twice: correct it")
     interval = station.sampling_interval_of_rate_field("SAMPLING FREQUENCY (Hz)")
-    values, notes = header.cut_to_stated_sample_count(
+    values, notes = header.cut_to_stated_sample_count_with_notes(
         "NUMBER OF SAMPLES", header.read_number_rows(heading + 1, 1 + len(columns))
     )
     header.check_times_have_constant_interval(heading + 1, values[:, 0], interval, 1, "get the file again")

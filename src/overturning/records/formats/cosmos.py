@@ -62,7 +62,7 @@ HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
 }
 
 
-def _parse_number_block_format(
+def _parse_number_block_format_and_next_line(
     channel_lines: TextLines, line_index: int, block_label: str
 ) -> tuple[dict[str, Any], int]:
     """Return number count, numbers per line and column width of a number block, and the index of the line after it."""
@@ -86,10 +86,10 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     text = channel_lines.lines
     stated = re.search(r"with\s+(\d+)\s+text lines", text[0])
     ints_at = int(stated[1]) if stated else 13
-    form, reals_at = _parse_number_block_format(channel_lines, ints_at, "integers")
+    form, reals_at = _parse_number_block_format_and_next_line(channel_lines, ints_at, "integers")
     header = HeaderFields.find_fields(channel_lines, HEADER_FIELD_PATTERNS, ints_at)
     whole = channel_lines.read_fixed_width_integers(ints_at + 1, **form)
-    form, comments_at = _parse_number_block_format(channel_lines, reals_at, "reals")
+    form, comments_at = _parse_number_block_format_and_next_line(channel_lines, reals_at, "reals")
     real = channel_lines.read_fixed_width_numbers(reals_at + 1, **form)
     if whole.size < 100 or real.size < 100:
         raise channel_lines.line_error(ints_at, f"{whole.size} integers and {real.size} reals; 100 each are needed")
@@ -97,7 +97,7 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     if comments is None:
         raise channel_lines.line_error(comments_at, "no line that introduces the comments; get the file again")
     data_at = comments_at + 1 + int(comments[1])
-    form, _ = _parse_number_block_format(channel_lines, data_at, "samples")
+    form, _ = _parse_number_block_format_and_next_line(channel_lines, data_at, "samples")
     unit = _checked_sample_unit_code(channel_lines, data_at, int(whole[2]))
     scale = (
         _acceleration_per_count(channel_lines, reals_at, real)

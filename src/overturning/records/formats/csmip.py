@@ -111,12 +111,12 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     introduced = re.compile(str(SAMPLE_BLOCK_HEADING_FIELD_PATTERNS["number of samples"]), re.IGNORECASE)
     data_at = next((i for i in range(text_lines + 7, end) if introduced.match(channel_lines.lines[i])), 0)
     samples, interval, notes = (
-        _read_evenly_spaced_samples(channel_lines, data_at, header)
+        _read_evenly_spaced_samples_interval_and_notes(channel_lines, data_at, header)
         if data_at
-        else _read_time_acceleration_pairs(channel_lines, text_lines, header)
+        else _read_samples_interval_and_notes_from_time_pairs(channel_lines, text_lines, header)
     )
     (latitude, longitude), station, start = (
-        header.field_coordinates("coordinates"),
+        header.field_latitude_and_longitude_deg("coordinates"),
         header.field_text("station"),
         header.utc_time_of_month_day_year_field("start"),
     )
@@ -176,7 +176,7 @@ def _header_peak_unit(header: HeaderFields) -> str:
     return match[2].lower() if match else ""
 
 
-def _read_evenly_spaced_samples(
+def _read_evenly_spaced_samples_interval_and_notes(
     channel_lines: TextLines, data_line_index: int, header: HeaderFields
 ) -> tuple[np.ndarray, float, tuple[str, ...]]:
     """Return samples at constant intervals, m/s², their sampling interval, s, and notes on surplus lines."""
@@ -224,14 +224,16 @@ def _sample_column_count_and_width(channel_lines: TextLines, line_index: int) ->
     return 8, width if width > 0 and not rest else 10
 
 
-def _read_time_acceleration_pairs(
+def _read_samples_interval_and_notes_from_time_pairs(
     channel_lines: TextLines, text_line_count: int, header: HeaderFields
 ) -> tuple[np.ndarray, float, tuple[str, ...]]:
     """Read time-acceleration pairs of old volume-1 files; return samples, m/s², sampling interval, s, and notes."""
     count, first = int(header.number_in_field("NO. OF POINTS")), text_line_count + 14
     header.check_field_pattern("unit of the pairs", ".", "g, g/10 or cm/sec/sec")
     values = channel_lines.read_fixed_width_numbers(first, column_width=7, numbers_per_line=10, number_count=2 * count)
-    _, notes = channel_lines.skip_surplus_number_lines(first + -(-2 * count // 10), count, must_end_file=True)
+    _, notes = channel_lines.skip_surplus_number_lines_with_notes(
+        first + -(-2 * count // 10), count, must_end_file=True
+    )
     time, samples = values[0::2], values[1::2]
     interval = round(float(time[-1] - time[0]) / max(count - 1, 1), 6)
     channel_lines.check_times_have_constant_interval(

@@ -51,7 +51,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     header = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS, 20, min_lines=17)
     header.check_field_pattern("quantity", ACCELERATION_LINE_PATTERN, "acceleration in CM/SEC/SEC")
     axis = header.field_text("COMP. with the axis")
-    samples, notes = header.cut_to_stated_sample_count(
+    samples, notes = header.cut_to_stated_sample_count_with_notes(
         "NO. OF POINTS", header.read_all_numbers(header.line_index_of_field("the line CSMNC") + 1)
     )
     interval = header.number_in_field("interval")

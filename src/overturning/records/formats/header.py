@@ -209,7 +209,7 @@ class HeaderFields(TextLines):
             self.number_in_field(field_name, match[6]),
         )
 
-    def field_coordinates(self, field_name: str) -> tuple[float, float] | tuple[None, None]:
+    def field_latitude_and_longitude_deg(self, field_name: str) -> tuple[float, float] | tuple[None, None]:
         """Return the latitude and longitude, degrees, in a header field; (None, None) if the field is missing.
 
         The field has the groups number, N or S, number, E or W, or the eight groups of `DEGREE_MINUTE_SECOND_PATTERN`
@@ -234,8 +234,8 @@ class HeaderFields(TextLines):
         if origin is None and (minute := self.field_pattern_match("origin minute")):
             day, month, year = re.split(r"[.,\s]+", minute[1])
             origin = parse_time_as_utc(f"{day} {month[:3]} {year} {minute[2]} {minute[3]}", "%d %b %Y %H %M")
-        return origin, epicentre_metadata(*self.field_coordinates("hypocentre")) if any(
-            self.field_coordinates("hypocentre")
+        return origin, epicentre_metadata(*self.field_latitude_and_longitude_deg("hypocentre")) if any(
+            self.field_latitude_and_longitude_deg("hypocentre")
         ) else {}
 
     def check_field_pattern(self, field_name: str, text_pattern: str, readable_kind: str) -> None:
@@ -269,7 +269,7 @@ class HeaderFields(TextLines):
                 1.01 * last_digit_resolution(stated),
             )
 
-    def cut_to_stated_sample_count(
+    def cut_to_stated_sample_count_with_notes(
         self, field_name: str, samples: FloatArray, override_text: str | None = None
     ) -> tuple[FloatArray, tuple[str, ...]]:
         """Cut samples to the number that a header field (or `override_text`) states; return also a note if any are cut.
@@ -297,8 +297,8 @@ class HeaderFields(TextLines):
         """
         usual = {"station": self.field_text("station"), "event": " ".join(self.field_text("event").split())}
         extra = self.number_fields_as_metadata({"magnitude": "magnitude"}) | metadata.pop("extra_metadata", {})
-        extra |= epicentre_metadata(*metadata.pop("epicentre", self.field_coordinates("epicentre")))
-        metadata = usual | {"coordinates": self.field_coordinates("coordinates")} | metadata
+        extra |= epicentre_metadata(*metadata.pop("epicentre", self.field_latitude_and_longitude_deg("epicentre")))
+        metadata = usual | {"coordinates": self.field_latitude_and_longitude_deg("coordinates")} | metadata
         return RecordComponent.from_file(
             self.source, axis, direction, samples, sampling_interval, extra_metadata=extra, **metadata
         )

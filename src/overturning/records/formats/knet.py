@@ -80,7 +80,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     known = {name: header.field_text(key) for key, name in METADATA_NAME_BY_HEADER_KEY.items()}
     counts = _read_digitiser_counts(header)
     expected = round(header.number_in_field("Duration Time(s)") / interval)
-    counts, notes = header.cut_to_stated_sample_count("Duration Time(s)", counts, str(expected))
+    counts, notes = header.cut_to_stated_sample_count_with_notes("Duration Time(s)", counts, str(expected))
     return [
         header.create_component(
             extension,
@@ -88,7 +88,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             counts * _acceleration_per_count(header),
             interval,
             # The record table may give `kik-net` for both networks.
-            format="k-net" if direction in _DIRECTION_CODES_SENSOR_NUMBER_AND_POSITION[0][0] else "kik-net",
+            format_name="k-net" if direction in _DIRECTION_CODES_SENSOR_NUMBER_AND_POSITION[0][0] else "kik-net",
             start_time_utc=start,
             station=station,
             event=header.field_text("Origin Time") + " JST",

@@ -102,11 +102,11 @@ class TextLines:
         values = self.read_fixed_width_numbers(
             first_line_index, column_width=column_width, numbers_per_line=numbers_per_line, number_count=number_count
         )
-        return values, *self.skip_surplus_number_lines(
+        return values, *self.skip_surplus_number_lines_with_notes(
             first_line_index + -(-number_count // numbers_per_line), number_count, must_end_file=must_end_file
         )
 
-    def skip_surplus_number_lines(
+    def skip_surplus_number_lines_with_notes(
         self, first_line_index: int, stated_count: int, *, must_end_file: bool = False
     ) -> tuple[int, tuple[str, ...]]:
         """Skip lines of numbers after the last sample; return the next line's index, and a note if lines are skipped.

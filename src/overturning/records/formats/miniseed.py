@@ -12,14 +12,14 @@ from overturning.records.component import (
     RecordComponent,
     channel_direction_mismatch_notes,
     classify_as_surface_or_borehole,
-    direction_with_channel_code_fallback,
+    direction_with_channel_code_fallback_and_notes,
 )
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.stationxml import (
     acceleration_unit_in_m_s2,
     find_channel_epoch,
     is_metre_per_second,
-    normalise_filter_coefficient_sums,
+    normalise_filter_coefficient_sums_with_notes,
     read_stationxml_inventory,
 )
 from overturning.records.source import SourceFile
@@ -100,7 +100,7 @@ def _component_of_trace(
         raise RecordError(
             f"{channel} is of an accelerometer by its code (N), but in {unit} in the StationXML; correct its units"
         )
-    direction, coded = direction_with_channel_code_fallback(
+    direction, coded = direction_with_channel_code_fallback_and_notes(
         code, epoch.direction, f"{channel}: the StationXML states no azimuth and dip"
     )
     # The code does not replace a direction that the StationXML calls unknown.
@@ -113,7 +113,7 @@ def _component_of_trace(
         if (speed := 0.5 * float(np.ptp(samples))) > VELOCITY_SENSOR_FULL_SCALE_M_S:
             what = f"channel {code} of a velocity sensor reaches {100 * speed:.2g} cm/s"
             notes += [f"{what}: most saturate from 1 or 2 cm/s on, and their acceleration is wrong then; look at it"]
-        response, changed = normalise_filter_coefficient_sums(epoch.obspy_channel.response, channel)
+        response, changed = normalise_filter_coefficient_sums_with_notes(epoch.obspy_channel.response, channel)
         samples, removed = _acceleration_from_velocity_trace(trace, response, source_file.name), "response"
         notes += changed
     return RecordComponent.from_file(

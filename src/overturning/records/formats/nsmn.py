@@ -32,7 +32,9 @@ HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the components of an NSMN file (Türkiye); raise a RecordError with the line number if it is damaged."""
     header = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS, min_lines=HEADER_LINE_COUNT)
-    values, notes = header.cut_to_stated_sample_count("number of data", header.read_number_rows(HEADER_LINE_COUNT, 3))
+    values, notes = header.cut_to_stated_sample_count_with_notes(
+        "number of data", header.read_number_rows(HEADER_LINE_COUNT, 3)
+    )
     moment, _, fraction = header.field_text("time of the record").partition(".")
     components = []
     for column, (axis, direction) in enumerate(DIRECTION_BY_AXIS_NAME.items()):
@@ -55,9 +57,9 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
                     "%d/%m/%Y %H:%M:%S",
                     "%Y/%m/%d %H:%M:%S",
                 ),
-                coordinates=header.field_coordinates("a place like 40.84N-31.15E"),
+                coordinates=header.field_latitude_and_longitude_deg("a place like 40.84N-31.15E"),
                 header_peak=header.field_peak_acceleration("PGA in Gal (no other unit is read)", GAL, stated[1]),
-                epicentre=header.field_coordinates("an epicentre like 40.84N-31.15E"),
+                epicentre=header.field_latitude_and_longitude_deg("an epicentre like 40.84N-31.15E"),
                 notes=notes,
             )
         )

@@ -7,7 +7,11 @@ format. The header states no peak; the earthquake's date has no time.
 import re
 from typing import Any, Final
 
-from overturning.records.component import RecordComponent, direction_with_channel_code_fallback, parse_axis_direction
+from overturning.records.component import (
+    RecordComponent,
+    direction_with_channel_code_fallback_and_notes,
+    parse_axis_direction,
+)
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields
 from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.records.source import SourceFile
@@ -28,7 +32,7 @@ BOREHOLE_AXIS_PATTERN: Final = re.compile("(NS|EW|UD)1", re.IGNORECASE)
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the one component of a PEER AT2 file, as a list; a RecordError for a wrong unit or sample count."""
     header = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS, 4, min_lines=5)
-    samples, notes = header.cut_to_stated_sample_count("NPTS", header.read_all_numbers(4))
+    samples, notes = header.cut_to_stated_sample_count_with_notes("NPTS", header.read_all_numbers(4))
     parts = [part.strip() for part in header.field_text("names").split(",")]
     axis = re.sub(r"\(.*\)", "", parts[-1]).strip()
     # The new header has a separate date; the earthquake's name before it may contain commas (Chi-Chi, Taiwan-06).
@@ -38,7 +42,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
         event, station = f"{', '.join(parts[:dated])} {parts[dated]}", parts[dated + 1 : -1]
     corners = header.field_pattern_match("corners")
     filtered = {"agency_processing": f"band-pass filter {corners[1]} to {corners[2]} Hz"} if corners else {}
-    direction, coded = direction_with_channel_code_fallback(
+    direction, coded = direction_with_channel_code_fallback_and_notes(
         axis, parse_axis_direction(axis), f"{source_file.name}: its header states no azimuth"
     )
     more: Any = {

@@ -12,8 +12,8 @@ from overturning.records.component import (
     RecordComponent,
     channel_direction_mismatch_notes,
     classify_as_surface_or_borehole,
-    direction_from_azimuth_and_dip,
-    direction_with_channel_code_fallback,
+    direction_from_azimuth_and_dip_with_notes,
+    direction_with_channel_code_fallback_and_notes,
 )
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.header import epicentre_metadata
@@ -92,11 +92,11 @@ def _component_of_trace(
     azimuth, inclination = header_number("cmpaz"), header_number("cmpinc")
     channel = f"{source_file.name}: channel {trace.id}"
     dip = None if inclination is None else inclination - 90.0
-    direction, notes = direction_from_azimuth_and_dip(trace.stats.channel, azimuth, dip, channel)
+    direction, notes = direction_from_azimuth_and_dip_with_notes(trace.stats.channel, azimuth, dip, channel)
     notes += channel_direction_mismatch_notes(trace.stats.channel, direction, "its header")
     if azimuth is None or inclination is None:
         why = f"{source_file.name}: its header states no direction (CMPAZ, CMPINC)"
-        direction, coded = direction_with_channel_code_fallback(trace.stats.channel, direction, why)
+        direction, coded = direction_with_channel_code_fallback_and_notes(trace.stats.channel, direction, why)
         notes += coded
     if (factor := header_number("scale")) not in (None, 0.0, 1.0):
         notes += (

@@ -16,7 +16,7 @@ from overturning.records.component import (
     HeaderPeak,
     RecordComponent,
     axis_direction_from_name_or_code,
-    direction_from_azimuth_and_dip,
+    direction_from_azimuth_and_dip_with_notes,
 )
 from overturning.records.formats.header import parse_time_as_utc
 from overturning.records.formats.lines import TextLines
@@ -53,7 +53,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
         raise text.line_error(17, f"{why}; use the corrected file")
     interval = text.sampling_interval_of_rate(known[1], 17)
     extreme = max((known[index] for index in (29, 31) if index in known), key=abs, default=None)
-    samples, notes = _read_samples(text, int(whole[15]), int(whole[16]))
+    samples, notes = _read_samples_in_gal_and_notes(text, int(whole[15]), int(whole[16]))
     axis, direction, inclined = _axis_name_direction_and_notes(text, whole)
     station = re.search(r"station\s*=\s*(.*?)[\s,]*component=", lines[5])
     return [
@@ -80,7 +80,9 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     ]
 
 
-def _read_samples(lines: TextLines, comment_count: int, sample_count: int) -> tuple[np.ndarray, tuple[str, ...]]:
+def _read_samples_in_gal_and_notes(
+    lines: TextLines, comment_count: int, sample_count: int
+) -> tuple[np.ndarray, tuple[str, ...]]:
     """Return the samples, cm/s², that follow the comment lines, and a note if there are more than `sample_count`."""
     if sample_count < 2 or not 0 <= comment_count <= 10_000:
         raise lines.line_error(13, f"{sample_count} samples and {comment_count} comment lines; correct the header")
@@ -106,7 +108,7 @@ def _axis_name_direction_and_notes(
     # The integers count from upwards: 0 up, 90 horizontal, 180 down.
     from_up, azimuth = (None if number == MISSING_VALUE_MARKER else float(number) for number in header_integers[12:14])
     dip = None if from_up is None else from_up - 90.0
-    coded, notes = direction_from_azimuth_and_dip("", azimuth, dip, f"{lines.source.name}: axis {axis}")
+    coded, notes = direction_from_azimuth_and_dip_with_notes("", azimuth, dip, f"{lines.source.name}: axis {axis}")
     return axis, axis_direction_from_name_or_code(axis, coded, partial(lines.line_error, 5)), notes
 
 

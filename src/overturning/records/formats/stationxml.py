@@ -10,7 +10,11 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.component import UNKNOWN_DIRECTION, AzimuthAndVerticalSense, direction_from_azimuth_and_dip
+from overturning.records.component import (
+    UNKNOWN_DIRECTION,
+    AzimuthAndVerticalSense,
+    direction_from_azimuth_and_dip_with_notes,
+)
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
@@ -123,7 +127,7 @@ def find_channel_epoch(
         refuse_or_store_contradiction(
             f"is sampled at {rate:g} Hz, but at {stated:g} Hz in the StationXML", "get the StationXML of that time"
         )
-    gain, unit = _channel_gain_and_unit(channel, name)
+    gain, unit = _channel_gain_in_counts_per_unit_and_unit(channel, name)
     notes = _compare_gain_with_stage_gains(channel.response, gain, unit, name, refuse_or_store_contradiction)
     _check_first_stage_unit(channel.response, unit, refuse_or_store_contradiction)
     direction, unknown, inclined = _channel_direction_unknown_text_and_notes(channel, name)
@@ -165,7 +169,7 @@ def _channel_at_trace_start(
     return channel
 
 
-def _channel_gain_and_unit(channel: Any, channel_label: str) -> tuple[float, str]:
+def _channel_gain_in_counts_per_unit_and_unit(channel: Any, channel_label: str) -> tuple[float, str]:
     """Return the gain of a StationXML channel, counts per unit, and its unit; a RecordError if it has no gain."""
     sensitivity = getattr(channel.response, "instrument_sensitivity", None)
     if sensitivity is None or sensitivity.value is None:
@@ -260,7 +264,7 @@ def _gain_ratio_to_gain_at_stated_frequency(stage: Any, frequency: float | None)
     return float(here / stated) if np.isfinite([here, stated]).all() and here > 0 and stated > 0 else 1.0
 
 
-def normalise_filter_coefficient_sums(response: Any, channel_label: str) -> tuple[Any, tuple[str, ...]]:
+def normalise_filter_coefficient_sums_with_notes(response: Any, channel_label: str) -> tuple[Any, tuple[str, ...]]:
     """Scale FIR filters of a response so that their coefficients sum to 1; return a note for each one changed.
 
     evalresp changes the same filters, and prints a line on the terminal for each. Symmetric filters, of which half is
@@ -324,7 +328,9 @@ def _channel_direction_unknown_text_and_notes(
 
     A RecordError names a channel that is neither horizontal nor vertical.
     """
-    direction, notes = direction_from_azimuth_and_dip(channel.code, channel.azimuth, channel.dip, channel_label)
+    direction, notes = direction_from_azimuth_and_dip_with_notes(
+        channel.code, channel.azimuth, channel.dip, channel_label
+    )
     if direction[1]:
         return direction, "", notes
     texts = [channel.description, *(comment.value for comment in channel.comments)]

@@ -89,7 +89,7 @@ class RecordFileFormat:
         return [
             replace(
                 c,
-                format=c.format or self.name,
+                format_name=c.format_name or self.name,
                 extra_metadata=(by if c.is_already_corrected else {})
                 | dict(c.extra_metadata)
                 | ({"trusted": (*c.extra_metadata.get("trusted", ()), *damaged)} if damaged else {}),

@@ -49,7 +49,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
         why = f"{len(axes)} axes, {len(intervals)} intervals, {len(counts)} counts; get the file again"
         raise header.line_error("ORIENTACION", why)
     values = header.read_number_rows(first, len(axes))
-    stated = [header.cut_to_stated_sample_count("NUM. TOTAL DE MUESTRAS", values, count) for count in counts]
+    stated = [header.cut_to_stated_sample_count_with_notes("NUM. TOTAL DE MUESTRAS", values, count) for count in counts]
     lengths = (
         _field_values_per_channel(header, "DURACION DEL REGISTRO") if header.field_text("DURACION DEL REGISTRO") else []
     )
@@ -60,7 +60,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
         )
         header.check_stated_duration("DURACION DEL REGISTRO", int(samples), step, length)
     peaks = _field_values_per_channel(header, "ACEL. MAX.") if header.field_pattern_match("ACEL. MAX.") else []
-    origin, start = _origin_and_start_times(header)
+    origin, start = _origin_and_start_times_utc(header)
     return [
         header.create_component(
             axis,
@@ -72,7 +72,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             station=header.field_text("CLAVE DE LA ESTACION"),
             event=f"earthquake of {header.field_text('FECHA DEL SISMO')} {header.field_text('HORA EPICENTRO')} GMT",
             origin_time_utc=origin,
-            coordinates=_station_coordinates(header),
+            coordinates=_station_latitude_and_longitude_deg(header),
             header_peak=header.field_peak_acceleration("ACEL. MAX.", GAL, peaks[column], is_sign_stated=True)
             if column < len(peaks)
             else None,
@@ -95,7 +95,7 @@ def _field_values_per_channel(header: HeaderFields, field_name: str) -> list[str
     return values
 
 
-def _station_coordinates(header: HeaderFields) -> tuple[float, float]:
+def _station_latitude_and_longitude_deg(header: HeaderFields) -> tuple[float, float]:
     """Return the station's latitude and longitude, degrees, which the header states in either order."""
     at = header.line_index_of_field("COORDENADAS DE LA ESTACION")
     below = " ".join(header.lines[at : at + 2])
@@ -109,7 +109,7 @@ def _station_coordinates(header: HeaderFields) -> tuple[float, float]:
     return north, east
 
 
-def _origin_and_start_times(header: HeaderFields) -> tuple[datetime, datetime]:
+def _origin_and_start_times_utc(header: HeaderFields) -> tuple[datetime, datetime]:
     """Return the UTC times of origin and first sample; the file does not state the day of the first sample."""
     day = header.field_text("FECHA DEL SISMO")
     origin, start = (

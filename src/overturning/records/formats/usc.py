@@ -73,12 +73,12 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     per_line, first = (8 if narrow else 10), reals_at + 7
     pairs = replace(channel_lines, lines=[line[1:] for line in text])
     values = pairs.read_fixed_width_numbers(first, column_width=7, numbers_per_line=per_line, number_count=2 * count)
-    end, notes = channel_lines.skip_surplus_number_lines(first + -(-2 * count // per_line), count)
+    end, notes = channel_lines.skip_surplus_number_lines_with_notes(first + -(-2 * count // per_line), count)
     time, samples = values[0::2], values[1::2] * 0.1 * STANDARD_GRAVITY
     if abs(time[-1] - header.number_in_field("DURATION")) > 0.011:
         why = f"the last sample is at {time[-1]:g} s, the header's length {header.field_text('DURATION')} s"
         raise header.line_error("DURATION", f"{why}; the file is cut: get it again")
-    samples, interval, resampled = _samples_at_constant_time_intervals(
+    samples, interval, resampled = _evenly_spaced_samples_interval_and_notes(
         channel_lines, first, per_line // 2, time, samples
     )
     ends = end < len(text) and bool(text[end].strip()) and not text[end].startswith("FILE")
@@ -99,7 +99,7 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     ), end + ends
 
 
-def _samples_at_constant_time_intervals(
+def _evenly_spaced_samples_interval_and_notes(
     channel_lines: TextLines, first_line_index: int, values_per_line: int, time: FloatArray, samples: FloatArray
 ) -> tuple[FloatArray, float, tuple[str, ...]]:
     """Return samples at constant time intervals, the interval (s), and a note if samples had to be resampled."""

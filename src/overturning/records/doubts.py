@@ -15,18 +15,18 @@ from overturning.motion.plausible import (
 )
 from overturning.records.component import RecordComponent
 
-CLIPPED_PHRASE: Final = "is clipped"
-SAME_SAMPLES_PHRASE: Final = "have the same samples"
-STANDSTILL_PHRASE: Final = "stands still"
-DEAD_VERTICAL_PHRASE: Final = "is dead: its peak"
-DOUBTFUL_INTERVAL_PHRASE: Final = "is doubtful"
+CLIPPED_NOTE_PHRASE: Final = "is clipped"
+SAME_SAMPLES_NOTE_PHRASE: Final = "have the same samples"
+STANDSTILL_NOTE_PHRASE: Final = "stands still"
+DEAD_VERTICAL_NOTE_PHRASE: Final = "is dead: its peak"
+DOUBTFUL_SAMPLING_INTERVAL_NOTE_PHRASE: Final = "is doubtful"
 
 NOTE_PHRASE_BY_DATA_PROBLEM: Final = {
-    "clipped samples": CLIPPED_PHRASE,
-    "two axes with the same samples": SAME_SAMPLES_PHRASE,
-    "an axis that stands still during the motion": STANDSTILL_PHRASE,
-    "a dead vertical axis": DEAD_VERTICAL_PHRASE,
-    "a doubtful sampling interval": DOUBTFUL_INTERVAL_PHRASE,
+    "clipped samples": CLIPPED_NOTE_PHRASE,
+    "two axes with the same samples": SAME_SAMPLES_NOTE_PHRASE,
+    "an axis that stands still during the motion": STANDSTILL_NOTE_PHRASE,
+    "a dead vertical axis": DEAD_VERTICAL_NOTE_PHRASE,
+    "a doubtful sampling interval": DOUBTFUL_SAMPLING_INTERVAL_NOTE_PHRASE,
 }
 """Phrase by which each kind of data problem is recognised in the notes of `sample_quality_notes`, by name."""
 
@@ -56,21 +56,21 @@ def sample_quality_notes(
         and are_axes_equal_up_to_offset_and_sign(first.acceleration, second.acceleration)
     ):
         notes.append(
-            f"{first.file_name}: axes {first.axis_name!r} and {second.axis_name!r} {SAME_SAMPLES_PHRASE}, so that the "
-            "ground moves along one line: is one a copy of the other?"
+            f"{first.file_name}: axes {first.axis_name!r} and {second.axis_name!r} {SAME_SAMPLES_NOTE_PHRASE}, so that "
+            "the ground moves along one line: is one a copy of the other?"
         )
     for component in components:
         count, rail = clipped_sample_count_and_level(component.acceleration)
         if count:
             notes.append(
-                f"{component.file_name}: axis {component.axis_name!r} {CLIPPED_PHRASE}: {count} samples stand at "
+                f"{component.file_name}: axis {component.axis_name!r} {CLIPPED_NOTE_PHRASE}: {count} samples stand at "
                 f"its rail, {100 * rail:.4g} Gal; the ground moved more than that"
             )
         others = [other.acceleration for other in components if other is not component]
         if pause := longest_pause_while_other_axis_moves(component.acceleration, others):
             begin, end = (index * component.sampling_interval for index in pause)
             notes.append(
-                f"{component.file_name}: axis {component.axis_name!r} {STANDSTILL_PHRASE} from {begin:.4g} to "
+                f"{component.file_name}: axis {component.axis_name!r} {STANDSTILL_NOTE_PHRASE} from {begin:.4g} to "
                 f"{end:.4g} s while the ground moves along another: it is dead there"
             )
     return notes
@@ -101,8 +101,8 @@ def _dead_vertical_axis_notes(components: Sequence[RecordComponent]) -> list[str
         return []
     dead = components[2]
     return [
-        f"{dead.file_name}: vertical axis {dead.axis_name!r} {DEAD_VERTICAL_PHRASE} is {100 * peaks[2]:.3g} Gal, that "
-        f"of the horizontal axes {100 * max(peaks[:2]):.4g} Gal"
+        f"{dead.file_name}: vertical axis {dead.axis_name!r} {DEAD_VERTICAL_NOTE_PHRASE} is {100 * peaks[2]:.3g} Gal, "
+        f"that of the horizontal axes {100 * max(peaks[:2]):.4g} Gal"
     ]
 
 
@@ -115,7 +115,7 @@ def _doubtful_sampling_interval_notes(
     if not doubts:
         return []
     interval = f"sampling interval {first.sampling_interval:g} s"
-    why = f"{first.file_name}: {interval} {DOUBTFUL_INTERVAL_PHRASE}: {'; '.join(doubts)}"
+    why = f"{first.file_name}: {interval} {DOUBTFUL_SAMPLING_INTERVAL_NOTE_PHRASE}: {'; '.join(doubts)}"
     if len(doubts) == 1:
         return [f"{why}; look whether its unit is right"]
     report_contradiction(why, "correct it or its unit, or say --trust-data")

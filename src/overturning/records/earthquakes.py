@@ -19,10 +19,10 @@ from overturning.records.catalogue import RecordTableRow, convert_to_utc_text
 from overturning.records.record import Record
 from overturning.units import EARTH_RADIUS_KM
 
-MAX_ORIGIN_TIME_DIFFERENCE: Final = timedelta(seconds=60)
+MAX_ORIGIN_TIME_DIFFERENCE_OF_ONE_EARTHQUAKE: Final = timedelta(seconds=60)
 """Largest difference between origin times of one earthquake: old headers round them to the minute."""
 
-MAX_EPICENTRE_DISTANCE_KM: Final = 100.0
+MAX_EPICENTRE_DIFFERENCE_OF_ONE_EARTHQUAKE_KM: Final = 100.0
 """Largest distance between epicentres of one earthquake from different agencies, km."""
 
 MAX_START_DIFFERENCE_SUGGESTING_SAME_EARTHQUAKE: Final = timedelta(minutes=2)
@@ -31,13 +31,13 @@ MAX_START_DIFFERENCE_SUGGESTING_SAME_EARTHQUAKE: Final = timedelta(minutes=2)
 MAX_START_DIFFERENCE_WITHOUT_DOUBT_FOR_SAME_NAME: Final = timedelta(hours=1)
 """Largest difference between the starts of two records with one earthquake name that raises no doubt."""
 
-MIN_NAME_SIMILARITY: Final = 0.85
+MIN_SIMILARITY_OF_EARTHQUAKE_NAMES: Final = 0.85
 """Smallest similarity of two names of one earthquake (difflib: twice the matching letters over all letters)."""
 
 MAX_LISTED_DOUBTFUL_ASSIGNMENTS: Final = 10
 """Largest number of doubts that are listed one by one."""
 
-_IGNORED_NAME_WORDS: Final = re.compile(
+_IGNORED_WORDS_OF_EARTHQUAKE_NAMES: Final = re.compile(
     r"\b(rcrd|record|earthquake|eq|of|the|(?:mon|tue|wed|thu|fri|sat|sun)|jst|utc?|gmt|epicentre.*)\b"
 )
 _MONTHS: Final = ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"]
@@ -74,9 +74,13 @@ class _EarthquakeMetadataOfRecord:
             or great_circle_distance_km(
                 self.epicentre_latitude_longitude_deg, other_metadata.epicentre_latitude_longitude_deg
             )
-            <= MAX_EPICENTRE_DISTANCE_KM
+            <= MAX_EPICENTRE_DIFFERENCE_OF_ONE_EARTHQUAKE_KM
         )
-        return near and abs(self.origin_time_utc - other_metadata.origin_time_utc) <= MAX_ORIGIN_TIME_DIFFERENCE
+        return (
+            near
+            and abs(self.origin_time_utc - other_metadata.origin_time_utc)
+            <= MAX_ORIGIN_TIME_DIFFERENCE_OF_ONE_EARTHQUAKE
+        )
 
 
 def _earthquake_metadata_of_record(record: Record | RecordTableRow) -> _EarthquakeMetadataOfRecord:
@@ -348,7 +352,7 @@ def _name_words_year_and_day_month(earthquake: _RecordsOfEarthquake) -> tuple[st
             month = date["month"][:3]
             day = tuple(sorted((_MONTHS.index(month) + 1 if month in _MONTHS else int(month), int(date["day"]))))
         name = f"{name[: match.start()]} {name[match.end() :]}"
-    name = _IGNORED_NAME_WORDS.sub(" ", re.sub(r"\d+:[\d:.]+", " ", name))
+    name = _IGNORED_WORDS_OF_EARTHQUAKE_NAMES.sub(" ", re.sub(r"\d+:[\d:.]+", " ", name))
     return " ".join(re.findall(r"\w+", name)), year, day
 
 
@@ -367,5 +371,6 @@ def _may_name_same_earthquake(
     fewer, more = sorted((set(words.split()), set(others.split())), key=len)
     matcher = difflib.SequenceMatcher(None, words, others)
     return fewer <= more or (
-        matcher.real_quick_ratio() >= MIN_NAME_SIMILARITY and matcher.ratio() >= MIN_NAME_SIMILARITY
+        matcher.real_quick_ratio() >= MIN_SIMILARITY_OF_EARTHQUAKE_NAMES
+        and matcher.ratio() >= MIN_SIMILARITY_OF_EARTHQUAKE_NAMES
     )

@@ -29,7 +29,7 @@ from overturning.records.neighbours import find_similarly_named_files, is_vertic
 from overturning.records.processing import process_record
 from overturning.records.record import Record
 from overturning.records.source import is_archive, read_source_file
-from overturning.records.steps import Step, Steps
+from overturning.records.steps import ProcessingSteps, Step
 from overturning.records.store import round_to_stored_precision
 from overturning.validation import describe_invalid_keys
 
@@ -316,9 +316,9 @@ def read(
     if not isinstance(record_id, str | None):
         raise ArgumentError(f"record_id: a {type(record_id).__name__}; give a text")
     try:
-        steps = None if processing is None else TypeAdapter(Steps).validate_python(processing)
+        steps = None if processing is None else TypeAdapter(ProcessingSteps).validate_python(processing)
     except ValidationError as problem:
-        lines = describe_invalid_keys(problem, Steps, lambda steps: ["processing", *steps])
+        lines = describe_invalid_keys(problem, ProcessingSteps, lambda steps: ["processing", *steps])
         raise ArgumentError("\n       ".join(lines)) from None
     record = read_record_without_processing(paths, DeclaredFileProperties(**declared_properties), record_id)
     for note in record.notes:

@@ -315,5 +315,5 @@ def _refuse_step_at_user_time_after_auto_highpass(steps: Sequence[Step]) -> Sequ
     return steps
 
 
-Steps = Annotated[tuple[Step, ...], AfterValidator(_refuse_step_at_user_time_after_auto_highpass)]
+ProcessingSteps = Annotated[tuple[Step, ...], AfterValidator(_refuse_step_at_user_time_after_auto_highpass)]
 """Processing steps of a record, in the order in which they are applied."""

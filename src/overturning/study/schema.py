@@ -23,7 +23,7 @@ from overturning.model.geometry import default_height_and_b_over_h
 from overturning.model.scene import Scene, gravestone
 from overturning.quantities import Density, Metre
 from overturning.records.site import SoilSite
-from overturning.records.steps import Steps
+from overturning.records.steps import ProcessingSteps
 from overturning.settings import EnsembleSettings, StonePopulation
 from overturning.study.evaluation import (
     CrateMetadata,
@@ -80,7 +80,7 @@ class Study(StrictModel):
     )
     primary: PrimaryStatistic = Field(default=PrimaryStatistic(), description="the statistic that answers the question")
     records: RecordSettings = Field(description="the records")
-    processing: Steps | None = Field(
+    processing: ProcessingSteps | None = Field(
         default=None,
         description="processing steps in order; not given: the default steps for raw files, none for processed ones",
     )

@@ -32,7 +32,7 @@ UNIT_IN_M_S2_BY_NAME: Final = {"g": STANDARD_GRAVITY, "g/10": 0.1 * STANDARD_GRA
     ("cm/sec2", "cm/sec/sec", "cms/sec/sec", "cm/s2", "gal"), GAL
 )
 END_OF_DATA_PATTERN: Final = re.compile(r"^\s*(/&|-{3,}\s*END OF DATA|END OF DATA)", re.IGNORECASE)
-TIME_PATTERN: Final = r"(\d+)/\s*(\d+)/\s*(\d+),?\s*(\d+):\s*(\d+):\s*([\d.]+)\s*(?:UTC|GMT)"
+UTC_TIME_PATTERN: Final = r"(\d+)/\s*(\d+)/\s*(\d+),?\s*(\d+):\s*(\d+):\s*([\d.]+)\s*(?:UTC|GMT)"
 HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
     **ORIGIN_AND_HYPOCENTRE_FIELD_PATTERNS,
     "CHAN with the axis": r"^\s*(?:.*\s)?CHAN\s*(\d+):\s*([^\s,]+)",
@@ -41,8 +41,8 @@ HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
     "channel": r"^\s*CHAN\s*\d+:\s*(.*)",
     "event": r"^\s*R(?:e?co?rd) of (.*?)(?:\s{3,}|\(|$)|^\s*(.*\bEARTHQUAKE\b.*?)(?:\s{3,}|\(|$)",
     "magnitude": rf"^\s*HYPOCENTER\b.*\bML\s*[=:]\s*({FLOAT_PATTERN})",
-    "start": rf"START TIME:\s*{TIME_PATTERN}",
-    "trigger": rf"TRIGGER TIME:\s*{TIME_PATTERN}",
+    "start": rf"START TIME:\s*{UTC_TIME_PATTERN}",
+    "trigger": rf"TRIGGER TIME:\s*{UTC_TIME_PATTERN}",
     "processed by": r"\bPROCESSED:[\s\d/,]*([A-Z][A-Z./&]+(?: \d+)?)(?=[\s,]|$)",
     "renadic": "(UNIVERSIDAD DE CHILE - RENADIC)",
     # Two corner frequencies, or two ramps; the inner ends of the ramps bound the pass band.

@@ -21,12 +21,12 @@ from overturning.records.source import SourceFile
 from overturning.units import GAL
 
 BEIJING_UTC_OFFSET: Final = timedelta(hours=8)
-TIME_PATTERN: Final = r"(\d{4}-\d+-\d+\s+\d+:\d+:\d+(?:\.\d+)?)\s*BTM"
+BEIJING_TIME_PATTERN: Final = r"(\d{4}-\d+-\d+\s+\d+:\d+:\d+(?:\.\d+)?)\s*BTM"
 TIME_FORMATS: Final = ("%Y-%m-%d %H:%M:%S", "%Y-%m-%d %H:%M:%S.%f")
 COORDINATES_PATTERN: Final = rf"({FLOAT_PATTERN})\s*([NS])[,\s]+({FLOAT_PATTERN})\s*([EW])"
 DIRECTION_BY_AXIS_NAME: Final[dict[str, AzimuthAndVerticalSense]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
 HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
-    "origin": (1, rf"{TIME_PATTERN}\s*$"),
+    "origin": (1, rf"{BEIJING_TIME_PATTERN}\s*$"),
     "event": (2, "(.*)"),
     "epicentre": rf"^\s*EPICENTER\s+{COORDINATES_PATTERN}",
     "depth": rf"^\s*EPICENTER\b.*\bDEPTH\s*({FLOAT_PATTERN})\s*KM",
@@ -40,7 +40,7 @@ HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
     "interval": rf"EQUALLY SPACED INTERVALS OF:\s*({FLOAT_PATTERN})\s*SEC",
     "peak": rf"PEAK VALUE:\s*({FLOAT_PATTERN})",
     "duration": rf"DURATION:\s*({FLOAT_PATTERN})\s*SEC",
-    "start": rf"RECORDER TIME:\s*{TIME_PATTERN}",
+    "start": rf"RECORDER TIME:\s*{BEIJING_TIME_PATTERN}",
     "the line CSMNC": r"^\s*(CSMNC)\s*$",
 }
 ACCELERATION_LINE_PATTERN: Final = r"(UN)?CORRECTED ACCELERATION\s+UNIT:\s*(CM/SEC/SEC|GAL)\s*$"

@@ -14,10 +14,10 @@ from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.units import ACCELERATION_UNITS
 
 SECONDS_BY_TIME_UNIT: Final = {"s": 1.0, "ms": 1e-3}
-NUMBER_PATTERN: Final = re.compile(rf"{FLOAT_PATTERN}|[+-]?(nan|inf|infinity)", re.IGNORECASE)
+NUMBER_NAN_OR_INFINITY_PATTERN: Final = re.compile(rf"{FLOAT_PATTERN}|[+-]?(nan|inf|infinity)", re.IGNORECASE)
 """Cell with letters that is a number (``1e-3``) or stands for a missing one (``nan``), not a heading."""
 
-_OTHER_QUANTITY_PATTERNS: Final = (
+_PATTERNS_OF_NON_ACCELERATION_QUANTITIES: Final = (
     (
         "velocity",
         r"(?<![a-z])[mc]?m(/s|s-1)(?![/a-z0-9.*-])|(?<![a-z])(vel(oc(ity)?)?|kine?)(?![a-z])"
@@ -52,7 +52,10 @@ def first_number_line_index(lines: Sequence[str]) -> int:
     for index, line in enumerate(lines):
         text = line.strip()
         cells = [cell for cell in re.split(r"[;,\s]+", text) if cell]
-        worded = any(re.search("[A-Za-z\u0080-\uffff]", cell) and not NUMBER_PATTERN.fullmatch(cell) for cell in cells)
+        worded = any(
+            re.search("[A-Za-z\u0080-\uffff]", cell) and not NUMBER_NAN_OR_INFINITY_PATTERN.fullmatch(cell)
+            for cell in cells
+        )
         if cells and not text.startswith("#") and not worded:
             return index
     return 0
@@ -169,4 +172,4 @@ def heading_mismatch_notes_and_refusal(
 def _quantity_other_than_acceleration(heading: str) -> str:
     """Return the quantity in a column heading if it is not acceleration, such as "velocity"; else ""."""
     plain = _normalise_heading(heading)
-    return next((what for what, pattern in _OTHER_QUANTITY_PATTERNS if re.search(pattern, plain)), "")
+    return next((what for what, pattern in _PATTERNS_OF_NON_ACCELERATION_QUANTITIES if re.search(pattern, plain)), "")

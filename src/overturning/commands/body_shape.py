@@ -9,8 +9,10 @@ if TYPE_CHECKING:
     from overturning.model.shapes import Shape
 
 
-def create_body_shape_and_scan_notes(body_options: BodyOptions, density: float | None) -> "tuple[Shape, list[str]]":
-    """Create the shape of a 3-D body from options; also return text lines on a scan; `density` is in kg/m³."""
+def create_body_shape_and_scan_notes(
+    body_options: BodyOptions, density_kg_m3: float | None
+) -> "tuple[Shape, list[str]]":
+    """Create the shape of a 3-D body from options; also return text lines on a scan."""
     from overturning.errors import ArgumentError
     from overturning.model.shapes import shape_from_name_or_sides
 
@@ -27,7 +29,7 @@ def create_body_shape_and_scan_notes(body_options: BodyOptions, density: float |
     unit: Any = body_options.mesh_unit
     if unit is not None and unit not in UNITS_PER_METRE:
         raise ArgumentError(f"--mesh-unit: {unit!r}; give m, cm or mm")
-    if density is not None and not 0.0 < density < math.inf:
-        raise ArgumentError(f"--density: {density:g} kg/m³; it must be above 0 and finite")
+    if density_kg_m3 is not None and not 0.0 < density_kg_m3 < math.inf:
+        raise ArgumentError(f"--density: {density_kg_m3:g} kg/m³; it must be above 0 and finite")
     scan = read_scanned_stone(body_options.mesh, unit, body_options.relief)
-    return scan.shape, scan.description_lines(GRANITE_DENSITY if density is None else density)
+    return scan.shape, scan.description_lines(GRANITE_DENSITY if density_kg_m3 is None else density_kg_m3)

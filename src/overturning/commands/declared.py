@@ -94,14 +94,22 @@ class RecordFileOptions:
 class MotionOptions:
     """Options of `overturning one` that select the input motion, and scale its amplitude."""
 
-    record: Annotated[
-        str, typer.Option(help="id in the record table, a record file, or a pulse: 'sine amplitude_gal=800 period_s=1'")
+    record_id_file_or_pulse: Annotated[
+        str,
+        typer.Option(
+            "--record", help="id in the record table, a record file, or a pulse: 'sine amplitude_gal=800 period_s=1'"
+        ),
     ]
-    amplitude: Annotated[float, typer.Option(help="factor on the motion")] = 1.0
-    vertical: Annotated[bool, typer.Option(help="apply the vertical motion, if the record has one")] = True
-    table: Annotated[Path | None, typer.Option(help=f"record table (default {DEFAULT_RECORD_TABLE_PATH})")] = None
-    folder: Annotated[
-        Path | None, typer.Option(help=f"folder of the record files of the table (default {DEFAULT_RECORD_FOLDER})")
+    amplitude_factor: Annotated[float, typer.Option("--amplitude", help="factor on the motion")] = 1.0
+    applies_vertical_motion: Annotated[
+        bool, typer.Option("--vertical/--no-vertical", help="apply the vertical motion, if the record has one")
+    ] = True
+    record_table_path: Annotated[
+        Path | None, typer.Option("--table", help=f"record table (default {DEFAULT_RECORD_TABLE_PATH})")
+    ] = None
+    record_folder: Annotated[
+        Path | None,
+        typer.Option("--folder", help=f"folder of the record files of the table (default {DEFAULT_RECORD_FOLDER})"),
     ] = None
 
 
@@ -171,14 +179,18 @@ class BodyOptions:
 class OutputOptions:
     """Options of `overturning one` for the film and figure files that it writes, and their language."""
 
-    animate: Annotated[
-        Path | None,
-        typer.Option(help="film to write: .html (a self-contained page, optionally with contact forces), .gif or .mp4"),
-    ] = None
-    response: Annotated[
+    film_path: Annotated[
         Path | None,
         typer.Option(
-            help="figure of rotation, slip and uplift against time (3-D body: of its axis): .svg, .png or .pdf"
+            "--animate",
+            help="film to write: .html (a self-contained page, optionally with contact forces), .gif or .mp4",
+        ),
+    ] = None
+    response_figure_path: Annotated[
+        Path | None,
+        typer.Option(
+            "--response",
+            help="figure of rotation, slip and uplift against time (3-D body: of its axis): .svg, .png or .pdf",
         ),
     ] = None
     language: Annotated[str | None, typer.Option(help="language of film and figure: en (default) or ja")] = None

@@ -42,7 +42,7 @@ def simulate_stone_or_scene_under_one_record(
 
     _check_film_and_figure_can_be_written(output_options, body_options)
     record = _read_and_process_record_or_create_pulse(motion_options, file_options)
-    motion = Motion.of(record if motion_options.vertical else replace(record, up=None))
+    motion = Motion.of(record if motion_options.applies_vertical_motion else replace(record, up=None))
     if body_options.mesh is not None and not body_options.body:
         body_options = replace(body_options, body=True)
     allowed = PlanarModelOptions(density=planar_model_options.density if body_options.mesh else None)
@@ -56,24 +56,22 @@ def simulate_stone_or_scene_under_one_record(
         _check_no_other_options_with_stack(planar_model_options, body_options)
     elif not body_options.body:
         _check_azimuth_and_no_body_options(planar_model_options, body_options)
-    shift = start_offset_from_file_start_s(record)
+    shift, factor = start_offset_from_file_start_s(record), motion_options.amplitude_factor
     if body_options.body:
-        found = _simulate_body(
-            motion, motion_options.amplitude, body_options, stone_options, shift, planar_model_options.density
-        )
+        found = _simulate_body(motion, factor, body_options, stone_options, shift, planar_model_options.density)
     elif is_stack:
         found = _simulate_stack(
-            motion, motion_options.amplitude, planar_model_options, body_options.orientation or [], stone_options, shift
+            motion, factor, planar_model_options, body_options.orientation or [], stone_options, shift
         )
     else:
-        found = _simulate_planar_scene(motion, motion_options.amplitude, planar_model_options, stone_options, shift)
+        found = _simulate_planar_scene(motion, factor, planar_model_options, stone_options, shift)
     place = ", ".join(part for part in (record.station or record.record_id, record.event) if part)
     # The title must state that the motion differs from the recorded one.
-    times = f", motion × {motion_options.amplitude:g}" if motion_options.amplitude != 1 else ""
+    times = f", motion × {factor:g}" if factor != 1 else ""
     level = ", vertical motion left out" if motion.up is None and record.up is not None else ""
     title = f"{place}{times}{level}: {found.stone_description}"
     print(title, *found.outcome_and_note_lines, *_notes_on_time_origin_in_record_file(shift), *record.notes, sep="\n  ")
-    if output_options.animate is not None:
+    if output_options.film_path is not None:
         from overturning.figures.film_case import film_title_facts
         from overturning.figures.film_movie import write_film_as_gif_or_mp4
         from overturning.figures.film_of_trajectory import film_of_trajectories
@@ -84,15 +82,15 @@ def simulate_stone_or_scene_under_one_record(
             found.model, found.case_parameters_by_name,
             station_and_event_text(record.station or record.record_id, record.event),
             direction_deg=found.azimuth_or_orientation_deg_if_one_case,
-            amplitude_factor=motion_options.amplitude,
+            amplitude_factor=factor,
             is_vertical_motion_omitted=motion.up is None and record.up is not None,
         )  # fmt: skip
         film = film_of_trajectories(found.trajectories, motion, film_title_text(facts), first_sample_time=shift)
-        write = write_film_html_page if output_options.animate.suffix.lower() == ".html" else write_film_as_gif_or_mp4
+        write = write_film_html_page if output_options.film_path.suffix.lower() == ".html" else write_film_as_gif_or_mp4
         with use_translation_language(output_options.language):
-            write(film, output_options.animate)
-        print(f"film: {output_options.animate}")
-    if output_options.response is not None:
+            write(film, output_options.film_path)
+        print(f"film: {output_options.film_path}")
+    if output_options.response_figure_path is not None:
         from overturning.figures.response import rotation_slip_and_uplift_figure, tilt_path_and_hodographs_figure
         from overturning.figures.style import use_package_matplotlib_settings
         from overturning.figures.write import save_figure_files
@@ -103,8 +101,8 @@ def simulate_stone_or_scene_under_one_record(
                 if body_options.body or is_stack
                 else rotation_slip_and_uplift_figure(found.trajectories, title)
             )
-            save_figure_files(figure, output_options.response)
-        print(f"figure: {output_options.response}")
+            save_figure_files(figure, output_options.response_figure_path)
+        print(f"figure: {output_options.response_figure_path}")
 
 
 def _notes_on_time_origin_in_record_file(motion_start_after_file_start_s: float) -> list[str]:
@@ -176,7 +174,7 @@ def _check_azimuth_and_no_body_options(planar_model_options: PlanarModelOptions,
 
 def _simulate_stack(
     motion: "Motion",
-    amplitude: float,
+    amplitude_factor: float,
     planar_model_options: PlanarModelOptions,
     orientations_deg: list[float],
     stone_options: StoneOptions,
@@ -197,7 +195,7 @@ def _simulate_stack(
         _shift_trajectory_times_to_file_start(
             trajectory(
                 motion, model, orientation_deg=angle, height=stone_options.height, b_over_h=stone_options.b_over_h,
-                friction=friction, amplitude=amplitude, aftermath=SIMULATED_TIME_AFTER_OUTCOME_S,
+                friction=friction, amplitude=amplitude_factor, aftermath=SIMULATED_TIME_AFTER_OUTCOME_S,
             ),
             motion_start_after_file_start_s,
         )
@@ -224,7 +222,7 @@ def _friction_option_or_1_if_allowed_for_scene(scene: "Scene", stone_options: St
 
 def _simulate_planar_scene(
     motion: "Motion",
-    amplitude: float,
+    amplitude_factor: float,
     planar_model_options: PlanarModelOptions,
     stone_options: StoneOptions,
     motion_start_after_file_start_s: float,
@@ -246,7 +244,7 @@ def _simulate_planar_scene(
         _shift_trajectory_times_to_file_start(
             trajectory(
                 motion, stones, azimuth_deg=angle, height=height, b_over_h=b_over_h,
-                friction=friction, amplitude=amplitude, aftermath=SIMULATED_TIME_AFTER_OUTCOME_S,
+                friction=friction, amplitude=amplitude_factor, aftermath=SIMULATED_TIME_AFTER_OUTCOME_S,
             ),
             motion_start_after_file_start_s,
         )
@@ -269,11 +267,11 @@ def _simulate_planar_scene(
 
 def _simulate_body(
     motion: "Motion",
-    amplitude: float,
+    amplitude_factor: float,
     body_options: BodyOptions,
     stone_options: StoneOptions,
     motion_start_after_file_start_s: float,
-    density: float | None,
+    density_kg_m3: float | None,
 ) -> _SimulatedTrajectories:
     """Simulate a 3-D body at each orientation; times count from the first sample of the record file."""
     from overturning.commands.body_shape import create_body_shape_and_scan_notes
@@ -282,7 +280,7 @@ def _simulate_body(
     from overturning.model.body import Body
     from overturning.model.contact import VertexContact
 
-    shape, about_scan = create_body_shape_and_scan_notes(body_options, density)
+    shape, about_scan = create_body_shape_and_scan_notes(body_options, density_kg_m3)
     height, b_over_h, friction = stone_options.height, stone_options.b_over_h, stone_options.friction_coefficient_or_1
     if shape.slenderness_is_parameter:
         height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h
@@ -292,7 +290,7 @@ def _simulate_body(
         _shift_trajectory_times_to_file_start(
             trajectory(
                 motion, Body(shape, contact), orientation_deg=angle, height=height, b_over_h=b_over_h,
-                friction=friction, aspect=body_options.aspect, amplitude=amplitude,
+                friction=friction, aspect=body_options.aspect, amplitude=amplitude_factor,
             ),
             motion_start_after_file_start_s,
         )
@@ -318,20 +316,21 @@ def _check_film_and_figure_can_be_written(output_options: OutputOptions, body_op
 
     language = output_options.language or ENGLISH
     check_language_is_known(language)
-    if output_options.language is not None and output_options.animate is None and output_options.response is None:
+    film_path, figure_path = output_options.film_path, output_options.response_figure_path
+    if output_options.language is not None and film_path is None and figure_path is None:
         raise ArgumentError("--language: only films and figures have one; add --animate or --response, or leave it out")
-    for path in (output_options.animate, output_options.response):
+    for path in (film_path, figure_path):
         if path is not None and path.suffix.lower() not in (".html", ".svg"):
             check_font_is_installed(language, path.name)
-    check_output_path(output_options.animate, "--animate", ".html", ".gif", ".mp4")
-    check_output_path(output_options.response, "--response", ".svg", ".png", ".pdf")
-    if output_options.animate is not None:
+    check_output_path(film_path, "--animate", ".html", ".gif", ".mp4")
+    check_output_path(figure_path, "--response", ".svg", ".png", ".pdf")
+    if film_path is not None:
         from overturning.figures.film_movie import check_film_can_be_written
 
         in_space = body_options.body or body_options.orientation is not None
-        check_film_can_be_written(output_options.animate, is_3d=in_space)
-    if output_options.response is not None and len(body_options.orientation or ()) > 1:
-        raise ArgumentError(f"{output_options.response.name}: one orientation at a time; give --orientation once")
+        check_film_can_be_written(film_path, is_3d=in_space)
+    if figure_path is not None and len(body_options.orientation or ()) > 1:
+        raise ArgumentError(f"{figure_path.name}: one orientation at a time; give --orientation once")
 
 
 def _load_scene_or_create_gravestone(planar_model_options: PlanarModelOptions, damping_ratio: float | None) -> "Scene":
@@ -374,9 +373,10 @@ def _read_and_process_record_or_create_pulse(
     from overturning.records.read import read_record, read_record_without_processing
     from overturning.records.store import round_to_stored_precision
 
-    name, table = motion_options.record, motion_options.table or DEFAULT_RECORD_TABLE_PATH
+    name, table = motion_options.record_id_file_or_pulse, motion_options.record_table_path or DEFAULT_RECORD_TABLE_PATH
     is_pulse = bool(name.split()) and name.split()[0] in PULSE_SHAPES
-    if (is_pulse or Path(name).is_file()) and (motion_options.table, motion_options.folder) != (None, None):
+    is_table_or_folder_given = (motion_options.record_table_path, motion_options.record_folder) != (None, None)
+    if (is_pulse or Path(name).is_file()) and is_table_or_folder_given:
         what = "a pulse" if is_pulse else "a file"
         raise ArgumentError(f"--table, --folder: --record {name!r} is {what}, not in a record table; leave them out")
     if Path(name).is_file():
@@ -395,5 +395,5 @@ def _read_and_process_record_or_create_pulse(
             f"{table}: no record {name!r}, nor a file of that name or a pulse; {closest_name_hint(name, entries)}"
         )
     return round_to_stored_precision(
-        process_record(read_record(entries[name], motion_options.folder or DEFAULT_RECORD_FOLDER), None)
+        process_record(read_record(entries[name], motion_options.record_folder or DEFAULT_RECORD_FOLDER), None)
     )

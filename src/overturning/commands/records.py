@@ -207,13 +207,15 @@ def fetch_file_from_url(
 class WaveformWindowOptions:
     """Options for the time window of waveforms to download: start and end, or an earthquake and times around it."""
 
-    start: Annotated[str, typer.Option(help="start of the window, UTC: 2016-11-13T11:02:00")] = ""
-    end: Annotated[str, typer.Option(help="end of the window, UTC")] = ""
-    event: Annotated[str, typer.Option(help="event id of the server, instead of start and end")] = ""
-    before: Annotated[float | None, typer.Option(help="time before the origin time of the event, s (default 30)")] = (
-        None
-    )
-    after: Annotated[float | None, typer.Option(help="time after the origin time of the event, s (default 270)")] = None
+    window_start_utc: Annotated[str, typer.Option("--start", help="start of the window, UTC: 2016-11-13T11:02:00")] = ""
+    window_end_utc: Annotated[str, typer.Option("--end", help="end of the window, UTC")] = ""
+    event_id: Annotated[str, typer.Option("--event", help="event id of the server, instead of start and end")] = ""
+    before_origin_time_s: Annotated[
+        float | None, typer.Option("--before", help="time before the origin time of the event, s (default 30)")
+    ] = None
+    after_origin_time_s: Annotated[
+        float | None, typer.Option("--after", help="time after the origin time of the event, s (default 270)")
+    ] = None
 
 
 @fetch_app.command("fdsn")

@@ -19,7 +19,7 @@ rule read:
             "processing", "site", use=[wildcards.record]
         ),
         entry=lambda wildcards: ENTRIES[wildcards.record]
-        .without_descriptive_columns()
+        .copy_with_descriptive_columns_reset()
         .model_dump_json(),
         content=lambda wildcards: [file_hash(path) for path in FILES[wildcards.record]],
         sources=step_source_hash("records", "motion", "study"),

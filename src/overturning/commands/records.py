@@ -32,7 +32,11 @@ def check_record_files(paths: RecordPathsArgument, file_options: RecordFileOptio
 
     Folders are read recursively. The exit status is 1 if a file was refused.
     """
-    from overturning.records.check import check_records_in_files, format_record_check, non_record_file_names
+    from overturning.records.check import (
+        check_records_in_files,
+        format_record_check,
+        names_of_files_skipped_by_extension,
+    )
     from overturning.records.duplicates import (
         duplicate_record_messages,
         find_id_pairs_of_duplicate_records,
@@ -54,7 +58,7 @@ def check_record_files(paths: RecordPathsArgument, file_options: RecordFileOptio
     for text in duplicate_record_messages(find_id_pairs_of_duplicate_records(map(motion_fingerprint, named))):
         typer.echo(text)
     read = sum(f.unprocessed_record is not None for f in findings)
-    if no_records := non_record_file_names(paths):
+    if no_records := names_of_files_skipped_by_extension(paths):
         shown = ", ".join(no_records[:5]) + (" …" if len(no_records) > 5 else "")
         typer.echo(f"skipped because of their extensions: {len(no_records)} ({shown})")
     refused = sum(f.unprocessed_record is None and not f.is_skipped_for_no_acceleration for f in findings)

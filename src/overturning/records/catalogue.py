@@ -139,7 +139,7 @@ class RecordTableRow(FilePropertyColumns, RecordDescriptionColumns, frozen=True)
     sha256: str = Field(default="", pattern=r"^([0-9a-f]{64})?$")
     """Expected SHA-256 of the record's file; empty: not checked."""
 
-    def without_descriptive_columns(self) -> "RecordTableRow":
+    def copy_with_descriptive_columns_reset(self) -> "RecordTableRow":
         """Return a copy of the row in which all `COLUMNS_NOT_AFFECTING_SAMPLES` have their defaults."""
         return self.model_copy(
             update={name: RecordTableRow.model_fields[name].default for name in COLUMNS_NOT_AFFECTING_SAMPLES}

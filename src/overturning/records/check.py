@@ -161,7 +161,7 @@ def _list_all_and_skipped_files(path: Path, *, is_only_argument: bool) -> tuple[
     return there, [p for p in there if has_non_record_name(p) and (path.is_dir() or not is_only_argument)]
 
 
-def non_record_file_names(paths: Sequence[Path]) -> list[str]:
+def names_of_files_skipped_by_extension(paths: Sequence[Path]) -> list[str]:
     """Return the names of the files that are skipped since their extension belongs to no record format."""
     return sorted(
         p.name for path in paths for p in _list_all_and_skipped_files(path, is_only_argument=len(paths) == 1)[1]

@@ -55,7 +55,7 @@ def read_record_without_descriptive_columns(table_row: RecordTableRow, data_dir:
 
     The errors are those of `read_record`.
     """
-    table_row = table_row.without_descriptive_columns()
+    table_row = table_row.copy_with_descriptive_columns_reset()
     if table_row.format == "synthetic":
         from overturning.records.pulses import parse_pulse, record_of_pulse
 

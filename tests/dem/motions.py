@@ -20,7 +20,7 @@ PLAN_FIELDS_PER_CASE = (
     "stays_at_rest",
     "has_too_soft_contacts",
     "case_table",
-    "orientation_cosines",
+    "orientation_cosines_north_east",
 )
 
 
@@ -33,7 +33,9 @@ def simulate_under_each_motion(model: Body | Stack, motions: list[Motion], cases
     assert len({(motion.sample_count, motion.sampling_interval) for motion in motions}) == 1
     assert all(motion.up is None for motion in motions)
     plans = [plan_simulation(model, motion, cases, NumericalOptions(**options)) for motion in motions]
-    columns = (*PLAN_FIELDS_PER_CASE, "friction") if isinstance(model, Stack) else PLAN_FIELDS_PER_CASE
+    columns = (
+        (*PLAN_FIELDS_PER_CASE, "friction_by_case_and_joint") if isinstance(model, Stack) else PLAN_FIELDS_PER_CASE
+    )
     plan = replace(
         plans[0],
         cases=Cases(*(np.tile(getattr(cases, item.name), len(plans)) for item in fields(cases))),

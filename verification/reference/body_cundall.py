@@ -137,9 +137,15 @@ def vertex_contact_point(
     body_state: BodyState, body_axes: Matrix3, vertex: BodyVertex, history: BodyContactPointState
 ) -> ContactPoint:
     """Return the contact point at a vertex; its displacement is the difference from its last position."""
-    arm = matrix_times_vector(body_axes, vertex.position_in_body_axes)
-    place = plus(body_state.position, arm)
-    return ContactPoint(arm, -place.z, place.x - history.x, place.y - history.y, -place.z - history.penetration)
+    arm = matrix_times_vector(body_axes, vertex.position_from_centre_in_body_axes)
+    place = plus(body_state.centre_position, arm)
+    return ContactPoint(
+        arm,
+        -place.z,
+        place.x - history.position_x_or_rim_point_velocity_x,
+        place.y - history.position_y_or_rim_point_velocity_y,
+        -place.z - history.penetration,
+    )
 
 
 @njit(**INLINE_OPTIONS)
@@ -148,8 +154,10 @@ def rim_contact_point(
 ) -> ContactPoint:
     """Return the contact point at a point of a cylinder's rim; its displacement is that of the body at this point."""
     arm = rim_point_position_from_centre(body, body_axes, along_lean, across_lean)
-    v = plus(body_state.velocity, cross_product(body_state.angular_velocity, arm))
-    return ContactPoint(arm, -(body_state.position.z + arm.z), time_step * v.x, time_step * v.y, -(time_step * v.z))
+    v = plus(body_state.velocity_relative_to_base, cross_product(body_state.angular_velocity, arm))
+    return ContactPoint(
+        arm, -(body_state.centre_position.z + arm.z), time_step * v.x, time_step * v.y, -(time_step * v.z)
+    )
 
 
 @njit(**INLINE_OPTIONS)
@@ -165,7 +173,7 @@ def apply_contact_law(
 
     `dashpot_rate` is the dashpot over the step, so that it multiplies displacements. `contact_flags` are
     True if the point carries only later, True if the body lands flat, its landing time, s, if it touches now, and the
-    tilting share of the base (`BaseContactState.friction_moment_share`).
+    tilting share of the base (`BaseContactState.tilting_friction_share_in_flat_landing`).
     """
     waiting, flat, begun, base_tilting = contact_flags
     depth = 0.0 if waiting & (contact_point.depth > 0.0) else contact_point.depth
@@ -177,8 +185,8 @@ def apply_contact_law(
     n = n if inside & (flat | (n > 0.0)) else 0.0
     # A new contact starts with unstretched springs; those of a slipping one are shortened to the friction limit.
     tx, ty = (
-        (history.stretch_x + contact_point.last_step_displacement_x if was else 0.0),
-        (history.stretch_y + contact_point.last_step_displacement_y if was else 0.0),
+        (history.tangential_spring_stretch_x + contact_point.last_step_displacement_x if was else 0.0),
+        (history.tangential_spring_stretch_y + contact_point.last_step_displacement_y if was else 0.0),
     )
     most = body.friction * n
     hx, hy = (
@@ -186,11 +194,13 @@ def apply_contact_law(
         -(body.tangential_stiffness_per_mass * ty) - dashpot_rate * contact_point.last_step_displacement_y,
     )
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
-        body, contact_point.arm, body_state.velocity, body_state.angular_velocity, (flat, base_tilting)
+        body, contact_point.arm, body_state.velocity_relative_to_base, body_state.angular_velocity, (flat, base_tilting)
     )
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
-    fx, fy, kx, ky, _ = clamp_friction_and_stretch(hx, hy, tx, ty, most, body.tangential_compliance, (flat, drifts))
-    landing = (history.remaining_flat_landing_time if was else begun) - body.tick_length * TICKS_PER_STEP
+    fx, fy, kx, ky, _ = clamp_friction_and_stretch(
+        hx, hy, tx, ty, most, body.tangential_compliance_times_mass, (flat, drifts)
+    )
+    landing = (history.remaining_flat_landing_time if was else begun) - body.tick_length_s * TICKS_PER_STEP
     landing = landing if inside else 0.0
     force = Vector3(fx, fy, n)
     spring = body.normal_stiffness_per_mass * (depth if inside else 0.0)
@@ -200,7 +210,9 @@ def apply_contact_law(
     opened = history.penetration * history.penetration if was & (not inside) else 0.0
     # One that has waited is met by a spring that is pressed in already.
     opened = -(depth * depth) if inside & (history.penetration == 0.0) else opened
-    shortened = (history.stretch_x + kx) * (tx - kx) + (history.stretch_y + ky) * (ty - ky)
+    shortened = (history.tangential_spring_stretch_x + kx) * (tx - kx) + (history.tangential_spring_stretch_y + ky) * (
+        ty - ky
+    )
     lever = Vector3(contact_point.arm.x, contact_point.arm.y, tilting * contact_point.arm.z)
     # The springs are stretched at the point itself, at the full lever arm.
     moment = cross_product(lever, force)
@@ -210,13 +222,13 @@ def apply_contact_law(
     )
     wrench = ContactWrench(force, moment, damping, plus(moment, of_springs), opened, shortened)
     return wrench, BodyContactPointState(
-        stretch_x=kx,
-        stretch_y=ky,
-        x=body_state.position.x + contact_point.arm.x,
-        y=body_state.position.y + contact_point.arm.y,
+        tangential_spring_stretch_x=kx,
+        tangential_spring_stretch_y=ky,
+        position_x_or_rim_point_velocity_x=body_state.centre_position.x + contact_point.arm.x,
+        position_y_or_rim_point_velocity_y=body_state.centre_position.y + contact_point.arm.y,
         penetration=depth,
-        normal_force=n,
-        has_slid=0.0,
+        normal_force_per_mass=n,
+        slid_in_last_step=0.0,
         remaining_flat_landing_time=landing,
     )
 
@@ -247,7 +259,7 @@ def advance_body_one_step(
     shaking: InertialAccelerations3D,
 ) -> tuple[BodyState, BodyPeakValues, BodyEnergyAndMomentumAccount]:
     """Advance one body by one step under the contact force of the base."""
-    t, dt = contact_totals.wrench, body.tick_length * TICKS_PER_STEP
+    t, dt = contact_totals.wrench, body.tick_length_s * TICKS_PER_STEP
     half = 0.5 * dt
     push = Vector3(
         base_acceleration_at_tick(shaking.inertial_acceleration_x, body_state.ticks_since_sample_start),
@@ -256,50 +268,55 @@ def advance_body_one_step(
     )
     a = acceleration_of_body_centre(t.force, push)
     # The accounts take the velocities at the whole step.
-    c = extrapolate_vector(body_state.velocity, half, a)
+    c = extrapolate_vector(body_state.velocity_relative_to_base, half, a)
     w = angular_velocity_from_momentum(
-        body.inverse_inertia, body_axes, extrapolate_vector(body_state.angular_momentum, half, t.moment)
+        body.inverse_of_inertia_per_mass,
+        body_axes,
+        extrapolate_vector(body_state.angular_momentum_per_mass, half, t.moment),
     )
-    work = account.base_motion_work + dt * ((push.x * c.x + push.y * c.y) - push.z * c.z)
+    work = account.base_motion_work_per_mass + dt * ((push.x * c.x + push.y * c.y) - push.z * c.z)
     let_go = 0.5 * (
         body.normal_stiffness_per_mass * t.released_normal_energy_over_half_stiffness
         + body.tangential_stiffness_per_mass * t.released_tangential_energy_over_half_stiffness
     )
-    loss = account.lost_energy + (
+    loss = account.lost_energy_per_mass + (
         let_go + dt * -(dot_product(t.non_spring_force, c) + dot_product(t.non_spring_moment, w))
     )
-    spin = account.supplied_angular_momentum + dt * (
-        t.moment.z + (body_state.position.x * a.y - body_state.position.y * a.x)
+    spin = account.supplied_vertical_angular_momentum_per_mass + dt * (
+        t.moment.z + (body_state.centre_position.x * a.y - body_state.centre_position.y * a.x)
     )
     # Update the peaks and the last time before the critical tilt.
     lean, bx, by = (
         lean_as_squared_sine(body_axes),
-        body_state.position.x - body.centre_height * body_axes.xz,
-        body_state.position.y - body.centre_height * body_axes.yz,
+        body_state.centre_position.x - body.centre_height * body_axes.xz,
+        body_state.centre_position.y - body.centre_height * body_axes.yz,
     )
     peaks = BodyPeakValues(
-        updated_maximum(peaks.peak_lean_squared_sine, lean), updated_maximum(peaks.slip_squared, bx * bx + by * by),
-        updated_maximum(peaks.penetration, contact_totals.max_penetration),
-        body_state.ticks_since_sample_start if lean < body.critical_lean_squared_sine else peaks.last_upright_tick,
-    )  # fmt: skip
+        updated_maximum(peaks.peak_lean_squared_sine, lean),
+        updated_maximum(peaks.peak_squared_base_slip, bx * bx + by * by),
+        updated_maximum(peaks.peak_penetration, contact_totals.max_penetration),
+        body_state.ticks_since_sample_start
+        if lean < body.critical_lean_squared_sine
+        else peaks.last_upright_tick_in_sample,
+    )
     # Momenta half a step later, position one step later.
     v, momentum = (
-        extrapolate_vector(body_state.velocity, dt, a),
-        extrapolate_vector(body_state.angular_momentum, dt, t.moment),
+        extrapolate_vector(body_state.velocity_relative_to_base, dt, a),
+        extrapolate_vector(body_state.angular_momentum_per_mass, dt, t.moment),
     )
-    w = angular_velocity_from_momentum(body.inverse_inertia, body_axes, momentum)
+    w = angular_velocity_from_momentum(body.inverse_of_inertia_per_mass, body_axes, momentum)
     w = angular_velocity_from_momentum(
-        body.inverse_inertia, rotation_matrix(rotate_quaternion(body_state.rotation, half, w)), momentum
+        body.inverse_of_inertia_per_mass, rotation_matrix(rotate_quaternion(body_state.rotation, half, w)), momentum
     )
-    place, turn = extrapolate_vector(body_state.position, dt, v), rotate_quaternion(body_state.rotation, dt, w)
+    place, turn = extrapolate_vector(body_state.centre_position, dt, v), rotate_quaternion(body_state.rotation, dt, w)
     moved = BodyState(
-        position=place,
+        centre_position=place,
         rotation=turn,
-        velocity=v,
-        angular_momentum=momentum,
+        velocity_relative_to_base=v,
+        angular_momentum_per_mass=momentum,
         angular_velocity=w,
-        acceleration=a,
-        moment=t.moment,
+        acceleration_relative_to_base=a,
+        contact_moment_per_mass=t.moment,
         ticks_since_sample_start=body_state.ticks_since_sample_start + TICKS_PER_STEP,
     )
     return moved, peaks, BodyEnergyAndMomentumAccount(work, loss, spin, 0.0, 0.0, 0.0)
@@ -356,7 +373,7 @@ def add_vertex_contact_forces(
     for j in range(columns):
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
         rate, left, right = (
-            body.dashpot_constant_per_mass / (body.tick_length * TICKS_PER_STEP),
+            body.dashpot_constant_per_mass / (body.tick_length_s * TICKS_PER_STEP),
             load_memory(first_vertex_rows, j),
             load_memory(opposite_vertex_rows, j),
         )
@@ -376,7 +393,7 @@ def add_vertex_contact_forces(
                 is_contact_deferred_until_base_ends_rest(body, base_contact, p, at.arm.z, left),
                 body_base_lands_flat(base_contact),
                 remaining_landing_time_of_new_contact(body, base_contact),
-                base_contact.friction_moment_share,
+                base_contact.tilting_friction_share_in_flat_landing,
             ),
         )
         b, right = apply_contact_law(
@@ -389,7 +406,7 @@ def add_vertex_contact_forces(
                 is_contact_deferred_until_base_ends_rest(body, base_contact, q, on.arm.z, right),
                 body_base_lands_flat(base_contact),
                 remaining_landing_time_of_new_contact(body, base_contact),
-                base_contact.friction_moment_share,
+                base_contact.tilting_friction_share_in_flat_landing,
             ),
         )
         store_memory(first_vertex_rows, j, left)
@@ -412,7 +429,7 @@ def add_rim_contact_forces(
     """Add the contact forces at a pair of opposite points of the rim, for all bodies."""
     for j in range(columns):
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
-        dt = body.tick_length * TICKS_PER_STEP
+        dt = body.tick_length_s * TICKS_PER_STEP
         rate, left, right = (
             body.dashpot_constant_per_mass / dt,
             load_memory(first_point_rows, j),
@@ -424,7 +441,7 @@ def add_rim_contact_forces(
             body_base_lands_flat(base_contact),
             remaining_landing_time_of_new_contact(body, base_contact),
         )
-        tilting = base_contact.friction_moment_share
+        tilting = base_contact.tilting_friction_share_in_flat_landing
         at, on = (
             rim_contact_point(body, s, f, along_lean, across_lean, dt),
             rim_contact_point(body, s, f, -along_lean, -across_lean, dt),
@@ -457,33 +474,36 @@ def advance_momenta_by_steps(state: Any, columns: int, step_count: float) -> Non
     """Advance the momenta of all bodies by a number of steps (here ±½) with the last forces."""
     for j in range(columns):
         s, account = load_state(state, j), load_account(state, j)
-        time = step_count * TICKS_PER_STEP * load_body(state, j).tick_length
+        time = step_count * TICKS_PER_STEP * load_body(state, j).tick_length_s
         v, momentum = (
-            extrapolate_vector(s.velocity, time, s.acceleration),
-            extrapolate_vector(s.angular_momentum, time, s.moment),
+            extrapolate_vector(s.velocity_relative_to_base, time, s.acceleration_relative_to_base),
+            extrapolate_vector(s.angular_momentum_per_mass, time, s.contact_moment_per_mass),
         )
         store_state(
             state,
             j,
             BodyState(
-                position=s.position,
+                centre_position=s.centre_position,
                 rotation=s.rotation,
-                velocity=v,
-                angular_momentum=momentum,
+                velocity_relative_to_base=v,
+                angular_momentum_per_mass=momentum,
                 angular_velocity=s.angular_velocity,
-                acceleration=s.acceleration,
-                moment=s.moment,
+                acceleration_relative_to_base=s.acceleration_relative_to_base,
+                contact_moment_per_mass=s.contact_moment_per_mass,
                 ticks_since_sample_start=s.ticks_since_sample_start,
             ),
         )
-        torque = s.moment.z + (s.position.x * s.acceleration.y - s.position.y * s.acceleration.x)
+        torque = s.contact_moment_per_mass.z + (
+            s.centre_position.x * s.acceleration_relative_to_base.y
+            - s.centre_position.y * s.acceleration_relative_to_base.x
+        )
         store_account(
             state,
             j,
             BodyEnergyAndMomentumAccount(
-                account.base_motion_work,
-                account.lost_energy,
-                account.supplied_angular_momentum + time * torque,
+                account.base_motion_work_per_mass,
+                account.lost_energy_per_mass,
+                account.supplied_vertical_angular_momentum_per_mass + time * torque,
                 0.0,
                 0.0,
                 0.0,
@@ -558,7 +578,7 @@ class CundallSimulationPlan(body_plan.BodySimulationPlan):
     @property
     def base_shape_loop_tag(self) -> Any:
         """Marker whose type selects the loops; see `BodySimulationPlan.base_shape_loop_tag`."""
-        return CundallRoundBaseLoopTag() if self.solids[0].rim_radius > 0 else CundallPolygonalBaseLoopTag()
+        return CundallRoundBaseLoopTag() if self.solids_by_size[0].rim_radius > 0 else CundallPolygonalBaseLoopTag()
 
 
 @contextmanager
@@ -573,7 +593,7 @@ def enable_cundall() -> Iterator[None]:
         if parse_scheme(numerics.scheme) != IntegrationScheme.CUNDALL:
             return plan_centred(model, motion, cases, numerics)
         planned = plan_centred(model, motion, cases, replace(numerics, scheme="centred", time_step="auto"))
-        modes = np.array([largest_unit_spring_eigenvalue(solid) for solid in planned.solids])[
+        modes = np.array([largest_unit_spring_eigenvalue(solid) for solid in planned.solids_by_size])[
             planned.case_table["body"]
         ]
         square = (

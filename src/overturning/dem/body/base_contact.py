@@ -10,7 +10,7 @@ from typing import Any, Final
 from numba import njit
 
 from overturning.dem.body.state import (
-    LANDING_TIME_VALUE_FOR_BASE_IN_AIR,
+    LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S,
     STATE_ROW_LAYOUT,
     VERTEX_ROW_LAYOUT,
     BaseContactState,
@@ -29,7 +29,7 @@ from overturning.dem.kernel.lanes import (
 )
 from overturning.model.solid import MAX_LOAD_SHARING_BASE_VERTICES
 
-MIN_BASE_VERTEX_DEPTH_RATIO: Final = 1.0 - 1e-6
+MIN_BASE_VERTEX_DEPTH_TO_CENTRE_HEIGHT_RATIO: Final = 1.0 - 1e-6
 """Smallest depth of a base vertex below the centre, as a share of the height of the centre above the base."""
 
 MAX_DASHPOT_TO_SPRING_FORCE_AT_REST: Final = 0.5
@@ -39,23 +39,25 @@ MAX_DASHPOT_TO_SPRING_FORCE_AT_REST: Final = 0.5
 @njit(**INLINE_OPTIONS)
 def vertex_belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
     """True if a vertex of a body is as deep below the centre as the base, so that it is a vertex of the base."""
-    return vertex.position_in_body_axes.z <= -MIN_BASE_VERTEX_DEPTH_RATIO * body.centre_height
+    return (
+        vertex.position_from_centre_in_body_axes.z <= -MIN_BASE_VERTEX_DEPTH_TO_CENTRE_HEIGHT_RATIO * body.centre_height
+    )
 
 
 @njit(**INLINE_OPTIONS)
-def point_rests_on_spring(body: BodyConstants, point_history: BodyContactPointState) -> float:
+def point_normal_force_is_nearly_spring_force(body: BodyConstants, point_history: BodyContactPointState) -> float:
     """Return 1 if a contact point's normal force is nearly its spring force, so that the point rests; else 0."""
     spring = body.normal_stiffness_per_mass * point_history.penetration
     return (
         1.0
         if (point_history.penetration > 0.0)
-        & (abs(point_history.normal_force - spring) < MAX_DASHPOT_TO_SPRING_FORCE_AT_REST * spring)
+        & (abs(point_history.normal_force_per_mass - spring) < MAX_DASHPOT_TO_SPRING_FORCE_AT_REST * spring)
         else 0.0
     )
 
 
 @njit(**INLINE_OPTIONS)
-def update_base_contact_with_vertex(
+def update_lowest_and_highest_base_vertex(
     body: BodyConstants,
     base_contact: BaseContactState,
     body_axes: Matrix3,
@@ -64,24 +66,28 @@ def update_base_contact_with_vertex(
 ) -> BaseContactState:
     """Return the contact state of a body's base, updated if this base vertex is its lowest or highest one so far."""
     height, below, still = (
-        matrix_times_vector(body_axes, vertex.position_in_body_axes).z,
+        matrix_times_vector(body_axes, vertex.position_from_centre_in_body_axes).z,
         vertex_belongs_to_base(body, vertex),
-        point_rests_on_spring(body, point_history),
+        point_normal_force_is_nearly_spring_force(body, point_history),
     )
     # Among equally low or high vertices choose one that rests, so that mirror images are exact.
     low = below & (
-        (height < base_contact.lowest_vertex_height)
-        | ((height == base_contact.lowest_vertex_height) & (still > base_contact.lowest_vertex_rests))
+        (height < base_contact.lowest_vertex_height_above_centre)
+        | ((height == base_contact.lowest_vertex_height_above_centre) & (still > base_contact.lowest_vertex_rests))
     )
     high = below & (
-        (height > base_contact.highest_vertex_height)
-        | ((height == base_contact.highest_vertex_height) & (still > base_contact.highest_vertex_rests))
+        (height > base_contact.highest_vertex_height_above_centre)
+        | ((height == base_contact.highest_vertex_height_above_centre) & (still > base_contact.highest_vertex_rests))
     )
     return BaseContactState(
-        height if low else base_contact.lowest_vertex_height, height if high else base_contact.highest_vertex_height,
-        still if low else base_contact.lowest_vertex_rests, still if high else base_contact.highest_vertex_rests,
-        base_contact.remaining_flat_landing_time, base_contact.longest_landing_time, base_contact.friction_moment_share,
-    )  # fmt: skip
+        height if low else base_contact.lowest_vertex_height_above_centre,
+        height if high else base_contact.highest_vertex_height_above_centre,
+        still if low else base_contact.lowest_vertex_rests,
+        still if high else base_contact.highest_vertex_rests,
+        base_contact.shortest_landing_time_left_of_base_points,
+        base_contact.longest_landing_time_left_of_loaded_points,
+        base_contact.tilting_friction_share_in_flat_landing,
+    )
 
 
 @njit(**INLINE_OPTIONS)
@@ -98,10 +104,12 @@ def is_contact_deferred_until_base_ends_rest(
     ends; springs in between would share this impulse. `vertex_height` is the height of the vertex relative to the
     centre, m.
     """
-    slack = body.end_vertex_height_tolerance * (base_contact.highest_vertex_height - base_contact.lowest_vertex_height)
+    slack = body.extreme_vertex_tolerance_to_height_range * (
+        base_contact.highest_vertex_height_above_centre - base_contact.lowest_vertex_height_above_centre
+    )
     between = (
-        (vertex_height > base_contact.lowest_vertex_height + slack)
-        & (vertex_height < base_contact.highest_vertex_height - slack)
+        (vertex_height > base_contact.lowest_vertex_height_above_centre + slack)
+        & (vertex_height < base_contact.highest_vertex_height_above_centre - slack)
         & vertex_belongs_to_base(body, vertex)
     )
     return between & (point_history.penetration <= 0.0) & (not lowest_and_highest_base_points_rest(base_contact))
@@ -113,7 +121,7 @@ def body_base_lands_flat(base_contact: BaseContactState) -> bool:
 
     See `dem.block.landing`.
     """
-    return base_contact.remaining_flat_landing_time > 0.0
+    return base_contact.shortest_landing_time_left_of_base_points > 0.0
 
 
 @njit(**INLINE_OPTIONS)
@@ -131,9 +139,9 @@ def remaining_landing_time_of_new_contact(body: BodyConstants, base_contact: Bas
     It is that of the points already in contact, or the full duration of a flat landing if there are none.
     """
     return (
-        body.landing_duration
-        if base_contact.longest_landing_time == LANDING_TIME_VALUE_FOR_BASE_IN_AIR
-        else base_contact.longest_landing_time
+        body.flat_landing_duration_s
+        if base_contact.longest_landing_time_left_of_loaded_points == LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
+        else base_contact.longest_landing_time_left_of_loaded_points
     )
 
 
@@ -159,11 +167,11 @@ LANDING_OF, DEPTH_OF = (
     VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.penetration"),
 )
 SHORTEST, LONGEST = (
-    STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "remaining_flat_landing_time"),
-    STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "longest_landing_time"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "shortest_landing_time_left_of_base_points"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "longest_landing_time_left_of_loaded_points"),
 )
-FRICTION_MOMENT_SHARE_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
-    BaseContactState, "friction_moment_share"
+TILTING_FRICTION_SHARE_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
+    BaseContactState, "tilting_friction_share_in_flat_landing"
 )
 
 
@@ -177,24 +185,27 @@ def any_body_base_lands_flat(state: Any, lane_count: int) -> bool:
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, lane_count: int) -> None:
-    """Set `BaseContactState.friction_moment_share` to 1 for bodies that friction tilts while their base lands flat.
+def set_tilting_friction_share_of_landing_bases(state: Any, vertex_rows: Any, row_count: int, lane_count: int) -> None:
+    """Set the tilting friction share of a flat landing to 1 for bodies that friction tilts while their base lands flat.
 
-    The value is read only for bodies whose base lands flat. The resultant of normal forces and friction passes through
-    the centre if they act at the distance μ h ahead of it, in the direction of sliding; h is the height of the centre.
-    If that point lies within the base, the normal forces balance the moment of friction.
+    The share is `BaseContactState.tilting_friction_share_in_flat_landing`. It is read only for bodies whose base lands
+    flat. The resultant of normal forces and friction passes through the centre if they act at the distance μ h ahead of
+    it, in the direction of sliding; h is the height of the centre. If that point lies within the base, the normal
+    forces balance the moment of friction.
     """
     for point in range(0, row_count, ARRAY_LENGTH_PER_VERTEX):
         one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
         for j in range(round_to_vector_multiple(lane_count)):
-            body, v, edge = load_body(state, j), load_state(state, j).velocity, load_vertex(one, j)
+            body, v, edge = load_body(state, j), load_state(state, j).velocity_relative_to_base, load_vertex(one, j)
             own = matrix_times_vector(transpose(load_frame(state, j)), Vector3(v.x, v.y, 0.0))
             ahead = (
-                body.friction * body.centre_height * (edge.base_edge_normal_x * own.x + edge.base_edge_normal_y * own.y)
+                body.friction
+                * body.centre_height
+                * (edge.next_base_edge_outward_normal_x * own.x + edge.next_base_edge_outward_normal_y * own.y)
             )
-            outside = edge.edge_distance * math.sqrt(v.x * v.x + v.y * v.y) < ahead
-            state[FRICTION_MOMENT_SHARE_ROW_OFFSET + j] = (
-                1.0 if outside else state[FRICTION_MOMENT_SHARE_ROW_OFFSET + j]
+            outside = edge.next_base_edge_distance_from_centre * math.sqrt(v.x * v.x + v.y * v.y) < ahead
+            state[TILTING_FRICTION_SHARE_ROW_OFFSET + j] = (
+                1.0 if outside else state[TILTING_FRICTION_SHARE_ROW_OFFSET + j]
             )
 
 
@@ -219,21 +230,30 @@ def update_base_contacts(
             )
             longest = longest_landing_time_including_point(
                 longest_landing_time_including_point(
-                    LANDING_TIME_VALUE_FOR_BASE_IN_AIR, ahead.remaining_flat_landing_time, ahead.penetration
+                    LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, ahead.remaining_flat_landing_time, ahead.penetration
                 ),
                 behind.remaining_flat_landing_time,
                 behind.penetration,
             )
-            tilting = 0.0 if body.friction * body.centre_height <= body.base_radius else 1.0
-            store_base_contact(state, j, BaseContactState(
-                0.0, 0.0, point_rests_on_spring(body, ahead), point_rests_on_spring(body, behind), landing, longest,
-                tilting,
-            ))  # fmt: skip
+            tilting = 0.0 if body.friction * body.centre_height <= body.round_base_radius_or_zero else 1.0
+            store_base_contact(
+                state,
+                j,
+                BaseContactState(
+                    0.0,
+                    0.0,
+                    point_normal_force_is_nearly_spring_force(body, ahead),
+                    point_normal_force_is_nearly_spring_force(body, behind),
+                    landing,
+                    longest,
+                    tilting,
+                ),
+            )
         return
     few = base_vertex_count <= MAX_LOAD_SHARING_BASE_VERTICES
     for j in range(round_to_vector_multiple(lane_count)):
-        first = BaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, LANDING_TIME_VALUE_FOR_BASE_IN_AIR, 0.0)
-        other = BaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, LANDING_TIME_VALUE_FOR_BASE_IN_AIR, 0.0)
+        first = BaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0)
+        other = BaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0)
         store_base_contact(state, j, first if few else other)
     for point in range(0, 2 * opposite_start_index, ARRAY_LENGTH_PER_VERTEX):
         one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
@@ -246,13 +266,13 @@ def update_base_contacts(
                 longest_landing_time_including_point(longest, left, one[DEPTH_OF + j]) if of_base else longest
             )
     if any_body_base_lands_flat(state, lane_count):
-        mark_bases_tilted_by_friction(state, vertex_rows, 2 * opposite_start_index, lane_count)
+        set_tilting_friction_share_of_landing_bases(state, vertex_rows, 2 * opposite_start_index, lane_count)
     if few:
         return
     for point in range(0, 2 * opposite_start_index, ARRAY_LENGTH_PER_VERTEX):
         one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
         for j in range(round_to_vector_multiple(lane_count)):
             base_contact = load_base_contact(state, j)
-            store_base_contact(state, j, update_base_contact_with_vertex(
+            store_base_contact(state, j, update_lowest_and_highest_base_vertex(
                 load_body(state, j), base_contact, load_frame(state, j), load_vertex(one, j), load_memory(one, j)
             ))  # fmt: skip

@@ -16,7 +16,7 @@ from overturning.dem.body.state import (
     BodyPredictedForStepEnd,
     BodyState,
     BodyVelocityCorrection,
-    ContactEquationTerms,
+    ContactForcesAndNegatedDerivatives,
     InertialAccelerations3D,
     PredictedContactPoint,
     angular_velocity_from_momentum,
@@ -44,9 +44,10 @@ from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_samp
 from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-MAX_STEP_RATIO_USING_PREDICTED_FORCES: Final = BODY_STEP_CONTROL.max_step_using_predicted_forces
+MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = BODY_STEP_CONTROL.max_step_using_predicted_forces
+"""Longest step that uses predicted forces for contact and slip, as a multiple of the finest step."""
 
-MIN_NORMAL_TO_FREE_MOBILITY_FOR_SLIDING: Final = 0.25
+MIN_SLIDING_POINT_TO_PARTICLE_MOBILITY_RATIO: Final = 0.25
 """Least effect of a normal force on a sliding point, as a share of its effect on a free particle; below, it sticks."""
 
 
@@ -68,28 +69,30 @@ def predict_body_at_step_end(
     body: BodyConstants, state: BodyState, step_ticks: float, shaking: InertialAccelerations3D, ticks_per_sample: float
 ) -> BodyPredictedForStepEnd:
     """Predict the state of a body at the end of a step (`step_ticks`), from the acceleration at the step's start."""
-    dt, tick = body.tick_length * step_ticks, state.ticks_since_sample_start + step_ticks
+    dt, tick = body.tick_length_s * step_ticks, state.ticks_since_sample_start + step_ticks
     half, past = 0.5 * dt, tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
     v, momentum = (
-        extrapolate_vector(state.velocity, half, state.acceleration),
-        extrapolate_vector(state.angular_momentum, half, state.moment),
+        extrapolate_vector(state.velocity_relative_to_base, half, state.acceleration_relative_to_base),
+        extrapolate_vector(state.angular_momentum_per_mass, half, state.contact_moment_per_mass),
     )
-    turn, spin = rotate_body_over_step(body.inverse_inertia, state.rotation, momentum, state.moment, dt)
+    turn, spin = rotate_body_over_step(
+        body.inverse_of_inertia_per_mass, state.rotation, momentum, state.contact_moment_per_mass, dt
+    )
     at_end = Vector3(
         base_acceleration_in_this_or_next_sample(shaking.inertial_acceleration_x, tick, past),
         base_acceleration_in_this_or_next_sample(shaking.inertial_acceleration_y, tick, past),
         base_acceleration_in_this_or_next_sample(shaking.upward_base_acceleration, tick, past),
     )
     return BodyPredictedForStepEnd(
-        position=extrapolate_vector(state.position, dt, v),
+        position=extrapolate_vector(state.centre_position, dt, v),
         rotation=turn,
-        half_step_velocity=v,
-        half_step_angular_momentum=momentum,
-        end_velocity=extrapolate_vector(v, half, state.acceleration),
+        velocity_at_half_step=v,
+        angular_momentum_per_mass_at_half_step=momentum,
+        end_velocity=extrapolate_vector(v, half, state.acceleration_relative_to_base),
         end_angular_velocity=spin,
         inertial_xy_and_upward_base_acceleration=at_end,
-        half_step=half,
+        half_step_length_s=half,
     )
 
 
@@ -107,7 +110,7 @@ def rim_point_position_from_centre(
     leans = square > 1e-30
     one = 1.0 / math.sqrt(square if leans else 1.0)
     tx, ty = (body_axes.xz * one if leans else 1.0), (body_axes.yz * one if leans else 0.0)
-    a, b = body.base_radius * lean_component, body.base_radius * transverse_component
+    a, b = body.round_base_radius_or_zero * lean_component, body.round_base_radius_or_zero * transverse_component
     return Vector3(
         (a * body_axes.zz * tx - b * ty) - body.centre_height * body_axes.xz,
         (a * body_axes.zz * ty + b * tx) - body.centre_height * body_axes.yz,
@@ -121,7 +124,7 @@ def predicted_forces_decide_contact(case_step_control: CaseStepControl, step_att
 
     Longer steps use the contact state after the last step.
     """
-    return step_attempt.length_in_ticks <= MAX_STEP_RATIO_USING_PREDICTED_FORCES * case_step_control.shortest_step
+    return step_attempt.length_in_ticks <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * case_step_control.shortest_step
 
 
 @njit(**INLINE_OPTIONS)
@@ -131,7 +134,8 @@ def flat_landing_slip_direction_and_tilt_share(
     """Return a point's slip direction (x, y) in a flat landing, whether it slides, and its tilting moment share.
 
     The last value is the part of the moment of the point's friction that tilts the body. `landing` holds whether the
-    body lands flat, and that part for a point that slides meanwhile (`BaseContactState.friction_moment_share`). See
+    body lands flat, and that part for a point that slides meanwhile
+    (`BaseContactState.tilting_friction_share_in_flat_landing`). See
     `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`; only the rotation about the vertical is included.
     """
     lands_flat, tilting = landing
@@ -159,27 +163,32 @@ def predict_contact_point(
     slip. In a longer step these forces would be too large; the state of the point after the last step is used.
     `deferral_and_landing` holds whether the point carries load only later in a flat landing, whether the body lands
     flat, the landing time of the point if it touches now (s), and the share of friction that tilts the base
-    (`BaseContactState.friction_moment_share`).
+    (`BaseContactState.tilting_friction_share_in_flat_landing`).
     """
     deferred, flat, new_landing, base_tilting = deferral_and_landing
     u = plus(predicted_body.end_velocity, cross_product(predicted_body.end_angular_velocity, lever_arm))
     # Points of a rim move along it: their velocity is stored instead of their position.
     slip_x = (
-        predicted_body.half_step * (point_history.x + u.x)
+        predicted_body.half_step_length_s * (point_history.position_x_or_rim_point_velocity_x + u.x)
         if has_rim
-        else (predicted_body.position.x + lever_arm.x) - point_history.x
+        else (predicted_body.position.x + lever_arm.x) - point_history.position_x_or_rim_point_velocity_x
     )
     slip_y = (
-        predicted_body.half_step * (point_history.y + u.y)
+        predicted_body.half_step_length_s * (point_history.position_y_or_rim_point_velocity_y + u.y)
         if has_rim
-        else (predicted_body.position.y + lever_arm.y) - point_history.y
+        else (predicted_body.position.y + lever_arm.y) - point_history.position_y_or_rim_point_velocity_y
     )
     was = point_history.penetration > 0.0
-    tx, ty = (point_history.stretch_x + slip_x if was else 0.0), (point_history.stretch_y + slip_y if was else 0.0)
+    tx, ty = (
+        (point_history.tangential_spring_stretch_x + slip_x if was else 0.0),
+        (point_history.tangential_spring_stretch_y + slip_y if was else 0.0),
+    )
     depth = -(predicted_body.position.z + lever_arm.z)
     depth = 0.0 if deferred & (depth > 0.0) else depth
     n = body.normal_stiffness_per_mass * depth - body.dashpot_constant_per_mass * u.z
-    in_contact = ((n > 0.0) | flat) & (depth > 0.0) if forces_decide_contact else point_history.normal_force != 0.0
+    in_contact = (
+        ((n > 0.0) | flat) & (depth > 0.0) if forces_decide_contact else point_history.normal_force_per_mass != 0.0
+    )
     hx, hy = (
         -(body.tangential_stiffness_per_mass * tx) - body.dashpot_constant_per_mass * u.x,
         -(body.tangential_stiffness_per_mass * ty) - body.dashpot_constant_per_mass * u.y,
@@ -188,36 +197,36 @@ def predict_contact_point(
     some = square > 0.0
     one = 1.0 / math.sqrt(square if some else 1.0)
     dx, dy = hx * one, hy * one
-    most = body.friction * (n if forces_decide_contact else point_history.normal_force)
+    most = body.friction * (n if forces_decide_contact else point_history.normal_force_per_mass)
     smooth = body.friction == 0.0
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
         body, lever_arm, predicted_body.end_velocity, predicted_body.end_angular_velocity, (flat, base_tilting)
     )
     dx, dy = (-drift_x if drifts else dx), (-drift_y if drifts else dy)
-    slides = square > most * most if forces_decide_contact else point_history.has_slid > 0.0
+    slides = square > most * most if forces_decide_contact else point_history.slid_in_last_step > 0.0
     slides = drifts if flat else slides | smooth
     # A normal force on a sliding point must push it out; where friction would rotate the body in instead, it sticks.
-    turn = angular_velocity_from_momentum(body.inverse_inertia, body_axes, Vector3(
+    turn = angular_velocity_from_momentum(body.inverse_of_inertia_per_mass, body_axes, Vector3(
         lever_arm.y - lever_arm.z * body.friction * dy, lever_arm.z * body.friction * dx - lever_arm.x,
         body.friction * (lever_arm.x * dy - lever_arm.y * dx),
     ))  # fmt: skip
-    free = 1.0 + (turn.x * lever_arm.y - turn.y * lever_arm.x) > MIN_NORMAL_TO_FREE_MOBILITY_FOR_SLIDING
+    free = 1.0 + (turn.x * lever_arm.y - turn.y * lever_arm.x) > MIN_SLIDING_POINT_TO_PARTICLE_MOBILITY_RATIO
     slides = in_contact & slides & (some | smooth | drifts) & free
     return PredictedContactPoint(
         position_from_centre=lever_arm,
         penetration=depth,
-        stretch_x=tx,
-        stretch_y=ty,
+        tangential_spring_stretch_x=tx,
+        tangential_spring_stretch_y=ty,
         velocity=u,
-        is_in_contact=1.0 if in_contact else 0.0,
-        slides=1.0 if slides else 0.0,
+        is_assumed_in_contact=1.0 if in_contact else 0.0,
+        is_assumed_to_slide=1.0 if slides else 0.0,
         friction_direction_x=dx,
         friction_direction_y=dy,
-        is_deferred=1.0 if deferred else 0.0,
-        lands_flat=1.0 if flat else 0.0,
-        friction_moment_share=tilting,
-        flat_landing_tilting_share=base_tilting,
-        landing_time_if_touching_now=new_landing,
+        waits_until_base_ends_rest=1.0 if deferred else 0.0,
+        body_lands_flat=1.0 if flat else 0.0,
+        tilting_share_of_friction_moment=tilting,
+        tilting_friction_share_in_flat_landing=base_tilting,
+        landing_time_left_if_touching_now=new_landing,
     )
 
 
@@ -241,7 +250,7 @@ def contact_equation_terms(
     predicted_point: PredictedContactPoint,
     point_history: BodyContactPointState,
     forces_decide_contact: bool,
-) -> ContactEquationTerms:
+) -> ContactForcesAndNegatedDerivatives:
     """Return the terms of one contact point in the linear equations for a body's velocity corrections in a step.
 
     The force at the end of the step is f' = f − G (e_v + e_w × r), with the velocity changes e_v and e_w of the body
@@ -250,8 +259,8 @@ def contact_equation_terms(
     times the ratio of friction to the force that would hold it.
     """
     on, slides, r, u = (
-        predicted_point.is_in_contact > 0.0,
-        predicted_point.slides > 0.0,
+        predicted_point.is_assumed_in_contact > 0.0,
+        predicted_point.is_assumed_to_slide > 0.0,
         predicted_point.position_from_centre,
         predicted_point.velocity,
     )
@@ -261,11 +270,13 @@ def contact_equation_terms(
     )
     n = body.normal_stiffness_per_mass * predicted_point.penetration - body.dashpot_constant_per_mass * u.z
     hx, hy = (
-        -(body.tangential_stiffness_per_mass * predicted_point.stretch_x) - body.dashpot_constant_per_mass * u.x,
-        -(body.tangential_stiffness_per_mass * predicted_point.stretch_y) - body.dashpot_constant_per_mass * u.y,
+        -(body.tangential_stiffness_per_mass * predicted_point.tangential_spring_stretch_x)
+        - body.dashpot_constant_per_mass * u.x,
+        -(body.tangential_stiffness_per_mass * predicted_point.tangential_spring_stretch_y)
+        - body.dashpot_constant_per_mass * u.y,
     )
     part = ratio_of_friction_limit_to_sticking_force(
-        body.friction * (n if forces_decide_contact else point_history.normal_force), hx * hx + hy * hy, slides
+        body.friction * (n if forces_decide_contact else point_history.normal_force_per_mass), hx * hx + hy * hy, slides
     )
     mx, my = body.friction * predicted_point.friction_direction_x, body.friction * predicted_point.friction_direction_y
     fx, fy = (mx * n if slides else hx), (my * n if slides else hy)
@@ -285,13 +296,13 @@ def contact_equation_terms(
     f = Vector3(fx, fy, n)
     # Rows of G(·× r), and the moments r × column of both; zero terms are left out. In a flat landing the moment of
     # friction has a shorter lever arm.
-    at = Vector3(r.x, r.y, predicted_point.friction_moment_share * r.z)
+    at = Vector3(r.x, r.y, predicted_point.tilting_share_of_friction_moment * r.z)
     bx, by = cross_product(r, Vector3(gxx, gxy, gxz)), cross_product(r, Vector3(gxy, gyy, gyz))
     bz = Vector3(r.y * gzz, -(r.x * gzz), 0.0)
     cz = cross_product(at, Vector3(gxz, gyz, gzz))
     dx, dy = cross_product(at, Vector3(bx.x, by.x, bz.x)), cross_product(at, Vector3(bx.y, by.y, bz.y))
     dz = cross_product(at, Vector3(bx.z, by.z, bz.z))
-    return ContactEquationTerms(
+    return ContactForcesAndNegatedDerivatives(
         f,
         cross_product(at, f),
         Matrix3(gxx, gxy, gxz, gxy, gyy, gyz, 0.0, 0.0, gzz),
@@ -306,25 +317,32 @@ def contact_equation_terms(
 
 @njit(**INLINE_OPTIONS)
 def solve_velocity_correction(
-    body: BodyConstants, state: BodyState, predicted_body: BodyPredictedForStepEnd, contact_terms: ContactEquationTerms
+    body: BodyConstants,
+    state: BodyState,
+    predicted_body: BodyPredictedForStepEnd,
+    contact_terms: ContactForcesAndNegatedDerivatives,
 ) -> BodyVelocityCorrection:
     """Solve the linear equations of a step for the corrections of a body's predicted velocity and angular velocity."""
     a, b, c, d = (
-        contact_terms.force_per_velocity,
-        contact_terms.force_per_angular_velocity,
-        contact_terms.moment_per_velocity,
-        contact_terms.moment_per_angular_velocity,
+        contact_terms.half_step_times_force_per_velocity,
+        contact_terms.half_step_times_force_per_angular_velocity,
+        contact_terms.half_step_times_moment_per_velocity,
+        contact_terms.half_step_times_moment_per_angular_velocity,
     )
     u = scale_vector(
-        predicted_body.half_step,
+        predicted_body.half_step_length_s,
         minus(
-            acceleration_of_body_centre(contact_terms.force, predicted_body.inertial_xy_and_upward_base_acceleration),
-            state.acceleration,
+            acceleration_of_body_centre(
+                contact_terms.force_per_mass, predicted_body.inertial_xy_and_upward_base_acceleration
+            ),
+            state.acceleration_relative_to_base,
         ),
     )
-    t = scale_vector(predicted_body.half_step, minus(contact_terms.moment, state.moment))
+    t = scale_vector(
+        predicted_body.half_step_length_s, minus(contact_terms.moment_per_mass, state.contact_moment_per_mass)
+    )
     f = rotation_matrix(predicted_body.rotation)
-    i = matrix_product(matrix_product(f, expand_symmetric_matrix(body.inertia)), transpose(f))
+    i = matrix_product(matrix_product(f, expand_symmetric_matrix(body.inertia_per_mass)), transpose(f))
     a = inverse_matrix(Matrix3(1.0 + a.xx, a.xy, a.xz, a.yx, 1.0 + a.yy, a.yz, a.zx, a.zy, 1.0 + a.zz))
     c = matrix_product(c, a)
     e = matrix_times_vector(

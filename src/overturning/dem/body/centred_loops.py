@@ -41,7 +41,7 @@ from overturning.dem.body.state import (
     BodyTerminationLimits,
     BodyVelocityCorrection,
     BodyVertex,
-    ContactEquationTerms,
+    ContactForcesAndNegatedDerivatives,
     ContactForceSum,
     ContactPointAtStepStartAndEnd,
     InertialAccelerations3D,
@@ -77,12 +77,12 @@ load_attempt, store_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextSt
 load_rejection, store_rejection, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectionFlags)
 load_step_control = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl).load
 load_predicted, store_predicted, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPredictedForStepEnd)
-load_equations, store_equations, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(ContactEquationTerms)
+load_equations, store_equations, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(ContactForcesAndNegatedDerivatives)
 load_change, store_change, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyVelocityCorrection)
 load_sum, store_sum, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(ContactForceSum)
 load_largest, store_largest, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyContactChangesInStep)
 add_equations, add_sum, larger_of = (
-    create_elementwise_tuple_functions(ContactEquationTerms).plus,
+    create_elementwise_tuple_functions(ContactForcesAndNegatedDerivatives).plus,
     create_elementwise_tuple_functions(ContactForceSum).plus,
     create_elementwise_tuple_functions(BodyContactChangesInStep).largest,
 )
@@ -91,7 +91,9 @@ load_memory, _, store_memory = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(Contact
 load_point, store_point, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(PredictedContactPoint)
 load_next, store_next, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "new")
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
-SLIDING_FLAG_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.has_slid")
+SLIDING_FLAG_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(
+    ContactPointAtStepStartAndEnd, "old.slid_in_last_step"
+)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -120,7 +122,10 @@ def predict_contact_of_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: 
             body_base_lands_flat(base_contact),
             remaining_landing_time_of_new_contact(body, base_contact),
         )
-        a, b = matrix_times_vector(f, p.position_in_body_axes), matrix_times_vector(f, q.position_in_body_axes)
+        a, b = (
+            matrix_times_vector(f, p.position_from_centre_in_body_axes),
+            matrix_times_vector(f, q.position_from_centre_in_body_axes),
+        )
         left, right = load_memory(vertex_rows, j), load_memory(opposite_rows, j)
         store_point(
             vertex_rows,
@@ -137,7 +142,7 @@ def predict_contact_of_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: 
                     is_contact_deferred_until_base_ends_rest(body, base_contact, p, a.z, left),
                     flat,
                     new_landing,
-                    base_contact.friction_moment_share,
+                    base_contact.tilting_friction_share_in_flat_landing,
                 ),
             ),
         )
@@ -156,7 +161,7 @@ def predict_contact_of_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: 
                     is_contact_deferred_until_base_ends_rest(body, base_contact, q, b.z, right),
                     flat,
                     new_landing,
-                    base_contact.friction_moment_share,
+                    base_contact.tilting_friction_share_in_flat_landing,
                 ),
             ),
         )
@@ -198,7 +203,12 @@ def predict_contact_of_rim_point_pair(
                 left,
                 fine,
                 True,
-                (between & (left.penetration <= 0.0), flat, new_landing, base_contact.friction_moment_share),
+                (
+                    between & (left.penetration <= 0.0),
+                    flat,
+                    new_landing,
+                    base_contact.tilting_friction_share_in_flat_landing,
+                ),
             ),
         )
         store_point(
@@ -212,7 +222,12 @@ def predict_contact_of_rim_point_pair(
                 right,
                 fine,
                 True,
-                (between & (right.penetration <= 0.0), flat, new_landing, base_contact.friction_moment_share),
+                (
+                    between & (right.penetration <= 0.0),
+                    flat,
+                    new_landing,
+                    base_contact.tilting_friction_share_in_flat_landing,
+                ),
             ),
         )
 
@@ -226,7 +241,7 @@ def add_contact_terms_of_point_pair(
     `is_not_first_pair` is None for the first two points of a body: their terms replace those of the last step.
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        body, half = load_body(state, j), load_predicted(state, j).half_step
+        body, half = load_body(state, j), load_predicted(state, j).half_step_length_s
         fine = predicted_forces_decide_contact(load_step_control(state, j), load_attempt(state, j))
         a = contact_equation_terms(body, half, load_point(point_rows, j), load_memory(point_rows, j), fine)
         b = contact_equation_terms(body, half, load_point(opposite_rows, j), load_memory(opposite_rows, j), fine)
@@ -285,7 +300,7 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
             ticks_per_sample,
             load_termination_limits(state, j).max_acceleration_for_sample_long_steps_g,
         )
-        findings = contact_changes_in_body_step(most, t.force.z, fast, steady)
+        findings = contact_changes_in_body_step(most, t.force_per_mass.z, fast, steady)
         again, sooner, following = accept_or_reject_and_choose_next_step(
             BODY_STEP_CONTROL,
             load_step_control(state, j),
@@ -295,7 +310,7 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
             ticks_per_sample,
         )
         accepted = BodyAfterAcceptedStep(s, load_peaks(state, j), load_account(state, j))
-        accepted = complete_body_step(body, accepted, w, d, t, most.penetration, attempt.length_in_ticks)
+        accepted = complete_body_step(body, accepted, w, d, t, most.largest_penetration, attempt.length_in_ticks)
         store_attempt(state, j, following)
         store_rejection(state, j, StepRejectionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0))
         store_state(state, j, again, accepted.state)
@@ -310,7 +325,9 @@ def store_contact_point_states_after_accepted_steps(state: Any, point_rows: Any,
         new, rejected = load_next(point_rows, j), load_rejection(state, j)
         store_memory(point_rows, j, rejected.is_step_rejected > 0.0, new)
         point_rows[SLIDING_FLAG_ROW_OFFSET + j] = select(
-            rejected.keeps_assumed_slip > 0.0, point_rows[SLIDING_FLAG_ROW_OFFSET + j], new.has_slid
+            rejected.next_attempt_keeps_slip_assumption > 0.0,
+            point_rows[SLIDING_FLAG_ROW_OFFSET + j],
+            new.slid_in_last_step,
         )
 
 

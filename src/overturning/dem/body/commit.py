@@ -35,12 +35,12 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import clamp_friction_and_stretch, updated_maximum
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-MAX_TANGENT_OF_RIM_POINT_MOVE_ANGLE: Final = 0.1
+MAX_LOWEST_RIM_POINT_ROTATION_TANGENT_IN_STEP: Final = 0.1
 """Largest tangent of the angle by which the lowest point moves along a rim in a step that is not the finest."""
 
 
 @njit(**INLINE_OPTIONS)
-def released_spring_energy(
+def point_spring_energy_loss_per_mass(
     body: BodyConstants,
     point_history: BodyContactPointState,
     penetration: float,
@@ -58,7 +58,10 @@ def released_spring_energy(
     stretched_x, stretched_y = stretch_before_slip[0] - kx, stretch_before_slip[1] - ky
     let_go = 0.5 * (
         body.tangential_stiffness_per_mass
-        * ((point_history.stretch_x + kx) * stretched_x + (point_history.stretch_y + ky) * stretched_y)
+        * (
+            (point_history.tangential_spring_stretch_x + kx) * stretched_x
+            + (point_history.tangential_spring_stretch_y + ky) * stretched_y
+        )
         + body.normal_stiffness_per_mass * over
     )
     let_go = let_go if inside | was else 0.0
@@ -86,7 +89,7 @@ def contact_changes_of_point(
     If the predicted forces decided about its contact (`forces_decide_contact`), sliding contrary to the assumption does
     not count as a change.
     """
-    carries, assumed, long = friction_limit > 0.0, predicted_point.slides > 0.0, not forces_decide_contact
+    carries, assumed, long = friction_limit > 0.0, predicted_point.is_assumed_to_slide > 0.0, not forces_decide_contact
     deeper = predicted_point.penetration if predicted_point.penetration > penetration else penetration
     wrong = carries & (slips != assumed)
     backwards = (
@@ -99,7 +102,11 @@ def contact_changes_of_point(
         carries
         & slips
         & (
-            (force.x * point_history.stretch_x + force.y * point_history.stretch_y > 0.0)
+            (
+                force.x * point_history.tangential_spring_stretch_x
+                + force.y * point_history.tangential_spring_stretch_y
+                > 0.0
+            )
             | (force.x * velocity.x + force.y * velocity.y > 0.0)
         )
     )
@@ -121,19 +128,19 @@ def compute_point_forces(
     has_rim: bool,
 ) -> tuple[ContactForceSum, BodyContactChangesInStep, BodyContactPointState]:
     """Return forces, contact changes and new state of a contact point of a body at the end of a step."""
-    half, r = predicted_body.half_step, predicted_point.position_from_centre
+    half, r = predicted_body.half_step_length_s, predicted_point.position_from_centre
     e = plus(velocity_change.velocity, cross_product(velocity_change.angular_velocity, r))
     u = plus(predicted_point.velocity, e)
     depth, tx, ty = (
         predicted_point.penetration - half * e.z,
-        predicted_point.stretch_x + half * e.x,
-        predicted_point.stretch_y + half * e.y,
+        predicted_point.tangential_spring_stretch_x + half * e.x,
+        predicted_point.tangential_spring_stretch_y + half * e.y,
     )
-    depth = 0.0 if (predicted_point.is_deferred > 0.0) & (depth > 0.0) else depth
+    depth = 0.0 if (predicted_point.waits_until_base_ends_rest > 0.0) & (depth > 0.0) else depth
     inside, was = depth > 0.0, point_history.penetration > 0.0
     spring = body.normal_stiffness_per_mass * depth if inside else 0.0
     n = spring - body.dashpot_constant_per_mass * u.z
-    n = n if inside & ((predicted_point.lands_flat > 0.0) | (n > 0.0)) else 0.0
+    n = n if inside & ((predicted_point.body_lands_flat > 0.0) | (n > 0.0)) else 0.0
     tx, ty = (tx if inside else 0.0), (ty if inside else 0.0)
     most = body.friction * n
     stiffness, dashpot = body.tangential_stiffness_per_mass, body.dashpot_constant_per_mass
@@ -141,29 +148,38 @@ def compute_point_forces(
     spin = plus(predicted_body.end_angular_velocity, velocity_change.angular_velocity)
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
         body, r, plus(predicted_body.end_velocity, velocity_change.velocity), spin,
-        (predicted_point.lands_flat > 0.0, predicted_point.flat_landing_tilting_share),
+        (predicted_point.body_lands_flat > 0.0, predicted_point.tilting_friction_share_in_flat_landing),
     )  # fmt: skip
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
     fx, fy, kx, ky, slips = clamp_friction_and_stretch(
-        hx, hy, tx, ty, most, body.tangential_compliance, ((predicted_point.lands_flat > 0.0) & inside, drifts)
+        hx,
+        hy,
+        tx,
+        ty,
+        most,
+        body.tangential_compliance_times_mass,
+        ((predicted_point.body_lands_flat > 0.0) & inside, drifts),
     )
     lever = Vector3(r.x, r.y, tilting * r.z)
     off = r.z - lever.z
     # Friction acts at the shortened lever arm; the springs are stretched at the point itself.
     sliding = (fx + stiffness * kx) * u.x + (fy + stiffness * ky) * u.y
     power = (spring - n) * u.z - (sliding + off * (fy * spin.x - fx * spin.y))
-    let_go = released_spring_energy(
+    let_go = point_spring_energy_loss_per_mass(
         body,
         point_history,
         depth,
-        (predicted_point.stretch_x + half * e.x, predicted_point.stretch_y + half * e.y),
+        (
+            predicted_point.tangential_spring_stretch_x + half * e.x,
+            predicted_point.tangential_spring_stretch_y + half * e.y,
+        ),
         (kx, ky),
     )
     # A contact that closed within the step acts from the first touch, not for half of the step.
     fresh = inside & (not was)
     more = depth * (2.0 * half / (depth - point_history.penetration if fresh else 1.0)) - half if fresh else 0.0
     landing = (
-        predicted_point.landing_time_if_touching_now if fresh else point_history.remaining_flat_landing_time
+        predicted_point.landing_time_left_if_touching_now if fresh else point_history.remaining_flat_landing_time
     ) - 2.0 * half
     force = Vector3(fx, fy, n)
     moment = cross_product(lever, force)
@@ -180,13 +196,13 @@ def compute_point_forces(
         ),
         findings,
         BodyContactPointState(
-            stretch_x=kx,
-            stretch_y=ky,
-            x=x,
-            y=y,
+            tangential_spring_stretch_x=kx,
+            tangential_spring_stretch_y=ky,
+            position_x_or_rim_point_velocity_x=x,
+            position_y_or_rim_point_velocity_y=y,
             penetration=depth,
-            normal_force=n,
-            has_slid=1.0 if slips & (most != 0.0) else 0.0,
+            normal_force_per_mass=n,
+            slid_in_last_step=1.0 if slips & (most != 0.0) else 0.0,
             remaining_flat_landing_time=landing if inside else 0.0,
         ),
     )
@@ -201,8 +217,8 @@ def lowest_rim_point_moves_too_far_in_step(
     across, ahead = a.xz * b.yz - a.yz * b.xz, a.xz * b.xz + a.yz * b.yz
     return (
         (largest_contact_changes.has_unloaded_point > 0.0)
-        & (largest_contact_changes.penetration > 0.0)
-        & ((abs(across) > MAX_TANGENT_OF_RIM_POINT_MOVE_ANGLE * ahead) | (ahead < 0.0))
+        & (largest_contact_changes.largest_penetration > 0.0)
+        & ((abs(across) > MAX_LOWEST_RIM_POINT_ROTATION_TANGENT_IN_STEP * ahead) | (ahead < 0.0))
     )
 
 
@@ -239,11 +255,11 @@ def contact_changes_in_body_step(
     slides = (largest_contact_changes.some_loaded_point_sticks == 0.0) & (normal_force > 0.0)
     stands = shaking_is_weak & (largest_contact_changes.has_unloaded_point == 0.0)
     return StepContactChanges(
-        contact_changed=largest_contact_changes.contact_changed > 0.0,
+        contact_changed=largest_contact_changes.positive_if_contact_opened_or_closed > 0.0,
         requires_shorter_step=lowest_rim_point_moves_too_far,
         may_keep_step=False,
         has_wrong_slip_assumption=largest_contact_changes.has_wrong_slip_assumption > 0.0,
-        has_slip_reversal=largest_contact_changes.has_slip_reversal > 0.0,
+        has_slip_reversal=largest_contact_changes.has_friction_against_assumed_direction > 0.0,
         has_friction_reversal=largest_contact_changes.has_friction_reversal > 0.0,
         slides_on_all_points=slides,
         all_contacts_are_closed=stands,
@@ -269,16 +285,21 @@ def complete_body_step(
     step_ticks: float,
 ) -> BodyAfterAcceptedStep:
     """Return a body's state, peak values and energy account after a step; `largest_penetration` in m."""
-    (s, peaks, account), half = previous_step, predicted_body.half_step
+    (s, peaks, account), half = previous_step, predicted_body.half_step_length_s
     a, push, tick = (
-        acceleration_of_body_centre(contact_sum.force, predicted_body.inertial_xy_and_upward_base_acceleration),
+        acceleration_of_body_centre(
+            contact_sum.force_per_mass, predicted_body.inertial_xy_and_upward_base_acceleration
+        ),
         predicted_body.inertial_xy_and_upward_base_acceleration,
         s.ticks_since_sample_start + step_ticks,
     )
-    v = plus(extrapolate_vector(predicted_body.half_step_velocity, half, a), contact_sum.early_contact_impulse)
+    v = plus(
+        extrapolate_vector(predicted_body.velocity_at_half_step, half, a),
+        contact_sum.extra_impulse_per_mass_of_early_contacts,
+    )
     momentum = plus(
-        extrapolate_vector(predicted_body.half_step_angular_momentum, half, contact_sum.moment),
-        contact_sum.early_contact_angular_impulse,
+        extrapolate_vector(predicted_body.angular_momentum_per_mass_at_half_step, half, contact_sum.moment_per_mass),
+        contact_sum.extra_angular_impulse_per_mass_of_early_contacts,
     )
     place, turn = (
         extrapolate_vector(predicted_body.position, half, velocity_change.velocity),
@@ -286,39 +307,45 @@ def complete_body_step(
     )
     f = rotation_matrix(turn)
     power = (push.x * v.x + push.y * v.y) - push.z * v.z
-    torque = contact_sum.moment.z + (place.x * a.y - place.y * a.x)
+    torque = contact_sum.moment_per_mass.z + (place.x * a.y - place.y * a.x)
     account = BodyEnergyAndMomentumAccount(
-        account.base_motion_work + half * (account.base_motion_power + power),
-        account.lost_energy
-        + (half * (account.dissipated_power + contact_sum.dissipated_power) + contact_sum.released_spring_energy),
-        account.supplied_angular_momentum
+        account.base_motion_work_per_mass + half * (account.base_motion_power_per_mass_at_step_end + power),
+        account.lost_energy_per_mass
         + (
-            half * (account.angular_momentum_supply_rate + torque)
+            half * (account.dissipated_power_per_mass_at_step_end + contact_sum.dissipated_power_per_mass)
+            + contact_sum.lost_spring_energy_per_mass
+        ),
+        account.supplied_vertical_angular_momentum_per_mass
+        + (
+            half * (account.vertical_moment_per_mass_at_step_end + torque)
             + (
-                contact_sum.early_contact_angular_impulse.z
-                + (place.x * contact_sum.early_contact_impulse.y - place.y * contact_sum.early_contact_impulse.x)
+                contact_sum.extra_angular_impulse_per_mass_of_early_contacts.z
+                + (
+                    place.x * contact_sum.extra_impulse_per_mass_of_early_contacts.y
+                    - place.y * contact_sum.extra_impulse_per_mass_of_early_contacts.x
+                )
             )
         ),
         power,
-        contact_sum.dissipated_power,
+        contact_sum.dissipated_power_per_mass,
         torque,
     )
     lean, x, y = (lean_as_squared_sine(f), place.x - body.centre_height * f.xz, place.y - body.centre_height * f.yz)
     peaks = BodyPeakValues(
         updated_maximum(peaks.peak_lean_squared_sine, lean),
-        updated_maximum(peaks.slip_squared, x * x + y * y),
-        updated_maximum(peaks.penetration, largest_penetration),
-        tick if lean < body.critical_lean_squared_sine else peaks.last_upright_tick,
+        updated_maximum(peaks.peak_squared_base_slip, x * x + y * y),
+        updated_maximum(peaks.peak_penetration, largest_penetration),
+        tick if lean < body.critical_lean_squared_sine else peaks.last_upright_tick_in_sample,
     )
     return BodyAfterAcceptedStep(
         BodyState(
-            position=place,
+            centre_position=place,
             rotation=turn,
-            velocity=v,
-            angular_momentum=momentum,
+            velocity_relative_to_base=v,
+            angular_momentum_per_mass=momentum,
             angular_velocity=predicted_body.end_angular_velocity,
-            acceleration=a,
-            moment=contact_sum.moment,
+            acceleration_relative_to_base=a,
+            contact_moment_per_mass=contact_sum.moment_per_mass,
             ticks_since_sample_start=tick,
         ),
         peaks,

@@ -58,7 +58,7 @@ load_account, load_course, load_limits = (
 load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D).load
 load_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").load
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
-STEP_LENGTH_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks")
+NEXT_STEP_TICKS_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks")
 LATE_TILT, SLIDE_END = (
     STATE_ROW_LAYOUT.row_offset_of_field(LargestTiltNearCaseEnd, "tilt_over_critical_angle"),
     STATE_ROW_LAYOUT.row_offset_of_field(SlideEndSample, "sample"),
@@ -68,15 +68,15 @@ LATE_TILT, SLIDE_END = (
 @njit(**INLINE_OPTIONS)
 def twice_kinetic_energy_per_mass(body: BodyConstants, state: BodyState) -> float:
     """Return twice the kinetic energy of a body per mass, m²/s²."""
-    return dot_product(state.velocity, state.velocity) + dot_product(
-        state.angular_momentum, angular_velocity_of_state(body, state)
+    return dot_product(state.velocity_relative_to_base, state.velocity_relative_to_base) + dot_product(
+        state.angular_momentum_per_mass, angular_velocity_of_state(body, state)
     )
 
 
 @njit(**INLINE_OPTIONS)
 def state_sum_for_finite_check(state: BodyState) -> float:
     """Return the sum of all position, rotation and velocity components of a body, which is finite if each one is."""
-    v, p, q = state.velocity, state.position, state.rotation
+    v, p, q = state.velocity_relative_to_base, state.centre_position, state.rotation
     return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
 
 
@@ -92,17 +92,24 @@ def body_energy_per_mass(
         )
         depth = max(one.penetration, 0.0)
         springs += body.normal_stiffness_per_mass * depth * depth + body.tangential_stiffness_per_mass * (
-            one.stretch_x * one.stretch_x + one.stretch_y * one.stretch_y
+            one.tangential_spring_stretch_x * one.tangential_spring_stretch_x
+            + one.tangential_spring_stretch_y * one.tangential_spring_stretch_y
         )
     return 0.5 * (twice_kinetic_energy_per_mass(body, state) + springs) + GRAVITY * (
-        state.position.z - body.centre_height
+        state.centre_position.z - body.centre_height
     )
 
 
 @njit(**INLINE_OPTIONS)
 def vertical_angular_momentum_about_origin(state: BodyState) -> float:
     """Return the vertical component of a body's angular momentum about the origin, per mass, m²/s."""
-    return float(state.angular_momentum.z + (state.position.x * state.velocity.y - state.position.y * state.velocity.x))
+    return float(
+        state.angular_momentum_per_mass.z
+        + (
+            state.centre_position.x * state.velocity_relative_to_base.y
+            - state.centre_position.y * state.velocity_relative_to_base.x
+        )
+    )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -122,7 +129,9 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
 
 
 @njit(**INLINE_OPTIONS)
-def energy_to_tilt_per_mass(body: BodyConstants, edge_distance: float, tilt_squared_sine: float) -> float:
+def energy_per_mass_to_tilt_body_over_edge(
+    body: BodyConstants, edge_distance: float, tilt_squared_sine: float
+) -> float:
     """Return the energy per mass (m²/s²) to tilt a body over an edge; `tilt_squared_sine` is sin² of the tilt."""
     square = min(tilt_squared_sine, body.critical_lean_squared_sine)
     return float(
@@ -137,7 +146,7 @@ def body_is_below_critical_tilt(body: BodyConstants, state: BodyState) -> bool:
 
 
 @njit(**INLINE_OPTIONS)
-def squared_speed_of_body_base(body: BodyConstants, state: BodyState, edge_distance: float) -> float:
+def squared_base_speed_including_spin(body: BodyConstants, state: BodyState, edge_distance: float) -> float:
     """Return the squared base speed v² + (ω r)² of a body, m²/s², from its translation and its spin.
 
     v is the horizontal velocity of the base, ω the spin about the vertical, and r the distance of a base edge
@@ -145,7 +154,7 @@ def squared_speed_of_body_base(body: BodyConstants, state: BodyState, edge_dista
     """
     w, f = angular_velocity_of_state(body, state), rotation_matrix(state.rotation)
     v = plus(
-        state.velocity,
+        state.velocity_relative_to_base,
         cross_product(w, Vector3(-body.centre_height * f.xz, -body.centre_height * f.yz, -body.centre_height * f.zz)),
     )
     turn = w.z * edge_distance
@@ -155,12 +164,12 @@ def squared_speed_of_body_base(body: BodyConstants, state: BodyState, edge_dista
 @njit(**INLINE_OPTIONS)
 def body_will_slide_noticeably(body: BodyConstants, state: BodyState, edge_distance: float) -> bool:
     """True if an upright body will slide or spin on by more than a negligible distance until friction stops it."""
-    square = squared_speed_of_body_base(body, state, edge_distance)
+    square = squared_base_speed_including_spin(body, state, edge_distance)
     return bool(body.friction > 0.0 and square >= 2.0 * NEGLIGIBLE_REMAINING_SLIP_M * GRAVITY * body.friction)
 
 
 @njit(**INLINE_OPTIONS)
-def monotonic_direction_number(x: float, y: float) -> float:
+def pseudo_angle_of_vector_0_to_4(x: float, y: float) -> float:
     """Return a number from 0 to 4 that grows with the angle of (x, y), anticlockwise from x, without trigonometry."""
     share = abs(x) / (abs(x) + abs(y))
     if y >= 0.0:
@@ -174,13 +183,13 @@ def body_has_fallen(
 ) -> bool:
     """True if the tilt of a body has reached the angle of fall for the direction in which the body leans.
 
-    For `fall_sectors` see `overturning.model.solid.RigidSolid`.
+    For `fall_limits_by_lean_sector` see `overturning.model.solid.RigidSolid`.
     """
     if not body_axes.zz <= termination_limits.fall_tilt_cosine:
         return False
     if fall_limits_by_lean_sector.shape[0] == 0 or body_axes.zx * body_axes.zx + body_axes.zy * body_axes.zy == 0.0:
         return True
-    turn, k = monotonic_direction_number(-body_axes.zx, -body_axes.zy), 0
+    turn, k = pseudo_angle_of_vector_0_to_4(-body_axes.zx, -body_axes.zy), 0
     while k + 1 < fall_limits_by_lean_sector.shape[0] and turn >= fall_limits_by_lean_sector[k + 1, 0]:
         k += 1
     return bool(
@@ -206,7 +215,7 @@ def case_status(
     count = vertex_rows.size // ARRAY_LENGTH_PER_VERTEX
     body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
     course, limits = load_course(state, lane), load_limits(state, lane)
-    if not np.isfinite(state_sum_for_finite_check(s)) or peaks.penetration > limits.max_penetration:
+    if not np.isfinite(state_sum_for_finite_check(s)) or peaks.peak_penetration > limits.max_penetration:
         return CaseStatus.UNSTABLE
     if body_has_fallen(rotation_matrix(s.rotation), limits, fall_sectors):
         return CaseStatus.SIMULATED
@@ -214,7 +223,7 @@ def case_status(
     # A body that rests on its base after the last time at which it could start to move stays there.
     still = (
         0.5 * twice_kinetic_energy_per_mass(body, s)
-        < MAX_KINETIC_ENERGY_RATIO_AT_REST * GRAVITY * limits.min_edge_distance
+        < MAX_KINETIC_ENERGY_RATIO_AT_REST * GRAVITY * limits.min_base_edge_distance_from_centre
     )
     if (
         sample >= course.last_onset_sample
@@ -228,14 +237,14 @@ def case_status(
     stands = now < course.overturning_energy and body_is_below_critical_tilt(body, s)
     # It can no longer fall, but its peak tilt is final only when its energy cannot reach it again. On one vertex the
     # weight compresses the spring: g²/2k less energy than in the rigid body.
-    past = now + 0.5 * GRAVITY * GRAVITY / body.normal_stiffness_per_mass <= energy_to_tilt_per_mass(
-        body, limits.min_edge_distance, peaks.peak_lean_squared_sine
+    past = now + 0.5 * GRAVITY * GRAVITY / body.normal_stiffness_per_mass <= energy_per_mass_to_tilt_body_over_edge(
+        body, limits.min_base_edge_distance_from_centre, peaks.peak_lean_squared_sine
     )
-    if stands and past and not body_will_slide_noticeably(body, s, limits.min_edge_distance):
+    if stands and past and not body_will_slide_noticeably(body, s, limits.min_base_edge_distance_from_centre):
         return CaseStatus.SIMULATED
     tilt, rise = (
         np.sqrt(lean_as_squared_sine(rotation_matrix(s.rotation)) / body.critical_lean_squared_sine),
-        s.position.z - body.centre_height,
+        s.centre_position.z - body.centre_height,
     )
     late_tilt = largest_tilt_near_case_end(state[LATE_TILT + lane], course, sample, last_sample, tilt, rise)
     state[LATE_TILT + lane] = late_tilt
@@ -244,12 +253,14 @@ def case_status(
     if not (stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY):
         return CaseStatus.UNDECIDED
     # A body that slides upright is simulated until friction has stopped it.
-    if late_tilt < MAX_TILT_RATIO_AT_REST and body_will_slide_noticeably(body, s, limits.min_edge_distance):
+    if late_tilt < MAX_TILT_RATIO_AT_REST and body_will_slide_noticeably(
+        body, s, limits.min_base_edge_distance_from_centre
+    ):
         # A spin lasts as long as a slide with the speed of a point at the radius of gyration, or less.
-        gyration = max(limits.min_edge_distance, 1.0 / np.sqrt(body.inverse_inertia.zz))
-        time = np.sqrt(squared_speed_of_body_base(body, s, gyration)) / (GRAVITY * body.friction)
+        gyration = max(limits.min_base_edge_distance_from_centre, 1.0 / np.sqrt(body.inverse_of_inertia_per_mass.zz))
+        time = np.sqrt(squared_base_speed_including_spin(body, s, gyration)) / (GRAVITY * body.friction)
         if update_slide_end_and_check_case_continues(
-            state, SLIDE_END + lane, sample, time, body.tick_length * ticks_per_sample
+            state, SLIDE_END + lane, sample, time, body.tick_length_s * ticks_per_sample
         ):
             return CASE_NOT_ENDED
     return CaseStatus.SIMULATED
@@ -261,18 +272,24 @@ def body_rests_upright_on_all_base_vertices(
 ) -> bool:
     """True if a body rests upright on all vertices of its base, and none of these vertices slides."""
     body, s, held = load_body(state, lane), load_state(state, lane), 0
-    w, turning = s.angular_velocity, matrix_times_vector(expand_symmetric_matrix(body.inverse_inertia), s.moment)
-    speed = vector_length(s.velocity) + body.centre_height * vector_length(w)
-    step = body.tick_length * state[STEP_LENGTH_ROW_OFFSET + lane]
+    w, turning = (
+        s.angular_velocity,
+        matrix_times_vector(expand_symmetric_matrix(body.inverse_of_inertia_per_mass), s.contact_moment_per_mass),
+    )
+    speed = vector_length(s.velocity_relative_to_base) + body.centre_height * vector_length(w)
+    step = body.tick_length_s * state[NEXT_STEP_TICKS_ROW_OFFSET + lane]
     if not body_is_still(
-        speed, vector_length(s.acceleration) + body.centre_height * vector_length(turning), step, rest_limit
+        speed,
+        vector_length(s.acceleration_relative_to_base) + body.centre_height * vector_length(turning),
+        step,
+        rest_limit,
     ):
         return False
     for i in range(vertex_count):
         one = load_point_state_at_step_start(
             vertex_rows[i * ARRAY_LENGTH_PER_VERTEX : (i + 1) * ARRAY_LENGTH_PER_VERTEX], lane
         )
-        held += 1 if one.normal_force > 0.0 and one.has_slid == 0.0 else 0
+        held += 1 if one.normal_force_per_mass > 0.0 and one.slid_in_last_step == 0.0 else 0
     return bool(
         held >= base_vertex_count
         and lean_as_squared_sine(rotation_matrix(s.rotation))
@@ -291,34 +308,39 @@ def write_case_results(
     f = rotation_matrix(s.rotation)
     fallen = status == CaseStatus.SIMULATED and body_has_fallen(f, limits, fall_sectors)
     result_row.fallen = 1.0 if fallen else 0.0
-    result_row.overturning_time = course.last_upright_time if fallen else np.nan
+    result_row.last_upright_time_if_fallen = course.last_upright_time if fallen else np.nan
     result_row.peak_lean_squared_sine = max(peaks.peak_lean_squared_sine, lean_as_squared_sine(f))
-    result_row.peak_slip = np.sqrt(peaks.slip_squared)
-    result_row.slip_x, result_row.slip_y = (
-        s.position.x - body.centre_height * f.xz,
-        s.position.y - body.centre_height * f.yz,
+    result_row.peak_slip = np.sqrt(peaks.peak_squared_base_slip)
+    result_row.slip_x_at_end, result_row.slip_y_at_end = (
+        s.centre_position.x - body.centre_height * f.xz,
+        s.centre_position.y - body.centre_height * f.yz,
     )
-    result_row.peak_penetration = peaks.penetration
+    result_row.peak_penetration = peaks.peak_penetration
     balance = (
         (body_energy_per_mass(body, s, vertex_rows, count, lane) - course.initial_energy)
-        - account.base_motion_work
-        + account.lost_energy
+        - account.base_motion_work_per_mass
+        + account.lost_energy_per_mass
     )
     result_row.energy_error = abs(balance) / max(
-        account.base_motion_work, course.overturning_energy, course.initial_energy
+        account.base_motion_work_per_mass, course.overturning_energy, course.initial_energy
     )
     swing = np.sqrt(
-        GRAVITY * (body.centre_height * body.centre_height + limits.min_edge_distance * limits.min_edge_distance) ** 1.5
+        GRAVITY
+        * (
+            body.centre_height * body.centre_height
+            + limits.min_base_edge_distance_from_centre * limits.min_base_edge_distance_from_centre
+        )
+        ** 1.5
     )
-    result_row.angular_momentum_error = (
+    result_row.angular_momentum_error_ratio = (
         abs(
             vertical_angular_momentum_about_origin(s)
-            - limits.initial_angular_momentum
-            - account.supplied_angular_momentum
+            - limits.initial_vertical_angular_momentum_per_mass
+            - account.supplied_vertical_angular_momentum_per_mass
         )
         / swing
     )
-    result_row.qw, result_row.qx, result_row.qy, result_row.qz = s.rotation
+    result_row.qw_at_end, result_row.qx_at_end, result_row.qy_at_end, result_row.qz_at_end = s.rotation
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -330,10 +352,16 @@ def write_body_trajectory_row(
     trajectory_row.time = (
         load_course(state, lane).current_sample + s.ticks_since_sample_start / ticks_per_sample
     ) * sampling_interval
-    trajectory_row.x, trajectory_row.y, trajectory_row.z = s.position
+    trajectory_row.x, trajectory_row.y, trajectory_row.z = s.centre_position
     trajectory_row.qw, trajectory_row.qx, trajectory_row.qy, trajectory_row.qz = s.rotation
-    trajectory_row.vx, trajectory_row.vy, trajectory_row.vz = s.velocity
+    trajectory_row.vx, trajectory_row.vy, trajectory_row.vz = s.velocity_relative_to_base
     trajectory_row.wx, trajectory_row.wy, trajectory_row.wz = angular_velocity_of_state(body, s)
-    trajectory_row.ground_x = -base_acceleration_at_tick(shaking.inertial_acceleration_x, s.ticks_since_sample_start)
-    trajectory_row.ground_y = -base_acceleration_at_tick(shaking.inertial_acceleration_y, s.ticks_since_sample_start)
-    trajectory_row.ground_z = base_acceleration_at_tick(shaking.upward_base_acceleration, s.ticks_since_sample_start)
+    trajectory_row.base_acceleration_x = -base_acceleration_at_tick(
+        shaking.inertial_acceleration_x, s.ticks_since_sample_start
+    )
+    trajectory_row.base_acceleration_y = -base_acceleration_at_tick(
+        shaking.inertial_acceleration_y, s.ticks_since_sample_start
+    )
+    trajectory_row.base_acceleration_z = base_acceleration_at_tick(
+        shaking.upward_base_acceleration, s.ticks_since_sample_start
+    )

@@ -34,15 +34,15 @@ class BodyTrajectory:
     """Trajectory of a 3-D body in one case, in the frame that moves with the base."""
 
     rows: NDArray[np.void]  # samples, of type `overturning.dem.body.tables.TRAJECTORY_ROW_DTYPE`
-    orientation_cosines: tuple[float, float]  # direction cosines of its orientation, north and east
-    corners: FloatArray  # positions at rest relative to the centre, shape (corners, 3), m
-    edges: NDArray[np.int64]  # indices of the corners of each edge, shape (edges, 2)
+    orientation_cosines_north_east: tuple[float, float]  # direction cosines of its orientation, north and east
+    corner_positions_from_centre_at_rest: FloatArray  # positions at rest relative to the centre, shape (corners, 3), m
+    edge_corner_indices: NDArray[np.int64]  # indices of the corners of each edge, shape (edges, 2)
 
     def variables_coordinates_and_attributes(
         self, results: CaseResults
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return the variables (with the case's outcomes), coordinates and attributes of the trajectory's dataset."""
-        to_east_north_up = partial(rotate_to_east_north_up, direction_cosines=self.orientation_cosines)
+        to_east_north_up = partial(rotate_to_east_north_up, direction_cosines=self.orientation_cosines_north_east)
 
         def vectors_from_columns(*column_names: str) -> FloatArray:
             """Return columns of the trajectory as the components of a vector, shape (samples, columns)."""
@@ -76,14 +76,19 @@ class BodyTrajectory:
             "tilt_east": dataset_variable_tuple("time", axis[:, 0], "1", "eastward component of the body's axis"),
             "ground_acceleration": dataset_variable_tuple(
                 "time enu",
-                to_east_north_up(vectors_from_columns("ground_x", "ground_y", "ground_z")),
+                to_east_north_up(
+                    vectors_from_columns("base_acceleration_x", "base_acceleration_y", "base_acceleration_z")
+                ),
                 "m s-2",
                 "acceleration of the base",
             ),
             "outline": dataset_variable_tuple(
-                "corner enu", to_east_north_up(self.corners), "m", "corners at rest, from the centre"
+                "corner enu",
+                to_east_north_up(self.corner_positions_from_centre_at_rest),
+                "m",
+                "corners at rest, from the centre",
             ),
-            "edges": (("edge", "end"), self.edges),
+            "edges": (("edge", "end"), self.edge_corner_indices),
         }
         for item in BODY_VARIABLES:
             if item.name != "repeated":

@@ -17,7 +17,7 @@ from overturning.dem.body.statics import (
     body_pose_at_rest_on_springs,
     largest_unit_spring_eigenvalue,
     smallest_unit_spring_eigenvalue,
-    unloading_acceleration_and_min_to_mean_load,
+    unloading_acceleration_g_and_min_to_mean_load,
 )
 from overturning.dem.body.tables import (
     CASE_TABLE_DTYPE,
@@ -60,9 +60,9 @@ class SimulationPlan3D(SimulationPlan):
     split_long_queues: ClassVar[bool] = True
     block_step_cost_per_step: ClassVar[int] = BLOCK_STEP_COST_OF_BODY_STEP
 
-    ticks_per_step: ClassVar[float] = TICKS_PER_WHOLE_STEP
+    ticks_per_whole_step: ClassVar[float] = TICKS_PER_WHOLE_STEP
 
-    orientation_cosines: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
+    orientation_cosines_north_east: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
 
     @property
     def parallel_group_by_case(self) -> NDArray[np.int64]:
@@ -86,7 +86,7 @@ class SimulationPlan3D(SimulationPlan):
 
         The time steps are divided by `step_divisor`; `parallel_case_count` cases are computed in parallel.
         """
-        ticks = self.ticks_per_step
+        ticks = self.ticks_per_whole_step
         queued = self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, ticks, parallel_case_count)
         # Test the lanes at the latest after the longest step: the next sample must be loaded by then.
         settings, standing = queued["settings"], float(queued["cases"]["longest_step_at_rest"][0])
@@ -101,18 +101,18 @@ class BodySimulationPlan(SimulationPlan3D):
 
     result_dtype: ClassVar[Any] = RESULT_TABLE_DTYPE
     trajectory_dtype: ClassVar[Any] = TRAJECTORY_ROW_DTYPE
-    base_acceleration_columns: ClassVar[Any] = ("ground_x", "ground_y", "ground_z")
+    base_acceleration_columns: ClassVar[Any] = ("base_acceleration_x", "base_acceleration_y", "base_acceleration_z")
     dataset_values_per_trajectory_row: ClassVar[int] = 19
 
     model: Body
-    solids: list[RigidSolid]  # one for each size
-    body_constants: NDArray[np.void]  # of the solids, of type `overturning.dem.body.tables.BODY_TABLE_DTYPE`
+    solids_by_size: list[RigidSolid]  # one for each size
+    body_constants_by_size: NDArray[np.void]  # of the solids, of type `overturning.dem.body.tables.BODY_TABLE_DTYPE`
     vertices_and_base_edges: FloatArray  # shape (bodies, vertices, 6): see `BodyKernelInput.vertices_and_base_edges`
 
     @property
     def base_shape_loop_tag(self) -> Any:
         """Empty tuple whose type selects the compiled time loop: for a round base, or for a base with vertices."""
-        return RoundBaseLoopTag() if self.solids[0].rim_radius > 0 else PolygonalBaseLoopTag()
+        return RoundBaseLoopTag() if self.solids_by_size[0].rim_radius > 0 else PolygonalBaseLoopTag()
 
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
@@ -120,17 +120,22 @@ class BodySimulationPlan(SimulationPlan3D):
         """Return the body kernel's input for cases with equal step lengths, each step divided by `step_divisor`."""
         return BodyKernelInput(
             **self.kernel_input_fields_3d(case_numbers, result_tables, step_divisor, PARALLEL_CASE_COUNT),
-            base_shape_loop_tag=self.base_shape_loop_tag, body_constants=self.body_constants,
-            vertices_and_base_edges=self.vertices_and_base_edges, base_vertex_count=self.solids[0].base_vertex_count,
-            fall_limits_by_lean_sector=np.stack([body.fall_limits_by_lean_sector for body in self.solids]),
-        )  # fmt: skip
+            base_shape_loop_tag=self.base_shape_loop_tag,
+            body_constants_by_size=self.body_constants_by_size,
+            vertices_and_base_edges=self.vertices_and_base_edges,
+            base_vertex_count=self.solids_by_size[0].base_vertex_count,
+            fall_limits_by_lean_sector=np.stack([body.fall_limits_by_lean_sector for body in self.solids_by_size]),
+        )
 
     def case_outcome_variables(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
         """Return the outcome variables of the cases in `case_numbers` by name, each of shape (cases,)."""
-        faces = [self.solids[index].resting_face_normals for index in self.case_table["body"][case_numbers]]
-        orientation, cosines = np.asarray(self.cases.azimuth_deg)[case_numbers], self.orientation_cosines[case_numbers]
+        faces = [self.solids_by_size[index].resting_face_normals for index in self.case_table["body"][case_numbers]]
+        orientation, cosines = (
+            np.asarray(self.cases.azimuth_deg)[case_numbers],
+            self.orientation_cosines_north_east[case_numbers],
+        )
         return outcome_variables_of_bodies(result_tables["results"], orientation, cosines, faces)
 
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
@@ -138,14 +143,16 @@ class BodySimulationPlan(SimulationPlan3D):
         rows, case = super().trajectory_rows_at_rest(sample_count), self.case_table[0]
         for name in INITIAL_STATE_DTYPE.names or ():
             rows[name] = case["start"][name]
-        rows["ground_x"], rows["ground_y"] = self.base_accelerations[0, :, :sample_count] * case["amplitude_factor"]
-        rows["ground_z"] = self.vertical_base_acceleration[:sample_count] * case["amplitude_factor"]
+        rows["base_acceleration_x"], rows["base_acceleration_y"] = (
+            self.base_accelerations[0, :, :sample_count] * case["amplitude_factor"]
+        )
+        rows["base_acceleration_z"] = self.vertical_base_acceleration[:sample_count] * case["amplitude_factor"]
         return rows
 
     def convert_trajectory_rows(self, trajectory_rows: NDArray[np.void]) -> BodyTrajectory:
         """Convert the kernel's trajectory rows of the plan's only case to a `BodyTrajectory`."""
         size = (float(getattr(self.cases, name)[0]) for name in ("height", "b_over_h", "aspect"))
-        cosine, sine = self.orientation_cosines[0].tolist()
+        cosine, sine = self.orientation_cosines_north_east[0].tolist()
         return BodyTrajectory(trajectory_rows, (cosine, sine), *self.model.shape.drawn_corners_and_edges(*size))
 
 
@@ -221,11 +228,22 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         table["start"] = (*start.centre_position, *start.quaternion, *start.velocity, *start.angular_velocity)
     bodies, points = body_and_vertex_tables(made)
     return BodySimulationPlan(
-        model=model, motion=motion, cases=cases, numerics=numerics, solids=made, body_constants=bodies,
-        vertices_and_base_edges=points, orientation_cosines=cosines, motion_rows=row, base_accelerations=along,
-        steps=steps, first_simulated_sample=first, case_table=table, stays_at_rest=stays_at_rest,
+        model=model,
+        motion=motion,
+        cases=cases,
+        numerics=numerics,
+        solids_by_size=made,
+        body_constants_by_size=bodies,
+        vertices_and_base_edges=points,
+        orientation_cosines_north_east=cosines,
+        motion_rows=row,
+        base_accelerations=along,
+        steps=steps,
+        first_simulated_sample=first,
+        case_table=table,
+        stays_at_rest=stays_at_rest,
         has_too_soft_contacts=exceeds_penetration_limit(sunk, 2.0 * np.minimum(foot, reach))[which],
-    )  # fmt: skip
+    )
 
 
 @lru_cache(MAX_CACHED_SOLIDS)
@@ -263,7 +281,7 @@ def _max_base_acceleration_at_rest_by_case(
     """
     slowest, unloads = (
         np.array([function(body) for body in solids])
-        for function in (smallest_unit_spring_eigenvalue, unloading_acceleration_and_min_to_mean_load)
+        for function in (smallest_unit_spring_eigenvalue, unloading_acceleration_g_and_min_to_mean_load)
     )
     ratio = np.array([body.min_base_edge_distance_from_centre / body.centre_height for body in solids])
     stiffer = np.maximum(*contact_constants[solid_indices, :2].T)
@@ -289,7 +307,7 @@ def steps_per_sample_and_step_control(
     The columns are arrays of shape (n,).
 
     `squared_frequency` is ω² (1/s²), `damping_rate` twice the damping rate (1/s), `rocking_time_constant` 1/p (s),
-    each of shape (n,). `pace` holds the step control of the kernel.
+    each of shape (n,). `kernel_step_control` holds the step control of the kernel.
 
     Raises
     ------

@@ -29,15 +29,15 @@ def outcome_variables_of_bodies(
     face_normals : list of ndarray
         Outward normals of the faces of the body at rest, one array of shape (faces, 3) per case.
     """
-    w, x, y, z = (kernel_results[name] for name in ("qw", "qx", "qy", "qz"))
+    w, x, y, z = (kernel_results[name] for name in ("qw_at_end", "qx_at_end", "qy_at_end", "qz_at_end"))
     top_x, top_y = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x)
     with np.errstate(invalid="ignore", over="ignore"):
         answered = kernel_results["status"] == CaseStatus.SIMULATED
         fell = answered & (kernel_results["fallen"] > 0)
         # x points towards the orientation, y 90° anticlockwise from it.
-        azimuth = np.mod(orientation_deg - rounded_degrees(np.arctan2(top_y, top_x)), 360.0)
-        twist = np.mod(rounded_degrees(-2.0 * np.arctan2(z, w)) + 180.0, 360.0) - 180.0
-        slip_x, slip_y = kernel_results["slip_x"], kernel_results["slip_y"]
+        azimuth = np.mod(orientation_deg - degrees_rounded_to_9_decimals(np.arctan2(top_y, top_x)), 360.0)
+        twist = np.mod(degrees_rounded_to_9_decimals(-2.0 * np.arctan2(z, w)) + 180.0, 360.0) - 180.0
+        slip_x, slip_y = kernel_results["slip_x_at_end"], kernel_results["slip_y_at_end"]
         return {
             "overturned": fell,
             "status": kernel_results["status"],
@@ -49,14 +49,14 @@ def outcome_variables_of_bodies(
                 for side, one, is_down in zip(face_normals, np.stack([w, x, y, z], axis=1), fell, strict=True)
             ],
             "peak_tilt": tilt_deg_from_squared_sine(kernel_results["peak_lean_squared_sine"]),
-            "overturning_time": np.where(fell, kernel_results["overturning_time"], np.nan),
+            "overturning_time": np.where(fell, kernel_results["last_upright_time_if_fallen"], np.nan),
             "peak_slip": kernel_results["peak_slip"],
             "residual_slip_north": slip_x * orientation_cosines[:, 0] + slip_y * orientation_cosines[:, 1],
             "residual_slip_east": slip_x * orientation_cosines[:, 1] - slip_y * orientation_cosines[:, 0],
             "residual_twist": np.where(fell, np.nan, twist),
             "peak_penetration": kernel_results["peak_penetration"],
             "energy_error": kernel_results["energy_error"],
-            "angular_momentum_error": kernel_results["angular_momentum_error"],
+            "angular_momentum_error": kernel_results["angular_momentum_error_ratio"],
             "block_steps": kernel_results["block_steps"],
             "samples_left_out": kernel_results["samples_left_out"],
         }
@@ -66,10 +66,10 @@ def tilt_deg_from_squared_sine(extended_squared_sine: FloatArray) -> FloatArray:
     """Return the tilt in degrees from a lean: sin² of the tilt up to 90°, 2 − sin² of the tilt beyond."""
     extended_squared_sine = np.clip(extended_squared_sine, 0.0, 2.0)
     angle = np.arcsin(np.sqrt(np.minimum(extended_squared_sine, 2.0 - extended_squared_sine)))
-    return rounded_degrees(np.where(extended_squared_sine <= 1.0, angle, np.pi - angle))
+    return degrees_rounded_to_9_decimals(np.where(extended_squared_sine <= 1.0, angle, np.pi - angle))
 
 
-def rounded_degrees(radians: FloatArray) -> FloatArray:
+def degrees_rounded_to_9_decimals(radians: FloatArray) -> FloatArray:
     """Convert radians to degrees, rounded to 9 decimals, because the last digits differ between processors."""
     return np.asarray(np.round(np.degrees(radians), 9))
 

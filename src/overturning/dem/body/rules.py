@@ -91,7 +91,7 @@ class BodyKernelInput(NamedTuple):
     ground_motion: GroundMotion
     base_shape_loop_tag: Any
     """Marker of the bodies, of a type in `LOOP_BY_BASE_SHAPE_TAG`."""
-    body_constants: NDArray[np.void]
+    body_constants_by_size: NDArray[np.void]
     """Constants of the bodies, of type `BODY_TABLE_DTYPE`, shape (bodies,)."""
     vertices_and_base_edges: FloatArray
     """Vertices of each body, shape (bodies, vertices, 6): position from its centre, m, and the outward normal and the
@@ -129,11 +129,11 @@ STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.count
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
 TICK, LAST_UPRIGHT = (
     STATE_ROW_LAYOUT.row_offset_of_field(BodyState, "ticks_since_sample_start"),
-    STATE_ROW_LAYOUT.row_offset_of_field(BodyPeakValues, "last_upright_tick"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BodyPeakValues, "last_upright_tick_in_sample"),
 )
 LENGTH, LOADED = (
     STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks"),
-    STATE_ROW_LAYOUT.row_offset_of_field(LoadedBaseMotionSampleNumber, "sample"),
+    STATE_ROW_LAYOUT.row_offset_of_field(LoadedBaseMotionSampleNumber, "one_based_sample_number_or_zero"),
 )
 REST_LIMIT, AT_REST = (
     STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "rest_acceleration_limit_g"),
@@ -161,7 +161,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     """Load the initial state of the 3-D body of case number `case` into column `lane` of the state arrays."""
     given = kernel_input.cases[case]
     body, points, interval = (
-        kernel_input.body_constants[given.body],
+        kernel_input.body_constants_by_size[given.body],
         kernel_input.vertices_and_base_edges[given.body],
         kernel_input.settings.sampling_interval,
     )
@@ -283,7 +283,7 @@ def mark_possibly_ended_body_cases(
     for j in range(active_lane_count):
         s, limits = load_state(state, j), load_limits(state, j)
         sound = (rotation_matrix(s.rotation).zz > limits.fall_tilt_cosine) & (
-            load_peaks(state, j).penetration <= limits.max_penetration
+            load_peaks(state, j).peak_penetration <= limits.max_penetration
         )
         end_marks_out[j] = (
             0.0
@@ -312,9 +312,9 @@ def mark_possibly_resting_bodies(state: Any, active_lane_count: int) -> int:
             state[LENGTH + j],
             MAX_RESIDUAL_ACCELERATION_RATIO_AT_REST * state[REST_LIMIT + j] * GRAVITY,
         )
-        v, a, most = s.velocity, s.acceleration, 1.001 * least
+        v, a, most = s.velocity_relative_to_base, s.acceleration_relative_to_base, 1.001 * least
         still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most)
-        slow = 2.0 * abs(v.z) < most * (load_body(state, j).tick_length * length)
+        slow = 2.0 * abs(v.z) < most * (load_body(state, j).tick_length_s * length)
         may = (length >= TICKS_PER_WHOLE_STEP) & still & slow
         state[AT_REST + j] = 1.0 if may else 0.0
         number += 1 if may else 0

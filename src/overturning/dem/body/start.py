@@ -83,7 +83,7 @@ def write_initial_body_state(
     store_peaks(state, lane, BodyPeakValues(lean_as_squared_sine(rotation_matrix(begin.rotation)), 0.0, 0.0, -1.0))
     barrier = GRAVITY * (
         np.sqrt(
-            body_constants.min_edge_distance * body_constants.min_edge_distance
+            body_constants.min_base_edge_distance_from_centre * body_constants.min_base_edge_distance_from_centre
             + body_constants.centre_height * body_constants.centre_height
         )
         - body_constants.centre_height
@@ -96,7 +96,7 @@ def write_initial_body_state(
     ))  # fmt: skip
     state[ROW_OFFSET_OF_REST_ACCELERATION_LIMIT + lane] = case_parameters.rest_acceleration_limit_g
     store_limits(state, lane, BodyTerminationLimits(
-        vertical_angular_momentum_about_origin(begin), body_constants.min_edge_distance,
+        vertical_angular_momentum_about_origin(begin), body_constants.min_base_edge_distance_from_centre,
         body_constants.fall_tilt_cosine,
         body_constants.max_penetration, case_parameters.max_acceleration_for_sample_long_steps_g,
     ))  # fmt: skip
@@ -107,26 +107,33 @@ def body_constants_of_case(case_parameters: Any, body_constants: Any, tick_lengt
     """Return a body's constants combined with the contact law of a case; `tick_length` (s) is the time unit."""
     c, ks = body_constants, case_parameters.tangential_stiffness_per_mass
     return BodyConstants(
-        inverse_inertia=SymmetricMatrix(
-            c.inverse_inertia_xx,
-            c.inverse_inertia_yy,
-            c.inverse_inertia_zz,
-            c.inverse_inertia_xy,
-            c.inverse_inertia_xz,
-            c.inverse_inertia_yz,
+        inverse_of_inertia_per_mass=SymmetricMatrix(
+            c.inverse_of_inertia_per_mass_xx,
+            c.inverse_of_inertia_per_mass_yy,
+            c.inverse_of_inertia_per_mass_zz,
+            c.inverse_of_inertia_per_mass_xy,
+            c.inverse_of_inertia_per_mass_xz,
+            c.inverse_of_inertia_per_mass_yz,
         ),
-        inertia=SymmetricMatrix(c.inertia_xx, c.inertia_yy, c.inertia_zz, c.inertia_xy, c.inertia_xz, c.inertia_yz),
+        inertia_per_mass=SymmetricMatrix(
+            c.inertia_per_mass_xx,
+            c.inertia_per_mass_yy,
+            c.inertia_per_mass_zz,
+            c.inertia_per_mass_xy,
+            c.inertia_per_mass_xz,
+            c.inertia_per_mass_yz,
+        ),
         centre_height=c.centre_height,
-        base_radius=c.base_radius,
+        round_base_radius_or_zero=c.round_base_radius_or_zero,
         normal_stiffness_per_mass=case_parameters.normal_stiffness_per_mass,
         tangential_stiffness_per_mass=ks,
-        tangential_compliance=1.0 / ks if ks > 0.0 else 0.0,
+        tangential_compliance_times_mass=1.0 / ks if ks > 0.0 else 0.0,
         dashpot_constant_per_mass=case_parameters.dashpot_constant_per_mass,
         friction=case_parameters.friction,
         critical_lean_squared_sine=c.critical_lean_squared_sine,
-        end_vertex_height_tolerance=c.end_vertex_height_tolerance,
-        tick_length=tick_length,
-        landing_duration=FLAT_LANDING_DURATION_IN_DECAY_TIMES
+        extreme_vertex_tolerance_to_height_range=c.extreme_vertex_tolerance_to_height_range,
+        tick_length_s=tick_length,
+        flat_landing_duration_s=FLAT_LANDING_DURATION_IN_DECAY_TIMES
         * case_parameters.dashpot_constant_per_mass
         / case_parameters.normal_stiffness_per_mass,
     )
@@ -150,32 +157,32 @@ def write_vertex_states_and_return_body_state(
         arm = matrix_times_vector(f, own)
         store_vertex(one, lane, BodyVertex(own, vertex_positions[i, 3], vertex_positions[i, 4], vertex_positions[i, 5]))
         # Velocity is stored for points of a rim, position for vertices.
-        known = plus(v, cross_product(w, arm)) if body.base_radius > 0.0 else plus(place, arm)
+        known = plus(v, cross_product(w, arm)) if body.round_base_radius_or_zero > 0.0 else plus(place, arm)
         depth = -(place.z + arm.z)
         n = body.normal_stiffness_per_mass * max(depth, 0.0)
         store_point_state_at_step_start(
             one,
             lane,
             BodyContactPointState(
-                stretch_x=0.0,
-                stretch_y=0.0,
-                x=known.x,
-                y=known.y,
+                tangential_spring_stretch_x=0.0,
+                tangential_spring_stretch_y=0.0,
+                position_x_or_rim_point_velocity_x=known.x,
+                position_y_or_rim_point_velocity_y=known.y,
                 penetration=depth,
-                normal_force=n,
-                has_slid=0.0,
+                normal_force_per_mass=n,
+                slid_in_last_step=0.0,
                 remaining_flat_landing_time=0.0,
             ),
         )
         az, mx, my = az + n, mx + arm.y * n, my - arm.x * n
     return BodyState(
-        position=place,
+        centre_position=place,
         rotation=turn,
-        velocity=v,
-        angular_momentum=angular_momentum_from_velocity(body.inverse_inertia, f, w),
+        velocity_relative_to_base=v,
+        angular_momentum_per_mass=angular_momentum_from_velocity(body.inverse_of_inertia_per_mass, f, w),
         angular_velocity=w,
-        acceleration=Vector3(0.0, 0.0, az),
-        moment=Vector3(mx, my, 0.0),
+        acceleration_relative_to_base=Vector3(0.0, 0.0, az),
+        contact_moment_per_mass=Vector3(mx, my, 0.0),
         ticks_since_sample_start=0.0,
     )
 

@@ -40,51 +40,51 @@ TICKS_PER_WHOLE_STEP: Final = BODY_STEP_CONTROL.ticks_per_whole_step
 class BodyConstants(NamedTuple):
     """Inertia, contact constants and limits of a body, which do not change during a case."""
 
-    inverse_inertia: SymmetricMatrix
+    inverse_of_inertia_per_mass: SymmetricMatrix
     """Inverse inertia in the body's own axes, m/I, 1/m²."""
-    inertia: SymmetricMatrix
+    inertia_per_mass: SymmetricMatrix
     """Inertia in the body's own axes, I/m, m²."""
     centre_height: float
     """Height of the centre above the base, m."""
-    base_radius: float
+    round_base_radius_or_zero: float
     """Radius of a round base, m; 0 for a base with vertices."""
     normal_stiffness_per_mass: float
     """Normal stiffness of a vertex, K/m, 1/s²."""
     tangential_stiffness_per_mass: float
     """Tangential stiffness of a vertex, K_s/m, 1/s², in any direction."""
-    tangential_compliance: float
-    """1 over the tangential stiffness, s²; 0 without tangential springs."""
+    tangential_compliance_times_mass: float
+    """1 over the tangential stiffness per mass, m/K_s, s²; 0 without tangential springs."""
     dashpot_constant_per_mass: float
     """Dashpot of a vertex, h/m, 1/s."""
     friction: float
     """Coefficient of friction μ."""
     critical_lean_squared_sine: float
     """`lean_as_squared_sine` at the critical angle."""
-    end_vertex_height_tolerance: float
+    extreme_vertex_tolerance_to_height_range: float
     """Share of the rise from the lowest to the highest base vertex within which vertices belong to the ends."""
-    tick_length: float
+    tick_length_s: float
     """Length of a tick, s."""
-    landing_duration: float
+    flat_landing_duration_s: float
     """Duration of a flat landing after the first touch, s."""
 
 
 class BodyState(NamedTuple):
     """Position, rotation, velocities and accelerations of a body in the frame of the base."""
 
-    position: Vector3
-    """Position of the centre, m."""
+    centre_position: Vector3
+    """Position of the centre of mass, m."""
     rotation: Quaternion
     """Rotation from rest."""
-    velocity: Vector3
-    """Velocity of the centre, m/s."""
-    angular_momentum: Vector3
-    """Angular momentum in space, m²/s."""
+    velocity_relative_to_base: Vector3
+    """Velocity of the centre relative to the base, m/s."""
+    angular_momentum_per_mass: Vector3
+    """Angular momentum about the centre in space, per mass, m²/s."""
     angular_velocity: Vector3
     """Angular velocity in space, rad/s."""
-    acceleration: Vector3
-    """Acceleration of the centre, m/s²."""
-    moment: Vector3
-    """Moment of the contact forces about the centre, m²/s²."""
+    acceleration_relative_to_base: Vector3
+    """Acceleration of the centre relative to the base at the end of the last step, m/s²."""
+    contact_moment_per_mass: Vector3
+    """Moment of the contact forces about the centre at the end of the last step, per mass, m²/s²."""
     ticks_since_sample_start: float
     """Ticks since the start of the sample."""
 
@@ -92,32 +92,32 @@ class BodyState(NamedTuple):
 class BodyVertex(NamedTuple):
     """Position of a vertex of a body, and the base edge that starts at this vertex."""
 
-    position_in_body_axes: Vector3
+    position_from_centre_in_body_axes: Vector3
     """Position from the centre in the body's own axes, m."""
-    base_edge_normal_x: float
-    """Outward normal of the edge of the base that starts at the vertex; 0 for a vertex that is not of the base."""
-    base_edge_normal_y: float
-    edge_distance: float
+    next_base_edge_outward_normal_x: float
+    """Outward normal, in the body's own axes, of the base edge that starts at the vertex; 0 if not a base vertex."""
+    next_base_edge_outward_normal_y: float
+    next_base_edge_distance_from_centre: float
     """Distance of that edge from the point below the centre, m; very large for a vertex that is not of the base."""
 
 
 class BodyContactPointState(NamedTuple):
     """State of a contact point after the last step: spring stretch, position, penetration and normal force."""
 
-    stretch_x: float
+    tangential_spring_stretch_x: float
     """Stretch of the tangential springs along x, m."""
-    stretch_y: float
+    tangential_spring_stretch_y: float
     """Stretch of the tangential springs along y, m."""
-    x: float
+    position_x_or_rim_point_velocity_x: float
     """Position of a vertex along x, m; for a point of a rim, its velocity, m/s."""
-    y: float
+    position_y_or_rim_point_velocity_y: float
     """Position of a vertex along y, m; for a point of a rim, its velocity, m/s."""
     penetration: float
     """Penetration, m; negative in the air."""
-    normal_force: float
+    normal_force_per_mass: float
     """Normal force per mass, m/s²."""
-    has_slid: float
-    """1 if the point slid, else 0."""
+    slid_in_last_step: float
+    """1 if the point slid in the last step, else 0."""
     remaining_flat_landing_time: float
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
@@ -129,57 +129,55 @@ class ContactPointAtStepStartAndEnd(NamedTuple):
     new: BodyContactPointState
 
 
-LANDING_TIME_VALUE_FOR_BASE_IN_AIR: Final = -1e300
-"""Value of `BaseContactState.longest_landing_time` for a base in the air, s: less than that of any point in contact."""
+LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S: Final = -1e300
+"""Longest remaining landing time of a base or joint without loaded points, s: less than that of any loaded point."""
 
 
 class BaseContactState(NamedTuple):
     """Contact state of a body's base: lowest and highest vertex, landing times left, share of friction that tilts."""
 
-    lowest_vertex_height: float
+    lowest_vertex_height_above_centre: float
     """Height of the lowest base vertex relative to the centre, m; negative."""
-    highest_vertex_height: float
+    highest_vertex_height_above_centre: float
     """Height of the highest base vertex relative to the centre, m."""
     lowest_vertex_rests: float
     """1 if the lowest base vertex rests, else 0."""
     highest_vertex_rests: float
     """1 if the highest base vertex rests, else 0."""
-    remaining_flat_landing_time: float
+    shortest_landing_time_left_of_base_points: float
     """Shortest remaining landing time of the base points, s; 0 or less if one of them does not land."""
-    longest_landing_time: float
-    """Longest remaining landing time of loaded base points, s; without any, `LANDING_TIME_VALUE_FOR_BASE_IN_AIR`."""
-    friction_moment_share: float
-    """Share of the moment of friction that tilts a body that slides in a flat landing, 0 or 1."""
+    longest_landing_time_left_of_loaded_points: float
+    """Longest remaining landing time of loaded base points, s; a large negative number if none is loaded."""
+    tilting_friction_share_in_flat_landing: float
+    """Share of the moment of friction that tilts the body if it slides in a flat landing, 0 or 1."""
 
 
 class BodyPeakValues(NamedTuple):
-    """Largest lean, slip and penetration of a body so far, and last tick of this sample at which it was upright.
+    """Largest lean, squared slip (m²) and penetration (m) of a body so far, and last tick at which it was upright.
 
-    The lean is sin² of the tilt, the slip is squared (m²), and the penetration is in m.
-
-    A tick is the unit of time of the steps.
+    The lean is sin² of the tilt up to 90°, 2 − sin² beyond. A tick is the unit of time of the steps.
     """
 
     peak_lean_squared_sine: float
-    slip_squared: float
-    penetration: float
-    last_upright_tick: float
+    peak_squared_base_slip: float
+    peak_penetration: float
+    last_upright_tick_in_sample: float
     """Last tick of this sample below the critical angle; −1 if there is none."""
 
 
 class BodyEnergyAndMomentumAccount(NamedTuple):
     """Work done by the base, energy lost (m²/s²) and vertical angular momentum supplied (m²/s) to a body, per mass.
 
-    `base_motion_power`, `dissipated_power` and `angular_momentum_supply_rate` are the rates of these at the last step.
-    The angular momentum is about the origin.
+    The last three fields are the rates of these at the end of the last step. Moment and angular momentum are about the
+    vertical through the origin.
     """
 
-    base_motion_work: float
-    lost_energy: float
-    supplied_angular_momentum: float
-    base_motion_power: float
-    dissipated_power: float
-    angular_momentum_supply_rate: float
+    base_motion_work_per_mass: float
+    lost_energy_per_mass: float
+    supplied_vertical_angular_momentum_per_mass: float
+    base_motion_power_per_mass_at_step_end: float
+    dissipated_power_per_mass_at_step_end: float
+    vertical_moment_per_mass_at_step_end: float
 
 
 class InertialAccelerations3D(NamedTuple):
@@ -196,15 +194,15 @@ class InertialAccelerations3D(NamedTuple):
 class LoadedBaseMotionSampleNumber(NamedTuple):
     """Number, counted from 1, of the sample whose base motion is loaded for a case; 0 if none is loaded."""
 
-    sample: float
+    one_based_sample_number_or_zero: float
 
 
 class BodyTerminationLimits(NamedTuple):
     """Limits at which the case of a body ends or has failed; those common to all models are in `CaseProgress`."""
 
-    initial_angular_momentum: float
+    initial_vertical_angular_momentum_per_mass: float
     """Vertical angular momentum about the origin at the start, per mass, m²/s."""
-    min_edge_distance: float
+    min_base_edge_distance_from_centre: float
     """Smallest horizontal distance from the centre to an edge of the base, m."""
     fall_tilt_cosine: float
     """Cosine of the smallest tilt at which the body has fallen."""
@@ -221,29 +219,29 @@ class PredictedContactPoint(NamedTuple):
     """Position from the centre, m."""
     penetration: float
     """Penetration, m."""
-    stretch_x: float
+    tangential_spring_stretch_x: float
     """Stretch of the tangential springs along x, m."""
-    stretch_y: float
+    tangential_spring_stretch_y: float
     """Stretch of the tangential springs along y, m."""
     velocity: Vector3
     """Velocity, m/s."""
-    is_in_contact: float
+    is_assumed_in_contact: float
     """1 if the point is assumed to be in contact, else 0."""
-    slides: float
+    is_assumed_to_slide: float
     """1 if the point is assumed to slide, else 0."""
     friction_direction_x: float
     """Direction of friction, x component of a unit vector."""
     friction_direction_y: float
     """Direction of friction, y component."""
-    is_deferred: float
+    waits_until_base_ends_rest: float
     """1 if the point carries only after the ends of the base rest, else 0."""
-    lands_flat: float
+    body_lands_flat: float
     """1 if the body lands flat, so that the dashpot may pull, else 0."""
-    friction_moment_share: float
+    tilting_share_of_friction_moment: float
     """Share of the moment of friction that tilts the body; 1 except in a flat landing."""
-    flat_landing_tilting_share: float
+    tilting_friction_share_in_flat_landing: float
     """Share of the moment of friction that tilts the body if the point slides in a flat landing."""
-    landing_time_if_touching_now: float
+    landing_time_left_if_touching_now: float
     """Landing time of the point if it touches now, s."""
 
 
@@ -251,7 +249,7 @@ class StepRejectionFlags(NamedTuple):
     """Flags (1 or 0) of an attempted step: the step is rejected; the next attempt assumes the same contact state."""
 
     is_step_rejected: float
-    keeps_assumed_slip: float
+    next_attempt_keeps_slip_assumption: float
 
 
 class BodyPredictedForStepEnd(NamedTuple):
@@ -259,9 +257,9 @@ class BodyPredictedForStepEnd(NamedTuple):
 
     position: Vector3
     rotation: Quaternion
-    half_step_velocity: Vector3
+    velocity_at_half_step: Vector3
     """Velocity after half of the step, m/s."""
-    half_step_angular_momentum: Vector3
+    angular_momentum_per_mass_at_half_step: Vector3
     """Angular momentum after half of the step, m²/s."""
     end_velocity: Vector3
     """Velocity at the end of the step, m/s."""
@@ -269,26 +267,26 @@ class BodyPredictedForStepEnd(NamedTuple):
     """Angular velocity at the end of the step, rad/s."""
     inertial_xy_and_upward_base_acceleration: Vector3
     """−a along x and y, and the upward acceleration of the base, m/s²."""
-    half_step: float
+    half_step_length_s: float
     """Half the length of the step, s."""
 
 
-class ContactEquationTerms(NamedTuple):
-    """Sums over a body's contact points for the equations of a step: force, moment, and velocity derivatives.
+class ContactForcesAndNegatedDerivatives(NamedTuple):
+    """Sums over a body's contact points for the equations of a step: force, moment, and velocity derivatives, per mass.
 
     The derivatives count with the opposite sign and are multiplied by half the length of the step.
     """
 
-    force: Vector3
-    moment: Vector3
-    force_per_velocity: Matrix3
-    """Force by velocity."""
-    force_per_angular_velocity: Matrix3
-    """Force by angular velocity."""
-    moment_per_velocity: Matrix3
-    """Moment by velocity."""
-    moment_per_angular_velocity: Matrix3
-    """Moment by angular velocity."""
+    force_per_mass: Vector3
+    moment_per_mass: Vector3
+    half_step_times_force_per_velocity: Matrix3
+    """Decrease of force by velocity × half step."""
+    half_step_times_force_per_angular_velocity: Matrix3
+    """Decrease of force by angular velocity × half step, m."""
+    half_step_times_moment_per_velocity: Matrix3
+    """Decrease of moment by velocity × half step, m."""
+    half_step_times_moment_per_angular_velocity: Matrix3
+    """Decrease of moment by angular velocity × half step, m²."""
 
 
 class BodyVelocityCorrection(NamedTuple):
@@ -301,43 +299,43 @@ class BodyVelocityCorrection(NamedTuple):
 class ContactForceSum(NamedTuple):
     """Sum of the contact forces and moments of a body over its contact points at the end of a step, per mass."""
 
-    force: Vector3
-    moment: Vector3
-    early_contact_impulse: Vector3
-    """Additional momentum of contacts that closed early in the step, m/s."""
-    early_contact_angular_impulse: Vector3
+    force_per_mass: Vector3
+    moment_per_mass: Vector3
+    extra_impulse_per_mass_of_early_contacts: Vector3
+    """Additional momentum of contacts that closed early in the step, per mass, m/s."""
+    extra_angular_impulse_per_mass_of_early_contacts: Vector3
     """Additional angular momentum of contacts that closed early in the step, m²/s."""
-    dissipated_power: float
+    dissipated_power_per_mass: float
     """Power dissipated by dashpots and friction, m²/s³."""
-    released_spring_energy: float
-    """Energy released by springs, m²/s²."""
+    lost_spring_energy_per_mass: float
+    """Spring energy lost in the step by slip or opening, m²/s²."""
 
 
 class BodyContactChangesInStep(NamedTuple):
     """Contact changes in an attempted step: for each kind of change, the largest value over a body's contact points."""
 
-    contact_changed: float
+    positive_if_contact_opened_or_closed: float
     """Above 0 if a contact opened or closed."""
     has_wrong_slip_assumption: float
     """1 if a point stuck or slid contrary to the assumption."""
-    has_slip_reversal: float
-    """1 if a point was assumed to slide against its velocity."""
+    has_friction_against_assumed_direction: float
+    """1 if the friction of a point assumed to slide acts against the assumed direction."""
     some_loaded_point_sticks: float
     """1 if a loaded point sticks."""
     has_friction_reversal: float
     """1 if a point slides whose friction had the opposite sign before."""
     has_unloaded_point: float
     """1 if a point carries no load."""
-    penetration: float
+    largest_penetration: float
     """Largest penetration, m."""
 
 
 STATE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, BodyConstants, CaseStepControl, BodyState, Matrix3, BaseContactState, BodyPeakValues,
     BodyEnergyAndMomentumAccount, InertialAccelerations3D, LoadedBaseMotionSampleNumber, CaseProgress,
-    BodyTerminationLimits,
-    NextStepToAttempt, StepRejectionFlags, BodyPredictedForStepEnd, ContactEquationTerms, BodyVelocityCorrection,
-    ContactForceSum, BodyContactChangesInStep, CaseRestState, LargestTiltNearCaseEnd, SlideEndSample,
+    BodyTerminationLimits, NextStepToAttempt, StepRejectionFlags, BodyPredictedForStepEnd,
+    ContactForcesAndNegatedDerivatives, BodyVelocityCorrection, ContactForceSum, BodyContactChangesInStep,
+    CaseRestState, LargestTiltNearCaseEnd, SlideEndSample,
 )  # fmt: skip
 VERTEX_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, BodyVertex, ContactPointAtStepStartAndEnd, PredictedContactPoint
@@ -390,7 +388,9 @@ def rotate_body_over_step(
 @njit(**INLINE_OPTIONS)
 def angular_velocity_of_state(body: BodyConstants, state: BodyState) -> Vector3:
     """Return the angular velocity (rad/s) of a body in the axes of the base, from the angular momentum in `state`."""
-    return angular_velocity_from_momentum(body.inverse_inertia, rotation_matrix(state.rotation), state.angular_momentum)
+    return angular_velocity_from_momentum(
+        body.inverse_of_inertia_per_mass, rotation_matrix(state.rotation), state.angular_momentum_per_mass
+    )
 
 
 @njit(**INLINE_OPTIONS)

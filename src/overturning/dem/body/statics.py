@@ -71,7 +71,7 @@ def smallest_unit_spring_eigenvalue(body: RigidSolid) -> float:
 
 
 @lru_cache(MAX_CACHED_SOLIDS)
-def unloading_acceleration_and_min_to_mean_load(body: RigidSolid) -> tuple[float, float]:
+def unloading_acceleration_g_and_min_to_mean_load(body: RigidSolid) -> tuple[float, float]:
     """Return the base acceleration |a|/g that unloads a base vertex, and the ratio of least to mean load of vertices.
 
     The acceleration is horizontal, in the most unfavourable direction; the ratio is that of the upright body at rest.

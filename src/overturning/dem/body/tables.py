@@ -35,7 +35,7 @@ class BodyInitialStateTableColumns(NamedTuple):
     vy: float
     vz: float
     wx: float
-    """Angular velocity in the frame of the body, rad/s."""
+    """Angular velocity along the same axes x, y and z, rad/s."""
     wy: float
     wz: float
 
@@ -68,25 +68,25 @@ class BodyCaseTableColumns(NamedTuple):
 class BodyConstantTableColumns(NamedTuple):
     """Constants of a solid body of one size: columns of the kernel's table of bodies."""
 
-    inverse_inertia_xx: float
-    """Inverse inertia tensor about the centre, m/I, 1/m²."""
-    inverse_inertia_yy: float
-    inverse_inertia_zz: float
-    inverse_inertia_xy: float
-    inverse_inertia_xz: float
-    inverse_inertia_yz: float
-    inertia_xx: float
+    inverse_of_inertia_per_mass_xx: float
+    """Inverse of the inertia tensor about the centre per mass, m/I, 1/m²."""
+    inverse_of_inertia_per_mass_yy: float
+    inverse_of_inertia_per_mass_zz: float
+    inverse_of_inertia_per_mass_xy: float
+    inverse_of_inertia_per_mass_xz: float
+    inverse_of_inertia_per_mass_yz: float
+    inertia_per_mass_xx: float
     """Inertia tensor about the centre per mass, m²."""
-    inertia_yy: float
-    inertia_zz: float
-    inertia_xy: float
-    inertia_xz: float
-    inertia_yz: float
+    inertia_per_mass_yy: float
+    inertia_per_mass_zz: float
+    inertia_per_mass_xy: float
+    inertia_per_mass_xz: float
+    inertia_per_mass_yz: float
     centre_height: float
     """Height of the centre above the base, m."""
-    base_radius: float
+    round_base_radius_or_zero: float
     """Radius of a round base, m; 0 for a base with vertices."""
-    min_edge_distance: float
+    min_base_edge_distance_from_centre: float
     """Smallest horizontal distance from the centre to an edge of the base, m."""
     critical_lean_squared_sine: float
     """Lean (sin² of the tilt) beyond which the body falls over its nearest edge."""
@@ -94,7 +94,7 @@ class BodyConstantTableColumns(NamedTuple):
     """Cosine of the tilt from which the body has fallen."""
     max_penetration: float
     """Penetration beyond which a case has failed, m."""
-    end_vertex_height_tolerance: float
+    extreme_vertex_tolerance_to_height_range: float
     """Share of the rise from the lowest to the highest base vertex within which vertices belong to the ends."""
 
 
@@ -105,38 +105,38 @@ class BodyResultTableColumns(NamedTuple):
     """`CaseStatus` as a number."""
     fallen: float
     """1 if the body has fallen, else 0."""
-    overturning_time: float
-    """Time of the fall, s."""
+    last_upright_time_if_fallen: float
+    """Last time at which the body leant less than its critical angle, s; NaN if it has not fallen."""
     peak_lean_squared_sine: float
     """Largest lean: sin² of the tilt up to 90°, 2 − sin² beyond."""
     peak_slip: float
     """Largest slip of the base, m."""
-    slip_x: float
+    slip_x_at_end: float
     """Slip of the base at the end along x and y, m."""
-    slip_y: float
+    slip_y_at_end: float
     peak_penetration: float
     """Largest penetration, m."""
     energy_error: float
-    """Error of the energy balance, as a share of the input energy."""
-    angular_momentum_error: float
+    """Error of the energy balance, as a share of the energy supplied or, if more, that needed to overturn."""
+    angular_momentum_error_ratio: float
     """Error of the vertical angular momentum, as a share of that of a free swing."""
     block_steps: float
     """Number of steps."""
     samples_left_out: float
     """Number of samples that were skipped at rest."""
-    qw: float
+    qw_at_end: float
     """Quaternion of the rotation at the end."""
-    qx: float
-    qy: float
-    qz: float
+    qx_at_end: float
+    qy_at_end: float
+    qz_at_end: float
 
 
 class BaseAccelerationTrajectoryColumns(NamedTuple):
     """Base acceleration, m/s², in a row of a trajectory, in the body's frame (see `BodyInitialStateTableColumns`)."""
 
-    ground_x: float
-    ground_y: float
-    ground_z: float
+    base_acceleration_x: float
+    base_acceleration_y: float
+    base_acceleration_z: float
 
 
 INITIAL_STATE_DTYPE: Final = table_dtype_of_named_tuples(BodyInitialStateTableColumns)
@@ -189,7 +189,7 @@ def body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void], 
                 body.base_edge_normals, body.base_edge_distances_from_centre,
             )  # fmt: skip
         for name, at in pairs.items():
-            table[index][f"inverse_inertia_{name}"], table[index][f"inertia_{name}"] = (
+            table[index][f"inverse_of_inertia_per_mass_{name}"], table[index][f"inertia_per_mass_{name}"] = (
                 body.inverse_inertia_per_mass[at], body.inertia_per_mass[at],
             )  # fmt: skip
         foot, reach = body.centre_height, body.min_base_edge_distance_from_centre
@@ -199,12 +199,14 @@ def body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void], 
         lies_on_springs = len(body.fall_limits_by_lean_sector) > 0 or fallen > MIN_FALL_TILT_OF_UPSIDE_DOWN_REST_RAD
         fallen *= FALL_TILT_TO_RESTING_TILT_RATIO if lies_on_springs else 1.0
         values = {
-            "centre_height": foot, "base_radius": body.rim_radius, "min_edge_distance": reach,
+            "centre_height": foot,
+            "round_base_radius_or_zero": body.rim_radius,
+            "min_base_edge_distance_from_centre": reach,
             "critical_lean_squared_sine": reach**2 / (reach**2 + foot**2),
             "fall_tilt_cosine": np.round(np.cos(fallen), 12),
             "max_penetration": MAX_PENETRATION_TO_HALF_SIDE_RATIO * min(reach, foot),
-            "end_vertex_height_tolerance": body.relative_height_tolerance_of_lowest_vertices
-        }  # fmt: skip
+            "extreme_vertex_tolerance_to_height_range": body.relative_height_tolerance_of_lowest_vertices,
+        }
         for name, value in values.items():
             table[index][name] = value
     return table, points

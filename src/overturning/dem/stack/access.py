@@ -52,7 +52,7 @@ from overturning.dem.stack.state import (
     StoneVelocityCorrection,
 )
 
-stone_window = create_window_slicer(STONE_ROW_LAYOUT.size, CASE_ROW_LAYOUT.size)
+slice_stone_rows = create_window_slicer(STONE_ROW_LAYOUT.size, CASE_ROW_LAYOUT.size)
 """Return the rows of a stone."""
 
 load_account, store_account, store_account_unless = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackEnergyAccount)
@@ -88,13 +88,17 @@ load_history, store_history, store_history_unless = JOINT_ROW_LAYOUT.tuple_reade
     JointAtStepStartAndEnd, "old"
 )
 load_joint, store_joint, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointConstants)
-load_joint_change, store_joint_change, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointEquations, "wrench")
+load_joint_change, store_joint_change, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
+    JointEquations, "force_and_moment_or_velocity_change"
+)
 load_joint_pose, store_joint_pose, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointFrameAxesAndOrigin)
 load_landing, store_landing, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(RemainingFlatLandingTimes)
 load_next_history, store_next_history, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointAtStepStartAndEnd, "new")
 load_normal, store_normal, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointNormalForceSums)
 load_rim, store_rim, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(ContactNormalSums)
-load_point_sum, store_point_sum, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(SolvedContactForceSums, "at_end")
+load_point_sum, store_point_sum, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
+    SolvedContactForceSums, "sums_of_points_at_step_end"
+)
 
 load_clip, store_clip, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(SidePartInContactPatch)
 load_next_point, store_next_point, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(JointPointAtStepStartAndEnd, "new")
@@ -112,10 +116,10 @@ larger_of, no_findings = (
     create_elementwise_tuple_functions(StackContactChangesInStep).zero,
 )
 
-IS_SIMULATED_ROW: Final = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "is_simulated")
-STIFFNESS_SHARE_ROW: Final = POINT_ROW_LAYOUT.row_offset_of_field(ContactPointPosition, "stiffness_share")
-OLD_STIFFNESS_SHARE_ROW: Final = POINT_ROW_LAYOUT.row_offset_of_field(
-    JointPointAtStepStartAndEnd, "old.stiffness_share"
+IS_SIMULATED_ROW_OFFSET: Final = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "is_simulated")
+STIFFNESS_SHARE_ROW_OFFSET: Final = POINT_ROW_LAYOUT.row_offset_of_field(ContactPointPosition, "joint_stiffness_share")
+STIFFNESS_SHARE_AT_STEP_START_ROW_OFFSET: Final = POINT_ROW_LAYOUT.row_offset_of_field(
+    JointPointAtStepStartAndEnd, "old.joint_stiffness_share"
 )
 OLD_NON_CORNER_LOAD_ROW, NEW_NON_CORNER_LOAD_ROW = (
     JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, f"{end}.has_loaded_non_corner_point")

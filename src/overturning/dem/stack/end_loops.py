@@ -30,9 +30,9 @@ from overturning.dem.kernel.lanes import (
 )
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.stack.access import (
-    IS_SIMULATED_ROW,
+    IS_SIMULATED_ROW_OFFSET,
     NEW_NON_CORNER_LOAD_ROW,
-    STIFFNESS_SHARE_ROW,
+    STIFFNESS_SHARE_ROW_OFFSET,
     add_losses,
     larger_of,
     load_account,
@@ -89,7 +89,7 @@ from overturning.dem.stack.joint_state import (
     SumOfForceTimesDistance,
 )
 from overturning.dem.stack.landing import (
-    LANDING_TIME_WITHOUT_POINTS,
+    SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
     contact_points_land_together,
     point_contact_is_deferred,
     remaining_landing_time_of_new_contact,
@@ -110,10 +110,11 @@ add_end, no_end = (
     create_elementwise_tuple_functions(JointPointForceAndImpulse).plus,
     create_elementwise_tuple_functions(JointPointForceAndImpulse).zero,
 )
-MAX_VIBRATION_RESOLVING_STEP_RATIO: Final = STACK_STEP_CONTROL.max_step_using_predicted_forces
+MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = STACK_STEP_CONTROL.max_step_using_predicted_forces
+"""Longest step that uses predicted forces for contact and slip, as a multiple of the finest step."""
 SLID, NEW_SLID = (
-    JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "old.has_slid"),
-    JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "new.has_slid"),
+    JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "old.slid_in_last_step"),
+    JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "new.slid_in_last_step"),
 )
 
 
@@ -161,11 +162,11 @@ def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
         change, landing = load_joint_change(joint_rows, j), load_landing(joint_rows, j)
         old = load_point(point, j)
         end, findings, losses, new = solve_point_contact(
-            joint, frame, place, old, (change.force, change.moment),
-            (load_time(case_rows, j).half_step, contact_points_land_together(landing),
+            joint, frame, place, old, (change.force_or_velocity, change.moment_or_angular_velocity),
+            (load_time(case_rows, j).half_step_length_s, contact_points_land_together(landing),
              remaining_landing_time_of_new_contact(joint, landing),
-             point_contact_is_deferred(joint, landing, place, old, frame.min_rim_distance),
-             landing.shortest < LANDING_TIME_WITHOUT_POINTS),
+             point_contact_is_deferred(joint, landing, place, old, frame.min_base_corner_distance_inside_rim),
+             landing.shortest_time_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S),
         )  # fmt: skip
         store_next_point(point, j, new)
         store_point_sum(joint_rows, j, add_end(load_point_sum(joint_rows, j), end))
@@ -174,14 +175,18 @@ def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_point_force_times_distance(joint_rows: Any, point: Any, lane_count: int) -> None:
+def add_force_times_pressure_centre_distance(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Add one contact point's normal force × distance from the centre of pressure (N·m) to the contact's sum."""
     for j in range(round_to_vector_multiple(lane_count)):
         total, place, new = load_point_sum(joint_rows, j), load_place(point, j), load_next_point(point, j)
-        one = 1.0 / (total.force if total.force > 0.0 else 1.0)
-        x, y = place.x - total.force_times_x * one, place.y - total.force_times_y * one
-        arm = load_arm(joint_rows, j).moment + place.stiffness_share * new.force_per_stiffness_share * math.sqrt(
-            x * x + y * y
+        one = 1.0 / (total.normal_force if total.normal_force > 0.0 else 1.0)
+        x, y = (
+            place.x_in_joint_frame - total.normal_force_times_x * one,
+            place.y_in_joint_frame - total.normal_force_times_y * one,
+        )
+        arm = (
+            load_arm(joint_rows, j).force_times_pressure_centre_distance
+            + place.joint_stiffness_share * new.force_per_stiffness_share * math.sqrt(x * x + y * y)
         )
         store_arm(joint_rows, j, SumOfForceTimesDistance(arm))
 
@@ -195,45 +200,54 @@ def compute_joint_force_and_moment(
         change, flat = load_joint_change(joint_rows, j), contact_points_land_together(load_landing(joint_rows, j))
         fine = (
             load_attempt(case_rows, j).length_in_ticks
-            <= MAX_VIBRATION_RESOLVING_STEP_RATIO * load_clock(case_rows, j).shortest_step
+            <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_clock(case_rows, j).shortest_step
         )
         at_end, early, findings, losses, new = solve_joint_contact(
-            load_joint(joint_rows, j), load_frame(joint_rows, j), load_friction(joint_rows, j),
-            (load_point_sum(joint_rows, j), load_arm(joint_rows, j).moment), (change.force, change.moment),
+            load_joint(joint_rows, j),
+            load_frame(joint_rows, j),
+            load_friction(joint_rows, j),
+            (load_point_sum(joint_rows, j), load_arm(joint_rows, j).force_times_pressure_centre_distance),
+            (change.force_or_velocity, change.moment_or_angular_velocity),
             load_history(joint_rows, j),
-            (load_time(case_rows, j).half_step, fine, flat, load_constants(upper_rows, j).centre_height),
-        )  # fmt: skip
+            (load_time(case_rows, j).half_step_length_s, fine, flat, load_constants(upper_rows, j).centre_height),
+        )
         store_next_history(joint_rows, j, new)
         store_findings(case_rows, j, larger_of(load_findings(case_rows, j), findings))
         store_losses(case_rows, j, add_losses(load_losses(case_rows, j), losses))
         stone, total = load_predicted(upper_rows, j), load_sum(upper_rows, j)
         if on_ground is None:
             below, (axes, origin) = load_predicted(lower_rows, j), load_joint_pose(joint_rows, j)
-            at_end = Wrench(matrix_times_vector(axes, at_end.force), matrix_times_vector(axes, at_end.moment))
-            early = Wrench(matrix_times_vector(axes, early.force), matrix_times_vector(axes, early.moment))
+            at_end = Wrench(
+                matrix_times_vector(axes, at_end.force_or_velocity),
+                matrix_times_vector(axes, at_end.moment_or_angular_velocity),
+            )
+            early = Wrench(
+                matrix_times_vector(axes, early.force_or_velocity),
+                matrix_times_vector(axes, early.moment_or_angular_velocity),
+            )
             arm, other = minus(origin, below.position), load_sum(lower_rows, j)
             store_sum(lower_rows, j, StoneContactForceSums(
-                wrench_minus(other.at_end, shift_wrench_to_stone_centre(at_end, arm)),
-                wrench_minus(other.early_contact_impulses, shift_wrench_to_stone_centre(early, arm)),
+                wrench_minus(other.force_and_moment_at_step_end, shift_wrench_to_stone_centre(at_end, arm)),
+                wrench_minus(other.extra_impulses_of_early_contacts, shift_wrench_to_stone_centre(early, arm)),
             ))  # fmt: skip
         else:
             origin = Vector3(0.0, 0.0, 0.0)
         arm = minus(origin, stone.position)
         store_sum(upper_rows, j, StoneContactForceSums(
-            wrench_plus(total.at_end, shift_wrench_to_stone_centre(at_end, arm)),
-            wrench_plus(total.early_contact_impulses, shift_wrench_to_stone_centre(early, arm)),
+            wrench_plus(total.force_and_moment_at_step_end, shift_wrench_to_stone_centre(at_end, arm)),
+            wrench_plus(total.extra_impulses_of_early_contacts, shift_wrench_to_stone_centre(early, arm)),
         ))  # fmt: skip
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def mark_joints_with_base_beyond_rim(joint_rows: Any, point: Any, lane_count: int) -> None:
+def mark_joints_with_loaded_non_corner_point(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Mark each contact of two stones that has a loaded point other than a corner of the upper stone's base.
 
     Such a base extends beyond the rim of the face below.
     """
     for j in range(round_to_vector_multiple(lane_count)):
         joint_rows[NEW_NON_CORNER_LOAD_ROW + j] = select(
-            point[STIFFNESS_SHARE_ROW + j] > 0.0, 1.0, joint_rows[NEW_NON_CORNER_LOAD_ROW + j]
+            point[STIFFNESS_SHARE_ROW_OFFSET + j] > 0.0, 1.0, joint_rows[NEW_NON_CORNER_LOAD_ROW + j]
         )
 
 
@@ -251,13 +265,15 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
             load_case(case_rows, j).max_acceleration_for_sample_long_steps_g,
         )
         findings = StepContactChanges(
-            contact_changed=most.contact_changed > 0.0, requires_shorter_step=False, may_keep_step=False,
+            contact_changed=most.positive_if_contact_opened_or_closed > 0.0,
+            requires_shorter_step=False,
+            may_keep_step=False,
             has_wrong_slip_assumption=most.has_wrong_slip_assumption > 0.0,
-            has_slip_reversal=most.has_slip_reversal > 0.0,
+            has_slip_reversal=most.has_friction_against_assumed_direction > 0.0,
             has_friction_reversal=most.has_friction_reversal > 0.0,
-            slides_on_all_points=(most.has_sticking_joint == 0.0) & (most.has_loaded_joint > 0.0),
+            slides_on_all_points=(most.has_sticking_loaded_joint == 0.0) & (most.has_loaded_joint > 0.0),
             all_contacts_are_closed=steady & (most.has_unloaded_point == 0.0) & (most.has_loaded_joint > 0.0),
-        )  # fmt: skip
+        )
         again, sooner, following = accept_or_reject_and_choose_next_step(
             STACK_STEP_CONTROL,
             load_clock(case_rows, j),
@@ -272,7 +288,7 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
             case_rows,
             j,
             StackClockWithinSample(
-                time.ticks_since_sample_start + (0.0 if again else attempt.length_in_ticks), time.half_step
+                time.ticks_since_sample_start + (0.0 if again else attempt.length_in_ticks), time.half_step_length_s
             ),
         )
 
@@ -282,50 +298,65 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
     """Store a stone's new state in stacks whose step is accepted, and add the work that the ground does on it."""
     for j in range(round_to_vector_multiple(lane_count)):
         half, again, push = (
-            load_time(case_rows, j).half_step,
+            load_time(case_rows, j).half_step_length_s,
             load_rejection(case_rows, j).is_step_rejected > 0.0,
             load_inertial(case_rows, j),
         )
         constants, p = load_constants(rows, j), load_predicted(rows, j)
         change, total, peaks = load_change(rows, j), load_sum(rows, j), load_peaks(rows, j)
-        present = rows[IS_SIMULATED_ROW + j] > 0.0
+        present = rows[IS_SIMULATED_ROW_OFFSET + j] > 0.0
         one = 1.0 / constants.mass
         f, m, i, t = (
-            total.at_end.force,
-            total.at_end.moment,
-            total.early_contact_impulses.force,
-            total.early_contact_impulses.moment,
+            total.force_and_moment_at_step_end.force_or_velocity,
+            total.force_and_moment_at_step_end.moment_or_angular_velocity,
+            total.extra_impulses_of_early_contacts.force_or_velocity,
+            total.extra_impulses_of_early_contacts.moment_or_angular_velocity,
         )
         acceleration = Vector3(one * f.x + push.x, one * f.y + push.y, one * f.z + push.z)
         moment = scale_vector(one, m)
         turn = rotate_quaternion(p.rotation, half, change.angular_velocity)
-        velocity = plus(extrapolate_vector(p.half_step_velocity, half, acceleration), scale_vector(one, i))
+        velocity = plus(extrapolate_vector(p.velocity_at_half_step, half, acceleration), scale_vector(one, i))
         axes = rotation_matrix(turn)
         lean = lean_as_squared_sine(axes)
         tick = load_time(case_rows, j).ticks_since_sample_start
         skip = again | (not present)
-        store_stone_unless(rows, j, skip, StoneState(
-            position=extrapolate_vector(p.position, half, change.velocity), rotation=turn, velocity=velocity,
-            angular_momentum=plus(extrapolate_vector(p.half_step_angular_momentum, half, moment), scale_vector(one, t)),
-            acceleration=acceleration, moment=moment,
-        ))  # fmt: skip
+        store_stone_unless(
+            rows,
+            j,
+            skip,
+            StoneState(
+                centre_position=extrapolate_vector(p.position, half, change.velocity),
+                rotation=turn,
+                velocity_relative_to_base=velocity,
+                angular_momentum_per_mass=plus(
+                    extrapolate_vector(p.angular_momentum_per_mass_at_half_step, half, moment), scale_vector(one, t)
+                ),
+                acceleration_relative_to_base=acceleration,
+                contact_moment_per_mass=moment,
+            ),
+        )
         store_peaks_unless(rows, j, skip, StonePeakTilt(
             updated_maximum(peaks.peak_lean_squared_sine, lean),
-            tick if lean < constants.critical_lean_squared_sine else peaks.last_upright_tick
+            tick if lean < constants.critical_lean_squared_sine_on_contact_patch else peaks.last_upright_tick_in_sample
         ))  # fmt: skip
         power = (push.x * velocity.x + push.y * velocity.y) + (push.z + GRAVITY) * velocity.z
         power = constants.mass * power if present else 0.0
         account, losses = load_account(case_rows, j), load_losses(case_rows, j)
         if is_first is not None:
             account = StackEnergyAccount(
-                account.base_motion_work + half * account.base_motion_power,
+                account.base_motion_work + half * account.base_motion_power_at_step_end,
                 account.lost_energy
-                + (half * (account.dissipated_power + losses.power) + losses.released_spring_energy),
-                0.0, losses.power, updated_maximum(account.penetration, load_findings(case_rows, j).penetration),
-            )  # fmt: skip
+                + (
+                    half * (account.dissipated_power_at_step_end + losses.dissipated_power_at_step_end)
+                    + losses.lost_spring_energy_in_step
+                ),
+                0.0,
+                losses.dissipated_power_at_step_end,
+                updated_maximum(account.peak_penetration, load_findings(case_rows, j).largest_penetration),
+            )
         store_account_unless(case_rows, j, again, StackEnergyAccount(
-            account.base_motion_work + half * power, account.lost_energy, account.base_motion_power + power,
-            account.dissipated_power, account.penetration
+            account.base_motion_work + half * power, account.lost_energy, account.base_motion_power_at_step_end + power,
+            account.dissipated_power_at_step_end, account.peak_penetration
         ))  # fmt: skip
 
 
@@ -335,7 +366,7 @@ def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lan
     for j in range(round_to_vector_multiple(lane_count)):
         rejected, slid = load_rejection(case_rows, j), joint_rows[NEW_SLID + j]
         store_history_unless(joint_rows, j, rejected.is_step_rejected > 0.0, load_next_history(joint_rows, j))
-        joint_rows[SLID + j] = select(rejected.keeps_assumed_slip > 0.0, joint_rows[SLID + j], slid)
+        joint_rows[SLID + j] = select(rejected.next_attempt_keeps_slip_assumption > 0.0, joint_rows[SLID + j], slid)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)

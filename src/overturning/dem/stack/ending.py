@@ -38,14 +38,14 @@ from overturning.dem.stack.access import (
     load_point,
     load_stone,
     load_time,
-    stone_window,
+    slice_stone_rows,
     store_account,
     store_outcome,
 )
 from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, POINT_ROW_LAYOUT, squared_length
 from overturning.dem.stack.rest import (
     all_contact_points_carry_load,
-    onset_acceleration_of_current_stack_state,
+    onset_acceleration_g_of_current_stack_state,
     time_until_upright_stack_stops_sliding,
 )
 from overturning.dem.stack.state import (
@@ -56,7 +56,7 @@ from overturning.dem.stack.state import (
     StoneFallState,
     StoneState,
 )
-from overturning.dem.stack.step import joint_state_size
+from overturning.dem.stack.step import state_array_length_per_joint
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
@@ -70,14 +70,14 @@ ENERGY, SAMPLE, SLIDE_END = (
 )
 
 
-MIN_ONSET_ACCELERATION_RATIO_AT_CASE_END: Final = (
+MIN_ONSET_TO_LONG_STEP_ACCELERATION_AT_END: Final = (
     SIMULATION_START_TO_ONSET_THRESHOLD_RATIO / MAX_REST_TO_ONSET_THRESHOLD_RATIO**2
 )
 """Least acceleration that may move a stack when its case ends, over `max_acceleration_for_sample_long_steps_g`.
 
 The rest of the record then stays below the part `MAX_REST_TO_ONSET_THRESHOLD_RATIO` of this acceleration."""
 
-MIN_HANGING_CORNER_DEPTH_RATIO: Final = 0.001
+MIN_HANGING_CORNER_DEPTH_TO_CENTRE_HEIGHT: Final = 0.001
 """Depth of a corner of a leaning stone below the face that carries it, as a share of the height of its centre.
 
 Beyond this depth, and beyond the critical angle of its base, the stone tips over the rim of the face, and has fallen.
@@ -87,7 +87,7 @@ Between the critical angle of its contact at rest and that of its base, a stone 
 @njit(**INLINE_OPTIONS)
 def stone_state_sum_for_finite_check(state: StoneState) -> float:
     """Return the sum of a stone's position, rotation and velocity components: finite if each component is finite."""
-    v, p, q = state.velocity, state.position, state.rotation
+    v, p, q = state.velocity_relative_to_base, state.centre_position, state.rotation
     return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
 
 
@@ -95,10 +95,15 @@ def stone_state_sum_for_finite_check(state: StoneState) -> float:
 def stone_kinetic_energy(constants: StoneConstants, state: StoneState) -> float:
     """Return the kinetic energy of a stone, J."""
     spin = angular_velocity_from_momentum(
-        constants.inverse_inertia, rotation_matrix(state.rotation), state.angular_momentum
+        constants.inverse_of_inertia_per_mass, rotation_matrix(state.rotation), state.angular_momentum_per_mass
     )
     return float(
-        0.5 * constants.mass * (dot_product(state.velocity, state.velocity) + dot_product(state.angular_momentum, spin))
+        0.5
+        * constants.mass
+        * (
+            dot_product(state.velocity_relative_to_base, state.velocity_relative_to_base)
+            + dot_product(state.angular_momentum_per_mass, spin)
+        )
     )
 
 
@@ -108,21 +113,23 @@ def stack_energy(state: Any, lane: int, stone_count: int, max_corner_count: int,
 
     `heights` holds the height of each centre from which its potential energy is counted, m.
     """
-    total, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(max_corner_count)
+    total, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
     for s in range(stone_count):
-        rows = stone_window(state, s)
+        rows = slice_stone_rows(state, s)
         if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
-        total += stone_kinetic_energy(constants, stone) + constants.mass * GRAVITY * (stone.position.z - heights[s])
+        total += stone_kinetic_energy(constants, stone) + constants.mass * GRAVITY * (
+            stone.centre_position.z - heights[s]
+        )
         at = first + s * size
         joint, old = load_joint(state[at : at + JOINT_SIZE], lane), load_history(state[at : at + JOINT_SIZE], lane)
-        total += 0.5 * joint.tangential_stiffness * squared_length(old.stretch)
+        total += 0.5 * joint.tangential_stiffness * squared_length(old.tangential_spring_stretch)
         for i in range((size - JOINT_SIZE) // P):
             begin = at + JOINT_SIZE + i * P
             point = load_point(state[begin : begin + P], lane)
             depth = max(point.penetration, 0.0)
-            total += 0.5 * joint.normal_stiffness * point.stiffness_share * depth * depth
+            total += 0.5 * joint.normal_stiffness * point.joint_stiffness_share * depth * depth
     return total
 
 
@@ -132,59 +139,65 @@ def pose_relative_to_stone_below(
 ) -> tuple[Vector3, Matrix3]:
     """Return position (m) and axes of a stone in the frame that moves with the stone below it."""
     to_lower = transpose(lower_axes)
-    return matrix_times_vector(to_lower, minus(upper.position, lower_place)), matrix_product(
+    return matrix_times_vector(to_lower, minus(upper.centre_position, lower_place)), matrix_product(
         to_lower, rotation_matrix(upper.rotation)
     )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def stone_hangs_over_rim(state: Any, lane: int, stone_index: int, stone_count: int, max_corner_count: int) -> bool:
+def base_corner_hangs_below_supporting_face(
+    state: Any, lane: int, stone_index: int, stone_count: int, max_corner_count: int
+) -> bool:
     """True if a corner of a stone's base lies well below its supporting face: the stone tips over the face's rim."""
     below, lower, rows = (
-        stone_window(state, stone_index - 1), load_constants(stone_window(state, stone_index - 1), lane),
-        stone_window(state, stone_index),
+        slice_stone_rows(state, stone_index - 1), load_constants(slice_stone_rows(state, stone_index - 1), lane),
+        slice_stone_rows(state, stone_index),
     )  # fmt: skip
     upper, stone, base = load_constants(rows, lane), load_stone(rows, lane), load_stone(below, lane)
     axes = rotation_matrix(base.rotation)
-    apart, turn = pose_relative_to_stone_below(stone, base.position, axes)
-    at = CASE_SIZE + stone_count * STONE_SIZE + stone_index * joint_state_size(max_corner_count) + JOINT_SIZE
+    apart, turn = pose_relative_to_stone_below(stone, base.centre_position, axes)
+    at = (
+        CASE_SIZE + stone_count * STONE_SIZE + stone_index * state_array_length_per_joint(max_corner_count) + JOINT_SIZE
+    )
     lowest = 0.0
-    for i in range(int(load_joint(state[at - JOINT_SIZE : at], lane).base_corner_count)):
+    for i in range(int(load_joint(state[at - JOINT_SIZE : at], lane).upper_base_corner_count)):
         corner = load_outline(state[at + i * P : at + (i + 1) * P], lane)
-        height = (turn.zx * corner.x + turn.zy * corner.y) - upper.centre_height * turn.zz
-        lowest = min(lowest, apart.z - lower.upper_face_height + height)
-    return lowest < -MIN_HANGING_CORNER_DEPTH_RATIO * upper.centre_height
+        height = (
+            turn.zx * corner.x_from_face_centre + turn.zy * corner.y_from_face_centre
+        ) - upper.centre_height * turn.zz
+        lowest = min(lowest, apart.z - lower.upper_face_height_above_centre + height)
+    return lowest < -MIN_HANGING_CORNER_DEPTH_TO_CENTRE_HEIGHT * upper.centre_height
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def depth_below_rest_position(state: Any, lane: int, stone_index: int) -> float:
+def centre_drop_from_rest_position_on_support(state: Any, lane: int, stone_index: int) -> float:
     """Return how far a stone's centre lies below its position at rest on its support, along the face's normal, m."""
-    rows = stone_window(state, stone_index)
+    rows = slice_stone_rows(state, stone_index)
     upper, stone = load_constants(rows, lane), load_stone(rows, lane)
     if stone_index == 0:
-        return upper.centre_height - stone.position.z
-    below = stone_window(state, stone_index - 1)
+        return upper.centre_height - stone.centre_position.z
+    below = slice_stone_rows(state, stone_index - 1)
     base = load_stone(below, lane)
-    apart, _ = pose_relative_to_stone_below(stone, base.position, rotation_matrix(base.rotation))
-    return load_constants(below, lane).upper_face_height + upper.centre_height - apart.z
+    apart, _ = pose_relative_to_stone_below(stone, base.centre_position, rotation_matrix(base.rotation))
+    return load_constants(below, lane).upper_face_height_above_centre + upper.centre_height - apart.z
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def lowest_newly_fallen_stone_index(state: Any, lane: int, stone_count: int, max_corner_count: int) -> int:
     """Return the index of the lowest fallen stone that is still simulated; the number of stones if there is none."""
     for s in range(stone_count):
-        rows = stone_window(state, s)
+        rows = slice_stone_rows(state, s)
         if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
         axes = rotation_matrix(stone.rotation)
         if (
             axes.zz <= constants.fall_tilt_cosine
-            or depth_below_rest_position(state, lane, s) > constants.max_centre_drop_without_fall
+            or centre_drop_from_rest_position_on_support(state, lane, s) > constants.max_centre_drop_without_fall
         ):
             return s
-        leans = lean_as_squared_sine(axes) > constants.base_critical_lean_squared_sine
-        if s > 0 and leans and stone_hangs_over_rim(state, lane, s, stone_count, max_corner_count):
+        leans = lean_as_squared_sine(axes) > constants.critical_lean_squared_sine_on_whole_base
+        if s > 0 and leans and base_corner_hangs_below_supporting_face(state, lane, s, stone_count, max_corner_count):
             return s
     return stone_count
 
@@ -202,20 +215,22 @@ def stop_simulating_fallen_and_upper_stones(
         return False
     before = stack_energy(state, lane, stone_count, max_corner_count, heights)
     start_of_sample, tick = (
-        load_course(state, lane).current_sample * ticks_per_sample, load_case(state, lane).tick_length,
+        load_course(state, lane).current_sample * ticks_per_sample, load_case(state, lane).tick_length_s,
     )  # fmt: skip
     for s in range(fallen, stone_count):
-        rows = stone_window(state, s)
+        rows = slice_stone_rows(state, s)
         outcome, constants = load_outcome(rows, lane), load_constants(rows, lane)
         if not outcome.is_simulated > 0.0:
             continue
-        last = load_peaks(rows, lane).last_upright_tick
-        upright_until = (start_of_sample + last) * tick if last >= 0.0 else outcome.last_upright_time
+        last = load_peaks(rows, lane).last_upright_tick_in_sample
+        upright_until = (start_of_sample + last) * tick if last >= 0.0 else outcome.last_upright_time_s
         slid_off = (
             lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).rotation))
-            < constants.critical_lean_squared_sine
+            < constants.critical_lean_squared_sine_on_contact_patch
         )
-        slid_off = slid_off or (s > 0 and stone_hangs_over_rim(state, lane, s, stone_count, max_corner_count))
+        slid_off = slid_off or (
+            s > 0 and base_corner_hangs_below_supporting_face(state, lane, s, stone_count, max_corner_count)
+        )
         store_outcome(rows, lane, StoneFallState(
             0.0, upright_until, 1.0 if slid_off and s == fallen else 0.0
         ))  # fmt: skip
@@ -227,9 +242,9 @@ def stop_simulating_fallen_and_upper_stones(
         StackEnergyAccount(
             account.base_motion_work,
             account.lost_energy + gone,
-            account.base_motion_power,
-            account.dissipated_power,
-            account.penetration,
+            account.base_motion_power_at_step_end,
+            account.dissipated_power_at_step_end,
+            account.peak_penetration,
         ),
     )
     return fallen == 0
@@ -251,9 +266,9 @@ def stop_fallen_stones_and_return_status(
     """
     case, course, time = load_case(state, lane), load_course(state, lane), load_time(state, lane)
     kinetic, loaded = 0.0, True
-    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(max_corner_count)
+    first, size = CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
     for s in range(stone_count):
-        rows = stone_window(state, s)
+        rows = slice_stone_rows(state, s)
         if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
         stone = load_stone(rows, lane)
@@ -262,10 +277,10 @@ def stop_fallen_stones_and_return_status(
         kinetic += stone_kinetic_energy(load_constants(rows, lane), stone)
         at = first + s * size
         loaded = loaded and load_history(state[at : at + JOINT_SIZE], lane).normal_force > 0.0
-    if load_account(state, lane).penetration > case.max_penetration:
+    if load_account(state, lane).peak_penetration > case.max_penetration:
         return CaseStatus.UNSTABLE
     if stop_simulating_fallen_and_upper_stones(
-        state, lane, stone_count, max_corner_count, ticks_per_sample, stones_at_rest.rest
+        state, lane, stone_count, max_corner_count, ticks_per_sample, stones_at_rest.centre_height_at_rest
     ):
         return CaseStatus.SIMULATED
     sample = course.current_sample + time.ticks_since_sample_start / ticks_per_sample
@@ -276,10 +291,10 @@ def stop_fallen_stones_and_return_status(
         and all_contact_points_carry_load(state, lane, stone_count, max_corner_count)
     ):
         # The rest of the record is weak for the stack as it stood at first; it may have lost a stone since, or slid.
-        least = MIN_ONSET_ACCELERATION_RATIO_AT_CASE_END * case.max_acceleration_for_sample_long_steps_g
+        least = MIN_ONSET_TO_LONG_STEP_ACCELERATION_AT_END * case.max_acceleration_for_sample_long_steps_g
         if (
             sample >= last_sample
-            or onset_acceleration_of_current_stack_state(state, lane, stone_count, max_corner_count) >= least
+            or onset_acceleration_g_of_current_stack_state(state, lane, stone_count, max_corner_count) >= least
         ):
             return CaseStatus.SIMULATED
     if sample < course.end_sample_if_undecided or sample < last_sample:
@@ -287,7 +302,7 @@ def stop_fallen_stones_and_return_status(
     # An upright stack that slides is simulated until friction has stopped it.
     sliding_time = time_until_upright_stack_stops_sliding(state, lane, stone_count, max_corner_count)
     if update_slide_end_and_check_case_continues(
-        state, SLIDE_END + lane, sample, sliding_time, case.tick_length * ticks_per_sample
+        state, SLIDE_END + lane, sample, sliding_time, case.tick_length_s * ticks_per_sample
     ):
         return CASE_NOT_ENDED
     stands = stack_cannot_fall(state, lane, max_corner_count, stones_at_rest)
@@ -306,26 +321,27 @@ def stack_cannot_fall(state: Any, lane: int, max_corner_count: int, stones_at_re
     # Horizontal position of the upper face below, and of the centre of its stone at rest.
     slip, x, y, start_x, start_y = 0.0, 0.0, 0.0, 0.0, 0.0
     for s in range(stones_at_rest.size):
-        rows, start = stone_window(state, s), stones_at_rest[s].start
+        rows, start = slice_stone_rows(state, s), stones_at_rest[s].start
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
         own = rotation_matrix(stone.rotation)
         if (
             not load_outcome(rows, lane).is_simulated > 0.0
-            or lean_as_squared_sine(own) >= constants.critical_lean_squared_sine
+            or lean_as_squared_sine(own) >= constants.critical_lean_squared_sine_on_contact_patch
         ):
             return False
-        ahead = (stone.position.x - constants.centre_height * own.xz - x) - (start.x - start_x)
-        aside = (stone.position.y - constants.centre_height * own.yz - y) - (start.y - start_y)
+        ahead = (stone.centre_position.x - constants.centre_height * own.xz - x) - (start.x - start_x)
+        aside = (stone.centre_position.y - constants.centre_height * own.yz - y) - (start.y - start_y)
         # Not math.hypot: its last digit differs between processors.
         slip += np.sqrt(ahead * ahead + aside * aside) if s > 0 else 0.0
         x, y = (
-            stone.position.x + constants.upper_face_height * own.xz,
-            stone.position.y + constants.upper_face_height * own.yz,
+            stone.centre_position.x + constants.upper_face_height_above_centre * own.xz,
+            stone.centre_position.y + constants.upper_face_height_above_centre * own.yz,
         )
         start_x, start_y = start.x, start.y
     left = max(1.0 - slip / case.min_mass_centre_to_side_distance, 0.0)
     energy = (
-        stack_energy(state, lane, stones_at_rest.size, max_corner_count, stones_at_rest.rest) - course.initial_energy
+        stack_energy(state, lane, stones_at_rest.size, max_corner_count, stones_at_rest.centre_height_at_rest)
+        - course.initial_energy
     )
     return bool(energy < course.overturning_energy * left * left)
 
@@ -349,27 +365,27 @@ def write_stack_results(
         + account.lost_energy
     )
     result_row.energy_error = abs(balance) / max(account.base_motion_work, course.overturning_energy)
-    result_row.peak_penetration = account.penetration
+    result_row.peak_penetration = account.peak_penetration
     below, axes = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for s in range(stone_count):
-        rows = stone_window(state, s)
+        rows = slice_stone_rows(state, s)
         constants, stone, outcome = load_constants(rows, lane), load_stone(rows, lane), load_outcome(rows, lane)
         own = rotation_matrix(stone.rotation)
         fallen = not outcome.is_simulated > 0.0 and status == CaseStatus.SIMULATED
         stone_results[s].fallen = 1.0 if fallen else 0.0
-        stone_results[s].slid_off = outcome.slid_off
-        stone_results[s].overturning_time = outcome.last_upright_time if fallen else np.nan
+        stone_results[s].slid_off_support = outcome.slid_off_support
+        stone_results[s].last_upright_time_if_fallen = outcome.last_upright_time_s if fallen else np.nan
         stone_results[s].peak_lean_squared_sine = max(
             load_peaks(rows, lane).peak_lean_squared_sine, lean_as_squared_sine(own)
         )
         place, turn = pose_relative_to_stone_below(stone, below, axes)
-        stone_results[s].slip_x, stone_results[s].slip_y = (
+        stone_results[s].slip_x_on_support_at_end, stone_results[s].slip_y_on_support_at_end = (
             place.x - constants.centre_height * turn.xz, place.y - constants.centre_height * turn.yz,
         )  # fmt: skip
         # The axes of what the stone stands on, seen along its normal; not by angles, whose last digits differ.
         cosine, sine = axes.xx + axes.yy, axes.yx - axes.xy
         one = 1.0 / math.sqrt(cosine * cosine + sine * sine)
         stone_results[s].support_twist_cosine, stone_results[s].support_twist_sine = one * cosine, one * sine
-        stone_results[s].twist = math.atan2(turn.yx - turn.xy, turn.xx + turn.yy)
-        stone_results[s].top_x, stone_results[s].top_y = own.xz, own.yz
-        below, axes = stone.position, own
+        stone_results[s].twist_relative_to_support_rad = math.atan2(turn.yx - turn.xy, turn.xx + turn.yy)
+        stone_results[s].stone_axis_x_at_end, stone_results[s].stone_axis_y_at_end = own.xz, own.yz
+        below, axes = stone.centre_position, own

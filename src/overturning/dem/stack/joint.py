@@ -36,7 +36,9 @@ def tangential_contact_force(
     """Return the tangential force between two stones (x, y, twist) from springs and dashpots at their contact, N."""
     k, h = joint.tangential_stiffness, joint.tangential_dashpot
     return TangentTwistVector(
-        -(k * stretch.x) - h * velocity.x, -(k * stretch.y) - h * velocity.y, -(k * stretch.twist) - h * velocity.twist
+        -(k * stretch.x) - h * velocity.x,
+        -(k * stretch.y) - h * velocity.y,
+        -(k * stretch.twist_times_radius) - h * velocity.twist_times_radius,
     )
 
 
@@ -75,7 +77,7 @@ def spring_stretch_after_step(
     """Return the stretch of a tangential spring after a step with given slip velocities at its start and end."""
     return TangentTwistVector(
         stretch.x + half_step * (first.x + second.x), stretch.y + half_step * (first.y + second.y),
-        stretch.twist + half_step * (first.twist + second.twist),
+        stretch.twist_times_radius + half_step * (first.twist_times_radius + second.twist_times_radius),
     )  # fmt: skip
 
 
@@ -90,28 +92,31 @@ def predict_friction(
     centre of the upper stone above its base.
     """
     forces_decide_contact, lands_flat, centre_height = state
-    was, loaded = previous.normal_force > 0.0, sums.force > 0.0
-    one = 1.0 / (sums.force if loaded else 1.0)
-    cx = previous.pressure_centre_x if was else (sums.force_times_x * one if loaded else 0.0)
-    cy = previous.pressure_centre_y if was else (sums.force_times_y * one if loaded else 0.0)
-    spin, arm = frame.angular_velocity, previous.mean_pressure_radius
-    velocity = slip_velocity_at_contact(frame.velocity, spin, cx, cy, arm)
+    was, loaded = previous.normal_force > 0.0, sums.normal_force > 0.0
+    one = 1.0 / (sums.normal_force if loaded else 1.0)
+    cx = previous.pressure_centre_x if was else (sums.normal_force_times_x * one if loaded else 0.0)
+    cy = previous.pressure_centre_y if was else (sums.normal_force_times_y * one if loaded else 0.0)
+    spin, arm = frame.angular_velocity, previous.mean_force_distance_from_pressure_centre
+    velocity = slip_velocity_at_contact(frame.velocity_at_origin, spin, cx, cy, arm)
     stretch = scale_tangent_twist_vector(
-        1.0 if was else 0.0, spring_stretch_after_step(previous.stretch, half_step, previous.velocity, velocity)
+        1.0 if was else 0.0,
+        spring_stretch_after_step(
+            previous.tangential_spring_stretch, half_step, previous.slip_velocity_at_pressure_centre, velocity
+        ),
     )
     force = tangential_contact_force(joint, stretch, velocity)
-    most = joint.friction * (sums.force if forces_decide_contact | (not was) else previous.normal_force)
-    slip, drifts = flat_landing_slip_direction(joint, frame.velocity, spin, centre_height, (cx, cy, arm))
+    most = joint.friction * (sums.normal_force if forces_decide_contact | (not was) else previous.normal_force)
+    slip, drifts = flat_landing_slip_direction(joint, frame.velocity_at_origin, spin, centre_height, (cx, cy, arm))
     drifts = drifts & lands_flat
     square, smooth, decides = squared_length(force), joint.friction == 0.0, forces_decide_contact | (not was)
-    slides = square > most * most if decides else previous.has_slid > 0.0
+    slides = square > most * most if decides else previous.slid_in_last_step > 0.0
     slides = drifts if lands_flat else slides | smooth
     slides = slides & ((square > 0.0) | smooth | drifts)
     direction = unit_tangent_twist_vector(force)
     dx = -slip.x if drifts else direction.x
     dy = -slip.y if drifts else direction.y
-    dt = -slip.twist if drifts else direction.twist
-    cz = centre_height * (1.0 - joint.friction_moment_share) if drifts else 0.0
+    dt = -slip.twist_times_radius if drifts else direction.twist_times_radius
+    cz = centre_height * (1.0 - joint.tilting_friction_share_in_flat_landing) if drifts else 0.0
     in_contact, sliding = (1.0 if loaded else 0.0), (1.0 if loaded & slides else 0.0)
     return JointFrictionInStepEquations(
         cx, cy, cz, arm, stretch, velocity, in_contact, sliding, TangentTwistVector(dx, dy, dt)
@@ -130,14 +135,18 @@ def joint_equation_terms(
 
     `normal` is the normal force that limits friction across the direction of sliding, N.
     """
-    in_contact, slides, d = friction.is_loaded > 0.0, friction.slides > 0.0, friction.direction
-    held = tangential_contact_force(joint, friction.stretch, friction.velocity)
+    in_contact, slides, d = (
+        friction.is_assumed_loaded > 0.0,
+        friction.is_assumed_to_slide > 0.0,
+        friction.friction_direction,
+    )
+    held = tangential_contact_force(joint, friction.tangential_spring_stretch, friction.slip_velocity_at_friction_point)
     part = ratio_of_friction_limit_to_sticking_force(joint.friction * normal, squared_length(held), slides)
     mu = joint.friction if slides & in_contact else 0.0
-    mx, my, mt = mu * d.x, mu * d.y, mu * d.twist
+    mx, my, mt = mu * d.x, mu * d.y, mu * d.twist_times_radius
     fx, fy, ft = (
-        (mx * sums.force if slides else held.x), (my * sums.force if slides else held.y),
-        (mt * sums.force if slides else held.twist),
+        (mx * sums.normal_force if slides else held.x), (my * sums.normal_force if slides else held.y),
+        (mt * sums.normal_force if slides else held.twist_times_radius),
     )  # fmt: skip
     fx, fy, ft = (fx if in_contact else 0.0), (fy if in_contact else 0.0), (ft if in_contact else 0.0)
     stick = half_step * (joint.tangential_dashpot + half_step * joint.tangential_stiffness)
@@ -145,13 +154,17 @@ def joint_equation_terms(
     across = across if in_contact else 0.0
     along = across if slides else 0.0
     a, b, c = across - along * (d.x * d.x), -(along * (d.x * d.y)), across - along * (d.y * d.y)
-    ta, tb, tt = -(along * (d.x * d.twist)), -(along * (d.y * d.twist)), across - along * (d.twist * d.twist)
-    cx, cy, cz = friction.pressure_centre_x, friction.pressure_centre_y, friction.pressure_centre_z
+    ta, tb, tt = (
+        -(along * (d.x * d.twist_times_radius)),
+        -(along * (d.y * d.twist_times_radius)),
+        across - along * (d.twist_times_radius * d.twist_times_radius),
+    )
+    cx, cy, cz = friction.friction_point_x, friction.friction_point_y, friction.friction_point_height_above_lower_face
     arm, g, gx, gy = (
-        friction.mean_pressure_radius,
-        sums.impulse_per_velocity,
-        sums.impulse_per_velocity_times_x,
-        sums.impulse_per_velocity_times_y,
+        friction.mean_force_distance_from_pressure_centre,
+        sums.half_step_impulse_per_velocity,
+        sums.half_step_impulse_per_velocity_times_x,
+        sums.half_step_impulse_per_velocity_times_y,
     )
     # Rows of the tangential forces by velocity and angular velocity; the slip is (ex - wz cy, ey + wz cx, arm wz).
     xv, xw = Vector3(a, b, mx * g), Vector3(mx * gy, -(mx * gx), (b * cx - a * cy) + ta * arm)
@@ -160,11 +173,15 @@ def joint_equation_terms(
     zv, zw = Vector3(0.0, 0.0, g), Vector3(gy, -gx, 0.0)
     pv = Vector3(-(cz * yv.x), -(cz * yv.y), gy - cz * yv.z)
     pw = Vector3(
-        sums.impulse_per_velocity_times_yy - cz * yw.x, -sums.impulse_per_velocity_times_xy - cz * yw.y, -(cz * yw.z)
+        sums.half_step_impulse_per_velocity_times_yy - cz * yw.x,
+        -sums.half_step_impulse_per_velocity_times_xy - cz * yw.y,
+        -(cz * yw.z),
     )
     qv = Vector3(cz * xv.x, cz * xv.y, -gx + cz * xv.z)
     qw = Vector3(
-        -sums.impulse_per_velocity_times_xy + cz * xw.x, sums.impulse_per_velocity_times_xx + cz * xw.y, cz * xw.z
+        -sums.half_step_impulse_per_velocity_times_xy + cz * xw.x,
+        sums.half_step_impulse_per_velocity_times_xx + cz * xw.y,
+        cz * xw.z,
     )
     rv = Vector3(
         (cx * yv.x - cy * xv.x) + arm * tv.x, (cx * yv.y - cy * xv.y) + arm * tv.y,
@@ -176,8 +193,12 @@ def joint_equation_terms(
     )  # fmt: skip
     return JointEquations(
         Wrench(
-            Vector3(fx, fy, sums.force),
-            Vector3(sums.force_times_y - cz * fy, -sums.force_times_x + cz * fx, (cx * fy - cy * fx) + arm * ft),
+            Vector3(fx, fy, sums.normal_force),
+            Vector3(
+                sums.normal_force_times_y - cz * fy,
+                -sums.normal_force_times_x + cz * fx,
+                (cx * fy - cy * fx) + arm * ft,
+            ),
         ),
         VelocityToForceBlocks(
             Matrix3(xv.x, xv.y, xv.z, yv.x, yv.y, yv.z, zv.x, zv.y, zv.z),
@@ -203,23 +224,34 @@ def compare_friction_with_assumption(
     (carries, loaded, coarse), (assumed, slips) = state, slides
     wrong = carries & (slips != assumed)
     backwards = (
-        carries & assumed & (((force.x * direction.x + force.y * direction.y) + force.twist * direction.twist) < 0.0)
+        carries
+        & assumed
+        & (
+            ((force.x * direction.x + force.y * direction.y) + force.twist_times_radius * direction.twist_times_radius)
+            < 0.0
+        )
     )
     back = (
         carries
         & slips
         & (
-            ((force.x * stretch.x + force.y * stretch.y) + force.twist * stretch.twist > 0.0)
-            | ((force.x * velocity.x + force.y * velocity.y) + force.twist * velocity.twist > 0.0)
+            ((force.x * stretch.x + force.y * stretch.y) + force.twist_times_radius * stretch.twist_times_radius > 0.0)
+            | (
+                (force.x * velocity.x + force.y * velocity.y) + force.twist_times_radius * velocity.twist_times_radius
+                > 0.0
+            )
         )
     )
     return StackContactChangesInStep(
-        contact_changed=0.0, has_wrong_slip_assumption=1.0 if wrong & coarse else 0.0,
-        has_slip_reversal=1.0 if backwards & coarse else 0.0,
-        has_sticking_joint=1.0 if carries & (not slips) else 0.0, has_friction_reversal=1.0 if back & coarse else 0.0,
-        has_unloaded_point=0.0, penetration=0.0,
+        positive_if_contact_opened_or_closed=0.0,
+        has_wrong_slip_assumption=1.0 if wrong & coarse else 0.0,
+        has_friction_against_assumed_direction=1.0 if backwards & coarse else 0.0,
+        has_sticking_loaded_joint=1.0 if carries & (not slips) else 0.0,
+        has_friction_reversal=1.0 if back & coarse else 0.0,
+        has_unloaded_point=0.0,
+        largest_penetration=0.0,
         has_loaded_joint=1.0 if loaded else 0.0,
-    )  # fmt: skip
+    )
 
 
 @njit(**INLINE_OPTIONS)
@@ -236,26 +268,34 @@ def solve_joint_contact(
     """
     half_step, forces_decide_contact, lands_flat, centre_height = step
     ends, arm_sum = points
-    cx, cy, arm = friction.pressure_centre_x, friction.pressure_centre_y, friction.mean_pressure_radius
+    cx, cy, arm = (
+        friction.friction_point_x,
+        friction.friction_point_y,
+        friction.mean_force_distance_from_pressure_centre,
+    )
     more = slip_velocity_at_contact(change[0], change[1], cx, cy, arm)
-    first = friction.velocity
-    velocity = TangentTwistVector(first.x + more.x, first.y + more.y, first.twist + more.twist)
-    loaded = ends.force > 0.0
+    first = friction.slip_velocity_at_friction_point
+    velocity = TangentTwistVector(
+        first.x + more.x, first.y + more.y, first.twist_times_radius + more.twist_times_radius
+    )
+    loaded = ends.normal_force > 0.0
     zero = TangentTwistVector(0.0, 0.0, 0.0)
     stretch = scale_tangent_twist_vector(
-        1.0 if loaded else 0.0, spring_stretch_after_step(friction.stretch, half_step, more, zero)
+        1.0 if loaded else 0.0, spring_stretch_after_step(friction.tangential_spring_stretch, half_step, more, zero)
     )
-    most = joint.friction * ends.force
+    most = joint.friction * ends.normal_force
     force = tangential_contact_force(joint, stretch, velocity)
-    at_origin, spin = plus(frame.velocity, change[0]), plus(frame.angular_velocity, change[1])
+    at_origin, spin = plus(frame.velocity_at_origin, change[0]), plus(frame.angular_velocity, change[1])
     slip, drifts = flat_landing_slip_direction(joint, at_origin, spin, centre_height, (cx, cy, arm))
     drifts = drifts & lands_flat
     hx = -slip.x if drifts else force.x
     hy = -slip.y if drifts else force.y
-    ht = -slip.twist if drifts else force.twist
+    ht = -slip.twist_times_radius if drifts else force.twist_times_radius
     square = squared_length(TangentTwistVector(hx, hy, ht))
     # The equations of a joint assumed to slide contain no dashpot, so its force without a limit would be unstable.
-    slips = drifts | ((friction.slides > 0.0) & (square > most * most)) if lands_flat else square > most * most
+    slips = (
+        drifts | ((friction.is_assumed_to_slide > 0.0) & (square > most * most)) if lands_flat else square > most * most
+    )
     share = most / math.sqrt(square if slips & (square > 0.0) else 1.0) if slips else 1.0
     share = share if loaded else 0.0
     fx, fy, ft = share * hx, share * hy, share * ht
@@ -263,33 +303,35 @@ def solve_joint_contact(
     holds, long = most * joint.tangential_compliance, squared_length(stretch)
     cut = slips & (long > holds * holds)
     kept = scale_tangent_twist_vector(holds / math.sqrt(long if cut else 1.0) if cut else 1.0, stretch)
-    cz = centre_height * (1.0 - joint.friction_moment_share) if drifts else 0.0
+    cz = centre_height * (1.0 - joint.tilting_friction_share_in_flat_landing) if drifts else 0.0
     k = joint.tangential_stiffness
     power = -(
         ((fx + k * kept.x) * (velocity.x + spin.y * cz) + (fy + k * kept.y) * (velocity.y - spin.x * cz))
-        + (ft + k * kept.twist) * velocity.twist
+        + (ft + k * kept.twist_times_radius) * velocity.twist_times_radius
     ) + k * cz * (kept.x * spin.y - kept.y * spin.x)
-    s = previous.stretch
+    s = previous.tangential_spring_stretch
     released = ((s.x + kept.x) * (stretch.x - kept.x) + (s.y + kept.y) * (stretch.y - kept.y)) + (
-        s.twist + kept.twist
-    ) * (stretch.twist - kept.twist)
+        s.twist_times_radius + kept.twist_times_radius
+    ) * (stretch.twist_times_radius - kept.twist_times_radius)
     let_go = 0.5 * k * (released if loaded else (squared_length(s) if previous.normal_force > 0.0 else 0.0))
     findings = compare_friction_with_assumption(
-        friction.direction, TangentTwistVector(fx, fy, ft), velocity, s,
-        (most > 0.0, loaded, not forces_decide_contact), (friction.slides > 0.0, slips),
+        friction.friction_direction, TangentTwistVector(fx, fy, ft), velocity, s,
+        (most > 0.0, loaded, not forces_decide_contact), (friction.is_assumed_to_slide > 0.0, slips),
     )  # fmt: skip
-    one = 1.0 / (ends.force if loaded else 1.0)
-    early = ends.early_contact_impulse * one if loaded else 0.0
+    one = 1.0 / (ends.normal_force if loaded else 1.0)
+    early = ends.extra_impulse_of_early_contacts * one if loaded else 0.0
     mx, my, mz = -(cz * fy), cz * fx, (cx * fy - cy * fx) + arm * ft
-    at_end = Wrench(Vector3(fx, fy, ends.force), Vector3(ends.force_times_y + mx, -ends.force_times_x + my, mz))
+    at_end = Wrench(
+        Vector3(fx, fy, ends.normal_force), Vector3(ends.normal_force_times_y + mx, -ends.normal_force_times_x + my, mz)
+    )
     sooner = Wrench(
-        Vector3(early * fx, early * fy, ends.early_contact_impulse),
-        Vector3(ends.early_impulse_times_y + early * mx, -ends.early_impulse_times_x + early * my, early * mz),
+        Vector3(early * fx, early * fy, ends.extra_impulse_of_early_contacts),
+        Vector3(ends.extra_impulse_times_y + early * mx, -ends.extra_impulse_times_x + early * my, early * mz),
     )
     in_contact = 1.0 if loaded else 0.0
     new = JointContactState(
-        kept, velocity, ends.force_times_x * one * in_contact, ends.force_times_y * one * in_contact,
+        kept, velocity, ends.normal_force_times_x * one * in_contact, ends.normal_force_times_y * one * in_contact,
         arm_sum * one * in_contact,
-        ends.force if loaded else 0.0, 1.0 if slips & (most != 0.0) else 0.0, 0.0,
+        ends.normal_force if loaded else 0.0, 1.0 if slips & (most != 0.0) else 0.0, 0.0,
     )  # fmt: skip
     return at_end, sooner, findings, JointEnergyLosses(power, let_go + early * power), new

@@ -24,7 +24,9 @@ MIN_STIFFNESS_SHARE_FOR_STEP_SHORTENING: Final = 1e-3
 @njit(**INLINE_OPTIONS)
 def point_opening_rate(frame: JointRelativeMotion, position: ContactPointPosition) -> float:
     """Return the velocity (m/s) at which a contact point of two stones opens at the predicted end of a step."""
-    return frame.velocity.z + (frame.angular_velocity.x * position.y - frame.angular_velocity.y * position.x)
+    return frame.velocity_at_origin.z + (
+        frame.angular_velocity.x * position.y_in_joint_frame - frame.angular_velocity.y * position.x_in_joint_frame
+    )
 
 
 @njit(**INLINE_OPTIONS)
@@ -38,12 +40,12 @@ def predicted_force_per_share_and_contact(
     state after the last step. A point that did not belong to the contact patch before has no such state.
     """
     forces_decide_contact, lands_flat, waits = state
-    depth = -position.z - previous.penetration_without_force
+    depth = -position.base_height_above_lower_face - previous.penetration_without_force
     pressure = joint.normal_stiffness * depth - joint.normal_dashpot * point_opening_rate(frame, position)
     now = ((pressure > 0.0) | lands_flat) & (depth > 0.0)
-    decides = forces_decide_contact | (previous.stiffness_share == 0.0)
+    decides = forces_decide_contact | (previous.joint_stiffness_share == 0.0)
     touches = now if decides else previous.force_per_stiffness_share != 0.0
-    return pressure, touches & (position.stiffness_share > 0.0) & (not waits)
+    return pressure, touches & (position.joint_stiffness_share > 0.0) & (not waits)
 
 
 @njit(**INLINE_OPTIONS)
@@ -51,12 +53,20 @@ def normal_force_sum_terms_of_point(
     joint: JointConstants, half_step: float, position: ContactPointPosition, pressure: float, in_contact: bool
 ) -> JointNormalForceSums:
     """Return one contact point's terms in the sums of force and moment between two stones in a step's equations."""
-    n = position.stiffness_share * pressure if in_contact else 0.0
+    n = position.joint_stiffness_share * pressure if in_contact else 0.0
     rate = joint.normal_dashpot + half_step * joint.normal_stiffness
-    g = half_step * (position.stiffness_share * rate) if in_contact else 0.0
-    gx, gy = g * position.x, g * position.y
+    g = half_step * (position.joint_stiffness_share * rate) if in_contact else 0.0
+    gx, gy = g * position.x_in_joint_frame, g * position.y_in_joint_frame
     return JointNormalForceSums(
-        n, n * position.x, n * position.y, g, gx, gy, gx * position.x, gx * position.y, gy * position.y
+        n,
+        n * position.x_in_joint_frame,
+        n * position.y_in_joint_frame,
+        g,
+        gx,
+        gy,
+        gx * position.x_in_joint_frame,
+        gx * position.y_in_joint_frame,
+        gy * position.y_in_joint_frame,
     )
 
 
@@ -73,17 +83,17 @@ def solve_point_contact(
     when a case begins.
     """
     half_step, lands_flat, new_landing, waits, joint_has_points = step
-    w = position.stiffness_share
-    counts, had = w > 0.0, previous.stiffness_share > 0.0
+    w = position.joint_stiffness_share
+    counts, had = w > 0.0, previous.joint_stiffness_share > 0.0
     joins = joint_has_points & (not had)
-    rise = change[0].z + (change[1].x * position.y - change[1].y * position.x)
+    rise = change[0].z + (change[1].x * position.y_in_joint_frame - change[1].y * position.x_in_joint_frame)
     # A point that waits takes up its penetration without force; the offset ends when the point opens.
-    deep = -position.z - half_step * rise
+    deep = -position.base_height_above_lower_face - half_step * rise
     between, waits = waits, waits & (deep > 0.0)
     unloaded = previous.penetration_without_force
     offset = (deep if deep > unloaded else unloaded) if waits else unloaded
     offset = offset if deep > 0.0 else 0.0
-    predicted_rate, before = point_opening_rate(frame, position), -position.z - offset
+    predicted_rate, before = point_opening_rate(frame, position), -position.base_height_above_lower_face - offset
     rate = predicted_rate + rise
     depth = before - half_step * rise
     inside, was = (depth > 0.0) & (not waits), previous.penetration > 0.0
@@ -100,23 +110,32 @@ def solve_point_contact(
     fresh = inside & had & (not was) & counts
     more = depth * (2.0 * half_step / (depth - previous.penetration if fresh else 1.0)) - half_step if fresh else 0.0
     landing = (new_landing if fresh | (not had) else previous.remaining_flat_landing_time) - 2.0 * half_step
-    landing = joint.landing_duration if waits & (unloaded == 0.0) else landing
+    landing = joint.flat_landing_duration_s if waits & (unloaded == 0.0) else landing
     n = w * pressure
     power = w * (spring - pressure) * rate
     over = depth * previous.penetration
     over = math.copysign(over if over < 0.0 else 0.0, depth - previous.penetration)
     both = (depth if inside else 0.0) * (previous.penetration if was else depth if joins else 0.0)
-    let_go = (w * over if inside | was else 0.0) + both * (previous.stiffness_share - w)
+    let_go = (w * over if inside | was else 0.0) + both * (previous.joint_stiffness_share - w)
     let_go = 0.5 * joint.normal_stiffness * let_go if counts | had else 0.0
     findings = StackContactChangesInStep(
-        contact_changed=changed if heavy else 0.0, has_wrong_slip_assumption=0.0, has_slip_reversal=0.0,
-        has_sticking_joint=0.0, has_friction_reversal=0.0,
+        positive_if_contact_opened_or_closed=changed if heavy else 0.0,
+        has_wrong_slip_assumption=0.0,
+        has_friction_against_assumed_direction=0.0,
+        has_sticking_loaded_joint=0.0,
+        has_friction_reversal=0.0,
         has_unloaded_point=1.0 if heavy & (not (pressure > 0.0)) & (offset == 0.0) & (not between) else 0.0,
-        penetration=depth if counts else 0.0, has_loaded_joint=0.0,
-    )  # fmt: skip
+        largest_penetration=depth if counts else 0.0,
+        has_loaded_joint=0.0,
+    )
     return (
         JointPointForceAndImpulse(
-            n, n * position.x, n * position.y, more * n, more * (n * position.x), more * (n * position.y)
+            n,
+            n * position.x_in_joint_frame,
+            n * position.y_in_joint_frame,
+            more * n,
+            more * (n * position.x_in_joint_frame),
+            more * (n * position.y_in_joint_frame),
         ),
         findings,
         JointEnergyLosses(power, let_go + more * power),
@@ -124,7 +143,7 @@ def solve_point_contact(
             penetration=depth if counts & (not waits) else 0.0,
             force_per_stiffness_share=pressure,
             remaining_flat_landing_time=landing if (inside | waits) & counts else 0.0,
-            stiffness_share=w,
+            joint_stiffness_share=w,
             penetration_without_force=offset if counts else 0.0,
         ),
     )

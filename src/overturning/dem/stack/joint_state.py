@@ -29,15 +29,15 @@ class JointConstants(NamedTuple):
     """Tangential dashpot, N·s/m."""
     friction: float
     """Coefficient of friction μ."""
-    landing_duration: float
+    flat_landing_duration_s: float
     """Duration of a flat landing after the first touch, s."""
-    friction_moment_share: float
+    tilting_friction_share_in_flat_landing: float
     """Share of the moment of friction that tilts a stone that slides in a flat landing, 0 or 1."""
-    min_rim_distance_of_waiting_corners: float
+    min_rim_distance_for_deferred_contact: float
     """Least distance of the base from the rim of the face below at which corners between the two ends of the base wait
-    in a flat landing, m; `overturning.dem.stack.landing.RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT` for bases of four
+    in a flat landing, m; `overturning.dem.stack.landing.MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M` for bases of four
     corners."""
-    base_corner_count: float
+    upper_base_corner_count: float
     """Number of corners of the upper base."""
 
 
@@ -49,19 +49,19 @@ class TangentTwistVector(NamedTuple):
 
     x: float
     y: float
-    twist: float
+    twist_times_radius: float
 
 
 @njit(**INLINE_OPTIONS)
 def squared_length(v: TangentTwistVector) -> float:
     """Return x² + y² + twist² of a tangential vector, whose twist is already multiplied by a radius."""
-    return (v.x * v.x + v.y * v.y) + v.twist * v.twist
+    return (v.x * v.x + v.y * v.y) + v.twist_times_radius * v.twist_times_radius
 
 
 @njit(**INLINE_OPTIONS)
 def scale_tangent_twist_vector(factor: float, v: TangentTwistVector) -> TangentTwistVector:
     """Return a tangential vector (components x, y, twist) multiplied by a number."""
-    return TangentTwistVector(factor * v.x, factor * v.y, factor * v.twist)
+    return TangentTwistVector(factor * v.x, factor * v.y, factor * v.twist_times_radius)
 
 
 @njit(**INLINE_OPTIONS)
@@ -74,20 +74,20 @@ def unit_tangent_twist_vector(v: TangentTwistVector) -> TangentTwistVector:
 class JointContactState(NamedTuple):
     """Contact state of two stones after the last step: spring stretch, slip velocity, pressure centre, normal force."""
 
-    stretch: TangentTwistVector
+    tangential_spring_stretch: TangentTwistVector
     """Stretch of the tangential springs, m."""
-    velocity: TangentTwistVector
+    slip_velocity_at_pressure_centre: TangentTwistVector
     """Velocity of the upper stone relative to the lower at the centre of pressure, m/s."""
     pressure_centre_x: float
     """Centre of pressure along x, m."""
     pressure_centre_y: float
     """Centre of pressure along y, m."""
-    mean_pressure_radius: float
+    mean_force_distance_from_pressure_centre: float
     """Mean distance of the normal forces from the centre of pressure, m."""
     normal_force: float
     """Normal force, N."""
-    has_slid: float
-    """1 if the joint slid, else 0."""
+    slid_in_last_step: float
+    """1 if the joint slid in the last step, else 0."""
     has_loaded_non_corner_point: float
     """1 if a contact point other than a corner of the upper stone had a share of the stiffness, else 0."""
 
@@ -105,32 +105,32 @@ class RemainingFlatLandingTimes(NamedTuple):
     The times are those over the contact points of two stones, in the impact of a base that lands flat.
     """
 
-    shortest: float
+    shortest_time_of_points: float
     """Shortest remaining landing time of the points, s; 0 or less if one of them does not land."""
-    longest: float
-    """Longest remaining landing time of loaded points, s; `LANDING_TIME_VALUE_FOR_BASE_IN_AIR` if there is none."""
-    lowest_point_height: float
+    longest_time_of_loaded_points: float
+    """Longest remaining landing time of loaded points, s; a large negative number if none is loaded."""
+    lowest_point_height_above_lower_face: float
     """Smallest height of a point of the patch above the lower face at the predicted end of the step, m."""
-    highest_point_height: float
+    highest_point_height_above_lower_face: float
     """Largest height of a point of the patch, m."""
 
 
 class JointRelativeMotion(NamedTuple):
     """Relative pose and velocity of a stone at the predicted end of a step, in the frame of the face below it."""
 
-    base_centre: Vector3
+    upper_base_centre: Vector3
     """Position of the centre of the upper stone's base, m."""
     upper_x_axis: Vector3
     """Direction of the upper stone's x axis."""
     upper_y_axis: Vector3
     """Direction of the upper stone's y axis."""
-    velocity: Vector3
+    velocity_at_origin: Vector3
     """Relative velocity at the origin, m/s."""
     angular_velocity: Vector3
     """Relative angular velocity, rad/s."""
-    min_rim_distance: float
+    min_base_corner_distance_inside_rim: float
     """Smallest distance of a corner of the upper base from the rim of the lower face, m; negative outside."""
-    patch_perimeter: float
+    contact_patch_perimeter: float
     """Length of the rim of the patch, m."""
 
 
@@ -152,99 +152,103 @@ class ContactNormalSums(NamedTuple):
     Each point counts with its load: its share of the joint's stiffness × its penetration, m.
     """
 
-    load: float
+    share_times_penetration: float
     """Sum of the loads, m."""
-    load_times_x: float
+    share_times_penetration_times_x: float
     """Sums of load × position in the lower face, m²."""
-    load_times_y: float
-    load_times_slope_x: float
+    share_times_penetration_times_y: float
+    share_times_penetration_times_slope_x: float
     """Sums of load × horizontal component of the normal over its vertical component, m."""
-    load_times_slope_y: float
+    share_times_penetration_times_slope_y: float
 
 
 class JointNormalForceSums(NamedTuple):
     """Sums over the contact points of two stones: normal force, its moments, and their velocity derivatives."""
 
-    force: float
+    normal_force: float
     """Normal force at the predicted end, N."""
-    force_times_x: float
+    normal_force_times_x: float
     """First moments of the force, N·m."""
-    force_times_y: float
-    impulse_per_velocity: float
-    """Half of the step times the derivative of the force by the opening velocity, kg, and its moments."""
-    impulse_per_velocity_times_x: float
-    impulse_per_velocity_times_y: float
-    impulse_per_velocity_times_xx: float
-    impulse_per_velocity_times_xy: float
-    impulse_per_velocity_times_yy: float
+    normal_force_times_y: float
+    half_step_impulse_per_velocity: float
+    """Half of the step × decrease of the normal force by the opening velocity, kg, and its moments."""
+    half_step_impulse_per_velocity_times_x: float
+    half_step_impulse_per_velocity_times_y: float
+    half_step_impulse_per_velocity_times_xx: float
+    half_step_impulse_per_velocity_times_xy: float
+    half_step_impulse_per_velocity_times_yy: float
 
 
 class SumOfForceTimesDistance(NamedTuple):
     """Sum, over the contact points of two stones, of normal force × distance from the centre of pressure, N·m."""
 
-    moment: float
+    force_times_pressure_centre_distance: float
 
 
 class JointFrictionInStepEquations(NamedTuple):
     """Friction between two stones assumed in a step's equations: point of action, spring stretch, direction."""
 
-    pressure_centre_x: float
+    friction_point_x: float
     """Point at which friction acts, m."""
-    pressure_centre_y: float
-    pressure_centre_z: float
-    mean_pressure_radius: float
+    friction_point_y: float
+    friction_point_height_above_lower_face: float
+    mean_force_distance_from_pressure_centre: float
     """Mean distance of the normal forces from the centre of pressure, m."""
-    stretch: TangentTwistVector
+    tangential_spring_stretch: TangentTwistVector
     """Stretch of the tangential springs at the predicted end, m."""
-    velocity: TangentTwistVector
+    slip_velocity_at_friction_point: TangentTwistVector
     """Relative velocity at that point, m/s."""
-    is_loaded: float
+    is_assumed_loaded: float
     """1 if the joint is assumed to carry load."""
-    slides: float
+    is_assumed_to_slide: float
     """1 if the joint is assumed to slide."""
-    direction: TangentTwistVector
+    friction_direction: TangentTwistVector
     """Direction of friction, unit vector."""
 
 
 class JointEquations(NamedTuple):
-    """Predicted force and moment between two stones at the end of a step, and their derivatives by the velocities."""
+    """Predicted force and moment between two stones at the end of a step, and their derivatives by the velocities.
 
-    wrench: Wrench
-    blocks: VelocityToForceBlocks
+    The derivatives count with the opposite sign, × half of the step. After the solution the first field holds the
+    change of the relative velocity and angular velocity instead.
+    """
+
+    force_and_moment_or_velocity_change: Wrench
+    half_step_times_negated_derivatives: VelocityToForceBlocks
 
 
 class FaceCorner(NamedTuple):
     """Corner of the upper stone's base or of the face below, with the side that starts at the corner."""
 
-    x: float
+    x_from_face_centre: float
     """Position in the axes of its stone from the centre of its face, m."""
-    y: float
-    side_normal_x: float
+    y_from_face_centre: float
+    next_side_outward_normal_x: float
     """Outward normal of the side that starts at the corner."""
-    side_normal_y: float
-    side_distance: float
+    next_side_outward_normal_y: float
+    next_side_distance_from_face_centre: float
     """Distance of that side from the centre of the face, m."""
-    stiffness_share: float
+    joint_stiffness_share_if_whole_base_rests: float
     """Share of the joint's stiffness at the corner while the whole base rests."""
 
 
 class ContactPointPosition(NamedTuple):
     """Position of a contact point of two stones at the predicted end of a step, in the frame of the lower face."""
 
-    x: float
-    y: float
-    z: float
+    x_in_joint_frame: float
+    y_in_joint_frame: float
+    base_height_above_lower_face: float
     """Height of the upper base above the lower face, m."""
-    stiffness_share: float
+    joint_stiffness_share: float
     """Share of the stiffness of the joint that stands at the point."""
 
 
 class SidePartInContactPatch(NamedTuple):
     """Part of a face's side that bounds the contact patch (overlap of two faces); its ends as shares of the side."""
 
-    begin: float
+    begin_side_fraction: float
     """Start, as a share of the side."""
-    end: float
+    end_side_fraction: float
     """End, as a share of the side."""
     length: float
     """Length of the part, m."""
@@ -253,11 +257,11 @@ class SidePartInContactPatch(NamedTuple):
 class BaseOverhangAtSide(NamedTuple):
     """Overhang of the upper base beyond a side of the lower face, and slopes of contact normals where sides cross."""
 
-    overhang: float
+    max_base_corner_overhang: float
     """Largest distance by which a corner of the upper base lies beyond the side, m."""
-    normal_slope_at_begin: float
+    contact_normal_slope_at_part_begin: float
     """Slope of the contact normal across the side where its clipped part begins; 0 for a vertical normal."""
-    normal_slope_at_end: float
+    contact_normal_slope_at_part_end: float
     """Slope of the contact normal across the side where its clipped part ends; 0 for a vertical normal."""
 
 
@@ -270,7 +274,7 @@ class ContactPointState(NamedTuple):
     """Normal force over `stiffness_share`, N."""
     remaining_flat_landing_time: float
     """Remaining time of a flat landing, s; 0 or less if there is none."""
-    stiffness_share: float
+    joint_stiffness_share: float
     """Share of the stiffness of the joint that stands at the point."""
     penetration_without_force: float
     """Penetration that the point took up without force while it waited in a flat landing, m."""
@@ -289,20 +293,20 @@ class JointPointForceAndImpulse(NamedTuple):
     The impulse comes in addition to that of the normal force during half of the step.
     """
 
-    force: float
+    normal_force: float
     """Normal force, N, and its first moments, N·m."""
-    force_times_x: float
-    force_times_y: float
-    early_contact_impulse: float
+    normal_force_times_x: float
+    normal_force_times_y: float
+    extra_impulse_of_early_contacts: float
     """Additional impulse of points that closed early in the step, N·s, and its first moments."""
-    early_impulse_times_x: float
-    early_impulse_times_y: float
+    extra_impulse_times_x: float
+    extra_impulse_times_y: float
 
 
 class SolvedContactForceSums(NamedTuple):
     """Sums over all contact points of two stones of normal forces and impulses from a step's solved equations."""
 
-    at_end: JointPointForceAndImpulse
+    sums_of_points_at_step_end: JointPointForceAndImpulse
 
 
 JOINT_ROW_LAYOUT: Final = TupleRowLayout(

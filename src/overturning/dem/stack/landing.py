@@ -5,7 +5,7 @@ from typing import Final
 from numba import njit
 
 from overturning.dem.body.base_contact import longest_landing_time_including_point
-from overturning.dem.body.state import LANDING_TIME_VALUE_FOR_BASE_IN_AIR
+from overturning.dem.body.state import LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
 from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.stack.joint_state import (
     ContactPointPosition,
@@ -14,15 +14,15 @@ from overturning.dem.stack.joint_state import (
     RemainingFlatLandingTimes,
 )
 
-LANDING_TIME_WITHOUT_POINTS: Final = 1e300
+SHORTEST_LANDING_TIME_WITHOUT_POINTS_S: Final = 1e300
 """Shortest landing time of a joint without points, s."""
-MAX_FLAT_PATCH_HEIGHT_TO_PENETRATION_RATIO: Final = 20.0
+MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION: Final = 20.0
 """Largest difference in height of the points of a flat patch, as a multiple of its largest penetration."""
-RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT: Final = 1e301
+MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M: Final = 1e301
 """More than the distance of a base on the ground from a rim, m."""
-MIN_RIM_DISTANCE_RATIO_FOR_DEFERRED_CONTACT: Final = 0.01
+MIN_DEFERRAL_RIM_DISTANCE_TO_PATCH_WIDTH: Final = 0.01
 """Distance of a base from the rim of the face below up to which no corner waits, as a share of the patch's width."""
-MAX_HEIGHT_SHARE_OF_PATCH_END_POINT: Final = 0.05
+PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO: Final = 0.05
 """Share of the difference in height within which a point lies at the far end of the patch."""
 
 
@@ -32,7 +32,9 @@ def contact_points_land_together(landing: RemainingFlatLandingTimes) -> bool:
 
     Dashpots may pull during this impact.
     """
-    return (landing.shortest > 0.0) & (landing.shortest < LANDING_TIME_WITHOUT_POINTS)
+    return (landing.shortest_time_of_points > 0.0) & (
+        landing.shortest_time_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S
+    )
 
 
 @njit(**INLINE_OPTIONS)
@@ -50,15 +52,23 @@ def point_contact_is_deferred(
     of the face below (`distance_from_rim`, m, negative beyond it): the points where both rims cross move along them,
     and would be deferred again and again.
     """
-    spread = landing.highest_point_height - landing.lowest_point_height
+    spread = landing.highest_point_height_above_lower_face - landing.lowest_point_height_above_lower_face
     is_open = (
-        (previous.penetration <= 0.0) & (previous.stiffness_share > 0.0) & (previous.penetration_without_force == 0.0)
+        (previous.penetration <= 0.0)
+        & (previous.joint_stiffness_share > 0.0)
+        & (previous.penetration_without_force == 0.0)
     )
-    inner = (position.z > landing.lowest_point_height + MAX_HEIGHT_SHARE_OF_PATCH_END_POINT * spread) & (
-        position.z < landing.highest_point_height - MAX_HEIGHT_SHARE_OF_PATCH_END_POINT * spread
+    inner = (
+        position.base_height_above_lower_face
+        > landing.lowest_point_height_above_lower_face + PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO * spread
+    ) & (
+        position.base_height_above_lower_face
+        < landing.highest_point_height_above_lower_face - PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO * spread
     )
-    inner = inner & (spread < MAX_FLAT_PATCH_HEIGHT_TO_PENETRATION_RATIO * -landing.lowest_point_height)
-    whole = distance_from_rim >= joint.min_rim_distance_of_waiting_corners
+    inner = inner & (
+        spread < MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION * -landing.lowest_point_height_above_lower_face
+    )
+    whole = distance_from_rim >= joint.min_rim_distance_for_deferred_contact
     # A point that has taken up its spring does not wait again.
     still_waits = (
         (previous.penetration_without_force > 0.0)
@@ -74,25 +84,29 @@ def include_point_in_landing_times_and_heights(
 ) -> RemainingFlatLandingTimes:
     """Return the landing times and the range of heights of two stones' contact points with one more point included."""
     lowest = (
-        position.z
-        if (position.stiffness_share > 0.0) & (position.z < landing.lowest_point_height)
-        else landing.lowest_point_height
+        position.base_height_above_lower_face
+        if (position.joint_stiffness_share > 0.0)
+        & (position.base_height_above_lower_face < landing.lowest_point_height_above_lower_face)
+        else landing.lowest_point_height_above_lower_face
     )
     highest = (
-        position.z
-        if (position.stiffness_share > 0.0) & (position.z > landing.highest_point_height)
-        else landing.highest_point_height
+        position.base_height_above_lower_face
+        if (position.joint_stiffness_share > 0.0)
+        & (position.base_height_above_lower_face > landing.highest_point_height_above_lower_face)
+        else landing.highest_point_height_above_lower_face
     )
-    counts = point.stiffness_share > 0.0
+    counts = point.joint_stiffness_share > 0.0
     left = (
         point.remaining_flat_landing_time
-        if counts & (point.remaining_flat_landing_time < landing.shortest)
-        else landing.shortest
+        if counts & (point.remaining_flat_landing_time < landing.shortest_time_of_points)
+        else landing.shortest_time_of_points
     )
     longest = longest_landing_time_including_point(
-        landing.longest, point.remaining_flat_landing_time, point.penetration
+        landing.longest_time_of_loaded_points, point.remaining_flat_landing_time, point.penetration
     )
-    return RemainingFlatLandingTimes(left, longest if counts else landing.longest, lowest, highest)
+    return RemainingFlatLandingTimes(
+        left, longest if counts else landing.longest_time_of_loaded_points, lowest, highest
+    )
 
 
 @njit(**INLINE_OPTIONS)
@@ -101,4 +115,8 @@ def remaining_landing_time_of_new_contact(joint: JointConstants, landing: Remain
 
     It is that of the points already in contact, or the full duration if there are none.
     """
-    return joint.landing_duration if landing.longest == LANDING_TIME_VALUE_FOR_BASE_IN_AIR else landing.longest
+    return (
+        joint.flat_landing_duration_s
+        if landing.longest_time_of_loaded_points == LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
+        else landing.longest_time_of_loaded_points
+    )

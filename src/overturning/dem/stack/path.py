@@ -23,17 +23,17 @@ from overturning.dem.stack.access import (
     load_shaking,
     load_stone,
     load_time,
-    stone_window,
+    slice_stone_rows,
 )
 from overturning.model.results import CaseResults
 from overturning.model.stack import STACK_VARIABLES
 from overturning.model.stack_stones import StackStone
 from overturning.units import STANDARD_GRAVITY
 
-TRAJECTORY_COLUMNS_BEFORE_STONES: Final = 4
+TRAJECTORY_COLUMN_COUNT_BEFORE_STONES: Final = 4
 """Columns of a row before those of the stones: time (s), and base acceleration along x, y and z (m/s²)."""
 
-TRAJECTORY_COLUMNS_PER_STONE: Final = 14
+TRAJECTORY_COLUMN_COUNT_PER_STONE: Final = 14
 """Columns of a stone: position (3), quaternion (4), velocity (3), angular velocity (3), and 1 until it has fallen."""
 
 
@@ -41,20 +41,20 @@ TRAJECTORY_COLUMNS_PER_STONE: Final = 14
 class StackTrajectory:
     """Trajectory of a 3-D stack in one case, in the frame that moves with the base."""
 
-    rows: FloatArray  # shape (times, COLUMNS_BEFORE_STONES + COLUMNS_PER_STONE · stones)
-    orientation_direction_cosines: tuple[float, float]  # direction cosines of the orientation, north and east
+    rows: FloatArray  # shape (times, 4 + 14 · stones): see the numbers of columns above
+    orientation_cosines_north_east: tuple[float, float]  # direction cosines of the orientation, north and east
     stones_at_rest: list[StackStone]
-    default_element_name: str  # name of the element that is shown by default
-    critical_angles: FloatArray  # critical angle of each stone, rad, shape (stones,)
+    name_of_element_shown_by_default: str  # name of the element that is shown by default
+    critical_angles_rad: FloatArray  # critical angle of each stone, rad, shape (stones,)
 
     def variables_coordinates_and_attributes(
         self, results: CaseResults
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return the variables (with the case's outcomes), coordinates and attributes of the trajectory's dataset."""
-        to_east_north_up = partial(rotate_to_east_north_up, direction_cosines=self.orientation_direction_cosines)
+        to_east_north_up = partial(rotate_to_east_north_up, direction_cosines=self.orientation_cosines_north_east)
 
-        columns = self.rows[:, TRAJECTORY_COLUMNS_BEFORE_STONES:].reshape(
-            len(self.rows), len(self.stones_at_rest), TRAJECTORY_COLUMNS_PER_STONE
+        columns = self.rows[:, TRAJECTORY_COLUMN_COUNT_BEFORE_STONES:].reshape(
+            len(self.rows), len(self.stones_at_rest), TRAJECTORY_COLUMN_COUNT_PER_STONE
         )
         quaternion, present = columns[:, :, 3:7], columns[:, :, 13]
         axis = to_east_north_up(axes_that_are_vertical_at_rest(quaternion))
@@ -86,7 +86,7 @@ class StackTrajectory:
             "tilt_east": dataset_variable_tuple(
                 "time element", axis[..., 0], "1", "eastward component of the stone's axis"
             ),
-            "critical_angle": dataset_variable_tuple("element", self.critical_angles, "rad", "critical angle"),
+            "critical_angle": dataset_variable_tuple("element", self.critical_angles_rad, "rad", "critical angle"),
             "simulated": dataset_variable_tuple(
                 "time element", present, "1", "1 until the stone has fallen; then it is drawn in free flight"
             ),
@@ -111,7 +111,7 @@ class StackTrajectory:
             "enu": ("enu", ["east", "north", "up"]),
         }
         weight = STANDARD_GRAVITY * sum(stone.mass for stone in self.stones_at_rest)
-        return variables, coordinates, {"reference": self.default_element_name, "weight": weight}
+        return variables, coordinates, {"reference": self.name_of_element_shown_by_default, "weight": weight}
 
 
 def extend_trajectory_by_its_last_row(
@@ -128,8 +128,8 @@ def extend_trajectory_by_its_last_row(
     check_trajectory_size((len(rows) + count) * rows.shape[1])
     more = np.repeat(rows[-1:], int(count), axis=0)
     more[:, 0] += sampling_interval * np.arange(1, len(more) + 1)
-    columns = more[:, TRAJECTORY_COLUMNS_BEFORE_STONES:].reshape(
-        len(more), has_fallen.size, TRAJECTORY_COLUMNS_PER_STONE
+    columns = more[:, TRAJECTORY_COLUMN_COUNT_BEFORE_STONES:].reshape(
+        len(more), has_fallen.size, TRAJECTORY_COLUMN_COUNT_PER_STONE
     )
     columns[:, has_fallen, 13] = 0.0
     return np.concatenate([rows, more])
@@ -140,12 +140,16 @@ def fill_in_free_flights(rows: FloatArray, stones: list[StackStone]) -> None:
 
     A stone that has fallen is not simulated any more; its path is drawn only.
     """
-    columns = rows[:, TRAJECTORY_COLUMNS_BEFORE_STONES:].reshape(len(rows), len(stones), TRAJECTORY_COLUMNS_PER_STONE)
+    columns = rows[:, TRAJECTORY_COLUMN_COUNT_BEFORE_STONES:].reshape(
+        len(rows), len(stones), TRAJECTORY_COLUMN_COUNT_PER_STONE
+    )
     for index, stone in enumerate(stones):
         gone = np.flatnonzero(columns[:, index, 13] == 0.0)
         if gone.size:
             begin = max(int(gone[0]) - 1, 0)
-            _fill_in_stone_free_flight(columns[begin:, index], rows[begin:, :TRAJECTORY_COLUMNS_BEFORE_STONES], stone)
+            _fill_in_stone_free_flight(
+                columns[begin:, index], rows[begin:, :TRAJECTORY_COLUMN_COUNT_BEFORE_STONES], stone
+            )
 
 
 def _fill_in_stone_free_flight(columns: FloatArray, time_and_base_acceleration: FloatArray, stone: StackStone) -> None:
@@ -187,15 +191,15 @@ def record_motion_of_first_stack(
     )
     trajectory_row[3] = base_acceleration_at_tick(shaking.upward_base_acceleration, time.ticks_since_sample_start)
     for s in range(stone_count):
-        constants, stone = load_constants(stone_window(state, s), 0), load_stone(stone_window(state, s), 0)
+        constants, stone = load_constants(slice_stone_rows(state, s), 0), load_stone(slice_stone_rows(state, s), 0)
         spin, at = (
             angular_velocity_from_momentum(
-                constants.inverse_inertia, rotation_matrix(stone.rotation), stone.angular_momentum
+                constants.inverse_of_inertia_per_mass, rotation_matrix(stone.rotation), stone.angular_momentum_per_mass
             ),
-            TRAJECTORY_COLUMNS_BEFORE_STONES + TRAJECTORY_COLUMNS_PER_STONE * s,
+            TRAJECTORY_COLUMN_COUNT_BEFORE_STONES + TRAJECTORY_COLUMN_COUNT_PER_STONE * s,
         )
-        trajectory_row[at], trajectory_row[at + 1], trajectory_row[at + 2] = stone.position
+        trajectory_row[at], trajectory_row[at + 1], trajectory_row[at + 2] = stone.centre_position
         trajectory_row[at + 3], trajectory_row[at + 4], trajectory_row[at + 5], trajectory_row[at + 6] = stone.rotation
-        trajectory_row[at + 7], trajectory_row[at + 8], trajectory_row[at + 9] = stone.velocity
+        trajectory_row[at + 7], trajectory_row[at + 8], trajectory_row[at + 9] = stone.velocity_relative_to_base
         trajectory_row[at + 10], trajectory_row[at + 11], trajectory_row[at + 12] = spin
-        trajectory_row[at + 13] = load_outcome(stone_window(state, s), 0).is_simulated
+        trajectory_row[at + 13] = load_outcome(slice_stone_rows(state, s), 0).is_simulated

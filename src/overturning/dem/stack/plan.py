@@ -29,8 +29,8 @@ from overturning.dem.quiet import (
     dynamic_overshoot_bound,
 )
 from overturning.dem.stack.path import (
-    TRAJECTORY_COLUMNS_BEFORE_STONES,
-    TRAJECTORY_COLUMNS_PER_STONE,
+    TRAJECTORY_COLUMN_COUNT_BEFORE_STONES,
+    TRAJECTORY_COLUMN_COUNT_PER_STONE,
     StackTrajectory,
     extend_trajectory_by_its_last_row,
     fill_in_free_flights,
@@ -63,7 +63,7 @@ from overturning.units import STANDARD_GRAVITY
 MAX_SHORTEST_STEP_TICKS: Final = TICKS_PER_WHOLE_STEP / 512.0
 """Longest finest step, ticks, also where the contacts vibrate slowly: the landing of a stone needs it."""
 
-WHOLE_STEP_RATIO_TO_SINGLE_BODY: Final = 2.0
+STACK_TO_BODY_WHOLE_STEP_RATIO: Final = 2.0
 """Whole step over that of a single 3-D body.
 
 Flags, fall azimuths and peak tilts of three stones are as near to those of steps divided by 8 as with 1.0."""
@@ -76,18 +76,18 @@ class StackSimulationPlan(SimulationPlan3D):
     result_dtype: ClassVar[Any] = RESULT_TABLE_DTYPE
     time_column: ClassVar[Any] = (..., 0)
     base_acceleration_columns: ClassVar[Any] = ((..., 1), (..., 2), (..., 3))
-    ticks_per_step: ClassVar[float] = TICKS_PER_WHOLE_STEP
+    ticks_per_whole_step: ClassVar[float] = TICKS_PER_WHOLE_STEP
 
     model: Stack
-    stones: NDArray[np.void]  # shape (stacks, stones)
-    joints: NDArray[np.void]  # shape (stacks, stones)
-    face_corners: FloatArray  # shape (stacks, stones, 2, corners, 6): base and upper face of each stone
-    corner_counts: NDArray[np.int64]  # number of corners of the faces of each stone, shape (stones,)
-    friction: FloatArray  # shape (n, stones)
+    stones_by_stack: NDArray[np.void]  # shape (stacks, stones)
+    joints_by_stack: NDArray[np.void]  # shape (stacks, stones)
+    face_corners_by_stack: FloatArray  # shape (stacks, stones, 2, corners, 6): base and upper face of each stone
+    corner_counts_by_stone: NDArray[np.int64]  # number of corners of the faces of each stone, shape (stones,)
+    friction_by_case_and_joint: FloatArray  # shape (n, stones)
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
         """Return the tables that the kernel fills: ``results``, shape (cases,), and ``each``, shape (cases, stones)."""
-        each = np.zeros((case_count, self.stones.shape[1]), STONE_RESULT_TABLE_DTYPE)
+        each = np.zeros((case_count, self.stones_by_stack.shape[1]), STONE_RESULT_TABLE_DTYPE)
         return {"results": np.zeros(case_count, RESULT_TABLE_DTYPE), "each": each}
 
     def kernel_input(
@@ -99,9 +99,14 @@ class StackSimulationPlan(SimulationPlan3D):
         """
         queued = self.kernel_input_fields_3d(case_numbers, result_tables, step_divisor, PARALLEL_CASE_COUNT)
         return StackKernelInput(
-            **queued, stone_results=result_tables["each"], friction=self.friction[case_numbers], stones=self.stones,
-            joints=self.joints, corner_counts=self.corner_counts, face_corners=self.face_corners,
-        )  # fmt: skip
+            **queued,
+            stone_results=result_tables["each"],
+            friction_by_case_and_joint=self.friction_by_case_and_joint[case_numbers],
+            stones_by_stack=self.stones_by_stack,
+            joints_by_stack=self.joints_by_stack,
+            corner_counts_by_stone=self.corner_counts_by_stone,
+            face_corners_by_stack=self.face_corners_by_stack,
+        )
 
     def case_outcome_variables(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
@@ -110,9 +115,9 @@ class StackSimulationPlan(SimulationPlan3D):
         orientation = np.asarray(self.cases.azimuth_deg)[case_numbers]
         # Slip is counted from the position at rest.
         each, stack = result_tables["each"].copy(), self.case_table["stack"][case_numbers]
-        each["slip_x"] -= base_x_offsets_from_support_at_rest(self.stones)[stack]
+        each["slip_x_on_support_at_end"] -= base_x_offsets_from_support_at_rest(self.stones_by_stack)[stack]
         return outcome_variables_of_stacks(
-            result_tables["results"], each, orientation, self.orientation_cosines[case_numbers]
+            result_tables["results"], each, orientation, self.orientation_cosines_north_east[case_numbers]
         )
 
     def create_trajectory_buffer(self, is_recorded: bool) -> FloatArray:
@@ -120,7 +125,9 @@ class StackSimulationPlan(SimulationPlan3D):
 
         It has no rows unless `is_recorded`.
         """
-        columns = TRAJECTORY_COLUMNS_BEFORE_STONES + TRAJECTORY_COLUMNS_PER_STONE * self.stones.shape[1]
+        columns = (
+            TRAJECTORY_COLUMN_COUNT_BEFORE_STONES + TRAJECTORY_COLUMN_COUNT_PER_STONE * self.stones_by_stack.shape[1]
+        )
         rows = (
             int(self.case_table[0]["end_sample_if_undecided"] - self.first_simulated_sample[0]) + 3
             if is_recorded
@@ -131,13 +138,17 @@ class StackSimulationPlan(SimulationPlan3D):
 
     def trajectory_rows_at_rest(self, sample_count: int) -> FloatArray:
         """Return trajectory rows with the stack at rest, one for each of the first `sample_count` samples."""
-        count, amplitude = self.stones.shape[1], float(self.case_table[0]["amplitude_factor"])
-        rows = np.zeros((sample_count, TRAJECTORY_COLUMNS_BEFORE_STONES + TRAJECTORY_COLUMNS_PER_STONE * count))
+        count, amplitude = self.stones_by_stack.shape[1], float(self.case_table[0]["amplitude_factor"])
+        rows = np.zeros(
+            (sample_count, TRAJECTORY_COLUMN_COUNT_BEFORE_STONES + TRAJECTORY_COLUMN_COUNT_PER_STONE * count)
+        )
         rows[:, 0] = np.arange(sample_count) * self.motion.sampling_interval
         rows[:, 1:3] = self.base_accelerations[0, :, :sample_count].T * amplitude
         rows[:, 3] = self.vertical_base_acceleration[:sample_count] * amplitude
         for stone, columns in zip(
-            self.stones[0], np.split(rows[:, TRAJECTORY_COLUMNS_BEFORE_STONES:], count, axis=1), strict=True
+            self.stones_by_stack[0],
+            np.split(rows[:, TRAJECTORY_COLUMN_COUNT_BEFORE_STONES:], count, axis=1),
+            strict=True,
         ):
             columns[:, 0:7] = [stone["start"][name] for name in ("x", "y", "z", "qw", "qx", "qy", "qz")]
             columns[:, 13] = 1.0
@@ -159,8 +170,8 @@ class StackSimulationPlan(SimulationPlan3D):
 
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> StackTrajectory:
         """Convert the kernel's output rows of the plan's only case to a `StackTrajectory`."""
-        cosine, sine = self.orientation_cosines[0].tolist()
-        critical = np.arcsin(np.sqrt(self.stones[0]["critical_lean_squared_sine"]))
+        cosine, sine = self.orientation_cosines_north_east[0].tolist()
+        critical = np.arcsin(np.sqrt(self.stones_by_stack[0]["critical_lean_squared_sine_on_contact_patch"]))
         reference = self.model.scene.name_of_element_shown_by_default
         return StackTrajectory(trajectory_rows, (cosine, sine), self._stones_of_first_case, reference, critical)
 
@@ -256,7 +267,7 @@ def plan_stack_simulation(
         for stones, table in zip(stacks, joints, strict=True)
     ])  # fmt: skip
     delay = np.array([float(table.dashpot_to_stiffness_ratios.max()) for table in joints])
-    foot, reach = tables["centre_height"], tables["side_distance"]
+    foot, reach = tables["centre_height"], tables["nearest_base_side_distance"]
     # Not np.hypot: its last digit differs between processors.
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY)).min(axis=1)
     # The slowest rocking is that of all stones above a joint.
@@ -270,7 +281,7 @@ def plan_stack_simulation(
     interval, samples = motion.sampling_interval, motion.sample_count
     rate = (square * delay)[which] * np.asarray(cases.damping_factor)
     steps, pace = steps_per_sample_and_step_control(
-        numerics, square[which], rate, interval, WHOLE_STEP_RATIO_TO_SINGLE_BODY * period[which], STACK_STEP_CONTROL
+        numerics, square[which], rate, interval, STACK_TO_BODY_WHOLE_STEP_RATIO * period[which], STACK_STEP_CONTROL
     )
     pace["shortest_step"] = np.minimum(pace["shortest_step"], MAX_SHORTEST_STEP_TICKS)
     # When the vibration of a light stone has decayed, that of the heavy stones around it goes on.
@@ -314,10 +325,21 @@ def plan_stack_simulation(
         case_table[name] = values
     penetration = np.array([float(table.mean_penetration_at_rest.max()) for table in joints])
     return StackSimulationPlan(
-        model=model, motion=motion, cases=cases, numerics=numerics, stones=tables, friction=friction,
-        joints=np.stack([table.joint_table for table in joints]), face_corners=_face_corner_table(stacks),
-        corner_counts=np.array([len(stone.base_corners) for stone in stacks[0]]), orientation_cosines=cosines,
-        motion_rows=row, base_accelerations=along, steps=steps, first_simulated_sample=first,
-        case_table=case_table, stays_at_rest=at_rest,
+        model=model,
+        motion=motion,
+        cases=cases,
+        numerics=numerics,
+        stones_by_stack=tables,
+        friction_by_case_and_joint=friction,
+        joints_by_stack=np.stack([table.joint_table for table in joints]),
+        face_corners_by_stack=_face_corner_table(stacks),
+        corner_counts_by_stone=np.array([len(stone.base_corners) for stone in stacks[0]]),
+        orientation_cosines_north_east=cosines,
+        motion_rows=row,
+        base_accelerations=along,
+        steps=steps,
+        first_simulated_sample=first,
+        case_table=case_table,
+        stays_at_rest=at_rest,
         has_too_soft_contacts=exceeds_penetration_limit(penetration, 2.0 * np.minimum(foot, reach).min(axis=1))[which],
-    )  # fmt: skip
+    )

@@ -4,7 +4,7 @@ from typing import Any, Final
 
 from numba import njit
 
-from overturning.dem.body.state import LANDING_TIME_VALUE_FOR_BASE_IN_AIR, rotate_body_over_step
+from overturning.dem.body.state import LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, rotate_body_over_step
 from overturning.dem.body.vectors import (
     SymmetricMatrix,
     Vector3,
@@ -64,7 +64,7 @@ from overturning.dem.stack.joint import joint_equation_terms, predict_friction
 from overturning.dem.stack.joint_point import normal_force_sum_terms_of_point, predicted_force_per_share_and_contact
 from overturning.dem.stack.joint_state import JointNormalForceSums, RemainingFlatLandingTimes
 from overturning.dem.stack.landing import (
-    LANDING_TIME_WITHOUT_POINTS,
+    SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
     contact_points_land_together,
     include_point_in_landing_times_and_heights,
     point_contact_is_deferred,
@@ -97,7 +97,8 @@ no_sum, no_wrench = (
     create_elementwise_tuple_functions(StoneContactForceSums).zero,
     create_elementwise_tuple_functions(Wrench).zero,
 )
-MAX_VIBRATION_RESOLVING_STEP_RATIO: Final = STACK_STEP_CONTROL.max_step_using_predicted_forces
+MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = STACK_STEP_CONTROL.max_step_using_predicted_forces
+"""Longest step that uses predicted forces for contact and slip, as a multiple of the finest step."""
 
 
 @njit(**INLINE_OPTIONS)
@@ -105,14 +106,14 @@ def predict_stone_at_step_end(inverse: SymmetricMatrix, state: StoneState, step_
     """Predict pose and velocities of a stone at the end of a step, with constant force and moment."""
     half = 0.5 * step_length
     v, momentum = (
-        extrapolate_vector(state.velocity, half, state.acceleration),
-        extrapolate_vector(state.angular_momentum, half, state.moment),
+        extrapolate_vector(state.velocity_relative_to_base, half, state.acceleration_relative_to_base),
+        extrapolate_vector(state.angular_momentum_per_mass, half, state.contact_moment_per_mass),
     )
-    turn, spin = rotate_body_over_step(inverse, state.rotation, momentum, state.moment, step_length)
+    turn, spin = rotate_body_over_step(inverse, state.rotation, momentum, state.contact_moment_per_mass, step_length)
     return PredictedStone(
-        position=extrapolate_vector(state.position, step_length, v), rotation=turn, half_step_velocity=v,
-        half_step_angular_momentum=momentum,
-        end_velocity=extrapolate_vector(v, half, state.acceleration), end_angular_velocity=spin,
+        position=extrapolate_vector(state.centre_position, step_length, v), rotation=turn, velocity_at_half_step=v,
+        angular_momentum_per_mass_at_half_step=momentum,
+        end_velocity=extrapolate_vector(v, half, state.acceleration_relative_to_base), end_angular_velocity=spin,
     )  # fmt: skip
 
 
@@ -135,7 +136,9 @@ def predict_inertial_acceleration(case_rows: Any, lane_count: int, ticks_per_sam
         store_time(
             case_rows,
             j,
-            StackClockWithinSample(time.ticks_since_sample_start, 0.5 * (load_case(case_rows, j).tick_length * length)),
+            StackClockWithinSample(
+                time.ticks_since_sample_start, 0.5 * (load_case(case_rows, j).tick_length_s * length)
+            ),
         )
         store_findings(case_rows, j, no_findings())
         store_losses(case_rows, j, no_losses())
@@ -148,8 +151,12 @@ def predict_stone_motion_and_equations(case_rows: Any, rows: Any, lane_count: in
     The prediction is of its pose and velocities.
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        constants, state, half = load_constants(rows, j), load_stone(rows, j), load_time(case_rows, j).half_step
-        predicted = predict_stone_at_step_end(constants.inverse_inertia, state, 2.0 * half)
+        constants, state, half = (
+            load_constants(rows, j),
+            load_stone(rows, j),
+            load_time(case_rows, j).half_step_length_s,
+        )
+        predicted = predict_stone_at_step_end(constants.inverse_of_inertia_per_mass, state, 2.0 * half)
         axes = rotation_matrix(predicted.rotation)
         store_predicted(rows, j, predicted)
         store_axes(rows, j, axes)
@@ -157,7 +164,7 @@ def predict_stone_motion_and_equations(case_rows: Any, rows: Any, lane_count: in
             mass_matrix_of_stone(constants.mass, constants.inertia_per_mass, axes),
             right_side_of_stone_equations(
                 half, constants.mass, no_wrench(), load_inertial(case_rows, j),
-                Wrench(state.acceleration, state.moment),
+                Wrench(state.acceleration_relative_to_base, state.contact_moment_per_mass),
             ),
         ))  # fmt: skip
         store_sum(rows, j, no_sum())
@@ -168,12 +175,17 @@ def clear_joint_sums(joint_rows: Any, lane_count: int) -> None:
     """Reset the sums over the contact points of a stone with its support, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
         # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
-        longest = 0.0 if load_history(joint_rows, j).normal_force > 0.0 else LANDING_TIME_VALUE_FOR_BASE_IN_AIR
+        longest = (
+            0.0 if load_history(joint_rows, j).normal_force > 0.0 else LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
+        )
         store_landing(
             joint_rows,
             j,
             RemainingFlatLandingTimes(
-                LANDING_TIME_WITHOUT_POINTS, longest, LANDING_TIME_WITHOUT_POINTS, -LANDING_TIME_WITHOUT_POINTS
+                SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
+                longest,
+                SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
+                -SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
             ),
         )
         store_normal(joint_rows, j, no_normal())
@@ -197,11 +209,15 @@ def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
     """Predict the normal force at one contact point of two stones and add it to their sums, for all stacks."""
     for j in range(round_to_vector_multiple(lane_count)):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
-        landing, old, half = load_landing(joint_rows, j), load_point(point, j), load_time(case_rows, j).half_step
-        waits = point_contact_is_deferred(joint, landing, place, old, frame.min_rim_distance)
+        landing, old, half = (
+            load_landing(joint_rows, j),
+            load_point(point, j),
+            load_time(case_rows, j).half_step_length_s,
+        )
+        waits = point_contact_is_deferred(joint, landing, place, old, frame.min_base_corner_distance_inside_rim)
         fine = (
             load_attempt(case_rows, j).length_in_ticks
-            <= MAX_VIBRATION_RESOLVING_STEP_RATIO * load_clock(case_rows, j).shortest_step
+            <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_clock(case_rows, j).shortest_step
         )
         pressure, on = predicted_force_per_share_and_contact(
             joint, frame, place, old, (fine, contact_points_land_together(landing), waits)
@@ -217,17 +233,17 @@ def predict_joint_friction(case_rows: Any, upper_rows: Any, joint_rows: Any, lan
         joint, frame, sums = load_joint(joint_rows, j), load_frame(joint_rows, j), load_normal(joint_rows, j)
         old, half, flat = (
             load_history(joint_rows, j),
-            load_time(case_rows, j).half_step,
+            load_time(case_rows, j).half_step_length_s,
             contact_points_land_together(load_landing(joint_rows, j)),
         )
         fine = (
             load_attempt(case_rows, j).length_in_ticks
-            <= MAX_VIBRATION_RESOLVING_STEP_RATIO * load_clock(case_rows, j).shortest_step
+            <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_clock(case_rows, j).shortest_step
         )
         foot = load_constants(upper_rows, j).centre_height
         friction = predict_friction(joint, frame, sums, old, half, (fine, flat, foot))
         store_friction(joint_rows, j, friction)
-        normal = sums.force if fine else old.normal_force
+        normal = sums.normal_force if fine else old.normal_force
         store_equations(joint_rows, j, joint_equation_terms(joint, sums, friction, half, normal))
 
 
@@ -251,7 +267,7 @@ def eliminate_upper_stone_of_each_stack(
         below, origin = load_predicted(lower_rows, j), load_joint_pose(joint_rows, j).origin
         solution, rest = eliminate_stone_from_equations(
             load_diagonal(upper_rows, j), load_diagonal(lower_rows, j), load_equations(joint_rows, j),
-            load_time(case_rows, j).half_step, minus(origin, load_predicted(upper_rows, j).position),
+            load_time(case_rows, j).half_step_length_s, minus(origin, load_predicted(upper_rows, j).position),
             minus(origin, below.position),
         )  # fmt: skip
         store_elimination(upper_rows, j, solution)
@@ -264,9 +280,9 @@ def solve_velocity_corrections_of_lowest_stones(case_rows: Any, rows: Any, joint
     for j in range(round_to_vector_multiple(lane_count)):
         arm = scale_vector(-1.0, load_predicted(rows, j).position)
         e = solve_velocity_correction_of_lowest_stone(
-            load_diagonal(rows, j), load_equations(joint_rows, j), load_time(case_rows, j).half_step, arm
+            load_diagonal(rows, j), load_equations(joint_rows, j), load_time(case_rows, j).half_step_length_s, arm
         )
-        store_change(rows, j, StoneVelocityCorrection(e.force, e.moment))
+        store_change(rows, j, StoneVelocityCorrection(e.force_or_velocity, e.moment_or_angular_velocity))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -275,7 +291,9 @@ def compute_upper_stone_velocity_corrections(upper_rows: Any, lower_rows: Any, l
     for j in range(round_to_vector_multiple(lane_count)):
         solution, below = load_elimination(upper_rows, j), load_change(lower_rows, j)
         e = wrench_plus(
-            solution.fixed_part,
-            matrix_6x6_times_wrench(solution.factor_below, Wrench(below.velocity, below.angular_velocity)),
+            solution.constant_part_of_correction,
+            matrix_6x6_times_wrench(
+                solution.factor_of_correction_below, Wrench(below.velocity, below.angular_velocity)
+            ),
         )
-        store_change(upper_rows, j, StoneVelocityCorrection(e.force, e.moment))
+        store_change(upper_rows, j, StoneVelocityCorrection(e.force_or_velocity, e.moment_or_angular_velocity))

@@ -34,15 +34,15 @@ from overturning.dem.stack.access import (
     load_point,
     load_rest,
     load_stone,
-    stone_window,
+    slice_stone_rows,
 )
 from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, POINT_ROW_LAYOUT
 from overturning.dem.stack.landing import (
-    MAX_FLAT_PATCH_HEIGHT_TO_PENETRATION_RATIO,
-    RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT,
+    MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION,
+    MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M,
 )
 from overturning.dem.stack.state import CASE_ROW_LAYOUT, STONE_ROW_LAYOUT, TICKS_PER_WHOLE_STEP, StackRestFlagAndLimits
-from overturning.dem.stack.step import joint_state_size
+from overturning.dem.stack.step import state_array_length_per_joint
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
@@ -51,7 +51,9 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
     JOINT_ROW_LAYOUT.size,
     POINT_ROW_LAYOUT.size,
 )
-MAY_BE_AT_REST_ROW: Final = CASE_ROW_LAYOUT.row_offset_of_field(StackRestFlagAndLimits, "may_be_at_rest")
+MAY_BE_AT_REST_ROW_OFFSET: Final = CASE_ROW_LAYOUT.row_offset_of_field(
+    StackRestFlagAndLimits, "may_be_at_rest_at_sample_start"
+)
 
 MIN_PATCH_WIDTH_TO_LENGTH_RATIO: Final = 1e-3
 """Least width of a contact patch, as a share of its length, whose points give a plane of pressure."""
@@ -69,7 +71,7 @@ class MassAndMassMomentAboveJoint(NamedTuple):
 class StiffnessShareMoments(NamedTuple):
     """Sums over the contact points of two stones: shares of stiffness, and their first and second moments."""
 
-    stiffness_share: float
+    stiffness_share_sum: float
     share_times_x: float
     share_times_y: float
     share_times_xx: float
@@ -79,20 +81,25 @@ class StiffnessShareMoments(NamedTuple):
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def mark_possibly_resting_stacks(state: Any, stone_count: int, active_lane_count: int) -> int:
-    """Mark and count, by a quick test, the stacks that may be at rest (`StackRestFlagAndLimits.may_be_at_rest` = 1)."""
+    """Mark (`may_be_at_rest_at_sample_start` = 1) and count the stacks that may be at rest, by a quick test."""
     number = 0
     for j in range(active_lane_count):
         length = load_attempt(state, j).length_in_ticks
-        most = 1.001 * MAX_RESIDUAL_ACCELERATION_RATIO_AT_REST * load_rest(state, j).max_base_acceleration_g * GRAVITY
-        slow = most * (load_case(state, j).tick_length * length)
+        most = (
+            1.001
+            * MAX_RESIDUAL_ACCELERATION_RATIO_AT_REST
+            * load_rest(state, j).max_base_acceleration_at_rest_g
+            * GRAVITY
+        )
+        slow = most * (load_case(state, j).tick_length_s * length)
         may = (length >= TICKS_PER_WHOLE_STEP) & (most > 0.0)
         for s in range(stone_count):
-            rows = stone_window(state, s)
+            rows = slice_stone_rows(state, s)
             stone, gone = load_stone(rows, j), not load_outcome(rows, j).is_simulated > 0.0
-            a, v = stone.acceleration, stone.velocity
+            a, v = stone.acceleration_relative_to_base, stone.velocity_relative_to_base
             still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most) & (2.0 * abs(v.z) < slow)
             may = may & (still | gone)
-        state[MAY_BE_AT_REST_ROW + j] = 1.0 if may else 0.0
+        state[MAY_BE_AT_REST_ROW_OFFSET + j] = 1.0 if may else 0.0
         number += 1 if may else 0
     return number
 
@@ -103,26 +110,26 @@ def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, max_c
 
     Of a base with more than four corners, some carry nothing while the base lies flat.
     """
-    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(max_corner_count)
+    first, size = CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
     for s in range(stone_count):
-        if not load_outcome(stone_window(state, s), lane).is_simulated > 0.0:
+        if not load_outcome(slice_stone_rows(state, s), lane).is_simulated > 0.0:
             continue
         at = first + s * size
         landing = load_landing(state[at : at + JOINT_SIZE], lane)
         lies_flat = (
-            landing.highest_point_height - landing.lowest_point_height
-            < MAX_FLAT_PATCH_HEIGHT_TO_PENETRATION_RATIO * -landing.lowest_point_height
+            landing.highest_point_height_above_lower_face - landing.lowest_point_height_above_lower_face
+            < MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION * -landing.lowest_point_height_above_lower_face
         )
         if (
-            load_joint(state[at : at + JOINT_SIZE], lane).min_rim_distance_of_waiting_corners
-            < RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT
+            load_joint(state[at : at + JOINT_SIZE], lane).min_rim_distance_for_deferred_contact
+            < MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M
             and lies_flat
         ):
             continue
         for i in range((size - JOINT_SIZE) // P):
             begin = at + JOINT_SIZE + i * P
             point = load_point(state[begin : begin + P], lane)
-            if point.stiffness_share > 1e-3 and not point.force_per_stiffness_share > 0.0:
+            if point.joint_stiffness_share > 1e-3 and not point.force_per_stiffness_share > 0.0:
                 return False
     return True
 
@@ -133,26 +140,29 @@ def moments_of_stiffness_shares(points: Any, lane: int) -> StiffnessShareMoments
     total = StiffnessShareMoments(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(points.size // P):
         rows = points[i * P : (i + 1) * P]
-        w, at = load_point(rows, lane).stiffness_share, load_place(rows, lane)
+        w, at = load_point(rows, lane).joint_stiffness_share, load_place(rows, lane)
         total = StiffnessShareMoments(
-            total.stiffness_share + w, total.share_times_x + w * at.x, total.share_times_y + w * at.y,
-            total.share_times_xx + w * at.x * at.x, total.share_times_xy + w * at.x * at.y,
-            total.share_times_yy + w * at.y * at.y,
-        )  # fmt: skip
+            total.stiffness_share_sum + w,
+            total.share_times_x + w * at.x_in_joint_frame,
+            total.share_times_y + w * at.y_in_joint_frame,
+            total.share_times_xx + w * at.x_in_joint_frame * at.x_in_joint_frame,
+            total.share_times_xy + w * at.x_in_joint_frame * at.y_in_joint_frame,
+            total.share_times_yy + w * at.y_in_joint_frame * at.y_in_joint_frame,
+        )
     return total
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def contact_point_unloading_acceleration(points: Any, lane: int, centre: Vector3) -> float:
+def contact_point_unloading_acceleration_g(points: Any, lane: int, centre: Vector3) -> float:
     """Return the base acceleration over g, in the worst direction, that unloads a contact point of two stones.
 
     `centre` is the centre of mass of the stones above, in the frame of the lower face, m. The pressure is a linear
     function of the position in the contact. The result is 0 for a contact without width, or if a point carries no load.
     """
     total = moments_of_stiffness_shares(points, lane)
-    if not total.stiffness_share > 0.0:
+    if not total.stiffness_share_sum > 0.0:
         return 0.0
-    x, y = total.share_times_x / total.stiffness_share, total.share_times_y / total.stiffness_share
+    x, y = total.share_times_x / total.stiffness_share_sum, total.share_times_y / total.stiffness_share_sum
     xx, xy, yy = (
         total.share_times_xx - total.share_times_x * x,
         total.share_times_xy - total.share_times_x * y,
@@ -164,33 +174,35 @@ def contact_point_unloading_acceleration(points: Any, lane: int, centre: Vector3
     least, off_x, off_y = np.inf, centre.x - x, centre.y - y
     for i in range(points.size // P):
         rows = points[i * P : (i + 1) * P]
-        if not load_point(rows, lane).stiffness_share > 0.0:
+        if not load_point(rows, lane).joint_stiffness_share > 0.0:
             continue
         at = load_place(rows, lane)
-        dx, dy = at.x - x, at.y - y
+        dx, dy = at.x_in_joint_frame - x, at.y_in_joint_frame - y
         gx, gy = (yy * dx - xy * dy) / area, (xx * dy - xy * dx) / area
         # Both per weight of the stones above: pressure at rest, and its change by a base acceleration of 1 g.
-        pressure = 1.0 / total.stiffness_share + (gx * off_x + gy * off_y)
+        pressure = 1.0 / total.stiffness_share_sum + (gx * off_x + gy * off_y)
         change = abs(centre.z) * np.sqrt(gx * gx + gy * gy)
         least = min(least, pressure / change if change > 0.0 else np.inf)
     return max(float(least), 0.0)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def onset_acceleration_of_current_stack_state(state: Any, lane: int, stone_count: int, max_corner_count: int) -> float:
+def onset_acceleration_g_of_current_stack_state(
+    state: Any, lane: int, stone_count: int, max_corner_count: int
+) -> float:
     """Return the base acceleration over g at which a contact of a stack at rest slides, or a contact point unloads.
 
     It follows from the stack as it stands: stones may have slid before, or fallen. The result is 0 if a contact is open
     or slides.
     """
-    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(max_corner_count)
+    first, size = CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
     onset, above = np.inf, MassAndMassMomentAboveJoint(0.0, 0.0, 0.0, 0.0)
     for k in range(stone_count):
         s = stone_count - 1 - k
-        rows = stone_window(state, s)
+        rows = slice_stone_rows(state, s)
         if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
-        mass, place = load_constants(rows, lane).mass, load_stone(rows, lane).position
+        mass, place = load_constants(rows, lane).mass, load_stone(rows, lane).centre_position
         above = MassAndMassMomentAboveJoint(
             above.mass + mass,
             above.mass_times_x + mass * place.x,
@@ -199,17 +211,17 @@ def onset_acceleration_of_current_stack_state(state: Any, lane: int, stone_count
         )
         joint = state[first + s * size : first + (s + 1) * size]
         old, friction = load_history(joint[:JOINT_SIZE], lane), load_joint(joint[:JOINT_SIZE], lane).friction
-        if not old.normal_force > 0.0 or old.has_slid > 0.0:
+        if not old.normal_force > 0.0 or old.slid_in_last_step > 0.0:
             return 0.0
         origin, axes = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
         level = 0.0
         if s > 0:
-            below = stone_window(state, s - 1)
+            below = slice_stone_rows(state, s - 1)
             lower = load_stone(below, lane)
             origin, axes, level = (
-                lower.position,
+                lower.centre_position,
                 rotation_matrix(lower.rotation),
-                load_constants(below, lane).upper_face_height,
+                load_constants(below, lane).upper_face_height_above_centre,
             )
         one = 1.0 / above.mass
         centre = matrix_times_vector(
@@ -217,16 +229,18 @@ def onset_acceleration_of_current_stack_state(state: Any, lane: int, stone_count
             minus(Vector3(one * above.mass_times_x, one * above.mass_times_y, one * above.mass_times_z), origin),
         )
         raised = Vector3(centre.x, centre.y, centre.z - level)
-        onset = min(onset, contact_point_unloading_acceleration(joint[JOINT_SIZE:], lane, raised), friction)
+        onset = min(onset, contact_point_unloading_acceleration_g(joint[JOINT_SIZE:], lane, raised), friction)
     return onset if above.mass > 0.0 else 0.0
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def base_acceleration_limit_of_stack_at_rest(state: Any, lane: int, stone_count: int, max_corner_count: int) -> float:
+def base_acceleration_limit_g_of_stack_at_rest(state: Any, lane: int, stone_count: int, max_corner_count: int) -> float:
     """Return the base acceleration over g up to which a stack at rest stays at rest; 0 if the stack is not at rest."""
     if not all_contact_points_carry_load(state, lane, stone_count, max_corner_count):
         return 0.0
-    limit = load_rest(state, lane).max_share_of_onset_acceleration * onset_acceleration_of_current_stack_state(
+    limit = load_rest(
+        state, lane
+    ).max_share_of_onset_acceleration_at_rest * onset_acceleration_g_of_current_stack_state(
         state, lane, stone_count, max_corner_count
     )
     return limit if limit > 0.0 and stones_stand_upright_and_still(state, lane, stone_count, limit) else 0.0
@@ -235,22 +249,26 @@ def base_acceleration_limit_of_stack_at_rest(state: Any, lane: int, stone_count:
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def stones_stand_upright_and_still(state: Any, lane: int, stone_count: int, rest_limit: float) -> bool:
     """True if all stones that have not fallen stand upright, with speeds and accelerations of a stack at rest."""
-    step = load_case(state, lane).tick_length * load_attempt(state, lane).length_in_ticks
+    step = load_case(state, lane).tick_length_s * load_attempt(state, lane).length_in_ticks
     for s in range(stone_count):
-        rows = stone_window(state, s)
+        rows = slice_stone_rows(state, s)
         if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
-        axes, arm = rotation_matrix(stone.rotation), constants.centre_height + constants.upper_face_height
-        spin = angular_velocity_from_momentum(constants.inverse_inertia, axes, stone.angular_momentum)
-        turning = angular_velocity_from_momentum(constants.inverse_inertia, axes, stone.moment)
-        speed = vector_length(stone.velocity) + arm * vector_length(spin)
-        acceleration = vector_length(stone.acceleration) + arm * vector_length(turning)
+        axes, arm = rotation_matrix(stone.rotation), constants.centre_height + constants.upper_face_height_above_centre
+        spin = angular_velocity_from_momentum(
+            constants.inverse_of_inertia_per_mass, axes, stone.angular_momentum_per_mass
+        )
+        turning = angular_velocity_from_momentum(
+            constants.inverse_of_inertia_per_mass, axes, stone.contact_moment_per_mass
+        )
+        speed = vector_length(stone.velocity_relative_to_base) + arm * vector_length(spin)
+        acceleration = vector_length(stone.acceleration_relative_to_base) + arm * vector_length(turning)
         if not body_is_still(speed, acceleration, step, rest_limit):
             return False
         if (
             not lean_as_squared_sine(axes)
-            < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * constants.critical_lean_squared_sine
+            < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * constants.critical_lean_squared_sine_on_contact_patch
         ):
             return False
     return True
@@ -263,19 +281,25 @@ def time_until_upright_stack_stops_sliding(state: Any, lane: int, stone_count: i
     The result is 0 if a stone leans, or if no contact would slide farther than `NEGLIGIBLE_REMAINING_SLIP_M` before it
     stops.
     """
-    longest, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(max_corner_count)
+    longest, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
     for s in range(stone_count):
-        rows = stone_window(state, s)
+        rows = slice_stone_rows(state, s)
         if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
         if lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).rotation)) >= (
-            MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * load_constants(rows, lane).critical_lean_squared_sine
+            MAX_TILT_RATIO_AT_REST
+            * MAX_TILT_RATIO_AT_REST
+            * load_constants(rows, lane).critical_lean_squared_sine_on_contact_patch
         ):
             return 0.0
         joint = state[first + s * size : first + s * size + JOINT_SIZE]
         old, deceleration = load_history(joint, lane), GRAVITY * load_joint(joint, lane).friction
-        v = old.velocity
-        square = v.x * v.x + v.y * v.y + v.twist * v.twist
-        if old.has_slid > 0.0 and deceleration > 0.0 and square >= 2.0 * NEGLIGIBLE_REMAINING_SLIP_M * deceleration:
+        v = old.slip_velocity_at_pressure_centre
+        square = v.x * v.x + v.y * v.y + v.twist_times_radius * v.twist_times_radius
+        if (
+            old.slid_in_last_step > 0.0
+            and deceleration > 0.0
+            and square >= 2.0 * NEGLIGIBLE_REMAINING_SLIP_M * deceleration
+        ):
             longest = max(longest, np.sqrt(square) / deceleration)
     return longest

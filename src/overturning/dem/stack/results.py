@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.results import rounded_degrees, tilt_deg_from_squared_sine
+from overturning.dem.body.results import degrees_rounded_to_9_decimals, tilt_deg_from_squared_sine
 from overturning.model.status import CaseStatus
 
 
@@ -30,24 +30,29 @@ def outcome_variables_of_stacks(
     with np.errstate(invalid="ignore", over="ignore"):
         fell = (results["status"] == CaseStatus.SIMULATED)[:, None] & (stone_results["fallen"] > 0)
         azimuth = np.mod(
-            orientation_deg[:, None] - rounded_degrees(np.arctan2(stone_results["top_y"], stone_results["top_x"])),
+            orientation_deg[:, None]
+            - degrees_rounded_to_9_decimals(
+                np.arctan2(stone_results["stone_axis_y_at_end"], stone_results["stone_axis_x_at_end"])
+            ),
             360.0,
         )
         north, east = direction_cosines[:, :1], direction_cosines[:, 1:]
         # From the axes of what the stone stands on at the end to those of the orientation.
         cosine, sine = stone_results["support_twist_cosine"], stone_results["support_twist_sine"]
-        x = cosine * stone_results["slip_x"] - sine * stone_results["slip_y"]
-        y = sine * stone_results["slip_x"] + cosine * stone_results["slip_y"]
+        x = cosine * stone_results["slip_x_on_support_at_end"] - sine * stone_results["slip_y_on_support_at_end"]
+        y = sine * stone_results["slip_x_on_support_at_end"] + cosine * stone_results["slip_y_on_support_at_end"]
         found = {
             "overturned": fell,
             "status": results["status"],
             "fall_azimuth": np.where(fell, azimuth, np.nan),
             "peak_tilt": tilt_deg_from_squared_sine(stone_results["peak_lean_squared_sine"]),
-            "overturning_time": np.where(fell, stone_results["overturning_time"], np.nan),
+            "overturning_time": np.where(fell, stone_results["last_upright_time_if_fallen"], np.nan),
             "residual_slip_north": np.where(fell, np.nan, x * north + y * east),
             "residual_slip_east": np.where(fell, np.nan, x * east - y * north),
-            "residual_twist": np.where(fell, np.nan, -rounded_degrees(stone_results["twist"])),
-            "slid_off": fell & (stone_results["slid_off"] > 0),
+            "residual_twist": np.where(
+                fell, np.nan, -degrees_rounded_to_9_decimals(stone_results["twist_relative_to_support_rad"])
+            ),
+            "slid_off": fell & (stone_results["slid_off_support"] > 0),
             "peak_penetration": results["peak_penetration"],
             "energy_error": results["energy_error"],
             "block_steps": results["block_steps"],

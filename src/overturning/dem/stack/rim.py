@@ -43,15 +43,16 @@ from overturning.dem.stack.access import (
     store_place,
     store_rim,
 )
+from overturning.dem.stack.clip import slice_contact_point_rows
 from overturning.dem.stack.joint_state import (
     ContactNormalSums,
     ContactPointPosition,
     JointFrameAxesAndOrigin,
     JointRelativeMotion,
 )
-from overturning.dem.stack.patch import point_window, relative_motion_in_contact_frame
+from overturning.dem.stack.patch import relative_motion_in_contact_frame
 
-MIN_OVERHANG_RATIO_FOR_FULL_RIM_NORMAL: Final = 0.005
+MIN_OVERHANG_TO_SIDE_DISTANCE_FOR_RIM_NORMAL: Final = 0.005
 """Overhang from which the rim's normal counts in full, as a share of the distance of that side from the centre.
 
 Below it the normal turns in proportion, so that forces are continuous when a corner passes the rim."""
@@ -70,9 +71,9 @@ def contact_normal_weight_of_rim_side(overhang: float, reach: float) -> float:
     """Return the weight, 0 to 1, with which the normal at a side of the lower face's rim counts in the contact normal.
 
     It is proportional to the overhang of the upper base, and 1 from an overhang of
-    `MIN_OVERHANG_RATIO_FOR_FULL_RIM_NORMAL` times the distance `reach` of the side from the centre.
+    `MIN_OVERHANG_TO_SIDE_DISTANCE_FOR_RIM_NORMAL` times the distance `reach` of the side from the centre.
     """
-    share = overhang / (MIN_OVERHANG_RATIO_FOR_FULL_RIM_NORMAL * reach)
+    share = overhang / (MIN_OVERHANG_TO_SIDE_DISTANCE_FOR_RIM_NORMAL * reach)
     share = share if share > 0.0 else 0.0
     return share if share < 1.0 else 1.0
 
@@ -82,11 +83,16 @@ def add_point_to_contact_normal_sums(
     rim: ContactNormalSums, place: ContactPointPosition, slope: tuple[float, float]
 ) -> ContactNormalSums:
     """Return the sums for the normal of contact with one more contact point, whose normal has the slope `slope`."""
-    load = place.stiffness_share * (-place.z if place.z < 0.0 else 0.0)
+    load = place.joint_stiffness_share * (
+        -place.base_height_above_lower_face if place.base_height_above_lower_face < 0.0 else 0.0
+    )
     return ContactNormalSums(
-        rim.load + load, rim.load_times_x + load * place.x, rim.load_times_y + load * place.y,
-        rim.load_times_slope_x + load * slope[0], rim.load_times_slope_y + load * slope[1],
-    )  # fmt: skip
+        rim.share_times_penetration + load,
+        rim.share_times_penetration_times_x + load * place.x_in_joint_frame,
+        rim.share_times_penetration_times_y + load * place.y_in_joint_frame,
+        rim.share_times_penetration_times_slope_x + load * slope[0],
+        rim.share_times_penetration_times_slope_y + load * slope[1],
+    )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -115,25 +121,33 @@ def add_rim_points_to_normal_sums(
         slope_x, slope_y = slopes_of_upper_base_normal(load_frame(joint_rows, j))
         rim, other = load_rim_side(side, j), load_rim_side(previous_side, j)
         full, corner = (
-            contact_normal_weight_of_rim_side(rim.overhang, own.side_distance),
-            contact_normal_weight_of_rim_side(other.overhang, previous.side_distance),
+            contact_normal_weight_of_rim_side(rim.max_base_corner_overhang, own.next_side_distance_from_face_centre),
+            contact_normal_weight_of_rim_side(
+                other.max_base_corner_overhang, previous.next_side_distance_from_face_centre
+            ),
         )
         corner = full if full < corner else corner
         # Sides that cross at a small angle would have a horizontal normal.
         most = math.sqrt(slope_x * slope_x + slope_y * slope_y)
-        begin = full * (rim.normal_slope_at_begin if rim.normal_slope_at_begin < most else most)
-        last = full * (rim.normal_slope_at_end if rim.normal_slope_at_end < most else most)
+        begin = full * (
+            rim.contact_normal_slope_at_part_begin if rim.contact_normal_slope_at_part_begin < most else most
+        )
+        last = full * (rim.contact_normal_slope_at_part_end if rim.contact_normal_slope_at_part_end < most else most)
         loads = add_point_to_contact_normal_sums(
             load_rim(joint_rows, j), load_place(side, j), (corner * slope_x, corner * slope_y)
         )
         loads = add_point_to_contact_normal_sums(
-            loads, load_place(start, j), (begin * own.side_normal_x, begin * own.side_normal_y)
+            loads,
+            load_place(start, j),
+            (begin * own.next_side_outward_normal_x, begin * own.next_side_outward_normal_y),
         )
         store_rim(
             joint_rows,
             j,
             add_point_to_contact_normal_sums(
-                loads, load_place(end, j), (last * own.side_normal_x, last * own.side_normal_y)
+                loads,
+                load_place(end, j),
+                (last * own.next_side_outward_normal_x, last * own.next_side_outward_normal_y),
             ),
         )
 
@@ -155,11 +169,11 @@ def contact_frame_with_mean_normal(rim: ContactNormalSums) -> JointFrameAxesAndO
     The origin is the foot, from the centre of the lower face, on the plane through the mean position of the loads that
     is normal to the force.
     """
-    one = 1.0 / (rim.load if rim.load > 0.0 else 1.0)
-    x, y = rim.load_times_slope_x * one, rim.load_times_slope_y * one
+    one = 1.0 / (rim.share_times_penetration if rim.share_times_penetration > 0.0 else 1.0)
+    x, y = rim.share_times_penetration_times_slope_x * one, rim.share_times_penetration_times_slope_y * one
     z = 1.0 / math.sqrt(1.0 + (x * x + y * y))
     normal = Vector3(x * z, y * z, z)
-    height = (normal.x * rim.load_times_x + normal.y * rim.load_times_y) * one
+    height = (normal.x * rim.share_times_penetration_times_x + normal.y * rim.share_times_penetration_times_y) * one
     return JointFrameAxesAndOrigin(rotation_from_z_axis_to_normal(normal), scale_vector(height, normal))
 
 
@@ -168,8 +182,16 @@ def express_point_in_mean_normal_frame(joint_rows: Any, point: Any, lane_count: 
     """Express one contact point in the frame rotated to the mean normal: position in the plane, distance along z."""
     for j in range(round_to_vector_multiple(lane_count)):
         pose, place = contact_frame_with_mean_normal(load_rim(joint_rows, j)), load_place(point, j)
-        turned = matrix_times_vector(transpose(pose.axes), minus(Vector3(place.x, place.y, 0.0), pose.origin))
-        store_place(point, j, ContactPointPosition(turned.x, turned.y, pose.axes.zz * place.z, place.stiffness_share))
+        turned = matrix_times_vector(
+            transpose(pose.axes), minus(Vector3(place.x_in_joint_frame, place.y_in_joint_frame, 0.0), pose.origin)
+        )
+        store_place(
+            point,
+            j,
+            ContactPointPosition(
+                turned.x, turned.y, pose.axes.zz * place.base_height_above_lower_face, place.joint_stiffness_share
+            ),
+        )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -183,8 +205,8 @@ def rotate_contact_frame_to_mean_normal(upper_rows: Any, lower_rows: Any, joint_
         new = relative_motion_in_contact_frame(upper_rows, lower_rows, j, axes, origin)
         store_joint_pose(joint_rows, j, JointFrameAxesAndOrigin(axes, origin))
         store_frame(joint_rows, j, JointRelativeMotion(
-            new.base_centre, new.upper_x_axis, new.upper_y_axis, new.velocity, new.angular_velocity,
-            old.min_rim_distance, old.patch_perimeter
+            new.upper_base_centre, new.upper_x_axis, new.upper_y_axis, new.velocity_at_origin, new.angular_velocity,
+            old.min_base_corner_distance_inside_rim, old.contact_patch_perimeter
         ))  # fmt: skip
 
 
@@ -192,17 +214,23 @@ def rotate_contact_frame_to_mean_normal(upper_rows: Any, lower_rows: Any, joint_
 def keep_lower_face_normal_beyond_critical_lean(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Use the lower face's normal as contact normal where a stone leans beyond its base's critical angle.
 
-    This is done for all stacks.
-
-    Such a stone has fallen as soon as a corner of its base is below the rim (`stone_hangs_over_rim`).
+    This is done for all stacks. Such a stone has fallen as soon as a corner of its base is below the rim
+    (`base_corner_hangs_below_supporting_face`).
     """
     for j in range(round_to_vector_multiple(lane_count)):
         rim, axes = load_rim(joint_rows, j), load_axes(upper_rows, j)
-        upright = lean_as_squared_sine(axes) < load_constants(upper_rows, j).base_critical_lean_squared_sine
-        store_rim(joint_rows, j, ContactNormalSums(
-            rim.load, rim.load_times_x, rim.load_times_y,
-            rim.load_times_slope_x if upright else 0.0, rim.load_times_slope_y if upright else 0.0,
-        ))  # fmt: skip
+        upright = lean_as_squared_sine(axes) < load_constants(upper_rows, j).critical_lean_squared_sine_on_whole_base
+        store_rim(
+            joint_rows,
+            j,
+            ContactNormalSums(
+                rim.share_times_penetration,
+                rim.share_times_penetration_times_x,
+                rim.share_times_penetration_times_y,
+                rim.share_times_penetration_times_slope_x if upright else 0.0,
+                rim.share_times_penetration_times_slope_y if upright else 0.0,
+            ),
+        )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -216,12 +244,14 @@ def sum_contact_normals(
     corners, crossings = upper_count + lower_count, 2 * (upper_count + lower_count)
     clear_contact_normal_sums(joint_rows, lane_count)
     for i in range(upper_count):
-        add_base_corner_to_normal_sums(joint_rows, point_window(points, i), lane_count)
+        add_base_corner_to_normal_sums(joint_rows, slice_contact_point_rows(points, i), lane_count)
     for k in range(lower_count):
         add_rim_points_to_normal_sums(
-            joint_rows, point_window(points, upper_count + k),
-            point_window(points, upper_count + (k + lower_count - 1) % lower_count),
-            point_window(points, corners + upper_count + k), point_window(points, crossings + upper_count + k),
+            joint_rows,
+            slice_contact_point_rows(points, upper_count + k),
+            slice_contact_point_rows(points, upper_count + (k + lower_count - 1) % lower_count),
+            slice_contact_point_rows(points, corners + upper_count + k),
+            slice_contact_point_rows(points, crossings + upper_count + k),
             lane_count,
-        )  # fmt: skip
+        )
     keep_lower_face_normal_beyond_critical_lean(upper_rows, joint_rows, lane_count)

@@ -62,14 +62,20 @@ def rotate_matrix(rotation: Matrix3, m: Matrix3) -> Matrix3:
 @njit(**INLINE_OPTIONS)
 def rotate_contact_equations(rotation: Matrix3, joint_equations: JointEquations) -> JointEquations:
     """Rotate two stones' contact terms in the equations by `rotation`, from the lower stone's axes to the ground's."""
-    wrench, joint_matrix = joint_equations.wrench, joint_equations.blocks
+    wrench, joint_matrix = (
+        joint_equations.force_and_moment_or_velocity_change,
+        joint_equations.half_step_times_negated_derivatives,
+    )
     return JointEquations(
-        Wrench(matrix_times_vector(rotation, wrench.force), matrix_times_vector(rotation, wrench.moment)),
+        Wrench(
+            matrix_times_vector(rotation, wrench.force_or_velocity),
+            matrix_times_vector(rotation, wrench.moment_or_angular_velocity),
+        ),
         VelocityToForceBlocks(
-            rotate_matrix(rotation, joint_matrix.fv),
-            rotate_matrix(rotation, joint_matrix.fw),
-            rotate_matrix(rotation, joint_matrix.mv),
-            rotate_matrix(rotation, joint_matrix.mw),
+            rotate_matrix(rotation, joint_matrix.force_per_velocity),
+            rotate_matrix(rotation, joint_matrix.force_per_angular_velocity),
+            rotate_matrix(rotation, joint_matrix.moment_per_velocity),
+            rotate_matrix(rotation, joint_matrix.moment_per_angular_velocity),
         ),
     )
 
@@ -83,13 +89,20 @@ def shift_contact_matrix_to_stone_centres(
     `row_arm` leads from the centre of the stone on which the force acts to the origin of the contact, `column_arm` from
     the centre of the stone that moves.
     """
-    fw = matrix_minus(joint_matrix.fw, matrix_times_cross_matrix(joint_matrix.fv, column_arm))
+    fw = matrix_minus(
+        joint_matrix.force_per_angular_velocity, matrix_times_cross_matrix(joint_matrix.force_per_velocity, column_arm)
+    )
     return VelocityToForceBlocks(
-        joint_matrix.fv,
+        joint_matrix.force_per_velocity,
         fw,
-        matrix_plus(joint_matrix.mv, cross_matrix_times_matrix(row_arm, joint_matrix.fv)),
         matrix_plus(
-            matrix_minus(joint_matrix.mw, matrix_times_cross_matrix(joint_matrix.mv, column_arm)),
+            joint_matrix.moment_per_velocity, cross_matrix_times_matrix(row_arm, joint_matrix.force_per_velocity)
+        ),
+        matrix_plus(
+            matrix_minus(
+                joint_matrix.moment_per_angular_velocity,
+                matrix_times_cross_matrix(joint_matrix.moment_per_velocity, column_arm),
+            ),
             cross_matrix_times_matrix(row_arm, fw),
         ),
     )
@@ -98,7 +111,9 @@ def shift_contact_matrix_to_stone_centres(
 @njit(**INLINE_OPTIONS)
 def shift_wrench_to_stone_centre(wrench: Wrench, arm: Vector3) -> Wrench:
     """Return a force and moment moved to a stone's centre; `arm` leads from the centre to the old reference point."""
-    return Wrench(wrench.force, plus(wrench.moment, cross_product(arm, wrench.force)))
+    return Wrench(
+        wrench.force_or_velocity, plus(wrench.moment_or_angular_velocity, cross_product(arm, wrench.force_or_velocity))
+    )
 
 
 @njit(**INLINE_OPTIONS)
@@ -119,10 +134,22 @@ def mass_matrix_of_stone(mass: float, inertia: SymmetricMatrix, axes: Matrix3) -
 def product_of_6x6_matrices(a: VelocityToForceBlocks, b: VelocityToForceBlocks) -> VelocityToForceBlocks:
     """Return the product of two 6 × 6 matrices."""
     return VelocityToForceBlocks(
-        matrix_plus(matrix_product(a.fv, b.fv), matrix_product(a.fw, b.mv)),
-        matrix_plus(matrix_product(a.fv, b.fw), matrix_product(a.fw, b.mw)),
-        matrix_plus(matrix_product(a.mv, b.fv), matrix_product(a.mw, b.mv)),
-        matrix_plus(matrix_product(a.mv, b.fw), matrix_product(a.mw, b.mw)),
+        matrix_plus(
+            matrix_product(a.force_per_velocity, b.force_per_velocity),
+            matrix_product(a.force_per_angular_velocity, b.moment_per_velocity),
+        ),
+        matrix_plus(
+            matrix_product(a.force_per_velocity, b.force_per_angular_velocity),
+            matrix_product(a.force_per_angular_velocity, b.moment_per_angular_velocity),
+        ),
+        matrix_plus(
+            matrix_product(a.moment_per_velocity, b.force_per_velocity),
+            matrix_product(a.moment_per_angular_velocity, b.moment_per_velocity),
+        ),
+        matrix_plus(
+            matrix_product(a.moment_per_velocity, b.force_per_angular_velocity),
+            matrix_product(a.moment_per_angular_velocity, b.moment_per_angular_velocity),
+        ),
     )
 
 
@@ -130,18 +157,24 @@ def product_of_6x6_matrices(a: VelocityToForceBlocks, b: VelocityToForceBlocks) 
 def matrix_6x6_times_wrench(a: VelocityToForceBlocks, w: Wrench) -> Wrench:
     """Return the product of a 6 × 6 matrix and a force and moment (vector of 6)."""
     return Wrench(
-        plus(matrix_times_vector(a.fv, w.force), matrix_times_vector(a.fw, w.moment)),
-        plus(matrix_times_vector(a.mv, w.force), matrix_times_vector(a.mw, w.moment)),
+        plus(
+            matrix_times_vector(a.force_per_velocity, w.force_or_velocity),
+            matrix_times_vector(a.force_per_angular_velocity, w.moment_or_angular_velocity),
+        ),
+        plus(
+            matrix_times_vector(a.moment_per_velocity, w.force_or_velocity),
+            matrix_times_vector(a.moment_per_angular_velocity, w.moment_or_angular_velocity),
+        ),
     )
 
 
 @njit(**INLINE_OPTIONS)
 def inverse_of_6x6_matrix(a: VelocityToForceBlocks) -> VelocityToForceBlocks:
     """Return the inverse of a 6 × 6 matrix by its 3 × 3 blocks."""
-    p = inverse_matrix(a.fv)
-    q = matrix_product(p, a.fw)
-    s = inverse_matrix(matrix_minus(a.mw, matrix_product(a.mv, q)))
-    t = matrix_product(matrix_product(s, a.mv), p)
+    p = inverse_matrix(a.force_per_velocity)
+    q = matrix_product(p, a.force_per_angular_velocity)
+    s = inverse_matrix(matrix_minus(a.moment_per_angular_velocity, matrix_product(a.moment_per_velocity, q)))
+    t = matrix_product(matrix_product(s, a.moment_per_velocity), p)
     qs = matrix_product(q, s)
     zero = Matrix3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     return VelocityToForceBlocks(matrix_plus(p, matrix_product(q, t)), matrix_minus(zero, qs), matrix_minus(zero, t), s)
@@ -152,17 +185,17 @@ def right_side_of_stone_equations(
     half_step: float, mass: float, wrench: Wrench, inertial: Vector3, previous: Wrench
 ) -> Wrench:
     """Return half step × change of force and moment in the step, the right-hand side of a stone's equations."""
-    f, m = wrench.force, wrench.moment
+    f, m = wrench.force_or_velocity, wrench.moment_or_angular_velocity
     return Wrench(
         Vector3(
-            half_step * (f.x + mass * (inertial.x - previous.force.x)),
-            half_step * (f.y + mass * (inertial.y - previous.force.y)),
-            half_step * (f.z + mass * (inertial.z - previous.force.z)),
+            half_step * (f.x + mass * (inertial.x - previous.force_or_velocity.x)),
+            half_step * (f.y + mass * (inertial.y - previous.force_or_velocity.y)),
+            half_step * (f.z + mass * (inertial.z - previous.force_or_velocity.z)),
         ),
         Vector3(
-            half_step * (m.x - mass * previous.moment.x),
-            half_step * (m.y - mass * previous.moment.y),
-            half_step * (m.z - mass * previous.moment.z),
+            half_step * (m.x - mass * previous.moment_or_angular_velocity.x),
+            half_step * (m.y - mass * previous.moment_or_angular_velocity.y),
+            half_step * (m.z - mass * previous.moment_or_angular_velocity.z),
         ),
     )  # fmt: skip
 
@@ -170,7 +203,7 @@ def right_side_of_stone_equations(
 @njit(**INLINE_OPTIONS)
 def scale_wrench(factor: float, w: Wrench) -> Wrench:
     """Return a force and moment, both multiplied by a number."""
-    f, m = w.force, w.moment
+    f, m = w.force_or_velocity, w.moment_or_angular_velocity
     return Wrench(Vector3(factor * f.x, factor * f.y, factor * f.z), Vector3(factor * m.x, factor * m.y, factor * m.z))
 
 
@@ -187,9 +220,12 @@ def eliminate_stone_from_equations(
 
     `diagonal` and `lower` do not contain the contact of the two stones yet.
     """
-    joint_matrix, wrench = joint.blocks, scale_wrench(half_step, joint.wrench)
+    joint_matrix, wrench = (
+        joint.half_step_times_negated_derivatives,
+        scale_wrench(half_step, joint.force_and_moment_or_velocity_change),
+    )
     own = sum_of_6x6_matrices(
-        diagonal.blocks, shift_contact_matrix_to_stone_centres(joint_matrix, upper_arm, upper_arm)
+        diagonal.diagonal_block, shift_contact_matrix_to_stone_centres(joint_matrix, upper_arm, upper_arm)
     )
     coupling, back = (
         shift_contact_matrix_to_stone_centres(joint_matrix, upper_arm, lower_arm),
@@ -204,7 +240,7 @@ def eliminate_stone_from_equations(
     return EliminatedStoneSolution(factor_below, fixed_part), DiagonalBlockAndRightSide(
         difference_of_6x6_matrices(
             sum_of_6x6_matrices(
-                lower.blocks, shift_contact_matrix_to_stone_centres(joint_matrix, lower_arm, lower_arm)
+                lower.diagonal_block, shift_contact_matrix_to_stone_centres(joint_matrix, lower_arm, lower_arm)
             ),
             product_of_6x6_matrices(back, factor_below),
         ),
@@ -220,8 +256,12 @@ def solve_velocity_correction_of_lowest_stone(
     diagonal: DiagonalBlockAndRightSide, joint: JointEquations, half_step: float, arm: Vector3
 ) -> Wrench:
     """Return the velocity correction of the lowest stone, after the stones above it have been eliminated."""
-    own = sum_of_6x6_matrices(diagonal.blocks, shift_contact_matrix_to_stone_centres(joint.blocks, arm, arm))
+    own = sum_of_6x6_matrices(
+        diagonal.diagonal_block,
+        shift_contact_matrix_to_stone_centres(joint.half_step_times_negated_derivatives, arm, arm),
+    )
     right = wrench_plus(
-        diagonal.right_hand_side, shift_wrench_to_stone_centre(scale_wrench(half_step, joint.wrench), arm)
+        diagonal.right_hand_side,
+        shift_wrench_to_stone_centre(scale_wrench(half_step, joint.force_and_moment_or_velocity_change), arm),
     )
     return matrix_6x6_times_wrench(inverse_of_6x6_matrix(own), right)

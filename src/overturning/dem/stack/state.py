@@ -27,7 +27,7 @@ TICKS_PER_WHOLE_STEP: Final = STACK_STEP_CONTROL.ticks_per_whole_step
 class StackTickLengthAndLimits(NamedTuple):
     """Constants of one simulated stack: length of a tick, and limits for failure, for long steps and for rest."""
 
-    tick_length: float
+    tick_length_s: float
     """Length of a tick, s."""
     max_penetration: float
     """Penetration beyond which the case has failed, m."""
@@ -42,11 +42,11 @@ class StackTickLengthAndLimits(NamedTuple):
 class StackRestFlagAndLimits(NamedTuple):
     """Limits of base acceleration up to which a stack stays at rest, and 1 or 0 for whether it may be at rest."""
 
-    max_share_of_onset_acceleration: float
+    max_share_of_onset_acceleration_at_rest: float
     """Share of the acceleration that slides or unloads a joint, up to which nothing moves; 0: no sample is skipped."""
-    max_base_acceleration_g: float
+    max_base_acceleration_at_rest_g: float
     """Largest base acceleration over g up to which the stack can stay at rest."""
-    may_be_at_rest: float
+    may_be_at_rest_at_sample_start: float
     """1 if the stack may be at rest at the beginning of the sample, else 0."""
 
 
@@ -54,7 +54,7 @@ class StackClockWithinSample(NamedTuple):
     """Clock of one stack: time within the sample (ticks), and half the length of the attempted step (s)."""
 
     ticks_since_sample_start: float
-    half_step: float
+    half_step_length_s: float
 
 
 class StackEnergyAccount(NamedTuple):
@@ -62,28 +62,28 @@ class StackEnergyAccount(NamedTuple):
 
     base_motion_work: float
     lost_energy: float
-    base_motion_power: float
-    dissipated_power: float
-    penetration: float
+    base_motion_power_at_step_end: float
+    dissipated_power_at_step_end: float
+    peak_penetration: float
     """Largest penetration so far, m."""
 
 
 class StackContactChangesInStep(NamedTuple):
     """Contact changes of a stack in an attempted step: the largest value of each kind over all contacts."""
 
-    contact_changed: float
+    positive_if_contact_opened_or_closed: float
     """Above 0 if a contact opened or closed."""
     has_wrong_slip_assumption: float
     """1 if a joint stuck or slid contrary to the assumption."""
-    has_slip_reversal: float
-    """1 if a joint was assumed to slide against its velocity."""
-    has_sticking_joint: float
+    has_friction_against_assumed_direction: float
+    """1 if the friction of a joint assumed to slide acts against the assumed direction."""
+    has_sticking_loaded_joint: float
     """1 if a loaded joint sticks."""
     has_friction_reversal: float
     """1 if a joint slides whose friction had the opposite sign before."""
     has_unloaded_point: float
     """1 if a point within a joint carries no load."""
-    penetration: float
+    largest_penetration: float
     """Largest penetration, m."""
     has_loaded_joint: float
     """1 if a joint carries load."""
@@ -92,14 +92,14 @@ class StackContactChangesInStep(NamedTuple):
 class JointEnergyLosses(NamedTuple):
     """Power lost in a stack's contacts (W), and spring energy released without work, as when contacts open (J)."""
 
-    power: float
-    released_spring_energy: float
+    dissipated_power_at_step_end: float
+    lost_spring_energy_in_step: float
 
 
 class StoneConstants(NamedTuple):
     """Mass, inertia, dimensions and fall limits of a stone, which do not change during a case."""
 
-    inverse_inertia: SymmetricMatrix
+    inverse_of_inertia_per_mass: SymmetricMatrix
     """Inverse inertia in the stone's own axes, m/I, 1/m²."""
     inertia_per_mass: SymmetricMatrix
     """Inertia in the stone's own axes, I/m, m²."""
@@ -107,11 +107,11 @@ class StoneConstants(NamedTuple):
     """Mass, kg."""
     centre_height: float
     """Height of the centre above the base, m."""
-    upper_face_height: float
+    upper_face_height_above_centre: float
     """Height of the upper face above the centre, m."""
-    critical_lean_squared_sine: float
+    critical_lean_squared_sine_on_contact_patch: float
     """`lean_as_squared_sine` at which the stone balances on the nearest side of its contact at rest."""
-    base_critical_lean_squared_sine: float
+    critical_lean_squared_sine_on_whole_base: float
     """`lean_as_squared_sine` at which the stone, on a plane, would balance on the nearest side of its base."""
     fall_tilt_cosine: float
     """Cosine of the smallest tilt at which the stone has fallen."""
@@ -122,18 +122,18 @@ class StoneConstants(NamedTuple):
 class StoneState(NamedTuple):
     """Position, rotation, velocities and accelerations of a stone."""
 
-    position: Vector3
+    centre_position: Vector3
     """Position of the centre, m."""
     rotation: Quaternion
     """Rotation from rest."""
-    velocity: Vector3
-    """Velocity of the centre, m/s."""
-    angular_momentum: Vector3
+    velocity_relative_to_base: Vector3
+    """Velocity of the centre relative to the ground, m/s."""
+    angular_momentum_per_mass: Vector3
     """Angular momentum per mass, m²/s."""
-    acceleration: Vector3
-    """Acceleration of the centre, m/s²."""
-    moment: Vector3
-    """Moment of the contact forces about the centre per mass, m²/s²."""
+    acceleration_relative_to_base: Vector3
+    """Acceleration of the centre relative to the ground at the end of the last step, m/s²."""
+    contact_moment_per_mass: Vector3
+    """Moment of the contact forces about the centre per mass at the end of the last step, m²/s²."""
 
 
 class StonePeakTilt(NamedTuple):
@@ -143,7 +143,7 @@ class StonePeakTilt(NamedTuple):
     """
 
     peak_lean_squared_sine: float
-    last_upright_tick: float
+    last_upright_tick_in_sample: float
 
 
 class StoneFallState(NamedTuple):
@@ -151,9 +151,9 @@ class StoneFallState(NamedTuple):
 
     is_simulated: float
     """1 while the stone is computed, 0 after it has fallen."""
-    last_upright_time: float
+    last_upright_time_s: float
     """Last time at which the stone leant less than its critical angle, s."""
-    slid_off: float
+    slid_off_support: float
     """1 if the stone lost its support while its tilt was below the critical angle."""
 
 
@@ -162,9 +162,9 @@ class PredictedStone(NamedTuple):
 
     position: Vector3
     rotation: Quaternion
-    half_step_velocity: Vector3
+    velocity_at_half_step: Vector3
     """Velocity after half of the step, m/s."""
-    half_step_angular_momentum: Vector3
+    angular_momentum_per_mass_at_half_step: Vector3
     """Angular momentum per mass after half of the step, m²/s."""
     end_velocity: Vector3
     """Velocity at the end of the step, m/s."""
@@ -175,34 +175,34 @@ class PredictedStone(NamedTuple):
 class VelocityToForceBlocks(NamedTuple):
     """6 × 6 matrix from velocity and angular velocity (columns) to force and moment (rows), as four 3 × 3 blocks."""
 
-    fv: Matrix3
-    fw: Matrix3
-    mv: Matrix3
-    mw: Matrix3
+    force_per_velocity: Matrix3
+    force_per_angular_velocity: Matrix3
+    moment_per_velocity: Matrix3
+    moment_per_angular_velocity: Matrix3
 
 
 class Wrench(NamedTuple):
     """Force and moment (N, N·m), or velocity and angular velocity (m/s, rad/s)."""
 
-    force: Vector3
-    moment: Vector3
+    force_or_velocity: Vector3
+    moment_or_angular_velocity: Vector3
 
 
 class DiagonalBlockAndRightSide(NamedTuple):
     """Diagonal 6 × 6 block and right-hand side of one stone in the equations of a step."""
 
-    blocks: VelocityToForceBlocks
+    diagonal_block: VelocityToForceBlocks
     right_hand_side: Wrench
 
 
 class EliminatedStoneSolution(NamedTuple):
     """Velocity correction of a stone eliminated from the equations, as a function of that of the stone below.
 
-    It is `fixed_part` + `factor_below` × (velocity correction of the stone below).
+    It is `constant_part_of_correction` + `factor_of_correction_below` × (velocity correction of the stone below).
     """
 
-    factor_below: VelocityToForceBlocks
-    fixed_part: Wrench
+    factor_of_correction_below: VelocityToForceBlocks
+    constant_part_of_correction: Wrench
 
 
 class StoneVelocityCorrection(NamedTuple):
@@ -215,8 +215,8 @@ class StoneVelocityCorrection(NamedTuple):
 class StoneContactForceSums(NamedTuple):
     """Sum of the contact forces and moments on a stone, and of the impulses of contacts that closed early."""
 
-    at_end: Wrench
-    early_contact_impulses: Wrench
+    force_and_moment_at_step_end: Wrench
+    extra_impulses_of_early_contacts: Wrench
 
 
 CASE_ROW_LAYOUT: Final = TupleRowLayout(

@@ -11,8 +11,8 @@ from overturning.arrays import FloatArray
 from overturning.dem.kernel.mechanics import FLAT_LANDING_DURATION_IN_DECAY_TIMES
 from overturning.dem.linear import solve_positive_definite_system
 from overturning.dem.stack.landing import (
-    MIN_RIM_DISTANCE_RATIO_FOR_DEFERRED_CONTACT,
-    RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT,
+    MIN_DEFERRAL_RIM_DISTANCE_TO_PATCH_WIDTH,
+    MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M,
 )
 from overturning.dem.stack.tables import JOINT_TABLE_DTYPE, STONE_TABLE_DTYPE
 from overturning.model.contact import MIN_WIDTH_FOR_CONSTANT_PENETRATION_M, VertexContact
@@ -24,7 +24,7 @@ from overturning.model.stack_stones import (
 )
 from overturning.units import STANDARD_GRAVITY
 
-MIN_FALLEN_TILT: Final = np.pi / 3.0
+MIN_FALL_TILT_OF_STONE_RAD: Final = np.pi / 3.0
 """Tilt at which a stone has fallen, rad, or the mean of 90° and the critical angle of its base, whichever is more."""
 
 
@@ -70,12 +70,12 @@ def joint_constants_of_stack(stones: list[StackStone], contact: VertexContact) -
     rows["normal_stiffness"], rows["normal_dashpot"], rows["tangential_dashpot"] = stiffness, dashpot, dashpot
     rows["tangential_stiffness"] = ratio * stiffness
     rows["tangential_compliance"] = np.where(ratio > 0.0, 1.0 / np.maximum(rows["tangential_stiffness"], 1e-300), 0.0)
-    rows["landing_duration"] = FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / stiffness
-    rows["base_corner_count"] = [len(stone.base_corners) for stone in stones]
-    rows["min_rim_distance_of_waiting_corners"] = np.where(
+    rows["flat_landing_duration_s"] = FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / stiffness
+    rows["upper_base_corner_count"] = [len(stone.base_corners) for stone in stones]
+    rows["min_rim_distance_for_deferred_contact"] = np.where(
         [len(stone.base_corners) > 4 for stone in stones],
-        MIN_RIM_DISTANCE_RATIO_FOR_DEFERRED_CONTACT * width,
-        RIM_DISTANCE_WITHOUT_DEFERRED_CONTACT,
+        MIN_DEFERRAL_RIM_DISTANCE_TO_PATCH_WIDTH * width,
+        MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M,
     )
     table = JointConstantsOfStack(rows, penetration, patches)
     _fill_in_contact_loads_at_rest(stones, table)
@@ -92,25 +92,31 @@ def initial_stone_table(stones: list[StackStone], joints: JointConstantsOfStack)
     ):
         inverse = inverse_of_inertia(stone.inertia_per_mass)
         for name, at in pairs.items():
-            row[f"inertia_{name}"], row[f"inverse_inertia_{name}"] = stone.inertia_per_mass[at], inverse[at]
+            row[f"inertia_per_mass_{name}"], row[f"inverse_of_inertia_per_mass_{name}"] = (
+                stone.inertia_per_mass[at],
+                inverse[at],
+            )
         reach = stone.nearest_base_side_distance
-        row["mass"], row["centre_height"], row["upper_face_height"], row["side_distance"] = (
+        row["mass"], row["centre_height"], row["upper_face_height_above_centre"], row["nearest_base_side_distance"] = (
             stone.mass,
             stone.centre_height_above_base,
             stone.upper_face_height_above_centre,
             reach,
         )
         ahead, height = tipping_side_distance_and_mass_centre_height(stone, patch)
-        row["critical_lean_squared_sine"] = ahead**2 / (ahead**2 + height**2)
-        row["base_critical_lean_squared_sine"] = reach**2 / (reach**2 + stone.centre_height_above_base**2)
-        tilt = max(MIN_FALLEN_TILT, 0.5 * (np.arctan2(reach, stone.centre_height_above_base) + 0.5 * np.pi))
+        row["critical_lean_squared_sine_on_contact_patch"] = ahead**2 / (ahead**2 + height**2)
+        row["critical_lean_squared_sine_on_whole_base"] = reach**2 / (reach**2 + stone.centre_height_above_base**2)
+        tilt = max(MIN_FALL_TILT_OF_STONE_RAD, 0.5 * (np.arctan2(reach, stone.centre_height_above_base) + 0.5 * np.pi))
         row["fall_tilt_cosine"] = np.round(np.cos(tilt), 12)
         centre = level + stone.centre_height_above_base
         half = 0.5 * shift[3:]
         start = row["start"]
         start["x"], start["y"], start["z"] = stone.x + shift[0], shift[1], centre + shift[2]
         start["qw"], start["qx"], start["qy"], start["qz"] = np.array([1.0, *half]) / np.sqrt(1.0 + np.sum(half**2))
-        row["rest"], row["max_centre_drop_without_fall"] = start["z"], max(stone.fall_threshold_drop, 2.0 * depth)
+        row["centre_height_at_rest"], row["max_centre_drop_without_fall"] = (
+            start["z"],
+            max(stone.fall_threshold_drop, 2.0 * depth),
+        )
         level += stone.centre_height_above_base + stone.upper_face_height_above_centre
     return table
 
@@ -275,7 +281,7 @@ def _fill_in_contact_loads_at_rest(stones: list[StackStone], joints: JointConsta
         corners = patch.corners - np.array([stones[k - 1].x if k > 0 else 0.0, 0.0])
         centre = share @ corners
         row["normal_force"], (row["pressure_centre_x"], row["pressure_centre_y"]) = force.sum(), centre
-        row["mean_pressure_radius"] = share @ np.sqrt(((corners - centre) ** 2).sum(axis=1))
+        row["mean_force_distance_from_pressure_centre"] = share @ np.sqrt(((corners - centre) ** 2).sum(axis=1))
 
 
 def spring_energy_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> float:

@@ -5,13 +5,14 @@ from typing import Any
 from numba import njit
 
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
+from overturning.dem.stack.clip import clip_base_sides, clip_sides_of_lower_face, slice_contact_point_rows
 from overturning.dem.stack.end_loops import (
     accept_or_reject_steps,
-    add_point_force_times_distance,
+    add_force_times_pressure_centre_distance,
     complete_stone_step,
     compute_joint_force_and_moment,
     compute_point_normal_force,
-    mark_joints_with_base_beyond_rim,
+    mark_joints_with_loaded_non_corner_point,
     store_contact_point_states_after_accepted_steps,
     store_joint_states_after_accepted_steps,
     store_relative_velocity_changes,
@@ -20,10 +21,7 @@ from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, POINT_ROW_LAYOUT
 from overturning.dem.stack.patch import (
     all_bases_on_lower_face,
     any_stack_uses_contact_point,
-    clip_base_sides,
-    clip_sides_of_lower_face,
     place_contact_points_of_partial_patch,
-    point_window,
     predict_base_corner_positions,
     predict_motion_relative_to_ground,
     predict_motion_relative_to_stone_below,
@@ -56,7 +54,7 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def joint_state_size(corner_limit: int) -> int:
+def state_array_length_per_joint(corner_limit: int) -> int:
     """Return the state array's length for one contact of two stones; faces have at most `corner_limit` corners."""
     return JOINT_SIZE + 6 * corner_limit * P
 
@@ -90,20 +88,20 @@ def predict_contact_patch_forces(
         rotate_contact_frame_to_mean_normal(upper_rows, lower_rows, joint_rows, lane_count)
         for i in range(upper_count, 3 * (upper_count + lower_count)):
             used_point_count_and_indices[1 + count] = i
-            count += 1 if any_stack_uses_contact_point(point_window(points, i), lane_count) else 0
+            count += 1 if any_stack_uses_contact_point(slice_contact_point_rows(points, i), lane_count) else 0
         for n in range(count):
             express_point_in_mean_normal_frame(
-                joint_rows, point_window(points, used_point_count_and_indices[1 + n]), lane_count
+                joint_rows, slice_contact_point_rows(points, used_point_count_and_indices[1 + n]), lane_count
             )
     used_point_count_and_indices[0] = count
     clear_joint_sums(joint_rows, lane_count)
     for n in range(count):
         update_landing_times_with_contact_point(
-            joint_rows, point_window(points, used_point_count_and_indices[1 + n]), lane_count
+            joint_rows, slice_contact_point_rows(points, used_point_count_and_indices[1 + n]), lane_count
         )
     for n in range(count):
         predict_point_normal_force(
-            case_rows, joint_rows, point_window(points, used_point_count_and_indices[1 + n]), lane_count
+            case_rows, joint_rows, slice_contact_point_rows(points, used_point_count_and_indices[1 + n]), lane_count
         )
     predict_joint_friction(case_rows, upper_rows, joint_rows, lane_count)
 
@@ -123,18 +121,18 @@ def compute_contact_patch_forces(
     store_relative_velocity_changes(upper_rows, lower_rows, joint_rows, lane_count, on_ground)
     for n in range(used_point_count_and_indices[0]):
         compute_point_normal_force(
-            case_rows, joint_rows, point_window(points, used_point_count_and_indices[1 + n]), lane_count
+            case_rows, joint_rows, slice_contact_point_rows(points, used_point_count_and_indices[1 + n]), lane_count
         )
     for n in range(used_point_count_and_indices[0]):
-        add_point_force_times_distance(
-            joint_rows, point_window(points, used_point_count_and_indices[1 + n]), lane_count
+        add_force_times_pressure_centre_distance(
+            joint_rows, slice_contact_point_rows(points, used_point_count_and_indices[1 + n]), lane_count
         )
     compute_joint_force_and_moment(case_rows, upper_rows, lower_rows, joint_rows, lane_count, on_ground)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def store_accepted_stack_states(
-    state: Any, stone_count: int, joint_state_size: int, used_point_count_and_indices: Any, lane_count: int
+    state: Any, stone_count: int, state_array_length_per_joint: int, used_point_count_and_indices: Any, lane_count: int
 ) -> None:
     """Store the new states of stones, contacts and contact points in the stacks whose step is accepted."""
     case, first = state[:CASE_SIZE], CASE_SIZE + stone_count * STONE_SIZE
@@ -144,12 +142,12 @@ def store_accepted_stack_states(
             complete_stone_step(case, stone, lane_count, 1)
         else:
             complete_stone_step(case, stone, lane_count, None)
-        at = first + s * joint_state_size
+        at = first + s * state_array_length_per_joint
         store_joint_states_after_accepted_steps(case, state[at : at + JOINT_SIZE], lane_count)
-        points = state[at + JOINT_SIZE : at + joint_state_size]
+        points = state[at + JOINT_SIZE : at + state_array_length_per_joint]
         for n in range(used_point_count_and_indices[s, 0]):
             store_contact_point_states_after_accepted_steps(
-                case, point_window(points, used_point_count_and_indices[s, 1 + n]), lane_count
+                case, slice_contact_point_rows(points, used_point_count_and_indices[s, 1 + n]), lane_count
             )
 
 
@@ -166,7 +164,7 @@ def advance_stacks(
 ) -> None:
     """Attempt `attempted_step_count` time steps of all stacks; `used_point_count_and_indices` is a work array."""
     case = state[:CASE_SIZE]
-    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
+    first, size = CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(corner_limit)
     for _ in range(attempted_step_count):
         predict_inertial_acceleration(case, lane_count, ticks_per_sample)
         for s in range(stone_count):
@@ -224,8 +222,8 @@ def advance_stacks(
                     case, stone, lower, joint, points, used_point_count_and_indices[s], lane_count, None
                 )
                 for n in range(corner_counts[s], used_point_count_and_indices[s, 0]):
-                    mark_joints_with_base_beyond_rim(
-                        joint, point_window(points, used_point_count_and_indices[s, 1 + n]), lane_count
+                    mark_joints_with_loaded_non_corner_point(
+                        joint, slice_contact_point_rows(points, used_point_count_and_indices[s, 1 + n]), lane_count
                     )
         accept_or_reject_steps(case, lane_count, ticks_per_sample)
         store_accepted_stack_states(state, stone_count, size, used_point_count_and_indices, lane_count)

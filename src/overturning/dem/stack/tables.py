@@ -51,7 +51,7 @@ class JointLoadAtRest(NamedTuple):
     """Centre of pressure along x, m."""
     pressure_centre_y: float
     """Centre of pressure along y, m."""
-    mean_pressure_radius: float
+    mean_force_distance_from_pressure_centre: float
     """Mean distance of the normal forces from the centre of pressure, m."""
 
 
@@ -60,24 +60,24 @@ class StoneResultTableColumns(NamedTuple):
 
     fallen: float
     """1 if the stone has fallen, else 0."""
-    slid_off: float
+    slid_off_support: float
     """1 if the stone lost its support before its tilt reached the critical angle."""
-    overturning_time: float
-    """Last time at which the stone leant less than its critical angle, s."""
+    last_upright_time_if_fallen: float
+    """Last time at which the stone leant less than its critical angle, s; NaN if it has not fallen."""
     peak_lean_squared_sine: float
     """Largest lean: sin² of the tilt up to 90°, 2 − sin² beyond."""
-    slip_x: float
+    slip_x_on_support_at_end: float
     """Displacement at the end relative to what the stone stands on, in the axes of that stone, m."""
-    slip_y: float
+    slip_y_on_support_at_end: float
     support_twist_cosine: float
     """Cosine of the rotation, since the start, of what the stone stands on about its normal, anticlockwise."""
     support_twist_sine: float
     """Sine of that rotation."""
-    twist: float
+    twist_relative_to_support_rad: float
     """Rotation about the normal of what the stone stands on, anticlockwise from above, rad."""
-    top_x: float
+    stone_axis_x_at_end: float
     """Horizontal components of the stone's axis at the end."""
-    top_y: float
+    stone_axis_y_at_end: float
 
 
 class StackResultTableColumns(NamedTuple):
@@ -99,11 +99,26 @@ INITIAL_STATE_DTYPE: Final = table_dtype_of_named_tuples(BodyInitialStateTableCo
 CASE_TABLE_DTYPE: Final = np.dtype(
     [("stack", "i8"), *table_dtype_of_named_tuples(StackCaseTableColumns, CaseStepControl).descr]
 )
-STONE_TABLE_DTYPE: Final = np.dtype([(name, "f8") for name in (
-    *(f"{tensor}_{axes}" for tensor in ("inverse_inertia", "inertia") for axes in ("xx", "yy", "zz", "xy", "xz", "yz")),
-    *(name for name in StoneConstants._fields if name not in {"inverse_inertia", "inertia_per_mass"}),
-    "side_distance", "rest",
-)] + [("start", INITIAL_STATE_DTYPE)])  # fmt: skip
+STONE_TABLE_DTYPE: Final = np.dtype(
+    [
+        (name, "f8")
+        for name in (
+            *(
+                f"{tensor}_{axes}"
+                for tensor in ("inverse_of_inertia_per_mass", "inertia_per_mass")
+                for axes in ("xx", "yy", "zz", "xy", "xz", "yz")
+            ),
+            *(
+                name
+                for name in StoneConstants._fields
+                if name not in {"inverse_of_inertia_per_mass", "inertia_per_mass"}
+            ),
+            "nearest_base_side_distance",
+            "centre_height_at_rest",
+        )
+    ]
+    + [("start", INITIAL_STATE_DTYPE)]
+)
 JOINT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(JointConstants, JointLoadAtRest)
 RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(StackResultTableColumns)
 STONE_RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(StoneResultTableColumns)

@@ -1,0 +1,198 @@
+"""Clipping of the sides of the upper base and of the lower face of a joint to the patch that both have in common."""
+
+import math
+from typing import Any, Final
+
+from numba import njit
+
+from overturning.dem.kernel.lanes import (
+    INLINE_OPTIONS,
+    INTERNAL_COMPILE_OPTIONS,
+    NO_ALIAS_COMPILE_OPTIONS,
+    create_window_slicer,
+    round_to_vector_multiple,
+)
+from overturning.dem.stack.access import load_clip, load_outline, load_place, load_rim_side, store_clip, store_rim_side
+from overturning.dem.stack.joint_state import (
+    JOINT_ROW_LAYOUT,
+    POINT_ROW_LAYOUT,
+    BaseOverhangAtSide,
+    ContactPointPosition,
+    FaceCorner,
+    JointRelativeMotion,
+    SidePartInContactPatch,
+)
+
+slice_contact_point_rows: Final = create_window_slicer(POINT_ROW_LAYOUT.size)
+"""Return the rows of a point of a joint."""
+PATCH_PERIMETER_ROW_OFFSET: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRelativeMotion, "contact_patch_perimeter")
+
+
+@njit(**INLINE_OPTIONS)
+def clip_side_by_half_plane(clip: SidePartInContactPatch, at_begin: float, at_end: float) -> SidePartInContactPatch:
+    """Clip a part of a face's side by a half plane, given how far both ends of the side lie inside the half plane."""
+    crosses = (at_begin < 0.0) != (at_end < 0.0)
+    share = at_begin / (at_begin - at_end if crosses else 1.0)
+    outside = (at_begin < 0.0) & (at_end < 0.0)
+    begin = share if crosses & (at_begin < 0.0) & (share > clip.begin_side_fraction) else clip.begin_side_fraction
+    end = share if crosses & (at_end < 0.0) & (share < clip.end_side_fraction) else clip.end_side_fraction
+    return SidePartInContactPatch(begin, (-1.0 if outside else end), clip.length)
+
+
+@njit(**INLINE_OPTIONS)
+def set_length_of_clipped_side(clip: SidePartInContactPatch, length: float) -> SidePartInContactPatch:
+    """Return the clipped part of a face's side with its length, m; `length` is that of the whole side, m."""
+    part = clip.end_side_fraction - clip.begin_side_fraction
+    return SidePartInContactPatch(
+        clip.begin_side_fraction, clip.end_side_fraction, length * part if part > 0.0 else 0.0
+    )
+
+
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def reset_clipped_side(point: Any, lane_count: int) -> None:
+    """Start the clipping of a side of a face with the whole side, for all stacks in parallel."""
+    for j in range(round_to_vector_multiple(lane_count)):
+        store_clip(point, j, SidePartInContactPatch(0.0, 1.0, 0.0))
+
+
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def clip_base_side(point: Any, next_corner: Any, side: Any, lane_count: int) -> None:
+    """Clip a side of the upper stone's base by the line of one side of the lower face, for all stacks in parallel."""
+    for j in range(round_to_vector_multiple(lane_count)):
+        a, b, limit = load_place(point, j), load_place(next_corner, j), load_outline(side, j)
+        store_clip(
+            point,
+            j,
+            clip_side_by_half_plane(
+                load_clip(point, j),
+                limit.next_side_distance_from_face_centre
+                - (
+                    limit.next_side_outward_normal_x * a.x_in_joint_frame
+                    + limit.next_side_outward_normal_y * a.y_in_joint_frame
+                ),
+                limit.next_side_distance_from_face_centre
+                - (
+                    limit.next_side_outward_normal_x * b.x_in_joint_frame
+                    + limit.next_side_outward_normal_y * b.y_in_joint_frame
+                ),
+            ),
+        )
+
+
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def add_clipped_base_side_length(joint_rows: Any, point: Any, next_corner: Any, lane_count: int) -> None:
+    """Compute the length of a side of a stone's base after clipping, and add it to the contact patch's perimeter."""
+    for j in range(round_to_vector_multiple(lane_count)):
+        a, b = load_place(point, j), load_place(next_corner, j)
+        clip = set_length_of_clipped_side(
+            load_clip(point, j),
+            math.sqrt((b.x_in_joint_frame - a.x_in_joint_frame) ** 2 + (b.y_in_joint_frame - a.y_in_joint_frame) ** 2),
+        )
+        store_clip(point, j, clip)
+        joint_rows[PATCH_PERIMETER_ROW_OFFSET + j] += clip.length
+
+
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def clip_base_sides(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
+    """Clip all sides of a stone's base by the face below, and add their lengths to the contact patch's perimeter."""
+    for i in range(upper_count):
+        point, following = slice_contact_point_rows(points, i), (i + 1) % upper_count
+        next_corner = slice_contact_point_rows(points, following)
+        reset_clipped_side(point, lane_count)
+        for k in range(lower_count):
+            clip_base_side(point, next_corner, slice_contact_point_rows(points, upper_count + k), lane_count)
+        add_clipped_base_side_length(joint_rows, point, next_corner, lane_count)
+
+
+@njit(**INLINE_OPTIONS)
+def double_signed_triangle_area(a: ContactPointPosition, b: ContactPointPosition, x: float, y: float) -> float:
+    """Return twice the area (m²) of the triangle a, b, (x, y): positive if (x, y) lies to the left of side a–b."""
+    return (b.x_in_joint_frame - a.x_in_joint_frame) * (y - a.y_in_joint_frame) - (
+        b.y_in_joint_frame - a.y_in_joint_frame
+    ) * (x - a.x_in_joint_frame)
+
+
+@njit(**INLINE_OPTIONS)
+def normal_slope_at_crossing_of_sides(lower: FaceCorner, a: ContactPointPosition, b: ContactPointPosition) -> float:
+    """Return the slope (≥ 0) of the contact normal where side a–b of the upper base crosses a lower face's side.
+
+    The normal is perpendicular to both sides; the slope is that across the side of the lower face.
+    """
+    across = lower.next_side_outward_normal_x * (
+        b.x_in_joint_frame - a.x_in_joint_frame
+    ) + lower.next_side_outward_normal_y * (b.y_in_joint_frame - a.y_in_joint_frame)
+    slope = (a.base_height_above_lower_face - b.base_height_above_lower_face) / (across if across != 0.0 else 1.0)
+    return slope if (across != 0.0) & (slope > 0.0) else 0.0
+
+
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def clear_overhang_and_normal_slopes(side: Any, lane_count: int) -> None:
+    """Clear overhang and slopes of the contact normals of a side of the lower face, for all stacks in parallel."""
+    for j in range(round_to_vector_multiple(lane_count)):
+        store_rim_side(side, j, BaseOverhangAtSide(-1e300, 0.0, 0.0))
+
+
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def clip_side_of_lower_face(side: Any, next_corner: Any, begin: Any, end: Any, lane_count: int) -> None:
+    """Clip a side of the lower face by one side of the upper stone's base, for all stacks in parallel."""
+    for j in range(round_to_vector_multiple(lane_count)):
+        a, b = load_place(begin, j), load_place(end, j)
+        c, d = load_outline(side, j), load_outline(next_corner, j)
+        old, rim = load_clip(side, j), load_rim_side(side, j)
+        new = clip_side_by_half_plane(
+            old,
+            double_signed_triangle_area(a, b, c.x_from_face_centre, c.y_from_face_centre),
+            double_signed_triangle_area(a, b, d.x_from_face_centre, d.y_from_face_centre),
+        )
+        slope = normal_slope_at_crossing_of_sides(c, a, b)
+        beyond = (
+            c.next_side_outward_normal_x * a.x_in_joint_frame + c.next_side_outward_normal_y * a.y_in_joint_frame
+        ) - c.next_side_distance_from_face_centre
+        store_clip(side, j, new)
+        store_rim_side(
+            side,
+            j,
+            BaseOverhangAtSide(
+                max_base_corner_overhang=beyond
+                if beyond > rim.max_base_corner_overhang
+                else rim.max_base_corner_overhang,
+                contact_normal_slope_at_part_begin=slope
+                if new.begin_side_fraction > old.begin_side_fraction
+                else rim.contact_normal_slope_at_part_begin,
+                contact_normal_slope_at_part_end=slope
+                if new.end_side_fraction < old.end_side_fraction
+                else rim.contact_normal_slope_at_part_end,
+            ),
+        )
+
+
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def add_clipped_lower_side_length(joint_rows: Any, side: Any, next_corner: Any, lane_count: int) -> None:
+    """Compute the length of a side of the lower face after clipping, and add it to the contact patch's perimeter."""
+    for j in range(round_to_vector_multiple(lane_count)):
+        c, d = load_outline(side, j), load_outline(next_corner, j)
+        clip = set_length_of_clipped_side(
+            load_clip(side, j),
+            math.sqrt(
+                (d.x_from_face_centre - c.x_from_face_centre) ** 2 + (d.y_from_face_centre - c.y_from_face_centre) ** 2
+            ),
+        )
+        store_clip(side, j, clip)
+        joint_rows[PATCH_PERIMETER_ROW_OFFSET + j] += clip.length
+
+
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def clip_sides_of_lower_face(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
+    """Clip all sides of the lower face by the upper stone's base, and add their lengths to the patch's perimeter."""
+    for k in range(lower_count):
+        following = (k + 1) % lower_count
+        side = slice_contact_point_rows(points, upper_count + k)
+        next_corner = slice_contact_point_rows(points, upper_count + following)
+        reset_clipped_side(side, lane_count)
+        clear_overhang_and_normal_slopes(side, lane_count)
+        for i in range(upper_count):
+            n = (i + 1) % upper_count
+            clip_side_of_lower_face(
+                side, next_corner, slice_contact_point_rows(points, i), slice_contact_point_rows(points, n), lane_count
+            )
+        add_clipped_lower_side_length(joint_rows, side, next_corner, lane_count)

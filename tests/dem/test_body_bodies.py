@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from overturning.dem.body.statics import body_pose_at_rest_on_springs, smallest_unit_spring_eigenvalue
+from overturning.dem.body.statics import body_pose_at_rest_on_springs, smallest_squared_frequency_on_unit_springs
 from overturning.dem.simulate import simulate, simulate_as_arrays
 from overturning.errors import ArgumentError
 from overturning.model.body import Body, InitialState
@@ -291,9 +291,9 @@ def test_the_spring_eigenvalue_of_a_size_is_computed_once_for_all_records() -> N
     motion = Motion(np.zeros(50), np.zeros(50), sampling_interval=0.02)
     arguments = {"height": [0.7, 0.9], "b_over_h": [0.21, 0.31], "friction": 0.6}
     simulate_as_arrays(motion, "rectangle", orientation_deg=[0.0], **arguments)
-    before = smallest_unit_spring_eigenvalue.cache_info()
+    before = smallest_squared_frequency_on_unit_springs.cache_info()
     simulate_as_arrays(motion.scaled_by(2.0), "rectangle", orientation_deg=[0.0, 10.0], **arguments)
-    after = smallest_unit_spring_eigenvalue.cache_info()
+    after = smallest_squared_frequency_on_unit_springs.cache_info()
     assert after.misses == before.misses
     assert after.hits == before.hits + 4
 

@@ -10,7 +10,7 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 
 from overturning.dem import run as run_module
-from overturning.dem.body.statics import largest_unit_spring_eigenvalue
+from overturning.dem.body.statics import largest_squared_frequency_on_unit_springs
 from overturning.dem.body.tables import TRAJECTORY_ROW_DTYPE
 from overturning.dem.kernel import balance
 from overturning.dem.numerics import NumericalOptions
@@ -122,7 +122,7 @@ def test_vibrations_grow_with_steps_above_the_stable_limit_and_not_below(
     monkeypatch.setattr(balance, "MAX_RERUNS", 0)  # a rerun with finer steps would be stable
     body = shape.solid(0.6, ratio, aspect)
     normal, _, dashpot = SOFT_CONTACT.stiffness_and_damping_per_mass(body)
-    mode = largest_unit_spring_eigenvalue(body)
+    mode = largest_squared_frequency_on_unit_springs(body)
     limit = float(longest_stable_step(IntegrationScheme.CUNDALL, np.array(normal * mode), np.array(dashpot * mode)))
     sunk = STANDARD_GRAVITY / (body.base_vertex_count * normal)
     for share, grows in ((0.95, False), (1.05, True)):
@@ -148,14 +148,14 @@ def test_vibrations_grow_with_steps_above_the_stable_limit_and_not_below(
 
 def test_no_contact_frequency_on_an_edge_or_vertex_exceeds_that_on_the_base() -> None:
     body = RectangularPrism().solid(0.6, 0.4, 1.3)
-    whole = largest_unit_spring_eigenvalue(body)
+    whole = largest_squared_frequency_on_unit_springs(body)
     for kept in ([0, 1], [1, 2], [2]):
         part_of = replace(
             body,
             contact_points=body.contact_points[[0, 1, 2, 3]],
             point_indices_by_non_base_contact_face=(np.array(kept),),
         )
-        assert largest_unit_spring_eigenvalue(part_of) == whole
+        assert largest_squared_frequency_on_unit_springs(part_of) == whole
     # On a single vertex: mass and inertia reduced to it.
     r = body.contact_points[0]
     cross = np.array([[0, r[2], -r[1]], [-r[2], 0, r[0]], [r[1], -r[0], 0]])

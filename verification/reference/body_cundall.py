@@ -27,7 +27,7 @@ from overturning.dem.body.base_contact import (
     update_base_contacts,
 )
 from overturning.dem.body.centred import (
-    acceleration_of_body_centre,
+    acceleration_of_body_centre_relative_to_base,
     flat_landing_slip_direction_and_tilt_share,
     rim_point_position_from_centre,
 )
@@ -49,7 +49,7 @@ from overturning.dem.body.state import (
     lean_as_squared_sine,
 )
 from overturning.dem.body.state import BodyConstants as Constants
-from overturning.dem.body.statics import largest_unit_spring_eigenvalue
+from overturning.dem.body.statics import largest_squared_frequency_on_unit_springs
 from overturning.dem.body.vectors import (
     Matrix3,
     Vector3,
@@ -181,7 +181,7 @@ def apply_contact_law(
     # Spring and dashpot while the point is in, never tension but in a flat landing.
     # A vertex that has waited does not remember how deep it was.
     sinking = 0.0 if history.penetration == 0.0 else contact_point.penetration_increase
-    n = body.normal_stiffness_per_mass * depth + dashpot_rate * sinking
+    n = body.point_normal_stiffness_per_mass * depth + dashpot_rate * sinking
     n = n if inside & (flat | (n > 0.0)) else 0.0
     # A new contact starts with unstretched springs; those of a slipping one are shortened to the friction limit.
     tx, ty = (
@@ -190,22 +190,24 @@ def apply_contact_law(
     )
     most = body.friction * n
     hx, hy = (
-        -(body.tangential_stiffness_per_mass * tx) - dashpot_rate * contact_point.last_step_displacement_x,
-        -(body.tangential_stiffness_per_mass * ty) - dashpot_rate * contact_point.last_step_displacement_y,
+        -(body.point_tangential_stiffness_per_mass * tx) - dashpot_rate * contact_point.last_step_displacement_x,
+        -(body.point_tangential_stiffness_per_mass * ty) - dashpot_rate * contact_point.last_step_displacement_y,
     )
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
         body, contact_point.arm, body_state.velocity_relative_to_base, body_state.angular_velocity, (flat, base_tilting)
     )
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
     fx, fy, kx, ky, _ = clamp_friction_and_stretch(
-        hx, hy, tx, ty, most, body.tangential_compliance_times_mass, (flat, drifts)
+        hx, hy, tx, ty, most, body.point_tangential_compliance_times_mass, (flat, drifts)
     )
     landing = (history.remaining_flat_landing_time if was else begun) - body.tick_length_s * TICKS_PER_STEP
     landing = landing if inside else 0.0
     force = Vector3(fx, fy, n)
-    spring = body.normal_stiffness_per_mass * (depth if inside else 0.0)
+    spring = body.point_normal_stiffness_per_mass * (depth if inside else 0.0)
     damping = Vector3(
-        fx + body.tangential_stiffness_per_mass * kx, fy + body.tangential_stiffness_per_mass * ky, n - spring
+        fx + body.point_tangential_stiffness_per_mass * kx,
+        fy + body.point_tangential_stiffness_per_mass * ky,
+        n - spring,
     )
     opened = history.penetration * history.penetration if was & (not inside) else 0.0
     # One that has waited is met by a spring that is pressed in already.
@@ -218,7 +220,7 @@ def apply_contact_law(
     moment = cross_product(lever, force)
     of_springs = cross_product(
         contact_point.arm,
-        Vector3(body.tangential_stiffness_per_mass * kx, body.tangential_stiffness_per_mass * ky, -spring),
+        Vector3(body.point_tangential_stiffness_per_mass * kx, body.point_tangential_stiffness_per_mass * ky, -spring),
     )
     wrench = ContactWrench(force, moment, damping, plus(moment, of_springs), opened, shortened)
     return wrench, BodyContactPointState(
@@ -266,7 +268,7 @@ def advance_body_one_step(
         base_acceleration_at_tick(shaking.inertial_acceleration_y, body_state.ticks_since_sample_start),
         base_acceleration_at_tick(shaking.upward_base_acceleration, body_state.ticks_since_sample_start),
     )
-    a = acceleration_of_body_centre(t.force, push)
+    a = acceleration_of_body_centre_relative_to_base(t.force, push)
     # The accounts take the velocities at the whole step.
     c = extrapolate_vector(body_state.velocity_relative_to_base, half, a)
     w = angular_velocity_from_momentum(
@@ -276,8 +278,8 @@ def advance_body_one_step(
     )
     work = account.base_motion_work_per_mass + dt * ((push.x * c.x + push.y * c.y) - push.z * c.z)
     let_go = 0.5 * (
-        body.normal_stiffness_per_mass * t.released_normal_energy_over_half_stiffness
-        + body.tangential_stiffness_per_mass * t.released_tangential_energy_over_half_stiffness
+        body.point_normal_stiffness_per_mass * t.released_normal_energy_over_half_stiffness
+        + body.point_tangential_stiffness_per_mass * t.released_tangential_energy_over_half_stiffness
     )
     loss = account.lost_energy_per_mass + (
         let_go + dt * -(dot_product(t.non_spring_force, c) + dot_product(t.non_spring_moment, w))
@@ -373,7 +375,7 @@ def add_vertex_contact_forces(
     for j in range(columns):
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
         rate, left, right = (
-            body.dashpot_constant_per_mass / (body.tick_length_s * TICKS_PER_STEP),
+            body.point_dashpot_constant_per_mass / (body.tick_length_s * TICKS_PER_STEP),
             load_memory(first_vertex_rows, j),
             load_memory(opposite_vertex_rows, j),
         )
@@ -431,7 +433,7 @@ def add_rim_contact_forces(
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
         dt = body.tick_length_s * TICKS_PER_STEP
         rate, left, right = (
-            body.dashpot_constant_per_mass / dt,
+            body.point_dashpot_constant_per_mass / dt,
             load_memory(first_point_rows, j),
             load_memory(opposite_point_rows, j),
         )
@@ -593,16 +595,17 @@ def enable_cundall() -> Iterator[None]:
         if parse_scheme(numerics.scheme) != IntegrationScheme.CUNDALL:
             return plan_centred(model, motion, cases, numerics)
         planned = plan_centred(model, motion, cases, replace(numerics, scheme="centred", time_step="auto"))
-        modes = np.array([largest_unit_spring_eigenvalue(solid) for solid in planned.solids_by_size])[
+        modes = np.array([largest_squared_frequency_on_unit_springs(solid) for solid in planned.solids_by_size])[
             planned.case_table["body"]
         ]
         square = (
             np.maximum(
-                planned.case_table["normal_stiffness_per_mass"], planned.case_table["tangential_stiffness_per_mass"]
+                planned.case_table["point_normal_stiffness_per_mass"],
+                planned.case_table["point_tangential_stiffness_per_mass"],
             )
             * modes
         )
-        rate, interval = planned.case_table["dashpot_constant_per_mass"] * modes, motion.sampling_interval
+        rate, interval = planned.case_table["point_dashpot_constant_per_mass"] * modes, motion.sampling_interval
         steps = steps_per_sample(IntegrationScheme.CUNDALL, numerics.time_step, square, rate, interval)
         planned.case_table["shortest_step"] = planned.case_table["steps_per_length_after_contact_change"] = 1.0
         planned.case_table["longest_step_at_rest"] = TICKS_PER_STEP

@@ -47,7 +47,7 @@ def vertex_belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
 @njit(**INLINE_OPTIONS)
 def point_normal_force_is_nearly_spring_force(body: BodyConstants, point_history: BodyContactPointState) -> float:
     """Return 1 if a contact point's normal force is nearly its spring force, so that the point rests; else 0."""
-    spring = body.normal_stiffness_per_mass * point_history.penetration
+    spring = body.point_normal_stiffness_per_mass * point_history.penetration
     return (
         1.0
         if (point_history.penetration > 0.0)

@@ -20,7 +20,7 @@ from overturning.dem.body.state import (
     InertialAccelerations3D,
     PredictedContactPoint,
     angular_velocity_from_momentum,
-    rotate_body_over_step,
+    rotation_and_angular_velocity_after_step,
 )
 from overturning.dem.body.vectors import (
     Matrix3,
@@ -52,7 +52,7 @@ MIN_SLIDING_POINT_TO_PARTICLE_MOBILITY_RATIO: Final = 0.25
 
 
 @njit(**INLINE_OPTIONS)
-def acceleration_of_body_centre(force_per_mass: Vector3, inertial_acceleration: Vector3) -> Vector3:
+def acceleration_of_body_centre_relative_to_base(force_per_mass: Vector3, inertial_acceleration: Vector3) -> Vector3:
     """Return the acceleration (m/s²) of a body's centre relative to the base, from contact force and base motion."""
     return Vector3(
         force_per_mass.x + inertial_acceleration.x,
@@ -76,7 +76,7 @@ def predict_body_at_step_end(
         extrapolate_vector(state.velocity_relative_to_base, half, state.acceleration_relative_to_base),
         extrapolate_vector(state.angular_momentum_per_mass, half, state.contact_moment_per_mass),
     )
-    turn, spin = rotate_body_over_step(
+    turn, spin = rotation_and_angular_velocity_after_step(
         body.inverse_of_inertia_per_mass, state.rotation, momentum, state.contact_moment_per_mass, dt
     )
     at_end = Vector3(
@@ -85,7 +85,7 @@ def predict_body_at_step_end(
         base_acceleration_in_this_or_next_sample(shaking.upward_base_acceleration, tick, past),
     )
     return BodyPredictedForStepEnd(
-        position=extrapolate_vector(state.centre_position, dt, v),
+        centre_position=extrapolate_vector(state.centre_position, dt, v),
         rotation=turn,
         velocity_at_half_step=v,
         angular_momentum_per_mass_at_half_step=momentum,
@@ -119,7 +119,9 @@ def rim_point_position_from_centre(
 
 
 @njit(**INLINE_OPTIONS)
-def predicted_forces_decide_contact(case_step_control: CaseStepControl, step_attempt: NextStepToAttempt) -> bool:
+def step_is_short_enough_for_predicted_forces(
+    case_step_control: CaseStepControl, step_attempt: NextStepToAttempt
+) -> bool:
     """True if an attempted step resolves the contact vibration, so that predicted forces decide about contact and slip.
 
     Longer steps use the contact state after the last step.
@@ -129,16 +131,20 @@ def predicted_forces_decide_contact(case_step_control: CaseStepControl, step_att
 
 @njit(**INLINE_OPTIONS)
 def flat_landing_slip_direction_and_tilt_share(
-    body: BodyConstants, lever_arm: Vector3, velocity: Vector3, spin: Vector3, landing: tuple[bool, float]
+    body: BodyConstants,
+    lever_arm: Vector3,
+    velocity: Vector3,
+    spin: Vector3,
+    lands_flat_and_tilting_share: tuple[bool, float],
 ) -> tuple[float, float, bool, float]:
     """Return a point's slip direction (x, y) in a flat landing, whether it slides, and its tilting moment share.
 
-    The last value is the part of the moment of the point's friction that tilts the body. `landing` holds whether the
-    body lands flat, and that part for a point that slides meanwhile
+    The last value is the part of the moment of the point's friction that tilts the body.
+    `lands_flat_and_tilting_share` holds whether the body lands flat, and that part for a point that slides meanwhile
     (`BaseContactState.tilting_friction_share_in_flat_landing`). See
     `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`; only the rotation about the vertical is included.
     """
-    lands_flat, tilting = landing
+    lands_flat, tilting = lands_flat_and_tilting_share
     x, y = velocity.x - spin.z * lever_arm.y, velocity.y + spin.z * lever_arm.x
     square, least = x * x + y * y, body.friction * velocity.z
     drifts = lands_flat & (square >= least * least)
@@ -171,27 +177,27 @@ def predict_contact_point(
     slip_x = (
         predicted_body.half_step_length_s * (point_history.position_x_or_rim_point_velocity_x + u.x)
         if has_rim
-        else (predicted_body.position.x + lever_arm.x) - point_history.position_x_or_rim_point_velocity_x
+        else (predicted_body.centre_position.x + lever_arm.x) - point_history.position_x_or_rim_point_velocity_x
     )
     slip_y = (
         predicted_body.half_step_length_s * (point_history.position_y_or_rim_point_velocity_y + u.y)
         if has_rim
-        else (predicted_body.position.y + lever_arm.y) - point_history.position_y_or_rim_point_velocity_y
+        else (predicted_body.centre_position.y + lever_arm.y) - point_history.position_y_or_rim_point_velocity_y
     )
     was = point_history.penetration > 0.0
     tx, ty = (
         (point_history.tangential_spring_stretch_x + slip_x if was else 0.0),
         (point_history.tangential_spring_stretch_y + slip_y if was else 0.0),
     )
-    depth = -(predicted_body.position.z + lever_arm.z)
+    depth = -(predicted_body.centre_position.z + lever_arm.z)
     depth = 0.0 if deferred & (depth > 0.0) else depth
-    n = body.normal_stiffness_per_mass * depth - body.dashpot_constant_per_mass * u.z
+    n = body.point_normal_stiffness_per_mass * depth - body.point_dashpot_constant_per_mass * u.z
     in_contact = (
         ((n > 0.0) | flat) & (depth > 0.0) if forces_decide_contact else point_history.normal_force_per_mass != 0.0
     )
     hx, hy = (
-        -(body.tangential_stiffness_per_mass * tx) - body.dashpot_constant_per_mass * u.x,
-        -(body.tangential_stiffness_per_mass * ty) - body.dashpot_constant_per_mass * u.y,
+        -(body.point_tangential_stiffness_per_mass * tx) - body.point_dashpot_constant_per_mass * u.x,
+        -(body.point_tangential_stiffness_per_mass * ty) - body.point_dashpot_constant_per_mass * u.y,
     )
     square = hx * hx + hy * hy
     some = square > 0.0
@@ -244,7 +250,7 @@ def ratio_of_friction_limit_to_sticking_force(
 
 
 @njit(**INLINE_OPTIONS)
-def contact_equation_terms(
+def contact_force_and_derivatives_of_point(
     body: BodyConstants,
     half_step_time: float,
     predicted_point: PredictedContactPoint,
@@ -265,15 +271,15 @@ def contact_equation_terms(
         predicted_point.velocity,
     )
     press, stick = (
-        body.dashpot_constant_per_mass + half_step_time * body.normal_stiffness_per_mass,
-        body.dashpot_constant_per_mass + half_step_time * body.tangential_stiffness_per_mass,
+        body.point_dashpot_constant_per_mass + half_step_time * body.point_normal_stiffness_per_mass,
+        body.point_dashpot_constant_per_mass + half_step_time * body.point_tangential_stiffness_per_mass,
     )
-    n = body.normal_stiffness_per_mass * predicted_point.penetration - body.dashpot_constant_per_mass * u.z
+    n = body.point_normal_stiffness_per_mass * predicted_point.penetration - body.point_dashpot_constant_per_mass * u.z
     hx, hy = (
-        -(body.tangential_stiffness_per_mass * predicted_point.tangential_spring_stretch_x)
-        - body.dashpot_constant_per_mass * u.x,
-        -(body.tangential_stiffness_per_mass * predicted_point.tangential_spring_stretch_y)
-        - body.dashpot_constant_per_mass * u.y,
+        -(body.point_tangential_stiffness_per_mass * predicted_point.tangential_spring_stretch_x)
+        - body.point_dashpot_constant_per_mass * u.x,
+        -(body.point_tangential_stiffness_per_mass * predicted_point.tangential_spring_stretch_y)
+        - body.point_dashpot_constant_per_mass * u.y,
     )
     part = ratio_of_friction_limit_to_sticking_force(
         body.friction * (n if forces_decide_contact else point_history.normal_force_per_mass), hx * hx + hy * hy, slides
@@ -332,7 +338,7 @@ def solve_velocity_correction(
     u = scale_vector(
         predicted_body.half_step_length_s,
         minus(
-            acceleration_of_body_centre(
+            acceleration_of_body_centre_relative_to_base(
                 contact_terms.force_per_mass, predicted_body.inertial_xy_and_upward_base_acceleration
             ),
             state.acceleration_relative_to_base,

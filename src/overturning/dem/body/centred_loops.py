@@ -13,12 +13,12 @@ from overturning.dem.body.base_contact import (
     update_base_contacts,
 )
 from overturning.dem.body.centred import (
-    contact_equation_terms,
+    contact_force_and_derivatives_of_point,
     predict_body_at_step_end,
     predict_contact_point,
-    predicted_forces_decide_contact,
     rim_point_position_from_centre,
     solve_velocity_correction,
+    step_is_short_enough_for_predicted_forces,
 )
 from overturning.dem.body.commit import (
     BodyAfterAcceptedStep,
@@ -91,7 +91,7 @@ load_memory, _, store_memory = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(Contact
 load_point, store_point, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(PredictedContactPoint)
 load_next, store_next, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "new")
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
-SLIDING_FLAG_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(
+SLID_IN_LAST_STEP_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(
     ContactPointAtStepStartAndEnd, "old.slid_in_last_step"
 )
 
@@ -116,7 +116,7 @@ def predict_contact_of_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: 
     """Predict penetration, contact and sliding of two opposite base vertices at the step end, for all cases."""
     for j in range(round_to_vector_multiple(lane_count)):
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
-        fine = predicted_forces_decide_contact(load_step_control(state, j), load_attempt(state, j))
+        fine = step_is_short_enough_for_predicted_forces(load_step_control(state, j), load_attempt(state, j))
         p, q, base_contact = load_vertex(vertex_rows, j), load_vertex(opposite_rows, j), load_base_contact(state, j)
         flat, new_landing = (
             body_base_lands_flat(base_contact),
@@ -177,7 +177,7 @@ def predict_contact_of_rim_point_pair(
     """
     for j in range(round_to_vector_multiple(lane_count)):
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
-        fine = predicted_forces_decide_contact(load_step_control(state, j), load_attempt(state, j))
+        fine = step_is_short_enough_for_predicted_forces(load_step_control(state, j), load_attempt(state, j))
         left, right, between = (
             load_memory(point_rows, j),
             load_memory(opposite_rows, j),
@@ -242,9 +242,13 @@ def add_contact_terms_of_point_pair(
     """
     for j in range(round_to_vector_multiple(lane_count)):
         body, half = load_body(state, j), load_predicted(state, j).half_step_length_s
-        fine = predicted_forces_decide_contact(load_step_control(state, j), load_attempt(state, j))
-        a = contact_equation_terms(body, half, load_point(point_rows, j), load_memory(point_rows, j), fine)
-        b = contact_equation_terms(body, half, load_point(opposite_rows, j), load_memory(opposite_rows, j), fine)
+        fine = step_is_short_enough_for_predicted_forces(load_step_control(state, j), load_attempt(state, j))
+        a = contact_force_and_derivatives_of_point(
+            body, half, load_point(point_rows, j), load_memory(point_rows, j), fine
+        )
+        b = contact_force_and_derivatives_of_point(
+            body, half, load_point(opposite_rows, j), load_memory(opposite_rows, j), fine
+        )
         part = add_equations(a, b)
         if is_not_first_pair is not None:
             part = add_equations(load_equations(state, j), part)
@@ -270,7 +274,7 @@ def compute_point_pair_forces(
     """
     for j in range(round_to_vector_multiple(lane_count)):
         body, w, d = load_body(state, j), load_predicted(state, j), load_change(state, j)
-        fine = predicted_forces_decide_contact(load_step_control(state, j), load_attempt(state, j))
+        fine = step_is_short_enough_for_predicted_forces(load_step_control(state, j), load_attempt(state, j))
         a, findings_a, next_a = compute_point_forces(
             body, w, load_point(point_rows, j), load_memory(point_rows, j), d, fine, has_rim
         )
@@ -314,7 +318,7 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
         store_attempt(state, j, following)
         store_rejection(state, j, StepRejectionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0))
         store_state(state, j, again, accepted.state)
-        store_peaks(state, j, again, accepted.peaks)
+        store_peaks(state, j, again, accepted.peak_values_so_far)
         store_account(state, j, again, accepted.energy_account)
 
 
@@ -324,9 +328,9 @@ def store_contact_point_states_after_accepted_steps(state: Any, point_rows: Any,
     for j in range(round_to_vector_multiple(lane_count)):
         new, rejected = load_next(point_rows, j), load_rejection(state, j)
         store_memory(point_rows, j, rejected.is_step_rejected > 0.0, new)
-        point_rows[SLIDING_FLAG_ROW_OFFSET + j] = select(
+        point_rows[SLID_IN_LAST_STEP_ROW_OFFSET + j] = select(
             rejected.next_attempt_keeps_slip_assumption > 0.0,
-            point_rows[SLIDING_FLAG_ROW_OFFSET + j],
+            point_rows[SLID_IN_LAST_STEP_ROW_OFFSET + j],
             new.slid_in_last_step,
         )
 

@@ -5,7 +5,10 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.body.centred import acceleration_of_body_centre, flat_landing_slip_direction_and_tilt_share
+from overturning.dem.body.centred import (
+    acceleration_of_body_centre_relative_to_base,
+    flat_landing_slip_direction_and_tilt_share,
+)
 from overturning.dem.body.state import (
     BodyConstants,
     BodyContactChangesInStep,
@@ -57,17 +60,17 @@ def point_spring_energy_loss_per_mass(
     over = math.copysign(over if over < 0.0 else 0.0, sinking)
     stretched_x, stretched_y = stretch_before_slip[0] - kx, stretch_before_slip[1] - ky
     let_go = 0.5 * (
-        body.tangential_stiffness_per_mass
+        body.point_tangential_stiffness_per_mass
         * (
             (point_history.tangential_spring_stretch_x + kx) * stretched_x
             + (point_history.tangential_spring_stretch_y + ky) * stretched_y
         )
-        + body.normal_stiffness_per_mass * over
+        + body.point_normal_stiffness_per_mass * over
     )
     let_go = let_go if inside | was else 0.0
     # A deferred point starts with a compressed spring.
     return (
-        let_go - 0.5 * body.normal_stiffness_per_mass * (penetration * penetration)
+        let_go - 0.5 * body.point_normal_stiffness_per_mass * (penetration * penetration)
         if inside & (point_history.penetration == 0.0)
         else let_go
     )
@@ -138,12 +141,12 @@ def compute_point_forces(
     )
     depth = 0.0 if (predicted_point.waits_until_base_ends_rest > 0.0) & (depth > 0.0) else depth
     inside, was = depth > 0.0, point_history.penetration > 0.0
-    spring = body.normal_stiffness_per_mass * depth if inside else 0.0
-    n = spring - body.dashpot_constant_per_mass * u.z
+    spring = body.point_normal_stiffness_per_mass * depth if inside else 0.0
+    n = spring - body.point_dashpot_constant_per_mass * u.z
     n = n if inside & ((predicted_point.body_lands_flat > 0.0) | (n > 0.0)) else 0.0
     tx, ty = (tx if inside else 0.0), (ty if inside else 0.0)
     most = body.friction * n
-    stiffness, dashpot = body.tangential_stiffness_per_mass, body.dashpot_constant_per_mass
+    stiffness, dashpot = body.point_tangential_stiffness_per_mass, body.point_dashpot_constant_per_mass
     hx, hy = -(stiffness * tx) - dashpot * u.x, -(stiffness * ty) - dashpot * u.y
     spin = plus(predicted_body.end_angular_velocity, velocity_change.angular_velocity)
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
@@ -157,7 +160,7 @@ def compute_point_forces(
         tx,
         ty,
         most,
-        body.tangential_compliance_times_mass,
+        body.point_tangential_compliance_times_mass,
         ((predicted_point.body_lands_flat > 0.0) & inside, drifts),
     )
     lever = Vector3(r.x, r.y, tilting * r.z)
@@ -187,8 +190,8 @@ def compute_point_forces(
         predicted_point, point_history, depth, force, u, most, slips, forces_decide_contact
     )
     x, y = (
-        (u.x if has_rim else (predicted_body.position.x + r.x) + half * e.x),
-        (u.y if has_rim else (predicted_body.position.y + r.y) + half * e.y),
+        (u.x if has_rim else (predicted_body.centre_position.x + r.x) + half * e.x),
+        (u.y if has_rim else (predicted_body.centre_position.y + r.y) + half * e.y),
     )
     return (
         ContactForceSum(
@@ -224,12 +227,16 @@ def lowest_rim_point_moves_too_far_in_step(
 
 @njit(**INLINE_OPTIONS)
 def base_acceleration_stays_below_limit(
-    shaking: InertialAccelerations3D, end_acceleration: Vector3, ticks_per_sample: float, horizontal_limit: float
+    shaking: InertialAccelerations3D,
+    end_acceleration: Vector3,
+    ticks_per_sample: float,
+    max_horizontal_to_vertical_ratio: float,
 ) -> bool:
     """True if the base acceleration stays below a limit at the end of this step and of the next sample.
 
-    The horizontal base acceleration must be below `horizontal_limit` × (gravity + upward base acceleration). Above
-    this limit, sample-long steps would let the springs vibrate too strongly, with too much sliding and rocking.
+    The horizontal base acceleration must be below `max_horizontal_to_vertical_ratio` × (gravity + upward base
+    acceleration). Above this limit, sample-long steps would let the springs vibrate too strongly, with too much sliding
+    and rocking.
     """
     end = 2.0 * ticks_per_sample
     x, y, up = (
@@ -237,7 +244,10 @@ def base_acceleration_stays_below_limit(
         base_acceleration_in_this_or_next_sample(shaking.inertial_acceleration_y, end, ticks_per_sample),
         base_acceleration_in_this_or_next_sample(shaking.upward_base_acceleration, end, ticks_per_sample),
     )
-    first, second = horizontal_limit * (GRAVITY + end_acceleration.z), horizontal_limit * (GRAVITY + up)
+    first, second = (
+        max_horizontal_to_vertical_ratio * (GRAVITY + end_acceleration.z),
+        max_horizontal_to_vertical_ratio * (GRAVITY + up),
+    )
     below = (end_acceleration.x * end_acceleration.x + end_acceleration.y * end_acceleration.y < first * first) & (
         x * x + y * y < second * second
     )
@@ -270,7 +280,7 @@ class BodyAfterAcceptedStep(NamedTuple):
     """State, peak values and energy account of a body after its last accepted step."""
 
     state: BodyState
-    peaks: BodyPeakValues
+    peak_values_so_far: BodyPeakValues
     energy_account: BodyEnergyAndMomentumAccount
 
 
@@ -287,7 +297,7 @@ def complete_body_step(
     """Return a body's state, peak values and energy account after a step; `largest_penetration` in m."""
     (s, peaks, account), half = previous_step, predicted_body.half_step_length_s
     a, push, tick = (
-        acceleration_of_body_centre(
+        acceleration_of_body_centre_relative_to_base(
             contact_sum.force_per_mass, predicted_body.inertial_xy_and_upward_base_acceleration
         ),
         predicted_body.inertial_xy_and_upward_base_acceleration,
@@ -302,7 +312,7 @@ def complete_body_step(
         contact_sum.extra_angular_impulse_per_mass_of_early_contacts,
     )
     place, turn = (
-        extrapolate_vector(predicted_body.position, half, velocity_change.velocity),
+        extrapolate_vector(predicted_body.centre_position, half, velocity_change.velocity),
         rotate_quaternion(predicted_body.rotation, half, velocity_change.angular_velocity),
     )
     f = rotation_matrix(turn)

@@ -91,7 +91,7 @@ def body_energy_per_mass(
             vertex_rows[i * ARRAY_LENGTH_PER_VERTEX : (i + 1) * ARRAY_LENGTH_PER_VERTEX], lane
         )
         depth = max(one.penetration, 0.0)
-        springs += body.normal_stiffness_per_mass * depth * depth + body.tangential_stiffness_per_mass * (
+        springs += body.point_normal_stiffness_per_mass * depth * depth + body.point_tangential_stiffness_per_mass * (
             one.tangential_spring_stretch_x * one.tangential_spring_stretch_x
             + one.tangential_spring_stretch_y * one.tangential_spring_stretch_y
         )
@@ -101,7 +101,7 @@ def body_energy_per_mass(
 
 
 @njit(**INLINE_OPTIONS)
-def vertical_angular_momentum_about_origin(state: BodyState) -> float:
+def angular_momentum_per_mass_about_vertical_axis(state: BodyState) -> float:
     """Return the vertical component of a body's angular momentum about the origin, per mass, m²/s."""
     return float(
         state.angular_momentum_per_mass.z
@@ -209,7 +209,7 @@ def case_status(
     lane: int,
     ticks_per_sample: float,
     last_sample: float,
-    fall_sectors: Any,
+    fall_limits_by_lean_sector: Any,
 ) -> int:
     """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED`: not ended."""
     count = vertex_rows.size // ARRAY_LENGTH_PER_VERTEX
@@ -217,7 +217,7 @@ def case_status(
     course, limits = load_course(state, lane), load_limits(state, lane)
     if not np.isfinite(state_sum_for_finite_check(s)) or peaks.peak_penetration > limits.max_penetration:
         return CaseStatus.UNSTABLE
-    if body_has_fallen(rotation_matrix(s.rotation), limits, fall_sectors):
+    if body_has_fallen(rotation_matrix(s.rotation), limits, fall_limits_by_lean_sector):
         return CaseStatus.SIMULATED
     sample = course.current_sample + s.ticks_since_sample_start / ticks_per_sample
     # A body that rests on its base after the last time at which it could start to move stays there.
@@ -237,8 +237,11 @@ def case_status(
     stands = now < course.overturning_energy and body_is_below_critical_tilt(body, s)
     # It can no longer fall, but its peak tilt is final only when its energy cannot reach it again. On one vertex the
     # weight compresses the spring: g²/2k less energy than in the rigid body.
-    past = now + 0.5 * GRAVITY * GRAVITY / body.normal_stiffness_per_mass <= energy_per_mass_to_tilt_body_over_edge(
-        body, limits.min_base_edge_distance_from_centre, peaks.peak_lean_squared_sine
+    past = (
+        now + 0.5 * GRAVITY * GRAVITY / body.point_normal_stiffness_per_mass
+        <= energy_per_mass_to_tilt_body_over_edge(
+            body, limits.min_base_edge_distance_from_centre, peaks.peak_lean_squared_sine
+        )
     )
     if stands and past and not body_will_slide_noticeably(body, s, limits.min_base_edge_distance_from_centre):
         return CaseStatus.SIMULATED
@@ -299,14 +302,14 @@ def body_rests_upright_on_all_base_vertices(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_case_results(
-    state: Any, vertex_rows: Any, lane: int, status: int, result_row: Any, fall_sectors: Any
+    state: Any, vertex_rows: Any, lane: int, status: int, result_row: Any, fall_limits_by_lean_sector: Any
 ) -> None:
     """Write the results of the case in column `lane` of the state array into `result_row`."""
     count = vertex_rows.size // ARRAY_LENGTH_PER_VERTEX
     body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
     account, course, limits = load_account(state, lane), load_course(state, lane), load_limits(state, lane)
     f = rotation_matrix(s.rotation)
-    fallen = status == CaseStatus.SIMULATED and body_has_fallen(f, limits, fall_sectors)
+    fallen = status == CaseStatus.SIMULATED and body_has_fallen(f, limits, fall_limits_by_lean_sector)
     result_row.fallen = 1.0 if fallen else 0.0
     result_row.last_upright_time_if_fallen = course.last_upright_time if fallen else np.nan
     result_row.peak_lean_squared_sine = max(peaks.peak_lean_squared_sine, lean_as_squared_sine(f))
@@ -334,7 +337,7 @@ def write_case_results(
     )
     result_row.angular_momentum_error_ratio = (
         abs(
-            vertical_angular_momentum_about_origin(s)
+            angular_momentum_per_mass_about_vertical_axis(s)
             - limits.initial_vertical_angular_momentum_per_mass
             - account.supplied_vertical_angular_momentum_per_mass
         )

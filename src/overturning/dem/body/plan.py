@@ -15,8 +15,8 @@ from overturning.dem.body.state import MIN_OMEGA_DT_FOR_STEPS_OF_ONE_SAMPLE, PAR
 from overturning.dem.body.statics import (
     MAX_CACHED_SOLIDS,
     body_pose_at_rest_on_springs,
-    largest_unit_spring_eigenvalue,
-    smallest_unit_spring_eigenvalue,
+    largest_squared_frequency_on_unit_springs,
+    smallest_squared_frequency_on_unit_springs,
     unloading_acceleration_g_and_min_to_mean_load,
 )
 from overturning.dem.body.tables import (
@@ -107,7 +107,9 @@ class BodySimulationPlan(SimulationPlan3D):
     model: Body
     solids_by_size: list[RigidSolid]  # one for each size
     body_constants_by_size: NDArray[np.void]  # of the solids, of type `overturning.dem.body.tables.BODY_TABLE_DTYPE`
-    vertices_and_base_edges: FloatArray  # shape (bodies, vertices, 6): see `BodyKernelInput.vertices_and_base_edges`
+    vertices_and_base_edges_by_size: (
+        FloatArray  # shape (bodies, vertices, 6): see `BodyKernelInput.vertices_and_base_edges_by_size`
+    )
 
     @property
     def base_shape_loop_tag(self) -> Any:
@@ -122,7 +124,7 @@ class BodySimulationPlan(SimulationPlan3D):
             **self.kernel_input_fields_3d(case_numbers, result_tables, step_divisor, PARALLEL_CASE_COUNT),
             base_shape_loop_tag=self.base_shape_loop_tag,
             body_constants_by_size=self.body_constants_by_size,
-            vertices_and_base_edges=self.vertices_and_base_edges,
+            vertices_and_base_edges_by_size=self.vertices_and_base_edges_by_size,
             base_vertex_count=self.solids_by_size[0].base_vertex_count,
             fall_limits_by_lean_sector=np.stack([body.fall_limits_by_lean_sector for body in self.solids_by_size]),
         )
@@ -181,7 +183,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     )
     made = [_cached_solid_of_shape(shape, *size) for size in sizes.tolist()]
     laws = np.array([contact.stiffness_and_damping_per_mass(body) for body in made])
-    modes = np.array([largest_unit_spring_eigenvalue(body) for body in made])
+    modes = np.array([largest_squared_frequency_on_unit_springs(body) for body in made])
     foot, reach = (
         np.array([body.centre_height for body in made]),
         np.array([body.min_base_edge_distance_from_centre for body in made]),
@@ -201,12 +203,13 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     leaves_out = numerics.leave_out and start is None
     first, calm, stays_at_rest = sample_ranges_able_to_move_body_at_rest(motion, amplitude, threshold, leaves_out)
     if leaves_out:
-        rest_limit = _max_base_acceleration_at_rest_by_case(made, which, laws, dashpot, friction, interval)
+        rest_limit = _max_base_acceleration_g_at_rest_by_case(made, which, laws, dashpot, friction, interval)
     table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     has_vertices_at_rest = start is None and made[0].rim_radius == 0.0
     columns = {
-        "body": which, "normal_stiffness_per_mass": laws[which, 0], "tangential_stiffness_per_mass": laws[which, 1],
-        "dashpot_constant_per_mass": dashpot, "friction": friction,
+        "body": which, "point_normal_stiffness_per_mass": laws[which, 0],
+        "point_tangential_stiffness_per_mass": laws[which, 1],
+        "point_dashpot_constant_per_mass": dashpot, "friction": friction,
         "amplitude_factor": amplitude,
         "rest_acceleration_limit_g": rest_limit,
         "first_simulated_sample": first,
@@ -234,7 +237,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         numerics=numerics,
         solids_by_size=made,
         body_constants_by_size=bodies,
-        vertices_and_base_edges=points,
+        vertices_and_base_edges_by_size=points,
         orientation_cosines_north_east=cosines,
         motion_rows=row,
         base_accelerations=along,
@@ -265,7 +268,7 @@ def _check_body_arguments(model: Body, cases: Cases, numerics: NumericalOptions)
         raise ArgumentError(f"start: quaternion {start.quaternion}; its length must be 1")
 
 
-def _max_base_acceleration_at_rest_by_case(
+def _max_base_acceleration_g_at_rest_by_case(
     solids: list[RigidSolid],
     solid_indices: NDArray[np.int64],
     contact_constants: FloatArray,
@@ -281,7 +284,7 @@ def _max_base_acceleration_at_rest_by_case(
     """
     slowest, unloads = (
         np.array([function(body) for body in solids])
-        for function in (smallest_unit_spring_eigenvalue, unloading_acceleration_g_and_min_to_mean_load)
+        for function in (smallest_squared_frequency_on_unit_springs, unloading_acceleration_g_and_min_to_mean_load)
     )
     ratio = np.array([body.min_base_edge_distance_from_centre / body.centre_height for body in solids])
     stiffer = np.maximum(*contact_constants[solid_indices, :2].T)

@@ -62,11 +62,11 @@ def outcome_variables_of_bodies(
         }
 
 
-def tilt_deg_from_squared_sine(extended_squared_sine: FloatArray) -> FloatArray:
+def tilt_deg_from_squared_sine(squared_sine_or_two_minus_it: FloatArray) -> FloatArray:
     """Return the tilt in degrees from a lean: sin² of the tilt up to 90°, 2 − sin² of the tilt beyond."""
-    extended_squared_sine = np.clip(extended_squared_sine, 0.0, 2.0)
-    angle = np.arcsin(np.sqrt(np.minimum(extended_squared_sine, 2.0 - extended_squared_sine)))
-    return degrees_rounded_to_9_decimals(np.where(extended_squared_sine <= 1.0, angle, np.pi - angle))
+    squared_sine_or_two_minus_it = np.clip(squared_sine_or_two_minus_it, 0.0, 2.0)
+    angle = np.arcsin(np.sqrt(np.minimum(squared_sine_or_two_minus_it, 2.0 - squared_sine_or_two_minus_it)))
+    return degrees_rounded_to_9_decimals(np.where(squared_sine_or_two_minus_it <= 1.0, angle, np.pi - angle))
 
 
 def degrees_rounded_to_9_decimals(radians: FloatArray) -> FloatArray:

@@ -93,7 +93,7 @@ class BodyKernelInput(NamedTuple):
     """Marker of the bodies, of a type in `LOOP_BY_BASE_SHAPE_TAG`."""
     body_constants_by_size: NDArray[np.void]
     """Constants of the bodies, of type `BODY_TABLE_DTYPE`, shape (bodies,)."""
-    vertices_and_base_edges: FloatArray
+    vertices_and_base_edges_by_size: FloatArray
     """Vertices of each body, shape (bodies, vertices, 6): position from its centre, m, and the outward normal and the
     distance (m) of the edge of the base that starts there."""
     base_vertex_count: int
@@ -152,7 +152,8 @@ time_stepping_loop_by_tag = create_lookup_by_type(LOOP_BY_BASE_SHAPE_TAG)
 def allocate_workspace(kernel_input: Any) -> Any:
     """Return empty state arrays of bodies and their vertices, one column (lane) per case computed in parallel."""
     state = cache_line_aligned_zeros(
-        STATE_ROW_COUNT * PARALLEL_CASE_COUNT + kernel_input.vertices_and_base_edges.shape[1] * ARRAY_LENGTH_PER_VERTEX
+        STATE_ROW_COUNT * PARALLEL_CASE_COUNT
+        + kernel_input.vertices_and_base_edges_by_size.shape[1] * ARRAY_LENGTH_PER_VERTEX
     )
     return BodyWorkspace(state, state[STATE_ROW_COUNT * PARALLEL_CASE_COUNT :])
 
@@ -162,7 +163,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     given = kernel_input.cases[case]
     body, points, interval = (
         kernel_input.body_constants_by_size[given.body],
-        kernel_input.vertices_and_base_edges[given.body],
+        kernel_input.vertices_and_base_edges_by_size[given.body],
         kernel_input.settings.sampling_interval,
     )
     write_initial_body_state(
@@ -235,7 +236,7 @@ def attempt_steps_until_next_check(
     settings, marker, count, base = (
         kernel_input.settings,
         kernel_input.base_shape_loop_tag,
-        kernel_input.vertices_and_base_edges.shape[1],
+        kernel_input.vertices_and_base_edges_by_size.shape[1],
         kernel_input.base_vertex_count,
     )
     if trajectory.shape[0] > 0:
@@ -332,7 +333,7 @@ def skip_quiet_samples_of_resting_cases(
         kernel_input.motion_rows,
         kernel_input.base_vertex_count,
     )
-    count = kernel_input.vertices_and_base_edges.shape[1]
+    count = kernel_input.vertices_and_base_edges_by_size.shape[1]
     if mark_possibly_resting_bodies(state, active_lane_count) == 0:
         return
     for j in range(active_lane_count):

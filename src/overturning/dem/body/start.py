@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
-from overturning.dem.body.ending import body_energy_per_mass, vertical_angular_momentum_about_origin
+from overturning.dem.body.ending import angular_momentum_per_mass_about_vertical_axis, body_energy_per_mass
 from overturning.dem.body.state import (
     PARALLEL_CASE_COUNT,
     STATE_ROW_LAYOUT,
@@ -96,16 +96,16 @@ def write_initial_body_state(
     ))  # fmt: skip
     state[ROW_OFFSET_OF_REST_ACCELERATION_LIMIT + lane] = case_parameters.rest_acceleration_limit_g
     store_limits(state, lane, BodyTerminationLimits(
-        vertical_angular_momentum_about_origin(begin), body_constants.min_base_edge_distance_from_centre,
+        angular_momentum_per_mass_about_vertical_axis(begin), body_constants.min_base_edge_distance_from_centre,
         body_constants.fall_tilt_cosine,
         body_constants.max_penetration, case_parameters.max_acceleration_for_sample_long_steps_g,
     ))  # fmt: skip
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def body_constants_of_case(case_parameters: Any, body_constants: Any, tick_length: float) -> BodyConstants:
-    """Return a body's constants combined with the contact law of a case; `tick_length` (s) is the time unit."""
-    c, ks = body_constants, case_parameters.tangential_stiffness_per_mass
+def body_constants_of_case(case_parameters: Any, body_constants: Any, tick_length_s: float) -> BodyConstants:
+    """Return a body's constants combined with the contact law of a case; `tick_length_s` (s) is the time unit."""
+    c, ks = body_constants, case_parameters.point_tangential_stiffness_per_mass
     return BodyConstants(
         inverse_of_inertia_per_mass=SymmetricMatrix(
             c.inverse_of_inertia_per_mass_xx,
@@ -125,17 +125,17 @@ def body_constants_of_case(case_parameters: Any, body_constants: Any, tick_lengt
         ),
         centre_height=c.centre_height,
         round_base_radius_or_zero=c.round_base_radius_or_zero,
-        normal_stiffness_per_mass=case_parameters.normal_stiffness_per_mass,
-        tangential_stiffness_per_mass=ks,
-        tangential_compliance_times_mass=1.0 / ks if ks > 0.0 else 0.0,
-        dashpot_constant_per_mass=case_parameters.dashpot_constant_per_mass,
+        point_normal_stiffness_per_mass=case_parameters.point_normal_stiffness_per_mass,
+        point_tangential_stiffness_per_mass=ks,
+        point_tangential_compliance_times_mass=1.0 / ks if ks > 0.0 else 0.0,
+        point_dashpot_constant_per_mass=case_parameters.point_dashpot_constant_per_mass,
         friction=case_parameters.friction,
         critical_lean_squared_sine=c.critical_lean_squared_sine,
         extreme_vertex_tolerance_to_height_range=c.extreme_vertex_tolerance_to_height_range,
-        tick_length_s=tick_length,
+        tick_length_s=tick_length_s,
         flat_landing_duration_s=FLAT_LANDING_DURATION_IN_DECAY_TIMES
-        * case_parameters.dashpot_constant_per_mass
-        / case_parameters.normal_stiffness_per_mass,
+        * case_parameters.point_dashpot_constant_per_mass
+        / case_parameters.point_normal_stiffness_per_mass,
     )
 
 
@@ -159,7 +159,7 @@ def write_vertex_states_and_return_body_state(
         # Velocity is stored for points of a rim, position for vertices.
         known = plus(v, cross_product(w, arm)) if body.round_base_radius_or_zero > 0.0 else plus(place, arm)
         depth = -(place.z + arm.z)
-        n = body.normal_stiffness_per_mass * max(depth, 0.0)
+        n = body.point_normal_stiffness_per_mass * max(depth, 0.0)
         store_point_state_at_step_start(
             one,
             lane,
@@ -179,7 +179,7 @@ def write_vertex_states_and_return_body_state(
         centre_position=place,
         rotation=turn,
         velocity_relative_to_base=v,
-        angular_momentum_per_mass=angular_momentum_from_velocity(body.inverse_of_inertia_per_mass, f, w),
+        angular_momentum_per_mass=angular_momentum_per_mass_from_velocity(body.inverse_of_inertia_per_mass, f, w),
         angular_velocity=w,
         acceleration_relative_to_base=Vector3(0.0, 0.0, az),
         contact_moment_per_mass=Vector3(mx, my, 0.0),
@@ -188,14 +188,14 @@ def write_vertex_states_and_return_body_state(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def angular_momentum_from_velocity(
-    inverse_inertia_per_mass: SymmetricMatrix, body_axes: Matrix3, angular_velocity: Vector3
+def angular_momentum_per_mass_from_velocity(
+    inverse_of_inertia_per_mass: SymmetricMatrix, body_axes: Matrix3, angular_velocity: Vector3
 ) -> Vector3:
     """Return the angular momentum per mass (m²/s) of a body, in the axes of the base.
 
-    `inverse_inertia_per_mass` is in the axes of the body, 1/m², and `angular_velocity` in the axes of the base, rad/s.
+    `inverse_of_inertia_per_mass` is in the axes of the body, 1/m², `angular_velocity` in the axes of the base, rad/s.
     """
-    a = inverse_inertia_per_mass
+    a = inverse_of_inertia_per_mass
     cofactors = SymmetricMatrix(
         a.yy * a.zz - a.yz**2, a.xx * a.zz - a.xz**2, a.xx * a.yy - a.xy**2,
         a.xz * a.yz - a.xy * a.zz, a.xy * a.yz - a.xz * a.yy, a.xy * a.xz - a.xx * a.yz,

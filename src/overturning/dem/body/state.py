@@ -48,13 +48,13 @@ class BodyConstants(NamedTuple):
     """Height of the centre above the base, m."""
     round_base_radius_or_zero: float
     """Radius of a round base, m; 0 for a base with vertices."""
-    normal_stiffness_per_mass: float
+    point_normal_stiffness_per_mass: float
     """Normal stiffness of a vertex, K/m, 1/s²."""
-    tangential_stiffness_per_mass: float
+    point_tangential_stiffness_per_mass: float
     """Tangential stiffness of a vertex, K_s/m, 1/s², in any direction."""
-    tangential_compliance_times_mass: float
+    point_tangential_compliance_times_mass: float
     """1 over the tangential stiffness per mass, m/K_s, s²; 0 without tangential springs."""
-    dashpot_constant_per_mass: float
+    point_dashpot_constant_per_mass: float
     """Dashpot of a vertex, h/m, 1/s."""
     friction: float
     """Coefficient of friction μ."""
@@ -117,7 +117,7 @@ class BodyContactPointState(NamedTuple):
     normal_force_per_mass: float
     """Normal force per mass, m/s²."""
     slid_in_last_step: float
-    """1 if the point slid in the last step, else 0."""
+    """1 if the point slid in the last step, or in an attempt rejected since; else 0."""
     remaining_flat_landing_time: float
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
@@ -255,7 +255,7 @@ class StepRejectionFlags(NamedTuple):
 class BodyPredictedForStepEnd(NamedTuple):
     """Predicted state of a body at the end of a step of the centred scheme, before the equations are solved."""
 
-    position: Vector3
+    centre_position: Vector3
     rotation: Quaternion
     velocity_at_half_step: Vector3
     """Velocity after half of the step, m/s."""
@@ -360,29 +360,26 @@ def inertial_accelerations_until_next_sample(
 
 @njit(**INLINE_OPTIONS)
 def angular_velocity_from_momentum(
-    inverse_inertia: SymmetricMatrix, body_axes: Matrix3, angular_momentum: Vector3
+    inverse_of_inertia_per_mass: SymmetricMatrix, body_axes: Matrix3, angular_momentum_per_mass: Vector3
 ) -> Vector3:
     """Return the angular velocity (rad/s) of a body from its angular momentum per mass, in the axes of the base."""
-    return matrix_times_vector(
-        body_axes,
-        matrix_times_vector(
-            expand_symmetric_matrix(inverse_inertia), matrix_times_vector(transpose(body_axes), angular_momentum)
-        ),
-    )
+    own, inverse = matrix_times_vector(transpose(body_axes), angular_momentum_per_mass), inverse_of_inertia_per_mass
+    return matrix_times_vector(body_axes, matrix_times_vector(expand_symmetric_matrix(inverse), own))
 
 
 @njit(**INLINE_OPTIONS)
-def rotate_body_over_step(
-    inverse_inertia: SymmetricMatrix, turn: Quaternion, momentum_at_mid_step: Vector3, moment: Vector3, step: float
-) -> tuple[Quaternion, Vector3]:
+def rotation_and_angular_velocity_after_step(
+    inverse_of_inertia_per_mass: SymmetricMatrix, rotation_at_start: Quaternion, momentum_per_mass_at_mid_step: Vector3,
+    moment_per_mass: Vector3, step_length: float,
+) -> tuple[Quaternion, Vector3]:  # fmt: skip
     """Return the rotation (quaternion) and angular velocity of a body after a step (s) with constant moment."""
-    half = 0.5 * step
-    w = angular_velocity_from_momentum(inverse_inertia, rotation_matrix(turn), momentum_at_mid_step)
-    mid_turn = rotate_quaternion(turn, half, w)
-    w = angular_velocity_from_momentum(inverse_inertia, rotation_matrix(mid_turn), momentum_at_mid_step)
-    end_turn = rotate_quaternion(turn, step, w)
-    end_momentum = extrapolate_vector(momentum_at_mid_step, half, moment)
-    return end_turn, angular_velocity_from_momentum(inverse_inertia, rotation_matrix(end_turn), end_momentum)
+    half, inverse, momentum = 0.5 * step_length, inverse_of_inertia_per_mass, momentum_per_mass_at_mid_step
+    w = angular_velocity_from_momentum(inverse, rotation_matrix(rotation_at_start), momentum)
+    mid_turn = rotate_quaternion(rotation_at_start, half, w)
+    w = angular_velocity_from_momentum(inverse, rotation_matrix(mid_turn), momentum)
+    end_turn = rotate_quaternion(rotation_at_start, step_length, w)
+    end_momentum = extrapolate_vector(momentum, half, moment_per_mass)
+    return end_turn, angular_velocity_from_momentum(inverse, rotation_matrix(end_turn), end_momentum)
 
 
 @njit(**INLINE_OPTIONS)

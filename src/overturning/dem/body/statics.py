@@ -50,7 +50,7 @@ def body_pose_at_rest_on_springs(body: RigidSolid, normal_stiffness_per_mass: fl
 
 
 @lru_cache(MAX_CACHED_SOLIDS)
-def largest_unit_spring_eigenvalue(body: RigidSolid) -> float:
+def largest_squared_frequency_on_unit_springs(body: RigidSolid) -> float:
     """Return the largest eigenvalue ω² of a body on equal springs at its vertices, for the stable time step.
 
     Each spring has the stiffness 1/s² per body mass. Each further spring only raises the eigenvalue: the body has a
@@ -58,16 +58,16 @@ def largest_unit_spring_eigenvalue(body: RigidSolid) -> float:
     isotropic springs. So the maximum over the faces that can lie flat, each with all its vertices, is enough.
     """
     faces = (np.arange(body.base_vertex_count), *body.point_indices_by_non_base_contact_face)
-    return max(highest_eigenvalue(_stiffness_matrix_of_unit_springs(body, face)) for face in faces)
+    return max(highest_eigenvalue(_mass_scaled_stiffness_of_unit_springs(body, face)) for face in faces)
 
 
 @lru_cache(MAX_CACHED_SOLIDS)
-def smallest_unit_spring_eigenvalue(body: RigidSolid) -> float:
+def smallest_squared_frequency_on_unit_springs(body: RigidSolid) -> float:
     """Return the smallest eigenvalue ω² of an upright body on equal springs at its base vertices.
 
-    Each spring has the stiffness 1/s² per body mass, as in `largest_unit_spring_eigenvalue`.
+    Each spring has the stiffness 1/s² per body mass, as in `largest_squared_frequency_on_unit_springs`.
     """
-    return lowest_eigenvalue(_stiffness_matrix_of_unit_springs(body, np.arange(body.base_vertex_count)))
+    return lowest_eigenvalue(_mass_scaled_stiffness_of_unit_springs(body, np.arange(body.base_vertex_count)))
 
 
 @lru_cache(MAX_CACHED_SOLIDS)
@@ -90,7 +90,7 @@ def unloading_acceleration_g_and_min_to_mean_load(body: RigidSolid) -> tuple[flo
     return (float(np.min(own / change)), least * body.base_vertex_count) if least > 0.0 else (0.0, 0.0)
 
 
-def _stiffness_matrix_of_unit_springs(body: RigidSolid, vertex_indices: NDArray[np.int64]) -> FloatArray:
+def _mass_scaled_stiffness_of_unit_springs(body: RigidSolid, vertex_indices: NDArray[np.int64]) -> FloatArray:
     """Return the 6 × 6 stiffness matrix, scaled to unit mass and inertia, of a body on unit springs at vertices."""
     inertia = body.inertia_per_mass
     # Lower triangular root of the inertia, I = C Cᵀ, and its inverse.

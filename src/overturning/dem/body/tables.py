@@ -43,11 +43,11 @@ class BodyInitialStateTableColumns(NamedTuple):
 class BodyCaseTableColumns(NamedTuple):
     """Parameters of a case of a 3-D body: columns of the kernel's table of cases, among others."""
 
-    normal_stiffness_per_mass: float
+    point_normal_stiffness_per_mass: float
     """Normal stiffness of a point per mass, 1/s²."""
-    tangential_stiffness_per_mass: float
+    point_tangential_stiffness_per_mass: float
     """Tangential stiffness of a point per mass, 1/s²."""
-    dashpot_constant_per_mass: float
+    point_dashpot_constant_per_mass: float
     """Dashpot of a point per mass, 1/s."""
     friction: float
     """Coefficient of friction."""

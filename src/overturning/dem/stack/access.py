@@ -35,9 +35,9 @@ from overturning.dem.stack.joint_state import (
 from overturning.dem.stack.state import (
     CASE_ROW_LAYOUT,
     STONE_ROW_LAYOUT,
+    ContactEnergyLosses,
     DiagonalBlockAndRightSide,
     EliminatedStoneSolution,
-    JointEnergyLosses,
     PredictedStone,
     StackClockWithinSample,
     StackContactChangesInStep,
@@ -62,7 +62,7 @@ load_clock, store_clock, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepCon
 load_course, store_course, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
 load_findings, store_findings, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackContactChangesInStep)
 load_inertial, store_inertial, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(Vector3)
-load_losses, store_losses, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(JointEnergyLosses)
+load_losses, store_losses, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(ContactEnergyLosses)
 load_rejection, store_rejection, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectionFlags)
 load_rest, store_rest, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackRestFlagAndLimits)
 load_shaking, store_shaking, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D)
@@ -108,8 +108,8 @@ load_rim_side, store_rim_side, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(Base
 load_point, _, store_point_unless = POINT_ROW_LAYOUT.tuple_reader_and_writer(JointPointAtStepStartAndEnd, "old")
 
 add_losses, no_losses = (
-    create_elementwise_tuple_functions(JointEnergyLosses).plus,
-    create_elementwise_tuple_functions(JointEnergyLosses).zero,
+    create_elementwise_tuple_functions(ContactEnergyLosses).plus,
+    create_elementwise_tuple_functions(ContactEnergyLosses).zero,
 )
 larger_of, no_findings = (
     create_elementwise_tuple_functions(StackContactChangesInStep).largest,
@@ -121,7 +121,7 @@ STIFFNESS_SHARE_ROW_OFFSET: Final = POINT_ROW_LAYOUT.row_offset_of_field(Contact
 STIFFNESS_SHARE_AT_STEP_START_ROW_OFFSET: Final = POINT_ROW_LAYOUT.row_offset_of_field(
     JointPointAtStepStartAndEnd, "old.joint_stiffness_share"
 )
-OLD_NON_CORNER_LOAD_ROW, NEW_NON_CORNER_LOAD_ROW = (
+NON_CORNER_LOAD_AT_STEP_START_ROW_OFFSET, NON_CORNER_LOAD_AT_STEP_END_ROW_OFFSET = (
     JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, f"{end}.has_loaded_non_corner_point")
     for end in ("old", "new")
 )

@@ -29,22 +29,28 @@ PATCH_PERIMETER_ROW_OFFSET: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRe
 
 
 @njit(**INLINE_OPTIONS)
-def clip_side_by_half_plane(clip: SidePartInContactPatch, at_begin: float, at_end: float) -> SidePartInContactPatch:
+def clip_side_by_half_plane(
+    clip: SidePartInContactPatch, depth_inside_at_begin: float, depth_inside_at_end: float
+) -> SidePartInContactPatch:
     """Clip a part of a face's side by a half plane, given how far both ends of the side lie inside the half plane."""
-    crosses = (at_begin < 0.0) != (at_end < 0.0)
-    share = at_begin / (at_begin - at_end if crosses else 1.0)
-    outside = (at_begin < 0.0) & (at_end < 0.0)
-    begin = share if crosses & (at_begin < 0.0) & (share > clip.begin_side_fraction) else clip.begin_side_fraction
-    end = share if crosses & (at_end < 0.0) & (share < clip.end_side_fraction) else clip.end_side_fraction
+    crosses = (depth_inside_at_begin < 0.0) != (depth_inside_at_end < 0.0)
+    share = depth_inside_at_begin / (depth_inside_at_begin - depth_inside_at_end if crosses else 1.0)
+    outside = (depth_inside_at_begin < 0.0) & (depth_inside_at_end < 0.0)
+    begin = (
+        share
+        if crosses & (depth_inside_at_begin < 0.0) & (share > clip.begin_side_fraction)
+        else clip.begin_side_fraction
+    )
+    end = share if crosses & (depth_inside_at_end < 0.0) & (share < clip.end_side_fraction) else clip.end_side_fraction
     return SidePartInContactPatch(begin, (-1.0 if outside else end), clip.length)
 
 
 @njit(**INLINE_OPTIONS)
-def set_length_of_clipped_side(clip: SidePartInContactPatch, length: float) -> SidePartInContactPatch:
-    """Return the clipped part of a face's side with its length, m; `length` is that of the whole side, m."""
+def set_length_of_clipped_side(clip: SidePartInContactPatch, whole_side_length: float) -> SidePartInContactPatch:
+    """Return the clipped part of a face's side with its length, m; `whole_side_length` is that of the whole side, m."""
     part = clip.end_side_fraction - clip.begin_side_fraction
     return SidePartInContactPatch(
-        clip.begin_side_fraction, clip.end_side_fraction, length * part if part > 0.0 else 0.0
+        clip.begin_side_fraction, clip.end_side_fraction, whole_side_length * part if part > 0.0 else 0.0
     )
 
 

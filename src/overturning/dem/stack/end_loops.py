@@ -31,7 +31,7 @@ from overturning.dem.kernel.lanes import (
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.stack.access import (
     IS_SIMULATED_ROW_OFFSET,
-    NEW_NON_CORNER_LOAD_ROW,
+    NON_CORNER_LOAD_AT_STEP_END_ROW_OFFSET,
     STIFFNESS_SHARE_ROW_OFFSET,
     add_losses,
     larger_of,
@@ -142,11 +142,11 @@ def store_relative_velocity_changes(
         stone, one = load_predicted(upper_rows, j), load_change(upper_rows, j)
         if on_ground is None:
             below, (axes, origin) = load_predicted(lower_rows, j), load_joint_pose(joint_rows, j)
-            arms = (minus(origin, stone.position), minus(origin, below.position))
+            arms = (minus(origin, stone.centre_position), minus(origin, below.centre_position))
             velocity, spin = relative_velocity_change_of_joint(one, load_change(lower_rows, j), arms, axes)
         else:
             velocity, spin = (
-                plus(one.velocity, cross_product(one.angular_velocity, scale_vector(-1.0, stone.position))),
+                plus(one.velocity, cross_product(one.angular_velocity, scale_vector(-1.0, stone.centre_position))),
                 one.angular_velocity,
             )
         store_joint_change(joint_rows, j, Wrench(velocity, spin))
@@ -225,14 +225,14 @@ def compute_joint_force_and_moment(
                 matrix_times_vector(axes, early.force_or_velocity),
                 matrix_times_vector(axes, early.moment_or_angular_velocity),
             )
-            arm, other = minus(origin, below.position), load_sum(lower_rows, j)
+            arm, other = minus(origin, below.centre_position), load_sum(lower_rows, j)
             store_sum(lower_rows, j, StoneContactForceSums(
                 wrench_minus(other.force_and_moment_at_step_end, shift_wrench_to_stone_centre(at_end, arm)),
                 wrench_minus(other.extra_impulses_of_early_contacts, shift_wrench_to_stone_centre(early, arm)),
             ))  # fmt: skip
         else:
             origin = Vector3(0.0, 0.0, 0.0)
-        arm = minus(origin, stone.position)
+        arm = minus(origin, stone.centre_position)
         store_sum(upper_rows, j, StoneContactForceSums(
             wrench_plus(total.force_and_moment_at_step_end, shift_wrench_to_stone_centre(at_end, arm)),
             wrench_plus(total.extra_impulses_of_early_contacts, shift_wrench_to_stone_centre(early, arm)),
@@ -246,8 +246,8 @@ def mark_joints_with_loaded_non_corner_point(joint_rows: Any, point: Any, lane_c
     Such a base extends beyond the rim of the face below.
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        joint_rows[NEW_NON_CORNER_LOAD_ROW + j] = select(
-            point[STIFFNESS_SHARE_ROW_OFFSET + j] > 0.0, 1.0, joint_rows[NEW_NON_CORNER_LOAD_ROW + j]
+        joint_rows[NON_CORNER_LOAD_AT_STEP_END_ROW_OFFSET + j] = select(
+            point[STIFFNESS_SHARE_ROW_OFFSET + j] > 0.0, 1.0, joint_rows[NON_CORNER_LOAD_AT_STEP_END_ROW_OFFSET + j]
         )
 
 
@@ -325,7 +325,7 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
             j,
             skip,
             StoneState(
-                centre_position=extrapolate_vector(p.position, half, change.velocity),
+                centre_position=extrapolate_vector(p.centre_position, half, change.velocity),
                 rotation=turn,
                 velocity_relative_to_base=velocity,
                 angular_momentum_per_mass=plus(

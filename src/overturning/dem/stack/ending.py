@@ -108,10 +108,12 @@ def stone_kinetic_energy(constants: StoneConstants, state: StoneState) -> float:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def stack_energy(state: Any, lane: int, stone_count: int, max_corner_count: int, heights: Any) -> float:
+def stack_energy(
+    state: Any, lane: int, stone_count: int, max_corner_count: int, reference_centre_heights: Any
+) -> float:
     """Return the energy (J) of the stones of a stack that have not fallen, and of the contact springs below them.
 
-    `heights` holds the height of each centre from which its potential energy is counted, m.
+    `reference_centre_heights` holds the height of each centre from which its potential energy is counted, m.
     """
     total, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
     for s in range(stone_count):
@@ -120,7 +122,7 @@ def stack_energy(state: Any, lane: int, stone_count: int, max_corner_count: int,
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
         total += stone_kinetic_energy(constants, stone) + constants.mass * GRAVITY * (
-            stone.centre_position.z - heights[s]
+            stone.centre_position.z - reference_centre_heights[s]
         )
         at = first + s * size
         joint, old = load_joint(state[at : at + JOINT_SIZE], lane), load_history(state[at : at + JOINT_SIZE], lane)
@@ -204,7 +206,12 @@ def lowest_newly_fallen_stone_index(state: Any, lane: int, stone_count: int, max
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def stop_simulating_fallen_and_upper_stones(
-    state: Any, lane: int, stone_count: int, max_corner_count: int, ticks_per_sample: float, heights: Any
+    state: Any,
+    lane: int,
+    stone_count: int,
+    max_corner_count: int,
+    ticks_per_sample: float,
+    reference_centre_heights: Any,
 ) -> bool:
     """Stop the simulation of the lowest fallen stone and of all stones above it; True if no stone remains.
 
@@ -213,7 +220,7 @@ def stop_simulating_fallen_and_upper_stones(
     fallen = lowest_newly_fallen_stone_index(state, lane, stone_count, max_corner_count)
     if fallen == stone_count:
         return False
-    before = stack_energy(state, lane, stone_count, max_corner_count, heights)
+    before = stack_energy(state, lane, stone_count, max_corner_count, reference_centre_heights)
     start_of_sample, tick = (
         load_course(state, lane).current_sample * ticks_per_sample, load_case(state, lane).tick_length_s,
     )  # fmt: skip
@@ -235,7 +242,7 @@ def stop_simulating_fallen_and_upper_stones(
             0.0, upright_until, 1.0 if slid_off and s == fallen else 0.0
         ))  # fmt: skip
     account = load_account(state, lane)
-    gone = before - stack_energy(state, lane, stone_count, max_corner_count, heights)
+    gone = before - stack_energy(state, lane, stone_count, max_corner_count, reference_centre_heights)
     store_account(
         state,
         lane,
@@ -338,7 +345,7 @@ def stack_cannot_fall(state: Any, lane: int, max_corner_count: int, stones_at_re
             stone.centre_position.y + constants.upper_face_height_above_centre * own.yz,
         )
         start_x, start_y = start.x, start.y
-    left = max(1.0 - slip / case.min_mass_centre_to_side_distance, 0.0)
+    left = max(1.0 - slip / case.min_side_distance_of_mass_centre_above_joint, 0.0)
     energy = (
         stack_energy(state, lane, stones_at_rest.size, max_corner_count, stones_at_rest.centre_height_at_rest)
         - course.initial_energy
@@ -353,14 +360,14 @@ def write_stack_results(
     stone_count: int,
     max_corner_count: int,
     status: int,
-    heights: Any,
+    reference_centre_heights: Any,
     result_row: Any,
     stone_results: Any,
 ) -> None:
     """Write the results of the case in column `lane` into `result_row`, and one row of `stone_results` per stone."""
     account, course = load_account(state, lane), load_course(state, lane)
     balance = (
-        (stack_energy(state, lane, stone_count, max_corner_count, heights) - course.initial_energy)
+        (stack_energy(state, lane, stone_count, max_corner_count, reference_centre_heights) - course.initial_energy)
         - account.base_motion_work
         + account.lost_energy
     )

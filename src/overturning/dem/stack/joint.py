@@ -26,7 +26,7 @@ from overturning.dem.stack.joint_state import (
     squared_length,
     unit_tangent_twist_vector,
 )
-from overturning.dem.stack.state import JointEnergyLosses, StackContactChangesInStep, VelocityToForceBlocks, Wrench
+from overturning.dem.stack.state import ContactEnergyLosses, StackContactChangesInStep, VelocityToForceBlocks, Wrench
 
 
 @njit(**INLINE_OPTIONS)
@@ -65,20 +65,29 @@ def flat_landing_slip_direction(
 
 
 @njit(**INLINE_OPTIONS)
-def slip_velocity_at_contact(velocity: Vector3, spin: Vector3, cx: float, cy: float, arm: float) -> TangentTwistVector:
+def slip_velocity_at_contact(
+    velocity: Vector3, spin: Vector3, point_x: float, point_y: float, mean_force_distance: float
+) -> TangentTwistVector:
     """Return the slip velocity (x, y, twist), m/s, of the upper stone on the lower one at a point of the contact."""
-    return TangentTwistVector(velocity.x - spin.z * cy, velocity.y + spin.z * cx, arm * spin.z)
+    return TangentTwistVector(
+        velocity.x - spin.z * point_y, velocity.y + spin.z * point_x, mean_force_distance * spin.z
+    )
 
 
 @njit(**INLINE_OPTIONS)
 def spring_stretch_after_step(
-    stretch: TangentTwistVector, half_step: float, first: TangentTwistVector, second: TangentTwistVector
+    stretch: TangentTwistVector,
+    half_step: float,
+    slip_velocity_at_start: TangentTwistVector,
+    slip_velocity_at_end: TangentTwistVector,
 ) -> TangentTwistVector:
     """Return the stretch of a tangential spring after a step with given slip velocities at its start and end."""
+    first, second = slip_velocity_at_start, slip_velocity_at_end
     return TangentTwistVector(
-        stretch.x + half_step * (first.x + second.x), stretch.y + half_step * (first.y + second.y),
+        stretch.x + half_step * (first.x + second.x),
+        stretch.y + half_step * (first.y + second.y),
         stretch.twist_times_radius + half_step * (first.twist_times_radius + second.twist_times_radius),
-    )  # fmt: skip
+    )
 
 
 @njit(**INLINE_OPTIONS)
@@ -129,11 +138,11 @@ def joint_equation_terms(
     sums: JointNormalForceSums,
     friction: JointFrictionInStepEquations,
     half_step: float,
-    normal: float,
+    friction_limiting_normal_force: float,
 ) -> JointEquations:
     """Return the predicted force and moment between two stones about the lower face's centre, with derivatives.
 
-    `normal` is the normal force that limits friction across the direction of sliding, N.
+    `friction_limiting_normal_force` is the normal force that limits friction across the direction of sliding, N.
     """
     in_contact, slides, d = (
         friction.is_assumed_loaded > 0.0,
@@ -141,7 +150,9 @@ def joint_equation_terms(
         friction.friction_direction,
     )
     held = tangential_contact_force(joint, friction.tangential_spring_stretch, friction.slip_velocity_at_friction_point)
-    part = ratio_of_friction_limit_to_sticking_force(joint.friction * normal, squared_length(held), slides)
+    part = ratio_of_friction_limit_to_sticking_force(
+        joint.friction * friction_limiting_normal_force, squared_length(held), slides
+    )
     mu = joint.friction if slides & in_contact else 0.0
     mx, my, mt = mu * d.x, mu * d.y, mu * d.twist_times_radius
     fx, fy, ft = (
@@ -259,7 +270,7 @@ def solve_joint_contact(
     joint: JointConstants, frame: JointRelativeMotion, friction: JointFrictionInStepEquations,
     points: tuple[JointPointForceAndImpulse, float], change: tuple[Vector3, Vector3], previous: JointContactState,
     step: tuple[float, bool, bool, float],
-) -> tuple[Wrench, Wrench, StackContactChangesInStep, JointEnergyLosses, JointContactState]:  # fmt: skip
+) -> tuple[Wrench, Wrench, StackContactChangesInStep, ContactEnergyLosses, JointContactState]:  # fmt: skip
     """Return force, moment, contact changes, losses and new state between two stones from a step's solved equations.
 
     `points` holds the sums over the contact points and Σ n r (normal force × distance from the centre of pressure,
@@ -334,4 +345,4 @@ def solve_joint_contact(
         arm_sum * one * in_contact,
         ends.normal_force if loaded else 0.0, 1.0 if slips & (most != 0.0) else 0.0, 0.0,
     )  # fmt: skip
-    return at_end, sooner, findings, JointEnergyLosses(power, let_go + early * power), new
+    return at_end, sooner, findings, ContactEnergyLosses(power, let_go + early * power), new

@@ -15,7 +15,7 @@ from overturning.dem.stack.joint_state import (
     JointPointForceAndImpulse,
     JointRelativeMotion,
 )
-from overturning.dem.stack.state import JointEnergyLosses, StackContactChangesInStep
+from overturning.dem.stack.state import ContactEnergyLosses, StackContactChangesInStep
 
 MIN_STIFFNESS_SHARE_FOR_STEP_SHORTENING: Final = 1e-3
 """Smallest share of the joint's stiffness with which a point asks for a finer step when it opens or closes."""
@@ -30,7 +30,7 @@ def point_opening_rate(frame: JointRelativeMotion, position: ContactPointPositio
 
 
 @njit(**INLINE_OPTIONS)
-def predicted_force_per_share_and_contact(
+def predicted_force_per_share_and_contact_flag(
     joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: ContactPointState,
     state: tuple[bool, bool, bool],
 ) -> tuple[float, bool]:  # fmt: skip
@@ -50,10 +50,14 @@ def predicted_force_per_share_and_contact(
 
 @njit(**INLINE_OPTIONS)
 def normal_force_sum_terms_of_point(
-    joint: JointConstants, half_step: float, position: ContactPointPosition, pressure: float, in_contact: bool
+    joint: JointConstants,
+    half_step: float,
+    position: ContactPointPosition,
+    force_per_stiffness_share: float,
+    in_contact: bool,
 ) -> JointNormalForceSums:
     """Return one contact point's terms in the sums of force and moment between two stones in a step's equations."""
-    n = position.joint_stiffness_share * pressure if in_contact else 0.0
+    n = position.joint_stiffness_share * force_per_stiffness_share if in_contact else 0.0
     rate = joint.normal_dashpot + half_step * joint.normal_stiffness
     g = half_step * (position.joint_stiffness_share * rate) if in_contact else 0.0
     gx, gy = g * position.x_in_joint_frame, g * position.y_in_joint_frame
@@ -74,7 +78,7 @@ def normal_force_sum_terms_of_point(
 def solve_point_contact(
     joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: ContactPointState,
     change: tuple[Vector3, Vector3], step: tuple[float, bool, float, bool, bool],
-) -> tuple[JointPointForceAndImpulse, StackContactChangesInStep, JointEnergyLosses, ContactPointState]:  # fmt: skip
+) -> tuple[JointPointForceAndImpulse, StackContactChangesInStep, ContactEnergyLosses, ContactPointState]:  # fmt: skip
     """Return normal force, contact changes, losses and new state of a contact point from a step's solved equations.
 
     `change` is the change of the relative velocity at the origin and of the relative angular velocity. `step` holds
@@ -138,7 +142,7 @@ def solve_point_contact(
             more * (n * position.y_in_joint_frame),
         ),
         findings,
-        JointEnergyLosses(power, let_go + more * power),
+        ContactEnergyLosses(power, let_go + more * power),
         ContactPointState(
             penetration=depth if counts & (not waits) else 0.0,
             force_per_stiffness_share=pressure,

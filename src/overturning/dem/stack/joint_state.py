@@ -87,7 +87,7 @@ class JointContactState(NamedTuple):
     normal_force: float
     """Normal force, N."""
     slid_in_last_step: float
-    """1 if the joint slid in the last step, else 0."""
+    """1 if the joint slid in the last step, or in an attempt rejected since; else 0."""
     has_loaded_non_corner_point: float
     """1 if a contact point other than a corner of the upper stone had a share of the stiffness, else 0."""
 

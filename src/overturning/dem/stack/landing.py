@@ -43,14 +43,14 @@ def point_contact_is_deferred(
     landing: RemainingFlatLandingTimes,
     position: ContactPointPosition,
     previous: ContactPointState,
-    distance_from_rim: float,
+    base_corner_distance_inside_rim: float,
 ) -> bool:
     """True if a contact point between the two ends of a base that lands flat carries no load yet.
 
     A flat base that lands on all its corners at once is stopped by the impulse at its far end; corners in between take
     up their springs only afterwards (docs/method.md). No point is deferred while a corner of the base is near the rim
-    of the face below (`distance_from_rim`, m, negative beyond it): the points where both rims cross move along them,
-    and would be deferred again and again.
+    of the face below (`base_corner_distance_inside_rim`, m, negative beyond it): the points where both rims cross move
+    along them, and would be deferred again and again.
     """
     spread = landing.highest_point_height_above_lower_face - landing.lowest_point_height_above_lower_face
     is_open = (
@@ -68,7 +68,7 @@ def point_contact_is_deferred(
     inner = inner & (
         spread < MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION * -landing.lowest_point_height_above_lower_face
     )
-    whole = distance_from_rim >= joint.min_rim_distance_for_deferred_contact
+    whole = base_corner_distance_inside_rim >= joint.min_rim_distance_for_deferred_contact
     # A point that has taken up its spring does not wait again.
     still_waits = (
         (previous.penetration_without_force > 0.0)

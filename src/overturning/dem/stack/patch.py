@@ -29,7 +29,7 @@ from overturning.dem.kernel.lanes import (
 )
 from overturning.dem.stack.access import (
     IS_SIMULATED_ROW_OFFSET,
-    OLD_NON_CORNER_LOAD_ROW,
+    NON_CORNER_LOAD_AT_STEP_START_ROW_OFFSET,
     STIFFNESS_SHARE_AT_STEP_START_ROW_OFFSET,
     STIFFNESS_SHARE_ROW_OFFSET,
     load_axes,
@@ -62,7 +62,8 @@ MIN_RIM_DISTANCE_ROW_OFFSET: Final = JOINT_ROW_LAYOUT.row_offset_of_field(
 def upper_face_centre(constants: StoneConstants, stone: PredictedStone, axes: Matrix3) -> Vector3:
     """Return the position (m) of the centre of a stone's upper face at the predicted end of a step."""
     return plus(
-        stone.position, scale_vector(constants.upper_face_height_above_centre, Vector3(axes.xz, axes.yz, axes.zz))
+        stone.centre_position,
+        scale_vector(constants.upper_face_height_above_centre, Vector3(axes.xz, axes.yz, axes.zz)),
     )
 
 
@@ -76,8 +77,8 @@ def relative_motion_at_lower_face(
     """
     to_face = transpose(lower_axes)
     relative = matrix_product(to_face, axes)
-    apart = matrix_times_vector(to_face, minus(stone.position, origin))
-    at = minus(origin, stone.position)
+    apart = matrix_times_vector(to_face, minus(stone.centre_position, origin))
+    at = minus(origin, stone.centre_position)
     velocity = minus(plus(stone.end_velocity, cross_product(stone.end_angular_velocity, at)), lower[0])
     x_axis, y_axis = Vector3(relative.xx, relative.yx, relative.zx), Vector3(relative.xy, relative.yy, relative.zy)
     return JointRelativeMotion(
@@ -99,7 +100,7 @@ def relative_motion_in_contact_frame(
 ) -> JointRelativeMotion:
     """Return a stone's predicted motion relative to a frame (axes and origin) that is fixed to the stone below."""
     below = load_predicted(lower_rows, j)
-    velocity = plus(below.end_velocity, cross_product(below.end_angular_velocity, minus(origin, below.position)))
+    velocity = plus(below.end_velocity, cross_product(below.end_angular_velocity, minus(origin, below.centre_position)))
     return relative_motion_at_lower_face(
         load_constants(upper_rows, j), load_predicted(upper_rows, j), load_axes(upper_rows, j), axes, origin,
         (velocity, below.end_angular_velocity),
@@ -129,7 +130,9 @@ def predict_motion_relative_to_stone_below(upper_rows: Any, lower_rows: Any, joi
 
 
 @njit(**INLINE_OPTIONS)
-def base_corner_contact_point(frame: JointRelativeMotion, corner: FaceCorner, present: float) -> ContactPointPosition:
+def base_corner_contact_point(
+    frame: JointRelativeMotion, corner: FaceCorner, is_simulated: float
+) -> ContactPointPosition:
     """Return the position of a base corner on the lower face, and its share of the stiffness if all corners rest."""
     return ContactPointPosition(
         frame.upper_base_centre.x
@@ -138,7 +141,7 @@ def base_corner_contact_point(frame: JointRelativeMotion, corner: FaceCorner, pr
         + (corner.x_from_face_centre * frame.upper_x_axis.y + corner.y_from_face_centre * frame.upper_y_axis.y),
         frame.upper_base_centre.z
         + (corner.x_from_face_centre * frame.upper_x_axis.z + corner.y_from_face_centre * frame.upper_y_axis.z),
-        corner.joint_stiffness_share_if_whole_base_rests * present,
+        corner.joint_stiffness_share_if_whole_base_rests * is_simulated,
     )
 
 
@@ -188,7 +191,8 @@ def all_bases_on_lower_face(joint_rows: Any, points: Any, upper_count: int, lowe
     for j in range(round_to_vector_multiple(lane_count)):
         number += (
             1
-            if (joint_rows[MIN_RIM_DISTANCE_ROW_OFFSET + j] < 0.0) | (joint_rows[OLD_NON_CORNER_LOAD_ROW + j] > 0.0)
+            if (joint_rows[MIN_RIM_DISTANCE_ROW_OFFSET + j] < 0.0)
+            | (joint_rows[NON_CORNER_LOAD_AT_STEP_START_ROW_OFFSET + j] > 0.0)
             else 0
         )
     return number == 0
@@ -210,19 +214,22 @@ def any_stack_uses_contact_point(point: Any, lane_count: int) -> bool:
 
 @njit(**INLINE_OPTIONS)
 def contact_point_on_side(
-    a: ContactPointPosition, b: ContactPointPosition, t: float, stiffness: float
+    a: ContactPointPosition, b: ContactPointPosition, fraction_from_a: float, joint_stiffness_share: float
 ) -> ContactPointPosition:
     """Return the point on the side from a to b at the share t of its length from a, with a share of stiffness."""
     return ContactPointPosition(
-        a.x_in_joint_frame + t * (b.x_in_joint_frame - a.x_in_joint_frame),
-        a.y_in_joint_frame + t * (b.y_in_joint_frame - a.y_in_joint_frame),
-        a.base_height_above_lower_face + t * (b.base_height_above_lower_face - a.base_height_above_lower_face),
-        stiffness,
+        a.x_in_joint_frame + fraction_from_a * (b.x_in_joint_frame - a.x_in_joint_frame),
+        a.y_in_joint_frame + fraction_from_a * (b.y_in_joint_frame - a.y_in_joint_frame),
+        a.base_height_above_lower_face
+        + fraction_from_a * (b.base_height_above_lower_face - a.base_height_above_lower_face),
+        joint_stiffness_share,
     )
 
 
 @njit(**INLINE_OPTIONS)
-def base_point_above_lower_face(frame: JointRelativeMotion, x: float, y: float, share: float) -> ContactPointPosition:
+def base_point_above_lower_face(
+    frame: JointRelativeMotion, x: float, y: float, joint_stiffness_share: float
+) -> ContactPointPosition:
     """Return the point of a stone's base above point (x, y) of the lower face, with its share of the stiffness."""
     normal = cross_product(frame.upper_x_axis, frame.upper_y_axis)
     # A base that stands on edge has no height above the face; its stone has fallen.
@@ -231,7 +238,7 @@ def base_point_above_lower_face(frame: JointRelativeMotion, x: float, y: float, 
         frame.upper_base_centre.z
         - (normal.x * (x - frame.upper_base_centre.x) + normal.y * (y - frame.upper_base_centre.y)) / up
     )
-    return ContactPointPosition(x, y, z, share)
+    return ContactPointPosition(x, y, z, joint_stiffness_share)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)

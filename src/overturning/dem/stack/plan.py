@@ -47,8 +47,8 @@ from overturning.dem.stack.statics import (
     kernel_rows_of_face_corners,
     motion_onset_acceleration_g,
     scale_factors_for_unit_mass_matrix,
+    scaled_stiffness_matrix_of_stack_at_rest,
     spring_energy_at_rest,
-    stiffness_matrix,
 )
 from overturning.dem.stack.tables import CASE_TABLE_DTYPE, RESULT_TABLE_DTYPE, STONE_RESULT_TABLE_DTYPE
 from overturning.dem.time_step import IntegrationScheme, parse_scheme
@@ -216,10 +216,14 @@ def _rest_limit_to_onset_acceleration_ratios(
 
     The joint (contact of two stones) with the shortest delay (dashpot over spring) damps least.
     """
-    slowest = np.array([
-        lowest_eigenvalue(stiffness_matrix(stones, table, scale_factors_for_unit_mass_matrix(stones)))
-        for stones, table in zip(stacks, joints, strict=True)
-    ])  # fmt: skip
+    slowest = np.array(
+        [
+            lowest_eigenvalue(
+                scaled_stiffness_matrix_of_stack_at_rest(stones, table, scale_factors_for_unit_mass_matrix(stones))
+            )
+            for stones, table in zip(stacks, joints, strict=True)
+        ]
+    )
     delay = np.array([float(table.dashpot_to_stiffness_ratios.min()) for table in joints])
     overshoot = dynamic_overshoot_bound(
         slowest[stack_indices], delay[stack_indices] * damping_factor, sampling_interval
@@ -235,7 +239,9 @@ def _least_overturning_energy(joints: JointConstantsOfStack) -> float:
         patch.mass_above
         * STANDARD_GRAVITY
         * (math.sqrt(distance**2 + patch.centre_height_above_patch**2) - patch.centre_height_above_patch)
-        for distance, patch in zip(joints.mass_centre_to_nearest_side_distance, joints.contact_patches, strict=True)
+        for distance, patch in zip(
+            joints.stones_above_mass_centre_to_side_distance, joints.contact_patches, strict=True
+        )
     )
 
 
@@ -261,23 +267,32 @@ def plan_stack_simulation(
     tables = np.stack([initial_stone_table(stones, table) for stones, table in zip(stacks, joints, strict=True)])
     given = np.array([np.nan if (mu := stone.base_joint_friction) is None else mu for stone in stacks[0]])
     friction = np.where(np.isnan(given), np.asarray(cases.friction)[:, None], given)
-    square = np.array([
-        highest_eigenvalue(stiffness_matrix(stones, table, scale_factors_for_unit_mass_matrix(stones)))
-        * eigenvalue_bound_factor_for_inertia_products(stones)
-        for stones, table in zip(stacks, joints, strict=True)
-    ])  # fmt: skip
+    square = np.array(
+        [
+            highest_eigenvalue(
+                scaled_stiffness_matrix_of_stack_at_rest(stones, table, scale_factors_for_unit_mass_matrix(stones))
+            )
+            * eigenvalue_bound_factor_for_inertia_products(stones)
+            for stones, table in zip(stacks, joints, strict=True)
+        ]
+    )
     delay = np.array([float(table.dashpot_to_stiffness_ratios.max()) for table in joints])
     foot, reach = tables["centre_height"], tables["nearest_base_side_distance"]
     # Not np.hypot: its last digit differs between processors.
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY)).min(axis=1)
     # The slowest rocking is that of all stones above a joint.
-    slowest_period = np.array([
-        np.sqrt(
-            np.sqrt(table.mass_centre_to_nearest_side_distance**2 + table.mass_centre_height_above_joint**2)
-            / (0.75 * STANDARD_GRAVITY)
-        ).max()
-        for table in joints
-    ])  # fmt: skip
+    slowest_period = np.array(
+        [
+            np.sqrt(
+                np.sqrt(
+                    table.stones_above_mass_centre_to_side_distance**2
+                    + table.stones_above_mass_centre_height_above_joint**2
+                )
+                / (0.75 * STANDARD_GRAVITY)
+            ).max()
+            for table in joints
+        ]
+    )
     interval, samples = motion.sampling_interval, motion.sample_count
     rate = (square * delay)[which] * np.asarray(cases.damping_factor)
     steps, pace = steps_per_sample_and_step_control(
@@ -311,8 +326,8 @@ def plan_stack_simulation(
         "max_penetration": (MAX_PENETRATION_TO_HALF_SIDE_RATIO * np.minimum(reach, foot).min(axis=1))[which],
         "max_acceleration_for_sample_long_steps_g": MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold,
         "max_kinetic_energy_at_rest": (1e-9 * weight * reach.min(axis=1))[which],
-        "min_mass_centre_to_side_distance": np.array(
-            [table.mass_centre_to_nearest_side_distance.min() for table in joints]
+        "min_side_distance_of_mass_centre_above_joint": np.array(
+            [table.stones_above_mass_centre_to_side_distance.min() for table in joints]
         )[which],
         "max_share_of_onset_acceleration_at_rest": rest_share,
         "max_base_acceleration_at_rest_g": rest_share * friction.min(axis=1),

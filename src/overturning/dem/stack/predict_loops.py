@@ -4,7 +4,10 @@ from typing import Any, Final
 
 from numba import njit
 
-from overturning.dem.body.state import LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, rotate_body_over_step
+from overturning.dem.body.state import (
+    LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S,
+    rotation_and_angular_velocity_after_step,
+)
 from overturning.dem.body.vectors import (
     SymmetricMatrix,
     Vector3,
@@ -61,7 +64,10 @@ from overturning.dem.stack.access import (
     store_time,
 )
 from overturning.dem.stack.joint import joint_equation_terms, predict_friction
-from overturning.dem.stack.joint_point import normal_force_sum_terms_of_point, predicted_force_per_share_and_contact
+from overturning.dem.stack.joint_point import (
+    normal_force_sum_terms_of_point,
+    predicted_force_per_share_and_contact_flag,
+)
 from overturning.dem.stack.joint_state import JointNormalForceSums, RemainingFlatLandingTimes
 from overturning.dem.stack.landing import (
     SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
@@ -102,19 +108,26 @@ MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = STACK_STEP_CONTROL.max_step_u
 
 
 @njit(**INLINE_OPTIONS)
-def predict_stone_at_step_end(inverse: SymmetricMatrix, state: StoneState, step_length: float) -> PredictedStone:
+def predict_stone_at_step_end(
+    inverse_of_inertia_per_mass: SymmetricMatrix, state: StoneState, step_length: float
+) -> PredictedStone:
     """Predict pose and velocities of a stone at the end of a step, with constant force and moment."""
     half = 0.5 * step_length
     v, momentum = (
         extrapolate_vector(state.velocity_relative_to_base, half, state.acceleration_relative_to_base),
         extrapolate_vector(state.angular_momentum_per_mass, half, state.contact_moment_per_mass),
     )
-    turn, spin = rotate_body_over_step(inverse, state.rotation, momentum, state.contact_moment_per_mass, step_length)
+    turn, spin = rotation_and_angular_velocity_after_step(
+        inverse_of_inertia_per_mass, state.rotation, momentum, state.contact_moment_per_mass, step_length
+    )
     return PredictedStone(
-        position=extrapolate_vector(state.centre_position, step_length, v), rotation=turn, velocity_at_half_step=v,
+        centre_position=extrapolate_vector(state.centre_position, step_length, v),
+        rotation=turn,
+        velocity_at_half_step=v,
         angular_momentum_per_mass_at_half_step=momentum,
-        end_velocity=extrapolate_vector(v, half, state.acceleration_relative_to_base), end_angular_velocity=spin,
-    )  # fmt: skip
+        end_velocity=extrapolate_vector(v, half, state.acceleration_relative_to_base),
+        end_angular_velocity=spin,
+    )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -219,7 +232,7 @@ def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
             load_attempt(case_rows, j).length_in_ticks
             <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_clock(case_rows, j).shortest_step
         )
-        pressure, on = predicted_force_per_share_and_contact(
+        pressure, on = predicted_force_per_share_and_contact_flag(
             joint, frame, place, old, (fine, contact_points_land_together(landing), waits)
         )
         terms = normal_force_sum_terms_of_point(joint, half, place, pressure, on)
@@ -267,8 +280,8 @@ def eliminate_upper_stone_of_each_stack(
         below, origin = load_predicted(lower_rows, j), load_joint_pose(joint_rows, j).origin
         solution, rest = eliminate_stone_from_equations(
             load_diagonal(upper_rows, j), load_diagonal(lower_rows, j), load_equations(joint_rows, j),
-            load_time(case_rows, j).half_step_length_s, minus(origin, load_predicted(upper_rows, j).position),
-            minus(origin, below.position),
+            load_time(case_rows, j).half_step_length_s, minus(origin, load_predicted(upper_rows, j).centre_position),
+            minus(origin, below.centre_position),
         )  # fmt: skip
         store_elimination(upper_rows, j, solution)
         store_diagonal(lower_rows, j, rest)
@@ -278,7 +291,7 @@ def eliminate_upper_stone_of_each_stack(
 def solve_velocity_corrections_of_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Solve the equations of the lowest stone of each stack for its velocity correction."""
     for j in range(round_to_vector_multiple(lane_count)):
-        arm = scale_vector(-1.0, load_predicted(rows, j).position)
+        arm = scale_vector(-1.0, load_predicted(rows, j).centre_position)
         e = solve_velocity_correction_of_lowest_stone(
             load_diagonal(rows, j), load_equations(joint_rows, j), load_time(case_rows, j).half_step_length_s, arm
         )

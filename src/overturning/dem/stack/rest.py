@@ -153,10 +153,12 @@ def moments_of_stiffness_shares(points: Any, lane: int) -> StiffnessShareMoments
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def contact_point_unloading_acceleration_g(points: Any, lane: int, centre: Vector3) -> float:
+def contact_point_unloading_acceleration_g(
+    points: Any, lane: int, mass_centre_above_in_lower_face_frame: Vector3
+) -> float:
     """Return the base acceleration over g, in the worst direction, that unloads a contact point of two stones.
 
-    `centre` is the centre of mass of the stones above, in the frame of the lower face, m. The pressure is a linear
+    `mass_centre_above_in_lower_face_frame` is the centre of mass of the stones above, m. The pressure is a linear
     function of the position in the contact. The result is 0 for a contact without width, or if a point carries no load.
     """
     total = moments_of_stiffness_shares(points, lane)
@@ -171,7 +173,11 @@ def contact_point_unloading_acceleration_g(points: Any, lane: int, centre: Vecto
     area, width = xx * yy - xy * xy, MIN_PATCH_WIDTH_TO_LENGTH_RATIO * (xx + yy)
     if not area > width * width:
         return 0.0
-    least, off_x, off_y = np.inf, centre.x - x, centre.y - y
+    least, off_x, off_y = (
+        np.inf,
+        mass_centre_above_in_lower_face_frame.x - x,
+        mass_centre_above_in_lower_face_frame.y - y,
+    )
     for i in range(points.size // P):
         rows = points[i * P : (i + 1) * P]
         if not load_point(rows, lane).joint_stiffness_share > 0.0:
@@ -181,7 +187,7 @@ def contact_point_unloading_acceleration_g(points: Any, lane: int, centre: Vecto
         gx, gy = (yy * dx - xy * dy) / area, (xx * dy - xy * dx) / area
         # Both per weight of the stones above: pressure at rest, and its change by a base acceleration of 1 g.
         pressure = 1.0 / total.stiffness_share_sum + (gx * off_x + gy * off_y)
-        change = abs(centre.z) * np.sqrt(gx * gx + gy * gy)
+        change = abs(mass_centre_above_in_lower_face_frame.z) * np.sqrt(gx * gx + gy * gy)
         least = min(least, pressure / change if change > 0.0 else np.inf)
     return max(float(least), 0.0)
 

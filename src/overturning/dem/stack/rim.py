@@ -67,13 +67,13 @@ def slopes_of_upper_base_normal(frame: JointRelativeMotion) -> tuple[float, floa
 
 
 @njit(**INLINE_OPTIONS)
-def contact_normal_weight_of_rim_side(overhang: float, reach: float) -> float:
+def contact_normal_weight_of_rim_side(overhang: float, side_distance_from_centre: float) -> float:
     """Return the weight, 0 to 1, with which the normal at a side of the lower face's rim counts in the contact normal.
 
     It is proportional to the overhang of the upper base, and 1 from an overhang of
-    `MIN_OVERHANG_TO_SIDE_DISTANCE_FOR_RIM_NORMAL` times the distance `reach` of the side from the centre.
+    `MIN_OVERHANG_TO_SIDE_DISTANCE_FOR_RIM_NORMAL` × `side_distance_from_centre`.
     """
-    share = overhang / (MIN_OVERHANG_TO_SIDE_DISTANCE_FOR_RIM_NORMAL * reach)
+    share = overhang / (MIN_OVERHANG_TO_SIDE_DISTANCE_FOR_RIM_NORMAL * side_distance_from_centre)
     share = share if share > 0.0 else 0.0
     return share if share < 1.0 else 1.0
 

@@ -117,9 +117,9 @@ def shift_wrench_to_stone_centre(wrench: Wrench, arm: Vector3) -> Wrench:
 
 
 @njit(**INLINE_OPTIONS)
-def mass_matrix_of_stone(mass: float, inertia: SymmetricMatrix, axes: Matrix3) -> VelocityToForceBlocks:
+def mass_matrix_of_stone(mass: float, inertia_per_mass: SymmetricMatrix, axes: Matrix3) -> VelocityToForceBlocks:
     """Return the 6 × 6 mass matrix (kg, kg·m²) of a stone in the axes of the ground."""
-    i = rotate_matrix(axes, expand_symmetric_matrix(inertia))
+    i = rotate_matrix(axes, expand_symmetric_matrix(inertia_per_mass))
     zero = Matrix3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     return VelocityToForceBlocks(
         Matrix3(mass, 0.0, 0.0, 0.0, mass, 0.0, 0.0, 0.0, mass), zero, zero,
@@ -182,22 +182,23 @@ def inverse_of_6x6_matrix(a: VelocityToForceBlocks) -> VelocityToForceBlocks:
 
 @njit(**INLINE_OPTIONS)
 def right_side_of_stone_equations(
-    half_step: float, mass: float, wrench: Wrench, inertial: Vector3, previous: Wrench
+    half_step: float,
+    mass: float,
+    wrench: Wrench,
+    inertial_acceleration: Vector3,
+    previous_acceleration_and_moment_per_mass: Wrench,
 ) -> Wrench:
     """Return half step × change of force and moment in the step, the right-hand side of a stone's equations."""
     f, m = wrench.force_or_velocity, wrench.moment_or_angular_velocity
+    a, t = previous_acceleration_and_moment_per_mass
     return Wrench(
         Vector3(
-            half_step * (f.x + mass * (inertial.x - previous.force_or_velocity.x)),
-            half_step * (f.y + mass * (inertial.y - previous.force_or_velocity.y)),
-            half_step * (f.z + mass * (inertial.z - previous.force_or_velocity.z)),
+            half_step * (f.x + mass * (inertial_acceleration.x - a.x)),
+            half_step * (f.y + mass * (inertial_acceleration.y - a.y)),
+            half_step * (f.z + mass * (inertial_acceleration.z - a.z)),
         ),
-        Vector3(
-            half_step * (m.x - mass * previous.moment_or_angular_velocity.x),
-            half_step * (m.y - mass * previous.moment_or_angular_velocity.y),
-            half_step * (m.z - mass * previous.moment_or_angular_velocity.z),
-        ),
-    )  # fmt: skip
+        Vector3(half_step * (m.x - mass * t.x), half_step * (m.y - mass * t.y), half_step * (m.z - mass * t.z)),
+    )
 
 
 @njit(**INLINE_OPTIONS)

@@ -69,7 +69,7 @@ def write_initial_stack_state(
     ))  # fmt: skip
     store_case(state, lane, StackTickLengthAndLimits(
         sampling_interval / ticks_per_sample, case.max_penetration, case.max_acceleration_for_sample_long_steps_g,
-        case.max_kinetic_energy_at_rest, case.min_mass_centre_to_side_distance
+        case.max_kinetic_energy_at_rest, case.min_side_distance_of_mass_centre_above_joint
     ))  # fmt: skip
     store_rest(
         state,

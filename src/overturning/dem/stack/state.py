@@ -35,7 +35,7 @@ class StackTickLengthAndLimits(NamedTuple):
     """Horizontal acceleration, as a share of the weight, below which a standing stack takes sample-long steps."""
     max_kinetic_energy_at_rest: float
     """Largest kinetic energy of a stack at rest, J."""
-    min_mass_centre_to_side_distance: float
+    min_side_distance_of_mass_centre_above_joint: float
     """Least distance, over all joints, of the centre of mass above from the nearest side of the joint, m."""
 
 
@@ -89,7 +89,7 @@ class StackContactChangesInStep(NamedTuple):
     """1 if a joint carries load."""
 
 
-class JointEnergyLosses(NamedTuple):
+class ContactEnergyLosses(NamedTuple):
     """Power lost in a stack's contacts (W), and spring energy released without work, as when contacts open (J)."""
 
     dissipated_power_at_step_end: float
@@ -160,7 +160,7 @@ class StoneFallState(NamedTuple):
 class PredictedStone(NamedTuple):
     """Predicted pose and velocities of a stone at the end of a step, before the step's equations are solved."""
 
-    position: Vector3
+    centre_position: Vector3
     rotation: Quaternion
     velocity_at_half_step: Vector3
     """Velocity after half of the step, m/s."""
@@ -222,7 +222,7 @@ class StoneContactForceSums(NamedTuple):
 CASE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, CaseStepControl, StackTickLengthAndLimits, StackRestFlagAndLimits, StackClockWithinSample,
     StackEnergyAccount, InertialAccelerations3D, LoadedBaseMotionSampleNumber, CaseProgress, NextStepToAttempt,
-    StepRejectionFlags, StackContactChangesInStep, JointEnergyLosses, Vector3, SlideEndSample
+    StepRejectionFlags, StackContactChangesInStep, ContactEnergyLosses, Vector3, SlideEndSample
 )  # fmt: skip
 STONE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, StoneConstants, StoneState, StonePeakTilt, StoneFallState, PredictedStone, Matrix3,

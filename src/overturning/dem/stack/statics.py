@@ -42,12 +42,12 @@ class JointConstantsOfStack:
         return np.asarray(self.joint_table["normal_dashpot"] / self.joint_table["normal_stiffness"])
 
     @property
-    def mass_centre_to_nearest_side_distance(self) -> FloatArray:
+    def stones_above_mass_centre_to_side_distance(self) -> FloatArray:
         """Distance, in each contact, from the point below the mass centre of stones above to the nearest side, m."""
         return np.array([patch.side_distances_from_mass_centre_above.min() for patch in self.contact_patches])
 
     @property
-    def mass_centre_height_above_joint(self) -> FloatArray:
+    def stones_above_mass_centre_height_above_joint(self) -> FloatArray:
         """Height, above each contact, of the common centre of mass of all stones above the contact, m."""
         return np.array([patch.centre_height_above_patch for patch in self.contact_patches])
 
@@ -90,7 +90,7 @@ def initial_stone_table(stones: list[StackStone], joints: JointConstantsOfStack)
     for stone, row, depth, shift, patch in zip(
         stones, table, joints.mean_penetration_at_rest, pose, joints.contact_patches, strict=True
     ):
-        inverse = inverse_of_inertia(stone.inertia_per_mass)
+        inverse = inverse_of_inertia_with_only_xz_product(stone.inertia_per_mass)
         for name, at in pairs.items():
             row[f"inertia_per_mass_{name}"], row[f"inverse_of_inertia_per_mass_{name}"] = (
                 stone.inertia_per_mass[at],
@@ -151,7 +151,7 @@ def base_x_offsets_from_support_at_rest(stones: NDArray[np.void]) -> FloatArray:
     return np.cos(below[2]) * apart - np.sin(below[2]) * above - stones["centre_height"] * np.sin(tilt)
 
 
-def inverse_of_inertia(inertia: FloatArray) -> FloatArray:
+def inverse_of_inertia_with_only_xz_product(inertia: FloatArray) -> FloatArray:
     """Return the inverse of an inertia tensor in which only the x–z product of inertia is not zero."""
     (xx, _, xz), (_, yy, _), (_, _, zz) = inertia
     area = xx * zz - xz * xz
@@ -190,17 +190,17 @@ def _relative_displacement_matrix_at_corner(stones: list[StackStone], joint: int
     return matrix
 
 
-def stiffness_matrix(
+def scaled_stiffness_matrix_of_stack_at_rest(
     stones: list[StackStone],
     joints: JointConstantsOfStack,
-    scale: FloatArray,
+    scale_factors: FloatArray,
     loaded_corners: list[NDArray[np.bool_]] | None = None,
 ) -> FloatArray:
-    """Return the stiffness matrix of a stack at rest, shape (6 n, 6 n), scaled on both sides by `scale`.
+    """Return the stiffness matrix of a stack at rest, shape (6 n, 6 n), scaled on both sides by `scale_factors`.
 
     `loaded_corners`, one array per joint, is False for corners of the patches that carry no load.
     """
-    matrix = np.zeros((scale.size, scale.size))
+    matrix = np.zeros((scale_factors.size, scale_factors.size))
     for k, patch in enumerate(joints.contact_patches):
         for number, (corner, weight) in enumerate(zip(patch.corners, patch.corner_stiffness_shares, strict=True)):
             normal, tangential = (
@@ -208,7 +208,7 @@ def stiffness_matrix(
                 weight * joints.joint_table["tangential_stiffness"][k],
             )
             if loaded_corners is None or loaded_corners[k][number]:
-                each = _relative_displacement_matrix_at_corner(stones, k, corner) * scale
+                each = _relative_displacement_matrix_at_corner(stones, k, corner) * scale_factors
                 matrix += np.einsum("ij,i,ik->jk", each, np.array([tangential, tangential, normal]), each)
     return matrix
 
@@ -248,7 +248,9 @@ def static_displacements_and_rotations(stones: list[StackStone], joints: JointCo
     level = np.zeros((count, 6))
     level[:, 2] = -np.cumsum(joints.mean_penetration_at_rest)
     for _ in range(4 * count):
-        shift = solve_positive_definite_system(stiffness_matrix(stones, joints, scale, loaded), weight * scale)
+        shift = solve_positive_definite_system(
+            scaled_stiffness_matrix_of_stack_at_rest(stones, joints, scale, loaded), weight * scale
+        )
         if shift is None:
             return level  # the stack finds its pose by itself
         shift = shift * scale
@@ -302,6 +304,10 @@ def motion_onset_acceleration_g(joints: JointConstantsOfStack, friction: FloatAr
     above, and slides at µ.
     """
     return np.minimum(
-        float(np.min(joints.mass_centre_to_nearest_side_distance / joints.mass_centre_height_above_joint)),
+        float(
+            np.min(
+                joints.stones_above_mass_centre_to_side_distance / joints.stones_above_mass_centre_height_above_joint
+            )
+        ),
         friction.min(axis=1),
     )

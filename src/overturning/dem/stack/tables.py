@@ -24,7 +24,7 @@ class StackCaseTableColumns(NamedTuple):
     """Horizontal acceleration, as a share of the weight, below which a standing stack takes sample-long steps."""
     max_kinetic_energy_at_rest: float
     """Largest kinetic energy of a stack at rest, J."""
-    min_mass_centre_to_side_distance: float
+    min_side_distance_of_mass_centre_above_joint: float
     """Least distance, over all joints, of the centre of mass above from the nearest side of the joint, m."""
     max_share_of_onset_acceleration_at_rest: float
     """Share of the acceleration that slides or unloads a joint, up to which a stack at rest stays at rest."""

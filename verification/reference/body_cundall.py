@@ -21,10 +21,10 @@ from numba import njit
 from overturning.dem.body import plan as body_plan
 from overturning.dem.body.base_contact import (
     body_base_lands_flat,
-    is_contact_deferred_until_base_ends_rest,
     lowest_and_highest_base_points_rest,
     remaining_landing_time_of_new_contact,
     update_base_contacts,
+    vertex_waits_until_extreme_vertices_rest,
 )
 from overturning.dem.body.centred import (
     acceleration_of_body_centre_relative_to_base,
@@ -392,7 +392,7 @@ def add_vertex_contact_forces(
             left,
             rate,
             (
-                is_contact_deferred_until_base_ends_rest(body, base_contact, p, at.arm.z, left),
+                vertex_waits_until_extreme_vertices_rest(body, base_contact, p, at.arm.z, left),
                 body_base_lands_flat(base_contact),
                 remaining_landing_time_of_new_contact(body, base_contact),
                 base_contact.tilting_friction_share_in_flat_landing,
@@ -405,7 +405,7 @@ def add_vertex_contact_forces(
             right,
             rate,
             (
-                is_contact_deferred_until_base_ends_rest(body, base_contact, q, on.arm.z, right),
+                vertex_waits_until_extreme_vertices_rest(body, base_contact, q, on.arm.z, right),
                 body_base_lands_flat(base_contact),
                 remaining_landing_time_of_new_contact(body, base_contact),
                 base_contact.tilting_friction_share_in_flat_landing,

@@ -91,7 +91,7 @@ def update_lowest_and_highest_base_vertex(
 
 
 @njit(**INLINE_OPTIONS)
-def is_contact_deferred_until_base_ends_rest(
+def vertex_waits_until_extreme_vertices_rest(
     body: BodyConstants,
     base_contact: BaseContactState,
     vertex: BodyVertex,

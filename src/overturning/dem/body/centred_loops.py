@@ -7,10 +7,10 @@ from numba import njit
 
 from overturning.dem.body.base_contact import (
     body_base_lands_flat,
-    is_contact_deferred_until_base_ends_rest,
     lowest_and_highest_base_points_rest,
     remaining_landing_time_of_new_contact,
     update_base_contacts,
+    vertex_waits_until_extreme_vertices_rest,
 )
 from overturning.dem.body.centred import (
     contact_force_and_derivatives_of_point,
@@ -139,7 +139,7 @@ def predict_contact_of_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: 
                 fine,
                 False,
                 (
-                    is_contact_deferred_until_base_ends_rest(body, base_contact, p, a.z, left),
+                    vertex_waits_until_extreme_vertices_rest(body, base_contact, p, a.z, left),
                     flat,
                     new_landing,
                     base_contact.tilting_friction_share_in_flat_landing,
@@ -158,7 +158,7 @@ def predict_contact_of_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: 
                 fine,
                 False,
                 (
-                    is_contact_deferred_until_base_ends_rest(body, base_contact, q, b.z, right),
+                    vertex_waits_until_extreme_vertices_rest(body, base_contact, q, b.z, right),
                     flat,
                     new_landing,
                     base_contact.tilting_friction_share_in_flat_landing,

@@ -139,7 +139,7 @@ def compute_point_forces(
         predicted_point.tangential_spring_stretch_x + half * e.x,
         predicted_point.tangential_spring_stretch_y + half * e.y,
     )
-    depth = 0.0 if (predicted_point.waits_until_base_ends_rest > 0.0) & (depth > 0.0) else depth
+    depth = 0.0 if (predicted_point.is_deferred_until_extreme_vertices_rest > 0.0) & (depth > 0.0) else depth
     inside, was = depth > 0.0, point_history.penetration > 0.0
     spring = body.point_normal_stiffness_per_mass * depth if inside else 0.0
     n = spring - body.point_dashpot_constant_per_mass * u.z

@@ -40,7 +40,7 @@ def predicted_force_per_share_and_contact_flag(
     state after the last step. A point that did not belong to the contact patch before has no such state.
     """
     forces_decide_contact, lands_flat, waits = state
-    depth = -position.base_height_above_lower_face - previous.penetration_without_force
+    depth = -position.base_height_above_lower_face - previous.penetration_offset_of_deferred_contact
     pressure = joint.normal_stiffness * depth - joint.normal_dashpot * point_opening_rate(frame, position)
     now = ((pressure > 0.0) | lands_flat) & (depth > 0.0)
     decides = forces_decide_contact | (previous.joint_stiffness_share == 0.0)
@@ -94,7 +94,7 @@ def solve_point_contact(
     # A point that waits takes up its penetration without force; the offset ends when the point opens.
     deep = -position.base_height_above_lower_face - half_step * rise
     between, waits = waits, waits & (deep > 0.0)
-    unloaded = previous.penetration_without_force
+    unloaded = previous.penetration_offset_of_deferred_contact
     offset = (deep if deep > unloaded else unloaded) if waits else unloaded
     offset = offset if deep > 0.0 else 0.0
     predicted_rate, before = point_opening_rate(frame, position), -position.base_height_above_lower_face - offset
@@ -148,6 +148,6 @@ def solve_point_contact(
             force_per_stiffness_share=pressure,
             remaining_flat_landing_time=landing if (inside | waits) & counts else 0.0,
             joint_stiffness_share=w,
-            penetration_without_force=offset if counts else 0.0,
+            penetration_offset_of_deferred_contact=offset if counts else 0.0,
         ),
     )

@@ -276,7 +276,7 @@ class ContactPointState(NamedTuple):
     """Remaining time of a flat landing, s; 0 or less if there is none."""
     joint_stiffness_share: float
     """Share of the stiffness of the joint that stands at the point."""
-    penetration_without_force: float
+    penetration_offset_of_deferred_contact: float
     """Penetration that the point took up without force while it waited in a flat landing, m."""
 
 

@@ -56,7 +56,7 @@ def point_contact_is_deferred(
     is_open = (
         (previous.penetration <= 0.0)
         & (previous.joint_stiffness_share > 0.0)
-        & (previous.penetration_without_force == 0.0)
+        & (previous.penetration_offset_of_deferred_contact == 0.0)
     )
     inner = (
         position.base_height_above_lower_face
@@ -71,7 +71,7 @@ def point_contact_is_deferred(
     whole = base_corner_distance_inside_rim >= joint.min_rim_distance_for_deferred_contact
     # A point that has taken up its spring does not wait again.
     still_waits = (
-        (previous.penetration_without_force > 0.0)
+        (previous.penetration_offset_of_deferred_contact > 0.0)
         & (previous.remaining_flat_landing_time > 0.0)
         & (previous.penetration <= 0.0)
     )

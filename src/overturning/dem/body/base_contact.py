@@ -162,6 +162,7 @@ load_vertex, load_memory = (
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").load,
 )
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
+"""Number of values in the state array that hold one vertex or rim point, over all lanes."""
 LANDING_OF, DEPTH_OF = (
     VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.remaining_flat_landing_time"),
     VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.penetration"),
@@ -173,6 +174,7 @@ SHORTEST, LONGEST = (
 TILTING_FRICTION_SHARE_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
     BaseContactState, "tilting_friction_share_in_flat_landing"
 )
+"""Array index at which the values of `BaseContactState.tilting_friction_share_in_flat_landing` start."""
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)

@@ -91,9 +91,11 @@ load_memory, _, store_memory = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(Contact
 load_point, store_point, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(PredictedContactPoint)
 load_next, store_next, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "new")
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
+"""Number of values in the state array that hold one vertex or rim point, over all lanes."""
 SLID_IN_LAST_STEP_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(
     ContactPointAtStepStartAndEnd, "old.slid_in_last_step"
 )
+"""Array index at which the flags `BodyContactPointState.slid_in_last_step` start."""
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)

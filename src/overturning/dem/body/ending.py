@@ -58,7 +58,9 @@ load_account, load_course, load_limits = (
 load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D).load
 load_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").load
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
+"""Number of values in the state array that hold one vertex or rim point, over all lanes."""
 NEXT_STEP_TICKS_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks")
+"""Array index at which the lengths of the next steps to attempt, ticks, start."""
 LATE_TILT, SLIDE_END = (
     STATE_ROW_LAYOUT.row_offset_of_field(LargestTiltNearCaseEnd, "tilt_over_critical_angle"),
     STATE_ROW_LAYOUT.row_offset_of_field(SlideEndSample, "sample"),

@@ -126,7 +126,9 @@ store_vertex, store_memory = (
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").store,
 )
 STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.count
+"""Number of rows, of one value per lane, that hold a body without its vertices."""
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
+"""Number of values in the state array that hold one vertex or rim point, over all lanes."""
 TICK, LAST_UPRIGHT = (
     STATE_ROW_LAYOUT.row_offset_of_field(BodyState, "ticks_since_sample_start"),
     STATE_ROW_LAYOUT.row_offset_of_field(BodyPeakValues, "last_upright_tick_in_sample"),

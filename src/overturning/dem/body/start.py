@@ -48,10 +48,13 @@ store_body, store_state, store_peaks, store_course, store_limits, store_attempt,
 store_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).store
 store_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").store
 STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.count
+"""Number of rows, of one value per lane, that hold a body without its vertices."""
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
+"""Number of values in the state array that hold one vertex or rim point, over all lanes."""
 ROW_OFFSET_OF_REST_ACCELERATION_LIMIT: Final = STATE_ROW_LAYOUT.row_offset_of_field(
     CaseRestState, "rest_acceleration_limit_g"
 )
+"""Array index at which the base accelerations over g up to which bodies stay at rest start."""
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)

@@ -117,10 +117,13 @@ larger_of, no_findings = (
 )
 
 IS_SIMULATED_ROW_OFFSET: Final = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "is_simulated")
+"""Array index, in the rows of a stone, at which the flags `StoneFallState.is_simulated` start."""
 STIFFNESS_SHARE_ROW_OFFSET: Final = POINT_ROW_LAYOUT.row_offset_of_field(ContactPointPosition, "joint_stiffness_share")
+"""Array index, in the rows of a contact point, at which its stiffness shares in the attempted step start."""
 STIFFNESS_SHARE_AT_STEP_START_ROW_OFFSET: Final = POINT_ROW_LAYOUT.row_offset_of_field(
     JointPointAtStepStartAndEnd, "old.joint_stiffness_share"
 )
+"""Array index, in the rows of a contact point, at which its stiffness shares after the last step start."""
 NON_CORNER_LOAD_AT_STEP_START_ROW_OFFSET, NON_CORNER_LOAD_AT_STEP_END_ROW_OFFSET = (
     JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, f"{end}.has_loaded_non_corner_point")
     for end in ("old", "new")

@@ -56,6 +56,7 @@ from overturning.dem.stack.state import PredictedStone, StoneConstants
 MIN_RIM_DISTANCE_ROW_OFFSET: Final = JOINT_ROW_LAYOUT.row_offset_of_field(
     JointRelativeMotion, "min_base_corner_distance_inside_rim"
 )
+"""Array index, in the rows of a joint, at which the least distances of its base from the rim start."""
 
 
 @njit(**INLINE_OPTIONS)

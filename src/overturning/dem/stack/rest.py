@@ -54,6 +54,7 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
 MAY_BE_AT_REST_ROW_OFFSET: Final = CASE_ROW_LAYOUT.row_offset_of_field(
     StackRestFlagAndLimits, "may_be_at_rest_at_sample_start"
 )
+"""Array index at which the flags `StackRestFlagAndLimits.may_be_at_rest_at_sample_start` start."""
 
 MIN_PATCH_WIDTH_TO_LENGTH_RATIO: Final = 1e-3
 """Least width of a contact patch, as a share of its length, whose points give a plane of pressure."""
